@@ -210,6 +210,57 @@ fn a_prior_that_the_runs_contradict_is_told_and_one_they_bear_out_is_not() {
     }
 }
 
+/// Where a scene sets a prior, what the runs say without it is held against it, whatever its family.
+#[test]
+fn a_prior_of_any_kind_is_held_against_the_runs() {
+    let fit = |key: &str, prior: &str| {
+        let scene = SCENE.replace("[truth]", &format!("[priors]\n{key} = {{ {prior} }}\n[truth]"));
+        simulated("a_prior_of_any_kind", &scene)
+    };
+    let own = |findings: &Findings, key: &str| {
+        let mut all = findings.main.parameters.iter();
+        all.find(|own| own.name.starts_with(key)).map(|own| own.prior_led)
+    };
+    for (key, prior) in [
+        ("lubrication_log", "uniform = [2.2, 4.0]"),
+        ("lubrication_log", "uniform = [0.5, 1.5]"),
+        ("lubrication_log", "normal = [2.3, 0.02]"),
+        ("lubrication_log", "fixed = 2.3"),
+        ("dry_k", "normal = [0.15, 0.001]"),
+        ("sigma_wet", "lognormal = [0.002, 0.1]"),
+    ] {
+        let findings = fit(key, prior);
+        let check = check_of(&findings, "prior_conflict");
+        assert!(
+            !check.passed && check.gates && !findings.main.verdict.passed,
+            "{key} {prior}: {check:?}"
+        );
+        // what follows from it comes after it
+        let first = findings.verdicts.iter().find(|check| !check.passed && check.gates);
+        assert_eq!(first.map(|check| check.check), Some("prior_conflict"), "{key} {prior}");
+        assert!(check.text.starts_with(key), "{key} {prior}: {}", check.text);
+        assert_ne!(own(&findings, key), Some(true), "{key} {prior}");
+    }
+    // its tails let the runs lead
+    let heavy = fit("lubrication_log", "student_t = [3.0, 4.0, 0.02]");
+    let check = check_of(&heavy, "prior_conflict");
+    assert!(!check.passed && !check.gates && heavy.main.verdict.passed, "{check:?}");
+    assert_eq!(own(&heavy, "lubrication_log"), Some(false));
+    for (key, prior) in [
+        ("lubrication_log", "uniform = [0.5, 4.0]"),
+        ("lubrication_log", "student_t = [3.0, 1.85, 0.02]"),
+        ("lubrication_log", "fixed = 1.85"),
+        ("dry_k", "normal = [0.183, 0.001]"),
+    ] {
+        let findings = fit(key, prior);
+        let check = findings.verdicts.iter().find(|check| check.check == "prior_conflict");
+        assert!(
+            check.is_none_or(|check| check.passed) && findings.main.verdict.passed,
+            "{key} {prior}: {check:?}"
+        );
+    }
+}
+
 #[test]
 fn one_liquid_is_named_by_the_law() {
     let scene = SCENE.replace("liquids = [\"thin\", \"thick\"]", "liquids = [\"thick\"]");

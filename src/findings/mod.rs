@@ -392,6 +392,9 @@ impl Findings {
                     check.gates &= check.check != checks::FILM_GROUPS.code;
                 }
                 self.verdicts.extend(posterior.checks.iter().cloned());
+                // a prior that the runs contradict explains what else fails
+                self.verdicts
+                    .sort_by_key(|check| check.check != checks::PRIOR_CONFLICT.code || check.passed);
                 let directions = self.identifies.as_ref();
                 self.notices
                     .extend(contraction::contraction_notices(&posterior.findings, directions));

@@ -1,6 +1,6 @@
-//! Questions rows that are no runs of their own: those that repeat others, and means of the rows before them.
+//! Questions rows that are no runs of their own: those that repeat others, and means of others.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::checks::{self, Check};
 use super::notices::{self, shortened};
@@ -20,11 +20,26 @@ struct Rebound {
     group: usize,
     /// whether it is of a wet run
     wet: bool,
-    /// diameter, film, impact speed and errors, bit by bit
-    setting: [u64; 6],
+    /// diameter, film, impact speed and errors, to the digits that survive a change of units
+    setting: [i64; 6],
     film: f64,
     speed: f64,
     restitution: f64,
+}
+
+/// A number by its first nine digits: a value that was written in mm is not to the last bit what it is from µm.
+fn digits(x: f64) -> i64 {
+    const DIGITS: i32 = 9;
+    if x == 0.0 || !x.is_finite() {
+        return 0;
+    }
+    let last = x.abs().log10().floor() as i32 + 1 - DIGITS;
+    let mantissa = (x * 10f64.powi(-last)).round() as i64;
+    // 9.999… is 10
+    match mantissa.abs() == 10i64.pow(DIGITS as u32) {
+        true => 1000 * (mantissa / 10) + i64::from(last + 1),
+        false => 1000 * mantissa + i64::from(last),
+    }
 }
 
 /// What is known of rows that are no runs of their own.
@@ -67,7 +82,7 @@ fn rebounds(runs: &Runs) -> Vec<Rebound> {
                 row: runs.row[run],
                 group,
                 wet,
-                setting: [diameter, film, speed, errors[0], errors[1], correlation].map(f64::to_bits),
+                setting: [diameter, film, speed, errors[0], errors[1], correlation].map(digits),
                 film,
                 speed,
                 restitution: runs.restitution[run],
@@ -135,7 +150,7 @@ struct Scatter {
 }
 
 impl Scatter {
-    fn of(rebounds: &[Rebound]) -> Scatter {
+    fn of(rebounds: &[&Rebound]) -> Scatter {
         /// speeds of one setting, as a share
         const CLOSE: f64 = 0.02;
         /// pairs that tell a scatter
@@ -200,6 +215,33 @@ struct Block {
     chance: f64,
 }
 
+/// Rows in a block that is no accident by its length alone.
+const IN_ORDER: usize = 3;
+
+/// The places of rows that repeat an earlier one, each with that one's, cut where the order of the earlier ones ends.
+fn copied_blocks(rebounds: &[Rebound]) -> Vec<Vec<[usize; 2]>> {
+    let key = |one: &Rebound| (one.group, one.setting, digits(one.restitution));
+    let mut first = HashMap::new();
+    let mut blocks: Vec<Vec<[usize; 2]>> = vec![];
+    // the row that the one before repeats
+    let mut last: Option<usize> = None;
+    for (place, one) in rebounds.iter().enumerate() {
+        let earliest = *first.entry(key(one)).or_insert(place);
+        let next = last
+            .map(|last| last + 1)
+            .filter(|next| *next < place && key(&rebounds[*next]) == key(one));
+        last = next.or(Some(earliest).filter(|earliest| *earliest < place));
+        let Some(source) = last else {
+            continue;
+        };
+        match blocks.last_mut().filter(|_| next.is_some()) {
+            Some(block) => block.push([place, source]),
+            None => blocks.push(vec![[place, source]]),
+        }
+    }
+    blocks
+}
+
 impl Repeats {
     /// `None` where no row repeats another.
     ///
@@ -209,58 +251,41 @@ impl Repeats {
         /// rather too likely than too rare: no scatter is normal, nor the same everywhere
         const CAUTIOUS: f64 = 1.5;
         let two_root_pi = 2.0 * std::f64::consts::PI.sqrt();
-        let scatter = Scatter::of(rebounds);
+        let copied = copied_blocks(rebounds);
+        // copies scatter by nothing, and would make themselves likely
+        let in_order = copied.iter().filter(|block| block.len() >= IN_ORDER).flatten();
+        let in_order: HashSet<usize> = in_order.map(|[place, _]| *place).collect();
+        let others = rebounds
+            .iter()
+            .enumerate()
+            .filter(|(place, _)| !in_order.contains(place));
+        let others: Vec<&Rebound> = others.map(|(_, one)| one).collect();
+        let scatter = Scatter::of(&others);
         let chance = |one: &Rebound| {
             let step = grids.of_restitution(one);
             let spread = (scatter.of_group[one.group].powi(2) + step * step / 12.0).sqrt();
             (CAUTIOUS * step / (two_root_pi * spread)).min(1.0)
         };
-        let mut at_setting: HashMap<(usize, [u64; 6]), usize> = HashMap::new();
-        let mut first: HashMap<(usize, [u64; 6], u64), usize> = HashMap::new();
-        let mut blocks: Vec<Block> = vec![];
-        let (mut expected, mut repeated) = (0.0, 0);
-        // the row that the one before repeats
-        let mut last: Option<usize> = None;
-        let is_same = |one: usize, other: usize| {
-            let key = |place: usize| {
-                let rebound = &rebounds[place];
-                (rebound.group, rebound.setting, rebound.restitution.to_bits())
-            };
-            key(one) == key(other)
-        };
-        for (place, one) in rebounds.iter().enumerate() {
+        let mut at_setting: HashMap<(usize, [i64; 6]), usize> = HashMap::new();
+        let mut expected = 0.0;
+        for one in rebounds {
             let before = at_setting.entry((one.group, one.setting)).or_default();
             expected += (*before as f64 * chance(one)).min(1.0);
             *before += 1;
-            let key = (one.group, one.setting, one.restitution.to_bits());
-            let earliest = *first.entry(key).or_insert(place);
-            let next = last
-                .map(|last| last + 1)
-                .filter(|next| *next < place && is_same(*next, place));
-            let goes_on = next.is_some();
-            last = next.or(Some(earliest).filter(|earliest| *earliest < place));
-            let Some(source) = last else {
-                continue;
-            };
-            repeated += 1;
-            let source = rebounds[source].row;
-            match blocks.last_mut().filter(|_| goes_on) {
-                Some(block) => {
-                    block.rows[1] = one.row;
-                    block.repeats[1] = source;
-                    block.length += 1;
-                    block.chance *= chance(one);
-                }
-                None => blocks.push(Block {
-                    rows: [one.row; 2],
-                    repeats: [source; 2],
-                    length: 1,
-                    chance: chance(one),
-                }),
-            }
         }
+        let block = |pairs: &Vec<[usize; 2]>| {
+            let (first, last) = (pairs.first()?, pairs.last()?);
+            Some(Block {
+                rows: [rebounds[first[0]].row, rebounds[last[0]].row],
+                repeats: [rebounds[first[1]].row, rebounds[last[1]].row],
+                length: pairs.len(),
+                chance: pairs.iter().map(|[place, _]| chance(&rebounds[*place])).product(),
+            })
+        };
+        let mut blocks: Vec<Block> = copied.iter().filter_map(block).collect();
+        let repeated = copied.iter().map(Vec::len).sum();
         let pairs = 0.5 * (rebounds.len() as f64).powi(2);
-        let in_order = blocks.iter().filter(|block| block.length >= 3);
+        let in_order = blocks.iter().filter(|block| block.length >= IN_ORDER);
         let of_blocks = in_order.map(|block| pairs * block.chance).fold(1.0, f64::min);
         // the rarer of two
         let p = (2.0 * of_blocks.min(at_least(repeated, expected))).min(1.0);
@@ -313,44 +338,85 @@ fn at_least(found: usize, expected: f64) -> f64 {
     chi_squared_tail(2.0 * expected, 2.0 * found as f64).map_or(1.0, |fewer| 1.0 - fewer)
 }
 
-/// Rows that are the means of the rows before them.
+/// Rows that are the means of other rows.
 struct Means {
     rows: Vec<u32>,
     expected: f64,
     p: f64,
 }
 
+/// Which rows a mean may be of.
+#[derive(Clone, Copy)]
+enum MeanOf {
+    /// those just above, down to the mean before
+    Above,
+    /// those just below
+    Below,
+    /// all others near its speed
+    All,
+}
+
 impl Means {
-    /// `None` where there are none.
+    /// The least likely of all ways in which means may stand in a table; `None` where there are none.
     fn of(rebounds: &[Rebound], grids: &Grids) -> Option<Means> {
+        /// digits to which means are rounded at least
+        const COARSE: f64 = 0.01;
+        let near = Neighbours::of(rebounds);
+        let places = [MeanOf::Above, MeanOf::Below, MeanOf::All];
+        // to the digits of the runs, or to fewer
+        let ways = places.into_iter().flat_map(|of| [(of, 0.0), (of, COARSE)]);
+        let found: Vec<Means> = ways
+            .map(|(of, step)| Means::of_one_kind(rebounds, grids, &near, of, step))
+            .collect();
+        let tried = found.len() as f64;
+        let rarest = found.into_iter().min_by(|a, b| a.p.total_cmp(&b.p))?;
+        (!rarest.rows.is_empty()).then_some(Means {
+            p: (tried * rarest.p).min(1.0),
+            ..rarest
+        })
+    }
+
+    /// Those of one way, their restitutions rounded to this step at least.
+    fn of_one_kind(rebounds: &[Rebound], grids: &Grids, near: &Neighbours, of: MeanOf, rounded_to: f64) -> Means {
         /// rows of a block
         const ROWS: std::ops::RangeInclusive<usize> = 3..=50;
-        /// speeds of a block lie within this share of their mean
-        const CLOSE: f64 = 0.1;
         let mut rows: Vec<u32> = vec![];
         let mut expected = 0.0;
         // where the next block may begin
         let mut begin = 0;
         for (place, one) in rebounds.iter().enumerate() {
-            let is_near = |other: &&Rebound| other.group == one.group && (other.speed / one.speed - 1.0).abs() <= CLOSE;
-            let block = rebounds[begin..place].iter().rev().take_while(is_near);
-            let block: Vec<&Rebound> = block.take(ROWS.end() + 1).collect();
+            let steps = one.restitution / rounded_to;
+            if rounded_to > 0.0 && (steps - steps.round()).abs() > 1e-6 {
+                continue;
+            }
+            let is_near = |other: &&Rebound| one.is_near(other);
+            let most = ROWS.end() + 1;
+            let block: Vec<&Rebound> = match of {
+                MeanOf::Above => rebounds[begin..place]
+                    .iter()
+                    .rev()
+                    .take_while(is_near)
+                    .take(most)
+                    .collect(),
+                MeanOf::Below => rebounds[place + 1..].iter().take_while(is_near).take(most).collect(),
+                MeanOf::All => near.of_one(rebounds, place, most),
+            };
             let speeds = Spread::of(block.iter().map(|other| other.speed));
             let restitutions = Spread::of(block.iter().map(|other| other.restitution));
             // equal rows are repeats
             if !ROWS.contains(&block.len()) || restitutions.sd == 0.0 {
                 continue;
             }
-            let step = grids.of_restitution(one);
-            expected += speeds.chance(grids.speed) * restitutions.chance(step);
-            let is_mean = speeds.has_mean(one.speed, grids.speed) && restitutions.has_mean(one.restitution, step);
-            if is_mean {
+            let step = grids.of_restitution(one).max(rounded_to);
+            let speed_step = grids.speed.max(rounded_to);
+            expected += speeds.chance(speed_step) * restitutions.chance(step);
+            if speeds.has_mean(one.speed, speed_step) && restitutions.has_mean(one.restitution, step) {
                 rows.push(one.row);
                 begin = place + 1;
             }
         }
         let p = at_least(rows.len(), expected);
-        (!rows.is_empty()).then_some(Means { rows, expected, p })
+        Means { rows, expected, p }
     }
 
     fn question(&self, places: &RowPlaces, questioned: &mut Questioned) {
@@ -363,7 +429,7 @@ impl Means {
             named.push(format!("and {} more", self.rows.len() - NAMED));
         }
         let text = format!(
-            "{} rows are the mean of the rows just above them in speed and restitution, where chance would make it {:.1}: {}",
+            "{} rows are the mean of other rows near their speed, in speed and restitution, where chance would make it {:.1}: {}",
             self.rows.len(),
             self.expected,
             named.join(", ")
@@ -371,6 +437,49 @@ impl Means {
         questioned
             .checks
             .push(checks::MEAN_ROWS.check(self.p, text).with_advice());
+    }
+}
+
+impl Rebound {
+    /// Whether another is of the same group and speed, about.
+    fn is_near(&self, other: &Rebound) -> bool {
+        /// as a share
+        const CLOSE: f64 = 0.1;
+        other.group == self.group && (other.speed / self.speed - 1.0).abs() <= CLOSE
+    }
+}
+
+/// The places of rows by group and speed.
+struct Neighbours {
+    sorted: Vec<usize>,
+    /// where each stands among the sorted
+    rank: Vec<usize>,
+}
+
+impl Neighbours {
+    fn of(rebounds: &[Rebound]) -> Neighbours {
+        let mut sorted: Vec<usize> = (0..rebounds.len()).collect();
+        let key = |place: &usize| (rebounds[*place].group, rebounds[*place].speed);
+        sorted.sort_by(|a, b| {
+            let (a, b) = (key(a), key(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        let mut rank = vec![0; sorted.len()];
+        sorted.iter().enumerate().for_each(|(at, place)| rank[*place] = at);
+        Neighbours { sorted, rank }
+    }
+
+    /// All others near one, cut beyond so many.
+    fn of_one<'r>(&self, rebounds: &'r [Rebound], place: usize, most: usize) -> Vec<&'r Rebound> {
+        let at = self.rank[place];
+        let is_near = |other: &&Rebound| rebounds[place].is_near(other);
+        let slower = self.sorted[..at].iter().rev().map(|other| &rebounds[*other]);
+        let faster = self.sorted[at + 1..].iter().map(|other| &rebounds[*other]);
+        slower
+            .take_while(is_near)
+            .take(most)
+            .chain(faster.take_while(is_near).take(most))
+            .collect()
     }
 }
 
@@ -521,31 +630,49 @@ mod tests {
     fn pasted_blocks_and_means_are_found() {
         for (place, kind) in kinds().into_iter().enumerate() {
             let rows = table(kind, 50_000 + place as u64);
-            // half of the table pasted below it, and all of it
-            for pasted in [rows.len() / 2, rows.len()] {
-                let again: Vec<NewRun> = [&rows[..], &rows[..pasted]].concat();
+            // half of the table pasted below it, all of it, and all of it twice
+            let (half, all) = (&rows[..rows.len() / 2], &rows[..]);
+            for pasted in [[half].concat(), [all].concat(), [all, all].concat()] {
+                let again: Vec<NewRun> = [&rows[..], &pasted].concat();
                 let found = codes(&again);
                 // where nearly every run has the same digits as its neighbours, nobody can tell
                 let is_plain = kind.sd < 0.5 * kind.step;
                 assert!(is_plain || found.contains(&"repeated_rows"), "{place}: {found:?}");
             }
-            let with_means: Vec<NewRun> = rows
-                .chunks(kind.repeats)
-                .flat_map(|block| {
-                    let mean = |of: fn(&NewRun) -> f64, step: f64| {
-                        rounded(block.iter().map(of).sum::<f64>() / block.len() as f64, step)
-                    };
-                    let mean = NewRun {
-                        impact_speed: mean(|run| run.impact_speed, 0.001),
-                        restitution: mean(|run| run.restitution, kind.step),
-                        ..block[0]
-                    };
-                    [block, &[mean]].concat()
-                })
-                .collect();
+            let mean = |block: &[NewRun<'static>], step: f64| {
+                let mean = |of: fn(&NewRun) -> f64| block.iter().map(of).sum::<f64>() / block.len() as f64;
+                NewRun {
+                    impact_speed: rounded(mean(|run| run.impact_speed), 0.001),
+                    restitution: rounded(mean(|run| run.restitution), step),
+                    ..block[0]
+                }
+            };
+            let blocks = || rows.chunks(kind.repeats);
+            let below = blocks().flat_map(|block| [block, &[mean(block, kind.step)]].concat());
+            let above = blocks().flat_map(|block| [&[mean(block, kind.step)], block].concat());
+            let foot = rows.iter().copied().chain(blocks().map(|block| mean(block, kind.step)));
+            let coarse = blocks().flat_map(|block| [block, &[mean(block, 0.01)]].concat());
+            let tables: [Vec<NewRun>; 4] = [below.collect(), above.collect(), foot.collect(), coarse.collect()];
             let is_fine = kind.step <= 0.1 * kind.sd;
-            assert!(!is_fine || codes(&with_means).contains(&"mean_rows"), "{place}");
+            for (at, table) in tables.iter().enumerate() {
+                // where the mean is known to about the digits that the last has, nobody can tell
+                let is_told = is_fine && (at < 3 || kind.repeats > 3 && kind.sd > 0.01);
+                assert!(!is_told || codes(table).contains(&"mean_rows"), "{place}, {at}");
+            }
         }
+    }
+
+    #[test]
+    fn a_copy_in_other_units_is_one() {
+        let mut rows = table(kinds()[8], 3);
+        let copied = rows.iter().map(|run| NewRun {
+            impact_speed: run.impact_speed * 1000.0 / 1e3 * (1.0 + f64::EPSILON),
+            film: run.film.map(|(film, ratio)| (film * (1.0 - f64::EPSILON), ratio)),
+            ..*run
+        });
+        let copied: Vec<NewRun> = copied.collect();
+        rows.extend(copied);
+        assert_eq!(codes(&rows), ["repeated_rows"]);
     }
 
     #[test]

@@ -113,6 +113,13 @@ pub struct LogNormalPrior {
     pub ln_sd: f64,
 }
 
+impl LogNormalPrior {
+    /// Whether a value with its standard error lies more than three sds of the two together from the median.
+    pub fn is_contradicted_by(self, value: f64, se: f64) -> bool {
+        (value / self.median).ln().abs() > 3.0 * self.ln_sd.hypot(se / value)
+    }
+}
+
 /// Runs of some kinds, each kind with its own spread.
 pub struct RunsWithPriors<'a> {
     /// prior of each parameter

@@ -51,7 +51,19 @@ impl<'r> Identifiability<'r> {
         if free.is_empty() {
             return None;
         }
-        let beliefs: Vec<LogNormalPrior> = free.iter().map(|j| belief(&priors[*j])).collect();
+        let estimates = LeastSquaresEstimates::of(least_squares);
+        let believed = |j: &usize| {
+            let own = belief(&priors[*j]);
+            // beside a prior that the runs contradict it is asked what they see beside the default one
+            let found = estimates.estimate(runs, all[*j], false);
+            let contradicted = found.is_some_and(|(value, se)| own.is_contradicted_by(value, se));
+            if contradicted {
+                belief(&all[*j].default_prior(form).0)
+            } else {
+                own
+            }
+        };
+        let beliefs: Vec<LogNormalPrior> = free.iter().map(believed).collect();
         let held: Vec<f64> = priors.iter().map(Prior::median).collect();
         let whole = |values: &[f64]| {
             let mut full = held.clone();
@@ -66,14 +78,17 @@ impl<'r> Identifiability<'r> {
             );
             vec![wet.of(&free), dry.of(&free)]
         };
-        let spreads = [ParameterKind::SigmaWet, ParameterKind::SigmaDry].map(|kind| {
+        let measured = measured_spreads(least_squares);
+        let spreads = [
+            (ParameterKind::SigmaWet, measured[0]),
+            (ParameterKind::SigmaDry, measured[1]),
+        ];
+        let spreads = spreads.map(|(kind, measured)| {
             let median = prior_of(scene, runs, kind, form).0.median();
             // runs that nothing but their errors scatters
-            if median > 0.0 {
-                median
-            } else {
-                typical_error(runs)
-            }
+            let expected = if median > 0.0 { median } else { typical_error(runs) };
+            // runs that scatter less than is usual tell more
+            measured.map_or(expected, |measured| measured.clamp(LEAST_SPREAD * expected, expected))
         });
         let evidence = RunsWithPriors {
             beliefs: &beliefs,
@@ -274,6 +289,19 @@ fn belief(prior: &Prior) -> LogNormalPrior {
         median,
         ln_sd: sd / median,
     }
+}
+
+/// Share of the usual spread below which a spread is no measurement, but rounding.
+const LEAST_SPREAD: f64 = 1e-3;
+
+/// What wet and dry runs scatter by about the laws.
+fn measured_spreads(least_squares: LeastSquares) -> [Option<f64>; 2] {
+    let wet = least_squares.energy_balance.filter(|balance| balance.verdict.passed);
+    let dry = least_squares.dry.iter().filter(|dry| dry.verdict.passed);
+    [
+        wet.and_then(|balance| balance.residual_sd),
+        dry.filter_map(|dry| dry.residual_sd).reduce(f64::max),
+    ]
 }
 
 /// Root mean square of what the restitutions err by.

@@ -9,7 +9,8 @@
 //!
 //! A direction is unidentified where the runs say less of it than its prior: the slopes of every restitution, wet and dry,
 //! over the runs' spread and for a step of one prior sd in the logarithm of each parameter, leave it a singular value
-//! below 1, and the prior then more than 1/√2 of its sd. Stuck runs are left out, as by least squares.
+//! below 1, and the prior then more than 1/√2 of its sd. Stuck runs are left out, as by least squares. In the place of a
+//! prior that least squares contradicts stands the default one.
 
 mod combinations;
 mod each_quantity;

@@ -2,8 +2,10 @@
 //!
 //! Every group of one particle, liquid and film ratio has an energy of its own here, so that neither the form of the
 //! inertial loss nor an offset of a series is tested, only what happens from slow to fast runs. The law is held against
-//! one more column at a time: (1/St)² and v^(1/5), each with one factor for all groups, and 1/St with a factor for one
-//! group alone, which is a viscous loss of its own. The smallest p is multiplied by the number of columns (Bonferroni).
+//! one more column at a time: (1/St)² and v^(1/5), each with one factor for all groups; 1/St with a factor for one group
+//! alone, which is a viscous loss of its own; and either with one for the groups of one liquid, whose viscous loss is
+//! also asked for without energies of the groups, where no series has an offset. The smallest p is multiplied by the
+//! number of columns (Bonferroni).
 //!
 //! Rebounds near sticking have no fair residual and are left out, single outliers as well. A table that does not say how
 //! well speeds are known may have errors of a per cent, which near the threshold outweigh the rest: runs are weighed for
@@ -34,6 +36,10 @@ pub enum WetAlternative {
     SlopeInSpeed,
     /// one group with a term in 1/St of its own
     SlopeOfOneGroup,
+    /// all groups of one liquid with one term in 1/St of their own
+    SlopeOfOneLiquid,
+    /// all groups of one liquid with one term in v^(1/5) of their own
+    FallOfOneLiquid,
 }
 
 impl WetAlternative {
@@ -43,6 +49,8 @@ impl WetAlternative {
             WetAlternative::CurvatureInInverseStokes => "a curvature of e² in 1/St",
             WetAlternative::SlopeInSpeed => "a slope of e² in v",
             WetAlternative::SlopeOfOneGroup => "a viscous loss of its own in one group",
+            WetAlternative::SlopeOfOneLiquid => "a viscous loss of its own in one liquid",
+            WetAlternative::FallOfOneLiquid => "a slope of e² in v in one liquid",
         }
     }
 }
@@ -77,15 +85,18 @@ struct Group {
 }
 
 /// A wet rebound inside its group: every number over the sd of the run.
+#[derive(Clone)]
 struct WetRow {
     group: Group,
+    /// index into the scene's liquids
+    liquid: usize,
     film_ratio: f64,
     outlying: bool,
     /// residual of the law fitted inside the groups
     residual: f64,
     /// slopes in the parameters, each with its place
     slopes: Vec<(usize, f64)>,
-    /// the same, free of the group's own energy
+    /// the same, free of the group's own energy where each group has one
     within: Vec<(usize, f64)>,
     /// slope in the energy kept
     of_energy: f64,
@@ -96,8 +107,13 @@ struct WetRow {
 /// The test; `None` where no group has runs at different settings, or too few are left to tell the scatter.
 pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Option<WetLawTest> {
     let sampled = take(rows, &robust.point);
-    let mut wet = wet_rows(rows, robust, sorted, &sampled);
-    let law = FittedLaw::new(rows, robust, &sampled, &mut wet)?;
+    let mut plain = wet_rows(rows, robust, sorted, &sampled);
+    let mut wet = plain.clone();
+    wet.chunk_by_mut(|a, b| a.group == b.group).for_each(free_of_own_energy);
+    let law = FittedLaw::new(rows, robust, &sampled, &mut wet, true)?;
+    // levels of liquids can be compared where none is an offset
+    let levels = FittedLaw::new(rows, robust, &sampled, &mut plain, false);
+    let levels = levels.filter(|_| !rows.scene.model.series_offsets);
     let x = |row: &WetRow| row.inverse_stokes;
     let shared = [
         law.against(WetAlternative::CurvatureInInverseStokes, &wet, |row| x(row) * x(row)),
@@ -106,11 +122,23 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
     let of_groups = wet
         .chunk_by(|a, b| a.group == b.group)
         .map(|group| law.against(WetAlternative::SlopeOfOneGroup, group, x));
-    let found: Vec<Departure> = shared.into_iter().chain(of_groups).flatten().collect();
+    let of_liquids = liquids(&wet).into_iter().flat_map(|liquid| {
+        let only = move |row: &WetRow, x: f64| if row.liquid == liquid { x } else { 0.0 };
+        let slope = WetAlternative::SlopeOfOneLiquid;
+        [
+            law.against(slope, &wet, |row| only(row, x(row))),
+            law.against(WetAlternative::FallOfOneLiquid, &wet, |row| only(row, row.speed_root)),
+            levels
+                .as_ref()
+                .and_then(|law| law.against(slope, &plain, |row| only(row, x(row)))),
+        ]
+    });
+    let found = shared.into_iter().chain(of_groups).chain(of_liquids);
+    let found: Vec<Departure> = found.flatten().collect();
     let alternatives = found.len();
     let mut worst = found.into_iter().min_by(|a, b| a.test.p.total_cmp(&b.test.p))?;
     worst.test.p = (worst.test.p * alternatives as f64).min(1.0);
-    let (moves, moves_in_se) = law.moves(&worst)?;
+    let (moves, moves_in_se) = worst.law.moves(&worst)?;
     let most = worst.group()?;
     let group = rows.groups[most.of];
     let sphere = rows.runs.spheres[group.sphere];
@@ -126,6 +154,17 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
     })
 }
 
+/// The liquids, where there are several.
+fn liquids(wet: &[WetRow]) -> Vec<usize> {
+    let mut liquids: Vec<usize> = wet.iter().map(|row| row.liquid).collect();
+    liquids.sort_unstable();
+    liquids.dedup();
+    if liquids.len() < 2 {
+        liquids.clear();
+    }
+    liquids
+}
+
 /// The rebounds clear of sticking, by group; none of a group of one.
 fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[SampledRun]) -> Vec<WetRow> {
     let limit = rows.scene.data.smallest_restitution;
@@ -133,9 +172,12 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[
     let mut wet = vec![];
     for one in sampled {
         let part = &rows.parts[one.part];
-        if rows.kind(part) != RunKind::Wet {
+        let Some(liquid) = rows.groups[part.group]
+            .liquid
+            .filter(|_| rows.kind(part) == RunKind::Wet)
+        else {
             continue;
-        }
+        };
         let run = one.row.run;
         rows.joint
             .each_in_log_speed(part, run..run + 1, &robust.point, |row, by_speed| {
@@ -154,6 +196,7 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[
                         part: rows.scene.model.series_offsets.then_some(one.part),
                         from: None,
                     },
+                    liquid,
                     film_ratio: rows.runs.impacts.film_ratio[run],
                     outlying: sorted.outlying.binary_search(&run).is_ok(),
                     residual: row.residual / sd,
@@ -174,7 +217,6 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[
     for mut of_group in split(wet) {
         leave_out_outliers(&mut of_group);
         if of_group.len() > 1 {
-            free_of_own_energy(&mut of_group);
             left.extend(of_group);
         }
     }
@@ -262,8 +304,10 @@ fn square(values: &[f64]) -> f64 {
     values.iter().map(|x| x * x).sum()
 }
 
-/// The law fitted inside the groups.
+/// The law fitted to the wet runs.
 struct FittedLaw {
+    /// whether each group has an energy of its own
+    inside_groups: bool,
     within: Inverse,
     /// of the fit that is quoted, in which groups have no energy of their own
     quoted: Inverse,
@@ -275,11 +319,12 @@ struct FittedLaw {
 
 /// The law against one alternative.
 struct Departure<'w> {
+    law: &'w FittedLaw,
     against: WetAlternative,
     test: FTest,
     /// the runs that the alternative is about
     wet: &'w [WetRow],
-    /// the alternative's column beside an energy of each group's own, times its factor
+    /// the alternative's column, beside an energy of each group's own where they have one, times its factor
     column: Vec<f64>,
     /// what the law has of it, as a step of the parameters
     taken: DVector<f64>,
@@ -294,7 +339,8 @@ impl Departure<'_> {
             let of_row = |(row, x): &(&WetRow, &f64)| (*x - along(&row.within, &self.taken)) * row.residual;
             group.iter().map(of_row).sum()
         };
-        let rows: Vec<(&WetRow, &f64)> = self.wet.iter().zip(&self.column).collect();
+        let of_it = |(_, x): &(&WetRow, &f64)| **x != 0.0;
+        let rows: Vec<(&WetRow, &f64)> = self.wet.iter().zip(&self.column).filter(of_it).collect();
         let groups = rows.chunk_by(|a, b| a.0.group == b.0.group);
         let most = groups.max_by(|a, b| explained(a).total_cmp(&explained(b)))?;
         Some(most[0].0.group)
@@ -302,7 +348,13 @@ impl Departure<'_> {
 }
 
 impl FittedLaw {
-    fn new(rows: &Rows, robust: &RobustFit, sampled: &[SampledRun], wet: &mut [WetRow]) -> Option<FittedLaw> {
+    fn new(
+        rows: &Rows,
+        robust: &RobustFit,
+        sampled: &[SampledRun],
+        wet: &mut [WetRow],
+        inside_groups: bool,
+    ) -> Option<FittedLaw> {
         let blank = || DMatrix::zeros(rows.names.len(), rows.names.len());
         let (mut within, mut quoted) = (blank(), blank());
         let mut gradient = DVector::zeros(rows.names.len());
@@ -335,8 +387,13 @@ impl FittedLaw {
             .iter()
             .map(|row| information::square(&within.matrix, &row.within))
             .sum();
-        let groups = wet.chunk_by(|a, b| a.group == b.group).count();
+        let groups = if inside_groups {
+            wet.chunk_by(|a, b| a.group == b.group).count()
+        } else {
+            0
+        };
         Some(FittedLaw {
+            inside_groups,
             within,
             quoted,
             spread: Spread {
@@ -352,7 +409,7 @@ impl FittedLaw {
 
     /// Holds the law against one more column of the energy in some groups; `None` where the law has it already.
     fn against<'g>(
-        &self,
+        &'g self,
         against: WetAlternative,
         wet: &'g [WetRow],
         column: impl Fn(&WetRow) -> f64,
@@ -360,9 +417,12 @@ impl FittedLaw {
         /// a column with less than this share of its square beside the law is not told from it
         const NEW: f64 = 1e-6;
         let groups = wet.chunk_by(|a, b| a.group == b.group);
-        let mut column: Vec<f64> = groups
-            .flat_map(|group| centred(group, |row| row.of_energy * column(row)))
-            .collect();
+        let of_energy = |row: &WetRow| row.of_energy * column(row);
+        let mut column: Vec<f64> = if self.inside_groups {
+            groups.flat_map(|group| centred(group, of_energy)).collect()
+        } else {
+            wet.iter().map(of_energy).collect()
+        };
         let mut pull = DVector::zeros(self.within.identified.len());
         let mut product = 0.0;
         for (row, x) in wet.iter().zip(&column) {
@@ -382,6 +442,7 @@ impl FittedLaw {
         };
         column.iter_mut().for_each(|x| *x *= factor);
         Some(Departure {
+            law: self,
             against,
             test: nested(self.spread, wide)?,
             wet,

@@ -1,6 +1,7 @@
 //! Names the parameters that keep much of their prior, each with the one it moves with, and those whose runs contradict it.
 
-use super::summary::{PosteriorFindings, QuantitySummary, RunsAlone};
+use super::runs_alone::RunsAlone;
+use super::summary::{HeldParameter, PosteriorFindings, QuantitySummary};
 use crate::findings::checks::{self, Check};
 use crate::findings::identify::Directions;
 use crate::findings::notices;
@@ -42,43 +43,48 @@ pub(in crate::findings) fn contraction_notices(
 
 /// Whether the runs contradict a prior; `None` where they alone say nothing of any parameter.
 pub(super) fn prior_conflict(found: &PosteriorFindings) -> Option<Check> {
-    let alone = found.parameters.iter().filter_map(|own| {
+    let of_prior = |own: &QuantitySummary| {
         let prior = own.prior.as_ref()?;
-        Some((own, prior, prior.runs_alone?))
-    });
-    let mut alone: Vec<_> = alone.collect();
-    alone.sort_by(|a, b| b.2.from_prior.abs().total_cmp(&a.2.from_prior.abs()));
-    let (worst, _, farthest) = alone.first()?;
-    let criterion = checks::PRIOR_CONFLICT;
-    let distance = farthest.from_prior.abs();
-    let conflicts: Vec<_> = alone
-        .iter()
-        .filter(|(_, prior, _)| prior.conflict().is_some())
-        .collect();
-    if conflicts.is_empty() {
-        let text = format!(
-            "largest distance of what the runs alone say from a prior ({}), in sds of the two together",
-            worst.name
-        );
-        return Some(criterion.check(distance, text));
-    }
-    let told = conflicts.iter().map(|(own, prior, alone)| {
-        format!(
-            "{}: the runs alone give {}, its prior is {}: {:.1} sds of the two together apart, and the posterior lies {:.1} of \
-             its ± from what the runs say",
-            own.name,
-            with_se(alone.value, alone.se),
+        let alone = prior.runs_alone?;
+        let apart = format!(
+            "its prior is {}: {:.1} sds of the two together apart, and the posterior lies {:.1} of its ± from what the runs say",
             prior.density,
             alone.from_prior.abs(),
             alone.from_posterior.abs()
+        );
+        Some((own.name.clone(), alone, apart))
+    };
+    let of_held = |own: &HeldParameter| {
+        let (alone, value) = own.runs_alone.zip(own.value)?;
+        let apart = format!(
+            "it is held at {value}, {:.1} standard errors away",
+            alone.from_prior.abs()
+        );
+        Some((own.name.clone(), alone, apart))
+    };
+    let sampled = found.parameters.iter().filter_map(of_prior);
+    let mut all: Vec<(String, RunsAlone, String)> = sampled.chain(found.left_out.iter().filter_map(of_held)).collect();
+    all.sort_by(|a, b| b.1.from_prior.abs().total_cmp(&a.1.from_prior.abs()));
+    let (worst, farthest, _) = all.first()?;
+    let distance = farthest.from_prior.abs();
+    let conflicts: Vec<_> = all.iter().filter(|(_, alone, _)| alone.contradicts_prior()).collect();
+    if conflicts.is_empty() {
+        let text =
+            format!("largest distance of what the runs alone say from a prior ({worst}), in sds of the two together");
+        return Some(checks::PRIOR_CONFLICT.check(distance, text));
+    }
+    let told = conflicts.iter().map(|(name, alone, apart)| {
+        format!(
+            "{name}: the runs alone give {}, {apart}",
+            with_se(alone.value, alone.se)
         )
     });
     let told: Vec<String> = told.collect();
     let felt = |alone: &RunsAlone| alone.from_posterior.abs() > checks::FELT;
     Some(
         Check {
-            gates: conflicts.iter().any(|(_, _, alone)| felt(alone)),
-            ..criterion.check(distance, notices::shortened(&told))
+            gates: conflicts.iter().any(|(_, alone, _)| felt(alone)),
+            ..checks::PRIOR_CONFLICT.check(distance, notices::shortened(&told))
         }
         .with_advice(),
     )

@@ -2,8 +2,9 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `summary.rs` | the summary, as `findings.json` writes it |
 //! | `sampling.rs` | what is sampled and how |
+//! | `runs_alone.rs` | what the runs alone say of each parameter, beside the scene's priors |
+//! | `summary.rs` | the summary, as `findings.json` writes it |
 //! | `summarise.rs` | summarises the draws of each parameter and of what follows |
 //! | `series_offsets.rs` | summarises the draws of the offsets of r that series have |
 //! | `contraction.rs` | the parameters that keep much of their prior |
@@ -17,6 +18,7 @@ pub mod derived;
 mod draws;
 pub(super) mod posterior_checks;
 pub mod predictive_checks;
+mod runs_alone;
 mod sampling;
 mod series_offsets;
 mod summarise;
@@ -39,13 +41,15 @@ use crate::runs::Runs;
 use crate::scene::Scene;
 use crate::seed::StreamName;
 use derived::DerivedDraws;
+use runs_alone::UnderDefaults;
 use summarise::{summarise_posterior, SummarySource};
 
 pub use posterior_checks::{speed_errors, why_not_sampled, PosteriorRefusal};
+pub use runs_alone::RunsAlone;
 pub use sampling::{check_room, effort, start, until_mixed, MethodChoice, SamplingSetup, MOST_NUMBERS};
 pub use summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod, RunsAlone, SeriesOffset, StandIns,
+    RejectedMethod, SeriesOffset, StandIns,
 };
 
 /// A posterior with its draws, for the report and the files of draws.
@@ -171,9 +175,11 @@ pub fn fit_posterior(
         *error += largest_difference(scene, runs, setup.form, (&rows, &draws));
     }
     let predictive = predictive_checks::check_predictions(scene, runs.sample(), setup.form, &draws);
+    let under_defaults = UnderDefaults::of(scene, runs, setup, (&rows, &start), least_squares.seed);
     let source = SummarySource {
         setup,
         effort,
+        under_defaults: under_defaults.as_ref(),
         rows: runs.wet_measured(),
         stand_ins: condensed.as_ref().or(few).map(|few| StandIns {
             runs: few.wet(),

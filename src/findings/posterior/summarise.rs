@@ -4,10 +4,11 @@ use rayon::prelude::*;
 
 use super::derived::DerivedDraws;
 use super::predictive_checks::PredictiveChecks;
+use super::runs_alone::{RunsAlone, UnderDefaults};
 use super::sampling::SamplingSetup;
 use super::summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod, RunsAlone, SeriesOffset, StandIns,
+    RejectedMethod, SeriesOffset, StandIns,
 };
 use crate::findings::predict::Basis;
 use crate::inference::diagnostics::energy::e_bfmi;
@@ -33,6 +34,8 @@ pub(super) struct SummarySource<'p> {
     pub(super) derived: &'p [DerivedDraws],
     /// new runs beside the ones made
     pub(super) predictive: PredictiveChecks,
+    /// what the runs say under the default priors, where the scene sets others
+    pub(super) under_defaults: Option<&'p UnderDefaults>,
     /// the offsets of series
     pub(super) series_offsets: Vec<SeriesOffset>,
     /// what predictions need besides these
@@ -47,7 +50,10 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
     let kept = sampled.chains.iter();
     PosteriorFindings {
         parameters: with_draws
-            .map(|(parameter, values)| summarise_parameter(parameter, values, sampled.mcse_factor))
+            .map(|(parameter, values)| {
+                let under_defaults = source.under_defaults;
+                summarise_parameter(parameter, values, sampled.mcse_factor, under_defaults)
+            })
             .collect(),
         derived: source
             .derived
@@ -59,7 +65,11 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
             })
             .collect(),
         series_offsets: source.series_offsets,
-        left_out: parameters.left_out.iter().map(HeldParameter::of).collect(),
+        left_out: parameters
+            .left_out
+            .iter()
+            .map(|left| HeldParameter::of(left, source.under_defaults))
+            .collect(),
         correlation: correlations(&sampled.values),
         chains: sampled.chains.len(),
         warmup: if sampled.method == Method::Nuts {
@@ -97,11 +107,16 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
 }
 
 impl HeldParameter {
-    fn of(left: &LeftOut) -> HeldParameter {
+    fn of(left: &LeftOut, under_defaults: Option<&UnderDefaults>) -> HeldParameter {
+        let physical = left.kind.quantity().is_some();
         HeldParameter {
             name: left.name.clone(),
             value: left.value,
             reason: left.reason.clone(),
+            runs_alone: under_defaults
+                .filter(|_| physical)
+                .zip(left.value)
+                .and_then(|(runs, held)| runs.beside_held(left.kind, held)),
         }
     }
 }
@@ -135,7 +150,12 @@ impl CompressionSummary {
     }
 }
 
-fn summarise_parameter(parameter: &ModelParameter, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
+fn summarise_parameter(
+    parameter: &ModelParameter,
+    values: &[Vec<f64>],
+    mcse_factor: f64,
+    under_defaults: Option<&UnderDefaults>,
+) -> QuantitySummary {
     let summary = summarise_quantity(&parameter.name, values, mcse_factor);
     let sd = parameter.prior.sd();
     let on_scale = values.iter().flatten().map(|x| parameter.prior.standard(*x));
@@ -160,7 +180,10 @@ fn summarise_parameter(parameter: &ModelParameter, values: &[Vec<f64>], mcse_fac
         source: parameter.source,
         sd_ratio: on_scale.zip(of_prior).map(|((_, posterior), prior)| posterior / prior),
         distance: on_scale.map(|(mean, _)| mean),
-        runs_alone: on_scale.and_then(|(mean, sd)| RunsAlone::of(&parameter.prior, mean, sd)),
+        runs_alone: on_scale.and_then(|(mean, sd)| match under_defaults {
+            Some(runs) => runs.beside(parameter, [mean, sd]),
+            None => RunsAlone::of(&parameter.prior, mean, sd),
+        }),
     };
     QuantitySummary {
         prior: Some(prior),

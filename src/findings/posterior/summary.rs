@@ -3,12 +3,11 @@
 use serde::Serialize;
 
 use super::predictive_checks::PredictiveChecks;
-use crate::findings::checks;
+use super::runs_alone::RunsAlone;
 use crate::findings::predict::Basis;
 use crate::inference::sampling::Method;
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::runs::Runs;
-use crate::scene::Prior;
 
 /// The summary of the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -170,42 +169,8 @@ pub struct PriorSummary {
     pub sd_ratio: Option<f64>,
     /// mean of the posterior less the centre of the prior, in sds of the prior on its scale
     pub distance: Option<f64>,
-    /// what the runs alone say; `None` where the posterior is no narrower than the prior
+    /// what the runs alone say; `None` where they say no more than the prior
     pub runs_alone: Option<RunsAlone>,
-}
-
-/// What the runs alone say of a parameter: the posterior with the prior taken out, both as normals on the prior's scale.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct RunsAlone {
-    /// its value
-    pub value: f64,
-    /// its standard error
-    pub se: f64,
-    /// its distance from the centre of the prior, in sds of the two together
-    pub from_prior: f64,
-    /// its distance from the mean of the posterior, in sds of the posterior
-    pub from_posterior: f64,
-}
-
-/// A posterior that keeps more of its prior's sd says nothing of what the runs alone say.
-const NARROWER: f64 = 0.95;
-
-impl RunsAlone {
-    /// From the mean and the sd of the posterior in sds of the prior from its centre.
-    pub(super) fn of(prior: &Prior, mean: f64, sd: f64) -> Option<RunsAlone> {
-        if !(sd > 0.0 && sd < NARROWER) {
-            return None;
-        }
-        let left = 1.0 - sd * sd;
-        let [from, to] = [-1.0, 1.0].map(|side| prior.at_standard((mean + side * sd * left.sqrt()) / left));
-        let found = RunsAlone {
-            value: prior.at_standard(mean / left)?,
-            se: 0.5 * (to? - from?),
-            from_prior: mean / left.sqrt(),
-            from_posterior: mean * sd / left,
-        };
-        (found.value.is_finite() && found.se.is_finite()).then_some(found)
-    }
 }
 
 /// Share of its prior sd from which a parameter is led by its prior: what each of two keeps that only move together, where
@@ -215,13 +180,8 @@ const PRIOR_LED: f64 = 0.5;
 impl PriorSummary {
     /// Whether the prior says more of the parameter than the runs; where the two contradict each other, neither leads.
     pub fn leads(&self) -> bool {
-        self.sd_ratio.is_some_and(|ratio| ratio > PRIOR_LED) && self.conflict().is_none()
-    }
-
-    /// What the runs alone say, where that contradicts the prior.
-    pub fn conflict(&self) -> Option<RunsAlone> {
-        self.runs_alone
-            .filter(|alone| !checks::PRIOR_CONFLICT.holds(alone.from_prior.abs()))
+        let conflict = self.runs_alone.is_some_and(|alone| alone.contradicts_prior());
+        self.sd_ratio.is_some_and(|ratio| ratio > PRIOR_LED) && !conflict
     }
 }
 
@@ -234,6 +194,9 @@ pub struct HeldParameter {
     pub value: Option<f64>,
     /// why
     pub reason: String,
+    /// what the runs alone say of it, where a scene's prior holds it
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub runs_alone: Option<RunsAlone>,
 }
 
 /// An accuracy that was asked for: the largest error of any mean, in posterior sds, and of any sd, relative.
@@ -285,29 +248,4 @@ pub struct CompressionSummary {
     pub bound: f64,
     /// largest difference from the sum over all rows, or what stood for them, at some of the draws
     pub max_log_density_error: f64,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The posterior of a normal prior and a normal likelihood, by their precisions; and the same on the logarithm.
-    #[test]
-    fn the_prior_is_taken_out_of_the_posterior() {
-        const PRIOR: [f64; 2] = [2.0, 0.05];
-        const RUNS: [f64; 2] = [1.8, 0.04];
-        let precision = [PRIOR, RUNS].map(|[_, sd]| 1.0 / (sd * sd));
-        let sd = (precision[0] + precision[1]).powf(-0.5);
-        let mean = (PRIOR[0] * precision[0] + RUNS[0] * precision[1]) * sd * sd;
-        let standard = [(mean - PRIOR[0]) / PRIOR[1], sd / PRIOR[1]];
-        let alone = RunsAlone::of(&Prior::Normal(PRIOR[0], PRIOR[1]), standard[0], standard[1]).expect("narrower");
-        assert!((alone.value - RUNS[0]).abs() < 1e-12 && (alone.se - RUNS[1]).abs() < 1e-12);
-        assert!((alone.from_prior - (RUNS[0] - PRIOR[0]) / PRIOR[1].hypot(RUNS[1])).abs() < 1e-12);
-        assert!((alone.from_posterior - (RUNS[0] - mean) / sd).abs() < 1e-12);
-        let log = Prior::LogNormal(PRIOR[0].exp(), PRIOR[1]);
-        let of_log = RunsAlone::of(&log, standard[0], standard[1]).expect("narrower");
-        assert!((of_log.value.ln() - RUNS[0]).abs() < 1e-12);
-        assert!((of_log.from_prior - alone.from_prior).abs() < 1e-12);
-        assert_eq!(RunsAlone::of(&log, 0.0, 1.0), None);
-    }
 }

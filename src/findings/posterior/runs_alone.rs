@@ -1,0 +1,186 @@
+//! Finds what the runs alone say of each parameter, where a scene sets priors of its own: the normal about the mode of the
+//! posterior under the default priors, with those taken out again.
+//!
+//! The scene's own posterior cannot tell: a prior far from the runs pulls the other parameters with it, and one with bounds
+//! hides what lies beyond them.
+
+use serde::Serialize;
+
+use super::sampling::SamplingSetup;
+use crate::findings::checks;
+use crate::inference::diagnostics::summary::summarise;
+use crate::inference::importance::{propose, DrawCounts, Proposal};
+use crate::inference::prepared_posterior::{PreparedPosterior, Start};
+use crate::model::likelihood::Likelihood;
+use crate::model::parameters::{ModelParameter, ModelParameters, ParameterKind};
+use crate::runs::Runs;
+use crate::scene::{Prior, Scene, SIGMA_ENERGY};
+use crate::seed::StreamName;
+
+/// What the runs alone say of a parameter, on the scale of its prior.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RunsAlone {
+    /// its value
+    pub value: f64,
+    /// its standard error
+    pub se: f64,
+    /// its distance from the centre of the prior, in sds of the two together; from the nearer bound of a uniform one, in
+    /// standard errors, and 0 inside
+    pub from_prior: f64,
+    /// its distance from the mean of the posterior, in sds of the posterior; from a value that is held, in standard errors
+    pub from_posterior: f64,
+}
+
+/// A posterior that keeps more of its prior's sd says nothing of what the runs alone say.
+const NARROWER: f64 = 0.95;
+
+/// Value and standard error that runs give beside a prior, from the mean and the sd of the posterior in sds of the prior
+/// from its centre: both taken as normals on the prior's scale. `None` where the posterior is no narrower than the prior.
+fn without(prior: &Prior, mean: f64, sd: f64) -> Option<[f64; 2]> {
+    if !(sd > 0.0 && sd < NARROWER) {
+        return None;
+    }
+    let left = 1.0 - sd * sd;
+    let [from, to] = [-1.0, 1.0].map(|side| prior.at_standard((mean + side * sd * left.sqrt()) / left));
+    let found = [prior.at_standard(mean / left)?, 0.5 * (to? - from?)];
+    found.iter().all(|x| x.is_finite()).then_some(found)
+}
+
+impl RunsAlone {
+    /// Whether the runs contradict the prior.
+    pub(super) fn contradicts_prior(&self) -> bool {
+        !checks::PRIOR_CONFLICT.holds(self.from_prior.abs())
+    }
+
+    /// From the mean and the sd of the posterior in sds of its prior from the prior's centre.
+    pub(super) fn of(prior: &Prior, mean: f64, sd: f64) -> Option<RunsAlone> {
+        let [value, se] = without(prior, mean, sd)?;
+        let left = 1.0 - sd * sd;
+        Some(RunsAlone {
+            value,
+            se,
+            from_prior: mean / left.sqrt(),
+            from_posterior: mean * sd / left,
+        })
+    }
+
+    /// What runs that give a value with its standard error say beside a prior, and beside the mean and the sd of the
+    /// posterior in sds of that prior from its centre.
+    fn beside(prior: &Prior, [value, se]: [f64; 2], [mean, sd]: [f64; 2]) -> Option<RunsAlone> {
+        let z = prior.standard(value)?;
+        let z_se = 0.5 * (prior.standard(value + se)? - prior.standard(value - se)?);
+        let from_prior = match *prior {
+            Prior::Uniform(lo, hi) => ((value - hi).max(0.0) - (lo - value).max(0.0)) / se,
+            _ => z / z_se.hypot(1.0),
+        };
+        let found = RunsAlone {
+            value,
+            se,
+            from_prior,
+            from_posterior: (z - mean) / sd,
+        };
+        [found.from_prior, found.from_posterior]
+            .iter()
+            .all(|x| x.is_finite())
+            .then_some(found)
+    }
+}
+
+/// What the runs say of every parameter under the default priors.
+#[derive(Debug, Clone)]
+pub(super) struct UnderDefaults {
+    /// value and standard error of each, with what it is
+    of_each: Vec<(ParameterKind, [f64; 2])>,
+}
+
+impl UnderDefaults {
+    /// `None` where the scene sets no prior, or where the posterior under the default ones has no peak.
+    pub(super) fn of(
+        scene: &Scene,
+        runs: &Runs,
+        setup: SamplingSetup,
+        (rows, start): (&Likelihood, &Start),
+        seed: u64,
+    ) -> Option<UnderDefaults> {
+        const DRAWS: usize = 2000;
+        let mut plain = scene.clone();
+        // one of no file is how far slow rebounds are trusted, which is not asked of the runs
+        plain
+            .priors
+            .retain(|prior| prior.parameter == SIGMA_ENERGY.name && prior.line.is_none());
+        if plain.priors.len() == scene.priors.len() {
+            return None;
+        }
+        let parameters = ModelParameters::of(&plain, runs, setup.form).ok()?;
+        let prepared = PreparedPosterior::new(parameters, rows, start, setup.method.evaluation()).ok()?;
+        let about = Some(&prepared.about).filter(|about| about.converged && about.peaked)?;
+        let size = DrawCounts {
+            chains: 1,
+            draws: DRAWS,
+        };
+        let stream = StreamName::new(seed, "default priors");
+        let proposed = propose(&prepared.posterior, &Proposal::Normal(about), size, stream);
+        let points = proposed
+            .iter()
+            .flat_map(|one| one.points.chunks_exact(about.mode.len()));
+        let draws: Vec<Vec<f64>> = points.map(|point| prepared.posterior.draw_at(point)).collect();
+        let sampled = &prepared.posterior.parameters().sampled;
+        let of_one = |(place, parameter): (usize, &ModelParameter)| {
+            let on_scale = draws.iter().map(|draw| parameter.prior.standard(draw[place]));
+            let on_scale: Vec<f64> = on_scale.collect::<Option<_>>()?;
+            let found = summarise(&[on_scale.as_slice()]);
+            Some((parameter.kind, without(&parameter.prior, found.mean?, found.sd?)?))
+        };
+        Some(UnderDefaults {
+            of_each: sampled.iter().enumerate().filter_map(of_one).collect(),
+        })
+    }
+
+    /// What the runs say of a parameter beside its own prior, and the mean and the sd of its posterior in sds of that.
+    pub(super) fn beside(&self, parameter: &ModelParameter, posterior: [f64; 2]) -> Option<RunsAlone> {
+        RunsAlone::beside(&parameter.prior, self.value(parameter.kind)?, posterior)
+    }
+
+    /// What the runs say of a parameter beside the value that a prior holds it at.
+    pub(super) fn beside_held(&self, kind: ParameterKind, held: f64) -> Option<RunsAlone> {
+        let [value, se] = self.value(kind)?;
+        let apart = (value - held) / se;
+        Some(RunsAlone {
+            value,
+            se,
+            from_prior: apart,
+            from_posterior: apart,
+        })
+    }
+
+    /// Value and standard error of a parameter; `None` where the runs say nothing of it.
+    fn value(&self, kind: ParameterKind) -> Option<[f64; 2]> {
+        let own = self.of_each.iter().find(|(own, _)| *own == kind)?;
+        Some(own.1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The posterior of a normal prior and a normal likelihood, by their precisions; and the same on the logarithm.
+    #[test]
+    fn the_prior_is_taken_out_of_the_posterior() {
+        const PRIOR: [f64; 2] = [2.0, 0.05];
+        const RUNS: [f64; 2] = [1.8, 0.04];
+        let precision = [PRIOR, RUNS].map(|[_, sd]| 1.0 / (sd * sd));
+        let sd = (precision[0] + precision[1]).powf(-0.5);
+        let mean = (PRIOR[0] * precision[0] + RUNS[0] * precision[1]) * sd * sd;
+        let standard = [(mean - PRIOR[0]) / PRIOR[1], sd / PRIOR[1]];
+        let alone = RunsAlone::of(&Prior::Normal(PRIOR[0], PRIOR[1]), standard[0], standard[1]).expect("narrower");
+        assert!((alone.value - RUNS[0]).abs() < 1e-12 && (alone.se - RUNS[1]).abs() < 1e-12);
+        assert!((alone.from_prior - (RUNS[0] - PRIOR[0]) / PRIOR[1].hypot(RUNS[1])).abs() < 1e-12);
+        assert!((alone.from_posterior - (RUNS[0] - mean) / sd).abs() < 1e-12);
+        let log = Prior::LogNormal(PRIOR[0].exp(), PRIOR[1]);
+        let of_log = RunsAlone::of(&log, standard[0], standard[1]).expect("narrower");
+        assert!((of_log.value.ln() - RUNS[0]).abs() < 1e-12);
+        assert!((of_log.from_prior - alone.from_prior).abs() < 1e-12);
+        assert_eq!(RunsAlone::of(&log, 0.0, 1.0), None);
+    }
+}
