@@ -421,3 +421,41 @@ fn two_density_ratios_stand_in_for_dry_runs() {
     assert_eq!(unseen.parameters, ["inertial_prefactor", "film_scale"]);
     assert_true(&unseen.determined[0], "inertial_prefactor·g(0.12)", C * design.g(0.12));
 }
+
+/// Few runs tell apart what they scatter too little to blur, as the posterior then does.
+#[test]
+fn runs_that_scatter_little_tell_more() {
+    let design = Design {
+        films: "0.05, 0.06",
+        heights: "30, 150",
+        ..WELL
+    };
+    let place = design.place();
+    let see = |scatter: f64| {
+        let mut csv = "particle,liquid,diameter_mm,film_um,film_ratio,impact_speed_m_s,restitution\n".to_owned();
+        let mut sign = scatter;
+        let mut noisy = |e: f64| {
+            sign = -sign;
+            e + sign
+        };
+        for speed in [0.4f64, 1.2, 2.0] {
+            let e = noisy(1.0 - DRY_K * speed.powf(0.2));
+            csv += &format!("PTFE,,4.762,,,{speed},{e:.5}\n");
+        }
+        for film_ratio in [0.05, 0.06] {
+            for height in [0.03f64, 0.08, 0.15] {
+                let speed = (2.0 * 9.81 * height).sqrt();
+                let (_, e) = design.at(film_ratio, height);
+                let film = 4762.0 * film_ratio;
+                csv += &format!("PTFE,AK10,4.762,{film},{film_ratio},{speed},{:.5}\n", noisy(e));
+            }
+        }
+        place
+            .fit_rows(&csv)
+            .identifies
+            .expect("parameters and finite sums")
+            .unseen
+    };
+    assert!(see(0.0).is_empty());
+    assert!(!see(0.02).is_empty());
+}
