@@ -352,6 +352,12 @@ fn a_series_density_is_that_of_quadrature() {
         let units = SeriesDensities::new(Pointwise::new(&scene, runs, form), rows, runs);
         let found = units.ln_densities(&full).expect("inside");
         assert_eq!(found.len(), dry + runs.series.len());
+        // wherever the search for each offset begins
+        let mut far = full.clone();
+        far[offset_slot(runs, 0)..].fill(0.25);
+        for (far, near) in units.ln_densities(&far).expect("inside").iter().zip(&found) {
+            assert!((far - near).abs() < 1e-6, "{extra}: {far} {near}");
+        }
         // all series at once, each over its own offset: trapezoids to eight of its prior's sds
         const STEPS: i32 = 400;
         let mut sums = vec![0.0; runs.series.len()];

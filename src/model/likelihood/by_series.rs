@@ -56,9 +56,15 @@ impl<'r> SeriesDensities<'r> {
     }
 
     /// The full vector with each offset where the density of its series is highest, and the curvature of its runs there.
+    ///
+    /// Fails where that is not found.
     fn highest(&self, full: &[f64], variance: f64) -> Result<(Vec<f64>, Vec<f64>), OutsideDomain> {
-        /// from an offset of the posterior the second of Newton's steps is down to rounding where noise is normal
-        const STEPS: usize = 3;
+        /// of Newton's; from an offset of the posterior two do where noise is normal
+        const STEPS: usize = 50;
+        /// no step is longer, in r
+        const LONGEST: f64 = 0.1;
+        /// a step of fewer sds is the last
+        const STILL: f64 = 1e-4;
         /// far below any spread of a mean, far above rounding
         const NEAR: f64 = 1e-6;
         let offsets = offset_slot(self.runs, 0)..full.len();
@@ -69,12 +75,19 @@ impl<'r> SeriesDensities<'r> {
             self.likelihood.ln_density(&at, &mut slopes)?;
             at[offsets.clone()].iter_mut().for_each(|offset| *offset += NEAR);
             self.likelihood.ln_density(&at, &mut beyond)?;
+            let mut longest = 0.0;
             for (place, strength) in offsets.clone().zip(&mut strengths) {
                 at[place] -= NEAR;
                 *strength = ((slopes[place] - beyond[place]) / NEAR).max(0.0);
-                at[place] += (slopes[place] - at[place] / variance) / (*strength + 1.0 / variance);
+                let precision = *strength + 1.0 / variance;
+                let step = ((slopes[place] - at[place] / variance) / precision).clamp(-LONGEST, LONGEST);
+                at[place] += step;
+                longest = f64::max(longest, step.abs() * precision.sqrt());
+            }
+            if longest < STILL {
+                return Ok((at, strengths));
             }
         }
-        Ok((at, strengths))
+        Err(OutsideDomain)
     }
 }

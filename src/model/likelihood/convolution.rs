@@ -522,6 +522,10 @@ impl Curve {
                 }
                 from = next;
             }
+            // an integral that stops before its end is none
+            if sign * (end - from) > 0.0 {
+                add(f64::NAN, f64::NAN);
+            }
         }
     }
 }

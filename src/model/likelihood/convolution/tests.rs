@@ -259,3 +259,19 @@ fn parameters_beyond_all_numbers_have_no_density() {
         }
     }
 }
+
+/// A sum over the panels that were reached would pass for the integral.
+#[test]
+fn an_integral_that_does_not_reach_its_end_is_none() {
+    let length = |sigma: f64| {
+        let spreads = Spreads { sigma, energy: 0.02 };
+        let curve = Curve::new(Tails::Normal, 0.4, 0.3, spreads);
+        let nearest = Nearest { x: 0.4, square: 0.0 };
+        let mut sum = 0.0;
+        let range = Range { lo: -1.0, hi: 1.0 };
+        curve.over_panels(range, nearest, WIDTHS, &mut |_, weight| sum += weight);
+        sum
+    };
+    assert!((length(0.01) - 2.0).abs() < 1e-9);
+    assert!(length(1e-6).is_nan());
+}
