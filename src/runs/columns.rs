@@ -1,8 +1,9 @@
 //! Matches the header of a table with the columns runs can have.
 
+use super::other_quantities::other_quantity;
 use super::raw_row::RawRow;
 use super::told_twice::TOLD_TWICE;
-use super::written_units::{unit_in_name, unit_of_cell, StatedUnit};
+use super::written_units::{unit_in_name, unit_of_cell, unit_of_cell_above, StatedUnit};
 use crate::error::{quoted, Problem};
 use crate::scene::{closest, Constant, ConstantValue, Naming, RunColumn, MISSING};
 use crate::units::{names_in_words, Unit};
@@ -21,6 +22,8 @@ pub(super) struct Header {
     pub names: Vec<String>,
     /// units in the row below the names; empty without such a row
     pub units: Vec<String>,
+    /// units in the row above the names, nothing in place of other cells; empty without such a row
+    pub units_above: Vec<String>,
     /// the line or row of the names, from 1
     pub line: Option<u64>,
     /// which sheet of a workbook it is
@@ -211,10 +214,19 @@ impl<'h> MatchedHeader<'h> {
             let told = naming.columns.iter().find(|(_, theirs)| theirs == name);
             match RunColumn::named(told.map_or(name, |(ours, _)| ours)) {
                 Some((column, unit)) => {
-                    let by_name = told.and_then(|_| unit_in_name(name, column.dimension()));
+                    let by_name = told.and_then(|_| stated_by_name(name, column));
                     let below = header.units.get(index).and_then(|cell| unit_of_cell(cell));
-                    for (stated, by) in [(by_name, "its name"), (below, "the row below its name")] {
+                    let above = header.units_above.get(index);
+                    let above = above.and_then(|cell| unit_of_cell_above(cell, column.dimension()));
+                    for (stated, by) in [
+                        (by_name, "its name"),
+                        (below, "the row below its name"),
+                        (above, "the row above its name"),
+                    ] {
                         matched.refuse_another_unit((column, unit), name, stated, by);
+                    }
+                    if let Some(expected) = told.and_then(|_| other_quantity(name, column)) {
+                        matched.refuse(format!("column {name}"), expected.to_owned());
                     }
                     let name = name.clone();
                     matched.add_column(column, ColumnPlace { index, name, unit });
@@ -399,6 +411,15 @@ impl<'h> MatchedHeader<'h> {
             let problem = self.missing_column(column, also);
             self.problems.push(problem);
         }
+    }
+}
+
+/// The unit that the table's name of a column states; one of our own names states it by its end.
+fn stated_by_name(name: &str, column: RunColumn) -> Option<StatedUnit> {
+    let ours = RunColumn::named(name).filter(|(own, unit)| *own == column && !unit.suffix.is_empty());
+    match ours {
+        Some((_, unit)) => Some(StatedUnit::Ours(unit.suffix)),
+        None => unit_in_name(name, column.dimension()),
     }
 }
 

@@ -16,7 +16,7 @@ use super::refusals::{whole_file, CellPlace, Refused};
 use super::row::RowChecker;
 use super::survey::Survey;
 use super::windows::{unreadable, Window, Windows};
-use super::written_units::is_row_of_units;
+use super::written_units::{is_row_of_units, units_above};
 use crate::encoding::BYTE_ORDER_MARK;
 use crate::error::Problem;
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
@@ -96,11 +96,13 @@ impl<R: Read + Send> Csv<R> {
         Ok(header)
     }
 
-    /// Reads the names, on the line that the scene says or the first that is not blank.
+    /// Reads the names, on the line that the scene says or the first that is not blank, and the units above them.
     pub fn names(&mut self, header_row: Option<u64>) -> Result<Header, Vec<Problem>> {
         let first = header_row.unwrap_or(1);
+        let mut above = vec![];
         let names = self.next_record(|line, cells| {
             if line < first {
+                above = units_above(cells.iter().copied());
                 return Ok(Taken::Passed);
             }
             if header_row.is_some_and(|row| line > row) {
@@ -113,6 +115,7 @@ impl<R: Read + Send> Csv<R> {
             let names = cells.iter().map(|cell| cell.trim().to_owned()).collect();
             Ok(Taken::Read(Header {
                 names,
+                units_above: std::mem::take(&mut above),
                 line: Some(line),
                 ..Header::default()
             }))

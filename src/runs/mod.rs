@@ -10,6 +10,7 @@
 //! | `places.rs` | says where a row stands as a person sees it |
 //! | `row.rs` | checks one run and says which cell is wrong |
 //! | `written_units.rs` | reads the units that headers state |
+//! | `other_quantities.rs` | knows headers that name another quantity than that of their column |
 //! | `columns.rs` | matches a table's header with the columns runs can have |
 //! | `screen.rs` | says why a checked run is left out |
 //! | `damaged.rs` | catches a library's panic over a damaged file, and passes our own on |
@@ -70,6 +71,7 @@ mod impacts;
 mod labels;
 mod many;
 mod new_run;
+mod other_quantities;
 mod parquet;
 mod parquet_footer;
 mod parquet_parts;
@@ -238,7 +240,8 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
             Ok(header) => header,
         };
         let is_alike = |known: &columns::Header| {
-            (&known.names, &known.units, known.line) == (&header.names, &header.units, header.line)
+            (&known.names, &known.units, &known.units_above, known.line)
+                == (&header.names, &header.units, &header.units_above, header.line)
         };
         let width = header.names.len();
         let survey = match &mut found {
@@ -253,6 +256,7 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
                 let mut survey = Survey::new(columns::Header {
                     names: header.names.clone(),
                     units: header.units.clone(),
+                    units_above: header.units_above.clone(),
                     line: header.line,
                     sheet: None,
                 });

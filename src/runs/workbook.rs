@@ -12,7 +12,7 @@ use super::columns::{Header, TableLayout};
 use super::csv::too_many_columns;
 use super::hidden_rows::hidden_rows;
 use super::refusals::{readable, whole_file, CellPlace, Refused};
-use super::written_units::is_row_of_units;
+use super::written_units::{is_row_of_units, units_above};
 use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_UNPACKED};
 use crate::scene::{closest, HiddenRows, Naming, Scene};
@@ -191,15 +191,18 @@ impl Sheet<'_, '_> {
         Ok(header)
     }
 
-    /// Reads the names, in the row that the scene says or the first that is not empty.
+    /// Reads the names, in the row that the scene says or the first that is not empty, and the units above them.
     pub fn names(&mut self, naming: &Naming) -> Result<Header, Vec<Problem>> {
         self.hidden_rows = naming.hidden_rows;
         let expected = "a row of column names and one row a run";
         let first = naming.header_row.unwrap_or(1);
+        let mut above = vec![];
         let names = loop {
             self.fill(1)?;
             match self.ahead.pop_front() {
-                Some(row) if row.number < first => {}
+                Some(row) if row.number < first => {
+                    above = units_above(row.trimmed(row.width()).iter().map(String::as_str));
+                }
                 Some(row) if naming.header_row.is_none_or(|wanted| wanted == row.number) => break row,
                 Some(_) => {
                     let found = format!("row {first} is empty");
@@ -216,6 +219,7 @@ impl Sheet<'_, '_> {
         Ok(Header {
             names: names.trimmed(names.width()),
             units: vec![],
+            units_above: above,
             line: Some(names.number),
             sheet: Some(self.read.name.clone()),
         })

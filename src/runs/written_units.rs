@@ -1,4 +1,4 @@
-//! Reads the units that headers state: in the name of a column, or in the row below the names.
+//! Reads the units that headers state: in the name of a column, or in the row below or above the names.
 
 use crate::units::Dimension;
 
@@ -12,7 +12,7 @@ pub(super) enum StatedUnit {
 }
 
 /// How units are written, in small letters and without blanks, with what our names end with in them.
-const UNITS: [(&str, Option<&str>); 87] = [
+const UNITS: [(&str, Option<&str>); 100] = [
     ("mm", Some("_mm")),
     ("millimeter", Some("_mm")),
     ("millimetre", Some("_mm")),
@@ -100,17 +100,78 @@ const UNITS: [(&str, Option<&str>); 87] = [
     ("hz", None),
     ("mv", None),
     ("kg", None),
+    ("mg", None),
+    ("ml", None),
+    ("µl", None),
+    ("μl", None),
+    ("ul", None),
+    ("mm²", None),
+    ("mm³", None),
+    ("cm²", None),
+    ("cm³", None),
+    ("m²", None),
+    ("m³", None),
+    ("m/s²", None),
+    ("m²/s²", None),
 ];
 
-/// The unit that is written so; `None` where none is.
+/// The unit that is written so, perhaps with a power of ten before it; `None` where none is.
 pub(super) fn unit_of(text: &str) -> Option<StatedUnit> {
+    plain_unit(text).or_else(|| scaled_unit(text))
+}
+
+fn plain_unit(text: &str) -> Option<StatedUnit> {
     let plain: String = text
+        .replace("^2", "²")
+        .replace("^3", "³")
         .chars()
         .filter(|c| !c.is_whitespace() && !"_^-¹1".contains(*c))
         .flat_map(char::to_lowercase)
         .collect();
     let (_, suffix) = UNITS.iter().find(|(written, _)| *written == plain)?;
     Some(suffix.map_or_else(|| StatedUnit::Other(text.trim().to_owned()), StatedUnit::Ours))
+}
+
+/// A unit with a power of ten before it, as `1e-5 m`, `10^-5 m` or `10⁻⁵ m`: ours where it is one, as 1e-6 m is µm.
+fn scaled_unit(text: &str) -> Option<StatedUnit> {
+    let text = text.trim();
+    let plain = with_plain_exponents(text.trim_start_matches(['x', '×', '*', '·', ' ']));
+    let after = ["1e", "1E", "10^", "10**"]
+        .iter()
+        .find_map(|start| plain.strip_prefix(start))?;
+    let end = after.find(|c: char| !(c.is_ascii_digit() || "+-−".contains(c)))?;
+    let power: i32 = after[..end].replace('−', "-").parse().ok()?;
+    let unit = plain_unit(after[end..].trim_start_matches([' ', '·', '×', '*']))?;
+    let StatedUnit::Ours(suffix) = unit else {
+        return Some(StatedUnit::Other(text.to_owned()));
+    };
+    let own = [Dimension::Length, Dimension::Speed].into_iter();
+    let own = own.filter_map(|dimension| dimension.power_of(suffix, power)).next();
+    Some(own.map_or_else(
+        || StatedUnit::Other(text.to_owned()),
+        |unit| StatedUnit::Ours(unit.suffix),
+    ))
+}
+
+/// A text with `^-5` in place of `⁻⁵`.
+fn with_plain_exponents(text: &str) -> String {
+    const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+    let mut plain = String::new();
+    let mut was_raised = false;
+    for c in text.chars() {
+        let digit = RAISED.chars().position(|raised| raised == c);
+        let lowered = match digit {
+            Some(digit) => char::from_digit(digit as u32, 10),
+            None if c == '⁻' => Some('-'),
+            None => None,
+        };
+        if lowered.is_some() && !was_raised {
+            plain.push('^');
+        }
+        was_raised = lowered.is_some();
+        plain.push(lowered.unwrap_or(c));
+    }
+    plain
 }
 
 /// The same of a cell of a row of units, which may have brackets around it.
@@ -132,6 +193,35 @@ pub(super) fn is_row_of_units<'c>(cells: impl Iterator<Item = &'c str>) -> bool 
     units > 0
 }
 
+/// The units in the row above the names, in which titles may stand, too; nothing in place of any other cell, and in place of
+/// all where a number stands among them: then it is a line about the whole table, as `Diameter, 4.762, mm` is.
+pub(super) fn units_above<'c>(cells: impl IntoIterator<Item = &'c str>) -> Vec<String> {
+    let cells: Vec<&str> = cells.into_iter().map(str::trim).collect();
+    let is_number = |cell: &&str| cell.replace(',', ".").parse::<f64>().is_ok();
+    if cells.iter().any(is_number) {
+        return vec![];
+    }
+    let mut cells: Vec<String> = cells.into_iter().map(str::to_owned).collect();
+    let others = cells.iter_mut().filter(|cell| unit_of_cell(cell).is_none());
+    others.for_each(String::clear);
+    cells
+}
+
+/// The unit that a cell above a column of some kind states. The `in` above a speed says which speed it is.
+pub(super) fn unit_of_cell_above(cell: &str, dimension: Dimension) -> Option<StatedUnit> {
+    unit_of_cell(cell).filter(|unit| is_meant(unit, dimension))
+}
+
+/// Whether a unit that is written at a quantity is meant as one: at a speed `in` says which speed it is.
+fn is_meant(unit: &StatedUnit, dimension: Dimension) -> bool {
+    is_length(dimension)
+        || !matches!(unit, StatedUnit::Other(text) if text.trim_end_matches('.').eq_ignore_ascii_case("in"))
+}
+
+fn is_length(dimension: Dimension) -> bool {
+    matches!(dimension, Dimension::Length | Dimension::Thickness)
+}
+
 /// What stands before a unit in brackets, and that unit.
 pub(super) fn unit_in_brackets(name: &str) -> Option<(&str, StatedUnit)> {
     let groups = name.match_indices(['(', '[']);
@@ -146,11 +236,8 @@ pub(super) fn unit_in_brackets(name: &str) -> Option<(&str, StatedUnit)> {
 /// The unit that the name of a column of some kind states beyond doubt: in brackets, after a slash, a comma or the word
 /// `in`, or at its end where it can be nothing else. The `in` of `v_in`, say, is no inch.
 pub(super) fn unit_in_name(name: &str, dimension: Dimension) -> Option<StatedUnit> {
-    let is_length = matches!(dimension, Dimension::Length | Dimension::Thickness);
-    // of a speed `in` says which
-    let is_meant = |unit: &StatedUnit| {
-        is_length || !matches!(unit, StatedUnit::Other(text) if text.trim_end_matches('.').eq_ignore_ascii_case("in"))
-    };
+    let is_length = is_length(dimension);
+    let is_meant = |unit: &StatedUnit| is_meant(unit, dimension);
     if let Some((_, unit)) = unit_in_brackets(name).filter(|(_, unit)| is_meant(unit)) {
         return Some(unit);
     }
@@ -163,11 +250,17 @@ pub(super) fn unit_in_name(name: &str, dimension: Dimension) -> Option<StatedUni
     if let Some(mark) = trimmed.chars().next_back().filter(|c| "%‰°\"″”".contains(*c)) {
         return unit_of(mark.encode_utf8(&mut [0; 4]));
     }
+    // the `1e-5 m` of `film 1e-5 m`
+    let mut tails = trimmed.match_indices(char::is_whitespace);
+    if let Some(unit) = tails.find_map(|(at, _)| scaled_unit(&trimmed[at..])) {
+        return Some(unit);
+    }
     let last = trimmed
         .rsplit(char::is_whitespace)
         .next()
         .filter(|last| last.len() < trimmed.len());
-    let last = last.filter(|last| is_clear(last) || (is_length && last.eq_ignore_ascii_case("in")));
+    // apart from the rest, `m` is the metre of a length
+    let last = last.filter(|last| is_clear(last) || (is_length && (last.eq_ignore_ascii_case("in") || *last == "m")));
     let joined = trimmed
         .match_indices('_')
         .map(|(at, _)| trimmed[at + 1..].replace('_', "/"));
@@ -207,6 +300,15 @@ mod tests {
             ("h_m", None),
             ("h (above)", None),
             ("height 1", None),
+            ("film m", ours("_m")),
+            ("film 1e-5 m", inch("1e-5 m")),
+            ("film (10^-5 m)", inch("10^-5 m")),
+            ("film / 10⁻⁶ m", ours("_um")),
+            ("D [10⁻³ m]", ours("_mm")),
+            ("film x 10^-3 mm", ours("_um")),
+            ("film (µl)", inch("µl")),
+            ("D (mm^2)", inch("mm^2")),
+            ("film of run 10 mmm", None),
         ] {
             assert_eq!(unit_in_name(name, Dimension::Length), unit, "{name}");
         }
@@ -218,12 +320,25 @@ mod tests {
             ("v_mm_s", ours("_mm_s")),
             ("v / cm s^-1", ours("_cm_s")),
             ("v [mph]", inch("mph")),
+            ("v (10^-2 m/s)", ours("_cm_s")),
+            ("v m", None),
         ] {
             assert_eq!(unit_in_name(name, Dimension::Speed), unit, "{name}");
         }
         for name in ["e [%]", "e %", "e in %", "e%", "e (percent)", "e_pct"] {
             assert_eq!(unit_in_name(name, Dimension::Share), ours("_percent"), "{name}");
         }
+    }
+
+    #[test]
+    fn a_row_above_the_names_may_hold_titles_and_units() {
+        let of = |cells: &[&str]| units_above(cells.iter().copied());
+        assert_eq!(of(&["Drops of May", "(in)", "", "mm"]), ["", "(in)", "", "mm"]);
+        assert_eq!(of(&["Trial", "Film"]), ["", ""]);
+        assert_eq!(of(&["Diameter", "4,762", "mm"]), [""; 0]);
+        assert_eq!(unit_of_cell_above("in", Dimension::Speed), None);
+        let inch = Some(StatedUnit::Other("in".to_owned()));
+        assert_eq!(unit_of_cell_above("(in)", Dimension::Length), inch);
     }
 
     #[test]
