@@ -210,3 +210,49 @@ fn what_two_units_or_two_columns_could_be_is_left_to_be_filled_in() {
     assert_eq!(marks, ["heights_to", "heights_of"]);
     assert!(out.contains("`dry, no oil` in `liquid` is dry"), "{out}");
 }
+
+/// A foot row is no sphere, in any language that the reader of runs knows.
+#[test]
+fn foot_rows_are_left_out_and_named() {
+    let rows = "PTFE,4,1,0.8\nPTFE,4,1.2,0.79\nPTFE,4,1.5,0.78\nPE,4,1.5,0.81\n";
+    for label in [
+        "Mittelwert",
+        "mean",
+        "Average",
+        "Summe",
+        "Total",
+        "moyenne",
+        "Std. dev.",
+        "Median",
+        "n=12",
+        "n = 4",
+    ] {
+        let (_, out) = drafted(&format!("Kugel,D (mm),v (m/s),e\n{rows}{label},4,1000,0.8\n"));
+        assert!(out.contains(": 4 rows; particles PTFE, PE; every run is dry"), "{out}");
+        let told = format!(
+            "guessed: left out, since their labels say mean, total, spread or count of other rows: row 6 `{label}`"
+        );
+        assert!(out.contains(&told), "{out}");
+    }
+    // the twin: names, and labels that are all that stands there
+    let (_, out) = drafted(&format!("Kugel,D (mm),v (m/s),e\n{rows}nylon,4,1,0.8\n"));
+    assert!(
+        out.contains(": 5 rows; particles PTFE, PE, nylon;") && !out.contains("left out"),
+        "{out}"
+    );
+    let (_, out) = drafted("Kugel,D (mm),v (m/s),e,n,sd\nmean,4,1,0.8,5,0.01\nmean,4,1.2,0.79,5,0.01\n");
+    assert!(
+        out.contains(": 2 rows; particles mean;") && !out.contains("left out"),
+        "{out}"
+    );
+    // and the reader of runs leaves the count out, too
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let table = "particle,diameter_mm,impact_speed_m_s,restitution\nPTFE,4,1,0.8\nPTFE,4,1.2,0.79\nn=2,,,\n";
+    std::fs::write(place.path().join("runs.csv"), table).expect("writable");
+    let text = "[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\n";
+    std::fs::write(place.path().join("scene.toml"), text).expect("writable");
+    let (status, out, err) = wetcor(place.path(), &["check", "scene.toml"]);
+    assert_eq!(status, Some(0), "{err}");
+    assert!(out.contains("3 runs read, 1 left out"), "{out}");
+    assert!(err.contains("line 4 `n=2`"), "{err}");
+}

@@ -3,7 +3,7 @@
 use super::collect::{Collected, SheetRead};
 use super::columns::{ColumnPlace, TableLayout};
 use super::decimals::{parse_number, DecimalMarks, Decimals};
-use super::labels::{label, Label};
+use super::labels::{is_count, label, Label};
 use super::raw_row::{BadCell, RawRow};
 use super::refusals::{CellPlace, Refusals, Refused};
 use super::row::{check_row, RowChecker};
@@ -100,11 +100,13 @@ impl<'s> CheckedRows<'s> {
         }
         let runs = layout.place(RunColumn::Runs).and_then(&cell);
         let is_mean_of_runs = runs.is_some_and(|cell| parse_number(cell.text).is_ok_and(|runs| runs.value > 1.0));
+        let names_spheres = |index| layout.place(RunColumn::Particle).is_some_and(|at| at.index == index);
         let mut labels = texts.enumerate().filter(|(index, text)| match label(text) {
             // that it is a mean it says itself
             Some(Label::Mean) if is_mean_of_runs => false,
             Some(_) => !self.knows(*index, text, &row),
-            None => false,
+            // a count of rows stands below names, where in any other column it may be one of averaged runs
+            None => is_count(text) && names_spheres(*index) && !self.checker.knows_particle(row.particle),
         });
         if let Some((_, text)) = labels.next() {
             let text = text.trim().to_owned();

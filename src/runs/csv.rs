@@ -214,7 +214,7 @@ impl<R: Read + Send> Csv<R> {
         let mut survey = Survey::new(self.header(header_row)?);
         let read = self.each_record(|record| {
             if !record.is_empty() {
-                survey.add(record.cells().iter().map(|cell| Some(*cell)));
+                survey.add(record.line(), record.cells().iter().map(|cell| Some(*cell)));
             }
         });
         read.map_err(|problem| vec![problem])?;

@@ -1,7 +1,7 @@
 //! Drafts a scene from a table of runs: its particles and liquids, its columns as far as they can be guessed, and every key.
 
 use super::guess::{guess, marks_bad_runs, may_hold_names, may_hold_reasons, why_not, Guess};
-use super::survey::{Survey, SurveyedColumn};
+use super::survey::{LabelledRow, Survey, SurveyedColumn};
 use super::written_units::{unit_of, StatedUnit};
 use crate::error::{is_unseen, plain, quoted};
 use crate::scene::{self, name_is_allowed, wrapped, KeyGuide, RunColumn, Section, Without, DRY, FILL_IN, MISSING};
@@ -55,6 +55,7 @@ struct Naming<'s> {
 pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
     let mut naming = Naming::of(survey);
     naming.say_what_was_read(survey);
+    naming.say_what_labels_leave_out(survey);
     let is_dry = |word: &str| {
         // the `dry` of `dry, no oil`
         let lower = word.to_lowercase();
@@ -159,7 +160,8 @@ impl<'s> Naming<'s> {
             let unit = if is_unit_guessed {
                 ", its unit by the size of its numbers".to_owned()
             } else if !column.unit.is_empty() {
-                format!(", its unit by the row below, {}", quoted(&column.unit))
+                let side = if column.is_unit_above { "above" } else { "below" };
+                format!(", its unit by the row {side}, {}", quoted(&column.unit))
             } else {
                 String::new()
             };
@@ -293,8 +295,14 @@ impl Naming<'_> {
     /// Says which rows name the columns, and which sheets are read.
     fn say_what_was_read(&mut self, survey: &Survey) {
         if let Some(row) = survey.header.filter(|_| survey.has_titles) {
-            let units = if survey.columns.iter().any(|column| !column.unit.is_empty()) {
+            let has_units = |above: bool| {
+                let mut columns = survey.columns.iter();
+                columns.any(|column| !column.unit.is_empty() && column.is_unit_above == above)
+            };
+            let units = if has_units(false) {
                 ", their units stand below"
+            } else if has_units(true) {
+                ", their units stand above"
             } else {
                 ""
             };
@@ -304,6 +312,30 @@ impl Naming<'_> {
             let left = survey.sheets_left.join(", ");
             self.guessed
                 .push(format!("runs stand on the sheets in `runs`, none on {left}"));
+        }
+    }
+
+    /// Says which rows are left out by their labels, as the reader of runs leaves them out.
+    fn say_what_labels_leave_out(&mut self, survey: &Survey) {
+        /// rows that are named
+        const NAMED: usize = 5;
+        let labelled = &survey.labelled;
+        let named = labelled.iter().take(NAMED);
+        let sheet = |row: &LabelledRow| match &row.sheet {
+            Some(sheet) if survey.sheets.len() > 1 => format!("sheet {} ", quoted(sheet)),
+            _ => String::new(),
+        };
+        let mut rows: Vec<String> = named
+            .map(|row| format!("{}row {} {}", sheet(row), row.line, quoted(&row.label)))
+            .collect();
+        if labelled.len() > NAMED {
+            rows.push(format!("and {} more", labelled.len() - NAMED));
+        }
+        if !rows.is_empty() {
+            self.guessed.push(format!(
+                "left out, since their labels say mean, total, spread or count of other rows: {}",
+                rows.join(", ")
+            ));
         }
     }
 
@@ -369,7 +401,7 @@ impl Naming<'_> {
                 let name = text_of(&column.name);
                 format!(
                     "{} is not read: if it says which runs to leave out, add `exclude = {name}` to columns, and every run with a \
-                     word there is left out",
+                     word there is left out (where all its words say yes or no, those with a yes)",
                     quoted(&column.name)
                 )
             })

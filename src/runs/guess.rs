@@ -456,7 +456,7 @@ mod tests {
             ..Header::default()
         });
         for cell in cells {
-            survey.add([Some(*cell)]);
+            survey.add(2, [Some(*cell)]);
         }
         let guess = guess(&survey.columns[0], |_| true)?;
         Some((

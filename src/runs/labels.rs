@@ -22,7 +22,7 @@ const MEANS: [&str; 11] = [
     "média",
 ];
 
-const OTHERS: [&str; 19] = [
+const OTHERS: [&str; 20] = [
     "total",
     "totals",
     "sum",
@@ -42,6 +42,7 @@ const OTHERS: [&str; 19] = [
     "suma",
     "totale",
     "desviación",
+    "median",
 ];
 
 /// What may follow such a word, besides numbers and single letters, without making a remark of it.
@@ -102,9 +103,23 @@ pub(super) fn label(cell: &str) -> Option<Label> {
     (!is_remark).then_some(label)
 }
 
+/// Whether a cell counts rows, as the `n = 12` below a column of names does.
+pub(super) fn is_count(cell: &str) -> bool {
+    let cell = cell.trim().strip_prefix(['n', 'N', '#']).map(str::trim_start);
+    let number = cell.and_then(|cell| cell.strip_prefix(['=', ':'])).map(str::trim);
+    number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn counts_are_known() {
+        let counts = ["n=12", "N = 5", "n: 7"].map(is_count);
+        let names = ["n12", "nylon", "n=", "n=1.5", "PTFE n=3", ""].map(is_count);
+        assert_eq!((counts, names), ([true; 3], [false; 6]));
+    }
 
     #[test]
     fn labels_are_known_and_remarks_are_none() {
@@ -127,6 +142,7 @@ mod tests {
             "Standardabweichung",
             "écart-type",
             "Sum:",
+            "Median",
         ] {
             assert_eq!(label(cell), Some(Label::Other), "{cell}");
         }

@@ -158,7 +158,7 @@ pub fn draft_scene(file: &TableFile, runs: &str) -> Result<Draft, Error> {
     let path = file.path.as_path();
     let refused = |problems: Vec<Problem>| Error::input(&file.shown(), problems);
     let mut source = TableSource::open(path)?;
-    let survey = if file.ends_with(".parquet") {
+    let mut survey = if file.ends_with(".parquet") {
         parquet::survey_parquet(&source.parquet(path)?).map_err(refused)?
     } else if file.ends_with(TableFile::WORKBOOK) {
         survey_workbook(&source.workbook(path)?, file.sheet.as_deref()).map_err(refused)?
@@ -166,6 +166,7 @@ pub fn draft_scene(file: &TableFile, runs: &str) -> Result<Draft, Error> {
         source.check_text(path)?;
         survey_text(&mut source, path)?
     };
+    survey.settle_labels();
     if survey.rows == 0 {
         return Err(refused(vec![whole_file("no runs below the header", "one row a run")]));
     }
@@ -246,7 +247,7 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
         let width = header.names.len();
         let survey = match &mut found {
             Some((known, survey)) if is_alike(known) => survey,
-            Some((_, survey)) if survey.is_table() && survey.rows > 0 => {
+            Some((_, survey)) if survey.is_table() && survey.has_rows() => {
                 left.push(sheet.name().to_owned());
                 continue;
             }
@@ -266,7 +267,7 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
         };
         survey.sheets.push(sheet.name().to_owned());
         while let Some(row) = sheet.next_row()? {
-            survey.add(row.texts(width).iter().map(Option::as_deref));
+            survey.add(row.number, row.texts(width).iter().map(Option::as_deref));
         }
         survey.hidden_rows += sheet.hidden();
     }

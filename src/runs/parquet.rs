@@ -49,21 +49,32 @@ pub(super) fn survey_parquet(bytes: &[u8]) -> Result<Survey, Vec<Problem>> {
         names: header,
         ..Header::default()
     });
-    survey.rows = polars(|| ParquetReader::new(Cursor::new(bytes)).num_rows())?;
-    let to_read = if known.is_empty() { 0 } else { survey.rows };
+    let rows_of_file = polars(|| ParquetReader::new(Cursor::new(bytes)).num_rows())?;
+    if known.is_empty() {
+        survey.rows = rows_of_file;
+        return Ok(survey);
+    }
+    let to_read = rows_of_file;
     for first in (0..to_read).step_by(ROWS_AT_ONCE) {
         let frame = polars(|| {
             let reader = ParquetReader::new(Cursor::new(bytes)).with_columns(Some(known.clone()));
-            let rows = ROWS_AT_ONCE.min(survey.rows - first);
+            let rows = ROWS_AT_ONCE.min(rows_of_file - first);
             reader.with_slice(Some((first, rows))).finish()
         })?;
-        for column in &mut survey.columns {
-            let Ok(given) = frame.column(&column.name) else {
-                continue;
+        let mut columns = vec![];
+        for column in &survey.columns {
+            let texts = match frame.column(&column.name) {
+                Ok(given) => {
+                    let texts = polars(|| given.cast(&DataType::String))?;
+                    Some(polars(|| texts.str().cloned())?)
+                }
+                Err(_) => None,
             };
-            let texts = polars(|| given.cast(&DataType::String))?;
-            let texts = polars(|| texts.str().cloned())?;
-            texts.iter().for_each(|cell| column.add(cell));
+            columns.push(texts);
+        }
+        for row in 0..frame.height() {
+            let cells = columns.iter().map(|texts| texts.as_ref()?.get(row));
+            survey.add((first + row + 1) as u64, cells);
         }
     }
     Ok(survey)

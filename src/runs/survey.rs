@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use super::columns::{present, Header};
 use super::decimals::parse_number;
+use super::labels::{is_count, label};
 use super::written_units::is_row_of_units;
 
 /// A column of a table of which nothing is known but its cells.
@@ -11,8 +12,10 @@ use super::written_units::is_row_of_units;
 pub(super) struct SurveyedColumn {
     /// its name
     pub name: String,
-    /// what stands below it in a row of units, else nothing
+    /// what stands below it in a row of units, else the unit above it, else nothing
     pub unit: String,
+    /// whether that unit stands above it
+    pub is_unit_above: bool,
     /// cells that are not empty
     pub filled: usize,
     /// the first different words in it, at most [`SurveyedColumn::MOST_WORDS`], in the order they come
@@ -41,21 +44,45 @@ pub(super) struct Survey {
     pub sheets_left: Vec<String>,
     /// hidden rows, which are not surveyed
     pub hidden_rows: usize,
+    /// rows whose labels say that they are no runs, which are not surveyed either
+    pub labelled: Vec<LabelledRow>,
+}
+
+/// A row that a label marks as the mean, total, spread or count of others.
+#[derive(Debug, Clone)]
+pub(super) struct LabelledRow {
+    /// its line, or its row in a sheet
+    pub line: u64,
+    /// that sheet; `None` in a table without any
+    pub sheet: Option<String>,
+    pub label: String,
+    cells: Vec<Option<String>>,
 }
 
 impl Survey {
     pub fn new(header: Header) -> Survey {
         let mut units = header.units.into_iter();
-        let column = |name| SurveyedColumn {
-            name,
-            unit: units.next().unwrap_or_default(),
-            ..SurveyedColumn::default()
+        let mut above = header.units_above.into_iter();
+        let column = |name| {
+            let [below, above] = [units.next(), above.next()].map(Option::unwrap_or_default);
+            let is_unit_above = below.is_empty() && !above.is_empty();
+            SurveyedColumn {
+                name,
+                unit: if is_unit_above { above } else { below },
+                is_unit_above,
+                ..SurveyedColumn::default()
+            }
         };
         Survey {
             columns: header.names.into_iter().map(column).collect(),
             header: header.line,
             ..Survey::default()
         }
+    }
+
+    /// Whether anything stands below its header.
+    pub fn has_rows(&self) -> bool {
+        self.rows > 0 || !self.labelled.is_empty()
     }
 
     /// Whether its columns have names.
@@ -71,12 +98,38 @@ impl Survey {
         self.has_titles = !self.titles.is_empty();
     }
 
-    /// Adds a row; cells that it lacks are missing, those beyond the header are not seen.
-    pub fn add<'c>(&mut self, cells: impl IntoIterator<Item = Option<&'c str>>) {
+    /// Adds a row, which stands on this line; cells that it lacks are missing, those beyond the header are not seen.
+    pub fn add<'c>(&mut self, line: u64, cells: impl IntoIterator<Item = Option<&'c str>> + Clone) {
+        /// rows with a label that are kept until it is known whether labels are names here
+        const MOST: usize = 10_000;
+        let mut texts = cells.clone().into_iter().take(self.columns.len()).flatten();
+        let label = texts.find(|cell| label(cell).is_some() || is_count(cell));
+        match label {
+            Some(label) if self.labelled.len() < MOST => self.labelled.push(LabelledRow {
+                line,
+                sheet: self.sheets.last().cloned(),
+                label: label.trim().to_owned(),
+                cells: cells.into_iter().map(|cell| cell.map(str::to_owned)).collect(),
+            }),
+            _ => self.add_run(cells),
+        }
+    }
+
+    fn add_run<'c>(&mut self, cells: impl IntoIterator<Item = Option<&'c str>>) {
         self.rows += 1;
         let mut cells = cells.into_iter();
         for column in &mut self.columns {
             column.add(cells.next().flatten());
+        }
+    }
+
+    /// Takes rows with labels for runs where they are most of the table: the words are names then, or each row is a mean.
+    pub fn settle_labels(&mut self) {
+        if self.labelled.len() <= self.rows {
+            return;
+        }
+        for row in std::mem::take(&mut self.labelled) {
+            self.add_run(row.cells.iter().map(Option::as_deref));
         }
     }
 }
