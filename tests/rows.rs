@@ -285,6 +285,78 @@ fn film_ratios_of_each_run_are_no_nominal_ones() {
     }
 }
 
+#[test]
+fn a_column_of_the_film_over_the_radius_forbids_quoting() {
+    let place = place();
+    let of = |ratio: &dyn Fn(usize, f64) -> f64| -> Vec<String> {
+        let found = place.fit_rows(&own_films(ratio));
+        let checks = found.verdicts.iter().filter(|check| check.check == "columns_agree");
+        checks
+            .inspect(|check| assert!(check.gates && !check.passed))
+            .map(|check| check.text.clone())
+            .collect()
+    };
+    let nominal = [0.05, 0.08];
+    let radius = of(&|run, _| 2.0 * nominal[run % 2]);
+    assert!(
+        radius.len() == 1
+            && radius[0].contains("`film_ratio` is 1.9")
+            && radius[0].contains("runs.csv, lines 2 to 121"),
+        "{radius:?}"
+    );
+    assert!(radius[0].contains("as of the film over the radius"), "{radius:?}");
+    assert!(of(&|run, _| 0.5 * nominal[run % 2])[0].contains("half the film ratio"));
+    assert!(of(&|_, own| 2.0 * own)[0].contains("over the radius"));
+    // nominal ratios are only near the films
+    assert_eq!(of(&|run, _| nominal[run % 2]), Vec::<String>::new());
+    assert_eq!(of(&|run, _| [0.06, 0.09][run % 2]), Vec::<String>::new());
+}
+
+#[test]
+fn film_ratios_that_are_nearly_each_runs_own_are_told() {
+    let place = place();
+    // films that go over a wide range
+    let wide = |ratio: &dyn Fn(usize, f64) -> f64| {
+        let mut text = format!("{HEADER},film_ratio\n");
+        for run in 0..120 {
+            let film_ratio = 0.03 + 0.0004 * ((37 * run) % 101) as f64;
+            let v = 0.5 + 0.011 * run as f64;
+            let e = 1.0 - 0.18 * v.powf(0.2) - 0.06 / v + 0.01 * ((11 * run) % 17) as f64 / 17.0;
+            let film = 1e3 * 4.762 * film_ratio;
+            writeln!(
+                text,
+                "PTFE,thin,4.762,{film:.3},{v},{e:.4},{:.5}",
+                ratio(run, film_ratio)
+            )
+            .expect("a text");
+        }
+        place.fit_rows(&text)
+    };
+    let told = |found: &Findings, code: &str| -> Vec<String> {
+        let own = found.notices.iter().filter(|notice| notice.code == code);
+        own.map(|notice| notice.text.clone()).collect()
+    };
+    // rounded to three decimals: 41 values of 101 films
+    let rounded = wide(&|_, own| (1e3 * own).round() / 1e3);
+    assert_eq!(told(&rounded, "film_ratio_of_each_run").len(), 1);
+    assert_eq!(rounded.film_groups.len(), 1);
+    // about nominal, by a few per cent
+    let scattered = wide(&|run, own| own * (1.0 + 0.04 * (((13 * run) % 29) as f64 / 14.0 - 1.0)));
+    assert_eq!(told(&scattered, "film_ratio_of_each_run"), Vec::<String>::new());
+    let text = told(&scattered, "many_film_ratios");
+    assert!(
+        text.len() == 1 && text[0].contains("the column `film_ratio` has"),
+        "{text:?}"
+    );
+    assert!(
+        text[0].contains("by their films there is 1 group: each value is a film group of its own"),
+        "{text:?}"
+    );
+    // a few nominal ones are what the column is for
+    let nominal = wide(&|_, own| (50.0 * own).round() / 50.0);
+    assert!(told(&nominal, "many_film_ratios").is_empty() && told(&nominal, "film_ratio_of_each_run").is_empty());
+}
+
 /// Dry and wet runs whose heights and Stokes numbers are made for their speeds.
 fn said_twice(height: impl Fn(usize, f64) -> f64, stokes: impl Fn(f64) -> f64) -> String {
     let mut text = format!("{HEADER},drop_height_mm,stokes\n");
@@ -337,4 +409,54 @@ fn columns_that_tell_the_same_thing_are_compared() {
     let notice = slip.notices.iter().find(|notice| notice.code == "columns_disagree");
     let text = notice.map(|notice| notice.text.clone()).unwrap_or_default();
     assert!(text.contains("line 6 (1.41 times)"), "{text}");
+}
+
+/// Heights in cm, or off by a tenth, in one series, and in none of the others.
+#[test]
+fn a_series_whose_heights_contradict_its_speeds_forbids_quoting() {
+    let place = Place::new(&SCENE.replace("columns = { run = \"trial\" }", "heights_to = \"plate\""));
+    let of = |height: &dyn Fn(usize) -> f64| -> Vec<String> {
+        let mut text = format!("{HEADER},drop_height_mm\n");
+        for run in 0..60 {
+            let (series, v) = (run / 12, 0.6 + 0.1 * (run % 12) as f64);
+            let (liquid, film) = [
+                ("dry", 0.0),
+                ("thin", 190.0),
+                ("thin", 286.0),
+                ("thick", 190.0),
+                ("thick", 286.0),
+            ][series];
+            let loss = if film > 0.0 { 0.06 / v } else { 0.0 };
+            let e = 1.0 - 0.18 * v.powf(0.2) - loss + 0.01 * ((5 * run) % 7) as f64 / 7.0;
+            // read to a millimetre
+            let own = (height(run) * 1e3 * v * v / 19.62 + 1e-3 * film).round();
+            writeln!(text, "PTFE,{liquid},4.762,{film},{v:.3},{e:.4},{own}").expect("a text");
+        }
+        let found = place.fit_rows(&text);
+        let checks = found.verdicts.iter().filter(|check| check.check == "columns_agree");
+        checks
+            .inspect(|check| assert!(check.gates && !check.passed))
+            .map(|check| check.text.clone())
+            .collect()
+    };
+    assert_eq!(of(&|_| 1.0), Vec::<String>::new());
+    assert_eq!(of(&|run| if run % 7 == 3 { 1.05 } else { 1.0 }), Vec::<String>::new());
+    let in_cm = of(&|run| if run / 12 == 2 { 0.1 } else { 1.0 });
+    assert!(
+        in_cm.len() == 1
+            && in_cm[0].contains("in a part of the table: 0.3")
+            && in_cm[0].contains("runs.csv, lines 26 to 37"),
+        "{in_cm:?}"
+    );
+    assert!(in_cm[0].contains("a factor of 10 in the height"), "{in_cm:?}");
+    let off = of(&|run| if run / 12 == 4 { 1.2 } else { 1.0 });
+    assert!(off.len() == 1 && off[0].contains("runs.csv, lines 50 to 61"), "{off:?}");
+    // of two series in a row, and of single rows in no order
+    let two = of(&|run| if run >= 36 { 1.25 } else { 1.0 });
+    assert!(two.len() == 1 && two[0].contains("runs.csv, lines 38 to 61"), "{two:?}");
+    let rows = of(&|run| if run % 5 == 1 { 4.0 } else { 1.0 });
+    assert!(
+        rows.len() == 1 && rows[0].contains("in 12 of 60 runs, nearly all on one side (the first: runs.csv, line 3"),
+        "{rows:?}"
+    );
 }

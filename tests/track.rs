@@ -328,6 +328,17 @@ fn a_recording_is_refused_by_name_and_never_in_silence() {
         campaign.outcomes[1].tracked,
         Err(Refusal::Excluded("lens cap on".to_owned()))
     );
+    // or say yes and no of each
+    lines[1].push_str("no");
+    lines[2] = lines[2].replace("lens cap on", "yes");
+    std::fs::write(&path, lines.join("\n")).expect("writable");
+    let campaign = tracked(&path);
+    assert!(
+        campaign.outcomes[0].tracked.is_ok(),
+        "{:?}",
+        campaign.outcomes[0].tracked
+    );
+    assert_eq!(campaign.outcomes[1].tracked, Err(Refusal::Excluded("yes".to_owned())));
 }
 
 /// A list or a table that cannot be used, and what is said of it.

@@ -292,6 +292,275 @@ fn a_unit_that_the_header_states_is_held_against_the_key() {
     assert_eq!(status, Some(0), "{err}");
 }
 
+/// `check` of a CSV: exit status, standard output and error.
+fn checked(data: &str, table: &str) -> (Option<i32>, String, String) {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(place.path().join("runs.csv"), table).expect("writable");
+    let scene = format!("[data]\nruns = \"runs.csv\"\n{data}\n{PTFE}");
+    std::fs::write(place.path().join("scene.toml"), scene).expect("writable");
+    wetcor(place.path(), &["check", "scene.toml"])
+}
+
+/// Each sheet is compared by itself, and named.
+#[test]
+fn a_sheet_whose_heights_contradict_its_speeds_is_named() {
+    let sheet = |name, offset: f64, factor: f64| {
+        let rows = (0..18).map(|row| {
+            let v = 0.6 + offset + 0.08 * f64::from(row);
+            let e = 1.0 - 0.18 * v.powf(0.2) + [-0.006, 0.001, 0.005][row as usize % 3];
+            let height = factor * 1e3 * v * v / 19.62;
+            format!("PTFE,4.762,{v:.3},{e:.4},{height:.2}\n")
+        });
+        let header = "particle,diameter_mm,impact_speed_m_s,restitution,drop_height_mm\n";
+        Sheet::of(name, &(header.to_owned() + &rows.collect::<String>()))
+    };
+    let of = |factor: f64| {
+        let place = place(
+            "",
+            &[
+                sheet("May", 0.0, 1.0),
+                sheet("June", 0.03, 1.0),
+                sheet("July", 0.05, factor),
+            ],
+        );
+        let path = place.path().join("scene.toml");
+        let scene = std::fs::read_to_string(&path).expect("there");
+        let three = "[\"book.xlsx#May\", \"book.xlsx#June\", \"book.xlsx#July\"]";
+        std::fs::write(&path, scene.replace("\"book.xlsx\"", three)).expect("writable");
+        let (_, err, findings) = fit(place.path());
+        let checks = findings["verdicts"].as_array().expect("a list").clone();
+        let own = checks.into_iter().filter(|check| check["check"] == "columns_agree");
+        (own.map(|check| check["text"].to_string()).collect::<Vec<_>>(), err)
+    };
+    assert_eq!(of(1.0).0, [""; 0]);
+    let (told, err) = of(0.1);
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert!(
+        told[0].contains("book.xlsx, sheet `July`, rows 2 to 19"),
+        "{told:?} {err}"
+    );
+    assert!(told[0].contains("a factor of 10 in the height"), "{told:?}");
+}
+
+#[test]
+fn a_unit_above_the_names_is_held_against_the_key() {
+    let data = "header_row = 3\ncolumns = { drop_height_mm = \"h\" }\nheights_to = \"plate\"\n";
+    let names = "particle,diameter_mm,h,rebound_height_mm";
+    let table = |above: &str| format!("Drops of May,,,\n{above}\n{names}\n{}", dry_rows(0.18));
+    let of_book = |above: &str| {
+        let place = place(data, &[Sheet::of("May", &table(above))]);
+        let (status, _, err) = wetcor(place.path(), &["check", "scene.toml"]);
+        (status, err)
+    };
+    for above in [",,(in),", ",mm,[inch],mm", "Heights,,cm,", ",(cm),,", ",,m,", ",,[px],"] {
+        let of_text = checked(data, &table(above));
+        for (status, err) in [(of_text.0, of_text.2), of_book(above)] {
+            assert_eq!(status, Some(2), "{above}");
+            assert!(err.contains("by the row above its name it "), "{above}: {err}");
+        }
+    }
+    let (_, _, err) = checked(data, &table(",,cm,"));
+    let told = "line 3, column h: by the row above its name it has another unit than `drop_height_mm`; expected it as \
+                `drop_height_cm` in the scene's columns";
+    assert!(err.contains(told), "{err}");
+    // units that agree, titles, and a line about the whole table
+    for above in [
+        ",mm,(mm),mm",
+        "Trial,,Drop,Rebound",
+        "Fall through,21.5,cm,",
+        "-,[mm],mm,(mm)",
+    ] {
+        let (status, out, err) = checked(data, &table(above));
+        assert_eq!((status, err.as_str()), (Some(0), ""), "{above}");
+        assert!(out.contains("24 runs read"), "{out}");
+        assert_eq!(of_book(above), (Some(0), String::new()), "{above}");
+    }
+    // the `in` above a speed is no inch
+    let speeds = "in,,in,out\nparticle,diameter_mm,v_i,restitution\nPTFE,4,1,0.8\nPTFE,4,1.2,0.79\nPTFE,4,1.5,0.78\n";
+    let (status, _, err) = checked("header_row = 2\ncolumns = { impact_speed_m_s = \"v_i\" }\n", speeds);
+    assert_eq!(status, Some(0), "{err}");
+    // a draft reads it
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let text = format!("May,mm,(cm),cm\nsphere,D,Fallhöhe,Steighöhe\n{}", dry_rows(0.18));
+    std::fs::write(place.path().join("runs.csv"), text).expect("writable");
+    let (_, out, _) = wetcor(place.path(), &["new", "runs.csv"]);
+    for said in [
+        "row 2 names the columns, their units stand above",
+        "`Fallhöhe` is drop_height_cm, its unit by the row above, `(cm)`",
+        "`D` is diameter_mm, its unit by the row above, `mm`",
+    ] {
+        assert!(out.contains(said), "{said}: {out}");
+    }
+}
+
+#[test]
+fn a_header_of_another_quantity_is_refused() {
+    let rows = "PTFE,4,1,0.8\nPTFE,4,1.2,0.79\nPTFE,4,1.5,0.78\n";
+    let of = |ours: &str, theirs: &str| {
+        let names = ["particle", "diameter_mm", "impact_speed_m_s", "restitution"];
+        let names = names.map(|name| {
+            if name == ours {
+                format!("\"{theirs}\"")
+            } else {
+                name.to_owned()
+            }
+        });
+        let data = format!("columns = {{ {ours} = '{theirs}' }}\n");
+        checked(&data, &format!("{}\n{rows}", names.join(",")))
+    };
+    for theirs in ["radius_mm", "radius", "R [mm]", "Kugelradius", "D/2"] {
+        let (status, _, err) = of("diameter_mm", theirs);
+        assert_eq!(status, Some(2), "{theirs}");
+        let told = format!(
+            "line 1, column {theirs}: by its name it is a radius; expected the diameter: add a column with twice"
+        );
+        assert!(err.contains(&told), "{err}");
+    }
+    for theirs in [
+        "e²",
+        "e^2",
+        "e2",
+        "energy restitution",
+        "restitution squared",
+        "Energie Rückprall",
+    ] {
+        let (status, _, err) = of("restitution", theirs);
+        assert_eq!(status, Some(2), "{theirs}");
+        let told =
+            format!("column {theirs}: by its name it is the square of a restitution or a share of energy; expected e");
+        assert!(err.contains(&told), "{err}");
+    }
+    for (ours, theirs) in [
+        ("diameter_mm", "2R (mm)"),
+        ("diameter_mm", "Kugel"),
+        ("diameter_mm", "D (10^-3 m)"),
+        ("restitution", "e"),
+        ("restitution", "√(E_r/E_i)"),
+        ("impact_speed_m_s", "v (m/s)"),
+    ] {
+        let (status, _, err) = of(ours, theirs);
+        assert_eq!((status, err.as_str()), (Some(0), ""), "{theirs}");
+    }
+    // films, and a film over something
+    let wet = |ours: &str, theirs: &str| {
+        let names = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution,film_ratio";
+        let table = format!("{}\n", names.replace(ours, &format!("\"{theirs}\"")));
+        let rows = (0..6).map(|at| format!("PTFE,oil,4,240,{},0.{},0.06\n", 1.0 + 0.2 * f64::from(at), 60 + 2 * at));
+        let liquid = "[liquids.oil]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 9.3\n[data.columns]\n";
+        let table = table + &rows.collect::<String>();
+        checked(&format!("{liquid}{ours} = '{theirs}'\n"), &table)
+    };
+    for (ours, theirs, told) in [
+        (
+            "film_um",
+            "film 1e-5 m",
+            "by its name it is in `1e-5 m`; expected `film_um`, `film_mm`",
+        ),
+        (
+            "film_um",
+            "film (10⁻³ m)",
+            "expected it as `film_mm` in the scene's columns",
+        ),
+        ("film_um", "film m", "expected it as `film_m` in the scene's columns"),
+        ("film_um", "film_m", "expected it as `film_m` in the scene's columns"),
+        ("film_um", "film (µl)", "by its name it is in `µl`"),
+        (
+            "film_ratio",
+            "δ/R",
+            "by its name it is the film over the radius; expected δ/D",
+        ),
+    ] {
+        let (status, _, err) = wet(ours, theirs);
+        assert_eq!(status, Some(2), "{theirs}");
+        assert!(err.contains(told), "{theirs}: {err}");
+    }
+    for (ours, theirs) in [("film_um", "film 1e-6 m"), ("film_um", "film"), ("film_ratio", "δ/D")] {
+        let (status, _, err) = wet(ours, theirs);
+        assert_eq!((status, err.as_str()), (Some(0), ""), "{theirs}");
+    }
+}
+
+/// Yes and no in every way that a table says them; the run in the middle is left out.
+#[test]
+fn a_no_keeps_a_run_where_all_say_yes_or_no() {
+    let table = |words: [&str; 3]| {
+        let rows = (0..24).zip(dry_rows(0.18).lines().map(str::to_owned).collect::<Vec<_>>());
+        let rows = rows.map(|(at, row)| format!("{row},{}\n", if at == 12 { words[1] } else { words[at % 2 * 2] }));
+        format!("{},exclude\n{}", HEADER.trim(), rows.collect::<String>())
+    };
+    let of = |words: [&str; 3]| {
+        let in_text = checked("", &table(words));
+        let place = place("", &[Sheet::of("May", &table(words))]);
+        let (status, out, err) = wetcor(place.path(), &["check", "scene.toml"]);
+        assert_eq!(status, in_text.0, "{err}");
+        let count = |out: &str| {
+            out.lines()
+                .nth(1)
+                .unwrap_or_default()
+                .replace(" from `book.xlsx#May`", "")
+        };
+        assert_eq!(count(&out), count(&in_text.1), "{words:?}");
+        (count(&out), err)
+    };
+    for words in [
+        ["0", "1", "0"],
+        ["no", "yes", "no"],
+        ["FALSE", "TRUE", "false"],
+        ["nein", "ja", "Nein"],
+        ["n", "y", ""],
+        ["N", "x", "0"],
+    ] {
+        let (count, err) = of(words);
+        assert_eq!(count, format!("24 runs read, 1 left out (excluded: `{}`)", words[1]));
+        let told = format!(
+            "every word in the column `exclude` says yes or no, so runs with `{}`",
+            words[0]
+        );
+        assert!(err.contains(&told), "{err}");
+    }
+    let (count, _) = of(["0", "0", "0"]);
+    assert_eq!(count, "24 runs read");
+    // a reason beside them takes each word for a reason, as a mark alone is one
+    let (count, err) = of(["", "touched the wall", ""]);
+    assert_eq!(count, "24 runs read, 1 left out (excluded: `touched the wall`)");
+    assert!(!err.contains("yes or no"), "{err}");
+    let (count, _) = of(["", "no film", "no"]);
+    assert_eq!(
+        count,
+        "24 runs read, 12 left out (excluded: `no`), 1 left out (excluded: `no film`)"
+    );
+}
+
+/// Where the column of reasons leaves out every run, no limit is to blame.
+#[test]
+fn where_reasons_leave_out_all_the_advice_says_so() {
+    let rows = dry_rows(0.18).replace('\n', ",blurred\n");
+    let text = format!("{},exclude\n{rows}", HEADER.trim());
+    let place = place("", &[Sheet::of("May", &text)]);
+    let (_, err, findings) = fit(place.path());
+    let checks = findings["verdicts"].as_array().expect("a list");
+    let own = checks
+        .iter()
+        .find(|check| check["check"] == "runs_in_use")
+        .expect("it failed");
+    assert_eq!(own["text"], "every run is left out (excluded: `blurred`)");
+    assert_eq!(
+        own["advice"],
+        "clear the word in the column `exclude` to use those excluded"
+    );
+    assert!(!err.contains("widen the limits"), "{err}");
+    // by a limit it is the limit
+    let sheets = [sheet("May", 0.18)];
+    let place = self::place("min_impact_speed_m_s = 9\n", &sheets);
+    let (_, _, findings) = fit(place.path());
+    let checks = findings["verdicts"].as_array().expect("a list");
+    let own = checks
+        .iter()
+        .find(|check| check["check"] == "runs_in_use")
+        .expect("it failed");
+    assert_eq!(own["advice"], "widen the limits in [data] to use those beyond them");
+}
+
 #[test]
 fn heights_of_the_centre_are_counted_from_half_a_diameter_higher() {
     let fit_of = |data: &str, above: f64| {

@@ -243,7 +243,7 @@ pub const COLUMNS_AGREE: Criterion = row(
     "columns_agree",
     AtMost(0.05),
     GATES,
-    "both are of one impact, and air slows a falling sphere by 2 % at most",
+    "both are of one impact, and air slows a falling sphere by 2 % at most; a nominal δ/D is near that of its runs",
     "correct the unit of one of them, or take the wrong one out of the table",
 );
 

@@ -6,32 +6,110 @@ use crate::notice::Notice;
 use crate::runs::{ComparedColumns, RowPlaces};
 use crate::scene::RunColumn;
 
-/// A failed check of each two columns that tell the same thing and do not.
-pub(super) fn check_columns(compared: &[ComparedColumns]) -> Vec<Check> {
-    let check = |both: &ComparedColumns| {
-        let [one, other] = &both.names;
-        let text = format!(
-            "`{one}` gives {:.3} times the speeds of `{other}` (median of {} runs){}",
-            both.ratio,
-            both.runs,
-            likely_slip(both).unwrap_or_default()
-        );
-        checks::COLUMNS_AGREE.check(distance(both), text).with_advice()
-    };
+/// A failed check of each two columns that tell the same thing and do not: over the whole table, in a block of it, or in many
+/// single rows.
+pub(super) fn check_columns(compared: &[ComparedColumns], places: &RowPlaces) -> Vec<Check> {
     let off = compared
         .iter()
-        .filter(|both| !checks::COLUMNS_AGREE.holds(distance(both)));
-    off.map(check).collect()
+        .filter_map(|both| Some((both, contradiction(both, places)?)));
+    let checks = off.map(|(_, (value, text))| checks::COLUMNS_AGREE.check(value, text).with_advice());
+    checks.collect()
 }
 
-/// How far the speeds of both lie apart, as a share of the smaller.
-fn distance(both: &ComparedColumns) -> f64 {
-    both.ratio.max(1.0 / both.ratio) - 1.0
+/// By which share two columns contradict each other, and in which rows; `None` where they agree.
+fn contradiction(both: &ComparedColumns, places: &RowPlaces) -> Option<(f64, String)> {
+    let [one, other] = &both.names;
+    if is_of_films(both) {
+        return contradicting_films(both, places);
+    }
+    let slip = |ratio: f64| likely_slip(both, ratio).unwrap_or_default();
+    let value = distance(both.ratio);
+    if !checks::COLUMNS_AGREE.holds(value) {
+        let text = format!(
+            "`{one}` gives {:.3} times the speeds of `{other}` (median of {} runs, {}){}",
+            both.ratio,
+            both.runs,
+            places.of_range(both.rows, None),
+            slip(both.ratio)
+        );
+        return Some((value, text));
+    }
+    if !both.blocks.is_empty() {
+        /// blocks that are named
+        const NAMED: usize = 5;
+        let named = both.blocks.iter().take(NAMED);
+        let mut blocks: Vec<String> = named
+            .map(|block| {
+                let rows = places.of_range(block.rows, None);
+                format!("{:.3} times in {rows}{}", block.ratio, slip(block.ratio))
+            })
+            .collect();
+        if both.blocks.len() > NAMED {
+            blocks.push(format!("and {} blocks more", both.blocks.len() - NAMED));
+        }
+        let text = format!(
+            "`{one}` gives another speed than `{other}` in a part of the table: {}",
+            blocks.join(", ")
+        );
+        let worst = both.blocks.iter().map(|block| distance(block.ratio));
+        return Some((worst.fold(0.0, f64::max), text));
+    }
+    let (row, ratio) = both.apart.first().filter(|_| is_no_slip(both))?;
+    let text = format!(
+        "`{one}` gives another speed than `{other}` by more than 10 % in {} of {} runs, nearly all on one side (the first: {}, \
+         {ratio:.2} times){}",
+        both.all_apart,
+        both.runs,
+        places.of_range([*row; 2], None),
+        slip(*ratio)
+    );
+    Some((distance(*ratio), text))
+}
+
+/// Whether so many rows lie apart, and on one side, that they are neither slips nor scatter.
+fn is_no_slip(both: &ComparedColumns) -> bool {
+    /// rows, at least
+    const FEWEST: usize = 5;
+    /// share of the runs, at least
+    const SHARE: f64 = 0.1;
+    /// share of those apart that lie on one side, at least
+    const ON_ONE_SIDE: f64 = 0.9;
+    let apart = both.all_apart as f64;
+    both.all_apart >= FEWEST && apart > SHARE * both.runs as f64 && both.on_one_side as f64 >= ON_ONE_SIDE * apart
+}
+
+fn is_of_films(both: &ComparedColumns) -> bool {
+    both.columns[0] == RunColumn::FilmRatio
+}
+
+/// The same of a column of film ratios, which are nominal and so need only be near δ/D: by a factor that nearly all runs have.
+fn contradicting_films(both: &ComparedColumns, places: &RowPlaces) -> Option<(f64, String)> {
+    /// no nominal film ratio is off by such a factor in nearly every run
+    const ANOTHER: f64 = 1.5;
+    let [least, most] = both.ends;
+    let is_another = least > ANOTHER || most < 1.0 / ANOTHER;
+    let [ratio, film] = &both.names;
+    is_another.then(|| {
+        let text = format!(
+            "`{ratio}` is {:.3} times `{film}` over the diameter (median of {} runs, {}){}",
+            both.ratio,
+            both.runs,
+            places.of_range(both.rows, None),
+            likely_slip(both, both.ratio).unwrap_or_default()
+        );
+        (distance(both.ratio), text)
+    })
+}
+
+/// How far a ratio lies from one, as a share of the smaller.
+fn distance(ratio: f64) -> f64 {
+    ratio.max(1.0 / ratio) - 1.0
 }
 
 /// Names the rows in which such columns lie apart, where they agree in the others.
 pub(super) fn rows_apart(compared: &[ComparedColumns], places: &RowPlaces) -> Option<Notice> {
-    let agree = |both: &&ComparedColumns| both.all_apart > 0 && checks::COLUMNS_AGREE.holds(distance(both));
+    let agree =
+        |both: &&ComparedColumns| both.all_apart > 0 && !is_of_films(both) && contradiction(both, places).is_none();
     let mut count = 0;
     let each: Vec<String> = compared
         .iter()
@@ -55,11 +133,11 @@ pub(super) fn rows_apart(compared: &[ComparedColumns], places: &RowPlaces) -> Op
 }
 
 /// What was likely mistaken, by the factor.
-fn likely_slip(both: &ComparedColumns) -> Option<String> {
+fn likely_slip(both: &ComparedColumns, ratio: f64) -> Option<String> {
     const NEAR: f64 = 0.1;
     let is_height = matches!(both.columns[0], RunColumn::DropHeight | RunColumn::ReboundHeight);
     // h grows as v²
-    let factor = if is_height { both.ratio.powi(2) } else { both.ratio };
+    let factor = if is_height { ratio.powi(2) } else { ratio };
     let is_near = |other: f64| (factor / other).ln().abs() < if is_height { 2.0 * NEAR } else { NEAR };
     let height = [10.0, 100.0, 1000.0].map(|factor| (factor, format!("a factor of {factor} in the height")));
     let stokes = [
@@ -75,7 +153,15 @@ fn likely_slip(both: &ComparedColumns) -> Option<String> {
             "a factor of 1000 in St, as of a viscosity in mPa s for Pa s".to_owned(),
         ),
     ];
-    let slips: &[(f64, String)] = if is_height { &height } else { &stokes };
+    let films = [(
+        2.0,
+        "as of the film over the radius, or of half the film ratio".to_owned(),
+    )];
+    let slips: &[(f64, String)] = match both.columns[0] {
+        RunColumn::FilmRatio => &films,
+        _ if is_height => &height,
+        _ => &stokes,
+    };
     let found = slips
         .iter()
         .find(|(factor, _)| is_near(*factor) || is_near(1.0 / *factor));

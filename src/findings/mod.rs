@@ -146,7 +146,7 @@ pub fn fit_least_squares_watched(
     let (resampling, bootstrap_notices) = resampled.unzip();
     let film_groups = film_groups::list_film_groups(scene, runs);
     let balance = fits.energy_balance.as_ref();
-    let mut verdicts = verdicts::check_least_squares(scene, runs, &fits.dry, &fits.series, &fits.scaling, balance);
+    let mut verdicts = verdicts::check_least_squares(scene, table, &fits.dry, &fits.series, &fits.scaling, balance);
     verdicts.extend(noise.as_ref().and_then(verdicts::wet_law_holds));
     let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
     verdicts.extend(film_groups::check(&film_groups, own_films_stand));
@@ -207,7 +207,7 @@ pub fn fit_least_squares_watched(
     let of_input = plausible::check_input(scene, runs).into_iter();
     let rows = repeats::check_rows(runs);
     let of_table = of_input
-        .chain(columns_agree::check_columns(&table.compared))
+        .chain(columns_agree::check_columns(&table.compared, &runs.places))
         .chain(rows.checks);
     findings.verdicts.splice(0..0, of_table);
     findings.notices.extend(rows.notices);

@@ -24,7 +24,7 @@ pub fn quotable(checks: &[Check]) -> bool {
 /// Every check of a least-squares analysis.
 pub fn check_least_squares(
     scene: &Scene,
-    runs: &Runs,
+    table: &Table,
     dry: &[FittedDry],
     series: &[SeriesFit],
     scaling: &[FittedScaling],
@@ -34,9 +34,7 @@ pub fn check_least_squares(
     checks.extend(dry_laws(dry));
     checks.extend(scaling_laws(scaling, balance));
     checks.extend(balance.into_iter().flat_map(of_balance));
-    if runs.is_empty() {
-        checks.push(checks::RUNS_IN_USE.check(0.0, "every run was screened"));
-    }
+    checks.extend(no_runs_in_use(table));
     checks.extend(of_series(series));
     checks.extend(dry.iter().filter_map(one_dry_k));
     checks.extend(dry.iter().filter_map(dry_law_holds));
@@ -59,6 +57,21 @@ pub fn check_least_squares(
         }
     }
     checks
+}
+
+/// The check of a table whose every run is left out, with what would use those left out for the most frequent reason.
+fn no_runs_in_use(table: &Table) -> Option<Check> {
+    let most = table.screened.iter().max_by_key(|screened| screened.runs);
+    let text = match most {
+        Some(most) if table.screened.len() == 1 => format!("every run is left out ({})", most.reason),
+        Some(most) => format!("every run is left out, most of them as {}", most.reason),
+        None => "no run is in use".to_owned(),
+    };
+    let check = checks::RUNS_IN_USE.check(0.0, text);
+    table.runs.is_empty().then(|| Check {
+        advice: most.map_or(check.advice, |most| most.next_step),
+        ..check
+    })
 }
 
 fn dry_laws(dry: &[FittedDry]) -> Option<Check> {

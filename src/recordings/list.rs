@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::frames::{is_video, FFMPEG};
 use crate::error::{Error, Problem};
 use crate::notice::Notice;
-use crate::runs::{column, each_row, Column, Fields, TakesRows};
+use crate::runs::{column, each_row, words_for_no, Column, Fields, TakesRows};
 use crate::scene::{TableFile, DRY, NAME_RULE};
 use crate::units::Dimension;
 
@@ -124,6 +124,7 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Recording>, Vec<Notice>), Error> 
     };
     each_row(&table, &mut rows)?;
     rows.twins();
+    rows.keep_by_no();
     let Rows { fields, recordings, .. } = rows;
     let (mut problems, unread) = fields.finish();
     if recordings.is_empty() && problems.is_empty() {
@@ -230,6 +231,18 @@ impl Rows {
             y_unit: y_unit.map(str::to_owned),
             exclude,
         })
+    }
+
+    /// Keeps recordings whose `exclude` says no, where every word there says yes or no.
+    fn keep_by_no(&mut self) {
+        let words = self
+            .recordings
+            .iter()
+            .filter_map(|recording| recording.exclude.as_deref());
+        let no = words_for_no(words);
+        for recording in &mut self.recordings {
+            recording.exclude = recording.exclude.take().filter(|word| !no.contains(word));
+        }
     }
 
     /// Refuses two recordings of one name: messages and figures are told apart by it.

@@ -10,10 +10,11 @@ use super::errors::{MeasurementErrors, RunError};
 use super::places::{RowLines, RowPlaces};
 use super::row::CheckedRow;
 use super::screen::{screen, Reason};
-use super::told_twice::{ComparedColumns, Comparison, TOLD_TWICE};
+use super::told_twice::{ComparedColumns, Comparison, RowSetting, TOLD_TWICE};
+use super::yes_or_no::words_for_no;
 use crate::error::{file_name, quoted, Problem};
 use crate::notice::{Level, Notice};
-use crate::scene::Scene;
+use crate::scene::{RunColumn, Scene};
 
 const UNKNOWN_COLUMN: &str = "unknown_column";
 const UNHEEDED_COLUMN: &str = "unheeded_column";
@@ -21,12 +22,14 @@ const RESTITUTION_ABOVE_ONE: &str = "restitution_above_one";
 const LABELLED_ROWS: &str = "labelled_rows";
 const AVERAGED_ROWS: &str = "averaged_rows";
 const FILM_RATIO_OF_EACH_RUN: &str = "film_ratio_of_each_run";
+const MANY_FILM_RATIOS: &str = "many_film_ratios";
+const EXCLUDE_BY_YES: &str = "exclude_by_yes";
 const HIDDEN_ROWS: &str = "hidden_rows";
 pub(super) const SHEETS_NOT_READ: &str = "sheets_not_read";
 pub(super) const CONDENSED_RUNS: &str = "condensed_runs";
 
 /// The codes of what reading says of a table.
-pub(crate) const OF_READING: [&str; 9] = [
+pub(crate) const OF_READING: [&str; 11] = [
     SHEETS_NOT_READ,
     HIDDEN_ROWS,
     LABELLED_ROWS,
@@ -34,6 +37,8 @@ pub(crate) const OF_READING: [&str; 9] = [
     UNHEEDED_COLUMN,
     RESTITUTION_ABOVE_ONE,
     AVERAGED_ROWS,
+    MANY_FILM_RATIOS,
+    EXCLUDE_BY_YES,
     FILM_RATIO_OF_EACH_RUN,
     CONDENSED_RUNS,
 ];
@@ -110,32 +115,71 @@ impl RunsAsRead {
         self.stuck.get(run).copied().unwrap_or(self.restitution[run] <= limit)
     }
 
-    /// How many wet runs there are, if the nominal film ratios are no such but each run's own δ/D.
-    fn own_film_ratios(&self) -> Option<usize> {
+    /// The wet runs of a table with a column of nominal film ratios.
+    fn wet_with_film_ratio(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.film_ratio.len()).filter(|run| self.liquid[*run] != RunsAsRead::NO_LIQUID)
+    }
+
+    /// δ/D of a run.
+    fn own_film_ratio(&self, run: usize) -> f64 {
+        self.film[run] / self.diameter[run]
+    }
+
+    /// How the values of the column of film ratios stand beside the films; `None` where there are no such values.
+    fn film_ratio_values(&self, gap: f64) -> Option<FilmRatioValues> {
         /// share by which a written film ratio may miss the film over the diameter
         const ROUNDING: f64 = 0.01;
-        /// runs of a nominal film ratio, on average, at least
-        const RUNS_OF_RATIO: usize = 3;
-        let wet: Vec<usize> = (0..self.film_ratio.len())
-            .filter(|run| self.liquid[*run] != RunsAsRead::NO_LIQUID)
-            .collect();
-        let is_own = |run: &usize| {
-            let own = self.film[*run] / self.diameter[*run];
-            (self.film_ratio[*run] / own - 1.0).abs() <= ROUNDING
+        /// or rounded to so many in one
+        const THOUSANDTHS: f64 = 1000.0;
+        let wet: Vec<usize> = self.wet_with_film_ratio().collect();
+        let is_rounded = |ratio: f64, own: f64| {
+            let in_thousandths = THOUSANDTHS * ratio;
+            let is_whole = (in_thousandths - in_thousandths.round()).abs() < 1e-6;
+            is_whole && (in_thousandths - THOUSANDTHS * own).abs() <= 0.5 + 1e-6
         };
-        if wet.is_empty() || !wet.iter().all(is_own) {
-            return None;
-        }
+        let is_own = |run: &usize| {
+            let (ratio, own) = (self.film_ratio[*run], self.own_film_ratio(*run));
+            (ratio / own - 1.0).abs() <= ROUNDING || is_rounded(ratio, own)
+        };
+        let sorted = |of: &dyn Fn(usize) -> f64| {
+            let mut values: Vec<(u32, f64)> = wet.iter().map(|run| (self.particle[*run], of(*run))).collect();
+            values.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            values.dedup();
+            values
+        };
+        let own = sorted(&|run| self.own_film_ratio(run));
+        let groups = own
+            .windows(2)
+            .filter(|both| both[0].0 != both[1].0 || both[1].1 - both[0].1 > gap);
         // the runs of one row are one film
-        let mut ratios: Vec<(u32, u64)> = wet
-            .iter()
-            .map(|run| (self.particle[*run], self.film_ratio[*run].to_bits()))
-            .collect();
-        ratios.sort_unstable();
-        ratios.dedup();
         let mut rows: Vec<u32> = wet.iter().map(|run| self.row[*run]).collect();
         rows.dedup();
-        (rows.len() < RUNS_OF_RATIO * ratios.len()).then_some(wet.len())
+        (!wet.is_empty()).then(|| FilmRatioValues {
+            runs: wet.len(),
+            rows: rows.len(),
+            values: sorted(&|run| self.film_ratio[run]).len(),
+            films: own.len(),
+            groups: groups.count() + 1,
+            are_own: wet.iter().all(is_own),
+        })
+    }
+
+    /// Compares the column of film ratios with film over diameter; of an empty column nothing.
+    fn compare_film_ratios(&self) -> Comparison {
+        let mut comparison = Comparison::default();
+        for run in self.wet_with_film_ratio() {
+            let setting = RowSetting {
+                particle: self.particle[run],
+                liquid: Some(self.liquid[run]),
+                diameter: self.diameter[run],
+                film: self.film[run],
+            };
+            let ratio = self.film_ratio[run] / self.own_film_ratio(run);
+            if ratio > 0.0 && ratio.is_finite() {
+                comparison.add(self.row[run], setting, ratio);
+            }
+        }
+        comparison
     }
 
     /// Adds some runs of another part.
@@ -182,6 +226,44 @@ impl RunsAsRead {
     }
 }
 
+/// How the values of a column of film ratios stand beside the films.
+#[derive(Debug, Clone, Copy)]
+struct FilmRatioValues {
+    /// wet runs, and the rows that these are
+    runs: usize,
+    rows: usize,
+    /// different values of the column, of each particle
+    values: usize,
+    /// different δ/D of the runs, of each particle
+    films: usize,
+    /// film groups that gaps in δ/D would give
+    groups: usize,
+    /// whether each value is the run's own δ/D, up to rounding
+    are_own: bool,
+}
+
+impl FilmRatioValues {
+    /// Whether far more values stand there than groups of films, with few rows each.
+    fn are_many(&self) -> bool {
+        /// values, at least: fewer groups can be looked at
+        const FEWEST: usize = 10;
+        /// values of a group of films, at least
+        const OF_GROUP: usize = 3;
+        /// rows of a value, on average: with fewer its laws have less than ten degrees of freedom
+        const ROWS: usize = 10;
+        self.values >= FEWEST && self.values >= OF_GROUP * self.groups && self.rows < ROWS * self.values
+    }
+
+    /// Whether they are no nominal film ratios, but each run's own δ/D.
+    fn are_no_nominal_ones(&self) -> bool {
+        /// rows of a nominal film ratio, on average, at least
+        const ROWS_OF_RATIO: usize = 3;
+        // what is rounded has one value for several films
+        let hides_films = self.are_many() && self.films >= 2 * self.values;
+        self.are_own && (self.rows < ROWS_OF_RATIO * self.values || hides_films)
+    }
+}
+
 /// What is done with runs as they are gathered.
 pub(super) enum Gathering<'a> {
     /// all are held
@@ -205,6 +287,9 @@ pub(super) fn too_many_rows(rows: usize, scene: &Scene) -> Option<Problem> {
         ),
     })
 }
+
+/// What uses runs that the column of reasons leaves out.
+const CLEAR_EXCLUDE: &str = "clear the word in the column `exclude` to use those excluded";
 
 /// Runs of a block, at least.
 pub(super) const BLOCK: usize = 1 << 19;
@@ -249,6 +334,8 @@ pub(super) struct Collected {
     /// the first rows whose labels say that they are no runs, with these labels, and how many there are
     labelled: (Vec<(u32, String)>, usize),
     above_one: usize,
+    /// the words of its column `exclude` that say no, where all its words say yes or no: their runs are kept
+    pub kept_by_no: Vec<String>,
     /// rows that are means, and the runs that these stand for
     averaged: [usize; 2],
     /// how columns that tell the same thing compare, in the order of [`TOLD_TWICE`]
@@ -285,7 +372,13 @@ impl Collected {
     pub fn push(&mut self, row: &CheckedRow, has_film_ratio: bool, scene: &Scene) {
         for (comparison, ratio) in self.told_twice.iter_mut().zip(row.ratios) {
             if let Some(ratio) = ratio {
-                comparison.add(u32::try_from(self.rows).unwrap_or(u32::MAX), ratio);
+                let setting = RowSetting {
+                    particle: row.particle,
+                    liquid: row.liquid,
+                    diameter: row.diameter,
+                    film: row.film,
+                };
+                comparison.add(u32::try_from(self.rows).unwrap_or(u32::MAX), setting, ratio);
             }
         }
         let runs = row.mean_of.map_or(1, |mean| mean.runs as usize);
@@ -360,6 +453,30 @@ impl Collected {
         }
     }
 
+    /// The words of the column `exclude` that say no, if all its words say yes or no; of a table in which each of these was
+    /// taken for a reason.
+    pub fn words_for_no(&self) -> Vec<String> {
+        words_for_no(self.excluded.iter().map(|(reason, _)| reason.as_str()))
+    }
+
+    /// Says which words of the column `exclude` keep a run.
+    pub fn excluded_by_yes(&self, path: &Path) -> Option<Notice> {
+        let words: Vec<String> = self.kept_by_no.iter().map(|word| quoted(word)).collect();
+        (!words.is_empty()).then(|| {
+            Notice::new(
+                EXCLUDE_BY_YES,
+                words.len(),
+                format!(
+                    "{}: every word in the column `exclude` says yes or no, so runs with {} are kept",
+                    file_name(path),
+                    words.join(" or ")
+                ),
+                "nothing; a run is left out by any other word there",
+            )
+            .at(Level::Informs)
+        })
+    }
+
     /// Adds parts of the file in their order.
     pub fn extend(&mut self, parts: &[Collected]) {
         for part in parts {
@@ -408,7 +525,7 @@ impl Collected {
         let by_file = self.excluded.iter().map(|(reason, runs)| Screened {
             reason: format!("excluded: {}", quoted(reason)),
             runs: *runs,
-            next_step: "clear the word in the column `exclude` to use those excluded",
+            next_step: CLEAR_EXCLUDE,
         });
         let labelled = Screened {
             reason: "a label that says mean, total or spread of other rows".to_owned(),
@@ -433,14 +550,13 @@ impl Collected {
     pub fn compared_columns(&self, rows_before: usize) -> Vec<ComparedColumns> {
         let names = self.remarks.told_twice.iter().cloned();
         let each = TOLD_TWICE.into_iter().zip(names).zip(&self.told_twice);
-        let mut compared: Vec<ComparedColumns> = each
-            .filter_map(|((columns, names), comparison)| comparison.of(columns, names))
-            .collect();
         let before = u32::try_from(rows_before).unwrap_or(u32::MAX);
-        for (row, _) in compared.iter_mut().flat_map(|both| &mut both.apart) {
-            *row = row.saturating_add(before);
-        }
-        compared
+        let speeds = each.filter_map(|((columns, names), comparison)| comparison.of(columns, names, before));
+        let films = self.columns.compare_film_ratios();
+        let columns = [RunColumn::FilmRatio, RunColumn::Film];
+        speeds
+            .chain(films.of(columns, self.remarks.films.clone(), before))
+            .collect()
     }
 
     /// Names the rows whose labels say that they are no runs.
@@ -488,9 +604,16 @@ impl Collected {
         })
     }
 
-    /// Takes film ratios that are each run's own δ/D for no nominal ones, and says so.
-    pub fn drop_own_film_ratios(&mut self) -> Option<Notice> {
-        let runs = self.columns.own_film_ratios()?;
+    /// Takes film ratios that are each run's own δ/D for no nominal ones, and says so; says as well where there are as many of
+    /// them as if they were. Films whose δ/D lies no further apart than `gap` would be one group.
+    pub fn drop_own_film_ratios(&mut self, gap: f64) -> Option<Notice> {
+        let found = self.columns.film_ratio_values(gap)?;
+        if !found.are_no_nominal_ones() {
+            return found
+                .are_many()
+                .then(|| many_film_ratios(&found, &self.remarks.films[0]));
+        }
+        let runs = found.runs;
         self.columns.film_ratio.clear();
         let notice = Notice::new(
             FILM_RATIO_OF_EACH_RUN,
@@ -564,6 +687,30 @@ impl Collected {
             )
         })
     }
+}
+
+/// Says that each of very many film ratios is a group of its own.
+fn many_film_ratios(found: &FilmRatioValues, name: &str) -> Notice {
+    let FilmRatioValues {
+        rows, values, groups, ..
+    } = found;
+    let (noun, verb) = if *groups == 1 {
+        ("group", "is")
+    } else {
+        ("groups", "are")
+    };
+    Notice::new(
+        MANY_FILM_RATIOS,
+        *values,
+        format!(
+            "the column {} has {values} different film ratios in {rows} wet rows, where by their films there {verb} {groups} \
+             {noun}: each value is a film group of its own, of {:.1} rows on average",
+            quoted(name),
+            *rows as f64 / *values as f64
+        ),
+        "write the nominal film ratio of each run into the column, or give it another name, which leaves it out: film groups \
+         are then found from the films, or by film_ratios in [data]",
+    )
 }
 
 /// Says once which columns were not read: those of each table by name, tables with the same ones together.

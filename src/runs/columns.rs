@@ -54,6 +54,8 @@ pub(super) struct HeaderRemarks {
     pub unheeded: Vec<[String; 2]>,
     /// what the columns that tell the same thing are called
     pub told_twice: [[String; 2]; TOLD_TWICE.len()],
+    /// what the columns of film ratios and films are called
+    pub films: [String; 2],
 }
 
 /// A column's place in the table.
@@ -93,12 +95,14 @@ impl<'s> TableLayout<'s> {
         if matched.problems.is_empty() {
             let unheeded = matched.unheeded();
             let told_twice = TOLD_TWICE.map(|both| both.map(|column| matched.name(column)));
+            let films = [RunColumn::FilmRatio, RunColumn::Film].map(|column| matched.name(column));
             Ok(TableLayout {
                 missing_film: matched.missing_column(RunColumn::Film, " (wet runs need it)"),
                 places: matched.places,
                 remarks: HeaderRemarks {
                     unheeded,
                     told_twice,
+                    films,
                     unknown: matched.unknown,
                 },
                 width: header.names.len(),

@@ -189,6 +189,8 @@ fn outline(scene: &Scene, pieces: &Pieces, piece: u64, share: f64) -> Result<Out
     let read = pieces.all[piece as usize].read(scene, &mut take)?;
     match read {
         Some(collected) => {
+            // whether a word excludes the whole column tells, of which this may be a part
+            outline.is_whole |= !collected.words_for_no().is_empty();
             outline.collected = collected;
             outline.collected.columns = sample;
         }

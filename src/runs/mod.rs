@@ -7,6 +7,7 @@
 //! | `averaged.rs` | reads a row that is the mean of several runs as those runs |
 //! | `told_twice.rs` | compares columns that tell the same thing of a run |
 //! | `labels.rs` | knows the words that mark a row as the mean, total or spread of others |
+//! | `yes_or_no.rs` | knows the words of a column that says yes or no of each run |
 //! | `places.rs` | says where a row stands as a person sees it |
 //! | `row.rs` | checks one run and says which cell is wrong |
 //! | `written_units.rs` | reads the units that headers state |
@@ -97,6 +98,7 @@ mod windows;
 mod workbook;
 mod write;
 mod written_units;
+mod yes_or_no;
 
 pub(crate) use cells::{each_row, CellNumbers, TakesRows};
 pub use collect::Screened;
@@ -115,9 +117,10 @@ pub use series::{DryGroup, Impacts, Runs, Series};
 pub use settings::{read_settings, AskedSetting};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere, MOST_SPHERES};
 pub use table::{read, Table};
-pub use told_twice::ComparedColumns;
+pub use told_twice::{ComparedBlock, ComparedColumns};
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP, MOST_SETTINGS};
 pub use write::{free_place, EncodedRuns, Existing, RunWriter, TableFormat, TableParts, WholeTable};
+pub(crate) use yes_or_no::words_for_no;
 
 use std::path::Path;
 

@@ -129,7 +129,8 @@ pub(super) fn read_parquet(
     for (column, place) in &wanted {
         let is_number = column.is_number();
         let given = schema.get(&place.name).map(|field| &field.dtype);
-        if let Some(given) = given.filter(|given| !is_readable(given, is_number)) {
+        let is_yes_or_no = |given: &ArrowDataType| *column == RunColumn::Exclude && given == &ArrowDataType::Boolean;
+        if let Some(given) = given.filter(|given| !is_readable(given, is_number) && !is_yes_or_no(given)) {
             let expected = if is_number { "32- or 64-bit numbers" } else { "texts" };
             refusals.other(Problem {
                 line: None,

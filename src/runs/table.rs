@@ -16,7 +16,7 @@ use super::told_twice::ComparedColumns;
 use super::{csv, parquet, windows, workbook};
 use crate::error::{file_name, quoted, Error, Problem};
 use crate::notice::Notice;
-use crate::scene::{Scene, TableFile};
+use crate::scene::{RunColumn, Scene, TableFile, MISSING};
 use crate::seed::sha256;
 
 /// Runs as read, with what a reader should know of them.
@@ -62,7 +62,7 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
         sha256,
     } = joined.finish();
     let (rows, screened) = (collected.runs(), collected.screened());
-    notices.extend(collected.drop_own_film_ratios());
+    notices.extend(collected.drop_own_film_ratios(scene.data.film_ratio_gap));
     let mut runs = impacts::arrange(collected.columns, scene);
     runs.places = Arc::new(places);
     check_spheres(scene, &runs.spheres)?;
@@ -148,7 +148,11 @@ impl<'p> Joined<'p> {
     /// Adds a table; only one is held beside those before it.
     pub fn add(&mut self, (mut table, sha256): (Collected, String), file: &'p TableFile) -> Result<(), Error> {
         let path = file.path.as_path();
-        let notices = [table.hidden_rows(path), table.unheeded_columns(path)];
+        let notices = [
+            table.hidden_rows(path),
+            table.unheeded_columns(path),
+            table.excluded_by_yes(path),
+        ];
         self.unknown.push((file_name(path), table.unknown_columns().to_vec()));
         self.compared.extend(table.compared_columns(self.all.rows));
         self.notices.extend(notices.into_iter().flatten());
@@ -266,8 +270,38 @@ fn check_averaged(collected: &Collected, path: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Where something is refused, the table is read once more: to see that it is text, and then in its order.
+/// Reads a table; where its column `exclude` turns out to say yes or no of each run, once more with those kept that have a
+/// no there.
+fn read_by_exclude(
+    scene: &Scene,
+    mut read: impl FnMut(&Scene) -> Result<Collected, Error>,
+) -> Result<Collected, Error> {
+    let first = read(scene)?;
+    let words = first.words_for_no();
+    if words.is_empty() {
+        return Ok(first);
+    }
+    let missing = |word: &String| [word.clone(), MISSING.to_owned()];
+    let of_column = (RunColumn::Exclude, words.iter().map(missing).collect());
+    let mut scene = scene.clone();
+    scene.data.naming.words.push(of_column);
+    let mut collected = read(&scene)?;
+    collected.kept_by_no = words;
+    Ok(collected)
+}
+
 fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
+    let mut sha256 = String::new();
+    let collected = read_by_exclude(scene, |scene| {
+        let (collected, hash) = read_csv_once(source, path, scene)?;
+        sha256 = hash;
+        Ok(collected)
+    })?;
+    Ok((collected, sha256))
+}
+
+/// Where something is refused, the table is read once more: to see that it is text, and then in its order.
+fn read_csv_once(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
     let fail = |error: std::io::Error| Error::io(path, READ, error);
     let length = source.length();
     let separator = csv::separator(source.reader().map_err(fail)?, &scene.data.naming).map_err(fail)?;
@@ -282,9 +316,14 @@ fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Col
 
 fn read_parquet(source: TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
     let bytes = source.parquet(path)?;
-    let read = || parquet::read_parquet(&bytes, scene, 0, &mut Gathering::Whole);
+    let read = || {
+        read_by_exclude(scene, |scene| {
+            let read = parquet::read_parquet(&bytes, scene, 0, &mut Gathering::Whole);
+            read.map_err(|refused| refuse(path, refused))
+        })
+    };
     let (collected, sha256) = rayon::join(read, || sha256(&bytes));
-    Ok((collected.map_err(|refused| refuse(path, refused))?, sha256))
+    Ok((collected?, sha256))
 }
 
 pub(super) fn read_workbook(
@@ -293,13 +332,14 @@ pub(super) fn read_workbook(
     scene: &Scene,
 ) -> Result<(Collected, String), Error> {
     let bytes = source.workbook(&file.path)?;
-    let read = || {
+    let read_once = |scene: &Scene| {
         let mut book = workbook::Workbook::open(&bytes).map_err(|problems| refuse(&file.shown(), problems.into()))?;
         let sheet = book.sheet(file.sheet.as_deref());
         let sheet = sheet.map_err(|problems| refuse(&file.shown(), problems.into()))?;
         let shown = file.of_sheet(sheet.name()).shown();
         workbook::read_sheet(sheet, scene).map_err(|refused| refuse(&shown, refused))
     };
+    let read = || read_by_exclude(scene, read_once);
     let (collected, sha256) = rayon::join(read, || sha256(&bytes));
     Ok((collected?, sha256))
 }

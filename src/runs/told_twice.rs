@@ -1,11 +1,11 @@
-//! Compares columns that tell the same thing of a run.
+//! Compares columns that tell the same thing of a run: over a whole table, and in each block of it.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 use super::raw_row::{RawRow, StokesScale, Surface};
-use crate::physics::numbers::free_fall_speed;
+use crate::physics::numbers::{free_fall_speed, same_diameter};
 use crate::scene::RunColumn;
 
 /// Columns of which the first is read only where the second has nothing.
@@ -45,6 +45,31 @@ pub(super) fn speed_ratios(raw: &RawRow, surface: &Surface, of_stokes: &StokesSc
     ]
 }
 
+/// What a run was made with: a block of rows goes on while it stays the same.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct RowSetting {
+    /// index into the scene's particles
+    pub particle: u32,
+    /// index into the scene's liquids; `None` for a dry run
+    pub liquid: Option<u32>,
+    /// m
+    pub diameter: f64,
+    /// m
+    pub film: f64,
+}
+
+impl RowSetting {
+    /// Whether runs of both are of one series, as far as two runs can tell.
+    fn is_like(&self, other: &RowSetting) -> bool {
+        /// films of one series differ by no larger share from run to run
+        const SAME_FILM: f64 = 0.15;
+        let is_same_film = (self.film - other.film).abs() <= SAME_FILM * self.film.max(other.film);
+        (self.particle, self.liquid) == (other.particle, other.liquid)
+            && same_diameter(self.diameter, other.diameter)
+            && is_same_film
+    }
+}
+
 /// How the speeds of two columns compare over a table.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Comparison {
@@ -52,13 +77,81 @@ pub(super) struct Comparison {
     classes: BTreeMap<i32, usize>,
     /// the first rows that lie apart, with their ratio, and how many do
     apart: (Vec<(u32, f64)>, usize),
+    /// its blocks in order; empty where there are too many
+    blocks: Vec<Block>,
+    has_too_many_blocks: bool,
+    /// the first and the last row; `None` without any
+    rows: Option<[u32; 2]>,
+}
+
+/// Rows one after the other of one setting, in which the ratio does not jump.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Block {
+    ends: [BlockRow; 2],
+    runs: i64,
+    /// of the logarithm of the ratio in whole [`Block::STEP`]: sums that do not go by the order of adding
+    sum: i64,
+    squares: i64,
+}
+
+/// A row at an end of a block.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct BlockRow {
+    row: u32,
+    setting: RowSetting,
+    /// logarithm of its ratio, in whole [`Block::STEP`]
+    ratio: i64,
+}
+
+impl Block {
+    const STEP: f64 = 1e-4;
+
+    fn of(row: BlockRow) -> Block {
+        Block {
+            ends: [row; 2],
+            runs: 1,
+            sum: row.ratio,
+            squares: row.ratio * row.ratio,
+        }
+    }
+
+    /// Whether a later block is this one going on.
+    fn goes_on_with(&self, next: &Block) -> bool {
+        let [last, first] = [self.ends[1], next.ends[0]];
+        let jump = (last.ratio - first.ratio).abs() as f64 * Block::STEP;
+        jump <= APART && last.setting.is_like(&first.setting)
+    }
+
+    fn extend(&mut self, next: &Block) {
+        self.ends[1] = next.ends[1];
+        self.runs += next.runs;
+        self.sum += next.sum;
+        self.squares = self.squares.saturating_add(next.squares);
+    }
+
+    /// Mean logarithm of the ratio.
+    fn mean(&self) -> f64 {
+        self.sum as f64 / self.runs as f64 * Block::STEP
+    }
+
+    /// Squares of the logarithms about their mean.
+    fn squares_about_mean(&self) -> f64 {
+        let about = self.squares as f64 - (self.sum as f64).powi(2) / self.runs as f64;
+        about.max(0.0) * Block::STEP * Block::STEP
+    }
 }
 
 impl Comparison {
     /// Width of a class.
     const STEP: f64 = 0.005;
 
-    pub fn add(&mut self, row: u32, ratio: f64) {
+    /// Blocks that are kept: a table has more only where its rows are in no order, and single rows are then named.
+    const MOST_BLOCKS: usize = 50_000;
+
+    pub fn add(&mut self, row: u32, setting: RowSetting, ratio: f64) {
+        // beyond every magnitude of a file
+        const MOST: f64 = 400.0;
+        self.add_rows([row; 2]);
         let class = (ratio.ln() / Comparison::STEP).round() as i32;
         *self.classes.entry(class).or_default() += 1;
         if ratio.ln().abs() > APART {
@@ -67,12 +160,36 @@ impl Comparison {
                 self.apart.0.push((row, ratio));
             }
         }
+        let ratio = (ratio.ln().clamp(-MOST, MOST) / Block::STEP).round() as i64;
+        self.add_block(Block::of(BlockRow { row, setting, ratio }));
+    }
+
+    fn add_rows(&mut self, [first, last]: [u32; 2]) {
+        let before = self.rows.map_or(first, |[first, _]| first);
+        self.rows = Some([before, last]);
+    }
+
+    fn add_block(&mut self, next: Block) {
+        if self.has_too_many_blocks {
+            return;
+        }
+        match self.blocks.last_mut() {
+            Some(last) if last.goes_on_with(&next) => last.extend(&next),
+            _ => self.blocks.push(next),
+        }
+        if self.blocks.len() > Comparison::MOST_BLOCKS {
+            self.has_too_many_blocks = true;
+            self.blocks = vec![];
+        }
     }
 
     /// Adds what a later part of a table says, of which so many rows come before.
     pub fn extend(&mut self, part: &Comparison, rows_before: u32) {
         for (class, runs) in &part.classes {
             *self.classes.entry(*class).or_default() += runs;
+        }
+        if let Some(rows) = part.rows {
+            self.add_rows(rows.map(|row| row.saturating_add(rows_before)));
         }
         self.apart.1 += part.apart.1;
         let later = part
@@ -82,25 +199,93 @@ impl Comparison {
             .map(|(row, ratio)| (row.saturating_add(rows_before), *ratio));
         self.apart.0.extend(later);
         self.apart.0.truncate(NAMED);
+        if part.has_too_many_blocks {
+            self.has_too_many_blocks = true;
+            self.blocks = vec![];
+        }
+        for block in &part.blocks {
+            let mut block = *block;
+            for end in &mut block.ends {
+                end.row = end.row.saturating_add(rows_before);
+            }
+            self.add_block(block);
+        }
     }
 
-    /// Of the columns that were compared, by the names that the table has for them; `None` where no run has both.
-    pub fn of(&self, columns: [RunColumn; 2], names: [String; 2]) -> Option<ComparedColumns> {
-        let runs: usize = self.classes.values().sum();
-        let mut before = 0;
-        let middle = self.classes.iter().find(|(_, own)| {
-            before += **own;
-            2 * before > runs
+    /// Of the columns that were compared, by the names that the table has for them; `None` where no run has both. The rows
+    /// of the table stand after so many of others.
+    pub fn of(&self, columns: [RunColumn; 2], names: [String; 2], rows_before: u32) -> Option<ComparedColumns> {
+        let moved = |row: u32| row.saturating_add(rows_before);
+        let blocks = self.blocks_apart().into_iter().map(|block| ComparedBlock {
+            rows: block.rows.map(moved),
+            ..block
         });
+        let apart = self.apart.0.iter().map(|(row, ratio)| (moved(*row), *ratio));
+        let above = self.classes.iter().filter(|(class, _)| **class > 0);
+        let above: usize = above.filter(|(class, _)| is_apart(**class)).map(|(_, runs)| runs).sum();
         Some(ComparedColumns {
             columns,
             names,
-            runs,
-            ratio: (f64::from(*middle?.0) * Comparison::STEP).exp(),
-            apart: self.apart.0.clone(),
+            runs: self.classes.values().sum(),
+            rows: self.rows?.map(moved),
+            ratio: self.quantile(0.5)?,
+            ends: [self.quantile(0.1)?, self.quantile(0.9)?],
+            apart: apart.collect(),
             all_apart: self.apart.1,
+            on_one_side: above.max(self.apart.1.saturating_sub(above)),
+            blocks: blocks.collect(),
         })
     }
+
+    /// The ratio below which such a share of the runs lies; `None` without any.
+    fn quantile(&self, share: f64) -> Option<f64> {
+        let runs: usize = self.classes.values().sum();
+        let mut before = 0;
+        let class = self.classes.iter().find(|(_, own)| {
+            before += **own;
+            before as f64 > share * runs as f64
+        });
+        Some((f64::from(*class?.0) * Comparison::STEP).exp())
+    }
+
+    /// The blocks that lie apart beyond the scatter inside blocks, those that follow each other with one ratio as one.
+    fn blocks_apart(&self) -> Vec<ComparedBlock> {
+        /// runs of a block, at least
+        const FEWEST: i64 = 3;
+        /// beyond what falling through air may take
+        const BEYOND: f64 = 0.05;
+        /// and beyond so many standard errors of the mean of a block
+        const STANDARD_ERRORS: f64 = 4.0;
+        /// smallest scatter that is believed
+        const LEAST_SCATTER: f64 = 0.003;
+        let squares: f64 = self.blocks.iter().map(Block::squares_about_mean).sum();
+        let freedom: i64 = self.blocks.iter().map(|block| block.runs - 1).sum();
+        let sd = (squares / freedom.max(1) as f64).sqrt().max(LEAST_SCATTER);
+        let is_apart = |block: &Block| {
+            let se = sd / (block.runs as f64).sqrt();
+            block.runs >= FEWEST && block.mean().abs() > BEYOND + STANDARD_ERRORS * se
+        };
+        let mut apart: Vec<(usize, Block)> = vec![];
+        for (at, block) in self.blocks.iter().enumerate().filter(|(_, block)| is_apart(block)) {
+            match apart.last_mut() {
+                Some((last, joined)) if *last + 1 == at && (joined.mean() - block.mean()).abs() <= APART => {
+                    *last = at;
+                    joined.extend(block);
+                }
+                _ => apart.push((at, *block)),
+            }
+        }
+        let compared = |(_, block): (usize, Block)| ComparedBlock {
+            rows: block.ends.map(|end| end.row),
+            runs: block.runs as usize,
+            ratio: block.mean().exp(),
+        };
+        apart.into_iter().map(compared).collect()
+    }
+}
+
+fn is_apart(class: i32) -> bool {
+    (f64::from(class) * Comparison::STEP).abs() > APART
 }
 
 /// Two columns of a table that tell the same thing.
@@ -112,10 +297,88 @@ pub struct ComparedColumns {
     pub names: [String; 2],
     /// runs that have both
     pub runs: usize,
-    /// median over these runs of the speed by the first over the speed by the second
+    /// the first and the last row of these, counted over all tables
+    pub rows: [u32; 2],
+    /// median over these runs of the speed by the first over the speed by the second; of film ratios, of that of the column
+    /// over δ/D
     pub ratio: f64,
+    /// 10 % and 90 % quantiles of the same
+    pub ends: [f64; 2],
     /// the first rows whose speeds lie more than a tenth apart, with their ratio
     pub apart: Vec<(u32, f64)>,
     /// how many such rows there are
     pub all_apart: usize,
+    /// about how many of these lie on the side of most of them
+    pub on_one_side: usize,
+    /// blocks of rows that lie apart as a whole
+    pub blocks: Vec<ComparedBlock>,
+}
+
+/// Rows one after the other in which two columns lie apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ComparedBlock {
+    /// the first and the last, counted over all tables
+    pub rows: [u32; 2],
+    /// runs in it that have both columns
+    pub runs: usize,
+    /// geometric mean of the ratio over these runs
+    pub ratio: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn setting(liquid: u32) -> RowSetting {
+        RowSetting {
+            particle: 0,
+            liquid: Some(liquid),
+            diameter: 4e-3,
+            film: 2e-4,
+        }
+    }
+
+    /// Four blocks of twelve rows each with some scatter; the ratio of each row is made by its block and place.
+    fn compared(ratio: impl Fn(u32, u32) -> f64, sd: f64) -> ComparedColumns {
+        let scatter = [0.3, -1.2, 0.8, -0.1, 1.5, -0.7, 0.2, -1.4, 0.9, 0.4, -0.6, -0.1];
+        let mut parts = [Comparison::default(), Comparison::default()];
+        let mut whole = Comparison::default();
+        for row in 0..48u32 {
+            let value = ratio(row / 12, row % 12) * (sd * scatter[(row % 12) as usize]).exp();
+            whole.add(row + 1, setting(row / 12), value);
+            // the cut goes through a block
+            let part = usize::from(row >= 17);
+            parts[part].add(row + 1 - 17 * part as u32, setting(row / 12), value);
+        }
+        let [mut joined, last] = parts;
+        joined.extend(&last, 17);
+        assert_eq!(format!("{joined:?}"), format!("{whole:?}"));
+        let columns = TOLD_TWICE[0];
+        whole.of(columns, ["h", "v"].map(str::to_owned), 100).expect("rows")
+    }
+
+    #[test]
+    fn a_block_that_lies_apart_is_found_with_its_rows() {
+        let found = |ratio: &dyn Fn(u32, u32) -> f64, sd| -> Vec<([u32; 2], usize)> {
+            let blocks = compared(ratio, sd).blocks;
+            blocks.iter().map(|block| (block.rows, block.runs)).collect()
+        };
+        assert_eq!(found(&|_, _| 1.0, 0.01), []);
+        assert_eq!(found(&|_, _| 1.0, 0.06), []);
+        assert_eq!(
+            found(&|block, _| if block == 2 { 1.09 } else { 1.0 }, 0.01),
+            [([125, 136], 12)]
+        );
+        // a part of a series, and two series one after the other
+        let of_part = |block, at| if block == 1 && at > 6 { 3.16 } else { 1.0 };
+        assert_eq!(found(&of_part, 0.01), [([120, 124], 5)]);
+        assert_eq!(
+            found(&|block, _| if block > 1 { 0.9 } else { 1.0 }, 0.01),
+            [([125, 148], 24)]
+        );
+        // a single row is a slip
+        let slip = |block, at| if block == 1 && at == 6 { 1.5 } else { 1.0 };
+        assert_eq!(found(&slip, 0.01), []);
+        assert_eq!(compared(slip, 0.01).on_one_side, 1);
+    }
 }

@@ -213,7 +213,7 @@ impl RunColumn {
             RunColumn::Exclude => (
                 Without::Words("every run is used"),
                 "touched the wall",
-                "why the run is left out; counted under these words",
+                "why the run is left out; counted under these words; a no among yes and no (0 and 1) keeps it",
             ),
             RunColumn::Run => (
                 Without::Words("rows are counted"),
