@@ -228,6 +228,8 @@ fn a_prior_of_any_kind_is_held_against_the_runs() {
         ("lubrication_log", "fixed = 2.3"),
         ("dry_k", "normal = [0.15, 0.001]"),
         ("sigma_wet", "lognormal = [0.002, 0.1]"),
+        ("sigma_wet", "fixed = 0.2"),
+        ("sigma_dry", "fixed = 0.1"),
     ] {
         let findings = fit(key, prior);
         let check = check_of(&findings, "prior_conflict");
@@ -242,15 +244,18 @@ fn a_prior_of_any_kind_is_held_against_the_runs() {
         assert_ne!(own(&findings, key), Some(true), "{key} {prior}");
     }
     // its tails let the runs lead
-    let heavy = fit("lubrication_log", "student_t = [3.0, 4.0, 0.02]");
-    let check = check_of(&heavy, "prior_conflict");
-    assert!(!check.passed && !check.gates && heavy.main.verdict.passed, "{check:?}");
-    assert_eq!(own(&heavy, "lubrication_log"), Some(false));
+    for prior in ["student_t = [3.0, 4.0, 0.02]", "student_t = [2.0, 2.6, 0.0005]"] {
+        let heavy = fit("lubrication_log", prior);
+        let check = check_of(&heavy, "prior_conflict");
+        assert!(!check.passed && !check.gates && heavy.main.verdict.passed, "{check:?}");
+        assert_eq!(own(&heavy, "lubrication_log"), Some(false));
+    }
     for (key, prior) in [
         ("lubrication_log", "uniform = [0.5, 4.0]"),
         ("lubrication_log", "student_t = [3.0, 1.85, 0.02]"),
         ("lubrication_log", "fixed = 1.85"),
         ("dry_k", "normal = [0.183, 0.001]"),
+        ("sigma_wet", "fixed = 0.02"),
     ] {
         let findings = fit(key, prior);
         let check = findings.verdicts.iter().find(|check| check.check == "prior_conflict");

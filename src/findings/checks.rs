@@ -143,6 +143,14 @@ impl Check {
         let advice = self.advice;
         self.if_failed(advice)
     }
+
+    /// Takes other advice, also among the words.
+    pub(super) fn advise(&mut self, advice: &'static str) {
+        if let Some(found) = self.text.strip_suffix(self.advice) {
+            self.text = format!("{found}{advice}");
+        }
+        self.advice = advice;
+    }
 }
 
 /// What a failure means.

@@ -228,6 +228,10 @@ fn determined(findings: &Findings) -> Vec<String> {
         return vec![];
     };
     if directions.unseen.is_empty() {
+        // beside a narrow prior of the scene the share that is left says nothing
+        if directions.spread_left > 0.5 {
+            return vec![];
+        }
         return vec![format!(
             "The runs determine every parameter. The least constrained is {}, which keeps {} % of its prior sd.",
             directions.least_known_words,

@@ -102,7 +102,7 @@ use crate::runs::{Runs, Table};
 use crate::scene::{NoiseOn, Scene};
 use balance::EnergyBalance;
 use bootstrap::Resampling;
-use checks::Check;
+use checks::{Check, Criterion};
 use compare::Comparison;
 use dry::{Dry, FittedDry};
 use energy::Energy;
@@ -429,6 +429,27 @@ impl Findings {
             .extend(chosen.map(|choice| notices::form_chosen(choice.inertia, choice.is_clear())));
     }
 
+    /// Gives what may follow from a prior that the runs contradict no advice of its own.
+    fn blame_the_prior(&mut self) {
+        const FOLLOWS: [Criterion; 7] = [
+            checks::DRY_CONSISTENCY,
+            checks::BETTER_FORM,
+            checks::FILM_TREND,
+            checks::PREDICTIVE_50,
+            checks::PREDICTIVE_90,
+            checks::PREDICTIVE_RESIDUAL,
+            checks::PREDICTIVE_STUCK,
+        ];
+        let contradicts = |check: &Check| check.check == checks::PRIOR_CONFLICT.code && !check.passed && check.gates;
+        if !self.verdicts.iter().any(contradicts) {
+            return;
+        }
+        let follows = |check: &&mut Check| FOLLOWS.iter().any(|own| own.code == check.check) && !check.passed;
+        for check in self.verdicts.iter_mut().filter(follows) {
+            check.advise("mend the prior first: this may come of it");
+        }
+    }
+
     /// Picks the main numbers anew, from what was found by now.
     fn pick_main_numbers(&mut self, scene: &Scene, runs: &Runs, posterior: Option<&Posterior>) {
         self.main = main_numbers::pick_main_numbers(MainSources {
@@ -440,6 +461,7 @@ impl Findings {
         self.verdicts
             .retain(|check| check.check != checks::BOOTSTRAP_FAILURES.code);
         self.verdicts.extend(self.main.check_replicates());
+        self.blame_the_prior();
         self.main.judge(&self.verdicts);
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
     }

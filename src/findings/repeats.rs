@@ -110,12 +110,25 @@ impl Grids {
     fn of(rebounds: &[Rebound]) -> Grids {
         let speed = |one: &Rebound| one.speed * one.restitution;
         let height = |one: &Rebound| speed(one).powi(2) / (2.0 * GRAVITY);
+        let of_speed = grid(rebounds, |one| one.speed, |_| 0.0);
+        let of_restitution = grid(rebounds, |one| one.restitution, |_| 0.0);
+        // what rounding of e, and of v where e was not made from the v that is written, leaves of what e was made from
+        let coarsest = |value: &dyn Fn(&Rebound) -> f64, to_value: &dyn Fn(&Rebound) -> f64| {
+            let grids = [0.0, of_speed].map(|of_speed| {
+                let left = |one: &Rebound| 0.5 * (of_restitution * one.speed + of_speed * one.restitution);
+                grid(rebounds, value, |one| {
+                    left(one) * to_value(one) + OF_GRAVITY * value(one)
+                })
+            });
+            f64::max(grids[0], grids[1])
+        };
+        let to_height = |one: &Rebound| speed(one) / GRAVITY;
         Grids {
-            speed: grid(rebounds, |one| one.speed),
-            restitution: grid(rebounds, |one| one.restitution),
-            rebound_speed: grid(rebounds, speed),
-            rebound_height: grid(rebounds, height),
-            height_above_plate: grid(rebounds, |one| height(one) + one.film),
+            speed: of_speed,
+            restitution: of_restitution,
+            rebound_speed: coarsest(&speed, &|_| 1.0),
+            rebound_height: coarsest(&height, &to_height),
+            height_above_plate: coarsest(&|one| height(one) + one.film, &to_height),
         }
     }
 
@@ -128,16 +141,24 @@ impl Grids {
     }
 }
 
-/// The last decimal of nearly all values; far below every measurement where they have too many.
-fn grid(rebounds: &[Rebound], value: impl Fn(&Rebound) -> f64) -> f64 {
+/// By how much gravity may differ from that of a table, as a share.
+const OF_GRAVITY: f64 = 4e-4;
+
+/// The largest of 1, 0.5, 0.2, 0.1 and so on that nearly all values are multiples of, as far as what rounding left of them
+/// tells; far below every measurement where there is none.
+fn grid(rebounds: &[Rebound], value: impl Fn(&Rebound) -> f64, left: impl Fn(&Rebound) -> f64) -> f64 {
     const MOST_DECIMALS: i32 = 7;
     const NEARLY_ALL: f64 = 0.95;
     const ROUNDING: f64 = 1e-5;
-    let steps = (0..=MOST_DECIMALS).map(|decimals| 0.1f64.powi(decimals));
+    /// of a step, what rounding may leave so that multiples are still told
+    const TOLD: f64 = 0.15;
+    let decimals = (0..=MOST_DECIMALS).map(|decimals| 0.1f64.powi(decimals));
+    let steps = decimals.flat_map(|step| [step, 0.5 * step, 0.2 * step]);
     let mut found = steps.filter(|step| {
         let is_on = |one: &&Rebound| {
             let steps = value(one) / step;
-            (steps - steps.round()).abs() < ROUNDING
+            let near = (left(one) / step).max(ROUNDING);
+            near < TOLD && (steps - steps.round()).abs() < near
         };
         rebounds.iter().filter(is_on).count() as f64 >= NEARLY_ALL * rebounds.len() as f64
     });
@@ -204,6 +225,8 @@ struct Repeats {
     expected: f64,
     /// probability of so many, or of such a block, by chance
     p: f64,
+    /// whether it is the block that is rarer
+    by_order: bool,
 }
 
 /// Rows in the order of others that they repeat.
@@ -288,7 +311,8 @@ impl Repeats {
         let in_order = blocks.iter().filter(|block| block.length >= IN_ORDER);
         let of_blocks = in_order.map(|block| pairs * block.chance).fold(1.0, f64::min);
         // the rarer of two
-        let p = (2.0 * of_blocks.min(at_least(repeated, expected))).min(1.0);
+        let of_all = at_least(repeated, expected);
+        let p = (2.0 * of_blocks.min(of_all)).min(1.0);
         blocks.sort_by_key(|block| std::cmp::Reverse(block.length));
         (repeated > 0).then_some(Repeats {
             blocks,
@@ -296,16 +320,21 @@ impl Repeats {
             repeated,
             expected,
             p,
+            by_order: of_blocks < of_all,
         })
     }
 
     fn question(&self, places: &RowPlaces, questioned: &mut Questioned) {
         let words: Vec<String> = self.blocks.iter().map(|block| block.words(places)).collect();
+        let by_rounding = if self.by_order {
+            "in the order of these".to_owned()
+        } else {
+            format!("where rounding alone would make it {:.1}", self.expected)
+        };
         let text = format!(
-            "{} of {} rebounds repeat another in every measured cell, where rounding alone would make it {:.1}: {}",
+            "{} of {} rebounds repeat another in every measured cell, {by_rounding}: {}",
             self.repeated,
             self.rebounds,
-            self.expected,
             shortened(&words)
         );
         if self.p < checks::BEYOND_CHANCE {
@@ -658,6 +687,41 @@ mod tests {
                 // where the mean is known to about the digits that the last has, nobody can tell
                 let is_told = is_fine && (at < 3 || kind.repeats > 3 && kind.sd > 0.01);
                 assert!(!is_told || codes(table).contains(&"mean_rows"), "{place}, {at}");
+            }
+        }
+    }
+
+    /// Written with four digits, but made from heights of rebound read to a millimetre, or from speeds read to 0.01 m/s.
+    #[test]
+    fn restitutions_of_coarse_readings_are_let_be() {
+        // without the digits of its own a table is as fine as it is read
+        for (place, kind) in kinds().into_iter().enumerate().filter(|(_, kind)| kind.step < 0.01) {
+            let made = |one: &NewRun<'static>, by_height: bool| {
+                let v = one.impact_speed;
+                let rebound = v * one.restitution;
+                let e = if by_height {
+                    let height = rounded(rebound * rebound / (2.0 * GRAVITY), 0.001);
+                    (2.0 * GRAVITY * height).sqrt() / v
+                } else {
+                    rounded(rebound, 0.01) / v
+                };
+                NewRun {
+                    restitution: rounded(e, 1e-4),
+                    ..*one
+                }
+            };
+            let is_clear = |one: &NewRun| one.impact_speed > 0.7;
+            for by_height in [true, false] {
+                let alarms = (0..20).filter(|set| {
+                    let rows = table(kind, 70_000 + 100 * place as u64 + set);
+                    let rows: Vec<NewRun> = rows
+                        .iter()
+                        .filter(|one| is_clear(one))
+                        .map(|one| made(one, by_height))
+                        .collect();
+                    !codes(&rows).is_empty()
+                });
+                assert!(alarms.count() <= 1, "{place} {by_height}");
             }
         }
     }

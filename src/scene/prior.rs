@@ -98,13 +98,13 @@ impl Prior {
     }
 
     /// Where x lies on the prior's own scale, in its sds from its centre: the logarithm for a lognormal; for a half-normal in
-    /// scales from 0. `None` for a prior without an sd.
+    /// scales from 0; for a Student-t without an sd in half-widths of its middle 68 %. `None` for a value that is held.
     pub fn standard(&self, x: f64) -> Option<f64> {
         match *self {
             Prior::LogNormal(median, sd) => (x > 0.0).then(|| (x / median).ln() / sd),
             Prior::HalfNormal(scale) => Some(x / scale),
             Prior::Fixed(_) => None,
-            _ => self.sd().map(|sd| (x - self.median()) / sd),
+            _ => self.half_width().map(|width| (x - self.median()) / width),
         }
     }
 
@@ -114,8 +114,14 @@ impl Prior {
             Prior::LogNormal(median, sd) => Some(median * (sd * z).exp()),
             Prior::HalfNormal(scale) => Some(scale * z),
             Prior::Fixed(_) => None,
-            _ => self.sd().map(|sd| self.median() + sd * z),
+            _ => self.half_width().map(|width| self.median() + width * z),
         }
+    }
+
+    /// The sd, or the half-width of the middle 68 % where there is none.
+    fn half_width(&self) -> Option<f64> {
+        const ONE_SD: f64 = 0.841_344_746_068_542_9;
+        self.sd().or_else(|| Some(self.quantile(ONE_SD)? - self.median()))
     }
 
     /// Quantile at a probability inside (0, 1); `None` where no number is it.
@@ -215,6 +221,8 @@ mod tests {
         assert!((of(Prior::HalfNormal(0.1), 0.015) - 0.15).abs() < 1e-12);
         assert!((of(Prior::Normal(1.95, 0.02), 1.89) + 3.0).abs() < 1e-9);
         assert_eq!(Prior::Fixed(2.0).standard(2.0), None);
+        // a Cauchy prior has half of its mass within one scale, and 68 % within 1.837
+        assert!((of(Prior::StudentT(1.0, 3.0, 0.1), 3.0 + 0.1837) - 1.0).abs() < 1e-3);
         for (prior, x) in FAMILIES {
             let back = prior.at_standard(of(prior, x)).expect("the same prior");
             assert!((back - x).abs() < 1e-12 * x.abs().max(1.0), "{prior:?}");

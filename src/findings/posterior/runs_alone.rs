@@ -7,6 +7,7 @@
 use serde::Serialize;
 
 use super::sampling::SamplingSetup;
+use crate::distributions::{f_tail, normal_quantile};
 use crate::findings::checks;
 use crate::inference::diagnostics::summary::summarise;
 use crate::inference::importance::{propose, DrawCounts, Proposal};
@@ -24,8 +25,8 @@ pub struct RunsAlone {
     pub value: f64,
     /// its standard error
     pub se: f64,
-    /// its distance from the centre of the prior, in sds of the two together; from the nearer bound of a uniform one, in
-    /// standard errors, and 0 inside
+    /// its distance from the centre of the prior, in sds of the two together, a spread's on the logarithm; from the nearer
+    /// bound of a uniform one, in standard errors, and 0 inside. Of few runs it is that of a normal as improbable as theirs.
     pub from_prior: f64,
     /// its distance from the mean of the posterior, in sds of the posterior; from a value that is held, in standard errors
     pub from_posterior: f64,
@@ -48,7 +49,7 @@ fn without(prior: &Prior, mean: f64, sd: f64) -> Option<[f64; 2]> {
 
 impl RunsAlone {
     /// Whether the runs contradict the prior.
-    pub(super) fn contradicts_prior(&self) -> bool {
+    pub fn contradicts_prior(&self) -> bool {
         !checks::PRIOR_CONFLICT.holds(self.from_prior.abs())
     }
 
@@ -64,19 +65,28 @@ impl RunsAlone {
         })
     }
 
-    /// What runs that give a value with its standard error say beside a prior, and beside the mean and the sd of the
-    /// posterior in sds of that prior from its centre.
-    fn beside(prior: &Prior, [value, se]: [f64; 2], [mean, sd]: [f64; 2]) -> Option<RunsAlone> {
+    /// What runs that say this of a parameter say beside its prior, and beside the mean and the sd of the posterior in sds of
+    /// that prior from its centre.
+    fn beside(parameter: &ModelParameter, runs: &Alone, [mean, sd]: [f64; 2]) -> Option<RunsAlone> {
+        let prior = &parameter.prior;
+        let [value, se] = runs.number;
         let z = prior.standard(value)?;
         let z_se = 0.5 * (prior.standard(value + se)? - prior.standard(value - se)?);
-        let from_prior = match *prior {
-            Prior::Uniform(lo, hi) => ((value - hi).max(0.0) - (lo - value).max(0.0)) / se,
-            _ => z / z_se.hypot(1.0),
+        // of that of the two together, what the runs have
+        let (apart, share) = match *prior {
+            Prior::Uniform(lo, hi) => (((value - hi).max(0.0) - (lo - value).max(0.0)) / se, 1.0),
+            // a spread is told by its logarithm
+            _ if parameter.kind.is_spread() && prior.median() > 0.0 => {
+                let se = se / value;
+                let both = se.hypot(prior.sd()? / prior.median());
+                ((value / prior.median()).ln() / both, se / both)
+            }
+            _ => (z / z_se.hypot(1.0), z_se / z_se.hypot(1.0)),
         };
         let found = RunsAlone {
             value,
             se,
-            from_prior,
+            from_prior: as_normal(apart, runs.freedom / share.powi(4)),
             from_posterior: (z - mean) / sd,
         };
         [found.from_prior, found.from_posterior]
@@ -86,11 +96,29 @@ impl RunsAlone {
     }
 }
 
+/// The sds of a normal beyond which as much lies as beyond so many of Student's t.
+fn as_normal(t: f64, freedom: f64) -> f64 {
+    /// beyond, a probability is no number
+    const FAR: f64 = 37.0;
+    let beyond = f_tail(t * t, 1.0, freedom).filter(|p| *p > 0.0);
+    let z = beyond.map_or(FAR, |p| -normal_quantile(0.5 * p));
+    z.min(t.abs()).copysign(t)
+}
+
+/// What the runs say of one parameter.
+#[derive(Debug, Clone, Copy)]
+struct Alone {
+    kind: ParameterKind,
+    /// value and standard error
+    number: [f64; 2],
+    /// degrees of freedom of that
+    freedom: f64,
+}
+
 /// What the runs say of every parameter under the default priors.
 #[derive(Debug, Clone)]
 pub(super) struct UnderDefaults {
-    /// value and standard error of each, with what it is
-    of_each: Vec<(ParameterKind, [f64; 2])>,
+    of_each: Vec<Alone>,
 }
 
 impl UnderDefaults {
@@ -129,7 +157,11 @@ impl UnderDefaults {
             let on_scale = draws.iter().map(|draw| parameter.prior.standard(draw[place]));
             let on_scale: Vec<f64> = on_scale.collect::<Option<_>>()?;
             let found = summarise(&[on_scale.as_slice()]);
-            Some((parameter.kind, without(&parameter.prior, found.mean?, found.sd?)?))
+            Some(Alone {
+                kind: parameter.kind,
+                number: without(&parameter.prior, found.mean?, found.sd?)?,
+                freedom: freedom(runs, sampled, parameter.kind),
+            })
         };
         Some(UnderDefaults {
             of_each: sampled.iter().enumerate().filter_map(of_one).collect(),
@@ -138,13 +170,20 @@ impl UnderDefaults {
 
     /// What the runs say of a parameter beside its own prior, and the mean and the sd of its posterior in sds of that.
     pub(super) fn beside(&self, parameter: &ModelParameter, posterior: [f64; 2]) -> Option<RunsAlone> {
-        RunsAlone::beside(&parameter.prior, self.value(parameter.kind)?, posterior)
+        RunsAlone::beside(parameter, self.of_kind(parameter.kind)?, posterior)
     }
 
     /// What the runs say of a parameter beside the value that a prior holds it at.
     pub(super) fn beside_held(&self, kind: ParameterKind, held: f64) -> Option<RunsAlone> {
-        let [value, se] = self.value(kind)?;
-        let apart = (value - held) / se;
+        let Alone { number, freedom, .. } = self.of_kind(kind)?;
+        let [value, se] = *number;
+        let apart = match kind.is_spread() {
+            // none at all is what stated errors are held against by a check of their own
+            true if held == 0.0 => return None,
+            true => (value / held).ln() * value / se,
+            false => (value - held) / se,
+        };
+        let apart = as_normal(apart, *freedom);
         Some(RunsAlone {
             value,
             se,
@@ -153,16 +192,38 @@ impl UnderDefaults {
         })
     }
 
-    /// Value and standard error of a parameter; `None` where the runs say nothing of it.
-    fn value(&self, kind: ParameterKind) -> Option<[f64; 2]> {
-        let own = self.of_each.iter().find(|(own, _)| *own == kind)?;
-        Some(own.1)
+    /// `None` where the runs say nothing of a parameter.
+    fn of_kind(&self, kind: ParameterKind) -> Option<&Alone> {
+        self.of_each.iter().find(|own| own.kind == kind)
     }
+}
+
+/// The rebounds, dry or wet, that tell a parameter, less the parameters that these tell.
+fn freedom(runs: &Runs, sampled: &[ModelParameter], kind: ParameterKind) -> f64 {
+    let dry: usize = runs.dry.iter().map(|group| runs.measured(group.rebounds.clone())).sum();
+    let wet: usize = runs
+        .series
+        .iter()
+        .map(|series| runs.measured(series.rebounds.clone()))
+        .sum();
+    let is_of_dry = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(_));
+    let told_by_dry = dry > 0 && (is_of_dry(kind) || kind == ParameterKind::SigmaDry);
+    let rebounds = if told_by_dry { dry } else { wet };
+    let told = |own: &&ModelParameter| !own.kind.is_spread() && is_of_dry(own.kind) == told_by_dry;
+    rebounds.saturating_sub(sampled.iter().filter(told).count()).max(1) as f64
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Of four degrees of freedom 2.8 standard errors are as improbable as 1.96 of a normal.
+    #[test]
+    fn few_runs_say_less() {
+        assert!((as_normal(2.776_445, 4.0) - 1.959_964).abs() < 1e-5);
+        assert!((as_normal(-3.0, 1e9) + 3.0).abs() < 1e-5);
+        assert_eq!(as_normal(100.0, 1e9), 37.0);
+    }
 
     /// The posterior of a normal prior and a normal likelihood, by their precisions; and the same on the logarithm.
     #[test]

@@ -108,13 +108,11 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
 
 impl HeldParameter {
     fn of(left: &LeftOut, under_defaults: Option<&UnderDefaults>) -> HeldParameter {
-        let physical = left.kind.quantity().is_some();
         HeldParameter {
             name: left.name.clone(),
             value: left.value,
             reason: left.reason.clone(),
             runs_alone: under_defaults
-                .filter(|_| physical)
                 .zip(left.value)
                 .and_then(|(runs, held)| runs.beside_held(left.kind, held)),
         }
@@ -165,10 +163,10 @@ fn summarise_parameter(
         found.mean.zip(found.sd)
     });
     // that of a half-normal in its scale
-    let of_prior = sd.map(|sd| match parameter.prior {
-        Prior::HalfNormal(scale) => sd / scale,
+    let of_prior = match (parameter.prior, sd) {
+        (Prior::HalfNormal(scale), Some(sd)) => sd / scale,
         _ => 1.0,
-    });
+    };
     let prior = PriorSummary {
         symbol: parameter.kind.symbol(),
         unit: parameter.kind.unit(),
@@ -178,7 +176,7 @@ fn summarise_parameter(
         median: parameter.prior.median(),
         sd,
         source: parameter.source,
-        sd_ratio: on_scale.zip(of_prior).map(|((_, posterior), prior)| posterior / prior),
+        sd_ratio: on_scale.map(|(_, posterior)| posterior / of_prior),
         distance: on_scale.map(|(mean, _)| mean),
         runs_alone: on_scale.and_then(|(mean, sd)| match under_defaults {
             Some(runs) => runs.beside(parameter, [mean, sd]),

@@ -120,6 +120,17 @@ fn reasons(input: ReportInput, rows: &[Compared]) -> String {
     if findings.counts.measurement_errors.is_some() {
         all.push("runs carry measurement errors".to_owned());
     }
+    let of_scene = input.posterior.is_some_and(|posterior| {
+        let mut sampled = posterior
+            .findings
+            .parameters
+            .iter()
+            .filter_map(|own| own.prior.as_ref());
+        sampled.any(|prior| prior.source == "the scene")
+    });
+    if of_scene {
+        all.push("the scene sets priors, which least squares does not read".to_owned());
+    }
     let led = rows.iter().filter_map(|row| row.sampled).filter(|own| own.prior_led);
     let led: Vec<&str> = led.map(|own| own.name.as_str()).collect();
     if !led.is_empty() {

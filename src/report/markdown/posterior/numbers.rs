@@ -240,6 +240,9 @@ pub(super) fn without_panel(posterior: &Posterior, most: usize) -> String {
 /// Whether a parameter is what the runs or what its prior makes it.
 fn who_decides(one: &SampledParameter) -> &'static str {
     let moved = one.shift().is_some_and(|shift| shift.abs() > 1.0);
+    if one.prior.runs_alone.is_some_and(|alone| alone.contradicts_prior()) {
+        return "the runs contradict the prior";
+    }
     match one.prior.sd_ratio {
         None => "the prior has no sd",
         Some(ratio) if ratio < RUNS_DECIDE => "the runs decide",
