@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::distributions::gamma_quantile;
 use crate::findings::dry::Dry;
 use crate::findings::estimate::Estimate;
 use crate::findings::least_squares::LeastSquares;
@@ -294,13 +295,21 @@ fn belief(prior: &Prior) -> LogNormalPrior {
 /// Share of the usual spread below which a spread is no measurement, but rounding.
 const LEAST_SPREAD: f64 = 1e-3;
 
-/// What wet and dry runs scatter by about the laws.
+/// What wet and dry runs scatter by about the laws at most, which of few runs is far more than what they show.
 fn measured_spreads(least_squares: LeastSquares) -> [Option<f64>; 2] {
+    /// chance that runs scatter by more
+    const BEYOND: f64 = 0.05;
+    let at_most = |sd: f64, runs: usize, parameters: usize| {
+        let freedom = runs.checked_sub(parameters).filter(|freedom| *freedom > 0)? as f64;
+        let chi_squared = 2.0 * gamma_quantile(BEYOND, 0.5 * freedom)?;
+        Some(sd * (freedom / chi_squared).sqrt())
+    };
     let wet = least_squares.energy_balance.filter(|balance| balance.verdict.passed);
     let dry = least_squares.dry.iter().filter(|dry| dry.verdict.passed);
     [
-        wet.and_then(|balance| balance.residual_sd),
-        dry.filter_map(|dry| dry.residual_sd).reduce(f64::max),
+        wet.and_then(|balance| at_most(balance.residual_sd?, balance.runs, balance.parameters.len())),
+        dry.filter_map(|dry| at_most(dry.residual_sd?, dry.runs, 1))
+            .reduce(f64::max),
     ]
 }
 
