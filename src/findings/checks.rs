@@ -237,7 +237,7 @@ pub const REPEATED_ROWS: Criterion = row(
     "take out what was pasted or listed twice, or give the digits that tell the runs apart",
 );
 
-/// Probability that so many rows are the mean of the rows just above them by chance.
+/// Probability that so many rows are the mean of other rows of their setting by chance.
 pub const MEAN_ROWS: Criterion = row(
     "mean_rows",
     AtLeast(BEYOND_CHANCE),

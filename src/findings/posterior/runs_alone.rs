@@ -150,7 +150,7 @@ impl UnderDefaults {
         let proposed = propose(&prepared.posterior, &Proposal::Normal(about), size, stream);
         let points = proposed
             .iter()
-            .flat_map(|one| one.points.chunks_exact(about.mode.len()));
+            .flat_map(|one| one.points.chunks_exact(about.mode.len().max(1)));
         let draws: Vec<Vec<f64>> = points.map(|point| prepared.posterior.draw_at(point)).collect();
         let sampled = &prepared.posterior.parameters().sampled;
         let of_one = |(place, parameter): (usize, &ModelParameter)| {

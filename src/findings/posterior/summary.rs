@@ -165,7 +165,8 @@ pub struct PriorSummary {
     pub sd: Option<f64>,
     /// where it comes from
     pub source: &'static str,
-    /// sd of the posterior over sd of the prior, on the scale of the prior: the logarithm for a lognormal
+    /// sd of the posterior over sd of the prior, on the scale of the prior: the logarithm for a lognormal; over the half-width
+    /// of its middle 68 % for a Student-t without an sd
     pub sd_ratio: Option<f64>,
     /// mean of the posterior less the centre of the prior, in sds of the prior on its scale
     pub distance: Option<f64>,
