@@ -4,8 +4,8 @@
 //! inertial loss nor an offset of a series is tested, only what happens from slow to fast runs. The law is held against
 //! one more column at a time: (1/St)² and v^(1/5), each with one factor for all groups; 1/St with a factor for one group
 //! alone, which is a viscous loss of its own; and either with one for the groups of one liquid, whose viscous loss is
-//! also asked for without energies of the groups, where no series has an offset. The smallest p is multiplied by the
-//! number of columns (Bonferroni).
+//! also asked for without energies of the groups, where no series has an offset; and v^(1/5) with one for the runs of one
+//! film ratio, whatever the liquid and the sphere. The smallest p is multiplied by the number of columns (Bonferroni).
 //!
 //! Rebounds near sticking have no fair residual and are left out, single outliers as well. A table that does not say how
 //! well speeds are known may have errors of a per cent, which near the threshold outweigh the rest: runs are weighed for
@@ -40,6 +40,8 @@ pub enum WetAlternative {
     SlopeOfOneLiquid,
     /// all groups of one liquid with one term in v^(1/5) of their own
     FallOfOneLiquid,
+    /// all runs of one film ratio with one term in v^(1/5) of their own
+    FallOfOneFilm,
 }
 
 impl WetAlternative {
@@ -51,6 +53,7 @@ impl WetAlternative {
             WetAlternative::SlopeOfOneGroup => "a viscous loss of its own in one group",
             WetAlternative::SlopeOfOneLiquid => "a viscous loss of its own in one liquid",
             WetAlternative::FallOfOneLiquid => "a slope of e² in v in one liquid",
+            WetAlternative::FallOfOneFilm => "a slope of e² in v at one film ratio",
         }
     }
 }
@@ -91,6 +94,8 @@ struct WetRow {
     /// index into the scene's liquids
     liquid: usize,
     film_ratio: f64,
+    /// which of the film ratios of all runs, the thinnest first
+    film: usize,
     outlying: bool,
     /// residual of the law fitted inside the groups
     residual: f64,
@@ -122,7 +127,11 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
     let of_groups = wet
         .chunk_by(|a, b| a.group == b.group)
         .map(|group| law.against(WetAlternative::SlopeOfOneGroup, group, x));
-    let of_liquids = liquids(&wet).into_iter().flat_map(|liquid| {
+    let of_films = several(&wet, |row| row.film).into_iter().map(|film| {
+        let only = |row: &WetRow| if row.film == film { row.speed_root } else { 0.0 };
+        law.against(WetAlternative::FallOfOneFilm, &wet, only)
+    });
+    let of_liquids = several(&wet, |row| row.liquid).into_iter().flat_map(|liquid| {
         let only = move |row: &WetRow, x: f64| if row.liquid == liquid { x } else { 0.0 };
         let slope = WetAlternative::SlopeOfOneLiquid;
         [
@@ -133,7 +142,7 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
                 .and_then(|law| law.against(slope, &plain, |row| only(row, x(row)))),
         ]
     });
-    let found = shared.into_iter().chain(of_groups).chain(of_liquids);
+    let found = shared.into_iter().chain(of_groups).chain(of_liquids).chain(of_films);
     let found: Vec<Departure> = found.flatten().collect();
     let alternatives = found.len();
     let mut worst = found.into_iter().min_by(|a, b| a.test.p.total_cmp(&b.test.p))?;
@@ -154,15 +163,15 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
     })
 }
 
-/// The liquids, where there are several.
-fn liquids(wet: &[WetRow]) -> Vec<usize> {
-    let mut liquids: Vec<usize> = wet.iter().map(|row| row.liquid).collect();
-    liquids.sort_unstable();
-    liquids.dedup();
-    if liquids.len() < 2 {
-        liquids.clear();
+/// The liquids or films of the runs, where there are several.
+fn several(wet: &[WetRow], of: impl Fn(&WetRow) -> usize) -> Vec<usize> {
+    let mut found: Vec<usize> = wet.iter().map(of).collect();
+    found.sort_unstable();
+    found.dedup();
+    if found.len() < 2 {
+        found.clear();
     }
-    liquids
+    found
 }
 
 /// The rebounds clear of sticking, by group; none of a group of one.
@@ -198,6 +207,7 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[
                     },
                     liquid,
                     film_ratio: rows.runs.impacts.film_ratio[run],
+                    film: 0,
                     outlying: sorted.outlying.binary_search(&run).is_ok(),
                     residual: row.residual / sd,
                     within: slopes.clone(),
@@ -212,7 +222,14 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[
         let by_group = (a.group.of, a.group.part).cmp(&(b.group.of, b.group.part));
         by_group.then(a.film_ratio.total_cmp(&b.film_ratio))
     });
-    wet.chunk_by_mut(|a, b| a.group == b.group).for_each(cut_by_film);
+    wet.chunk_by_mut(|a, b| a.group == b.group).for_each(|group| {
+        if !is_one_film(group) {
+            each_film(group, |row, _, from| row.group.from = Some(from));
+        }
+    });
+    let mut by_film: Vec<&mut WetRow> = wet.iter_mut().collect();
+    by_film.sort_by(|a, b| a.film_ratio.total_cmp(&b.film_ratio));
+    each_film(by_film, |row, film, _| row.film = film);
     let mut left = vec![];
     for mut of_group in split(wet) {
         leave_out_outliers(&mut of_group);
@@ -234,25 +251,30 @@ fn split(wet: Vec<WetRow>) -> Vec<Vec<WetRow>> {
     groups
 }
 
-/// Cuts a group whose films differ by more than one film ratio does, with films in ascending order.
-fn cut_by_film(group: &mut [WetRow]) {
-    /// largest over smallest of one film ratio recorded with an error of 4 %
-    const ONE_FILM: f64 = 1.28;
+/// Largest over smallest of one film ratio recorded with an error of 4 %.
+const ONE_FILM: f64 = 1.28;
+
+/// Whether runs in the order of their films have one film ratio.
+fn is_one_film(group: &[WetRow]) -> bool {
+    let ends = group.first().zip(group.last());
+    ends.is_none_or(|(thinnest, thickest)| thickest.film_ratio <= ONE_FILM * thinnest.film_ratio)
+}
+
+/// Cuts runs in the order of their films at the gaps, and where they differ by more than one film ratio does: `say` hears of
+/// each run the number of its film and the ratio of the thinnest in it.
+fn each_film<'w>(rows: impl IntoIterator<Item = &'w mut WetRow>, say: impl Fn(&mut WetRow, usize, f64)) {
     /// films of one film ratio stand closer than this
     const GAP: f64 = 1.05;
-    let (Some(thinnest), Some(thickest)) = (group.first(), group.last()) else {
-        return;
-    };
-    let (mut from, mut before) = (thinnest.film_ratio, thinnest.film_ratio);
-    if thickest.film_ratio <= ONE_FILM * from {
-        return;
-    }
-    for row in group {
-        if row.film_ratio > ONE_FILM * from || row.film_ratio > GAP * before {
-            from = row.film_ratio;
+    let (mut film, mut from, mut before) = (0, None, 0.0);
+    for row in rows {
+        let ratio = row.film_ratio;
+        let start = *from.get_or_insert(ratio);
+        if ratio > ONE_FILM * start || (before > 0.0 && ratio > GAP * before) {
+            film += 1;
+            from = Some(ratio);
         }
-        before = row.film_ratio;
-        row.group.from = Some(from);
+        before = ratio;
+        say(row, film, from.unwrap_or(ratio));
     }
 }
 
