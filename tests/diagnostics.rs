@@ -231,7 +231,10 @@ fn loo_of(model: &str, r_eff: f64) -> Loo {
         .collect();
     loo::loo(
         runs.len(),
-        loo::LooDraws::of_one_weight(runs[0].len(), r_eff),
+        loo::LooDraws {
+            count: runs[0].len(),
+            r_eff,
+        },
         |some, rows| {
             rows.copy_from_slice(&runs[some].concat());
         },

@@ -81,7 +81,10 @@ fn report() -> Vec<File> {
     let r_eff = loo::relative_efficiency(&ess_of_means, CHAINS, CHAINS * DRAWS);
     let left_out = loo::loo(
         runs,
-        loo::LooDraws::of_one_weight(CHAINS * DRAWS, r_eff),
+        loo::LooDraws {
+            count: CHAINS * DRAWS,
+            r_eff,
+        },
         |some, rows| {
             for (run, row) in some.zip(rows.chunks_mut(CHAINS * DRAWS)) {
                 row.iter_mut()

@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use wetcor::findings::posterior::{effort, start};
 use wetcor::findings::{self, Findings};
 use wetcor::inference::diagnostics::pareto::khat_threshold;
+use wetcor::inference::importance::{sample_by_importance, DrawCounts};
 use wetcor::inference::nuts::Effort;
 use wetcor::inference::prepared_posterior::{Evaluation, PreparedPosterior};
 use wetcor::inference::sampling::sample_by_nuts;
-use wetcor::inference::weighing::Weighing;
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::physics::rebound::mean_restitution;
@@ -123,9 +123,13 @@ fn by_posterior(place: &Place, (sticking, noise): (Sticking, NoiseOn), seed: u64
     const CHAINS: usize = 2;
     const DRAWS: usize = 500;
     let line = khat_threshold(CHAINS * DRAWS);
-    let weighed = Weighing::new(&prepared, CHAINS, stream).and_then(|weighing| weighing.draw(DRAWS));
-    let sampled = match weighed.filter(|weighed| weighed.khat() <= line) {
-        Some(weighed) => weighed.resample(&prepared, 1, stream),
+    let size = DrawCounts {
+        chains: CHAINS,
+        draws: DRAWS,
+    };
+    let weighed = sample_by_importance(&prepared, size, stream);
+    let sampled = match weighed.filter(|sampled| sampled.khat.is_some_and(|khat| khat <= line)) {
+        Some(sampled) => sampled,
         None => {
             let effort = Effort {
                 chains: CHAINS,

@@ -85,7 +85,7 @@ fn is_of_films(both: &ComparedColumns) -> bool {
 /// The same of a column of film ratios, which are nominal and so need only be near δ/D: by a factor that nearly all runs have.
 fn contradicting_films(both: &ComparedColumns, places: &RowPlaces) -> Option<(f64, String)> {
     /// no nominal film ratio is off by such a factor in nearly every run
-    const ANOTHER: f64 = 1.5;
+    const ANOTHER: f64 = 1.2;
     let [least, most] = both.ends;
     let is_another = least > ANOTHER || most < 1.0 / ANOTHER;
     let [ratio, film] = &both.names;

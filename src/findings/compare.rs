@@ -5,8 +5,7 @@ use serde::Serialize;
 use super::checks::{self, Check};
 use super::form_choice::{is_gain, ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
 use super::left_out::{
-    affordable_draws, draw_and_leave_out, largest_rhat, leave_out, why_none_beside, Asked, ComparisonContext,
-    LeftOutModel, FOR_PARAMETERS,
+    affordable_draws, draw_and_leave_out, largest_rhat, leave_out, why_none_beside, ComparisonContext, LeftOutModel,
 };
 use super::notices;
 use super::posterior::{effort, Posterior, SamplingSetup};
@@ -48,7 +47,7 @@ pub struct ComparedModel {
     pub delta_mcse: Option<f64>,
     /// draws that runs were left out by
     pub draws: usize,
-    /// whether these are draws of a proposal with weights; else trajectories were followed
+    /// whether these are draws of Student's t about the mode, weighed and resampled; else trajectories were followed
     pub weighed: bool,
     /// largest R-hat of its trajectories
     pub rhat: Option<f64>,
@@ -261,11 +260,7 @@ fn alternatives(own: Form) -> impl Iterator<Item = Form> {
 fn evaluate_form(context: ComparisonContext, setup: SamplingSetup, own: &Loo) -> Result<EvaluatedModel, String> {
     // own dry speeds bound k by the fastest run: what has room in the scene's form may have none in another
     let none = |_| Err("a prior of the scene leaves dry_k no room there".to_owned());
-    let asked = Asked {
-        beside: Some(own),
-        ..Asked::default()
-    };
-    let left_out = draw_form(context, setup, asked).unwrap_or_else(none)?;
+    let left_out = draw_form(context, setup, Some(own)).unwrap_or_else(none)?;
     Ok(EvaluatedModel::new(setup.form, false, left_out))
 }
 
@@ -338,13 +333,9 @@ pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Res
         });
     };
     let (mut evaluated, mut candidates) = (vec![], vec![]);
-    let asked = Asked {
-        fewest: FOR_PARAMETERS,
-        ..Asked::default()
-    };
     for inertia in Inertia::ALL {
         let setup = of(inertia);
-        let Ok(left_out) = draw_form(context, setup, asked)? else {
+        let Ok(left_out) = draw_form(context, setup, None)? else {
             continue;
         };
         let c = geometric_mean(&left_out.sampled, ParameterKind::INERTIAL_PREFACTOR);
@@ -428,16 +419,19 @@ fn keys_of(form: Form, other: Form) -> String {
 fn draw_form(
     context: ComparisonContext,
     setup: SamplingSetup,
-    asked: Asked,
+    beside: Option<&Loo>,
 ) -> Result<Result<LeftOutModel, String>, Error> {
     let parameters = ModelParameters::of(context.scene, context.runs, setup.form)?;
     let stream = format!("compare {}", model_name(setup.form));
-    Ok(draw_and_leave_out(context, setup, parameters, &stream, asked))
+    Ok(draw_and_leave_out(context, setup, parameters, &stream, beside))
 }
 
 /// The row of a sampled model; its difference to the best is not known here.
 pub(super) fn summarise_model(model: String, own: bool, sampled: &Sampled, found: &Loo, used: usize) -> ComparedModel {
     let (khat_max, khat_high) = found.worst_khat(khat_threshold(used));
+    // rough draws of a form far behind have weights of their own that are too unequal
+    let rough = sampled.khat.filter(|khat| *khat > khat_threshold(used));
+    let khat_max = khat_max.into_iter().chain(rough).reduce(f64::max);
     ComparedModel {
         model,
         own,

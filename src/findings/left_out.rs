@@ -1,24 +1,22 @@
-//! Draws from a model as cheaply as leaving out its runs allows, and predicts each run from the others.
+//! Draws from a model and predicts each run from the others.
 //!
-//! Most posteriors of this kind are so near to a normal that draws of one, weighed by what the posterior has there, serve:
-//! a thousand of them cost less than one chain's warm-up. Their weights times those of leaving a run out have one Pareto
-//! tail, whose shape says whether they do; where it does not, trajectories are followed. A few runs that weigh too much to be
-//! left out by weights are left out by draws that are made without them.
+//! Draws of Student's t about the mode, weighed by what the posterior has there and resampled, serve where the Pareto tail of
+//! these weights allows; else trajectories are followed. A run is left out by weights of the draws (PSIS); a few that weigh
+//! too much for that are left out by draws of the posterior without them.
 
-use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 
 use rayon::prelude::*;
 
 use super::least_squares::LeastSquares;
-use super::posterior::{effort, start, until_mixed, why_not_sampled, PosteriorRefusal, SamplingSetup};
-use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, LeftOutRun, Loo, LooDraws, WithoutRun};
+use super::posterior::{effort, start, why_not_sampled, PosteriorRefusal, SamplingSetup};
+use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo, LooDraws, WithoutRun};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::summary::{summarise, Summary};
-use crate::inference::nuts::Watcher;
+use crate::inference::importance::{sample_by_importance, DrawCounts, PROPOSED};
+use crate::inference::nuts::{Effort, Watcher};
 use crate::inference::prepared_posterior::PreparedPosterior;
-use crate::inference::sampling::{follow_until_mixed, Method, Sampled, SamplingPlan};
-use crate::inference::weighing::{LeftOutRuns, WeighedDraws, Weighing};
+use crate::inference::sampling::{sample_by_nuts, Method, Sampled};
 use crate::model::likelihood::pointwise::{self, Pointwise};
 use crate::model::likelihood::{Likelihood, SeriesDensities};
 use crate::model::parameters::ModelParameters;
@@ -35,28 +33,17 @@ const MOST_INTEGRATED: usize = 600;
 /// Fewer draws than this do not carry the weights.
 const FEWEST_DRAWS: usize = 400;
 
-/// Chains that proposals are drawn in, so that threads share them.
-const CHAINS: usize = 4;
+/// Draws a chain of a model beside the scene's own, where that is not sampled less.
+const DRAWS_BESIDE: usize = 500;
 
-/// Draws a chain that are tried in turn, the last where few runs make them cheap.
-const ATTEMPTS: [usize; 6] = [200, 500, 1000, 2000, 3500, 14_000];
+/// A form that by rough draws falls behind by more than this in log density, and more than so many standard errors, is not
+/// sampled better.
+const FAR_BEHIND: f64 = 50.0;
+const FAR_BEHIND_IN_SE: f64 = 5.0;
 
-/// Draws a chain that say what a parameter is, too.
-pub(super) const FOR_PARAMETERS: usize = 500;
-
-/// Monte Carlo error of an elpd with which draws do: that of the difference of two is then no more than 0.1.
-const LARGEST_MCSE: f64 = 0.1 * FRAC_1_SQRT_2;
-
-/// The same as a share of the standard error of a difference, whose own is then no more than a twentieth of it: one of forty
-/// standard errors need not be known to 0.1.
-const LARGEST_SHARE: f64 = 0.05 * FRAC_1_SQRT_2;
-
-/// k-hat of a run, beyond that of the draws' own weights, at which its weights have no mean: neither more draws nor those of
-/// trajectories leave it out.
-const HOPELESS: f64 = 1.0;
-
-/// So many runs stand beside each that no draws leave out: of few runs a rough answer is told, by trajectories.
-const MANY_BESIDE: usize = 100;
+/// Runs, or series, of one model that are left out by draws of their own; where more weigh too much, the model does not
+/// describe them.
+const MOST_REFITS: usize = 8;
 
 /// What models are drawn from.
 #[derive(Clone, Copy)]
@@ -73,7 +60,6 @@ pub struct ComparisonContext<'a> {
 
 /// A model with its draws, every run left out of it.
 pub(super) struct LeftOutModel {
-    /// draws that all weigh the same
     pub sampled: Sampled,
     pub loo: Loo,
     /// by how many draws runs were left out
@@ -102,55 +88,37 @@ pub(super) fn why_none_beside(scene: &Scene, runs: &Runs, draws: usize) -> Optio
     }
 }
 
-/// How well a left-out model must be known.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Asked<'l> {
-    /// what it is compared with, where that is known: it says how small a Monte Carlo error need be
-    pub beside: Option<&'l Loo>,
-    /// draws a chain at least
-    pub fewest: usize,
-}
-
-/// Draws from a model with streams of this name and leaves each run out; `Err` says why that cannot be done.
+/// Draws from a model with streams of this name and leaves each run out; `Err` says why that cannot be done. One that falls
+/// far behind `beside` is judged by whatever draws there are.
 pub(super) fn draw_and_leave_out(
     context: ComparisonContext,
     setup: SamplingSetup,
     parameters: ModelParameters,
     stream: &str,
-    asked: Asked,
+    beside: Option<&Loo>,
 ) -> Result<LeftOutModel, String> {
-    let ComparisonContext {
-        scene,
-        runs,
-        least_squares,
-        watcher,
-    } = context;
-    if let Some(PosteriorRefusal(why)) = why_not_sampled(runs, least_squares, &parameters) {
+    if let Some(PosteriorRefusal(why)) = why_not_sampled(context.runs, context.least_squares, &parameters) {
         return Err(why.text);
     }
-    let dimension = parameters.dimension();
-    let rows = Likelihood::of_rows(scene, runs, setup.form);
-    let stream = StreamName::new(least_squares.seed, stream);
-    let start = start(least_squares);
-    let prepared = PreparedPosterior::new(parameters, &rows, &start, setup.method.evaluation());
-    let prepared = prepared.map_err(|why| why.to_string())?;
-    let leaving = Leaving::new(scene, runs, setup);
-    if let Some(found) = leaving.weighed(&prepared, stream, asked) {
-        return Ok(found);
-    }
-    let plan = SamplingPlan {
-        effort: effort(scene),
+    let model = Model {
+        context,
+        setup,
+        parameters: &parameters,
         stream,
-        evaluation: setup.method.evaluation(),
     };
-    let sampled = follow_until_mixed(&prepared, until_mixed(plan, dimension), watcher);
-    let sampled = sampled.map_err(|why| why.to_string())?;
-    let used = affordable_draws(runs, sampled.draws()).ok_or("too many runs to leave each out")?;
-    let mut loo = leaving.of_sampled(&sampled, used)?;
-    if let Some(weighing) = Weighing::new(&prepared, CHAINS, stream) {
-        loo = leaving.drawn_without(&weighing, loo, used);
-    }
-    Ok(LeftOutModel { sampled, loo, used })
+    let left_out = |sampled: Sampled| {
+        let used = affordable_draws(context.runs, sampled.draws()).ok_or("too many runs to leave each out")?;
+        let loo = model.leave_out(&sampled, used)?;
+        Ok(LeftOutModel { sampled, loo, used })
+    };
+    let is_far_behind = |sampled: &Sampled| {
+        let apart = beside.and_then(|beside| {
+            let used = affordable_draws(context.runs, sampled.draws())?;
+            difference(&model.weigh_out(sampled, used).ok()?, beside)
+        });
+        apart.is_some_and(|apart| -apart.value > FAR_BEHIND.max(FAR_BEHIND_IN_SE * apart.se.unwrap_or(f64::INFINITY)))
+    };
+    left_out(model.draw(context.runs, stream, is_far_behind)?)
 }
 
 /// PSIS leave-one-out of a sampled model, by so many of its draws; `Err` says which run stands in the way.
@@ -160,28 +128,92 @@ pub(super) fn leave_out(
     sampled: &Sampled,
     used: usize,
 ) -> Result<Loo, String> {
-    let ComparisonContext {
-        scene,
-        runs,
-        least_squares,
-        ..
-    } = context;
-    let leaving = Leaving::new(scene, runs, setup);
-    let loo = leaving.of_sampled(sampled, used)?;
-    if loo.worst_khat(khat_threshold(used)).1 == 0 {
-        return Ok(loo);
-    }
-    let rows = Likelihood::of_rows(scene, runs, setup.form);
-    let start = start(least_squares);
-    let parameters = sampled.parameters.clone();
-    let Ok(prepared) = PreparedPosterior::new(parameters, &rows, &start, setup.method.evaluation()) else {
-        return Ok(loo);
+    let model = Model {
+        context,
+        setup,
+        parameters: &sampled.parameters,
+        stream: "leave out",
     };
-    let stream = StreamName::new(least_squares.seed, "leave out");
-    Ok(match Weighing::new(&prepared, CHAINS, stream) {
-        Some(weighing) => leaving.drawn_without(&weighing, loo, used),
-        None => loo,
-    })
+    model.leave_out(sampled, used)
+}
+
+/// A model that draws are made of, with and without some of the runs.
+pub(super) struct Model<'a> {
+    pub context: ComparisonContext<'a>,
+    pub setup: SamplingSetup,
+    pub parameters: &'a ModelParameters,
+    /// names the streams
+    pub stream: &'a str,
+}
+
+impl Model<'_> {
+    /// Draws of the model of these runs; weighed ones also where their weights are too unequal, if these will `do`.
+    fn draw(&self, runs: &Runs, stream: &str, will_do: impl Fn(&Sampled) -> bool) -> Result<Sampled, String> {
+        let ComparisonContext {
+            scene,
+            least_squares,
+            watcher,
+            ..
+        } = self.context;
+        let rows = Likelihood::of_rows(scene, runs, self.setup.form);
+        let evaluation = self.setup.method.evaluation();
+        let prepared = PreparedPosterior::new(self.parameters.clone(), &rows, &start(least_squares), evaluation);
+        let prepared = prepared.map_err(|why| why.to_string())?;
+        let stream = StreamName::new(least_squares.seed, stream);
+        let mut effort = effort(scene);
+        effort.draws = effort.draws.min(DRAWS_BESIDE);
+        let Effort { chains, draws, .. } = effort;
+        let weighed = sample_by_importance(&prepared, DrawCounts { chains, draws }, stream);
+        let line = khat_threshold(PROPOSED * chains * draws);
+        let serves = |sampled: &Sampled| sampled.khat.is_some_and(|khat| khat <= line) || will_do(sampled);
+        if let Some(sampled) = weighed.filter(serves) {
+            return Ok(sampled);
+        }
+        // not followed until they have mixed: how rough the answer is, R-hat and the Monte Carlo error say
+        let sampled = sample_by_nuts(&prepared, effort, stream, watcher);
+        sampled.map_err(|why| why.to_string())
+    }
+
+    /// Draws of the model of all runs but these, which keep their places among the spheres and series.
+    pub fn draw_without(&self, left_out: &Range<usize>) -> Result<Sampled, String> {
+        let stream = format!("{} without {}", self.stream, left_out.start + 1);
+        self.draw(&self.context.runs.without(left_out), &stream, |_| false)
+    }
+
+    /// Each run left out by weights alone.
+    fn weigh_out(&self, sampled: &Sampled, used: usize) -> Result<Loo, String> {
+        let units = Units::new(self.context.scene, self.context.runs, self.setup);
+        let full = sampled.full_draws();
+        let step = full.len().div_ceil(used).max(1);
+        let some: Vec<&[f64]> = full.iter().step_by(step).map(Vec::as_slice).collect();
+        let draws = LooDraws {
+            count: some.len(),
+            r_eff: efficiency(sampled),
+        };
+        units.leave_out(&some, draws)
+    }
+
+    /// Each run left out, a few that weigh too much by draws without them.
+    fn leave_out(&self, sampled: &Sampled, used: usize) -> Result<Loo, String> {
+        let loo = self.weigh_out(sampled, used)?;
+        let units = Units::new(self.context.scene, self.context.runs, self.setup);
+        let line = khat_threshold(used);
+        let is_high = |unit: &usize| loo.runs[*unit].khat.is_some_and(|khat| khat > line);
+        let high: Vec<usize> = (0..loo.runs.len()).filter(is_high).collect();
+        if high.is_empty() || high.len() > MOST_REFITS || units.are_integrals() {
+            return Ok(loo);
+        }
+        let found: Vec<WithoutRun> = high.iter().filter_map(|unit| self.predicted(&units, *unit)).collect();
+        Ok(loo.with(&found))
+    }
+
+    /// The density of a run or series by draws without it; `None` where these hardly reach it.
+    fn predicted(&self, units: &Units, unit: usize) -> Option<WithoutRun> {
+        let sampled = self.draw_without(&units.runs_of(unit)).ok()?;
+        let ln = units.ln_densities_of(unit, &sampled.full_draws());
+        let found = WithoutRun::of_densities(unit, &ln, efficiency(&sampled))?;
+        (found.khat <= khat_threshold(ln.len())).then_some(found)
+    }
 }
 
 /// What is left out: each run or, where series have offsets, each dry run and series, since a run would leave its series'
@@ -191,156 +223,32 @@ enum Units<'r> {
     Series(Box<SeriesDensities<'r>>),
 }
 
-/// The runs that are left out of a model.
-struct Leaving<'r> {
-    runs: &'r Runs,
-    units: Units<'r>,
-    /// whether the density of one unit costs little beside that of all
-    can_draw_without: bool,
-}
-
-impl<'r> Leaving<'r> {
-    fn new(scene: &Scene, runs: &'r Runs, setup: SamplingSetup) -> Leaving<'r> {
+impl<'r> Units<'r> {
+    fn new(scene: &Scene, runs: &'r Runs, setup: SamplingSetup) -> Units<'r> {
         let pointwise = Pointwise::new(scene, runs, setup.form);
-        Leaving {
-            runs,
-            can_draw_without: !pointwise.is_integrated(),
-            units: if scene.model.series_offsets {
-                let rows = Likelihood::of_rows(scene, runs, setup.form);
-                Units::Series(Box::new(SeriesDensities::new(pointwise, rows, runs)))
-            } else {
-                Units::Runs(Box::new(pointwise))
-            },
+        if scene.model.series_offsets {
+            let rows = Likelihood::of_rows(scene, runs, setup.form);
+            Units::Series(Box::new(SeriesDensities::new(pointwise, rows, runs)))
+        } else {
+            Units::Runs(Box::new(pointwise))
         }
     }
 
-    /// By draws of a proposal with weights, by more of them as long as the Monte Carlo error is too large; `None` where the
-    /// weights do not do.
-    fn weighed(&self, prepared: &PreparedPosterior, stream: StreamName, asked: Asked) -> Option<LeftOutModel> {
-        let weighing = Weighing::new(prepared, CHAINS, stream)?;
-        let mut found = None;
-        // so many will do, by what those before say
-        let mut needed = 0.0;
-        let mut attempts = ATTEMPTS.into_iter().filter(|draws| *draws >= asked.fewest).peekable();
-        while let Some(draws) = attempts.next() {
-            let used = CHAINS * draws;
-            if !self.can_afford(used) {
-                break;
-            }
-            if (used as f64) < needed && attempts.peek().is_some_and(|more| self.can_afford(CHAINS * more)) {
-                continue;
-            }
-            let line = khat_threshold(used);
-            let Some(weighed) = weighing.draw(draws).filter(|weighed| weighed.khat() <= line) else {
-                continue;
-            };
-            let full = weighed.full_draws(&prepared.posterior);
-            let full: Vec<&[f64]> = full.iter().map(Vec::as_slice).collect();
-            let ln_weights = weighed.ln_ratios();
-            let draws = LooDraws {
-                count: used,
-                r_eff: 1.0,
-                ln_weights: Some(&ln_weights),
-            };
-            let Ok(loo) = self.units.leave_out(&full, draws) else {
-                continue;
-            };
-            let of_difference = asked.beside.and_then(|beside| difference(&loo, beside)?.se);
-            let enough = LARGEST_MCSE.max(LARGEST_SHARE * of_difference.unwrap_or(0.0));
-            needed = used as f64 * (loo.mcse / enough).powi(2);
-            let all_leave = self.can_draw_without || self.do_weights(&loo, &weighed, line);
-            let done = all_leave && loo.mcse <= enough;
-            found = Some((weighed, loo, used));
-            if done {
-                break;
-            }
+    /// Whether the density of one costs as much as that of many, or is told by runs that share its true speed.
+    fn are_integrals(&self) -> bool {
+        match self {
+            Units::Runs(pointwise) => pointwise.is_integrated(),
+            Units::Series(units) => units.are_integrals(),
         }
-        let (weighed, loo, used) = found?;
-        let loo = self.drawn_without(&weighing, loo, used);
-        self.do_weights(&loo, &weighed, khat_threshold(used))
-            .then(|| LeftOutModel {
-                sampled: weighed.resample(prepared, 1, stream),
-                loo,
-                used,
-            })
     }
 
-    /// Whether each run can be left out of so many draws.
-    fn can_afford(&self, used: usize) -> bool {
-        /// that many where the density of a run is an integral
-        const OF_INTEGRALS: usize = 14_000;
-        let most = if self.can_draw_without { used } else { OF_INTEGRALS };
-        used <= most && affordable_draws(self.runs, used) == Some(used)
-    }
-
-    /// Whether draws leave out all runs, but for a few that no draws do.
-    fn do_weights(&self, loo: &Loo, weighed: &WeighedDraws, line: f64) -> bool {
-        let (worst, high) = loo.worst_khat(line);
-        let is_few = high * MANY_BESIDE <= self.runs.len();
-        high == 0 || is_few && worst.is_some_and(|khat| khat > HOPELESS + weighed.khat().max(0.0))
-    }
-
-    /// With runs that weights do not leave out left out by draws of the posterior without them: the density of a run given
-    /// the others is that of all over that of the others.
-    fn drawn_without(&self, weighing: &Weighing, loo: Loo, used: usize) -> Loo {
-        /// runs for which that is done
-        const MOST: usize = 16;
-        /// draws a chain for each integral, the more the fewer runs make them dear; that of all, whose error each run has, has
-        /// more, up to so many times these
-        const DRAWS: [usize; 2] = [500, 4000];
-        const DENSITIES: usize = 40_000;
-        const MOST_TIMES: usize = 8;
-        let integral = (DENSITIES / self.runs.len().max(1)).clamp(DRAWS[0], DRAWS[1]);
-        let line = khat_threshold(used);
-        let is_high = |(_, run): &(usize, &LeftOutRun)| run.khat.is_some_and(|khat| khat > line);
-        let high: Vec<usize> = loo
-            .runs
-            .iter()
-            .enumerate()
-            .filter(is_high)
-            .map(|(run, _)| run)
-            .collect();
-        if high.is_empty() || high.len() > MOST || !self.can_draw_without {
-            return loo;
+    fn runs_of(&self, unit: usize) -> Range<usize> {
+        match self {
+            Units::Runs(_) => unit..unit + 1,
+            Units::Series(units) => units.runs_of(unit),
         }
-        let times = (high.len() * high.len()).min(MOST_TIMES);
-        let Some(all) = weighing.draw(times * integral).map(|draws| weighing.integral(&draws)) else {
-            return loo;
-        };
-        let without = |run: &usize| {
-            let others = weighing.integral_without(
-                &LeftOutRuns {
-                    name: format!("{}", run + 1),
-                    ln_likelihood: &|full| self.units.ln_densities_of(*run, full),
-                },
-                integral,
-            )?;
-            let found = WithoutRun {
-                run: *run,
-                elpd: all.ln - others.ln,
-                khat: all.khat.max(others.khat),
-            };
-            (found.khat <= khat_threshold(CHAINS * integral)).then_some((found, others.mcse))
-        };
-        let found: Vec<(WithoutRun, f64)> = high.iter().filter_map(without).collect();
-        // that of all is common to all
-        let squares: f64 = found.iter().map(|(_, mcse)| mcse * mcse).sum();
-        let mcse = (found.len() as f64 * all.mcse).hypot(squares.sqrt());
-        let found: Vec<WithoutRun> = found.into_iter().map(|(run, _)| run).collect();
-        loo.with(&found, mcse)
     }
 
-    /// By so many of draws that weigh the same.
-    fn of_sampled(&self, sampled: &Sampled, used: usize) -> Result<Loo, String> {
-        let full = sampled.full_draws();
-        let step = full.len().div_ceil(used).max(1);
-        let some: Vec<&[f64]> = full.iter().step_by(step).map(Vec::as_slice).collect();
-        let draws = LooDraws::of_one_weight(some.len(), efficiency(sampled));
-        self.units.leave_out(&some, draws)
-    }
-}
-
-impl Units<'_> {
     fn leave_out(&self, full: &[&[f64]], draws: LooDraws) -> Result<Loo, String> {
         match self {
             Units::Runs(pointwise) => {
@@ -385,8 +293,11 @@ fn leave_series_out(units: &SeriesDensities, full: &[&[f64]], draws: LooDraws) -
     found.map_err(|(unit, why)| format!("dry run or series {}: {why}", unit + 1))
 }
 
-/// Relative efficiency of the draws over the sampled parameters.
+/// Relative efficiency of the draws: over the sampled parameters, or what their weights leave of them.
 fn efficiency(sampled: &Sampled) -> f64 {
+    if sampled.method != Method::Nuts {
+        return sampled.mcse_factor.powi(-2);
+    }
     let each = sampled.values.iter().filter_map(|chains| summary_of(chains).ess_mean);
     let ess: Vec<f64> = each.collect();
     relative_efficiency(&ess, sampled.chains.len(), sampled.draws())
@@ -409,140 +320,127 @@ mod tests {
 
     use super::*;
     use crate::findings;
-    use crate::inference::nuts::Effort;
-    use crate::inference::sampling::sample_by_nuts;
     use crate::physics::dry::REFERENCE_SPEED;
     use crate::physics::{DrySpeed, Form, Inertia};
+    use crate::runs::Table;
     use crate::{runs, scene};
 
-    /// The elpd of forms that fit well and badly, by weighed draws and by many of trajectories: as far apart as their Monte
-    /// Carlo errors say, and not so without the weights.
-    #[test]
-    fn weighed_draws_leave_out_as_trajectories_do() {
-        const DRAWS: usize = 3500;
+    fn setup(inertia: Inertia) -> SamplingSetup {
+        SamplingSetup {
+            form: Form::new(inertia, DrySpeed::Reference(REFERENCE_SPEED)),
+            method: Default::default(),
+        }
+    }
+
+    fn read_example() -> (Scene, Table) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
         let scene = scene::read(&path).expect("a good scene");
         let table = runs::read(&scene).expect("good runs");
-        let found = findings::fit_least_squares(&scene, &table, 1, false);
-        let runs = &table.runs;
+        (scene, table)
+    }
+
+    /// Has a model of these runs do something.
+    fn with_model<T>(scene: &Scene, table: &Table, inertia: Inertia, stream: &str, then: impl Fn(&Model) -> T) -> T {
+        let found = findings::fit_least_squares(scene, table, 1, false);
+        let setup = setup(inertia);
+        let parameters = ModelParameters::of(scene, &table.runs, setup.form).expect("room");
+        then(&Model {
+            context: ComparisonContext {
+                scene,
+                runs: &table.runs,
+                least_squares: found.least_squares(),
+                watcher: &|_, _| {},
+            },
+            setup,
+            parameters: &parameters,
+            stream,
+        })
+    }
+
+    fn followed(model: &Model, draws: usize) -> Sampled {
+        let ComparisonContext {
+            scene,
+            runs,
+            least_squares,
+            ..
+        } = model.context;
+        let rows = Likelihood::of_rows(scene, runs, model.setup.form);
+        let (start, evaluation) = (start(least_squares), model.setup.method.evaluation());
+        let prepared = PreparedPosterior::new(model.parameters.clone(), &rows, &start, evaluation).expect("a start");
+        let long = Effort { draws, ..effort(scene) };
+        sample_by_nuts(&prepared, long, StreamName::new(1, model.stream), &|_, _| {}).expect("chains")
+    }
+
+    /// The elpd of forms that fit well and badly, by draws of the normal about the mode and by many of trajectories: as far
+    /// apart as their Monte Carlo errors say.
+    #[test]
+    fn weighed_draws_leave_out_as_trajectories_do() {
+        let name = "weighed_draws_leave_out_as_trajectories_do";
+        let (scene, table) = read_example();
         for inertia in [Inertia::Saturating, Inertia::None] {
-            let setup = SamplingSetup {
-                form: Form::new(inertia, DrySpeed::Reference(REFERENCE_SPEED)),
-                method: Default::default(),
-            };
-            let leaving = Leaving::new(&scene, runs, setup);
-            let parameters = ModelParameters::of(&scene, runs, setup.form).expect("room");
-            let rows = Likelihood::of_rows(&scene, runs, setup.form);
-            let start = start(found.least_squares());
-            let prepared = PreparedPosterior::new(parameters, &rows, &start, setup.method.evaluation());
-            let prepared = prepared.expect("a start");
-            let stream = StreamName::new(1, "weighed_draws_leave_out_as_trajectories_do");
-            let weighed = leaving
-                .weighed(&prepared, stream, Asked::default())
-                .expect("weights that do");
-            let long = Effort {
-                draws: DRAWS,
-                ..effort(&scene)
-            };
-            let long = sample_by_nuts(&prepared, long, stream, &|_, _| {}).expect("chains");
-            let long = leaving.of_sampled(&long, long.draws()).expect("finite");
-            let z = |loo: &Loo| {
-                let apart = difference(loo, &long).expect("the same runs");
-                apart.value / apart.mcse
-            };
-            assert!(z(&weighed.loo).abs() < 4.0, "{inertia:?} {}", z(&weighed.loo));
-            assert!(weighed.loo.mcse < 0.1, "{inertia:?} {}", weighed.loo.mcse);
-            // as if the proposal were the posterior
-            let weighing = Weighing::new(&prepared, CHAINS, stream).expect("weights");
-            let proposed = weighing.draw(1000).expect("weights");
-            let full = proposed.full_draws(&prepared.posterior);
-            let full: Vec<&[f64]> = full.iter().map(Vec::as_slice).collect();
-            let plain = LooDraws::of_one_weight(full.len(), 1.0);
-            let plain = leaving.units.leave_out(&full, plain).expect("finite");
-            assert!(z(&plain).abs() > 4.0, "{inertia:?} {}", z(&plain));
+            with_model(&scene, &table, inertia, name, |model| {
+                let drawn = model.draw(&table.runs, name, |_| false).expect("draws");
+                assert_eq!(drawn.method, Method::LaplacePsis);
+                let weighed = model.leave_out(&drawn, drawn.draws()).expect("finite");
+                let long = followed(model, 3500);
+                let long = model.leave_out(&long, long.draws()).expect("finite");
+                let apart = difference(&weighed, &long).expect("the same runs");
+                let z = apart.value / apart.mcse;
+                assert!(z.abs() < 4.0, "{inertia:?} {z}");
+                assert!(weighed.mcse < 0.2, "{inertia:?} {}", weighed.mcse);
+            });
         }
     }
 
     /// A run that is wildly off is left out as draws of the other runs alone leave it, and not as draws of all do.
     #[test]
     fn a_run_that_weighs_too_much_is_left_out_by_draws_without_it() {
-        /// the last of the table that rebounds in a thick film, and by how much it is off
+        /// by how much the last run that rebounds well is off
         const OFF: f64 = 0.15;
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
-        let mut scene = scene::read(&path).expect("a good scene");
-        let text = std::fs::read_to_string(&scene.data.runs[0].path).expect("runs");
-        let lines: Vec<&str> = text.lines().step_by(7).collect();
-        let parts = |line: &str| {
-            let (before, e) = line.rsplit_once(',').expect("columns");
-            (before.to_owned(), e.parse().unwrap_or(0.0))
-        };
-        let place = lines
+        const DRAWS: usize = 4000;
+        let name = "a_run_that_weighs_too_much_is_left_out_by_draws_without_it";
+        let (scene, mut table) = read_example();
+        table.runs = table.runs.with_runs(|run| run % 7 == 0);
+        let run = table
+            .runs
+            .restitution
             .iter()
-            .rposition(|line| line.contains("M50") && parts(line).1 > 0.3);
-        let place = place.expect("a rebound");
-        let (before, e): (String, f64) = parts(lines[place]);
-        let off = format!("{before},{}", e - OFF);
-        let folder = tempfile::TempDir::new().expect("a folder");
-        let mut read = |lines: &[&str]| {
-            // the first of seven lines is the header, then every seventh run
-            scene.data.runs = vec![folder.path().join(format!("{}.csv", lines.len())).into()];
-            std::fs::write(&scene.data.runs[0].path, lines.join("\n")).expect("room");
-            (runs::read(&scene).expect("good runs"), scene.clone())
-        };
-        let mut with = lines.clone();
-        with[place] = &off;
-        let (all, scene_of_all) = read(&with);
-        with.remove(place);
-        let (others, scene_of_others) = read(&with);
-        let form = Form::new(Inertia::Saturating, DrySpeed::Reference(REFERENCE_SPEED));
-        let setup = SamplingSetup {
-            form,
-            method: Default::default(),
-        };
-        let stream = StreamName::new(1, "a_run_that_weighs_too_much_is_left_out_by_draws_without_it");
-        let weighing_of = |table: &runs::Table, scene: &Scene, then: &dyn Fn(&PreparedPosterior, Weighing)| {
-            let found = findings::fit_least_squares(scene, table, 1, false);
-            let parameters = ModelParameters::of(scene, &table.runs, form).expect("room");
-            let rows = Likelihood::of_rows(scene, &table.runs, form);
-            let start = start(found.least_squares());
-            let prepared = PreparedPosterior::new(parameters, &rows, &start, setup.method.evaluation());
-            let prepared = prepared.expect("a start");
-            then(&prepared, Weighing::new(&prepared, CHAINS, stream).expect("weights"));
-        };
-        let leaving = Leaving::new(&scene_of_all, &all.runs, setup);
-        let run = (0..all.runs.len())
-            .find(|run| (all.runs.restitution[*run] - (e - OFF)).abs() < 1e-12)
-            .expect("the run");
-        let predicted = |prepared: &PreparedPosterior, sampled: &Sampled| {
-            let ln = leaving.units.ln_densities_of(run, &sampled.full_draws());
-            assert_eq!(ln.len(), sampled.draws());
-            assert!(prepared.bound.is_some());
-            let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            top + (ln.iter().map(|ln| (ln - top).exp()).sum::<f64>() / ln.len() as f64).ln()
-        };
-        let long = Effort {
-            draws: 4000,
-            ..effort(&scene_of_all)
-        };
-        let by_trajectories = std::cell::Cell::new(0.0);
-        weighing_of(&others, &scene_of_others, &|prepared, _| {
-            let sampled = sample_by_nuts(prepared, long, stream, &|_, _| {}).expect("chains");
-            by_trajectories.set(predicted(prepared, &sampled));
-        });
-        weighing_of(&all, &scene_of_all, &|prepared, weighing| {
-            let sampled = sample_by_nuts(prepared, long, stream, &|_, _| {}).expect("chains");
+            .rposition(|e| *e > 0.3)
+            .expect("a rebound");
+        table.runs.restitution[run] -= OFF;
+        with_model(&scene, &table, Inertia::Saturating, name, |model| {
+            let sampled = followed(model, DRAWS);
             let used = sampled.draws();
-            let loo = leaving.of_sampled(&sampled, used).expect("finite");
-            let khat = loo.runs[run].khat.expect("a shape");
+            let units = Units::new(&scene, &table.runs, model.setup);
+            let mean_density = |sampled: &Sampled| {
+                let ln = units.ln_densities_of(run, &sampled.full_draws());
+                WithoutRun::of_densities(run, &ln, 1.0).expect("finite").elpd
+            };
+            let others = table.runs.without(&(run..run + 1));
+            let without = Model {
+                context: ComparisonContext {
+                    runs: &others,
+                    ..model.context
+                },
+                ..*model
+            };
+            let expected = mean_density(&followed(&without, DRAWS));
+            let full = sampled.full_draws();
+            let full: Vec<&[f64]> = full.iter().map(Vec::as_slice).collect();
+            let draws = LooDraws {
+                count: used,
+                r_eff: 1.0,
+            };
+            let plain = units.leave_out(&full, draws).expect("finite");
+            let khat = plain.runs[run].khat.expect("a shape");
             assert!(khat > khat_threshold(used), "{khat}");
-            let mended = leaving.drawn_without(&weighing, loo, used);
-            let expected = by_trajectories.get();
+            let mended = model.leave_out(&sampled, used).expect("finite");
             let shape = mended.runs[run].khat.expect("a shape");
             assert!(shape < khat_threshold(used), "{shape}");
             let gap = mended.runs[run].elpd - expected;
             assert!(gap.abs() < 0.2, "{gap} of {expected}");
             // that of draws which have seen the run
-            let seen = predicted(prepared, &sampled) - expected;
+            let seen = mean_density(&sampled) - expected;
             assert!(seen > 1.0, "{seen}");
         });
     }

@@ -147,7 +147,16 @@ pub fn fit_least_squares_watched(
     let film_groups = film_groups::list_film_groups(scene, runs);
     let balance = fits.energy_balance.as_ref();
     let mut verdicts = verdicts::check_least_squares(scene, table, &fits.dry, &fits.series, &fits.scaling, balance);
-    verdicts.extend(noise.as_ref().and_then(verdicts::wet_law_holds));
+    verdicts.extend(
+        noise
+            .as_ref()
+            .and_then(|noise| verdicts::wet_law_holds(noise, &fits.scaling)),
+    );
+    verdicts.extend(
+        noise
+            .as_ref()
+            .and_then(|noise| verdicts::independent_runs(scene, noise)),
+    );
     let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
     verdicts.extend(film_groups::check(&film_groups, own_films_stand));
     let mut notices = table.notices.clone();
@@ -377,12 +386,14 @@ impl Findings {
                 let balance = self.energy_balance.as_ref();
                 let few = balance.is_some_and(|balance| balance.verdict.passed)
                     && self.scaling.iter().all(|law| !law.tells_its_spread());
+                // an offset of its only series spoils no law
+                let of_offsets = offsets && !self.scaling.iter().any(Scaling::fails_by_itself);
                 for check in &mut self.verdicts {
                     // least squares does not know this noise, or holds a form that predicts worse: the posterior is quoted
                     let of_balance = [checks::ENERGY_BALANCE.code, checks::WET_ERRORS.code].contains(&check.check);
                     let spared = of_balance && (other_noise || other_form);
                     check.gates &= !spared;
-                    check.gates &= check.check != checks::SCALING_LAW.code || !(offsets || few);
+                    check.gates &= check.check != checks::SCALING_LAW.code || !(of_offsets || few);
                     // a film ratio without a law has its numbers from the posterior
                     let of_law = check.check == checks::SCALING_LAW.code && !check.gates;
                     if !check.passed && (spared || of_law) {
@@ -392,7 +403,10 @@ impl Findings {
                     check.gates &= check.check != checks::FILM_GROUPS.code;
                 }
                 self.verdicts.extend(posterior.checks.iter().cloned());
-                // a prior that the runs contradict explains what else fails
+                // a prior that the runs contradict explains what else fails, and what they seem not to tell
+                if posterior.prior_conflict().is_some() {
+                    self.notices.retain(|notice| !notices::is_of_priors(notice));
+                }
                 self.verdicts
                     .sort_by_key(|check| check.check != checks::PRIOR_CONFLICT.code || check.passed);
                 let directions = self.identifies.as_ref();

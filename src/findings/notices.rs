@@ -109,8 +109,10 @@ const SLOW_REBOUNDS: Entry = entry(
     "slow_rebounds",
     "measure speeds and films of these rows again, or give their errors: impact_speed_sd_m_s, and film_sd_um in [data]",
 );
+/// The code of the notice that says which single runs carry a main number.
+pub const SINGLE_RUN_CODE: &str = "single_run";
 const SINGLE_RUN: Entry = entry(
-    "single_run",
+    SINGLE_RUN_CODE,
     "check these rows, and repeat their settings: until then the numbers rest on them",
 );
 const BOOTSTRAP_FEWER_REPLICATES: Entry = informing(
@@ -234,6 +236,11 @@ pub(super) fn after_sampling(notice: &mut Notice, sticking: Sticking) {
         notice.level = Level::Informs;
         notice.next_step = "nothing: the main numbers of these film ratios come from the posterior".into();
     }
+}
+
+/// Whether a notice says what the runs tell less of than priors do.
+pub(super) fn is_of_priors(notice: &Notice) -> bool {
+    [UNSEEN.code, PRIOR_RULES.code].contains(&notice.code)
 }
 
 /// Dry runs that stuck.
@@ -390,13 +397,16 @@ pub(super) struct SpeedErrors<'a> {
 
 /// Speeds that matter to less than they can be calibrated to.
 pub(super) fn speed_error_matters(found: &SpeedErrors) -> Notice {
+    let at = match found.film_ratios {
+        1 => "one film ratio".to_owned(),
+        some => format!("{some} film ratios"),
+    };
     let text = format!(
         "an error of {:.2} % in the impact speeds would move β of the square-root law of {} at film ratio {:.3} by a tenth \
-         of its standard error; {} film ratios bear less than {} %",
+         of its standard error; at {at} less than {} % would",
         100.0 * found.share,
         found.particle,
         found.film_ratio,
-        found.film_ratios,
         100.0 * found.line
     );
     SPEED_ERROR_MATTERS.notice(found.film_ratios, text)

@@ -66,6 +66,9 @@ pub struct Scaling {
     /// the law without each of its runs (square root at a film ratio only, where that is cheap)
     #[serde(skip)]
     pub(super) without: Vec<LawWithoutRun>,
+    /// whether its runs are of one series, which share an offset
+    #[serde(skip)]
+    pub(super) of_one_series: bool,
     /// whether its runs have no one film ratio, so that it has no numbers
     #[serde(skip)]
     pub is_withheld: bool,
@@ -77,6 +80,9 @@ pub struct Scaling {
 /// covered 76 % (82 simulated sets).
 pub const FEWEST_DEGREES: usize = 10;
 
+/// How the reason begins why a linear law stands.
+const BETTER_LINE: &str = "describes these runs better than the square root";
+
 /// Parameters of the law of a film ratio.
 const PARAMETERS: usize = 2;
 
@@ -84,6 +90,16 @@ impl Scaling {
     /// Whether it has the degrees of freedom to be quoted beside a posterior, which knows the spread from all runs.
     pub fn tells_its_spread(&self) -> bool {
         self.runs >= FEWEST_DEGREES + PARAMETERS
+    }
+
+    /// Whether it is a linear law that describes its runs better than the square root.
+    pub(super) fn is_better_line(&self) -> bool {
+        self.law == WetLaw::Linear && self.verdict.reason.starts_with(BETTER_LINE)
+    }
+
+    /// Whether it is a square-root law of one series that its own runs, and enough of them, do not bear.
+    pub(super) fn fails_by_itself(&self) -> bool {
+        self.law == WetLaw::Sqrt && self.of_one_series && !self.verdict.passed && self.tells_its_spread()
     }
 
     /// The larger of the law's two biases, in standard errors; `None` where either is not known.
@@ -355,7 +371,7 @@ fn both_laws(
                 significant(of_linear, 2),
                 significant(of_square_root, 2)
             );
-            of_line.verdict = Verdict::passed(format!("describes these runs better than the square root: {both}"));
+            of_line.verdict = Verdict::passed(format!("{BETTER_LINE}: {both}"));
             if of_root.verdict.passed {
                 of_root.verdict = Verdict::failed(format!("the linear law describes these runs better: {both}"));
             }
@@ -366,6 +382,7 @@ fn both_laws(
         }
     }
     of_root.runs = pool.rebounds;
+    of_root.of_one_series = series.len() == 1;
     if group.film_ratio.is_some() && errors.is_none() {
         of_root.without = without_each(&regression, series, &of_root, quoting);
     }
@@ -538,6 +555,7 @@ fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, known: &KnownLaw, quotin
         measurement_errors: None,
         stop: fit.stop.as_str(),
         without: vec![],
+        of_one_series: false,
         is_withheld: false,
         verdict,
     }

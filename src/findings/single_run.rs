@@ -1,30 +1,26 @@
 //! Names the single runs that carry a main number: left out, they move it by more than one of its ±.
 //!
-//! A square-root law is fitted anew without each run. A run is left out of the posterior by the weights 1/p(run | draw) of its draws, smoothed; where their tail is too heavy for
-//! that, by draws of the posterior without it.
+//! A square-root law is fitted anew without each run. A run is left out of the posterior by the weights 1/p(run | draw) of
+//! its draws, smoothed; where their tail is too heavy for that, by draws of the posterior without it.
 
 use std::collections::HashSet;
 
 use rayon::prelude::*;
 
-use super::left_out::{affordable_draws, ComparisonContext};
+use super::left_out::{affordable_draws, ComparisonContext, Model};
 use super::main_numbers::{MainNumbers, Source};
 use super::notices;
-use super::posterior::{derived, start, Posterior};
+use super::posterior::{derived, Posterior};
 use super::scaling::{with_scale, Scaling};
 use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
 use crate::inference::diagnostics::psis::psis;
-use crate::inference::prepared_posterior::PreparedPosterior;
 use crate::inference::sampling::Sampled;
-use crate::inference::weighing::{LeftOutRuns, WeighedDraws, Weighing};
 use crate::model::likelihood::pointwise::Pointwise;
-use crate::model::likelihood::Likelihood;
 use crate::notice::Notice;
 use crate::physics::Quantity;
 use crate::rounding::{short, with_se};
 use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
-use crate::seed::StreamName;
 
 /// Share of its ± beyond which a main number may not move unsaid when one run is left out.
 const CARRIED: f64 = 1.0;
@@ -38,10 +34,6 @@ const FEWEST_DRAWS: usize = 400;
 
 /// Runs that are left out by draws of their own, the heaviest first.
 const MOST_DRAWN: usize = 4;
-
-/// Draws a chain for each of them, and chains.
-const DRAWN: usize = 500;
-const CHAINS: usize = 4;
 
 /// A main number of the posterior.
 struct Number {
@@ -77,12 +69,7 @@ impl SingleRun {
 
 /// The runs without which a main number of the posterior moves by more than one of its ±, the heaviest first.
 pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior) -> Vec<SingleRun> {
-    let ComparisonContext {
-        scene,
-        runs,
-        least_squares,
-        ..
-    } = context;
+    let ComparisonContext { scene, runs, .. } = context;
     let form = posterior.setup.form;
     let pointwise = Pointwise::new(scene, runs, form);
     let most = if pointwise.is_integrated() {
@@ -114,33 +101,24 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
     let mut each: Vec<(usize, f64, SingleRun)> = (0..pointwise.len()).into_par_iter().filter_map(of_run).collect();
     each.sort_by(|a, b| b.1.total_cmp(&a.1));
     let line = khat_threshold(count);
-    let heavy = each.iter().take(MOST_DRAWN).filter(|(_, khat, _)| *khat > line).count();
-    if heavy > 0 {
-        let rows = Likelihood::of_rows(scene, runs, form);
-        let parameters = posterior.sampled.parameters.clone();
-        let start = start(least_squares);
-        let prepared = PreparedPosterior::new(parameters, &rows, &start, posterior.setup.method.evaluation());
-        let stream = StreamName::new(least_squares.seed, "single run");
-        if let Some((prepared, weighing)) = prepared
-            .ok()
-            .as_ref()
-            .and_then(|prepared| Some((prepared, Weighing::new(prepared, CHAINS, stream)?)))
-        {
-            for (run, _, found) in &mut each[..heavy] {
-                let drawn = drawn_without(&pointwise, *run, &weighing);
-                let Some(others) = drawn.map(|drawn| drawn.resample(prepared, 1, stream)) else {
-                    continue;
-                };
-                let derived = derived::derived_draws(scene, runs, form, &others);
-                let others = numbers_of(&others, &derived, 1);
-                let without = |number: &Number| {
-                    let own = others.iter().find(|other| other.name == number.name);
-                    own.map_or([f64::NAN; 2], |own| moments(&own.draws, &vec![1.0; own.draws.len()]))
-                };
-                if let Some(better) = heaviest(*run, &numbers, without) {
-                    *found = better;
-                }
-            }
+    let model = Model {
+        context,
+        setup: posterior.setup,
+        parameters: &posterior.sampled.parameters,
+        stream: "single run",
+    };
+    for (run, _, found) in each.iter_mut().take(MOST_DRAWN).filter(|(_, khat, _)| *khat > line) {
+        let Ok(others) = model.draw_without(&(*run..*run + 1)) else {
+            continue;
+        };
+        let derived = derived::derived_draws(scene, runs, form, &others);
+        let others = numbers_of(&others, &derived, 1);
+        let without = |number: &Number| {
+            let own = others.iter().find(|other| other.name == number.name);
+            own.map_or([f64::NAN; 2], |own| moments(&own.draws, &vec![1.0; own.draws.len()]))
+        };
+        if let Some(better) = heaviest(*run, &numbers, without) {
+            *found = better;
         }
     }
     let mut carried: Vec<SingleRun> = each.into_iter().map(|(_, _, found)| found).collect();
@@ -180,22 +158,6 @@ pub(super) fn sorted(mut found: Vec<SingleRun>) -> Vec<SingleRun> {
     let mut seen = HashSet::new();
     found.retain(|own| seen.insert(own.run));
     found
-}
-
-/// Draws of the posterior without a run; `None` where they weigh too unevenly to stand for it.
-fn drawn_without(pointwise: &Pointwise, run: usize, weighing: &Weighing) -> Option<WeighedDraws> {
-    let ln_likelihood = |full: &[Vec<f64>]| {
-        let mut row = vec![0.0; full.len()];
-        let full = full.iter().map(Vec::as_slice).collect();
-        pointwise.at_draws(full).ln_likelihoods(run..run + 1, &mut row);
-        row
-    };
-    let left_out = LeftOutRuns {
-        name: format!("{}", run + 1),
-        ln_likelihood: &ln_likelihood,
-    };
-    let drawn = weighing.draw_without(&left_out, DRAWN)?;
-    (drawn.khat() <= khat_threshold(CHAINS * DRAWN)).then_some(drawn)
 }
 
 /// The main numbers of a posterior at every so many draws.

@@ -82,21 +82,23 @@ pub(super) fn fit_beside(
     let notice = notices::slow_rebounds(slow.len(), &shortened(&rows), &name, [told(before), told(after)]);
     wider.scene = Some(Box::new(wider_scene));
     // a prior that the runs contradict at their word is no better for reading less from them
-    let contradicts = |check: &&Check| check.check == checks::PRIOR_CONFLICT.code && !check.passed;
-    if let Some(before) = own.checks.iter().find(contradicts) {
-        let now = wider.checks.iter_mut().find(|check| check.check == before.check);
-        if let Some(now) = now.filter(|now| now.passed) {
-            *now = before.clone();
+    if let Some(before) = own.prior_conflict().filter(|_| wider.prior_conflict().is_none()) {
+        wider.checks.retain(|check| check.check != before.check);
+        wider.checks.push(before.clone());
+        for (now, before) in wider.findings.parameters.iter_mut().zip(&own.findings.parameters) {
+            if let (Some(now), Some(before)) = (&mut now.prior, &before.prior) {
+                now.runs_alone = before.runs_alone;
+            }
         }
     }
     Ok(Beside::Stands(Box::new(wider), notice))
 }
 
-/// The rebounds with a small restitution, where noise is on the restitution alone and no column says how speeds err.
+/// The rebounds with a small restitution, where noise is on the restitution alone.
 fn slow_rebounds(scene: &Scene, runs: &Runs, own: &Posterior) -> Vec<usize> {
     let model = &scene.model;
     let asked = model.noise == NoiseOn::Restitution && model.sticking == Sticking::Censored;
-    let known = runs.errors.is_some() || runs.sample.is_some() || !runs.count.is_empty();
+    let known = runs.sample.is_some() || !runs.count.is_empty();
     if !asked || known || runs.all_measured() > MOST_RUNS || !Term::Viscous.is_held(own.setup.form) {
         return vec![];
     }
@@ -124,7 +126,10 @@ fn spread_of_energy(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize])
         let kept = runs.restitution[*run].powi(2);
         let lost = (e_dry * e_dry - kept).max(0.0);
         let viscous = l.map_or(lost, |l| (4.0 * l * runs.inverse_stokes(*run)).min(lost));
-        Some((SPEED_ERROR * viscous).powi(2) + (FILM_ERROR * (lost - viscous)).powi(2))
+        // an error of the speed that a column tells is in the density already
+        let is_told = runs.errors.as_ref().is_some_and(|errors| errors.of(*run)[0] > 0.0);
+        let of_speed = if is_told { 0.0 } else { SPEED_ERROR * viscous };
+        Some(of_speed.powi(2) + (FILM_ERROR * (lost - viscous)).powi(2))
     });
     let squares: Vec<f64> = squares.collect::<Option<_>>()?;
     let sum: f64 = squares.iter().sum();

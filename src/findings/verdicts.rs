@@ -177,20 +177,47 @@ fn dry_law_holds(fitted: &FittedDry) -> Option<Check> {
 }
 
 /// Whether the wet law describes the runs of each particle, liquid and film from slow to fast ones.
-pub fn wet_law_holds(noise: &Noise) -> Option<Check> {
+pub fn wet_law_holds(noise: &Noise, scaling: &[FittedScaling]) -> Option<Check> {
     let found = noise.wet_law.as_ref()?;
+    let better = scaling
+        .iter()
+        .map(|fitted| &fitted.scaling)
+        .find(|law| law.is_better_line());
+    let better = better.zip(better.and_then(|law| law.film_ratio)).map(|(law, ratio)| {
+        let particle = law.words();
+        format!(
+            "; {particle} at film ratio {ratio:.3}: the linear law {}",
+            law.verdict.reason
+        )
+    });
     let text = format!(
-        "the wet law against {}, most of it in {}: F({}, {}) = {:.1}, {} up to {:.1} of its ± off",
+        "the wet law against {}, most of it in {}: F({}, {}) = {:.1}, {} up to {:.1} of its ± off{}",
         found.against.words(),
         found.group,
         found.test.df_between,
         found.test.df_within,
         found.test.f,
         found.moves,
-        found.moves_in_se
+        found.moves_in_se,
+        better.unwrap_or_default()
     );
     let shift = Some(found.moves_in_se);
     Some(gating_where_felt(checks::WET_LAW_HOLDS, &found.test, shift, text))
+}
+
+/// Whether runs are as independent as standard errors take them to be; `None` where the model has offsets of series, or none
+/// are seen beyond chance.
+pub fn independent_runs(scene: &Scene, noise: &Noise) -> Option<Check> {
+    let offsets = noise.offsets.as_ref().filter(|_| !scene.model.series_offsets)?;
+    let worst = offsets
+        .affected_standard_error()
+        .filter(|_| offsets.test.p < checks::BEYOND_CHANCE)?;
+    let text = format!(
+        "series lie apart by an sd of {:.4} in e, {:.2} of the spread of single runs: the standard error of {} is too small by \
+         the factor",
+        offsets.sd, offsets.share, worst.parameter
+    );
+    Some(checks::INDEPENDENT_RUNS.check(worst.ratio, text).with_advice())
 }
 
 /// Whether the stated errors explain the scatter of the runs that nothing else scatters.

@@ -5,12 +5,11 @@
 //! counts [`SURE`] times.
 
 use super::diagnostics::pareto::khat_threshold;
-use super::importance::{propose, weighted_shift, DrawCounts, Proposal, Weights};
+use super::importance::{propose, sample_by_importance, weighted_shift, DrawCounts, ProposalTails, Weights, PROPOSED};
 use super::mixing::{draws_a_chain, summary_of, MixingLines, ParameterDraws};
 use super::nuts::{Effort, SamplingFailure, Watcher};
 use super::prepared_posterior::{PreparedPosterior, LARGEST_ERROR};
 use super::sampling::{sample_normal, Method, NutsSampling, ReachedAccuracy, Sampled};
-use super::weighing::{sample_by_importance, PROPOSED};
 use crate::model::posterior::LogDensity;
 use crate::seed::StreamName;
 
@@ -220,7 +219,12 @@ pub fn normal_error(prepared: &PreparedPosterior, stream: StreamName) -> Result<
         draws: PILOT,
     };
     let stream = StreamName::new(stream.seed, &name);
-    let pilot = propose(&prepared.posterior, &Proposal::Normal(&prepared.about), size, stream);
+    let pilot = propose(
+        &prepared.posterior,
+        (&prepared.about, ProposalTails::Normal),
+        size,
+        stream,
+    );
     let Some(weights) = Weights::of(&pilot) else {
         return Err("the posterior has no density near the normal's draws".to_owned());
     };

@@ -1,14 +1,16 @@
-//! Draws from a normal about the mode or a Student's t, weighs the draws by what the posterior has there, and resamples them.
+//! Draws from the normal or Student's t about a posterior's mode, weighs the draws by what the posterior has there, and
+//! resamples them.
 
 use rand::{Rng, RngExt};
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use super::bent::Bent;
 use super::diagnostics::pareto::tail_length;
 use super::diagnostics::psis::psis;
 use super::laplace::Laplace;
 use super::nuts::Chain;
+use super::prepared_posterior::PreparedPosterior;
+use super::sampling::{Method, Sampled};
 use crate::model::posterior::LogDensity;
 use crate::seed::StreamName;
 
@@ -21,45 +23,37 @@ pub struct DrawCounts {
     pub draws: usize,
 }
 
-/// What draws are proposed from.
-#[derive(Debug, Clone, Copy)]
-pub enum Proposal<'p> {
-    /// the normal about a mode
-    Normal(&'p Laplace),
-    /// Student's t of a shape
-    Student(&'p Bent),
+/// The tails of a proposal about a mode with its curvature.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ProposalTails {
+    /// those of the normal
+    Normal,
+    /// those of Student's t: heavier than a posterior's that is skewed or bent, so that no weight runs away
+    Student,
 }
 
-/// Degrees of freedom of Student's t: tails as heavy as a posterior has that is bent over several standard deviations.
+/// Degrees of freedom of Student's t.
 const NU: f64 = 5.0;
 
-impl Proposal<'_> {
-    /// Widens a standard normal z, and gives the logarithm of the density that it then has, up to a constant.
-    fn widen(&self, z: &mut [f64], rng: &mut impl Rng) -> f64 {
+impl ProposalTails {
+    /// Stretches a standard normal z, and gives the log density that it then has, up to a constant.
+    fn stretch(self, z: &mut [f64], rng: &mut impl Rng) -> f64 {
         let square: f64 = z.iter().map(|z| z * z).sum();
-        if let Proposal::Normal(_) = self {
+        if self == ProposalTails::Normal {
             return -0.5 * square;
         }
         let over = NU / ChiSquared::new(NU).expect("positive").sample(rng);
         z.iter_mut().for_each(|z| *z *= over.sqrt());
         -0.5 * (NU + z.len() as f64) * (square * over / NU).ln_1p()
     }
-
-    /// The point at z, which is used up.
-    fn point(&self, z: &mut [f64], point: &mut [f64]) {
-        match self {
-            Proposal::Normal(about) => about.point(z, point),
-            Proposal::Student(about) => about.point(z, point),
-        }
-    }
 }
 
-/// Draws from a proposal, chain after chain: the same bytes for any number of threads.
+/// Draws about a mode, chain after chain: the same bytes for any number of threads.
 ///
 /// A point without a density has the log density −∞.
 pub fn propose<T: LogDensity + ?Sized>(
     target: &T,
-    from: &Proposal,
+    (about, tails): (&Laplace, ProposalTails),
     size: DrawCounts,
     streams: StreamName,
 ) -> Vec<Proposed> {
@@ -71,8 +65,8 @@ pub fn propose<T: LogDensity + ?Sized>(
         let mut z = vec![0.0; dimension];
         for _ in 0..size.draws {
             z.fill_with(|| StandardNormal.sample(&mut rng));
-            let of_proposal = from.widen(&mut z, &mut rng);
-            from.point(&mut z, &mut point);
+            let of_proposal = tails.stretch(&mut z, &mut rng);
+            about.point(&z, &mut point);
             let ln_density = target.ln_density(&point, &mut slopes).unwrap_or(f64::NEG_INFINITY);
             proposed.points.extend_from_slice(&point);
             proposed.ln_density.push(ln_density);
@@ -118,13 +112,8 @@ impl Weights {
     /// The Pareto-smoothed weights of draws; `None` where the densities allow none.
     pub fn of(proposed: &[Proposed]) -> Option<Weights> {
         let ln_ratios: Vec<f64> = proposed.iter().flat_map(|one| &one.ln_ratio).copied().collect();
-        Weights::of_ln_ratios(&ln_ratios)
-    }
-
-    /// The same of logarithms of a density over that of the proposal, up to a constant.
-    pub fn of_ln_ratios(ln_ratios: &[f64]) -> Option<Weights> {
         // the draws are independent
-        let smoothed = psis(ln_ratios, tail_length(ln_ratios.len(), 1.0)).ok()?;
+        let smoothed = psis(&ln_ratios, tail_length(ln_ratios.len(), 1.0)).ok()?;
         Some(Weights {
             weights: smoothed.log_weights.iter().map(|log| log.exp()).collect(),
             khat: smoothed.khat.unwrap_or(f64::NEG_INFINITY),
@@ -153,6 +142,44 @@ impl Weights {
         }
         places
     }
+}
+
+/// Draws from Student's t for one that is kept after weighing.
+pub const PROPOSED: usize = 2;
+
+/// Draws from Student's t about the mode, resampled by what the posterior has there; `None` where the densities allow no
+/// weights. `khat` says whether they are reliable.
+pub fn sample_by_importance(prepared: &PreparedPosterior, size: DrawCounts, stream: StreamName) -> Option<Sampled> {
+    let began = std::time::Instant::now();
+    let dimension = prepared.posterior.dimension().max(1);
+    let name = |step: &str| format!("{} {step}", stream.name);
+    let more = DrawCounts {
+        draws: PROPOSED * size.draws,
+        ..size
+    };
+    let own = name("proposed");
+    let from = (&prepared.about, ProposalTails::Student);
+    let proposed = propose(&prepared.posterior, from, more, StreamName::new(stream.seed, &own));
+    let weights = Weights::of(&proposed)?;
+    let own = name("resampled");
+    let kept = weights.resample(size.chains * size.draws, &mut StreamName::new(stream.seed, &own).at(0));
+    let points: Vec<&[f64]> = proposed
+        .iter()
+        .flat_map(|one| one.points.chunks_exact(dimension))
+        .collect();
+    let ln_density: Vec<f64> = proposed.iter().flat_map(|one| &one.ln_density).copied().collect();
+    let chain = |kept: &[usize]| Chain {
+        points: kept.iter().flat_map(|place| points[*place]).copied().collect(),
+        ln_density: kept.iter().map(|place| ln_density[*place]).collect(),
+        ..Chain::default()
+    };
+    let chains = kept.chunks(size.draws.max(1)).map(chain).collect();
+    Some(Sampled {
+        khat: Some(weights.khat),
+        // the noise of choosing the draws adds to that of those there were to choose from
+        mcse_factor: (1.0 + kept.len() as f64 / weights.effective()).sqrt(),
+        ..Sampled::of_chains(prepared, Method::LaplacePsis, chains, began)
+    })
 }
 
 /// What weights change about a quantity, against the draws as they are.
@@ -233,12 +260,8 @@ mod tests {
 
     fn proposed(target: &Off) -> Vec<Proposed> {
         let size = DrawCounts { chains: 4, draws: 2000 };
-        propose(
-            target,
-            &Proposal::Normal(&standard()),
-            size,
-            StreamName::new(1, "importance"),
-        )
+        let from = (&standard(), ProposalTails::Normal);
+        propose(target, from, size, StreamName::new(1, "importance"))
     }
 
     #[test]
@@ -269,29 +292,13 @@ mod tests {
         assert!(kept.iter().enumerate().all(|(i, place)| i.abs_diff(*place) <= 1));
     }
 
-    /// Student's t has the tails that a wide density wants, and its weights are right.
     #[test]
-    fn the_tails_of_students_t_serve_a_wide_density() {
-        let about = standard();
+    fn a_tail_the_normal_does_not_have_shows_and_students_t_has_it() {
         let size = DrawCounts { chains: 4, draws: 2000 };
-        let target = Off { mean: 0.2, sd: 1.8 };
-        let about = Bent::of_normal(&about);
-        let draws = propose(&target, &Proposal::Student(&about), size, StreamName::new(1, "tails"));
-        let weights = Weights::of(&draws).expect("densities");
+        let wide = Off { mean: 0.2, sd: 1.8 };
+        let from = (&standard(), ProposalTails::Student);
+        let weights = Weights::of(&propose(&wide, from, size, StreamName::new(1, "tails"))).expect("densities");
         assert!(weights.khat < 0.5, "{}", weights.khat);
-        let points: Vec<f64> = draws.iter().flat_map(|one| &one.points).copied().collect();
-        let adapted = Bent::of_draws(&points, &weights.weights, 1).expect("a spread");
-        let mut at = [0.0; 2];
-        for (at, z) in at.iter_mut().zip([0.0, 1.0]) {
-            adapted.point(&mut [z], std::slice::from_mut(at));
-        }
-        let error = 1.8 / weights.effective().sqrt();
-        assert!((at[0] - 0.2).abs() < 4.0 * error, "{adapted:?}");
-        assert!(((at[1] - at[0]).abs() - 1.8).abs() < 4.0 * error, "{adapted:?}");
-    }
-
-    #[test]
-    fn a_tail_the_normal_does_not_have_shows() {
         let weights = Weights::of(&proposed(&Off { mean: 0.0, sd: 3.0 })).expect("densities");
         assert!(weights.khat > 0.7, "{}", weights.khat);
     }

@@ -15,9 +15,7 @@
 //! | `laplace.rs` | mode and curvature of a posterior |
 //! | `prepared_posterior.rs` | a posterior with its start, its nodes and its mode |
 //! | `nuts.rs` | draws by trajectories |
-//! | `bent.rs` | place and shape of weighed draws, bent as they are |
-//! | `importance.rs` | draws from the normal about the mode or a bent Student's t, and their weights |
-//! | `weighing.rs` | draws from a bent Student's t adapted to a posterior, and to one without some runs |
+//! | `importance.rs` | draws from the normal about the mode, their weights, and what is kept of them |
 //! | `mixing.rs` | when draws are enough |
 //! | `sampling.rs` | a posterior to its draws |
 //! | `accuracy.rs` | the cheapest draws that reach an accuracy |
@@ -30,7 +28,6 @@
 //! | `diagnostics/` | how reliable draws of Markov chains are |
 
 pub mod accuracy;
-pub mod bent;
 pub mod bootstrap;
 pub mod delta;
 pub mod density;
@@ -54,4 +51,3 @@ pub mod regression;
 pub mod sampling;
 pub mod spreads;
 mod sums;
-pub mod weighing;

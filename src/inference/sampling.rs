@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::importance::{propose, DrawCounts, Proposal, Proposed};
+use super::importance::{propose, DrawCounts, ProposalTails, Proposed};
 use super::laplace::Laplace;
 use super::mixing::{draws_to_add, MixingLines, ParameterDraws};
 use super::nuts::{divergences, Chain, ChainSampler, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
@@ -18,7 +18,7 @@ use crate::seed::StreamName;
 pub enum Method {
     /// from the normal about the mode
     Laplace,
-    /// from the same, resampled by Pareto-smoothed importance weights
+    /// from Student's t of the same shape, resampled by Pareto-smoothed importance weights
     LaplacePsis,
     /// by the No-U-Turn sampler
     // as findings of earlier versions say
@@ -213,26 +213,17 @@ pub fn sample_until_mixed(
     until: UntilMixed,
     watcher: Watcher,
 ) -> Result<Sampled, NoPosterior> {
-    let prepared = PreparedPosterior::new(parameters, rows, start, until.plan.evaluation)?;
-    Ok(follow_until_mixed(&prepared, until, watcher)?)
-}
-
-/// The same of a posterior that is prepared.
-pub fn follow_until_mixed(
-    prepared: &PreparedPosterior,
-    until: UntilMixed,
-    watcher: Watcher,
-) -> Result<Sampled, SamplingFailure> {
     let UntilMixed { plan, most_draws } = until;
+    let prepared = PreparedPosterior::new(parameters, rows, start, plan.evaluation)?;
     let lines = MixingLines::of_chains(plan.effort.chains);
     let mut more = |draws: &ParameterDraws| draws_to_add(lines, draws, most_draws);
     let sampling = NutsSampling {
-        prepared,
+        prepared: &prepared,
         effort: plan.effort,
         stream: plan.stream,
         watcher,
     };
-    sampling.sample_while(&mut more)
+    Ok(sampling.sample_while(&mut more)?)
 }
 
 /// Samples a prepared posterior by the No-U-Turn sampler.
@@ -319,7 +310,12 @@ pub fn sample_normal(prepared: &PreparedPosterior, size: DrawCounts, stream: Str
     let began = std::time::Instant::now();
     let name = format!("{} normal", stream.name);
     let stream = StreamName::new(stream.seed, &name);
-    let proposed = propose(&prepared.posterior, &Proposal::Normal(&prepared.about), size, stream);
+    let proposed = propose(
+        &prepared.posterior,
+        (&prepared.about, ProposalTails::Normal),
+        size,
+        stream,
+    );
     let chains = proposed.into_iter().map(Proposed::into_chain).collect();
     Sampled::of_chains(prepared, Method::Laplace, chains, began)
 }

@@ -46,25 +46,6 @@ impl PosteriorDensity {
         self
     }
 
-    /// The same with the spreads' roots for coordinates, in which one that may be 0 has no long tail.
-    pub fn with_roots_of_spreads(mut self) -> PosteriorDensity {
-        for (parameter, transform) in self.parameters.sampled.iter().zip(&mut self.transforms) {
-            if parameter.kind.is_spread() && *transform == Transform::Above(0.0) {
-                *transform = Transform::Root;
-            }
-        }
-        self
-    }
-
-    /// Log of the volume that the parameters have for one of the unbounded space.
-    pub fn ln_jacobian(&self, point: &[f64]) -> f64 {
-        self.transforms
-            .iter()
-            .zip(point)
-            .map(|(t, u)| t.at(*u).ln_jacobian)
-            .sum()
-    }
-
     /// The parameters.
     pub fn parameters(&self) -> &ModelParameters {
         &self.parameters

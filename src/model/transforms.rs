@@ -5,9 +5,6 @@
 pub enum Transform {
     /// x = lower + exp(u)
     Above(f64),
-    /// x = u² for u above 0, no number elsewhere: of a spread that may be 0, the density then ends at u = 0 as smoothly as it
-    /// falls above, where in ln x it has a long tail
-    Root,
     /// x = lower + (upper − lower)/(1 + exp(−u))
     Between(f64, f64),
     /// x = u
@@ -49,15 +46,6 @@ impl Transform {
                     ln_jacobian_slope: 1.0,
                 }
             }
-            Transform::Root => {
-                let u = if u > 0.0 { u } else { f64::NAN };
-                Mapped {
-                    value: u * u,
-                    slope: 2.0 * u,
-                    ln_jacobian: (2.0 * u).ln(),
-                    ln_jacobian_slope: 1.0 / u,
-                }
-            }
             Transform::Between(lower, upper) => {
                 let width = upper - lower;
                 // exp of a negative number only: no overflow on either side
@@ -89,7 +77,6 @@ impl Transform {
         match self {
             Transform::Above(lower) if value > lower => (value - lower).ln(),
             Transform::Above(lower) => (INSIDE * (1.0 + lower.abs())).ln(),
-            Transform::Root => if value > 0.0 { value } else { INSIDE }.sqrt(),
             Transform::Between(lower, upper) => {
                 let share = (value - lower) / (upper - lower);
                 let share = match share {
@@ -126,18 +113,6 @@ mod tests {
                 assert!((transform.inverse(here.value) - u).abs() < 1e-12, "{transform:?} {u}");
             }
         }
-    }
-
-    #[test]
-    fn a_root_has_the_slopes_of_a_square_above_nought_and_no_number_below() {
-        let h = 1e-6;
-        let of = |u: f64| Transform::Root.at(u);
-        let (before, here, after) = (of(0.3 - h), of(0.3), of(0.3 + h));
-        assert!(((after.value - before.value) / (2.0 * h) - here.slope).abs() < 1e-9);
-        assert!(((after.ln_jacobian - before.ln_jacobian) / (2.0 * h) - here.ln_jacobian_slope).abs() < 1e-8);
-        assert!((here.slope.ln() - here.ln_jacobian).abs() < 1e-15);
-        assert!((Transform::Root.inverse(here.value) - 0.3).abs() < 1e-15);
-        assert!(of(0.0).value.is_nan() && of(-1.0).value.is_nan());
     }
 
     #[test]

@@ -310,8 +310,9 @@ impl Naming<'_> {
         }
         if !survey.sheets_left.is_empty() {
             let left = survey.sheets_left.join(", ");
-            self.guessed
-                .push(format!("runs stand on the sheets in `runs`, none on {left}"));
+            self.guessed.push(format!(
+                "runs are read from the sheets in `runs`, and not from {left}; name one there to read it"
+            ));
         }
     }
 

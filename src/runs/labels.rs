@@ -8,10 +8,18 @@ pub(super) enum Label {
     Other,
 }
 
-const MEANS: [&str; 11] = [
+const MEANS: [&str; 19] = [
     "mean",
     "average",
     "avg",
+    "ave",
+    "mw",
+    "ø",
+    "moy",
+    "medel",
+    "平均",
+    "среднее",
+    "средн",
     "mittelwert",
     "mittel",
     "durchschnitt",
@@ -22,7 +30,7 @@ const MEANS: [&str; 11] = [
     "média",
 ];
 
-const OTHERS: [&str; 20] = [
+const OTHERS: [&str; 28] = [
     "total",
     "totals",
     "sum",
@@ -32,6 +40,14 @@ const OTHERS: [&str; 20] = [
     "stddev",
     "sd",
     "rms",
+    "σ",
+    "cv",
+    "var",
+    "variance",
+    "varianz",
+    "min",
+    "max",
+    "stdabw",
     "summe",
     "gesamt",
     "standardabweichung",
@@ -46,7 +62,7 @@ const OTHERS: [&str; 20] = [
 ];
 
 /// What may follow such a word, besides numbers and single letters, without making a remark of it.
-const AFTER: [&str; 25] = [
+const AFTER: [&str; 27] = [
     "of",
     "the",
     "all",
@@ -72,7 +88,12 @@ const AFTER: [&str; 25] = [
     "standard",
     "mean",
     "wert",
+    "sd",
+    "std",
 ];
+
+/// What may stand before such a word.
+const BEFORE: [&str; 7] = ["set", "series", "block", "group", "overall", "grand", "arithmetic"];
 
 /// Letters of the longest cell that is looked at.
 const LONGEST: usize = 60;
@@ -88,7 +109,8 @@ pub(super) fn label(cell: &str) -> Option<Label> {
     let mut words = lower
         .split(|c: char| !c.is_alphanumeric())
         .filter(|word| !word.is_empty());
-    let first = words.next()?;
+    let first = words.by_ref().find(|word| !BEFORE.contains(word))?;
+    let first = first.trim_end_matches(|c: char| c.is_ascii_digit());
     let label = if MEANS.contains(&first) {
         Label::Mean
     } else if OTHERS.contains(&first) {

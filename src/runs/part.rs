@@ -48,6 +48,25 @@ impl Runs {
     /// The dry rebounds, and of each series those whose place among its rebounds `keep` selects. What stuck is gone, and a
     /// series keeps its mean diameter and film.
     pub fn with_rebounds(&self, keep: impl Fn(usize) -> bool) -> Runs {
+        let mut kept = vec![false; self.len()];
+        self.dry
+            .iter()
+            .for_each(|group| kept[group.rebounds.clone()].fill(true));
+        for series in &self.series {
+            let own = kept[series.rebounds.clone()].iter_mut().enumerate();
+            own.for_each(|(place, kept)| *kept = keep(place));
+        }
+        self.with_runs(|run| kept[run])
+    }
+
+    /// All runs but these.
+    pub fn without(&self, left_out: &Range<usize>) -> Runs {
+        self.with_runs(|run| !left_out.contains(&run))
+    }
+
+    /// The runs that `keep` selects by their places. Spheres, film groups and series keep theirs, with their mean diameters and
+    /// films, also where none of their runs is left.
+    pub fn with_runs(&self, keep: impl Fn(usize) -> bool) -> Runs {
         let mut part = Runs {
             spheres: self.spheres.clone(),
             places: Arc::clone(&self.places),
@@ -55,19 +74,19 @@ impl Runs {
             ..Runs::default()
         };
         for group in &self.dry {
-            let rebounds = part.take(self, group.rebounds.clone(), |_| true);
+            let [rebounds, stuck] = [&group.rebounds, &group.stuck].map(|range| part.take(self, range.clone(), &keep));
             part.dry.push(DryGroup {
-                stuck: rebounds.end..rebounds.end,
                 rebounds,
+                stuck,
                 ..group.clone()
             });
         }
         for series in &self.series {
-            let first = series.rebounds.start;
-            let rebounds = part.take(self, series.rebounds.clone(), |run| keep(run - first));
+            let [rebounds, stuck] =
+                [&series.rebounds, &series.stuck].map(|range| part.take(self, range.clone(), &keep));
             part.series.push(Series {
-                stuck: rebounds.end..rebounds.end,
                 rebounds,
+                stuck,
                 ..series.clone()
             });
         }

@@ -12,7 +12,7 @@ pub(super) enum StatedUnit {
 }
 
 /// How units are written, in small letters and without blanks, with what our names end with in them.
-const UNITS: [(&str, Option<&str>); 100] = [
+const UNITS: [(&str, Option<&str>); 104] = [
     ("mm", Some("_mm")),
     ("millimeter", Some("_mm")),
     ("millimetre", Some("_mm")),
@@ -73,6 +73,7 @@ const UNITS: [(&str, Option<&str>); 100] = [
     ("yd", None),
     ("mil", None),
     ("mils", None),
+    ("thou", None),
     ("nm", None),
     ("dm", None),
     ("km", None),
@@ -93,6 +94,9 @@ const UNITS: [(&str, Option<&str>); 100] = [
     ("grad", None),
     ("rad", None),
     ("px", None),
+    ("px/s", None),
+    ("px/frame", None),
+    ("pixels/frame", None),
     ("pixel", None),
     ("pixels", None),
     ("‰", None),
@@ -122,10 +126,11 @@ pub(super) fn unit_of(text: &str) -> Option<StatedUnit> {
 
 fn plain_unit(text: &str) -> Option<StatedUnit> {
     let plain: String = text
+        .replace(" per ", "/")
         .replace("^2", "²")
         .replace("^3", "³")
         .chars()
-        .filter(|c| !c.is_whitespace() && !"_^-¹1".contains(*c))
+        .filter(|c| !c.is_whitespace() && !"_^-⁻¹1·⋅".contains(*c))
         .flat_map(char::to_lowercase)
         .collect();
     let (_, suffix) = UNITS.iter().find(|(written, _)| *written == plain)?;

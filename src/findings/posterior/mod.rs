@@ -26,7 +26,7 @@ mod summary;
 
 use rayon::prelude::*;
 
-use super::checks::Check;
+use super::checks::{self, Check};
 use super::least_squares::LeastSquares;
 use super::predict::Basis;
 use crate::error::Error;
@@ -80,6 +80,12 @@ impl Posterior {
             .iter()
             .filter(|check| posterior_checks::is_of_sampling(check));
         of_sampling.all(|check| check.passed || !check.gates)
+    }
+
+    /// That the runs contradict a prior; `None` where they do not.
+    pub fn prior_conflict(&self) -> Option<&Check> {
+        let is_conflict = |check: &&Check| check.check == checks::PRIOR_CONFLICT.code && !check.passed;
+        self.checks.iter().find(is_conflict)
     }
 }
 

@@ -196,7 +196,7 @@ fn band(pointwise: &Pointwise, predictions: &[RunPrediction], level: f64) -> Ban
     let inside = predictions.iter().enumerate().map(|(run, prediction)| {
         if pointwise.is_stuck(run) {
             // somewhere below the limit, nobody knows where: the share of that which the band holds
-            (hi.min(prediction.below) - lo).max(0.0) / prediction.below
+            (hi.min(prediction.below) - lo).max(0.0) / prediction.below.max(f64::MIN_POSITIVE)
         } else {
             f64::from(u8::from((lo..=hi).contains(&prediction.below)))
         }

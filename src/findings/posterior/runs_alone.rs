@@ -10,7 +10,7 @@ use super::sampling::SamplingSetup;
 use crate::distributions::{f_tail, normal_quantile};
 use crate::findings::checks;
 use crate::inference::diagnostics::summary::summarise;
-use crate::inference::importance::{propose, DrawCounts, Proposal};
+use crate::inference::importance::{propose, DrawCounts, ProposalTails};
 use crate::inference::prepared_posterior::{PreparedPosterior, Start};
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::{ModelParameter, ModelParameters, ParameterKind};
@@ -147,7 +147,7 @@ impl UnderDefaults {
             draws: DRAWS,
         };
         let stream = StreamName::new(seed, "default priors");
-        let proposed = propose(&prepared.posterior, &Proposal::Normal(about), size, stream);
+        let proposed = propose(&prepared.posterior, (about, ProposalTails::Normal), size, stream);
         let points = proposed
             .iter()
             .flat_map(|one| one.points.chunks_exact(about.mode.len().max(1)));

@@ -3,7 +3,7 @@
 use super::question::{Answer, Question, Trend};
 use crate::findings::checks::{self, Check};
 use crate::findings::compare::ComparedModel;
-use crate::findings::form_choice::GAIN;
+use crate::findings::form_choice::is_gain;
 use crate::inference::diagnostics::loo::Difference;
 use crate::physics::inertia::Inertia;
 use crate::physics::Form;
@@ -20,8 +20,9 @@ pub(super) struct TrendEvidence {
 /// A trend is small that moves no e_inf and no St_c at the films of the runs by more than this share of it.
 pub const SMALL: f64 = 0.02;
 
-/// A trend is there where its 95 % interval leaves zero and it gains more than [`GAIN`] in log density, as one does that lies
-/// 3.2 of its sds from zero (z²/2 less 1 for its own parameter): chance takes 1 in 700 so far. Then one value is not quoted.
+/// A trend is there where its 95 % interval leaves zero and it gains as much in log density as another form of the law must
+/// ([`is_gain`]): one that lies 3.2 of its sds from zero gains 4 (z²/2 less 1 for its own parameter), and chance takes 1 in 700
+/// so far. Then one value is not quoted.
 /// One value serves where the whole interval is [`SMALL`].
 /// `reports/questions.md` has how often which answer is given.
 fn conclude(gain: Difference, trend: &Trend) -> Answer {
@@ -40,7 +41,7 @@ fn conclude(gain: Difference, trend: &Trend) -> Answer {
 /// Whether a trend is there, however small.
 fn is_seen(gain: Difference, trend: &Trend) -> bool {
     let [lo, hi] = trend.interval;
-    gain.value > GAIN && (lo > 0.0 || hi < 0.0)
+    is_gain(gain) && (lo > 0.0 || hi < 0.0)
 }
 
 /// The question answered by what both models of a form say.

@@ -7,8 +7,7 @@ use crate::error::Error;
 use crate::findings::compare::{model_name, summarise_model};
 use crate::findings::least_squares::LeastSquares;
 use crate::findings::left_out::{
-    affordable_draws, draw_and_leave_out, leave_out, why_none_beside, Asked, ComparisonContext, LeftOutModel,
-    FOR_PARAMETERS,
+    affordable_draws, draw_and_leave_out, leave_out, why_none_beside, ComparisonContext, LeftOutModel,
 };
 use crate::findings::posterior::{Posterior, SamplingSetup};
 use crate::inference::diagnostics::loo::{difference, Loo};
@@ -112,7 +111,7 @@ impl TrendComparison<'_> {
                 (plain, loo, used)
             }
             None => {
-                drawn = self.draw(setup, parameters.clone(), "plain", None)?;
+                drawn = self.draw(setup, parameters.clone(), "plain")?;
                 (&drawn.sampled, drawn.loo.clone(), drawn.used)
             }
         };
@@ -121,7 +120,7 @@ impl TrendComparison<'_> {
             sampled: bent,
             loo: better,
             used,
-        } = self.draw(setup, with, "trend", Some(&usual))?;
+        } = self.draw(setup, with, "trend")?;
         let gain = difference(&better, &usual).ok_or("the models differ in their runs")?;
         let mut models = [
             summarise_model(model.clone(), self.plain.is_some(), plain, &usual, used_plain),
@@ -133,19 +132,9 @@ impl TrendComparison<'_> {
         Ok(TrendEvidence { models, gain, trend })
     }
 
-    fn draw(
-        &self,
-        setup: SamplingSetup,
-        parameters: ModelParameters,
-        which: &str,
-        beside: Option<&Loo>,
-    ) -> Result<LeftOutModel, String> {
+    fn draw(&self, setup: SamplingSetup, parameters: ModelParameters, which: &str) -> Result<LeftOutModel, String> {
         let stream = format!("question {} {which}", self.of.key());
-        let asked = Asked {
-            beside,
-            fewest: FOR_PARAMETERS,
-        };
-        draw_and_leave_out(self.comparison(), setup, parameters, &stream, asked)
+        draw_and_leave_out(self.comparison(), setup, parameters, &stream, None)
     }
 
     fn comparison(&self) -> ComparisonContext<'_> {

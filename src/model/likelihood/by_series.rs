@@ -4,6 +4,8 @@
 //! its highest o*, with the curvature I of the runs there, it is p(runs | o*) exp(−o*²/(2σ²))/√(1 + σ² I). Of many runs a
 //! series, or of noise that is normal far from the threshold, that is exact to rounding.
 
+use std::ops::Range;
+
 use super::pointwise::Pointwise;
 use super::{Likelihood, OutsideDomain};
 use crate::model::parameters::{offset_slot, ParameterKind};
@@ -29,6 +31,20 @@ impl<'r> SeriesDensities<'r> {
     /// Dry runs and series.
     pub fn len(&self) -> usize {
         self.runs.len() - self.runs.wet() + self.runs.series.len()
+    }
+
+    /// The runs of one of them.
+    pub fn runs_of(&self, unit: usize) -> Range<usize> {
+        let dry = self.runs.len() - self.runs.wet();
+        match unit.checked_sub(dry) {
+            None => unit..unit + 1,
+            Some(series) => self.runs.series[series].runs(),
+        }
+    }
+
+    /// Whether the density of a run is an integral.
+    pub fn are_integrals(&self) -> bool {
+        self.pointwise.is_integrated()
     }
 
     /// Whether there are none.
@@ -60,7 +76,7 @@ impl<'r> SeriesDensities<'r> {
     /// Fails where that is not found.
     fn highest(&self, full: &[f64], variance: f64) -> Result<(Vec<f64>, Vec<f64>), OutsideDomain> {
         /// of Newton's; from an offset of the posterior two do where noise is normal
-        const STEPS: usize = 50;
+        const STEPS: usize = 100;
         /// no step is longer, in r
         const LONGEST: f64 = 0.1;
         /// a step of fewer sds is the last
@@ -71,18 +87,25 @@ impl<'r> SeriesDensities<'r> {
         let mut at = full.to_vec();
         let (mut slopes, mut beyond) = (vec![0.0; full.len()], vec![0.0; full.len()]);
         let mut strengths = vec![0.0; offsets.len()];
+        // where the density is known to rise and to fall: near the threshold Newton's steps alone may go back and forth
+        let mut between = vec![(f64::NEG_INFINITY, f64::INFINITY); offsets.len()];
         for _ in 0..STEPS {
             self.likelihood.ln_density(&at, &mut slopes)?;
             at[offsets.clone()].iter_mut().for_each(|offset| *offset += NEAR);
             self.likelihood.ln_density(&at, &mut beyond)?;
             let mut longest = 0.0;
-            for (place, strength) in offsets.clone().zip(&mut strengths) {
+            for (place, (strength, (low, high))) in offsets.clone().zip(strengths.iter_mut().zip(&mut between)) {
                 at[place] -= NEAR;
                 *strength = ((slopes[place] - beyond[place]) / NEAR).max(0.0);
                 let precision = *strength + 1.0 / variance;
-                let step = ((slopes[place] - at[place] / variance) / precision).clamp(-LONGEST, LONGEST);
-                at[place] += step;
-                longest = f64::max(longest, step.abs() * precision.sqrt());
+                let rise = slopes[place] - at[place] / variance;
+                *(if rise > 0.0 { &mut *low } else { &mut *high }) = at[place];
+                let mut next = at[place] + (rise / precision).clamp(-LONGEST, LONGEST);
+                if !(*low..=*high).contains(&next) {
+                    next = 0.5 * (*low + *high);
+                }
+                longest = f64::max(longest, (next - at[place]).abs() * precision.sqrt());
+                at[place] = next;
             }
             if longest < STILL {
                 return Ok((at, strengths));

@@ -19,7 +19,6 @@ mod convolution;
 mod dry;
 mod dry_sums;
 mod errors;
-mod gauss;
 mod hidden_speed;
 mod nodes;
 pub mod normal;

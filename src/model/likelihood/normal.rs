@@ -111,10 +111,13 @@ pub fn normal_score(ln_below: f64, ln_above: f64) -> f64 {
     /// Newton's steps on a concave function, from where none overshoots
     const STEPS: usize = 40;
     const ENOUGH: f64 = 1e-12;
-    let (ln, sign) = if ln_below < ln_above {
-        (ln_below, 1.0)
-    } else {
-        (ln_above, -1.0)
+    /// where nothing is left of a side that can be computed
+    const FAR: f64 = 40.0;
+    let (ln, sign) = match (ln_below.is_finite(), ln_above.is_finite()) {
+        (true, false) => return FAR,
+        (false, true) => return -FAR,
+        _ if ln_below < ln_above => (ln_below, 1.0),
+        _ => (ln_above, -1.0),
     };
     // Φ(z) ≤ exp(−z²/2)/2 below zero
     let mut z = -(-2.0 * (ln + std::f64::consts::LN_2)).max(0.0).sqrt();

@@ -61,6 +61,7 @@ impl Shares {
 }
 
 /// Compresses the rebounds, or the stuck runs, of one block.
+#[derive(Clone, Copy)]
 pub(super) struct Scattered<'t> {
     pub reference: LawOfBlock,
     pub rebounded: bool,

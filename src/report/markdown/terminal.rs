@@ -7,7 +7,7 @@ use textwrap::core::display_width;
 use super::super::{numbers, quantities, ReportInput};
 use super::cells::place_name;
 use super::main_numbers::{others, places_shown, source};
-use super::verdict::{cautions_line, verdict_line};
+use super::verdict::{carried, cautions_line, verdict_line};
 use crate::findings::checks::Check;
 use crate::findings::main_numbers::{MainPlace, Source};
 use crate::findings::Findings;
@@ -17,6 +17,9 @@ use crate::physics::Quantity;
 pub fn summary(input: ReportInput) -> String {
     let main = &input.findings.main;
     let mut text = verdict(input.findings);
+    if let Some(carried) = carried(input.findings) {
+        text.push_str(&format!("{carried}\n"));
+    }
     if main.provisional {
         text.push_str("Provisional: the posterior was not sampled.\n");
     }

@@ -3,12 +3,17 @@
 use super::super::ReportInput;
 use super::escape::literal;
 use super::page::Page;
+use crate::findings::learnt::capital;
+use crate::findings::notices::SINGLE_RUN_CODE;
 use crate::findings::Findings;
 
 /// What was learnt, and the verdict: first where nothing may be quoted.
 pub(super) fn opening(page: &mut Page, input: ReportInput) {
     let main = &input.findings.main;
     let verdict = verdict_line(input.findings);
+    if let Some(carried) = carried(input.findings) {
+        page.paragraph(&format!("**{}**", literal(&carried)));
+    }
     if !main.verdict.passed {
         page.paragraph(&verdict);
     }
@@ -43,6 +48,12 @@ pub(super) fn verdict_line(findings: &Findings) -> String {
     } else {
         format!("**Verdict: not to be quoted: {}.**{see}", verdict.reason)
     }
+}
+
+/// Which single runs carry a main number; `None` where none does.
+pub(super) fn carried(findings: &Findings) -> Option<String> {
+    let notice = findings.notices.iter().find(|notice| notice.code == SINGLE_RUN_CODE)?;
+    Some(format!("{}.", capital(&notice.text)))
 }
 
 /// The main parameters that the runs do not tell, or not apart from others.

@@ -87,7 +87,7 @@ fn method(found: &PosteriorFindings) -> String {
             format!("draws from the normal with the mode and the curvature of the posterior, {chains} × {draws}")
         }
         Method::LaplacePsis => format!(
-            "draws from the normal with the mode and the curvature of the posterior, weighed by what the posterior has \
+            "draws from Student's t with the mode and the curvature of the posterior, weighed by what the posterior has \
              there (Pareto-smoothed importance weights) and resampled to {chains} × {draws}"
         ),
         Method::Nuts => {

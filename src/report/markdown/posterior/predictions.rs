@@ -92,10 +92,10 @@ pub(super) fn forms(page: &mut Page, input: ReportInput) {
          on the same runs by PSIS-LOO: elpd is the log density of each run as predicted from the others, summed; \
          difference is to the best form, with the standard error of the differences run by run, and the Monte Carlo error that \
          other draws of both would move it by. This scene's own form is judged by its posterior's draws; another by \
-         draws of a Student's t that is adapted to its posterior and weighed by it or, where these weigh too unequally, by \
-         trajectories as many as the scene's own. A run whose k-hat is above the line ({line} for the scene's own draws) \
-         weighs too much to be left out by weights, and is left out by draws that are made without it, of which it then has \
-         the k-hat; where that is too high as well, the elpd of the form is rough."
+         draws of a Student's t about its mode, weighed by its posterior and resampled, or, where these weigh too unequally, by \
+         trajectories, unless it falls far behind even so. A run whose k-hat is above the line ({line} for the scene's own draws) \
+         weighs too much to be left out by weights; up to eight such runs are left out by draws that are made without them. \
+         Where more are, or draws without a run hardly reach it, the elpd of the form is rough."
     ));
     if input.scene.model.series_offsets {
         page.paragraph(
