@@ -500,6 +500,39 @@ fn offsets_are_advised_where_they_are_not_modelled_and_not_where_they_are() {
     assert_eq!(told("series_offsets = true"), None);
 }
 
+/// Offsets that leave a standard error less than two thirds of what it should be forbid quoting, and no others do.
+#[test]
+fn offsets_that_spoil_standard_errors_forbid_quoting() {
+    let gates = |sigma: f64, model: &str| {
+        let scene = scene(sigma, model);
+        let table = table(&scene, seed_of("offsets_that_spoil_standard_errors"));
+        let findings = findings::fit_least_squares(&scene, &table, 1, false);
+        let mut checks = findings.verdicts.iter();
+        let found = checks.find(|check| check.check == "independent_runs");
+        found.is_some_and(|check| check.gates && !check.passed && check.advice.contains("series_offsets = true"))
+    };
+    assert!(gates(0.04, ""));
+    assert!(!gates(0.0, "") && !gates(0.04, "series_offsets = true"));
+}
+
+/// Where runs stick, too, whose densities bend in the offset.
+#[test]
+fn forms_are_compared_where_series_have_offsets() {
+    let text = text(0.01, &format!("series_offsets = true\n{SAMPLER}"));
+    let text = text.replace("viscosity_mPa_s = 20", "viscosity_mPa_s = 70");
+    let scene = scene::parse(&text, Path::new("a/scene.toml"), String::new()).expect("a good scene");
+    let table = table(&scene, seed_of("forms_are_compared_where_series_have_offsets"));
+    let stuck: usize = table.runs.series.iter().map(|series| series.stuck.len()).sum();
+    assert!(stuck > 10, "{stuck}");
+    let (mut findings, posterior) = fit(&scene, &table);
+    findings
+        .add_comparison(&scene, &table.runs, &posterior, &|_, _| {})
+        .unwrap_or_else(|error| panic!("{error}"));
+    assert!(findings.verdicts.iter().any(|check| check.check == "better_form"));
+    let mut notices = findings.notices.iter();
+    assert_eq!(notices.find(|notice| notice.code == "form_not_compared"), None);
+}
+
 #[test]
 fn a_simulation_without_offsets_draws_what_it_drew_before() {
     let rows = |sigma: &str| {

@@ -153,6 +153,21 @@ fn a_barely_rebounding_run_is_not_taken_at_its_word() {
     assert!(posterior.parameters.iter().all(|own| own.name != "sigma_energy"));
 }
 
+/// A column that says how well e is measured says nothing of speeds and films.
+#[test]
+fn an_error_of_the_restitution_excuses_no_barely_rebounding_run() {
+    let rows = table("a_barely_rebounding_run", &SPEEDS);
+    let slow = 1.02 * speed_of(true, 0.1, 0.03);
+    let rows = format!("{rows}{}", line(true, 0.1, slow, 0.03));
+    let mut with_errors = String::new();
+    for (number, row) in rows.lines().enumerate() {
+        let more = if number == 0 { "restitution_sd" } else { "0.001" };
+        with_errors += &format!("{row},{more}\n");
+    }
+    let with = fit(&with_errors);
+    assert!(told(&with, "slow_rebounds").is_some(), "{:?}", with.notices);
+}
+
 #[test]
 fn a_run_that_carries_a_number_is_named_among_the_first() {
     // all wet runs but one at nearly one speed: what speed does, that one says

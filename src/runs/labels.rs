@@ -153,6 +153,12 @@ mod tests {
             "Moyenne",
             "mean of 5 runs",
             "Avg.",
+            "Ø",
+            "Mw.",
+            "Mean ± SD",
+            "Mean1",
+            "set mean",
+            "平均",
         ] {
             assert_eq!(label(cell), Some(Label::Mean), "{cell}");
         }
@@ -165,6 +171,9 @@ mod tests {
             "écart-type",
             "Sum:",
             "Median",
+            "σ",
+            "CV",
+            "Max",
         ] {
             assert_eq!(label(cell), Some(Label::Other), "{cell}");
         }
@@ -177,6 +186,8 @@ mod tests {
             "total reflection",
             "mean speed by hand",
             "summer",
+            "set 4",
+            "Max Planck",
             "µ",
         ] {
             assert_eq!(label(cell), None, "{cell}");

@@ -161,6 +161,18 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_score_comes_from_the_side_that_is_known() {
+        let score = |z: f64| normal_score(ln_normal_cdf(z).0, ln_normal_cdf(-z).0);
+        for z in [-9.0, -0.3, 0.0, 2.0, 9.0] {
+            assert!((score(z) - z).abs() < 1e-9, "{z} {}", score(z));
+        }
+        for lost in [f64::NAN, f64::NEG_INFINITY] {
+            let (above, below) = (normal_score(0.0, lost), normal_score(lost, 0.0));
+            assert!(above > 30.0 && below < -30.0, "{above} {below}");
+        }
+    }
+
     /// mpmath, 50 digits: log(ncdf(z)) and npdf(z)/ncdf(z).
     #[test]
     fn values_are_those_of_fifty_digit_arithmetic() {
