@@ -89,7 +89,7 @@ fn a_hidden_sheet_is_never_read_in_silence() {
     std::fs::remove_file(place.path().join("scene.toml")).expect("there");
     let (status, out, _) = wetcor(place.path(), &["new", "book.xlsx"]);
     assert_eq!(status, Some(0));
-    assert!(out.contains("none on `old` (hidden)"), "{out}");
+    assert!(out.contains("not from `old` (hidden)"), "{out}");
     let scene = std::fs::read_to_string(place.path().join("scene.toml")).expect("there");
     assert!(
         scene.contains("runs = [\"book.xlsx#May\", \"book.xlsx#June\"]"),

@@ -10,7 +10,7 @@ use super::left_out::{
 use super::notices;
 use super::posterior::{effort, Posterior, SamplingSetup};
 use crate::error::Error;
-use crate::inference::diagnostics::loo::{difference, Difference, Loo};
+use crate::inference::diagnostics::loo::{difference, trusted_difference, Difference, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::nuts::divergences;
 use crate::inference::sampling::{Method, Sampled};
@@ -224,7 +224,7 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
         found.checks.push(check_weights(row, used, units));
         found
             .checks
-            .push(check_better_form((own.setup.form, row), &evaluated[0]));
+            .push(check_better_form((own.setup.form, row, &own_loo), &evaluated[0]));
     }
     for EvaluatedModel { row, loo, .. } in evaluated {
         if row.own {
@@ -377,8 +377,8 @@ pub(super) fn own_dry_speed_falls_behind(models: &[ComparedModel]) -> Option<(f6
 
 /// Whether another form of the law predicts the runs clearly better than the scene's own.
 ///
-/// A run that weighs too much makes its form look better than it is: then the better form is told and forbids nothing.
-fn check_better_form((form, own): (Form, &ComparedModel), best: &EvaluatedModel) -> Check {
+/// A run that weighs too much makes its form look better than it is: what it gains by such runs alone forbids nothing.
+fn check_better_form((form, own, own_loo): (Form, &ComparedModel, &Loo), best: &EvaluatedModel) -> Check {
     let gain = -own.delta;
     let is_better = own.is_clearly_worse();
     let text = if is_better {
@@ -397,7 +397,7 @@ fn check_better_form((form, own): (Form, &ComparedModel), best: &EvaluatedModel)
     };
     Check {
         passed: !is_better,
-        gates: best.row.khat_high == 0,
+        gates: trusted_difference(&best.loo, own_loo, khat_threshold(best.row.draws)).is_some_and(is_gain),
         ..checks::BETTER_FORM.check(gain, text)
     }
 }

@@ -16,7 +16,7 @@ use super::least_squares::LeastSquares;
 use super::main_numbers::MainNumbers;
 use super::measurement_errors::RunsWithErrors;
 use super::noise::Noise;
-use super::notices::by_weight;
+use super::notices::{by_weight, SINGLE_RUN_CODE};
 use super::posterior::PosteriorFindings;
 use super::published;
 use super::questions::Question;
@@ -136,6 +136,8 @@ pub struct Caution<'a> {
     pub text: &'a str,
     /// what to do about it
     pub next_step: &'a str,
+    /// whether the first lines say it
+    pub is_told_first: bool,
 }
 
 impl Findings {
@@ -146,11 +148,13 @@ impl Findings {
         let of_checks = failed.map(|check| Caution {
             text: check.found(),
             next_step: check.advice,
+            is_told_first: false,
         });
         let notices = by_weight(&self.notices).into_iter().filter(|notice| notice.cautions());
         let of_notices = notices.map(|notice| Caution {
             text: &notice.text,
             next_step: &notice.next_step,
+            is_told_first: notice.code == SINGLE_RUN_CODE,
         });
         of_checks.chain(of_notices).collect()
     }

@@ -13,10 +13,10 @@ use super::posterior::{effort, start, why_not_sampled, PosteriorRefusal, Samplin
 use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo, LooDraws, WithoutRun};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::summary::{summarise, Summary};
-use crate::inference::importance::{sample_by_importance, DrawCounts, PROPOSED};
+use crate::inference::importance::DrawCounts;
 use crate::inference::nuts::{Effort, Watcher};
 use crate::inference::prepared_posterior::PreparedPosterior;
-use crate::inference::sampling::{sample_by_nuts, Method, Sampled};
+use crate::inference::sampling::{sample_by_importance, sample_by_nuts, Method, Sampled, PROPOSED};
 use crate::model::likelihood::pointwise::{self, Pointwise};
 use crate::model::likelihood::{Likelihood, SeriesDensities};
 use crate::model::parameters::ModelParameters;
@@ -33,8 +33,10 @@ const MOST_INTEGRATED: usize = 600;
 /// Fewer draws than this do not carry the weights.
 const FEWEST_DRAWS: usize = 400;
 
-/// Draws a chain of a model beside the scene's own, where that is not sampled less.
-const DRAWS_BESIDE: usize = 500;
+/// Densities, draws a chain times runs, that a model beside the scene's own is judged by, and the draws that this may ask for:
+/// few runs make them cheap, and leave the Monte Carlo error large.
+const DENSITIES_BESIDE: usize = 400_000;
+const DRAWS_BESIDE: [usize; 2] = [500, 2000];
 
 /// A form that by rough draws falls behind by more than this in log density, and more than so many standard errors, is not
 /// sampled better.
@@ -160,9 +162,8 @@ impl Model<'_> {
         let prepared = PreparedPosterior::new(self.parameters.clone(), &rows, &start(least_squares), evaluation);
         let prepared = prepared.map_err(|why| why.to_string())?;
         let stream = StreamName::new(least_squares.seed, stream);
-        let mut effort = effort(scene);
-        effort.draws = effort.draws.min(DRAWS_BESIDE);
-        let Effort { chains, draws, .. } = effort;
+        let Effort { chains, .. } = effort(scene);
+        let draws = (DENSITIES_BESIDE / runs.len().max(1)).clamp(DRAWS_BESIDE[0], DRAWS_BESIDE[1]);
         let weighed = sample_by_importance(&prepared, DrawCounts { chains, draws }, stream);
         let line = khat_threshold(PROPOSED * chains * draws);
         let serves = |sampled: &Sampled| sampled.khat.is_some_and(|khat| khat <= line) || will_do(sampled);
@@ -170,6 +171,10 @@ impl Model<'_> {
             return Ok(sampled);
         }
         // not followed until they have mixed: how rough the answer is, R-hat and the Monte Carlo error say
+        let effort = Effort {
+            draws: draws.min(effort(scene).draws),
+            ..effort(scene)
+        };
         let sampled = sample_by_nuts(&prepared, effort, stream, watcher);
         sampled.map_err(|why| why.to_string())
     }
@@ -203,16 +208,21 @@ impl Model<'_> {
         if high.is_empty() || high.len() > MOST_REFITS || units.are_integrals() {
             return Ok(loo);
         }
-        let found: Vec<WithoutRun> = high.iter().filter_map(|unit| self.predicted(&units, *unit)).collect();
+        let found: Vec<WithoutRun> = high
+            .iter()
+            .filter_map(|unit| self.predicted(&units, *unit, sampled))
+            .collect();
         Ok(loo.with(&found))
     }
 
-    /// The density of a run or series by draws without it; `None` where these hardly reach it.
-    fn predicted(&self, units: &Units, unit: usize) -> Option<WithoutRun> {
-        let sampled = self.draw_without(&units.runs_of(unit)).ok()?;
-        let ln = units.ln_densities_of(unit, &sampled.full_draws());
-        let found = WithoutRun::of_densities(unit, &ln, efficiency(&sampled))?;
-        (found.khat <= khat_threshold(ln.len())).then_some(found)
+    /// The density of a run or series given the others, by draws without it and with it; `None` where these are too far apart.
+    fn predicted(&self, units: &Units, unit: usize, with: &Sampled) -> Option<WithoutRun> {
+        let without = self.draw_without(&units.runs_of(unit)).ok()?;
+        let [of_others, of_all] = [&without, with].map(|sampled| units.ln_densities_of(unit, &sampled.full_draws()));
+        let fewest = of_others.len().min(of_all.len());
+        let of_others = (&of_others[..], efficiency(&without));
+        let found = WithoutRun::between(unit, of_others, (&of_all, efficiency(with)))?;
+        (found.khat <= khat_threshold(fewest)).then_some(found)
     }
 }
 
@@ -414,7 +424,8 @@ mod tests {
             let units = Units::new(&scene, &table.runs, model.setup);
             let mean_density = |sampled: &Sampled| {
                 let ln = units.ln_densities_of(run, &sampled.full_draws());
-                WithoutRun::of_densities(run, &ln, 1.0).expect("finite").elpd
+                let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                top + (ln.iter().map(|ln| (ln - top).exp()).sum::<f64>() / ln.len() as f64).ln()
             };
             let others = table.runs.without(&(run..run + 1));
             let without = Model {
@@ -438,10 +449,10 @@ mod tests {
             let shape = mended.runs[run].khat.expect("a shape");
             assert!(shape < khat_threshold(used), "{shape}");
             let gap = mended.runs[run].elpd - expected;
-            assert!(gap.abs() < 0.2, "{gap} of {expected}");
+            assert!(gap.abs() < 0.4, "{gap} of {expected}");
             // that of draws which have seen the run
             let seen = mean_density(&sampled) - expected;
-            assert!(seen > 1.0, "{seen}");
+            assert!(seen > 0.5, "{seen}");
         });
     }
 }

@@ -5,11 +5,11 @@
 //! counts [`SURE`] times.
 
 use super::diagnostics::pareto::khat_threshold;
-use super::importance::{propose, sample_by_importance, weighted_shift, DrawCounts, ProposalTails, Weights, PROPOSED};
+use super::importance::{propose, weighted_shift, DrawCounts, ProposalTails, Weights};
 use super::mixing::{draws_a_chain, summary_of, MixingLines, ParameterDraws};
 use super::nuts::{Effort, SamplingFailure, Watcher};
 use super::prepared_posterior::{PreparedPosterior, LARGEST_ERROR};
-use super::sampling::{sample_normal, Method, NutsSampling, ReachedAccuracy, Sampled};
+use super::sampling::{sample_by_importance, sample_normal, Method, NutsSampling, ReachedAccuracy, Sampled, PROPOSED};
 use crate::model::posterior::LogDensity;
 use crate::seed::StreamName;
 

@@ -1,5 +1,4 @@
-//! Draws from the normal or Student's t about a posterior's mode, weighs the draws by what the posterior has there, and
-//! resamples them.
+//! Draws from the normal or Student's t about a posterior's mode, and weighs the draws by what the posterior has there.
 
 use rand::{Rng, RngExt};
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
@@ -9,8 +8,6 @@ use super::diagnostics::pareto::tail_length;
 use super::diagnostics::psis::psis;
 use super::laplace::Laplace;
 use super::nuts::Chain;
-use super::prepared_posterior::PreparedPosterior;
-use super::sampling::{Method, Sampled};
 use crate::model::posterior::LogDensity;
 use crate::seed::StreamName;
 
@@ -142,44 +139,6 @@ impl Weights {
         }
         places
     }
-}
-
-/// Draws from Student's t for one that is kept after weighing.
-pub const PROPOSED: usize = 2;
-
-/// Draws from Student's t about the mode, resampled by what the posterior has there; `None` where the densities allow no
-/// weights. `khat` says whether they are reliable.
-pub fn sample_by_importance(prepared: &PreparedPosterior, size: DrawCounts, stream: StreamName) -> Option<Sampled> {
-    let began = std::time::Instant::now();
-    let dimension = prepared.posterior.dimension().max(1);
-    let name = |step: &str| format!("{} {step}", stream.name);
-    let more = DrawCounts {
-        draws: PROPOSED * size.draws,
-        ..size
-    };
-    let own = name("proposed");
-    let from = (&prepared.about, ProposalTails::Student);
-    let proposed = propose(&prepared.posterior, from, more, StreamName::new(stream.seed, &own));
-    let weights = Weights::of(&proposed)?;
-    let own = name("resampled");
-    let kept = weights.resample(size.chains * size.draws, &mut StreamName::new(stream.seed, &own).at(0));
-    let points: Vec<&[f64]> = proposed
-        .iter()
-        .flat_map(|one| one.points.chunks_exact(dimension))
-        .collect();
-    let ln_density: Vec<f64> = proposed.iter().flat_map(|one| &one.ln_density).copied().collect();
-    let chain = |kept: &[usize]| Chain {
-        points: kept.iter().flat_map(|place| points[*place]).copied().collect(),
-        ln_density: kept.iter().map(|place| ln_density[*place]).collect(),
-        ..Chain::default()
-    };
-    let chains = kept.chunks(size.draws.max(1)).map(chain).collect();
-    Some(Sampled {
-        khat: Some(weights.khat),
-        // the noise of choosing the draws adds to that of those there were to choose from
-        mcse_factor: (1.0 + kept.len() as f64 / weights.effective()).sqrt(),
-        ..Sampled::of_chains(prepared, Method::LaplacePsis, chains, began)
-    })
 }
 
 /// What weights change about a quantity, against the draws as they are.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::importance::{propose, DrawCounts, ProposalTails, Proposed};
+use super::importance::{propose, DrawCounts, ProposalTails, Proposed, Weights};
 use super::laplace::Laplace;
 use super::mixing::{draws_to_add, MixingLines, ParameterDraws};
 use super::nuts::{divergences, Chain, ChainSampler, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
@@ -318,6 +318,44 @@ pub fn sample_normal(prepared: &PreparedPosterior, size: DrawCounts, stream: Str
     );
     let chains = proposed.into_iter().map(Proposed::into_chain).collect();
     Sampled::of_chains(prepared, Method::Laplace, chains, began)
+}
+
+/// Draws from Student's t for one that is kept after weighing.
+pub const PROPOSED: usize = 2;
+
+/// Draws from Student's t about the mode, resampled by what the posterior has there; `None` where the densities allow no
+/// weights. `khat` says whether they are reliable.
+pub fn sample_by_importance(prepared: &PreparedPosterior, size: DrawCounts, stream: StreamName) -> Option<Sampled> {
+    let began = std::time::Instant::now();
+    let dimension = prepared.posterior.dimension().max(1);
+    let name = |step: &str| format!("{} {step}", stream.name);
+    let more = DrawCounts {
+        draws: PROPOSED * size.draws,
+        ..size
+    };
+    let own = name("proposed");
+    let from = (&prepared.about, ProposalTails::Student);
+    let proposed = propose(&prepared.posterior, from, more, StreamName::new(stream.seed, &own));
+    let weights = Weights::of(&proposed)?;
+    let own = name("resampled");
+    let kept = weights.resample(size.chains * size.draws, &mut StreamName::new(stream.seed, &own).at(0));
+    let points: Vec<&[f64]> = proposed
+        .iter()
+        .flat_map(|one| one.points.chunks_exact(dimension))
+        .collect();
+    let ln_density: Vec<f64> = proposed.iter().flat_map(|one| &one.ln_density).copied().collect();
+    let chain = |kept: &[usize]| Chain {
+        points: kept.iter().flat_map(|place| points[*place]).copied().collect(),
+        ln_density: kept.iter().map(|place| ln_density[*place]).collect(),
+        ..Chain::default()
+    };
+    let chains = kept.chunks(size.draws.max(1)).map(chain).collect();
+    Some(Sampled {
+        khat: Some(weights.khat),
+        // the noise of choosing the draws adds to that of those there were to choose from
+        mcse_factor: (1.0 + kept.len() as f64 / weights.effective()).sqrt(),
+        ..Sampled::of_chains(prepared, Method::LaplacePsis, chains, began)
+    })
 }
 
 /// Whether most trajectories ended at the largest depth: shorter steps would end nearer still, at the same cost.

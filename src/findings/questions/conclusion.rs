@@ -48,7 +48,7 @@ fn is_seen(gain: Difference, trend: &Trend) -> bool {
 pub(super) fn answer_question(question: Question, form: Form, evidence: TrendEvidence) -> Question {
     let TrendEvidence { models, gain, trend } = evidence;
     let concluded = conclude(gain, &trend);
-    let doubt = doubt(&models, concluded);
+    let doubt = doubt(&models);
     let answer = if doubt.is_some() { Answer::Open } else { concluded };
     let of_lubrication = question.film_ratio_below.is_some();
     let text = match &doubt {
@@ -78,26 +78,13 @@ pub(super) fn answer_question(question: Question, form: Form, evidence: TrendEvi
 /// Chains that differ by more than this tell nothing; the stricter line of the posterior is one for quoting its numbers.
 const RHAT: f64 = 1.05;
 
-/// Why an answer cannot be built on the models, the one with the trend last.
-fn doubt(models: &[ComparedModel], answer: Answer) -> Option<String> {
+/// Why an answer cannot be built on the models.
+fn doubt(models: &[ComparedModel]) -> Option<String> {
     let apart = |model: &ComparedModel| {
         let rhat = model.rhat.filter(|rhat| *rhat > RHAT)?;
         Some(format!("the chains of {} do not agree (R-hat {rhat:.2})", model.model))
     };
-    if let Some(why) = models.iter().find_map(apart) {
-        return Some(why);
-    }
-    // a run that weighs too much tends to make its model look better than it is: that matters of the one that wins, and
-    // where one value serves the interval of the trend says so, too
-    let winner = models
-        .last()
-        .filter(|_| matches!(answer, Answer::Rises | Answer::Falls))?;
-    (winner.khat_high > 0).then(|| {
-        format!(
-            "a trend seems to gain, but {} of the runs weigh so much that {} cannot be judged without them",
-            winner.khat_high, winner.model
-        )
-    })
+    models.iter().find_map(apart)
 }
 
 /// The answer in the field's words.

@@ -10,7 +10,8 @@ use crate::findings::left_out::{
     affordable_draws, draw_and_leave_out, leave_out, why_none_beside, ComparisonContext, LeftOutModel,
 };
 use crate::findings::posterior::{Posterior, SamplingSetup};
-use crate::inference::diagnostics::loo::{difference, Loo};
+use crate::inference::diagnostics::loo::{trusted_difference, Loo};
+use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::quantile;
 use crate::inference::nuts::Watcher;
 use crate::inference::sampling::Sampled;
@@ -121,7 +122,9 @@ impl TrendComparison<'_> {
             loo: better,
             used,
         } = self.draw(setup, with, "trend")?;
-        let gain = difference(&better, &usual).ok_or("the models differ in their runs")?;
+        // a run that weighs too much makes its model look better than it is
+        let gain =
+            trusted_difference(&better, &usual, khat_threshold(used)).ok_or("the models differ in their runs")?;
         let mut models = [
             summarise_model(model.clone(), self.plain.is_some(), plain, &usual, used_plain),
             summarise_model(format!("{model}+{}", self.trend.key()), false, &bent, &better, used),

@@ -15,8 +15,8 @@ pub struct LeftOutRun {
     pub elpd: f64,
     /// by how much the run raises its own log predictive density
     pub p_loo: f64,
-    /// shape of the tail of the weights, as in [`psis::Smoothed`]; where draws were made without the run, that of its
-    /// densities there
+    /// shape of the tail of the weights, as in [`psis::Smoothed`]; where draws were made without the run, that of the
+    /// roots of its densities
     pub khat: Option<f64>,
 }
 
@@ -29,23 +29,39 @@ pub struct WithoutRun {
     pub elpd: f64,
     /// its Monte Carlo error
     pub mcse: f64,
-    /// shape of the tail of the run's densities
+    /// shape of the heavier tail of the two sets of draws
     pub khat: f64,
 }
 
 impl WithoutRun {
-    /// From its log density at each of the draws that were made without it, whose relative efficiency is `r_eff`; `None` where
-    /// one is not finite, or their tail has no shape.
-    pub fn of_densities(run: usize, ln: &[f64], r_eff: f64) -> Option<WithoutRun> {
-        let shares = psis::psis(ln, pareto::tail_length(ln.len(), r_eff)).ok()?;
-        let top = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let mean = ln.iter().map(|ln| (ln - top).exp()).sum::<f64>() / ln.len() as f64;
-        let squares: f64 = shares.log_weights.iter().map(|ln| (2.0 * ln).exp()).sum();
+    /// From its log density p at draws of the others alone and at draws of all runs, with the relative efficiencies of both;
+    /// `None` where one is not finite, or their tail has no shape.
+    ///
+    /// The mean of p over the first is the integral with the run over that without it; so is that of √p over the first to that
+    /// of 1/√p over the second, which reach half as far into tails (a bridge of two sets of draws: Meng & Wong 1996, Statistica
+    /// Sinica 6, 831). What has the lighter tail is taken.
+    pub fn between(run: usize, of_others: (&[f64], f64), of_all: (&[f64], f64)) -> Option<WithoutRun> {
+        let mean_of_power = |(ln, r_eff): (&[f64], f64), power: f64| {
+            let powers: Vec<f64> = ln.iter().map(|ln| power * ln).collect();
+            let count = powers.len() as f64;
+            let shares = psis::psis(&powers, pareto::tail_length(powers.len(), r_eff)).ok()?;
+            let top = powers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let mean = top + (powers.iter().map(|ln| (ln - top).exp()).sum::<f64>() / count).ln();
+            let squares: f64 = shares.log_weights.iter().map(|ln| (2.0 * ln).exp()).sum();
+            Some((mean, (squares - 1.0 / count).max(0.0) / r_eff, shares.khat?))
+        };
+        let by_roots = || {
+            let (others, variance, khat) = mean_of_power(of_others, 0.5)?;
+            let (all, of_all, khat_of_all) = mean_of_power(of_all, -0.5)?;
+            Some((others - all, variance + of_all, khat.max(khat_of_all)))
+        };
+        let both = [mean_of_power(of_others, 1.0), by_roots()].into_iter().flatten();
+        let (elpd, variance, khat) = both.min_by(|a, b| a.2.total_cmp(&b.2))?;
         Some(WithoutRun {
             run,
-            elpd: top + mean.ln(),
-            mcse: ((squares - 1.0 / ln.len() as f64).max(0.0) / r_eff).sqrt(),
-            khat: shares.khat?,
+            elpd,
+            mcse: variance.sqrt(),
+            khat,
         })
     }
 }
@@ -192,6 +208,22 @@ pub fn difference(first: &Loo, second: &Loo) -> Option<Difference> {
     let differences: Vec<f64> = pairs.map(|(a, b)| a.elpd - b.elpd).collect();
     Some(Difference {
         mcse: first.mcse.hypot(second.mcse),
+        ..Difference::over_runs(&differences)
+    })
+}
+
+/// The same over the runs that both models are left out of reliably: no shape above `line` in either.
+pub fn trusted_difference(first: &Loo, second: &Loo, line: f64) -> Option<Difference> {
+    let all = difference(first, second)?;
+    let is_high = |run: &LeftOutRun| run.khat.is_some_and(|khat| khat > line);
+    let pairs = first.runs.iter().zip(&second.runs);
+    let trusted = pairs.filter(|(a, b)| !is_high(a) && !is_high(b));
+    let differences: Vec<f64> = trusted.map(|(a, b)| a.elpd - b.elpd).collect();
+    if differences.len() == first.runs.len() {
+        return Some(all);
+    }
+    Some(Difference {
+        mcse: all.mcse,
         ..Difference::over_runs(&differences)
     })
 }

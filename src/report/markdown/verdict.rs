@@ -11,11 +11,11 @@ use crate::findings::Findings;
 pub(super) fn opening(page: &mut Page, input: ReportInput) {
     let main = &input.findings.main;
     let verdict = verdict_line(input.findings);
-    if let Some(carried) = carried(input.findings) {
-        page.paragraph(&format!("**{}**", literal(&carried)));
-    }
     if !main.verdict.passed {
         page.paragraph(&verdict);
+    }
+    if let Some(carried) = carried(input.findings) {
+        page.paragraph(&format!("**{}**", literal(&carried)));
     }
     if !main.learnt.is_empty() {
         page.paragraph(if main.verdict.passed {
