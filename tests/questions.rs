@@ -688,7 +688,7 @@ fn the_page_of_questions() {
          runs is given, that of dry runs is half of it. Rates with their binomial standard error; those in the rows of a true \
          trend of 0 are false alarms.\n\n\
          A trend is seen where its 95 % interval leaves zero and it predicts the runs better by more than {} in log density \
-         (PSIS-LOO); one value serves where \
+         and {} standard errors (PSIS-LOO); one value serves where \
          neither end of that interval moves an e_inf or a St_c at a film ratio of the runs by more than 2 %. The last column \
          counts sets where one value was said to serve although the true trend moves St_c (of L′) or e_inf (of C′) by more \
          than that, against the value at the middle film ratio.\n\n\
@@ -696,6 +696,7 @@ fn the_page_of_questions() {
          `a_trend_is_seen_as_often_as_the_page_says` and `a_trend_of_c_is_seen_as_often_as_the_page_says` hold it with fewer \
          sets.\n\n## L\n\n{}\n## C\n\n{}",
         form_choice::GAIN,
+        form_choice::GAIN_IN_SE,
         OF_L.markdown(name, SETS),
         OF_C.markdown(name, SETS)
     );

@@ -5,7 +5,7 @@ use super::super::super::numbers;
 use super::super::super::ReportInput;
 use super::super::page::Page;
 use super::super::table::ReportTable;
-use crate::findings::form_choice::GAIN;
+use crate::findings::form_choice::{GAIN, GAIN_IN_SE};
 use crate::findings::learnt::capital;
 use crate::findings::posterior::Posterior;
 use crate::findings::questions::{Answer, Question, SMALL};
@@ -20,11 +20,11 @@ pub(super) fn questions(page: &mut Page, input: ReportInput, posterior: &Posteri
          is asked of the runs by a second model of the same runs, this scene's form with a trend: L + L′ ln(δ̃/δ̃_m), or \
          C (δ̃/δ̃_m)^C′, δ̃_m being the geometric mean of their film ratios. {}The gain is the log density of each run as \
          predicted from the others (PSIS-LOO), summed, with the trend less without it, and its standard error that of the \
-         differences run by run. A trend is there where its 95 % interval leaves zero and it gains more than {GAIN}; \
-         the main numbers are then not to be quoted. One value \
+         differences run by run. A trend is there where its 95 % interval leaves zero and it gains more than {GAIN} and \
+         {GAIN_IN_SE} standard errors, without runs whose k-hat is above the line; the main numbers are then not to be quoted. One value \
          serves where neither end of that interval moves an e_inf or a St_c at a film ratio of the runs by more than {:.0} %, \
-         against no trend; otherwise the question is open, as it is where chains do not agree, or where a k-hat of a trend \
-         that gains is above the line. On simulated runs like the paper's without a trend one is seen in fewer than one set \
+         against no trend; otherwise the question is open, as it is where chains do not agree. \
+         On simulated runs like the paper's without a trend one is seen in fewer than one set \
          of twenty.",
         priors(questions),
         100.0 * SMALL
