@@ -100,6 +100,11 @@ pub fn with_sd(mean: f64, sd: f64, mcse: f64) -> String {
     format!("{} ± {}", to_place(mean, place), to_place(sd, place))
 }
 
+/// The number of so many significant digits that is nearest.
+pub fn to_digits(x: f64, digits: usize) -> f64 {
+    format!("{x:.*e}", digits.max(1) - 1).parse().unwrap_or(x)
+}
+
 /// A number to some significant digits, without exponent between 1e-4 and 1e6.
 pub fn significant(x: f64, digits: usize) -> String {
     if !x.is_finite() {
@@ -108,12 +113,12 @@ pub fn significant(x: f64, digits: usize) -> String {
     if x == 0.0 {
         return "0".to_owned();
     }
-    let digits = digits.max(1) as i32;
-    let exponent = x.abs().log10().floor() as i32;
+    // rounding may carry 0.0999 to 0.100
+    let exponent = to_digits(x, digits).abs().log10().floor() as i32;
     if !(-5..6).contains(&exponent) {
-        return format!("{x:.*e}", digits as usize - 1);
+        return format!("{x:.*e}", digits.max(1) - 1);
     }
-    to_place(x, digits - 1 - exponent)
+    to_place(x, digits.max(1) as i32 - 1 - exponent)
 }
 
 /// A number that may be missing, to some significant digits.
@@ -245,6 +250,9 @@ mod tests {
     #[test]
     fn significant_digits_and_ranges() {
         assert_eq!(significant(0.012_345, 3), "0.0123");
+        assert_eq!(significant(0.099_96, 3), "0.100");
+        assert_eq!(range([0.099_96, 0.100_04]), "0.100");
+        assert_eq!(to_digits(0.006_103_296, 2), 0.0061);
         assert_eq!(significant(123_456.0, 3), "123000");
         assert_eq!(significant(1.234e-9, 3), "1.23e-9");
         assert_eq!(significant(f64::INFINITY, 3), NONE);

@@ -16,7 +16,7 @@ use crate::notice::Notice;
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::Quantity;
-use crate::rounding::with_se;
+use crate::rounding::{to_digits, with_se};
 use crate::runs::Runs;
 use crate::scene::{NoiseOn, Prior, PriorChoice, Scene, Sticking, SIGMA_ENERGY};
 
@@ -29,6 +29,9 @@ const FILM_ERROR: f64 = 0.03;
 
 /// Sd of the logarithm of the spread that these errors make: known within a factor of 2.7.
 const LN_SD: f64 = 0.5;
+
+/// Where the prior of that spread comes from.
+const SOURCE: &str = "errors of 1 % in speed and 3 % in film of the runs that barely rebound";
 
 /// Runs up to which the second posterior is sampled: it integrates every run, and takes minutes of more.
 const MOST_RUNS: usize = 600;
@@ -57,11 +60,12 @@ pub(super) fn fit_beside(
     let mut wider_scene = scene.clone();
     wider_scene.model.noise = NoiseOn::Both;
     let is_set = |choice: &PriorChoice| choice.parameter == SIGMA_ENERGY.name;
-    if !scene.priors.iter().any(is_set) {
+    let is_ours = !scene.priors.iter().any(is_set);
+    if is_ours {
         wider_scene.priors.push(PriorChoice {
             parameter: SIGMA_ENERGY.name,
             particle: None,
-            prior: Prior::LogNormal(sigma, LN_SD),
+            prior: Prior::LogNormal(to_digits(sigma, 2), LN_SD),
             line: None,
         });
     }
@@ -81,6 +85,11 @@ pub(super) fn fit_beside(
     let told = |pair: [f64; 2]| with_se(pair[0], pair[1]);
     let notice = notices::slow_rebounds(slow.len(), &shortened(&rows), &name, [told(before), told(after)]);
     wider.scene = Some(Box::new(wider_scene));
+    let mut priors = wider.findings.parameters.iter_mut();
+    let energy = priors.find(|one| is_ours && one.name == SIGMA_ENERGY.name);
+    if let Some(prior) = energy.and_then(|one| one.prior.as_mut()) {
+        prior.source = SOURCE;
+    }
     // a prior that the runs contradict at their word is no better for reading less from them
     if let Some(before) = own.prior_conflict().filter(|_| wider.prior_conflict().is_none()) {
         wider.checks.retain(|check| check.check != before.check);
