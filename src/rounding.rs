@@ -100,6 +100,15 @@ pub fn with_sd(mean: f64, sd: f64, mcse: f64) -> String {
     format!("{} ± {}", to_place(mean, place), to_place(sd, place))
 }
 
+/// The word that agrees with a number of things.
+pub fn by_number<'w>(count: usize, one: &'w str, more: &'w str) -> &'w str {
+    if count == 1 {
+        one
+    } else {
+        more
+    }
+}
+
 /// The number of so many significant digits that is nearest.
 pub fn to_digits(x: f64, digits: usize) -> f64 {
     format!("{x:.*e}", digits.max(1) - 1).parse().unwrap_or(x)

@@ -117,12 +117,7 @@ pub(super) fn print_notices(notices: &[Notice], quiet: bool) {
 /// only informs after them.
 pub(super) fn print_cautions(findings: &Findings, said: Said) {
     const SHOWN: usize = 3;
-    // that one run carries a number stands in the first lines already
-    let cautions: Vec<_> = findings
-        .cautions()
-        .into_iter()
-        .filter(|one| !one.is_told_first)
-        .collect();
+    let cautions = findings.cautions();
     let shown = match said {
         Said::Errors => return,
         Said::Most => SHOWN.min(cautions.len()),

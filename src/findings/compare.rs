@@ -287,7 +287,7 @@ fn check_weights(own: &ComparedModel, used: usize, units: &str) -> Check {
         "largest shape of the leave-one-out weights".to_owned()
     } else {
         format!(
-            "{} {units} weigh so much that leaving them out cannot be computed from these draws",
+            "{} of the {units} cannot be left out by weighing these draws: the weights are too unequal",
             own.khat_high
         )
     };
@@ -375,6 +375,13 @@ pub(super) fn own_dry_speed_falls_behind(models: &[ComparedModel]) -> Option<(f6
     Some((-twin.delta, twin.delta_se?))
 }
 
+/// Whether the best form predicts clearly better than the scene's own and, other than that, has e_dry at each run's own speed.
+pub(super) fn own_dry_speed_is_better(models: &[ComparedModel]) -> bool {
+    let has = |model: &ComparedModel| model.model.contains("/impact");
+    let own = models.iter().find(|model| model.own && !has(model));
+    own.is_some_and(ComparedModel::is_clearly_worse) && models.first().is_some_and(has)
+}
+
 /// Whether another form of the law predicts the runs clearly better than the scene's own.
 ///
 /// A run that weighs too much makes its form look better than it is: what it gains by such runs alone forbids nothing.
@@ -383,11 +390,11 @@ fn check_better_form((form, own, own_loo): (Form, &ComparedModel, &Loo), best: &
     let is_better = own.is_clearly_worse();
     let text = if is_better {
         format!(
-            "{} predicts the runs better than {} by {gain:.1} in log density, {:.1} standard errors; hold it by {}",
+            "{} ({}) predicts the runs better than {} by {gain:.1} in log density, {:.1} standard errors",
             best.row.model,
+            keys_of(best.form, form),
             own.model,
-            own.errors_behind().unwrap_or_default(),
-            keys_of(best.form, form)
+            own.errors_behind().unwrap_or_default()
         )
     } else {
         format!(
@@ -447,5 +454,22 @@ pub(super) fn summarise_model(model: String, own: bool, sampled: &Sampled, found
         weighed: sampled.method != Method::Nuts,
         rhat: largest_rhat(sampled),
         divergences: divergences(&sampled.chains),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dry_speed_that_a_better_form_has_is_told_by_the_check_of_that_form() {
+        let told = |best: &str, own: &str, delta: f64| {
+            let best = ComparedModel::made_up(best, false, 0.0, 0.0);
+            own_dry_speed_is_better(&[best, ComparedModel::made_up(own, true, delta, 3.0)])
+        };
+        assert!(told("cap/impact", "stepwise/2", -26.0));
+        assert!(!told("cap/impact", "stepwise/2", -3.0));
+        assert!(!told("cap/2", "stepwise/2", -26.0));
+        assert!(!told("cap/impact", "stepwise/impact", -26.0));
     }
 }

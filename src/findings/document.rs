@@ -16,7 +16,7 @@ use super::least_squares::LeastSquares;
 use super::main_numbers::MainNumbers;
 use super::measurement_errors::RunsWithErrors;
 use super::noise::Noise;
-use super::notices::{by_weight, SINGLE_RUN_CODE};
+use super::notices::{by_weight, says_the_same, SINGLE_RUN_CODE};
 use super::posterior::PosteriorFindings;
 use super::published;
 use super::questions::Question;
@@ -136,25 +136,26 @@ pub struct Caution<'a> {
     pub text: &'a str,
     /// what to do about it
     pub next_step: &'a str,
-    /// whether the first lines say it
-    pub is_told_first: bool,
 }
 
 impl Findings {
     /// Everything that bears on a main number without forbidding to quote it: checks that failed, then notices, those
-    /// that bear on it most first.
+    /// that bear on it most first, without what the first lines or a failed check say already.
     pub fn cautions(&self) -> Vec<Caution<'_>> {
         let failed = self.verdicts.iter().filter(|check| check.cautions());
         let of_checks = failed.map(|check| Caution {
             text: check.found(),
             next_step: check.advice,
-            is_told_first: false,
         });
-        let notices = by_weight(&self.notices).into_iter().filter(|notice| notice.cautions());
+        let is_told = |notice: &Notice| {
+            let mut failed = self.verdicts.iter().filter(|check| !check.passed);
+            notice.code == SINGLE_RUN_CODE || failed.any(|check| says_the_same(check, notice))
+        };
+        let notices = by_weight(&self.notices).into_iter();
+        let notices = notices.filter(|notice| notice.cautions() && !is_told(notice));
         let of_notices = notices.map(|notice| Caution {
             text: &notice.text,
             next_step: &notice.next_step,
-            is_told_first: notice.code == SINGLE_RUN_CODE,
         });
         of_checks.chain(of_notices).collect()
     }

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::checks::{self, Check};
 use super::notices::shortened;
+use crate::rounding::by_number;
 use crate::runs::{FilmGroup, Runs, NEAR_NOMINAL, WIDEST};
 use crate::scene::Scene;
 
@@ -76,9 +77,10 @@ pub(super) fn check(groups: &[FilmGroupWidth], own_films_stand: bool) -> Option<
     let text = match without.len() {
         0 => "every film group has one film ratio".to_owned(),
         n => format!(
-            "{n} of {} film groups, with {} runs, have no film ratio of their own, and no laws at one ({})",
+            "{n} of {} film groups, with {} runs, {}, and no laws at one ({})",
             groups.len(),
             without.iter().map(|one| one.runs).sum::<usize>(),
+            by_number(n, "has no film ratio of its own", "have no film ratio of their own"),
             shortened(&names)
         ),
     };

@@ -498,6 +498,10 @@ impl Findings {
         if !found.models.is_empty() {
             // the comparison is made: advice to make it would be empty
             let falls_behind = compare::own_dry_speed_falls_behind(&found.models);
+            // the check of the better form says it
+            if compare::own_dry_speed_is_better(&found.models) {
+                self.notices.retain(|notice| !notices::awaits_comparison(notice));
+            }
             for notice in &mut self.notices {
                 notices::after_comparison(notice, falls_behind);
             }

@@ -2,12 +2,12 @@
 //!
 //! Stages decide whether a notice stands and hand over what they found; what a reader is given is worded here alone.
 
-use super::checks::BIAS;
+use super::checks::{self, Check, BIAS};
 use super::form_choice::GAIN;
 use crate::notice::{Level, Notice};
 use crate::physics::form::Term;
 use crate::physics::Form;
-use crate::rounding::with_se;
+use crate::rounding::{by_number, probability, with_se};
 use crate::runs::{Screened, OF_READING};
 use crate::scene::{ResamplingScheme, Sticking};
 
@@ -197,7 +197,11 @@ pub(super) fn screened(by_reason: &[Screened]) -> Notice {
     next.dedup();
     SCREENED.with_next_step(
         runs,
-        format!("{runs} runs left out: {}", reasons.join(", ")),
+        format!(
+            "{runs} {} left out: {}",
+            by_number(runs, "run", "runs"),
+            reasons.join(", ")
+        ),
         next.join("; "),
     )
 }
@@ -215,7 +219,7 @@ pub(super) fn columns_disagree(rows: usize, text: String) -> Notice {
 /// Runs of the wet ones that stuck, which least squares leaves out.
 pub(super) fn stuck_left_out(stuck: usize, wet: usize) -> Notice {
     let text = format!(
-        "{stuck} of {wet} wet runs stuck and are left out of least squares. Where the noise is on the restitution this \
+        "{stuck} of {wet} wet runs stuck, which least squares leaves out. Where the noise is on the restitution this \
          leaves the square-root law nearly unbiased and takes the linear law too high in e_inf and St_c; where the energy \
          balance itself fluctuates, the square-root estimates tend to fall"
     );
@@ -238,6 +242,11 @@ pub(super) fn after_sampling(notice: &mut Notice, sticking: Sticking) {
     }
 }
 
+/// Whether a check says of a failure what a notice says, too.
+pub(super) fn says_the_same(check: &Check, notice: &Notice) -> bool {
+    check.check == checks::INDEPENDENT_RUNS.code && notice.code == SERIES_OFFSETS.code
+}
+
 /// Whether a notice says what the runs tell less of than priors do.
 pub(super) fn is_of_priors(notice: &Notice) -> bool {
     [UNSEEN.code, PRIOR_RULES.code].contains(&notice.code)
@@ -245,8 +254,9 @@ pub(super) fn is_of_priors(notice: &Notice) -> bool {
 
 /// Dry runs that stuck.
 pub(super) fn dry_run_without_rebound(stuck: usize) -> Notice {
-    let text =
-        format!("{stuck} dry runs have no rebound and are left out; were it noise that kept them down, k is too small");
+    let text = format!(
+        "left out, without a rebound: {stuck} of the dry runs; were it noise that kept them down, k is too small"
+    );
     DRY_RUN_WITHOUT_REBOUND.notice(stuck, text)
 }
 
@@ -260,8 +270,9 @@ pub(super) fn viscous_form(form: Form, wet: usize) -> Option<Notice> {
 /// Series of so many without a law of their own, each with its reason.
 pub(super) fn series_failed(failed: &[String], all: usize) -> Notice {
     let text = format!(
-        "{} of {all} series give no square-root law: {}",
+        "{} of {all} series {} no square-root law: {}",
         failed.len(),
+        by_number(failed.len(), "gives", "give"),
         shortened(failed)
     );
     SERIES_FAILED.notice(failed.len(), text)
@@ -342,10 +353,15 @@ pub(super) fn term_not_held(out: LeavingOut) -> Notice {
 
 const COMPARE_DRY_SPEEDS: &str = "compare the forms: dry_speed_m_s = \"impact\" holds it";
 
+/// Whether a notice is settled by the comparison of forms.
+pub(super) fn awaits_comparison(notice: &Notice) -> bool {
+    notice.next_step == COMPARE_DRY_SPEEDS
+}
+
 /// Settles what was said of the dry speed once the forms are compared: the scene's own with e_dry at each run's own speed
 /// falls behind by so much log density, with its standard error, where that is clear.
 pub(super) fn after_comparison(notice: &mut Notice, falls_behind: Option<(f64, f64)>) {
-    if notice.next_step != COMPARE_DRY_SPEEDS {
+    if !awaits_comparison(notice) {
         return;
     }
     let Some((loss, se)) = falls_behind else {
@@ -427,13 +443,9 @@ pub(super) fn outlier(found: usize, runs: usize, first: &[String], felt: bool) -
     if found > first.len() {
         rows.push_str(&format!("; and {} more", found - first.len()));
     }
-    let what = if found == 1 {
-        "1 run lies".to_owned()
-    } else {
-        format!("{found} runs lie")
-    };
     let text = format!(
-        "{what} so far from the law that normal noise would take any of {runs} runs there in one table of a hundred: {rows}"
+        "{found} {} so far from the law that normal noise would take any of {runs} runs there in one table of a hundred: {rows}",
+        by_number(found, "run lies", "runs lie")
     );
     let level = if felt { Level::Cautions } else { Level::Informs };
     OUTLIER.notice(found, text).at(level)
@@ -506,11 +518,11 @@ pub(super) fn noise_grows(runs: usize, found: &GrowingNoise) -> Notice {
         ("dry", DRY_NOISE_GROWS)
     };
     let text = format!(
-        "the noise of {kind} runs grows with {}: their sd is {:.1} times as large at {to} as at {from} (p = {:.1e}), where \
+        "the noise of {kind} runs grows with {}: their sd is {:.1} times as large at {to} as at {from} (by chance with probability {}), where \
          every interval takes one; a 90 % band of single runs would hold about {:.0} % of them at {from} and {:.0} % at {to}",
         found.with,
         found.factor,
-        found.p,
+        probability(found.p),
         100.0 * found.band_holds[0],
         100.0 * found.band_holds[1]
     );
@@ -576,7 +588,10 @@ pub(super) fn bootstrap_fewer_replicates(wanted: u64, made: usize, fits: usize, 
 
 /// Bootstrapped fits with fewer runs than a line, where the scene names the interval and where not.
 pub(super) fn bootstrap_few_runs(few: usize, all: usize, line: usize, named: bool) -> Notice {
-    let rest = format!("{few} of {all} bootstrapped fits rest on fewer than {line} runs");
+    let rest = format!(
+        "{few} of {all} bootstrapped fits {} on fewer than {line} runs",
+        by_number(few, "rests", "rest")
+    );
     if named {
         let text = format!("{rest}: the interval that the scene names may be too short for them");
         return BOOTSTRAP_FEW_RUNS.notice(few, text).at(Level::Cautions);
@@ -598,13 +613,15 @@ pub(super) fn bootstrap_partly_stuck(partly: usize, series: usize) -> Notice {
 
 /// Strata of so many with a single run.
 pub(super) fn bootstrap_single_run_strata(single: usize, strata: usize) -> Notice {
-    let text = format!("{single} of {strata} strata hold a single run, which no resample can vary");
+    let hold = by_number(single, "holds", "hold");
+    let text = format!("{single} of {strata} strata {hold} a single run, which no resample can vary");
     BOOTSTRAP_SINGLE_RUN_STRATA.notice(single, text)
 }
 
 /// Fits of one series, where series are drawn.
 pub(super) fn bootstrap_one_series(fits: usize) -> Notice {
-    let text = format!("{fits} fits rest on one series, for which none can be drawn: their delta interval stands");
+    let rest = by_number(fits, "fit rests", "fits rest");
+    let text = format!("{fits} {rest} on one series, for which none can be drawn: the delta interval stands there");
     BOOTSTRAP_ONE_SERIES.notice(fits, text)
 }
 

@@ -7,6 +7,7 @@ use super::notices::{self, shortened};
 use crate::distributions::chi_squared_tail;
 use crate::notice::Notice;
 use crate::physics::numbers::GRAVITY;
+use crate::rounding::by_number;
 use crate::runs::{RowPlaces, Runs};
 
 /// Rebounds of the largest table that is looked at: a laboratory has no larger one, and in a longer one that was simulated a
@@ -332,9 +333,10 @@ impl Repeats {
             format!("where rounding alone would make it {:.1}", self.expected)
         };
         let text = format!(
-            "{} of {} rebounds repeat another in every measured cell, {by_rounding}: {}",
+            "{} of {} rebounds {} another in every measured cell, {by_rounding}: {}",
             self.repeated,
             self.rebounds,
+            by_number(self.repeated, "repeats", "repeat"),
             shortened(&words)
         );
         if self.p < checks::BEYOND_CHANCE {
@@ -458,8 +460,9 @@ impl Means {
             named.push(format!("and {} more", self.rows.len() - NAMED));
         }
         let text = format!(
-            "{} rows are the mean of other rows near their speed, in speed and restitution, where chance would make it {:.1}: {}",
+            "{} {} the mean of other rows near that speed, in speed and restitution, where chance would make it {:.1}: {}",
             self.rows.len(),
+            by_number(self.rows.len(), "row is", "rows are"),
             self.expected,
             named.join(", ")
         );

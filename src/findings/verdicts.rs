@@ -147,7 +147,7 @@ fn one_dry_k(fitted: &FittedDry) -> Option<Check> {
     let test = dry.heterogeneity.as_ref()?;
     let shift = dry.shift_by_diameter();
     let text = format!(
-        "{}: one k for all diameters, F({}, {}) = {:.1}, k of one up to {} of its ± off",
+        "{}: one k for all diameters, F({}, {}) = {:.1}, k of one off by up to {} of its ±",
         dry.particle,
         test.df_between,
         test.df_within,
@@ -166,7 +166,7 @@ fn dry_law_holds(fitted: &FittedDry) -> Option<Check> {
         Alternative::NextPower => "a law with one more power of v",
     };
     let text = format!(
-        "{}: the dry law against {against}, F({}, {}) = {:.1}, k of slow, middle or fast runs up to {} of its ± off",
+        "{}: the dry law against {against}, F({}, {}) = {:.1}, k of slow, middle or fast runs off by up to {} of its ±",
         dry.particle,
         found.test.df_between,
         found.test.df_within,
@@ -191,7 +191,7 @@ pub fn wet_law_holds(noise: &Noise, scaling: &[FittedScaling]) -> Option<Check> 
         )
     });
     let text = format!(
-        "the wet law against {}, most of it in {}: F({}, {}) = {:.1}, {} up to {:.1} of its ± off{}",
+        "the wet law against {}, most of it in {}: F({}, {}) = {:.1}, {} off by up to {:.1} of its ±{}",
         found.against.words(),
         found.group,
         found.test.df_between,
@@ -214,8 +214,8 @@ pub fn independent_runs(scene: &Scene, noise: &Noise) -> Option<Check> {
         .filter(|_| offsets.test.p < checks::BEYOND_CHANCE)?;
     let text = format!(
         "series lie apart by an sd of {:.4} in e, {:.2} of the spread of single runs: the standard error of {} is too small by \
-         the factor",
-        offsets.sd, offsets.share, worst.parameter
+         a factor of {:.2}",
+        offsets.sd, offsets.share, worst.parameter, worst.ratio
     );
     Some(checks::INDEPENDENT_RUNS.check(worst.ratio, text).with_advice())
 }

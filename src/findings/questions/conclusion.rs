@@ -20,7 +20,7 @@ pub(super) struct TrendEvidence {
 /// A trend is small that moves no e_inf and no St_c at the films of the runs by more than this share of it.
 pub const SMALL: f64 = 0.02;
 
-/// A trend is there where its 95 % interval leaves zero and it gains as much in log density as another form of the law must
+/// A trend is there where its 95 % interval excludes zero and it gains as much in log density as another form of the law must
 /// ([`is_gain`]): one that lies 3.2 of its sds from zero gains 4 (z²/2 less 1 for its own parameter), and chance takes 1 in 700
 /// so far. Then one value is not quoted.
 /// One value serves where the whole interval is [`SMALL`].
@@ -141,12 +141,12 @@ fn reason(answer: Answer, gain: Difference, trend: &Trend) -> String {
     };
     match answer {
         Answer::Constant => format!("{gains}; {range}, {moves}"),
-        Answer::Rises | Answer::Falls => format!("{gains}; {range}, leaves zero"),
+        Answer::Rises | Answer::Falls => format!("{gains}; {range}, excludes zero"),
         Answer::Open => {
             let why = if lo > 0.0 || hi < 0.0 {
-                "leaves zero, but the trend does not predict clearly better"
+                "excludes zero, but the trend does not predict clearly better"
             } else {
-                "holds zero"
+                "includes zero"
             };
             let add = trend.add.as_ref();
             let add = add.map_or(String::new(), |runs| format!(", or more runs of the ends: {runs}"));
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_needs_an_interval_that_leaves_zero_or_moves_nothing() {
+    fn an_answer_needs_an_interval_that_excludes_zero_or_moves_nothing() {
         let of = |gain: f64, mean: f64, sd: f64| conclude(gain_of(gain), &trend(mean, sd));
         assert_eq!(of(-1.0, 0.0, 0.1), Answer::Constant);
         assert_eq!(of(90.0, 0.6, 0.04), Answer::Rises);
@@ -232,9 +232,9 @@ mod tests {
         assert_eq!(of(4.5, 0.33, 0.1), Answer::Rises);
         // there, and small
         assert_eq!(of(5.0, 0.1, 0.04), Answer::Constant);
-        // it leaves zero, and does not predict clearly better
+        // it excludes zero, and does not predict clearly better
         assert_eq!(of(3.9, 0.33, 0.1), Answer::Open);
-        // it predicts better, and holds zero
+        // it predicts better, and includes zero
         assert_eq!(of(4.5, 0.15, 0.1), Answer::Open);
         // the runs say nothing: the prior is what is left
         assert_eq!(of(0.0, 0.0, 1.0), Answer::Open);
@@ -250,12 +250,12 @@ mod tests {
         let open = |gain, t: Trend| reason(Answer::Open, gain_of(gain), &t);
         let text = open(-0.2, trend(0.33, 0.1));
         assert!(
-            text.contains("leaves zero, but the trend does not predict clearly better"),
+            text.contains("excludes zero, but the trend does not predict clearly better"),
             "{text}"
         );
         let text = open(0.0, trend(0.0, 1.0));
         assert!(
-            text.contains("-1.96 to 1.96, holds zero, and moves") && text.ends_with("PTFE in AK10"),
+            text.contains("-1.96 to 1.96, includes zero, and moves") && text.ends_with("PTFE in AK10"),
             "{text}"
         );
         assert_eq!(value(&trend(-0.004, 0.1)), "L′ = 0.00 ± 0.10 (sd)");

@@ -12,6 +12,7 @@ use crate::findings::notices::SERIES_SCHEME_CHANGES;
 use crate::findings::Findings;
 use crate::inference::delta::Interval;
 use crate::physics::Quantity;
+use crate::rounding::by_number;
 use crate::scene::{ResamplingScheme, WetLaw};
 
 /// The section; nothing where no replicates were made.
@@ -167,7 +168,8 @@ fn single_runs(scheme: ResamplingScheme, resampling: &Resampling) -> String {
     match (scheme, resampling.single_run_strata) {
         (ResamplingScheme::Cases, 0) => format!(" None of the {strata} strata holds a single run."),
         (ResamplingScheme::Cases, n) => {
-            format!(" Of {strata} strata {n} hold a single run, which no resample can vary.")
+            let hold = by_number(n, "holds", "hold");
+            format!(" Of {strata} strata {n} {hold} a single run, which no resample can vary.")
         }
         _ => String::new(),
     }

@@ -7,6 +7,7 @@ use super::table::ReportTable;
 use crate::findings::balance::{DerivedEstimate, EnergyBalance, ParameterEstimate};
 use crate::findings::main_numbers::MainParameter;
 use crate::physics::Quantity;
+use crate::rounding::by_number;
 use crate::scene::{LikelihoodFamily, NoiseOn};
 
 /// Posterior sds by which least squares may lie off without a word.
@@ -105,7 +106,8 @@ fn reasons(input: ReportInput, rows: &[Compared]) -> String {
     let stuck = findings.counts.stuck;
     if stuck > 0 {
         all.push(format!(
-            "{stuck} runs stuck, which the posterior counts and least squares leaves out"
+            "{stuck} {} stuck, which the posterior counts and least squares leaves out",
+            by_number(stuck, "run", "runs")
         ));
     }
     if input.scene.model.noise == NoiseOn::Both {

@@ -50,10 +50,10 @@ pub(super) fn verdict_line(findings: &Findings) -> String {
     }
 }
 
-/// Which single runs carry a main number; `None` where none does.
+/// Which single runs carry a main number, with what to do about it; `None` where none does.
 pub(super) fn carried(findings: &Findings) -> Option<String> {
     let notice = findings.notices.iter().find(|notice| notice.code == SINGLE_RUN_CODE)?;
-    Some(format!("{}.", capital(&notice.text)))
+    Some(format!("{}. Next: {}.", capital(&notice.text), notice.next_step))
 }
 
 /// The main parameters that the runs do not tell, or not apart from others.
