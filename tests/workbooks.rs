@@ -574,7 +574,14 @@ fn heights_of_the_centre_are_counted_from_half_a_diameter_higher() {
             data,
             &[Sheet::of("May", &format!("{HEADER}{}", moved.collect::<String>()))],
         );
-        parameter(&fit(place.path()).2, "dry_k[PTFE]")
+        let (_, err, findings) = fit(place.path());
+        let is_told = data.contains("heights_of");
+        assert_eq!(
+            err.contains("heights are taken as those of the sphere's lowest point"),
+            !is_told,
+            "{err}"
+        );
+        parameter(&findings, "dry_k[PTFE]")
     };
     let right = fit_of("", 0.0);
     assert!((right - 0.18).abs() < 0.003, "{right}");

@@ -19,6 +19,7 @@ use crate::scene::{RunColumn, Scene};
 const UNKNOWN_COLUMN: &str = "unknown_column";
 const UNHEEDED_COLUMN: &str = "unheeded_column";
 const RESTITUTION_ABOVE_ONE: &str = "restitution_above_one";
+const HEIGHTS_ASSUMED: &str = "heights_assumed";
 const LABELLED_ROWS: &str = "labelled_rows";
 const AVERAGED_ROWS: &str = "averaged_rows";
 const FILM_RATIO_OF_EACH_RUN: &str = "film_ratio_of_each_run";
@@ -29,10 +30,11 @@ pub(super) const SHEETS_NOT_READ: &str = "sheets_not_read";
 pub(super) const CONDENSED_RUNS: &str = "condensed_runs";
 
 /// The codes of what reading says of a table.
-pub(crate) const OF_READING: [&str; 11] = [
+pub(crate) const OF_READING: [&str; 12] = [
     SHEETS_NOT_READ,
     HIDDEN_ROWS,
     LABELLED_ROWS,
+    HEIGHTS_ASSUMED,
     UNKNOWN_COLUMN,
     UNHEEDED_COLUMN,
     RESTITUTION_ABOVE_ONE,
@@ -653,6 +655,22 @@ impl Collected {
             ),
             "nothing, unless `hidden_rows` in [data] should say otherwise",
         ))
+    }
+
+    /// Says which point of the sphere the heights are taken to be of, where the scene does not.
+    pub fn heights_assumed(&self, path: &Path) -> Option<Notice> {
+        self.remarks.assumes_lowest_point.then(|| {
+            Notice::new(
+                HEIGHTS_ASSUMED,
+                self.rows,
+                format!(
+                    "{}: heights are taken as those of the sphere's lowest point; of its centre, half a diameter would be taken \
+                     off",
+                    file_name(path)
+                ),
+                "say which, as heights_of = \"lowest\" or \"centre\" in [data]",
+            )
+        })
     }
 
     /// Says which columns of a file are read only where another has nothing.

@@ -56,6 +56,8 @@ pub(super) struct HeaderRemarks {
     pub told_twice: [[String; 2]; TOLD_TWICE.len()],
     /// what the columns of film ratios and films are called
     pub films: [String; 2],
+    /// whether speeds follow from heights of a point of the sphere that the scene does not tell
+    pub assumes_lowest_point: bool,
 }
 
 /// A column's place in the table.
@@ -96,6 +98,7 @@ impl<'s> TableLayout<'s> {
             let unheeded = matched.unheeded();
             let told_twice = TOLD_TWICE.map(|both| both.map(|column| matched.name(column)));
             let films = [RunColumn::FilmRatio, RunColumn::Film].map(|column| matched.name(column));
+            let assumes_lowest_point = matched.reads_heights() && !naming.heights_of_is_told;
             Ok(TableLayout {
                 missing_film: matched.missing_column(RunColumn::Film, " (wet runs need it)"),
                 places: matched.places,
@@ -103,6 +106,7 @@ impl<'s> TableLayout<'s> {
                     unheeded,
                     told_twice,
                     films,
+                    assumes_lowest_point,
                     unknown: matched.unknown,
                 },
                 width: header.names.len(),
@@ -358,6 +362,14 @@ impl<'h> MatchedHeader<'h> {
     fn lacks(&self, column: RunColumn) -> bool {
         let is_constant = self.constants.iter().any(|constant| constant.column == column);
         self.places[column as usize].is_none() && !is_constant && !self.misnamed.contains(&column)
+    }
+
+    /// Whether only heights tell a speed.
+    fn reads_heights(&self) -> bool {
+        let rebounds = [RunColumn::ReboundSpeed, RunColumn::Restitution];
+        let impacts = [RunColumn::ImpactSpeed, RunColumn::Stokes];
+        !self.lacks(RunColumn::DropHeight) && self.lacks_all(&impacts)
+            || !self.lacks(RunColumn::ReboundHeight) && self.lacks_all(&rebounds)
     }
 
     fn lacks_all(&self, columns: &[RunColumn]) -> bool {

@@ -150,6 +150,7 @@ impl<'p> Joined<'p> {
         let path = file.path.as_path();
         let notices = [
             table.hidden_rows(path),
+            table.heights_assumed(path),
             table.unheeded_columns(path),
             table.excluded_by_yes(path),
         ];

@@ -26,6 +26,8 @@ pub struct Naming {
     pub heights_to: HeightsTo,
     /// the point of the sphere that they are heights of
     pub heights_of: HeightsOf,
+    /// whether the scene says so
+    pub heights_of_is_told: bool,
 }
 
 impl Naming {
@@ -183,6 +185,7 @@ pub(super) fn naming(data: &SceneTable, names: &SceneNames, runs: &[TableFile]) 
         hidden_rows: data.read(&HIDDEN_ROWS),
         heights_to: data.read(&HEIGHTS_TO),
         heights_of: data.read(&HEIGHTS_OF),
+        heights_of_is_told: data.has(HEIGHTS_OF.base),
     }
 }
 
