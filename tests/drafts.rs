@@ -228,7 +228,7 @@ fn foot_rows_are_left_out_and_named() {
         "n = 4",
     ] {
         let (_, out) = drafted(&format!("Kugel,D (mm),v (m/s),e\n{rows}{label},4,1000,0.8\n"));
-        assert!(out.contains(": 4 rows; particles PTFE, PE; every run is dry"), "{out}");
+        assert!(out.contains(": 5 rows; particles PTFE, PE; every run is dry"), "{out}");
         let told = format!(
             "guessed: left out, since their labels say mean, total, spread or count of other rows: row 6 `{label}`"
         );

@@ -94,7 +94,9 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
     naming.ask_for_columns(!liquids.is_empty());
     naming.say_what_is_taken();
     let mut text = Text::default();
-    text.intro(runs, survey.rows);
+    // as many as the reader of runs counts
+    let rows = survey.rows + survey.labelled.len();
+    text.intro(runs, rows);
     for section in scene::guide() {
         match section.head {
             "[data]" => text.data(&section, runs, &naming, survey),
@@ -105,7 +107,7 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
     }
     Draft {
         text: text.written,
-        rows: survey.rows,
+        rows,
         particles,
         liquids,
         sheets: survey.sheets.clone(),
