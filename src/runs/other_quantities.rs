@@ -1,6 +1,7 @@
 //! Knows headers that name another quantity than that of the column they are read as.
 
 use crate::scene::RunColumn;
+use crate::units::Dimension;
 
 /// What a radius is called, in small letters.
 const RADII: [&str; 8] = [
@@ -52,6 +53,12 @@ const ROOTS: [&str; 6] = ["sqrt", "√", "root", "wurzel", "racine", "^0.5"];
 /// What beginnings of words say that a column is of energies.
 const ENERGIES: [&str; 4] = ["energ", "énerg", "kinetic", "kinetisch"];
 
+/// Words for what an impact takes.
+const LOSSES: [&str; 7] = ["loss", "losses", "lost", "verlust", "verluste", "perte", "dissipation"];
+
+/// Signs of a product.
+const TIMES: [char; 5] = ['*', '×', '·', '⋅', 'x'];
+
 /// What a header names in place of the quantity of a column, and what to do about it; `None` where it names none.
 pub(super) fn other_quantity(name: &str, column: RunColumn) -> Option<&'static str> {
     let name = name.to_lowercase();
@@ -69,8 +76,43 @@ pub(super) fn other_quantity(name: &str, column: RunColumn) -> Option<&'static s
             "by its name it is the square of a restitution or a share of energy; expected e, rebound over impact speed: add \
              a column of e to the table (of e² its square root), and name that one",
         ),
+        RunColumn::Restitution if is_loss(&name, &words) => Some(
+            "by its name it is what the impact takes, as 1 − e; expected e, rebound over impact speed: add a column of e to the \
+             table, and name that one",
+        ),
+        RunColumn::ImpactSpeed | RunColumn::ReboundSpeed if is_square(&name, &words) => Some(
+            "by its name it is the square of a speed or an energy; expected the speed: add a column of it to the table, and \
+             name that one",
+        ),
+        // of a share in per cent the factor is the unit
+        _ if column.is_number() && column.dimension() != Dimension::Share && has_factor(&name) => Some(
+            "by its name its numbers are multiplied by a power of ten; expected the quantity itself: add a column of it to the \
+             table, and name that one",
+        ),
         _ => None,
     }
+}
+
+/// Whether a name, in small letters, says that its numbers are multiplied, as `1000 × v` does; the `x 10^-3 mm` of another is
+/// a unit.
+pub(super) fn has_factor(name: &str) -> bool {
+    let is_power = |digits: &str| {
+        digits.len() > 1
+            && digits
+                .strip_prefix('1')
+                .is_some_and(|rest| rest.bytes().all(|b| b == b'0'))
+    };
+    let is_number = |c: char| c.is_ascii_digit() || "^.,".contains(c);
+    name.match_indices(TIMES).any(|(at, sign)| {
+        let (before, after) = (name[..at].trim_end(), name[at + sign.len()..].trim_start());
+        // an `x` inside a word is a letter
+        let is_letter = sign == "x" && name[..at].ends_with(char::is_alphabetic);
+        let [first, last] = [
+            before.rsplit(|c| !is_number(c)).next(),
+            after.split(|c| !is_number(c)).next(),
+        ];
+        !is_letter && [first, last].into_iter().flatten().any(is_power)
+    })
 }
 
 fn is_radius(name: &str, words: &[&str]) -> bool {
@@ -112,6 +154,14 @@ fn is_doubled(name: &str, words: &[&str]) -> bool {
     let by_word = meant.windows(2).any(|both| both[0] == "2" && is_of_radius(both[1]));
     let by_sign = ["*2", "* 2", "×2", "× 2", "x2", "x 2", "twice", "double", "doppelt"];
     by_word || by_sign.iter().any(|sign| name.contains(sign))
+}
+
+fn is_loss(name: &str, words: &[&str]) -> bool {
+    let tight: String = name.chars().filter(|c| !c.is_whitespace()).collect();
+    let is_rest = ["1-", "1−", "1–", "(1-", "(1−"]
+        .iter()
+        .any(|start| tight.starts_with(start));
+    is_rest || words.iter().any(|word| LOSSES.contains(word))
 }
 
 fn is_square(name: &str, words: &[&str]) -> bool {
@@ -180,6 +230,26 @@ mod tests {
                     "sqrt(e^2)",
                     "√(E_r/E_i) of energies",
                     "e_2",
+                ],
+            ),
+            (
+                RunColumn::Restitution,
+                &["1-e", "1 − e", "(1-e)/1", "e loss", "Verlust"],
+                &["e", "e (1-3 drops)", "e 1-2", "COR x100"],
+            ),
+            (
+                RunColumn::ImpactSpeed,
+                &["v²", "v_i^2", "kinetic energy", "v*100 (m/s)", "1000 × v", "v x10"],
+                &[
+                    "v",
+                    "v2",
+                    "v_i (m/s)",
+                    "vx",
+                    "v x 2",
+                    "v (10^-2 m/s)",
+                    "max100",
+                    "v x 10^-2 m/s",
+                    "v (run 100)",
                 ],
             ),
             (

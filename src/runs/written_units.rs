@@ -1,5 +1,6 @@
 //! Reads the units that headers state: in the name of a column, or in the row below or above the names.
 
+use super::other_quantities::has_factor;
 use crate::units::Dimension;
 
 /// A unit that a header states.
@@ -243,6 +244,15 @@ pub(super) fn unit_in_brackets(name: &str) -> Option<(&str, StatedUnit)> {
 pub(super) fn unit_in_name(name: &str, dimension: Dimension) -> Option<StatedUnit> {
     let is_length = is_length(dimension);
     let is_meant = |unit: &StatedUnit| is_meant(unit, dimension);
+    if dimension == Dimension::Share && has_factor(&name.to_lowercase()) {
+        let is_percent = name.contains("100") && !name.contains("1000");
+        let written = StatedUnit::Other(name.trim().to_owned());
+        return Some(if is_percent {
+            StatedUnit::Ours("_percent")
+        } else {
+            written
+        });
+    }
     if let Some((_, unit)) = unit_in_brackets(name).filter(|(_, unit)| is_meant(unit)) {
         return Some(unit);
     }
@@ -264,12 +274,16 @@ pub(super) fn unit_in_name(name: &str, dimension: Dimension) -> Option<StatedUni
         .rsplit(char::is_whitespace)
         .next()
         .filter(|last| last.len() < trimmed.len());
-    // apart from the rest, `m` is the metre of a length
-    let last = last.filter(|last| is_clear(last) || (is_length && (last.eq_ignore_ascii_case("in") || *last == "m")));
+    // apart from the rest, `m` is the metre of a length, and `mil` the mil of one
+    let is_mil = |end: &str| is_length && end.eq_ignore_ascii_case("mil");
+    let is_of_length = |end: &str| is_length && (end.eq_ignore_ascii_case("in") || end == "m");
+    let last = last.filter(|last| is_clear(last) || is_mil(last) || is_of_length(last));
     let joined = trimmed
         .match_indices('_')
         .map(|(at, _)| trimmed[at + 1..].replace('_', "/"));
-    let joined = joined.filter(|tail| is_clear(tail)).find_map(|tail| unit_of(&tail));
+    let joined = joined
+        .filter(|tail| is_clear(tail) || is_mil(tail))
+        .find_map(|tail| unit_of(&tail));
     last.and_then(unit_of).or(joined)
 }
 
@@ -314,6 +328,8 @@ mod tests {
             ("film (µl)", inch("µl")),
             ("D (mm^2)", inch("mm^2")),
             ("film of run 10 mmm", None),
+            ("D mil", inch("mil")),
+            ("D_mil", inch("mil")),
         ] {
             assert_eq!(unit_in_name(name, Dimension::Length), unit, "{name}");
         }
@@ -327,10 +343,20 @@ mod tests {
             ("v [mph]", inch("mph")),
             ("v (10^-2 m/s)", ours("_cm_s")),
             ("v m", None),
+            ("v mil", None),
         ] {
             assert_eq!(unit_in_name(name, Dimension::Speed), unit, "{name}");
         }
-        for name in ["e [%]", "e %", "e in %", "e%", "e (percent)", "e_pct"] {
+        for name in [
+            "e [%]",
+            "e %",
+            "e in %",
+            "e%",
+            "e (percent)",
+            "e_pct",
+            "COR x100",
+            "100*e",
+        ] {
             assert_eq!(unit_in_name(name, Dimension::Share), ours("_percent"), "{name}");
         }
     }
