@@ -238,18 +238,17 @@ pub(super) fn without_panel(posterior: &Posterior, most: usize) -> String {
 }
 
 /// Whether a parameter is what the runs or what its prior makes it.
-fn who_decides(one: &SampledParameter) -> &'static str {
+fn who_decides(one: &SampledParameter) -> Option<&'static str> {
     let moved = one.shift().is_some_and(|shift| shift.abs() > 1.0);
     if one.prior.runs_alone.is_some_and(|alone| alone.contradicts_prior()) {
-        return "the runs contradict the prior";
+        return Some("the runs contradict the prior");
     }
-    match one.prior.sd_ratio {
-        None => "the prior has no sd",
-        Some(ratio) if ratio < RUNS_DECIDE => "the runs decide",
-        Some(ratio) if ratio > PRIOR_DECIDES && !moved => "the prior decides",
-        Some(ratio) if ratio > PRIOR_DECIDES => "the runs move it, without narrowing it",
-        Some(_) => "runs and prior together",
-    }
+    Some(match one.prior.sd_ratio? {
+        ratio if ratio < RUNS_DECIDE => "the runs decide",
+        ratio if ratio > PRIOR_DECIDES && !moved => "the prior decides",
+        ratio if ratio > PRIOR_DECIDES => "the runs move it, without narrowing it",
+        _ => "runs and prior together",
+    })
 }
 
 /// Pairs of parameters the runs do not tell well apart, and the pair plot.
