@@ -10,7 +10,7 @@ use super::questions::{Answer, Question, Trend};
 use crate::inference::diagnostics::loo::Difference;
 use crate::physics::inertia::Inertia;
 use crate::physics::{Coefficient, Quantity};
-use crate::rounding::{short, significant, with_se};
+use crate::rounding::{short, significant, to_digits, with_se};
 use crate::runs::Runs;
 use crate::scene::{Scene, Sticking};
 
@@ -235,7 +235,8 @@ fn determined(findings: &Findings) -> Vec<String> {
         return vec![format!(
             "The runs determine every parameter. The least constrained is {}, which keeps {} % of its prior sd.",
             directions.least_known_words,
-            significant(100.0 * directions.spread_left, 2)
+            // rounded as the share itself is elsewhere
+            short(100.0 * to_digits(directions.spread_left, 2))
         )];
     }
     let sentence = |one: &Unidentified| capital(&format!("{}; {}.", one.reason, one.add));
@@ -400,7 +401,7 @@ mod tests {
                     at: "least_squares",
                     least_known: "film_scale".to_owned(),
                     least_known_words: "the film scale".to_owned(),
-                    spread_left: 0.0536,
+                    spread_left: 0.165,
                     unseen: unseen.clone(),
                 });
             })
@@ -409,7 +410,7 @@ mod tests {
         assert!(
             has(
                 &all,
-                "The least constrained is the film scale, which keeps 5.4 % of its prior sd."
+                "The least constrained is the film scale, which keeps 17 % of its prior sd."
             ),
             "{all:?}"
         );
