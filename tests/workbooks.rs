@@ -344,7 +344,7 @@ fn a_sheet_whose_heights_contradict_its_speeds_is_named() {
 
 #[test]
 fn a_unit_above_the_names_is_held_against_the_key() {
-    let data = "header_row = 3\ncolumns = { drop_height_mm = \"h\" }\nheights_to = \"plate\"\n";
+    let data = "header_row = 3\ncolumns = { drop_height_mm = \"h\" }\nheights_of = \"lowest\"\n";
     let names = "particle,diameter_mm,h,rebound_height_mm";
     let table = |above: &str| format!("Drops of May,,,\n{above}\n{names}\n{}", dry_rows(0.18));
     let of_book = |above: &str| {

@@ -9,6 +9,7 @@ use super::cells::place_name;
 use super::main_numbers::{others, places_shown, source};
 use super::verdict::{carried, cautions_line, verdict_line};
 use crate::findings::checks::Check;
+use crate::findings::learnt::capital;
 use crate::findings::main_numbers::{MainPlace, Source};
 use crate::findings::Findings;
 use crate::physics::Quantity;
@@ -18,7 +19,7 @@ pub fn summary(input: ReportInput) -> String {
     let main = &input.findings.main;
     let mut text = verdict(input.findings);
     if let Some(carried) = carried(input.findings) {
-        text.push_str(&format!("{carried}\n"));
+        text.push_str(&format!("{}.\n", capital(&carried.text)));
     }
     if main.provisional {
         text.push_str("Provisional: the posterior was not sampled.\n");

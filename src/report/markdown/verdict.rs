@@ -6,6 +6,7 @@ use super::page::Page;
 use crate::findings::learnt::capital;
 use crate::findings::notices::SINGLE_RUN_CODE;
 use crate::findings::Findings;
+use crate::notice::Notice;
 
 /// What was learnt, and the verdict: first where nothing may be quoted.
 pub(super) fn opening(page: &mut Page, input: ReportInput) {
@@ -15,7 +16,8 @@ pub(super) fn opening(page: &mut Page, input: ReportInput) {
         page.paragraph(&verdict);
     }
     if let Some(carried) = carried(input.findings) {
-        page.paragraph(&format!("**{}**", literal(&carried)));
+        let next = literal(&carried.next_step);
+        page.paragraph(&format!("**{}.** Next: {next}.", literal(&capital(&carried.text))));
     }
     if !main.learnt.is_empty() {
         page.paragraph(if main.verdict.passed {
@@ -50,10 +52,9 @@ pub(super) fn verdict_line(findings: &Findings) -> String {
     }
 }
 
-/// Which single runs carry a main number, with what to do about it; `None` where none does.
-pub(super) fn carried(findings: &Findings) -> Option<String> {
-    let notice = findings.notices.iter().find(|notice| notice.code == SINGLE_RUN_CODE)?;
-    Some(format!("{}. Next: {}.", capital(&notice.text), notice.next_step))
+/// Which single runs carry a main number; `None` where none does.
+pub(super) fn carried(findings: &Findings) -> Option<&Notice> {
+    findings.notices.iter().find(|notice| notice.code == SINGLE_RUN_CODE)
 }
 
 /// The main parameters that the runs do not tell, or not apart from others.
