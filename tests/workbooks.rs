@@ -679,7 +679,7 @@ fn a_laboratorys_workbook_takes_one_edit_and_three_commands() {
     }
     std::fs::write(&path, scene).expect("writable");
     let (_, err, findings) = fit(place.path());
-    assert!((parameter(&findings, "dry_k[only]") - 0.183).abs() < 0.003, "{err}");
+    assert!((parameter(&findings, "dry_k[sphere]") - 0.183).abs() < 0.003, "{err}");
     let l = parameter(&findings, "lubrication_log");
     assert!((l - 1.85).abs() < 0.15, "{l}: {err}");
     let screened = findings["counts"]["screened"].as_array().expect("a list");

@@ -32,8 +32,9 @@ const WITHOUT_LIQUID: [&str; 10] = [
     "none", "no", "without", "air", "trocken", "ohne", "keine", "luft", "-", "–",
 ];
 
-/// The one name of all particles or liquids of a table that names none.
-const ONLY: &str = "only";
+/// The one name of all particles, or of all liquids, of a table that names none.
+const SPHERE: &str = "sphere";
+const LIQUID: &str = "liquid";
 
 /// Which column of runs each column of a table is, and what the scene must say for it.
 #[derive(Default)]
@@ -77,7 +78,7 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
     let mut particles = particles.unwrap_or_else(|| naming.only(RunColumn::Particle, "all spheres are of one kind"));
     if particles.is_empty() {
         // every cell is empty, which is for the reader to refuse
-        particles.push(ONLY.to_owned());
+        particles.push(SPHERE.to_owned());
     }
     let liquids = match by_sheet {
         Some(RunColumn::Liquid) => Some(naming.names_of_sheets(RunColumn::Liquid, survey, is_dry)),
@@ -212,6 +213,7 @@ impl<'s> Naming<'s> {
     /// One name for every run of a table without a column of names; where one that is not known may have them, that is to be
     /// filled in.
     fn only(&mut self, of_runs: RunColumn, then: &str) -> Vec<String> {
+        let name = if of_runs == RunColumn::Liquid { LIQUID } else { SPHERE };
         let mut unused = self.unused.iter();
         if let Some(column) = unused.find(|column| may_hold_names(column)) {
             self.guessed.push(format!(
@@ -219,15 +221,15 @@ impl<'s> Naming<'s> {
                  move `{0} = {2}` to constants",
                 of_runs.base(),
                 quoted(&column.name),
-                text_of(ONLY),
+                text_of(name),
             ));
             self.columns.push((of_runs.base().to_owned(), FILL_IN.to_owned()));
-            return vec![ONLY.to_owned()];
+            return vec![name.to_owned()];
         }
-        self.constants.push((of_runs.base().to_owned(), text_of(ONLY)));
+        self.constants.push((of_runs.base().to_owned(), text_of(name)));
         self.guessed
             .push(format!("no column says the {}: {then}", of_runs.base()));
-        vec![ONLY.to_owned()]
+        vec![name.to_owned()]
     }
 
     /// Takes no guessed column for the number of averaged runs unless another has their spread, and none for the spread
