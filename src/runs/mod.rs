@@ -10,8 +10,8 @@
 //! | `yes_or_no.rs` | knows the words of a column that says yes or no of each run |
 //! | `places.rs` | says where a row stands as a person sees it |
 //! | `row.rs` | checks one run and says which cell is wrong |
-//! | `written_units.rs` | reads the units that headers state |
 //! | `other_quantities.rs` | knows headers that name another quantity than that of their column |
+//! | `written_units.rs` | reads the units that headers state |
 //! | `columns.rs` | matches a table's header with the columns runs can have |
 //! | `screen.rs` | says why a checked run is left out |
 //! | `damaged.rs` | catches a library's panic over a damaged file, and passes our own on |
