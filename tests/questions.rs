@@ -590,7 +590,7 @@ fn a_trend_of_c_is_seen_as_often_as_the_page_says() {
     // a trend that moves no e_inf by 2 % is told, and one C serves
     let small = Trends {
         of_c: -0.25,
-        sigma: 0.005,
+        sigma: 0.0025,
         ..Trends::NONE
     };
     let small = asked_of_paper_like(small, Fitted::prefactor, (name, SETS / 4));
