@@ -143,7 +143,8 @@ def main(folder):
     if len(own) == 1:
         for name, value in loo.items():
             compare(f"{model} {name}", value, own[0][name], 0.0, 1e-3 * own[0]["se"])
-            shape = 1e-5 if name == "khat_max" else RELATIVE
+            # a shape is fitted to how little weights differ, and moves by 1e-4 of it with the rounding of what is stored
+            shape = 5e-4 if name == "khat_max" else RELATIVE
             compare(f"{model} {name} in float64", in_double[name], own[0][name], shape)
     else:
         wrong.append(f"compare has {len(own)} entries of the store's model {model!r}")
