@@ -298,7 +298,7 @@ impl<'s> Simulation<'s> {
                 // drawn only where there is some, so that other scenes' runs stay as they are
                 let lucky = truth.sigma_energy.filter(|sigma| *sigma > 0.0).map_or(0.0, |sigma| {
                     let z: f64 = StandardNormal.sample(rng);
-                    sigma * wide * z
+                    sigma * z
                 });
                 let e = rebound::mean_restitution(kept + offset + lucky) + self.values.sigma_wet * noise;
                 (Some(liquid.name.as_str()), Some((setting.film, film_ratio)), e)

@@ -8,7 +8,7 @@ use super::loss::{Film, Fixed, Setting, Share, Slope};
 use super::viscous::slope_lubrication_log;
 
 /// What of one impact the balance reads.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Impact {
     /// v^(1/5) at the dry speed in use, (m/s)^(1/5)
     pub dry_root: f64,

@@ -1,28 +1,28 @@
 //! Computes the log likelihood a run at a time, where runs have spreads or tails that a sum of squares does not hold.
 //!
-//! On the restitution: e* = m(r) + σ z; on the energy kept as well: e* = m(r + σ_r z′) + σ z, whose density is integrated
-//! over z′ (`convolution.rs`). A rebound's measured restitution errs by u besides, so that σ² + u² stands in the place of
-//! σ². Where the impact speed errs, the true one is integrated over (`hidden_speed.rs`).
+//! On the restitution: e* = m(r) + σ z; on the energy kept as well: e* = m(r + σ_r z′) + σ z. A rebound's measured restitution
+//! errs by u besides, so that σ² + u² stands in the place of σ². Where the impact speed errs, the true one is integrated over,
+//! as z′ is (`hidden.rs`).
 //!
-//! F is normal, or Student's with one ν for all runs; two noises of one run then share what widens them. A stuck run was not
-//! measured, so that only its impact speed errs.
+//! F is normal, or Student's with one ν for all runs. A stuck run was not measured, so that only its impact speed errs.
 
 use std::ops::Range;
 
 use super::block_sums::BlockSums;
-use super::convolution::MOST_REBOUNDS;
 use super::errors::Errors;
 use super::nodes::DryRow;
-use super::own_rows::ByRow;
+use super::own_rows::{ByRow, WetPlace};
 use super::prepared::Likelihood;
 use super::row_noise::{add_noise_slopes, RowNoise};
 use super::run_density::{RunDensity, Seen, Side, Spreads};
-use super::run_law::{ReboundBatch, RunImpact, RunNoise};
+use super::run_law::RunImpact;
+use super::run_noise::RunNoise;
 use super::shared_speed::SharedSetting;
+use super::sums::NodeRange;
 use super::tails::{HeavySums, Tails};
 use super::trend::{BlockLaw, FilmLaw};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
-use crate::physics::balance::Balance;
+use crate::physics::balance::{Balance, Impact};
 
 /// Runs of a block that are taken one at a time, with its energy balance.
 pub(super) struct BlockRows<'b> {
@@ -32,8 +32,8 @@ pub(super) struct BlockRows<'b> {
 }
 
 impl Likelihood {
-    /// Log likelihood of some runs of a block but those whose impact speeds err; adds its slopes in the spreads and in ν, and in
-    /// r to `sums`.
+    /// Log likelihood of some runs of a block but those that share a true speed; adds its slopes in the spreads and in ν, and
+    /// in r to `sums`.
     pub(super) fn run_by_run(
         &self,
         rows: BlockRows,
@@ -41,11 +41,16 @@ impl Likelihood {
         (slopes, sums): (&mut [f64], &mut BlockSums),
     ) -> f64 {
         let RowNoise { own, noise } = *noise;
-        let mut films = self.rebounds.films(rows.law);
-        let mut films_of_stuck = self.stuck.films(rows.law);
+        let rebounded = Seen::On(Side::Above, self.limit);
+        let stuck = Seen::On(Side::Below, self.limit);
         let mut all = RunDensity::default();
-        let mut add = |film: &FilmLaw, of: RunDensity, count: f64| {
-            let of = of.times(count);
+        let mut add = |film: &FilmLaw, impact: Impact, errors: Errors, seen: Seen, count: f64| {
+            let run = RunImpact {
+                balance: &film.balance,
+                impact,
+                errors,
+            };
+            let of = run.density(noise, seen).times(count);
             all.value += of.value;
             all.sigma += of.sigma;
             all.energy += of.energy;
@@ -53,61 +58,52 @@ impl Likelihood {
             film.add(sums, of.kept, of.viscous, -0.5 * of.dry_k);
         };
         let errors = |all: &[Errors], node: usize| all.get(node).copied().unwrap_or(Errors::NONE);
-        let rebounded = Seen::On(Side::Above, self.limit);
-        let stuck = Seen::On(Side::Below, self.limit);
-        // what a run errs by is its own, and is seen to one run at a time
-        let goes_side_by_side = own.rebounds.is_empty() && noise.goes_side_by_side();
-        let mut laws = vec![];
-        let mut found = [None; MOST_REBOUNDS];
-        for first in rows.rebounds.clone().step_by(MOST_REBOUNDS) {
-            let nodes = first..rows.rebounds.end.min(first + MOST_REBOUNDS);
-            if goes_side_by_side {
-                let mut batch = ReboundBatch::NONE;
-                laws.clear();
-                for node in nodes.clone() {
-                    let film = films.at(node);
-                    batch.push(
-                        self.rebounds.restitution[node],
-                        &film.balance,
-                        &self.rebounds.impact(node),
-                    );
-                    laws.push(film);
-                }
-                noise.densities(&batch, &mut found);
-            }
-            for (place, node) in nodes.enumerate() {
-                let errors = errors(&own.rebounds, node);
-                if errors.speed > 0.0 {
-                    continue;
-                }
-                let film = laws.get(place).copied().unwrap_or_else(|| films.at(node));
-                let run = RunImpact {
-                    balance: &film.balance,
-                    impact: self.rebounds.impact(node),
-                    errors,
-                };
-                let seen = Seen::Rebound(self.rebounds.restitution[node]);
-                add(&film, found[place].unwrap_or_else(|| noise.density(run, seen)), 1.0);
-                if self.truncated {
-                    add(&film, noise.density(run, rebounded), -1.0);
-                }
-            }
-        }
-        for node in rows.stuck {
-            let errors = errors(&own.stuck, node);
-            if errors.speed > 0.0 {
+        let mut films = self.rebounds.films(rows.law);
+        for node in rows.rebounds {
+            let (errors, impact) = (errors(&own.rebounds, node), self.rebounds.impact(node));
+            if errors.is_shared {
                 continue;
             }
-            let film = films_of_stuck.at(node);
-            let run = RunImpact {
-                balance: &film.balance,
-                impact: self.stuck.impact(node),
-                errors,
-            };
-            add(&film, noise.density(run, stuck), self.stuck.count[node]);
+            let (film, count) = (films.at(node), self.rebounds.count[node]);
+            let seen = Seen::Rebound(self.rebounds.restitution[node]);
+            add(&film, impact, errors, seen, count);
+            if self.truncated {
+                add(&film, impact, errors, rebounded, -count);
+            }
+        }
+        let mut films = self.stuck.films(rows.law);
+        for node in rows.stuck {
+            let errors = errors(&own.stuck, node);
+            if !errors.is_shared {
+                let impact = self.stuck.impact(node);
+                add(&films.at(node), impact, errors, stuck, self.stuck.count[node]);
+            }
         }
         add_noise_slopes(all, ParameterKind::SigmaWet, slopes);
         all.value
+    }
+
+    /// The log likelihood of the wet runs that share a true speed; adds its slopes in the spreads and in ν, and in r to the sums
+    /// of each block.
+    pub(super) fn of_shared_speeds(
+        &self,
+        noise: &RowNoise,
+        blocks: &[NodeRange],
+        (slopes, sums): (&mut [f64], &mut [BlockSums]),
+    ) -> f64 {
+        let mut value = 0.0;
+        for shared in &noise.own.shared {
+            let law = |of: &SharedSetting<WetPlace>| blocks[of.place.block].law.at(of.place.film);
+            let laws: Vec<FilmLaw> = shared.settings.iter().map(law).collect();
+            let balances: Vec<&Balance> = laws.iter().map(|law| &law.balance).collect();
+            let (all, each) = shared.density(noise.noise, &balances);
+            value += all.value;
+            add_noise_slopes(all, ParameterKind::SigmaWet, slopes);
+            for ((setting, law), of) in shared.settings.iter().zip(&laws).zip(each) {
+                law.add(&mut sums[setting.place.block], of.kept, of.viscous, -0.5 * of.dry_k);
+            }
+        }
+        value
     }
 
     /// Log likelihood of the dry runs, with slopes.
@@ -143,14 +139,14 @@ impl Likelihood {
                     let [e_dry, slope, _] = balance.e_dry(row.dry_root);
                     slopes[place_of_k] += heavy.add(e - e_dry) * slope;
                 }
-                _ => add(&mut value, slopes, place_of_k, noise.density(run, seen(row))),
+                _ => add(&mut value, slopes, place_of_k, run.density(noise, seen(row))),
             }
             if self.truncated && row.restitution.is_some() {
                 add(
                     &mut value,
                     slopes,
                     place_of_k,
-                    noise.density(run, rebounded).times(-1.0),
+                    run.density(noise, rebounded).times(-1.0),
                 );
             }
         }

@@ -46,6 +46,12 @@ impl Errors {
         ratio * of_mean + (mean - self.shared()) * self.true_speed.sd
     }
 
+    /// S², about which a restitution is measured with so much noise of its own: (1 − ρ²) u² beside its square.
+    #[inline(always)]
+    pub fn variance(&self, noise: f64) -> f64 {
+        noise * noise + (1.0 - self.correlation * self.correlation) * self.restitution * self.restitution
+    }
+
     /// c = ρ u v/s: by how much of 1 − v_t/v the restitution errs with the impact speed; 0 where that does not err.
     pub fn shared(&self) -> f64 {
         if self.speed > 0.0 {

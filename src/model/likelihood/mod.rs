@@ -15,14 +15,12 @@ mod by_row;
 mod by_series;
 mod compress;
 mod compressed_block;
-mod convolution;
 mod dry;
 mod dry_sums;
 mod errors;
-mod hidden_speed;
+mod hidden;
 mod nodes;
 pub mod normal;
-mod normal_nodes;
 mod own_rows;
 pub mod pointwise;
 mod prepared;
@@ -30,6 +28,7 @@ mod row_noise;
 mod rows;
 mod run_density;
 mod run_law;
+mod run_noise;
 mod scattered;
 mod shared_speed;
 mod sides;
@@ -37,7 +36,6 @@ mod student;
 mod sums;
 pub mod tails;
 pub(crate) mod trend;
-mod true_speeds;
 
 pub use by_series::SeriesDensities;
 pub use compress::Compression;
@@ -50,7 +48,7 @@ use self::by_row::BlockRows;
 use self::nodes::WetBlock;
 use self::row_noise::RowNoise;
 use self::run_density::Side;
-use self::run_law::RunNoise;
+use self::run_noise::RunNoise;
 use self::sides::{side_sums, SideOfLimit, SideSums};
 use self::sums::{rebound_sums, NodeRange};
 use self::trend::FilmParameters;
@@ -150,7 +148,7 @@ impl Likelihood {
             };
             value += self.run_by_run(rows, noise, (slopes, sums));
         }
-        value += self.over_true_speeds(noise, &wet.rebounds, (slopes, &mut sums));
+        value += self.of_shared_speeds(noise, &wet.rebounds, (slopes, &mut sums));
         for ((block, range), sums) in self.blocks.iter().zip(&wet.rebounds).zip(&sums) {
             range.law.add_slopes(block, sums, slopes);
         }

@@ -1,7 +1,6 @@
 //! Holds what runs have of their own, where they are taken one at a time.
 
 use super::errors::Errors;
-use super::hidden_speed::Together;
 use super::nodes::{DryRow, NodeFilm};
 use super::shared_speed::SharedRuns;
 
@@ -19,8 +18,6 @@ pub(super) struct ByRow {
     pub dry: Vec<DryRow>,
     /// wet runs that have one true speed, group by group
     pub shared: Vec<SharedRuns<WetPlace>>,
-    /// the wet runs whose impact speeds err
-    pub speeds: SpeedParts,
     /// the groups of the dry runs, each setting with its sphere
     pub dry_shared: Vec<SharedRuns<usize>>,
 }
@@ -30,33 +27,6 @@ pub(super) struct ByRow {
 pub(super) struct WetPlace {
     pub block: usize,
     pub film: NodeFilm,
-}
-
-/// Runs of one true speed, or a run at one of its own.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Part {
-    /// node of a rebound
-    Rebound(usize),
-    /// the same, as a run that was logged because it rebounded
-    Logged(usize),
-    /// node of a stuck run
-    Stuck(usize),
-    /// place among those that share a true speed
-    Shared(usize),
-}
-
-/// The wet runs whose impact speeds err, in parts of one true speed each.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct SpeedParts {
-    /// each with the number of its first setting
-    pub parts: Vec<(Part, usize)>,
-    /// where the film of each setting is
-    pub settings: Vec<usize>,
-    /// each film of a block once
-    pub films: Vec<WetPlace>,
-    pub together: Together,
-    /// parts that may not go with others
-    pub apart: Vec<usize>,
 }
 
 impl ByRow {

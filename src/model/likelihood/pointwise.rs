@@ -13,10 +13,11 @@ use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::errors::{Errors, RunErrors};
-use super::hidden_speed::HiddenSpeed;
+use super::hidden::Hidden;
 use super::normal::normal_score;
 use super::run_density::{Seen, Side, Spreads};
-use super::run_law::{RunImpact, RunNoise};
+use super::run_law::RunImpact;
+use super::run_noise::RunNoise;
 use super::shared_speed::SharedRuns;
 use super::tails::Tails;
 use super::trend::{middle_film_ratio, FilmParameters};
@@ -316,7 +317,7 @@ impl EvaluatedLaw<'_, '_> {
             impact: self.pointwise.settings[setting].impact,
             errors: self.errors_of(run),
         };
-        self.noise(run).density(at, seen).value
+        at.density(self.noise(run), seen).value
     }
 
     /// What is known of a run: its restitution, or that it stuck.
@@ -329,7 +330,7 @@ impl EvaluatedLaw<'_, '_> {
     }
 
     /// Gives runs that share a true speed to a function of their integral.
-    fn hidden<T>(&self, shared: &SharedRuns<usize>, of: impl FnOnce(HiddenSpeed) -> T) -> T {
+    fn hidden<T>(&self, shared: &SharedRuns<usize>, of: impl FnOnce(Hidden) -> T) -> T {
         let first = &shared.settings[0];
         let balances: Vec<&Balance> = shared.settings.iter().map(|of| &self.balances[of.place]).collect();
         shared.hidden(self.noise(first.runs[0]), &balances, of)
@@ -479,7 +480,7 @@ impl EvaluatedLaw<'_, '_> {
         let mean = if run < self.pointwise.dry {
             balance.e_dry(at.dry_root)[0]
         } else {
-            let lucky = wide * normal(self.energy(run).unwrap_or(0.0));
+            let lucky = normal(self.energy(run).unwrap_or(0.0));
             rebound::mean_restitution(balance.kept(&at).0 + lucky)
         };
         let e = mean + wide * sigma * z;

@@ -2,7 +2,7 @@
 
 use super::own_rows::ByRow;
 use super::run_density::RunDensity;
-use super::run_law::RunNoise;
+use super::run_noise::RunNoise;
 use crate::model::parameters::ParameterKind;
 
 /// The noise of wet runs at a full vector of parameters, where runs are taken one at a time.

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::dry_sums::DryRuns;
 use super::errors::{Errors, RunErrors};
 use super::nodes::{DryRow, NodeFilm, Nodes, WetBlock};
-use super::own_rows::{ByRow, SpeedParts, WetPlace};
+use super::own_rows::{ByRow, WetPlace};
 use super::prepared::Likelihood;
 use super::trend::middle_film_ratio;
 use crate::model::parameters::offset_slot;
@@ -52,7 +52,6 @@ impl Likelihood {
                     vec![]
                 },
                 shared: vec![],
-                speeds: SpeedParts::default(),
                 dry_shared: vec![],
             });
         }
@@ -158,7 +157,6 @@ impl Likelihood {
             // dry runs come first, in the order of their rows
             let dry = |run: usize| own.dry.get(run).map(|row| (row.sphere, row.impact()));
             own.dry_shared = errors.shared_runs(scene, table.runs, dry);
-            own.speeds = self.speed_parts(&own);
             self.own = Some(own);
         }
     }

@@ -1,11 +1,11 @@
 //! Holds runs that share a true speed, setting by setting, with what is known of each.
 
 use super::errors::RunErrors;
-use super::hidden_speed::{HiddenSpeed, MeasuredRun, SettingRuns, SettingSlopes};
+use super::hidden::{Hidden, Moves, SettingRuns, SettingSlopes};
 use super::run_density::{RunDensity, Seen, Side};
-use super::run_law::RunNoise;
+use super::run_noise::{MeasuredRun, RunNoise};
 use crate::physics::balance::{Balance, Impact};
-use crate::runs::{Runs, MOST_SETTINGS};
+use crate::runs::Runs;
 use crate::scene::{Scene, Sticking};
 
 /// Runs that share a true speed; `P` is where the parameters of a setting are found.
@@ -77,31 +77,18 @@ impl RunErrors {
 
 impl<P> SharedRuns<P> {
     /// Gives the runs, with the energy balance of each setting, to a function of their integral.
-    pub fn hidden<T>(&self, noise: RunNoise, balances: &[&Balance], of: impl FnOnce(HiddenSpeed) -> T) -> T {
-        self.with_settings(balances.iter().copied(), |settings| of(noise.hidden(settings)))
-    }
-
-    /// Gives the settings, with the energy balance of each, to a function.
-    pub fn with_settings<'b, T>(
-        &self,
-        balances: impl Iterator<Item = &'b Balance>,
-        of: impl FnOnce(&[SettingRuns]) -> T,
-    ) -> T {
+    pub fn hidden<T>(&self, noise: RunNoise, balances: &[&Balance], of: impl FnOnce(Hidden) -> T) -> T {
         let settings = self.settings.iter().zip(balances);
-        let mut settings = settings.map(|(setting, balance)| SettingRuns {
+        let settings = settings.map(|(setting, balance)| SettingRuns {
             balance,
             impact: setting.impact,
             runs: &setting.known,
         });
-        // at most so many, and at least one
-        let first = settings.next().expect("a setting");
-        let mut all = [first; MOST_SETTINGS];
-        let mut count = 1;
-        for (to, setting) in all[1..].iter_mut().zip(settings) {
-            *to = setting;
-            count += 1;
-        }
-        of(&all[..count])
+        of(Hidden {
+            noise,
+            moves: Moves::Speed,
+            settings: &settings.collect::<Vec<SettingRuns>>(),
+        })
     }
 
     /// What they add to the log likelihood, and its slopes in what each setting keeps, all with the sign.

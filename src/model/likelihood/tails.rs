@@ -65,95 +65,6 @@ pub(super) struct SummedDensity {
     pub kept_factor: f64,
 }
 
-/// Two noises of one run that share their tails: what they have at a distance ρ from their centre, both in units of their
-/// spreads. They are independent where the tails are normal, and widened by the same factor where they are Student's.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Radial {
-    /// of the normal
-    Normal,
-    /// of the stretched t
-    Student {
-        /// ν
-        nu: f64,
-        /// c²/ν
-        steepness: f64,
-        /// slope of its logarithm in ν
-        steepness_slope: f64,
-        /// slope of ln c² in ν
-        peak_slope: f64,
-        /// c²
-        peak: f64,
-    },
-}
-
-impl Radial {
-    /// Log of the probability of lying farther out than ρ, from ρ².
-    #[inline(always)]
-    pub fn ln_beyond(&self, square: f64) -> f64 {
-        match self {
-            Radial::Normal => -0.5 * square,
-            Radial::Student { nu, steepness, .. } => -0.5 * nu * (steepness * square).ln_1p(),
-        }
-    }
-
-    /// Its slope in ν.
-    #[inline(always)]
-    pub fn ln_beyond_nu(&self, square: f64) -> f64 {
-        match self {
-            Radial::Normal => 0.0,
-            Radial::Student {
-                nu,
-                steepness,
-                steepness_slope,
-                ..
-            } => {
-                let more = steepness * square;
-                -0.5 * more.ln_1p() - 0.5 * nu * steepness_slope * more / (1.0 + more)
-            }
-        }
-    }
-
-    /// 2π times the density at ρ² over the probability of lying farther out.
-    #[inline(always)]
-    pub fn density_over_beyond(&self, square: f64) -> f64 {
-        match self {
-            Radial::Normal => 1.0,
-            Radial::Student { steepness, peak, .. } => peak / (1.0 + steepness * square),
-        }
-    }
-
-    /// Slope of its logarithm in ν.
-    #[inline(always)]
-    pub fn ln_density_over_beyond_nu(&self, square: f64) -> f64 {
-        match self {
-            Radial::Normal => 0.0,
-            Radial::Student {
-                steepness,
-                steepness_slope,
-                peak_slope,
-                ..
-            } => {
-                let more = steepness * square;
-                peak_slope - steepness_slope * more / (1.0 + more)
-            }
-        }
-    }
-
-    /// ρ² beyond which an integral over a line that comes as near as ρ² = `nearest` has less than 1e-9 of its value.
-    pub fn farthest(&self, nearest: f64) -> f64 {
-        /// normal tails have e^(−20) of their largest value there: 1e-7 with a factor of 50 for what multiplies them
-        const ENOUGH: f64 = 40.0;
-        match self {
-            Radial::Normal => nearest + ENOUGH,
-            Radial::Student { nu, steepness, .. } => {
-                // the integral of ρ^(−ν − 2) with a weight that may grow with ρ
-                let ratio = (ENOUGH / nu).exp();
-                ((1.0 + steepness * nearest) * ratio - 1.0) / steepness
-            }
-        }
-    }
-}
-
 /// ln F(z) with its slopes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Probability {
@@ -231,23 +142,6 @@ impl Tails {
             peak: t.peak + quantile.ln(),
             peak_slope: student_t_peak_slope(nu) + quantile_slope,
         })
-    }
-
-    /// Two noises of a run with these tails.
-    pub(super) fn radial(&self) -> Radial {
-        match self {
-            Tails::Normal => Radial::Normal,
-            Tails::Student(student) => {
-                let peak = student.quantile * student.quantile;
-                Radial::Student {
-                    nu: student.nu,
-                    steepness: peak / student.nu,
-                    steepness_slope: 2.0 * student.quantile_slope - 1.0 / student.nu,
-                    peak_slope: 2.0 * student.quantile_slope,
-                    peak,
-                }
-            }
-        }
     }
 
     /// What sums over rebounds of one spread σ want to know of heavy tails; `None` for normal ones.

@@ -4,7 +4,6 @@ use std::path::Path;
 
 mod by_row;
 mod columns;
-pub(super) mod nodes;
 mod wide;
 
 use rand::RngExt;

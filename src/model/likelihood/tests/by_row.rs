@@ -261,8 +261,8 @@ fn agree(scene: &Scene, runs: &Runs, form: Form, errors: ErrorsOf) {
     assert_eq!(likelihood.needs_rows(), !plain);
     let (mut slopes, mut unused) = ([0.0; SLOTS], [0.0; SLOTS]);
     let value = likelihood.ln_density(full, &mut slopes).expect("inside the domain");
-    // in two dimensions, and with tails that both noises share, the integrals have tests of their own
-    if !both || !student && runs.errors.is_none() {
+    // in two dimensions the integrals have a test of their own
+    if !both || runs.errors.is_none() {
         let expected = by_run(scene, runs, form, full);
         let gap = (value - expected).abs() / (100.0 + expected.abs());
         assert!(gap < 1e-8, "{name}: {value} {expected}");

@@ -120,15 +120,8 @@ fn wet(input: ReportInput, posterior: &Posterior) -> String {
         ("r", "")
     };
     let (restitution, stuck) = if both {
-        let shared = if is_student(input) {
-            " Both noises of a run are widened by the same factor."
-        } else {
-            ""
-        };
-        let text = format!(
-            "Noise acts on the energy kept, too: z′ is distributed as z and independent of it.{shared} What is known of a \
-             run is integrated over z′ numerically, to 1e-6 of its logarithm."
-        );
+        let text = "Noise acts on the energy kept, too: z′ is standard normal and independent of z. What is known of a run is \
+                    integrated over z′ numerically, to 1e-6 of its logarithm.";
         let restitution = format!("e* = m({kept} + σ_r z′) + σ_wet z");
         (restitution, format!("{text} {}", where_stuck(input)))
     } else {

@@ -1,0 +1,396 @@
+//! Integrates over a hidden number z, standard normal, that moves what runs keep.
+//!
+//! * The true impact speed of a run whose measured one errs, or of repeats that share one: q = v_t/v = q̄ + s̄ z moves r(q).
+//!   At a true speed the rebound speed is measured about m(r(q)) v_t with σ v_t and its own error, of which the error of the
+//!   impact speed, then known, explains a part where both are correlated: e = v_r/v is distributed about
+//!   M = m(r(q)) q + c (1 − q) with S² = σ² q² + (1 − ρ²) u², c = ρ u v/s. Whether a run sticks depends on its true speed
+//!   alone. Repeats of one true speed have one z, and their densities at it are multiplied: what their mean errs by is an error
+//!   of all of them. Of other films and diameters each has its own r(z).
+//! * Noise on the energy kept by one run: r + σ_r z, with q = 1. Where the speed errs as well, this integral is a factor of that.
+//!
+//! What a run adds at a z is `run_noise.rs`'s; where the nodes lie is `rule.rs`'s.
+
+mod at_nodes;
+mod gauss;
+mod rule;
+
+use self::at_nodes::SettingNodes;
+use super::errors::Errors;
+use super::normal::CERTAIN;
+use super::run_density::{RunDensity, Seen};
+use super::run_noise::{MeasuredRun, RunNoise};
+use crate::distributions::LN_ROOT_TWO_PI;
+use crate::physics::balance::{Balance, Impact};
+use crate::physics::dry::Order;
+use crate::runs::TrueSpeed;
+
+/// Runs of one setting, with what is known of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SettingRuns<'b> {
+    pub balance: &'b Balance,
+    /// at the measured speed of the first
+    pub impact: Impact,
+    /// at least one
+    pub runs: &'b [MeasuredRun],
+}
+
+/// What the hidden number moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Moves {
+    /// the true impact speed
+    Speed,
+    /// the energy kept, by σ_r
+    Energy,
+}
+
+/// Runs that one hidden number moves.
+#[derive(Clone, Copy)]
+pub(super) struct Hidden<'b> {
+    pub noise: RunNoise,
+    pub moves: Moves,
+    /// at least one
+    pub settings: &'b [SettingRuns<'b>],
+}
+
+/// Slopes of a log density in what a setting keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct SettingSlopes {
+    /// in r; in e_dry of dry runs
+    pub kept: f64,
+    /// in −L
+    pub viscous: f64,
+    /// in k
+    pub dry_k: f64,
+}
+
+impl RunDensity {
+    /// With these slopes in what is kept.
+    pub fn with(self, of: SettingSlopes) -> RunDensity {
+        RunDensity {
+            kept: of.kept,
+            viscous: of.viscous,
+            dry_k: of.dry_k,
+            ..self
+        }
+    }
+}
+
+/// The logarithm falls by this much from its largest value to where the rest is nothing.
+const FALL: f64 = 25.0;
+
+/// Distance in z from where a probability is largest, beyond which nothing is left.
+const REACH: f64 = 9.0;
+
+/// Sums over nodes, all divided by the exponential of a value that the logarithm of the integrand has near its largest.
+struct Sums<'s> {
+    reference: f64,
+    /// mass, and slopes in σ, σ_r and ν
+    of: [f64; 4],
+    /// slopes in what each setting keeps
+    settings: &'s mut [SettingSlopes],
+    /// what each setting has at the nodes that were asked for last
+    at: &'s mut [SettingNodes],
+}
+
+impl Sums<'_> {
+    fn clear(&mut self) {
+        self.reference = f64::NEG_INFINITY;
+        self.of = [0.0; 4];
+        self.settings.fill(SettingSlopes::default());
+    }
+
+    /// Makes this logarithm the reference where its exponential would else be beyond all numbers.
+    fn refer_to(&mut self, ln: f64) {
+        /// well below what overflows
+        const MOST: f64 = 300.0;
+        if ln > self.reference + MOST {
+            self.scale((self.reference - ln).exp());
+            self.reference = ln;
+        }
+    }
+
+    /// The log density with its slopes; those of the settings are divided by the mass where they stand.
+    fn density(&mut self) -> RunDensity {
+        let [mass, sigma, energy, nu] = self.of;
+        self.scale(1.0 / mass);
+        RunDensity {
+            value: self.reference + mass.ln() - LN_ROOT_TWO_PI,
+            sigma: sigma / mass,
+            energy: energy / mass,
+            nu: nu / mass,
+            ..RunDensity::default()
+        }
+    }
+
+    fn scale(&mut self, factor: f64) {
+        self.of.iter_mut().for_each(|sum| *sum *= factor);
+        for of in self.settings.iter_mut() {
+            for sum in [&mut of.kept, &mut of.viscous, &mut of.dry_k] {
+                *sum *= factor;
+            }
+        }
+    }
+}
+
+impl SettingRuns<'_> {
+    /// The true speed over the measured one of the first run, which impacts are counted from.
+    #[inline(always)]
+    fn ratio(&self, z: f64) -> f64 {
+        self.runs[0].errors.ratio(z)
+    }
+
+    /// The same setting with these of its runs.
+    fn with<'r>(&self, runs: &'r [MeasuredRun]) -> SettingRuns<'r>
+    where
+        Self: 'r,
+    {
+        // speeds are as the mean of the true one over them
+        let ratio = self.runs[0].errors.true_speed.mean / runs[0].errors.true_speed.mean;
+        SettingRuns {
+            balance: self.balance,
+            impact: self.balance.at_speed_ratio(&self.impact, ratio),
+            runs,
+        }
+    }
+}
+
+impl Hidden<'_> {
+    /// The log density or probability, with slopes but for those in what is kept, which are written setting by setting.
+    pub fn integrate(&self, of_settings: &mut [SettingSlopes]) -> RunDensity {
+        // most runs are alone, and room for one is made sooner
+        if self.settings.len() == 1 {
+            self.integrate_with(of_settings, &mut [SettingNodes::NONE])
+        } else {
+            self.integrate_with(of_settings, &mut vec![SettingNodes::NONE; self.settings.len()])
+        }
+    }
+
+    fn integrate_with(&self, of_settings: &mut [SettingSlopes], at: &mut [SettingNodes]) -> RunDensity {
+        of_settings.fill(SettingSlopes::default());
+        if self.is_certain() {
+            return RunDensity::default();
+        }
+        let mut sums = Sums {
+            reference: f64::NEG_INFINITY,
+            of: [0.0; 4],
+            settings: of_settings,
+            at,
+        };
+        if !self.over_bell(&mut sums) {
+            sums.clear();
+            match self.panels(FALL, &mut sums) {
+                Some(nodes) => nodes.iter().for_each(|nodes| {
+                    self.at_nodes(nodes, &mut sums);
+                }),
+                // an integral that stops before its end is none
+                None => sums.of = [f64::NAN; 4],
+            }
+        }
+        sums.density()
+    }
+
+    /// The log density alone.
+    pub fn value(&self) -> f64 {
+        self.integrate(&mut vec![SettingSlopes::default(); self.settings.len()])
+            .value
+    }
+
+    /// The log density of each run given the others, in their order: that of all less that of the others.
+    pub fn given_the_others(&self) -> Vec<f64> {
+        /// twice as far down as is seen of all: a run that is off leaves the others where all together have little
+        const FAR: f64 = 2.0 * FALL;
+        /// a run that is farther off than this leaves them where all together have nothing
+        const OFF: f64 = 12.0;
+        let settings = self.settings.len();
+        let mut sums = Sums {
+            reference: f64::NEG_INFINITY,
+            of: [0.0; 4],
+            settings: &mut vec![SettingSlopes::default(); settings],
+            at: &mut vec![SettingNodes::NONE; settings],
+        };
+        let count = self.runs().count();
+        let Some(panels) = self.panels(FAR, &mut sums) else {
+            return vec![f64::NAN; count];
+        };
+        let reference = sums.reference;
+        let (mut all, mut own, mut without) = (0.0, vec![0.0; count], vec![0.0; count]);
+        let nodes = panels
+            .iter()
+            .flat_map(|nodes| nodes.z.iter().zip(&nodes.weights).take(nodes.count));
+        for (z, weight) in nodes {
+            let mut ln = -0.5 * z * z;
+            let mut each = own.iter_mut();
+            for setting in self.settings {
+                let kept = self.kept(setting, *z);
+                for (run, own) in setting.runs.iter().zip(&mut each) {
+                    *own = self.density_at(run, kept, *z).value;
+                    ln += *own;
+                }
+            }
+            all += weight * (ln - reference).exp();
+            for (sum, own) in without.iter_mut().zip(&own) {
+                *sum += weight * (ln - own - reference).exp();
+            }
+        }
+        let each = self.runs().zip(without).enumerate();
+        each.map(|(place, (run, without))| {
+            let given = all.ln() - without.ln();
+            if self.largest_of(run) - given < OFF {
+                given
+            } else {
+                all.ln() + reference - LN_ROOT_TWO_PI - self.without(place)
+            }
+        })
+        .collect()
+    }
+
+    /// Every run, setting by setting.
+    fn runs(&self) -> impl Iterator<Item = &MeasuredRun> + Clone {
+        self.settings.iter().flat_map(|setting| setting.runs)
+    }
+
+    /// The log density of all runs but one.
+    fn without(&self, place: usize) -> f64 {
+        let mut first = 0;
+        let others = self.settings.iter().map(|setting| {
+            let mut runs = setting.runs.to_vec();
+            if (first..first + runs.len()).contains(&place) {
+                runs.remove(place - first);
+            }
+            first += setting.runs.len();
+            runs
+        });
+        let others: Vec<Vec<MeasuredRun>> = others.collect();
+        let settings = self.settings.iter().zip(&others).filter(|(_, runs)| !runs.is_empty());
+        let settings: Vec<SettingRuns> = settings.map(|(setting, runs)| setting.with(runs)).collect();
+        if settings.is_empty() {
+            return 0.0;
+        }
+        let others = Hidden {
+            settings: &settings,
+            ..*self
+        };
+        others.value()
+    }
+
+    /// What a run errs by beside what the hidden number stands for.
+    #[inline(always)]
+    fn errors(&self, run: &MeasuredRun) -> Errors {
+        match self.moves {
+            Moves::Speed => run.errors,
+            Moves::Energy => Errors {
+                speed: 0.0,
+                true_speed: TrueSpeed::EXACT,
+                ..run.errors
+            },
+        }
+    }
+
+    fn impact(&self, setting: &SettingRuns, z: f64) -> Impact {
+        match self.moves {
+            Moves::Speed => setting.balance.at_speed_ratio(&setting.impact, setting.ratio(z)),
+            Moves::Energy => setting.impact,
+        }
+    }
+
+    /// r of a setting, or e_dry.
+    fn kept(&self, setting: &SettingRuns, z: f64) -> f64 {
+        self.kept_at(setting, &self.impact(setting, z), z)
+    }
+
+    fn kept_at(&self, setting: &SettingRuns, at: &Impact, z: f64) -> f64 {
+        let kept = if self.noise.wet {
+            setting.balance.kept(at).0
+        } else {
+            setting.balance.e_dry(at.dry_root)[0]
+        };
+        match self.moves {
+            Moves::Speed => kept,
+            Moves::Energy => kept + self.noise.spreads.energy * z,
+        }
+    }
+
+    /// dr/dz, or that of e_dry.
+    fn kept_slope(&self, setting: &SettingRuns, at: &Impact, z: f64) -> f64 {
+        if self.moves == Moves::Energy {
+            return self.noise.spreads.energy;
+        }
+        let balance = setting.balance;
+        let in_log_speed = if self.noise.wet {
+            balance.in_log_speed(at)[0]
+        } else {
+            // v d/dv is a fifth of k d/dk
+            0.2 * balance.dry_k * balance.e_dry(at.dry_root)[1]
+        };
+        in_log_speed * setting.runs[0].errors.true_speed.sd / setting.ratio(z)
+    }
+
+    /// What a run adds at a z, whose setting keeps this there: with noise on the energy kept, where that is not what z stands
+    /// for, integrated over.
+    fn density_at(&self, run: &MeasuredRun, kept: f64, z: f64) -> RunDensity {
+        let errors = self.errors(run);
+        let ratio = errors.ratio(z);
+        let known = MeasuredRun { errors, ..*run };
+        if self.moves == Moves::Energy || !self.noise.acts_on_energy(kept) {
+            return self.noise.density(&known, kept, ratio);
+        }
+        let of_true = |e: f64| (e - errors.shared() * (1.0 - ratio)) / ratio;
+        let (seen, stretch) = match run.seen {
+            Seen::Rebound(e) => (Seen::Rebound(of_true(e)), ratio.ln()),
+            Seen::Measured(side, e) => (Seen::Measured(side, of_true(e)), 0.0),
+            Seen::On(..) => (run.seen, 0.0),
+        };
+        let known = MeasuredRun {
+            seen,
+            errors: Errors {
+                restitution: errors.variance(0.0).sqrt() / ratio,
+                ..Errors::NONE
+            },
+        };
+        let of = Hidden::of_energy(self.noise, kept, &known);
+        RunDensity {
+            value: of.value - stretch,
+            ..of
+        }
+    }
+
+    /// The log density of a run with noise on the energy, of which it keeps this on average; with its slope in that.
+    pub fn of_energy(noise: RunNoise, kept: f64, run: &MeasuredRun) -> RunDensity {
+        let setting = SettingRuns {
+            // which keeps so much where nothing else does
+            balance: &Balance::dry(Order::First, 0.0).with_offset(kept - 1.0),
+            impact: Impact::default(),
+            runs: std::slice::from_ref(run),
+        };
+        let hidden = Hidden {
+            noise,
+            moves: Moves::Energy,
+            settings: &[setting],
+        };
+        let mut slopes = [SettingSlopes::default()];
+        let of = hidden.integrate(&mut slopes);
+        of.with(slopes[0])
+    }
+
+    /// Whether each run came out on its side for certain wherever z may be.
+    fn is_certain(&self) -> bool {
+        let sigma = self.noise.spreads.sigma;
+        let is_at = |setting: &SettingRuns, z: f64| {
+            let mean = self.noise.mean(self.kept(setting, z)).0;
+            setting.runs.iter().all(|run| match run.seen {
+                Seen::On(side, limit) => side.sign() * (limit - mean) > CERTAIN * sigma,
+                _ => false,
+            })
+        };
+        let is_of_sides = self.runs().all(|run| matches!(run.seen, Seen::On(..)));
+        // with heavy tails or further noise nothing is; r grows or falls with z, or has its largest value between
+        is_of_sides
+            && self.is_plain()
+            && [-REACH, 0.0, REACH]
+                .iter()
+                .all(|z| self.settings.iter().all(|setting| is_at(setting, *z)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,345 @@
+//! Computes the integrand at several nodes side by side.
+//!
+//! Symbols as in `hidden.rs`. Lanes are added in one order on every machine.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::{Hidden, Moves, SettingRuns, Sums};
+use crate::exponential::{exponential, is_fused, logarithm};
+use crate::model::likelihood::normal::{ln_normal_cdf_and_slope, CERTAIN};
+use crate::model::likelihood::run_density::Seen;
+use crate::model::likelihood::tails::{normal_density, Tails};
+use crate::physics::dry::{Order, POWER};
+use crate::physics::rebound::mean_and_slope;
+
+/// Nodes are summed in multiples of this.
+const LANES: usize = 8;
+
+/// Nodes of one call.
+pub(super) const MOST_NODES: usize = 16;
+
+/// Variances whose logarithm is taken at once, that of their product: one takes as long as all else that a rebound adds.
+const MOST_FACTORS: usize = 4;
+
+/// A number at each of these nodes.
+pub(super) type Column = [f64; MOST_NODES];
+
+/// Some nodes of a rule: values of z with their weights.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RuleNodes {
+    pub z: Column,
+    pub weights: Column,
+    /// up to [`MOST_NODES`]
+    pub count: usize,
+}
+
+impl RuleNodes {
+    pub const NONE: RuleNodes = RuleNodes {
+        z: [0.0; MOST_NODES],
+        weights: [0.0; MOST_NODES],
+        count: 0,
+    };
+
+    pub fn is_full(&self) -> bool {
+        self.count == MOST_NODES
+    }
+
+    #[inline(always)]
+    pub fn push(&mut self, z: f64, weight: f64) {
+        (self.z[self.count], self.weights[self.count]) = (z, weight);
+        self.count += 1;
+    }
+
+    /// Fills the last register up with nodes that count for nothing.
+    pub fn fill(&mut self) {
+        while !self.count.is_multiple_of(LANES) {
+            self.push(self.z[0], 0.0);
+        }
+    }
+}
+
+/// What the integrand is at some nodes.
+pub(super) struct AtNodes {
+    /// its logarithm
+    pub ln: Column,
+    /// what a node adds to the mass
+    pub parts: Column,
+}
+
+/// What a setting has at each node.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SettingNodes {
+    /// r, or e_dry of dry runs
+    pub kept: Column,
+    /// 4/St
+    over_stokes: Column,
+    /// slope of what is kept in k
+    slope_k: Column,
+    /// slope of the logarithm in what is kept
+    of_kept: Column,
+}
+
+impl SettingNodes {
+    pub const NONE: SettingNodes = SettingNodes {
+        kept: [0.0; MOST_NODES],
+        over_stokes: [0.0; MOST_NODES],
+        slope_k: [0.0; MOST_NODES],
+        of_kept: [0.0; MOST_NODES],
+    };
+}
+
+impl Hidden<'_> {
+    /// Whether runs have normal noise on the restitution alone, and z all that is hidden of them.
+    pub(super) fn is_plain(&self) -> bool {
+        /// the product of [`MOST_FACTORS`] variances is then a number of which [`logarithm`] gives the logarithm
+        const SIGMA: std::ops::Range<f64> = 1e-30..1e30;
+        let spreads = self.noise.spreads;
+        self.noise.tails == Tails::Normal
+            && SIGMA.contains(&spreads.sigma)
+            && (self.moves == Moves::Energy || !self.noise.wet || spreads.energy == 0.0)
+    }
+
+    /// Adds nodes, a multiple of [`LANES`], to sums.
+    pub(super) fn at_nodes(&self, nodes: &RuleNodes, sums: &mut Sums) -> AtNodes {
+        Arch::new().dispatch(Nodes {
+            hidden: self,
+            nodes,
+            sums,
+        })
+    }
+
+    /// The logarithm of the integrand at these places.
+    pub(super) fn ln_at(&self, places: &[f64], sums: &mut Sums) -> Vec<f64> {
+        let mut found = Vec::with_capacity(places.len());
+        for some in places.chunks(MOST_NODES) {
+            let mut nodes = RuleNodes::NONE;
+            some.iter().for_each(|z| nodes.push(*z, 0.0));
+            nodes.fill();
+            found.extend(&self.at_nodes(&nodes, sums).ln[..some.len()]);
+        }
+        found
+    }
+}
+
+struct Nodes<'n, 'b, 'm, 's> {
+    hidden: &'n Hidden<'b>,
+    nodes: &'n RuleNodes,
+    sums: &'m mut Sums<'s>,
+}
+
+impl WithSimd for Nodes<'_, '_, '_, '_> {
+    type Output = AtNodes;
+
+    // each loop is over slices whose length is not known where the code is made: of one that is, the registers are not filled
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> AtNodes {
+        let Nodes { hidden, nodes, sums } = self;
+        // a copy, so that no loop has to ask whether what it reads is what it writes
+        let RuleNodes { z, weights, count } = *nodes;
+        let count = count.min(MOST_NODES);
+        let fused = is_fused::<S>();
+        let sigma = hidden.noise.spreads.sigma;
+        let is_plain = hidden.is_plain();
+        let [mut ln, mut parts, mut of_sigma, mut of_energy, mut of_nu] = [[0.0; MOST_NODES]; 5];
+        let (mut variances, mut factors) = ([1.0; MOST_NODES], 0);
+        let [z, weights] = [&z[..count], &weights[..count]];
+        for (ln, z) in ln[..count].iter_mut().zip(z) {
+            *ln = -0.5 * z * z;
+        }
+        for (setting, to) in hidden.settings.iter().zip(sums.at.iter_mut()) {
+            hidden.setting_at(setting, z, fused, to);
+            let (mut mean, mut slope) = (to.kept, [1.0; MOST_NODES]);
+            if hidden.noise.wet {
+                for ((mean, slope), kept) in mean[..count].iter_mut().zip(&mut slope[..count]).zip(&to.kept[..count]) {
+                    (*mean, *slope) = mean_and_slope(*kept);
+                }
+            }
+            to.of_kept[..count].fill(0.0);
+            for run in setting.runs {
+                let columns = [&mut ln, &mut to.of_kept, &mut of_sigma].map(|column| &mut column[..count]);
+                let [ln, of_kept, of_sigma] = columns;
+                let sums = ln.iter_mut().zip(&mut *of_kept).zip(&mut *of_sigma);
+                let at = mean[..count].iter().zip(&slope[..count]).zip(z);
+                match run.seen {
+                    Seen::Rebound(e) if is_plain => {
+                        let errors = hidden.errors(run);
+                        let shared = errors.shared();
+                        let variances = &mut variances[..count];
+                        for ((((ln, of_kept), of_sigma), variances), ((mean, slope), z)) in
+                            sums.zip(&mut *variances).zip(at)
+                        {
+                            let ratio = errors.ratio(*z);
+                            let variance = errors.variance(sigma * ratio);
+                            let distance = e - shared * (1.0 - ratio) - mean * ratio;
+                            let density = normal_density(distance, variance, 0.0);
+                            *ln += density.value;
+                            *variances *= variance;
+                            *of_kept += density.mean * ratio * slope;
+                            *of_sigma += 2.0 * density.variance * sigma * ratio * ratio;
+                        }
+                        factors += 1;
+                        if factors == MOST_FACTORS {
+                            divide_by_root(ln, variances, fused);
+                            factors = 0;
+                        }
+                    }
+                    Seen::On(side, limit) if is_plain => {
+                        let towards = side.sign() / sigma;
+                        // nothing is added by a side that is certain
+                        if mean[..count].iter().all(|mean| towards * (limit - mean) > CERTAIN) {
+                            continue;
+                        }
+                        for (((ln, of_kept), of_sigma), ((mean, slope), _)) in sums.zip(at) {
+                            let z = towards * (limit - mean);
+                            let [value, of_z] = ln_normal_cdf_and_slope(z, fused);
+                            *ln += value;
+                            *of_kept -= towards * of_z * slope;
+                            *of_sigma -= of_z * z / sigma;
+                        }
+                    }
+                    _ => {
+                        for (node, z) in z.iter().enumerate() {
+                            let of = hidden.density_at(run, to.kept[node], *z);
+                            ln[node] += of.value;
+                            of_kept[node] += of.kept;
+                            of_sigma[node] += of.sigma;
+                            of_energy[node] += of.energy;
+                            of_nu[node] += of.nu;
+                        }
+                    }
+                }
+            }
+        }
+        if factors > 0 {
+            divide_by_root(&mut ln[..count], &mut variances[..count], fused);
+        }
+        sums.refer_to(largest(&ln[..count]));
+        let reference = sums.reference;
+        for ((part, weight), ln) in parts[..count].iter_mut().zip(weights).zip(&ln) {
+            *part = weight * exponential(ln - reference, fused);
+        }
+        let of_parts = &parts[..count];
+        // no number where a logarithm is none, whose exponential is one here
+        let terms = |part: f64, ln: f64, of_sigma: f64| [part, ln, part * of_sigma];
+        let [mass, no_number, of_sigma] = totals([of_parts, &ln[..count], &of_sigma[..count]], terms);
+        sums.of[0] += mass + 0.0 * no_number;
+        sums.of[1] += of_sigma;
+        if !is_plain {
+            let terms = |part: f64, of_energy: f64, of_nu: f64| [part * of_energy, part * of_nu, 0.0];
+            let [of_energy, of_nu, _] = totals([of_parts, &of_energy[..count], &of_nu[..count]], terms);
+            sums.of[2] += of_energy;
+            sums.of[3] += of_nu;
+        }
+        for (sum, of) in sums.settings.iter_mut().zip(sums.at.iter_mut()) {
+            let of_kept = &mut of.of_kept[..count];
+            for (of_kept, part) in of_kept.iter_mut().zip(of_parts) {
+                *of_kept *= part;
+            }
+            if hidden.moves == Moves::Energy {
+                // r + σ_r z
+                sums.of[2] += totals([of_kept, z, z], |of_kept, z, _| [of_kept * z, 0.0, 0.0])[0];
+            }
+            let columns = [&of.of_kept, &of.over_stokes, &of.slope_k].map(|column| &column[..count]);
+            let [kept, viscous, dry_k] = totals(columns, |of_kept, x, of_k| [of_kept, of_kept * x, of_kept * of_k]);
+            sum.kept += kept;
+            sum.viscous += viscous;
+            sum.dry_k += dry_k;
+        }
+        AtNodes { ln, parts }
+    }
+}
+
+impl Hidden<'_> {
+    /// Writes what a setting keeps at each node.
+    #[inline(always)]
+    fn setting_at(&self, setting: &SettingRuns, places: &[f64], fused: bool, to: &mut SettingNodes) {
+        if self.moves == Moves::Energy {
+            let (kept, of_k) = setting.balance.kept(&setting.impact);
+            for (to, z) in to.kept.iter_mut().zip(places) {
+                *to = kept + self.noise.spreads.energy * z;
+            }
+            to.slope_k[..places.len()].fill(of_k);
+            to.over_stokes[..places.len()].fill(setting.impact.over_stokes);
+            return;
+        }
+        let mut roots = [1.0; MOST_NODES];
+        let roots = &mut roots[..places.len()];
+        if setting.balance.own_speed {
+            for (root, z) in roots.iter_mut().zip(places) {
+                *root = exponential(POWER * logarithm(setting.ratio(*z), fused), fused);
+            }
+        }
+        // each a loop of its own without a choice in it
+        match (self.noise.wet, setting.balance.order) {
+            (true, Order::First) => setting.kept_at::<true>(Order::First, places, roots, to),
+            (true, Order::Second) => setting.kept_at::<true>(Order::Second, places, roots, to),
+            (false, Order::First) => setting.kept_at::<false>(Order::First, places, roots, to),
+            (false, Order::Second) => setting.kept_at::<false>(Order::Second, places, roots, to),
+        }
+    }
+}
+
+impl SettingRuns<'_> {
+    /// What a wet or dry impact keeps, where the dry speed's fifth root is so many times as large.
+    #[inline(always)]
+    fn kept_at<const WET: bool>(&self, order: Order, places: &[f64], roots: &[f64], to: &mut SettingNodes) {
+        let balance = self.balance.of_order(order);
+        let (first, errors) = (self.impact, self.runs[0].errors);
+        let count = places.len();
+        let [kept, slope_k, over_stokes] =
+            [&mut to.kept, &mut to.slope_k, &mut to.over_stokes].map(|column| &mut column[..count]);
+        let to = kept.iter_mut().zip(slope_k).zip(over_stokes);
+        for (((kept, slope_k), over_stokes), (z, root)) in to.zip(places.iter().zip(roots)) {
+            let impact = first.at_speed_ratio(errors.ratio(*z), *root);
+            (*kept, *slope_k) = if WET {
+                balance.kept(&impact)
+            } else {
+                let [e_dry, slope, _] = balance.e_dry(impact.dry_root);
+                (e_dry, slope)
+            };
+            *over_stokes = impact.over_stokes;
+        }
+    }
+}
+
+/// Takes half the logarithm of each product of variances off, and leaves ones.
+#[inline(always)]
+fn divide_by_root(ln: &mut [f64], variances: &mut [f64], fused: bool) {
+    for (ln, variances) in ln.iter_mut().zip(variances) {
+        *ln -= 0.5 * logarithm(*variances, fused);
+        *variances = 1.0;
+    }
+}
+
+#[inline(always)]
+fn largest(numbers: &[f64]) -> f64 {
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    let mut lanes = [f64::NEG_INFINITY; LANES];
+    for chunk in numbers.as_chunks::<LANES>().0 {
+        for (lane, number) in lanes.iter_mut().zip(chunk) {
+            *lane = larger(*lane, *number);
+        }
+    }
+    lanes.into_iter().fold(f64::NEG_INFINITY, larger)
+}
+
+/// The sums of three terms of as many numbers as the shortest column has, a multiple of [`LANES`]; halves first.
+#[inline(always)]
+fn totals([a, b, c]: [&[f64]; 3], terms: impl Fn(f64, f64, f64) -> [f64; 3]) -> [f64; 3] {
+    let mut lanes = [[0.0; LANES]; 3];
+    let [a, b, c] = [a, b, c].map(|column| column.as_chunks::<LANES>().0);
+    for ((a, b), c) in a.iter().zip(b).zip(c) {
+        for lane in 0..LANES {
+            let found = terms(a[lane], b[lane], c[lane]);
+            for (sums, term) in lanes.iter_mut().zip(found) {
+                sums[lane] += term;
+            }
+        }
+    }
+    lanes.map(of_lanes)
+}
+
+#[inline(always)]
+fn of_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
+}

@@ -1,0 +1,486 @@
+//! Chooses the nodes of an integral over the hidden number.
+//!
+//! Most integrands are all but normal: a Gauss–Hermite rule does, about where they are largest, and its last coefficients say
+//! whether it did. Where it did not, Gauss's rule on panels that are short beside whatever is narrow there. The line is gone
+//! along in z, or where the r of a setting has its zero within reach in x with r(z) = m⁻¹(x) to first order, which makes m(r) as
+//! smooth as the rest; where several settings turn, from each of them half the way to the next.
+
+use super::at_nodes::{AtNodes, RuleNodes, MOST_NODES};
+use super::gauss::{Order, GAUSS};
+use super::{Hidden, Moves, SettingRuns, Sums, REACH};
+use crate::model::likelihood::run_density::Seen;
+use crate::model::likelihood::run_noise::MeasuredRun;
+use crate::model::likelihood::tails::Tails;
+use crate::physics::rebound::{kept_and_slope, mean_restitution, TURN};
+
+/// Panels beyond which parameters are taken to have no density.
+const MOST_PANELS: usize = 20_000;
+
+/// What the line is gone along in.
+#[derive(Debug, Clone, Copy)]
+enum Path {
+    /// z itself
+    Straight,
+    /// x, with m⁻¹(x) = kept + slope z: about where a setting turns
+    Turn { kept: f64, slope: f64 },
+}
+
+/// A place of a bell and its width, in the variable of a path.
+#[derive(Debug, Clone, Copy)]
+struct Bell {
+    x: f64,
+    width: f64,
+}
+
+/// A panel between two places of a path, with the logarithm of the integrand at both.
+struct Panel {
+    path: Path,
+    ends: [f64; 2],
+    ln: [f64; 2],
+}
+
+/// Panels of the whole line.
+struct Panels {
+    all: Vec<Panel>,
+    /// the largest logarithm that is known
+    best: f64,
+    /// where it is so much less there is nothing
+    fall: f64,
+    /// z of nought and of the turns: farther out the logarithm has one largest value at most
+    within: [f64; 2],
+}
+
+impl Panels {
+    /// Adds those between places that follow one another.
+    fn add(&mut self, path: Path, places: &[f64], heights: &[f64]) {
+        for (ends, ln) in places.windows(2).zip(heights.windows(2)) {
+            self.best = self.best.max(ln[0]).max(ln[1]);
+            self.all.push(Panel {
+                path,
+                ends: [ends[0].min(ends[1]), ends[0].max(ends[1])],
+                ln: [ln[0], ln[1]],
+            });
+        }
+    }
+}
+
+impl Path {
+    /// z at a place, and its slope there without the sign.
+    #[inline(always)]
+    fn at(&self, x: f64) -> [f64; 2] {
+        match *self {
+            Path::Straight => [x, 1.0],
+            Path::Turn { kept, slope } => {
+                let (y, stretch) = kept_and_slope(x);
+                [(y - kept) / slope, stretch / slope.abs()]
+            }
+        }
+    }
+
+    /// The place of a z.
+    fn place(&self, z: f64) -> f64 {
+        match *self {
+            Path::Straight => z,
+            Path::Turn { kept, slope } => mean_restitution(kept + slope * z),
+        }
+    }
+
+    /// The longest panel that may begin at a place: m⁻¹ has its poles at τ (±1 ± i).
+    fn longest(&self, x: f64) -> f64 {
+        match self {
+            Path::Straight => f64::INFINITY,
+            Path::Turn { .. } => 2.5 * TURN + 2.0 * x.abs(),
+        }
+    }
+}
+
+impl Hidden<'_> {
+    /// The path about a place where a setting keeps so much.
+    fn turn_path(&self, setting: &SettingRuns, z: f64) -> Path {
+        let at = self.impact(setting, z);
+        let slope = self.kept_slope(setting, &at, z);
+        Path::Turn {
+            kept: self.kept_at(setting, &at, z) - slope * z,
+            slope,
+        }
+    }
+
+    /// Writes the integral to the sums where the integrand is all but normal; else false, and what the sums hold is nothing.
+    pub(super) fn over_bell(&self, sums: &mut Sums) -> bool {
+        // Student's tails fall too slowly for what the last coefficients say
+        if self.noise.tails != Tails::Normal {
+            return false;
+        }
+        if self.moves == Moves::Energy {
+            let path = self.turn_path(&self.settings[0], 0.0);
+            return self.over_bell_of(path, sums);
+        }
+        if self.over_bell_of(Path::Straight, sums) {
+            return true;
+        }
+        let [setting] = self.settings else {
+            return false;
+        };
+        let turn = self.turn(setting, REACH);
+        turn.is_some_and(|z| self.over_bell_of(self.turn_path(setting, z), sums))
+    }
+
+    /// The same along a path.
+    fn over_bell_of(&self, path: Path, sums: &mut Sums) -> bool {
+        /// of the place of a bell and its width
+        const STEPS: usize = 5;
+        /// of a step, in widths, and of the ratio of two widths: what follows is as good as it gets
+        const NEAR: f64 = 0.2;
+        let mut bell = self.start(path);
+        let mut order = Order::Eight;
+        for _ in 0..STEPS {
+            if !bell.is_clear(path) {
+                return false;
+            }
+            sums.clear();
+            let at = self.at_hermite(path, bell, order, sums);
+            let parts = at.parts.as_chunks::<2>().0;
+            if order.last_coefficient(parts) < most_of_last(order) * sums.of[0] && self.keeps_its_sign(order, sums) {
+                return true;
+            }
+            let (step, ratio) = match bell.towards(path, order, &at) {
+                Some(towards) => towards,
+                None => return false,
+            };
+            bell.x += step * bell.width;
+            bell.width *= ratio;
+            if step.abs() < NEAR && (ratio - 1.0).abs() < NEAR {
+                if order == Order::Sixteen {
+                    return false;
+                }
+                order = Order::Sixteen;
+            }
+        }
+        false
+    }
+
+    /// Where an integrand may be largest along a path.
+    fn start(&self, path: Path) -> Bell {
+        let Path::Turn { slope: of_kept, .. } = path else {
+            return Bell { x: 0.0, width: 1.0 };
+        };
+        let run = &self.settings[0].runs[0];
+        // a step of Gauss–Newton's from the restitution, or from where z is nought
+        let (x, own) = match run.seen {
+            Seen::Rebound(e) => (e, 1.0 / self.errors(run).variance(self.noise.spreads.sigma).sqrt()),
+            Seen::On(..) | Seen::Measured(..) => (path.place(0.0), 0.0),
+        };
+        let [z, slope] = path.at(x);
+        let variance = 1.0 / (own * own + slope * slope);
+        Bell {
+            x: x - z * slope * of_kept.signum() * variance,
+            width: variance.sqrt(),
+        }
+    }
+
+    fn at_hermite(&self, path: Path, Bell { x, width }: Bell, order: Order, sums: &mut Sums) -> AtNodes {
+        let mut nodes = RuleNodes::NONE;
+        for [node, weight] in order.pairs() {
+            for apart in [-width * node, width * node] {
+                let [z, stretch] = path.at(x + apart);
+                nodes.push(z, width * weight * stretch);
+            }
+        }
+        self.at_nodes(&nodes, sums)
+    }
+
+    /// Whether no setting turns within the nodes that were asked for last, nor as far beyond as a bell has something.
+    fn keeps_its_sign(&self, order: Order, sums: &Sums) -> bool {
+        /// of the way between the last two nodes
+        const BEYOND: f64 = 1.4;
+        if !self.noise.wet {
+            return true;
+        }
+        let count = 2 * order.pairs().len();
+        let beyond = match order {
+            Order::Eight => BEYOND,
+            Order::Sixteen => 0.0,
+        };
+        sums.at.iter().all(|setting| {
+            let ends = [0, 1].map(|side| {
+                let [inner, outer] = [count - 4 + side, count - 2 + side].map(|node| setting.kept[node]);
+                outer + beyond * (outer - inner)
+            });
+            // also where one is no number
+            ends[0] * ends[1] > 0.0
+        })
+    }
+
+    /// The nodes of panels along the whole line, as far as the integrand falls by so much; `None` where there is no end of them.
+    /// The reference of the sums is then near its largest value.
+    pub(super) fn panels(&self, fall: f64, sums: &mut Sums) -> Option<Vec<RuleNodes>> {
+        /// of the way from nought to a turn
+        const PLACES: usize = 8;
+        let far = |ln: f64| (2.0 * (fall + self.largest() - ln)).max(0.0).sqrt();
+        let at_zero = self.ln_at(&[0.0], sums)[0];
+        let mut places = vec![];
+        for turn in self.turns(far(at_zero)) {
+            places.extend((1..=PLACES).map(|place| turn.0 * place as f64 / PLACES as f64));
+        }
+        if let ([run], Moves::Energy) = (self.settings[0].runs, self.moves) {
+            let path = self.turn_path(&self.settings[0], 0.0);
+            places.extend(run.seen.rebound().map(|e| path.at(e)[0]));
+        }
+        let largest = |lns: Vec<f64>, so_far: f64| lns.into_iter().fold(so_far, f64::max);
+        let best = largest(self.ln_at(&places, sums), at_zero);
+        let far = far(best);
+        let turns = self.turns(far);
+        let mut segments = vec![];
+        for (place, (z, setting)) in turns.iter().enumerate() {
+            let half_way = |other: &(f64, usize)| 0.5 * (z + other.0);
+            let before = place.checked_sub(1).map_or(-far, |before| half_way(&turns[before]));
+            let after = turns.get(place + 1).map_or(far, half_way);
+            segments.push((self.turn_path(&self.settings[*setting], *z), [before, after]));
+        }
+        if turns.is_empty() {
+            segments.push((Path::Straight, [-far, far]));
+        }
+        let mut panels = Panels {
+            all: vec![],
+            best,
+            fall,
+            within: turns
+                .iter()
+                .fold([0.0; 2], |[lo, hi]: [f64; 2], (z, _)| [lo.min(*z), hi.max(*z)]),
+        };
+        for (path, ends) in segments {
+            let mut ends = ends.map(|z| path.place(z));
+            ends.sort_by(f64::total_cmp);
+            if let ([run], Moves::Energy) = (self.settings[0].runs, self.moves) {
+                ends = self.within(run, ends, fall + self.largest() - best);
+            }
+            self.panels_of(path, ends, sums, &mut panels)?;
+        }
+        let Panels { all: panels, best, .. } = panels;
+        sums.clear();
+        sums.reference = best;
+        let mut all = vec![];
+        let mut nodes = RuleNodes::NONE;
+        for Panel {
+            path,
+            ends: [lo, hi],
+            ln,
+        } in panels
+        {
+            if ln.iter().all(|ln| *ln < best - fall) {
+                continue;
+            }
+            let (half, middle) = (0.5 * (hi - lo), 0.5 * (lo + hi));
+            for [node, weight] in GAUSS {
+                for x in [middle - half * node, middle + half * node] {
+                    let [z, stretch] = path.at(x);
+                    nodes.push(z, half * weight * stretch);
+                    if nodes.is_full() {
+                        all.push(std::mem::replace(&mut nodes, RuleNodes::NONE));
+                    }
+                }
+            }
+        }
+        if nodes.count > 0 {
+            nodes.fill();
+            all.push(nodes);
+        }
+        Some(all)
+    }
+
+    /// A range of restitutions as far as this run leaves something there.
+    fn within(&self, run: &MeasuredRun, [lo, hi]: [f64; 2], fall: f64) -> [f64; 2] {
+        let is_normal = self.noise.tails == Tails::Normal;
+        let Some(e) = run.seen.rebound().filter(|_| is_normal) else {
+            return [lo, hi];
+        };
+        let far = (2.0 * fall * self.errors(run).variance(self.noise.spreads.sigma)).sqrt();
+        [lo.max(e - far), hi.min(e + far)]
+    }
+
+    /// Adds panels between two places, from the turn outwards until there is nothing and less follows; `None` where there is no end of them.
+    fn panels_of(&self, path: Path, [lo, hi]: [f64; 2], sums: &mut Sums, to: &mut Panels) -> Option<()> {
+        // Gauss's rule of order 12 has 1e-9 of a normal density over so many standard deviations; Student's has a pole about
+        // one from the line
+        let widths = if self.noise.tails == Tails::Normal { 5.0 } else { 1.5 };
+        if lo.is_nan() || hi.is_nan() {
+            return None;
+        }
+        let inner = 0f64.clamp(lo, hi.max(lo));
+        for (end, sign) in [(lo, -1.0), (hi, 1.0)] {
+            let mut places = vec![inner];
+            let mut narrow = self.narrowness(path, inner);
+            let mut is_done = inner == end;
+            while !is_done {
+                while places.len() < MOST_NODES && !is_done {
+                    let from = places[places.len() - 1];
+                    let rest = sign * (end - from);
+                    let mut length = (widths / narrow).min(path.longest(from)).min(rest);
+                    // the width mostly falls outwards
+                    narrow = self.narrowness(path, from + sign * length);
+                    length = length.min(widths / narrow);
+                    let next = if length < rest { from + sign * length } else { end };
+                    // also where it is no number
+                    if (sign * (next - from)).is_nan() || next == from {
+                        return None;
+                    }
+                    places.push(next);
+                    is_done = next == end;
+                }
+                let z: Vec<f64> = places.iter().map(|x| path.at(*x)[0]).collect();
+                let heights = self.ln_at(&z, sums);
+                to.add(path, &places, &heights);
+                if to.all.len() > MOST_PANELS {
+                    return None;
+                }
+                if let ([.., before, last], Some(z)) = (&heights[..], z.last()) {
+                    let is_outside = *z < to.within[0] || *z > to.within[1];
+                    is_done |= is_outside && *last < to.best - to.fall && last < before;
+                }
+                places = vec![places[places.len() - 1]];
+            }
+        }
+        Some(())
+    }
+
+    /// By how many standard deviations of whatever is narrow the integrand moves with a place.
+    fn narrowness(&self, path: Path, x: f64) -> f64 {
+        let [z, stretch] = path.at(x);
+        let spreads = self.noise.spreads;
+        let mut squares = 1.0;
+        for setting in self.settings {
+            let impact = self.impact(setting, z);
+            let (mean, slope) = self.noise.mean(self.kept_at(setting, &impact, z));
+            let of_mean = slope * self.kept_slope(setting, &impact, z);
+            let energy = if self.noise.wet && self.moves == Moves::Speed {
+                spreads.energy * slope
+            } else {
+                0.0
+            };
+            for run in setting.runs {
+                squares += match run.seen {
+                    Seen::Rebound(_) | Seen::Measured(..) => {
+                        let errors = self.errors(run);
+                        let ratio = errors.ratio(z);
+                        let moved = errors.moved(ratio, mean, of_mean);
+                        moved * moved / (errors.variance(spreads.sigma * ratio) + (ratio * energy).powi(2))
+                    }
+                    Seen::On(..) => (of_mean / spreads.sigma.hypot(energy)).powi(2),
+                };
+            }
+        }
+        stretch * squares.sqrt()
+    }
+
+    /// Where settings turn within reach, in order, each with its setting.
+    pub(super) fn turns(&self, reach: f64) -> Vec<(f64, usize)> {
+        /// settings that turn within this share of the width of a turn turn as one
+        const AS_ONE: f64 = 0.25;
+        if self.moves == Moves::Energy {
+            let energy = self.noise.spreads.energy;
+            // wherever it is, the line is gone along from it
+            return vec![(-self.kept(&self.settings[0], 0.0) / energy, 0)];
+        }
+        let mut turns = vec![];
+        for (setting, of) in self.settings.iter().enumerate() {
+            turns.extend(self.turn(of, reach).map(|z| (z, setting)));
+        }
+        turns.sort_by(|a, b| a.0.total_cmp(&b.0));
+        turns.dedup_by(|next, (z, setting)| {
+            let setting = &self.settings[*setting];
+            let slope = self.kept_slope(setting, &self.impact(setting, *z), *z);
+            (next.0 - *z) * slope.abs() < AS_ONE * TURN * TURN
+        });
+        turns
+    }
+
+    /// z where the r of a setting is zero within reach.
+    fn turn(&self, setting: &SettingRuns, reach: f64) -> Option<f64> {
+        /// r that is as good as zero beside the width of the turn
+        const NEAR: f64 = 1e-3 * TURN * TURN;
+        if !self.noise.wet {
+            return None;
+        }
+        let (mut lo, mut hi) = (-reach, reach);
+        let (mut at_lo, at_hi) = (self.kept(setting, lo), self.kept(setting, hi));
+        if (at_lo * at_hi).is_nan() || at_lo * at_hi > 0.0 {
+            return None;
+        }
+        let mut z = lo - at_lo * (hi - lo) / (at_hi - at_lo);
+        for _ in 0..60 {
+            let at = self.impact(setting, z);
+            let here = self.kept_at(setting, &at, z);
+            if here.abs() < NEAR {
+                break;
+            }
+            if here * at_lo > 0.0 {
+                (lo, at_lo) = (z, here);
+            } else {
+                hi = z;
+            }
+            let newton = z - here / self.kept_slope(setting, &at, z);
+            z = if newton > lo && newton < hi {
+                newton
+            } else {
+                0.5 * (lo + hi)
+            };
+        }
+        Some(z)
+    }
+
+    /// The largest value that the logarithm of all factors but φ has.
+    fn largest(&self) -> f64 {
+        self.runs().map(|run| self.largest_of(run)).sum()
+    }
+
+    pub(super) fn largest_of(&self, run: &MeasuredRun) -> f64 {
+        match run.seen {
+            Seen::Rebound(_) => {
+                let errors = self.errors(run);
+                let least = errors.variance(self.noise.spreads.sigma * errors.ratio(-REACH));
+                self.noise
+                    .tails
+                    .ln_density(0.0, least.max(f64::MIN_POSITIVE), 1.0)
+                    .value
+            }
+            Seen::On(..) | Seen::Measured(..) => 0.0,
+        }
+    }
+}
+
+/// The largest last coefficient of a rule, of the mass: the integral is then off by less than 1e-7.
+fn most_of_last(order: Order) -> f64 {
+    match order {
+        Order::Eight => 1e-4,
+        Order::Sixteen => 1e-5,
+    }
+}
+
+impl Bell {
+    /// Whether the turn is far beside the width.
+    fn is_clear(&self, path: Path) -> bool {
+        /// widths beyond which a bell has nothing
+        const FAR: f64 = 6.7;
+        let is_number = self.x.is_finite() && self.width.is_finite() && self.width > 0.0;
+        is_number && (matches!(path, Path::Straight) || self.x.abs() > FAR * self.width)
+    }
+
+    /// A step in widths and the ratio of the widths, by the parabola through the logarithm at the innermost nodes; `None` where
+    /// that has no largest value.
+    fn towards(&self, path: Path, order: Order, at: &AtNodes) -> Option<(f64, f64)> {
+        /// of a step: farther away another parabola fits
+        const FARTHEST: f64 = 4.0;
+        let [[a, _], [b, _], ..] = order.pairs() else {
+            return None;
+        };
+        // with the stretch of the path, which is a factor of what is integrated
+        let ln = |node: usize, place: f64| at.ln[node] + path.at(self.x + place * self.width)[1].ln();
+        let [inner, outer] = [(0, a), (2, b)].map(|(node, place)| [ln(node, -place), ln(node + 1, *place)]);
+        let slope = (a * (inner[1] - inner[0]) + b * (outer[1] - outer[0])) / (2.0 * (a * a + b * b));
+        let bend = (inner[0] + inner[1] - outer[0] - outer[1]) / (b * b - a * a);
+        if !(bend > 0.0) {
+            return None;
+        }
+        Some(((slope / bend).clamp(-FARTHEST, FARTHEST), 1.0 / bend.sqrt()))
+    }
+}

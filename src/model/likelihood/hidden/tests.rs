@@ -1,0 +1,508 @@
+//! Relations that hold for whatever is hidden, whatever is seen of a run, and whatever its noise: the integral is that of very
+//! many nodes, the density is the slope of the probability, both sides add to one, and slopes are those of differences.
+
+use rand::rngs::ChaCha8Rng;
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use super::*;
+use crate::model::likelihood::run_density::{Side, Spreads};
+use crate::model::likelihood::tails::Tails;
+use crate::physics::loss::Share;
+use crate::physics::rebound::{kept_and_slope, mean_restitution, TURN};
+use crate::physics::{DrySpeed, Form, Inertia};
+
+/// A run with all that its density reads.
+#[derive(Debug, Clone, Copy)]
+struct Case {
+    balance: Balance,
+    impact: Impact,
+    noise: RunNoise,
+    moves: Moves,
+    errors: Errors,
+    e: f64,
+}
+
+impl Case {
+    fn measured(&self, seen: Seen) -> MeasuredRun {
+        MeasuredRun {
+            seen,
+            errors: self.errors,
+        }
+    }
+
+    /// Runs of this setting.
+    fn setting<'c>(&'c self, runs: &'c [MeasuredRun]) -> SettingRuns<'c> {
+        SettingRuns {
+            balance: &self.balance,
+            impact: self.impact,
+            runs,
+        }
+    }
+
+    /// Runs of settings that share the hidden number of this one.
+    fn hidden<'c>(&self, settings: &'c [SettingRuns<'c>]) -> Hidden<'c> {
+        Hidden {
+            noise: self.noise,
+            moves: self.moves,
+            settings,
+        }
+    }
+
+    /// The log density of one run, with its slopes.
+    fn density(&self, seen: Seen) -> RunDensity {
+        let run = [self.measured(seen)];
+        let mut slopes = [SettingSlopes::default()];
+        let found = self.hidden(&[self.setting(&run)]).integrate(&mut slopes);
+        found.with(slopes[0])
+    }
+
+    /// The same at a film or diameter at which the liquid takes so many times as much.
+    fn at_other_film(&self, times: f64) -> Case {
+        let mut other = *self;
+        other.impact.over_stokes *= times;
+        other.balance.lost.constant *= times;
+        if self.noise.wet {
+            let mean = |case: &Case| mean_restitution(case.balance.kept(&case.impact).0);
+            other.e += mean(&other) - mean(self);
+        }
+        other
+    }
+
+    /// Repeats of this one, whose measured speeds and restitutions are a little apart.
+    fn repeats(&self, count: usize) -> Vec<MeasuredRun> {
+        let repeat = |index: usize| {
+            let apart = index as f64 / count as f64 - 0.5;
+            let moved = 1.0 + self.errors.speed * apart;
+            let true_speed = self.errors.true_speed;
+            MeasuredRun {
+                seen: if index % 4 == 3 && self.noise.wet {
+                    Seen::On(Side::Below, 0.0)
+                } else {
+                    Seen::Rebound(self.e + 2.0 * self.noise.spreads.sigma * apart)
+                },
+                errors: Errors {
+                    true_speed: TrueSpeed {
+                        mean: true_speed.mean / moved,
+                        sd: true_speed.sd / moved,
+                        ..true_speed
+                    },
+                    ..self.errors
+                },
+            }
+        };
+        (0..count).map(repeat).collect()
+    }
+
+    /// With a restitution drawn at values of the hidden number and of the noise.
+    fn drawn(self, z: f64, of_noise: f64) -> Case {
+        let run = [self.measured(Seen::Rebound(0.0))];
+        let setting = [self.setting(&run)];
+        let hidden = self.hidden(&setting);
+        let ratio = hidden.errors(&run[0]).ratio(z);
+        let mean = self.noise.mean(hidden.kept(&setting[0], z)).0;
+        let spread = self.errors.variance(self.noise.spreads.sigma * ratio).sqrt();
+        let e = mean * ratio + self.errors.shared() * (1.0 - ratio) + spread * of_noise;
+        Case { e, ..self }
+    }
+}
+
+/// Runs from well above the threshold to below it, at speeds that err by 0.3 to 10 %.
+fn of_speed(rng: &mut ChaCha8Rng, index: usize, energy: f64) -> Case {
+    let dry_speed = [DrySpeed::Impact, DrySpeed::Reference(2.0)][index % 2];
+    let form = Form::new(Inertia::Saturating, dry_speed);
+    let share = Share {
+        inertial: rng.random_range(0.0..0.3),
+        viscous: 1.85,
+    };
+    let wet = !index.is_multiple_of(5);
+    let balance = if wet {
+        Balance::at(form, 0.15, share, 0.5)
+    } else {
+        Balance::dry(Order::First, 0.15)
+    };
+    let at_rest = balance.kept(&Impact {
+        dry_root: 1.1,
+        ..Impact::default()
+    });
+    // the share kept is this
+    let r = if index.is_multiple_of(3) {
+        rng.random_range(-0.1..0.5)
+    } else {
+        rng.random_range(-0.06..0.06)
+    };
+    let impact = Impact {
+        dry_root: 1.1,
+        over_stokes: (at_rest.0 - r) / 1.85,
+        fixed: [0.0; 2],
+    };
+    let speed = 10f64.powf(rng.random_range(-2.5..-1.0));
+    let errors = Errors {
+        speed,
+        restitution: rng.random_range(0.0..0.02) * f64::from(u8::from(!index.is_multiple_of(4))),
+        correlation: rng.random_range(-0.9..0.9) * f64::from(u8::from(!index.is_multiple_of(2))),
+        true_speed: TrueSpeed {
+            mean: 1.0 + speed * rng.random_range(-1.0..1.0),
+            sd: speed * rng.random_range(0.2..1.0),
+            repeats: 5,
+        },
+        is_shared: false,
+    };
+    let spreads = Spreads {
+        sigma: 10f64.powf(rng.random_range(-2.7..-1.3)),
+        energy: if wet { energy } else { 0.0 },
+    };
+    let mut z = || -> f64 { StandardNormal.sample(rng) };
+    let (of_speed, of_noise) = (z(), z());
+    Case {
+        balance,
+        impact,
+        noise: RunNoise {
+            tails: Tails::Normal,
+            spreads,
+            wet,
+        },
+        moves: Moves::Speed,
+        errors,
+        e: 0.0,
+    }
+    .drawn(of_speed, of_noise)
+}
+
+/// Noise on the energy kept and on the restitution over three decades each, energies at and about the turn and far from it,
+/// restitutions to five spreads off.
+fn of_energy(rng: &mut ChaCha8Rng, index: usize) -> Case {
+    let spread = |rng: &mut ChaCha8Rng| 10f64.powf(rng.random_range(-3.7..-0.7));
+    let spreads = Spreads {
+        sigma: spread(rng),
+        energy: spread(rng),
+    };
+    let r = match index % 3 {
+        0 => rng.random_range(-0.2..0.9),
+        1 => 10f64.powf(rng.random_range(-6.0..-1.0)) * if rng.random() { 1.0 } else { -1.0 },
+        _ => spreads.energy * rng.random_range(-2.0..2.0),
+    };
+    let wide = [1.0, 1.0, 2.0][index % 2 + usize::from(index.is_multiple_of(7))];
+    let mut z = || {
+        let z: f64 = StandardNormal.sample(rng);
+        wide * z
+    };
+    let (of_energy, of_noise) = (z(), z());
+    Case {
+        balance: Balance::dry(Order::First, 0.1).with_offset(r - 0.81),
+        impact: Impact {
+            dry_root: 1.0,
+            over_stokes: 0.2,
+            ..Impact::default()
+        },
+        noise: RunNoise {
+            tails: Tails::Normal,
+            spreads,
+            wet: true,
+        },
+        moves: Moves::Energy,
+        errors: Errors::NONE,
+        e: 0.0,
+    }
+    .drawn(of_energy, of_noise)
+}
+
+fn speeds(name: &str, count: usize, energy: f64) -> Vec<Case> {
+    let mut rng = crate::seed::stream(1, name, 0);
+    (0..count).map(|index| of_speed(&mut rng, index, energy)).collect()
+}
+
+fn energies(name: &str, count: usize) -> Vec<Case> {
+    let mut rng = crate::seed::stream(1, name, 0);
+    (0..count).map(|index| of_energy(&mut rng, index)).collect()
+}
+
+/// The same with Student's tails.
+fn heavy(cases: &[Case]) -> Vec<Case> {
+    let student = |case: &Case| {
+        let mut case = *case;
+        case.noise.tails = Tails::of(Some(4.0));
+        case
+    };
+    cases.iter().map(student).collect()
+}
+
+/// Cases of every combination that there is: of the speed, of the energy, of the energy at a hidden speed, with Student's tails.
+fn of_all(name: &str, count: usize) -> Vec<Case> {
+    let speeds_alone = speeds(name, count, 0.0);
+    let both = [0.003, 0.04].map(|energy| speeds(name, count / 4, energy));
+    let energies = energies(name, count);
+    let heavy = [&speeds_alone, &energies].map(|cases| heavy(&cases[..count / 3]));
+    [speeds_alone, energies, both.concat(), heavy.concat()].concat()
+}
+
+/// The logarithm of the integrand, without the constant of φ.
+fn ln_at(hidden: &Hidden, z: f64) -> f64 {
+    let mut ln = -0.5 * z * z;
+    for setting in hidden.settings {
+        let kept = hidden.kept(setting, z);
+        for run in setting.runs {
+            ln += hidden.density_at(run, kept, z).value;
+        }
+    }
+    ln
+}
+
+/// The same integral with so many steps over the whole line: of the energy in a variable in which the turn is as wide as anything
+/// else.
+fn brute(hidden: &Hidden, steps: usize) -> f64 {
+    const TURN2: f64 = TURN * TURN;
+    let setting = &hidden.settings[0];
+    let (lo, hi, place): (f64, f64, Box<dyn Fn(f64) -> [f64; 2]>) = if hidden.moves == Moves::Energy {
+        let (r, energy) = (hidden.kept(setting, 0.0), hidden.noise.spreads.energy);
+        let far = 14.0 * energy;
+        // as far as where e lies, where a run is as unlikely as that
+        let (Seen::Rebound(e) | Seen::On(_, e) | Seen::Measured(_, e)) = setting.runs[0].seen;
+        let y = kept_and_slope(e).0;
+        let (lo, hi) = ((r - far).min(y - far), (r + far).max(y + far));
+        let place = move |s: f64| [(TURN2 * s.sinh() - r) / energy, TURN2 * s.cosh() / energy];
+        ((lo / TURN2).asinh(), (hi / TURN2).asinh(), Box::new(place))
+    } else {
+        // about where it is largest, be that far off
+        let coarse = |index: i32| 0.2 * f64::from(index);
+        let lns: Vec<f64> = (-5_000..=5_000).map(|index| ln_at(hidden, coarse(index))).collect();
+        let most = lns.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let counts = |index: &i32| lns[(index + 5_000) as usize] > most - 60.0;
+        let lo = (-5_000..=5_000).find(counts).map_or(0.0, coarse);
+        let hi = (-5_000..=5_000).rev().find(counts).map_or(0.0, coarse);
+        (lo - 2.0, hi + 2.0, Box::new(|z| [z, 1.0]))
+    };
+    let step = (hi - lo) / steps as f64;
+    let part = |index: usize| {
+        let [z, stretch] = place(lo + step * index as f64);
+        ln_at(hidden, z) + stretch.ln()
+    };
+    let lns: Vec<f64> = (0..=steps).map(part).collect();
+    let most = lns.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    most + (lns.iter().map(|ln| (ln - most).exp()).sum::<f64>() * step).ln() - LN_ROOT_TWO_PI
+}
+
+/// Largest distance of a log from that of very many nodes; of logs below −1, as a share of these.
+fn worst(cases: &[Case], steps: usize) -> f64 {
+    let gap = |case: &Case| {
+        let all = [
+            Seen::Rebound(case.e),
+            Seen::On(Side::Below, 0.05),
+            Seen::On(Side::Above, 0.0),
+            Seen::Measured(Side::Below, case.e),
+            Seen::Measured(Side::Above, case.e),
+        ];
+        let of = |seen: Seen| {
+            let run = [case.measured(seen)];
+            let setting = [case.setting(&run)];
+            let hidden = case.hidden(&setting);
+            let (found, expected) = (hidden.value(), brute(&hidden, steps));
+            let gap = (found - expected).abs() / expected.abs().max(1.0);
+            assert!(gap < 1e-6, "{case:?} {seen:?}: {found} {expected}");
+            gap
+        };
+        all.into_iter().map(of).fold(0.0, f64::max)
+    };
+    cases.par_iter().map(gap).reduce(|| 0.0, f64::max)
+}
+
+#[test]
+fn the_integral_is_that_of_very_many_nodes() {
+    let cases = speeds("speeds_the_density_is_that_of_very_many_nodes", 200, 0.0);
+    let gap = worst(&cases, 100_000);
+    assert!(gap < 1e-7, "{gap:e}");
+    let gap = worst(&heavy(&cases[..60]), 40_000);
+    assert!(gap < 1e-6, "{gap:e}");
+    let cases = energies("the_density_is_that_of_very_many_nodes", 150);
+    let gap = worst(&cases, 100_000);
+    assert!(gap < 1e-7, "{gap:e}");
+    let gap = worst(&heavy(&cases[..40]), 60_000);
+    assert!(gap < 1e-6, "{gap:e}");
+    // in two dimensions
+    for energy in [0.003, 0.04] {
+        let gap = worst(&speeds("the_density_in_two_dimensions", 20, energy), 3000);
+        assert!(gap < 1e-6, "{gap:e}");
+    }
+}
+
+#[test]
+fn the_density_is_the_slope_of_the_probability_and_both_sides_add_to_one() {
+    for case in of_all("the_density_is_the_slope_of_the_probability", 60) {
+        let below = |e: f64| case.density(Seen::Measured(Side::Below, e)).value.exp();
+        let above = |e: f64| case.density(Seen::Measured(Side::Above, e)).value.exp();
+        let sum = below(case.e) + above(case.e);
+        assert!((sum - 1.0).abs() < 1e-7, "{case:?}: {sum}");
+        let sides = [Side::Below, Side::Above].map(|side| case.density(Seen::On(side, 0.05)).value.exp());
+        assert!((sides[0] + sides[1] - 1.0).abs() < 1e-7, "{case:?}: {sides:?}");
+        // of the smaller of both, whose digits are kept
+        let (of, sign) = if below(case.e) < 0.5 {
+            (&below as &dyn Fn(f64) -> f64, 1.0)
+        } else {
+            (&above as &dyn Fn(f64) -> f64, -1.0)
+        };
+        let h = 2e-3 * case.errors.variance(case.noise.spreads.sigma).sqrt();
+        let at = |steps: f64| of(case.e + steps * h);
+        let difference = sign * (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * h);
+        let density = case.density(Seen::Rebound(case.e)).value.exp();
+        let gap = (difference - density).abs() / density.max(1e-3 / h);
+        assert!(gap < 1e-5, "{case:?}: {density} {difference}");
+    }
+}
+
+#[test]
+fn slopes_agree_with_differences() {
+    for case in of_all("slopes_of_speeds_agree_with_differences", 60) {
+        let is_heavy = case.noise.tails != Tails::Normal;
+        for seen in [
+            Seen::Rebound(case.e),
+            Seen::On(Side::Below, 0.05),
+            Seen::On(Side::Above, 0.05),
+            Seen::Measured(Side::Below, case.e),
+        ] {
+            let at = |place: usize, step: f64| {
+                let mut moved = case;
+                match place {
+                    0 => moved.noise.spreads.sigma += step,
+                    1 => moved.balance.lost.over_stokes += step,
+                    2 => moved.balance.dry_k += step,
+                    3 => moved.noise.spreads.energy += step,
+                    _ => moved.noise.tails = Tails::of(Some(4.0 + step)),
+                }
+                moved.density(seen)
+            };
+            let found = at(0, 0.0);
+            let slopes = [found.sigma, -found.viscous, found.dry_k, found.energy, found.nu];
+            let Spreads { sigma, energy } = case.noise.spreads;
+            let smallest = if energy > 0.0 { sigma.min(energy) } else { 4e-3 };
+            let steps = [1e-3 * sigma, 1e-3 * smallest, 1e-3 * smallest, 1e-3 * energy, 1e-2];
+            for (place, (slope, h)) in slopes.into_iter().zip(steps).enumerate() {
+                if place == 1 && !case.noise.wet || place == 3 && energy == 0.0 || place == 4 && !is_heavy {
+                    continue;
+                }
+                let of = |step: f64| at(place, step * h).value;
+                let difference = (8.0 * (of(1.0) - of(-1.0)) - (of(2.0) - of(-2.0))) / (12.0 * h);
+                let unit = h * 500.0;
+                let gap = (slope - difference).abs() * unit / (1.0 + (difference * unit).abs());
+                assert!(gap < 2e-6, "{case:?} {seen:?} {place}: {slope} {difference}");
+            }
+        }
+    }
+}
+
+/// The slopes are told setting by setting.
+#[test]
+fn slopes_of_settings_agree_with_differences() {
+    for case in speeds("slopes_of_settings_agree_with_differences", 40, 0.0) {
+        let of = |moved: usize, step: f64| {
+            let mut others = [1.0, 1.01, 1.02].map(|film| case.at_other_film(film));
+            others[moved].balance.dry_k += step;
+            let runs: Vec<Vec<MeasuredRun>> = others.iter().map(|other| other.repeats(2)).collect();
+            let settings = others.iter().zip(&runs).map(|(other, runs)| other.setting(runs));
+            let settings: Vec<SettingRuns> = settings.collect();
+            let mut slopes = [SettingSlopes::default(); 3];
+            let found = case.hidden(&settings).integrate(&mut slopes);
+            (found.value, slopes[moved].dry_k)
+        };
+        for moved in 0..3 {
+            const STEP: f64 = 4e-6;
+            let value = |steps: f64| of(moved, steps * STEP).0;
+            let difference = (8.0 * (value(1.0) - value(-1.0)) - (value(2.0) - value(-2.0))) / (12.0 * STEP);
+            let slope = of(moved, 0.0).1;
+            let gap = (slope - difference).abs() / (500.0 + difference.abs());
+            assert!(gap < 1e-6, "{case:?} {moved}: {slope} {difference}");
+        }
+    }
+}
+
+/// Holds runs of one true speed to brute force, and each of them to what the others say.
+fn share_their_true_speed(case: &Case, settings: &[SettingRuns]) {
+    let hidden = case.hidden(settings);
+    let (found, expected) = (hidden.value(), brute(&hidden, 100_000));
+    let gap = (found - expected).abs() / expected.abs().max(1.0);
+    assert!(gap < 1e-6, "{settings:?}: {found} {expected}");
+    let given = hidden.given_the_others();
+    for (left_out, own) in given.into_iter().enumerate() {
+        let expected = found - hidden.without(left_out);
+        // what is left of both is as sure as they are
+        let gap = (own - expected).abs() / found.abs().max(1.0);
+        assert!(gap < 1e-6, "{settings:?} {left_out}: {own} {expected}");
+    }
+}
+
+/// Runs of one true speed: their product is integrated over it, once, and each is told given the others.
+#[test]
+fn repeats_share_their_true_speed() {
+    let cases = speeds("repeats_share_their_true_speed", 60, 0.0);
+    cases.par_iter().for_each(|case| {
+        let runs = case.repeats(7);
+        share_their_true_speed(case, &[case.setting(&runs)]);
+    });
+}
+
+/// The same at films and diameters of their own, which turn at speeds of their own: near one another, far apart, or as one.
+#[test]
+fn repeats_of_other_settings_share_their_true_speed() {
+    const SETTINGS: usize = 8;
+    let cases = speeds("repeats_of_other_settings", 90, 0.0);
+    let turns = cases.par_iter().enumerate().map(|(index, case)| {
+        let apart = [1e-9, 1e-4, 1e-3, 5e-3][index % 4];
+        let others: Vec<Case> = (0..SETTINGS)
+            .map(|place| case.at_other_film(1.0 + apart * place as f64))
+            .collect();
+        let runs = others
+            .iter()
+            .enumerate()
+            .map(|(place, other)| other.repeats(1 + 3 * (place % 2)));
+        let runs: Vec<Vec<MeasuredRun>> = runs.collect();
+        let settings = others.iter().zip(&runs).map(|(other, runs)| other.setting(runs));
+        let settings: Vec<SettingRuns> = settings.collect();
+        share_their_true_speed(case, &settings);
+        case.hidden(&settings).turns(REACH).len()
+    });
+    let turns: Vec<usize> = turns.collect();
+    let several = turns.iter().filter(|count| **count > 1).count();
+    assert!(several > 10 && turns.contains(&SETTINGS), "{turns:?}");
+}
+
+/// Where a search for the mode may try them: nothing is returned that could pass for a density, and nothing panics.
+#[test]
+fn parameters_beyond_all_numbers_have_no_density() {
+    for (index, good) in of_all("parameters_beyond_all_numbers_have_no_density", 8)
+        .into_iter()
+        .enumerate()
+    {
+        for odd in [f64::NAN, f64::INFINITY] {
+            let mut bad = [good; 4];
+            bad[0].noise.spreads.sigma = odd;
+            bad[1].noise.spreads.energy = odd;
+            bad[2].balance.lost.over_stokes = odd;
+            bad[3].balance.dry_k = odd;
+            for (place, case) in bad.into_iter().enumerate() {
+                for seen in [
+                    Seen::Rebound(case.e),
+                    Seen::On(Side::Below, 0.05),
+                    Seen::On(Side::Above, 0.05),
+                ] {
+                    let found = case.density(seen);
+                    let all = found.value + found.kept + found.sigma;
+                    // what is certain to stick may say so, and what a run does not feel is none of it
+                    let no_noise = place == 1 && odd.is_nan() || !case.noise.wet && (place == 1 || place == 2);
+                    let is_side = matches!(seen, Seen::On(..)) || no_noise;
+                    assert!(is_side || !all.is_finite(), "{index} {place} {odd} {seen:?} {found:?}");
+                }
+            }
+        }
+    }
+}
+
+/// A sum over the panels that were reached would pass for the integral.
+#[test]
+fn an_integral_that_does_not_reach_its_end_is_none() {
+    let mut case = energies("an_integral_that_does_not_reach_its_end_is_none", 1)[0];
+    case.noise.spreads = Spreads {
+        sigma: 1e-9,
+        energy: 0.5,
+    };
+    assert!(case.density(Seen::On(Side::Below, 0.05)).value.is_nan());
+}
