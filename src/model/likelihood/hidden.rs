@@ -214,16 +214,13 @@ impl Hidden<'_> {
         };
         let reference = sums.reference;
         let (mut all, mut own, mut without) = (0.0, vec![0.0; count], vec![0.0; count]);
-        let nodes = panels
-            .iter()
-            .flat_map(|nodes| nodes.z.iter().zip(&nodes.weights).take(nodes.count));
-        for (z, weight) in nodes {
+        for [z, weight] in panels.iter().flat_map(|nodes| nodes.each()) {
             let mut ln = -0.5 * z * z;
             let mut each = own.iter_mut();
             for setting in self.settings {
-                let kept = self.kept(setting, *z);
+                let kept = self.kept(setting, z);
                 for (run, own) in setting.runs.iter().zip(&mut each) {
-                    *own = self.density_at(run, kept, *z).value;
+                    *own = self.density_at(run, kept, z).value;
                     ln += *own;
                 }
             }

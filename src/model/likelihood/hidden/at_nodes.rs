@@ -10,7 +10,7 @@ use crate::model::likelihood::normal::{ln_normal_cdf_and_slope, CERTAIN};
 use crate::model::likelihood::run_density::Seen;
 use crate::model::likelihood::tails::{normal_density, Tails};
 use crate::physics::dry::{Order, POWER};
-use crate::physics::rebound::mean_and_slope;
+use crate::physics::rebound::{kept_and_slope, mean_and_slope, mean_restitution, TURN};
 
 /// Nodes are summed in multiples of this.
 const LANES: usize = 8;
@@ -24,46 +24,118 @@ const MOST_FACTORS: usize = 4;
 /// A number at each of these nodes.
 pub(super) type Column = [f64; MOST_NODES];
 
-/// Some nodes of a rule: values of z with their weights.
+/// What the line is gone along in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Path {
+    /// z itself
+    Straight,
+    /// x, with m⁻¹(x) = kept + slope z: about where a setting turns
+    Turn { kept: f64, slope: f64 },
+}
+
+impl Path {
+    /// z at a place, and its slope there without the sign.
+    #[inline(always)]
+    pub fn at(&self, x: f64) -> [f64; 2] {
+        match *self {
+            Path::Straight => [x, 1.0],
+            Path::Turn { kept, slope } => {
+                let (y, stretch) = kept_and_slope(x);
+                [(y - kept) / slope, stretch / slope.abs()]
+            }
+        }
+    }
+
+    /// The place of a z.
+    pub fn place(&self, z: f64) -> f64 {
+        match *self {
+            Path::Straight => z,
+            Path::Turn { kept, slope } => mean_restitution(kept + slope * z),
+        }
+    }
+
+    /// The longest panel that may begin at a place: m⁻¹ has its poles at τ (±1 ± i).
+    pub fn longest(&self, x: f64) -> f64 {
+        match self {
+            Path::Straight => f64::INFINITY,
+            Path::Turn { .. } => 2.5 * TURN + 2.0 * x.abs(),
+        }
+    }
+}
+
+/// Some nodes of a rule along a path.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RuleNodes {
-    pub z: Column,
-    pub weights: Column,
+    path: Path,
+    x: Column,
+    weights: Column,
     /// up to [`MOST_NODES`]
-    pub count: usize,
+    count: usize,
 }
 
 impl RuleNodes {
-    pub const NONE: RuleNodes = RuleNodes {
-        z: [0.0; MOST_NODES],
-        weights: [0.0; MOST_NODES],
-        count: 0,
-    };
+    /// None yet.
+    pub fn along(path: Path) -> RuleNodes {
+        RuleNodes {
+            path,
+            x: [0.0; MOST_NODES],
+            weights: [0.0; MOST_NODES],
+            count: 0,
+        }
+    }
+
+    pub fn is_along(&self, path: Path) -> bool {
+        self.path == path
+    }
 
     pub fn is_full(&self) -> bool {
         self.count == MOST_NODES
     }
 
     #[inline(always)]
-    pub fn push(&mut self, z: f64, weight: f64) {
-        (self.z[self.count], self.weights[self.count]) = (z, weight);
+    pub fn push(&mut self, x: f64, weight: f64) {
+        (self.x[self.count], self.weights[self.count]) = (x, weight);
         self.count += 1;
+    }
+
+    pub fn with(mut self, x: f64, weight: f64) -> RuleNodes {
+        self.push(x, weight);
+        self
     }
 
     /// Fills the last register up with nodes that count for nothing.
     pub fn fill(&mut self) {
         while !self.count.is_multiple_of(LANES) {
-            self.push(self.z[0], 0.0);
+            self.push(self.x[0], 0.0);
         }
+    }
+
+    /// z with its weight.
+    pub fn each(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        let nodes = self.x.iter().zip(&self.weights).take(self.count);
+        nodes.map(|(x, weight)| {
+            let [z, stretch] = self.path.at(*x);
+            [z, weight * stretch]
+        })
     }
 }
 
 /// What the integrand is at some nodes.
 pub(super) struct AtNodes {
-    /// its logarithm
+    /// its logarithm, as a function of z
     pub ln: Column,
+    /// slope of z along the path
+    pub stretch: Column,
     /// what a node adds to the mass
     pub parts: Column,
+}
+
+impl AtNodes {
+    const NONE: AtNodes = AtNodes {
+        ln: [0.0; MOST_NODES],
+        stretch: [1.0; MOST_NODES],
+        parts: [0.0; MOST_NODES],
+    };
 }
 
 /// What a setting has at each node.
@@ -101,18 +173,20 @@ impl Hidden<'_> {
 
     /// Adds nodes, a multiple of [`LANES`], to sums.
     pub(super) fn at_nodes(&self, nodes: &RuleNodes, sums: &mut Sums) -> AtNodes {
-        Arch::new().dispatch(Nodes {
-            hidden: self,
-            nodes,
-            sums,
-        })
+        let (hidden, arch) = (self, Arch::new());
+        // room for few is made sooner
+        if nodes.count > LANES {
+            arch.dispatch(Nodes::<MOST_NODES> { hidden, nodes, sums })
+        } else {
+            arch.dispatch(Nodes::<LANES> { hidden, nodes, sums })
+        }
     }
 
     /// The logarithm of the integrand at these places.
     pub(super) fn ln_at(&self, places: &[f64], sums: &mut Sums) -> Vec<f64> {
         let mut found = Vec::with_capacity(places.len());
         for some in places.chunks(MOST_NODES) {
-            let mut nodes = RuleNodes::NONE;
+            let mut nodes = RuleNodes::along(Path::Straight);
             some.iter().for_each(|z| nodes.push(*z, 0.0));
             nodes.fill();
             found.extend(&self.at_nodes(&nodes, sums).ln[..some.len()]);
@@ -121,13 +195,14 @@ impl Hidden<'_> {
     }
 }
 
-struct Nodes<'n, 'b, 'm, 's> {
+/// At most so many nodes.
+struct Nodes<'n, 'b, 'm, 's, const ROOM: usize> {
     hidden: &'n Hidden<'b>,
     nodes: &'n RuleNodes,
     sums: &'m mut Sums<'s>,
 }
 
-impl WithSimd for Nodes<'_, '_, '_, '_> {
+impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
     type Output = AtNodes;
 
     // each loop is over slices whose length is not known where the code is made: of one that is, the registers are not filled
@@ -135,20 +210,35 @@ impl WithSimd for Nodes<'_, '_, '_, '_> {
     fn with_simd<S: Simd>(self, _: S) -> AtNodes {
         let Nodes { hidden, nodes, sums } = self;
         // a copy, so that no loop has to ask whether what it reads is what it writes
-        let RuleNodes { z, weights, count } = *nodes;
-        let count = count.min(MOST_NODES);
+        let RuleNodes {
+            path,
+            x,
+            weights,
+            count,
+        } = *nodes;
+        let count = count.min(ROOM);
         let fused = is_fused::<S>();
         let sigma = hidden.noise.spreads.sigma;
         let is_plain = hidden.is_plain();
-        let [mut ln, mut parts, mut of_sigma, mut of_energy, mut of_nu] = [[0.0; MOST_NODES]; 5];
-        let (mut variances, mut factors) = ([1.0; MOST_NODES], 0);
-        let [z, weights] = [&z[..count], &weights[..count]];
+        let [mut ln, mut parts, mut of_sigma, mut of_energy, mut of_nu] = [[0.0; ROOM]; 5];
+        let (mut variances, mut factors) = ([1.0; ROOM], 0);
+        let (mut z, mut stretch) = ([0.0; ROOM], [1.0; ROOM]);
+        z[..count].copy_from_slice(&x[..count]);
+        if let Path::Turn { kept, slope } = path {
+            let columns = z[..count].iter_mut().zip(&mut stretch[..count]);
+            for ((z, stretch), x) in columns.zip(&x[..count]) {
+                let (y, of_x) = kept_and_slope(*x);
+                (*z, *stretch) = ((y - kept) / slope, of_x / slope.abs());
+            }
+        }
+        let z = &z[..count];
         for (ln, z) in ln[..count].iter_mut().zip(z) {
             *ln = -0.5 * z * z;
         }
         for (setting, to) in hidden.settings.iter().zip(sums.at.iter_mut()) {
             hidden.setting_at(setting, z, fused, to);
-            let (mut mean, mut slope) = (to.kept, [1.0; MOST_NODES]);
+            let (mut mean, mut slope) = ([0.0; ROOM], [1.0; ROOM]);
+            mean[..count].copy_from_slice(&to.kept[..count]);
             if hidden.noise.wet {
                 for ((mean, slope), kept) in mean[..count].iter_mut().zip(&mut slope[..count]).zip(&to.kept[..count]) {
                     (*mean, *slope) = mean_and_slope(*kept);
@@ -156,8 +246,8 @@ impl WithSimd for Nodes<'_, '_, '_, '_> {
             }
             to.of_kept[..count].fill(0.0);
             for run in setting.runs {
-                let columns = [&mut ln, &mut to.of_kept, &mut of_sigma].map(|column| &mut column[..count]);
-                let [ln, of_kept, of_sigma] = columns;
+                let [ln, of_sigma] = [&mut ln, &mut of_sigma].map(|column| &mut column[..count]);
+                let of_kept = &mut to.of_kept[..count];
                 let sums = ln.iter_mut().zip(&mut *of_kept).zip(&mut *of_sigma);
                 let at = mean[..count].iter().zip(&slope[..count]).zip(z);
                 match run.seen {
@@ -215,8 +305,9 @@ impl WithSimd for Nodes<'_, '_, '_, '_> {
         }
         sums.refer_to(largest(&ln[..count]));
         let reference = sums.reference;
-        for ((part, weight), ln) in parts[..count].iter_mut().zip(weights).zip(&ln) {
-            *part = weight * exponential(ln - reference, fused);
+        let weights = weights.iter().zip(&stretch);
+        for ((part, (weight, stretch)), ln) in parts[..count].iter_mut().zip(weights).zip(&ln) {
+            *part = weight * stretch * exponential(ln - reference, fused);
         }
         let of_parts = &parts[..count];
         // no number where a logarithm is none, whose exponential is one here
@@ -245,7 +336,11 @@ impl WithSimd for Nodes<'_, '_, '_, '_> {
             sum.viscous += viscous;
             sum.dry_k += dry_k;
         }
-        AtNodes { ln, parts }
+        let mut at = AtNodes::NONE;
+        for (to, of) in [(&mut at.ln, ln), (&mut at.stretch, stretch), (&mut at.parts, parts)] {
+            to[..count].copy_from_slice(&of[..count]);
+        }
+        at
     }
 }
 

@@ -5,25 +5,16 @@
 //! along in z, or where the r of a setting has its zero within reach in x with r(z) = m⁻¹(x) to first order, which makes m(r) as
 //! smooth as the rest; where several settings turn, from each of them half the way to the next.
 
-use super::at_nodes::{AtNodes, RuleNodes, MOST_NODES};
+use super::at_nodes::{AtNodes, Path, RuleNodes, MOST_NODES};
 use super::gauss::{Order, GAUSS};
 use super::{Hidden, Moves, SettingRuns, Sums, REACH};
 use crate::model::likelihood::run_density::Seen;
 use crate::model::likelihood::run_noise::MeasuredRun;
 use crate::model::likelihood::tails::Tails;
-use crate::physics::rebound::{kept_and_slope, mean_restitution, TURN};
+use crate::physics::rebound::TURN;
 
 /// Panels beyond which parameters are taken to have no density.
 const MOST_PANELS: usize = 20_000;
-
-/// What the line is gone along in.
-#[derive(Debug, Clone, Copy)]
-enum Path {
-    /// z itself
-    Straight,
-    /// x, with m⁻¹(x) = kept + slope z: about where a setting turns
-    Turn { kept: f64, slope: f64 },
-}
 
 /// A place of a bell and its width, in the variable of a path.
 #[derive(Debug, Clone, Copy)]
@@ -60,36 +51,6 @@ impl Panels {
                 ends: [ends[0].min(ends[1]), ends[0].max(ends[1])],
                 ln: [ln[0], ln[1]],
             });
-        }
-    }
-}
-
-impl Path {
-    /// z at a place, and its slope there without the sign.
-    #[inline(always)]
-    fn at(&self, x: f64) -> [f64; 2] {
-        match *self {
-            Path::Straight => [x, 1.0],
-            Path::Turn { kept, slope } => {
-                let (y, stretch) = kept_and_slope(x);
-                [(y - kept) / slope, stretch / slope.abs()]
-            }
-        }
-    }
-
-    /// The place of a z.
-    fn place(&self, z: f64) -> f64 {
-        match *self {
-            Path::Straight => z,
-            Path::Turn { kept, slope } => mean_restitution(kept + slope * z),
-        }
-    }
-
-    /// The longest panel that may begin at a place: m⁻¹ has its poles at τ (±1 ± i).
-    fn longest(&self, x: f64) -> f64 {
-        match self {
-            Path::Straight => f64::INFINITY,
-            Path::Turn { .. } => 2.5 * TURN + 2.0 * x.abs(),
         }
     }
 }
@@ -143,7 +104,7 @@ impl Hidden<'_> {
             if order.last_coefficient(parts) < most_of_last(order) * sums.of[0] && self.keeps_its_sign(order, sums) {
                 return true;
             }
-            let (step, ratio) = match bell.towards(path, order, &at) {
+            let (step, ratio) = match bell.towards(order, &at) {
                 Some(towards) => towards,
                 None => return false,
             };
@@ -161,30 +122,43 @@ impl Hidden<'_> {
 
     /// Where an integrand may be largest along a path.
     fn start(&self, path: Path) -> Bell {
-        let Path::Turn { slope: of_kept, .. } = path else {
+        /// what is farther off is found by the nodes themselves, or is no bell
+        const STEPS: usize = 4;
+        /// of a width
+        const NEAR: f64 = 0.05;
+        let Path::Turn { kept, slope } = path else {
             return Bell { x: 0.0, width: 1.0 };
         };
         let run = &self.settings[0].runs[0];
-        // a step of Gauss–Newton's from the restitution, or from where z is nought
-        let (x, own) = match run.seen {
-            Seen::Rebound(e) => (e, 1.0 / self.errors(run).variance(self.noise.spreads.sigma).sqrt()),
+        // Gauss–Newton's steps from the restitution, or from where z is nought
+        let (e, own) = match run.seen {
+            Seen::Rebound(e) => (e, 1.0 / self.errors(run).variance(self.noise.spreads.sigma)),
             Seen::On(..) | Seen::Measured(..) => (path.place(0.0), 0.0),
         };
-        let [z, slope] = path.at(x);
-        let variance = 1.0 / (own * own + slope * slope);
+        let over_slope = 1.0 / slope;
+        let (mut x, mut variance) = (e, 1.0);
+        for _ in 0..STEPS {
+            // far from the turn m⁻¹(x) is x |x|, and near it there is no bell
+            let z = (x * x.abs() - kept) * over_slope;
+            let of_z = 2.0 * x.abs() * over_slope;
+            variance = 1.0 / (own + of_z * of_z);
+            let step = ((e - x) * own - z * of_z) * variance;
+            x += step;
+            if step * step < NEAR * NEAR * variance {
+                break;
+            }
+        }
         Bell {
-            x: x - z * slope * of_kept.signum() * variance,
+            x,
             width: variance.sqrt(),
         }
     }
 
     fn at_hermite(&self, path: Path, Bell { x, width }: Bell, order: Order, sums: &mut Sums) -> AtNodes {
-        let mut nodes = RuleNodes::NONE;
+        let mut nodes = RuleNodes::along(path);
         for [node, weight] in order.pairs() {
-            for apart in [-width * node, width * node] {
-                let [z, stretch] = path.at(x + apart);
-                nodes.push(z, width * weight * stretch);
-            }
+            nodes.push(x - width * node, width * weight);
+            nodes.push(x + width * node, width * weight);
         }
         self.at_nodes(&nodes, sums)
     }
@@ -259,8 +233,7 @@ impl Hidden<'_> {
         let Panels { all: panels, best, .. } = panels;
         sums.clear();
         sums.reference = best;
-        let mut all = vec![];
-        let mut nodes = RuleNodes::NONE;
+        let mut all: Vec<RuleNodes> = vec![];
         for Panel {
             path,
             ends: [lo, hi],
@@ -273,18 +246,14 @@ impl Hidden<'_> {
             let (half, middle) = (0.5 * (hi - lo), 0.5 * (lo + hi));
             for [node, weight] in GAUSS {
                 for x in [middle - half * node, middle + half * node] {
-                    let [z, stretch] = path.at(x);
-                    nodes.push(z, half * weight * stretch);
-                    if nodes.is_full() {
-                        all.push(std::mem::replace(&mut nodes, RuleNodes::NONE));
+                    match all.last_mut() {
+                        Some(nodes) if nodes.is_along(path) && !nodes.is_full() => nodes.push(x, half * weight),
+                        _ => all.push(RuleNodes::along(path).with(x, half * weight)),
                     }
                 }
             }
         }
-        if nodes.count > 0 {
-            nodes.fill();
-            all.push(nodes);
-        }
+        all.iter_mut().for_each(RuleNodes::fill);
         Some(all)
     }
 
@@ -467,15 +436,15 @@ impl Bell {
 
     /// A step in widths and the ratio of the widths, by the parabola through the logarithm at the innermost nodes; `None` where
     /// that has no largest value.
-    fn towards(&self, path: Path, order: Order, at: &AtNodes) -> Option<(f64, f64)> {
+    fn towards(&self, order: Order, at: &AtNodes) -> Option<(f64, f64)> {
         /// of a step: farther away another parabola fits
         const FARTHEST: f64 = 4.0;
         let [[a, _], [b, _], ..] = order.pairs() else {
             return None;
         };
         // with the stretch of the path, which is a factor of what is integrated
-        let ln = |node: usize, place: f64| at.ln[node] + path.at(self.x + place * self.width)[1].ln();
-        let [inner, outer] = [(0, a), (2, b)].map(|(node, place)| [ln(node, -place), ln(node + 1, *place)]);
+        let ln = |node: usize| at.ln[node] + at.stretch[node].ln();
+        let [inner, outer] = [[ln(0), ln(1)], [ln(2), ln(3)]];
         let slope = (a * (inner[1] - inner[0]) + b * (outer[1] - outer[0])) / (2.0 * (a * a + b * b));
         let bend = (inner[0] + inner[1] - outer[0] - outer[1]) / (b * b - a * a);
         if !(bend > 0.0) {

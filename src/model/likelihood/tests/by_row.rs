@@ -198,9 +198,10 @@ fn runs_one_at_a_time_are_summed_as_it_is_written() {
                     scene.model.likelihood = likelihood;
                     scene.model.noise = noise;
                     scene.model.sticking = sticking;
-                    let runs = runs(&scene, 20, "runs_one_at_a_time_are_summed_as_it_is_written");
-                    let runs = errors.added_to(runs);
                     let integrated = errors != ErrorsOf::None || noise == NoiseOn::Both;
+                    let each = if integrated { 10 } else { 20 };
+                    let runs = runs(&scene, each, "runs_one_at_a_time_are_summed_as_it_is_written");
+                    let runs = errors.added_to(runs);
                     // an integral by very many steps takes its time
                     let apart = if integrated { 40 } else { 1 };
                     for form in forms().into_iter().step_by(apart) {

@@ -27,7 +27,7 @@ fn scenes() -> Vec<(Scene, bool)> {
 #[test]
 fn many_runs_at_once_have_the_likelihoods_of_one_at_a_time() {
     for (scene, errors) in scenes() {
-        let runs = runs(&scene, 20, "many_runs_at_once");
+        let runs = runs(&scene, if errors { 8 } else { 20 }, "many_runs_at_once");
         let runs = if errors { with_errors(runs) } else { runs };
         let pointwise = Pointwise::new(&scene, &runs, Form::new(Inertia::Saturating, DRY_SPEEDS[1]));
         let at = pointwise.at(&FULL);
@@ -46,7 +46,7 @@ fn many_runs_at_once_have_the_likelihoods_of_one_at_a_time() {
 #[test]
 fn runs_at_many_draws_have_the_likelihoods_of_one_at_one() {
     for (scene, errors) in scenes() {
-        let runs = runs(&scene, 20, "runs_at_many_draws");
+        let runs = runs(&scene, if errors { 8 } else { 20 }, "runs_at_many_draws");
         let runs = if errors { with_errors(runs) } else { runs };
         for form in [
             Form::new(Inertia::Saturating, DRY_SPEEDS[1]),
