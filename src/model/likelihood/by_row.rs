@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use super::block_sums::BlockSums;
 use super::errors::Errors;
+use super::hidden::{Rebounds, MOST_REBOUNDS};
 use super::nodes::DryRow;
 use super::own_rows::{ByRow, WetPlace};
 use super::prepared::Likelihood;
@@ -22,7 +23,7 @@ use super::sums::NodeRange;
 use super::tails::{HeavySums, Tails};
 use super::trend::{BlockLaw, FilmLaw};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
-use crate::physics::balance::{Balance, Impact};
+use crate::physics::balance::Balance;
 
 /// Runs of a block that are taken one at a time, with its energy balance.
 pub(super) struct BlockRows<'b> {
@@ -44,13 +45,8 @@ impl Likelihood {
         let rebounded = Seen::On(Side::Above, self.limit);
         let stuck = Seen::On(Side::Below, self.limit);
         let mut all = RunDensity::default();
-        let mut add = |film: &FilmLaw, impact: Impact, errors: Errors, seen: Seen, count: f64| {
-            let run = RunImpact {
-                balance: &film.balance,
-                impact,
-                errors,
-            };
-            let of = run.density(noise, seen).times(count);
+        let mut add = |film: &FilmLaw, of: RunDensity, count: f64| {
+            let of = of.times(count);
             all.value += of.value;
             all.sigma += of.sigma;
             all.energy += of.energy;
@@ -59,24 +55,50 @@ impl Likelihood {
         };
         let errors = |all: &[Errors], node: usize| all.get(node).copied().unwrap_or(Errors::NONE);
         let mut films = self.rebounds.films(rows.law);
-        for node in rows.rebounds {
-            let (errors, impact) = (errors(&own.rebounds, node), self.rebounds.impact(node));
-            if errors.is_shared {
-                continue;
-            }
-            let (film, count) = (films.at(node), self.rebounds.count[node]);
-            let seen = Seen::Rebound(self.rebounds.restitution[node]);
-            add(&film, impact, errors, seen, count);
-            if self.truncated {
-                add(&film, impact, errors, rebounded, -count);
+        let end = rows.rebounds.end;
+        for first in rows.rebounds.step_by(MOST_REBOUNDS) {
+            let nodes = first..end.min(first + MOST_REBOUNDS);
+            let laws: Vec<FilmLaw> = nodes.clone().map(|node| films.at(node)).collect();
+            // what a run errs by is its own, and is seen to one run at a time
+            let together = own.rebounds.is_empty() && noise.acts_on_every_energy();
+            let found = together.then(|| {
+                let mut rebounds = Rebounds::NONE;
+                for (node, law) in nodes.clone().zip(&laws) {
+                    let (kept, _) = law.balance.kept(&self.rebounds.impact(node));
+                    rebounds.push(self.rebounds.restitution[node], kept);
+                }
+                rebounds.densities(noise.spreads)
+            });
+            for (place, (node, film)) in nodes.zip(&laws).enumerate() {
+                let run = RunImpact {
+                    balance: &film.balance,
+                    impact: self.rebounds.impact(node),
+                    errors: errors(&own.rebounds, node),
+                };
+                if run.errors.is_shared {
+                    continue;
+                }
+                let count = self.rebounds.count[node];
+                let of = match found.as_ref().and_then(|found| found[place]) {
+                    Some(of) => run.with_slopes(of),
+                    None => run.density(noise, Seen::Rebound(self.rebounds.restitution[node])),
+                };
+                add(film, of, count);
+                if self.truncated {
+                    add(film, run.density(noise, rebounded), -count);
+                }
             }
         }
         let mut films = self.stuck.films(rows.law);
         for node in rows.stuck {
-            let errors = errors(&own.stuck, node);
-            if !errors.is_shared {
-                let impact = self.stuck.impact(node);
-                add(&films.at(node), impact, errors, stuck, self.stuck.count[node]);
+            let film = films.at(node);
+            let run = RunImpact {
+                balance: &film.balance,
+                impact: self.stuck.impact(node),
+                errors: errors(&own.stuck, node),
+            };
+            if !run.errors.is_shared {
+                add(&film, run.density(noise, stuck), self.stuck.count[node]);
             }
         }
         add_noise_slopes(all, ParameterKind::SigmaWet, slopes);

@@ -12,9 +12,11 @@
 
 mod at_nodes;
 mod gauss;
+mod rebounds;
 mod rule;
 
-use self::at_nodes::SettingNodes;
+pub(super) use rebounds::{Rebounds, MOST_REBOUNDS};
+
 use super::errors::Errors;
 use super::normal::CERTAIN;
 use super::run_density::{RunDensity, Seen};
@@ -80,6 +82,34 @@ const FALL: f64 = 25.0;
 
 /// Distance in z from where a probability is largest, beyond which nothing is left.
 const REACH: f64 = 9.0;
+
+/// Nodes of one call.
+const MOST_NODES: usize = 16;
+
+/// A number at each of these nodes.
+type Column = [f64; MOST_NODES];
+
+/// What a setting has at each node.
+#[derive(Debug, Clone, Copy)]
+struct SettingNodes {
+    /// r, or e_dry of dry runs
+    kept: Column,
+    /// 4/St
+    over_stokes: Column,
+    /// slope of what is kept in k
+    slope_k: Column,
+    /// slope of the logarithm in what is kept
+    of_kept: Column,
+}
+
+impl SettingNodes {
+    const NONE: SettingNodes = SettingNodes {
+        kept: [0.0; MOST_NODES],
+        over_stokes: [0.0; MOST_NODES],
+        slope_k: [0.0; MOST_NODES],
+        of_kept: [0.0; MOST_NODES],
+    };
+}
 
 /// Sums over nodes, all divided by the exponential of a value that the logarithm of the integrand has near its largest.
 struct Sums<'s> {

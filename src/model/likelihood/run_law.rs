@@ -16,18 +16,31 @@ pub(super) struct RunImpact<'b> {
 }
 
 impl RunImpact<'_> {
+    /// r, or e_dry of a dry run, with its slope in k.
+    fn kept(&self, wet: bool) -> (f64, f64) {
+        if wet {
+            return self.balance.kept(&self.impact);
+        }
+        let [e_dry, slope, _] = self.balance.e_dry(self.impact.dry_root);
+        (e_dry, slope)
+    }
+
+    /// What a wet run adds, with the slopes that follow from that in r.
+    pub fn with_slopes(&self, of: RunDensity) -> RunDensity {
+        RunDensity {
+            viscous: of.kept * self.impact.over_stokes,
+            dry_k: of.kept * self.kept(true).1,
+            ..of
+        }
+    }
+
     /// What a run adds of which this is known, integrated over what is hidden of it.
     pub fn density(&self, noise: RunNoise, seen: Seen) -> RunDensity {
         let run = MeasuredRun {
             seen,
             errors: self.errors,
         };
-        let (kept, of_k) = if noise.wet {
-            self.balance.kept(&self.impact)
-        } else {
-            let [e_dry, slope, _] = self.balance.e_dry(self.impact.dry_root);
-            (e_dry, slope)
-        };
+        let (kept, of_k) = self.kept(noise.wet);
         let moves = match () {
             () if self.errors.speed > 0.0 => Moves::Speed,
             () if noise.acts_on_energy(kept) => Moves::Energy,

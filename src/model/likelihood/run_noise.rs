@@ -22,6 +22,9 @@ pub(super) struct MeasuredRun {
     pub errors: Errors,
 }
 
+/// What noise on the energy kept moves e by, over σ, below which it is none: σ² + (m′σ_r)² is then σ² to rounding.
+const NOTICED: f64 = 1e-7;
+
 impl RunNoise {
     /// m(r) and its slope; of a dry run what is kept is its mean restitution already.
     #[inline(always)]
@@ -35,9 +38,13 @@ impl RunNoise {
 
     /// Whether noise on the energy kept moves a run that keeps this by more than a rounding of its σ.
     pub fn acts_on_energy(&self, kept: f64) -> bool {
-        /// σ² + (m′σ_r)² is σ² to rounding
-        const NOTICED: f64 = 1e-7;
         self.wet && slope_mean_restitution(kept) * self.spreads.energy > NOTICED * self.spreads.sigma
+    }
+
+    /// Whether normal noise on the energy kept moves every run by more than that.
+    pub fn acts_on_every_energy(&self) -> bool {
+        // m′ is above a half up to r = 1
+        self.wet && self.tails == Tails::Normal && self.spreads.energy > 2.0 * NOTICED * self.spreads.sigma
     }
 
     /// The log density or probability of a run that keeps this at so many times its measured speed, with its slopes in what is

@@ -4,7 +4,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Hidden, Moves, SettingRuns, Sums};
+use super::{Column, Hidden, Moves, SettingNodes, SettingRuns, Sums, MOST_NODES};
 use crate::exponential::{exponential, is_fused, logarithm};
 use crate::model::likelihood::normal::{ln_normal_cdf_and_slope, CERTAIN};
 use crate::model::likelihood::run_density::Seen;
@@ -15,14 +15,8 @@ use crate::physics::rebound::{kept_and_slope, mean_and_slope, mean_restitution, 
 /// Nodes are summed in multiples of this.
 const LANES: usize = 8;
 
-/// Nodes of one call.
-pub(super) const MOST_NODES: usize = 16;
-
 /// Variances whose logarithm is taken at once, that of their product: one takes as long as all else that a rebound adds.
 const MOST_FACTORS: usize = 4;
-
-/// A number at each of these nodes.
-pub(super) type Column = [f64; MOST_NODES];
 
 /// What the line is gone along in.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,28 +129,6 @@ impl AtNodes {
         ln: [0.0; MOST_NODES],
         stretch: [1.0; MOST_NODES],
         parts: [0.0; MOST_NODES],
-    };
-}
-
-/// What a setting has at each node.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SettingNodes {
-    /// r, or e_dry of dry runs
-    pub kept: Column,
-    /// 4/St
-    over_stokes: Column,
-    /// slope of what is kept in k
-    slope_k: Column,
-    /// slope of the logarithm in what is kept
-    of_kept: Column,
-}
-
-impl SettingNodes {
-    pub const NONE: SettingNodes = SettingNodes {
-        kept: [0.0; MOST_NODES],
-        over_stokes: [0.0; MOST_NODES],
-        slope_k: [0.0; MOST_NODES],
-        of_kept: [0.0; MOST_NODES],
     };
 }
 

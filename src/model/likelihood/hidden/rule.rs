@@ -5,9 +5,9 @@
 //! along in z, or where the r of a setting has its zero within reach in x with r(z) = m⁻¹(x) to first order, which makes m(r) as
 //! smooth as the rest; where several settings turn, from each of them half the way to the next.
 
-use super::at_nodes::{AtNodes, Path, RuleNodes, MOST_NODES};
-use super::gauss::{Order, GAUSS};
-use super::{Hidden, Moves, SettingRuns, Sums, REACH};
+use super::at_nodes::{AtNodes, Path, RuleNodes};
+use super::gauss::{most_of_last, Order, GAUSS};
+use super::{Hidden, Moves, SettingRuns, Sums, MOST_NODES, REACH};
 use crate::model::likelihood::run_density::Seen;
 use crate::model::likelihood::run_noise::MeasuredRun;
 use crate::model::likelihood::tails::Tails;
@@ -414,14 +414,6 @@ impl Hidden<'_> {
             }
             Seen::On(..) | Seen::Measured(..) => 0.0,
         }
-    }
-}
-
-/// The largest last coefficient of a rule, of the mass: the integral is then off by less than 1e-7.
-fn most_of_last(order: Order) -> f64 {
-    match order {
-        Order::Eight => 1e-4,
-        Order::Sixteen => 1e-5,
     }
 }
 
