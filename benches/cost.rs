@@ -219,7 +219,7 @@ fn stages(scene: &Scene, table: &Table, with_posterior: bool) -> [f64; 3] {
     let ended = Instant::now();
     let bootstrap = first.get().map_or(0.0, |first| (ended - *first).as_secs_f64());
     let posterior = if with_posterior {
-        let sample = || found.add_posterior(scene, &table.runs, MethodChoice::Nodes, &|_, _| ());
+        let sample = || found.add_posterior(scene, &table.runs, MethodChoice::Sampler, &|_, _| ());
         let (seconds, sampled) = timed(sample);
         sampled.expect("priors with room");
         seconds

@@ -1,4 +1,4 @@
-//! Times the log posterior with its slopes, compressed and over all rows and under each noise, and the sampling of two
+//! Times the log posterior with its slopes, of settings that repeat or do not and under each noise, and the sampling of two
 //! thousand and a million runs.
 //!
 //! Runs are simulated in the design of `datasets/mueller2016`: at its five speeds, or each at a speed of its own; in its
@@ -9,7 +9,6 @@ use std::path::Path;
 use divan::{black_box, Bencher};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
-use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
@@ -64,7 +63,7 @@ fn simulated_of(runs: u64, own: Own, mut keep: impl FnMut(&mut NewRun) -> bool) 
 fn parts(scene: &Scene, runs: &Runs) -> (ModelParameters, Likelihood) {
     let form = scene.model.form();
     let parameters = ModelParameters::of(scene, runs, form).expect("priors with room");
-    (parameters, Likelihood::of_rows(scene, runs, form))
+    (parameters, Likelihood::new(scene, runs, form))
 }
 
 /// The truth the runs were drawn from.
@@ -89,23 +88,22 @@ fn evaluate(bencher: Bencher, posterior: &PosteriorDensity, draw: &[f64]) {
     bencher.bench_local(|| posterior.ln_density(black_box(&point), &mut slopes));
 }
 
-/// Log posterior and slopes from the nodes; flat where settings repeat.
+/// Log posterior and slopes where settings repeat.
 #[divan::bench(args = SIZES)]
-fn compressed(bencher: Bencher, runs: u64) {
-    let (scene, runs) = simulated(runs, Own::Nothing);
-    let (parameters, rows) = parts(&scene, &runs);
-    let draw = truth(&scene, &parameters);
-    let (short, _) = rows.compressed(&parameters.full(&draw), &[], 1e-3);
-    evaluate(bencher, &PosteriorDensity::new(parameters, short), &draw);
+fn tidy(bencher: Bencher, runs: u64) {
+    under(bencher, simulated(runs, Own::Nothing));
 }
 
-/// The same over every row; divide by the runs.
+/// The same with every run in a film of its own; divide by the runs.
 #[divan::bench(args = SIZES)]
-fn exact(bencher: Bencher, runs: u64) {
-    let (scene, runs) = simulated(runs, Own::Nothing);
-    let (parameters, rows) = parts(&scene, &runs);
+fn in_own_films(bencher: Bencher, runs: u64) {
+    under(bencher, simulated(runs, Own::Films));
+}
+
+fn under(bencher: Bencher, (scene, runs): (Scene, Runs)) {
+    let (parameters, likelihood) = parts(&scene, &runs);
     let draw = truth(&scene, &parameters);
-    evaluate(bencher, &PosteriorDensity::new(parameters, rows), &draw);
+    evaluate(bencher, &PosteriorDensity::new(parameters, likelihood), &draw);
 }
 
 /// Over every wet row that rebounded, or that stuck, where each has a film of its own, with each form of inertia.
@@ -231,16 +229,15 @@ const EFFORT: Effort = Effort {
     target_accept: TARGET_ACCEPT,
 };
 
-/// Compressing, mode, four chains of 1,000 + 1,000, and the check of the compression.
+/// Mode, four chains of 1,000 + 1,000.
 fn sample(bencher: Bencher, (scene, runs): (Scene, Runs)) {
-    let (parameters, rows) = parts(&scene, &runs);
+    let (parameters, likelihood) = parts(&scene, &runs);
     let plan = SamplingPlan {
         effort: EFFORT,
         stream: StreamName::new(1, "bench"),
-        evaluation: Evaluation::default(),
     };
     bencher.bench_local(|| {
-        let sampled = sample_posterior(parameters.clone(), &rows, &vec![], plan, &|_, _| {});
+        let sampled = sample_posterior(parameters.clone(), &likelihood, &vec![], plan, &|_, _| {});
         black_box(sampled.expect("a posterior"))
     });
 }

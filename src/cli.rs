@@ -105,7 +105,7 @@ fn run_verb(arguments: Arguments, ranks: &Ranks) -> Result<u8, Error> {
             let method = match accuracy {
                 Some(accuracy) => MethodChoice::Accuracy(accuracy),
                 None if exact_rows => MethodChoice::Rows,
-                None => MethodChoice::Nodes,
+                None => MethodChoice::Sampler,
             };
             let options = fit::FitOptions {
                 scene_file: &scene,

@@ -13,7 +13,7 @@ use wetcor::inference::accuracy::SURE;
 use wetcor::inference::diagnostics::summary::Summary;
 use wetcor::inference::mixing::{summary_of, MixingLines};
 use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
-use wetcor::inference::prepared_posterior::{Evaluation, PreparedPosterior};
+use wetcor::inference::prepared_posterior::PreparedPosterior;
 use wetcor::inference::sampling::{sample_by_nuts, Method, Sampled};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
@@ -109,7 +109,7 @@ fn one(index: u64, seed: u64) -> Answers {
     let simulated = SimulatedRuns::new(index, seed);
     let SimulatedRuns { scene, table, form, .. } = &simulated;
     let parameters = ModelParameters::of(scene, &table.runs, *form).unwrap_or_else(|error| panic!("{error}"));
-    let rows = Likelihood::of_rows(scene, &table.runs, *form);
+    let rows = Likelihood::new(scene, &table.runs, *form);
     let truth = long_run(&parameters, &rows, seed, index)?;
     let answer = |fitted: Option<Posterior>| {
         let fitted = fitted?;
@@ -185,7 +185,7 @@ fn long_run(parameters: &ModelParameters, rows: &Likelihood, seed: u64, index: u
     const FIRST: usize = 10_000;
     const MOST: usize = 200_000;
     let finest = REQUESTED.iter().copied().fold(f64::INFINITY, f64::min);
-    let prepared = PreparedPosterior::new(parameters.clone(), rows, &vec![], Evaluation::Rows).ok()?;
+    let prepared = PreparedPosterior::new(parameters.clone(), rows, &vec![]).ok()?;
     let mut draws = FIRST;
     loop {
         let name = format!("accuracy long run {index}");

@@ -178,7 +178,7 @@ fn moves(scene: &Scene, all: &Runs, few: &Runs) -> Vec<[f64; 2]> {
         other => panic!("{other:?} is not in this model"),
     };
     let at: Vec<f64> = parameters.sampled.iter().map(|own| truth(&own.kind)).collect();
-    let likelihoods = [all, few].map(|runs| Likelihood::of_rows(scene, runs, form));
+    let likelihoods = [all, few].map(|runs| Likelihood::new(scene, runs, form));
     let densities = |moved: Option<usize>| {
         let mut point = at.clone();
         if let Some(place) = moved {

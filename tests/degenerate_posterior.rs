@@ -69,7 +69,7 @@ fn sample_scene(scene: &str, rows: &str) -> (Findings, Option<Posterior>) {
     let table = place.read();
     let mut findings = findings::fit_least_squares(&place.scene, &table, 1, false);
     let posterior = findings
-        .add_posterior(&place.scene, &table.runs, MethodChoice::Nodes, &|_, _| {})
+        .add_posterior(&place.scene, &table.runs, MethodChoice::Sampler, &|_, _| {})
         .unwrap_or_else(|error| panic!("{error}"));
     assert_honest(&findings);
     (findings, posterior)

@@ -51,7 +51,7 @@ fn fail(scene: &Scene, seed: u64) -> Failures {
     let found = findings::fit_least_squares(scene, &table, seed, false);
     let setup = SamplingSetup {
         form: found.form,
-        method: MethodChoice::Nodes,
+        method: MethodChoice::Sampler,
     };
     let fitted = fit_posterior(scene, &table.runs, found.least_squares(), setup, &|_, _| ())
         .unwrap_or_else(|error| panic!("{error}"))
@@ -91,7 +91,7 @@ fn the_draws_made_and_those_asked_for_are_told() {
     let mut found = findings::fit_least_squares(&place.scene, &table, 1, false);
     let drawn = |found: &mut findings::Findings| {
         found
-            .add_posterior(&place.scene, &table.runs, MethodChoice::Nodes, &|_, _| ())
+            .add_posterior(&place.scene, &table.runs, MethodChoice::Sampler, &|_, _| ())
             .unwrap_or_else(|error| panic!("{error}"))
             .expect("sampled")
     };

@@ -10,7 +10,7 @@ use wetcor::findings::posterior::{effort, speed_errors, start};
 use wetcor::findings::{self};
 use wetcor::inference::importance::DrawCounts;
 use wetcor::inference::nuts::Effort;
-use wetcor::inference::prepared_posterior::{Evaluation, PreparedPosterior};
+use wetcor::inference::prepared_posterior::PreparedPosterior;
 use wetcor::inference::sampling::{sample_by_importance, sample_by_nuts};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
@@ -127,10 +127,10 @@ fn z(design: Design, seed: u64) -> Option<f64> {
     let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
     let form = scene.model.form();
     let parameters = ModelParameters::of(&scene, runs, form).ok()?;
-    let rows = Likelihood::of_rows(&scene, runs, form);
+    let rows = Likelihood::new(&scene, runs, form);
     let stream = StreamName::new(seed, "hidden speeds");
     let start = start(least_squares.least_squares());
-    let prepared = PreparedPosterior::new(parameters, &rows, &start, Evaluation::Rows).ok()?;
+    let prepared = PreparedPosterior::new(parameters, &rows, &start).ok()?;
     let size = DrawCounts { chains: 1, draws: 150 };
     let weighed = sample_by_importance(&prepared, size, stream).filter(|sampled| sampled.khat < Some(0.7));
     let sampled = match weighed {

@@ -61,7 +61,7 @@ fn fit(scene: &str, table: impl FnOnce(&Place) -> Table) -> Findings {
     let table = table(&place);
     let mut findings = findings::fit_least_squares(&place.scene, &table, 1, true);
     findings
-        .add_posterior(&place.scene, &table.runs, MethodChoice::Nodes, &|_, _| {})
+        .add_posterior(&place.scene, &table.runs, MethodChoice::Sampler, &|_, _| {})
         .unwrap_or_else(|error| panic!("{error}"));
     findings
 }

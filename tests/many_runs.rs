@@ -210,7 +210,7 @@ fn a_million_runs_that_are_not_kept_say_what_they_say_when_they_are() {
     let widths = widths_apart(&of_few, &of_all);
     assert!(widths < 0.03, "{widths}");
     let sample = |findings: &mut Findings, table: &Table| {
-        let sampled = findings.add_posterior(&place.scene, &table.runs, MethodChoice::Nodes, &|_, _| ());
+        let sampled = findings.add_posterior(&place.scene, &table.runs, MethodChoice::Sampler, &|_, _| ());
         sampled.expect("room").expect("draws").findings.parameters
     };
     let (few, all) = (sample(&mut of_few, &few), sample(&mut of_all, &all));

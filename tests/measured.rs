@@ -9,7 +9,6 @@ use rayon::prelude::*;
 use wetcor::findings;
 use wetcor::findings::posterior::{effort, start};
 use wetcor::inference::nuts::Effort;
-use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
@@ -133,7 +132,7 @@ fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: StreamName) -
     let least_squares = findings::fit_least_squares(scene, &table, 1, false);
     let form = scene.model.form();
     let parameters = ModelParameters::of(scene, &table.runs, form).expect("room");
-    let rows = Likelihood::of_rows(scene, &table.runs, form);
+    let rows = Likelihood::new(scene, &table.runs, form);
     let plan = SamplingPlan {
         effort: Effort {
             chains: 1,
@@ -142,7 +141,6 @@ fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: StreamName) -
             ..effort(scene)
         },
         stream,
-        evaluation: Evaluation::default(),
     };
     let sampled = sample_posterior(
         parameters,

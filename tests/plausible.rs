@@ -120,7 +120,7 @@ fn what_the_posterior_alone_tells_is_questioned_too() {
         texts.concat()
     };
     assert!(!asked(&found).contains("L = "), "{}", asked(&found));
-    let posterior = found.add_posterior(&place.scene, &place.read().runs, MethodChoice::Nodes, &|_, _| ());
+    let posterior = found.add_posterior(&place.scene, &place.read().runs, MethodChoice::Sampler, &|_, _| ());
     assert!(posterior.is_ok_and(|sampled| sampled.is_some()));
     assert!(
         asked(&found).contains(" by the posterior is below 0.3"),

@@ -7,7 +7,6 @@ use common::{rows, rows_from, seed_of};
 use rayon::prelude::*;
 use wetcor::inference::laplace::laplace;
 use wetcor::inference::nuts::{sample_chains, Effort, TARGET_ACCEPT};
-use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
@@ -123,11 +122,10 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
             let streams = format!("{name} {index}");
             let values: Vec<Vec<f64>> = if fault == Fault::Nothing {
                 let runs = runs::arrange(&scene, &rows);
-                let likelihood = Likelihood::of_rows(&scene, &runs, form);
+                let likelihood = Likelihood::new(&scene, &runs, form);
                 let plan = SamplingPlan {
                     effort: EFFORT,
                     stream: StreamName::new(seed, &streams),
-                    evaluation: Evaluation::default(),
                 };
                 let sampled = sample_posterior(parameters.clone(), &likelihood, &vec![], plan, &|_, _| {})
                     .unwrap_or_else(|error| panic!("{error}"));

@@ -13,7 +13,6 @@ use wetcor::findings::{self};
 use wetcor::inference::diagnostics::summary::{summarise, Summary};
 use wetcor::inference::laplace::laplace;
 use wetcor::inference::nuts::{sample_chains, Effort, TARGET_ACCEPT};
-use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::normal::ln_normal_cdf;
 use wetcor::model::likelihood::Likelihood;
@@ -91,7 +90,7 @@ fn moments_and_quantiles_agree_with_importance_sampling() {
         let (scene, table) = read(&name);
         let form = scene.model.form();
         let parameters = ModelParameters::of(&scene, &table.runs, form).unwrap_or_else(|e| panic!("{e}"));
-        let rows = Likelihood::of_rows(&scene, &table.runs, form);
+        let rows = Likelihood::new(&scene, &table.runs, form);
         let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
         let plan = SamplingPlan {
             effort: EFFORT,
@@ -99,7 +98,6 @@ fn moments_and_quantiles_agree_with_importance_sampling() {
                 common::seed_of("moments_and_quantiles_agree_with_importance_sampling"),
                 &name,
             ),
-            evaluation: Evaluation::default(),
         };
         let start = start(least_squares.least_squares());
         let sampled =
@@ -194,7 +192,7 @@ fn densities_and_slopes_are_the_references() {
         let (scene, table) = read(&name);
         let form = scene.model.form();
         let parameters = ModelParameters::of(&scene, &table.runs, form).unwrap_or_else(|e| panic!("{e}"));
-        let rows = Likelihood::of_rows(&scene, &table.runs, form);
+        let rows = Likelihood::new(&scene, &table.runs, form);
         let points = reference["scenes"][&name]["densities"]
             .as_array()
             .expect("points")

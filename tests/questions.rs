@@ -119,7 +119,7 @@ impl Fitted {
         let least_squares = findings::fit_least_squares(&place.scene, &table, 1, false);
         let asked = SamplingSetup {
             form: least_squares.form,
-            method: MethodChoice::Nodes,
+            method: MethodChoice::Sampler,
         };
         let found = least_squares.least_squares();
         let own = match posterior::fit_posterior(&place.scene, &table.runs, found, asked, &|_, _| ()) {

@@ -288,7 +288,7 @@ impl Kind {
         let mut findings = findings::fit_least_squares(&place.scene, &table, 1, true);
         let watcher = |_: bool, _: bool| ();
         let posterior = findings
-            .add_posterior(&place.scene, &table.runs, MethodChoice::Nodes, &watcher)
+            .add_posterior(&place.scene, &table.runs, MethodChoice::Sampler, &watcher)
             .unwrap_or_else(|error| panic!("{error}"));
         if let Some(posterior) = &posterior {
             findings

@@ -147,7 +147,7 @@ fn means_give_what_the_single_runs_give() {
 
     let sample = |text: &str, found: &mut Findings| {
         std::fs::write(&place.scene.data.runs[0].path, text).expect("the folder is writable");
-        let sampled = found.add_posterior(&place.scene, &place.read().runs, MethodChoice::Nodes, &|_, _| ());
+        let sampled = found.add_posterior(&place.scene, &place.read().runs, MethodChoice::Sampler, &|_, _| ());
         assert!(sampled.is_ok_and(|sampled| sampled.is_some()));
     };
     sample(&single_runs(&settings), &mut single);

@@ -13,7 +13,6 @@ use wetcor::findings::main_numbers::{MainNumber, Source};
 use wetcor::findings::posterior::{MethodChoice, Posterior};
 use wetcor::findings::predict::ParticleLaw;
 use wetcor::findings::{self, Findings};
-use wetcor::inference::prepared_posterior::LARGEST_ERROR;
 use wetcor::model::likelihood::pointwise::Pointwise;
 use wetcor::model::likelihood::{Likelihood, SeriesDensities};
 use wetcor::model::parameters::{offset_slot, ParameterKind};
@@ -151,7 +150,7 @@ const SAMPLER: &str = "[sampler]\nwarmup = 300\ndraws = 300";
 
 fn fit(scene: &Scene, table: &Table) -> (Findings, Posterior) {
     let mut findings = findings::fit_least_squares(scene, table, 1, false);
-    let sampled = findings.add_posterior(scene, &table.runs, MethodChoice::Nodes, &|_, _| {});
+    let sampled = findings.add_posterior(scene, &table.runs, MethodChoice::Sampler, &|_, _| {});
     let posterior = sampled.unwrap_or_else(|error| panic!("{error}"));
     (findings, posterior.expect("sampled"))
 }
@@ -348,7 +347,7 @@ fn a_series_density_is_that_of_quadrature() {
         }
         let pointwise = Pointwise::new(&scene, runs, form);
         let dry = runs.len() - runs.wet();
-        let rows = Likelihood::of_rows(&scene, runs, form);
+        let rows = Likelihood::new(&scene, runs, form);
         let units = SeriesDensities::new(Pointwise::new(&scene, runs, form), rows, runs);
         let found = units.ln_densities(&full).expect("inside");
         assert_eq!(found.len(), dry + runs.series.len());
@@ -383,7 +382,7 @@ fn a_series_density_is_that_of_quadrature() {
 }
 
 #[test]
-fn nodes_stand_for_rows_with_offsets_too() {
+fn offsets_of_series_of_many_runs_are_sampled_well() {
     let speeds: Vec<String> = (0..250).map(|i| format!("{}", 0.6 + 0.005 * f64::from(i))).collect();
     let scene = text(0.01, &format!("series_offsets = true\n{SAMPLER}"))
         .replace(
@@ -395,9 +394,6 @@ fn nodes_stand_for_rows_with_offsets_too() {
         scene::parse(&scene, Path::new("a/scene.toml"), String::new()).unwrap_or_else(|error| panic!("{error}"));
     let table = table(&scene, seed_of("nodes_stand_for_rows_with_offsets_too"));
     let (findings, posterior) = fit(&scene, &table);
-    let compression = posterior.sampled.compression.expect("compressed");
-    assert!(compression.nodes * 8 < table.runs.len(), "{compression:?}");
-    assert!(posterior.sampled.checked_error.expect("checked") < LARGEST_ERROR);
     assert!(findings.main.verdict.passed, "{:?}", findings.main.verdict);
     let offsets = &posterior.findings.series_offsets;
     assert_eq!(offsets.len(), 18);

@@ -95,7 +95,7 @@ fn fit(rows: &str) -> Findings {
     let place = Place::new(SCENE);
     let mut findings = place.fit_rows(rows);
     findings
-        .add_posterior(&place.scene, &place.read().runs, MethodChoice::Nodes, &|_, _| {})
+        .add_posterior(&place.scene, &place.read().runs, MethodChoice::Sampler, &|_, _| {})
         .unwrap_or_else(|error| panic!("{error}"));
     findings
 }
@@ -142,7 +142,7 @@ fn a_barely_rebounding_run_is_not_taken_at_its_word() {
     ));
     let mut taken = place.fit_rows(&format!("{rows}{}", line(true, 0.1, slow, 0.03)));
     taken
-        .add_posterior(&place.scene, &place.read().runs, MethodChoice::Nodes, &|_, _| {})
+        .add_posterior(&place.scene, &place.read().runs, MethodChoice::Sampler, &|_, _| {})
         .unwrap_or_else(|error| panic!("{error}"));
     assert!(z(st_c(&taken)).abs() > 4.0, "{:?} for {truth}", st_c(&taken));
     assert!(told(&taken, "slow_rebounds").is_none());

@@ -6,7 +6,6 @@ use common::{mean, rows, seed_of, Place};
 use wetcor::findings;
 use wetcor::findings::posterior::{effort, start};
 use wetcor::inference::nuts::Effort;
-use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood as Rows;
 use wetcor::model::parameters::ModelParameters;
@@ -59,9 +58,8 @@ fn posterior(place: &Place, rows: &[NewRun], likelihood: LikelihoodFamily, seed:
             ..effort(&scene)
         },
         stream: StreamName::new(seed, "outliers"),
-        evaluation: Evaluation::default(),
     };
-    let likelihood = Rows::of_rows(&scene, &table.runs, form);
+    let likelihood = Rows::new(&scene, &table.runs, form);
     let sampled = sample_posterior(
         parameters,
         &likelihood,

@@ -74,7 +74,7 @@ table of more than 2,500,000 runs; the report is the same.")]
         /// Stages to run [default: all]
         #[arg(long, value_delimiter = ',')]
         stages: Vec<Stage>,
-        /// Sample with every row in every evaluation, to compare with the compressed likelihood
+        /// Sample with every run, however many, where few would stand for more than 100,000
         #[arg(long, conflicts_with = "accuracy")]
         exact_rows: bool,
         /// Largest error of any posterior mean, in posterior sds, and of any sd, relative, from 0.005 to 1: take the

@@ -74,7 +74,7 @@ impl FitOptions<'_> {
         match self.method {
             MethodChoice::Accuracy(accuracy) => flag("--accuracy", accuracy.to_string()),
             MethodChoice::Rows => words.push("--exact-rows".to_owned()),
-            MethodChoice::Nodes => {}
+            MethodChoice::Sampler => {}
         }
         words.join(" ")
     }
@@ -102,7 +102,7 @@ impl FitOptions<'_> {
             })?;
             drop(draws);
             if let Some(posterior) = &posterior {
-                let parts = ["posterior_compressing", "posterior_sampling", "posterior_checking"];
+                let parts = ["posterior_mode", "posterior_sampling"];
                 timing.stages.extend(parts.into_iter().zip(posterior.sampled.seconds));
             }
         }

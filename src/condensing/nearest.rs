@@ -8,8 +8,6 @@ use super::recombination::Kept;
 /// The polynomial nearest to values.
 pub(crate) struct Nearest {
     coefficients: DVector<f64>,
-    /// what it leaves of the values' squares
-    pub leftover: f64,
 }
 
 impl Nearest {
@@ -27,11 +25,9 @@ impl Nearest {
             products.ger(*weight, &row, &row, 1.0);
         }
         let mut cross = DVector::zeros(functions);
-        let mut squares = 0.0;
         for (point, (value, weight)) in values.iter().zip(weights).enumerate() {
             polynomials.write(point, &mut room);
             let weighted = weight * value;
-            squares += weighted * value;
             let sums = cross.iter_mut().zip(&room.values);
             sums.for_each(|(sum, of_point)| *sum += weighted * of_point);
         }
@@ -46,8 +42,8 @@ impl Nearest {
             };
         }
         let coefficients = eigen.eigenvectors * solved;
-        let leftover = (squares - coefficients.dot(&cross)).max(0.0);
-        leftover.is_finite().then_some(Nearest { coefficients, leftover })
+        let is_finite = coefficients.iter().all(|c| c.is_finite());
+        is_finite.then_some(Nearest { coefficients })
     }
 
     /// Its values at some points.

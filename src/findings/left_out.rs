@@ -160,9 +160,8 @@ impl Model<'_> {
             watcher,
             ..
         } = self.context;
-        let rows = Likelihood::of_rows(scene, runs, self.setup.form);
-        let evaluation = self.setup.method.evaluation();
-        let prepared = PreparedPosterior::new(self.parameters.clone(), &rows, &start(least_squares), evaluation);
+        let likelihood = Likelihood::new(scene, runs, self.setup.form);
+        let prepared = PreparedPosterior::new(self.parameters.clone(), &likelihood, &start(least_squares));
         let prepared = prepared.map_err(|why| why.to_string())?;
         let stream = StreamName::new(least_squares.seed, stream);
         let Effort { chains, .. } = effort(scene);
@@ -240,8 +239,8 @@ impl<'r> Units<'r> {
     fn new(scene: &Scene, runs: &'r Runs, setup: SamplingSetup) -> Units<'r> {
         let pointwise = Pointwise::new(scene, runs, setup.form);
         if scene.model.series_offsets {
-            let rows = Likelihood::of_rows(scene, runs, setup.form);
-            Units::Series(Box::new(SeriesDensities::new(pointwise, rows, runs)))
+            let likelihood = Likelihood::new(scene, runs, setup.form);
+            Units::Series(Box::new(SeriesDensities::new(pointwise, likelihood, runs)))
         } else {
             Units::Runs(Box::new(pointwise))
         }
@@ -377,9 +376,9 @@ mod tests {
             least_squares,
             ..
         } = model.context;
-        let rows = Likelihood::of_rows(scene, runs, model.setup.form);
-        let (start, evaluation) = (start(least_squares), model.setup.method.evaluation());
-        let prepared = PreparedPosterior::new(model.parameters.clone(), &rows, &start, evaluation).expect("a start");
+        let likelihood = Likelihood::new(scene, runs, model.setup.form);
+        let start = start(least_squares);
+        let prepared = PreparedPosterior::new(model.parameters.clone(), &likelihood, &start).expect("a start");
         let long = Effort { draws, ..effort(scene) };
         sample_by_nuts(&prepared, long, StreamName::new(1, model.stream), &|_, _| {}).expect("chains")
     }

@@ -8,7 +8,7 @@ use super::diagnostics::pareto::khat_threshold;
 use super::importance::{propose, weighted_shift, DrawCounts, ProposalTails, Weights};
 use super::mixing::{draws_a_chain, summary_of, MixingLines, ParameterDraws};
 use super::nuts::{Effort, SamplingFailure, Watcher};
-use super::prepared_posterior::{PreparedPosterior, LARGEST_ERROR};
+use super::prepared_posterior::PreparedPosterior;
 use super::sampling::{sample_by_importance, sample_normal, Method, NutsSampling, ReachedAccuracy, Sampled, PROPOSED};
 use crate::model::posterior::LogDensity;
 use crate::seed::StreamName;
@@ -69,7 +69,7 @@ type Vouched = (Sampled, f64);
 
 /// The search for the cheapest method that reaches an accuracy.
 struct MethodSearch<'p> {
-    prepared: &'p PreparedPosterior<'p>,
+    prepared: &'p PreparedPosterior,
     plan: AccuracyPlan<'p>,
 }
 
@@ -87,7 +87,7 @@ impl MethodSearch<'_> {
 
     /// The normal about the mode, or why it cannot be vouched for.
     fn laplace(&self, error: NormalError) -> Result<Vouched, String> {
-        let off = error.largest + LARGEST_ERROR;
+        let off = error.largest;
         // half of the accuracy for the normal's own error, half for the number of its draws
         if off > 0.5 * self.plan.accuracy {
             return Err(format!(
@@ -107,7 +107,7 @@ impl MethodSearch<'_> {
         const TRIES: usize = 4;
         let requested = self.plan.accuracy;
         let resampled = 1.0 + 1.0 / (PROPOSED as f64 * error.efficiency);
-        let mut wanted = (SURE / (requested - LARGEST_ERROR)).powi(2) * resampled;
+        let mut wanted = (SURE / requested).powi(2) * resampled;
         let mut why = String::new();
         for _ in 0..TRIES {
             let each = self.each(wanted);
@@ -118,7 +118,7 @@ impl MethodSearch<'_> {
             if khat > line {
                 return Err(format!("importance weights have the shape {khat:.2}, above {line:.2}"));
             }
-            match self.checked(sampled, LARGEST_ERROR) {
+            match self.checked(sampled, 0.0) {
                 Ok(found) => return Ok(found),
                 Err(vouched) => {
                     why = format!("{draws} draws are too few, or leave an error of {vouched:.2}");
@@ -133,25 +133,24 @@ impl MethodSearch<'_> {
     /// Trajectories, drawn on until the accuracy is reached or is out of reach.
     fn nuts(&self, watcher: Watcher) -> Result<Vouched, SamplingFailure> {
         let plan = self.plan;
-        let left = plan.accuracy - LARGEST_ERROR;
         let lines = asked_of_draws(Method::Nuts, plan.effort.chains, Some(plan.accuracy));
         let mut more = |values: &ParameterDraws| {
             let error = error_of_draws(values);
             let made = draws_a_chain(values);
             // draws that say nothing of their error are doubled
             let times = match error.is_finite() {
-                true => 1.1 * (error / left).powi(2),
+                true => 1.1 * (error / plan.accuracy).powi(2),
                 false => 2.0,
             };
             let next = made as f64 * times.max(1.1);
-            let enough = error <= left && lines.hold(values, 1.0);
+            let enough = error <= plan.accuracy && lines.hold(values, 1.0);
             // chains that do not agree, or so slow that not even the most draws would do, are not followed further
             if enough || next > MOST_DRAWS as f64 || !chains_agree(values) {
                 return 0;
             }
             next.ceil() as usize - made
         };
-        let first = self.each((SURE / left).powi(2));
+        let first = self.each((SURE / plan.accuracy).powi(2));
         let sampling = NutsSampling {
             prepared: self.prepared,
             effort: Effort {
@@ -162,10 +161,7 @@ impl MethodSearch<'_> {
             watcher,
         };
         let sampled = sampling.sample_while(&mut more)?;
-        let vouched = match stands_for_rows(&sampled) {
-            true => monte_carlo_error(&sampled) + LARGEST_ERROR,
-            false => f64::INFINITY,
-        };
+        let vouched = monte_carlo_error(&sampled);
         Ok((sampled, vouched))
     }
 
@@ -174,7 +170,7 @@ impl MethodSearch<'_> {
         let requested = self.plan.accuracy;
         let vouched = monte_carlo_error(&sampled) + own;
         let lines = asked_of_draws(sampled.method, self.plan.effort.chains, Some(requested));
-        let enough = lines.hold(&sampled.values, sampled.mcse_factor) && stands_for_rows(&sampled);
+        let enough = lines.hold(&sampled.values, sampled.mcse_factor);
         match vouched <= requested && enough {
             true => Ok((sampled, vouched)),
             false => Err(vouched),
@@ -192,11 +188,6 @@ impl MethodSearch<'_> {
     fn each(&self, all: f64) -> usize {
         ((all / self.plan.effort.chains as f64).ceil() as usize).clamp(FEWEST_DRAWS, MOST_DRAWS)
     }
-}
-
-/// Whether the log density that was sampled is that of every row: an error of it moves no mean by more than as many sds.
-pub fn stands_for_rows(sampled: &Sampled) -> bool {
-    sampled.checked_error.is_none_or(|error| error <= LARGEST_ERROR)
 }
 
 /// How far the normal about the mode is from the posterior.

@@ -6,8 +6,8 @@ use super::importance::{propose, DrawCounts, ProposalTails, Proposed, Weights};
 use super::laplace::Laplace;
 use super::mixing::{draws_to_add, MixingLines, ParameterDraws};
 use super::nuts::{divergences, Chain, ChainSampler, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
-use super::prepared_posterior::{Evaluation, NoStart, PreparedPosterior, Start};
-use crate::model::likelihood::{Compression, Likelihood};
+use super::prepared_posterior::{NoStart, PreparedPosterior, Start};
+use crate::model::likelihood::Likelihood;
 use crate::model::parameters::ModelParameters;
 use crate::model::posterior::{LogDensity, PosteriorDensity};
 use crate::seed::StreamName;
@@ -44,8 +44,6 @@ pub struct SamplingPlan<'p> {
     pub effort: Effort,
     /// the chains' streams
     pub stream: StreamName<'p>,
-    /// what stands for the runs
-    pub evaluation: Evaluation,
 }
 
 /// Draws that are made at most, over those asked for, where the chains have not mixed before.
@@ -95,20 +93,14 @@ pub struct Sampled {
     pub series_offsets: Vec<Vec<Vec<f64>>>,
     /// mode and curvature the draws started from
     pub laplace: Laplace,
-    /// what was compressed; `None` if every row was used
-    pub compression: Option<Compression>,
-    /// the error of the log density that the compression was allowed
-    pub bound: Option<f64>,
-    /// largest difference between the sum over all rows and the compressed one at some of the draws
-    pub checked_error: Option<f64>,
     /// Pareto shape of the importance weights of the normal about the mode, where these were used
     pub khat: Option<f64>,
     /// Monte Carlo errors are so many times those of the draws alone; more than 1 where they were resampled
     pub mcse_factor: f64,
     /// the requested accuracy, and how it was reached
     pub accuracy: Option<ReachedAccuracy>,
-    /// seconds of compressing, of sampling and of checking
-    pub seconds: [f64; 3],
+    /// seconds of finding the mode and of sampling
+    pub seconds: [f64; 2],
 }
 
 /// Why there is no posterior.
@@ -143,7 +135,7 @@ impl Sampled {
             .collect()
     }
 
-    /// What chains of points say of the parameters, with the check of the compression.
+    /// What chains of points say of the parameters.
     pub(super) fn of_chains(
         prepared: &PreparedPosterior,
         method: Method,
@@ -153,8 +145,6 @@ impl Sampled {
         let posterior = &prepared.posterior;
         let mut values = parameter_draws(posterior, &chains);
         let series_offsets = values.split_off(posterior.parameters().sampled.len());
-        let sampled = began.elapsed().as_secs_f64();
-        let checked_error = prepared.largest_difference(&chains);
         Sampled {
             parameters: posterior.parameters().clone(),
             method,
@@ -163,13 +153,10 @@ impl Sampled {
             values,
             series_offsets,
             laplace: prepared.about.clone(),
-            compression: prepared.compression,
-            bound: prepared.bound,
-            checked_error,
             khat: None,
             mcse_factor: 1.0,
             accuracy: None,
-            seconds: [prepared.seconds, sampled, began.elapsed().as_secs_f64() - sampled],
+            seconds: [prepared.seconds, began.elapsed().as_secs_f64()],
         }
     }
 }
@@ -188,17 +175,17 @@ fn parameter_draws(posterior: &PosteriorDensity, chains: &[Chain]) -> Vec<Vec<Ve
     values
 }
 
-/// Samples the posterior of these parameters under the likelihood of all rows by the No-U-Turn sampler.
+/// Samples the posterior of these parameters under a likelihood by the No-U-Turn sampler.
 ///
 /// Fails where no start has a density or a chain cannot be sampled; divergent draws are kept and counted.
 pub fn sample_posterior(
     parameters: ModelParameters,
-    rows: &Likelihood,
+    likelihood: &Likelihood,
     start: &Start,
     plan: SamplingPlan,
     watcher: Watcher,
 ) -> Result<Sampled, NoPosterior> {
-    let prepared = PreparedPosterior::new(parameters, rows, start, plan.evaluation)?;
+    let prepared = PreparedPosterior::new(parameters, likelihood, start)?;
     Ok(sample_by_nuts(&prepared, plan.effort, plan.stream, watcher)?)
 }
 
@@ -208,13 +195,13 @@ pub fn sample_posterior(
 /// Fails as that does.
 pub fn sample_until_mixed(
     parameters: ModelParameters,
-    rows: &Likelihood,
+    likelihood: &Likelihood,
     start: &Start,
     until: UntilMixed,
     watcher: Watcher,
 ) -> Result<Sampled, NoPosterior> {
     let UntilMixed { plan, most_draws } = until;
-    let prepared = PreparedPosterior::new(parameters, rows, start, plan.evaluation)?;
+    let prepared = PreparedPosterior::new(parameters, likelihood, start)?;
     let lines = MixingLines::of_chains(plan.effort.chains);
     let mut more = |draws: &ParameterDraws| draws_to_add(lines, draws, most_draws);
     let sampling = NutsSampling {
@@ -244,7 +231,7 @@ pub fn sample_by_nuts(
 
 /// A prepared posterior, and how the No-U-Turn sampler draws from it.
 pub(super) struct NutsSampling<'s> {
-    pub(super) prepared: &'s PreparedPosterior<'s>,
+    pub(super) prepared: &'s PreparedPosterior,
     pub(super) effort: Effort,
     pub(super) stream: StreamName<'s>,
     pub(super) watcher: Watcher<'s>,

@@ -77,7 +77,12 @@ impl Runs {
     /// stand for others, or where they carry measurement errors, which differ from run to run.
     pub fn condensed(&self, limit: f64) -> Option<Runs> {
         let is_possible = self.len() > MANY_RUNS && self.count.is_empty() && self.errors.is_none();
-        is_possible.then(|| self.condensed_in(&Slabs::of(self, limit)))
+        is_possible.then(|| self.few(limit))
+    }
+
+    /// Few of the runs that stand for all, of however many.
+    pub fn few(&self, limit: f64) -> Runs {
+        self.condensed_in(&Slabs::of(self, limit))
     }
 
     /// Few of the runs that stand for all, by slabs.
@@ -156,12 +161,12 @@ impl Runs {
 impl Members<'_> {
     /// What stands for the runs of each slab.
     fn stand_ins(&self, slabs: &[Slab]) -> Vec<StandIn> {
-        let few = slabs.iter().flat_map(|slab| self.few(slab));
+        let few = slabs.iter().flat_map(|slab| self.few_of_slab(slab));
         few.flat_map(SettingRuns::stand_ins).collect()
     }
 
     /// The settings of a slab, or few of them for all.
-    fn few(&self, slab: &Slab) -> Vec<SettingRuns> {
+    fn few_of_slab(&self, slab: &Slab) -> Vec<SettingRuns> {
         let settings = self.settings(&slab.places);
         if slab.is_kept {
             settings

@@ -118,7 +118,7 @@ pub use settings::{read_settings, AskedSetting};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere, MOST_SPHERES};
 pub use table::{read, Table};
 pub use told_twice::{ComparedBlock, ComparedColumns};
-pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP, MOST_SETTINGS};
+pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP};
 pub use write::{free_place, EncodedRuns, Existing, RunWriter, TableFormat, TableParts, WholeTable};
 pub(crate) use yes_or_no::words_for_no;
 

@@ -20,10 +20,6 @@ use crate::scene::Scene;
 /// Measured speeds farther apart than so many standard deviations of their errors are no repeats of one speed.
 pub const GAP: f64 = 2.5;
 
-/// Settings that share one true speed at most: it is integrated over for all of them at once, at a cost that grows with their
-/// square where many are near the threshold. Repeats of more are told apart into groups that know nothing of one another.
-pub const MOST_SETTINGS: usize = 8;
-
 /// The true impact speed of a run over the measured one: normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrueSpeed {
@@ -56,7 +52,7 @@ pub struct TrueSpeeds {
 /// Runs that have one true speed.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SharedSpeed {
-    /// by their places, those of one series, film ratio and diameter together; at most [`MOST_SETTINGS`]
+    /// by their places, those of one series, film ratio and diameter together
     pub settings: Vec<Vec<usize>>,
 }
 
@@ -152,11 +148,7 @@ impl MeasuredSpeeds<'_> {
                 let (run, _) = near[0];
                 found.of_run[run] = of_kind.true_speed_of_one(self.speed(run), self.sd(run));
             } else if repeats.spread == 0.0 {
-                let groups = settings.len().div_ceil(MOST_SETTINGS);
-                let most = settings.len().div_ceil(groups);
-                settings
-                    .chunks(most)
-                    .for_each(|settings| self.share(settings.to_vec(), found));
+                self.share(settings, found);
             } else {
                 for setting in settings {
                     self.find_in_setting(setting, &repeats, found);
@@ -344,16 +336,6 @@ mod tests {
         // but not where a series is left out at a time
         let (_, speeds) = found("[model]\nseries_offsets = true\n", &three);
         assert_eq!(sizes(&speeds), [vec![2]]);
-    }
-
-    #[test]
-    fn more_settings_than_an_integral_takes_share_a_speed_in_groups() {
-        let many: Vec<(f64, f64)> = (0..18).map(|place| (5.0 + f64::from(place), 1.0)).collect();
-        let (_, speeds) = found("", &many);
-        assert_eq!(sizes(&speeds), vec![vec![1; 6]; 3]);
-        assert!(speeds.of_run[1..]
-            .iter()
-            .all(|of| (of.sd - 0.01 / 6f64.sqrt()).abs() < 1e-12));
     }
 
     #[test]

@@ -184,7 +184,7 @@ fn infer(scene: &Scene, seed: u64, set: u64) -> Result<Findings, Error> {
     let drawn = Simulation::new(scene, None)?.draw_from(stream(seed, "main numbers", set));
     let table = Table::of(runs::arrange(scene, &drawn));
     let mut findings = fit_least_squares(scene, &table, seed.wrapping_add(set), true);
-    findings.add_posterior(scene, &table.runs, MethodChoice::Nodes, &|_, _| ())?;
+    findings.add_posterior(scene, &table.runs, MethodChoice::Sampler, &|_, _| ())?;
     Ok(findings)
 }
 

@@ -47,7 +47,7 @@ impl Assembled {
         });
         Assembled {
             transforms: transforms.collect(),
-            likelihood: Likelihood::of_rows(scene, &kept, form),
+            likelihood: Likelihood::new(scene, &kept, form),
             parameters,
             fault,
         }

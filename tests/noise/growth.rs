@@ -131,7 +131,7 @@ fn bands_of_single_runs_carry_the_caution() {
         let table = Table::of(arrange(scene, &scattered(&exact, seed, sd)));
         let mut found = findings::fit_least_squares(scene, &table, 1, false);
         let posterior = found
-            .add_posterior(scene, &table.runs, MethodChoice::Nodes, &|_, _| ())
+            .add_posterior(scene, &table.runs, MethodChoice::Sampler, &|_, _| ())
             .unwrap_or_else(|error| panic!("{error}"));
         let input = ReportInput {
             command: "wetcor fit scene.toml",

@@ -143,7 +143,7 @@ pub fn least_squares(scene: &Scene, table: &Table) -> Told {
 pub fn both(scene: &Scene, table: &Table) -> Told {
     let mut findings = findings::fit_least_squares(scene, table, 1, false);
     findings
-        .add_posterior(scene, &table.runs, MethodChoice::Nodes, &|_, _| {})
+        .add_posterior(scene, &table.runs, MethodChoice::Sampler, &|_, _| {})
         .unwrap_or_else(|error| panic!("{error}"));
     tell(scene, findings, true)
 }

@@ -92,7 +92,7 @@ fn run_alone(scene: &mut Scene, form: Inertia, x: &[f64]) -> Vec<f64> {
         restitution: e,
     };
     let runs = runs::arrange(scene, &[run]);
-    let likelihood = Likelihood::of_rows(scene, &runs, Form::new(form, DrySpeed::Impact));
+    let likelihood = Likelihood::new(scene, &runs, Form::new(form, DrySpeed::Impact));
     let full = full(&[
         (ParameterKind::LUBRICATION_LOG, l),
         (ParameterKind::INERTIAL_PREFACTOR, c),
@@ -125,7 +125,7 @@ fn dry_run_alone(scene: &Scene, x: &[f64]) -> Vec<f64> {
         restitution: e,
     };
     let runs = runs::arrange(scene, &[run]);
-    let likelihood = Likelihood::of_rows(scene, &runs, Form::new(Inertia::None, DrySpeed::Impact));
+    let likelihood = Likelihood::new(scene, &runs, Form::new(Inertia::None, DrySpeed::Impact));
     let full = full(&[(ParameterKind::SigmaDry, sigma), (ParameterKind::DryK(0), k)]);
     let mut slopes = full.clone();
     let value = likelihood.ln_density(&full, &mut slopes).expect("finite");

@@ -49,7 +49,7 @@ pub use runs_alone::RunsAlone;
 pub use sampling::{check_room, effort, start, until_mixed, MethodChoice, SamplingSetup, MOST_NUMBERS};
 pub use summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod, SeriesOffset, StandIns,
+    RejectedMethod, SeriesOffset,
 };
 
 /// A posterior with its draws, for the report and the files of draws.
@@ -89,7 +89,7 @@ impl Posterior {
     }
 }
 
-/// About how long a posterior will be sampled that reads every row; `None` of one that reads nodes, which is done in no time.
+/// About how long a posterior will be sampled that takes one run at a time; `None` of one by sums, which is done in no time.
 pub fn expected_sampling(
     scene: &Scene,
     runs: &Runs,
@@ -102,8 +102,8 @@ pub fn expected_sampling(
     if !Likelihood::needs_every_row(scene, runs) {
         return None;
     }
-    let rows = Likelihood::of_rows(scene, runs, setup.form);
-    let one = seconds_of_rows(parameters, rows, &start(least_squares))?;
+    let likelihood = Likelihood::new(scene, runs, setup.form);
+    let one = seconds_of_rows(parameters, likelihood, &start(least_squares))?;
     let effort = effort(scene);
     let draws = (effort.warmup + effort.draws) as f64;
     let at_once = rayon::current_num_threads().min(effort.chains).max(1);
@@ -146,14 +146,8 @@ pub fn fit_posterior(
         true => None,
         false => runs.condensed(scene.data.smallest_restitution),
     };
-    let few = runs.sample.as_ref().map(|_| runs);
-    let rows = Likelihood::of_rows(scene, condensed.as_ref().unwrap_or(runs), setup.form);
+    let likelihood = Likelihood::new(scene, condensed.as_ref().unwrap_or(runs), setup.form);
     let stream = StreamName::new(least_squares.seed, "posterior");
-    let plan = SamplingPlan {
-        effort,
-        stream,
-        evaluation: setup.method.evaluation(),
-    };
     let start = start(least_squares);
     let sampled = match setup.method {
         MethodChoice::Accuracy(accuracy) => {
@@ -162,35 +156,49 @@ pub fn fit_posterior(
                 effort,
                 stream,
             };
-            PreparedPosterior::new(parameters, &rows, &start, setup.method.evaluation())
+            PreparedPosterior::new(parameters, &likelihood, &start)
                 .map_err(NoPosterior::from)
                 .and_then(|prepared| Ok(sample_to_accuracy(&prepared, plan, watcher)?))
         }
-        MethodChoice::Nodes | MethodChoice::Rows => {
-            let until = until_mixed(plan, quantities);
-            sample_until_mixed(parameters, &rows, &start, until, watcher)
+        MethodChoice::Sampler | MethodChoice::Rows => {
+            let until = until_mixed(SamplingPlan { effort, stream }, quantities);
+            sample_until_mixed(parameters, &likelihood, &start, until, watcher)
         }
     };
-    let mut sampled = match sampled {
+    let sampled = match sampled {
         Ok(sampled) => sampled,
         Err(why) => return Ok(Err(posterior_checks::sampling_failed(&why.to_string()))),
     };
     let derived = derived::derived_draws(scene, runs, setup.form, &sampled);
     let draws = sampled.full_draws();
-    if let Some(error) = sampled.checked_error.as_mut().filter(|_| condensed.is_some()) {
-        *error += largest_difference(scene, runs, setup.form, (&rows, &draws));
-    }
+    let compression = match (&condensed, &runs.sample) {
+        (Some(few), _) => Some(CompressionSummary {
+            nodes: few.wet(),
+            rows: runs.wet(),
+            held_against: None,
+            bound: LARGEST_ERROR,
+            max_log_density_error: largest_difference(scene, runs, setup.form, (&likelihood, &draws)),
+        }),
+        (None, Some(sample)) => {
+            let few = Likelihood::new(scene, &sample.few(scene.data.smallest_restitution), setup.form);
+            let share = sample.len() as f64 / runs.all_measured() as f64;
+            Some(CompressionSummary {
+                nodes: runs.wet(),
+                rows: runs.wet_measured(),
+                held_against: Some("sample"),
+                bound: LARGEST_ERROR,
+                max_log_density_error: largest_difference(scene, sample, setup.form, (&few, &draws)) / share,
+            })
+        }
+        (None, None) => None,
+    };
     let predictive = predictive_checks::check_predictions(scene, runs.sample(), setup.form, &draws);
-    let under_defaults = UnderDefaults::of(scene, runs, setup, (&rows, &start), least_squares.seed);
+    let under_defaults = UnderDefaults::of(scene, runs, setup, (&likelihood, &start), least_squares.seed);
     let source = SummarySource {
         setup,
         effort,
         under_defaults: under_defaults.as_ref(),
-        rows: runs.wet_measured(),
-        stand_ins: condensed.as_ref().or(few).map(|few| StandIns {
-            runs: few.wet(),
-            are_held: condensed.is_some(),
-        }),
+        compression,
         derived: &derived,
         predictive,
         series_offsets: series_offsets::summarise_offsets(scene, runs, &sampled),
@@ -211,6 +219,9 @@ pub fn fit_posterior(
     }))
 }
 
+/// Error of the log density, over the posterior's region, that the few may have that stand for very many runs.
+const LARGEST_ERROR: f64 = 1e-3;
+
 /// Draws at which very many runs are held against the few that stand for them.
 pub const CHECKED_RUNS: usize = 20;
 
@@ -228,7 +239,7 @@ fn largest_difference(scene: &Scene, runs: &Runs, form: Form, (few, draws): (&Li
     let of = |likelihood: &Likelihood| -> Vec<f64> { some.iter().map(|full| ln_density(likelihood, full)).collect() };
     let parts = runs.parts().enumerate().par_bridge();
     let mut of_parts: Vec<(usize, Vec<f64>)> = parts
-        .map(|(place, part)| (place, of(&Likelihood::of_rows(scene, &part, form))))
+        .map(|(place, part)| (place, of(&Likelihood::new(scene, &part, form))))
         .collect();
     // added in their order, whichever was ready first
     of_parts.sort_unstable_by_key(|(place, _)| *place);

@@ -127,7 +127,7 @@ impl UnderDefaults {
         scene: &Scene,
         runs: &Runs,
         setup: SamplingSetup,
-        (rows, start): (&Likelihood, &Start),
+        (likelihood, start): (&Likelihood, &Start),
         seed: u64,
     ) -> Option<UnderDefaults> {
         const DRAWS: usize = 2000;
@@ -140,7 +140,7 @@ impl UnderDefaults {
             return None;
         }
         let parameters = ModelParameters::of(&plain, runs, setup.form).ok()?;
-        let prepared = PreparedPosterior::new(parameters, rows, start, setup.method.evaluation()).ok()?;
+        let prepared = PreparedPosterior::new(parameters, likelihood, start).ok()?;
         let about = Some(&prepared.about).filter(|about| about.converged && about.peaked)?;
         let size = DrawCounts {
             chains: 1,

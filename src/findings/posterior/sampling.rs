@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::findings::least_squares::LeastSquares;
 use crate::inference::nuts::{Effort, TARGET_ACCEPT};
-use crate::inference::prepared_posterior::{Evaluation, Start};
+use crate::inference::prepared_posterior::Start;
 use crate::inference::sampling::{SamplingPlan, UntilMixed, MOST_TIMES};
 use crate::model::parameters::ParameterKind;
 use crate::physics::Form;
@@ -21,23 +21,13 @@ pub struct SamplingSetup {
 /// The method that makes the draws.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum MethodChoice {
-    /// as the scene's `[sampler]` says, on nodes
+    /// as the scene's `[sampler]` says; few stand for very many runs
     #[default]
-    Nodes,
-    /// the same, on every row
+    Sampler,
+    /// the same of every run, however many
     Rows,
     /// the cheapest that vouches for this accuracy
     Accuracy(f64),
-}
-
-impl MethodChoice {
-    /// What stands for the runs where trajectories are followed.
-    pub fn evaluation(self) -> Evaluation {
-        match self {
-            MethodChoice::Rows => Evaluation::Rows,
-            MethodChoice::Nodes | MethodChoice::Accuracy(_) => Evaluation::default(),
-        }
-    }
 }
 
 /// The scene's sampling effort.

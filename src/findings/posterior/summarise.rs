@@ -8,7 +8,7 @@ use super::runs_alone::{RunsAlone, UnderDefaults};
 use super::sampling::SamplingSetup;
 use super::summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod, SeriesOffset, StandIns,
+    RejectedMethod, SeriesOffset,
 };
 use crate::findings::predict::Basis;
 use crate::inference::diagnostics::energy::e_bfmi;
@@ -26,10 +26,8 @@ pub(super) struct SummarySource<'p> {
     pub(super) setup: SamplingSetup,
     /// how much of it
     pub(super) effort: Effort,
-    /// wet runs of the likelihood
-    pub(super) rows: usize,
-    /// what stood for all of them
-    pub(super) stand_ins: Option<StandIns>,
+    /// what stood for very many runs
+    pub(super) compression: Option<CompressionSummary>,
     /// the draws of what follows from the parameters
     pub(super) derived: &'p [DerivedDraws],
     /// new runs beside the ones made
@@ -100,7 +98,7 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
             DrySpeed::Reference(v) => Some(v),
             DrySpeed::Impact => None,
         },
-        compression: CompressionSummary::of(sampled, source.rows, source.stand_ins),
+        compression: source.compression,
         predictive: source.predictive,
         basis: source.basis,
     }
@@ -130,21 +128,6 @@ impl AccuracySummary {
             vouched: Some(reached.vouched).filter(|error| error.is_finite()),
             tried: tried.collect(),
         }
-    }
-}
-
-impl CompressionSummary {
-    fn of(sampled: &Sampled, rows: usize, stand_ins: Option<StandIns>) -> Option<CompressionSummary> {
-        let (made, checked) = sampled.compression.zip(sampled.checked_error)?;
-        Some(CompressionSummary {
-            nodes: made.nodes,
-            rows,
-            stand_ins,
-            held_against: stand_ins.filter(|few| !few.are_held).map(|_| "stand_ins"),
-            rows_exact: made.rows_exact,
-            bound: sampled.bound.unwrap_or(f64::INFINITY),
-            max_log_density_error: checked,
-        })
     }
 }
 

@@ -221,32 +221,18 @@ pub struct RejectedMethod {
     pub why: String,
 }
 
-/// Few wet runs that stood for all.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StandIns {
-    /// how many
-    pub runs: usize,
-    /// whether their log density was held against that of all, which has to be kept for that
-    pub are_held: bool,
-}
-
-/// What stood for the runs.
+/// The few runs that stood for very many.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct CompressionSummary {
-    /// nodes of wet runs
+    /// how many
     pub nodes: usize,
-    /// wet runs
+    /// wet runs that they stand for
     pub rows: usize,
-    /// what stood for all of them before there were nodes; `None` of runs that stand for themselves
-    #[serde(skip)]
-    pub stand_ins: Option<StandIns>,
-    /// what the log density was held against where that is not the sum over all rows: `stand_ins`, of rows that are not kept
+    /// what the log density was held against where that is not the sum over all rows: `sample`, of rows that are not kept
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_against: Option<&'static str>,
-    /// wet runs whose own setting was a node
-    pub rows_exact: usize,
-    /// the error that was allowed
+    /// the error that is allowed
     pub bound: f64,
-    /// largest difference from the sum over all rows, or what stood for them, at some of the draws
+    /// largest difference from the sum over all rows at some of the draws; over a sample, in proportion to its share
     pub max_log_density_error: f64,
 }

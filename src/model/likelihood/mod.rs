@@ -1,9 +1,9 @@
-//! Computes the log likelihood of all runs at once and its slopes, from rows or from the few nodes that stand for them.
+//! Computes the log likelihood of all runs at once and its slopes.
 //!
 //! The generative statement: a wet run's e* = m(r) + σ_wet z, a dry run's e* = e_dry(v) + σ_dry z; the run stuck if e* is
 //! at or below the limit; where such runs were not logged, a rebound's density is that of runs that rebound. A node is a
-//! setting with a count and a mean restitution: a row is a node of count 1, and a compressed series has few nodes and a
-//! leftover sum of squares, so that rows and nodes share one evaluation. Where z has Student's tails, or runs have errors
+//! setting with a count and a mean restitution: where noise is normal and of one spread, runs of one setting are one node, and
+//! what they scatter about their mean by is a sum of squares of its own, which is exact. Where z has Student's tails, or runs have errors
 //! of their own, or noise acts on the energy kept, `by_row.rs` takes a run at a time.
 //!
 //! Symbols: r = e_dry² − C ρ̃ g(δ̃) − L x − b with x = 4/St and b = κ/v², as far as the form holds them, and e_dry = 1 − k p
@@ -13,8 +13,6 @@
 mod block_sums;
 mod by_row;
 mod by_series;
-mod compress;
-mod compressed_block;
 mod dry;
 mod dry_sums;
 mod errors;
@@ -29,7 +27,6 @@ mod rows;
 mod run_density;
 mod run_law;
 mod run_noise;
-mod scattered;
 mod shared_speed;
 mod sides;
 mod student;
@@ -38,7 +35,6 @@ pub mod tails;
 pub(crate) mod trend;
 
 pub use by_series::SeriesDensities;
-pub use compress::Compression;
 pub use prepared::Likelihood;
 pub use run_density::Spreads;
 pub use run_law::BelowRestitution;

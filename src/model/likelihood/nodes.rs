@@ -65,36 +65,6 @@ impl Nodes {
             shape: self.shape.get(node).copied(),
         }
     }
-
-    /// Whether there are shares that no parameter moves.
-    pub(super) fn has_fixed(&self) -> bool {
-        !self.fixed.is_empty()
-    }
-
-    /// Some of the nodes.
-    pub(super) fn some(&self, places: &[usize]) -> Nodes {
-        let mut some = Nodes::default();
-        for &node in places {
-            let (e, count) = (self.restitution[node], self.count[node]);
-            some.push(self.impact(node), self.film(node), self.has_fixed(), e, count);
-        }
-        some
-    }
-
-    /// Appends all of some other nodes, and says where they are.
-    pub(super) fn append(&mut self, more: &Nodes) -> Range<usize> {
-        let first = self.len();
-        self.over_stokes.extend(&more.over_stokes);
-        self.dry_root.extend(&more.dry_root);
-        self.fixed.extend(&more.fixed);
-        self.fixed_slope.extend(&more.fixed_slope);
-        self.film_ratio.extend(&more.film_ratio);
-        self.ln_film.extend(&more.ln_film);
-        self.shape.extend(&more.shape);
-        self.restitution.extend(&more.restitution);
-        self.count.extend(&more.count);
-        first..self.len()
-    }
 }
 
 /// The film of a node.

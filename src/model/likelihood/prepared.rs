@@ -23,18 +23,18 @@ pub struct Likelihood {
     pub(super) own: Option<ByRow>,
     /// wet runs that rebounded
     pub(super) wet_rebounds: f64,
-    /// what the nodes leave of the wet rebounds' sum of squares
+    /// sum of squares of the wet rebounds about the means of their settings
     pub(super) leftover: f64,
     pub(super) dry: Vec<DryRuns>,
 }
 
 impl Likelihood {
-    /// Whether the likelihood is one of rows and cannot be compressed, because runs have spreads or tails of their own.
+    /// Whether it takes one run at a time, because these have spreads or tails of their own.
     pub fn needs_rows(&self) -> bool {
         self.own.is_some()
     }
 
-    /// Nodes of wet runs, rebounded and stuck: the cost of one evaluation.
+    /// Nodes of wet runs, rebounded and stuck: different settings, or runs where these are taken one at a time.
     pub fn nodes(&self) -> usize {
         self.rebounds.len() + self.stuck.len()
     }

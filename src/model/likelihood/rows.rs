@@ -1,5 +1,7 @@
-//! Builds the likelihood of every run from the columns of a scene's runs, one node a run.
+//! Builds the likelihood from the columns of a scene's runs: a node for each setting, or for each run where these differ in
+//! more than that.
 
+use std::cmp::Ordering;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -23,8 +25,8 @@ struct RunData<'r> {
 }
 
 impl Likelihood {
-    /// The likelihood with one node for each wet run. Dry runs need no more than their sums.
-    pub fn of_rows(scene: &Scene, runs: &Runs, form: Form) -> Likelihood {
+    /// The likelihood of the runs of a scene. Dry runs need no more than their sums.
+    pub fn new(scene: &Scene, runs: &Runs, form: Form) -> Likelihood {
         let mut likelihood = Likelihood {
             form,
             limit: scene.data.smallest_restitution,
@@ -97,43 +99,50 @@ impl Likelihood {
     /// Adds the runs of some series as a block, sorted by film ratio.
     fn add(&mut self, table: &RunData, key: BlockKey, series: &[&Series], index: &mut BlockIndex) {
         let (runs, conditions) = (table.runs, &table.conditions);
-        let sorted = |of: fn(&Series) -> &Range<usize>| {
-            let mut order: Vec<usize> = series.iter().flat_map(|series| of(series).clone()).collect();
-            // stable: runs of one film keep their order
-            order.sort_by(|a, b| runs.impacts.film_ratio[*a].total_cmp(&runs.impacts.film_ratio[*b]));
-            order
-        };
         let (first, first_stuck) = (self.rebounds.len(), self.stuck.len());
-        let errors = |run: usize| table.errors.map(|errors| errors.at(run, runs.impact_speed[run]));
-        let block = self.blocks.len();
-        let (has_fixed, inertia) = (conditions.has_fixed(), self.form.inertia);
-        for run in sorted(|series| &series.rebounds) {
-            let film = index.film(inertia, runs.impacts.film_ratio[run]);
-            let impact = conditions.wet(run);
-            self.rebounds
-                .push(impact, film, has_fixed, runs.restitution[run], runs.count(run));
-            if let Some(own) = &mut self.own {
-                let errors = errors(run);
-                index.note(run, errors, WetPlace { block, film }, impact);
-                own.rebounds.extend(errors);
-            }
+        let (block, has_fixed, inertia) = (self.blocks.len(), conditions.has_fixed(), self.form.inertia);
+        let mut sorted = |of: fn(&Series) -> &Range<usize>| {
+            let mut setting = |run: usize| WetSetting {
+                film: index.film(inertia, runs.impacts.film_ratio[run]),
+                impact: conditions.wet(run),
+            };
+            let all = series.iter().flat_map(|series| of(series).clone());
+            let mut all: Vec<(usize, WetSetting)> = all.map(|run| (run, setting(run))).collect();
+            // stable: runs of one setting keep their order
+            all.sort_by(|(_, a), (_, b)| a.order(b));
+            all
+        };
+        let (rebounds, stuck) = (sorted(|series| &series.rebounds), sorted(|series| &series.stuck));
+        let same = |(_, a): &(usize, WetSetting), (_, b): &(usize, WetSetting)| a == b;
+        // noise of one spread is summed over runs of one setting
+        let is_joined = self.own.is_none();
+        for runs_of_one in rebounds.chunk_by(|a, b| is_joined && same(a, b)) {
+            let WetSetting { film, impact } = runs_of_one[0].1;
+            let each = || {
+                runs_of_one
+                    .iter()
+                    .map(|(run, _)| (runs.count(*run), runs.restitution[*run]))
+            };
+            let count: f64 = each().map(|(count, _)| count).sum();
+            let mean = each().map(|(count, e)| count * e).sum::<f64>() / count;
+            self.leftover += each().map(|(count, e)| count * (e - mean).powi(2)).sum::<f64>();
+            self.rebounds.push(impact, film, has_fixed, mean, count);
         }
-        for run in sorted(|series| &series.stuck) {
-            let film = index.film(inertia, runs.impacts.film_ratio[run]);
-            let impact = conditions.wet(run);
-            let last = self.stuck.len().checked_sub(1).filter(|last| *last >= first_stuck);
-            // repeats of one setting stick with one probability, which is dear where it is integrated
-            let integrated = self.own.as_ref().is_some_and(|own| own.both) && table.errors.is_none();
-            let repeats =
-                |last: &usize| integrated && self.stuck.impact(*last) == impact && self.stuck.film(*last) == film;
-            match last.filter(repeats) {
-                Some(last) => self.stuck.count[last] += runs.count(run),
-                None => self.stuck.push(impact, film, has_fixed, 0.0, runs.count(run)),
-            }
-            if let Some(own) = &mut self.own {
-                let errors = errors(run);
-                index.note(run, errors, WetPlace { block, film }, impact);
-                own.stuck.extend(errors);
+        // of runs without errors of their own repeats stick with one probability
+        for runs_of_one in stuck.chunk_by(|a, b| table.errors.is_none() && same(a, b)) {
+            let WetSetting { film, impact } = runs_of_one[0].1;
+            let count = runs_of_one.iter().map(|(run, _)| runs.count(*run)).sum();
+            self.stuck.push(impact, film, has_fixed, 0.0, count);
+        }
+        if let (Some(own), Some(errors)) = (&mut self.own, table.errors) {
+            for (each, to) in [(rebounds, &mut own.rebounds), (stuck, &mut own.stuck)] {
+                for (run, WetSetting { film, impact }) in each {
+                    let of_run = errors.at(run, runs.impact_speed[run]);
+                    if of_run.is_shared {
+                        index.shared.insert(run, (WetPlace { block, film }, impact));
+                    }
+                    to.push(of_run);
+                }
             }
         }
         self.blocks.push(WetBlock {
@@ -159,6 +168,25 @@ impl Likelihood {
             own.dry_shared = errors.shared_runs(scene, table.runs, dry);
             self.own = Some(own);
         }
+    }
+}
+
+/// The setting of a wet run in its block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct WetSetting {
+    film: NodeFilm,
+    impact: Impact,
+}
+
+impl WetSetting {
+    /// By film, then by speed and diameter.
+    fn order(&self, other: &WetSetting) -> Ordering {
+        let key = |own: &WetSetting| {
+            let at = own.impact;
+            [own.film.ratio, at.over_stokes, at.dry_root, at.fixed[0]]
+        };
+        let mut orders = key(self).into_iter().zip(key(other)).map(|(a, b)| a.total_cmp(&b));
+        orders.find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
     }
 }
 
@@ -192,12 +220,6 @@ impl BlockIndex {
             shape: (!inertia.has_film_scale()).then(|| inertia.shape(ratio, 0.0)),
         };
         *self.films.entry((ratio / ROUNDING).round() as i64).or_insert_with(new)
-    }
-
-    fn note(&mut self, run: usize, errors: Option<Errors>, place: WetPlace, impact: Impact) {
-        if errors.is_some_and(|errors| errors.is_shared) {
-            self.shared.insert(run, (place, impact));
-        }
     }
 }
 

@@ -315,38 +315,6 @@ impl Constants {
     }
 }
 
-/// r of each node of a range.
-pub(super) fn kept_of_nodes(nodes: &Nodes, order: Order, range: &NodeRange) -> Vec<f64> {
-    let arch = Arch::new();
-    match order {
-        Order::First => arch.dispatch(KeptOfNodes::<false> { nodes, range }),
-        Order::Second => arch.dispatch(KeptOfNodes::<true> { nodes, range }),
-    }
-}
-
-struct KeptOfNodes<'a, const SECOND: bool> {
-    nodes: &'a Nodes,
-    range: &'a NodeRange,
-}
-
-impl<const SECOND: bool> WithSimd for KeptOfNodes<'_, SECOND> {
-    type Output = Vec<f64>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
-        let NodeRange { nodes: range, law } = self.range;
-        let constants = Constants::of(law);
-        let mut shapes = [[0.0; CHUNK]; 2];
-        let mut all = vec![0.0; range.len()];
-        for (kept, chunk) in all.chunks_mut(CHUNK).zip(self.nodes.chunks(range)) {
-            let films = self.nodes.film_columns(&chunk);
-            let [g, _] = law.films.shapes(films, is_fused::<S>(), &mut shapes);
-            constants.kept_of_chunk::<S, SECOND>(simd, self.nodes, (chunk, [g, films.ln]), kept);
-        }
-        all
-    }
-}
-
 impl Constants {
     /// r of some nodes, with the G and f of their films.
     #[inline(always)]

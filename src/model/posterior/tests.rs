@@ -51,7 +51,7 @@ fn posterior(scene: &Scene, rows: &[NewRun], inertia: Inertia, dry_speed: DrySpe
     };
     let runs = runs::arrange(scene, rows);
     let parameters = ModelParameters::of(scene, &runs, form).expect("priors with room");
-    PosteriorDensity::new(parameters, Likelihood::of_rows(scene, &runs, form))
+    PosteriorDensity::new(parameters, Likelihood::new(scene, &runs, form))
 }
 
 #[test]

@@ -258,7 +258,7 @@ fn agree(scene: &Scene, runs: &Runs, form: Form, errors: ErrorsOf) {
     let plain = !student && !both && runs.errors.is_none();
     let name = format!("{:?} {:?} {:?} {form:?}", model.likelihood, model.noise, model.sticking);
     let full = &with_trends(FULL);
-    let likelihood = Likelihood::of_rows(scene, runs, form);
+    let likelihood = Likelihood::new(scene, runs, form);
     assert_eq!(likelihood.needs_rows(), !plain);
     let (mut slopes, mut unused) = ([0.0; SLOTS], [0.0; SLOTS]);
     let value = likelihood.ln_density(full, &mut slopes).expect("inside the domain");
@@ -313,7 +313,7 @@ fn errors_of_zero_are_none() {
     let form = Form::new(Inertia::Saturating, DRY_SPEEDS[1]);
     let mut slopes = [0.0; SLOTS];
     let [expected, found] = [&runs, &zero].map(|runs| {
-        let rows = Likelihood::of_rows(&scene, runs, form);
+        let rows = Likelihood::new(&scene, runs, form);
         rows.ln_density(&FULL, &mut slopes).expect("inside")
     });
     assert!((found / expected - 1.0).abs() < 1e-13, "{found} {expected}");

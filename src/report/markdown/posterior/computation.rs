@@ -5,16 +5,13 @@ use super::super::super::{figures, ReportInput};
 use super::super::page::Page;
 use super::cells::{checks, of_prediction};
 use super::numbers::without_panel;
-use crate::findings::posterior::{
-    AccuracySummary, CompressionSummary, Posterior, PosteriorFindings, StandIns, CHECKED_RUNS,
-};
-use crate::inference::prepared_posterior::CHECKED;
+use crate::findings::posterior::{AccuracySummary, Posterior, PosteriorFindings, CHECKED_RUNS};
 use crate::inference::sampling::{Method, MOST_TIMES};
 
 /// The crate that samples, in the version in use.
 const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
 
-/// Software, sampling, compression and the table of convergence.
+/// Software, sampling, what stood for very many runs, and the table of convergence.
 pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Posterior) {
     let found = &posterior.findings;
     page.subsection(
@@ -37,20 +34,23 @@ pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Poste
         page.paragraph(&chosen_for(accuracy, found.method));
     }
     page.paragraph(&match &found.compression {
-        Some(made) if made.rows == 0 => {
-            format!("Without wet runs the likelihood is a sum in closed form (method `{}`).", found.method.name())
-        }
-        Some(made) => format!(
-            "The likelihood was evaluated at {} nodes in place of {} wet runs (method `{}`). The allowed error of the log \
-             density is {}; the largest difference from {}, is {}.",
-            made.nodes,
-            made.rows,
+        Some(few) => format!(
+            "{} wet runs stand for {} (method `{}`). The allowed error of the log density is {}; the largest difference from \
+             the sum over every run{}, at up to {CHECKED_RUNS} of the kept draws and a constant apart, is {}.",
+            few.nodes,
+            few.rows,
             found.method.name(),
-            numbers::short(made.bound),
-            held_against(made),
-            numbers::significant(made.max_log_density_error, 2)
+            numbers::short(few.bound),
+            match few.held_against {
+                None => "",
+                Some(_) => ", in proportion from that over an even sample of them",
+            },
+            numbers::significant(few.max_log_density_error, 2)
         ),
-        None => format!("Every run entered every evaluation of the likelihood (method `{}`).", found.method.name()),
+        None => format!(
+            "Every run entered every evaluation of the likelihood (method `{}`).",
+            found.method.name()
+        ),
     });
     checks(page, posterior.checks.iter().filter(|check| !of_prediction(check)));
     page.figure(
@@ -62,21 +62,6 @@ pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Poste
             without_panel(posterior, figures::MOST_PANELS)
         ),
     );
-}
-
-/// What a compressed likelihood is held against.
-fn held_against(made: &CompressionSummary) -> String {
-    match made.stand_ins {
-        None => format!("the sum over every run, at up to {CHECKED} of the kept draws"),
-        Some(StandIns { runs, are_held: false }) => format!(
-            "the sum over {runs} runs that stand for all, at up to {CHECKED} of the kept draws (they are not held against the \
-             runs themselves, which are not kept)"
-        ),
-        Some(StandIns { runs, .. }) => format!(
-            "the sum over {runs} runs that stand for all, at up to {CHECKED} of the kept draws, with that of these from \
-             every run, at up to {CHECKED_RUNS} and a constant apart"
-        ),
-    }
 }
 
 /// How the draws were made.

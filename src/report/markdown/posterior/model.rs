@@ -9,7 +9,7 @@ use super::cells::parameters;
 use crate::findings::posterior::{HeldParameter, Posterior};
 use crate::model::parameters::ParameterKind;
 use crate::physics::rebound::TURN;
-use crate::runs::{GAP, MOST_SETTINGS};
+use crate::runs::GAP;
 use crate::scene::{DryKOf, LikelihoodFamily, NoiseOn, Prior, Sticking};
 
 /// The generative statement with this scene's form of inertia and dry speed.
@@ -73,9 +73,8 @@ fn true_speeds(page: &mut Page, input: ReportInput) {
         "The true impact speed of a run is integrated over: the rebound speed is measured about e* times the true speed, and \
          whether a run sticks depends on the true speed alone. {of_whom} are repeats of one speed where their measured speeds \
          follow one another without a gap of more than {} standard deviations of their errors. Repeats that scatter by no \
-         more than errors alone do in 19 of 20 groups have one true speed, integrated over for up to {MOST_SETTINGS} settings \
-         of film ratio and diameter at once: its distribution is normal, about the mean of the measured ones, with the \
-         standard error of this mean. Where repeats scatter more, those of one setting are looked at by themselves in the \
+         more than errors alone do in 19 of 20 groups have one true speed: its distribution is normal, about the mean of the \
+         measured ones, with the standard error of this mean. Where repeats scatter more, those of one setting are looked at by themselves in the \
          same way; else their true speeds are normal about the mean of the repeats, with what these scatter by beyond their \
          errors for a spread, and the standard error of the mean widens each. Means and spreads are estimated from the speeds \
          alone. {repeated} of {} runs have a repeat; that of a run that has none is drawn to the mean of all runs of its \
