@@ -3,7 +3,7 @@
 //! The library's own are a call a number. These have no branch and no call, so that where they stand in a loop that is
 //! compiled for wide registers, as [`pulp::Arch::dispatch`] does, these are filled.
 
-/// exp(x) for x up to 700, to 1e-14 of it; below −700, and of NaN, that of −700.
+/// exp(x) for x up to 700, to 1e-14 of it; below −700, that of −700.
 ///
 /// `fused`, a constant where this stands, says whether the code is made for registers that multiply and add at once.
 #[cfg(feature = "cli")]
@@ -20,7 +20,8 @@ pub fn exponential_and_less_one(x: f64, fused: bool) -> [f64; 2] {
     const LN_2_HEAD: f64 = 6.931_471_803_691_238e-1;
     const LN_2_REST: f64 = 1.908_214_929_270_587_7e-10;
     let times_plus = |a: f64, b: f64, c: f64| if fused { a.mul_add(b, c) } else { a * b + c };
-    let x = x.max(-700.0);
+    // a NaN remains one
+    let x = if x < -700.0 { -700.0 } else { x };
     let rounded = times_plus(x, std::f64::consts::LOG2_E, ROUND);
     let n = rounded - ROUND;
     let f = times_plus(n, -LN_2_REST, times_plus(n, -LN_2_HEAD, x));

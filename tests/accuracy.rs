@@ -1,11 +1,9 @@
 //! Holds `--accuracy` and `trade` to what they say.
 
-mod common;
-
 use std::path::Path;
 use std::process::Command;
 
-use common::{rows_from, Place};
+use crate::common::{self, rows_from, Place};
 use rand::RngExt;
 use wetcor::findings;
 use wetcor::findings::posterior::{fit_posterior, MethodChoice, Posterior, SamplingSetup};
@@ -263,8 +261,7 @@ fn markdown(table: &AccuracyTable) -> String {
          relative, against trajectories over every row that are followed until their Monte Carlo error is at most {} of \
          the finest X; {} scenes without such a run are left out. X must be kept in {:.0} % of the scenes; z is the \
          distance from that in standard errors. Quotable: of those that kept it, the share whose checks of the sampling \
-         (R-hat, effective draws, divergences, energy fraction, weights, nodes, the accuracy itself) all pass.\n\nMade by `UPDATE_EXPECTED=1 cargo test --release --test \
-         accuracy -- --ignored the_page_of_accuracy`.\n\n",
+         (R-hat, effective draws, divergences, energy fraction, weights, nodes, the accuracy itself) all pass.\n\nMade by `UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_accuracy`.\n\n",
         table.scenes,
         SHARE,
         table.left_out,
@@ -299,7 +296,7 @@ fn markdown(table: &AccuracyTable) -> String {
 
 /// Writes `reports/accuracy.md`.
 #[test]
-#[ignore = "minutes: UPDATE_EXPECTED=1 cargo test --release --test accuracy -- --ignored the_page_of_accuracy"]
+#[ignore = "minutes: UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_accuracy"]
 fn the_page_of_accuracy() {
     if std::env::var_os("UPDATE_EXPECTED").is_none() {
         return;

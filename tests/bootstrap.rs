@@ -1,10 +1,8 @@
 //! Holds the bootstrap against R's boot, the fast kernels against the full fit, and replicates against threads.
 
-mod common;
-
 use std::path::Path;
 
-use common::Place;
+use crate::common::Place;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::acceleration;

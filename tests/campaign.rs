@@ -1,12 +1,9 @@
 //! The whole way: frames of falling spheres, rendered from known parameters, to the parameters.
 
-mod common;
-mod flight;
 #[path = "render/campaign.rs"]
 mod made;
-mod render;
 
-use common::{seed_of, wetcor};
+use crate::common::{seed_of, wetcor};
 
 #[test]
 fn frames_go_to_parameters() {

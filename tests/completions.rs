@@ -1,12 +1,10 @@
 //! Holds completions and manual pages to what `--help` says: every verb and every long flag, under its own verb.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use common::wetcor;
+use crate::common::wetcor;
 
 /// The long flags of each verb; those of wetcor itself are under no name.
 type Flags = BTreeMap<String, Vec<String>>;

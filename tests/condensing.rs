@@ -1,8 +1,6 @@
 //! Holds what few runs say that stand for many against what the many say.
 
-mod common;
-
-use common::{seed_of, Place};
+use crate::common::{seed_of, Place};
 use wetcor::findings::balance::{fit_balance, BalanceSetup};
 use wetcor::findings::estimate::{Estimate, Quoting};
 use wetcor::findings::{dry, scaling, series};

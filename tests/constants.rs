@@ -1,8 +1,6 @@
 //! Holds how results move with the constants taken as exact, and what that adds to their error.
 
-mod common;
-
-use common::{seed_of, Place};
+use crate::common::{seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::constants::{Sensitivity, MOST_REBOUNDS};
 use wetcor::findings::{self, overview, Findings};

@@ -1,7 +1,5 @@
 //! Holds the gas of `examples/cooling` against Haff's law and kinetic theory, and what the page says of it.
 
-#[path = "common/chance.rs"]
-mod chance;
 #[path = "../examples/cooling/gas.rs"]
 mod gas;
 #[path = "../examples/cooling/haff.rs"]
@@ -9,7 +7,7 @@ mod haff;
 #[path = "../examples/cooling/pair.rs"]
 mod pair;
 
-use chance::{mean, seed_of};
+use crate::common::{mean, seed_of};
 use gas::{collide, Gas, Velocity};
 use haff::Haff;
 use pair::{Pair, LUBRICATION_LOG, SPHERE};

@@ -1,8 +1,6 @@
 //! Holds that runs which determine nothing end in a verdict and a reason, never in an invented ±.
 
-mod common;
-
-use common::Place;
+use crate::common::Place;
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::Findings;
 

@@ -1,8 +1,6 @@
 //! Holds that runs which leave a posterior without ground end in a verdict, a notice or a message, in bounded time.
 
-mod common;
-
-use common::Place;
+use crate::common::Place;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::posterior::Posterior;
 use wetcor::findings::verdicts::quotable;

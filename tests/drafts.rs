@@ -1,10 +1,8 @@
 //! Drafts a scene from the table of every good example, and holds it to what the example's own scene says.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::wetcor;
+use crate::common::wetcor;
 use wetcor::runs::Runs;
 use wetcor::scene::{HeightsTo, Scene};
 use wetcor::{runs, scene};

@@ -1,8 +1,6 @@
 //! Holds that right scenes of few runs are seldom refused for their sampling, and that sampling which fails says so.
 
-mod common;
-
-use common::{seed_of, Place};
+use crate::common::{self, seed_of, Place};
 use wetcor::findings;
 use wetcor::findings::posterior::{fit_posterior, MethodChoice, SamplingSetup};
 use wetcor::inference::mixing::MixingLines;

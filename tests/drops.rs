@@ -3,9 +3,7 @@
 //! The measured rebounds are those of figure 5a of Gabbard et al. 2025, a table with the columns `We`, `cor` and `Bo`. It
 //! is not part of this repository: `WETCOR_DROPS` names the file.
 
-mod common;
-
-use common::Place;
+use crate::common::Place;
 
 const SCENE: &str = r#"
 title = "drops"

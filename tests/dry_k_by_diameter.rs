@@ -1,11 +1,9 @@
 //! Tests `dry_k = "diameter"`: each diameter's k is read, drawn, fitted, sampled and predicted with, and marked where no
 //! dry run tells it.
 
-mod common;
-
 use std::process::Command;
 
-use common::{binomial_z, mean, rows, rows_from, seed_of, Place};
+use crate::common::{binomial_z, mean, rows, rows_from, seed_of, Place};
 use rayon::prelude::*;
 use wetcor::findings::balance::EnergyBalance;
 use wetcor::findings::estimate::Estimate;

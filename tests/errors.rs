@@ -1,8 +1,6 @@
 //! Holds fits of runs with measurement errors: coverage, precision, an oracle, and the speed error that matters.
 
-mod common;
-
-use common::{binomial_z, mean, seed_of, Place};
+use crate::common::{binomial_z, mean, seed_of, Place};
 use rand::rngs::ChaCha8Rng;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};

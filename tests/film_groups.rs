@@ -1,11 +1,9 @@
 //! Holds how film ratios are grouped: which runs belong together, which laws are then refused, and how much of it is shown.
 
-mod common;
-
 use std::path::Path;
 use std::process::Command;
 
-use common::{seed_of, Place};
+use crate::common::{seed_of, Place};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use wetcor::findings::checks::Check;

@@ -1,13 +1,10 @@
 //! The sphere is found where it was rendered, whatever else is in the frames.
 
-mod common;
-mod render;
-
 use std::path::Path;
 
-use common::seed_of;
+use crate::common::seed_of;
+use crate::render::{self, render, Picture, Scene};
 use rayon::prelude::*;
-use render::{render, Picture, Scene};
 use tempfile::TempDir;
 use wetcor::recordings::frames::{find_sphere, Sightings};
 

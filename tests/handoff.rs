@@ -1,10 +1,8 @@
 //! Holds `wetcor handoff` to the predictions of the same fit, and to its refusals.
 
-mod common;
-
 use std::path::Path;
 
-use common::{fitted_example as example, wetcor_here as wetcor};
+use crate::common::{fitted_example as example, wetcor_here as wetcor};
 
 type Outcome = (Option<i32>, String, String);
 

@@ -1,8 +1,6 @@
 //! Holds the posterior's L to the truth where impact speeds are measured with an error.
 
-mod common;
-
-use common::{mean, seed_of};
+use crate::common::{mean, seed_of};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::path::Path;
@@ -201,7 +199,7 @@ const SETS_OF_THE_PAGE: u64 = 300;
 
 /// Writes `reports/measured_speeds.md`: half an hour of sampling on two cores.
 #[test]
-#[ignore = "half an hour: UPDATE_EXPECTED=1 cargo test --release --test hidden_speeds -- --ignored the_page_of_speeds"]
+#[ignore = "half an hour: UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_speeds"]
 fn the_page_of_speeds() {
     if std::env::var_os("UPDATE_EXPECTED").is_none() {
         return;
@@ -217,7 +215,7 @@ fn the_page_of_speeds() {
          many lie within 1.96. All designs have the same {SETS_OF_THE_PAGE} draws of noise, whose own chance is in every \
          row: what the errors add is the mean difference from the same sets with exact speeds. The check `speed_errors` \
          gates where the true speeds are known to less than its line.\n\n\
-         Made by `UPDATE_EXPECTED=1 cargo test --release --test hidden_speeds -- --ignored the_page_of_speeds`.\n\n\
+         Made by `UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_speeds`.\n\n\
          | error of a speed | speeds repeat | threshold | stuck | true speed known to | quoted | sets | mean z of L | errors add | within 1.96 |\n\
          | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
         HEIGHTS.len() * REPEATS,

@@ -9,15 +9,9 @@
 //! | `texts.rs` | names and texts that reach a terminal, a page or a picture; standard output; threads |
 //! | `folders.rs` | folders that are read back |
 
-#[path = "hostile/attack.rs"]
 mod attack;
-#[path = "hostile/bounds.rs"]
 mod bounds;
-#[path = "hostile/folders.rs"]
 mod folders;
-#[path = "hostile/places.rs"]
 mod places;
-#[path = "hostile/priors.rs"]
 mod priors;
-#[path = "hostile/texts.rs"]
 mod texts;

@@ -1,8 +1,6 @@
 //! Holds that what runs cannot see is named, with a true value for what they determine instead.
 
-mod common;
-
-use common::{seed_of, Place};
+use crate::common::{seed_of, Place};
 use wetcor::findings::identify::{identify_directions, Directions, IdentifiableCombination, Unidentified};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};

@@ -1,8 +1,6 @@
 //! Holds where each main number comes from, and that the dry law and one k for all diameters are tested before it is quoted.
 
-mod common;
-
-use common::{binomial_z, seed_of, Place};
+use crate::common::{self, binomial_z, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::checks::Check;
 use wetcor::findings::estimate::Estimate;

@@ -1,10 +1,8 @@
 //! Holds tables of more runs than are kept, read as few that stand for all and a sample, against the same tables read whole.
 
-mod common;
-
 use std::collections::{BTreeMap, BTreeSet};
 
-use common::{seed_of, write, Place};
+use crate::common::{seed_of, write, Place};
 use serde_json::Value;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};

@@ -1,8 +1,6 @@
 //! Holds the posterior and the joint least squares of runs with measurement errors to the truth those were drawn from.
 
-mod common;
-
-use common::{binomial_z, mean, rows_from, seed_of, Place};
+use crate::common::{binomial_z, mean, rows_from, seed_of, Place};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;

@@ -1,10 +1,8 @@
 //! Holds that numbers in a wrong unit are questioned in words and not quoted, and that right scenes are left alone.
 
-mod common;
-
 use std::path::Path;
 
-use common::Place;
+use crate::common::Place;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{overview, Findings};

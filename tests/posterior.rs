@@ -1,9 +1,10 @@
 //! Holds the sampled posterior against simulation from its own priors, and shows that planted faults are seen.
 
-mod common;
-
-use common::assembled::{Assembled, Fault};
-use common::{rows, rows_from, seed_of};
+use crate::common::{
+    self,
+    assembled::{Assembled, Fault},
+};
+use crate::common::{rows, rows_from, seed_of};
 use rayon::prelude::*;
 use wetcor::inference::laplace::laplace;
 use wetcor::inference::nuts::{sample_chains, Effort, TARGET_ACCEPT};

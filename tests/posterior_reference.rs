@@ -2,11 +2,12 @@
 //!
 //! `tests/data/posterior/reference.py` states the model anew in NumPy; its output lies beside it.
 
-mod common;
-
 use std::path::Path;
 
-use common::assembled::{Assembled, Fault};
+use crate::common::{
+    self,
+    assembled::{Assembled, Fault},
+};
 use serde_json::Value;
 use wetcor::findings::posterior::{derived, start};
 use wetcor::findings::{self};

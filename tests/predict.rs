@@ -1,12 +1,10 @@
 //! Holds predictions to brute-force sampling, to the truth of the simulated example, and to their refusals.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 
-use common::{binomial_z, fitted_example as example, rows, seed_of, wetcor_here as wetcor};
+use crate::common::{binomial_z, fitted_example as example, rows, seed_of, wetcor_here as wetcor};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use tempfile::TempDir;

@@ -1,8 +1,6 @@
 //! Holds the profile's intervals, and when they are quoted, against simulated runs near the threshold.
 
-mod common;
-
-use common::{binomial_z, rows, seed_of, Place};
+use crate::common::{binomial_z, rows, seed_of, Place};
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::{self, Findings};

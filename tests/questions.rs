@@ -1,8 +1,6 @@
 //! Asks simulated runs, of which the truth is known, whether L and C are the same at every film ratio.
 
-mod common;
-
-use common::{binomial_z, seed_of, Place};
+use crate::common::{self, binomial_z, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use wetcor::findings::form_choice;
@@ -679,7 +677,7 @@ impl TrendTable {
 
 /// Writes `reports/questions.md`: minutes of sampling.
 #[test]
-#[ignore = "minutes: UPDATE_EXPECTED=1 cargo test --release --test questions -- --ignored the_page_of_questions"]
+#[ignore = "minutes: UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_questions"]
 fn the_page_of_questions() {
     const SETS: usize = 150;
     if std::env::var_os("UPDATE_EXPECTED").is_none() {
@@ -698,7 +696,7 @@ fn the_page_of_questions() {
          neither end of that interval moves an e_inf or a St_c at a film ratio of the runs by more than 2 %. The last column \
          counts sets where one value was said to serve although the true trend moves St_c (of L′) or e_inf (of C′) by more \
          than that, against the value at the middle film ratio.\n\n\
-         Made by `UPDATE_EXPECTED=1 cargo test --release --test questions -- --ignored the_page_of_questions`; \
+         Made by `UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_questions`; \
          `a_trend_is_seen_as_often_as_the_page_says` and `a_trend_of_c_is_seen_as_often_as_the_page_says` hold it with fewer \
          sets.\n\n## L\n\n{}\n## C\n\n{}",
         form_choice::GAIN,

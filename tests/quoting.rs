@@ -1,13 +1,11 @@
 //! Measures how often simulated tables are quoted, and how often what is quoted covers the truth, where the model is right
 //! and where it is not.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use common::{binomial_z, seed_of, Place};
+use crate::common::{binomial_z, seed_of, Place};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -448,7 +446,7 @@ fn markdown(sets: u64, folder: &Path) -> String {
          0.015.\n\nQuoted: tables, in per cent, whose verdict lets the main numbers be quoted. The columns of numbers have the \
          quoted 95 % intervals, in per cent, that hold the truth (C where the form that stands is the true one; e_inf and St_c \
          pool every place, so that their entries are not independent). The last numeric column is the largest error of any \
-         quoted main number over its ±.\n\nMade by `UPDATE_EXPECTED=1 cargo test --release --test quoting -- --ignored \
+         quoted main number over its ±.\n\nMade by `UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored \
          the_page_of_quoting`, which goes on where it was stopped (outcomes are kept in `target/quoting`).\n\n\
          | tables | truth | quoted | k | L | C | e_inf | St_c | largest error | refused by |\n\
          | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
@@ -485,7 +483,7 @@ fn markdown(sets: u64, folder: &Path) -> String {
 
 /// Writes `reports/quoting.md`.
 #[test]
-#[ignore = "an hour: UPDATE_EXPECTED=1 cargo test --release --test quoting -- --ignored the_page_of_quoting"]
+#[ignore = "an hour: UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_quoting"]
 fn the_page_of_quoting() {
     if std::env::var_os("UPDATE_EXPECTED").is_none() {
         return;

@@ -3,8 +3,7 @@
 //! This file starts itself again to be killed: what is killed is a fit through the library whose report is written slowly,
 //! so that most signals arrive while it is written.
 
-mod common;
-
+use crate::common;
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -110,7 +109,7 @@ fn start(out: &Path, seed: u64, how: &str, (word, times): (&str, usize)) -> Chil
     command
         .args([
             "--exact",
-            "a_slow_fit_that_nobody_kills_is_whole",
+            "replacing::a_slow_fit_that_nobody_kills_is_whole",
             "--nocapture",
             "--test-threads=1",
         ])

@@ -1,7 +1,6 @@
 //! Holds what the report says of a posterior: on good runs, where sampling failed, and where there was nothing to sample.
 
-mod common;
-
+use crate::common;
 use std::path::Path;
 use std::process::Command;
 

@@ -1,10 +1,8 @@
 //! Holds the jackknife and percentile intervals against a script, coverage against its level, and says what cannot vary.
 
-mod common;
-
 use std::path::Path;
 
-use common::{binomial_z, mean, seed_of, Place};
+use crate::common::{binomial_z, mean, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use wetcor::findings::bootstrap::{self, Estimates, Options, Resampling, MOST_RESAMPLED};

@@ -1,10 +1,8 @@
 //! Holds how rows are taken that are no single runs: means of several, totals, repeats, and columns that say a thing twice.
 
-mod common;
-
 use std::fmt::Write;
 
-use common::{rows, wetcor, Place};
+use crate::common::{self, rows, wetcor, Place};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::Findings;

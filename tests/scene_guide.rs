@@ -22,7 +22,7 @@ fn the_page_is_what_the_reader_reads_by() {
     let page = std::fs::read_to_string(&path).expect("the page is there");
     assert_eq!(
         page, made,
-        "UPDATE_EXPECTED=1 cargo test --release --test scene_guide writes it anew"
+        "UPDATE_EXPECTED=1 cargo test --release --test all scene_guide:: writes it anew"
     );
     let told: usize = wetcor::scene::guide().iter().map(|section| section.keys.len()).sum();
     assert_eq!(names(&page).len(), told + wetcor::scene::RunColumn::ALL.len());

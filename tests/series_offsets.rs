@@ -1,8 +1,6 @@
 //! Holds what is inferred to the truth where the runs of a series share an offset of the energy kept.
 
-mod common;
-
-use common::{binomial_z, mean, rows_from, seed_of, Place};
+use crate::common::{binomial_z, mean, rows_from, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -223,7 +221,7 @@ fn the_main_numbers_cover_where_series_have_offsets() {
              with the sd given. Each set was fitted as `wetcor fit` does (300 draws a chain), with `[model] series_offsets` as \
              said: 95 % intervals of the main numbers that hold the truth, in per cent (of e_inf and St_c at all three film \
              ratios); sets that may be quoted; mean of the medians of σ_series. One standard error of a coverage near 95 % is \
-             1.3 for 300 sets. `UPDATE_EXPECTED=1 cargo test --release --test series_offsets -- --ignored` makes the table \
+             1.3 for 300 sets. `UPDATE_EXPECTED=1 cargo test --release --test all series_offsets:: -- --ignored` makes the table \
              again.\n\n\
              | sd of the offsets | series_offsets | sets | {} | may be quoted | σ_series |\n\
              | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n{rows}",

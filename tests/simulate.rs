@@ -1,10 +1,8 @@
 //! Draws runs from designs: films and speeds of their own, blocks that anyone may draw, and tables in one file or several.
 
-mod common;
-
 use std::path::Path;
 
-use common::{mean, seed_of, wetcor, Place};
+use crate::common::{mean, seed_of, wetcor, Place};
 use wetcor::model::simulate::{Simulation, BLOCK};
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::runs::{NewRun, Runs};

@@ -1,8 +1,6 @@
 //! Holds that no single run carries a main number unseen, and that barely rebounding runs are not taken at their word.
 
-mod common;
-
-use common::{seed_of, Place};
+use crate::common::{seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::main_numbers::{MainNumber, Source};
 use wetcor::findings::posterior::MethodChoice;

@@ -1,10 +1,8 @@
 //! Holds that a spread held at 0 leaves the stated measurement errors as all noise, and gates where they are not.
 
-mod common;
-
 use std::process::Command;
 
-use common::{binomial_z, rows, seed_of, Place};
+use crate::common::{binomial_z, rows, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::checks::{Check, BEYOND_CHANCE};
 use wetcor::findings::posterior::MethodChoice;

@@ -1,8 +1,6 @@
 //! Holds what the fits say of simulated runs against the truth they were drawn from.
 
-mod common;
-
-use common::{binomial_z, mean, seed_of, Place};
+use crate::common::{binomial_z, mean, seed_of, Place};
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::Findings;
 use wetcor::physics::rebound::mean_restitution;

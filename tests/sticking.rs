@@ -1,10 +1,8 @@
 //! Measures what becomes of L where runs stick, by each way of taking them, and compares it with `reports/sticking.md`.
 
-mod common;
-
 use std::fmt::Write;
 
-use common::{binomial_z, mean, seed_of, Place};
+use crate::common::{binomial_z, mean, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use wetcor::findings::posterior::{effort, start};
@@ -207,7 +205,7 @@ fn the_committed_table_is_measured_and_the_censored_posterior_covers() {
          how many of {SETS} simulated sets have it in their 90 % and 95 % intervals. A set has 120 wet runs at ten speeds \
          and one film ratio, and 30 dry ones. The noise has the sd {NOISE}, on e as the likelihood has it, or on the energy \
          kept r (and {MEASUREMENT} on e), as `noise = \"both\"` has it. A share of {:.1} % is one binomial standard deviation at 95 %.\n\n\
-         Made by `UPDATE_EXPECTED=1 cargo test --release --test sticking -- --ignored`.\n\n\
+         Made by `UPDATE_EXPECTED=1 cargo test --release --test all sticking:: -- --ignored`.\n\n\
          | noise on | stuck | way | sets with a number | bias of L | in its 90 % interval | in its 95 % interval |\n\
          | --- | --- | --- | --- | --- | --- | --- |\n",
         100.0 * (0.95 * 0.05 / SETS as f64).sqrt()

@@ -1,8 +1,6 @@
 //! Puts outliers among simulated runs: Student's tails let none of them move a parameter, normal ones do.
 
-mod common;
-
-use common::{mean, rows, seed_of, Place};
+use crate::common::{mean, rows, seed_of, Place};
 use wetcor::findings;
 use wetcor::findings::posterior::{effort, start};
 use wetcor::inference::nuts::Effort;

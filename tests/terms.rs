@@ -1,8 +1,6 @@
 //! Holds the sizes of terms, and what is decided by them, against simulated runs whose terms are known.
 
-mod common;
-
-use common::{binomial_z, seed_of, Place};
+use crate::common::{binomial_z, seed_of, Place};
 use wetcor::findings::terms::{SizedTerm, LINE};
 use wetcor::findings::Findings;
 

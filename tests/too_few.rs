@@ -1,12 +1,10 @@
 //! Holds that runs which leave nothing to tell their scatter by are refused at once, with the reason, and no more than these.
 
-mod common;
-
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use common::Place;
+use crate::common::Place;
 use serde_json::Value;
 
 const SCENE: &str = r#"

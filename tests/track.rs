@@ -1,13 +1,10 @@
 //! Holds what `track` makes of positions against flights that are known.
 
-mod common;
-mod flight;
-mod render;
-
+use crate::render;
 use std::path::{Path, PathBuf};
 
-use common::{binomial_z, mean, seed_of, wetcor};
-use flight::{Bounces, GRAVITY};
+use crate::common::{binomial_z, mean, seed_of, wetcor};
+use crate::flight::{Bounces, GRAVITY};
 use nalgebra::DMatrix;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};

@@ -1,11 +1,9 @@
 //! Tests the viscous loss over the whole film: drawn by a plain sum, found back, told apart from one L for all.
 
-mod common;
-
 use std::f64::consts::PI;
 use std::process::Command;
 
-use common::{binomial_z, rows, seed_of, Place};
+use crate::common::{binomial_z, rows, seed_of, Place};
 use wetcor::findings;
 use wetcor::findings::balance::{DerivedEstimate, EnergyBalance};
 use wetcor::findings::compare::ComparedModel;

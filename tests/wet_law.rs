@@ -1,10 +1,8 @@
 //! Holds that a wet law which does not hold is found, that one which holds is let stand, and the table that says how often.
 
-mod common;
-
 use std::path::Path;
 
-use common::{binomial_z, seed_of, Place};
+use crate::common::{binomial_z, seed_of, Place};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -593,7 +591,7 @@ const PAGE: &str = "reports/wet_law.md";
 
 /// Writes `reports/wet_law.md` anew, row by row; rows that stand there with as many sets are kept.
 #[test]
-#[ignore = "minutes: UPDATE_EXPECTED=1 cargo test --release --test wet_law -- --ignored the_page_of_the_wet_law"]
+#[ignore = "minutes: UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_the_wet_law"]
 fn the_page_of_the_wet_law() {
     if std::env::var_os("UPDATE_EXPECTED").is_none() {
         return;
@@ -631,7 +629,7 @@ Tables are drawn from PTFE (or PE) of 3.175 and 4.762 mm in AK10 and M50 (9.3 an
 recorded with 3 % error each, speeds 0.35 to 1.75 m/s, L = 1.85, C = 0.8 (stepwise), noise 0.015 in e, inertia left open; 12 \
 dry runs unless said. Shares are in per cent of the sets.
 
-Made by `UPDATE_EXPECTED=1 cargo test --release --test wet_law -- --ignored the_page_of_the_wet_law`, which goes on where it was \
+Made by `UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_the_wet_law`, which goes on where it was \
 interrupted; delete the page to make it all again. `a_law_that_holds_is_let_stand` and `a_law_that_does_not_hold_is_found` hold \
 it with fewer sets.
 ";

@@ -1,11 +1,9 @@
 //! Holds what is read of workbooks: which sheet, which rows, in which units, and what a draft makes of a laboratory's own.
 
-mod common;
-
 use std::path::Path;
 
-use common::wetcor;
-use common::workbook::{workbook, Sheet};
+use crate::common::workbook::{workbook, Sheet};
+use crate::common::{self, wetcor};
 use serde_json::Value;
 
 const PTFE: &str = "[particles.PTFE]\ndensity_kg_m3 = 2150\n";

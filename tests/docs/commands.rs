@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
-use super::common::wetcor;
 use super::{fenced, in_repository, pages, spans, wrong};
+use crate::common::wetcor;
 
 /// The commands of a text: indented lines, and what stands between backticks.
 fn commands(text: &str) -> Vec<&str> {

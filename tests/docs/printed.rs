@@ -1,7 +1,7 @@
 //! Holds that the program prints what the pages show.
 
-use super::common::wetcor;
 use super::{block, in_repository, numbers_in, read};
+use crate::common::wetcor;
 
 /// A line without its numbers, and these.
 fn words_and_numbers(line: &str) -> (String, Vec<f64>) {

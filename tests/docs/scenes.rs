@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::common::wetcor;
 use super::{block, fenced, pages, read, spans, wrong};
+use crate::common::wetcor;
 
 /// What `check` says of the scene and the table of a page.
 fn checked(page: &str) -> (Option<i32>, String, String) {

@@ -4,14 +4,14 @@ use std::os::unix::fs::{symlink, PermissionsExt};
 use std::path::Path;
 use std::process::Command;
 
-use crate::attack::{finish, Place};
+use super::attack::{finish, Place};
 
 const FIT: [&str; 5] = ["fit", "scene.toml", "--stages", "least_squares", "--out"];
 
 /// Lines of a scene that make its fit slow.
 const SLOW: &str = "[sampler]\nchains = 4\nwarmup = 100000\ndraws = 100000\n[model]\nlikelihood = \"student\"";
 
-fn fit(place: &Place, out: &str) -> crate::attack::Outcome {
+fn fit(place: &Place, out: &str) -> super::attack::Outcome {
     place.run(&[&FIT[..], &[out]].concat(), 60.0)
 }
 

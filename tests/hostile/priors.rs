@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use crate::attack::{Outcome, Place};
+use super::attack::{Outcome, Place};
 
 /// Seconds after which a command counts as hanging; a refusal takes a hundredth of one, a fit of the plain example half of
 /// one on two busy cores.

@@ -1,7 +1,7 @@
 //! Holds that plain noise raises alarms as rarely as claimed, and that there are none where nothing can be told.
 
-use super::common::{binomial_z, rows, seed_of};
 use super::{fit, noise_of, plain, scattered, tells, Design, SIGMA, USUAL};
+use crate::common::{binomial_z, rows, seed_of};
 use wetcor::findings::noise::{Outlier, FALSE_ALARM};
 use wetcor::runs::NewRun;
 

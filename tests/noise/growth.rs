@@ -1,7 +1,7 @@
 //! Holds that noise that grows with v, 1/St or e is told and named, and that even noise is told as rarely as claimed.
 
-use super::common::{binomial_z, rows, seed_of};
 use super::{fit, noise_of, plain, scattered, tells, Design, SIGMA, USUAL};
+use crate::common::{binomial_z, rows, seed_of};
 use wetcor::findings::noise::{GrowthWith, LEVEL};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, overview};

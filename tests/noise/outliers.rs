@@ -1,7 +1,7 @@
 //! Holds that outliers are named wherever they lie, and do not hide each other.
 
-use super::common::{binomial_z, rows, seed_of};
 use super::{fit, noise_of, plain, scattered, series_of, tells, Design, SIGMA, USUAL};
+use crate::common::{binomial_z, rows, seed_of};
 use wetcor::findings::noise::Outlier;
 use wetcor::findings::{self, Findings};
 use wetcor::runs::{arrange, MeasurementErrors, NewRun, Table};

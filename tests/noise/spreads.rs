@@ -1,7 +1,7 @@
 //! Holds that unequal spreads and shared offsets are told when they matter, with what standard errors lack by them.
 
-use super::common::{self, binomial_z, rows, seed_of};
 use super::{fit, noise_of, offset, plain, scattered, tells, Design, SIGMA, USUAL};
+use crate::common::{self, binomial_z, rows, seed_of};
 use wetcor::findings::noise::LINE;
 use wetcor::findings::Findings;
 use wetcor::runs::NewRun;

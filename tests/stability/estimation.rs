@@ -15,7 +15,7 @@ use wetcor::runs::NewRun;
 use wetcor::scene::{Prior, PriorChoice, Scene};
 use wetcor::seed::StreamName;
 
-use crate::asking::{both, chance, draw, dry_run, least_squares, of_draws, rounded_up, scene, table, wet_run, Told};
+use super::asking::{both, chance, draw, dry_run, least_squares, of_draws, rounded_up, scene, table, wet_run, Told};
 use crate::common::mean;
 
 /// A line of the table.

@@ -1,13 +1,11 @@
 //! Holds what is said of the scatter of the runs against simulated runs whose scatter is known.
 
 mod alarms;
-#[path = "../common/mod.rs"]
-mod common;
 mod growth;
 mod outliers;
 mod spreads;
 
-use common::Place;
+use crate::common::Place;
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::noise::Noise;
 use wetcor::findings::{self, Findings};

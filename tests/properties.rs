@@ -3,14 +3,12 @@
 //! Every property draws its inputs from a stream named after it, so that a run repeats; `fuzz/` looks further by hand.
 
 mod checks;
-#[path = "../common/mod.rs"]
-mod common;
 mod scenes;
 mod tables;
 
 use std::path::Path;
 
-use common::seed_of;
+use crate::common::seed_of;
 use proptest::prelude::*;
 use proptest::sample::{select, Index};
 use proptest::test_runner::{RngSeed, TestRunner};

@@ -1,11 +1,9 @@
 //! Holds that formulas and estimates stay right at the extremes, and that `reports/stability.md` says how right.
 //!
-//! `UPDATE_EXPECTED=1 cargo test --release --test stability -- --include-ignored --test-threads 1` rewrites the page;
+//! `UPDATE_EXPECTED=1 cargo test --release --test all stability:: -- --include-ignored --test-threads 1` rewrites the page;
 //! each test writes the part between its own marks. Figures are rounded up so far that another processor gives the same.
 
 mod asking;
-#[path = "../common/mod.rs"]
-mod common;
 mod estimation;
 mod formulas;
 

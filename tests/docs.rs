@@ -4,8 +4,6 @@
 //! report holds.
 
 mod commands;
-#[path = "../common/mod.rs"]
-mod common;
 mod links;
 mod listing;
 mod names;
