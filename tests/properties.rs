@@ -149,8 +149,8 @@ fn damaged(good: &'static str) -> impl Strategy<Value = String> {
     prop_oneof![pieces(), cut, digit]
 }
 
-const SCENE: &str = include_str!("../data/good/plain/scene.toml");
-const RUNS: &str = include_str!("../data/good/plain/runs.csv");
+const SCENE: &str = include_str!("data/good/plain/scene.toml");
+const RUNS: &str = include_str!("data/good/plain/runs.csv");
 
 #[test]
 fn any_text_is_a_scene_or_an_error_in_plain_lines() {
