@@ -9,6 +9,7 @@
 //! | `rounding` | how many digits are shown | number → text |
 //! | `distributions` | how probable is a number | probability → quantile |
 //! | `exponential` | what is exp x, several at a time | number → number |
+//! | `lanes` | what do terms sum to, several at a time | columns → sums |
 //! | `condensing` | which few points stand for many | points → points with counts |
 //! | `seed` | which random stream | name → stream |
 //! | `encoding` | is it text | bytes → text |
@@ -168,6 +169,8 @@ pub mod handoff;
 pub mod inference;
 #[cfg(feature = "cli")]
 pub mod interruption;
+#[cfg(feature = "cli")]
+mod lanes;
 #[cfg(feature = "cli")]
 pub mod model;
 pub mod notice;

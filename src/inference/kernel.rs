@@ -6,7 +6,7 @@
 //! e/(2 r^(3/2)) ≥ 0 in r, and r is linear in both. Newton's method, held inside the domain, then finds the one minimum.
 
 use crate::inference::law::Law;
-use crate::inference::sums::sums;
+use crate::lanes::sums;
 use crate::physics::dry::Order;
 use crate::scene::WetLaw;
 

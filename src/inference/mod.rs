@@ -4,7 +4,6 @@
 //! |---|---|
 //! | `least_squares/` | Levenberg–Marquardt, covariance, verdict of a fit |
 //! | `effective_variance.rs` | weighs runs by the measurement errors of speed and restitution |
-//! | `sums.rs` | sums of terms over runs, in lanes |
 //! | `law.rs` | the dry, linear and square-root laws: value, slopes, bends, derivatives in the speed |
 //! | `kernel.rs` | a law fitted to weighted runs in one stream over them |
 //! | `regression.rs` | a law fitted to runs |
@@ -50,4 +49,3 @@ pub mod profile;
 pub mod regression;
 pub mod sampling;
 pub mod spreads;
-mod sums;

@@ -10,7 +10,7 @@ use super::effective_variance::{
 use super::kernel::{self, Sample};
 use super::law::{Law, Response};
 use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem};
-use super::sums::sums;
+use crate::lanes::sums;
 use crate::scene::WetLaw;
 
 /// A law and the runs it is fitted to, one number a run in every column.

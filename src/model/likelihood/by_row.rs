@@ -20,7 +20,7 @@ use super::run_law::RunImpact;
 use super::run_noise::RunNoise;
 use super::shared_speed::SharedSetting;
 use super::sums::NodeRange;
-use super::tails::{HeavySums, Tails};
+use super::tails::Tails;
 use super::trend::{BlockLaw, FilmLaw};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Balance;
@@ -144,8 +144,6 @@ impl Likelihood {
             slopes[place_of_k] += of.dry_k;
             add_noise_slopes(of, ParameterKind::SigmaDry, slopes);
         };
-        let sigma = noise.spreads.sigma;
-        let mut heavy = tails.heavy(sigma).map(HeavySums::new);
         let rebounded = Seen::On(Side::Above, self.limit);
         let seen = |row: &DryRow| row.restitution.map_or(Seen::On(Side::Below, self.limit), Seen::Rebound);
         for row in own.dry.iter().filter(|row| !row.errors.is_shared) {
@@ -156,13 +154,7 @@ impl Likelihood {
                 impact: row.impact(),
                 errors: row.errors,
             };
-            match (row.restitution, &mut heavy) {
-                (Some(e), Some(heavy)) if row.errors.are_none() => {
-                    let [e_dry, slope, _] = balance.e_dry(row.dry_root);
-                    slopes[place_of_k] += heavy.add(e - e_dry) * slope;
-                }
-                _ => add(&mut value, slopes, place_of_k, run.density(noise, seen(row))),
-            }
+            add(&mut value, slopes, place_of_k, run.density(noise, seen(row)));
             if self.truncated && row.restitution.is_some() {
                 add(
                     &mut value,
@@ -171,13 +163,6 @@ impl Likelihood {
                     run.density(noise, rebounded).times(-1.0),
                 );
             }
-        }
-        if let Some(heavy) = heavy {
-            let runs = heavy.runs;
-            let of = tails.of_sums(heavy.finish(), runs, sigma);
-            value += of.value;
-            slopes[ParameterKind::SigmaDry.slot()] += of.sigma;
-            slopes[ParameterKind::Nu.slot()] += of.nu;
         }
         for shared in &own.dry_shared {
             let place_of_k = |of: &SharedSetting<usize>| COMMON_SLOTS + of.place;

@@ -28,11 +28,6 @@ impl Errors {
         is_shared: false,
     };
 
-    /// Whether the density of a run is that of its noise alone.
-    pub fn are_none(&self) -> bool {
-        self.speed == 0.0 && self.restitution == 0.0
-    }
-
     /// The true impact speed over the measured one, at so many standard deviations from its mean; nothing below a hundredth
     /// is counted.
     #[inline(always)]

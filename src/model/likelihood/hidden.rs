@@ -206,17 +206,27 @@ impl Hidden<'_> {
             settings: of_settings,
             at,
         };
-        if !self.over_bell(&mut sums) {
-            sums.clear();
-            match self.panels(FALL, &mut sums) {
-                Some(nodes) => nodes.iter().for_each(|nodes| {
-                    self.at_nodes(nodes, &mut sums);
-                }),
-                // an integral that stops before its end is none
-                None => sums.of = [f64::NAN; 4],
-            }
+        let is_whole = self.over_bell(&mut sums)
+            || match self.moves {
+                Moves::Energy => self.over_energy(&mut sums),
+                Moves::Speed => self.over_panels(&mut sums),
+            };
+        // an integral that stops before its end is none
+        if !is_whole {
+            sums.of = [f64::NAN; 4];
         }
         sums.density()
+    }
+
+    /// Writes the integral over the true speed to the sums, by panels; false where there is no end of them.
+    fn over_panels(&self, sums: &mut Sums) -> bool {
+        let Some(nodes) = self.panels(FALL, sums) else {
+            return false;
+        };
+        for nodes in &nodes {
+            self.at_nodes(nodes, sums);
+        }
+        true
     }
 
     /// The log density alone.

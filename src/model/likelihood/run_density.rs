@@ -11,16 +11,6 @@ pub(super) enum Seen {
     Measured(Side, f64),
 }
 
-impl Seen {
-    /// The restitution of a rebound.
-    pub fn rebound(self) -> Option<f64> {
-        match self {
-            Seen::Rebound(e) => Some(e),
-            Seen::On(..) | Seen::Measured(..) => None,
-        }
-    }
-}
-
 /// A side of a restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Side {

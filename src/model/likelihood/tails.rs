@@ -10,7 +10,7 @@ use rand_distr::{ChiSquared, Distribution};
 use super::block_sums::BlockSums;
 use super::normal::{ln_normal_cdf, normal_cdf, CERTAIN};
 use super::student::StudentT;
-use super::sums::{HeavyTails, MOST_FACTORS};
+use super::sums::HeavyTails;
 use crate::distributions::{student_t_peak_slope, LN_ROOT_TWO_PI};
 
 /// The distribution of noise in units of its spread.
@@ -73,51 +73,6 @@ pub(super) struct Probability {
     pub z: f64,
     /// in ν
     pub nu: f64,
-}
-
-/// Rebounds with heavy tails and one spread, summed without a logarithm each.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct HeavySums {
-    pub tails: HeavyTails,
-    pub runs: usize,
-    sums: BlockSums,
-    /// product of the tails since the last logarithm, less 1
-    product: f64,
-}
-
-impl HeavySums {
-    pub fn new(tails: HeavyTails) -> HeavySums {
-        HeavySums {
-            tails,
-            runs: 0,
-            sums: BlockSums::default(),
-            product: 0.0,
-        }
-    }
-
-    /// Adds a rebound at a distance above its mean; gives the slope of its log density in the mean.
-    #[inline]
-    pub fn add(&mut self, distance: f64) -> f64 {
-        let HeavyTails { steepness, nu } = self.tails;
-        let square = steepness * distance * distance;
-        let weight = (nu + 1.0) / (nu + square);
-        self.sums.weighted += weight * square;
-        self.product += square / nu * (1.0 + self.product);
-        self.runs += 1;
-        if self.runs.is_multiple_of(MOST_FACTORS) {
-            self.take_logarithm();
-        }
-        steepness * weight * distance
-    }
-
-    pub fn finish(mut self) -> BlockSums {
-        self.take_logarithm();
-        self.sums
-    }
-
-    fn take_logarithm(&mut self) {
-        self.sums.ln_tails += std::mem::take(&mut self.product).ln_1p();
-    }
 }
 
 impl Tails {

@@ -99,17 +99,12 @@ impl FilmParameters {
         }
     }
 
-    /// g exp(C′ f) of some nodes, and its slope in δ̃0 where it has one, else a column that is not to be read; written to the
-    /// buffers where they move with the parameters. All columns are as long.
+    /// Writes g exp(C′ f) of some nodes, and its slope in δ̃0 where it has one.
     #[inline(always)]
-    pub fn shapes<'s>(&self, films: FilmColumns<'s>, fused: bool, to: &'s mut [[f64; CHUNK]; 2]) -> [&'s [f64]; 2] {
-        let has_scale = self.form.inertia.has_film_scale();
-        if self.inertial_trend == 0.0 && !has_scale {
-            return [films.shape; 2];
-        }
+    pub fn shapes(&self, films: FilmColumns, fused: bool, to: &mut [[f64; CHUNK]; 2]) {
         let count = films.ratio.len();
         let [shapes, slopes] = to.each_mut().map(|buffer| &mut buffer[..count]);
-        if has_scale {
+        if self.form.inertia.has_film_scale() {
             for ((shape, slope), ratio) in shapes.iter_mut().zip(slopes.iter_mut()).zip(films.ratio) {
                 (*shape, *slope) = Inertia::saturating_shape_and_slope(*ratio, self.film_scale, fused);
             }
@@ -123,7 +118,6 @@ impl FilmParameters {
                 *slope *= grown;
             }
         }
-        [shapes, slopes]
     }
 }
 

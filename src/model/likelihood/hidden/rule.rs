@@ -7,7 +7,8 @@
 
 use super::at_nodes::{AtNodes, Path, RuleNodes};
 use super::gauss::{most_of_last, Order, GAUSS};
-use super::{Hidden, Moves, SettingRuns, Sums, MOST_NODES, REACH};
+use super::{Hidden, Moves, SettingRuns, Sums, FALL, MOST_NODES, REACH};
+use crate::distributions::LN_ROOT_TWO_PI;
 use crate::model::likelihood::run_density::Seen;
 use crate::model::likelihood::run_noise::MeasuredRun;
 use crate::model::likelihood::tails::Tails;
@@ -15,6 +16,11 @@ use crate::physics::rebound::TURN;
 
 /// Panels beyond which parameters are taken to have no density.
 const MOST_PANELS: usize = 20_000;
+
+/// Standard deviations of whatever is narrow that a panel is long: Gauss's rule of order 12 has 1e-9 of a normal density over so
+/// many; Student's has a pole about one from the line.
+const WIDTHS_NORMAL: f64 = 5.0;
+const WIDTHS_STUDENT: f64 = 1.5;
 
 /// A place of a bell and its width, in the variable of a path.
 #[derive(Debug, Clone, Copy)]
@@ -196,10 +202,6 @@ impl Hidden<'_> {
         for turn in self.turns(far(at_zero)) {
             places.extend((1..=PLACES).map(|place| turn.0 * place as f64 / PLACES as f64));
         }
-        if let ([run], Moves::Energy) = (self.settings[0].runs, self.moves) {
-            let path = self.turn_path(&self.settings[0], 0.0);
-            places.extend(run.seen.rebound().map(|e| path.at(e)[0]));
-        }
         let largest = |lns: Vec<f64>, so_far: f64| lns.into_iter().fold(so_far, f64::max);
         let best = largest(self.ln_at(&places, sums), at_zero);
         let far = far(best);
@@ -225,9 +227,6 @@ impl Hidden<'_> {
         for (path, ends) in segments {
             let mut ends = ends.map(|z| path.place(z));
             ends.sort_by(f64::total_cmp);
-            if let ([run], Moves::Energy) = (self.settings[0].runs, self.moves) {
-                ends = self.within(run, ends, fall + self.largest() - best);
-            }
             self.panels_of(path, ends, sums, &mut panels)?;
         }
         let Panels { all: panels, best, .. } = panels;
@@ -257,21 +256,84 @@ impl Hidden<'_> {
         Some(all)
     }
 
-    /// A range of restitutions as far as this run leaves something there.
-    fn within(&self, run: &MeasuredRun, [lo, hi]: [f64; 2], fall: f64) -> [f64; 2] {
-        let is_normal = self.noise.tails == Tails::Normal;
-        let Some(e) = run.seen.rebound().filter(|_| is_normal) else {
-            return [lo, hi];
+    /// Writes the integral over the noise on the energy of one run to the sums, by panels along x = m(r), from the turn outwards,
+    /// as far as that noise and what is known of the run leave something; false where there is no end of them.
+    pub(super) fn over_energy(&self, sums: &mut Sums) -> bool {
+        let (setting, run) = (&self.settings[0], &self.settings[0].runs[0]);
+        let path = self.turn_path(setting, 0.0);
+        let sigma = self.noise.spreads.sigma;
+        let (near, sd) = match run.seen {
+            Seen::On(_, limit) => (limit, sigma),
+            Seen::Rebound(e) | Seen::Measured(_, e) => (e, self.errors(run).variance(sigma).sqrt()),
         };
-        let far = (2.0 * fall * self.errors(run).variance(self.noise.spreads.sigma)).sqrt();
-        [lo.max(e - far), hi.min(e + far)]
+        let is_normal = self.noise.tails == Tails::Normal;
+        let places = [0.0, path.at(near)[0], path.at(self.start(path).x)[0]];
+        let best = self.ln_at(&places, sums).into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let far = (2.0 * (FALL + self.largest() - best)).sqrt();
+        if !(far > 0.0 && far.is_finite()) {
+            return false;
+        }
+        let [mut lo, mut hi] = [-far, far].map(|z| path.place(z));
+        sums.clear();
+        sums.reference = best;
+        if is_normal {
+            // beyond, a rebound has nothing, and a side is certain
+            if let Seen::On(side, _) | Seen::Measured(side, _) = run.seen {
+                let z = path.at(near - side.sign() * far * sd)[0];
+                let certain = self.noise.tails.ln_probability(side.sign() * z).value;
+                sums.of[0] += (certain + LN_ROOT_TWO_PI - best).exp();
+            }
+            (lo, hi) = (lo.max(near - far * sd), hi.min(near + far * sd));
+        }
+        // as in `panels_of`; Student's pole is as far off as the place is from what is known
+        let widths = if is_normal { WIDTHS_NORMAL } else { WIDTHS_STUDENT };
+        let narrowness = |x: f64| {
+            let own = if is_normal { sd } else { sd.hypot(x - near) };
+            path.at(x)[1].hypot(1.0 / own)
+        };
+        let inner = 0f64.clamp(lo, hi.max(lo));
+        let mut nodes = RuleNodes::along(path);
+        let mut panels = 0;
+        for (end, sign) in [(lo, -1.0), (hi, 1.0)] {
+            let mut from = inner;
+            while sign * (end - from) > 0.0 {
+                let mut length = (widths / narrowness(from)).min(path.longest(from));
+                // the width mostly falls outwards
+                length = length.min(widths / narrowness(from + sign * length));
+                let next = if sign * (end - from) > length {
+                    from + sign * length
+                } else {
+                    end
+                };
+                panels += 1;
+                if panels > MOST_PANELS || next == from {
+                    return false;
+                }
+                let (half, middle) = (0.5 * (next - from).abs(), 0.5 * (next + from));
+                for [node, weight] in GAUSS {
+                    for x in [middle - half * node, middle + half * node] {
+                        if nodes.is_full() {
+                            self.at_nodes(&nodes, sums);
+                            nodes = RuleNodes::along(path);
+                        }
+                        nodes.push(x, half * weight);
+                    }
+                }
+                from = next;
+            }
+        }
+        nodes.fill();
+        self.at_nodes(&nodes, sums);
+        true
     }
 
     /// Adds panels between two places, from the turn outwards until there is nothing and less follows; `None` where there is no end of them.
     fn panels_of(&self, path: Path, [lo, hi]: [f64; 2], sums: &mut Sums, to: &mut Panels) -> Option<()> {
-        // Gauss's rule of order 12 has 1e-9 of a normal density over so many standard deviations; Student's has a pole about
-        // one from the line
-        let widths = if self.noise.tails == Tails::Normal { 5.0 } else { 1.5 };
+        let widths = if self.noise.tails == Tails::Normal {
+            WIDTHS_NORMAL
+        } else {
+            WIDTHS_STUDENT
+        };
         if lo.is_nan() || hi.is_nan() {
             return None;
         }
@@ -321,11 +383,7 @@ impl Hidden<'_> {
             let impact = self.impact(setting, z);
             let (mean, slope) = self.noise.mean(self.kept_at(setting, &impact, z));
             let of_mean = slope * self.kept_slope(setting, &impact, z);
-            let energy = if self.noise.wet && self.moves == Moves::Speed {
-                spreads.energy * slope
-            } else {
-                0.0
-            };
+            let energy = if self.noise.wet { spreads.energy * slope } else { 0.0 };
             for run in setting.runs {
                 squares += match run.seen {
                     Seen::Rebound(_) | Seen::Measured(..) => {
@@ -345,11 +403,6 @@ impl Hidden<'_> {
     pub(super) fn turns(&self, reach: f64) -> Vec<(f64, usize)> {
         /// settings that turn within this share of the width of a turn turn as one
         const AS_ONE: f64 = 0.25;
-        if self.moves == Moves::Energy {
-            let energy = self.noise.spreads.energy;
-            // wherever it is, the line is gone along from it
-            return vec![(-self.kept(&self.settings[0], 0.0) / energy, 0)];
-        }
         let mut turns = vec![];
         for (setting, of) in self.settings.iter().enumerate() {
             turns.extend(self.turn(of, reach).map(|z| (z, setting)));

@@ -1,14 +1,11 @@
-//! Sums terms over runs in several lanes at once.
+//! Sums terms over columns of numbers in several lanes at once.
 
-/// Runs taken at once, so that sums of them need not wait for one another.
+/// Rows taken at once, so that sums of them need not wait for one another.
 const LANES: usize = 4;
 
-/// Sums over the runs of terms in M columns of numbers; of columns of different lengths the shortest counts.
+/// Sums over the rows of terms in M columns of numbers; of columns of different lengths the shortest counts.
 #[inline(always)] // in the registers of the caller
-pub(super) fn sums<const M: usize, const N: usize>(
-    columns: [&[f64]; M],
-    terms: impl Fn([f64; M]) -> [f64; N],
-) -> [f64; N] {
+pub fn sums<const M: usize, const N: usize>(columns: [&[f64]; M], terms: impl Fn([f64; M]) -> [f64; N]) -> [f64; N] {
     let runs = columns.iter().map(|column| column.len()).min().unwrap_or(0);
     let chunked = columns.map(|column| column[..runs].as_chunks::<LANES>());
     let mut lanes = [[0.0; LANES]; N];
