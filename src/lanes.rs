@@ -7,18 +7,28 @@ const LANES: usize = 4;
 #[inline(always)] // in the registers of the caller
 pub fn sums<const M: usize, const N: usize>(columns: [&[f64]; M], terms: impl Fn([f64; M]) -> [f64; N]) -> [f64; N] {
     let runs = columns.iter().map(|column| column.len()).min().unwrap_or(0);
-    let chunked = columns.map(|column| column[..runs].as_chunks::<LANES>());
     let mut lanes = [[0.0; LANES]; N];
-    for chunk in 0..runs / LANES {
-        let runs = chunked.map(|(chunks, _)| chunks[chunk]);
+    let mut row = [0.0; M];
+    // loops throughout: a map over an array may be a call
+    for first in (0..runs - runs % LANES).step_by(LANES) {
+        let mut several = [[0.0; LANES]; M];
+        for (to, column) in several.iter_mut().zip(&columns) {
+            to.copy_from_slice(&column[first..first + LANES]);
+        }
         for lane in 0..LANES {
-            for (sum, term) in lanes.iter_mut().zip(terms(runs.map(|run| run[lane]))) {
+            for (to, several) in row.iter_mut().zip(&several) {
+                *to = several[lane];
+            }
+            for (sum, term) in lanes.iter_mut().zip(terms(row)) {
                 sum[lane] += term;
             }
         }
     }
-    for run in 0..runs % LANES {
-        for (sum, term) in lanes.iter_mut().zip(terms(chunked.map(|(_, rest)| rest[run]))) {
+    for run in runs - runs % LANES..runs {
+        for (to, column) in row.iter_mut().zip(&columns) {
+            *to = column[run];
+        }
+        for (sum, term) in lanes.iter_mut().zip(terms(row)) {
             sum[0] += term;
         }
     }

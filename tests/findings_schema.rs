@@ -318,9 +318,13 @@ fn fitted(fit: &Fit) -> Value {
 }
 
 /// Fields that none of these fits writes: they need replicates or draws that fail, or more runs than are kept.
-const WRITTEN_BY_NONE: [&str; 6] = [
+const WRITTEN_BY_NONE: [&str; 10] = [
     "Bootstrapped.failures",
+    "CompressionSummary.bound",
     "CompressionSummary.held_against",
+    "CompressionSummary.max_log_density_error",
+    "CompressionSummary.nodes",
+    "CompressionSummary.rows",
     "Counts.sheets",
     "Failed.reason",
     "Failed.replicates",

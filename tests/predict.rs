@@ -678,7 +678,7 @@ fn scatters(sigma_wet: f64, sigma_energy: f64, nu: Option<f64>) {
             .map(|_| {
                 let (lucky, z): (f64, f64) = (StandardNormal.sample(&mut rng), StandardNormal.sample(&mut rng));
                 let wide = Tails::of(nu).draw_scale(&mut rng);
-                let e = mean_restitution(kept + wide * sigma_energy * lucky) + wide * sigma_wet * z;
+                let e = mean_restitution(kept + sigma_energy * lucky) + wide * sigma_wet * z;
                 if e > 0.05 {
                     e
                 } else {

@@ -26,7 +26,7 @@ const NOISE: f64 = 0.03;
 /// What measuring a restitution adds where the noise is on the energy.
 const MEASUREMENT: f64 = 0.01;
 const LIMIT: f64 = 0.05;
-const SETS: u64 = 200;
+const SETS: u64 = 100;
 
 /// Where the noise acts.
 #[derive(Clone, Copy, PartialEq)]

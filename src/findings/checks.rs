@@ -472,7 +472,7 @@ pub const REBOUNDS: Criterion = row(
     "add faster runs",
 );
 
-/// Error of the compressed log density, against the bound it was compressed to.
+/// Error of the log density of the few runs that stand for very many, against what it may be.
 pub const COMPRESSION_ERROR: Criterion = row(
     "compression_error",
     AtMost(GIVEN),

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `parameters.rs` | the parameters a scene's runs call for |
 //! | `transforms.rs` | bounded parameters on the whole line |
-//! | `likelihood/` | log likelihood of all runs, from rows or compressed, and of each run |
+//! | `likelihood/` | log likelihood of all runs, and of each run |
 //! | `series_offsets.rs` | offsets of series on the whole line |
 //! | `posterior.rs` | log posterior density and its slopes on the whole line |
 //! | `simulate.rs` | draws runs from a truth |

@@ -190,7 +190,10 @@ fn compression(found: &PosteriorFindings) -> Option<Check> {
     let criterion = checks::COMPRESSION_ERROR.at(compression.bound);
     Some(
         criterion
-            .check(error, "largest error of the compressed log density")
+            .check(
+                error,
+                "largest error of the log density of the few runs that stand for all",
+            )
             .with_advice(),
     )
 }

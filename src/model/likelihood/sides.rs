@@ -58,8 +58,9 @@ impl WithSimd for Sides<'_> {
         let over_sigma = side.sign() / sigma;
         let certain = kept_of_mean_restitution(limit - side.sign() * CERTAIN * sigma);
         let mut columns = Columns::default();
-        let of_range = |range: &NodeRange| {
-            let mut all = SideSums::default();
+        let mut all = Vec::with_capacity(self.ranges.len());
+        for range in self.ranges {
+            let mut sides = SideSums::default();
             for chunk in range.chunks() {
                 columns.read(self.nodes, range, chunk.clone(), self.order, is_fused::<S>());
                 // also where it is no number
@@ -77,16 +78,16 @@ impl WithSimd for Sides<'_> {
                     [*ln, *of_z] = ln_normal_cdf_and_slope(*z, is_fused::<S>());
                 }
                 let [value, in_z] = sums([n, &ln, &of_z, &z], |[n, ln, of_z, z]| [n * ln, n * of_z * z]);
-                all.value += value;
-                all.sigma -= in_z / sigma;
+                sides.value += value;
+                sides.sigma -= in_z / sigma;
                 let mut in_kept = [0.0; CHUNK];
                 for (place, n) in n.iter().enumerate() {
                     in_kept[place] = -n * of_z[place] * over_sigma * slope[place];
                 }
-                columns.add_slopes(self.nodes, chunk.clone(), &in_kept[..chunk.len()], &mut all.slopes);
+                columns.add_slopes(self.nodes, chunk.clone(), &in_kept[..chunk.len()], &mut sides.slopes);
             }
-            all
-        };
-        self.ranges.iter().map(of_range).collect()
+            all.push(sides);
+        }
+        all
     }
 }

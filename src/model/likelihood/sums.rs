@@ -60,15 +60,17 @@ impl WithSimd for Rebounds<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Vec<BlockSums> {
         let mut columns = Columns::default();
-        let of_range = |range: &NodeRange| {
-            let mut all = BlockSums::default();
+        // loops, since what is given to an iterator may not be compiled for these registers
+        let mut all = Vec::with_capacity(self.ranges.len());
+        for range in self.ranges {
+            let mut sums = BlockSums::default();
             for chunk in range.chunks() {
                 columns.read(self.nodes, range, chunk.clone(), self.order, is_fused::<S>());
-                self.add(&mut columns, chunk, is_fused::<S>(), &mut all);
+                self.add(&mut columns, chunk, is_fused::<S>(), &mut sums);
             }
-            all
-        };
-        self.ranges.iter().map(of_range).collect()
+            all.push(sums);
+        }
+        all
     }
 }
 
@@ -79,13 +81,16 @@ impl Rebounds<'_> {
         let (e, n) = (&self.nodes.restitution[chunk.clone()], &self.nodes.count[chunk.clone()]);
         // n d², n d m′
         let (mut squares, mut weighted) = ([0.0; CHUNK], [0.0; CHUNK]);
-        for (place, (e, n)) in e.iter().zip(n).enumerate() {
-            let (mean, slope) = mean_and_slope(columns.kept[place]);
+        let [squares, weighted] = [&mut squares, &mut weighted].map(|column| &mut column[..chunk.len()]);
+        // slices of one length, so that no place has to be held against the end
+        let to = squares.iter_mut().zip(weighted.iter_mut());
+        for ((square, weighted), (kept, (e, n))) in to.zip(columns.kept[..chunk.len()].iter().zip(e.iter().zip(n))) {
+            let (mean, slope) = mean_and_slope(*kept);
             let distance = e - mean;
-            squares[place] = n * distance * distance;
-            weighted[place] = n * distance * slope;
+            *square = n * distance * distance;
+            *weighted = n * distance * slope;
         }
-        let (squares, weighted) = (&squares[..chunk.len()], &mut weighted[..chunk.len()]);
+        let squares = &*squares;
         if let Some(HeavyTails { steepness, nu }) = self.heavy {
             let [of_weight, ln_tails] = sums([squares], |[square]| {
                 let q = steepness * square;
@@ -139,15 +144,14 @@ impl Columns {
         law.films.shapes(nodes.film_columns(&chunk), fused, &mut self.shapes);
         let (k, inertial) = (law.dry_k, law.density_ratio * law.films.prefactor);
         let (viscous, trend) = (law.films.viscous(), law.films.lubrication_trend);
-        let own = nodes.over_stokes[chunk.clone()]
-            .iter()
-            .zip(&nodes.dry_root[chunk.clone()])
-            .zip(&nodes.ln_film[chunk.clone()]);
-        for (place, ((x, p), f)) in own.enumerate() {
+        let [x, p, f] = [&nodes.over_stokes, &nodes.dry_root, &nodes.ln_film].map(|column| &column[chunk.clone()]);
+        let Columns { kept, dry, shapes } = self;
+        let [kept, dry, g] = [kept, dry, &mut shapes[0]].map(|column| &mut column[..chunk.len()]);
+        let own = x.iter().zip(p).zip(f.iter().zip(&*g));
+        for ((kept, dry), ((x, p), (f, g))) in kept.iter_mut().zip(dry).zip(own) {
             let [e_dry, in_loss, _] = order.of_loss(k * p);
-            self.dry[place] = -e_dry * in_loss * p;
-            let lost = inertial * self.shapes[0][place] + (viscous + trend * f) * x;
-            self.kept[place] = e_dry * e_dry - lost + law.offset;
+            *dry = -e_dry * in_loss * p;
+            *kept = e_dry * e_dry - inertial * g - (viscous + trend * f) * x + law.offset;
         }
         for (kept, fixed) in self.kept.iter_mut().zip(nodes.fixed.get(chunk).unwrap_or(&[])) {
             *kept -= fixed;

@@ -7,10 +7,11 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::*;
+use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::likelihood::run_density::{Side, Spreads};
 use crate::model::likelihood::tails::Tails;
 use crate::physics::loss::Share;
-use crate::physics::rebound::{kept_and_slope, mean_restitution, TURN};
+use crate::physics::rebound::{kept_and_slope, kept_of_mean_restitution, mean_restitution, TURN};
 use crate::physics::{DrySpeed, Form, Inertia};
 
 /// A run with all that its density reads.
@@ -532,10 +533,23 @@ fn parameters_beyond_all_numbers_have_no_density() {
 /// A sum over the panels that were reached would pass for the integral.
 #[test]
 fn an_integral_that_does_not_reach_its_end_is_none() {
-    let mut case = energies("an_integral_that_does_not_reach_its_end_is_none", 1)[0];
+    let mut case = speeds("an_integral_that_does_not_reach_its_end_is_none", 1, 0.0)[0];
+    case.noise.spreads.sigma = 1e-9;
+    assert!(case.density(Seen::On(Side::Below, 0.05)).value.is_nan());
+}
+
+/// Without noise on the restitution a run sticks where it keeps too little.
+#[test]
+fn a_side_of_noise_on_the_energy_alone_is_a_normal_probability() {
+    let mut case = energies("a_side_of_noise_on_the_energy_alone", 1)[0];
     case.noise.spreads = Spreads {
         sigma: 1e-9,
         energy: 0.5,
     };
-    assert!(case.density(Seen::On(Side::Below, 0.05)).value.is_nan());
+    let kept = case.balance.kept(&case.impact).0;
+    for (side, sign) in [(Side::Below, 1.0), (Side::Above, -1.0)] {
+        let expected = ln_normal_cdf(sign * (kept_of_mean_restitution(0.05) - kept) / 0.5).0;
+        let found = case.density(Seen::On(side, 0.05)).value;
+        assert!((found - expected).abs() < 1e-7, "{found} {expected}");
+    }
 }

@@ -99,7 +99,7 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
             }
         };
         if run.energy > 0.0 {
-            over_normal(40.0, 60_000, |z| of(mean(q * run.v, run.energy * z)))
+            over_normal(40.0, 30_000, |z| of(mean(q * run.v, run.energy * z)))
         } else {
             of(mean(q * run.v, 0.0))
         }
@@ -123,7 +123,7 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
         let errs = known[0].1.errors.0 > 0.0;
         sum += sign
             * if errs {
-                over_normal(40.0, 20_000, product)
+                over_normal(40.0, 8_000, product)
             } else {
                 product(0.0)
             };
