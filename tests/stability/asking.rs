@@ -157,6 +157,8 @@ fn truth_of(scene: &Scene, name: &str) -> f64 {
         "film_scale" => truth.value(Coefficient::FilmScale),
         "sigma_dry" => truth.sigma_dry,
         "sigma_wet" => truth.sigma_wet,
+        // of a noise that stands beside the truth
+        "sigma_energy" => Some(truth.sigma_energy.unwrap_or(0.0)),
         _ => truth.dry_k[0],
     };
     found.unwrap_or_else(|| panic!("{name} has no truth"))

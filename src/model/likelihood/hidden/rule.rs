@@ -492,9 +492,7 @@ impl Bell {
         let [inner, outer] = [[ln(0), ln(1)], [ln(2), ln(3)]];
         let slope = (a * (inner[1] - inner[0]) + b * (outer[1] - outer[0])) / (2.0 * (a * a + b * b));
         let bend = (inner[0] + inner[1] - outer[0] - outer[1]) / (b * b - a * a);
-        if !(bend > 0.0) {
-            return None;
-        }
-        Some(((slope / bend).clamp(-FARTHEST, FARTHEST), 1.0 / bend.sqrt()))
+        // nor where it is no number
+        (bend > 0.0).then(|| ((slope / bend).clamp(-FARTHEST, FARTHEST), 1.0 / bend.sqrt()))
     }
 }

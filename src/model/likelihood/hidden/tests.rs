@@ -250,12 +250,15 @@ fn ln_at(hidden: &Hidden, z: f64) -> f64 {
     ln
 }
 
+/// z at a place of another variable, and its slope there.
+type Place = Box<dyn Fn(f64) -> [f64; 2]>;
+
 /// The same integral with so many steps over the whole line: of the energy in a variable in which the turn is as wide as anything
 /// else.
 fn brute(hidden: &Hidden, steps: usize) -> f64 {
     const TURN2: f64 = TURN * TURN;
     let setting = &hidden.settings[0];
-    let (lo, hi, place): (f64, f64, Box<dyn Fn(f64) -> [f64; 2]>) = if hidden.moves == Moves::Energy {
+    let (lo, hi, place): (f64, f64, Place) = if hidden.moves == Moves::Energy {
         let (r, energy) = (hidden.kept(setting, 0.0), hidden.noise.spreads.energy);
         let far = 14.0 * energy;
         // as far as where e lies, where a run is as unlikely as that
