@@ -12,7 +12,7 @@
 //! | `joint_squares.rs` | the squares of a joint fit about its minimum |
 //! | `bootstrap/` | replicates and the intervals they give |
 //! | `laplace.rs` | mode and curvature of a posterior |
-//! | `prepared_posterior.rs` | a posterior with its start, its nodes and its mode |
+//! | `prepared_posterior.rs` | a posterior with its start and its mode |
 //! | `nuts.rs` | draws by trajectories |
 //! | `importance.rs` | draws from the normal about the mode, their weights, and what is kept of them |
 //! | `mixing.rs` | when draws are enough |
