@@ -26,7 +26,7 @@ fn fits() -> &'static (Place, [PathBuf; 2]) {
     static FITS: OnceLock<(Place, [PathBuf; 2])> = OnceLock::new();
     FITS.get_or_init(|| {
         let place = Place::plain();
-        place.add_to_scene("[sampler]\nchains = 2\nwarmup = 200\ndraws = 400\n[model]\nlikelihood = \"student\"");
+        place.add_to_scene("[sampler]\nchains = 2\nwarmup = 300\ndraws = 800\n[model]\nlikelihood = \"student\"");
         let folders = ["1", "2"].map(|seed| {
             let stages = "least_squares,posterior";
             let outcome = place.run(
