@@ -32,6 +32,9 @@ const MOST_INTEGRALS: usize = 200_000;
 /// Draws that leave a run out at least; of more runs than these allow none carries a number by itself.
 const FEWEST_DRAWS: usize = 400;
 
+/// Runs whose densities are asked for together: they share what a draw says of their film.
+const BLOCK: usize = 16;
+
 /// Runs that are left out by draws of their own, the heaviest first.
 const MOST_DRAWN: usize = 4;
 
@@ -88,19 +91,30 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
     let some: Vec<&[f64]> = full.iter().step_by(step).map(Vec::as_slice).collect();
     let count = some.len();
     let at = pointwise.at_draws(some);
-    let of_run = |run: usize| {
-        let mut row = vec![0.0; count];
-        at.ln_likelihoods(run..run + 1, &mut row);
+    let line = khat_threshold(count);
+    let of_row = |run: usize, row: &mut [f64]| {
         row.iter_mut().for_each(|ln| *ln = -*ln);
-        let smoothed = psis(&row, tail_length(count, 1.0)).ok()?;
+        let smoothed = psis(row, tail_length(count, 1.0)).ok()?;
         let weights: Vec<f64> = smoothed.log_weights.iter().map(|ln| ln.exp()).collect();
         let khat = smoothed.khat.unwrap_or(0.0);
+        // no mean moves by more of its sds than the weights spread about theirs
+        let [mean, sd] = moments(&weights, &vec![1.0; count]);
+        if sd <= CARRIED * mean && khat <= line {
+            return None;
+        }
         let without = |number: &Number| moments(&number.draws, &weights);
         Some((run, khat, heaviest(run, &numbers, without)?))
     };
-    let mut each: Vec<(usize, f64, SingleRun)> = (0..pointwise.len()).into_par_iter().filter_map(of_run).collect();
+    let of_block = |first: usize| {
+        let some = first..pointwise.len().min(first + BLOCK);
+        let mut rows = vec![0.0; some.len() * count];
+        at.ln_likelihoods(some.clone(), &mut rows);
+        let each = some.zip(rows.chunks_exact_mut(count));
+        each.filter_map(|(run, row)| of_row(run, row)).collect::<Vec<_>>()
+    };
+    let blocks = (0..pointwise.len()).into_par_iter().step_by(BLOCK);
+    let mut each: Vec<(usize, f64, SingleRun)> = blocks.flat_map_iter(of_block).collect();
     each.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let line = khat_threshold(count);
     let model = Model {
         context,
         setup: posterior.setup,

@@ -3,7 +3,6 @@
 //! The caller gives no starting values: they come from a straight line.
 
 use nalgebra::DMatrix;
-use pulp::Arch;
 
 use super::effective_variance::{
     chi_squared, reweight, ErrorColumns, ErrorWeights, SpeedDependent, SpeedDerivatives, WeightedProblem,
@@ -11,7 +10,6 @@ use super::effective_variance::{
 use super::kernel::{self, Sample};
 use super::law::{Law, Response};
 use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem};
-use crate::lanes::sums;
 use crate::scene::WetLaw;
 
 /// A law and the runs it is fitted to, one number a run in every column.
@@ -43,16 +41,17 @@ impl<'a> Regression<'a> {
 
     /// Fits the law with all runs weighing the same.
     pub fn fit(&self) -> Fit {
-        let (problem, parameters) = (self.problem(vec![]), self.law.parameters());
+        let problem = self.problem(vec![]);
+        let start = &self.start()[..self.law.parameters()];
         if self.counts.is_empty() {
-            return fit(&problem, &self.start()[..parameters]);
+            return fit(&problem, start);
         }
         let roots: Vec<f64> = self.counts.iter().map(|count| count.sqrt()).collect();
         let weighted = WeightedProblem {
             problem: &problem,
             roots: &roots,
         };
-        fit(&weighted, &self.start_by_counts()[..parameters]).of_runs(self.counts.iter().sum())
+        fit(&weighted, start).of_runs(self.counts.iter().sum())
     }
 
     /// Fits the law, the runs weighed by their measurement errors if there are any; x must move with the speed as the
@@ -156,178 +155,57 @@ impl<'a> Regression<'a> {
         Some(runs.filter(|(_, weight)| *weight != 0.0))
     }
 
-    /// The same as [`Self::start`] where runs stand for several.
-    fn start_by_counts(&self) -> [f64; 2] {
-        let Regression {
-            law, x, offset, counts, ..
-        } = *self;
-        let sample = Sample {
-            offset,
-            ..Sample::new(x, self.restitution, counts)
-        };
-        let found = match law {
-            Law::Dry(_) => kernel::dry(&sample),
-            Law::Wet(WetLaw::Linear) => kernel::linear(&sample),
-            Law::Wet(WetLaw::Sqrt) => {
-                let squares = |run: usize| self.restitution[run].powi(2);
-                let left: Vec<f64> = (0..x.len()).map(|run| squares(run) - self.offset_of(run)).collect();
-                kernel::linear(&Sample::new(x, &left, counts)).and_then(|fitted| {
-                    let [alpha, fall] = fitted;
-                    let all: f64 = counts.iter().sum();
-                    let mean =
-                        |of: &dyn Fn(usize) -> f64| (0..x.len()).map(|run| counts[run] * of(run)).sum::<f64>() / all;
-                    let centre = mean(&|run| x[run]);
-                    let line = Line {
-                        centre,
-                        mean: alpha - fall * centre,
-                        slope: -fall,
-                    };
-                    let start = self.flattened(&line, START_MARGIN * mean(&squares));
-                    kernel::square_root(&sample, start).or(Ok(start))
-                })
-            }
-        };
-        found.unwrap_or_default()
-    }
-
-    /// Parameters near the minimum, inside the domain of the law at every run.
+    /// Parameters at the minimum or near it, inside the domain of the law at every run.
     fn start(&self) -> [f64; 2] {
+        let ones = vec![1.0; self.x.len()];
+        let weights = if self.counts.is_empty() { &ones } else { self.counts };
+        let sample = |restitution: &'a [f64]| Sample {
+            offset: self.offset,
+            ..Sample::new(self.x, restitution, weights)
+        };
         match self.law {
-            Law::Dry(_) => {
-                let squares: f64 = self.x.iter().map(|x| x * x).sum();
-                let products: f64 = self.x.iter().zip(self.restitution).map(|(x, e)| x * (1.0 - e)).sum();
-                [if squares > 0.0 { products / squares } else { 0.0 }, 0.0]
-            }
+            Law::Dry(_) => kernel::dry(&sample(self.restitution)).unwrap_or_default(),
             Law::Wet(WetLaw::Linear) => {
-                let line = Line::through(self.x, [self.restitution; 2], |[e, _]| e);
-                [line.mean - line.slope * line.centre, -line.slope]
+                let mean = weighted_mean(self.restitution, weights);
+                kernel::linear(&sample(self.restitution)).unwrap_or([mean, 0.0])
             }
-            Law::Wet(WetLaw::Sqrt) => Arch::new().dispatch(|| match self.offset {
-                [] => self.start_of_square_root::<false>(self.x),
-                offset => self.start_of_square_root::<true>(offset),
-            }),
+            Law::Wet(WetLaw::Sqrt) => {
+                let start = self.start_inside(weights);
+                kernel::square_root(&sample(self.restitution), start).unwrap_or(start)
+            }
         }
     }
 
-    /// The minimum where Newton's method finds it from the line through e², or else that line, flattened about its mean
-    /// until no run lies below a margin; the offset is o, or any column where there is none.
-    #[inline(always)] // in the widest registers
-    fn start_of_square_root<const OFFSET: bool>(&self, o: &[f64]) -> [f64; 2] {
-        let known = known::<OFFSET>;
-        let (x, e) = (self.x, self.restitution);
-        let line = Line::through(x, [e, o], |[e, o]| e * e - known(o));
-        let mean_square = if OFFSET {
-            e.iter().map(|e| e * e).sum::<f64>() / x.len().max(1) as f64
-        } else {
-            line.mean
-        };
-        let floor = START_MARGIN * mean_square;
-        let kept = |x: f64, o: f64| line.mean + line.slope * (x - line.centre) + known(o);
-        let [low] = sums([x, o], |[x, o]| [f64::from(u8::from(kept(x, o) < floor))]);
-        let start = if low > 0.0 {
-            self.flattened(&line, floor)
-        } else {
-            [line.mean - line.slope * line.centre, line.slope]
-        };
-        let settled = self.newton::<OFFSET>(o, start);
-        settled.unwrap_or_else(|| self.square_root_from(start).unwrap_or(start))
-    }
-
-    /// A line through e², flattened about its mean until it lies nowhere below a floor.
-    fn flattened(&self, line: &Line, floor: f64) -> [f64; 2] {
+    /// The line through e², flattened about its mean until no run keeps less than a margin: inside the domain of the square root.
+    fn start_inside(&self, weights: &[f64]) -> [f64; 2] {
+        let squares: Vec<f64> = self.restitution.iter().map(|e| e * e).collect();
+        let left: Vec<f64> = (0..squares.len())
+            .map(|run| squares[run] - self.offset_of(run))
+            .collect();
+        let (centre, mean) = (weighted_mean(self.x, weights), weighted_mean(&left, weights));
+        let floor = START_MARGIN * weighted_mean(&squares, weights);
+        // of e = a − b x
+        let slope = kernel::linear(&Sample::new(self.x, &left, weights)).map_or(0.0, |[_, fall]| -fall);
         let mut flatten: f64 = 1.0;
         for (run, x) in self.x.iter().enumerate() {
-            let offset = self.offset_of(run);
-            let (kept, flat) = (line.mean + line.slope * (x - line.centre) + offset, line.mean + offset);
+            let flat = mean + self.offset_of(run);
+            let kept = flat + slope * (x - centre);
             if kept < floor && flat > floor {
                 flatten = flatten.min((flat - floor) / (flat - kept));
             }
         }
-        let slope = line.slope * flatten;
-        [line.mean - slope * line.centre, slope]
-    }
-
-    /// The square root's minimum by steps of Newton's method that stay inside the domain, from a start there: where a run lies
-    /// near its edge a fit from farther away takes hundreds of steps along it. `None` where it does not settle.
-    fn square_root_from(&self, start: [f64; 2]) -> Option<[f64; 2]> {
-        let weights = vec![1.0; self.x.len()];
-        let sample = Sample {
-            offset: self.offset,
-            ..Sample::new(self.x, self.restitution, &weights)
-        };
-        kernel::square_root(&sample, start).ok()
-    }
-
-    /// The square root's minimum by whole steps of Newton's method from a start near it, a few of them: less than a
-    /// single step of the fit takes, which judges it then. `None` where they do not settle or leave the domain.
-    #[inline(always)] // in the registers of the start
-    fn newton<const OFFSET: bool>(&self, o: &[f64], start: [f64; 2]) -> Option<[f64; 2]> {
-        let law = Law::SQUARE_ROOT;
-        let [mut alpha, mut beta] = start;
-        for _ in 0..NEWTON_STEPS {
-            let [g0, g1, h0, h1, h2] = sums([self.x, o, self.restitution], |[x, o, e]| {
-                // outside the domain a NaN, and the sums with it
-                let Response { value, slope, bend } = law.response(law.predictor([alpha, beta], x, known::<OFFSET>(o)));
-                let gradient = (value - e) * slope;
-                let bend = slope * slope + (value - e) * bend;
-                [gradient, gradient * x, bend, bend * x, bend * x * x]
-            });
-            if !(h0 > 0.0 && h0 * h2 - h1 * h1 > NEWTON_SINGULAR * h0 * h2) {
-                return None;
-            }
-            let [da, db] = law.solve([h0, h1, h2], [g0, g1]);
-            (alpha, beta) = (alpha - da, beta - db);
-            if da.abs() <= NEWTON_SETTLED * alpha.abs() && db.abs() <= NEWTON_SETTLED * beta.abs() {
-                return Some([alpha, beta]);
-            }
-        }
-        None
-    }
-}
-
-/// The known offset of a run; none where its column holds something else.
-#[inline(always)]
-fn known<const OFFSET: bool>(o: f64) -> f64 {
-    if OFFSET {
-        o
-    } else {
-        0.0
+        let slope = slope * flatten;
+        [mean - slope * centre, slope]
     }
 }
 
 /// Smallest energy kept at the starting values, as a share of the mean of e²; keeps every run inside the domain.
 const START_MARGIN: f64 = 0.05;
 
-/// Newton steps towards the start of a square root,
-const NEWTON_STEPS: usize = 6;
-/// the relative change of the parameters by the last of them: what it leaves is about its square,
-const NEWTON_SETTLED: f64 = 1e-6;
-/// and the share of its diagonal's product below which their determinant is left to the fit to judge.
-const NEWTON_SINGULAR: f64 = 1e-9;
-
-/// A least-squares line.
-struct Line {
-    /// mean of the abscissae
-    centre: f64,
-    /// mean of the ordinates
-    mean: f64,
-    /// 0 where the abscissae do not vary
-    slope: f64,
-}
-
-impl Line {
-    /// The line through ordinates made of two columns.
-    #[inline(always)]
-    fn through(x: &[f64], [a, b]: [&[f64]; 2], y: impl Fn([f64; 2]) -> f64) -> Line {
-        let runs = x.len().max(1) as f64;
-        let [centre, mean] = sums([x, a, b], |[x, a, b]| [x, y([a, b])]).map(|sum| sum / runs);
-        let [products, squares] = sums([x, a, b], |[x, a, b]| {
-            let apart = x - centre;
-            [apart * (y([a, b]) - mean), apart * apart]
-        });
-        let slope = if squares > 0.0 { products / squares } else { 0.0 };
-        Line { centre, mean, slope }
-    }
+/// Mean of some numbers by their weights.
+fn weighted_mean(numbers: &[f64], weights: &[f64]) -> f64 {
+    let products = numbers.iter().zip(weights).map(|(x, w)| w * x);
+    products.sum::<f64>() / weights.iter().sum::<f64>()
 }
 
 /// One or two parameters as two numbers.
@@ -346,85 +224,15 @@ struct RegressionProblem<'a> {
 const EXCLUDED: f64 = 1e-12;
 
 impl RegressionProblem<'_> {
-    /// The linear predictor of a run at its abscissa.
-    fn predictor(&self, law: Law, parameters: [f64; 2], run: usize, x: f64) -> Result<f64, OutOfDomain> {
-        let predictor = law.predictor(parameters, x, self.regression.offset_of(run));
-        if law.is_defined(predictor) {
+    /// The linear predictor of a run.
+    fn predictor(&self, parameters: [f64; 2], run: usize) -> Result<f64, OutOfDomain> {
+        let predictor = self.regression.predictor(parameters, run);
+        if self.regression.law.is_defined(predictor) {
             Ok(predictor)
         } else if self.excluded.get(run) == Some(&true) {
             Ok(EXCLUDED)
         } else {
             Err(OutOfDomain)
-        }
-    }
-
-    /// Writes a number of each run into every column, from its linear predictor, abscissa and restitution.
-    #[inline(always)] // in the widest registers
-    fn write<const N: usize>(
-        &self,
-        (law, b): (Law, [f64; 2]),
-        columns: [&mut [f64]; N],
-        of_run: impl Fn(f64, f64, f64) -> [f64; N],
-    ) -> Result<(), OutOfDomain> {
-        let Regression {
-            x, offset, restitution, ..
-        } = self.regression;
-        match offset {
-            [] => self.write_several::<false, N>((law, b), [x, x, restitution], columns, of_run),
-            _ => self.write_several::<true, N>((law, b), [x, offset, restitution], columns, of_run),
-        }
-    }
-
-    /// The same, several runs at once as if all were inside the domain, and again one by one where one is not.
-    #[inline(always)]
-    fn write_several<const OFFSET: bool, const N: usize>(
-        &self,
-        (law, b): (Law, [f64; 2]),
-        [x, o, e]: [&[f64]; 3],
-        mut columns: [&mut [f64]; N],
-        of_run: impl Fn(f64, f64, f64) -> [f64; N],
-    ) -> Result<(), OutOfDomain> {
-        let runs = self.runs();
-        let (x, o, e) = (&x[..runs], &o[..runs], &e[..runs]);
-        let mut columns = columns.each_mut().map(|column| &mut column[..runs]);
-        let mut put = |run: usize, predictor: f64| {
-            for (column, number) in columns.iter_mut().zip(of_run(predictor, x[run], e[run])) {
-                column[run] = number;
-            }
-        };
-        let mut inside = true;
-        for run in 0..runs {
-            let predictor = law.predictor(b, x[run], known::<OFFSET>(o[run]));
-            inside &= law.is_defined(predictor);
-            put(run, predictor);
-        }
-        if !inside {
-            for (run, x) in x.iter().enumerate() {
-                put(run, self.predictor(law, b, run, *x)?);
-            }
-        }
-        Ok(())
-    }
-
-    #[inline(always)]
-    fn write_residuals(&self, law: Law, b: [f64; 2], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
-        self.write((law, b), [residuals], |predictor, _, e| {
-            [law.response(predictor).value - e]
-        })
-    }
-
-    #[inline(always)]
-    fn write_jacobian(&self, law: Law, b: [f64; 2], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
-        let (first, second) = jacobian.as_mut_slice().split_at_mut(self.runs());
-        if law.parameters() == 1 {
-            self.write((law, b), [first], |predictor, x, _| {
-                [law.response(predictor).slope * law.design(x)[0]]
-            })
-        } else {
-            self.write((law, b), [first, second], |predictor, x, _| {
-                let slope = law.response(predictor).slope;
-                law.design(x).map(|c| slope * c)
-            })
         }
     }
 }
@@ -436,18 +244,22 @@ impl ResidualProblem for RegressionProblem<'_> {
     fn runs(&self) -> usize {
         self.regression.restitution.len()
     }
-    // the square root, fitted most often, has loops compiled for it alone
     fn residuals(&self, b: &[f64], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
-        Arch::new().dispatch(|| match self.regression.law {
-            Law::SQUARE_ROOT => self.write_residuals(Law::SQUARE_ROOT, pair(b), residuals),
-            law => self.write_residuals(law, pair(b), residuals),
-        })
+        let Regression { law, restitution, .. } = self.regression;
+        for (run, (residual, e)) in residuals.iter_mut().zip(restitution).enumerate() {
+            *residual = law.response(self.predictor(pair(b), run)?).value - e;
+        }
+        Ok(())
     }
     fn jacobian(&self, b: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
-        Arch::new().dispatch(|| match self.regression.law {
-            Law::SQUARE_ROOT => self.write_jacobian(Law::SQUARE_ROOT, pair(b), jacobian),
-            law => self.write_jacobian(law, pair(b), jacobian),
-        })
+        let Regression { law, x, .. } = self.regression;
+        for (run, x) in x.iter().enumerate() {
+            let slope = law.response(self.predictor(pair(b), run)?).slope;
+            for (j, c) in law.design(*x).into_iter().take(law.parameters()).enumerate() {
+                jacobian[(run, j)] = slope * c;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -461,7 +273,7 @@ impl SpeedDependent for RegressionProblem<'_> {
             jacobian_slope: DMatrix::zeros(runs, number),
         };
         for (run, x) in self.regression.x.iter().enumerate() {
-            let predictor = self.predictor(law, parameters, run, *x)?;
+            let predictor = self.predictor(parameters, run)?;
             let offset_slopes = errors.offset_slopes.get(run).copied().unwrap_or_default();
             let at = law.in_speed(parameters, *x, predictor, offset_slopes);
             all.response.push(at.response);

@@ -1,10 +1,8 @@
 //! Computes what each run contributes to the log likelihood, its expected restitution, and a new draw of it.
 
-mod by_run;
-mod columns;
+mod at_draws;
 
-pub use by_run::AtDraws;
-pub use columns::Stretch;
+pub use at_draws::AtDraws;
 
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -71,21 +69,29 @@ struct WetConditions {
     offset: Option<usize>,
 }
 
-/// The law at one full vector of parameters.
+/// The law at one full vector of parameters, for runs of some settings that follow one another.
 #[derive(Debug, Clone)]
 pub struct EvaluatedLaw<'p, 'r> {
     pointwise: &'p Pointwise<'r>,
+    /// the first of the settings
+    first: usize,
     /// mean of e* at each setting
     means: Vec<f64>,
-    /// the energy balance of each setting, where a run's density is not read from its mean alone
+    /// the energy balance of each setting
     balances: Vec<Balance>,
+    noise: Noise,
+    /// log density of each run given those that share its true speed, where some do
+    given_the_others: OnceLock<Vec<f64>>,
+}
+
+/// The noise of all runs at one full vector of parameters.
+#[derive(Debug, Clone, Copy)]
+struct Noise {
     tails: Tails,
     dry: NoiseSd,
     wet: NoiseSd,
     /// σ_r, where noise acts on the energy kept, too
     energy: Option<f64>,
-    /// log density of each run given those that share its true speed, where some do
-    given_the_others: OnceLock<Vec<f64>>,
 }
 
 /// A spread with its logarithm.
@@ -187,11 +193,6 @@ impl<'r> Pointwise<'r> {
         self.stuck.is_empty()
     }
 
-    /// Whether runs depend on their mean and on one of two spreads alone, with normal noise and no run left unlogged.
-    fn is_plain(&self) -> bool {
-        self.errors.is_none() && !self.both && !self.truncated && !self.student
-    }
-
     /// Whether a run's density is an integral over what is hidden of it.
     pub fn is_integrated(&self) -> bool {
         self.errors.is_some() || self.both
@@ -200,18 +201,6 @@ impl<'r> Pointwise<'r> {
     /// Whether a run stuck.
     pub fn is_stuck(&self, run: usize) -> bool {
         self.stuck[run]
-    }
-
-    /// The mean of e* at each setting in turn.
-    fn means<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&RunSetting) -> f64 + 'f {
-        let mut balance = self.balances(full);
-        move |setting| {
-            let balance = balance(setting);
-            match setting.wet {
-                None => balance.e_dry(setting.impact.dry_root)[0],
-                Some(_) => rebound::mean_restitution(balance.kept(&setting.impact).0),
-            }
-        }
     }
 
     /// The energy balance at each setting in turn.
@@ -236,38 +225,37 @@ impl<'r> Pointwise<'r> {
         }
     }
 
-    /// Whether a run that stuck is as good as certain to, where its limit lies between these z.
-    ///
-    /// With Student's tails none is.
-    pub fn is_certain(&self, (lo, hi): (f64, f64), same: f64) -> bool {
-        let ln = |z| Tails::Normal.ln_probability_and_slope(z).0;
-        !self.student && ln(hi) - ln(lo) <= same
-    }
-
     /// The law at a full vector of parameters.
     pub fn at<'p>(&'p self, full: &[f64]) -> EvaluatedLaw<'p, 'r> {
+        self.at_settings(full, self.noise(full), 0..self.settings.len())
+    }
+
+    /// The same for the runs of some settings, with the noise at these parameters.
+    fn at_settings<'p>(&'p self, full: &[f64], noise: Noise, settings: Range<usize>) -> EvaluatedLaw<'p, 'r> {
+        let first = settings.start;
+        let settings = &self.settings[settings];
+        let balances: Vec<Balance> = settings.iter().map(self.balances(full)).collect();
+        let mean = |(setting, balance): (&RunSetting, &Balance)| match setting.wet {
+            None => balance.e_dry(setting.impact.dry_root)[0],
+            Some(_) => rebound::mean_restitution(balance.kept(&setting.impact).0),
+        };
         EvaluatedLaw {
-            means: self.settings.iter().map(self.means(full)).collect(),
-            ..self.without_means(full)
+            pointwise: self,
+            first,
+            means: settings.iter().zip(&balances).map(mean).collect(),
+            balances,
+            noise,
+            given_the_others: OnceLock::new(),
         }
     }
 
-    /// The law but for what each setting has.
-    fn without_means<'p>(&'p self, full: &[f64]) -> EvaluatedLaw<'p, 'r> {
+    fn noise(&self, full: &[f64]) -> Noise {
         let of = |kind: ParameterKind| full[kind.slot()];
-        EvaluatedLaw {
-            pointwise: self,
-            means: vec![],
-            balances: if self.is_integrated() {
-                self.settings.iter().map(self.balances(full)).collect()
-            } else {
-                vec![]
-            },
+        Noise {
             tails: Tails::of(self.student.then(|| of(ParameterKind::Nu))),
             dry: NoiseSd::of(of(ParameterKind::SigmaDry)),
             wet: NoiseSd::of(of(ParameterKind::SigmaWet)),
             energy: self.both.then(|| of(ParameterKind::SigmaEnergy)),
-            given_the_others: OnceLock::new(),
         }
     }
 }
@@ -275,19 +263,28 @@ impl<'r> Pointwise<'r> {
 impl EvaluatedLaw<'_, '_> {
     fn spread(&self, run: usize) -> NoiseSd {
         if run < self.pointwise.dry {
-            self.dry
+            self.noise.dry
         } else {
-            self.wet
+            self.noise.wet
         }
     }
 
+    /// The place of a run's setting among those of the law.
+    fn place(&self, run: usize) -> usize {
+        self.pointwise.setting[run] as usize - self.first
+    }
+
     fn mean_and_spread(&self, run: usize) -> (f64, NoiseSd) {
-        (self.means[self.pointwise.setting[run] as usize], self.spread(run))
+        (self.means[self.place(run)], self.spread(run))
     }
 
     /// σ_r, where noise acts on the energy this run keeps, too.
     fn energy(&self, run: usize) -> Option<f64> {
-        self.energy.filter(|_| run >= self.pointwise.dry)
+        self.noise.energy.filter(|_| run >= self.pointwise.dry)
+    }
+
+    fn impact(&self, run: usize) -> Impact {
+        self.pointwise.settings[self.pointwise.setting[run] as usize].impact
     }
 
     /// What a run's measurement errs by; nothing where no run's does.
@@ -297,10 +294,9 @@ impl EvaluatedLaw<'_, '_> {
         errors.map_or(Errors::NONE, |errors| errors.at(run, runs.impact_speed[run]))
     }
 
-    /// The noise of a run.
-    fn noise(&self, run: usize) -> RunNoise {
+    fn run_noise(&self, run: usize) -> RunNoise {
         RunNoise {
-            tails: self.tails,
+            tails: self.noise.tails,
             spreads: Spreads {
                 sigma: self.spread(run).sigma,
                 energy: self.energy(run).unwrap_or(0.0),
@@ -311,13 +307,12 @@ impl EvaluatedLaw<'_, '_> {
 
     /// Log density or probability of what is known of a run, integrated over what is hidden of it.
     fn integrated(&self, run: usize, seen: Seen) -> f64 {
-        let setting = self.pointwise.setting[run] as usize;
         let at = RunImpact {
-            balance: &self.balances[setting],
-            impact: self.pointwise.settings[setting].impact,
+            balance: &self.balances[self.place(run)],
+            impact: self.impact(run),
             errors: self.errors_of(run),
         };
-        at.density(self.noise(run), seen).value
+        at.density(self.run_noise(run), seen).value
     }
 
     /// What is known of a run: its restitution, or that it stuck.
@@ -333,7 +328,7 @@ impl EvaluatedLaw<'_, '_> {
     fn hidden<T>(&self, shared: &SharedRuns<usize>, of: impl FnOnce(Hidden) -> T) -> T {
         let first = &shared.settings[0];
         let balances: Vec<&Balance> = shared.settings.iter().map(|of| &self.balances[of.place]).collect();
-        shared.hidden(self.noise(first.runs[0]), &balances, of)
+        shared.hidden(self.run_noise(first.runs[0]), &balances, of)
     }
 
     /// Log density of each run given those that share its true speed; 0 of a run that shares it with none.
@@ -367,7 +362,7 @@ impl EvaluatedLaw<'_, '_> {
         if self.pointwise.is_integrated() {
             Tails::Normal
         } else {
-            self.tails
+            self.noise.tails
         }
     }
 
@@ -391,11 +386,17 @@ impl EvaluatedLaw<'_, '_> {
     /// Log likelihood of a run: a density where it rebounded, a probability where it stuck; given the other runs where some
     /// share its true speed.
     pub fn ln_likelihood(&self, run: usize) -> f64 {
+        if self.errors_of(run).is_shared {
+            self.given_the_others()[run]
+        } else {
+            self.ln_likelihood_alone(run)
+        }
+    }
+
+    /// The same of a run that shares its true speed with none.
+    fn ln_likelihood_alone(&self, run: usize) -> f64 {
         let restitution = self.pointwise.runs.restitution[run];
         if self.pointwise.is_integrated() {
-            if self.errors_of(run).is_shared {
-                return self.given_the_others()[run];
-            }
             let density = self.integrated(run, self.seen(run));
             return if self.pointwise.truncated && !self.pointwise.stuck[run] {
                 density - self.integrated(run, Seen::On(Side::Above, self.pointwise.limit))
@@ -403,11 +404,12 @@ impl EvaluatedLaw<'_, '_> {
                 density
             };
         }
-        let ln_below = |z| self.tails.ln_probability_and_slope(z).0;
+        let tails = self.noise.tails;
+        let ln_below = |z| tails.ln_probability_and_slope(z).0;
         if self.pointwise.stuck[run] {
             return ln_below(self.limit_z(run));
         }
-        let density = self.tails.ln_unit_density(self.z(run, restitution)) - self.spread(run).ln;
+        let density = tails.ln_unit_density(self.z(run, restitution)) - self.spread(run).ln;
         if self.pointwise.truncated {
             density - ln_below(-self.limit_z(run))
         } else {
@@ -428,6 +430,11 @@ impl EvaluatedLaw<'_, '_> {
     /// Whether runs that stuck were not logged.
     pub fn is_truncated(&self) -> bool {
         self.pointwise.truncated
+    }
+
+    /// A new draw of every run's restitution, as [`EvaluatedLaw::predict`] gives.
+    pub fn predictions<R: Rng + ?Sized>(&self, rng: &mut R) -> Vec<f64> {
+        (0..self.pointwise.len()).map(|run| self.predict(run, rng)).collect()
     }
 
     /// A new draw of a run's restitution, as it would be measured; 0 where it would have stuck. Where stuck runs were not
@@ -456,7 +463,7 @@ impl EvaluatedLaw<'_, '_> {
     /// it, and measured with the impact speed that the run has.
     fn draw<R: Rng + ?Sized>(&self, run: usize, rng: &mut R) -> f64 {
         let (mean, sigma) = self.mean_and_sigma(run);
-        let wide = self.tails.draw_scale(rng);
+        let wide = self.noise.tails.draw_scale(rng);
         let z: f64 = StandardNormal.sample(rng);
         if !self.pointwise.is_integrated() {
             return mean + wide * sigma * z;
@@ -470,8 +477,7 @@ impl EvaluatedLaw<'_, '_> {
                 0.0
             }
         };
-        let setting = self.pointwise.setting[run] as usize;
-        let (balance, mut at) = (&self.balances[setting], self.pointwise.settings[setting].impact);
+        let (balance, mut at) = (&self.balances[self.place(run)], self.impact(run));
         let mut ratio = 1.0;
         if errors.speed > 0.0 {
             ratio = (errors.true_speed.mean + normal(errors.true_speed.sd)).max(0.01);

@@ -121,55 +121,6 @@ impl FilmParameters {
     }
 }
 
-/// What the losses read at many draws of the parameters, as columns.
-#[derive(Debug)]
-pub(super) struct DrawnFilms {
-    form: Form,
-    prefactor: Vec<f64>,
-    film_scale: Vec<f64>,
-    viscous: Vec<f64>,
-    lubrication_trend: Vec<f64>,
-    inertial_trend: Vec<f64>,
-}
-
-impl DrawnFilms {
-    pub fn new(form: Form, draws: &[&[f64]]) -> DrawnFilms {
-        let each: Vec<FilmParameters> = draws.iter().map(|full| FilmParameters::new(form, full)).collect();
-        let column = |of: fn(&FilmParameters) -> f64| each.iter().map(of).collect();
-        DrawnFilms {
-            form,
-            prefactor: column(|films| films.prefactor),
-            film_scale: column(|films| films.film_scale),
-            viscous: column(FilmParameters::viscous),
-            lubrication_trend: column(|films| films.lubrication_trend),
-            inertial_trend: column(|films| films.inertial_trend),
-        }
-    }
-
-    /// What the losses take at a film ratio with this f, at every draw; `fused` as of [`exponential`].
-    #[inline(always)]
-    pub fn shares(&self, (film_ratio, ln_film): (f64, f64), fused: bool, to: &mut [Share]) {
-        if self.form.inertia.has_film_scale() {
-            for (share, scale) in to.iter_mut().zip(&self.film_scale) {
-                share.inertial = Inertia::saturating_shape_and_slope(film_ratio, *scale, fused).0;
-            }
-        } else {
-            let shape = self.form.inertia.shape(film_ratio, f64::NAN);
-            to.iter_mut().for_each(|share| share.inertial = shape);
-        }
-        if self.inertial_trend.iter().any(|trend| *trend != 0.0) {
-            for (share, trend) in to.iter_mut().zip(&self.inertial_trend) {
-                share.inertial *= exponential(trend * ln_film, fused);
-            }
-        }
-        let viscous = self.viscous.iter().zip(&self.lubrication_trend);
-        for ((share, prefactor), (viscous, trend)) in to.iter_mut().zip(&self.prefactor).zip(viscous) {
-            share.inertial *= prefactor;
-            share.viscous = viscous + trend * ln_film;
-        }
-    }
-}
-
 /// Nodes whose shapes are computed at a time.
 pub(super) const CHUNK: usize = 64;
 

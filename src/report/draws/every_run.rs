@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::findings::posterior::Posterior;
 use crate::inference::diagnostics::loo::SAME;
-use crate::model::likelihood::pointwise::{Pointwise, Stretch};
+use crate::model::likelihood::pointwise::Pointwise;
 use crate::report::ReportInput;
 use crate::seed::Streams;
 
@@ -23,7 +23,6 @@ pub(super) struct EveryRun<'a> {
     full: Vec<Vec<f64>>,
     /// the runs whose log likelihood is written, see [`informative`]
     pub informative: Vec<usize>,
-    stretches: Vec<Stretch>,
     streams: Streams,
 }
 
@@ -34,7 +33,6 @@ impl<'a> EveryRun<'a> {
         let full = posterior.sampled.full_draws();
         let informative = informative(&pointwise, &full);
         EveryRun {
-            stretches: pointwise.stretches(&informative),
             informative,
             pointwise,
             full,
@@ -51,16 +49,13 @@ impl<'a> EveryRun<'a> {
         likelihood: &mut File,
         predictive: &mut File,
     ) -> io::Result<()> {
-        let mut densities = vec![0.0; self.informative.len()];
-        let mut new = vec![0.0; self.pointwise.len()];
-        let mut likely = Singles::new(likelihood, densities.len());
-        let mut predicted = Singles::new(predictive, new.len());
+        let mut likely = Singles::new(likelihood, self.informative.len());
+        let mut predicted = Singles::new(predictive, self.pointwise.len());
         for draw in draws {
             let at = self.pointwise.at(&self.full[draw]);
-            at.ln_likelihoods(&self.stretches, &mut densities);
+            let densities: Vec<f64> = self.informative.iter().map(|run| at.ln_likelihood(*run)).collect();
             likely.put(&densities)?;
-            at.predictions(&mut self.streams.at(draw as u64), &mut new);
-            predicted.put(&new)?;
+            predicted.put(&at.predictions(&mut self.streams.at(draw as u64)))?;
         }
         likely.end(whole)?;
         predicted.end(whole)
@@ -119,24 +114,17 @@ impl<'f> Singles<'f> {
 /// One that stuck for certain has a log likelihood of 0 whatever the parameters: it adds nothing to any sum, and ArviZ's
 /// LOO refuses the whole for it.
 fn informative(pointwise: &Pointwise, full: &[Vec<f64>]) -> Vec<usize> {
-    let stuck: Vec<usize> = (0..pointwise.len()).filter(|run| pointwise.is_stuck(*run)).collect();
-    let none = || vec![(f64::INFINITY, f64::NEG_INFINITY); stuck.len()];
-    // smallest and largest are the same in any order
-    let ranges = full
-        .par_iter()
-        .fold(none, |mut ranges, full| {
-            for ((lo, hi), z) in ranges.iter_mut().zip(pointwise.limits(full, &stuck)) {
-                (*lo, *hi) = (lo.min(z), hi.max(z));
-            }
-            ranges
-        })
-        .reduce(none, |a, b| {
-            let both = a.iter().zip(&b);
-            both.map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect()
+    let at = pointwise.at_draws(full.iter().map(Vec::as_slice).collect());
+    let differs = |run: &usize| {
+        if !pointwise.is_stuck(*run) {
+            return true;
+        }
+        let mut row = vec![0.0; at.len()];
+        at.ln_likelihoods(*run..run + 1, &mut row);
+        let range = row.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi): (f64, f64), ln| {
+            (lo.min(*ln), hi.max(*ln))
         });
-    let mut differs = vec![true; pointwise.len()];
-    for (run, range) in stuck.iter().zip(&ranges) {
-        differs[*run] = !pointwise.is_certain(*range, SAME);
-    }
-    (0..pointwise.len()).filter(|run| differs[*run]).collect()
+        range.1 - range.0 > SAME
+    };
+    (0..pointwise.len()).into_par_iter().filter(differs).collect()
 }
