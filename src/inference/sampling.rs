@@ -49,6 +49,9 @@ pub struct SamplingPlan<'p> {
 /// Draws that are made at most, over those asked for, where the chains have not mixed before.
 pub const MOST_TIMES: usize = 8;
 
+/// Steps of all trajectories beyond which chains are not drawn on.
+const MOST_STEPS: u64 = 2_000_000;
+
 /// How a posterior is sampled on until its chains have mixed.
 #[derive(Debug, Clone, Copy)]
 pub struct UntilMixed<'p> {
@@ -190,7 +193,7 @@ pub fn sample_posterior(
 }
 
 /// Samples the posterior as [`sample_posterior`] does, and draws the chains on, twice as far each time, until they have
-/// mixed ([`MixingLines`]), the most draws are made, or most trajectories were cut at their largest depth.
+/// mixed ([`MixingLines`]), the most draws or two million steps are made, or most trajectories were cut at their largest depth.
 ///
 /// Fails as that does.
 pub fn sample_until_mixed(
@@ -277,8 +280,8 @@ impl NutsSampling<'_> {
             let next = shorter.next();
             let anew = |chains: &[Chain]| next.is_some() && divergences(chains) > 0 && !mostly_cut(chains);
             let chains = sampler.sample_while(&mut |chains| {
-                // cut trajectories cost most of all and hardly move: more of them would not mix either
-                if anew(chains) || mostly_cut(chains) {
+                // long trajectories cost most of all: more of them would take minutes, and those that are cut would not mix either
+                if anew(chains) || mostly_cut(chains) || steps(chains) > MOST_STEPS {
                     0
                 } else {
                     more(&parameter_draws(posterior, chains))
@@ -349,4 +352,9 @@ pub fn sample_by_importance(prepared: &PreparedPosterior, size: DrawCounts, stre
 fn mostly_cut(chains: &[Chain]) -> bool {
     let depths = || chains.iter().flat_map(|chain| &chain.tree_depth);
     2 * depths().filter(|depth| **depth >= LARGEST_DEPTH).count() > depths().count()
+}
+
+/// Steps of all trajectories that were kept.
+fn steps(chains: &[Chain]) -> u64 {
+    chains.iter().flat_map(|chain| &chain.steps).sum()
 }
