@@ -76,7 +76,7 @@ fn truth(scene: &Scene, parameters: &ModelParameters) -> Vec<f64> {
         ParameterKind::SigmaWet => truth.sigma_wet,
         ParameterKind::SigmaEnergy => truth.sigma_energy,
         ParameterKind::SigmaSeries => truth.sigma_series,
-        ParameterKind::Nu => truth.nu,
+        ParameterKind::Shape(_) => truth.shape,
         ParameterKind::LubricationTrend | ParameterKind::InertialTrend => None,
     };
     parameters.sampled.iter().map(|p| of(p.kind).expect("given")).collect()
@@ -199,7 +199,7 @@ fn noisy(noise: Noise) -> (Scene, Runs) {
         _ => {}
     }
     let truth = scene.truth.as_mut().expect("the example has one");
-    (truth.nu, truth.sigma_series, truth.sigma_energy) = (Some(6.0), Some(0.006), Some(0.02));
+    (truth.shape, truth.sigma_series, truth.sigma_energy) = (Some(6.0), Some(0.006), Some(0.02));
     (scene, runs)
 }
 

@@ -13,7 +13,7 @@ use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::{LogDensity, PosteriorDensity};
 use wetcor::runs::{self, Runs};
-use wetcor::scene::{self, NoiseShape, Prior, Scene, Truth};
+use wetcor::scene::{NoiseShape, Prior, Scene, Truth};
 use wetcor::seed::{stream, StreamName};
 
 /// Few runs, two film ratios, from far above the threshold to below it.
@@ -81,7 +81,7 @@ fn truth_of(parameters: &ModelParameters, scene: &Scene, rng: &mut rand::rngs::C
             ParameterKind::SigmaWet => truth.sigma_wet = Some(*value),
             ParameterKind::SigmaEnergy => truth.sigma_energy = Some(*value),
             ParameterKind::SigmaSeries => truth.sigma_series = Some(*value),
-            ParameterKind::Nu => truth.nu = Some(*value),
+            ParameterKind::Shape(_) => truth.shape = Some(*value),
             ParameterKind::LubricationTrend | ParameterKind::InertialTrend => panic!("no scene asks for a trend"),
         }
     }
@@ -106,9 +106,7 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
     if let Some(truth) = &mut scene.truth {
         (truth.inertia, truth.dry_speed) = (form.inertia, form.dry_speed);
         truth.terms = scene.model.terms.clone();
-        if scene.model.likelihood == scene::LikelihoodFamily::Student {
-            truth.noise = NoiseShape::Student;
-        }
+        truth.noise = NoiseShape::Family(scene.model.likelihood);
     }
     let parameters = ModelParameters::of(&scene, &settings(&scene), form).expect("priors with room");
     let seed = seed_of(name);
@@ -192,10 +190,11 @@ fn truths_drawn_from_the_priors_rank_evenly_among_the_draws() {
     }
 }
 
-/// What a scene may ask for besides: Student's tails, every term, noise on the energy with next to none on the restitution
+/// What a scene may ask for besides: Student's tails, Laplace's, every term, noise on the energy with next to none on the restitution
 /// (to whose first order that likelihood holds).
-const ASKED: [&str; 3] = [
+const ASKED: [&str; 4] = [
     "likelihood = \"student\"",
+    "likelihood = \"asymmetric_laplace\"",
     "dry_speed_m_s = \"impact\"\nterms = [\"inertia\", \"viscous\", \"bridge\", \"dry_second_order\"]",
     "noise = \"both\"\n[priors]\nsigma_wet = { half_normal = 0.003 }",
 ];

@@ -13,7 +13,7 @@ use wetcor::model::likelihood::tails::Tails;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Inertia, Parameters, Setting};
 use wetcor::report::finished::Finished;
-use wetcor::scene;
+use wetcor::scene::{self, LikelihoodFamily};
 use wetcor::seed::{sha256, stream};
 
 /// PE in M50, δ/D = 0.06: near the threshold at the speeds of the example.
@@ -48,7 +48,7 @@ fn law(test: &str) -> ParticleLaw {
         sigma_dry: 0.01,
         sigma_wet: near(0.02, 0.1),
         sigma_energy: 0.0,
-        nu: None,
+        tails: Tails::Normal,
         series_offset: 0.0,
     });
     ParticleLaw {
@@ -642,16 +642,18 @@ fn a_particle_without_k_another_liquid_and_a_film_too_thick_are_refused() {
     assert!(refused(7, "0").contains("expected a number above 0"));
 }
 
-/// Noise on the energy kept enters the single run, and so do Student's tails: its quantiles and sticking against draws of
+/// Noise on the energy kept enters the single run, and so do other tails than the normal's: its quantiles and sticking against draws of
 /// e* = m(r + σ_r z′) + σ z.
 #[test]
 fn a_single_run_scatters_with_the_energy_kept() {
-    scatters(0.01, 0.04, None);
-    scatters(0.04, 0.0, Some(3.0));
-    scatters(0.01, 0.04, Some(3.0));
+    let student = Tails::of(LikelihoodFamily::Student, 3.0);
+    scatters(0.01, 0.04, Tails::Normal);
+    scatters(0.04, 0.0, student);
+    scatters(0.01, 0.04, student);
+    scatters(0.04, 0.0, Tails::of(LikelihoodFamily::AsymmetricLaplace, -0.8));
 }
 
-fn scatters(sigma_wet: f64, sigma_energy: f64, nu: Option<f64>) {
+fn scatters(sigma_wet: f64, sigma_energy: f64, tails: Tails) {
     let law = ParticleLaw {
         form: Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
         smallest_restitution: 0.05,
@@ -664,7 +666,7 @@ fn scatters(sigma_wet: f64, sigma_energy: f64, nu: Option<f64>) {
                 sigma_dry: 0.01,
                 sigma_wet,
                 sigma_energy,
-                nu,
+                tails,
                 series_offset: 0.0,
             };
             3
@@ -676,9 +678,8 @@ fn scatters(sigma_wet: f64, sigma_energy: f64, nu: Option<f64>) {
         let kept = kept_energy(&SLOW, law.form, &truth_parameters(), v);
         let mut drawn: Vec<f64> = (0..40_000)
             .map(|_| {
-                let (lucky, z): (f64, f64) = (StandardNormal.sample(&mut rng), StandardNormal.sample(&mut rng));
-                let wide = Tails::of(nu).draw_scale(&mut rng);
-                let e = mean_restitution(kept + sigma_energy * lucky) + wide * sigma_wet * z;
+                let lucky: f64 = StandardNormal.sample(&mut rng);
+                let e = mean_restitution(kept + sigma_energy * lucky) + sigma_wet * tails.draw(&mut rng);
                 if e > 0.05 {
                     e
                 } else {

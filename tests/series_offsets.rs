@@ -20,7 +20,7 @@ use wetcor::physics::quantity::{self, Quantity};
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::{Coefficient, Parameters};
 use wetcor::runs::{self, NewRun, Table};
-use wetcor::scene::{self, Scene};
+use wetcor::scene::{self, LikelihoodFamily, Scene};
 use wetcor::seed::stream;
 
 /// Three diameters, two liquids, three film ratios: 18 series of five heights.
@@ -338,7 +338,7 @@ fn a_series_density_is_that_of_quadrature() {
             (ParameterKind::SigmaDry, 0.01),
             (ParameterKind::SigmaEnergy, 0.015),
             (ParameterKind::SigmaSeries, 0.017),
-            (ParameterKind::Nu, 6.0),
+            (ParameterKind::Shape(LikelihoodFamily::Student), 6.0),
             (ParameterKind::DryK(0), 0.18),
         ] {
             full[kind.slot()] = value;

@@ -230,8 +230,8 @@ pub struct Draw {
     pub sigma_wet: f64,
     /// spread σ_r of the energy kept; 0 where noise acts on the restitution alone
     pub sigma_energy: f64,
-    /// degrees of freedom ν of Student's noise; `None` where noise is normal
-    pub nu: Option<f64>,
+    /// the distribution of the noise
+    pub tails: Tails,
     /// offset of r of the series that is predicted; 0 where series have none
     pub series_offset: f64,
 }
@@ -395,7 +395,7 @@ impl ParticleLaw {
             let noise = DrawNoise {
                 sigma: draw.sigma_dry.max(NO_SPREAD),
                 sigma_energy: 0.0,
-                tails: Tails::of(draw.nu),
+                tails: draw.tails,
             };
             (curve, noise)
         };
@@ -409,7 +409,7 @@ impl ParticleLaw {
             let noise = DrawNoise {
                 sigma: draw.sigma_wet.max(NO_SPREAD),
                 sigma_energy: draw.sigma_energy,
-                tails: Tails::of(draw.nu),
+                tails: draw.tails,
             };
             (curve, noise)
         };
@@ -588,8 +588,8 @@ impl SingleRun {
 
     /// Quantile at a probability from 0.03 to 0.97; 0 where that is a stuck run.
     fn quantile(&self, probability: f64) -> f64 {
-        /// spreads that hold those probabilities of each part, and so of their mixture: of the normal, and of Student's t
-        /// with more than two degrees of freedom
+        /// spreads that hold those probabilities of each part, and so of their mixture: of the normal, and of any other
+        /// family
         const WIDE: [f64; 2] = [2.0, 4.0];
         /// a bracket halved so often is down to rounding; on average five of Newton's steps do well above the threshold,
         /// eight or nine close to it
@@ -599,8 +599,8 @@ impl SingleRun {
         if probability <= self.stuck {
             return 0.0;
         }
-        let student = |share: &DrawShare| share.noise.tails != Tails::Normal;
-        let wide = WIDE[usize::from(self.shares.iter().any(student))];
+        let other = |share: &DrawShare| share.noise.tails != Tails::Normal;
+        let wide = WIDE[usize::from(self.shares.iter().any(other))];
         let (mut lo, mut hi) = self
             .shares
             .iter()
@@ -658,7 +658,7 @@ mod tests {
             sigma_dry: 0.01,
             sigma_wet: 0.02,
             sigma_energy: 0.0,
-            nu: None,
+            tails: Tails::Normal,
             series_offset: 0.0,
         }
     }

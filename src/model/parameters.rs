@@ -8,7 +8,7 @@ use crate::physics::form::Term;
 use crate::physics::{self, Coefficient, DrySpeed, Form, Inertia, Quantity};
 use crate::runs::{Runs, Series};
 use crate::scene::{
-    within, LikelihoodFamily, NoiseOn, NoiseParameter, Prior, PriorChoice, Scene, NU, SIGMA_DRY, SIGMA_ENERGY,
+    within, LikelihoodFamily, NoiseOn, NoiseParameter, Prior, PriorChoice, Scene, SIGMA_DRY, SIGMA_ENERGY,
     SIGMA_SERIES, SIGMA_WET,
 };
 
@@ -27,8 +27,8 @@ pub enum ParameterKind {
     SigmaEnergy,
     /// spread σ_series of the offsets of r that the runs of a series share
     SigmaSeries,
-    /// degrees of freedom ν of Student's noise
-    Nu,
+    /// the shape of a family of noise: degrees of freedom ν of Student's, η of Laplace's
+    Shape(LikelihoodFamily),
     /// L′, the slope of L in the logarithm of the film ratio
     LubricationTrend,
     /// C′, the slope of ln C in the logarithm of the film ratio
@@ -58,6 +58,18 @@ impl ParameterKind {
         }
     }
 
+    /// What is said of a parameter of the noise; `None` of others.
+    fn noise(self) -> Option<NoiseParameter> {
+        match self {
+            ParameterKind::SigmaDry => Some(SIGMA_DRY),
+            ParameterKind::SigmaWet => Some(SIGMA_WET),
+            ParameterKind::SigmaEnergy => Some(SIGMA_ENERGY),
+            ParameterKind::SigmaSeries => Some(SIGMA_SERIES),
+            ParameterKind::Shape(family) => family.shape(),
+            _ => None,
+        }
+    }
+
     /// The quantity it is; `None` of a parameter of the noise or a trend.
     pub fn quantity(self) -> Option<Quantity> {
         match self {
@@ -70,14 +82,10 @@ impl ParameterKind {
     /// The key of its prior in a scene.
     pub fn key(self) -> &'static str {
         match self {
-            ParameterKind::DryK(_) | ParameterKind::Shared(_) => self.physical().map_or("", |own| own.name),
-            ParameterKind::SigmaDry => SIGMA_DRY.name,
-            ParameterKind::SigmaWet => SIGMA_WET.name,
-            ParameterKind::SigmaEnergy => SIGMA_ENERGY.name,
-            ParameterKind::SigmaSeries => SIGMA_SERIES.name,
-            ParameterKind::Nu => NU.name,
             ParameterKind::LubricationTrend => "lubrication_log_trend",
             ParameterKind::InertialTrend => "inertial_prefactor_trend",
+            ParameterKind::DryK(_) | ParameterKind::Shared(_) => self.physical().map_or("", |own| own.name),
+            _ => self.noise().map_or("", |own| own.name),
         }
     }
 
@@ -92,14 +100,10 @@ impl ParameterKind {
     /// The letter of the formulas.
     pub fn symbol(self) -> &'static str {
         match self {
-            ParameterKind::DryK(_) | ParameterKind::Shared(_) => self.physical().map_or("", |own| own.symbol),
-            ParameterKind::SigmaDry => "σ_dry",
-            ParameterKind::SigmaWet => "σ_wet",
-            ParameterKind::SigmaEnergy => "σ_r",
-            ParameterKind::SigmaSeries => "σ_series",
-            ParameterKind::Nu => "ν",
             ParameterKind::LubricationTrend => "L′",
             ParameterKind::InertialTrend => "C′",
+            ParameterKind::DryK(_) | ParameterKind::Shared(_) => self.physical().map_or("", |own| own.symbol),
+            _ => self.noise().map_or("", |own| own.symbol),
         }
     }
 
@@ -111,15 +115,9 @@ impl ParameterKind {
     /// Its default prior, with the reason for it.
     pub fn default_prior(self, form: Form) -> (Prior, &'static str) {
         let of_physics = |prior: LogNormal| (Prior::LogNormal(prior.median, prior.ln_sd), prior.reason);
-        let of_noise = |own: NoiseParameter| (own.prior, own.reason);
         match self {
             ParameterKind::DryK(_) => of_physics(DRY_K.prior),
             ParameterKind::Shared(coefficient) => of_physics(form.prior(coefficient)),
-            ParameterKind::SigmaDry => of_noise(SIGMA_DRY),
-            ParameterKind::SigmaWet => of_noise(SIGMA_WET),
-            ParameterKind::SigmaEnergy => of_noise(SIGMA_ENERGY),
-            ParameterKind::SigmaSeries => of_noise(SIGMA_SERIES),
-            ParameterKind::Nu => of_noise(NU),
             ParameterKind::LubricationTrend => (
                 TREND_PRIOR,
                 "default: at 1 the sphere turns round at a fixed share of the film, beyond 2 either way is past belief",
@@ -128,6 +126,9 @@ impl ParameterKind {
                 TREND_PRIOR,
                 "default: at −1 a loss that grows with the film is level, beyond 2 either way is past belief",
             ),
+            _ => self
+                .noise()
+                .map_or((TREND_PRIOR, ""), |own| (own.prior, own.reason)),
         }
     }
 
@@ -140,7 +141,7 @@ impl ParameterKind {
             ParameterKind::SigmaEnergy => Coefficient::COUNT + 2,
             ParameterKind::LubricationTrend => Coefficient::COUNT + 3,
             ParameterKind::InertialTrend => Coefficient::COUNT + 4,
-            ParameterKind::Nu => Coefficient::COUNT + 5,
+            ParameterKind::Shape(_) => SHAPE_SLOT,
             ParameterKind::SigmaSeries => Coefficient::COUNT + 6,
             ParameterKind::DryK(sphere) => COMMON_SLOTS + sphere,
         }
@@ -154,6 +155,9 @@ pub fn physical(full: &[f64], sphere: usize) -> physics::Parameters {
         shared: Coefficients::first_of(full),
     }
 }
+
+/// The place in a full vector of the shape of the noise, whatever its family.
+pub const SHAPE_SLOT: usize = Coefficient::COUNT + 5;
 
 /// Places of a full vector before the k of the spheres.
 pub const COMMON_SLOTS: usize = Coefficient::COUNT + 7;
@@ -320,13 +324,22 @@ impl ModelParameters {
                 CandidateParameter::positive(ParameterKind::SigmaEnergy, no_wet()),
             )?;
         }
-        if scene.model.likelihood == LikelihoodFamily::Student {
-            let nu = CandidateParameter {
-                kind: ParameterKind::Nu,
-                bounds: (NU.least, f64::INFINITY),
+        let family = scene.model.likelihood;
+        let errors = runs.errors.as_ref();
+        if !family.is_smooth() && errors.is_some_and(|errors| errors.impact_speed_sd.iter().any(|sd| *sd > 0.0)) {
+            return Err(Error::Usage(
+                "[model] likelihood: expected normal or student where impact speeds have errors: these are not integrated \
+                 over a kink"
+                    .to_owned(),
+            ));
+        }
+        if let Some(own) = family.shape() {
+            let shape = CandidateParameter {
+                kind: ParameterKind::Shape(family),
+                bounds: (own.least, f64::INFINITY),
                 why_not: runs.is_empty().then(|| unread("no runs in use")),
             };
-            parameters.add(scene, runs, form, nu)?;
+            parameters.add(scene, runs, form, shape)?;
         }
         if scene.model.series_offsets {
             let spread = CandidateParameter::positive(ParameterKind::SigmaSeries, no_wet());

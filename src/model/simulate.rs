@@ -37,7 +37,7 @@ struct TrueValues {
     shared: Coefficients,
     sigma_dry: f64,
     sigma_wet: f64,
-    nu: f64,
+    shape: f64,
 }
 
 impl TrueValues {
@@ -60,7 +60,13 @@ impl TrueValues {
             shared: Coefficients::first_of(&shared),
             sigma_dry: need("sigma_dry", truth.sigma_dry, true),
             sigma_wet: need("sigma_wet", truth.sigma_wet, true),
-            nu: need("nu", truth.nu, truth.noise == NoiseShape::Student),
+            shape: match truth.noise {
+                NoiseShape::Family(family) => {
+                    let own = family.shape();
+                    need(own.as_ref().map_or("", |own| own.name), truth.shape, own.is_some())
+                }
+                NoiseShape::Skewed | NoiseShape::Heteroscedastic => f64::NAN,
+            },
         };
         if missing.is_empty() {
             Ok(values)
@@ -248,9 +254,12 @@ impl<'s> Simulation<'s> {
         (usize::try_from(index).unwrap_or(usize::MAX), end)
     }
 
-    /// The tails of the noise on every run.
+    /// The tails of the noise on every run; normal of dry ones where those of wet ones are of no family.
     fn tails(&self) -> Tails {
-        Tails::of((self.truth.noise == NoiseShape::Student).then_some(self.values.nu))
+        match self.truth.noise {
+            NoiseShape::Family(family) => Tails::of(family, self.values.shape),
+            NoiseShape::Skewed | NoiseShape::Heteroscedastic => Tails::Normal,
+        }
     }
 
     /// The offset of the series of every point: drawn once a series, and only where there are some, so that other scenes'
@@ -272,15 +281,29 @@ impl<'s> Simulation<'s> {
         self.points.iter().map(of_point).collect()
     }
 
+    /// One draw of the noise on a wet run, in units of its spread.
+    fn wet_noise(&self, stokes: f64, rng: &mut ChaCha8Rng) -> f64 {
+        match self.truth.noise {
+            NoiseShape::Family(_) => self.tails().draw(rng),
+            NoiseShape::Skewed => {
+                let wait: f64 = Exp1.sample(rng);
+                1.0 - wait
+            }
+            NoiseShape::Heteroscedastic => {
+                let z: f64 = StandardNormal.sample(rng);
+                (0.5 + 25.0 / stokes) * z
+            }
+        }
+    }
+
     fn run(&self, point: &DesignPoint, offset: f64, rng: &mut ChaCha8Rng) -> NewRun<'s> {
         let k = self.truth.k(point.particle, point.diameter).unwrap_or_default();
         let particle = &self.scene.particles[point.particle];
         let v = own(point.impact_speed, self.design.impact_speed_rel_sd, rng);
         let (liquid, film, latent) = match point.wet {
             None => {
-                let wide = self.tails().draw_scale(rng);
-                let z: f64 = StandardNormal.sample(rng);
-                let e = self.truth.form().dry.restitution(k, v) + self.values.sigma_dry * wide * z;
+                let noise = self.tails().draw(rng);
+                let e = self.truth.form().dry.restitution(k, v) + self.values.sigma_dry * noise;
                 (None, None, e)
             }
             Some((index, film_ratio)) => {
@@ -293,8 +316,7 @@ impl<'s> Simulation<'s> {
                 };
                 let truth = self.truth;
                 let kept = kept_energy(&setting, truth.form(), &parameters, v);
-                let wide = self.tails().draw_scale(rng);
-                let noise = wide * wet_noise(truth.noise, setting.stokes(v), rng);
+                let noise = self.wet_noise(setting.stokes(v), rng);
                 // drawn only where there is some, so that other scenes' runs stay as they are
                 let lucky = truth.sigma_energy.filter(|sigma| *sigma > 0.0).map_or(0.0, |sigma| {
                     let z: f64 = StandardNormal.sample(rng);
@@ -323,21 +345,6 @@ fn own(of_setting: f64, rel_sd: Option<f64>, rng: &mut ChaCha8Rng) -> f64 {
         let z: f64 = StandardNormal.sample(rng);
         of_setting * (sd * z).exp()
     })
-}
-
-/// One draw of the noise on a wet run, in units of its sd; Student's before it is widened.
-fn wet_noise(noise: NoiseShape, stokes: f64, rng: &mut ChaCha8Rng) -> f64 {
-    match noise {
-        NoiseShape::Normal | NoiseShape::Student => StandardNormal.sample(rng),
-        NoiseShape::Skewed => {
-            let wait: f64 = Exp1.sample(rng);
-            1.0 - wait
-        }
-        NoiseShape::Heteroscedastic => {
-            let z: f64 = StandardNormal.sample(rng);
-            (0.5 + 25.0 / stokes) * z
-        }
-    }
 }
 
 /// Runs of the largest simulation: some forty terabytes.

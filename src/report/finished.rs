@@ -25,6 +25,7 @@ use crate::findings::predict::{
     offset_of_new_series, Basis, Covered, Draw, ParticleBasis, ParticleLaw, PredictedSeries,
 };
 use crate::findings::SCHEMA;
+use crate::model::likelihood::tails::Tails;
 use crate::model::parameters::{ParameterKind, SERIES_OFFSET};
 use crate::physics::coefficient::Coefficients;
 use crate::physics::dry::DRY_K;
@@ -32,7 +33,7 @@ use crate::physics::form::Term;
 use crate::physics::numbers::same_diameter;
 use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Viscous};
 use crate::runs::{diameter_in_mm, sphere_label};
-use crate::scene::{name_expected, LARGEST_FILM_RATIO, MOST_KEPT};
+use crate::scene::{name_expected, LikelihoodFamily, LARGEST_FILM_RATIO, MOST_KEPT};
 use crate::seed::sha256;
 use crate::units::micrometres;
 
@@ -402,6 +403,10 @@ impl Finished {
             let unread = (dry || !form.has(coefficient)).then_some(f64::NAN);
             (coefficient.describe().name.to_owned(), unread)
         });
+        // the one whose shape was drawn
+        let has_shape = |family: &LikelihoodFamily| self.has(ParameterKind::Shape(*family).key());
+        let mut families = LikelihoodFamily::NAMED.into_iter().map(|(_, family)| family);
+        let family = families.find(has_shape).unwrap_or(LikelihoodFamily::Normal);
         let optional =
             |kind: ParameterKind, none: f64| (kind.key().to_owned(), (!self.has(kind.key())).then_some(none));
         let spread = |kind: ParameterKind, of_dry: bool| (kind.key().to_owned(), (of_dry != dry).then_some(0.0));
@@ -411,7 +416,7 @@ impl Finished {
             spread(ParameterKind::SigmaDry, true),
             spread(ParameterKind::SigmaWet, false),
             optional(ParameterKind::SigmaEnergy, 0.0),
-            optional(ParameterKind::Nu, f64::INFINITY),
+            optional(ParameterKind::Shape(family), f64::NAN),
             match impacts {
                 Impacts::Measured(name) => (name.clone(), None),
                 Impacts::New | Impacts::Dry => optional(ParameterKind::SigmaSeries, 0.0),
@@ -429,7 +434,7 @@ impl Finished {
                 sigma_dry: noise[0],
                 sigma_wet: noise[1],
                 sigma_energy: noise[2],
-                nu: Some(noise[3]).filter(|nu| nu.is_finite()),
+                tails: Tails::of(family, noise[3]),
                 series_offset: match impacts {
                     Impacts::Measured(_) => noise[4],
                     Impacts::New | Impacts::Dry => offset_of_new_series(draw, noise[4]),
@@ -729,7 +734,9 @@ fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
     if name.starts_with(SERIES_OFFSET) {
         return (!x.is_finite()).then(|| format!("{name}: found {x:?}, expected a number"));
     }
-    let least = if name == ParameterKind::Nu.key() { 2.0 } else { 0.0 };
+    let mut families = LikelihoodFamily::NAMED.into_iter();
+    let shape = families.find_map(|(_, family)| family.shape().filter(|own| own.name == name));
+    let least = shape.map_or(0.0, |own| own.least);
     // a term without a prefactor takes nothing
     let scales = |coefficient: &Coefficient| {
         let own = coefficient.describe();
@@ -746,11 +753,12 @@ fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
 }
 
 /// The parameters of the noise.
-const NOISE: [ParameterKind; 5] = [
+const NOISE: [ParameterKind; 6] = [
     ParameterKind::SigmaSeries,
     ParameterKind::SigmaWet,
     ParameterKind::SigmaEnergy,
-    ParameterKind::Nu,
+    ParameterKind::Shape(LikelihoodFamily::Student),
+    ParameterKind::Shape(LikelihoodFamily::AsymmetricLaplace),
     ParameterKind::SigmaDry,
 ];
 

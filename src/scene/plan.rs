@@ -1,7 +1,7 @@
 //! Reads the truth and the design of a simulation.
 
 use super::choices::{
-    checked_terms, checked_viscous, dry_speed, ModelChoices, NoiseParameter, DRY_SPEED_TAKES, NU, SIGMA_DRY,
+    checked_terms, checked_viscous, dry_speed, LikelihoodFamily, ModelChoices, NoiseParameter, DRY_SPEED_TAKES, SIGMA_DRY,
     SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET, TERMS_TAKES, VISCOUS_TAKES,
 };
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
@@ -44,8 +44,8 @@ pub struct Truth {
     pub sigma_energy: Option<f64>,
     /// sd of the offset of the energy kept that the wet runs of a series share; absent: none
     pub sigma_series: Option<f64>,
-    /// degrees of freedom of Student's noise
-    pub nu: Option<f64>,
+    /// shape of the noise's family
+    pub shape: Option<f64>,
     /// shape of the noise on wet runs
     pub noise: NoiseShape,
     /// the terms the truth holds; absent: the inertial and the viscous loss
@@ -118,14 +118,12 @@ impl Truth {
 /// Shape of the noise on a simulated restitution; each has the truth's sd, or varies about it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoiseShape {
-    /// normal
-    Normal,
+    /// of a family that the model may have, on dry runs as well
+    Family(LikelihoodFamily),
     /// one minus an exponential: mean 0, sd 1, a long tail towards low restitutions
     Skewed,
     /// normal, its sd growing with 1/St: sd · (1/2 + 25/St)
     Heteroscedastic,
-    /// Student's t with the truth's `nu`, on dry runs as well; 68.3 % of it within the sd, as of the normal
-    Student,
 }
 
 /// The settings simulated runs are made at.
@@ -192,25 +190,33 @@ const TRUE_SIGMA_WET: Key<Number, Optional> = spread(&SIGMA_WET, WANTED);
 const TRUE_SIGMA_ENERGY: Key<Number, Optional> = spread(&SIGMA_ENERGY, "none");
 const TRUE_SIGMA_SERIES: Key<Number, Optional> = spread(&SIGMA_SERIES, "none");
 
-const TRUE_NU: Key<Number, Optional> = Key {
-    base: NU.name,
-    takes: Number(Dimension::One, ABOVE_ZERO),
-    absent: Optional(WANTED),
-    meaning: NU.meaning,
-    example: NU.example,
-};
+/// The keys of the shapes of the families, each with its family.
+fn shapes() -> impl Iterator<Item = (LikelihoodFamily, Key<Number, Optional>)> {
+    LikelihoodFamily::NAMED.into_iter().filter_map(|(_, family)| {
+        let own = family.shape()?;
+        let expected = if own.least < 0.0 { FINITE } else { ABOVE_ZERO };
+        let key = Key {
+            base: own.name,
+            takes: Number(Dimension::One, expected),
+            absent: Optional(WANTED),
+            meaning: own.meaning,
+            example: own.example,
+        };
+        Some((family, key))
+    })
+}
 
 const NOISE: Key<OneOf<NoiseShape>, DefaultsTo<NoiseShape>> = Key {
     base: "noise",
     takes: OneOf(|| {
-        vec![
-            ("normal", NoiseShape::Normal),
+        let families = LikelihoodFamily::NAMED.map(|(name, family)| (name, NoiseShape::Family(family)));
+        let others = [
             ("skewed", NoiseShape::Skewed),
             ("heteroscedastic", NoiseShape::Heteroscedastic),
-            ("student", NoiseShape::Student),
-        ]
+        ];
+        families.into_iter().chain(others).collect()
     }),
-    absent: DefaultsTo(NoiseShape::Normal),
+    absent: DefaultsTo(NoiseShape::Family(LikelihoodFamily::Normal)),
     meaning: "shape of the noise",
     example: "\"skewed\"",
 };
@@ -335,9 +341,9 @@ pub(super) fn guide() -> [Section; 2] {
         &TRUE_SIGMA_WET,
         &TRUE_SIGMA_ENERGY,
         &TRUE_SIGMA_SERIES,
-        &TRUE_NU,
         &NOISE,
     ]));
+    truth.extend(shapes().map(|(_, key)| key.guide()));
     [
         Section {
             head: "[truth]",
@@ -379,6 +385,14 @@ pub(super) fn truth(
     let viscous = table.read(&TRUE_VISCOUS);
     let viscous = viscous.map(|form| checked_viscous(&table, form, particles));
     let terms = table.read(&TRUE_TERMS).flatten();
+    let noise = table.read(&NOISE);
+    let mut shape = None;
+    for (family, key) in shapes() {
+        let value = table.read(&key);
+        if noise == NoiseShape::Family(family) {
+            shape = value;
+        }
+    }
     let truth = Truth {
         dry_k,
         dry_k_by_diameter,
@@ -390,8 +404,8 @@ pub(super) fn truth(
         sigma_wet: table.read(&TRUE_SIGMA_WET),
         sigma_energy: table.read(&TRUE_SIGMA_ENERGY),
         sigma_series: table.read(&TRUE_SIGMA_SERIES),
-        nu: table.read(&TRUE_NU),
-        noise: table.read(&NOISE),
+        shape,
+        noise,
         terms: checked_terms(&table, terms, liquids),
     };
     table.finish();

@@ -140,7 +140,7 @@ const EXTREMES: [&str; 14] = [
     "1.7e308",
 ];
 
-const PARAMETERS: [(&str, &str); 10] = [
+const PARAMETERS: [(&str, &str); 11] = [
     ("dry_k", ""),
     ("\"dry_k.PTFE\"", ""),
     ("lubrication_log", ""),
@@ -150,6 +150,7 @@ const PARAMETERS: [(&str, &str); 10] = [
     ("sigma_wet", ""),
     ("sigma_energy", BOTH),
     ("nu", STUDENT),
+    ("asymmetry", "likelihood = \"asymmetric_laplace\""),
     ("sigma_series", "series_offsets = true"),
 ];
 

@@ -24,7 +24,7 @@ pub(super) fn word(scene: &Scene, runs: &Runs, kind: ParameterKind) -> String {
         ParameterKind::SigmaDry | ParameterKind::SigmaWet | ParameterKind::SigmaEnergy | ParameterKind::SigmaSeries => {
             "the spread".to_owned()
         }
-        ParameterKind::Nu => "the tails of the noise".to_owned(),
+        ParameterKind::Shape(_) => "the shape of the noise".to_owned(),
         ParameterKind::LubricationTrend | ParameterKind::InertialTrend => "the trend with the film".to_owned(),
     }
 }

@@ -2,18 +2,19 @@
 
 use super::Posterior;
 use crate::findings::predict::{offset_of_new_series, Draw, ParticleLaw};
-use crate::model::parameters::{physical, ParameterKind};
+use crate::model::likelihood::tails::Tails;
+use crate::model::parameters::{physical, ParameterKind, SHAPE_SLOT};
 use crate::physics::balance::Balance;
 use crate::physics::loss::Film;
 use crate::physics::viscous;
 use crate::runs::Runs;
-use crate::scene::{LikelihoodFamily, NoiseOn, Scene};
+use crate::scene::{NoiseOn, Scene};
 
 impl Posterior {
     /// The law of a sphere, by its index, by at most so many draws, evenly taken; of a new series, where series have offsets.
     pub fn law(&self, scene: &Scene, runs: &Runs, sphere: usize, most: usize) -> ParticleLaw {
         let both = scene.model.noise == NoiseOn::Both;
-        let student = scene.model.likelihood == LikelihoodFamily::Student;
+        let family = scene.model.likelihood;
         let full = self.sampled.full_draws();
         let step = full.len().div_ceil(most).max(1);
         let offsets = scene.model.series_offsets;
@@ -26,7 +27,7 @@ impl Posterior {
             } else {
                 0.0
             },
-            nu: student.then(|| full[ParameterKind::Nu.slot()]),
+            tails: Tails::of(family, full[SHAPE_SLOT]),
             series_offset: if offsets {
                 offset_of_new_series(index, full[ParameterKind::SigmaSeries.slot()])
             } else {

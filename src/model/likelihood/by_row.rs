@@ -4,7 +4,7 @@
 //! errs by u besides, so that σ² + u² stands in the place of σ². Where the impact speed errs, the true one is integrated over,
 //! as z′ is (`hidden.rs`).
 //!
-//! F is normal, or Student's with one ν for all runs. A stuck run was not measured, so that only its impact speed errs.
+//! F is of one family and shape for all runs. A stuck run was not measured, so that only its impact speed errs.
 
 use std::ops::Range;
 
@@ -33,8 +33,8 @@ pub(super) struct BlockRows<'b> {
 }
 
 impl Likelihood {
-    /// Log likelihood of some runs of a block but those that share a true speed; adds its slopes in the spreads and in ν, and
-    /// in r to `sums`.
+    /// Log likelihood of some runs of a block but those that share a true speed; adds its slopes in the noise, and in r to
+    /// `sums`.
     pub(super) fn run_by_run(
         &self,
         rows: BlockRows,
@@ -50,7 +50,7 @@ impl Likelihood {
             all.value += of.value;
             all.sigma += of.sigma;
             all.energy += of.energy;
-            all.nu += of.nu;
+            all.shape += of.shape;
             film.add(sums, of.kept, of.viscous, -0.5 * of.dry_k);
         };
         let errors = |all: &[Errors], node: usize| all.get(node).copied().unwrap_or(Errors::NONE);
@@ -105,8 +105,8 @@ impl Likelihood {
         all.value
     }
 
-    /// The log likelihood of the wet runs that share a true speed; adds its slopes in the spreads and in ν, and in r to the sums
-    /// of each block.
+    /// The log likelihood of the wet runs that share a true speed; adds its slopes in the noise, and in r to the sums of
+    /// each block.
     pub(super) fn of_shared_speeds(
         &self,
         noise: &RowNoise,

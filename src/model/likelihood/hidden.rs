@@ -114,7 +114,7 @@ impl SettingNodes {
 /// Sums over nodes, all divided by the exponential of a value that the logarithm of the integrand has near its largest.
 struct Sums<'s> {
     reference: f64,
-    /// mass, and slopes in σ, σ_r and ν
+    /// mass, and slopes in σ, σ_r and the shape of the noise
     of: [f64; 4],
     /// slopes in what each setting keeps
     settings: &'s mut [SettingSlopes],
@@ -141,13 +141,13 @@ impl Sums<'_> {
 
     /// The log density with its slopes; those of the settings are divided by the mass where they stand.
     fn density(&mut self) -> RunDensity {
-        let [mass, sigma, energy, nu] = self.of;
+        let [mass, sigma, energy, shape] = self.of;
         self.scale(1.0 / mass);
         RunDensity {
             value: self.reference + mass.ln() - LN_ROOT_TWO_PI,
             sigma: sigma / mass,
             energy: energy / mass,
-            nu: nu / mass,
+            shape: shape / mass,
             ..RunDensity::default()
         }
     }

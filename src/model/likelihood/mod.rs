@@ -3,13 +3,14 @@
 //! The generative statement: a wet run's e* = m(r) + σ_wet z, a dry run's e* = e_dry(v) + σ_dry z; the run stuck if e* is
 //! at or below the limit; where such runs were not logged, a rebound's density is that of runs that rebound. A node is a
 //! setting with a count and a mean restitution: where noise is normal and of one spread, runs of one setting are one node, and
-//! what they scatter about their mean by is a sum of squares of its own, which is exact. Where z has Student's tails, or runs have errors
+//! what they scatter about their mean by is a sum of squares of its own, which is exact. Where z is of another family, or runs have errors
 //! of their own, or noise acts on the energy kept, `by_row.rs` takes a run at a time.
 //!
 //! Symbols: r = e_dry² − C ρ̃ g(δ̃) − L x − b with x = 4/St and b = κ/v², as far as the form holds them, and e_dry = 1 − k p
 //! (+ (3/5) k² p² to second order) with p = v^(1/5) at the dry speed in use. A trend with the film ratio stands in L and C:
 //! L + L′ f and C exp(C′ f), f being the logarithm of the film ratio over the middle one of the runs.
 
+mod asymmetric_laplace;
 mod block_sums;
 mod by_row;
 mod by_series;
@@ -48,7 +49,7 @@ use self::run_noise::RunNoise;
 use self::sides::{side_sums, SideOfLimit, SideSums};
 use self::sums::{rebound_sums, NodeRange};
 use self::trend::FilmParameters;
-use super::parameters::ParameterKind;
+use super::parameters::{ParameterKind, SHAPE_SLOT};
 use crate::distributions::LN_ROOT_TWO_PI;
 
 /// The parameters give no density here: not an error, a place to turn back from.
@@ -133,7 +134,7 @@ impl Likelihood {
                 let density = tails.of_sums(*sums, nodes.len(), sigma);
                 value += density.value;
                 slopes[ParameterKind::SigmaWet.slot()] += density.sigma;
-                slopes[ParameterKind::Nu.slot()] += density.nu;
+                slopes[SHAPE_SLOT] += density.shape;
                 sums.weigh_slopes(density.kept_factor);
                 one_by_one = nodes.end..nodes.end;
             }

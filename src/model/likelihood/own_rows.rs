@@ -3,12 +3,13 @@
 use super::errors::Errors;
 use super::nodes::{DryRow, NodeFilm};
 use super::shared_speed::SharedRuns;
+use crate::scene::LikelihoodFamily;
 
 /// What runs have of their own.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ByRow {
-    /// whether noise has Student's tails
-    pub student: bool,
+    /// what distribution noise has
+    pub family: LikelihoodFamily,
     /// whether noise acts on the energy kept, too
     pub both: bool,
     /// measurement errors of the rebounds and of the stuck runs; empty where there are none

@@ -19,7 +19,7 @@ use super::run_noise::RunNoise;
 use super::shared_speed::SharedRuns;
 use super::tails::Tails;
 use super::trend::{middle_film_ratio, FilmParameters};
-use crate::model::parameters::{offset_slot, ParameterKind, COMMON_SLOTS};
+use crate::model::parameters::{offset_slot, ParameterKind, COMMON_SLOTS, SHAPE_SLOT};
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::loss::Share;
 use crate::physics::{rebound, Form};
@@ -35,8 +35,8 @@ pub struct Pointwise<'r> {
     truncated: bool,
     /// whether noise acts on the energy kept, too
     both: bool,
-    /// whether noise has Student's tails
-    student: bool,
+    /// what distribution noise has
+    family: LikelihoodFamily,
     /// runs of one setting that follow one another share an entry
     settings: Vec<RunSetting>,
     /// the setting of each run
@@ -120,7 +120,7 @@ impl<'r> Pointwise<'r> {
             limit: scene.data.smallest_restitution,
             truncated: scene.model.sticking == Sticking::Truncated,
             both: scene.model.noise == NoiseOn::Both,
-            student: scene.model.likelihood == LikelihoodFamily::Student,
+            family: scene.model.likelihood,
             settings: vec![],
             setting: Vec::with_capacity(runs.len()),
             dry: 0,
@@ -252,7 +252,7 @@ impl<'r> Pointwise<'r> {
     fn noise(&self, full: &[f64]) -> Noise {
         let of = |kind: ParameterKind| full[kind.slot()];
         Noise {
-            tails: Tails::of(self.student.then(|| of(ParameterKind::Nu))),
+            tails: Tails::of(self.family, full[SHAPE_SLOT]),
             dry: NoiseSd::of(of(ParameterKind::SigmaDry)),
             wet: NoiseSd::of(of(ParameterKind::SigmaWet)),
             energy: self.both.then(|| of(ParameterKind::SigmaEnergy)),
@@ -463,10 +463,9 @@ impl EvaluatedLaw<'_, '_> {
     /// it, and measured with the impact speed that the run has.
     fn draw<R: Rng + ?Sized>(&self, run: usize, rng: &mut R) -> f64 {
         let (mean, sigma) = self.mean_and_sigma(run);
-        let wide = self.noise.tails.draw_scale(rng);
-        let z: f64 = StandardNormal.sample(rng);
+        let noise = sigma * self.noise.tails.draw(rng);
         if !self.pointwise.is_integrated() {
-            return mean + wide * sigma * z;
+            return mean + noise;
         }
         let errors = self.errors_of(run);
         let mut normal = |sd: f64| {
@@ -489,7 +488,7 @@ impl EvaluatedLaw<'_, '_> {
             let lucky = normal(self.energy(run).unwrap_or(0.0));
             rebound::mean_restitution(balance.kept(&at).0 + lucky)
         };
-        let e = mean + wide * sigma * z;
+        let e = mean + noise;
         if e <= self.pointwise.limit {
             return e;
         }

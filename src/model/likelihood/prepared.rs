@@ -5,7 +5,7 @@ use super::nodes::{Nodes, WetBlock};
 use super::own_rows::ByRow;
 use super::tails::Tails;
 use super::trend::{BlockLaw, FilmParameters};
-use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
+use crate::model::parameters::{COMMON_SLOTS, SHAPE_SLOT};
 use crate::physics::Form;
 
 /// The log likelihood of the runs of a scene as a function of a full vector of parameters.
@@ -51,7 +51,7 @@ impl Likelihood {
 
     /// The tails of noise at a full vector of parameters.
     pub(super) fn tails(&self, full: &[f64]) -> Tails {
-        let student = self.own.as_ref().is_some_and(|own| own.student);
-        Tails::of(student.then(|| full[ParameterKind::Nu.slot()]))
+        let own = self.own.as_ref();
+        own.map_or(Tails::Normal, |own| Tails::of(own.family, full[SHAPE_SLOT]))
     }
 }

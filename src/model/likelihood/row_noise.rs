@@ -3,7 +3,7 @@
 use super::own_rows::ByRow;
 use super::run_density::RunDensity;
 use super::run_noise::RunNoise;
-use crate::model::parameters::ParameterKind;
+use crate::model::parameters::{ParameterKind, SHAPE_SLOT};
 
 /// The noise of wet runs at a full vector of parameters, where runs are taken one at a time.
 #[derive(Clone, Copy)]
@@ -12,9 +12,9 @@ pub(super) struct RowNoise<'l> {
     pub noise: RunNoise,
 }
 
-/// Adds the slopes in the spreads and in ν, of which this kind of runs has that σ.
+/// Adds the slopes in the spreads and in the shape of the noise, of which this kind of runs has that σ.
 pub(super) fn add_noise_slopes(of: RunDensity, sigma: ParameterKind, slopes: &mut [f64]) {
     slopes[sigma.slot()] += of.sigma;
     slopes[ParameterKind::SigmaEnergy.slot()] += of.energy;
-    slopes[ParameterKind::Nu.slot()] += of.nu;
+    slopes[SHAPE_SLOT] += of.shape;
 }

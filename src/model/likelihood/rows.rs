@@ -15,7 +15,7 @@ use crate::model::parameters::offset_slot;
 use crate::physics::balance::Impact;
 use crate::physics::{Form, Inertia};
 use crate::runs::{Conditions, DryGroup, Runs, Series};
-use crate::scene::{Scene, Sticking};
+use crate::scene::{LikelihoodFamily, NoiseOn, Scene, Sticking};
 
 /// The runs and all that is read with them.
 struct RunData<'r> {
@@ -39,16 +39,16 @@ impl Likelihood {
             leftover: 0.0,
             dry: dry_runs(scene, runs),
         };
-        let (student, both) = scene.model.has_own_noise();
+        let family = scene.model.likelihood;
         let errors = RunErrors::of(scene, runs);
         let errors = errors.as_ref();
-        if student || both || errors.is_some() {
+        if scene.model.has_own_noise() || errors.is_some() {
             likelihood.own = Some(ByRow {
-                student,
-                both,
+                family,
+                both: scene.model.noise == NoiseOn::Both,
                 rebounds: vec![],
                 stuck: vec![],
-                dry: if student || errors.is_some() {
+                dry: if family != LikelihoodFamily::Normal || errors.is_some() {
                     dry_rows(runs, errors)
                 } else {
                     vec![]
@@ -93,7 +93,7 @@ impl Likelihood {
 
     /// Whether the likelihood of a scene's runs is one of rows, because they have spreads or tails of their own.
     pub fn needs_every_row(scene: &Scene, runs: &Runs) -> bool {
-        scene.model.has_own_noise() != (false, false) || RunErrors::of(scene, runs).is_some()
+        scene.model.has_own_noise() || RunErrors::of(scene, runs).is_some()
     }
 
     /// Adds the runs of some series as a block, sorted by film ratio.

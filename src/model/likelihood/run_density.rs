@@ -47,8 +47,8 @@ pub(super) struct RunDensity {
     pub sigma: f64,
     /// in σ_r
     pub energy: f64,
-    /// in ν
-    pub nu: f64,
+    /// in the shape of the noise
+    pub shape: f64,
     /// in r; in e_dry of a dry run
     pub kept: f64,
     /// in −L
@@ -64,7 +64,7 @@ impl RunDensity {
             value: count * self.value,
             sigma: count * self.sigma,
             energy: count * self.energy,
-            nu: count * self.nu,
+            shape: count * self.shape,
             kept: count * self.kept,
             viscous: count * self.viscous,
             dry_k: count * self.dry_k,

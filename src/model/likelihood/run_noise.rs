@@ -48,7 +48,7 @@ impl RunNoise {
     }
 
     /// The log density or probability of a run that keeps this at so many times its measured speed, with its slopes in what is
-    /// kept, σ and ν: without noise on the energy kept.
+    /// kept, σ and the shape of the noise: without noise on the energy kept.
     #[inline]
     pub fn density(&self, MeasuredRun { seen, errors }: &MeasuredRun, kept: f64, ratio: f64) -> RunDensity {
         let (mean, slope) = self.mean(kept);
@@ -64,7 +64,7 @@ impl RunNoise {
             RunDensity {
                 value: probability.value,
                 sigma: -probability.z * z * sigma * ratio * ratio / (spread * spread),
-                nu: probability.nu,
+                shape: probability.shape,
                 kept: -sign * probability.z * ratio / spread * slope,
                 ..RunDensity::default()
             }
@@ -76,7 +76,7 @@ impl RunNoise {
                 RunDensity {
                     value: density.value,
                     sigma: 2.0 * density.variance * sigma * ratio * ratio,
-                    nu: density.nu,
+                    shape: density.shape,
                     kept: density.mean * ratio * slope,
                     ..RunDensity::default()
                 }

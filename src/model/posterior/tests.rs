@@ -7,7 +7,7 @@ use crate::model::parameters::ParameterKind;
 use crate::physics::inertia::Inertia;
 use crate::physics::{Coefficient, DrySpeed, Form};
 use crate::runs::{self, NewRun};
-use crate::scene::{self, Scene};
+use crate::scene::{self, LikelihoodFamily, Scene};
 
 fn scene(extra: &str) -> Scene {
     let text = format!(
@@ -61,6 +61,8 @@ fn slopes_agree_with_differences_under_every_prior() {
         "[priors]\nlubrication_log = { gamma = [3.0, 1.0] }\nsigma_wet = { uniform = [0.01, 0.5] }\ninertial_prefactor = { student_t = [4, 0.5, 0.3] }",
         "[model]\nlikelihood = \"student\"\nnoise = \"both\"",
         "[model]\nviscous = \"film\"\nlikelihood = \"student\"",
+        "[model]\nlikelihood = \"asymmetric_laplace\"",
+        "[model]\nlikelihood = \"asymmetric_laplace\"\nseries_offsets = true\nsticking = \"truncated\"",
         "[model]\nviscous = \"film\"\n[priors]\nrupture_scale = { uniform = [0.01, 5] }",
         "[priors]\ndry_k = { normal = [0.15, 0.05] }\nsigma_dry = { lognormal = [0.02, 0.5] }",
         "[model]\nseries_offsets = true",
@@ -95,7 +97,8 @@ fn slopes_agree_with_differences_under_every_prior() {
                     ParameterKind::SigmaWet => 0.05,
                     ParameterKind::SigmaEnergy => 0.04,
                     ParameterKind::SigmaSeries => 0.015,
-                    ParameterKind::Nu => 7.0,
+                    ParameterKind::Shape(LikelihoodFamily::AsymmetricLaplace) => -0.6,
+                    ParameterKind::Shape(_) => 7.0,
                     ParameterKind::LubricationTrend => 0.3,
                     ParameterKind::InertialTrend => -0.4,
                 })

@@ -116,8 +116,8 @@ fn reasons(input: ReportInput, rows: &[Compared]) -> String {
     if input.scene.model.series_offsets {
         all.push("series have offsets of the energy kept".to_owned());
     }
-    if input.scene.model.likelihood == LikelihoodFamily::Student {
-        all.push("the posterior's noise has Student's tails".to_owned());
+    if input.scene.model.likelihood != LikelihoodFamily::Normal {
+        all.push("the posterior's noise is not normal".to_owned());
     }
     if findings.counts.measurement_errors.is_some() {
         all.push("runs carry measurement errors".to_owned());

@@ -3,6 +3,7 @@
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::{DrySpeed, Form, Inertia, Viscous};
+use super::noise::{NoiseParameter, ASYMMETRY, NU};
 use crate::scene::expect::ABOVE_ZERO;
 use crate::scene::keys::{guides, DefaultsTo, Key, Section};
 use crate::scene::materials::{Liquid, Particle};
@@ -48,27 +49,68 @@ impl ModelChoices {
         self.inertia.is_none() && self.form().inertia != Inertia::None
     }
 
-    /// Whether noise has Student's tails, and whether it acts on the energy, too: then no few runs have the sums of all.
-    pub fn has_own_noise(&self) -> (bool, bool) {
-        (
-            self.likelihood == LikelihoodFamily::Student,
-            self.noise == NoiseOn::Both,
-        )
+    /// Whether noise is other than normal or acts on the energy, too: then no few runs have the sums of all.
+    pub fn has_own_noise(&self) -> bool {
+        self.likelihood != LikelihoodFamily::Normal || self.noise == NoiseOn::Both
     }
 
     /// Whether every run has to be kept: for its noise, or as forms of the inertial loss are compared run by run.
     pub fn needs_every_run(&self) -> bool {
-        self.has_own_noise() != (false, false) || self.inertia_is_open()
+        self.has_own_noise() || self.inertia_is_open()
     }
 }
 
 /// Distribution of the noise on a restitution.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LikelihoodFamily {
     /// normal
     Normal,
     /// Student-t with estimated degrees of freedom
     Student,
+    /// two exponentials of different slope
+    AsymmetricLaplace,
+}
+
+impl LikelihoodFamily {
+    /// Every one with its word in scenes.
+    pub const NAMED: [(&'static str, LikelihoodFamily); 3] = [
+        ("normal", LikelihoodFamily::Normal),
+        ("student", LikelihoodFamily::Student),
+        ("asymmetric_laplace", LikelihoodFamily::AsymmetricLaplace),
+    ];
+
+    /// The parameter of its shape; `None` of the normal, which has none.
+    pub(crate) fn shape(self) -> Option<NoiseParameter> {
+        match self {
+            LikelihoodFamily::Normal => None,
+            LikelihoodFamily::Student => Some(NU),
+            LikelihoodFamily::AsymmetricLaplace => Some(ASYMMETRY),
+        }
+    }
+
+    /// Whether it may be integrated over noise on the energy kept or over errors of the speed: not with a kink.
+    pub fn is_smooth(self) -> bool {
+        self != LikelihoodFamily::AsymmetricLaplace
+    }
+
+    /// What is to be said of it; nothing of the normal.
+    pub fn words(self) -> Option<&'static str> {
+        match self {
+            LikelihoodFamily::Normal => None,
+            LikelihoodFamily::Student => Some(
+                "Noise has Student's tails: z has a t distribution with ν degrees of freedom, the same for all runs, wet and \
+                 dry; F is the probability of less than a number under it. t is stretched so that 68.3 % of it lies within a \
+                 spread σ of its mean, as of the normal: its standard deviation is larger. A run far from all others says \
+                 little of the other parameters and much of ν.",
+            ),
+            LikelihoodFamily::AsymmetricLaplace => Some(
+                "Noise has an asymmetric Laplace distribution, the same for all runs, wet and dry: its density falls \
+                 exponentially on both sides of a kink, above over exp(η) times the distance as below. z has mean 0 and \
+                 standard deviation 1; the kink is rounded by a normal share of 0.15 of that. F is the probability of less than a \
+                 number under it.",
+            ),
+        }
+    }
 }
 
 /// What has a k of its own.
@@ -143,14 +185,9 @@ pub const TERMS_TAKES: SomeOf<Term> = SomeOf {
 
 const LIKELIHOOD: Key<OneOf<LikelihoodFamily>, DefaultsTo<LikelihoodFamily>> = Key {
     base: "likelihood",
-    takes: OneOf(|| {
-        vec![
-            ("normal", LikelihoodFamily::Normal),
-            ("student", LikelihoodFamily::Student),
-        ]
-    }),
+    takes: OneOf(|| LikelihoodFamily::NAMED.to_vec()),
     absent: DefaultsTo(LikelihoodFamily::Normal),
-    meaning: "distribution of the noise; student: with outliers",
+    meaning: "distribution of the noise; student: with outliers; asymmetric_laplace: two exponentials, one to each side",
     example: "\"student\"",
 };
 
@@ -225,6 +262,10 @@ pub fn model(root: &SceneTable, particles: &[Particle], liquids: &[Liquid]) -> M
         noise: table.read(&NOISE_ON),
         series_offsets: table.read(&SERIES_OFFSETS),
     };
+    if choices.noise == NoiseOn::Both && !choices.likelihood.is_smooth() {
+        let expected = "expected normal or student beside noise = \"both\": noise on the energy is not integrated over a kink";
+        table.refuse("likelihood", table.at("likelihood"), None, expected.to_owned());
+    }
     table.finish();
     choices
 }

@@ -7,6 +7,8 @@ use crate::scene::prior::Prior;
 pub(crate) struct NoiseParameter {
     /// its word in scenes and files
     pub name: &'static str,
+    /// the letter of the formulas
+    pub symbol: &'static str,
     /// what it means, in a few words
     pub meaning: &'static str,
     /// a value it may well have
@@ -24,6 +26,7 @@ pub(crate) struct NoiseParameter {
 /// Spread of the dry restitutions.
 pub(crate) const SIGMA_DRY: NoiseParameter = NoiseParameter {
     name: "sigma_dry",
+    symbol: "σ_dry",
     meaning: "sd of the dry restitutions about their law",
     example: "0.01",
     prior: Prior::HalfNormal(0.1),
@@ -35,6 +38,7 @@ pub(crate) const SIGMA_DRY: NoiseParameter = NoiseParameter {
 /// Spread of the wet restitutions.
 pub(crate) const SIGMA_WET: NoiseParameter = NoiseParameter {
     name: "sigma_wet",
+    symbol: "σ_wet",
     meaning: "sd of the wet restitutions about their law",
     example: "0.02",
     ..SIGMA_DRY
@@ -43,6 +47,7 @@ pub(crate) const SIGMA_WET: NoiseParameter = NoiseParameter {
 /// Spread of the energy a wet run keeps.
 pub(crate) const SIGMA_ENERGY: NoiseParameter = NoiseParameter {
     name: "sigma_energy",
+    symbol: "σ_r",
     meaning: "sd of the energy a wet run keeps",
     example: "0.02",
     prior: Prior::HalfNormal(0.1),
@@ -54,6 +59,7 @@ pub(crate) const SIGMA_ENERGY: NoiseParameter = NoiseParameter {
 /// Spread of the offsets of series.
 pub(crate) const SIGMA_SERIES: NoiseParameter = NoiseParameter {
     name: "sigma_series",
+    symbol: "σ_series",
     meaning: "sd of the offsets of the energy kept that the wet runs of a series share",
     example: "0.01",
     prior: Prior::HalfNormal(0.03),
@@ -65,6 +71,7 @@ pub(crate) const SIGMA_SERIES: NoiseParameter = NoiseParameter {
 /// Degrees of freedom of Student's noise; noise of two or fewer has no variance.
 pub(crate) const NU: NoiseParameter = NoiseParameter {
     name: "nu",
+    symbol: "ν",
     meaning: "degrees of freedom of the noise of Student's t",
     example: "4.0",
     prior: Prior::Gamma(2.0, 0.1),
@@ -74,5 +81,17 @@ pub(crate) const NU: NoiseParameter = NoiseParameter {
     may_be_zero: false,
 };
 
+/// Asymmetry of Laplace's noise.
+pub(crate) const ASYMMETRY: NoiseParameter = NoiseParameter {
+    name: "asymmetry",
+    symbol: "η",
+    meaning: "ln of how many times as far the noise of asymmetric_laplace reaches above as below",
+    example: "-0.5",
+    prior: Prior::Normal(0.0, 1.0),
+    reason: "default: of either sign; tails that differ by more than a factor of seven are past belief",
+    least: f64::NEG_INFINITY,
+    may_be_zero: true,
+};
+
 /// Every one.
-pub(crate) const NOISE: [NoiseParameter; 5] = [SIGMA_DRY, SIGMA_WET, SIGMA_ENERGY, SIGMA_SERIES, NU];
+pub(crate) const NOISE: [NoiseParameter; 6] = [SIGMA_DRY, SIGMA_WET, SIGMA_ENERGY, SIGMA_SERIES, NU, ASYMMETRY];

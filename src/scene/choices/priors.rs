@@ -1,13 +1,13 @@
 //! Reads the priors that a scene sets for its parameters.
 
 use super::model::LikelihoodFamily;
-use super::noise::{NOISE, NU};
+use super::noise::NOISE;
 use super::unused::note_unused;
 use crate::error::quoted;
 use crate::physics::coefficient::LogNormal;
 use crate::physics::dry::DRY_K;
 use crate::physics::{Coefficient, DrySpeed, Form, Inertia};
-use crate::scene::expect::{ABOVE_ZERO, NOT_NEGATIVE};
+use crate::scene::expect::{ABOVE_ZERO, FINITE, NOT_NEGATIVE};
 use crate::scene::keys::{KeyGuide, Section, Without};
 use crate::scene::prior::Prior;
 use crate::scene::table::SceneTable;
@@ -103,8 +103,11 @@ pub fn priors(
         }
     }
     table.finish();
-    if likelihood == LikelihoodFamily::Normal {
-        note_unused("priors", &table, &[NU.name], unused);
+    let others = LikelihoodFamily::NAMED
+        .into_iter()
+        .filter(|(_, family)| *family != likelihood);
+    for shape in others.filter_map(|(_, family)| family.shape()) {
+        note_unused("priors", &table, &[shape.name], unused);
     }
     choices
 }
@@ -189,6 +192,7 @@ fn prior(parameter: &Parameter, table: &SceneTable) -> Option<Prior> {
             &[df, loc, scale] if df > 0.0 && scale > 0.0 => Some(Prior::StudentT(df, loc, scale)),
             _ => refuse("student_t", "[df, loc, scale] with df and scale above 0"),
         },
+        ["fixed"] if parameter.least == f64::NEG_INFINITY => table.number("fixed", FINITE).map(Prior::Fixed),
         // every other parameter is positive
         ["fixed"] if parameter.may_be_zero => table.number("fixed", NOT_NEGATIVE).map(Prior::Fixed),
         ["fixed"] => table.number("fixed", ABOVE_ZERO).map(Prior::Fixed),

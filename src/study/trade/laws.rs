@@ -60,7 +60,7 @@ pub(super) fn marginals(
         ParameterKind::Shared(_) | ParameterKind::LubricationTrend | ParameterKind::InertialTrend => None,
         ParameterKind::SigmaDry => spread(1, dry.iter().map(|one| (one.dry.residual_sd, one.dry.runs))),
         // least squares has one spread, and normal noise
-        ParameterKind::SigmaEnergy | ParameterKind::SigmaSeries | ParameterKind::Nu => None,
+        ParameterKind::SigmaEnergy | ParameterKind::SigmaSeries | ParameterKind::Shape(_) => None,
         ParameterKind::SigmaWet => {
             let groups = scaling.iter().filter(|one| one.law == law);
             let each = groups.filter(|one| one.scaling.film_ratio.is_some());

@@ -192,7 +192,7 @@ impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
         let fused = is_fused::<S>();
         let sigma = hidden.noise.spreads.sigma;
         let is_plain = hidden.is_plain();
-        let [mut ln, mut parts, mut of_sigma, mut of_energy, mut of_nu] = [[0.0; ROOM]; 5];
+        let [mut ln, mut parts, mut of_sigma, mut of_energy, mut of_shape] = [[0.0; ROOM]; 5];
         let (mut variances, mut factors) = ([1.0; ROOM], 0);
         let (mut z, mut stretch) = ([0.0; ROOM], [1.0; ROOM]);
         z[..count].copy_from_slice(&x[..count]);
@@ -266,7 +266,7 @@ impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
                             of_kept[node] += of.kept;
                             of_sigma[node] += of.sigma;
                             of_energy[node] += of.energy;
-                            of_nu[node] += of.nu;
+                            of_shape[node] += of.shape;
                         }
                     }
                 }
@@ -288,10 +288,10 @@ impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
         sums.of[0] += mass + 0.0 * no_number;
         sums.of[1] += of_sigma;
         if !is_plain {
-            let terms = |part: f64, of_energy: f64, of_nu: f64| [part * of_energy, part * of_nu, 0.0];
-            let [of_energy, of_nu, _] = totals([of_parts, &of_energy[..count], &of_nu[..count]], terms);
+            let terms = |part: f64, of_energy: f64, of_shape: f64| [part * of_energy, part * of_shape, 0.0];
+            let [of_energy, of_shape, _] = totals([of_parts, &of_energy[..count], &of_shape[..count]], terms);
             sums.of[2] += of_energy;
-            sums.of[3] += of_nu;
+            sums.of[3] += of_shape;
         }
         for (sum, of) in sums.settings.iter_mut().zip(sums.at.iter_mut()) {
             let of_kept = &mut of.of_kept[..count];

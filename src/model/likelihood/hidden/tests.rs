@@ -7,6 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::*;
+use crate::scene::LikelihoodFamily;
 use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::likelihood::run_density::{Side, Spreads};
 use crate::model::likelihood::tails::Tails;
@@ -223,7 +224,7 @@ fn energies(name: &str, count: usize) -> Vec<Case> {
 fn heavy(cases: &[Case]) -> Vec<Case> {
     let student = |case: &Case| {
         let mut case = *case;
-        case.noise.tails = Tails::of(Some(4.0));
+        case.noise.tails = Tails::of(LikelihoodFamily::Student, 4.0);
         case
     };
     cases.iter().map(student).collect()
@@ -371,12 +372,12 @@ fn slopes_agree_with_differences() {
                     1 => moved.balance.lost.over_stokes += step,
                     2 => moved.balance.dry_k += step,
                     3 => moved.noise.spreads.energy += step,
-                    _ => moved.noise.tails = Tails::of(Some(4.0 + step)),
+                    _ => moved.noise.tails = Tails::of(LikelihoodFamily::Student, 4.0 + step),
                 }
                 moved.density(seen)
             };
             let found = at(0, 0.0);
-            let slopes = [found.sigma, -found.viscous, found.dry_k, found.energy, found.nu];
+            let slopes = [found.sigma, -found.viscous, found.dry_k, found.energy, found.shape];
             let Spreads { sigma, energy } = case.noise.spreads;
             let smallest = if energy > 0.0 { sigma.min(energy) } else { 4e-3 };
             let steps = [1e-3 * sigma, 1e-3 * smallest, 1e-3 * smallest, 1e-3 * energy, 1e-2];

@@ -1,7 +1,6 @@
 //! Tests densities, probabilities and draws against other arithmetic, and their slopes against differences.
 
 use super::*;
-use rand_distr::StandardNormal;
 use statrs::distribution::{Continuous, ContinuousCDF, StudentsT};
 
 const PROBABILITIES: [(f64, f64, f64, f64); 28] = [
@@ -35,16 +34,21 @@ const PROBABILITIES: [(f64, f64, f64, f64); 28] = [
     (250.0, 25.0, -2.919_964_523_511_787e-70, 7.903_270_829_565_252e-71),
 ];
 
+fn of_student(nu: f64) -> Tails {
+    Tails::of(LikelihoodFamily::Student, nu)
+}
+
+fn of_laplace(asymmetry: f64) -> Tails {
+    Tails::of(LikelihoodFamily::AsymmetricLaplace, asymmetry)
+}
+
 fn student_of(nu: f64) -> Student {
-    match Tails::of(Some(nu)) {
-        Tails::Student(student) => student,
-        Tails::Normal => unreachable!("ν was given"),
-    }
+    Student::new(nu)
 }
 
 fn student(nu: f64) -> (Tails, StudentsT) {
     let oracle = StudentsT::new(0.0, 1.0, nu).expect("valid");
-    (Tails::of(Some(nu)), oracle)
+    (of_student(nu), oracle)
 }
 
 #[test]
@@ -83,7 +87,7 @@ fn probabilities_are_those_of_fifty_digit_arithmetic() {
             "{nu} {z}: {found:?} {value}"
         );
         assert!(
-            (found.nu - slope).abs() < 1e-6 * slope.abs() + 1e-12,
+            (found.shape - slope).abs() < 1e-6 * slope.abs() + 1e-12,
             "{nu} {z}: {found:?} {slope}"
         );
         let (_, oracle) = student(nu);
@@ -99,15 +103,15 @@ fn probabilities_are_those_of_fifty_digit_arithmetic() {
 fn slopes_agree_with_differences() {
     for nu in [2.5, 7.0, 60.0] {
         for (distance, variance) in [(-0.3, 0.01), (0.02, 0.01), (0.001, 4.0)] {
-            let found = Tails::of(Some(nu)).ln_density(distance, variance, 1.0);
-            let at = |nu, distance, variance| Tails::of(Some(nu)).ln_density(distance, variance, 1.0).value;
+            let found = of_student(nu).ln_density(distance, variance, 1.0);
+            let at = |nu, distance, variance| of_student(nu).ln_density(distance, variance, 1.0).value;
             let h = 1e-6;
             let of_mean = (at(nu, distance - h, variance) - at(nu, distance + h, variance)) / (2.0 * h);
             let step = h * variance;
             let of_variance = (at(nu, distance, variance + step) - at(nu, distance, variance - step)) / (2.0 * step);
             let step = 1e-5 * nu;
             let of_nu = (at(nu + step, distance, variance) - at(nu - step, distance, variance)) / (2.0 * step);
-            for (slope, difference) in [(found.mean, of_mean), (found.variance, of_variance), (found.nu, of_nu)] {
+            for (slope, difference) in [(found.mean, of_mean), (found.variance, of_variance), (found.shape, of_nu)] {
                 let gap = (slope - difference).abs() / (1.0 + difference.abs());
                 assert!(gap < 1e-6, "{nu} {distance} {variance}: {slope} {difference}");
             }
@@ -119,11 +123,11 @@ fn slopes_agree_with_differences() {
 #[test]
 fn what_is_no_number_has_no_probability() {
     for (nu, z) in [(f64::NAN, 1.0), (4.0, f64::NAN), (f64::INFINITY, 1.0), (0.0, 1.0)] {
-        let found = Tails::of(Some(nu)).ln_probability(z);
-        assert!(!found.value.is_finite() || !found.nu.is_finite(), "{nu} {z}: {found:?}");
+        let found = of_student(nu).ln_probability(z);
+        assert!(!found.value.is_finite() || !found.shape.is_finite(), "{nu} {z}: {found:?}");
     }
     for z in [f64::INFINITY, -1e300, 1e300] {
-        let found = Tails::of(Some(4.0)).ln_probability(z);
+        let found = of_student(4.0).ln_probability(z);
         assert!(!found.value.is_nan(), "{z}: {found:?}");
     }
 }
@@ -132,7 +136,7 @@ fn what_is_no_number_has_no_probability() {
 fn slopes_of_probabilities_agree_with_differences() {
     for nu in [2.5, 7.0, 60.0] {
         for z in [-6.0, -1.0, 0.4, 3.0] {
-            let at = |nu, z| Tails::of(Some(nu)).ln_probability(z);
+            let at = |nu, z| of_student(nu).ln_probability(z);
             let found = at(nu, z);
             let (h, step) = (1e-6, 1e-3 * nu);
             let of_z = (at(nu, z + h).value - at(nu, z - h).value) / (2.0 * h);
@@ -142,16 +146,16 @@ fn slopes_of_probabilities_agree_with_differences() {
                 "{nu} {z}: {found:?} {of_z}"
             );
             assert!(
-                (found.nu - of_nu).abs() < 1e-5 * (of_nu.abs() + 1e-3),
+                (found.shape - of_nu).abs() < 1e-5 * (of_nu.abs() + 1e-3),
                 "{nu} {z}: {found:?} {of_nu}"
             );
             assert!(
-                (Tails::of(Some(nu)).probability(z).ln() - found.value).abs() < 1e-12,
+                (of_student(nu).probability(z).ln() - found.value).abs() < 1e-12,
                 "{nu} {z}"
             );
         }
         // as much lies below −1 as of the normal
-        let one = (Tails::of(Some(nu)).probability(-1.0), normal_cdf(-1.0));
+        let one = (of_student(nu).probability(-1.0), normal_cdf(-1.0));
         assert!((one.0 - one.1).abs() < 1e-12, "{nu}: {one:?}");
     }
 }
@@ -159,7 +163,7 @@ fn slopes_of_probabilities_agree_with_differences() {
 /// Very many degrees of freedom are the normal.
 #[test]
 fn the_mean_below_and_the_limit_of_many_degrees_of_freedom() {
-    let (normal, many) = (Tails::Normal, Tails::of(Some(1e6)));
+    let (normal, many) = (Tails::Normal, of_student(1e6));
     for z in [-3.0, -0.5, 0.0, 2.0] {
         assert!((normal.mean_below(z) / many.mean_below(z) - 1.0).abs() < 1e-4, "{z}");
         assert!((normal.probability(z) / many.probability(z) - 1.0).abs() < 1e-4, "{z}");
@@ -175,18 +179,74 @@ fn draws_have_the_quartiles_of_their_tails() {
     const DRAWS: usize = 40_000;
     let mut rng = crate::seed::stream(1, "draws_have_the_quartiles_of_their_tails", 0);
     for (tails, other) in [
-        (Tails::of(Some(3.0)), Tails::Normal),
-        (Tails::Normal, Tails::of(Some(3.0))),
+        (of_student(3.0), Tails::Normal),
+        (Tails::Normal, of_student(3.0)),
+        (of_laplace(-1.0), of_laplace(1.0)),
     ] {
         let z = |below: f64, probability: f64| {
             (below - DRAWS as f64 * probability) / (DRAWS as f64 * probability * (1.0 - probability)).sqrt()
         };
-        let draw = |_: &usize| {
-            let z: f64 = StandardNormal.sample(&mut rng);
-            tails.draw_scale(&mut rng) * z < -2.0
-        };
+        let draw = |_: &usize| tails.draw(&mut rng) < -2.0;
         let below = (0..DRAWS).filter(draw).count() as f64;
         assert!(z(below, tails.probability(-2.0)).abs() < 4.0, "{tails:?} {below}");
         assert!(z(below, other.probability(-2.0)).abs() > 20.0, "{tails:?} {below}");
+    }
+}
+
+/// Of every asymmetry the density adds up to one, to F, and to what is said to lie below a place; mean 0 and variance 1.
+#[test]
+fn an_asymmetric_laplace_is_a_distribution() {
+    const STEP: f64 = 1e-3;
+    for asymmetry in [-3.0, -0.7, 0.0, 1.5, 4.0] {
+        let tails = of_laplace(asymmetry);
+        let [mut mass, mut mean, mut square] = [0.0; 3];
+        for step in -40_000..40_000 {
+            // the middle of a step
+            let z = (f64::from(step) + 0.5) * STEP;
+            let part = STEP * tails.ln_unit_density(z).exp();
+            mass += part;
+            mean += part * z;
+            square += part * z * z;
+            if step % 500 == 499 && mass > 1e-12 {
+                let end = z + 0.5 * STEP;
+                let below = tails.probability(end);
+                assert!((mass - below).abs() < 1e-8 + 1e-5 * below, "{asymmetry} {end}: {mass} {below}");
+                let above = 1.0 - tails.ln_probability(end).value.exp();
+                assert!((1.0 - mass - above).abs() < 1e-8, "{asymmetry} {end}: {mass} {above}");
+                if mass > 1e-6 {
+                    let gap = mean / mass - tails.mean_below(end);
+                    assert!(gap.abs() < 1e-4, "{asymmetry} {end}: {gap}");
+                }
+            }
+        }
+        for (found, expected) in [(mass, 1.0), (mean, 0.0), (square, 1.0)] {
+            assert!((found - expected).abs() < 1e-6, "{asymmetry}: {found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn slopes_of_an_asymmetric_laplace_are_differences() {
+    let near = |slope: f64, [less, more]: [f64; 2], apart: f64| {
+        let found = (more - less) / apart;
+        assert!((slope - found).abs() < 1e-5 * (1.0 + found.abs()), "{slope} {found}");
+    };
+    for asymmetry in [-3.0, -0.7, 0.0, 1.5, 4.0] {
+        let tails = of_laplace(asymmetry);
+        let beside = |step: f64| [asymmetry - step, asymmetry + step].map(of_laplace);
+        for z in [-8.0, -1.3, -0.02, 0.0, 0.4, 5.0] {
+            let h = 1e-5;
+            let (of, slope) = (tails.ln_probability(z), tails.ln_probability_and_slope(z));
+            assert_eq!((of.value, of.z), slope);
+            near(of.z, [z - h, z + h].map(|z| tails.ln_probability(z).value), 2.0 * h);
+            near(of.shape, beside(1e-3).map(|of| of.ln_probability(z).value), 2e-3);
+            let (variance, spread) = (0.0049, 0.07);
+            let at = |tails: &Tails, distance: f64, variance: f64| tails.ln_density(distance, variance, 1.0);
+            let of = at(&tails, z * spread, variance);
+            let h = 1e-6;
+            near(of.mean, [h, -h].map(|h| at(&tails, z * spread + h, variance).value), 2.0 * h);
+            near(of.variance, [-h, h].map(|h| at(&tails, z * spread, variance + h).value), 2.0 * h);
+            near(of.shape, beside(1e-3).map(|of| at(&of, z * spread, variance).value), 2e-3);
+        }
     }
 }

@@ -69,7 +69,7 @@ enum OracleSeen {
 
 /// The statement a run at a time, or a group that shares its true speed: what is hidden of it is integrated over with very many steps.
 fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
-    let nu = (scene.model.likelihood == scene::LikelihoodFamily::Student).then_some(full[ParameterKind::Nu.slot()]);
+    let nu = (scene.model.likelihood == scene::LikelihoodFamily::Student).then_some(full[SHAPE_SLOT]);
     let both = scene.model.noise == NoiseOn::Both;
     let truncated = scene.model.sticking == Sticking::Truncated;
     let limit = scene.data.smallest_restitution;

@@ -30,12 +30,8 @@ pub(super) fn model(page: &mut Page, input: ReportInput, posterior: &Posterior) 
             posterior.setup.form.dry.formula("v")
         ));
     }
-    if is_student(input) {
-        page.paragraph(
-            "Noise has Student's tails: z has a t distribution with ν degrees of freedom, the same for all runs, wet and \
-             dry; F is the probability of less than a number under it. t is stretched so that 68.3 % of it lies within a \
-             spread σ of its mean, as of the normal: its standard deviation is larger. A run far from all others says little of the other parameters and much of ν.",
-        );
+    if let Some(words) = input.scene.model.likelihood.words() {
+        page.paragraph(words);
     }
     if let Some(errors) = &input.runs.errors {
         page.paragraph(&format!(
@@ -89,10 +85,10 @@ fn wet(input: ReportInput, posterior: &Posterior) -> String {
     let limit = numbers::short(input.scene.data.smallest_restitution);
     let findings = &posterior.findings;
     let form = posterior.setup.form;
-    let (cdf, law) = if is_student(input) {
-        ("F", "has Student's t distribution and is")
-    } else {
+    let (cdf, law) = if input.scene.model.likelihood == LikelihoodFamily::Normal {
         ("Φ", "is standard normal and")
+    } else {
+        ("F", "is")
     };
     let stuck = match input.scene.model.sticking {
         Sticking::Censored => format!(
@@ -141,10 +137,6 @@ fn wet(input: ReportInput, posterior: &Posterior) -> String {
         form.dry.formula("v_d"),
         numbers::short(TURN)
     )
-}
-
-fn is_student(input: ReportInput) -> bool {
-    input.scene.model.likelihood == LikelihoodFamily::Student
 }
 
 /// What becomes of stuck runs where noise acts on the energy kept, too.
