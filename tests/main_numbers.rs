@@ -302,6 +302,8 @@ fn stuck_runs_noise_on_the_energy_errors_and_liquids_that_differ_leave_the_poste
         "inertia = \"saturating\"\n[sampler]",
         "inertia = \"saturating\"\nnoise = \"both\"\n[sampler]",
     );
+    // an integral a run
+    let both = both.replace("repeats = 4", "repeats = 2");
     let findings = simulated("both", &both);
     assert!(all_from_posterior(&findings, 0.04) && all_from_posterior(&findings, 0.1));
     let differ = SCENE.replacen(

@@ -126,9 +126,7 @@ impl ParameterKind {
                 TREND_PRIOR,
                 "default: at −1 a loss that grows with the film is level, beyond 2 either way is past belief",
             ),
-            _ => self
-                .noise()
-                .map_or((TREND_PRIOR, ""), |own| (own.prior, own.reason)),
+            _ => self.noise().map_or((TREND_PRIOR, ""), |own| (own.prior, own.reason)),
         }
     }
 

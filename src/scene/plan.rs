@@ -1,8 +1,8 @@
 //! Reads the truth and the design of a simulation.
 
 use super::choices::{
-    checked_terms, checked_viscous, dry_speed, LikelihoodFamily, ModelChoices, NoiseParameter, DRY_SPEED_TAKES, SIGMA_DRY,
-    SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET, TERMS_TAKES, VISCOUS_TAKES,
+    checked_terms, checked_viscous, dry_speed, LikelihoodFamily, ModelChoices, NoiseParameter, DRY_SPEED_TAKES,
+    SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET, TERMS_TAKES, VISCOUS_TAKES,
 };
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
 use super::keys::{guides, DefaultsTo, Guided, Key, Optional, Section};

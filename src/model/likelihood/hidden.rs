@@ -15,6 +15,7 @@ mod gauss;
 mod rebounds;
 mod rule;
 
+use at_nodes::AtNodes;
 pub(super) use rebounds::{Rebounds, MOST_REBOUNDS};
 
 use super::errors::Errors;
@@ -120,6 +121,8 @@ struct Sums<'s> {
     settings: &'s mut [SettingSlopes],
     /// what each setting has at the nodes that were asked for last
     at: &'s mut [SettingNodes],
+    /// what the integrand is there
+    nodes: AtNodes,
 }
 
 impl Sums<'_> {
@@ -205,6 +208,7 @@ impl Hidden<'_> {
             of: [0.0; 4],
             settings: of_settings,
             at,
+            nodes: AtNodes::NONE,
         };
         let is_whole = self.over_bell(&mut sums)
             || match self.moves {
@@ -247,6 +251,7 @@ impl Hidden<'_> {
             of: [0.0; 4],
             settings: &mut vec![SettingSlopes::default(); settings],
             at: &mut vec![SettingNodes::NONE; settings],
+            nodes: AtNodes::NONE,
         };
         let count = self.runs().count();
         let Some(panels) = self.panels(FAR, &mut sums) else {

@@ -121,9 +121,11 @@ fn informative(pointwise: &Pointwise, full: &[Vec<f64>]) -> Vec<usize> {
         }
         let mut row = vec![0.0; at.len()];
         at.ln_likelihoods(*run..run + 1, &mut row);
-        let range = row.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi): (f64, f64), ln| {
-            (lo.min(*ln), hi.max(*ln))
-        });
+        let range = row
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi): (f64, f64), ln| {
+                (lo.min(*ln), hi.max(*ln))
+            });
         range.1 - range.0 > SAME
     };
     (0..pointwise.len()).into_par_iter().filter(differs).collect()

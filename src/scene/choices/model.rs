@@ -1,9 +1,9 @@
 //! Reads the table of the model: the terms of the energy balance, the noise on a run, and what stuck runs are.
 
+use super::noise::{NoiseParameter, ASYMMETRY, NU};
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::{DrySpeed, Form, Inertia, Viscous};
-use super::noise::{NoiseParameter, ASYMMETRY, NU};
 use crate::scene::expect::ABOVE_ZERO;
 use crate::scene::keys::{guides, DefaultsTo, Key, Section};
 use crate::scene::materials::{Liquid, Particle};
@@ -187,7 +187,8 @@ const LIKELIHOOD: Key<OneOf<LikelihoodFamily>, DefaultsTo<LikelihoodFamily>> = K
     base: "likelihood",
     takes: OneOf(|| LikelihoodFamily::NAMED.to_vec()),
     absent: DefaultsTo(LikelihoodFamily::Normal),
-    meaning: "distribution of the noise; student: with outliers; asymmetric_laplace: two exponentials, one to each side",
+    meaning:
+        "distribution of the noise; student: with outliers; asymmetric_laplace: two exponentials, one to each side",
     example: "\"student\"",
 };
 
@@ -263,7 +264,8 @@ pub fn model(root: &SceneTable, particles: &[Particle], liquids: &[Liquid]) -> M
         series_offsets: table.read(&SERIES_OFFSETS),
     };
     if choices.noise == NoiseOn::Both && !choices.likelihood.is_smooth() {
-        let expected = "expected normal or student beside noise = \"both\": noise on the energy is not integrated over a kink";
+        let expected =
+            "expected normal or student beside noise = \"both\": noise on the energy is not integrated over a kink";
         table.refuse("likelihood", table.at("likelihood"), None, expected.to_owned());
     }
     table.finish();

@@ -125,7 +125,7 @@ pub(super) struct AtNodes {
 }
 
 impl AtNodes {
-    const NONE: AtNodes = AtNodes {
+    pub const NONE: AtNodes = AtNodes {
         ln: [0.0; MOST_NODES],
         stretch: [1.0; MOST_NODES],
         parts: [0.0; MOST_NODES],
@@ -144,13 +144,13 @@ impl Hidden<'_> {
     }
 
     /// Adds nodes, a multiple of [`LANES`], to sums.
-    pub(super) fn at_nodes(&self, nodes: &RuleNodes, sums: &mut Sums) -> AtNodes {
+    pub(super) fn at_nodes(&self, nodes: &RuleNodes, sums: &mut Sums) {
         let (hidden, arch) = (self, Arch::new());
         // room for few is made sooner
         if nodes.count > LANES {
-            arch.dispatch(Nodes::<MOST_NODES> { hidden, nodes, sums })
+            arch.dispatch(Nodes::<MOST_NODES> { hidden, nodes, sums });
         } else {
-            arch.dispatch(Nodes::<LANES> { hidden, nodes, sums })
+            arch.dispatch(Nodes::<LANES> { hidden, nodes, sums });
         }
     }
 
@@ -161,7 +161,8 @@ impl Hidden<'_> {
             let mut nodes = RuleNodes::along(Path::Straight);
             some.iter().for_each(|z| nodes.push(*z, 0.0));
             nodes.fill();
-            found.extend(&self.at_nodes(&nodes, sums).ln[..some.len()]);
+            self.at_nodes(&nodes, sums);
+            found.extend(&sums.nodes.ln[..some.len()]);
         }
         found
     }
@@ -175,11 +176,11 @@ struct Nodes<'n, 'b, 'm, 's, const ROOM: usize> {
 }
 
 impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
-    type Output = AtNodes;
+    type Output = ();
 
     // each loop is over slices whose length is not known where the code is made: of one that is, the registers are not filled
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> AtNodes {
+    fn with_simd<S: Simd>(self, _: S) {
         let Nodes { hidden, nodes, sums } = self;
         // a copy, so that no loop has to ask whether what it reads is what it writes
         let RuleNodes {
@@ -308,11 +309,10 @@ impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
             sum.viscous += viscous;
             sum.dry_k += dry_k;
         }
-        let mut at = AtNodes::NONE;
-        for (to, of) in [(&mut at.ln, ln), (&mut at.stretch, stretch), (&mut at.parts, parts)] {
+        let at = &mut sums.nodes;
+        for (to, of) in [(&mut at.ln, &ln), (&mut at.stretch, &stretch), (&mut at.parts, &parts)] {
             to[..count].copy_from_slice(&of[..count]);
         }
-        at
     }
 }
 

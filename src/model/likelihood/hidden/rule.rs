@@ -105,12 +105,12 @@ impl Hidden<'_> {
                 return false;
             }
             sums.clear();
-            let at = self.at_hermite(path, bell, order, sums);
-            let parts = at.parts.as_chunks::<2>().0;
+            self.at_hermite(path, bell, order, sums);
+            let parts = sums.nodes.parts.as_chunks::<2>().0;
             if order.last_coefficient(parts) < most_of_last(order) * sums.of[0] && self.keeps_its_sign(order, sums) {
                 return true;
             }
-            let (step, ratio) = match bell.towards(order, &at) {
+            let (step, ratio) = match bell.towards(order, &sums.nodes) {
                 Some(towards) => towards,
                 None => return false,
             };
@@ -160,13 +160,13 @@ impl Hidden<'_> {
         }
     }
 
-    fn at_hermite(&self, path: Path, Bell { x, width }: Bell, order: Order, sums: &mut Sums) -> AtNodes {
+    fn at_hermite(&self, path: Path, Bell { x, width }: Bell, order: Order, sums: &mut Sums) {
         let mut nodes = RuleNodes::along(path);
         for [node, weight] in order.pairs() {
             nodes.push(x - width * node, width * weight);
             nodes.push(x + width * node, width * weight);
         }
-        self.at_nodes(&nodes, sums)
+        self.at_nodes(&nodes, sums);
     }
 
     /// Whether no setting turns within the nodes that were asked for last, nor as far beyond as a bell has something.

@@ -7,13 +7,13 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::*;
-use crate::scene::LikelihoodFamily;
 use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::likelihood::run_density::{Side, Spreads};
 use crate::model::likelihood::tails::Tails;
 use crate::physics::loss::Share;
 use crate::physics::rebound::{kept_and_slope, kept_of_mean_restitution, mean_restitution, TURN};
 use crate::physics::{DrySpeed, Form, Inertia};
+use crate::scene::LikelihoodFamily;
 
 /// A run with all that its density reads.
 #[derive(Debug, Clone, Copy)]

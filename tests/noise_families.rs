@@ -1,4 +1,4 @@
-//! Puts outliers among simulated runs: Student's tails let none of them move a parameter, normal ones do.
+//! Fits noise of every family: Student's tails let no outlier move a parameter, and shapes are those that runs were drawn with.
 
 use crate::common::{mean, rows, seed_of, Place};
 use wetcor::findings;
@@ -146,4 +146,53 @@ fn the_degrees_of_freedom_are_those_of_the_noise() {
     assert!((mean - 4.0).abs() < 3.0 * sd && sd < 1.0, "{mean} {sd}");
     let (mean, sd) = nu_of("");
     assert!(mean - sd > 8.0, "{mean} {sd}");
+}
+
+/// Tails of different length are found: η of simulated runs lies inside its posterior, on its side of 0, and L is told better
+/// than where noise is taken for normal.
+#[test]
+fn the_asymmetry_is_that_of_the_noise() {
+    let name = "the_asymmetry_is_that_of_the_noise";
+    let truth = "noise = \"asymmetric_laplace\"\nasymmetry = -1\n";
+    let text = SCENE
+        .replace("[design]", &format!("{truth}[design]"))
+        .replace("repeats = 3", "repeats = 8");
+    let place = Place::new(&text);
+    let rows = rows(&place.scene, seed_of(name));
+    let of = |family: LikelihoodFamily| {
+        let found = posterior(&place, &rows, family, seed_of(name));
+        move |name: &str| {
+            let (_, mean, sd) = found.iter().find(|(own, ..)| own == name).expect("sampled");
+            (*mean, *sd)
+        }
+    };
+    let (own, normal) = (of(LikelihoodFamily::AsymmetricLaplace), of(LikelihoodFamily::Normal));
+    let (asymmetry, sd) = own("asymmetry");
+    assert!(
+        (asymmetry + 1.0).abs() < 3.5 * sd && asymmetry < -4.0 * sd,
+        "{asymmetry} {sd}"
+    );
+    for (name, truth) in [
+        ("lubrication_log", 1.85),
+        ("inertial_prefactor", 0.8),
+        ("sigma_wet", 0.02),
+    ] {
+        let (mean, sd) = own(name);
+        assert!((mean - truth).abs() < 3.5 * sd, "{name}: {mean} {sd}");
+    }
+    let share = own("lubrication_log").1 / normal("lubrication_log").1;
+    assert!(share < 0.9, "{share}");
+}
+
+/// What cannot be integrated over a kink is refused by name.
+#[test]
+fn a_kink_is_not_integrated_over() {
+    let both = SCENE.replace(
+        "[truth]",
+        "[model]\nlikelihood = \"asymmetric_laplace\"\nnoise = \"both\"\n[truth]",
+    );
+    let text = wetcor::scene::parse(&both, "scene.toml".as_ref(), String::new())
+        .expect_err("a kink")
+        .to_string();
+    assert!(text.contains("line ") && text.contains("kink"), "{text}");
 }
