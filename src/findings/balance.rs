@@ -11,7 +11,6 @@ use super::measurement_errors::{wet_columns, ErrorSummary};
 use super::places::WetPlace;
 use super::quantities::scale_of;
 use super::scaling::FittedScaling;
-use crate::distributions::student_t_quantile;
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights};
 use crate::inference::joint::{fit_joint, Joint, JointFit};
@@ -159,8 +158,7 @@ struct FittedBalance<'r> {
     uncertain: Uncertain,
     /// roots of the weights by measurement errors; empty where there are none
     roots: Vec<f64>,
-    /// what was taken off the minimum's parameters
-    bias: Vec<f64>,
+    error_weights: Option<ErrorWeights>,
 }
 
 impl FittedBalance<'_> {
@@ -171,26 +169,6 @@ impl FittedBalance<'_> {
     fn converged(&self) -> bool {
         self.fit.stop == Stop::Converged
     }
-
-    /// What was taken off the minimum's parameters, put back: where the squares are least.
-    fn minimum(&self) -> Vec<f64> {
-        let mut minimum = self.fit.parameters.clone();
-        minimum.iter_mut().zip(&self.bias).for_each(|(b, bias)| *b += bias);
-        minimum
-    }
-
-    /// Where limits lie; `None` without a covariance.
-    fn region<'p>(&'p self, minimum: &'p [f64], quoting: Quoting) -> Option<Region<'p>> {
-        Some(Region {
-            minimum,
-            covariance: self.fit.covariance.as_ref()?,
-            variance: match self.roots.is_empty() {
-                true => self.fit.residual_sd?.powi(2),
-                false => 1.0,
-            },
-            t: student_t_quantile(0.5 + 0.5 * quoting.level, self.fit.degrees_of_freedom as f64)?,
-        })
-    }
 }
 
 /// A balance that was fitted, and its squares about the minimum: what estimates are made from.
@@ -198,36 +176,33 @@ struct BalanceEstimates<'f, 'r> {
     fitted: &'f FittedBalance<'r>,
     quoting: Quoting,
     /// `None` where there is none, or no run can bend it
-    profile: Option<ProblemProfile<'f, JointSquares<'f, 'r>>>,
+    profile: Option<ProblemProfile<JointSquares<'f, 'r>>>,
 }
 
 impl<'f, 'r> BalanceEstimates<'f, 'r> {
-    fn new(fitted: &'f FittedBalance<'r>, minimum: &'f [f64], quoting: Quoting) -> BalanceEstimates<'f, 'r> {
+    fn new(fitted: &'f FittedBalance<'r>, quoting: Quoting) -> BalanceEstimates<'f, 'r> {
         BalanceEstimates {
             fitted,
             quoting,
-            profile: Self::profile(fitted, minimum, quoting),
+            profile: Self::profile(fitted, quoting),
         }
     }
 
-    fn profile(
-        fitted: &'f FittedBalance<'r>,
-        minimum: &'f [f64],
-        quoting: Quoting,
-    ) -> Option<ProblemProfile<'f, JointSquares<'f, 'r>>> {
+    fn profile(fitted: &'f FittedBalance<'r>, quoting: Quoting) -> Option<ProblemProfile<JointSquares<'f, 'r>>> {
         /// slopes of m(r) are at most 1/τ, and a run weighs at most as 1/τ² = 10⁴ others: it pins no fit of more runs
         const MOST_RUNS: usize = 50_000;
         /// runs times film groups: each limit of the quantities of a group reads all runs
         const MOST_READ: usize = 5_000_000;
         let joint = fitted.joint();
         let read = joint.wet_rebounds() * joint.runs.film_groups.len();
-        if joint.measured_rebounds() > MOST_RUNS || read > MOST_READ || !fitted.converged() {
+        if joint.measured_rebounds() > MOST_RUNS || read > MOST_READ {
             return None;
         }
-        let region = fitted.region(minimum, quoting)?;
+        let region = Region::of(&fitted.fit, fitted.error_weights.as_ref(), quoting.level)?;
         let squares = JointSquares {
             problem: &fitted.problem,
             roots: &fitted.roots,
+            bias: fitted.error_weights.as_ref().map_or(&[], |weights| &weights.bias),
         };
         ProblemProfile::new(squares, region)
     }
@@ -273,15 +248,11 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
 
     /// The profile limits of a function of all parameters; `None` where the delta method agrees, or there is none.
     fn limits(&self, of: impl Fn(&[f64]) -> Option<WithSlopes>) -> Option<Limits> {
-        let bias = &self.fitted.bias;
-        let corrected = |point: &[f64]| {
-            if bias.is_empty() {
-                return of(point);
-            }
-            let corrected: Vec<f64> = point.iter().zip(bias).map(|(b, bias)| b - bias).collect();
-            of(&corrected)
-        };
-        self.profile.as_ref()?.limits(corrected)
+        let profile = self.profile.as_ref()?;
+        if profile.is_straight(&of) {
+            return None;
+        }
+        profile.limits(of)
     }
 }
 
@@ -329,10 +300,8 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
             roots.resize(problem.runs(), 1.0);
             roots
         }),
-        bias: error_weights
-            .as_ref()
-            .map_or_else(Vec::new, |weights| weights.bias.clone()),
         spread: if error_weights.is_some() { 1.0 } else { spread_of_runs },
+        error_weights,
         problem,
         fit,
     };
@@ -352,24 +321,18 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
     let lack_of_fit = lack_of_fit.filter(|_| fitted.converged());
     Some(EnergyBalance {
         choice,
-        ..findings_of(setup, &fitted, error_weights.as_ref(), lack_of_fit)
+        ..findings_of(setup, &fitted, lack_of_fit)
     })
 }
 
 /// What a fit says.
-fn findings_of(
-    setup: BalanceSetup,
-    fitted: &FittedBalance,
-    error_weights: Option<&ErrorWeights>,
-    lack_of_fit: Option<FTest>,
-) -> EnergyBalance {
+fn findings_of(setup: BalanceSetup, fitted: &FittedBalance, lack_of_fit: Option<FTest>) -> EnergyBalance {
     let BalanceSetup {
         scene, runs, quoting, ..
     } = setup;
     let joint = fitted.joint();
     let point = &fitted.fit.parameters;
-    let minimum = fitted.minimum();
-    let estimates = BalanceEstimates::new(fitted, &minimum, quoting);
+    let estimates = BalanceEstimates::new(fitted, quoting);
     let parameters: Vec<ParameterEstimate> = joint
         .kinds()
         .enumerate()
@@ -408,7 +371,7 @@ fn findings_of(
             .filter_map(|(index, place)| derive(scene, index, place, &estimates))
             .collect(),
         residual_sd: fitted.fit.residual_sd,
-        measurement_errors: error_weights.map(ErrorSummary::of),
+        measurement_errors: fitted.error_weights.as_ref().map(ErrorSummary::of),
         lack_of_fit,
         stop: fitted.fit.stop.as_str(),
         choice: None,

@@ -1,9 +1,14 @@
 //! Takes estimates of quantities from a least-squares fit, by the delta method and, where it is too curved, the profile.
 
+use nalgebra::DVector;
+
 use super::estimate::{Estimate, IntervalScale, Quoting};
-use crate::distributions::student_t_quantile;
 use crate::inference::delta::Uncertain;
-use crate::inference::profile::{Held, LawProfile, Limits, AGREES};
+use crate::inference::effective_variance::ErrorWeights;
+use crate::inference::law_squares::{Held, LawSquares};
+use crate::inference::least_squares::Fit;
+use crate::inference::profile::{first, Limits, Region, AGREES};
+use crate::inference::regression::Regression;
 use crate::physics::jet::{Jet, Number};
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::Coefficient;
@@ -76,10 +81,8 @@ impl LawOver {
 pub(super) struct LawLimits {
     law: LawOver,
     parameters: [f64; 2],
-    /// covariance of the parameters by the fit alone
-    fit: Uncertain,
-    /// t of the level they are made for
-    t: f64,
+    /// where the limits lie by the fit alone
+    region: Region,
     /// in the order of [`Held::ALL`]; `None` where the delta method agrees
     limits: [Option<Limits>; Held::ALL.len()],
 }
@@ -89,45 +92,41 @@ impl LawLimits {
     /// none.
     pub fn find(
         law: LawOver,
-        profile: Option<LawProfile>,
+        regression: &Regression,
+        (fit, errors): (&Fit, Option<&ErrorWeights>),
         quantities: &[Quantity],
         quoting: Quoting,
     ) -> Option<LawLimits> {
-        let profile = profile?;
-        let fit = profile.uncertain();
-        let t = student_t_quantile(0.5 + 0.5 * quoting.level, fit.degrees_of_freedom as f64)?;
-        let mut found = LawLimits {
-            law,
-            parameters: profile.parameters(),
-            fit: fit.clone(),
-            t,
-            limits: [None; Held::ALL.len()],
-        };
-        for (held, limits) in Held::ALL.into_iter().zip(&mut found.limits) {
+        let region = Region::of(fit, errors, quoting.level)?;
+        let parameters = <[f64; 2]>::try_from(fit.parameters.as_slice()).ok()?;
+        let has_straight = |quantity: &Quantity| *quantity != Quantity::EInf || has_straight_root(&region);
+        let limits = Held::ALL.map(|held| {
             let mut of_held = quantities
                 .iter()
                 .filter(|quantity| law.held(**quantity) == held)
                 .peekable();
-            let straight = |quantity: &Quantity| *quantity != Quantity::EInf || has_straight_root(&profile, t);
-            if of_held.peek().is_some() && !(profile.is_straight(held, t) && of_held.all(straight)) {
-                *limits = Some(profile.limits(held, t));
+            of_held.peek()?;
+            let profile = LawSquares::profile(regression, errors, &region, held)?;
+            if profile.is_straight(first) && of_held.all(has_straight) {
+                None
+            } else {
+                profile.limits(first)
             }
-        }
-        found.limits.iter().any(Option::is_some).then_some(found)
-    }
-
-    fn of(&self, held: Held) -> Option<Limits> {
-        let place = Held::ALL.iter().position(|own| *own == held)?;
-        self.limits[place]
+        });
+        limits.iter().any(Option::is_some).then_some(LawLimits {
+            law,
+            parameters,
+            region,
+            limits,
+        })
     }
 }
 
-/// Whether the root of the first parameter is as good as straight over t standard errors: its bend moves both ends by a
-/// quarter of its relative half width.
-fn has_straight_root(profile: &LawProfile, t: f64) -> bool {
-    let alpha = profile.parameters()[0];
-    let half = profile.uncertain().se(&[1.0, 0.0]).map_or(0.0, |se| t * se);
-    0.25 * half <= AGREES * alpha.abs()
+/// Whether the root of the first parameter is as good as straight to the limits: its bend moves both by a quarter of its
+/// relative half width.
+fn has_straight_root(region: &Region) -> bool {
+    let half = region.t * region.covariance[(0, 0)].sqrt();
+    0.25 * half <= AGREES * region.minimum[0].abs()
 }
 
 /// A fitted law as a source of estimates.
@@ -175,21 +174,22 @@ impl FittedLaw<'_> {
     fn limits_of(&self, quantity: Quantity, at: &Place, estimate: &Estimate) -> Option<Limits> {
         let profile = self.limits?;
         let held = profile.law.held(quantity);
-        let limits = profile.of(held)?;
+        let limits = profile.limits[held as usize]?;
         let (value, se) = estimate.pair()?;
         let [of_a, of_b, _] = quantity.value(at, &self.wetted).slopes;
-        let direction = held.direction(profile.parameters);
-        let slope = of_a * direction[0] + of_b * direction[1];
-        let se_of_fit = profile.fit.se(&[of_a, of_b]).ok()?;
+        let of_number = held.of(variables(profile.parameters));
+        // the quantity's slopes are those of the number times its own in that
+        let [by_a, by_b, _] = of_number.slopes;
+        let slope = (of_a * by_a + of_b * by_b) / (by_a * by_a + by_b * by_b);
+        let se_of_fit = profile.region.along(&DVector::from_vec(vec![of_a, of_b]))?.se;
         let is_log = scale_of(quantity) == IntervalScale::Log;
-        let beyond_fit = profile.t.powi(2) * (se * se - se_of_fit * se_of_fit).max(0.0);
-        let fitted = held.of(profile.parameters);
+        let beyond_fit = profile.region.t.powi(2) * (se * se - se_of_fit * se_of_fit).max(0.0);
         let at_limit = |limit: f64| {
-            let there = held.at(limit, profile.parameters[held.free()]);
+            let there = held.at([limit, profile.parameters[held.free()]]);
             let wetted = profile.law.wetted(there).with_e_dry(self.wetted.e_dry.value);
             let found = quantity.value(at, &wetted);
             // without a fall no law gives these, which go on straight, some on the logarithm
-            let straight = slope * (limit - fitted);
+            let straight = slope * (limit - of_number.value);
             let found = match (found.is_finite(), there[0] > 0.0) {
                 (true, _) => found,
                 (false, true) if is_log => value * (straight / value).exp(),

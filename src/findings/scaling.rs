@@ -14,7 +14,6 @@ use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
 use crate::inference::law::Law;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{FTest, Spread};
-use crate::inference::profile::LawProfile;
 use crate::inference::regression::Regression;
 use crate::physics::quantity::{Place, Quantity};
 use crate::physics::Coefficient;
@@ -458,9 +457,8 @@ impl LawFit {
             Quantity::StC,
             Quantity::Shared(Coefficient::LubricationLog),
         ];
-        let profile = LawProfile::new(regression, &self.fit, self.weights.as_ref());
-        let profile = profile.filter(|_| self.fit.stop == Stop::Converged);
-        LawLimits::find(LawOver::Stokes(law), profile, &own, quoting)
+        let fitted = (&self.fit, self.weights.as_ref());
+        LawLimits::find(LawOver::Stokes(law), regression, fitted, &own, quoting)
     }
 }
 

@@ -15,7 +15,6 @@ use super::quantities::{variables, FittedLaw, LawLimits, LawOver};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
 use crate::inference::least_squares::Stop;
-use crate::inference::profile::LawProfile;
 use crate::inference::regression::Regression;
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::runs::{Runs, Series};
@@ -157,8 +156,8 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
         _ => (f64::NAN, f64::NAN),
     };
     let [alpha_jet, beta_jet] = variables([alpha, beta]);
-    let profile = LawProfile::new(&regression, &fit, error_weights.as_ref()).filter(|_| converged);
-    let limits = LawLimits::find(LawOver::Speed, profile, &QUANTITIES, quoting);
+    let fitted = (&fit, error_weights.as_ref());
+    let limits = LawLimits::find(LawOver::Speed, &regression, fitted, &QUANTITIES, quoting);
     let source = FittedLaw {
         wetted: Wetted::of_speed(alpha_jet, beta_jet),
         uncertain: &uncertain,

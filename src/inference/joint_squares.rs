@@ -11,18 +11,22 @@ pub struct JointSquares<'p, 'r> {
     pub problem: &'p JointFit<'r>,
     /// the root of the weight of each residual beside the fit's own; empty for none
     pub roots: &'p [f64],
+    /// what was taken off the minimum's parameters; empty for nothing
+    pub bias: &'p [f64],
 }
 
 impl JointSquares<'_, '_> {
     /// Hands on every residual with its slopes, each with its parameter's place; of a wet run the row, too. `None` outside
     /// the domain.
     fn each(&self, b: &[f64], mut hand_on: impl FnMut(f64, &[(usize, f64)], Option<&JointRow>)) -> Option<()> {
-        if !self.problem.joint.holds(b) {
+        let mut b = b.to_vec();
+        b.iter_mut().zip(self.bias).for_each(|(b, bias)| *b += bias);
+        if !self.problem.joint.holds(&b) {
             return None;
         }
         let root_of = |residual: usize| self.roots.get(residual).copied().unwrap_or(1.0);
         let mut rebounds = 0;
-        self.problem.each_rebound(b, |residual, part, root, row| {
+        self.problem.each_rebound(&b, |residual, part, root, row| {
             let root = root * root_of(residual);
             let mut slopes = [(0, 0.0); MOST_SLOPES];
             for (own, (place, slope)) in slopes.iter_mut().zip(part.places.iter().zip(row.slopes)) {

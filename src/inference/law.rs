@@ -13,6 +13,7 @@
 //! that must be fast restate sums of these in `kernel.rs`; a test there holds them equal to what stands here.
 
 use crate::physics::dry::Order;
+use crate::physics::rebound::{bend_mean_restitution, mean_restitution, slope_mean_restitution};
 use crate::scene::WetLaw;
 
 /// A law of the restitution of single impacts.
@@ -177,12 +178,16 @@ impl Law {
         }
     }
 
-    /// The restitution at a linear predictor; where the law is undefined its mirror image, −√|η|, as m(r) has it.
-    #[inline(always)] // profiles are sums of this over runs
-    pub fn continued(self, predictor: f64) -> f64 {
+    /// The law and its derivatives at any linear predictor: the square root's are those of m(r), which goes on below zero.
+    #[inline(always)] // as of `response`
+    pub fn continued(self, predictor: f64) -> Response {
         match self {
-            Law::Wet(WetLaw::Sqrt) => predictor.abs().sqrt().copysign(predictor),
-            Law::Dry(_) | Law::Wet(WetLaw::Linear) => self.response(predictor).value,
+            Law::Wet(WetLaw::Sqrt) => Response {
+                value: mean_restitution(predictor),
+                slope: slope_mean_restitution(predictor),
+                bend: bend_mean_restitution(predictor),
+            },
+            Law::Dry(_) | Law::Wet(WetLaw::Linear) => self.response(predictor),
         }
     }
 

@@ -10,6 +10,7 @@
 //! | `information.rs` | the directions in which runs say more than the priors |
 //! | `joint.rs` | every run in a row of one joint fit: residuals, slopes, sums; the fit itself |
 //! | `joint_squares.rs` | the squares of a joint fit about its minimum |
+//! | `law_squares.rs` | the squares of a law about its minimum |
 //! | `bootstrap/` | replicates and the intervals they give |
 //! | `laplace.rs` | mode and curvature of a posterior |
 //! | `prepared_posterior.rs` | a posterior with its start and its mode |
@@ -40,6 +41,7 @@ pub mod kernel;
 pub mod lack_of_fit;
 pub mod laplace;
 pub mod law;
+pub mod law_squares;
 pub mod least_squares;
 pub mod mixing;
 pub mod nested;

@@ -88,6 +88,11 @@ impl<'a> Regression<'a> {
         self.law.response(self.predictor(parameters, run))
     }
 
+    /// The same beyond the law's domain, too.
+    pub fn continued(&self, parameters: [f64; 2], run: usize) -> Response {
+        self.law.continued(self.predictor(parameters, run))
+    }
+
     fn predictor(&self, parameters: [f64; 2], run: usize) -> f64 {
         self.law.predictor(parameters, self.x[run], self.offset_of(run))
     }

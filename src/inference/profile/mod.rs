@@ -6,24 +6,21 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `of_law.rs` | profiles of a law of two parameters, one of which is solved out |
 //! | `of_problem.rs` | profiles of a function of the parameters of any least-squares problem |
 //!
 //! Source: profile t of Bates & Watts 1988, Nonlinear Regression Analysis and Its Applications, section 6.1.
 
-mod of_law;
 mod of_problem;
 
-pub use of_law::{Held, LawProfile};
-pub use of_problem::{Along, ProblemProfile, Region, Squares, WithSlopes};
+pub use of_problem::{first, Along, ProblemProfile, Region, Squares, WithSlopes};
 
 /// A point at which the weighted squares are least among those with its value of the quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ProfilePoint {
+struct ProfilePoint {
     /// the quantity
-    pub value: f64,
+    value: f64,
     /// square root of the squares' rise over t²s²: 0 at the fit, 1 at a limit
-    pub distance: f64,
+    distance: f64,
 }
 
 impl ProfilePoint {
@@ -67,15 +64,6 @@ pub const AGREES: f64 = 0.15;
 /// A distance this near to 1 is a limit; it is off by about as much of the half width.
 const NEAR: f64 = 2e-3;
 
-/// Both limits from an estimate and its limits by the delta method. `profile` gives the point for a target, which lies at
-/// or somewhat short of it; `None` where that is out of reach.
-fn search(value: f64, [lo, hi]: [f64; 2], mut profile: impl FnMut(f64) -> Option<ProfilePoint>) -> Limits {
-    Limits {
-        lo: limit(value, lo, &mut profile),
-        hi: limit(value, hi, &mut profile),
-    }
-}
-
 /// A target and the point it led to; infinitely far where it is out of reach.
 #[derive(Clone, Copy)]
 struct Tried {
@@ -83,8 +71,9 @@ struct Tried {
     point: ProfilePoint,
 }
 
-/// The limit on the side of a first guess.
-fn limit(value: f64, first: f64, profile: &mut impl FnMut(f64) -> Option<ProfilePoint>) -> Option<f64> {
+/// The limit on the side of a first guess. `profile` gives the point for a target, which lies at or somewhat short of it;
+/// `None` where that is out of reach.
+fn limit(value: f64, first: f64, mut profile: impl FnMut(f64) -> Option<ProfilePoint>) -> Option<f64> {
     /// expansions, by up to 8: a profile that has not risen by then is flat
     const EXPANSIONS: usize = 24;
     const STEPS: usize = 60;
@@ -152,8 +141,7 @@ mod tests {
             let rise = if apart > 0.0 { apart } else { apart.powi(4) };
             Some(ProfilePoint::new(value, rise, 0.25))
         };
-        let found = search(3.0, [2.9999, 3.0001], profile);
-        let (lo, hi) = (found.lo.unwrap(), found.hi.unwrap());
+        let [lo, hi] = [2.9999, 3.0001].map(|first| limit(3.0, first, profile).unwrap());
         assert!((hi - 3.25).abs() < 2e-3, "{hi}");
         assert!((3.0 - lo - 0.25f64.powf(0.25)).abs() < 2e-3, "{lo}");
     }
@@ -161,12 +149,9 @@ mod tests {
     #[test]
     fn a_flat_profile_and_the_end_of_a_quantity_have_no_limit() {
         let flat = |value: f64| Some(ProfilePoint::new(value, 1.0 - (-value * value).exp(), 2.0));
-        assert_eq!(search(0.0, [-0.1, 0.1], flat), Limits { lo: None, hi: None });
+        assert_eq!([-0.1, 0.1].map(|first| limit(0.0, first, flat)), [None, None]);
         let ends = |value: f64| (value < 0.5).then(|| ProfilePoint::new(value, value * value, 1.0));
-        let found = search(0.0, [-1.1, 1.1], ends);
-        assert!(
-            found.hi.is_none() && (found.lo.unwrap() + 1.0).abs() < 3e-3,
-            "{found:?}"
-        );
+        let [lo, hi] = [-1.1, 1.1].map(|first| limit(0.0, first, ends));
+        assert!(hi.is_none() && (lo.unwrap() + 1.0).abs() < 3e-3, "{lo:?} {hi:?}");
     }
 }

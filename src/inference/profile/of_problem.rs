@@ -9,7 +9,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{limit, Limits, ProfilePoint, AGREES};
+use crate::distributions::student_t_quantile;
+use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::information::Sums;
+use crate::inference::least_squares::Fit;
 
 /// A function of the parameters with its slopes in them.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +21,13 @@ pub struct WithSlopes {
     pub value: f64,
     /// its slopes
     pub slopes: Vec<f64>,
+}
+
+/// The first parameter.
+pub fn first(b: &[f64]) -> Option<WithSlopes> {
+    let mut slopes = vec![0.0; b.len()];
+    *slopes.first_mut()? = 1.0;
+    Some(WithSlopes { value: b[0], slopes })
 }
 
 /// The squares of a problem as a function of its parameters.
@@ -30,12 +40,12 @@ pub trait Squares {
 }
 
 /// Where the squares of a fitted problem have risen by no more than t²s².
-#[derive(Debug, Clone, Copy)]
-pub struct Region<'p> {
+#[derive(Debug, Clone)]
+pub struct Region {
     /// where the squares are least
-    pub minimum: &'p [f64],
+    pub minimum: Vec<f64>,
     /// covariance of the parameters
-    pub covariance: &'p DMatrix<f64>,
+    pub covariance: DMatrix<f64>,
     /// s², the variance of a residual of weight 1
     pub variance: f64,
     /// how many standard errors a limit lies off, were everything straight
@@ -50,7 +60,21 @@ pub struct Along {
     pub step: DVector<f64>,
 }
 
-impl Region<'_> {
+impl Region {
+    /// That of a fit, its runs weighed by their measurement errors if there are any, at the level of an interval; `None`
+    /// where it did not converge or has no covariance.
+    pub fn of(fit: &Fit, errors: Option<&ErrorWeights>, level: f64) -> Option<Region> {
+        Some(Region {
+            minimum: fit.parameters.clone(),
+            covariance: fit.covariance.clone().filter(|_| fit.converged())?,
+            variance: match errors {
+                Some(_) => 1.0,
+                None => fit.residual_sd?.powi(2),
+            },
+            t: student_t_quantile(0.5 + 0.5 * level, fit.degrees_of_freedom as f64)?,
+        })
+    }
+
     /// t²s².
     pub fn rise(&self) -> f64 {
         self.t * self.t * self.variance
@@ -58,7 +82,7 @@ impl Region<'_> {
 
     /// One standard error along these slopes; `None` where it is not a positive number.
     pub fn along(&self, slopes: &DVector<f64>) -> Option<Along> {
-        let step = self.covariance * slopes;
+        let step = &self.covariance * slopes;
         let se = slopes.dot(&step).sqrt();
         (se > 0.0 && se.is_finite()).then(|| Along { se, step: step / se })
     }
@@ -71,9 +95,9 @@ impl Region<'_> {
 }
 
 /// A fitted problem about its minimum.
-pub struct ProblemProfile<'p, S> {
+pub struct ProblemProfile<S> {
     squares: S,
-    region: Region<'p>,
+    region: Region,
     /// the squares at the minimum
     least: f64,
 }
@@ -93,8 +117,8 @@ struct Pull {
 impl Pull {
     /// To a value, much stronger than the squares by the slopes at the minimum.
     fn to(value: f64, at_minimum: &AtMinimum, region: &Region) -> Pull {
-        /// strength beside the squares' own
-        const PULL: f64 = 100.0;
+        /// strength beside the squares' own: a weaker pull leaps over where these bend down, beyond a run near r = 0
+        const PULL: f64 = 1e4;
         Pull {
             // it stops short of what it is set to by its share
             target: value + (value - at_minimum.value) / PULL,
@@ -111,24 +135,43 @@ struct Drawn {
     converged: bool,
 }
 
-impl<'p, S: Squares> ProblemProfile<'p, S> {
+impl<S: Squares> ProblemProfile<S> {
     /// `None` where the squares have no value at the minimum.
-    pub fn new(squares: S, region: Region<'p>) -> Option<ProblemProfile<'p, S>> {
-        let least = squares.at(region.minimum)?;
+    pub fn new(squares: S, region: Region) -> Option<ProblemProfile<S>> {
+        let least = squares.at(&region.minimum)?;
         Some(ProblemProfile { squares, region, least })
     }
 
-    /// The limits of a function of the parameters; `None` where the delta method's are the same, or it has none.
+    /// Where the limits lie.
+    pub fn region(&self) -> &Region {
+        &self.region
+    }
+
+    /// Whether the delta method's limits of a function of the parameters are as good, or it has none.
+    pub fn is_straight(&self, quantity: impl Fn(&[f64]) -> Option<WithSlopes>) -> bool {
+        self.at_minimum(&quantity).is_none_or(|at_minimum| {
+            [-1.0, 1.0]
+                .iter()
+                .all(|side| self.is_straight_to(&quantity, &at_minimum, *side))
+        })
+    }
+
+    /// The limits of a function of the parameters; `None` where it has no standard error.
     pub fn limits(&self, quantity: impl Fn(&[f64]) -> Option<WithSlopes>) -> Option<Limits> {
         let at_minimum = self.at_minimum(&quantity)?;
-        let straight = [-1.0, 1.0]
-            .into_iter()
-            .all(|side| self.is_straight(&quantity, &at_minimum, side));
-        (!straight).then(|| self.both_limits(&quantity, &at_minimum))
+        let [lo, hi] = [-1.0, 1.0].map(|side| {
+            let by_steps = self.stepped(&quantity, &at_minimum, side);
+            let lowest = by_steps.filter(|point| self.is_lowest(&quantity, &at_minimum, point));
+            match lowest.and_then(|point| quantity(&point)) {
+                Some(at) => Some(at.value),
+                None => self.searched(&quantity, &at_minimum, side),
+            }
+        });
+        Some(Limits { lo, hi })
     }
 
     fn at_minimum(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>) -> Option<AtMinimum> {
-        let at = quantity(self.region.minimum)?;
+        let at = quantity(&self.region.minimum)?;
         Some(AtMinimum {
             value: at.value,
             along: self.region.along(&DVector::from_vec(at.slopes))?,
@@ -140,7 +183,7 @@ impl<'p, S: Squares> ProblemProfile<'p, S> {
     }
 
     /// Whether at the end of the region, along the slopes to one side, squares and quantity are what these say.
-    fn is_straight(
+    fn is_straight_to(
         &self,
         quantity: &impl Fn(&[f64]) -> Option<WithSlopes>,
         AtMinimum { value, along }: &AtMinimum,
@@ -153,18 +196,6 @@ impl<'p, S: Squares> ProblemProfile<'p, S> {
         let off = (found.value - value) / (side * self.region.t * along.se) - 1.0;
         let distance = self.point(found.value, squares).distance;
         (distance - 1.0).abs() <= AGREES && off.abs() <= AGREES
-    }
-
-    fn both_limits(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>, at_minimum: &AtMinimum) -> Limits {
-        let [lo, hi] = [-1.0, 1.0].map(|side| {
-            let by_steps = self.stepped(quantity, at_minimum, side);
-            let lowest = by_steps.filter(|point| self.is_lowest(quantity, at_minimum, point));
-            match lowest.and_then(|point| quantity(&point)) {
-                Some(at) => Some(at.value),
-                None => self.searched(quantity, at_minimum, side),
-            }
-        });
-        Limits { lo, hi }
     }
 
     /// Where a quantity is largest, or on the other side least, among the points with the squares of a limit: by steps
@@ -212,7 +243,7 @@ impl<'p, S: Squares> ProblemProfile<'p, S> {
         const LOWER: f64 = 1e-3;
         let Some(at) = quantity(point) else { return false };
         let pull = Pull::to(at.value, at_minimum, &self.region);
-        let [own, other] = [point, self.region.minimum].map(|start| self.draw(quantity, &pull, start));
+        let [own, other] = [point, &self.region.minimum].map(|start| self.draw(quantity, &pull, start));
         let costs = own.zip(other).map(|(own, other)| own.cost - other.cost);
         costs.is_some_and(|more| more <= LOWER * self.region.rise())
     }
@@ -227,7 +258,7 @@ impl<'p, S: Squares> ProblemProfile<'p, S> {
         let value = at_minimum.value;
         let half_width = self.region.t * at_minimum.along.se;
         let mut last: Option<(Vec<f64>, f64)> = None;
-        limit(value, value + side * half_width, &mut |target| {
+        limit(value, value + side * half_width, |target| {
             let pull = Pull::to(target, at_minimum, &self.region);
             let on_side = last.take().filter(|(_, at)| (at - value) * (target - value) > 0.0);
             let ahead = match &on_side {
@@ -241,7 +272,7 @@ impl<'p, S: Squares> ProblemProfile<'p, S> {
             let mut end = self.draw(quantity, &pull, &ahead);
             if on_side.is_none() || !end.as_ref().is_some_and(|end| end.converged) {
                 // a run near r = 0 can hold a fit on its own side
-                let near = on_side.map_or_else(|| self.region.minimum.to_vec(), |(near, _)| near);
+                let near = on_side.map_or_else(|| self.region.minimum.clone(), |(near, _)| near);
                 let other = self.draw(quantity, &pull, &near);
                 let is_lower = |other: &Drawn| end.as_ref().is_none_or(|end| other.cost < end.cost);
                 if other.as_ref().is_some_and(is_lower) {
@@ -339,7 +370,7 @@ mod tests {
             Films { plane, rows }
         }
 
-        fn least_squares(&self) -> crate::inference::least_squares::Fit {
+        fn least_squares(&self) -> Fit {
             fit(self, &[A, 1.0, 2.75])
         }
     }
@@ -410,14 +441,9 @@ mod tests {
 
     const T: f64 = 2.1;
 
-    fn of<'p>(films: &'p Films, fit: &'p crate::inference::least_squares::Fit) -> ProblemProfile<'p, &'p Films> {
-        let region = Region {
-            minimum: &fit.parameters,
-            covariance: fit.covariance.as_ref().unwrap(),
-            variance: fit.residual_sd.unwrap().powi(2),
-            t: T,
-        };
-        ProblemProfile::new(films, region).unwrap()
+    fn of<'p>(films: &'p Films, fit: &Fit) -> ProblemProfile<&'p Films> {
+        let region = Region::of(fit, None, 0.95).unwrap();
+        ProblemProfile::new(films, Region { t: T, ..region }).unwrap()
     }
 
     #[test]
@@ -425,9 +451,8 @@ mod tests {
         let films = Films::draw(true, 1);
         let fit = films.least_squares();
         let profile = of(&films, &fit);
-        assert_eq!(profile.limits(l), None);
-        let at_minimum = profile.at_minimum(&l).unwrap();
-        let [lo, hi] = profile.both_limits(&l, &at_minimum).both().unwrap();
+        assert!(profile.is_straight(l));
+        let [lo, hi] = profile.limits(l).unwrap().both().unwrap();
         let half = T * fit.se(2).unwrap();
         assert!((lo - fit.parameters[2] + half).abs() < 3e-3 * half);
         assert!((hi - fit.parameters[2] - half).abs() < 3e-3 * half);
@@ -456,11 +481,12 @@ mod tests {
         for seed in 0..12 {
             let films = Films::draw(false, seed);
             let fit = films.least_squares();
-            let Some(limits) = of(&films, &fit).limits(st_c) else {
+            let profile = of(&films, &fit);
+            if profile.is_straight(st_c) {
                 continue;
-            };
-            let wanted = T.powi(2) * fit.residual_sd.unwrap().powi(2);
-            for limit in limits.both().unwrap() {
+            }
+            let wanted = profile.region().rise();
+            for limit in profile.limits(st_c).unwrap().both().unwrap() {
                 // a grid never lies below the least, and 1e-3 of the rise above it
                 let rise = (on_a_grid(&films, &fit.parameters, limit) - fit.residual_sum_of_squares) / wanted;
                 assert!((0.985..1.03).contains(&rise), "seed {seed}: {limit} {rise}");
