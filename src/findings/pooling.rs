@@ -44,7 +44,7 @@ pub(super) fn add_bias(setup: BalanceSetup, scaling: &mut [FittedScaling], balan
             continue;
         };
         let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| at.value(quantity));
-        if e_inf.is_finite() {
+        if e_inf.is_finite() && st_c.is_finite() {
             let exact = exact_restitutions(&joint, &parts, point, group);
             row.scaling.bias = root_of_exact(setup, &exact, group).map(|[of_law, st_c_of_law]| Bias {
                 e_inf: of_law - e_inf,

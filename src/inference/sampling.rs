@@ -49,7 +49,7 @@ pub struct SamplingPlan<'p> {
 /// Draws that are made at most, over those asked for, where the chains have not mixed before.
 pub const MOST_TIMES: usize = 8;
 
-/// Steps of all trajectories beyond which chains are not drawn on.
+/// Steps of all trajectories beyond which chains are not drawn on; beyond half of them none is sampled anew.
 const MOST_STEPS: u64 = 2_000_000;
 
 /// How a posterior is sampled on until its chains have mixed.
@@ -278,7 +278,11 @@ impl NutsSampling<'_> {
                 watcher: self.watcher,
             };
             let next = shorter.next();
-            let anew = |chains: &[Chain]| next.is_some() && divergences(chains) > 0 && !mostly_cut(chains);
+            // shorter steps make trajectories several times as long
+            let anew = |chains: &[Chain]| {
+                let is_long = mostly_cut(chains) || 2 * steps(chains) > MOST_STEPS;
+                next.is_some() && divergences(chains) > 0 && !is_long
+            };
             let chains = sampler.sample_while(&mut |chains| {
                 // long trajectories cost most of all: more of them would take minutes, and those that are cut would not mix either
                 if anew(chains) || mostly_cut(chains) || steps(chains) > MOST_STEPS {
