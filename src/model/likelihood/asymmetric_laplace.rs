@@ -11,7 +11,7 @@
 use rand::Rng;
 use rand_distr::{Distribution, Exp1, StandardNormal};
 
-use super::normal::{ln_normal_cdf, normal_cdf};
+use super::normal::{ln_normal_cdf, ln_scaled_tail, normal_cdf};
 use crate::distributions::LN_ROOT_TWO_PI;
 
 /// τ, the standard deviation of the normal part.
@@ -53,8 +53,13 @@ impl AsymmetricLaplace {
     fn ln_parts(&self, z: f64) -> [f64; 2] {
         let s = z - self.kink();
         let part = |mean: f64, s: f64| {
-            let steep = ROUNDING / mean;
-            0.5 * steep * steep - s / mean + ln_normal_cdf(s / ROUNDING - steep).0
+            let (steep, apart) = (ROUNDING / mean, s / ROUNDING);
+            // of a steep side both parts of the first are large, and all but equal
+            if steep > apart {
+                ln_scaled_tail(steep - apart) - 0.5 * apart * apart
+            } else {
+                0.5 * steep * steep - s / mean + ln_normal_cdf(apart - steep).0
+            }
         };
         [part(self.above, s), part(self.below, -s)]
     }

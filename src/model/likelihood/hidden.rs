@@ -15,7 +15,6 @@ mod gauss;
 mod rebounds;
 mod rule;
 
-use at_nodes::AtNodes;
 pub(super) use rebounds::{Rebounds, MOST_REBOUNDS};
 
 use super::errors::Errors;
@@ -109,6 +108,24 @@ impl SettingNodes {
         over_stokes: [0.0; MOST_NODES],
         slope_k: [0.0; MOST_NODES],
         of_kept: [0.0; MOST_NODES],
+    };
+}
+
+/// What the integrand is at some nodes.
+struct AtNodes {
+    /// its logarithm, as a function of z
+    ln: Column,
+    /// slope of z along the path
+    stretch: Column,
+    /// what a node adds to the mass
+    parts: Column,
+}
+
+impl AtNodes {
+    const NONE: AtNodes = AtNodes {
+        ln: [0.0; MOST_NODES],
+        stretch: [1.0; MOST_NODES],
+        parts: [0.0; MOST_NODES],
     };
 }
 

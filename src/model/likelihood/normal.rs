@@ -61,6 +61,11 @@ pub(super) fn ln_normal_cdf_and_slope(z: f64, fused: bool) -> [f64; 2] {
     [logarithm(of_ln, fused) - choose(half_square, lost), slope]
 }
 
+/// ln(exp(z²/2) Φ(−z)) of z ≥ 0.
+pub(super) fn ln_scaled_tail(z: f64) -> f64 {
+    (0.5 * scaled_erfc(z * std::f64::consts::FRAC_1_SQRT_2, false)).ln()
+}
+
 /// w = exp(t²) erfc(t) of t ≥ 0, to 1e-15 of it.
 ///
 /// (1 + 2t) w is smooth in (t − 4)/(t + 4) from −1 to 1; its Chebyshev series to the 23rd degree, from 80 nodes,

@@ -114,24 +114,6 @@ impl RuleNodes {
     }
 }
 
-/// What the integrand is at some nodes.
-pub(super) struct AtNodes {
-    /// its logarithm, as a function of z
-    pub ln: Column,
-    /// slope of z along the path
-    pub stretch: Column,
-    /// what a node adds to the mass
-    pub parts: Column,
-}
-
-impl AtNodes {
-    pub const NONE: AtNodes = AtNodes {
-        ln: [0.0; MOST_NODES],
-        stretch: [1.0; MOST_NODES],
-        parts: [0.0; MOST_NODES],
-    };
-}
-
 impl Hidden<'_> {
     /// Whether runs have normal noise on the restitution alone, and z all that is hidden of them.
     pub(super) fn is_plain(&self) -> bool {

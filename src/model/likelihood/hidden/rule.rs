@@ -5,9 +5,9 @@
 //! along in z, or where the r of a setting has its zero within reach in x with r(z) = m⁻¹(x) to first order, which makes m(r) as
 //! smooth as the rest; where several settings turn, from each of them half the way to the next.
 
-use super::at_nodes::{AtNodes, Path, RuleNodes};
+use super::at_nodes::{Path, RuleNodes};
 use super::gauss::{most_of_last, Order, GAUSS};
-use super::{Hidden, Moves, SettingRuns, Sums, FALL, MOST_NODES, REACH};
+use super::{AtNodes, Hidden, Moves, SettingRuns, Sums, FALL, MOST_NODES, REACH};
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::model::likelihood::run_density::Seen;
 use crate::model::likelihood::run_noise::MeasuredRun;

@@ -204,7 +204,7 @@ fn draws_have_the_quartiles_of_their_tails() {
 #[test]
 fn an_asymmetric_laplace_is_a_distribution() {
     const STEP: f64 = 1e-3;
-    for asymmetry in [-3.0, -0.7, 0.0, 1.5, 4.0] {
+    for asymmetry in [-12.0, -3.0, -0.7, 0.0, 1.5, 4.0, 9.0] {
         let tails = of_laplace(asymmetry);
         let [mut mass, mut mean, mut square] = [0.0; 3];
         for step in -40_000..40_000 {
@@ -241,7 +241,7 @@ fn slopes_of_an_asymmetric_laplace_are_differences() {
         let found = (more - less) / apart;
         assert!((slope - found).abs() < 1e-5 * (1.0 + found.abs()), "{slope} {found}");
     };
-    for asymmetry in [-3.0, -0.7, 0.0, 1.5, 4.0] {
+    for asymmetry in [-12.0, -3.0, -0.7, 0.0, 1.5, 4.0, 9.0] {
         let tails = of_laplace(asymmetry);
         let beside = |step: f64| [asymmetry - step, asymmetry + step].map(of_laplace);
         for z in [-8.0, -1.3, -0.02, 0.0, 0.4, 5.0] {
