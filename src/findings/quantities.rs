@@ -7,7 +7,7 @@ use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law_squares::{Held, LawSquares};
 use crate::inference::least_squares::Fit;
-use crate::inference::profile::{Limits, Region, AGREES};
+use crate::inference::profile::{first, Limits, Region, AGREES};
 use crate::inference::regression::Regression;
 use crate::physics::jet::{Jet, Number};
 use crate::physics::quantity::{Place, Quantity, Wetted};
@@ -99,8 +99,6 @@ impl LawLimits {
     ) -> Option<LawLimits> {
         let region = Region::of(fit, errors, quoting.level)?;
         let parameters = <[f64; 2]>::try_from(fit.parameters.as_slice()).ok()?;
-        let profile_of = |held: Held| LawSquares::profile(regression, errors, &region, held);
-        let by_parameters = profile_of(Held::First)?;
         let has_straight = |quantity: &Quantity| *quantity != Quantity::EInf || has_straight_root(&region);
         let limits = Held::ALL.map(|held| {
             let mut of_held = quantities
@@ -108,10 +106,11 @@ impl LawLimits {
                 .filter(|quantity| law.held(**quantity) == held)
                 .peekable();
             of_held.peek()?;
-            if by_parameters.is_straight(|point| held.with_slopes(point)) && of_held.all(has_straight) {
+            let profile = LawSquares::profile(regression, errors, &region, held)?;
+            if profile.is_straight(first) && of_held.all(has_straight) {
                 None
             } else {
-                profile_of(held)?.limits(|point| Held::First.with_slopes(point))
+                profile.limits(first)
             }
         });
         limits.iter().any(Option::is_some).then_some(LawLimits {

@@ -1,7 +1,10 @@
-//! Profiles a function of the parameters of any least-squares problem, by fits that are drawn to values of it.
+//! Profiles a function of the parameters of any least-squares problem, by steps to its limits or fits that are drawn to
+//! values of it.
 //!
-//! The least of squares + w (q(b) − c)² has, among all points with its own value of q, the least squares, so that whatever
-//! c and w are, it lies on the profile.
+//! Of all points with the squares of a limit, the limit is where the quantity is largest or least: a few steps lead there
+//! (Venzon and Moolgavkar 1988, Applied Statistics 37, 87). Where these come to no end or to a point that does not have
+//! the least squares of its value, fits find it: the least of squares + w (q(b) − c)² has, among all points with its own
+//! value of q, the least squares, so that whatever c and w are, it lies on the profile.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,6 +21,13 @@ pub struct WithSlopes {
     pub value: f64,
     /// its slopes
     pub slopes: Vec<f64>,
+}
+
+/// The first parameter.
+pub fn first(b: &[f64]) -> Option<WithSlopes> {
+    let mut slopes = vec![0.0; b.len()];
+    *slopes.first_mut()? = 1.0;
+    Some(WithSlopes { value: b[0], slopes })
 }
 
 /// The squares of a problem as a function of its parameters.
@@ -117,11 +127,24 @@ impl Pull {
     }
 }
 
+/// Where a fit that is drawn ended.
+struct Drawn {
+    point: Vec<f64>,
+    /// squares with those of the pull
+    cost: f64,
+    converged: bool,
+}
+
 impl<S: Squares> ProblemProfile<S> {
     /// `None` where the squares have no value at the minimum.
     pub fn new(squares: S, region: Region) -> Option<ProblemProfile<S>> {
         let least = squares.at(&region.minimum)?;
         Some(ProblemProfile { squares, region, least })
+    }
+
+    /// Where the limits lie.
+    pub fn region(&self) -> &Region {
+        &self.region
     }
 
     /// Whether the delta method's limits of a function of the parameters are as good, or it has none.
@@ -136,7 +159,14 @@ impl<S: Squares> ProblemProfile<S> {
     /// The limits of a function of the parameters; `None` where it has no standard error.
     pub fn limits(&self, quantity: impl Fn(&[f64]) -> Option<WithSlopes>) -> Option<Limits> {
         let at_minimum = self.at_minimum(&quantity)?;
-        let [lo, hi] = [-1.0, 1.0].map(|side| self.limit_to(&quantity, &at_minimum, side));
+        let [lo, hi] = [-1.0, 1.0].map(|side| {
+            let by_steps = self.stepped(&quantity, &at_minimum, side);
+            let lowest = by_steps.filter(|point| self.is_lowest(&quantity, &at_minimum, point));
+            match lowest.and_then(|point| quantity(&point)) {
+                Some(at) => Some(at.value),
+                None => self.searched(&quantity, &at_minimum, side),
+            }
+        });
         Some(Limits { lo, hi })
     }
 
@@ -168,8 +198,58 @@ impl<S: Squares> ProblemProfile<S> {
         (distance - 1.0).abs() <= AGREES && off.abs() <= AGREES
     }
 
+    /// Where a quantity is largest, or on the other side least, among the points with the squares of a limit: by steps
+    /// that take these and the quantity for what their sums and slopes say (Venzon and Moolgavkar 1988). `None` where they
+    /// come to no end, as about a run near r = 0.
+    fn stepped(
+        &self,
+        quantity: &impl Fn(&[f64]) -> Option<WithSlopes>,
+        at_minimum: &AtMinimum,
+        side: f64,
+    ) -> Option<Vec<f64>> {
+        const STEPS: usize = 12;
+        /// a step this long, in radii of the region, leaves the limit off by half its square
+        const SHORT: f64 = 1e-2;
+        let rise = self.region.rise();
+        let mut point = self.region.moved(&at_minimum.along.step, side);
+        for _ in 0..STEPS {
+            let slopes = DVector::from_vec(quantity(&point)?.slopes);
+            let sums = self.squares.sums_at(&point)?;
+            let root = sums.information.clone().cholesky()?;
+            let (down, across) = (root.solve(&sums.gradient), root.solve(&slopes));
+            let left = self.least + rise - sums.squares + down.dot(&sums.gradient);
+            let step = &across * (side * (left / slopes.dot(&across)).sqrt()) - down;
+            let length = (step.dot(&(&sums.information * &step)) / rise).sqrt();
+            if !length.is_finite() {
+                return None;
+            }
+            point.iter_mut().zip(step.iter()).for_each(|(b, step)| *b += step);
+            if length <= SHORT {
+                return Some(point);
+            }
+        }
+        None
+    }
+
+    /// Whether the least squares at a limit are found from the minimum, too: a run near r = 0 can hold a point on its own
+    /// side.
+    fn is_lowest(
+        &self,
+        quantity: &impl Fn(&[f64]) -> Option<WithSlopes>,
+        at_minimum: &AtMinimum,
+        point: &[f64],
+    ) -> bool {
+        /// share of the rise to a limit
+        const LOWER: f64 = 1e-3;
+        let Some(at) = quantity(point) else { return false };
+        let pull = Pull::to(at.value, at_minimum, &self.region);
+        let [own, other] = [point, &self.region.minimum].map(|start| self.draw(quantity, &pull, start));
+        let costs = own.zip(other).map(|(own, other)| own.cost - other.cost);
+        costs.is_some_and(|more| more <= LOWER * self.region.rise())
+    }
+
     /// The limit on one side, by least squares drawn to one value of the quantity after the other.
-    fn limit_to(
+    fn searched(
         &self,
         quantity: &impl Fn(&[f64]) -> Option<WithSlopes>,
         at_minimum: &AtMinimum,
@@ -180,28 +260,29 @@ impl<S: Squares> ProblemProfile<S> {
         let mut last: Option<(Vec<f64>, f64)> = None;
         limit(value, value + side * half_width, |target| {
             let pull = Pull::to(target, at_minimum, &self.region);
-            let on_side = last.take().filter(|(_, at)| (at - value) * side > 0.0);
-            let (near, ahead) = match on_side {
+            let on_side = last.take().filter(|(_, at)| (at - value) * (target - value) > 0.0);
+            let ahead = match &on_side {
                 Some((near, at)) => {
-                    let part = (target - value) / (at - value);
-                    let both = self.region.minimum.iter().zip(&near);
-                    let ahead = both.map(|(b, near)| b + part * (near - b)).collect();
-                    (near, ahead)
+                    let both = self.region.minimum.iter().zip(near);
+                    both.map(|(b, near)| b + (near - b) * (target - value) / (at - value))
+                        .collect()
                 }
-                None => {
-                    let part = (target - value) / half_width;
-                    let ahead = self.region.moved(&at_minimum.along.step, part);
-                    (self.region.minimum.clone(), ahead)
-                }
+                None => self.region.moved(&at_minimum.along.step, (target - value) / half_width),
             };
-            // a run near r = 0 can hold a fit on its own side
-            let ends = [ahead, near]
-                .into_iter()
-                .filter_map(|start| self.draw(quantity, &pull, start));
-            let (end, _) = ends.min_by(|(_, cost), (_, other)| cost.total_cmp(other))?;
-            let found = quantity(&end)?.value;
-            let squares = self.squares.at(&end)?;
-            last = Some((end, found));
+            let mut end = self.draw(quantity, &pull, &ahead);
+            if on_side.is_none() || !end.as_ref().is_some_and(|end| end.converged) {
+                // a run near r = 0 can hold a fit on its own side
+                let near = on_side.map_or_else(|| self.region.minimum.clone(), |(near, _)| near);
+                let other = self.draw(quantity, &pull, &near);
+                let is_lower = |other: &Drawn| end.as_ref().is_none_or(|end| other.cost < end.cost);
+                if other.as_ref().is_some_and(is_lower) {
+                    end = other;
+                }
+            }
+            let end = end?;
+            let found = quantity(&end.point)?.value;
+            let squares = self.squares.at(&end.point)?;
+            last = Some((end.point, found));
             Some(self.point(found, squares))
         })
     }
@@ -216,22 +297,17 @@ impl<S: Squares> ProblemProfile<S> {
         sums.squares.is_finite().then_some(sums)
     }
 
-    /// Where damped Gauss–Newton steps from a start end, and the squares with those of the pull there; `None` where they
-    /// cannot begin.
-    fn draw(
-        &self,
-        quantity: &impl Fn(&[f64]) -> Option<WithSlopes>,
-        pull: &Pull,
-        start: Vec<f64>,
-    ) -> Option<(Vec<f64>, f64)> {
+    /// Least squares with those of the pull, by damped Gauss–Newton steps; `None` where it cannot begin.
+    fn draw(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>, pull: &Pull, start: &[f64]) -> Option<Drawn> {
         const STEPS: usize = 100;
         const FIRST_DAMPING: f64 = 1e-6;
         const MOST_DAMPING: f64 = 1e8;
         /// a fall by this share of the rise to a limit moves that by half as much of its half-width
         const SMALL: f64 = 1e-6;
-        let mut here = self.pulled(quantity, pull, &start)?;
-        let mut point = start;
+        let mut here = self.pulled(quantity, pull, start)?;
+        let mut point = start.to_vec();
         let mut damping = FIRST_DAMPING;
+        let mut converged = false;
         for _ in 0..STEPS {
             let mut damped = here.information.clone();
             damped.set_diagonal(&(here.information.diagonal() * (1.0 + damping)));
@@ -240,6 +316,7 @@ impl<S: Squares> ProblemProfile<S> {
             };
             // what the slopes say it falls by, at most
             if step.dot(&here.gradient) <= SMALL * self.region.rise() && damping <= 1.0 {
+                converged = true;
                 break;
             }
             let trial: Vec<f64> = point.iter().zip(step.iter()).map(|(b, step)| b - step).collect();
@@ -252,7 +329,11 @@ impl<S: Squares> ProblemProfile<S> {
                 _ => damping *= 10.0,
             }
         }
-        Some((point, here.squares))
+        Some(Drawn {
+            point,
+            cost: here.squares,
+            converged,
+        })
     }
 }
 
@@ -404,7 +485,7 @@ mod tests {
             if profile.is_straight(st_c) {
                 continue;
             }
-            let wanted = profile.region.rise();
+            let wanted = profile.region().rise();
             for limit in profile.limits(st_c).unwrap().both().unwrap() {
                 // a grid never lies below the least, and 1e-3 of the rise above it
                 let rise = (on_a_grid(&films, &fit.parameters, limit) - fit.residual_sum_of_squares) / wanted;
