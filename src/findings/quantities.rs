@@ -7,7 +7,7 @@ use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law_squares::{Held, LawSquares};
 use crate::inference::least_squares::Fit;
-use crate::inference::profile::{first, Limits, Region, AGREES};
+use crate::inference::profile::{Limits, Region, WithSlopes, AGREES};
 use crate::inference::regression::Regression;
 use crate::physics::jet::{Jet, Number};
 use crate::physics::quantity::{Place, Quantity, Wetted};
@@ -107,10 +107,10 @@ impl LawLimits {
                 .peekable();
             of_held.peek()?;
             let profile = LawSquares::profile(regression, errors, &region, held)?;
-            if profile.is_straight(first) && of_held.all(has_straight) {
+            if profile.is_straight(WithSlopes::first) && of_held.all(has_straight) {
                 None
             } else {
-                profile.limits(first)
+                profile.limits(WithSlopes::first)
             }
         });
         limits.iter().any(Option::is_some).then_some(LawLimits {

@@ -151,7 +151,7 @@ mod tests {
     use super::*;
     use crate::inference::law::Law;
     use crate::inference::least_squares::Fit;
-    use crate::inference::profile::{first, Limits};
+    use crate::inference::profile::{Limits, WithSlopes};
     use crate::seed::stream;
     use rand::RngExt;
 
@@ -177,7 +177,7 @@ mod tests {
     fn limits(regression: &Regression, fit: &Fit, held: Held) -> Limits {
         let region = Region::of(fit, None, 0.95).unwrap();
         let profile = LawSquares::profile(regression, None, &Region { t: T, ..region }, held).unwrap();
-        profile.limits(first).unwrap()
+        profile.limits(WithSlopes::first).unwrap()
     }
 
     /// The least squares of the square root with its mirror image over a grid of the other parameter.

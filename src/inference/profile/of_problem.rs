@@ -23,11 +23,13 @@ pub struct WithSlopes {
     pub slopes: Vec<f64>,
 }
 
-/// The first parameter.
-pub fn first(b: &[f64]) -> Option<WithSlopes> {
-    let mut slopes = vec![0.0; b.len()];
-    *slopes.first_mut()? = 1.0;
-    Some(WithSlopes { value: b[0], slopes })
+impl WithSlopes {
+    /// The first parameter.
+    pub fn first(b: &[f64]) -> Option<WithSlopes> {
+        let mut slopes = vec![0.0; b.len()];
+        *slopes.first_mut()? = 1.0;
+        Some(WithSlopes { value: b[0], slopes })
+    }
 }
 
 /// The squares of a problem as a function of its parameters.

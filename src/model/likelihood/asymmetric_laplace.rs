@@ -11,7 +11,7 @@
 use rand::Rng;
 use rand_distr::{Distribution, Exp1, StandardNormal};
 
-use super::normal::{ln_normal_cdf, ln_scaled_tail, normal_cdf};
+use super::normal::{ln_normal_cdf, ln_scaled_tail};
 use crate::distributions::LN_ROOT_TWO_PI;
 
 /// τ, the standard deviation of the normal part.
@@ -24,6 +24,14 @@ pub struct AsymmetricLaplace {
     below: f64,
     /// b, that of the one above it
     above: f64,
+}
+
+/// Φ(s/τ), T₁ and T₂, divided by the exponential of the largest of their logarithms.
+struct Parts {
+    top: f64,
+    normal: f64,
+    falls: f64,
+    rises: f64,
 }
 
 impl AsymmetricLaplace {
@@ -79,27 +87,43 @@ impl AsymmetricLaplace {
     /// ln F(z).
     pub fn ln_probability(&self, z: f64) -> f64 {
         if z > 0.0 {
-            (-self.mirrored().lower_tail(-z)).ln_1p()
+            (-self.mirrored().ln_lower_tail(-z).exp()).ln_1p()
         } else {
-            self.lower_tail(z).ln()
+            self.ln_lower_tail(z)
         }
     }
 
-    /// F(z), to rounding where it is small.
-    fn lower_tail(&self, z: f64) -> f64 {
-        let [falls, rises] = self.ln_parts(z).map(f64::exp);
-        let normal = normal_cdf((z - self.kink()) / ROUNDING);
-        normal + (self.below * rises - self.above * falls) / (self.below + self.above)
+    /// ln F(z), to rounding where F is small.
+    fn ln_lower_tail(&self, z: f64) -> f64 {
+        let parts = self.parts_of_probability(z);
+        parts.top + self.probability(&parts).ln()
     }
 
     /// Mean of what lies below z: z less ∫ F up to z over F(z).
     pub fn mean_below(&self, z: f64) -> f64 {
         let (a, b) = (self.below, self.above);
-        let [falls, rises] = self.ln_parts(z).map(f64::exp);
+        let parts = self.parts_of_probability(z);
         let apart = (z - self.kink()) / ROUNDING;
-        let normal = z * normal_cdf(apart) + ROUNDING * (-0.5 * apart * apart - LN_ROOT_TWO_PI).exp();
-        let integral = normal + (b * b * falls + a * a * rises) / (a + b);
-        z - integral / self.ln_probability(z).exp()
+        let density = (-0.5 * apart * apart - LN_ROOT_TWO_PI - parts.top).exp();
+        let integral = z * parts.normal + ROUNDING * density + (b * b * parts.falls + a * a * parts.rises) / (a + b);
+        z - integral / self.probability(&parts)
+    }
+
+    /// F of these parts.
+    fn probability(&self, parts: &Parts) -> f64 {
+        parts.normal + (self.below * parts.rises - self.above * parts.falls) / (self.below + self.above)
+    }
+
+    fn parts_of_probability(&self, z: f64) -> Parts {
+        let [falls, rises] = self.ln_parts(z);
+        let normal = ln_normal_cdf((z - self.kink()) / ROUNDING).0;
+        let top = normal.max(rises).max(falls);
+        Parts {
+            top,
+            normal: (normal - top).exp(),
+            falls: (falls - top).exp(),
+            rises: (rises - top).exp(),
+        }
     }
 
     /// A draw of z.
