@@ -107,6 +107,8 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
         (truth.inertia, truth.dry_speed) = (form.inertia, form.dry_speed);
         truth.terms = scene.model.terms.clone();
         truth.noise = NoiseShape::Family(scene.model.likelihood);
+        // until one is drawn
+        truth.shape = Some(4.0);
     }
     let parameters = ModelParameters::of(&scene, &settings(&scene), form).expect("priors with room");
     let seed = seed_of(name);
