@@ -192,11 +192,10 @@ fn truths_drawn_from_the_priors_rank_evenly_among_the_draws() {
     }
 }
 
-/// What a scene may ask for besides: Student's tails, Laplace's, every term, noise on the energy with next to none on the restitution
+/// What a scene may ask for besides: Student's tails, every term, noise on the energy with next to none on the restitution
 /// (to whose first order that likelihood holds).
-const ASKED: [&str; 4] = [
+const ASKED: [&str; 3] = [
     "likelihood = \"student\"",
-    "likelihood = \"asymmetric_laplace\"",
     "dry_speed_m_s = \"impact\"\nterms = [\"inertia\", \"viscous\", \"bridge\", \"dry_second_order\"]",
     "noise = \"both\"\n[priors]\nsigma_wet = { half_normal = 0.003 }",
 ];
