@@ -157,6 +157,15 @@ pub fn fit_least_squares_watched(
             .as_ref()
             .and_then(|noise| verdicts::independent_runs(scene, noise)),
     );
+    let setup = balance::BalanceSetup {
+        scene,
+        runs,
+        dry: &fits.dry,
+        quoting: Quoting {
+            level: scene.bootstrap.level,
+        },
+    };
+    verdicts.extend(balance.and_then(|own| slow_rebounds::check_fit(setup, &fits.scaling, own)));
     let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
     verdicts.extend(film_groups::check(&film_groups, own_films_stand));
     let mut notices = table.notices.clone();
@@ -370,6 +379,9 @@ impl Findings {
                         Beside::Open(check) => (posterior, None, Some(check)),
                     };
                 self.notices.extend(notice);
+                // what least squares made of barely rebounding runs no longer matters
+                self.verdicts
+                    .retain(|check| check.check != checks::SLOW_REBOUNDS.code);
                 self.verdicts.extend(open);
                 let scene = posterior.scene.as_deref().unwrap_or(scene);
                 let context = self.comparison_context(scene, runs, watcher);

@@ -5,18 +5,21 @@
 //! So the noise that such errors make is allowed for; where it moves a main number by more than one ±, the wider posterior
 //! stands.
 
+use super::balance::{fit_balance, BalanceSetup, EnergyBalance};
 use super::checks::{self, Check};
+use super::estimate::Estimate;
 use super::least_squares::LeastSquares;
 use super::notices::{self, shortened};
 use super::posterior::{fit_posterior, Posterior};
+use super::scaling::FittedScaling;
 use super::single_run::run_words;
 use crate::error::Error;
 use crate::model::parameters::ParameterKind;
 use crate::notice::Notice;
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
-use crate::physics::Quantity;
-use crate::rounding::{to_digits, with_se};
+use crate::physics::{Form, Quantity};
+use crate::rounding::{short, to_digits, with_se};
 use crate::runs::Runs;
 use crate::scene::{NoiseOn, Prior, PriorChoice, Scene, Sticking, SIGMA_ENERGY};
 
@@ -53,7 +56,7 @@ pub(super) fn fit_beside(
     least_squares: LeastSquares,
     own: &Posterior,
 ) -> Result<Beside, Error> {
-    let slow = slow_rebounds(scene, runs, own);
+    let slow = slow_rebounds(scene, runs, own.setup.form);
     let Some(sigma) = spread_of_energy(scene, runs, own, &slow) else {
         return Ok(Beside::Same);
     };
@@ -103,12 +106,62 @@ pub(super) fn fit_beside(
     Ok(Beside::Stands(Box::new(wider), notice))
 }
 
+/// Whether least squares, which knows no noise on the energy, gives the same numbers without the runs that barely rebound;
+/// `None` where there are none.
+pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &EnergyBalance) -> Option<Check> {
+    let BalanceSetup { scene, runs, .. } = setup;
+    let slow = slow_rebounds(scene, runs, own.form());
+    if slow.is_empty() {
+        return None;
+    }
+    let rows: Vec<String> = slow.iter().map(|run| run_words(scene, runs, *run)).collect();
+    let others = runs.with_runs(|run| !slow.contains(&run));
+    let others = BalanceSetup { runs: &others, ..setup };
+    let moved = fit_balance(others, scaling, own.form(), false).and_then(|without| fit_moves(own, &without));
+    let found = match &moved {
+        Some((_, name, before, after)) => {
+            let told = |[value, se]: [f64; 2]| with_se(value, se);
+            format!("{name} is {} with them and {} without them", told(*before), told(*after))
+        }
+        None => "without them the others tell no number".to_owned(),
+    };
+    let text = format!(
+        "{}: such runs fix the energy to less than errors of speeds and films move it: by least squares {found}",
+        shortened(&rows)
+    );
+    let mut check = checks::SLOW_REBOUNDS.check(moved.map(|(shift, ..)| shift), text);
+    check.advise("sample the posterior, which allows for such errors");
+    Some(check.with_advice())
+}
+
+/// The number that two fits of the balance differ in most: by how many of the smaller ±, its name, and what each says.
+fn fit_moves(own: &EnergyBalance, other: &EnergyBalance) -> Option<(f64, String, [f64; 2], [f64; 2])> {
+    let parameters = own.parameters.iter().filter_map(|parameter| {
+        let after = other.estimate(parameter.kind)?;
+        Some((parameter.name.clone(), &parameter.estimate, after))
+    });
+    let derived = own.derived.iter().flat_map(|row| {
+        let after = other.derived.iter().find(|after| after.place == row.place);
+        let here = format!("({}, δ/D = {})", row.particle, short(row.film_ratio));
+        let pairs = after.map(|after| [("e_inf", &row.e_inf, &after.e_inf), ("St_c", &row.st_c, &after.st_c)]);
+        let pairs = pairs.into_iter().flatten();
+        pairs.map(move |(name, before, after)| (format!("{name} {here}"), before, after))
+    });
+    let each = parameters.chain(derived).filter_map(|(name, before, after)| {
+        let pair = |estimate: &Estimate| estimate.value_and_scale().map(<[f64; 2]>::from);
+        let (before, after) = (pair(before)?, pair(after)?);
+        let shift = (after[0] - before[0]).abs() / before[1].min(after[1]);
+        Some((shift, name, before, after))
+    });
+    each.max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
 /// The rebounds with a small restitution, where noise is on the restitution alone.
-fn slow_rebounds(scene: &Scene, runs: &Runs, own: &Posterior) -> Vec<usize> {
+fn slow_rebounds(scene: &Scene, runs: &Runs, form: Form) -> Vec<usize> {
     let model = &scene.model;
     let asked = model.noise == NoiseOn::Restitution && model.sticking == Sticking::Censored;
     let known = runs.sample.is_some() || !runs.count.is_empty();
-    if !asked || known || runs.all_measured() > MOST_RUNS || !Term::Viscous.is_held(own.setup.form) {
+    if !asked || known || runs.all_measured() > MOST_RUNS || !Term::Viscous.is_held(form) {
         return vec![];
     }
     let rebounds = runs.series.iter().flat_map(|series| series.rebounds.clone());
