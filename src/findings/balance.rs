@@ -125,9 +125,6 @@ pub struct DerivedEstimate {
     /// index into [`Runs::spheres`]
     #[serde(skip)]
     pub(super) sphere: usize,
-    /// the part of L that no parameter moves
-    #[serde(skip)]
-    pub(super) fixed_over_stokes: f64,
 }
 
 /// Why there is no St_c and no δc.
@@ -547,8 +544,6 @@ fn choose_form<'r>(
 pub(super) struct WetPlaceValues {
     /// ρ̃, mean over the rebounds
     pub density_ratio: f64,
-    /// the part of L that no parameter moves
-    fixed_over_stokes: f64,
     /// e_inf and L, with slopes in themselves; NaN where nothing is left for e_inf, or without a viscous loss
     wetted: Wetted<Jet<2>>,
     /// slopes of e_inf and of L in all parameters
@@ -573,7 +568,6 @@ impl WetPlaceValues {
 pub(super) fn at_place(scene: &Scene, joint: &Joint, point: &[f64], wet: &WetPlace) -> Option<WetPlaceValues> {
     let place = joint.place(wet.sphere)?;
     let density_ratio = wet.density_ratio(scene);
-    let fixed_over_stokes = wet.fixed_over_stokes(scene, joint.form);
     let parameters = joint.of_sphere(point[place], point);
     let at_film = BalanceAtFilm::new(joint.form, wet.film_ratio, &parameters.shared);
     let balance = Balance::at(joint.form, parameters.dry_k, at_film.share, density_ratio);
@@ -586,10 +580,9 @@ pub(super) fn at_place(scene: &Scene, joint: &Joint, point: &[f64], wet: &WetPla
         of_e_inf[place] = -0.5 * lost.constant / e_inf;
         of_l[place] = lost.over_stokes;
     }
-    let l = (balance.lost.over_stokes + fixed_over_stokes).only_if(has_viscous);
+    let l = (balance.lost.over_stokes + wet.fixed_over_stokes(scene, joint.form)).only_if(has_viscous);
     Some(WetPlaceValues {
         density_ratio,
-        fixed_over_stokes,
         wetted: Wetted::of_balance(Jet::variable(e_inf, 0), Jet::variable(l, 1)),
         slopes: [of_e_inf, of_l],
     })
@@ -627,7 +620,6 @@ fn derive(scene: &Scene, index: usize, place: &WetPlace, estimates: &BalanceEsti
         density_ratio: at.density_ratio,
         place: index,
         sphere: place.sphere,
-        fixed_over_stokes: at.fixed_over_stokes,
         correlation: uncertain
             .correlation(&of_e_inf, &of_st_c)
             .filter(|_| at.value(Quantity::StC).is_finite()),

@@ -34,7 +34,6 @@
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
 //! | `posterior/` | parameters from all runs at once, with priors |
 //! | `main_numbers.rs` | the main numbers, each from the source that serves it |
-//! | `regions.rs` | where e_inf and St_c lie together |
 //! | `left_out.rs` | draws from a model, each run predicted from the others |
 //! | `single_run.rs` | the runs without which a main number moves |
 //! | `slow_rebounds.rs` | whether barely rebounding runs may be taken at their word |
@@ -83,7 +82,6 @@ pub mod published;
 mod quantities;
 pub mod questions;
 mod range;
-pub mod regions;
 mod repeats;
 pub mod scaling;
 pub mod series;

@@ -19,7 +19,7 @@ mod resampling;
 pub use affordable::MOST_HELD;
 pub use by_sandwich::MOST_RESAMPLED;
 pub use replicates::FEWEST_RUNS;
-pub use resampling::{Estimates, JointReplicates, Resampling};
+pub use resampling::{Estimates, Resampling};
 
 use std::ops::Range;
 
@@ -27,13 +27,10 @@ use rayon::prelude::*;
 
 use super::dry::FittedDry;
 use super::estimate::Estimate;
-use super::quantities::wetted_of;
-use super::scaling::FittedScaling;
-use super::{film_ratio, notices};
+use super::notices;
 use crate::inference::bootstrap::sandwich::{sandwich, sandwich_of_sample, Sandwich};
 use crate::inference::bootstrap::{Plan, RunErrors, Target};
 use crate::inference::effective_variance::ErrorWeights;
-use crate::inference::kernel::WeightedFit;
 use crate::notice::Notice;
 use crate::physics::quantity::{Place, Quantity};
 use crate::runs::Runs;
@@ -117,11 +114,6 @@ pub fn add_bootstrap_intervals(
         resampled_fits: resampled.len(),
         strata: columns.pool.strata.len(),
         single_run_strata: columns.pool.single_runs(),
-        joint: if many {
-            vec![]
-        } else {
-            joint_replicates(scene, runs, &estimates, &places, &replicates)
-        },
     };
     let mut found = bootstrap_notices::bootstrap_notices(scene, runs, &resampling, &estimates);
     found.extend(fewer_replicates_notice(
@@ -329,41 +321,4 @@ fn of_fit<'e>(
             formula,
         })
     })
-}
-
-/// Replicates of e_inf and St_c in pairs, for the fits that figures show.
-fn joint_replicates(
-    scene: &Scene,
-    runs: &Runs,
-    estimates: &Estimates,
-    places: &FitPlaces,
-    replicates: &AllReplicates,
-) -> Vec<JointReplicates> {
-    let reference_ratios: Vec<Option<f64>> = (0..runs.spheres.len())
-        .map(|sphere| film_ratio::reference_film_ratio(scene, runs, sphere))
-        .collect();
-    let of_fit = |(fitted, target): (&FittedScaling, &Option<usize>)| {
-        let row = &fitted.scaling;
-        let drawn = match row.film_ratio {
-            Some(_) => row.film_ratio == reference_ratios[fitted.sphere],
-            None => row.verdict.passed,
-        };
-        let fits = &replicates.fits[target.filter(|_| drawn)?];
-        let pair = |fit: &WeightedFit| {
-            let wetted = wetted_of(fitted.law, fit.unwrap_or([f64::NAN; 2]));
-            [Quantity::EInf, Quantity::StC].map(|quantity| quantity.value(&Place::NONE, &wetted))
-        };
-        Some(JointReplicates {
-            sphere: fitted.sphere,
-            film_ratio: row.film_ratio,
-            law: fitted.law,
-            pairs: fits.iter().map(pair).collect(),
-        })
-    };
-    estimates
-        .scaling
-        .iter()
-        .zip(&places.scaling)
-        .filter_map(of_fit)
-        .collect()
 }

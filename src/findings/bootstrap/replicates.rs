@@ -115,7 +115,7 @@ pub(super) struct AllReplicates<'t> {
     order: ReplicateOrder,
     targets: &'t [Target<'t>],
     /// by target
-    pub(super) fits: Vec<Vec<WeightedFit>>,
+    fits: Vec<Vec<WeightedFit>>,
     without: Vec<Vec<Vec<[f64; 2]>>>,
 }
 

@@ -6,7 +6,6 @@ use crate::findings::dry::FittedDry;
 use crate::findings::energy::Energy;
 use crate::findings::scaling::FittedScaling;
 use crate::findings::series::SeriesFit;
-use crate::scene::WetLaw;
 
 /// The estimates that get a bootstrap interval.
 pub struct Estimates<'e> {
@@ -37,20 +36,4 @@ pub struct Resampling {
     pub strata: usize,
     /// strata of one run, which no resample can vary
     pub single_run_strata: usize,
-    /// replicates of pairs, for the figures
-    #[serde(skip)]
-    pub joint: Vec<JointReplicates>,
-}
-
-/// e_inf and St_c of the same replicates.
-#[derive(Debug, Clone, PartialEq)]
-pub struct JointReplicates {
-    /// index into [`crate::runs::Runs::spheres`]
-    pub sphere: usize,
-    /// film ratio; `None`: over all
-    pub film_ratio: Option<f64>,
-    /// the law
-    pub law: WetLaw,
-    /// (e_inf, St_c) of each replicate; not finite where it gave none
-    pub pairs: Vec<[f64; 2]>,
 }

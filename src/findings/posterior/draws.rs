@@ -4,9 +4,6 @@ use super::Posterior;
 use crate::findings::predict::{offset_of_new_series, Draw, ParticleLaw};
 use crate::model::likelihood::tails::Tails;
 use crate::model::parameters::{physical, ParameterKind, SHAPE_SLOT};
-use crate::physics::balance::Balance;
-use crate::physics::loss::Film;
-use crate::physics::viscous;
 use crate::runs::Runs;
 use crate::scene::{NoiseOn, Scene};
 
@@ -44,17 +41,5 @@ impl Posterior {
             dry_speeds: particle.dry_speeds_m_s,
             draws: full.iter().step_by(step).enumerate().map(draw).collect(),
         }
-    }
-
-    /// (e_inf, St_c) of every draw of a sphere in a film, `fixed` being the part of L there that no parameter moves;
-    /// `None` where a draw leaves none. `v` is the speed at which e_dry enters, m/s.
-    pub fn e_inf_and_st_c(&self, sphere: usize, film: Film, fixed: f64, v: f64) -> Option<Vec<[f64; 2]>> {
-        let pair = |full: &Vec<f64>| {
-            let balance = Balance::new(self.setup.form, film, &physical(full, sphere));
-            let e_inf = balance.e_inf(v);
-            let st_c = viscous::st_c(balance.lost.over_stokes + fixed, e_inf);
-            e_inf.is_finite().then_some([e_inf, st_c])
-        };
-        self.sampled.full_draws().iter().map(pair).collect()
     }
 }

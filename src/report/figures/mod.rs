@@ -7,12 +7,10 @@
 //! | `points.rs` | makes layers of points and curves |
 //! | `of_particle.rs` | looks up the series of a particle and the fits to them |
 //! | `film.rs` | figures against the film ratio |
-//! | `joint.rs` | e_inf and St_c together |
 //! | `posterior/` | figures of the posterior |
 
 mod figure;
 mod film;
-mod joint;
 mod names;
 mod of_particle;
 mod points;
@@ -30,7 +28,6 @@ use crate::runs::Series;
 use crate::scene::WetLaw;
 pub use figure::{Figure, ENERGY, FILM, PAIRS, PRIORS, RANKS, RESIDUALS};
 use film::{energy, film, residuals};
-use joint::joint;
 pub use names::Names;
 pub(super) use of_particle::series_name;
 use of_particle::{dry_k, film_ratio_words, main_film_ratio, scaling_of, series_at, title_at, ShownSeries};
@@ -69,7 +66,6 @@ pub fn all(input: ReportInput) -> Vec<Figure> {
     add(FILM.to_owned(), film(input));
     add(ENERGY.to_owned(), energy(input));
     add(RESIDUALS.to_owned(), residuals(input));
-    figures.extend(joint(input, &names));
     figures
 }
 

@@ -9,13 +9,10 @@ use crate::scene::Scene;
 /// Longest part of a file name, in bytes, that a particle gives: with what stands about it, below the 255 of a file system.
 const LONGEST: usize = 160;
 
-/// Marks a figure over all film ratios; it stands where a particle's name may begin so, too.
-const ALL: &str = "all-";
-
 /// File names of the figures of each particle, or of each diameter that has a k of its own.
 ///
-/// A particle stands in them by its name, and by its name and a number where that could be taken for another's: by a file
-/// system that folds capitals or composes letters, or beside the mark of a figure over all film ratios.
+/// A particle stands in them by its name, with a number after it where a file system that folds capitals or composes letters
+/// could take the name for another's.
 #[derive(Debug, Clone)]
 pub struct Names {
     /// how each particle stands in a file name, by its label
@@ -32,22 +29,20 @@ impl Names {
 
     fn of_particles(names: &[&str]) -> Names {
         let own: Vec<String> = names.iter().map(|name| folded(&in_file(name))).collect();
-        let all = |key: &str| format!("{ALL}{key}");
         // nobody is given by a number what another is called
-        let called: HashSet<String> = own.iter().flat_map(|key| [key.clone(), all(key)]).collect();
+        let called: HashSet<&String> = own.iter().collect();
         let mut taken: HashSet<String> = HashSet::new();
         let mut stems = HashMap::new();
         for (name, own) in names.iter().zip(&own) {
-            let is_free = |key: &str| !taken.contains(key) && !taken.contains(&all(key));
             let mut stem = in_file(name);
             let mut key = own.clone();
             let mut number = 1u64;
-            while !is_free(&key) || number > 1 && (called.contains(&key) || called.contains(&all(&key))) {
+            while taken.contains(&key) || number > 1 && called.contains(&key) {
                 number += 1;
                 stem = format!("{}-{number}", in_file(name));
                 key = folded(&stem);
             }
-            taken.extend([all(&key), key]);
+            taken.insert(key);
             stems.insert((*name).to_owned(), stem);
         }
         Names { stems }
@@ -71,12 +66,6 @@ impl Names {
     /// Restitution against 1/St at every film ratio.
     pub fn film_ratios(&self, particle: &str) -> String {
         format!("restitution-film_ratios-{}.svg", self.stem(particle))
-    }
-
-    /// e_inf and St_c together, at one film ratio or over all.
-    pub fn joint(&self, particle: &str, over_all: bool) -> String {
-        let all = if over_all { ALL } else { "" };
-        format!("e_inf-st_c-joint-{all}{}.svg", self.stem(particle))
     }
 }
 
@@ -108,15 +97,7 @@ mod tests {
     /// Every file of these particles.
     fn files(names: &[&str]) -> Vec<String> {
         let all = Names::of_particles(names);
-        let of = |name: &&str| {
-            [
-                all.speed(name),
-                all.stokes(name),
-                all.film_ratios(name),
-                all.joint(name, false),
-                all.joint(name, true),
-            ]
-        };
+        let of = |name: &&str| [all.speed(name), all.stokes(name), all.film_ratios(name)];
         names.iter().flat_map(of).collect()
     }
 
@@ -129,7 +110,7 @@ mod tests {
     fn a_particle_keeps_its_name_where_no_other_is_like_it() {
         let names = Names::of_particles(&["PTFE", "PE", "Glas-2", "µ"]);
         assert_eq!(names.speed("PTFE"), "restitution-speed-PTFE.svg");
-        assert_eq!(names.joint("PE", true), "e_inf-st_c-joint-all-PE.svg");
+        assert_eq!(names.stokes("PE"), "restitution-stokes-PE.svg");
         assert_eq!(names.stokes("µ"), "restitution-stokes-µ.svg");
         assert_eq!(names.film_ratios("Glas-2"), "restitution-film_ratios-Glas-2.svg");
     }
@@ -137,15 +118,12 @@ mod tests {
     #[test]
     fn d14_no_two_figures_share_a_name() {
         let long = ["a".repeat(255), "a".repeat(254), "ä".repeat(200)];
-        let sets: [&[&str]; 9] = [
-            &["PE", "all-PE"],
-            &["all-PE", "PE"],
-            &["PE", "all-all-PE", "all-PE"],
+        let sets: [&[&str]; 6] = [
             &["pe", "PE", "Pe", "PE-2", "pe-3"],
             &[".", "..", "con", "CON", "-", "_"],
             &["가", "\u{1100}\u{1161}", "가-2"],
             &["straße", "STRASSE", "K", "\u{212a}", "k"],
-            &["a", "a\u{3164}", "all-", "all-all-"],
+            &["a", "a\u{3164}"],
             &[&long[0], &long[1], &long[2], "a"],
         ];
         for names in sets {
@@ -157,13 +135,11 @@ mod tests {
             );
         }
         assert_eq!(
-            Names::of_particles(&["PE", "all-PE"]).joint("all-PE", false),
-            "e_inf-st_c-joint-all-PE-2.svg"
+            Names::of_particles(&["PE", "pe"]).stokes("pe"),
+            "restitution-stokes-pe-2.svg"
         );
         // what is looked for here is there where names are only put together
-        let plain = ["PE", "all-PE"]
-            .map(|name| [format!("joint-{name}"), format!("joint-all-{name}")])
-            .concat();
+        let plain = ["PE", "pe"].map(|name| format!("restitution-stokes-{name}.svg"));
         assert_eq!(alike(&plain), 1);
     }
 }

@@ -1,6 +1,5 @@
 //! Writes where the bootstrap and the delta method part.
 
-use super::super::figures;
 use super::super::numbers;
 use super::super::ReportInput;
 use super::cells::law_name;
@@ -31,7 +30,6 @@ pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
     } else {
         by_replicates(own, resampling)
     });
-    joint_figures(page, input);
     let table = ReportTable::of(&rows)
         .column("particle", |row| row.particle.clone())
         .column("quantity", |row| row.quantity.describe().symbol)
@@ -172,29 +170,6 @@ fn single_runs(scheme: ResamplingScheme, resampling: &Resampling) -> String {
             format!(" Of {strata} strata {n} {hold} a single run, which no resample can vary.")
         }
         _ => String::new(),
-    }
-}
-
-fn joint_figures(page: &mut Page, input: ReportInput) {
-    let names = figures::Names::of(input.scene, input.runs);
-    let level = numbers::short(100.0 * input.scene.bootstrap.level);
-    for sphere in &input.runs.spheres {
-        let (label, particle) = (sphere.label(input.scene), sphere.words(input.scene));
-        for over_all in [false, true] {
-            let posterior = if input.posterior.is_some() && !over_all {
-                " The posterior of the square root is that of all runs at once, at the density ratio of these."
-            } else {
-                ""
-            };
-            page.figure(
-                &names.joint(&label, over_all),
-                &format!("{particle}: e_inf and St_c together"),
-                &format!(
-                    "{particle}: the replicates of e_inf and St_c together; contours hold 50 % and 95 % of them. The bars \
-                     along the axes are the {level} % intervals of each quantity alone.{posterior}"
-                ),
-            );
-        }
     }
 }
 
