@@ -1,4 +1,4 @@
-//! Says what each figure shows: points, laws and axes, as the paper's figs. 2 to 5 have them.
+//! Says what each figure shows: points, laws and axes, as the paper's figs. 2, 4 and 5 have them.
 //!
 //! | file | job |
 //! |---|---|
@@ -19,7 +19,7 @@ mod posterior;
 use std::ops::Range;
 
 use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
-use super::{numbers, ReportInput};
+use super::ReportInput;
 use crate::findings::laws::numbers_of_series;
 use crate::findings::series::SeriesFit;
 use crate::physics::numbers::stokes;
@@ -30,7 +30,7 @@ pub use figure::{Figure, ENERGY, FILM, PAIRS, PRIORS, RANKS, RESIDUALS};
 use film::{energy, film, residuals};
 pub use names::Names;
 pub(super) use of_particle::series_name;
-use of_particle::{dry_k, film_ratio_words, main_film_ratio, scaling_of, series_at, title_at, ShownSeries};
+use of_particle::{dry_k, main_film_ratio, scaling_of, series_at, title_at, ShownSeries};
 use points::{chart, curve, largest, means_of, pairs, points, steps};
 pub(super) use points::{means, SAME};
 use posterior::{speeds, Bands, SeriesBands};
@@ -38,9 +38,6 @@ pub(super) use posterior::{MOST_PAIRED, MOST_PANELS};
 
 const RESTITUTION: &str = "restitution e_{n}";
 const INVERSE_STOKES: &str = "St^{−1}";
-
-/// More film ratios than this are shown by their neighbours together.
-const MOST_FILM_RATIOS: usize = 12;
 
 /// Every figure the scene has something to show in.
 pub fn all(input: ReportInput) -> Vec<Figure> {
@@ -61,7 +58,6 @@ pub fn all(input: ReportInput) -> Vec<Figure> {
         let label = sphere.label(input.scene);
         add(names.speed(&label), vec![against_speed(input, index, bands.as_ref())]);
         add(names.stokes(&label), vec![against_stokes(input, index, bands.as_ref())]);
-        add(names.film_ratios(&label), vec![every_film_ratio(input, index)]);
     }
     add(FILM.to_owned(), film(input));
     add(ENERGY.to_owned(), energy(input));
@@ -289,46 +285,6 @@ fn against_stokes(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> C
         layers,
     );
     drawn.title = title_at(input, sphere, chosen);
-    widen_to_data(&mut drawn);
-    drawn
-}
-
-fn every_film_ratio(input: ReportInput, sphere: usize) -> Chart {
-    let groups = input.runs.film_groups_of(sphere);
-    // one layer a film ratio, but means only inside a series
-    let series: Vec<(usize, &Series)> = groups
-        .iter()
-        .enumerate()
-        .flat_map(|(index, g)| input.runs.series[g.series.clone()].iter().map(move |s| (index, s)))
-        .collect();
-    let joined = means_of(series.iter().map(|(_, s)| inverse_stokes(input, s)).collect());
-    let end = 1.1 * largest(&joined).unwrap_or(0.1);
-    let mut layers = laws(input, sphere, None, end);
-    let mut by_ratio: Vec<Vec<ChartPoint>> = vec![vec![]; groups.len()];
-    for ((index, _), points_of) in series.iter().zip(joined) {
-        by_ratio[*index].extend(points_of);
-    }
-    // where there are too many, neighbours are one layer
-    let together = groups.len().div_ceil(MOST_FILM_RATIOS).max(1);
-    for (index, (own, points_of)) in groups.chunks(together).zip(by_ratio.chunks(together)).enumerate() {
-        let points_of = points_of.concat();
-        if !points_of.is_empty() {
-            let label = match own {
-                [first, .., last] => format!("δ/D = {}", numbers::range([first.film_ratio, last.film_ratio])),
-                _ => own.first().map_or_else(String::new, film_ratio_words),
-            };
-            layers.push(points(label, points_of, Style::group(index + 1)));
-        }
-    }
-    let mut drawn = chart(
-        Axis::new(INVERSE_STOKES).between(0.0, end),
-        Axis::new(RESTITUTION).between(0.0, 1.0),
-        layers,
-    );
-    drawn.title = Some(format!(
-        "{}, every film ratio",
-        input.runs.spheres[sphere].words(input.scene)
-    ));
     widen_to_data(&mut drawn);
     drawn
 }

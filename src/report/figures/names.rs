@@ -62,11 +62,6 @@ impl Names {
     pub fn stokes(&self, particle: &str) -> String {
         format!("restitution-stokes-{}.svg", self.stem(particle))
     }
-
-    /// Restitution against 1/St at every film ratio.
-    pub fn film_ratios(&self, particle: &str) -> String {
-        format!("restitution-film_ratios-{}.svg", self.stem(particle))
-    }
 }
 
 /// The beginning of a name that a file name has room for; a diameter follows a hyphen.
@@ -97,7 +92,7 @@ mod tests {
     /// Every file of these particles.
     fn files(names: &[&str]) -> Vec<String> {
         let all = Names::of_particles(names);
-        let of = |name: &&str| [all.speed(name), all.stokes(name), all.film_ratios(name)];
+        let of = |name: &&str| [all.speed(name), all.stokes(name)];
         names.iter().flat_map(of).collect()
     }
 
@@ -112,7 +107,7 @@ mod tests {
         assert_eq!(names.speed("PTFE"), "restitution-speed-PTFE.svg");
         assert_eq!(names.stokes("PE"), "restitution-stokes-PE.svg");
         assert_eq!(names.stokes("µ"), "restitution-stokes-µ.svg");
-        assert_eq!(names.film_ratios("Glas-2"), "restitution-film_ratios-Glas-2.svg");
+        assert_eq!(names.speed("Glas-2"), "restitution-speed-Glas-2.svg");
     }
 
     #[test]

@@ -67,7 +67,7 @@ pub(super) fn series_at(input: ReportInput<'_>, sphere: usize, ratio: Option<f64
 }
 
 /// δ/D of a group of series in words: a range where they have no one film ratio.
-pub(super) fn film_ratio_words(group: &FilmGroup) -> String {
+fn film_ratio_words(group: &FilmGroup) -> String {
     if group.has_one_film_ratio() {
         format!("δ/D = {}", numbers::short(group.film_ratio))
     } else {

@@ -159,16 +159,6 @@ fn against_speed(page: &mut Page, input: ReportInput, sphere: Sphere) {
     );
 }
 
-/// Which laws over all film ratios a figure of a sphere shows.
-fn over_all(input: ReportInput, sphere: Sphere) -> &'static str {
-    let mut rows = input.findings.scaling.iter().filter(|row| row.film_ratio.is_none());
-    if rows.any(|row| sphere.owns(input.scene, &row.particle, row.diameter_m) && row.verdict.passed) {
-        "with the laws fitted over all of them that the table calls usable"
-    } else {
-        "without a law, since the table calls none over all of them usable"
-    }
-}
-
 /// e_inf and St_c against the film ratio.
 fn against_film(page: &mut Page, input: ReportInput) {
     let curves = match input.posterior {
@@ -287,14 +277,6 @@ pub(super) fn scaling(page: &mut Page, input: ReportInput) {
             &format!("{name}: e_n against 1/St"),
             &format!(
                 "{name}: restitution against 1/St at one film ratio, with the laws fitted to it where the tables call these usable (as figs. 2b and 2d). Stuck runs are hollow marks at e = 0.{bands}"
-            ),
-        );
-        page.figure(
-            &names.film_ratios(&label),
-            &format!("{name}: every film ratio"),
-            &format!(
-                "{name}: restitution against 1/St at every film ratio, {} (as fig. 3).",
-                over_all(input, sphere)
             ),
         );
     }
