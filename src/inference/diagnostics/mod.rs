@@ -4,7 +4,6 @@
 //! |---|---|
 //! | `halves.rs` | cuts every chain into two |
 //! | `ranks.rs` | replaces draws by the normal scores of their ranks |
-//! | `rank_counts.rs` | counts how the chains share the ranks |
 //! | `quantile.rs` | interpolates a quantile of sorted draws |
 //! | `rhat.rs` | compares the chains: rank-normalised split R-hat |
 //! | `ess.rs` | counts how many independent draws they are worth |
@@ -31,7 +30,6 @@ pub mod mcse;
 pub mod pareto;
 pub mod psis;
 pub mod quantile;
-pub mod rank_counts;
 mod ranks;
 pub mod rhat;
 pub mod summary;

@@ -26,7 +26,7 @@ use crate::physics::numbers::stokes;
 use crate::physics::{Order, Restitution};
 use crate::runs::Series;
 use crate::scene::WetLaw;
-pub use figure::{Figure, ENERGY, FILM, PAIRS, PRIORS, RANKS, RESIDUALS};
+pub use figure::{Figure, ENERGY, FILM, PAIRS, PRIORS, RESIDUALS};
 use film::{energy, film, residuals};
 pub use names::Names;
 pub(super) use of_particle::series_name;

@@ -5,21 +5,19 @@
 //! | `bands.rs` | where the posterior puts the curve of a series, and single runs about it |
 //! | `panels.rs` | which parameters have a panel |
 //! | `pairs.rs` | draws of each pair of parameters |
-//! | `ranks.rs` | how the chains share the ranks |
 //! | `priors.rs` | each parameter before and after the runs |
 
 mod bands;
 mod pairs;
 mod panels;
 mod priors;
-mod ranks;
 
 pub(super) use bands::{speeds, Bands, SeriesBands};
 pub(in crate::report) use panels::{MOST_PAIRED, MOST_PANELS};
 
 use super::super::chart::{grid, Chart, Extent};
 use super::super::ReportInput;
-use super::figure::{Figure, PAIRS, PRIORS, RANKS};
+use super::figure::{Figure, PAIRS, PRIORS};
 
 /// Columns of the figures that have a panel a parameter.
 const COLUMNS: usize = 4;
@@ -33,7 +31,7 @@ const SQUARE_AXES: Extent = Extent {
     height: 96.0,
 };
 
-/// Pairs, ranks and priors; nothing where nothing was sampled.
+/// Pairs and priors; nothing where nothing was sampled.
 pub(super) fn all(input: ReportInput) -> Vec<Figure> {
     let Some(posterior) = input.posterior else {
         return vec![];
@@ -47,10 +45,6 @@ pub(super) fn all(input: ReportInput) -> Vec<Figure> {
         svg,
     };
     vec![
-        figure(
-            RANKS,
-            grid(&panels(ranks::charts(input, posterior, COLUMNS)), WIDE_AXES),
-        ),
         figure(PRIORS, grid(&panels(priors::charts(input, posterior)), WIDE_AXES)),
         figure(PAIRS, grid(&pairs::charts(input, posterior), SQUARE_AXES)),
     ]

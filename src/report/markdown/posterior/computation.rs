@@ -1,10 +1,9 @@
 //! Writes how the posterior was sampled, by which software, and whether the chains agree.
 
 use super::super::super::numbers;
-use super::super::super::{figures, ReportInput};
+use super::super::super::ReportInput;
 use super::super::page::Page;
 use super::cells::{checks, of_prediction};
-use super::numbers::without_panel;
 use crate::findings::posterior::{AccuracySummary, Posterior, PosteriorFindings, CHECKED_RUNS};
 use crate::inference::sampling::{Method, MOST_TIMES};
 
@@ -53,15 +52,6 @@ pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Poste
         ),
     });
     checks(page, posterior.checks.iter().filter(|check| !of_prediction(check)));
-    page.figure(
-        figures::RANKS,
-        "ranks by chain",
-        &format!(
-            "How often each chain falls into equal bins of the ranks of all draws, over its even share of 1. Chains that agree \
-             stay near 1; grey is two standard deviations of as many independent draws.{}",
-            without_panel(posterior, figures::MOST_PANELS)
-        ),
-    );
 }
 
 /// How the draws were made.

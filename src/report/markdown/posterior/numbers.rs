@@ -228,7 +228,7 @@ pub(super) fn beside_the_prior(page: &mut Page, input: ReportInput, posterior: &
 }
 
 /// How many parameters have no place in a figure of so many; nothing where all have.
-pub(super) fn without_panel(posterior: &Posterior, most: usize) -> String {
+fn without_panel(posterior: &Posterior, most: usize) -> String {
     match posterior.sampled.values.len() {
         all if all > most => format!(
             " Shown are {most} of the {all} parameters, those of all runs before the k of each particle; the tables have all."
