@@ -24,13 +24,11 @@
 //! | `nested.rs` | F test of one law for all groups against one law a group |
 //! | `lack_of_fit.rs` | tests a law against its own runs |
 //! | `spreads.rs` | test of one spread for all groups |
-//! | `density.rs` | the density of draws of one quantity |
 //! | `diagnostics/` | how reliable draws of Markov chains are |
 
 pub mod accuracy;
 pub mod bootstrap;
 pub mod delta;
-pub mod density;
 pub mod diagnostics;
 pub mod effective_variance;
 pub mod importance;

@@ -189,15 +189,6 @@ pub struct ModelParameter {
     pub source: &'static str,
 }
 
-impl ModelParameter {
-    /// Density of its prior, but for the factor that cutting it at the bounds makes.
-    pub fn prior_density(&self, x: f64) -> f64 {
-        let inside = x > self.bounds.0 && x < self.bounds.1;
-        let ln = self.prior.ln_density(x).filter(|_| inside);
-        ln.map_or(0.0, |(ln, _)| ln.exp())
-    }
-}
-
 /// A parameter that is not sampled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeftOut {

@@ -17,5 +17,3 @@ pub const ENERGY: &str = "energy-film_ratio.svg";
 pub const RESIDUALS: &str = "residuals-film_ratio.svg";
 /// File of the posterior's figure of draws of each pair of parameters.
 pub const PAIRS: &str = "posterior-pairs.svg";
-/// File of the figure of prior against posterior.
-pub const PRIORS: &str = "posterior-priors.svg";

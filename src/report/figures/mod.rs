@@ -7,14 +7,16 @@
 //! | `points.rs` | makes layers of points and curves |
 //! | `of_particle.rs` | looks up the series of a particle and the fits to them |
 //! | `film.rs` | figures against the film ratio |
-//! | `posterior/` | figures of the posterior |
+//! | `bands.rs` | where the posterior puts the curve of a series, and single runs about it |
+//! | `pairs.rs` | draws of each pair of parameters |
 
+mod bands;
 mod figure;
 mod film;
 mod names;
 mod of_particle;
+mod pairs;
 mod points;
-mod posterior;
 
 use std::ops::Range;
 
@@ -26,15 +28,16 @@ use crate::physics::numbers::stokes;
 use crate::physics::{Order, Restitution};
 use crate::runs::Series;
 use crate::scene::WetLaw;
-pub use figure::{Figure, ENERGY, FILM, PAIRS, PRIORS, RESIDUALS};
+use bands::{speeds, Bands, SeriesBands};
+pub use figure::{Figure, ENERGY, FILM, PAIRS, RESIDUALS};
 use film::{energy, film, residuals};
 pub use names::Names;
 pub(super) use of_particle::series_name;
 use of_particle::{dry_k, main_film_ratio, scaling_of, series_at, title_at, ShownSeries};
+use pairs::pairs_of_parameters;
+pub(super) use pairs::MOST_PAIRED;
 use points::{chart, curve, largest, means_of, pairs, points, steps};
 pub(super) use points::{means, SAME};
-use posterior::{speeds, Bands, SeriesBands};
-pub(super) use posterior::{MOST_PAIRED, MOST_PANELS};
 
 const RESTITUTION: &str = "restitution e_{n}";
 const INVERSE_STOKES: &str = "St^{−1}";
@@ -42,7 +45,7 @@ const INVERSE_STOKES: &str = "St^{−1}";
 /// Every figure the scene has something to show in.
 pub fn all(input: ReportInput) -> Vec<Figure> {
     let input = input.of_sample();
-    let mut figures = posterior::all(input);
+    let mut figures: Vec<Figure> = pairs_of_parameters(input).into_iter().collect();
     let bands = Bands::of(input);
     let names = Names::of(input.scene, input.runs);
     let mut add = |name: String, charts: Vec<Chart>| {

@@ -217,24 +217,6 @@ pub(super) fn beside_the_prior(page: &mut Page, input: ReportInput, posterior: &
         .column("sd ratio", |one| numbers::optional(one.prior.sd_ratio, 2))
         .column("who decides", who_decides);
     page.table(&table);
-    page.figure(
-        figures::PRIORS,
-        "prior against posterior",
-        &format!(
-            "Prior (line) and posterior (shaded) of each parameter over the range of the prior, each over its own maximum.{}",
-            without_panel(posterior, figures::MOST_PANELS)
-        ),
-    );
-}
-
-/// How many parameters have no place in a figure of so many; nothing where all have.
-fn without_panel(posterior: &Posterior, most: usize) -> String {
-    match posterior.sampled.values.len() {
-        all if all > most => format!(
-            " Shown are {most} of the {all} parameters, those of all runs before the k of each particle; the tables have all."
-        ),
-        _ => String::new(),
-    }
 }
 
 /// Whether a parameter is what the runs or what its prior makes it.
@@ -283,7 +265,7 @@ pub(super) fn correlations(page: &mut Page, input: ReportInput, posterior: &Post
         &format!(
             "Draws of each pair of parameters, thinned; on the diagonal the posterior as a histogram with the prior \
              density as a line.{}{}",
-            without_panel(posterior, figures::MOST_PAIRED),
+            without_panel(posterior),
             if found.divergences > 0 {
                 " Hollow marks are draws whose trajectory diverged."
             } else {
@@ -291,4 +273,15 @@ pub(super) fn correlations(page: &mut Page, input: ReportInput, posterior: &Post
             }
         ),
     );
+}
+
+/// How many parameters have no place in the figure of pairs; nothing where all have.
+fn without_panel(posterior: &Posterior) -> String {
+    match posterior.sampled.values.len() {
+        all if all > figures::MOST_PAIRED => format!(
+            " Shown are {} of the {all} parameters, those of all runs before the k of each particle; the tables have all.",
+            figures::MOST_PAIRED
+        ),
+        _ => String::new(),
+    }
 }

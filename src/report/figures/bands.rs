@@ -1,8 +1,8 @@
 //! Draws where the posterior puts the restitution of a series, and single runs about it.
 
-use super::super::super::chart::{Layer, Style};
-use super::super::super::{numbers, ReportInput};
-use super::super::of_particle::series_name;
+use super::super::chart::{Layer, Style};
+use super::super::{numbers, ReportInput};
+use super::of_particle::series_name;
 use crate::findings::predict::{ParticleLaw, PredictedBand};
 use crate::physics::DrySpeed;
 use crate::runs::Series;
@@ -16,23 +16,23 @@ const STEPS: usize = 48;
 const BEYOND: f64 = 0.02;
 
 /// The posterior's law of each sphere, ready for bands.
-pub(in super::super) struct Bands {
+pub(super) struct Bands {
     laws: Vec<ParticleLaw>,
 }
 
 /// What the bands of a series are drawn for.
-pub(in super::super) struct SeriesBands<'a> {
-    pub(in super::super) series: &'a Series,
+pub(super) struct SeriesBands<'a> {
+    pub(super) series: &'a Series,
     /// slowest and fastest
-    pub(in super::super) speeds: (f64, f64),
+    pub(super) speeds: (f64, f64),
     /// text of the legend
-    pub(in super::super) name: String,
-    pub(in super::super) style: Style,
+    pub(super) name: String,
+    pub(super) style: Style,
 }
 
 impl Bands {
     /// The laws of what was sampled; `None` where nothing was.
-    pub(in super::super) fn of(input: ReportInput) -> Option<Bands> {
+    pub(super) fn of(input: ReportInput) -> Option<Bands> {
         let posterior = input.posterior?;
         let spheres = 0..input.runs.spheres.len();
         Some(Bands {
@@ -43,12 +43,7 @@ impl Bands {
     }
 
     /// The bands of a series, that of single runs first; `x` places a speed on the horizontal axis.
-    pub(in super::super) fn layers(
-        &self,
-        input: ReportInput,
-        drawn: SeriesBands,
-        x: impl Fn(f64) -> f64,
-    ) -> Vec<Layer> {
+    pub(super) fn layers(&self, input: ReportInput, drawn: SeriesBands, x: impl Fn(f64) -> f64) -> Vec<Layer> {
         let SeriesBands { series, .. } = drawn;
         let setting = input
             .scene
@@ -75,7 +70,7 @@ impl Bands {
     ///
     /// With one dry speed every series of a liquid has the same curve, or every one of a diameter where the form tells
     /// these apart: the first of them draws it for all.
-    pub(in super::super) fn of_liquid(
+    pub(super) fn of_liquid(
         &self,
         input: ReportInput,
         series: &[&Series],
@@ -128,7 +123,7 @@ impl Bands {
 }
 
 /// Slowest and fastest run of a series, stuck ones with them.
-pub(in super::super) fn speeds(input: ReportInput, series: &Series) -> Option<(f64, f64)> {
+pub(super) fn speeds(input: ReportInput, series: &Series) -> Option<(f64, f64)> {
     let all = input.runs.impact_speed[series.runs()].iter();
     all.fold(None, |ends, v| {
         let (slowest, fastest) = ends.unwrap_or((*v, *v));

@@ -1,11 +1,14 @@
 //! Lays out draws of each pair of parameters, with each one's histogram and prior on the diagonal.
 
-use super::super::super::chart::{Axis, Chart, ChartPoint, Dash, Layer, Style};
-use super::super::super::ReportInput;
-use super::panels::{draws, first_places, range, symbol, MOST_PAIRED};
+use super::super::chart::{grid, Axis, Chart, ChartPoint, Dash, Extent, Layer, Style};
+use super::super::quantities::{in_scripts, parameter_label};
+use super::super::ReportInput;
+use super::figure::{Figure, PAIRS};
 use crate::findings::posterior::Posterior;
-use crate::inference::density::bars;
+use crate::model::parameters::{ModelParameter, ParameterKind};
 
+/// More parameters than this leave no room to see anything of their pairs.
+pub(in crate::report) const MOST_PAIRED: usize = 8;
 /// Points in all panels together.
 const MOST_POINTS: usize = 2000;
 /// Bars of a histogram.
@@ -13,11 +16,30 @@ const BARS: usize = 24;
 /// Points along a prior.
 const CURVE: usize = 40;
 
+/// Axes of a panel.
+const AXES: Extent = Extent {
+    width: 96.0,
+    height: 96.0,
+};
+
+/// The figure; `None` where nothing was sampled.
+pub(super) fn pairs_of_parameters(input: ReportInput) -> Option<Figure> {
+    let posterior = input.posterior?;
+    Some(Figure {
+        name: PAIRS.to_owned(),
+        svg: grid(&charts(input, posterior), AXES),
+    })
+}
+
 /// The lower triangle of panels, row by row.
-pub(super) fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Vec<Option<Chart>>> {
-    let places = first_places(posterior, MOST_PAIRED);
+fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Vec<Option<Chart>>> {
+    let places = first_places(posterior);
     let parameters = &posterior.sampled.parameters.sampled;
-    let all: Vec<Vec<f64>> = places.iter().map(|place| draws(posterior, *place)).collect();
+    // chain after chain
+    let all: Vec<Vec<f64>> = places
+        .iter()
+        .map(|place| posterior.sampled.values[*place].concat())
+        .collect();
     let ranges: Vec<(f64, f64)> = all.iter().map(|draws| range(draws)).collect();
     let names: Vec<String> = places.iter().map(|place| symbol(input, &parameters[*place])).collect();
     let panels = places.len() * places.len().saturating_sub(1) / 2;
@@ -74,6 +96,30 @@ pub(super) fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Vec<Optio
         .collect()
 }
 
+/// Places of the parameters that are shown, in their order: those that all runs share go before the k of each particle.
+fn first_places(posterior: &Posterior) -> Vec<usize> {
+    let parameters = &posterior.sampled.parameters.sampled;
+    let of_particle = |place: &usize| matches!(parameters[*place].kind, ParameterKind::DryK(_));
+    let (own, shared): (Vec<usize>, Vec<usize>) = (0..parameters.len()).partition(of_particle);
+    let mut places: Vec<usize> = shared.into_iter().chain(own).take(MOST_PAIRED).collect();
+    places.sort_unstable();
+    places
+}
+
+/// A parameter's symbol, with its particle.
+fn symbol(input: ReportInput, parameter: &ModelParameter) -> String {
+    let kind = parameter.kind;
+    parameter_label(input.scene, input.runs, kind, &in_scripts(kind.symbol()))
+}
+
+/// Smallest and largest of some numbers, a little apart.
+fn range(values: &[f64]) -> (f64, f64) {
+    let lo = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let hi = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let margin = 0.03 * (hi - lo);
+    (lo - margin, hi + margin)
+}
+
 /// Draws to show in a panel: every so many, and of the diverging ones a quarter of the room.
 fn points(posterior: &Posterior, most: usize) -> (Vec<usize>, Vec<usize>) {
     let flags = posterior.sampled.chains.iter().flat_map(|chain| &chain.diverging);
@@ -90,9 +136,14 @@ fn points(posterior: &Posterior, most: usize) -> (Vec<usize>, Vec<usize>) {
 /// Bars and prior, and the highest of both.
 fn histogram(draws: &[f64], (lo, hi): (f64, f64), prior: impl Fn(f64) -> Option<f64>) -> (Vec<Layer>, f64) {
     let width = (hi - lo) / BARS as f64;
-    let heights = bars(draws, (lo, hi), BARS).into_iter().enumerate();
-    let bars = heights.flat_map(|(bar, height)| {
+    let mut counts = [0.0; BARS];
+    for draw in draws {
+        // of draws that are all the same the bar is NaN, which becomes 0
+        counts[(((draw - lo) / width) as usize).min(BARS - 1)] += 1.0;
+    }
+    let bars = counts.iter().enumerate().flat_map(|(bar, count)| {
         let left = lo + width * bar as f64;
+        let height = count / (draws.len() as f64 * width);
         [(left, 0.0, height), (left + width, 0.0, height)]
     });
     let edges: Vec<(f64, f64, f64)> = bars.collect();
