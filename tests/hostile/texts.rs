@@ -42,7 +42,7 @@ fn with_particles(names: &[&str]) -> Place {
     assert!(scene.contains(one), "{scene}");
     let all: String = names.iter().map(of).collect();
     place.write("scene.toml", scene.replace(one, &all));
-    place.add_to_scene("[sampler]\nchains = 2\nwarmup = 50\ndraws = 50\n[bootstrap]\nreplicates = 1000");
+    place.add_to_scene("[sampler]\nchains = 2\nwarmup = 50\ndraws = 50\n[bootstrap]\nreplicates = 100");
     place
 }
 
