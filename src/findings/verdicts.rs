@@ -191,7 +191,7 @@ pub fn wet_law_holds(noise: &Noise, scaling: &[FittedScaling]) -> Option<Check> 
         )
     });
     let text = format!(
-        "the wet law against {}, most of it in {}: F({}, {}) = {:.1}, {} off by up to {:.1} of its ±{}",
+        "{} beyond the wet law, most of it in {}: F({}, {}) = {:.1}, {} off by up to {:.1} of its ±{}",
         found.against.words(),
         found.group,
         found.test.df_between,
