@@ -151,6 +151,26 @@ fn a_barely_rebounding_run_is_not_taken_at_its_word() {
     assert!(posterior.parameters.iter().all(|own| own.name != "sigma_energy"));
 }
 
+/// Least squares knows no noise on the energy: until the posterior is sampled, what such a run pins is not quoted.
+#[test]
+fn least_squares_alone_quotes_nothing_that_a_barely_rebounding_run_pins() {
+    let rows = table("a_barely_rebounding_run", &SPEEDS);
+    let check_of = |e: f64| {
+        let slow = 1.02 * speed_of(true, 0.1, e);
+        let found = Place::new(SCENE).fit_rows(&format!("{rows}{}", line(true, 0.1, slow, e)));
+        let check = found.verdicts.into_iter().find(|check| check.check == "slow_rebounds");
+        (check, found.main.verdict)
+    };
+    let (check, verdict) = check_of(0.03);
+    let check = check.expect("made");
+    let row = format!("runs.csv, line {} ", rows.lines().count() + 1);
+    assert!(!check.passed && !verdict.passed && check.text.contains(&row), "{check:?}");
+    assert!(verdict.reason.contains("sample the posterior"), "{verdict:?}");
+    // one that rebounds well is no such run
+    let (check, verdict) = check_of(0.4);
+    assert!(check.is_none() && verdict.passed, "{check:?} {verdict:?}");
+}
+
 /// A column that says how well e is measured says nothing of speeds and films.
 #[test]
 fn an_error_of_the_restitution_excuses_no_barely_rebounding_run() {
