@@ -530,7 +530,7 @@ fn fit_forms(scene: &str, inertia: Inertia, sets: u64) -> RightForms {
         let table = Table::of(runs::arrange(&place.scene, &common::rows(&place.scene, seed)));
         let findings = findings::fit_least_squares(&place.scene, &table, seed, false);
         let balance = findings.energy_balance.expect("dry and wet runs");
-        let is_right = balance.inertia == inertia.name();
+        let is_right = balance.inertia == inertia;
         found.right += usize::from(is_right);
         let is_near = balance.derived.iter().all(|row| {
             let (value, se) = row.e_inf.pair().expect("a ±");
@@ -597,7 +597,7 @@ fn leaving_out_chooses_as_least_squares_does() {
             let choice = findings.inertia.as_ref().expect("left open");
             assert_eq!(
                 (choice.inertia, choice.by),
-                (inertia.name(), ChosenBy::LeaveOneOut),
+                (inertia, ChosenBy::LeaveOneOut),
                 "{choice:?}"
             );
             assert!(findings.main.verdict.passed, "{:?}", findings.main.verdict);

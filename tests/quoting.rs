@@ -318,7 +318,7 @@ impl Kind {
             let same_form = findings
                 .posterior
                 .as_ref()
-                .is_some_and(|posterior| posterior.inertia == truth.inertia.name());
+                .is_some_and(|posterior| posterior.inertia == truth.inertia);
             match name {
                 "lubrication_log" => add("L", &parameter.number, truth.l),
                 "inertial_prefactor" if same_form => add("C", &parameter.number, truth.c),

@@ -3,6 +3,7 @@
 use crate::common::{binomial_z, seed_of, Place};
 use wetcor::findings::terms::{SizedTerm, LINE};
 use wetcor::findings::Findings;
+use wetcor::physics::Inertia;
 
 /// A design clear of the threshold, in which one number sets how much one term matters.
 #[derive(Clone, Copy)]
@@ -229,7 +230,7 @@ fn a_list_of_terms_is_obeyed() {
         .collect();
     assert_eq!(
         (names.as_slice(), balance.inertia),
-        (&["lubrication_log", "dry_k[P]"][..], "none")
+        (&["lubrication_log", "dry_k[P]"][..], Inertia::None)
     );
     let found = Place::new(&far.scene("[\"inertia\", \"bridge\", \"dry_second_order\"]", "2.0")).infer(1);
     let balance = found.energy_balance.as_ref().expect("a balance");

@@ -23,7 +23,7 @@ use crate::physics::balance::{Balance, BalanceAtFilm};
 use crate::physics::form::Term;
 use crate::physics::jet::{Jet, Number};
 use crate::physics::quantity::{Place, Quantity, Wetted};
-use crate::physics::{Coefficient, Form, Inertia};
+use crate::physics::{Coefficient, Form, Inertia, Viscous};
 use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
 
@@ -31,9 +31,9 @@ use crate::scene::{Scene, WetLaw};
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EnergyBalance {
     /// form of the inertial loss
-    pub inertia: &'static str,
+    pub inertia: Inertia,
     /// form of the viscous loss
-    pub viscous: &'static str,
+    pub viscous: Viscous,
     /// particles with a usable k at some diameter; the others are left out
     pub particles: Vec<String>,
     /// rebounds used
@@ -343,8 +343,8 @@ fn findings_of(setup: BalanceSetup, fitted: &FittedBalance, lack_of_fit: Option<
     let derived = places.par_iter().enumerate().filter(|_| fitted.converged());
     let l = joint.value(Coefficient::LubricationLog, point);
     EnergyBalance {
-        inertia: joint.form.inertia.name(),
-        viscous: joint.form.viscous.name(),
+        inertia: joint.form.inertia,
+        viscous: joint.form.viscous,
         particles: particles_of(scene, joint),
         runs: joint.measured_rebounds(),
         delta_c_over_roughness: match l {
@@ -532,10 +532,8 @@ fn choose_form<'r>(
     };
     let candidates: Vec<Candidate> = fits.iter().filter_map(candidate).collect();
     // runs that do not tell the default form are no reason for one that knows less
-    let (inertia, choice) = match InertiaChoice::among(&candidates, ChosenBy::LeastSquares) {
-        Some((inertia, choice)) => (inertia, Some(choice)),
-        None => (Inertia::DEFAULT, None),
-    };
+    let choice = InertiaChoice::among(&candidates, ChosenBy::LeastSquares);
+    let inertia = choice.as_ref().map_or(Inertia::DEFAULT, |choice| choice.inertia);
     let place = fits.iter().position(|(own, _)| *own == inertia).unwrap_or(0);
     (fits.swap_remove(place).1, choice)
 }

@@ -348,10 +348,10 @@ pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Res
         });
         evaluated.push(model);
     }
-    let chosen = InertiaChoice::among(&candidates, ChosenBy::LeaveOneOut);
+    let choice = InertiaChoice::among(&candidates, ChosenBy::LeaveOneOut);
     Ok(Chosen {
-        setup: chosen.as_ref().map_or(default, |(inertia, _)| of(*inertia)),
-        choice: chosen.map(|(_, choice)| choice),
+        setup: choice.as_ref().map_or(default, |choice| of(choice.inertia)),
+        choice,
         evaluated,
     })
 }

@@ -35,7 +35,7 @@ pub enum ChosenBy {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OtherForm {
     /// the form of the inertial loss
-    pub inertia: &'static str,
+    pub inertia: Inertia,
     /// its log density over all runs minus that of the chosen form
     pub difference: f64,
     /// standard error of that, run by run; `None` for fewer than two runs
@@ -99,7 +99,7 @@ impl Candidate {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InertiaChoice {
     /// the chosen one
-    pub inertia: &'static str,
+    pub inertia: Inertia,
     /// by what
     pub by: ChosenBy,
     /// the others
@@ -118,7 +118,7 @@ impl InertiaChoice {
 
     /// Chooses among forms: the best of those with as many parameters as the default one, then whatever gains most of those
     /// that clearly gain over it; `None` without the default one.
-    pub(super) fn among(forms: &[Candidate], by: ChosenBy) -> Option<(Inertia, InertiaChoice)> {
+    pub(super) fn among(forms: &[Candidate], by: ChosenBy) -> Option<InertiaChoice> {
         let usual = forms.iter().find(|form| form.inertia == Inertia::DEFAULT)?;
         let best_that_replaces = |standing: &Candidate, as_many: bool| {
             forms
@@ -133,18 +133,17 @@ impl InertiaChoice {
         let others = forms.iter().filter(|form| form.inertia != chosen.inertia).map(|form| {
             let gain = form.gain_over(chosen);
             OtherForm {
-                inertia: form.inertia.name(),
+                inertia: form.inertia,
                 difference: rounded(gain.value),
                 se: gain.se.map(rounded),
                 prior_difference: form.prior_gain_over(chosen).map(rounded),
             }
         });
-        let choice = InertiaChoice {
-            inertia: chosen.inertia.name(),
+        Some(InertiaChoice {
+            inertia: chosen.inertia,
             by,
             others: others.collect(),
-        };
-        Some((chosen.inertia, choice))
+        })
     }
 }
 
@@ -170,7 +169,7 @@ mod tests {
     }
 
     fn chosen(forms: &[Candidate]) -> Option<Inertia> {
-        InertiaChoice::among(forms, ChosenBy::LeaveOneOut).map(|(inertia, _)| inertia)
+        InertiaChoice::among(forms, ChosenBy::LeaveOneOut).map(|choice| choice.inertia)
     }
 
     #[test]
@@ -214,13 +213,13 @@ mod tests {
     #[test]
     fn the_others_are_held_against_the_chosen() {
         let forms = [form(Inertia::Stepwise, 0.0, 0.0), form(Inertia::Saturating, 9.0, 2.0)];
-        let (_, choice) = InertiaChoice::among(&forms, ChosenBy::LeastSquares).expect("the default is there");
+        let choice = InertiaChoice::among(&forms, ChosenBy::LeastSquares).expect("the default is there");
         let other = OtherForm {
-            inertia: "stepwise",
+            inertia: Inertia::Stepwise,
             difference: -9.0,
             se: Some(2.0),
             prior_difference: None,
         };
-        assert_eq!((choice.inertia, choice.others), ("saturating", vec![other]));
+        assert_eq!((choice.inertia, choice.others), (Inertia::Saturating, vec![other]));
     }
 }

@@ -121,7 +121,7 @@ fn preferred_inertia(findings: &Findings) -> Option<String> {
         .others
         .iter()
         .max_by(|a, b| a.difference.total_cmp(&b.difference))?;
-    let told = preference([choice.inertia, next.inertia], -next.difference, next.se);
+    let told = preference([choice.inertia.name(), next.inertia.name()], -next.difference, next.se);
     Some(format!(
         "Of the forms of the inertial loss the runs {told}, by the squares they leave."
     ))
@@ -368,10 +368,10 @@ mod tests {
         let told = |difference: f64| {
             plain(|findings| {
                 findings.inertia = Some(InertiaChoice {
-                    inertia: "stepwise",
+                    inertia: Inertia::Stepwise,
                     by: ChosenBy::LeastSquares,
                     others: vec![OtherForm {
-                        inertia: "saturating",
+                        inertia: Inertia::Saturating,
                         difference,
                         se: Some(1.5),
                         prior_difference: None,

@@ -450,7 +450,7 @@ impl Findings {
         self.notices.retain(|notice| notice.code != notices::FORM_CHOSEN_CODE);
         let chosen = self.inertia.iter();
         self.notices
-            .extend(chosen.map(|choice| notices::form_chosen(choice.inertia, choice.is_clear())));
+            .extend(chosen.map(|choice| notices::form_chosen(choice.inertia.name(), choice.is_clear())));
     }
 
     /// Gives what may follow from a prior that the runs contradict no advice of its own.

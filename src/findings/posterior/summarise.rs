@@ -16,7 +16,6 @@ use crate::inference::diagnostics::summary::summarise;
 use crate::inference::nuts::{divergences, Effort, LARGEST_DEPTH};
 use crate::inference::sampling::{Method, ReachedAccuracy, Sampled};
 use crate::model::parameters::{LeftOut, ModelParameter};
-use crate::physics::form::Term;
 use crate::physics::DrySpeed;
 use crate::scene::Prior;
 
@@ -91,9 +90,9 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
         method: sampled.method,
         khat: sampled.khat.filter(|khat| khat.is_finite()),
         accuracy: sampled.accuracy.as_ref().map(AccuracySummary::of),
-        terms: setup.form.terms().into_iter().map(Term::name).collect(),
-        inertia: setup.form.inertia.name(),
-        viscous: setup.form.viscous.name(),
+        terms: setup.form.terms(),
+        inertia: setup.form.inertia,
+        viscous: setup.form.viscous,
         dry_speed_m_s: match setup.form.dry_speed {
             DrySpeed::Reference(v) => Some(v),
             DrySpeed::Impact => None,

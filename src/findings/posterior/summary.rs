@@ -7,6 +7,8 @@ use super::runs_alone::RunsAlone;
 use crate::findings::predict::Basis;
 use crate::inference::sampling::Method;
 use crate::model::parameters::{ModelParameters, ParameterKind};
+use crate::physics::form::Term;
+use crate::physics::{Inertia, Viscous};
 use crate::runs::Runs;
 
 /// The summary of the posterior.
@@ -50,11 +52,11 @@ pub struct PosteriorFindings {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracySummary>,
     /// the terms of the energy balance, as a scene names them
-    pub terms: Vec<&'static str>,
+    pub terms: Vec<Term>,
     /// the form of the inertial loss
-    pub inertia: &'static str,
+    pub inertia: Inertia,
     /// the form of the viscous loss
-    pub viscous: &'static str,
+    pub viscous: Viscous,
     /// the speed at which e_dry enters, m/s; `None`: each run's own
     pub dry_speed_m_s: Option<f64>,
     /// what stood for the runs; `None` if every row was used

@@ -1,6 +1,6 @@
 //! Holds a term with its size and what was decided of it.
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use crate::physics::form::Term;
 
@@ -10,8 +10,7 @@ pub const LINE: f64 = 0.25;
 /// A term, its size, and what was decided.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SizedTerm {
-    /// which, by its word
-    #[serde(serialize_with = "word")]
+    /// which
     pub term: Term,
     /// whether the model holds it
     pub held: bool,
@@ -40,8 +39,4 @@ impl SizedTerm {
         let (share, se) = (self.runs_show?, self.runs_show_se?);
         Some((0.5 - share) / (se * se))
     }
-}
-
-fn word<S: Serializer>(term: &Term, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(term.name())
 }

@@ -12,7 +12,7 @@ use crate::findings::form_choice::{ChosenBy, InertiaChoice, OtherForm};
 use crate::findings::main_numbers::{MainNumbers, MainParameter, MainPlace, Source};
 use crate::physics::loss::{Film, Loss};
 use crate::physics::quantity::Place;
-use crate::physics::{Coefficient, Quantity};
+use crate::physics::{Coefficient, Inertia, Quantity};
 use crate::runs::Sphere;
 use crate::scene::{DryKOf, WetLaw};
 
@@ -39,7 +39,7 @@ pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
         };
         page.paragraph(&format!(
             "The form of the inertial loss, g = {}, was chosen from the runs by {by}; log density of the others over all runs, against it: {}.",
-            choice.inertia,
+            choice.inertia.name(),
             others(choice)
         ));
     }
@@ -111,7 +111,7 @@ pub(super) fn others(choice: &InertiaChoice) -> String {
         });
         format!(
             "{} {}{of_prior}",
-            other.inertia,
+            other.inertia.name(),
             numbers::signed_to(other.difference, 1)
         )
     };
@@ -279,7 +279,7 @@ fn label(input: ReportInput, parameter: &MainParameter) -> String {
         (Quantity::Shared(Coefficient::InertialPrefactor), None) => {
             let fitted = input.findings.energy_balance.as_ref().map(|balance| balance.inertia);
             let sampled = input.posterior.map(|posterior| posterior.findings.inertia);
-            format!("{label} ({})", sampled.or(fitted).unwrap_or_default())
+            format!("{label} ({})", sampled.or(fitted).map_or("", Inertia::name))
         }
         (Quantity::Shared(Coefficient::FilmScale), None) => format!("{label}, film scale"),
         (Quantity::DeltaCOverRoughness, None) => format!("{label} = exp(L)"),

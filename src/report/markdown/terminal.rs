@@ -26,7 +26,7 @@ pub fn summary(input: ReportInput) -> String {
     }
     let form = input.findings.inertia.as_ref().map(|choice| {
         let others = format!("(log density against it: {})", others(choice));
-        ["inertia".to_owned(), format!("= {}", choice.inertia), others]
+        ["inertia".to_owned(), format!("= {}", choice.inertia.name()), others]
     });
     let parameters = main.parameters.iter().map(|parameter| {
         let value = quantities::main(parameter.quantity, &parameter.number);
