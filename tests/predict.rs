@@ -517,6 +517,21 @@ fn a_parameter_held_at_a_value_counts_as_that_value_in_every_draw() {
     );
 }
 
+/// The asymmetry of noise may be of either sign: its prior has no lower bound, which JSON writes as null.
+#[test]
+fn noise_of_an_asymmetry_without_a_bound_is_predicted_from() {
+    let asymmetric = Store::new(|findings, draws| {
+        let parameter = r#"{"name":"sigma_wet"},{"name":"asymmetry","prior":{"lower":null}}"#;
+        *findings = findings.replace(r#"{"name":"sigma_wet"}"#, parameter);
+        *draws = draws
+            .replace("sigma_wet", "sigma_wet,asymmetry")
+            .replace("0.02,", "0.02,-0.5,");
+    });
+    let (status, out, err) = asymmetric.told(&ASKED);
+    assert_eq!(status, Some(0), "{err}");
+    assert_ne!(out, Store::new(|_, _| ()).told(&ASKED).1);
+}
+
 #[test]
 fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
     const AGAIN: &str = "; run `wetcor fit SCENE --out r` with every stage";

@@ -84,14 +84,6 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
             ""
         }
     );
-    let particles = &finished.basis.particles;
-    let density = particles.iter().find(|particle| particle.name == asked.particle);
-    let Some(density) = density.map(|particle| particle.density_kg_m3) else {
-        return Err(Error::Internal {
-            doing: "find the particle",
-            reason: "a law of an unknown particle".to_owned(),
-        });
-    };
     let range = found.wet.as_ref().and_then(|wet| found.law.range_in(wet));
     let wetting = found.wet.map(|wet| Wetting {
         liquid: asked.liquid.name().unwrap_or("a liquid that the scene has not"),
@@ -105,7 +97,7 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
             title: &finished.title,
             source: &source,
             particle: &asked.particle,
-            density,
+            density: finished.particle(&asked.particle)?.density_kg_m3,
             diameter: asked.diameter,
             wetting,
             reference_speed: request.speed,

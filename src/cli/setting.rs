@@ -7,7 +7,7 @@ use wetcor::error::{quoted, Error};
 use wetcor::findings::predict::{LiquidBasis, ParticleLaw};
 use wetcor::physics::form::Term;
 use wetcor::physics::Setting;
-use wetcor::report::finished::{Finished, SeriesSetting};
+use wetcor::report::finished::Finished;
 use wetcor::scene::{name_expected, DRY, LARGEST_FILM_RATIO};
 use wetcor::units::Dimension;
 
@@ -136,15 +136,7 @@ fn plate(asked: &AskedPair, finished: &Finished) -> Result<Option<Setting>, Erro
     let Some((liquid, film)) = asked.liquid.of(finished)?.zip(asked.film) else {
         return Ok(None);
     };
-    let particles = &finished.basis.particles;
-    let Some(particle) = particles.iter().find(|particle| particle.name == asked.particle) else {
-        // the law says which there are
-        finished.law(&asked.particle, asked.diameter)?;
-        return Err(Error::Internal {
-            doing: "find the particle",
-            reason: "a law of an unknown particle".to_owned(),
-        });
-    };
+    let particle = finished.particle(&asked.particle)?;
     let setting = Setting {
         density: particle.density_kg_m3,
         diameter: asked.diameter,
@@ -165,12 +157,7 @@ pub(super) fn find_law(asked: &AskedPair, finished: &Finished, measured: bool) -
         return Ok(FoundLaw { wet: None, law });
     };
     let law = match asked.liquid.name().filter(|_| measured) {
-        Some(liquid) => finished.law_of_series(&SeriesSetting {
-            particle: &asked.particle,
-            liquid,
-            diameter: setting.diameter,
-            film_ratio: setting.film_ratio(),
-        })?,
+        Some(liquid) => finished.law_of_series(&asked.particle, liquid, &setting)?,
         None => finished.law(&asked.particle, setting.diameter)?,
     };
     if Term::Bridge.is_held(law.form) && setting.surface_tension.is_none() {

@@ -8,6 +8,7 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -16,35 +17,33 @@ use serde::{Deserialize, Serialize};
 
 use super::draws::csv;
 use super::draws::tie::{Tie, STORE, TABLE};
-use super::normal_draws::{normal_draws, Moments, DRAWS};
+use super::normal_draws::{normal_draws, Moments};
+use super::posterior_record::{odd_value, PosteriorRecord, SeriesRecord};
 use crate::encoding::decode;
 use crate::error::{named, quoted, Error};
 use crate::files;
 use crate::findings::notices::NOISE_GROWS_CODE;
-use crate::findings::predict::{
-    offset_of_new_series, Basis, Covered, Draw, ParticleBasis, ParticleLaw, PredictedSeries,
-};
+use crate::findings::posterior::MOST_NUMBERS;
+use crate::findings::predict::{offset_of_new_series, Basis, Draw, ParticleBasis, ParticleLaw, PredictedSeries};
 use crate::findings::SCHEMA;
 use crate::model::likelihood::tails::Tails;
-use crate::model::parameters::{ParameterKind, SERIES_OFFSET};
 use crate::physics::coefficient::Coefficients;
 use crate::physics::dry::DRY_K;
-use crate::physics::form::Term;
 use crate::physics::numbers::same_diameter;
-use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Viscous};
+use crate::physics::{Coefficient, Form, Parameters, Setting};
 use crate::runs::{diameter_in_mm, sphere_label};
-use crate::scene::{name_expected, LikelihoodFamily, LARGEST_FILM_RATIO, MOST_KEPT};
+use crate::scene::{name_expected, LikelihoodFamily, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
 use crate::seed::sha256;
 use crate::units::micrometres;
+
+/// The findings in a report's folder.
+const FINDINGS: &str = "findings.json";
 
 /// Most bytes of a `findings.json` or a store's `zarr.json`: far more than any has.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// Columns of the table of draws before those of the parameters: chain, iteration, draw.
-const CONTROLS: u64 = 3;
-
-/// Fewest and most bytes a number of the table of draws takes, with what parts it from the next.
-const BYTES_A_NUMBER: [u64; 2] = [2, 32];
+/// Most bytes of the table of draws, whose numbers have some 20 each.
+const MOST_BYTES_OF_DRAWS: u64 = 32 * MOST_NUMBERS as u64;
 
 /// A finished fit with a posterior.
 #[derive(Debug)]
@@ -61,13 +60,11 @@ pub struct Finished {
     pub noise_grows: Option<String>,
     /// the scene's numbers
     pub basis: Basis,
+    form: Form,
     posterior: PosteriorRecord,
-    /// the laws asked for before: the draws of each are read once
-    laws: RefCell<HashMap<(String, Impacts), Arc<ParticleLaw>>>,
+    /// the laws asked for before, by the names of k and of the offset: the draws of each are read once
+    laws: RefCell<HashMap<(String, Option<String>), Arc<ParticleLaw>>>,
 }
-
-/// Draws of all laws together that are kept in case they are asked for again: some 500 MB.
-const MOST_DRAWS_HELD: usize = 4_000_000;
 
 #[derive(Deserialize)]
 struct FindingsHeader {
@@ -97,84 +94,6 @@ struct CheckRecord {
     text: String,
 }
 
-#[derive(Debug, Deserialize)]
-struct PosteriorRecord {
-    parameters: Vec<ParameterRecord>,
-    left_out: Vec<Named>,
-    #[serde(default)]
-    correlation: Vec<Vec<Option<f64>>>,
-    chains: usize,
-    draws: usize,
-    terms: Vec<String>,
-    inertia: String,
-    viscous: String,
-    dry_speed_m_s: Option<f64>,
-    #[serde(default)]
-    series_offsets: Vec<SeriesRecord>,
-    basis: Basis,
-}
-
-/// A series with an offset of its own.
-#[derive(Debug, Deserialize)]
-struct SeriesRecord {
-    name: String,
-    particle: String,
-    liquid: String,
-    diameter_m: f64,
-    /// smallest and largest δ/D of its runs
-    film_ratios: [f64; 2],
-}
-
-/// Where a series is looked for.
-#[derive(Debug, Clone, Copy)]
-pub struct SeriesSetting<'a> {
-    /// name of the particle
-    pub particle: &'a str,
-    /// name of the liquid
-    pub liquid: &'a str,
-    /// D, m
-    pub diameter: f64,
-    /// δ/D
-    pub film_ratio: f64,
-}
-
-impl SeriesRecord {
-    /// Whether it was measured at a setting, but for what films are rounded by.
-    fn is_at(&self, setting: &SeriesSetting) -> bool {
-        const ROUNDING: f64 = 0.02;
-        let [lo, hi] = self.film_ratios;
-        let film = (lo * (1.0 - ROUNDING)..=hi * (1.0 + ROUNDING)).contains(&setting.film_ratio);
-        let same = self.particle == setting.particle && self.liquid == setting.liquid;
-        same && same_diameter(self.diameter_m, setting.diameter) && film
-    }
-}
-
-/// A sampled parameter.
-#[derive(Debug, Deserialize)]
-struct ParameterRecord {
-    name: String,
-    #[serde(default)]
-    mean: Option<f64>,
-    #[serde(default)]
-    sd: Option<f64>,
-    #[serde(default)]
-    prior: Option<PriorRecord>,
-}
-
-#[derive(Debug, Deserialize)]
-struct PriorRecord {
-    /// the parameter lies above this
-    lower: f64,
-}
-
-/// A parameter that was not sampled; its value where it was held at one.
-#[derive(Debug, Deserialize)]
-struct Named {
-    name: String,
-    #[serde(default)]
-    value: Option<f64>,
-}
-
 /// What the draws that predictions are made of were drawn from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -195,77 +114,75 @@ impl DrawnFrom {
     }
 }
 
-/// The impacts a law is asked for.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-enum Impacts {
-    Dry,
-    /// wet ones of a series that was not measured
-    New,
-    /// wet ones of the series whose offset has this name
-    Measured(String),
-}
-
-/// Where a parameter's values come from.
-enum Source {
-    /// a column of the draws
-    Column(Vec<f64>),
-    /// held at one value
-    Held(f64),
-}
-
-impl Source {
-    fn at(&self, draw: usize) -> f64 {
-        match self {
-            Source::Column(values) => values[draw],
-            Source::Held(value) => *value,
-        }
-    }
-}
-
 impl Finished {
     /// Reads `findings.json` of a folder.
     ///
     /// Fails where the folder is no report, of another version, or of a fit without a posterior.
     pub fn read(folder: &Path) -> Result<Finished, Error> {
-        let path = folder.join("findings.json");
+        let path = folder.join(FINDINGS);
         let bytes = read(&path, "findings of a fit", folder, MOST_BYTES)?;
-        let no_json = |error: &dyn std::fmt::Display| {
-            let text = format!("{}: no findings of wetcor ({error})", path.display());
-            Error::Usage(format!("{text}; {}", again(folder)))
-        };
-        let mark: FindingsHeader = serde_json::from_slice(&bytes).map_err(|error| no_json(&error))?;
+        let refuse = |problem: &dyn Display| refuse(folder, &path, problem);
+        let no_json = |error: serde_json::Error| refuse(&format!("no findings of wetcor ({error})"));
+        let header: FindingsHeader = serde_json::from_slice(&bytes).map_err(no_json)?;
+        if header.schema != SCHEMA {
+            let found = quoted(&header.schema);
+            return Err(refuse(&format!("found schema {found}, expected `{SCHEMA}`")));
+        }
         let ours = env!("CARGO_PKG_VERSION");
-        if mark.schema != SCHEMA {
-            let found = quoted(&mark.schema);
-            let text = format!("{}: found schema {found}, expected `{SCHEMA}`", path.display());
-            return Err(Error::Usage(format!("{text}; {}", again(folder))));
+        if header.wetcor != ours {
+            let theirs = quoted(&header.wetcor);
+            let other = format!("written by wetcor {theirs}, this is `{ours}`, whose formulas may differ");
+            return Err(refuse(&other));
         }
-        if mark.wetcor != ours {
-            let (theirs, path) = (quoted(&mark.wetcor), path.display());
-            let text = format!("{path}: written by wetcor {theirs}, this is `{ours}`, whose formulas may differ");
-            return Err(Error::Usage(format!("{text}; {}", again(folder))));
+        let file: FindingsRecord = serde_json::from_slice(&bytes).map_err(no_json)?;
+        let posterior = file.posterior;
+        let posterior = posterior.ok_or_else(|| refuse(&"the fit has no posterior to predict from"))?;
+        let form = posterior.form().map_err(|unknown| {
+            let folder = folder.display();
+            Error::Usage(format!("{folder}: the fit has {unknown}, which predict does not know"))
+        })?;
+        if let Some(odd) = posterior.odd_number(form) {
+            return Err(refuse(&odd));
         }
-        let file: FindingsRecord = serde_json::from_slice(&bytes).map_err(|error| no_json(&error))?;
-        let Some(posterior) = file.posterior else {
-            let text = format!("{}: the fit has no posterior to predict from", path.display());
-            return Err(Error::Usage(format!("{text}; {}", again(folder))));
-        };
         let failed = file.verdicts.into_iter().filter(|check| check.gates && !check.passed);
-        let grows = |notice: NoticeRecord| (notice.code == NOISE_GROWS_CODE).then_some(notice.text);
-        if let Some(odd) = odd_number(&posterior) {
-            let text = format!("{}: {odd}", path.display());
-            return Err(Error::Usage(format!("{text}; {}", again(folder))));
-        }
+        let mut notices = file.notices.into_iter();
         Ok(Finished {
             folder: folder.to_path_buf(),
             sha256: sha256(&bytes),
-            title: mark.title,
+            title: header.title,
             failed: failed.map(|check| check.text).collect(),
-            noise_grows: file.notices.into_iter().find_map(grows),
+            noise_grows: notices.find(|own| own.code == NOISE_GROWS_CODE).map(|own| own.text),
             basis: posterior.basis.clone(),
+            form,
             posterior,
             laws: RefCell::default(),
         })
+    }
+
+    /// A particle that the fit has a k of.
+    ///
+    /// Fails with those there are.
+    pub fn particle(&self, name: &str) -> Result<&ParticleBasis, Error> {
+        let particles = self.basis.particles.iter();
+        match particles.clone().find(|own| own.name == name) {
+            Some(own) if self.has_k(own) => Ok(own),
+            Some(_) => Err(Error::Usage(format!(
+                "--particle: {} has no runs in use, so the fit has no k of it; add dry runs of it and fit again",
+                quoted(name)
+            ))),
+            None => {
+                let names = particles.clone().map(|own| own.name.as_str());
+                let with_k: Vec<&str> = particles
+                    .filter(|own| self.has_k(own))
+                    .map(|own| own.name.as_str())
+                    .collect();
+                let expected = name_expected(&format!("one of {}", with_k.join(", ")), name, names);
+                Err(Error::Usage(format!(
+                    "--particle: the fit has no k of {}; {expected}",
+                    quoted(name)
+                )))
+            }
+        }
     }
 
     /// Of which series [`Finished::law`] is; `None` where series have no offsets.
@@ -279,14 +196,14 @@ impl Finished {
     ///
     /// Fails for a particle or diameter the fit has no k of, and where the draws are missing, cut short or not to be read.
     pub fn law(&self, particle: &str, diameter: f64) -> Result<Arc<ParticleLaw>, Error> {
-        self.law_with(particle, diameter, Impacts::New)
+        self.law_with(particle, diameter, Some(SIGMA_SERIES.name))
     }
 
     /// The same for dry impacts: what is of wet runs alone is not asked for.
     ///
     /// Fails as [`Finished::law`] does, and where the fit has no spread of dry runs.
     pub fn dry_law(&self, particle: &str, diameter: f64) -> Result<Arc<ParticleLaw>, Error> {
-        self.law_with(particle, diameter, Impacts::Dry)
+        self.law_with(particle, diameter, None)
     }
 
     /// What the draws of its laws were drawn from.
@@ -299,132 +216,76 @@ impl Finished {
         }
     }
 
-    /// That of the series that was measured at a setting.
+    /// That of the series that was measured on a plate with a liquid of this name.
     ///
     /// Fails as [`Finished::law`] does, and where series have no offsets or none was measured there.
-    pub fn law_of_series(&self, setting: &SeriesSetting) -> Result<Arc<ParticleLaw>, Error> {
+    pub fn law_of_series(&self, particle: &str, liquid: &str, plate: &Setting) -> Result<Arc<ParticleLaw>, Error> {
         let all = &self.posterior.series_offsets;
         if all.is_empty() {
             let text = "the fit has no offsets of series ([model] series_offsets), so that one law is that of all";
             return Err(Error::Usage(format!("--measured-series: {text}")));
         }
-        let Some(own) = all.iter().find(|own| own.is_at(setting)) else {
-            return Err(self.refuse_series(setting));
-        };
-        self.law_with(setting.particle, setting.diameter, Impacts::Measured(own.name.clone()))
-    }
-
-    /// No series was measured there: names those of the particle and liquid that were.
-    fn refuse_series(&self, setting: &SeriesSetting) -> Error {
-        /// so many are named
-        const SHOWN: usize = 6;
-        let SeriesSetting { particle, liquid, .. } = setting;
-        let all = self.posterior.series_offsets.iter();
-        let own = all.filter(|own| own.particle == *particle && own.liquid == *liquid);
-        let mut words: Vec<String> = own
-            .map(|own| {
-                let [lo, hi] = own.film_ratios.map(|ratio| micrometres(own.diameter_m * ratio));
-                let film = if hi - lo < 0.5 {
-                    format!("{lo:.0}")
-                } else {
-                    format!("{lo:.0} to {hi:.0}")
-                };
-                format!("{} mm with a film of {film} µm", diameter_in_mm(own.diameter_m))
-            })
-            .collect();
-        let more = words.len().saturating_sub(SHOWN);
-        words.truncate(SHOWN);
-        if more > 0 {
-            words.push(format!("{more} more"));
+        let of_pair = all
+            .iter()
+            .filter(|own| own.particle == particle && own.liquid == liquid);
+        let of_pair: Vec<&SeriesRecord> = of_pair.collect();
+        if let Some(own) = of_pair.iter().find(|own| own.is_at(plate)) {
+            return self.law_with(particle, plate.diameter, Some(&own.name));
         }
-        let expected = if words.is_empty() {
-            format!("of {} in {} none was", quoted(particle), quoted(liquid))
-        } else {
-            format!("expected one of {}", words.join(", "))
-        };
-        Error::Usage(format!(
-            "--measured-series: no series of {} in {} was measured at {} mm with a film of {:.0} µm; {expected}",
-            quoted(particle),
-            quoted(liquid),
-            diameter_in_mm(setting.diameter),
-            micrometres(setting.diameter * setting.film_ratio)
-        ))
+        let pair = format!("{} in {}", quoted(particle), quoted(liquid));
+        Err(Error::Usage(format!(
+            "--measured-series: no series of {pair} was measured at {} mm with a film of {:.0} µm; {}",
+            diameter_in_mm(plate.diameter),
+            micrometres(plate.film),
+            match series_in_words(&of_pair) {
+                words if words.is_empty() => format!("of {pair} none was"),
+                words => format!("expected one of {}", words.join(", ")),
+            }
+        )))
     }
 
-    /// The law of a particle of a diameter, as it was found before or from the draws.
-    fn law_with(&self, particle: &str, diameter: f64, impacts: Impacts) -> Result<Arc<ParticleLaw>, Error> {
-        let known = self.basis.particles.iter().find(|known| known.name == particle);
-        let Some(known) = known.filter(|known| self.has_k(known)) else {
-            return Err(self.refuse_particle(particle));
-        };
-        let sphere = match known.dry_k_diameters_m.as_slice() {
-            [] => None,
-            own => match own.iter().find(|own| same_diameter(**own, diameter)) {
-                Some(own) => Some(*own),
-                None => return Err(refuse_diameter(known, diameter)),
-            },
-        };
-        let asked = (name_of_k(particle, sphere), impacts);
+    /// The law of a particle of a diameter, as it was found before or from the draws: of wet runs with this offset, or with
+    /// one of this spread; of dry ones without.
+    fn law_with(&self, particle: &str, diameter: f64, offset: Option<&str>) -> Result<Arc<ParticleLaw>, Error> {
+        let known = self.particle(particle)?;
+        let own = &known.dry_k_diameters_m;
+        let sphere = own.iter().copied().find(|own| same_diameter(*own, diameter));
+        if sphere.is_none() && !own.is_empty() {
+            return Err(refuse_diameter(known, diameter));
+        }
+        let asked = (name_of_k(particle, sphere), offset.map(str::to_owned));
         if let Some(before) = self.laws.borrow().get(&asked) {
             return Ok(Arc::clone(before));
         }
-        let law = Arc::new(self.law_from_draws(known, &asked)?);
-        let mut laws = self.laws.borrow_mut();
-        if (laws.len() + 1) * law.draws.len() > MOST_DRAWS_HELD {
-            laws.clear();
-        }
-        laws.insert(asked, Arc::clone(&law));
+        let law = Arc::new(self.law_from_draws(known, &asked.0, offset)?);
+        self.laws.borrow_mut().insert(asked, Arc::clone(&law));
         Ok(law)
     }
 
-    fn law_from_draws(&self, known: &ParticleBasis, asked: &(String, Impacts)) -> Result<ParticleLaw, Error> {
-        let (dry_k, impacts) = asked;
-        let inertia = Inertia::ALL
-            .into_iter()
-            .find(|form| form.name() == self.posterior.inertia)
-            .ok_or_else(|| self.unknown(&format!("inertia {}", quoted(&self.posterior.inertia))))?;
-        let viscous = Viscous::ALL
-            .into_iter()
-            .find(|form| form.name() == self.posterior.viscous)
-            .ok_or_else(|| self.unknown(&format!("viscous loss {}", quoted(&self.posterior.viscous))))?;
-        let form = self.form(inertia, viscous)?;
-        let known_parameters = |name: &str| {
-            let physical = Coefficient::ALL
-                .iter()
-                .any(|coefficient| coefficient.describe().name == name);
-            physical || name.starts_with("dry_k[") || NOISE.iter().any(|kind| kind.key() == name)
+    fn law_from_draws(&self, known: &ParticleBasis, dry_k: &str, offset: Option<&str>) -> Result<ParticleLaw, Error> {
+        let name = |own: Coefficient| own.describe().name;
+        let (runs, sigma) = if offset.is_some() {
+            ("wet", SIGMA_WET.name)
+        } else {
+            ("dry", SIGMA_DRY.name)
         };
-        if let Some(new) = self.posterior.parameters.iter().find(|p| !known_parameters(&p.name)) {
-            return Err(self.unknown(&format!("the parameter {}", quoted(&new.name))));
+        let of_terms = self.form.coefficients().map(name).filter(|_| offset.is_some());
+        let mut needed = [dry_k].into_iter().chain(of_terms).chain([sigma]);
+        if let Some(missing) = needed.find(|name| !self.has(name)) {
+            let folder = self.folder.display();
+            let text = format!("{folder}: the fit has no {missing}: it needs {runs} runs");
+            return Err(Error::Usage(text));
         }
-        let dry = matches!(impacts, Impacts::Dry);
-        // what the form does not read counts as none
-        let shared = Coefficient::ALL.map(|coefficient| {
-            let unread = (dry || !form.has(coefficient)).then_some(f64::NAN);
-            (coefficient.describe().name.to_owned(), unread)
-        });
         // the one whose shape was drawn
-        let has_shape = |family: &LikelihoodFamily| self.has(ParameterKind::Shape(*family).key());
         let mut families = LikelihoodFamily::NAMED.into_iter().map(|(_, family)| family);
+        let has_shape = |family: &LikelihoodFamily| family.shape().is_some_and(|own| self.has(own.name));
         let family = families.find(has_shape).unwrap_or(LikelihoodFamily::Normal);
-        let optional =
-            |kind: ParameterKind, none: f64| (kind.key().to_owned(), (!self.has(kind.key())).then_some(none));
-        let spread = |kind: ParameterKind, of_dry: bool| (kind.key().to_owned(), (of_dry != dry).then_some(0.0));
-        let mut wanted = vec![(dry_k.clone(), None)];
-        wanted.extend(shared);
-        wanted.extend([
-            spread(ParameterKind::SigmaDry, true),
-            spread(ParameterKind::SigmaWet, false),
-            optional(ParameterKind::SigmaEnergy, 0.0),
-            optional(ParameterKind::Shape(family), f64::NAN),
-            match impacts {
-                Impacts::Measured(name) => (name.clone(), None),
-                Impacts::New | Impacts::Dry => optional(ParameterKind::SigmaSeries, 0.0),
-            },
-        ]);
-        let sources = self.sources(&wanted, if dry { "dry" } else { "wet" })?;
-        let draws = (0..self.draws()).map(|draw| {
-            let values: Vec<f64> = sources.iter().map(|source| source.at(draw)).collect();
+        let shape = family.shape().map_or("", |own| own.name);
+        let offset = offset.unwrap_or(SIGMA_SERIES.name);
+        let noise = [SIGMA_DRY.name, SIGMA_WET.name, SIGMA_ENERGY.name, shape, offset];
+        let columns = self.draws_of(&[&[dry_k][..], &Coefficient::ALL.map(name), &noise].concat())?;
+        let draws = (0..columns[0].len()).map(|draw| {
+            let values: Vec<f64> = columns.iter().map(|column| column[draw]).collect();
             let (physical, noise) = values.split_at(1 + Coefficient::COUNT);
             Draw {
                 parameters: Parameters {
@@ -435,14 +296,14 @@ impl Finished {
                 sigma_wet: noise[1],
                 sigma_energy: noise[2],
                 tails: Tails::of(family, noise[3]),
-                series_offset: match impacts {
-                    Impacts::Measured(_) => noise[4],
-                    Impacts::New | Impacts::Dry => offset_of_new_series(draw, noise[4]),
+                series_offset: match offset == SIGMA_SERIES.name {
+                    true => offset_of_new_series(draw, noise[4]),
+                    false => noise[4],
                 },
             }
         });
         Ok(ParticleLaw {
-            form,
+            form: self.form,
             smallest_restitution: self.basis.smallest_restitution,
             covered: known.covered,
             ranges: self.basis.ranges(known),
@@ -451,188 +312,108 @@ impl Finished {
         })
     }
 
-    /// The terms of the fit's energy balance.
-    fn form(&self, inertia: Inertia, viscous: Viscous) -> Result<Form, Error> {
-        let speed = self.posterior.dry_speed_m_s;
-        let mut terms = vec![];
-        for name in &self.posterior.terms {
-            match Term::LISTED.into_iter().find(|term| term.name() == name) {
-                Some(term) => terms.push(term),
-                None => return Err(self.unknown(&format!("the term {}", quoted(name)))),
+    /// Draws of some parameters, in their order: of one that was not sampled the value it is held at, of one that the fit does
+    /// not have 0.
+    fn draws_of(&self, names: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
+        let sampled: Vec<&str> = names.iter().copied().filter(|name| self.is_sampled(name)).collect();
+        let (path, columns) = match self.drawn_from() {
+            DrawnFrom::Posterior => (self.folder.join(TABLE), self.table_columns(&sampled)?),
+            DrawnFrom::NormalApproximation => (self.folder.join(FINDINGS), self.normal_columns(&sampled)?),
+        };
+        for (name, column) in sampled.iter().zip(&columns) {
+            if let Some(odd) = column.iter().find_map(|x| odd_value(name, *x, false)) {
+                return Err(refuse(&self.folder, &path, &odd));
             }
         }
-        let speed = speed.map_or(DrySpeed::Impact, DrySpeed::Reference);
-        let usual = Form {
-            viscous,
-            ..Form::new(inertia, speed)
+        let draws = columns.first().map_or(1, Vec::len);
+        let mut columns = columns.into_iter();
+        let of = |name: &&str| match self.is_sampled(name) {
+            true => columns.next().unwrap_or_default(),
+            false => vec![self.held(name).unwrap_or(0.0); draws],
         };
-        Ok(usual.with_terms(&terms))
+        Ok(names.iter().map(of).collect())
+    }
+
+    /// Whether there are draws of a parameter or an offset.
+    fn is_sampled(&self, name: &str) -> bool {
+        let all = &self.posterior;
+        all.parameters.iter().any(|own| own.name == name) || all.series_offsets.iter().any(|own| own.name == name)
+    }
+
+    /// The value a parameter is held at.
+    fn held(&self, name: &str) -> Option<f64> {
+        self.posterior.left_out.iter().find(|own| own.name == name)?.value
     }
 
     fn has(&self, name: &str) -> bool {
-        let mut held = self.posterior.left_out.iter().filter(|held| held.value.is_some());
-        self.posterior.parameters.iter().any(|p| p.name == name) || held.any(|held| held.name == name)
+        self.is_sampled(name) || self.held(name).is_some()
     }
 
     /// Whether the fit has a k of a particle, at every diameter or at one.
     fn has_k(&self, particle: &ParticleBasis) -> bool {
-        let mut own = particle.dry_k_diameters_m.iter();
-        let of_diameter = |diameter: Option<f64>| self.has(&name_of_k(&particle.name, diameter));
-        of_diameter(None) || own.any(|diameter| of_diameter(Some(*diameter)))
-    }
-
-    fn refuse_particle(&self, particle: &str) -> Error {
-        let name = quoted(particle);
-        let particles = self.basis.particles.iter();
-        let names = particles.clone().map(|known| known.name.as_str());
-        if self.basis.particles.iter().any(|known| known.name == particle) {
-            let text = format!("--particle: {name} has no runs in use, so the fit has no k of it");
-            return Error::Usage(format!("{text}; add dry runs of it and fit again"));
-        }
-        let with_k = particles.filter(|known| self.has_k(known));
-        let with_k: Vec<&str> = with_k.map(|known| known.name.as_str()).collect();
-        let expected = name_expected(&format!("one of {}", with_k.join(", ")), particle, names);
-        Error::Usage(format!("--particle: the fit has no k of {name}; {expected}"))
-    }
-
-    /// Something a later version may fit and this one cannot predict with.
-    fn unknown(&self, what: &str) -> Error {
-        let folder = self.folder.display();
-        Error::Usage(format!("{folder}: the fit has {what}, which predict does not know"))
+        let own = particle.dry_k_diameters_m.iter().copied().map(Some);
+        own.chain([None])
+            .any(|diameter| self.has(&name_of_k(&particle.name, diameter)))
     }
 
     /// Columns of the table of draws, which must be the one that was written with these findings.
-    fn columns(&self, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
+    fn table_columns(&self, names: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
         let path = self.folder.join(TABLE);
-        let PosteriorRecord { chains, draws, .. } = self.posterior;
-        let columns_of_draws = self.posterior.parameters.len() + self.posterior.series_offsets.len();
-        let numbers = (chains * draws) as u64 * (columns_of_draws as u64 + CONTROLS);
-        let [fewest, most] = BYTES_A_NUMBER.map(|bytes| numbers * bytes);
-        // the names in the header have as much room as all of a findings.json
-        let bytes = read(&path, "draws to predict from", &self.folder, most + MOST_BYTES)?;
-        // before memory is asked for so many
-        if fewest > bytes.len() as u64 {
-            let found = bytes.len();
-            let problem = format!("found {found} bytes, which {chains} chains of {draws} draws do not take");
-            return Err(self.refuse(&path, &problem));
-        }
+        let bytes = read(&path, "draws to predict from", &self.folder, MOST_BYTES_OF_DRAWS)?;
         self.check_tie(&bytes)?;
-        let text = decode(&bytes).map_err(|problem| self.refuse(&path, &problem))?;
-        let read = csv::read(text, columns, chains * draws).map_err(|problem| self.refuse(&path, &problem))?;
-        for (name, values) in columns.iter().zip(&read) {
-            if let Some(odd) = values.iter().find_map(|x| odd_value(name, *x, false)) {
-                return Err(self.refuse(&path, &odd));
-            }
-        }
-        Ok(read)
+        let PosteriorRecord { chains, draws, .. } = self.posterior;
+        let read = decode(&bytes).and_then(|text| csv::read(text, names, chains * draws));
+        read.map_err(|problem| refuse(&self.folder, &path, &problem))
     }
 
     /// Fails unless the findings and these draws are what the store beside them was written with.
     fn check_tie(&self, draws: &[u8]) -> Result<(), Error> {
         let store = self.folder.join(STORE).join("zarr.json");
+        let refuse = |path: &Path, problem: String| Err(refuse(&self.folder, path, &problem));
         let root = read(&store, "word of what the draws belong to", &self.folder, MOST_BYTES)?;
-        let tie = Tie::of_store(&root)
-            .map_err(|error| self.refuse(&store, &format!("no word of what the draws belong to ({error})")))?;
+        let tie = match Tie::of_store(&root) {
+            Ok(tie) => tie,
+            Err(error) => return refuse(&store, format!("no word of what the draws belong to ({error})")),
+        };
         for (name, hash, expected) in [
-            ("findings.json", &self.sha256, tie.findings_sha256),
+            (FINDINGS, &self.sha256, tie.findings_sha256),
             (TABLE, &sha256(draws), tie.draws_csv_sha256),
         ] {
             if *hash != expected {
-                let other = format!(
-                    "does not belong to {STORE}, which names another by its hash: changed since, or of another fit"
-                );
-                return Err(self.refuse(&self.folder.join(name), &other));
+                let why = "which names another by its hash: changed since, or of another fit";
+                return refuse(&self.folder.join(name), format!("does not belong to {STORE}, {why}"));
             }
         }
         Ok(())
     }
 
-    /// Says what is wrong with a file of the folder.
-    fn refuse(&self, path: &Path, problem: &dyn std::fmt::Display) -> Error {
-        Error::Usage(format!("{}: {problem}; {}", path.display(), again(&self.folder)))
-    }
-
-    /// Draws a law is made of.
-    fn draws(&self) -> usize {
-        match self.drawn_from() {
-            DrawnFrom::Posterior => self.posterior.chains * self.posterior.draws,
-            DrawnFrom::NormalApproximation => DRAWS,
-        }
-    }
-
     /// Columns of draws from the normal with the means and the covariance of these parameters.
-    fn normal_columns(&self, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
-        let path = self.folder.join("findings.json");
-        let of = |name: &&str| {
-            let all = &self.posterior.parameters;
-            let Some(place) = all.iter().position(|own| own.name == **name) else {
-                let problem =
-                    format!("no covariance of {name}: it is predicted from the draws, which are not in the folder");
-                return Err(self.refuse(&path, &problem));
-            };
-            let own = &all[place];
-            let lower = own.prior.as_ref().map_or(0.0, |prior| prior.lower);
-            let known = own.mean.zip(own.sd).map(|(mean, sd)| Moments { mean, sd, lower });
-            match known.filter(|own| own.sd > 0.0 && own.mean > own.lower) {
-                Some(moments) => Ok((place, moments)),
-                None => Err(self.refuse(
-                    &path,
-                    &format!("no mean with an sd of {name}, and no draws in the folder"),
-                )),
-            }
+    fn normal_columns(&self, names: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
+        let refuse = |problem: String| refuse(&self.folder, &self.folder.join(FINDINGS), &problem);
+        let all = &self.posterior;
+        let known = |name: &&str| {
+            let place = all.parameters.iter().position(|own| own.name == **name);
+            let moments = place.and_then(|place| Some((place, all.parameters[place].moments()?)));
+            moments.ok_or_else(|| refuse(format!("no mean with an sd of {name}, and no draws in the folder")))
         };
-        let known: Vec<(usize, Moments)> = columns.iter().map(of).collect::<Result<_, _>>()?;
-        let mut correlation = DMatrix::identity(known.len(), known.len());
-        for (i, (row, _)) in known.iter().enumerate() {
-            for (j, (column, _)) in known.iter().enumerate() {
-                let cell = self
-                    .posterior
-                    .correlation
-                    .get(*row)
-                    .and_then(|cells| *cells.get(*column)?);
-                let Some(rho) = cell.filter(|rho| rho.abs() <= 1.0 + 1e-9) else {
-                    let problem = format!(
-                        "no correlation of {} with {}, and no draws in the folder",
-                        columns[i], columns[j]
-                    );
-                    return Err(self.refuse(&path, &problem));
-                };
-                correlation[(i, j)] = rho;
-            }
+        let known: Vec<(usize, Moments)> = names.iter().map(known).collect::<Result<_, _>>()?;
+        let (places, moments): (Vec<usize>, Vec<Moments>) = known.into_iter().unzip();
+        let cell = |i: usize, j: usize| *all.correlation.get(places[i])?.get(places[j])?;
+        let correlation = DMatrix::from_fn(places.len(), places.len(), |i, j| cell(i, j).unwrap_or(f64::NAN));
+        if !correlation.iter().all(|rho| rho.abs() <= 1.0 + 1e-9) {
+            let problem = format!("no correlations of {}, and no draws in the folder", names.join(", "));
+            return Err(refuse(problem));
         }
-        let moments: Vec<Moments> = known.into_iter().map(|(_, moments)| moments).collect();
         Ok(normal_draws(&moments, &correlation))
     }
+}
 
-    /// The values of some parameters, in that order; one with a number is not read. `runs` are those that tell them.
-    fn sources(&self, wanted: &[(String, Option<f64>)], runs: &str) -> Result<Vec<Source>, Error> {
-        let posterior = &self.posterior;
-        let mut columns = vec![];
-        for (name, unread) in wanted {
-            let offset = || posterior.series_offsets.iter().any(|own| own.name == *name);
-            let sampled = posterior.parameters.iter().any(|p| p.name == *name) || offset();
-            if sampled {
-                columns.push(name.as_str());
-            } else if unread.is_none() && !self.has(name) {
-                let why = format!("{}: the fit has no {name}", self.folder.display());
-                return Err(Error::Usage(format!("{why}: it needs {runs} runs")));
-            }
-        }
-        let mut read = match self.drawn_from() {
-            DrawnFrom::Posterior => self.columns(&columns)?,
-            DrawnFrom::NormalApproximation => self.normal_columns(&columns)?,
-        };
-        let sources = wanted.iter().map(|(name, unread)| {
-            let column = columns.iter().position(|column| column == name);
-            let held = || posterior.left_out.iter().find(|held| held.name == *name)?.value;
-            match column {
-                Some(place) => Source::Column(std::mem::take(&mut read[place])),
-                // there is one or the other, as checked above
-                None => Source::Held(held().or(*unread).unwrap_or(1.0)),
-            }
-        });
-        Ok(sources.collect())
-    }
+/// Where some series were measured, the first few of them.
+fn series_in_words(all: &[&SeriesRecord]) -> Vec<String> {
+    const SHOWN: usize = 6;
+    let (shown, more) = all.split_at(all.len().min(SHOWN));
+    let more = (!more.is_empty()).then(|| format!("{} more", more.len()));
+    shown.iter().map(|own| own.words()).chain(more).collect()
 }
 
 /// The name of a k in files.
@@ -651,132 +432,22 @@ fn refuse_diameter(particle: &ParticleBasis, diameter: f64) -> Error {
     ))
 }
 
-/// What is wrong with the numbers a prediction starts from, the draws apart; `None`: nothing.
-fn odd_number(posterior: &PosteriorRecord) -> Option<String> {
-    let basis = &posterior.basis;
-    let (chains, draws) = (posterior.chains, posterior.draws);
-    let in_all = chains.checked_mul(draws).map(|all| all as u64);
-    if !in_all.is_some_and(|all| (1..=MOST_KEPT).contains(&all)) {
-        return Some(format!(
-            "found {draws} draws of {chains} chains, expected from 1 to {MOST_KEPT} draws of all chains together"
-        ));
-    }
-    let above = |place: String, x: f64| {
-        let holds = x > 0.0 && x.is_finite();
-        (!holds).then(|| format!("{place}: found {x:?}, expected a number above 0"))
-    };
-    let range = |place: String, [lo, hi]: [f64; 2], most: f64| {
-        let holds = lo > 0.0 && lo <= hi && hi <= most;
-        (!holds).then(|| format!("{place}: found {lo:?} to {hi:?}, expected a range above 0"))
-    };
-    let covered = |name: &str, covered: &Covered| {
-        let of = |what: &str| format!("{what} of {}", quoted(name));
-        let stokes = range(of("Stokes numbers"), covered.stokes, f64::MAX);
-        stokes.or_else(|| range(of("film ratios"), covered.film_ratio, LARGEST_FILM_RATIO))
-    };
-    let mut forms = Viscous::ALL.into_iter();
-    let reads_roughness = forms.any(|form| form.name() == posterior.viscous && form.reads_roughness());
-    let particles = basis.particles.iter().find_map(|particle| {
-        let density = above(format!("density of {}", quoted(&particle.name)), particle.density_kg_m3);
-        let roughness = || {
-            let place = format!("roughness of {}", quoted(&particle.name));
-            match particle.roughness_m {
-                Some(roughness) => above(place, roughness),
-                None => reads_roughness.then(|| format!("{place}: found none, expected a number above 0")),
-            }
-        };
-        let mut diameters = particle.dry_k_diameters_m.iter();
-        let of_k = || format!("diameter of {} with a k of its own", quoted(&particle.name));
-        density
-            .or_else(roughness)
-            .or_else(|| diameters.find_map(|diameter| above(of_k(), *diameter)))
-            .or_else(|| covered(&particle.name, particle.covered.as_ref()?))
-            .or_else(|| {
-                particle.covered_in.iter().find_map(|own| {
-                    let name = format!("{} in {}", particle.name, own.liquid);
-                    let speeds = format!("impact speeds of {}", quoted(&name));
-                    let numbers = Covered {
-                        stokes: own.stokes,
-                        film_ratio: own.film_ratio,
-                    };
-                    covered(&name, &numbers).or_else(|| range(speeds, own.impact_speed_m_s, f64::MAX))
-                })
-            })
-    });
-    let liquids = || {
-        basis.liquids.iter().find_map(|liquid| {
-            let name = quoted(&liquid.name);
-            above(format!("density of {name}"), liquid.density_kg_m3)
-                .or_else(|| above(format!("viscosity of {name}"), liquid.viscosity_pa_s))
-                .or_else(|| above(format!("surface tension of {name}"), liquid.surface_tension_n_m?))
-        })
-    };
-    let limit = || {
-        let x = basis.smallest_restitution;
-        let holds = (0.0..1.0).contains(&x);
-        (!holds).then(|| format!("smallest_restitution: found {x:?}, expected a number from 0 to below 1"))
-    };
-    let speed = || above("dry_speed_m_s".to_owned(), posterior.dry_speed_m_s?);
-    let held = || {
-        let mut held = posterior
-            .left_out
-            .iter()
-            .filter_map(|held| Some((&held.name, held.value?)));
-        held.find_map(|(name, x)| odd_value(name, x, true))
-    };
-    particles.or_else(liquids).or_else(limit).or_else(speed).or_else(held)
-}
-
-/// What is wrong with a parameter's value; `None`: nothing. Held values may be 0 where the term they scale is left out, and
-/// where measurement errors are all that scatters the runs.
-fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
-    // an offset may be of either sign
-    if name.starts_with(SERIES_OFFSET) {
-        return (!x.is_finite()).then(|| format!("{name}: found {x:?}, expected a number"));
-    }
-    let mut families = LikelihoodFamily::NAMED.into_iter();
-    let shape = families.find_map(|(_, family)| family.shape().filter(|own| own.name == name));
-    let least = shape.map_or(0.0, |own| own.least);
-    // a term without a prefactor takes nothing
-    let scales = |coefficient: &Coefficient| {
-        let own = coefficient.describe();
-        own.name == name && !own.must_be_positive
-    };
-    let is_spread = || {
-        [ParameterKind::SigmaDry, ParameterKind::SigmaWet]
-            .iter()
-            .any(|kind| kind.key() == name)
-    };
-    let may_vanish = held && (Coefficient::ALL.iter().any(scales) || is_spread());
-    let holds = x.is_finite() && (x > least || may_vanish && x == 0.0);
-    (!holds).then(|| format!("{name}: found {x:?}, expected a number above {least:.0}"))
-}
-
-/// The parameters of the noise.
-const NOISE: [ParameterKind; 6] = [
-    ParameterKind::SigmaSeries,
-    ParameterKind::SigmaWet,
-    ParameterKind::SigmaEnergy,
-    ParameterKind::Shape(LikelihoodFamily::Student),
-    ParameterKind::Shape(LikelihoodFamily::AsymmetricLaplace),
-    ParameterKind::SigmaDry,
-];
-
 /// The bytes of a file of the folder, which has no more than so many.
 fn read(path: &Path, what: &str, folder: &Path, most: u64) -> Result<Vec<u8>, Error> {
     files::read(path, most, "read").map_err(|error| match error {
         Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
-            Error::Usage(format!("{}: no {what}; {}", path.display(), again(folder)))
+            refuse(folder, path, &format!("no {what}"))
         }
         Error::Input { problems, .. } => {
             let found: Vec<String> = problems.iter().map(ToString::to_string).collect();
-            Error::Usage(format!("{}: {}; {}", path.display(), found.join(", "), again(folder)))
+            refuse(folder, path, &found.join(", "))
         }
         other => other,
     })
 }
 
-/// The command that writes a folder predictions can be made from.
-fn again(folder: &Path) -> String {
-    format!("run `wetcor fit SCENE --out {}` with every stage", named(folder))
+/// Says what is wrong with a file of the folder, and the command that writes a folder predictions can be made from.
+fn refuse(folder: &Path, path: &Path, problem: &dyn Display) -> Error {
+    let again = format!("run `wetcor fit SCENE --out {}` with every stage", named(folder));
+    Error::Usage(format!("{}: {problem}; {again}", path.display()))
 }

@@ -15,6 +15,7 @@
 //! | `laws.rs` | writes the law of every pair as CSV |
 //! | `draws/` | puts draws on disk |
 //! | `normal_draws.rs` | draws parameters from their means and covariance |
+//! | `posterior_record.rs` | holds what predictions read of the posterior in `findings.json` |
 //! | `finished.rs` | reads a report's folder back for predictions |
 //! | `prediction.rs` | writes predictions |
 //! | `tracking.rs` | writes the report of tracked recordings |
@@ -34,6 +35,7 @@ pub mod markdown;
 mod markup;
 mod normal_draws;
 pub mod numbers;
+mod posterior_record;
 pub mod prediction;
 mod quantities;
 pub mod tracking;

@@ -47,7 +47,7 @@ pub use choices::{
     Bootstrap, DryKOf, IntervalMethod, LikelihoodFamily, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme, Sampler,
     Sticking, MOST_KEPT,
 };
-pub(crate) use choices::{NoiseParameter, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
+pub(crate) use choices::{NoiseParameter, NOISE, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
 pub use contents::Scene;
 pub use data::{Data, Screens};
 pub use expect::LARGEST_FILM_RATIO;

@@ -81,7 +81,7 @@ pub fn read(text: &str, columns: &[&str], draws: usize) -> Result<Vec<Vec<f64>>,
         let expected = || format!("expected {}", quoted(column));
         places.push(place.ok_or_else(|| problem(Some(1), "no such column".to_owned(), expected()))?);
     }
-    let mut values = vec![Vec::with_capacity(draws); columns.len()];
+    let mut values = vec![vec![]; columns.len()];
     let mut found = 0;
     while next(&mut record)? {
         let line = record.position().map(csv::Position::line);

@@ -18,7 +18,7 @@ mod unused;
 
 pub use bootstrap::{Bootstrap, IntervalMethod, ResamplingScheme};
 pub use model::{DryKOf, LikelihoodFamily, ModelChoices, NoiseOn, Sticking};
-pub(crate) use noise::{NoiseParameter, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
+pub(crate) use noise::{NoiseParameter, NOISE, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
 pub use priors::PriorChoice;
 pub use sampler::{Sampler, MOST_KEPT};
 
