@@ -45,6 +45,9 @@ const MOST_BYTES: u64 = 64 << 20;
 /// Most bytes of the table of draws, whose numbers have some 20 each.
 const MOST_BYTES_OF_DRAWS: u64 = 32 * MOST_NUMBERS as u64;
 
+/// Draws of all laws together that are kept in case they are asked for again: some 500 MB.
+const MOST_DRAWS_HELD: usize = 4_000_000;
+
 /// A finished fit with a posterior.
 #[derive(Debug)]
 pub struct Finished {
@@ -258,7 +261,11 @@ impl Finished {
             return Ok(Arc::clone(before));
         }
         let law = Arc::new(self.law_from_draws(known, &asked.0, offset)?);
-        self.laws.borrow_mut().insert(asked, Arc::clone(&law));
+        let mut laws = self.laws.borrow_mut();
+        if (laws.len() + 1) * law.draws.len() > MOST_DRAWS_HELD {
+            laws.clear();
+        }
+        laws.insert(asked, Arc::clone(&law));
         Ok(law)
     }
 
