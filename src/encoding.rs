@@ -55,7 +55,7 @@ pub(crate) const BYTE_ORDER_MARK: char = '\u{feff}';
 pub(crate) fn check(mut source: impl Read, longest_line: usize) -> std::io::Result<Result<usize, Problem>> {
     const PIECE: usize = 1 << 20;
     let mut piece: Vec<u8> = Vec::with_capacity(PIECE + 4);
-    let (mut line, mut of_line, mut at_start, mut after_cr) = (1, 0, true, false);
+    let (mut lines, mut of_line, mut at_start) = (LineCount::default(), 0, true);
     let mut bytes = 0;
     loop {
         // what is left of the piece before is the start of a character, checked but for that
@@ -74,29 +74,53 @@ pub(crate) fn check(mut source: impl Read, longest_line: usize) -> std::io::Resu
             if end - start + of_line > longest_line {
                 break;
             }
-            // CRLF ends one line
-            let is_second = piece[end] == b'\n' && if end == 0 { after_cr } else { piece[end - 1] == b'\r' };
-            line += u64::from(!is_second);
+            lines.pass(&piece[start..=end]);
             (start, of_line) = (end + 1, 0);
         }
         of_line += valid - start;
         if of_line > longest_line {
             return Ok(Err(Problem {
-                line: Some(line),
+                line: Some(lines.line()),
                 place: String::new(),
                 found: Some("a longer line".to_owned()),
                 expected: format!("expected lines of at most {longest_line} bytes"),
             }));
         }
         if broken {
-            return Ok(Err(not_utf8(line, piece.get(valid))));
+            return Ok(Err(not_utf8(lines.line(), piece.get(valid))));
         }
         if is_last {
             return Ok(Ok(bytes));
         }
-        after_cr = valid.checked_sub(1).is_some_and(|last| piece[last] == b'\r');
+        lines.pass(&piece[start..valid]);
         at_start = false;
         piece.drain(..valid);
+    }
+}
+
+/// Counts the lines of a text that comes in pieces. A line ends with LF, CRLF or CR.
+#[derive(Debug, Default)]
+pub(crate) struct LineCount {
+    ended: u64,
+    /// whether CR was the last byte: LF then ends the same line
+    after_cr: bool,
+}
+
+impl LineCount {
+    /// The line, from 1, that the next byte stands on.
+    pub fn line(&self) -> u64 {
+        self.ended + 1
+    }
+
+    /// Takes the next bytes of the text.
+    pub fn pass(&mut self, bytes: &[u8]) {
+        for end in memchr::memchr2_iter(b'\n', b'\r', bytes) {
+            let after_cr = end
+                .checked_sub(1)
+                .map_or(self.after_cr, |before| bytes[before] == b'\r');
+            self.ended += u64::from(!(after_cr && bytes[end] == b'\n'));
+        }
+        self.after_cr = bytes.last().map_or(self.after_cr, |last| *last == b'\r');
     }
 }
 
