@@ -3,6 +3,8 @@
 //! A stream depends on the seed, its name and its index and on nothing else, so that adding a use of chance, or
 //! running on another number of threads, moves no other draw.
 
+use std::io::Read;
+
 use rand::rngs::ChaCha8Rng;
 use rand::SeedableRng;
 use sha2::{Digest, Sha256};
@@ -70,24 +72,39 @@ impl Streams {
 
 /// Lowercase hexadecimal SHA-256 of some bytes.
 pub fn sha256(bytes: &[u8]) -> String {
-    let mut hash = Hash::default();
-    hash.update(bytes);
-    hash.finish()
+    in_hexadecimal(Sha256::new_with_prefix(bytes))
 }
 
-/// SHA-256 of bytes that come in pieces.
-#[derive(Default)]
-pub(crate) struct Hash(Sha256);
+fn in_hexadecimal(hash: Sha256) -> String {
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
 
-impl Hash {
-    /// Adds the next bytes.
-    pub fn update(&mut self, bytes: &[u8]) {
-        self.0.update(bytes);
+/// A source with the SHA-256 of what was read from it.
+pub(crate) struct Hashed<R> {
+    source: R,
+    hash: Sha256,
+}
+
+impl<R> Hashed<R> {
+    /// A source from which nothing was read yet.
+    pub fn new(source: R) -> Hashed<R> {
+        Hashed {
+            source,
+            hash: Sha256::new(),
+        }
     }
 
     /// The hash in lowercase hexadecimal.
-    pub fn finish(self) -> String {
-        self.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    pub fn sha256(self) -> String {
+        in_hexadecimal(self.hash)
+    }
+}
+
+impl<R: Read> Read for Hashed<R> {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        let read = self.source.read(into)?;
+        self.hash.update(&into[..read]);
+        Ok(read)
     }
 }
 
@@ -103,6 +120,13 @@ mod tests {
         assert_ne!(first(1, "simulate", 0), first(2, "simulate", 0));
         assert_ne!(first(1, "simulate", 0), first(1, "bootstrap", 0));
         assert_ne!(first(1, "simulate", 0), first(1, "simulate", 1));
+    }
+
+    #[test]
+    fn a_source_has_the_hash_of_its_bytes() {
+        let mut source = Hashed::new(b"abc".as_slice());
+        std::io::copy(&mut source, &mut std::io::sink()).expect("bytes that are there");
+        assert_eq!(source.sha256(), sha256(b"abc"));
     }
 
     #[test]

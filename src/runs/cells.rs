@@ -1,11 +1,10 @@
 //! Reads a table whose columns are not those of runs: its rows as texts, one after the other.
 
 use super::columns::present;
-use super::csv::{other_width, separator, Csv};
+use super::csv::other_width;
 use super::decimals::{parse_number, DecimalMarks};
 use super::refusals::whole_file;
-use super::source::{TableSource, READ};
-use super::windows::WINDOW;
+use super::source::TableSource;
 use super::workbook::Workbook;
 use crate::error::{Error, Problem};
 use crate::scene::{Naming, TableFile};
@@ -55,27 +54,24 @@ pub(crate) fn each_row<T: TakesRows>(file: &TableFile, to: &mut T) -> Result<(),
         }
         return sheet.refuse_hidden_rows().map_err(refused);
     }
-    source.check_text(path)?;
-    let fail = |error: std::io::Error| Error::io(path, READ, error);
-    let separator = separator(source.reader().map_err(fail)?, &Naming::default()).map_err(fail)?;
-    let mut table = Csv::new(source.reader().map_err(fail)?, WINDOW, separator);
+    let mut table = source.csv(path, &Naming::default())?;
     let header = table.names(None).map_err(refused)?;
     to.header(&header.names, header.line.unwrap_or(1)).map_err(refused)?;
-    let read = table.each_record(|record| {
+    while let Some(record) = table.next_record().map_err(refused)? {
         if record.is_empty() {
-            return;
+            continue;
         }
-        let cells = record.cells();
+        let cells: Vec<&str> = record.cells().collect();
         let width = to.width().unwrap_or(cells.len());
         let ends_blank = || cells.len() > width && cells[width..].iter().all(|cell| cell.trim().is_empty());
         let is_meant = cells.len() == width || T::MAY_END_BLANK && ends_blank();
         if is_meant {
-            to.row(record.line(), &cells[..width]);
+            to.row(record.line, &cells[..width]);
         } else {
-            to.refuse(other_width(record.line(), cells.len(), width, record.has_line_ends()));
+            to.refuse(other_width(record.line, cells.len(), width, record.has_line_ends()));
         }
-    });
-    read.map_err(|problem| refused(vec![problem]))
+    }
+    Ok(())
 }
 
 /// Reads the numbers of such a table, all of which must have one decimal mark.

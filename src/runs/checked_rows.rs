@@ -1,8 +1,8 @@
 //! Checks rows of cells one after the other, and gathers their runs or what is wrong with them.
 
-use super::collect::{Collected, SheetRead};
+use super::collect::{Collected, Gathering, SheetRead};
 use super::columns::{ColumnPlace, TableLayout};
-use super::decimals::{parse_number, DecimalMarks, Decimals};
+use super::decimals::{parse_number, Decimals};
 use super::labels::{is_count, label, Label};
 use super::raw_row::{BadCell, RawRow};
 use super::refusals::{CellPlace, Refusals, Refused};
@@ -32,6 +32,9 @@ pub(super) enum Holds {
 /// The runs of a table as far as it was read, and what is wrong with them.
 pub(super) struct CheckedRows<'s> {
     layout: &'s TableLayout<'s>,
+    /// the columns that the table has: those of words, and those of numbers
+    words: Vec<(RunColumn, &'s ColumnPlace)>,
+    numbers: Vec<(RunColumn, &'s ColumnPlace)>,
     checker: RowChecker<'s>,
     collected: Collected,
     decimals: Decimals,
@@ -41,40 +44,16 @@ pub(super) struct CheckedRows<'s> {
 impl<'s> CheckedRows<'s> {
     pub fn new(layout: &'s TableLayout<'s>, scene: &'s Scene) -> CheckedRows<'s> {
         let checker = RowChecker::new(scene, layout.gives(RunColumn::FilmRatio));
-        CheckedRows::of_part(layout, checker, 0)
-    }
-
-    /// To hold a part of a table, of about so many rows.
-    pub fn of_part(layout: &'s TableLayout<'s>, checker: RowChecker<'s>, rows: usize) -> CheckedRows<'s> {
+        let placed = |column| Some((column, layout.place(column)?));
         CheckedRows {
             layout,
-            collected: Collected::with_capacity(rows, checker.has_film_ratio, &layout.remarks),
+            words: RunColumn::words().filter_map(placed).collect(),
+            numbers: RunColumn::numbers().filter_map(placed).collect(),
+            collected: Collected::with_capacity(0, checker.has_film_ratio, &layout.remarks),
             checker,
             decimals: Decimals::default(),
             refusals: Refusals::new(layout),
         }
-    }
-
-    /// Adds a row whose cells were all read, with the marks of its decimals; whether all of it is as expected, without which
-    /// nothing is added.
-    #[inline]
-    pub fn add_read(&mut self, line: u64, row: &RawRow, marks: DecimalMarks) -> bool {
-        if !self.decimals.take(marks) {
-            return false;
-        }
-        if let Some(reason) = row.exclude {
-            self.collected.count(line, row.run);
-            self.collected.exclude(reason);
-            return true;
-        }
-        let checked = check_row(row, &mut self.checker, &mut vec![]);
-        if let Some(checked) = &checked {
-            self.collected.count(line, row.run);
-            let row = checked;
-            self.collected
-                .push(row, self.checker.has_film_ratio, self.checker.scene);
-        }
-        checked.is_some()
     }
 
     /// Adds the row at a place of the file; `texts` are all its cells, `cell` gives what it has in a column of the table.
@@ -86,11 +65,9 @@ impl<'s> CheckedRows<'s> {
     ) {
         let layout = self.layout;
         let mut row: RawRow<'_> = layout.row_before_its_cells();
-        for column in RunColumn::words() {
-            if let Some(place) = layout.place(column) {
-                let text = cell(place).map(|cell| cell.text);
-                row.set_word(column, text.and_then(|text| layout.read(column, text)));
-            }
+        for (column, place) in self.words.iter().copied() {
+            let text = cell(place).map(|cell| cell.text);
+            row.set_word(column, text.and_then(|text| layout.read(column, text)));
         }
         self.collected.count(at.number(), row.run);
         // of a run that is left out nothing else is read
@@ -101,27 +78,29 @@ impl<'s> CheckedRows<'s> {
         let runs = layout.place(RunColumn::Runs).and_then(&cell);
         let is_mean_of_runs = runs.is_some_and(|cell| parse_number(cell.text).is_ok_and(|runs| runs.value > 1.0));
         let names_spheres = |index| layout.place(RunColumn::Particle).is_some_and(|at| at.index == index);
-        let mut labels = texts.enumerate().filter(|(index, text)| match label(text) {
-            // that it is a mean it says itself
-            Some(Label::Mean) if is_mean_of_runs => false,
-            Some(_) => !self.knows(*index, text, &row),
-            // a count of rows stands below names, where in any other column it may be one of averaged runs
-            None => is_count(text) && names_spheres(*index) && !self.checker.knows_particle(row.particle),
-        });
-        if let Some((_, text)) = labels.next() {
-            let text = text.trim().to_owned();
-            drop(labels);
-            self.collected.add_labelled(&text);
+        let marks_no_run = |(index, text): &(usize, &str)| {
+            if self.knows(*index, text, &row) {
+                return false;
+            }
+            match label(text) {
+                // that it is a mean it says itself
+                Some(Label::Mean) => !is_mean_of_runs,
+                Some(Label::Other) => true,
+                // a count of rows stands below names, where in any other column it may be one of averaged runs
+                None => names_spheres(*index) && is_count(text),
+            }
+        };
+        if let Some((_, text)) = texts.enumerate().find(marks_no_run) {
+            self.collected.add_labelled(text.trim());
             return;
         }
-        drop(labels);
         let mut bad = vec![];
-        for column in RunColumn::numbers() {
+        for index in 0..self.numbers.len() {
+            let (column, place) = self.numbers[index];
             // the film of a dry run is not read at all
-            let unread = row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio);
-            let Some(place) = layout.place(column).filter(|_| !unread) else {
+            if row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio) {
                 continue;
-            };
+            }
             match self.number(column, cell(place), at) {
                 Ok(value) => row.set(column, value.map(|value| place.to_si(value))),
                 Err(expected) => bad.push(BadCell { column, expected }),
@@ -141,8 +120,8 @@ impl<'s> CheckedRows<'s> {
 
     /// Whether a cell is in a column whose words have a meaning of their own, as the name of a particle has.
     fn knows(&self, index: usize, text: &str, row: &RawRow) -> bool {
-        let column = RunColumn::words().find(|column| self.layout.place(*column).is_some_and(|at| at.index == index));
-        match column {
+        let column = self.words.iter().find(|(_, place)| place.index == index);
+        match column.map(|(column, _)| *column) {
             Some(RunColumn::Particle) => self.checker.knows_particle(row.particle),
             Some(RunColumn::Liquid) => row.is_dry() || self.checker.knows_liquid(row.liquid),
             Some(column) => self.layout.read(column, text).is_some_and(|word| label(word).is_none()),
@@ -170,11 +149,9 @@ impl<'s> CheckedRows<'s> {
         self.refusals.other(problem);
     }
 
-    /// The runs of a part of so many lines and the marks of their decimals, unless something is wrong.
-    pub fn finish_part(mut self, lines: u64) -> Option<(Collected, DecimalMarks)> {
-        let marks = self.decimals.marks();
-        self.collected.lines.last = lines;
-        Some((self.refusals.or(self.collected).ok()?, marks))
+    /// Gives away the runs so far, where these are enough.
+    pub fn give_away(&mut self, gathering: &mut Gathering) {
+        gathering.after(&mut self.collected);
     }
 
     /// Takes up what was read of a workbook, and its columns without a name that hold something.

@@ -479,33 +479,31 @@ impl Collected {
         })
     }
 
-    /// Adds parts of the file in their order.
-    pub fn extend(&mut self, parts: &[Collected]) {
-        for part in parts {
-            let rows_before = u32::try_from(self.rows).unwrap_or(u32::MAX);
-            for (all, own) in self.told_twice.iter_mut().zip(&part.told_twice) {
-                all.extend(own, rows_before);
-            }
-            self.labelled.1 += part.labelled.1;
-            let later = part.labelled.0.iter().cloned();
-            let later = later.map(|(row, label)| (row.saturating_add(rows_before), label));
-            self.labelled.0.extend(later);
-            self.labelled.0.truncate(NAMED);
-            for (all, own) in self.averaged.iter_mut().zip(part.averaged) {
-                *all += own;
-            }
-            if self.averaged[1] <= MOST_AVERAGED {
-                self.columns.extend(&part.columns, self.rows);
-            }
-            self.lines.extend(&part.lines, self.rows);
-            self.rows += part.rows;
-            self.above_one += part.above_one;
-            for (all, own) in self.screened.iter_mut().zip(part.screened) {
-                *all += own;
-            }
-            for (reason, runs) in &part.excluded {
-                self.count_excluded(reason, *runs);
-            }
+    /// Adds the next part of the table.
+    pub fn extend(&mut self, part: &Collected) {
+        let rows_before = u32::try_from(self.rows).unwrap_or(u32::MAX);
+        for (all, own) in self.told_twice.iter_mut().zip(&part.told_twice) {
+            all.extend(own, rows_before);
+        }
+        self.labelled.1 += part.labelled.1;
+        let later = part.labelled.0.iter().cloned();
+        let later = later.map(|(row, label)| (row.saturating_add(rows_before), label));
+        self.labelled.0.extend(later);
+        self.labelled.0.truncate(NAMED);
+        for (all, own) in self.averaged.iter_mut().zip(part.averaged) {
+            *all += own;
+        }
+        if self.averaged[1] <= MOST_AVERAGED {
+            self.columns.extend(&part.columns, self.rows);
+        }
+        self.lines.extend(&part.lines, self.rows);
+        self.rows += part.rows;
+        self.above_one += part.above_one;
+        for (all, own) in self.screened.iter_mut().zip(part.screened) {
+            *all += own;
+        }
+        for (reason, runs) in &part.excluded {
+            self.count_excluded(reason, *runs);
         }
     }
 
@@ -514,7 +512,7 @@ impl Collected {
         if self.rows == 0 {
             *self = piece;
         } else {
-            self.extend(&[piece]);
+            self.extend(&piece);
         }
     }
 

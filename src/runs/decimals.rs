@@ -154,21 +154,6 @@ impl Decimals {
         Ok(number.value)
     }
 
-    /// Takes note of marks whose places are not known; whether no number of them is refused for those before it.
-    pub fn take(&mut self, marks: DecimalMarks) -> bool {
-        let both = self.marks.and(marks);
-        let agree = !both.are_mixed();
-        if agree {
-            self.marks = both;
-        }
-        agree
-    }
-
-    /// The marks of all numbers so far.
-    pub fn marks(&self) -> DecimalMarks {
-        self.marks
-    }
-
     /// Refuses the first number with a comma where none of all commas tells what they set off.
     pub fn finish(self, refusals: &mut Refusals) {
         let ambiguous = self.ambiguous.filter(|_| self.marks.are_ambiguous());

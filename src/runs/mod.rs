@@ -21,9 +21,8 @@
 //! | `guess.rs` | guesses which column of runs it is |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
 //! | `checked_rows.rs` | checks rows of cells, and gathers their runs or what is wrong |
-//! | `records.rs` | cuts the text of a CSV into records and their cells |
-//! | `windows.rs` | cuts a CSV into windows of whole records |
-//! | `csv.rs` | reads CSV on every thread at once, and once more in order to name what is refused |
+//! | `records.rs` | cuts a CSV into records and their cells with csv-core; the only file that names it |
+//! | `csv.rs` | reads CSV in the order of the file, its runs or what is wrong with them |
 //! | `parquet_footer.rs` | checks the counts a Parquet file states before memory is allocated by them |
 //! | `parquet_parts.rs` | takes a part of a Parquet file as a file of its own |
 //! | `new_run.rs` | holds one run to be written |
@@ -94,7 +93,6 @@ mod survey;
 mod table;
 mod told_twice;
 mod true_speeds;
-mod windows;
 mod workbook;
 mod write;
 mod written_units;
@@ -126,7 +124,7 @@ use std::path::Path;
 
 use collect::RunsAsRead;
 use refusals::whole_file;
-use source::{TableSource, READ};
+use source::TableSource;
 use survey::Survey;
 use workbook::Workbook;
 
@@ -166,7 +164,6 @@ pub fn draft_scene(file: &TableFile, runs: &str) -> Result<Draft, Error> {
     } else if file.ends_with(TableFile::WORKBOOK) {
         survey_workbook(&source.workbook(path)?, file.sheet.as_deref()).map_err(refused)?
     } else {
-        source.check_text(path)?;
         survey_text(&mut source, path)?
     };
     survey.settle_labels();
@@ -187,24 +184,23 @@ pub fn draft_scene(file: &TableFile, runs: &str) -> Result<Draft, Error> {
 
 /// Surveys a CSV, whose names may stand below titles.
 fn survey_text(source: &mut TableSource, path: &Path) -> Result<Survey, Error> {
-    let fail = |error: std::io::Error| Error::io(path, READ, error);
     let refused = |problems: Vec<Problem>| Error::input(path, problems);
-    let plain = Naming::default();
+    source.check_text(path)?;
+    let usual = source.separator(path, &Naming::default())?;
     let mut first = vec![];
     for separator in [b',', b';', b'\t'] {
-        let table = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
+        let table = source.separated_by(separator, path)?;
         let rows = table.first_rows(survey::ROWS_OF_HEADER).map_err(refused)?;
         first.push((survey::row_of_names(&rows), separator, rows));
     }
     // the separator that parts the line of names most
-    let usual = csv::separator(source.reader().map_err(fail)?, &plain).map_err(fail)?;
     let width = |(row, separator, rows): &FirstRows| {
         let names = rows.iter().find(|(line, _)| Some(*line) == *row);
         (names.map_or(0, |(_, cells)| cells.len()), *separator == usual)
     };
     let best = first.into_iter().filter(|(row, ..)| row.is_some()).max_by_key(width);
     let (row, separator, rows) = best.unwrap_or((None, usual, vec![]));
-    let table = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
+    let table = source.separated_by(separator, path)?;
     let mut survey = table.survey(row).map_err(refused)?;
     survey.take_titles(rows);
     Ok(survey)

@@ -3,12 +3,13 @@
 use std::time::SystemTime;
 
 use super::collect::{Collected, Gathering, RunsAsRead};
+use super::csv::about_rows;
+use super::parquet;
 use super::source::{TableSource, READ};
 use super::table::{read_workbook, refuse};
-use super::{csv, parquet, windows};
 use crate::error::Error;
 use crate::scene::{Scene, TableFile};
-use crate::seed::Hash;
+use crate::seed::Hashed;
 
 /// Rows of a piece of a Parquet file, about; a table of another format is one piece.
 const ROWS_OF_PIECE: usize = 1 << 21;
@@ -85,11 +86,7 @@ fn parts_with_rows(table: &TableFile, scene: &Scene) -> Option<(usize, usize)> {
         let parts = parquet::parts(file, length, ROWS_OF_PIECE, &scene.data.naming).ok()??;
         (parts.all.len(), parts.all.iter().map(|part| part.rows).sum())
     } else {
-        let separator = csv::separator(source.reader().ok()?, &scene.data.naming).ok()?;
-        (
-            1,
-            csv::Csv::new(source.reader().ok()?, windows::WINDOW, separator).about_rows(length),
-        )
+        (1, about_rows(source.reader().ok()?, length).ok()?)
     };
     (rows > 0).then_some((parts, rows))
 }
@@ -125,9 +122,8 @@ impl Piece {
             });
             read.transpose()?
         } else {
-            let separator = csv::separator(source.reader().map_err(fail)?, &scene.data.naming).map_err(fail)?;
-            let text = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
-            let read = text.runs_at_once(scene, length, &mut gathering);
+            let table = source.csv(path, &scene.data.naming).ok();
+            let read = table.and_then(|table| table.runs(scene, &mut gathering).ok());
             read.map(|(collected, _)| collected)
         };
         // what is wrong, if anything, the whole tells
@@ -145,17 +141,9 @@ impl Piece {
 
 /// SHA-256 of a table.
 pub(super) fn sha256_of(table: &TableFile) -> Result<String, Error> {
-    const AT_ONCE: usize = 1 << 20;
     let fail = |error: std::io::Error| Error::io(&table.path, READ, error);
     let mut source = TableSource::open(&table.path)?;
-    let mut reader = source.reader().map_err(fail)?;
-    let (mut hash, mut bytes) = (Hash::default(), vec![0; AT_ONCE]);
-    loop {
-        match reader.read(&mut bytes) {
-            Ok(0) => return Ok(hash.finish()),
-            Ok(read) => hash.update(&bytes[..read]),
-            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(fail(error)),
-        }
-    }
+    let mut hashed = Hashed::new(source.reader().map_err(fail)?);
+    std::io::copy(&mut hashed, &mut std::io::sink()).map_err(fail)?;
+    Ok(hashed.sha256())
 }

@@ -1,216 +1,188 @@
-//! Cuts the text of a CSV into records and their cells.
+//! Cuts a CSV into records and their cells with csv-core. The only file that names it.
 //!
 //! A record ends with LF, CRLF or CR. A quote opens a quoted cell where it is the first byte of it, and nowhere else; in
-//! such a cell separators and line ends are text, and a doubled quote is one (RFC 4180).
+//! such a cell separators and line ends are text, and a doubled quote is one (RFC 4180). A quote that is never closed takes
+//! the rest of the text.
+//!
+//! The reader of the crate csv is built on csv-core too, but counts LF alone as the end of a line, tells the line of a record
+//! before it skips the blank ones above, and holds a record of any length. Here lines are counted as an editor counts them,
+//! and a record ends where a row is too long.
 
-use memchr::{memchr, memchr3};
+use std::fmt::Display;
+use std::io::{BufRead, BufReader, Read};
 
-use crate::encoding::line_ends;
+use csv_core::{ReadRecordResult, Reader};
+
+use super::refusals::whole_file;
+use crate::encoding::{line_ends, LineCount, BYTE_ORDER_MARK};
 use crate::error::Problem;
 use crate::files::MOST_OF_LINE;
+use crate::seed::Hashed;
 
-const QUOTE: u8 = b'"';
+/// Bytes that are fetched at once.
+const FETCHED: usize = 1 << 16;
 
-/// Where the record ends that starts at `start`, its line end included; `None` where these bytes do not end it.
-pub(super) fn record_end(bytes: &[u8], start: usize, separator: u8) -> Option<usize> {
-    let mut at = start;
-    loop {
-        at += memchr3(QUOTE, b'\n', b'\r', &bytes[at..])?;
-        if bytes[at] != QUOTE {
-            return Some(after_line_end(bytes, at));
-        }
-        let opens = at == start || bytes[at - 1] == separator;
-        at = if opens { after_quoted(bytes, at)? } else { at + 1 };
+/// A record that is not blank.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Record<'r> {
+    /// the line it starts on, from 1
+    pub line: u64,
+    /// its cells, one after the other
+    text: &'r str,
+    /// where each of them ends
+    ends: &'r [usize],
+}
+
+impl<'r> Record<'r> {
+    /// How many cells it has.
+    pub fn width(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// A cell with the blanks around it.
+    pub fn cell(&self, index: usize) -> Option<&'r str> {
+        let end = *self.ends.get(index)?;
+        let start = index.checked_sub(1).map_or(0, |before| self.ends[before]);
+        self.text.get(start..end)
+    }
+
+    /// Its cells in order, with the blanks around them.
+    pub fn cells(self) -> impl Iterator<Item = &'r str> + Clone {
+        (0..self.width()).filter_map(move |index| self.cell(index))
+    }
+
+    /// Whether nothing stands in its cells.
+    pub fn is_empty(&self) -> bool {
+        self.text.trim_ascii().is_empty()
+    }
+
+    /// Whether a cell goes on over the end of a line.
+    pub fn has_line_ends(&self) -> bool {
+        line_ends(self.text.as_bytes()).next().is_some()
     }
 }
 
-/// Where the next line starts, by the first byte of a line end.
-pub(super) fn after_line_end(bytes: &[u8], end: usize) -> usize {
-    end + 1 + usize::from(bytes[end..].starts_with(b"\r\n"))
-}
-
-/// What comes after the quote that closes the one at `open`; `None` where none does.
-fn after_quoted(bytes: &[u8], open: usize) -> Option<usize> {
-    let mut at = open + 1;
-    loop {
-        at += memchr(QUOTE, &bytes[at..])? + 1;
-        if bytes.get(at) != Some(&QUOTE) {
-            return Some(at);
-        }
-        at += 1;
-    }
-}
-
-/// The records of a text, one after the other.
-pub(super) struct Records<'t> {
-    text: &'t str,
-    separator: u8,
-    /// what is left of the room for cells that do not stand in the text as they are meant
-    room: &'t mut [u8],
-    /// where the next record starts
-    next: usize,
-    /// the line the next record starts on, from 1
-    next_line: u64,
-    /// the record at hand, without its line end
-    record: &'t str,
+/// The records of a source, one after the other.
+pub(super) struct Records<R> {
+    source: BufReader<Hashed<R>>,
+    parser: Reader,
+    lines: LineCount,
+    /// the line the record at hand starts on
     line: u64,
-    cells: Vec<&'t str>,
-    /// where they end in the record
+    /// its cells one after the other, and where each of them ends, with room for longer records
+    text: Vec<u8>,
     ends: Vec<usize>,
-    unchanged: usize,
+    /// bytes of its cells
+    length: usize,
+    /// how many cells it has
+    width: usize,
+    is_put_back: bool,
 }
 
-impl<'t> Records<'t> {
-    /// Of a text of whole records whose first line has such a number in the file. Where a quote may be in it, `room` is as
-    /// long as the text, else empty.
-    pub fn new(text: &'t str, line: u64, separator: u8, room: &'t mut [u8]) -> Records<'t> {
-        Records {
-            text,
-            separator,
-            room,
-            next: 0,
-            next_line: line,
-            record: "",
-            line,
-            cells: vec![],
-            ends: vec![],
-            unchanged: 0,
+impl<R: Read> Records<R> {
+    pub fn new(source: R, separator: u8) -> std::io::Result<Records<R>> {
+        let mut source = BufReader::with_capacity(FETCHED, Hashed::new(source));
+        let mut mark = [0; 4];
+        let mark = BYTE_ORDER_MARK.encode_utf8(&mut mark).as_bytes();
+        if source.fill_buf()?.starts_with(mark) {
+            source.consume(mark.len());
         }
+        Ok(Records {
+            source,
+            parser: csv_core::ReaderBuilder::new().delimiter(separator).build(),
+            lines: LineCount::default(),
+            line: 1,
+            text: vec![0; 1 << 10],
+            ends: vec![0; 1 << 6],
+            length: 0,
+            width: 0,
+            is_put_back: false,
+        })
     }
 
-    /// Goes on to the next record that is not blank; whether there is one. Fails where it is longer than any row.
-    pub fn advance(&mut self) -> Result<bool, Problem> {
+    /// The next record that is not blank. Fails where it is longer than any row, or the source cannot be read.
+    pub fn next_record(&mut self) -> Result<Option<Record<'_>>, Problem> {
+        if !std::mem::take(&mut self.is_put_back) && !self.advance()? {
+            return Ok(None);
+        }
+        let text = std::str::from_utf8(&self.text[..self.length]);
+        Ok(Some(Record {
+            line: self.line,
+            text: text.map_err(|_| unreadable("no text"))?,
+            ends: &self.ends[..self.width],
+        }))
+    }
+
+    /// Lets the next record be the one at hand again.
+    pub fn put_back(&mut self) {
+        self.is_put_back = true;
+    }
+
+    /// The SHA-256 of what was read.
+    pub fn sha256(self) -> String {
+        self.source.into_inner().sha256()
+    }
+
+    /// Goes on to the next record that is not blank; whether there is one.
+    fn advance(&mut self) -> Result<bool, Problem> {
         loop {
-            let bytes = self.text.as_bytes();
-            if self.next >= bytes.len() {
+            self.pass_line_ends()?;
+            self.line = self.lines.line();
+            if !self.cut()? {
                 return Ok(false);
             }
-            let start = self.next;
-            // rows come in blocks: what repeats the record above is not cut again
-            let same = shared_length(&bytes[start..], self.record.as_bytes());
-            self.unchanged = self.ends.partition_point(|end| *end < same);
-            self.ends.truncate(self.unchanged);
-            self.cells.truncate(self.unchanged);
-            let mut at = self.ends.last().map_or(start, |end| start + end + 1);
-            let end = loop {
-                let (cell, end) = self.cell(at);
-                self.cells.push(cell);
-                self.ends.push(end - start);
-                if bytes.get(end) != Some(&self.separator) {
-                    break end;
-                }
-                at = end + 1;
-            };
-            self.record = &self.text[start..end];
-            self.line = self.next_line;
-            self.next_line += 1;
-            if !self.room.is_empty() {
-                self.next_line += line_ends(self.record.as_bytes()).count() as u64;
-            }
-            self.next = if end < bytes.len() {
-                after_line_end(bytes, end)
-            } else {
-                end
-            };
-            if self.record.len() > MOST_OF_LINE {
-                return Err(longer_row(self.line));
-            }
-            if self.cells.len() > 1 || !self.cells[0].trim_ascii().is_empty() {
+            if self.width > 1 || !self.text[..self.length].trim_ascii().is_empty() {
                 return Ok(true);
             }
         }
     }
 
-    /// The cells of the record at hand, with the blanks around them.
-    pub fn cells(&self) -> &[&'t str] {
-        &self.cells
-    }
-
-    /// How many of the first cells are those of the record before.
-    pub fn unchanged(&self) -> usize {
-        self.unchanged
-    }
-
-    /// Takes no cell of the next record for one of the record at hand.
-    pub fn forget(&mut self) {
-        self.record = "";
-    }
-
-    /// The line the record at hand starts on.
-    pub fn line(&self) -> u64 {
-        self.line
-    }
-
-    /// Whether nothing stands in the cells of the record at hand.
-    pub fn is_empty(&self) -> bool {
-        self.cells.iter().all(|cell| cell.trim_ascii().is_empty())
-    }
-
-    /// Whether a cell of the record at hand goes on over the end of a line.
-    pub fn has_line_ends(&self) -> bool {
-        line_ends(self.record.as_bytes()).next().is_some()
-    }
-
-    /// Where the next record starts in the text, and the line it starts on.
-    pub fn next_start(&self) -> (usize, u64) {
-        (self.next, self.next_line)
-    }
-
-    /// The cell that starts here, and where it ends.
-    fn cell(&mut self, start: usize) -> (&'t str, usize) {
-        let bytes = self.text.as_bytes();
-        if bytes.get(start) == Some(&QUOTE) {
-            return self.quoted_cell(start);
+    /// Passes the rest of a line end and blank lines.
+    fn pass_line_ends(&mut self) -> Result<(), Problem> {
+        loop {
+            let bytes = self.source.fill_buf().map_err(unreadable)?;
+            let blank = bytes.iter().take_while(|byte| matches!(byte, b'\n' | b'\r')).count();
+            if blank == 0 {
+                return Ok(());
+            }
+            self.lines.pass(&bytes[..blank]);
+            self.source.consume(blank);
         }
-        let end = self.cell_end(start);
-        (&self.text[start..end], end)
     }
 
-    fn cell_end(&self, from: usize) -> usize {
-        let bytes = self.text.as_bytes();
-        memchr3(self.separator, b'\n', b'\r', &bytes[from..]).map_or(bytes.len(), |at| from + at)
-    }
-
-    fn quoted_cell(&mut self, open: usize) -> (&'t str, usize) {
-        let closed = after_quoted(self.text.as_bytes(), open);
-        let (quoted, after) = match closed {
-            Some(after) => (&self.text[open + 1..after - 1], after),
-            None => (&self.text[open + 1..], self.text.len()),
-        };
-        let end = self.cell_end(after);
-        let rest = &self.text[after..end];
-        if rest.is_empty() && !quoted.contains('"') {
-            return (quoted, end);
+    /// Cuts the next record, which may be blank; whether there is one.
+    fn cut(&mut self) -> Result<bool, Problem> {
+        (self.length, self.width) = (0, 0);
+        let mut bytes_read = 0;
+        loop {
+            let bytes = self.source.fill_buf().map_err(unreadable)?;
+            let (text, ends) = (&mut self.text[self.length..], &mut self.ends[self.width..]);
+            let (result, read, written, ended) = self.parser.read_record(bytes, text, ends);
+            self.lines.pass(&bytes[..read]);
+            self.source.consume(read);
+            self.length += written;
+            self.width += ended;
+            bytes_read += read;
+            let is_record = result == ReadRecordResult::Record;
+            // a record ends with its line end, or with the file
+            let of_row = bytes_read - usize::from(is_record && read > 0);
+            if of_row > MOST_OF_LINE {
+                return Err(longer_row(self.line));
+            }
+            match result {
+                ReadRecordResult::Record => return Ok(true),
+                ReadRecordResult::End => return Ok(false),
+                ReadRecordResult::InputEmpty => {}
+                ReadRecordResult::OutputFull => self.text.resize(2 * self.text.len(), 0),
+                ReadRecordResult::OutputEndsFull => self.ends.resize(2 * self.ends.len(), 0),
+            }
         }
-        (self.keep(&format!("{}{rest}", quoted.replace("\"\"", "\""))), end)
-    }
-
-    /// Keeps a text that was made of a longer one.
-    fn keep(&mut self, made: &str) -> &'t str {
-        let room = std::mem::take(&mut self.room);
-        let Some((kept, room)) = room.split_at_mut_checked(made.len()) else {
-            return "";
-        };
-        self.room = room;
-        kept.copy_from_slice(made.as_bytes());
-        std::str::from_utf8(kept).unwrap_or_default()
     }
 }
 
-/// How many bytes two texts have in common from their start.
-fn shared_length(one: &[u8], other: &[u8]) -> usize {
-    /// bytes that are compared at once
-    const WORD: usize = size_of::<u64>();
-    let mut start = 0;
-    for (a, b) in one.as_chunks::<WORD>().0.iter().zip(other.as_chunks().0) {
-        let differs = u64::from_le_bytes(*a) ^ u64::from_le_bytes(*b);
-        if differs != 0 {
-            return start + differs.trailing_zeros() as usize / 8;
-        }
-        start += WORD;
-    }
-    let rest = one[start..].iter().zip(&other[start..]);
-    start + rest.take_while(|(a, b)| a == b).count()
+/// Says that a table was not to be read to its end.
+fn unreadable(why: impl Display) -> Problem {
+    whole_file("the table cannot be read", &why.to_string())
 }
 
 #[cold]
@@ -233,18 +205,27 @@ mod tests {
 
     type Cut = Vec<(u64, Vec<String>)>;
 
-    fn cut(text: &str, separator: u8) -> Cut {
-        let mut room = vec![0; text.len()];
-        let mut records = Records::new(text, 1, separator, &mut room);
+    /// A source that hands out few bytes at a time: what is fetched at once then ends anywhere.
+    struct InFives<'b>(&'b [u8]);
+
+    impl Read for InFives<'_> {
+        fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+            let most = into.len().min(5);
+            self.0.read(&mut into[..most])
+        }
+    }
+
+    fn cut(source: impl Read, separator: u8) -> Cut {
+        let mut records = Records::new(source, separator).expect("it is read");
         let mut all = vec![];
-        while records.advance().expect("short rows") {
-            let cells = records.cells().iter().map(|cell| cell.trim_ascii().to_owned());
-            all.push((records.line(), cells.collect()));
+        while let Some(record) = records.next_record().expect("short rows") {
+            let cells = record.cells().map(|cell| cell.trim_ascii().to_owned());
+            all.push((record.line, cells.collect()));
         }
         all
     }
 
-    /// The same by another reader, the lines by the first byte of its records that belongs to one.
+    /// The same by the crate csv, the lines by the first byte of its records that belongs to one.
     fn cut_by_csv(text: &str, separator: u8) -> Cut {
         let mut reader = ::csv::ReaderBuilder::new()
             .delimiter(separator)
@@ -268,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_are_cut_as_another_reader_cuts_them() {
+    fn records_start_on_the_lines_that_an_editor_counts() {
         let mut rng = crate::seed::stream(1, "cells are cut", 0);
         let parts = [
             ",",
@@ -297,8 +278,9 @@ mod tests {
                 .map(|_| parts[rng.random_range(0..parts.len())])
                 .collect();
             for separator in [b',', b';'] {
-                let ours = cut(&text, separator);
+                let ours = cut(text.as_bytes(), separator);
                 assert_eq!(ours, cut_by_csv(&text, separator), "{text:?}");
+                assert_eq!(ours, cut(InFives(text.as_bytes()), separator), "{text:?}");
                 several += usize::from(ours.len() > 1);
                 quoted += usize::from(ours.iter().flat_map(|(_, cells)| cells).any(|cell| cell.contains('\n')));
             }
@@ -307,35 +289,42 @@ mod tests {
     }
 
     #[test]
-    fn records_end_where_they_are_cut() {
-        let mut rng = crate::seed::stream(1, "records end", 0);
-        let parts = [",", "\n", "\r\n", "\r", "\"", "\"\"", "a", "\"a,\n\","];
-        let mut ended = 0;
-        for _ in 0..20_000 {
-            let text: String = (0..rng.random_range(1..12))
-                .map(|_| parts[rng.random_range(0..parts.len())])
-                .collect();
-            let (mut whole, mut start) = (vec![], 0);
-            while let Some(end) = record_end(text.as_bytes(), start, b',') {
-                whole.extend(cut(&text[start..end], b','));
-                start = end;
-                ended += 1;
+    fn a_record_that_is_put_back_comes_again() {
+        let mut records = Records::new("\u{feff}\r\na,b\n\n1,2\n".as_bytes(), b',').expect("it is read");
+        let mut next = |put_back: bool| {
+            let record = records.next_record().expect("short rows");
+            let told = record.map(|record| (record.line, record.cell(1).map(str::to_owned), record.cell(2)));
+            let told = told.map(|(line, second, third)| (line, second, third.is_some()));
+            if put_back {
+                records.put_back();
             }
-            whole.extend(cut(&text[start..], b','));
-            let cells = |cut: Cut| -> Vec<Vec<String>> { cut.into_iter().map(|(_, cells)| cells).collect() };
-            assert_eq!(cells(whole), cells(cut(&text, b',')), "{text:?}");
-        }
-        assert!(ended > 20_000, "{ended}");
+            told
+        };
+        let (header, row) = ((2, Some("b".to_owned()), false), (4, Some("2".to_owned()), false));
+        assert_eq!(
+            [next(false), next(true), next(false), next(false)],
+            [Some(header), Some(row.clone()), Some(row), None]
+        );
     }
 
     #[test]
-    fn what_repeats_the_record_before_is_told() {
-        let mut room = vec![];
-        let mut records = Records::new("PTFE,4,1.5\nPTFE,4,1.25\n\nPTFE,40,1\nPTFE,40,1\n", 7, b',', &mut room);
-        let mut told = vec![];
-        while records.advance().expect("short rows") {
-            told.push((records.line(), records.unchanged(), records.cells().len()));
-        }
-        assert_eq!(told, [(7, 0, 3), (8, 2, 3), (10, 0, 3), (11, 2, 3)]);
+    fn a_row_may_be_as_long_as_a_line() {
+        let long = |length: usize| format!("a\n\"{}\"\nb", "x\n".repeat(length / 2 - 1));
+        let read = |text: &str| {
+            let mut records = Records::new(text.as_bytes(), b',').expect("it is read");
+            let mut lines = vec![];
+            while let Some(record) = records.next_record()? {
+                lines.push(record.line);
+            }
+            Ok::<_, Problem>(lines)
+        };
+        assert_eq!(
+            read(&long(MOST_OF_LINE)),
+            Ok(vec![1, 2, 1 + MOST_OF_LINE as u64 / 2 + 1])
+        );
+        assert_eq!(
+            read(&long(MOST_OF_LINE + 2)).map_err(|problem| problem.line),
+            Err(Some(2))
+        );
     }
 }

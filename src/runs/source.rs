@@ -4,11 +4,13 @@ use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::Path;
 
+use super::csv::{separator, Csv};
 use super::refusals::whole_file;
 use super::{parquet, parquet_footer};
 use crate::encoding;
 use crate::error::Error;
 use crate::files::{self, Input, MOST_OF_LINE, MOST_OF_PARQUET, MOST_OF_PIPE, MOST_OF_WORKBOOK};
+use crate::scene::Naming;
 
 /// What is being done, as a verb.
 pub(super) const READ: &str = "read the runs";
@@ -38,7 +40,7 @@ impl TableSource {
     }
 
     /// From its start.
-    pub fn reader(&mut self) -> std::io::Result<Box<dyn Read + Send + '_>> {
+    pub fn reader(&mut self) -> std::io::Result<Box<dyn Read + '_>> {
         Ok(match self {
             TableSource::File(file, _) => {
                 file.rewind()?;
@@ -46,6 +48,25 @@ impl TableSource {
             }
             TableSource::Held(bytes) => Box::new(bytes.as_slice()),
         })
+    }
+
+    /// As a CSV from its start, once it is known to be text; its columns are separated as the line that names them tells.
+    pub fn csv(&mut self, path: &Path, naming: &Naming) -> Result<Csv<Box<dyn Read + '_>>, Error> {
+        self.check_text(path)?;
+        let separator = self.separator(path, naming)?;
+        self.separated_by(separator, path)
+    }
+
+    /// What separates the columns of a text.
+    pub fn separator(&mut self, path: &Path, naming: &Naming) -> Result<u8, Error> {
+        let fail = |error: std::io::Error| Error::io(path, READ, error);
+        separator(self.reader().map_err(fail)?, naming).map_err(fail)
+    }
+
+    /// As a CSV from its start, with this between its columns.
+    pub fn separated_by(&mut self, separator: u8, path: &Path) -> Result<Csv<Box<dyn Read + '_>>, Error> {
+        let fail = |error: std::io::Error| Error::io(path, READ, error);
+        Csv::new(self.reader().map_err(fail)?, separator).map_err(fail)
     }
 
     /// Checks that it is text, and not none at all.

@@ -9,11 +9,11 @@ use super::impacts;
 use super::places::RowPlaces;
 use super::refusals::{whole_file, Refused};
 use super::series::Runs;
-use super::source::{TableSource, READ};
+use super::source::TableSource;
 use super::spheres::check_spheres;
 use super::stated_errors::check_stated_errors;
 use super::told_twice::ComparedColumns;
-use super::{csv, parquet, windows, workbook};
+use super::{parquet, workbook};
 use crate::error::{file_name, quoted, Error, Problem};
 use crate::notice::Notice;
 use crate::scene::{RunColumn, Scene, TableFile, MISSING};
@@ -187,7 +187,7 @@ impl<'p> Joined<'p> {
             };
             return Err(Error::input(without, vec![problem]));
         }
-        self.all.extend(std::slice::from_ref(&table));
+        self.all.extend(&table);
         check_averaged(&self.all, path)
     }
 
@@ -294,25 +294,12 @@ fn read_by_exclude(
 fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
     let mut sha256 = String::new();
     let collected = read_by_exclude(scene, |scene| {
-        let (collected, hash) = read_csv_once(source, path, scene)?;
+        let read = source.csv(path, &scene.data.naming)?.runs(scene, &mut Gathering::Whole);
+        let (collected, hash) = read.map_err(|refused| refuse(path, refused))?;
         sha256 = hash;
         Ok(collected)
     })?;
     Ok((collected, sha256))
-}
-
-/// Where something is refused, the table is read once more: to see that it is text, and then in its order.
-fn read_csv_once(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
-    let fail = |error: std::io::Error| Error::io(path, READ, error);
-    let length = source.length();
-    let separator = csv::separator(source.reader().map_err(fail)?, &scene.data.naming).map_err(fail)?;
-    let table = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
-    if let Some(read) = table.runs_at_once(scene, length, &mut Gathering::Whole) {
-        return Ok(read);
-    }
-    source.check_text(path)?;
-    let table = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
-    table.runs_in_order(scene).map_err(|refused| refuse(path, refused))
 }
 
 fn read_parquet(source: TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
