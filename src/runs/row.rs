@@ -1,7 +1,6 @@
 //! Checks one run and says which of its cells is wrong.
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
 use super::averaged::{mean_of, MeanOf};
 use super::errors::{self, RunError};
@@ -44,61 +43,62 @@ pub(super) struct CheckedRow {
     pub ratios: SpeedRatios,
 }
 
-/// What a row is checked against: finds names in the scene; runs come in blocks, so the last answer is tried first.
-///
-/// A clone is cheap: every thread has its own.
-#[derive(Clone)]
+/// Names of the scene with their places in it. Runs come in blocks: the name that was found last is tried first.
+struct Names<'s> {
+    places: HashMap<&'s str, usize>,
+    last: Option<(&'s str, usize)>,
+}
+
+impl<'s> Names<'s> {
+    fn of(names: impl Iterator<Item = &'s str>) -> Names<'s> {
+        Names {
+            places: names.zip(0..).collect(),
+            last: None,
+        }
+    }
+
+    #[inline]
+    fn known(&self, name: &str) -> Option<(&'s str, usize)> {
+        let last = self.last.filter(|(last, _)| *last == name);
+        last.or_else(|| self.places.get_key_value(name).map(|(known, place)| (*known, *place)))
+    }
+
+    /// The place of a name in the scene.
+    #[inline]
+    fn find(&mut self, name: &str) -> Option<usize> {
+        self.last = Some(self.known(name)?);
+        self.last.map(|(_, place)| place)
+    }
+}
+
+/// What a row is checked against.
 pub(super) struct RowChecker<'s> {
     pub scene: &'s Scene,
-    particles: Arc<HashMap<&'s str, usize>>,
-    liquids: Arc<HashMap<&'s str, usize>>,
+    particles: Names<'s>,
+    liquids: Names<'s>,
     /// whether the table has a column of film ratios, which then every wet run needs
     pub has_film_ratio: bool,
-    last_particle: usize,
-    last_liquid: usize,
     /// unknown names that may still be compared with every name of the scene: beyond, no message is printed
     to_compare: usize,
 }
 
 impl<'s> RowChecker<'s> {
     pub fn new(scene: &'s Scene, has_film_ratio: bool) -> Self {
-        let particles = scene.particles.iter().enumerate();
-        let liquids = scene.liquids.iter().enumerate();
         RowChecker {
             scene,
-            particles: Arc::new(particles.map(|(index, p)| (p.name.as_str(), index)).collect()),
-            liquids: Arc::new(liquids.map(|(index, l)| (l.name.as_str(), index)).collect()),
+            particles: Names::of(scene.particles.iter().map(|p| p.name.as_str())),
+            liquids: Names::of(scene.liquids.iter().map(|l| l.name.as_str())),
             has_film_ratio,
-            last_particle: 0,
-            last_liquid: 0,
             to_compare: PROBLEMS_SHOWN,
         }
     }
 
-    #[inline]
-    fn particle(&mut self, name: &str) -> Option<usize> {
-        let all = &self.scene.particles;
-        if all.get(self.last_particle).is_none_or(|p| p.name != name) {
-            self.last_particle = *self.particles.get(name)?;
-        }
-        Some(self.last_particle)
-    }
-
-    #[inline]
-    fn liquid(&mut self, name: &str) -> Option<usize> {
-        let all = &self.scene.liquids;
-        if all.get(self.last_liquid).is_none_or(|l| l.name != name) {
-            self.last_liquid = *self.liquids.get(name)?;
-        }
-        Some(self.last_liquid)
-    }
-
     pub fn knows_particle(&self, name: Option<&str>) -> bool {
-        name.is_some_and(|name| self.particles.contains_key(name))
+        name.is_some_and(|name| self.particles.known(name).is_some())
     }
 
     pub fn knows_liquid(&self, name: Option<&str>) -> bool {
-        name.is_some_and(|name| self.liquids.contains_key(name))
+        name.is_some_and(|name| self.liquids.known(name).is_some())
     }
 
     fn name_expected(&mut self, what: &str, name: &str, names: impl Iterator<Item = &'s str>) -> String {
@@ -141,7 +141,7 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
     let is_dry = raw.is_dry();
     let particle = match raw.particle {
         Some(name) => {
-            let index = checker.particle(name);
+            let index = checker.particles.find(name);
             if index.is_none() {
                 let all = checker.scene.particles.iter().map(|p| p.name.as_str());
                 let expected = checker.name_expected("a name in [particles]", name, all);
@@ -156,7 +156,7 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
     };
     let liquid = match raw.liquid {
         Some(name) if !is_dry => {
-            let index = checker.liquid(name);
+            let index = checker.liquids.find(name);
             if index.is_none() {
                 let all = checker.scene.liquids.iter().map(|l| l.name.as_str());
                 let what = format!("a name in [liquids] or `{DRY}`");
