@@ -3,7 +3,7 @@
 //! A stream depends on the seed, its name and its index and on nothing else, so that adding a use of chance, or
 //! running on another number of threads, moves no other draw.
 
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 
 use rand::rngs::ChaCha8Rng;
 use rand::SeedableRng;
@@ -102,7 +102,13 @@ impl<R> Hashed<R> {
 
 impl<R: Read> Read for Hashed<R> {
     fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
-        let read = self.source.read(into)?;
+        let read = loop {
+            match self.source.read(into) {
+                // a signal came first
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                read => break read?,
+            }
+        };
         self.hash.update(&into[..read]);
         Ok(read)
     }
