@@ -36,11 +36,18 @@ fn to_place(x: f64, place: i32) -> String {
         return NONE.to_owned();
     }
     if place >= 0 {
-        let text = format!("{x:.*}", place.min(MOST_DECIMALS) as usize);
-        return text;
+        return with_minus(format!("{x:.*}", place.min(MOST_DECIMALS) as usize));
     }
     let unit = 10f64.powi(-place);
-    format!("{:.0}", (x / unit).round() * unit)
+    with_minus(format!("{:.0}", (x / unit).round() * unit))
+}
+
+/// A number with the minus sign of a text in place of a hyphen.
+fn with_minus(number: String) -> String {
+    match number.strip_prefix('-') {
+        Some(digits) => format!("−{digits}"),
+        None => number,
+    }
 }
 
 /// A value and its standard error, rounded together.
@@ -125,7 +132,7 @@ pub fn significant(x: f64, digits: usize) -> String {
     // rounding may carry 0.0999 to 0.100
     let exponent = to_digits(x, digits).abs().log10().floor() as i32;
     if !(-5..6).contains(&exponent) {
-        return format!("{x:.*e}", digits.max(1) - 1);
+        return with_minus(format!("{x:.*e}", digits.max(1) - 1));
     }
     to_place(x, digits.max(1) as i32 - 1 - exponent)
 }
@@ -219,7 +226,7 @@ mod tests {
             (11.283, 0.2699, "11.28 ± 0.27"),
             (12_345.0, 123.0, "12350 ± 120"),
             (0.183_04, 0.000_999_6, "0.1830 ± 0.0010"),
-            (-0.000_123_4, 0.000_001_99, "-0.0001234 ± 0.0000020"),
+            (-0.000_123_4, 0.000_001_99, "−0.0001234 ± 0.0000020"),
         ] {
             assert_eq!(with_se(value, se), expected);
         }

@@ -182,7 +182,8 @@ fn signed(x: f64, decimals: usize) -> String {
     let text = format!("{x:.decimals$}");
     match text.strip_prefix('-') {
         Some(zero) if zero.bytes().all(|byte| matches!(byte, b'0' | b'.')) => zero.to_owned(),
-        _ => text,
+        Some(digits) => format!("−{digits}"),
+        None => text,
     }
 }
 
@@ -255,7 +256,7 @@ mod tests {
         );
         let text = open(0.0, trend(0.0, 1.0));
         assert!(
-            text.contains("-1.96 to 1.96, includes zero, and moves") && text.ends_with("PTFE in AK10"),
+            text.contains("−1.96 to 1.96, includes zero, and moves") && text.ends_with("PTFE in AK10"),
             "{text}"
         );
         assert_eq!(value(&trend(-0.004, 0.1)), "L′ = 0.00 ± 0.10 (sd)");
