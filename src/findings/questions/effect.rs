@@ -7,6 +7,7 @@ use crate::physics::balance::{kept_energy_slopes, Balance};
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::rebound::slope_mean_restitution;
 use crate::physics::{kept_energy, Coefficient, Form, Parameters};
+use crate::rounding::short;
 use crate::runs::{sphere_words, Runs, Series};
 use crate::scene::Scene;
 use crate::units::millimetres;
@@ -136,10 +137,10 @@ impl<'a> TrendOverFilms<'a> {
     fn words(&self, run: &FeltRun) -> String {
         let series = run.series;
         format!(
-            "{} in {}, D = {:.2} mm, film ratio {:.3}, at {:.2} m/s",
+            "{} in {}, D = {} mm, film ratio {:.3}, at {:.2} m/s",
             sphere_words(&self.scene.particles[series.particle].name, None),
             self.scene.liquids[series.liquid].name,
-            millimetres(series.diameter),
+            short(millimetres(series.diameter)),
             series.film / series.diameter,
             run.speed
         )
