@@ -318,7 +318,7 @@ fn a_report_and_predictions_have_each_diameters_k() {
     for expected in [
         "| k / (m/s)^(−1/5), PE of 7.938 mm | ",
         "| k / (m/s)^(−1/5), PTFE of 4.762 mm | ",
-        "\n| PTFE of 8 mm | 0.06 | square root | ",
+        "\n| PTFE of 8 mm | 0.06 | ",
         "Each diameter of a particle has its own k",
         "no dry runs of PE of 7.938 mm",
         "figures/restitution-speed-PTFE-4.762.svg",

@@ -247,6 +247,14 @@ pub(super) fn says_the_same(check: &Check, notice: &Notice) -> bool {
     check.check == checks::INDEPENDENT_RUNS.code && notice.code == SERIES_OFFSETS.code
 }
 
+/// Whether a notice that only informs says what a table of the report has: that of the terms, or that of the series without
+/// a law.
+pub(crate) fn stands_in_a_table(notice: &Notice) -> bool {
+    [TERM_NOT_HELD, TERM_LEFT_OUT, TERM_TOO_SMALL, SERIES_FAILED]
+        .iter()
+        .any(|entry| entry.code == notice.code)
+}
+
 /// Whether a notice says what the runs tell less of than priors do.
 pub(super) fn is_of_priors(notice: &Notice) -> bool {
     [UNSEEN.code, PRIOR_RULES.code].contains(&notice.code)

@@ -65,19 +65,6 @@ pub fn main_interval_scaled(number: &MainNumber, scale: impl Fn(f64) -> f64) -> 
     between(lo, hi, own.unwrap_or(0.25 * (hi - lo)))
 }
 
-/// The 5 % and 95 % points of a posterior, each rounded by its own Monte Carlo error.
-pub fn five_to_ninety_five(quantity: &QuantitySummary, scale: impl Fn(f64) -> f64) -> String {
-    let point = |value: Option<f64>, mcse: Option<f64>| by_mcse(value.map(&scale), mcse.map(&scale));
-    if quantity.q05.is_none() && quantity.q95.is_none() {
-        return NONE.to_owned();
-    }
-    format!(
-        "{} to {}",
-        point(quantity.q05, quantity.mcse_q05),
-        point(quantity.q95, quantity.mcse_q95)
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -114,7 +101,6 @@ mod tests {
         let long = quantity(0.001_23, 9e-6);
         assert_eq!(mean_and_sd(&long, |x| x), "0.1835 ± 0.0012");
         assert_eq!(mean_and_sd(&long, |x| 1e3 * x), "183.5 ± 1.2");
-        assert_eq!(five_to_ninety_five(&long, |x| x), "0.1826 to 0.18448");
         // a short run settles fewer digits than the sd would show
         assert_eq!(mean_and_sd(&quantity(0.001_23, 4e-4), |x| x), "0.184 ± 0.001");
         assert_eq!(mean_and_sd(&quantity(3.4e9, 1e8), |x| x), "0.18 ± 3.4e9");

@@ -75,11 +75,6 @@ pub fn mean_and_sd(quantity: Quantity, of: &QuantitySummary) -> String {
     numbers::mean_and_sd(of, factor(quantity).0)
 }
 
-/// The 5 % and 95 % points of a posterior.
-pub fn five_to_ninety_five(quantity: Quantity, of: &QuantitySummary) -> String {
-    numbers::five_to_ninety_five(of, factor(quantity).0)
-}
-
 /// A parameter's symbol, with its particle and diameter where it is of one.
 pub fn parameter_label(scene: &Scene, runs: &Runs, kind: ParameterKind, symbol: &str) -> String {
     match kind {

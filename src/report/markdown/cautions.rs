@@ -1,13 +1,12 @@
 //! Writes the cautions, what else was noted, the checks, and how to make the report again.
 
-use super::super::ReportInput;
-use super::cells::check_table;
+use super::super::{numbers, ReportInput};
 use super::escape::{code, literal};
 use super::page::Page;
-use super::posterior;
 use super::table::ReportTable;
 use crate::findings::by_weight;
 use crate::findings::checks::Check;
+use crate::findings::notices::stands_in_a_table;
 
 /// The heading over what bears on the main numbers.
 pub(in crate::report) const CAUTIONS: &str = "Cautions";
@@ -26,16 +25,20 @@ pub(super) fn cautions(page: &mut Page, input: ReportInput) {
     }
 }
 
-/// What was found and what to do about it.
+/// What was found and what to do about it, where there is anything.
 fn told(text: &str, next_step: &str) -> String {
-    format!("{text}. Next: {next_step}.")
+    match next_step.strip_prefix("nothing") {
+        None => format!("{text}. Next: {next_step}."),
+        Some(why) if why.is_empty() => format!("{text}."),
+        Some(why) => format!("{text}; {}.", why.trim_start_matches([':', ' '])),
+    }
 }
 
-/// The notices that move no main number.
+/// The notices that move no main number and stand in no table.
 pub(super) fn also_noted(page: &mut Page, input: ReportInput) {
     let informing = by_weight(&input.findings.notices)
         .into_iter()
-        .filter(|notice| !notice.cautions());
+        .filter(|notice| !notice.cautions() && !stands_in_a_table(notice));
     let lines: Vec<String> = informing.map(|notice| told(&notice.text, &notice.next_step)).collect();
     if !lines.is_empty() {
         page.section(ALSO_NOTED, "What moves no main number by more than a quarter of its ±.");
@@ -43,31 +46,46 @@ pub(super) fn also_noted(page: &mut Page, input: ReportInput) {
     }
 }
 
-/// What must hold before the numbers are quoted, with what does not.
+/// How many checks hold, and those that do not.
 pub(super) fn checks(page: &mut Page, input: ReportInput) {
-    let findings = input.findings;
+    let all = &input.findings.verdicts;
+    let failed: Vec<&Check> = all.iter().filter(|check| !check.passed).collect();
     page.section(
         "Checks",
-        "What must hold before the numbers are quoted, and what of other checks fails.",
+        &format!(
+            "{} of {} checks hold; `findings.json` has the value and the line of each.",
+            all.len() - failed.len(),
+            all.len()
+        ),
     );
-    let checks = findings.verdicts.iter();
-    let checks = checks.filter(|check| !check.passed || check.gates && !posterior::lists(input, check));
-    let text = |check: &Check| {
-        if check.passed {
-            check.text.clone()
-        } else {
-            told(check.found(), check.advice)
-        }
-    };
-    let outcome = |check: &Check| match check {
-        check if check.passed => "holds",
-        check if check.gates => "fails: not to be quoted",
-        check if check.concerns.is_empty() => "fails; no main number rests on it",
-        _ => "fails: a caution",
-    };
-    page.table(&check_table(checks, 3, text, outcome));
-    if input.posterior.is_some() {
-        page.paragraph("The posterior's own checks that hold stand in its section.");
+    let (felt, informing): (Vec<&Check>, Vec<&Check>) = failed
+        .into_iter()
+        .partition(|check| check.gates || !check.concerns.is_empty());
+    if !felt.is_empty() {
+        let table = ReportTable::of(felt)
+            .column("check", |check| {
+                if check.gates {
+                    told(check.found(), check.advice)
+                } else {
+                    check.found().to_owned()
+                }
+            })
+            .column("value", |check| numbers::optional(check.value, 3))
+            .column("line", |check| numbers::significant(check.threshold, 3))
+            .column("outcome", |check| {
+                if check.gates {
+                    "fails: not to be quoted"
+                } else {
+                    "fails: a caution"
+                }
+            })
+            .column("why this line", |check| check.source);
+        page.table(&table);
+    }
+    if !informing.is_empty() {
+        let value = |check: &&Check| format!("{}: {}", check.found(), numbers::optional(check.value, 3));
+        let lines: Vec<String> = informing.iter().map(value).collect();
+        page.paragraph(&format!("No main number rests on what fails: {}.", lines.join("; ")));
     }
 }
 
@@ -78,7 +96,7 @@ pub(super) fn reproduce(page: &mut Page, input: ReportInput) {
     let names: Vec<String> = names.map(|name| literal(&name.to_string_lossy())).collect();
     let runs = names.join(", ");
     page.paragraph(&format!(
-        "{}, wetcor {}. Full precision, further intervals and every reason stand in `findings.json`.",
+        "{}, wetcor {}. Full precision, every interval and every reason stand in `findings.json`.",
         code(input.command),
         findings.wetcor
     ));

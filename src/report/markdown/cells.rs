@@ -1,10 +1,9 @@
 //! Words what tables of several sections have in common.
 
 use super::super::{numbers, ReportInput};
-use super::table::ReportTable;
-use crate::findings::checks::Check;
 use crate::findings::main_numbers::MainPlace;
-use crate::findings::Verdict;
+use crate::findings::scaling::Scaling;
+use crate::findings::{Findings, Verdict};
 use crate::runs::Sphere;
 use crate::scene::WetLaw;
 use crate::units::millimetres;
@@ -19,6 +18,23 @@ pub(super) fn estimated(input: ReportInput) -> Vec<Sphere> {
             || scaling.any(|row| sphere.owns(scene, &row.particle, row.diameter_m))
     };
     input.runs.spheres.iter().copied().filter(has).collect()
+}
+
+/// Whether a row of a law tells what another does not: by the linear law one does where the square-root law does not
+/// stand at its runs, and the linear law is not merely biased there.
+pub(super) fn is_told(findings: &Findings, particle: &str, place: [Option<f64>; 2], law: WetLaw) -> bool {
+    let of = |law: WetLaw| {
+        let mut laws = findings.scaling.iter();
+        laws.find(|own| own.law == law && own.particle == particle && [own.diameter_m, own.film_ratio] == place)
+    };
+    let stands = |own: &Scaling| own.verdict.passed;
+    match law {
+        WetLaw::Sqrt => true,
+        WetLaw::Linear => {
+            !of(WetLaw::Sqrt).is_some_and(stands)
+                && of(WetLaw::Linear).is_some_and(|line| stands(line) || line.bias.is_none())
+        }
+    }
 }
 
 pub(super) fn law_name(law: WetLaw) -> &'static str {
@@ -59,30 +75,19 @@ pub(super) fn interval_header(input: ReportInput) -> String {
     format!("{} % interval", numbers::short(100.0 * input.scene.bootstrap.level))
 }
 
-/// Checks with what was found to so many digits, the line each is held against, and what came of it.
-pub(super) fn check_table<'c>(
-    checks: impl Iterator<Item = &'c Check>,
-    digits: usize,
-    text: impl Fn(&Check) -> String,
-    outcome: impl Fn(&Check) -> &'static str,
-) -> ReportTable<&'c Check> {
-    ReportTable::of(checks)
-        .column("check", text)
-        .column("value", |check| numbers::optional(check.value, digits))
-        .column("line", |check| numbers::significant(check.threshold, 3))
-        .column("outcome", outcome)
-        .column("why this line", |check| check.source)
-}
-
 /// A number of rebounds, and of the runs beside them that stuck.
 pub(super) fn rebounds_and_stuck(rebounds: usize, stuck: usize) -> String {
     format!("{rebounds} ({stuck})")
 }
 
-pub(super) fn usable(verdict: &Verdict) -> String {
+/// The header over why a fit is not usable.
+pub(super) const NOT_USABLE: &str = "not usable";
+
+/// Why a fit is not usable; empty where it is.
+pub(super) fn why_not_usable(verdict: &Verdict) -> &str {
     if verdict.passed {
-        "usable".to_owned()
+        ""
     } else {
-        format!("not usable: {}", verdict.reason)
+        &verdict.reason
     }
 }

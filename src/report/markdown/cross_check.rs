@@ -33,10 +33,10 @@ pub(super) fn cross_check(page: &mut Page, input: ReportInput) {
         return;
     };
     page.section("Least squares over all rebounds", &format!(
-        "Every rebound at once with the dry runs, by least squares: a check of the posterior, and its start. It leaves out \
-         what stuck and knows no priors{}. ± is one standard error by the delta method. The fit: {}.",
+        "All rebounds and dry runs at once by least squares, without stuck runs and priors{}: a check of the posterior. \
+         ± is one standard error by the delta method. The fit: {}.",
         if input.scene.model.series_offsets {
-            ", and takes runs as independent, without the offsets that series have in the posterior"
+            ", and without the offsets of series"
         } else {
             ""
         },
@@ -65,7 +65,7 @@ pub(super) fn cross_check(page: &mut Page, input: ReportInput) {
             reasons(input, &rows)
         ));
     }
-    if balance.verdict.passed && !balance.derived.is_empty() {
+    if input.findings.main.provisional && balance.verdict.passed && !balance.derived.is_empty() {
         page.paragraph("What follows at the mean density ratio of the runs of each film ratio:");
         page.table(&of_film_ratios(balance, &interval_header(input)));
     }
@@ -92,11 +92,9 @@ fn parameters<'a>(rows: &'a [Compared], input: ReportInput) -> ReportTable<&'a C
     if input.findings.main.provisional {
         return table;
     }
-    table
-        .column("posterior mean ± sd", |row| {
-            row.sampled.map(|own| quantities::main(own.quantity, &own.number))
-        })
-        .column("difference / sd", |row| row.difference().map(numbers::signed))
+    table.column("less the posterior mean, in its sd", |row| {
+        row.difference().map(numbers::signed)
+    })
 }
 
 /// What of these runs and this model least squares does not know.
@@ -144,7 +142,7 @@ fn reasons(input: ReportInput, rows: &[Compared]) -> String {
         all.push("the posterior holds another form of the inertial loss".to_owned());
     }
     if all.is_empty() {
-        return "No stuck run, prior or other noise explains it: look for misfit under Predictions".to_owned();
+        return "No stuck run, prior or other noise explains it: look for misfit under Predictive check".to_owned();
     }
     format!("What differs: {}", all.join("; "))
 }

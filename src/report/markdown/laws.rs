@@ -1,16 +1,22 @@
 //! Writes the dry law, the wet series, the scaling with St, the film thickness and the energy.
 
 use super::super::figures;
+use super::super::numbers;
 use super::super::ReportInput;
-use super::super::{numbers, quantities};
-use super::cells::{diameter, estimated, interval_header, law_name, list, rebounds_and_stuck, usable};
+use super::cells::{
+    diameter, estimated, interval_header, is_told, law_name, list, rebounds_and_stuck, why_not_usable, NOT_USABLE,
+};
 use super::errors::of_speed;
 use super::page::Page;
 use super::table::ReportTable;
 use crate::findings::dry::{Dry, DryOfDiameter};
+use crate::findings::energy::Energy;
 use crate::findings::estimate::Estimate;
 use crate::findings::scaling::Scaling;
+use crate::findings::series::SeriesFit;
+use crate::findings::Findings;
 use crate::inference::lack_of_fit::Alternative;
+use crate::inference::nested::FTest;
 use crate::physics::{DrySpeed, Inertia, Quantity};
 use crate::runs::{sphere_words, Sphere};
 use crate::scene::{DryKOf, WetLaw};
@@ -23,10 +29,7 @@ pub(super) fn dry(page: &mut Page, input: ReportInput) {
     if input.findings.dry.is_empty() {
         return;
     }
-    page.section(
-        "Dry law",
-        "k of each particle by its dry runs alone, and whether one k serves at every diameter and speed.",
-    );
+    page.section("Dry law", "k of each particle from its dry runs alone.");
     let rows = input.findings.dry.iter().flat_map(|dry| {
         let several = dry.by_diameter.iter().filter(|_| dry.by_diameter.len() > 1);
         let each = several.map(|one| DryTableRow {
@@ -48,35 +51,38 @@ pub(super) fn dry(page: &mut Page, input: ReportInput) {
             None => numbers::optional(row.dry.residual_sd, 2),
             Some(_) => String::new(),
         })
-        .column("verdict", |row| match row.diameter {
-            None => usable(&row.dry.verdict),
-            Some(one) => one.dry_k.why_none.clone().unwrap_or_default(),
+        .column_if_any(NOT_USABLE, |row| match row.diameter {
+            None => why_not_usable(&row.dry.verdict),
+            Some(one) => one.dry_k.why_none.as_deref().unwrap_or_default(),
         });
     page.table(&table);
-    for dry in &input.findings.dry {
-        if let Some(test) = &dry.heterogeneity {
-            page.paragraph(&format!(
-                "{}: one k for all diameters, F({}, {}) = {}, p {}.",
-                dry.words(),
-                test.df_between,
-                test.df_within,
-                numbers::significant(test.f, 3),
-                equals(test.p)
-            ));
-        }
-        if let Some(found) = &dry.lack_of_fit {
-            let test = &found.test;
-            page.paragraph(&format!(
-                "{}: the law, with a k for each diameter, against {}, F({}, {}) = {}, p {}.",
-                dry.particle,
-                against(found.against),
-                test.df_between,
-                test.df_within,
-                numbers::significant(test.f, 3),
-                equals(test.p)
-            ));
+    let of_diameters = input.findings.dry.iter().filter_map(|dry| {
+        let test = dry.heterogeneity.as_ref()?;
+        Some(format!("{}: {}", dry.words(), f_test(test)))
+    });
+    let of_speeds = input.findings.dry.iter().filter_map(|dry| {
+        let found = dry.lack_of_fit.as_ref()?;
+        let against = against(found.against);
+        Some(format!("{} against {against}: {}", dry.particle, f_test(&found.test)))
+    });
+    for (what, tests) in [
+        ("One k for all diameters", of_diameters.collect::<Vec<_>>()),
+        ("The law with a k for each diameter", of_speeds.collect()),
+    ] {
+        if !tests.is_empty() {
+            page.paragraph(&format!("{what}. {}.", tests.join("; ")));
         }
     }
+}
+
+fn f_test(test: &FTest) -> String {
+    format!(
+        "F({}, {}) = {}, p {}",
+        test.df_between,
+        test.df_within,
+        numbers::significant(test.f, 3),
+        equals(test.p)
+    )
 }
 
 /// The dry law of a particle, over all diameters or of one.
@@ -114,7 +120,7 @@ pub(super) fn series(page: &mut Page, input: ReportInput) {
     if findings.series.is_empty() {
         return;
     }
-    page.section("Wet series", "α, β and the threshold of each series by itself.");
+    page.heading("Wet series");
     let offset = match input.scene.model.dry_speed {
         DrySpeed::Reference(_) => String::new(),
         DrySpeed::Impact => {
@@ -125,28 +131,31 @@ pub(super) fn series(page: &mut Page, input: ReportInput) {
         Some(_) => "as the posterior of all runs at once has it",
         None => "in SI",
     };
+    let failed: Vec<&SeriesFit> = findings.series.iter().filter(|one| !one.verdict.passed).collect();
+    let all = findings.series.len();
     page.paragraph(&format!(
-        "e = √(α + β/v), one law a series; the threshold is the speed −β/α below which it gives no rebound.{offset} For a \
-         simulation code the law of every pair, {of_all}, stands in [laws.csv](laws.csv)."
+        "{} of {all} series have a law of their own, e = √(α + β/v), in `findings.json`.{offset} The law of every pair, \
+         {of_all}, stands in [laws.csv](laws.csv).{}",
+        all - failed.len(),
+        if failed.is_empty() { "" } else { " The others:" }
     ));
+    if !failed.is_empty() {
+        page.table(&without_law(failed));
+    }
     for sphere in estimated(input) {
         against_speed(page, input, sphere);
     }
-    let table = ReportTable::of(&findings.series)
+}
+
+/// The series without a usable law, each with the reason.
+fn without_law(failed: Vec<&SeriesFit>) -> ReportTable<&SeriesFit> {
+    ReportTable::of(failed)
         .column("particle", |row| &row.particle)
         .column("liquid", |row| &row.liquid)
         .column("D / mm", |row| diameter(row.diameter_m))
         .column("δ / µm", |row| numbers::significant(micrometres(row.film_m), 3))
         .column(REBOUNDS, |row| rebounds_and_stuck(row.runs, row.stuck))
-        .estimate_if(Quantity::Alpha, |row| (row.verdict.passed, &row.alpha))
-        .estimate_if(Quantity::Beta, |row| (row.verdict.passed, &row.beta))
-        .estimate_if(Quantity::EInf, |row| (row.verdict.passed, &row.e_inf))
-        .column("threshold / (m/s)", |row| {
-            quantities::estimate_if(row.verdict.passed, Quantity::ThresholdSpeed, &row.threshold_speed_m_s)
-        })
-        .column("residual sd", |row| numbers::optional(row.residual_sd, 2))
-        .column("verdict", |row| usable(&row.verdict));
-    page.table(&table);
+        .column(NOT_USABLE, |row| why_not_usable(&row.verdict))
 }
 
 /// Restitution against speed.
@@ -154,7 +163,7 @@ fn against_speed(page: &mut Page, input: ReportInput, sphere: Sphere) {
     let (label, name) = (sphere.label(input.scene), sphere.words(input.scene));
     page.figure(
         &figures::Names::of(input.scene, input.runs).speed(&label),
-        &format!("{name}: e_n against v"),
+        &format!("{name}: e against v"),
         &format!("{name}: restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the square-root law of each series and the dry law (as figs. 2a and 2c of Müller & Huang 2016). Stuck runs are hollow marks at e = 0.{}", bands(input)),
     );
 }
@@ -217,14 +226,18 @@ fn bands(input: ReportInput) -> String {
     }
 }
 
-/// Both laws of some fits: over all film ratios, or each at its own.
-fn scaling_table<'a>(rows: impl Iterator<Item = &'a Scaling>, over_all: bool) -> ReportTable<&'a Scaling> {
-    let mut table = ReportTable::of(rows).column("particle", Scaling::words);
+/// The laws of some fits that are told: over all film ratios, or each at its own.
+fn scaling_table(findings: &Findings, over_all: bool) -> ReportTable<&Scaling> {
+    let told = |row: &&Scaling| is_told(findings, &row.particle, [row.diameter_m, row.film_ratio], row.law);
+    let rows = findings
+        .scaling
+        .iter()
+        .filter(|row| row.film_ratio.is_none() == over_all);
+    let mut table = ReportTable::of(rows.filter(told)).column("particle", Scaling::words);
     if !over_all {
         table = table.column("δ/D", |row| row.film_ratio.map(numbers::short));
     }
-    table = table
-        .column("law", |row| law_name(row.law))
+    table = with_laws(table, |row| row.law)
         .column(REBOUNDS, |row| rebounds_and_stuck(row.runs, row.stuck))
         .estimate_if(Quantity::EInf, |row| (row.verdict.passed, &row.e_inf))
         .estimate_if(Quantity::StC, |row| (row.verdict.passed, &row.st_c))
@@ -239,7 +252,15 @@ fn scaling_table<'a>(rows: impl Iterator<Item = &'a Scaling>, over_all: bool) ->
     if over_all {
         table = table.column("p", |row| row.one_for_all.map(|test| numbers::probability(test.p)));
     }
-    table.column("verdict", |row| usable(&row.verdict))
+    table.column_if_any(NOT_USABLE, |row| why_not_usable(&row.verdict))
+}
+
+/// Adds which law a row is of, where not all are of the square root.
+fn with_laws<R: Copy>(table: ReportTable<R>, law: impl Fn(R) -> WetLaw) -> ReportTable<R> {
+    if table.rows().iter().all(|row| law(*row) == WetLaw::Sqrt) {
+        return table;
+    }
+    table.column("law", |row| law_name(law(row)))
 }
 
 /// What the St_c of a direct fit is worth where k, or St_c, belongs to a diameter.
@@ -261,44 +282,33 @@ pub(super) fn scaling(page: &mut Page, input: ReportInput) {
     }
     page.section(
         "Scaling with the Stokes number",
-        "e_inf and St_c of each particle over all its films, and whether one law serves them.",
+        "e = e_inf √(1 − 2 St_c/St), fitted to each particle over all its film ratios; the linear law, e = e_inf (1 − St_c/St), \
+         stands where it describes the runs better. p: an F test against one law at each film ratio.",
     );
     say_of_diameters(page, input);
-    page.paragraph(
-        "The linear law is e = e_inf (1 − St_c/St). Here both laws are fitted over all film ratios; \
-         p is the probability, by an F test against one law at each film ratio, of so large a difference by chance. \
-         Bias is what the linear law gets wrong when fitted to the noise-free square root at the same runs.",
-    );
     let (bands, names) = (bands(input), figures::Names::of(input.scene, input.runs));
     for sphere in estimated(input) {
         let (label, name) = (sphere.label(input.scene), sphere.words(input.scene));
         page.figure(
             &names.stokes(&label),
-            &format!("{name}: e_n against 1/St"),
+            &format!("{name}: e against 1/St"),
             &format!(
                 "{name}: restitution against 1/St at one film ratio, with the laws fitted to it where the tables call these usable (as figs. 2b and 2d). Stuck runs are hollow marks at e = 0.{bands}"
             ),
         );
     }
-    let rows = findings.scaling.iter().filter(|row| row.film_ratio.is_none());
-    page.table(&scaling_table(rows, true));
+    page.table(&scaling_table(findings, true));
 }
 
 pub(super) fn film(page: &mut Page, input: ReportInput) {
-    let rows = input.findings.scaling.iter().filter(|row| row.film_ratio.is_some());
-    let table = scaling_table(rows, false);
+    let table = scaling_table(input.findings, false);
     if table.is_empty() {
         return;
     }
     page.section(
         "Film thickness",
-        "e_inf and St_c of each film ratio by the laws alone, to see how they move with the film.",
-    );
-    say_of_diameters(page, input);
-    page.paragraph(
-        "Both laws fitted directly at each film ratio, the square root as e = e_inf √(1 − 2 St_c/St). Their bias is what \
-         they get wrong without any noise: the linear law against the square root; the square root, which takes liquids \
-         of different density ratio as one, against the energy balance.",
+        "The same laws at each film ratio. Bias: what the square root, which takes liquids of different density ratio as one, gets \
+         wrong without noise against the energy balance; of a linear law, against the square root.",
     );
     against_film(page, input);
     page.table(&table);
@@ -312,10 +322,7 @@ pub(super) fn energy(page: &mut Page, input: ReportInput) {
     if findings.energy.is_empty() {
         return;
     }
-    page.section(
-        "Energy",
-        "What the liquid's inertia takes at each film ratio, beside the paper's formulas.",
-    );
+    page.heading("Energy");
     let of_form = input.scene.model.viscous.why_no_critical_separation();
     let of_roughness = || {
         let why = input.scene.why_no_roughness(input.runs.wet_particles())?;
@@ -333,18 +340,22 @@ pub(super) fn energy(page: &mut Page, input: ReportInput) {
         two_l.push_str(&format!("; {why}"));
     }
     page.paragraph(&format!(
-        "(e_dry² − e_inf²)/ρ̃ is what the liquid's inertia takes, over the density ratio; eq. Eint2 (stepwise) and \
-         eq. Eint1 (cap) are the paper's predictions for it. St_c e_inf² = 2 L{two_l}."
+        "The liquid's inertia takes (e_dry² − e_inf²)/ρ̃, for which eq. Eint2 (stepwise) and eq. Eint1 (cap) are the paper's \
+         predictions. St_c e_inf² = 2 L{two_l}."
     ));
     page.figure(
         figures::ENERGY,
         "energy balance",
         "Inertial loss over density ratio with both predictions, and St_c e_inf², against the film ratio by the square-root law; bars are standard errors (as fig. 5).",
     );
-    let table = ReportTable::of(&findings.energy)
+    let told = |row: &&Energy| {
+        let place = [row.diameter_m, Some(row.film_ratio)];
+        is_told(findings, &row.particle, place, row.law)
+    };
+    let table = ReportTable::of(findings.energy.iter().filter(told))
         .column("particle", |row| sphere_words(&row.particle, row.diameter_m))
-        .column("δ/D", |row| numbers::short(row.film_ratio))
-        .column("law", |row| law_name(row.law))
+        .column("δ/D", |row| numbers::short(row.film_ratio));
+    let table = with_laws(table, |row| row.law)
         .column("ρ̃", |row| numbers::significant(row.density_ratio, 3))
         .estimate(Quantity::InertialLoss, |row| &row.loss_over_density_ratio)
         .column(Inertia::Stepwise.name(), |row| numbers::significant(row.stepwise, 3))

@@ -10,6 +10,9 @@ use super::table::ReportTable;
 use crate::findings::film_ratio::reference_film_ratio;
 use crate::findings::form_choice::{ChosenBy, InertiaChoice, OtherForm};
 use crate::findings::main_numbers::{MainNumbers, MainParameter, MainPlace, Source};
+use crate::findings::published::PublishedComparison;
+use crate::findings::scaling::Scaling;
+use crate::findings::Findings;
 use crate::physics::loss::{Film, Loss};
 use crate::physics::quantity::Place;
 use crate::physics::{Coefficient, Inertia, Quantity};
@@ -62,11 +65,9 @@ pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
         page.paragraph(&what_places_are(main, input));
         let shown = places_shown(main, input);
         let others = main.at.len() - shown.len();
-        page.table(&places(shown, input));
+        page.table(&places(shown, input, true));
         if others > 0 {
-            page.paragraph(&format!(
-                "{others} more, of the other film ratios, stand in the appendix."
-            ));
+            page.paragraph(&format!("{others} more stand under {OTHER_FILM_RATIOS}."));
         }
     }
     if let Some(text) = combined(input) {
@@ -90,17 +91,20 @@ pub(super) fn places_shown<'a>(main: &'a MainNumbers, input: ReportInput) -> Vec
     main.at.iter().filter(stands_for_others).collect()
 }
 
-/// e_inf and St_c wherever they are told, if not all of them stand among the main numbers.
-pub(super) fn every_place(page: &mut Page, input: ReportInput) {
+/// e_inf and St_c at the film ratios that do not stand among the main numbers.
+pub(super) fn other_film_ratios(page: &mut Page, input: ReportInput) {
     let main = &input.findings.main;
-    if places_shown(main, input).len() == main.at.len() {
+    let shown = places_shown(main, input);
+    let others = main.at.iter().filter(|place| !shown.contains(place));
+    let others: Vec<&MainPlace> = others.collect();
+    if others.is_empty() {
         return;
     }
     page.section(
-        "Every film ratio",
-        "e_inf and St_c of every film ratio, as those among the main numbers.",
+        OTHER_FILM_RATIOS,
+        "As those among the main numbers; their intervals stand in `findings.json`.",
     );
-    page.table(&places(&main.at, input));
+    page.table(&places(others, input, false));
 }
 
 /// How far the forms that were not chosen are from the chosen one.
@@ -135,22 +139,21 @@ fn what_parameters_are(main: &MainNumbers) -> &'static str {
 fn what_places_are(main: &MainNumbers, input: ReportInput) -> String {
     let speed = numbers::short(input.scene.model.dry_speed.reference());
     let mut text = format!(
-        "e_inf = √(e_dry² − C ρ̃ g) with e_dry at {speed} m/s, St_c = 2 L/e_inf², and 2 St_c, below which nothing rebounds."
+        "e_inf = √(e_dry² − C ρ̃ g) with e_dry at {speed} m/s, St_c = 2 L/e_inf², and nothing rebounds below 2 St_c."
     );
     let has = |source: Source| main.at.iter().any(|place| place.source == source);
     if has(Source::SquareRootLaw) {
         text.push_str(
-            " From the square-root law, fitted at one film ratio: ± is one standard error, the interval that of Scaling with \
-             the Stokes number; where a film ratio has several liquids, the law takes them as one.",
+            " From the square-root law, fitted at one film ratio with its liquids as one: ± is one standard error.",
         );
     }
     if has(Source::Posterior) {
-        text.push_str(
-            " From the posterior, for each liquid: ± is one standard deviation. It stands alone where a run stuck or carries \
-             measurement errors, with noise on the energy kept, and where taking liquids as one would bias the law.",
-        );
-        if input.scene.model.series_offsets {
-            text.push_str(" Here series have offsets of the energy kept, which the law does not know.");
+        text.push_str(" From the posterior, for each liquid: ± is one standard deviation.");
+        if has(Source::SquareRootLaw) {
+            text.push_str(
+                " It stands alone where a run stuck or carries measurement errors, with noise on the energy kept, and where \
+                 taking liquids as one would bias the law.",
+            );
         }
     }
     if has(Source::EnergyBalance) {
@@ -203,12 +206,16 @@ fn true_k(input: ReportInput, sphere: &Sphere) -> Option<f64> {
     }
 }
 
+/// The heading over the film ratios that do not stand among the main numbers.
+const OTHER_FILM_RATIOS: &str = "Other film ratios";
+
 /// The header of what simulated runs were drawn from.
 const SIMULATED_FROM: &str = "simulated from";
 
-fn places<'a>(at: impl IntoIterator<Item = &'a MainPlace>, input: ReportInput) -> ReportTable<&'a MainPlace> {
-    let at: Vec<&MainPlace> = at.into_iter().collect();
+/// e_inf and St_c at some places, with their intervals or without.
+fn places<'a>(at: Vec<&'a MainPlace>, input: ReportInput, with_intervals: bool) -> ReportTable<&'a MainPlace> {
     let by_diameter = at.iter().any(|row| row.diameter_m.is_some());
+    let of_one_source = at.windows(2).all(|pair| pair[0].source == pair[1].source);
     let mut table = ReportTable::of(at)
         .column("particle", |row| &row.particle)
         .column("δ/D", |row| numbers::short(row.film_ratio));
@@ -226,22 +233,22 @@ fn places<'a>(at: impl IntoIterator<Item = &'a MainPlace>, input: ReportInput) -
     };
     for quantity in [Quantity::EInf, Quantity::StC] {
         let number = number_of(quantity);
-        table = table
-            .column(quantities::label(quantity), |row| {
-                quantities::main(quantity, number(row))
-            })
-            .column(interval.clone(), |row| quantities::main_interval(quantity, number(row)));
+        table = table.column(quantities::label(quantity), |row| {
+            quantities::main(quantity, number(row))
+        });
+        if with_intervals {
+            table = table.column(interval.clone(), |row| quantities::main_interval(quantity, number(row)));
+        }
         if is_simulated {
             table = table.column(SIMULATED_FROM, |row| {
                 numbers::optional(true_value(input, quantity, row), 4)
             });
         }
     }
-    table
-        .column(Quantity::StNoRebound.describe().symbol, |row| {
-            row.st_c.rounded(|st_c| 2.0 * st_c)
-        })
-        .column("from", |row| row.source.name())
+    if of_one_source {
+        return table;
+    }
+    table.column("from", |row| row.source.name())
 }
 
 /// What simulated runs were drawn from at a place of one liquid.
@@ -294,12 +301,11 @@ pub(super) fn published(page: &mut Page, input: ReportInput) {
     }
     page.section(
         "Beside the literature",
-        "How far these numbers lie from published ones. Difference: ours minus published, in combined standard errors.",
+        "Difference: ours minus published, in combined standard errors.",
     );
     if input.scene.truth.is_some() {
         page.paragraph(
-            "The scene has the truth of a simulation. Where its runs were drawn from that, agreement with the literature says \
-             how the truth was chosen, and nothing of spheres.",
+            "For simulated runs, agreement with the literature tells how the truth was chosen, and nothing of spheres.",
         );
     }
     if input.scene.model.dry_k == DryKOf::Diameter {
@@ -307,8 +313,8 @@ pub(super) fn published(page: &mut Page, input: ReportInput) {
     }
     if findings.published.iter().any(|row| row.law == Some(WetLaw::Linear)) {
         page.paragraph(
-            "A linear law is set beside a published linear law, which has its bias, too. For that bias the tables of the laws \
-             call it not usable, and no main number is its own.",
+            "A published linear law stands beside our linear law, which has the same bias: no main number is its own, and it has no \
+             ± where that bias makes it not usable.",
         );
     }
     let table = ReportTable::of(&findings.published)
@@ -317,7 +323,7 @@ pub(super) fn published(page: &mut Page, input: ReportInput) {
         .column("δ/D", |row| row.film_ratio.map_or("all".to_owned(), numbers::short))
         .column("law", |row| row.law.map(law_name))
         .column("ours", |row| match (row.ours, row.ours_se) {
-            (Some(value), Some(se)) => numbers::with_se(value, se),
+            (Some(value), Some(se)) if is_usable(findings, row) => numbers::with_se(value, se),
             (value, _) => numbers::optional(value, 4),
         })
         // as published, not rounded again
@@ -330,6 +336,13 @@ pub(super) fn published(page: &mut Page, input: ReportInput) {
     sources.sort_unstable();
     sources.dedup();
     page.paragraph(&format!("Published: {}.", sources.join("; ")));
+}
+
+/// Whether the fit that a published number is compared with is usable.
+fn is_usable(findings: &Findings, published: &PublishedComparison) -> bool {
+    let of_ours = |own: &&Scaling| [&own.e_inf, &own.st_c].iter().any(|own| own.value == published.ours);
+    let law = findings.scaling.iter().find(of_ours);
+    law.is_none_or(|law| law.verdict.passed)
 }
 
 /// The symbol of a quantity that can be published, by its name in files.

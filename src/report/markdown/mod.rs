@@ -36,7 +36,7 @@ pub fn report(input: ReportInput, figures: &[&str]) -> String {
     cautions::reproduce(&mut page, input);
     page.appendix();
     page.paragraph("What the numbers above rest on, and the numbers of every setting.");
-    main_numbers::every_place(&mut page, input);
+    main_numbers::other_film_ratios(&mut page, input);
     main_numbers::published(&mut page, input);
     runs::data(&mut page, input);
     runs::groups(&mut page, input);
@@ -47,10 +47,10 @@ pub fn report(input: ReportInput, figures: &[&str]) -> String {
     laws::film(&mut page, input);
     laws::energy(&mut page, input);
     cross_check::cross_check(&mut page, input);
+    bootstrap::bootstrap(&mut page, input);
     errors::errors(&mut page, input);
     noise::noise(&mut page, input);
     constants::constants(&mut page, input);
-    bootstrap::bootstrap(&mut page, input);
     posterior::posterior(&mut page, input);
     cautions::checks(&mut page, input);
     cautions::also_noted(&mut page, input);

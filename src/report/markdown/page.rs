@@ -37,9 +37,13 @@ impl Page {
         self.paragraph(purpose);
     }
 
+    pub(crate) fn subheading(&mut self, title: &str) {
+        self.text.push_str(&format!("#{} {title}\n\n", "#".repeat(self.depth)));
+    }
+
     /// Begins a part of a section with what it is for.
     pub(crate) fn subsection(&mut self, title: &str, purpose: &str) {
-        self.text.push_str(&format!("#{} {title}\n\n", "#".repeat(self.depth)));
+        self.subheading(title);
         self.paragraph(purpose);
     }
 

@@ -33,7 +33,7 @@ fn materials(materials: &[Material]) -> ReportTable<&Material> {
 }
 
 /// The table of film groups, for both as well.
-fn film_groups(groups: &[FilmGroupWidth]) -> ReportTable<&FilmGroupWidth> {
+fn film_groups<'g>(groups: impl IntoIterator<Item = &'g FilmGroupWidth>) -> ReportTable<&'g FilmGroupWidth> {
     ReportTable::of(groups)
         .column("particle", |row| &row.particle)
         .column("film ratio", |row| numbers::short(row.film_ratio))
@@ -60,7 +60,8 @@ pub(super) fn data(page: &mut Page, input: ReportInput) {
         counts.used
     ));
     page.table(&materials(&input.overview.materials));
-    if let Some(directions) = &input.findings.identifies {
+    let directions = input.findings.identifies.iter();
+    for directions in directions.filter(|directions| !directions.unseen.is_empty()) {
         page.paragraph(&seen(directions));
         for unseen in &directions.unseen {
             let lines: Vec<String> = unseen_lines(unseen).iter().map(|line| capital(line)).collect();
@@ -78,17 +79,19 @@ fn from_sheets(sheets: &[String]) -> String {
     }
 }
 
-/// The film groups, in the appendix.
+/// The film groups that no law at one film ratio is fitted to.
 pub(super) fn groups(page: &mut Page, input: ReportInput) {
-    if input.findings.film_groups.is_empty() {
+    let all = input.findings.film_groups.iter();
+    let without = film_groups(all.filter(|group| group.why_no_laws.is_some()));
+    if without.is_empty() {
         return;
     }
-    page.section("Film groups", "Which runs count as one film ratio.");
-    page.paragraph(
-        "Runs of a particle that belong to one film ratio; the width is the distance of the 5 % and 95 % quantiles of their \
-         own δ/D over its mean. The energy balance and the posterior take each run's own film.",
+    page.section(
+        "Film groups",
+        "Groups of runs without a film ratio of their own. The width is the distance of the 5 % and 95 % quantiles of their \
+         δ/D over its mean; the energy balance and the posterior take each run's own film.",
     );
-    page.table(&film_groups(&input.findings.film_groups));
+    page.table(&without);
 }
 
 /// What the runs see of the parameters together.

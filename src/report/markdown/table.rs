@@ -43,6 +43,10 @@ impl<R: Copy> ReportTable<R> {
         }
     }
 
+    pub(super) fn rows(&self) -> &[R] {
+        &self.rows
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
@@ -53,6 +57,14 @@ impl<R: Copy> ReportTable<R> {
         let cells = self.rows.iter().map(|row| cell(*row).text()).collect();
         self.columns.push(Column { header, cells });
         self
+    }
+
+    /// The same, where the cell of any row is not empty.
+    pub(super) fn column_if_any<C: Cell>(self, header: impl Into<String>, cell: impl Fn(R) -> C) -> ReportTable<R> {
+        let mut table = self.column(header, cell);
+        let is_empty = |column: &mut Column| column.cells.iter().all(String::is_empty);
+        table.columns.pop_if(is_empty);
+        table
     }
 
     /// Adds the estimates of a quantity under its symbol.

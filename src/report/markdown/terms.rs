@@ -14,11 +14,9 @@ pub(super) fn terms(page: &mut Page, input: ReportInput) {
         return;
     }
     page.section("Terms", &format!(
-        "What each term matters for these runs. Its size is the largest bias of another parameter that leaving it out \
-         would give, in that parameter's standard errors; below {LINE} a 95 % interval still covers 94 %. Its effect is \
-         the largest change of a restitution. Holding a term costs, where it has parameters of its own: the standard \
-         error of another becomes wider by the factor given. A term that is not held is sized as if it acted in full; how much \
-         of that the runs show is a share with its standard error, 0 where the term is absent and 1 where it acts in full."
+        "Size: the largest bias of another parameter, in its standard errors, if the term is left out (below {LINE} a 95 % \
+         interval still covers 94 %). The runs show: the share ± standard error of its full effect that they show of a term \
+         that is not held. Widens by: the factor by which holding the term widens the standard error of another parameter."
     ));
     let table = ReportTable::of(terms)
         .column("term", |sized| sized.term.in_words())

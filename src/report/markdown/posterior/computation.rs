@@ -1,22 +1,18 @@
-//! Writes how the posterior was sampled, by which software, and whether the chains agree.
+//! Writes how the posterior was sampled, and by which software.
 
 use super::super::super::numbers;
 use super::super::super::ReportInput;
 use super::super::page::Page;
-use super::cells::{checks, of_prediction};
 use crate::findings::posterior::{AccuracySummary, Posterior, PosteriorFindings, CHECKED_RUNS};
 use crate::inference::sampling::{Method, MOST_TIMES};
 
 /// The crate that samples, in the version in use.
 const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
 
-/// Software, sampling, what stood for very many runs, and the table of convergence.
+/// Software, sampling, and what stood for very many runs.
 pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Posterior) {
     let found = &posterior.findings;
-    page.subsection(
-        "Computation",
-        "How the draws were made, and whether they may be trusted.",
-    );
+    page.subheading("Computation");
     page.paragraph(&format!(
         "wetcor {}, {}, seed {}. Bounded parameters are mapped onto the whole line; the mode is sought from least squares \
          and from the medians of the priors.{}",
@@ -51,7 +47,6 @@ pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Poste
             found.method.name()
         ),
     });
-    checks(page, posterior.checks.iter().filter(|check| !of_prediction(check)));
 }
 
 /// How the draws were made.

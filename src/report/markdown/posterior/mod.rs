@@ -3,9 +3,9 @@
 //! | file | job |
 //! |---|---|
 //! | `cells.rs` | what several of its tables share |
-//! | `model.rs` | what was assumed: the model, its priors, what was left out |
-//! | `computation.rs` | how it was sampled, and whether the chains agree |
-//! | `numbers.rs` | what the parameters are, and what follows from them |
+//! | `model.rs` | how the runs are taken to come about |
+//! | `parameters.rs` | the parameters with their priors |
+//! | `computation.rs` | how it was sampled |
 //! | `offsets.rs` | the offsets that series have |
 //! | `predictions.rs` | whether new runs would look like the ones made, and which form of the law predicts best |
 //! | `questions.rs` | whether L and C are the same at every film ratio |
@@ -16,13 +16,12 @@
 mod cells;
 mod computation;
 mod model;
-mod numbers;
 mod offsets;
+mod parameters;
 mod predictions;
 mod questions;
 
-pub(super) use cells::lists;
-pub(super) use model::held;
+pub(super) use parameters::held;
 
 use super::super::ReportInput;
 use super::page::Page;
@@ -39,27 +38,22 @@ pub(super) fn posterior(page: &mut Page, input: ReportInput) {
     };
     page.section(
         "Posterior",
-        "A joint fit to all runs, stuck runs included, under stated priors. The order is that of the Bayesian Analysis \
-         Reporting Guidelines (Kruschke 2021, Nature Human Behaviour 5, 1282): model and priors, computation, what the \
-         posterior says, how it predicts, other forms of the model, how to make it again.",
+        "A joint fit to all runs, stuck runs included, in the order of the Bayesian Analysis Reporting Guidelines (Kruschke \
+         2021, Nature Human Behaviour 5, 1282).",
     );
     model::model(page, input, posterior);
-    model::priors(page, input, posterior);
+    parameters::parameters(page, input, posterior);
     computation::computation(page, input, posterior);
-    numbers::parameters(page, input, posterior);
-    numbers::derived(page, input, posterior);
-    numbers::beside_the_prior(page, input, posterior);
-    numbers::correlations(page, input, posterior);
     offsets::series_offsets(page, input, posterior);
     predictions::predictive(page, posterior);
     predictions::forms(page, input);
-    questions::questions(page, input, posterior);
+    questions::questions(page, input);
     draws(page, input, posterior);
 }
 
 fn draws(page: &mut Page, input: ReportInput, posterior: &Posterior) {
-    page.subsection("Draws", "How to make the draws again, and where they lie.");
-    page.paragraph(
+    page.subsection(
+        "Draws",
         "The command under How to reproduce makes the same draws again, to the byte and for any number of threads. They \
          lie beside this report: `draws/draws.zarr`, which `arviz.from_zarr(\"draws/draws.zarr\")` opens in Python, and \
          `draws/draws.csv`, a line a draw, for everything else.",

@@ -1,20 +1,16 @@
-//! Writes what was assumed: how the runs came about, what was believed of the parameters before, what was left out.
+//! Writes how the runs are taken to come about.
 
 use super::super::super::numbers;
-use super::super::super::quantities::unit_in_brackets;
 use super::super::super::ReportInput;
 use super::super::page::Page;
-use super::super::table::ReportTable;
-use super::cells::parameters;
-use crate::findings::posterior::{HeldParameter, Posterior};
-use crate::model::parameters::ParameterKind;
+use crate::findings::posterior::Posterior;
 use crate::physics::rebound::TURN;
 use crate::runs::GAP;
-use crate::scene::{DryKOf, LikelihoodFamily, NoiseOn, Prior, Sticking};
+use crate::scene::{DryKOf, LikelihoodFamily, NoiseOn, Sticking};
 
 /// The generative statement with this scene's form of inertia and dry speed.
 pub(super) fn model(page: &mut Page, input: ReportInput, posterior: &Posterior) {
-    page.subsection("Model", "How a run is taken to come about.");
+    page.subheading("Model");
     if !input.runs.series.is_empty() {
         page.paragraph(&wet(input, posterior));
     }
@@ -146,97 +142,4 @@ fn where_stuck(input: ReportInput) -> &'static str {
         Sticking::Truncated => "Stuck runs were not logged, so the density of a rebound is divided by its probability.",
         Sticking::Excluded => "Stuck runs are left out, as the scene asks.",
     }
-}
-
-/// What was believed before, and which parameters were not sampled.
-pub(super) fn priors(page: &mut Page, input: ReportInput, posterior: &Posterior) {
-    page.subsection("Priors", "The priors and their rationale.");
-    let parameters = parameters(input, posterior);
-    let table = ReportTable::of(&parameters)
-        .column("parameter", |one| &one.label)
-        .column("name in files", |one| format!("`{}`", one.found.name))
-        .column("unit", |one| unit_in_brackets(one.prior.unit))
-        .column("bounds", |one| match one.prior.upper {
-            Some(upper) => format!("{} to {}", bound(one.prior.lower), bound(upper)),
-            None => format!("above {}", bound(one.prior.lower)),
-        })
-        .column("prior", |one| &one.prior.density)
-        .column("why", |one| one.prior.source);
-    page.table(&table);
-    let sampled = &posterior.sampled.parameters.sampled;
-    let of_k = if sampled
-        .iter()
-        .any(|parameter| matches!(parameter.kind, ParameterKind::DryK(_)))
-    {
-        "; that of k keeps e_dry above zero at every speed in use, since e_dry² would grow again beyond"
-    } else {
-        ""
-    };
-    page.paragraph(&format!(
-        "Written as a scene writes them: {}. Each ends at its bounds{of_k}.",
-        families(posterior)
-    ));
-    left_out(page, &posterior.findings.left_out);
-}
-
-fn bound(x: f64) -> String {
-    if x == 0.0 || x.abs() >= 0.01 {
-        numbers::short(x)
-    } else {
-        numbers::significant(x, 3)
-    }
-}
-
-/// The families in use, each with the meaning of its numbers.
-fn families(posterior: &Posterior) -> String {
-    let mut used: Vec<&str> = vec![];
-    for parameter in &posterior.sampled.parameters.sampled {
-        let words = match parameter.prior {
-            Prior::LogNormal(..) => "lognormal [median, sd of the logarithm]",
-            Prior::HalfNormal(_) => "half_normal scale",
-            Prior::Normal(..) => "normal [mean, sd]",
-            Prior::Gamma(..) => "gamma [shape, rate]",
-            Prior::Uniform(..) => "uniform [lower, upper]",
-            Prior::StudentT(..) => "student_t [degrees of freedom, location, scale]",
-            // held, not sampled
-            Prior::Fixed(_) => continue,
-        };
-        if !used.contains(&words) {
-            used.push(words);
-        }
-    }
-    used.join(", ")
-}
-
-fn left_out(page: &mut Page, left_out: &[HeldParameter]) {
-    if left_out.is_empty() {
-        page.paragraph("No parameter of this model was left out.");
-        return;
-    }
-    page.paragraph("Not sampled:");
-    let table = ReportTable::of(left_out)
-        .column("parameter", |left| format!("`{}`", left.name))
-        .column("held at", |left| {
-            left.value
-                .map_or("not read".to_owned(), |value| numbers::significant(value, 4))
-        })
-        .column("why", |left| &left.reason);
-    page.table(&table);
-    if let Some(text) = held(left_out) {
-        page.paragraph(&text);
-    }
-}
-
-/// What the posterior takes as known; nothing where all that it reads was sampled.
-pub(in super::super) fn held(left_out: &[HeldParameter]) -> Option<String> {
-    let held: Vec<String> = left_out
-        .iter()
-        .filter_map(|left| Some(format!("{} at {}", left.name, numbers::significant(left.value?, 3))))
-        .collect();
-    (!held.is_empty()).then(|| {
-        format!(
-            "The posterior holds {}: what is not known of that is not in its ±.",
-            held.join(" and ")
-        )
-    })
 }

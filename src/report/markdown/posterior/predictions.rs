@@ -5,7 +5,7 @@ use super::super::super::ReportInput;
 use super::super::cells::diameter;
 use super::super::page::Page;
 use super::super::table::ReportTable;
-use super::cells::{checks, of_prediction, rhat};
+use super::cells::rhat;
 use crate::findings::checks::LOO_KHAT;
 use crate::findings::compare::ComparedModel;
 use crate::findings::posterior::Posterior;
@@ -14,10 +14,7 @@ use crate::physics::Viscous;
 /// Bands, groups and the number stuck.
 pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
     let found = &posterior.findings.predictive;
-    page.subsection(
-        "Predictive check",
-        "Whether runs drawn from the posterior look like those that were made.",
-    );
+    page.subheading("Predictive check");
     let bands: Vec<String> = found
         .bands
         .iter()
@@ -40,7 +37,6 @@ pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
         },
         bands.join(", ")
     ));
-    checks(page, posterior.checks.iter().filter(|check| of_prediction(check)));
     if found.stuck.is_empty() {
         return;
     }
@@ -64,10 +60,7 @@ pub(super) fn forms(page: &mut Page, input: ReportInput) {
     let Some(models) = &input.findings.compare else {
         return;
     };
-    page.subsection(
-        "Other forms of the law",
-        "Which form of the law predicts runs it has not seen best.",
-    );
+    page.subheading("Other forms of the law");
     let line = input
         .findings
         .verdicts
@@ -88,14 +81,11 @@ pub(super) fn forms(page: &mut Page, input: ReportInput) {
         ),
     };
     page.paragraph(&format!(
-        "Each form of inertia with each dry speed (`stepwise/2`: e_dry at 2 m/s; `/impact`: at the run's own speed){of_viscous}, judged \
-         on the same runs by PSIS-LOO: elpd is the log density of each run as predicted from the others, summed; \
-         difference is to the best form, with the standard error of the differences run by run, and the Monte Carlo error that \
-         other draws of both would move it by. This scene's own form is judged by its posterior's draws; another by \
-         draws of a Student's t about its mode, weighed by its posterior and resampled, or, where these weigh too unequally, by \
-         trajectories, unless it falls far behind even so. A run whose k-hat is above the line ({line} for the scene's own draws) \
-         weighs too much to be left out by weights; up to eight such runs are left out by draws that are made without them. \
-         Where more are, or draws without a run hardly reach it, the elpd of the form is rough."
+        "Each form of inertia with each dry speed (`/2`: e_dry at 2 m/s; `/impact`: at the run's own speed){of_viscous} by \
+         PSIS-LOO: elpd is the log density of each run as predicted from the others, summed; the difference to the best form \
+         has the standard error of the differences run by run. Other forms than this scene's are judged by draws of a \
+         Student's t about their mode, weighed and resampled, or by trajectories. Up to eight runs with k-hat above the line \
+         ({line} for the scene's own draws) are left out by draws made without them; where there are more, the elpd is rough."
     ));
     if input.scene.model.series_offsets {
         page.paragraph(

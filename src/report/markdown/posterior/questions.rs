@@ -1,4 +1,4 @@
-//! Writes whether L and C are the same at every film ratio, with the residuals at each.
+//! Writes whether L and C are the same at every film ratio.
 
 use super::super::super::figures::RESIDUALS;
 use super::super::super::numbers;
@@ -6,34 +6,37 @@ use super::super::super::ReportInput;
 use super::super::page::Page;
 use super::super::table::ReportTable;
 use crate::findings::form_choice::{GAIN, GAIN_IN_SE};
-use crate::findings::learnt::capital;
-use crate::findings::posterior::Posterior;
 use crate::findings::questions::{Answer, Question, SMALL};
 
 /// Both questions with their answers; nothing where they were not asked.
-pub(super) fn questions(page: &mut Page, input: ReportInput, posterior: &Posterior) {
+pub(super) fn questions(page: &mut Page, input: ReportInput) {
     let Some(questions) = &input.findings.questions else {
         return;
     };
     page.subsection("Questions the paper leaves", &format!(
         "The paper takes L as constant for δ/D below 0.10, and its inertial loss levels off where its formulas do not. Each \
-         is asked of the runs by a second model of the same runs, this scene's form with a trend: L + L′ ln(δ̃/δ̃_m), or \
-         C (δ̃/δ̃_m)^C′, δ̃_m being the geometric mean of their film ratios. {}The gain is the log density of each run as \
-         predicted from the others (PSIS-LOO), summed, with the trend less without it, and its standard error that of the \
-         differences run by run. A trend is there where its 95 % interval excludes zero and it gains more than {GAIN} and \
-         {GAIN_IN_SE} standard errors, without runs whose k-hat is above the line; the main numbers are then not to be quoted. One value \
-         serves where neither end of that interval moves an e_inf or a St_c at a film ratio of the runs by more than {:.0} %, \
-         against no trend; otherwise the question is open, as it is where chains do not agree. \
-         On simulated runs like the paper's without a trend one is seen in fewer than one set \
-         of twenty.",
+         is asked by a second model of the same runs with a trend: L + L′ ln(δ̃/δ̃_m), or C (δ̃/δ̃_m)^C′, δ̃_m being the \
+         geometric mean of their film ratios. {}Gain: log density of each run as predicted from the others (PSIS-LOO), summed, \
+         with the trend less without it. A trend is there where its 95 % interval excludes zero and it gains more than {GAIN} \
+         and {GAIN_IN_SE} standard errors, without runs whose k-hat is above the line. The parameter is constant where neither \
+         end of that interval moves an e_inf or a St_c at a film ratio of the runs by more than {:.0} %; otherwise the \
+         question is open.",
         priors(questions),
         100.0 * SMALL
     ));
     page.table(&table(questions));
     for question in questions {
-        page.paragraph(&format!("{} {}.", question.question, capital(&question.text)));
+        if let Some(why) = &question.why_open {
+            page.paragraph(&format!("{} Open: {why}.", question.question));
+        }
     }
-    residuals(page, posterior);
+    page.figure(
+        RESIDUALS,
+        "mean residuals against the film ratio",
+        "Mean of (e − predicted)/σ at each film ratio under this scene's own model, without a trend, with its standard error from \
+         the spread between runs; a stuck run counts as the mean of what stuck runs have. A loss that grows less with the film \
+         than the model says shows as residuals that rise with it.",
+    );
 }
 
 /// What was believed of each trend that was sampled.
@@ -79,31 +82,4 @@ fn table(questions: &[Question]) -> ReportTable<&Question> {
             Answer::Falls => "no, it falls",
             Answer::Open => "open",
         })
-}
-
-/// Mean residual of each particle and film ratio.
-fn residuals(page: &mut Page, posterior: &Posterior) {
-    let groups = posterior.findings.predictive.groups.iter();
-    let table = ReportTable::of(groups.filter(|group| group.film_ratio.is_some()))
-        .column("particle", |group| group.words())
-        .column("δ/D", |group| group.film_ratio.map(numbers::short))
-        .column("wet runs", |group| group.runs)
-        .column("mean residual ± se, in σ", |group| match group.mean_residual_se {
-            Some(se) => numbers::with_se(group.mean_residual, se),
-            None => numbers::significant(group.mean_residual, 2),
-        });
-    if table.is_empty() {
-        return;
-    }
-    page.paragraph(
-        "What this scene's own model, without a trend, leaves at each film ratio: the mean of (e − predicted)/σ, a stuck run \
-         counting as the mean of what stuck runs have, and its standard error from the spread between runs. A loss that \
-         grows less with the film than the model says shows as residuals that rise with it.",
-    );
-    page.table(&table);
-    page.figure(
-        RESIDUALS,
-        "mean residuals against the film ratio",
-        "Mean residual of each particle and film ratio under this scene's own model, in σ, with its standard error.",
-    );
 }
