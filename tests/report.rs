@@ -361,7 +361,7 @@ fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows()
     let first = written.report.lines().nth(2).unwrap_or_default();
     assert!(first.starts_with("**Verdict: not to be quoted:"), "{first}");
     assert!(first.contains("effective draws"), "{first}");
-    assert!(written.report.contains("| fails: not to be quoted |"));
+    assert!(written.report.contains("* Not to be quoted: "));
     let good = fit(SCENE, &["--stages", "least_squares,posterior"], all);
     let digits = |report: &str| {
         let mut rows = report.lines().skip_while(|line| *line != "#### Parameters");
@@ -416,7 +416,7 @@ fn runs_without_noise_have_no_posterior_and_the_report_says_why() {
         written.report
     );
     assert!(written.report.contains("## Main numbers (provisional)"));
-    assert!(!written.report.contains("less the posterior mean"));
+    assert!(!written.report.contains("minus posterior mean"));
     assert!(!written.figures.iter().any(|name| name.starts_with("posterior")));
     // where the stage was not asked for there is nothing to say
     let unasked = fit(SCENE, &["--stages", "least_squares"], all);
@@ -494,8 +494,9 @@ fn a_particle_without_roughness_lacks_the_length_of_its_critical_separation_alon
     }
     assert_eq!(report.matches(why).count(), 2);
     let energy = report.split("\n### Energy\n").nth(1).expect("a section");
-    assert_eq!(cells(energy, "PE | 0.08")[7..], ["–", "–"]);
-    assert!(cells(energy, "PTFE | 0.08")[7].contains('±'));
+    let lengths = |row: &str| cells(energy, row).into_iter().rev().take(2).collect::<Vec<_>>();
+    assert_eq!(lengths("PE | 0.08"), ["–", "–"]);
+    assert!(lengths("PTFE | 0.08")[1].contains('±'));
     for particle in ["PTFE", "PE"] {
         let asked = ["predict", "out", "--anyway", "--liquid", "AK10", "--diameter-mm", "8"];
         let at = ["--film-um", "640", "--speed-m-s", "0.8:1.6:3", "--particle", particle];

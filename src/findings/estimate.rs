@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::distributions::student_t_quantile;
 use crate::inference::delta::{interval, log_interval, Interval, Uncertain, LEVELS, PROFILE};
 use crate::inference::profile::Limits;
+use crate::rounding::significant;
 
 /// How intervals are quoted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -273,15 +274,9 @@ impl Estimate {
 fn why_half_open(Limits { lo, hi }: Limits) -> String {
     let finite = |limit: Option<f64>| limit.filter(|limit| limit.is_finite());
     let sides = match (finite(lo), finite(hi)) {
-        (Some(lo), _) => format!("the runs set a lower limit, {}, and no upper one", rounded(lo)),
-        (None, Some(hi)) => format!("the runs set an upper limit, {}, and no lower one", rounded(hi)),
+        (Some(lo), _) => format!("the runs set a lower limit, {}, and no upper one", significant(lo, 4)),
+        (None, Some(hi)) => format!("the runs set an upper limit, {}, and no lower one", significant(hi, 4)),
         (None, None) => "the runs set no limit on either side".to_owned(),
     };
     format!("the curvature of the fit forbids a ±, and the weighted squares do not rise by t²s² on both sides: {sides}")
-}
-
-/// A limit in a sentence, to four digits.
-fn rounded(x: f64) -> String {
-    let digits = (3.0 - x.abs().log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("{x:.digits$}")
 }

@@ -700,7 +700,7 @@ pub(super) fn compare_left_out(why: &str, any_wet: bool) -> Notice {
         return COMPARE_LEFT_OUT.notice(1, text).at(Level::Cautions);
     }
     let text = "no wet runs: there are no forms of the wet law to compare";
-    COMPARE_LEFT_OUT.notice(1, text.to_owned())
+    COMPARE_LEFT_OUT.with_next_step(1, text.to_owned(), "nothing")
 }
 
 /// A form of inertia that the runs chose, clearly before every other or not.

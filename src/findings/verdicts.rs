@@ -138,7 +138,7 @@ fn of_series(series: &[SeriesFit]) -> Option<Check> {
     let of_one_film = || series.iter().filter(|one| !one.is_withheld);
     let all = of_one_film().count();
     let failed = of_one_film().filter(|one| !one.verdict.passed).count();
-    let text = format!("series without a usable square-root law, of {all}");
+    let text = format!("series without a usable square-root law: {failed} of {all}");
     (all > 0).then(|| checks::SERIES.check(failed as f64, text))
 }
 

@@ -6,7 +6,7 @@ use crate::findings::checks::{self, Check};
 use crate::findings::identify::Directions;
 use crate::findings::notices;
 use crate::notice::Notice;
-use crate::rounding::with_se;
+use crate::rounding::{signed, with_se};
 
 /// A correlation below this is no partner.
 const PARTNER: f64 = 0.3;
@@ -101,7 +101,11 @@ fn describe(found: &PosteriorFindings, place: usize, left: f64) -> String {
         .filter(|(_, correlation)| correlation.abs() >= PARTNER)
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let partner = partner.map_or(String::new(), |(other, correlation)| {
-        format!(", correlation {correlation:.2} with {}", found.parameters[other].name)
+        format!(
+            ", correlation {} with {}",
+            signed(*correlation),
+            found.parameters[other].name
+        )
     });
     format!("{name} ({left:.2} of it{partner})")
 }

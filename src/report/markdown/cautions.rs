@@ -1,6 +1,7 @@
 //! Writes the cautions, what else was noted, the checks, and how to make the report again.
 
-use super::super::{numbers, ReportInput};
+use super::super::ReportInput;
+use super::cells::found;
 use super::escape::{code, literal};
 use super::page::Page;
 use super::table::ReportTable;
@@ -58,34 +59,25 @@ pub(super) fn checks(page: &mut Page, input: ReportInput) {
             all.len()
         ),
     );
-    let (felt, informing): (Vec<&Check>, Vec<&Check>) = failed
+    let (felt, informing): (Vec<&Check>, Vec<&Check>) =
+        failed.into_iter().partition(|check| !check.concerns.is_empty());
+    let (gating, cautioning): (Vec<&Check>, Vec<&Check>) = felt.into_iter().partition(|check| check.gates);
+    let lines: Vec<String> = gating
         .into_iter()
-        .partition(|check| check.gates || !check.concerns.is_empty());
-    if !felt.is_empty() {
-        let table = ReportTable::of(felt)
-            .column("check", |check| {
-                if check.gates {
-                    told(check.found(), check.advice)
-                } else {
-                    check.found().to_owned()
-                }
-            })
-            .column("value", |check| numbers::optional(check.value, 3))
-            .column("line", |check| numbers::significant(check.threshold, 3))
-            .column("outcome", |check| {
-                if check.gates {
-                    "fails: not to be quoted"
-                } else {
-                    "fails: a caution"
-                }
-            })
-            .column("why this line", |check| check.source);
-        page.table(&table);
-    }
-    if !informing.is_empty() {
-        let value = |check: &&Check| format!("{}: {}", check.found(), numbers::optional(check.value, 3));
-        let lines: Vec<String> = informing.iter().map(value).collect();
-        page.paragraph(&format!("No main number rests on what fails: {}.", lines.join("; ")));
+        .map(|check| {
+            format!(
+                "Not to be quoted: {} Why this line: {}.",
+                told(&found(check), check.advice),
+                check.source
+            )
+        })
+        .collect();
+    page.list(&lines);
+    for (what, checks) in [("Under Cautions", cautioning), ("No main number rests on", informing)] {
+        if !checks.is_empty() {
+            let texts: Vec<String> = checks.into_iter().map(found).collect();
+            page.paragraph(&format!("{what}: {}.", texts.join("; ")));
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Words what tables of several sections have in common.
 
 use super::super::{numbers, ReportInput};
+use crate::findings::checks::Check;
 use crate::findings::main_numbers::MainPlace;
 use crate::findings::scaling::Scaling;
 use crate::findings::{Findings, Verdict};
@@ -20,8 +21,8 @@ pub(super) fn estimated(input: ReportInput) -> Vec<Sphere> {
     input.runs.spheres.iter().copied().filter(has).collect()
 }
 
-/// Whether a row of a law tells what another does not: by the linear law one does where the square-root law does not
-/// stand at its runs, and the linear law is not merely biased there.
+/// Whether a law of some runs tells what stands nowhere else: not where these have no film ratio of their own, and the linear
+/// law only where the square root does not stand and is not what biases it.
 pub(super) fn is_told(findings: &Findings, particle: &str, place: [Option<f64>; 2], law: WetLaw) -> bool {
     let of = |law: WetLaw| {
         let mut laws = findings.scaling.iter();
@@ -29,10 +30,10 @@ pub(super) fn is_told(findings: &Findings, particle: &str, place: [Option<f64>; 
     };
     let stands = |own: &Scaling| own.verdict.passed;
     match law {
-        WetLaw::Sqrt => true,
+        WetLaw::Sqrt => !of(law).is_some_and(|root| root.is_withheld),
         WetLaw::Linear => {
-            !of(WetLaw::Sqrt).is_some_and(stands)
-                && of(WetLaw::Linear).is_some_and(|line| stands(line) || line.bias.is_none())
+            let tells = |line: &Scaling| line.e_inf.value.is_some() && (stands(line) || line.bias.is_none());
+            !of(WetLaw::Sqrt).is_some_and(stands) && of(law).is_some_and(tells)
         }
     }
 }
@@ -73,6 +74,19 @@ pub(super) fn list(values: &[f64], scale: impl Fn(f64) -> f64) -> String {
 
 pub(super) fn interval_header(input: ReportInput) -> String {
     format!("{} % interval", numbers::short(100.0 * input.scene.bootstrap.level))
+}
+
+/// What a check found, with its value and line where the words do not have them.
+pub(super) fn found(check: &Check) -> String {
+    // a count of what failed stands in words
+    let counted = check.threshold == 0.0 || check.threshold == 1.0;
+    match check.value {
+        Some(value) if !counted => {
+            let [value, line] = [value, check.threshold].map(numbers::short);
+            format!("{} ({value}; the line is {line})", check.found())
+        }
+        _ => check.found().to_owned(),
+    }
 }
 
 /// A number of rebounds, and of the runs beside them that stuck.

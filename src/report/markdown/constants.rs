@@ -13,10 +13,7 @@ pub(super) fn constants(page: &mut Page, input: ReportInput) {
     if rows.is_empty() {
         return;
     }
-    page.section(
-        "Constants taken as exact",
-        "How far the scene's constants would move the results.",
-    );
+    page.heading("Constants taken as exact");
     let names = constant_names(rows);
     let offset = if names.iter().any(|own| own == "film_offset") {
         ", `film_offset` all films by one length, as a share of their mean"
@@ -31,10 +28,9 @@ pub(super) fn constants(page: &mut Page, input: ReportInput) {
         String::new()
     };
     page.paragraph(&format!(
-        "Every fit takes viscosity, densities, roughness and films as exact. The table has d ln(result)/d ln(constant): \
-         −1.00 says that 1 % more of the constant gives 1 % less of the result, an empty cell that it does not move it. \
-         A column moves all constants of its kind by one factor, one with a name in brackets that one alone{offset}. A \
-         film ratio in brackets stays what it is told to be; the square-root law does not know the films of its runs.{taken}"
+        "The table has d ln(result)/d ln(constant): −1.00 says that 1 % more of the constant gives 1 % less of the result, an \
+         empty cell that it does not move it. A column moves all constants of its kind by one factor, one with a name in \
+         brackets that one alone{offset}.{taken}"
     ));
     let mut table = ReportTable::of(rows).column("result", |row| row.label());
     for own in &names {

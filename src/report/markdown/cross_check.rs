@@ -57,7 +57,11 @@ pub(super) fn cross_check(page: &mut Page, input: ReportInput) {
         .collect();
     page.table(&parameters(&rows, input));
     let far = |row: &&Compared| row.difference().is_some_and(|difference| difference.abs() > FAR);
-    let far: Vec<&str> = rows.iter().filter(far).map(|row| row.fitted.name.as_str()).collect();
+    let symbol = |row: &Compared| {
+        let kind = row.fitted.kind;
+        quantities::parameter_label(input.scene, input.runs, kind, kind.symbol())
+    };
+    let far: Vec<String> = rows.iter().filter(far).map(symbol).collect();
     if !far.is_empty() {
         page.paragraph(&format!(
             "More than one posterior sd off: {}. {}.",
@@ -92,7 +96,7 @@ fn parameters<'a>(rows: &'a [Compared], input: ReportInput) -> ReportTable<&'a C
     if input.findings.main.provisional {
         return table;
     }
-    table.column("less the posterior mean, in its sd", |row| {
+    table.column("minus posterior mean, in its sd", |row| {
         row.difference().map(numbers::signed)
     })
 }

@@ -5,7 +5,7 @@ use super::super::ReportInput;
 use super::cells::law_name;
 use super::page::Page;
 use super::table::ReportTable;
-use crate::findings::error_notices::most_sensitive_to_speed;
+use crate::findings::error_notices::{most_sensitive_to_speed, SPEED_ERROR};
 use crate::findings::measurement_errors::ErrorSummary;
 
 /// How the errors of the runs entered; nothing where no run carries one.
@@ -83,12 +83,11 @@ struct FitWithErrors {
     errors: ErrorSummary,
 }
 
-/// The error of the speed that would move β.
+/// The error of the speed that would move β, where it is too large for a caution.
 pub(super) fn of_speed(input: ReportInput) -> Option<String> {
-    let (row, share) = most_sensitive_to_speed(&input.findings.scaling)?;
+    let (row, share) = most_sensitive_to_speed(&input.findings.scaling).filter(|(_, share)| *share >= SPEED_ERROR)?;
     Some(format!(
-        "An error of v biases β in proportion to its square; as little as {} % of v in every run would move β of the \
-         square root by a tenth of its standard error ({}, δ/D = {}).",
+        "An error of v biases β in proportion to its square: {} % of v in every run would move β of the square root by a tenth of its standard error ({}, δ/D = {}).",
         numbers::significant(100.0 * share, 2),
         row.words(),
         numbers::short(row.film_ratio?)

@@ -18,6 +18,7 @@ use crate::findings::Findings;
 use crate::inference::lack_of_fit::Alternative;
 use crate::inference::nested::FTest;
 use crate::physics::{DrySpeed, Inertia, Quantity};
+use crate::rounding::by_number;
 use crate::runs::{sphere_words, Sphere};
 use crate::scene::{DryKOf, WetLaw};
 use crate::units::{micrometres, millimetres};
@@ -67,7 +68,10 @@ pub(super) fn dry(page: &mut Page, input: ReportInput) {
     });
     for (what, tests) in [
         ("One k for all diameters", of_diameters.collect::<Vec<_>>()),
-        ("The law with a k for each diameter", of_speeds.collect()),
+        (
+            "Lack of fit of the law, with a k for each diameter",
+            of_speeds.collect(),
+        ),
     ] {
         if !tests.is_empty() {
             page.paragraph(&format!("{what}. {}.", tests.join("; ")));
@@ -131,12 +135,14 @@ pub(super) fn series(page: &mut Page, input: ReportInput) {
         Some(_) => "as the posterior of all runs at once has it",
         None => "in SI",
     };
-    let failed: Vec<&SeriesFit> = findings.series.iter().filter(|one| !one.verdict.passed).collect();
-    let all = findings.series.len();
+    let of_one_film = || findings.series.iter().filter(|one| !one.is_withheld);
+    let failed: Vec<&SeriesFit> = of_one_film().filter(|one| !one.verdict.passed).collect();
+    let all = of_one_film().count();
+    let passed = all - failed.len();
+    let have = by_number(passed, "has", "have");
     page.paragraph(&format!(
-        "{} of {all} series have a law of their own, e = √(α + β/v), in `findings.json`.{offset} The law of every pair, \
+        "{passed} of {all} series of one film ratio {have} a law of their own, e = √(α + β/v), in `findings.json`.{offset} The law of every pair, \
          {of_all}, stands in [laws.csv](laws.csv).{}",
-        all - failed.len(),
         if failed.is_empty() { "" } else { " The others:" }
     ));
     if !failed.is_empty() {

@@ -13,8 +13,8 @@ pub(super) fn noise(page: &mut Page, input: ReportInput) {
     let Some(noise) = &input.findings.noise else {
         return;
     };
-    page.section("Noise", "Whether the runs scatter as every interval takes it.");
-    page.paragraph(
+    page.section(
+        "Noise",
         "Every interval takes the runs as independent, with one spread for all dry and one for all wet runs. What was \
          found about the joint fit of dry law and energy balance:",
     );

@@ -49,7 +49,7 @@ fn film_groups<'g>(groups: impl IntoIterator<Item = &'g FilmGroupWidth>) -> Repo
 
 pub(super) fn data(page: &mut Page, input: ReportInput) {
     let counts = &input.findings.counts;
-    page.section("Data", "What was read, and which ranges it covers.");
+    page.heading("Data");
     let screened: usize = counts.screened.iter().map(|s| s.runs).sum();
     page.paragraph(&format!(
         "{} runs read{}, {screened} screened, {} stuck, {} used by least squares. \

@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use textwrap::core::display_width;
 
-use super::super::{numbers, quantities, ReportInput};
-use super::cells::place_name;
+use super::super::{quantities, ReportInput};
+use super::cells::{found, place_name};
 use super::main_numbers::{others, places_shown, source};
 use super::verdict::{carried, cautions_line, verdict_line};
 use crate::findings::checks::Check;
@@ -83,17 +83,7 @@ fn verdict(findings: &Findings) -> String {
 
 /// What one check found, with what to do about it.
 fn one_check(check: &Check) -> String {
-    let found = check.found();
-    // a count of what failed stands in words; other lines are told, with the value held against them
-    let counted = check.threshold == 0.0 || check.threshold == 1.0;
-    let against = match check.value {
-        Some(value) if !counted => {
-            let [value, line] = [value, check.threshold].map(numbers::short);
-            format!(" ({value}; the line is {line})")
-        }
-        _ => String::new(),
-    };
-    format!("- {found}{against}. Next: {}.\n", check.advice)
+    format!("- {}. Next: {}.\n", found(check), check.advice)
 }
 
 /// The places that stand for the others; where the square-root law serves, the posterior of each liquid stands in the

@@ -10,7 +10,8 @@ use crate::findings::questions::{Answer, Question, SMALL};
 
 /// Both questions with their answers; nothing where they were not asked.
 pub(super) fn questions(page: &mut Page, input: ReportInput) {
-    let Some(questions) = &input.findings.questions else {
+    let asked = input.findings.questions.as_ref();
+    let Some(questions) = asked.filter(|_| !input.runs.series.is_empty()) else {
         return;
     };
     page.subsection("Questions the paper leaves", &format!(
