@@ -272,7 +272,7 @@ fn a_report_says_diameters_beside_critical_stokes_numbers() {
     for expected in [
         "L = ½ (ln(δ/ε) + ln(λ V_b^(1/3)/ε)) with V_b = π δ² (D/2 − δ/3)",
         "\n| λ | ",
-        "\n| particle | δ/D | D / mm | e_inf | ",
+        "\n| particle | δ/D | D / mm | liquid | e_inf | ",
         ", D = 6 mm, energy balance)",
         "St_c belongs to a film and a diameter",
         "there is no δc",

@@ -29,11 +29,6 @@ impl Interval {
     pub fn is_delta(&self) -> bool {
         matches!(self.method, "delta" | "delta_log")
     }
-
-    /// Whether it is made of replicates, or is what these tend to.
-    pub fn is_bootstrap(&self) -> bool {
-        !self.is_delta() && self.method != PROFILE
-    }
 }
 
 /// Parameters with a covariance: what derived quantities are made of.

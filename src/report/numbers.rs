@@ -11,11 +11,7 @@ use crate::findings::posterior::QuantitySummary;
 use crate::rounding::{positive, with_sd};
 
 /// An estimate for a table: `value ± se`, without a standard error the value, with its interval where that is all there is.
-pub fn estimate(estimate: &Estimate) -> String {
-    estimate_scaled(estimate, |x| x)
-}
-
-/// An estimate in another unit: `scale` must be a plain factor.
+/// `scale` must be a plain factor.
 pub fn estimate_scaled(estimate: &Estimate, scale: impl Fn(f64) -> f64) -> String {
     match (estimate.value, estimate.se) {
         (Some(value), Some(se)) => with_se(scale(value), scale(se)),
@@ -32,11 +28,6 @@ pub fn estimate_scaled(estimate: &Estimate, scale: impl Fn(f64) -> f64) -> Strin
 }
 
 /// The interval of an estimate, rounded as its standard error is, without one by a quarter of its width.
-pub fn interval(estimate: &Estimate) -> String {
-    interval_scaled(estimate, |x| x)
-}
-
-/// The interval of an estimate in another unit.
 pub fn interval_scaled(estimate: &Estimate, scale: impl Fn(f64) -> f64) -> String {
     match (estimate.interval, estimate.se) {
         (Some([lo, hi]), Some(se)) => between(scale(lo), scale(hi), scale(se)),

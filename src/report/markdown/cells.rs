@@ -82,7 +82,7 @@ pub(super) fn found(check: &Check) -> String {
     let counted = check.threshold == 0.0 || check.threshold == 1.0;
     match check.value {
         Some(value) if !counted => {
-            let [value, line] = [value, check.threshold].map(numbers::short);
+            let (value, line) = (numbers::significant(value, 3), numbers::short(check.threshold));
             format!("{} ({value}; the line is {line})", check.found())
         }
         _ => check.found().to_owned(),

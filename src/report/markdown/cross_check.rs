@@ -1,10 +1,10 @@
 //! Writes what least squares over all rebounds at once gives, beside the posterior.
 
 use super::super::{numbers, quantities, ReportInput};
-use super::cells::{diameter, interval_header};
+use super::cells::interval_header;
 use super::page::Page;
 use super::table::ReportTable;
-use crate::findings::balance::{DerivedEstimate, EnergyBalance, ParameterEstimate};
+use crate::findings::balance::ParameterEstimate;
 use crate::findings::main_numbers::MainParameter;
 use crate::physics::Quantity;
 use crate::rounding::by_number;
@@ -68,10 +68,6 @@ pub(super) fn cross_check(page: &mut Page, input: ReportInput) {
             far.join(", "),
             reasons(input, &rows)
         ));
-    }
-    if input.findings.main.provisional && balance.verdict.passed && !balance.derived.is_empty() {
-        page.paragraph("What follows at the mean density ratio of the runs of each film ratio:");
-        page.table(&of_film_ratios(balance, &interval_header(input)));
     }
 }
 
@@ -149,18 +145,4 @@ fn reasons(input: ReportInput, rows: &[Compared]) -> String {
         return "No stuck run, prior or other noise explains it: look for misfit under Predictive check".to_owned();
     }
     format!("What differs: {}", all.join("; "))
-}
-
-/// e_inf and St_c of each particle and film ratio, and of each diameter where they belong to one.
-fn of_film_ratios<'a>(balance: &'a EnergyBalance, level: &str) -> ReportTable<&'a DerivedEstimate> {
-    let mut table = ReportTable::of(&balance.derived)
-        .column("particle", |row| &row.particle)
-        .column("δ/D", |row| numbers::short(row.film_ratio));
-    if balance.derived.iter().any(|row| row.diameter_m.is_some()) {
-        table = table.column("D / mm", |row| row.diameter_m.map(diameter));
-    }
-    table
-        .estimate_and_interval(Quantity::EInf, |row| &row.e_inf, level)
-        .estimate_and_interval(Quantity::StC, |row| &row.st_c, level)
-        .column("corr(e_inf, St_c)", |row| numbers::optional(row.correlation, 2))
 }

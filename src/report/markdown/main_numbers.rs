@@ -216,6 +216,8 @@ const SIMULATED_FROM: &str = "simulated from";
 fn places<'a>(at: Vec<&'a MainPlace>, input: ReportInput, with_intervals: bool) -> ReportTable<&'a MainPlace> {
     let by_diameter = at.iter().any(|row| row.diameter_m.is_some());
     let of_one_source = at.windows(2).all(|pair| pair[0].source == pair[1].source);
+    // of liquids pooled there is no one truth
+    let is_simulated = input.scene.truth.is_some() && at.iter().any(|row| row.liquid.is_some());
     let mut table = ReportTable::of(at)
         .column("particle", |row| &row.particle)
         .column("δ/D", |row| numbers::short(row.film_ratio));
@@ -223,7 +225,6 @@ fn places<'a>(at: Vec<&'a MainPlace>, input: ReportInput, with_intervals: bool) 
         table = table.column("D / mm", |row| row.diameter_m.map(diameter));
     }
     let interval = interval_header(input);
-    let is_simulated = input.scene.truth.is_some();
     table = table.column("liquid", liquid);
     let number_of = |quantity: Quantity| {
         move |row: &'a MainPlace| match quantity {
