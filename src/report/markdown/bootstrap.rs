@@ -8,7 +8,8 @@ use crate::scene::ResamplingScheme;
 
 /// A paragraph; nothing where nothing was resampled.
 pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
-    let Some(resampling) = &input.findings.bootstrap else {
+    let resampling = input.findings.bootstrap.as_ref();
+    let Some(resampling) = resampling.filter(|own| own.by_sandwich || own.resampled_fits > 0) else {
         return;
     };
     let made = if resampling.by_sandwich {
@@ -17,7 +18,7 @@ pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
         by_replicates(input.scene.bootstrap.scheme, resampling)
     };
     page.paragraph(&format!(
-        "Bootstrap: {made} These intervals stand in the tables of the laws; `findings.json` has them beside the delta method's."
+        "Bootstrap: {made} `findings.json` has the intervals beside the delta method's, and the `method` of each that is quoted."
     ));
 }
 
