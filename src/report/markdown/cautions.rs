@@ -73,7 +73,10 @@ pub(super) fn checks(page: &mut Page, input: ReportInput) {
         })
         .collect();
     page.list(&lines);
-    for (what, checks) in [("Under Cautions", cautioning), ("No main number rests on", informing)] {
+    for (what, checks) in [
+        ("These fail and stand under Cautions", cautioning),
+        ("These fail, and no main number rests on them", informing),
+    ] {
         if !checks.is_empty() {
             let texts: Vec<String> = checks.into_iter().map(found).collect();
             page.paragraph(&format!("{what}: {}.", texts.join("; ")));

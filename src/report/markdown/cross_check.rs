@@ -65,7 +65,7 @@ pub(super) fn cross_check(page: &mut Page, input: ReportInput) {
     if !far.is_empty() {
         page.paragraph(&format!(
             "More than one posterior sd off: {}. {}.",
-            far.join(", "),
+            far.join("; "),
             reasons(input, &rows)
         ));
     }
