@@ -293,7 +293,10 @@ fn replicates_spread_as_the_delta_method_says() {
     // near β = 0 replicates of it have no mean: what stands is the fit's own, at both levels
     let methods: Vec<&str> = slowest.intervals.iter().map(|made| made.method).collect();
     assert_eq!(methods[..2], ["delta"; 2], "{slowest:?}");
-    assert!(slowest.bootstrap.is_none() && !methods.contains(&"percentile"), "{slowest:?}");
+    assert!(
+        slowest.bootstrap.is_none() && !methods.contains(&"percentile"),
+        "{slowest:?}"
+    );
     let row = found
         .scaling
         .iter()

@@ -378,8 +378,7 @@ impl Findings {
                     };
                 self.notices.extend(notice);
                 // what least squares made of barely rebounding runs no longer matters
-                self.verdicts
-                    .retain(|check| check.check != checks::SLOW_REBOUNDS.code);
+                self.verdicts.retain(|check| check.check != checks::SLOW_REBOUNDS.code);
                 self.verdicts.extend(open);
                 let scene = posterior.scene.as_deref().unwrap_or(scene);
                 let context = self.comparison_context(scene, runs, watcher);

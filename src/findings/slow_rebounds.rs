@@ -121,7 +121,11 @@ pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &En
     let found = match &moved {
         Some((_, name, before, after)) => {
             let told = |[value, se]: [f64; 2]| with_se(value, se);
-            format!("{name} is {} with them and {} without them", told(*before), told(*after))
+            format!(
+                "{name} is {} with them and {} without them",
+                told(*before),
+                told(*after)
+            )
         }
         None => "without them the others tell no number".to_owned(),
     };

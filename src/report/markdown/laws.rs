@@ -2,6 +2,7 @@
 
 use super::super::figures;
 use super::super::numbers;
+use super::super::quantities;
 use super::super::ReportInput;
 use super::cells::{
     diameter, estimated, interval_header, is_told, law_name, list, rebounds_and_stuck, why_not_usable, NOT_USABLE,
@@ -14,7 +15,6 @@ use crate::findings::energy::Energy;
 use crate::findings::estimate::Estimate;
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
-use crate::findings::Findings;
 use crate::inference::lack_of_fit::Alternative;
 use crate::inference::nested::FTest;
 use crate::physics::{DrySpeed, Inertia, Quantity};
@@ -233,7 +233,12 @@ fn bands(input: ReportInput) -> String {
 }
 
 /// The laws of some fits that are told: over all film ratios, or each at its own.
-fn scaling_table(findings: &Findings, over_all: bool) -> ReportTable<&Scaling> {
+fn scaling_table<'i>(input: ReportInput<'i>, over_all: bool) -> ReportTable<&'i Scaling> {
+    let (findings, interval) = (input.findings, interval_header(input));
+    let of_usable = |row: &Scaling, quantity: Quantity, estimate: &Estimate| match row.verdict.passed {
+        true => quantities::interval(quantity, estimate),
+        false => String::new(),
+    };
     let told = |row: &&Scaling| is_told(findings, &row.particle, [row.diameter_m, row.film_ratio], row.law);
     let rows = findings
         .scaling
@@ -246,7 +251,9 @@ fn scaling_table(findings: &Findings, over_all: bool) -> ReportTable<&Scaling> {
     table = with_laws(table, |row| row.law)
         .column(REBOUNDS, |row| rebounds_and_stuck(row.runs, row.stuck))
         .estimate_if(Quantity::EInf, |row| (row.verdict.passed, &row.e_inf))
+        .column(interval.as_str(), |row| of_usable(row, Quantity::EInf, &row.e_inf))
         .estimate_if(Quantity::StC, |row| (row.verdict.passed, &row.st_c))
+        .column(interval.as_str(), |row| of_usable(row, Quantity::StC, &row.st_c))
         .column("corr", |row| numbers::optional(row.correlation, 2))
         .column("bias of e_inf", |row| {
             row.bias.map(|bias| numbers::shift(bias.e_inf, row.e_inf.se))
@@ -303,11 +310,11 @@ pub(super) fn scaling(page: &mut Page, input: ReportInput) {
             ),
         );
     }
-    page.table(&scaling_table(findings, true));
+    page.table(&scaling_table(input, true));
 }
 
 pub(super) fn film(page: &mut Page, input: ReportInput) {
-    let table = scaling_table(input.findings, false);
+    let table = scaling_table(input, false);
     if table.is_empty() {
         return;
     }
