@@ -61,17 +61,19 @@ pub struct EnergyBalance {
     /// how its form of inertia was chosen; `None` where the scene names it
     #[serde(skip)]
     pub(super) choice: Option<InertiaChoice>,
-    /// what a refit starts from
+    /// where it was fitted
     #[serde(skip)]
     pub(super) refit_start: RefitStart,
 }
 
-/// What a refit of the energy balance keeps of the fit.
+/// What a linearisation of the energy balance keeps of the fit.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct RefitStart {
     pub(super) form: Form,
     /// the spread against which the dry runs are weighed
     pub(super) spread: f64,
+    /// roots of the weights by measurement errors; empty where there are none
+    pub(super) roots: Vec<f64>,
     /// where it ended
     pub(super) point: Vec<f64>,
 }
@@ -375,6 +377,7 @@ fn findings_of(setup: BalanceSetup, fitted: &FittedBalance, lack_of_fit: Option<
         refit_start: RefitStart {
             form: joint.form,
             spread: fitted.spread,
+            roots: fitted.roots.clone(),
             point: point.clone(),
         },
     }
@@ -445,7 +448,7 @@ pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -
 }
 
 /// What the wet rebounds of a joint fit err by; `None` where no run of the table does.
-pub(super) fn error_columns(scene: &Scene, joint: &Joint) -> Option<ErrorColumns> {
+fn error_columns(scene: &Scene, joint: &Joint) -> Option<ErrorColumns> {
     wet_columns(
         scene,
         joint.runs,

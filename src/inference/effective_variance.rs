@@ -142,7 +142,7 @@ impl<P: ResidualProblem> ResidualProblem for WeightedProblem<'_, P> {
 }
 
 /// Roots of the weights 1/variance over the largest, and the variance that has it.
-pub fn roots(variance: &[f64]) -> (Vec<f64>, f64) {
+fn roots(variance: &[f64]) -> (Vec<f64>, f64) {
     let least = variance.iter().copied().fold(f64::INFINITY, f64::min);
     (variance.iter().map(|v| (least / v).sqrt()).collect(), least)
 }

@@ -6,11 +6,11 @@
 //! of the form that particles share, then k of each sphere. Whatever wants residuals, slopes or sums of them over runs
 //! takes them from here.
 
-use std::ops::Range;
+use std::ops::{Deref, Range};
 
 use nalgebra::{DMatrix, DVector};
 
-use super::effective_variance::{ErrorColumns, SpeedDependent, SpeedDerivatives, WeightedProblem};
+use super::effective_variance::{ErrorColumns, SpeedDependent, SpeedDerivatives};
 use super::information::Sums;
 use super::law::SpeedResponse;
 use super::least_squares::{fit, no_scatter_left, Fit, OutOfDomain, ResidualProblem, Stop};
@@ -42,6 +42,41 @@ pub struct Part {
     pub stuck: Range<usize>,
     /// places of the parameters its runs have slopes in, in the order of the slopes: k first
     pub places: Vec<usize>,
+}
+
+impl Part {
+    /// The slopes of one of its runs, times a factor.
+    pub fn slopes(&self, row: &JointRow, factor: f64) -> RowSlopes {
+        let blank = RowSlopes {
+            all: [(0, 0.0); 1 + MOST_SLOPES],
+            used: 0,
+        };
+        let own = self.places.iter().zip(row.slopes);
+        own.fold(blank, |slopes, (place, slope)| slopes.and(*place, factor * slope))
+    }
+}
+
+/// The slopes of one run, each with its parameter's place.
+#[derive(Debug, Clone, Copy)]
+pub struct RowSlopes {
+    all: [(usize, f64); 1 + MOST_SLOPES],
+    used: usize,
+}
+
+impl RowSlopes {
+    /// The same and the slope in one number besides the parameters.
+    pub fn and(mut self, place: usize, slope: f64) -> RowSlopes {
+        self.all[self.used] = (place, slope);
+        self.used += 1;
+        self
+    }
+}
+
+impl Deref for RowSlopes {
+    type Target = [(usize, f64)];
+    fn deref(&self) -> &[(usize, f64)] {
+        &self.all[..self.used]
+    }
 }
 
 /// What one run leaves.
@@ -348,12 +383,8 @@ impl<'r> Joint<'r> {
         for part in parts {
             measured += self.runs.measured(part.rebounds.clone());
             self.each(part, part.rebounds.clone(), point, |row| {
-                let mut slopes = [(0, 0.0); MOST_SLOPES];
-                let (used, root) = (part.places.len(), self.runs.count(row.run).sqrt());
-                for (own, (place, slope)) in slopes.iter_mut().zip(part.places.iter().zip(row.slopes)) {
-                    *own = (*place, root * slope);
-                }
-                sums.add(root * row.residual, &slopes[..used]);
+                let root = self.runs.count(row.run).sqrt();
+                sums.add(root * row.residual, &part.slopes(&row, root));
             });
         }
         // not the rows that stand for them
@@ -615,8 +646,8 @@ impl ResidualProblem for JointFit<'_> {
     fn jacobian(&self, b: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
         jacobian.fill(0.0);
         self.each_rebound(b, |row, part, root, one| {
-            for (place, slope) in part.places.iter().zip(one.slopes) {
-                jacobian[(row, *place)] = root * slope;
+            for (place, slope) in part.slopes(&one, root).iter() {
+                jacobian[(row, *place)] = *slope;
             }
         });
         for (row, known) in (self.rebounds()..).zip(&self.known) {
@@ -659,11 +690,6 @@ impl SpeedDependent for JointFit<'_> {
         }
         Ok(all)
     }
-}
-
-/// Fits again from where a fit of nearly the same problem ended, the residuals times these roots of weights.
-pub fn refit(problem: &JointFit, roots: &[f64], near: &[f64]) -> Fit {
-    with_wet_spread(problem, fit(&WeightedProblem { problem, roots }, near))
 }
 
 /// Fits; no starting values asked.

@@ -1,7 +1,7 @@
 //! Sums the weighted squares of a joint fit over its runs, anywhere about its minimum.
 
 use super::information::{add_square, Sums};
-use super::joint::{JointFit, JointRow, MOST_SLOPES};
+use super::joint::{JointFit, JointRow};
 use super::profile::Squares;
 use crate::physics::rebound::{bend_mean_restitution, slope_mean_restitution};
 
@@ -28,12 +28,8 @@ impl JointSquares<'_, '_> {
         let mut rebounds = 0;
         self.problem.each_rebound(&b, |residual, part, root, row| {
             let root = root * root_of(residual);
-            let mut slopes = [(0, 0.0); MOST_SLOPES];
-            for (own, (place, slope)) in slopes.iter_mut().zip(part.places.iter().zip(row.slopes)) {
-                *own = (*place, root * slope);
-            }
             let wet = part.series.is_some().then_some(&row);
-            hand_on(root * row.residual, &slopes[..part.places.len()], wet);
+            hand_on(root * row.residual, &part.slopes(&row, root), wet);
             rebounds = residual + 1;
         });
         for (known, residual) in self.problem.known.iter().zip(rebounds..) {

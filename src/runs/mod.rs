@@ -109,6 +109,7 @@ pub(crate) use header::{column, find, Column, FoundColumns};
 pub use impacts::{by_film, Conditions};
 pub use many::{read_any_number, MOST_KEPT};
 pub use new_run::NewRun;
+pub use part::is_in_even_share;
 pub use places::RowPlaces;
 pub(crate) use raw_row::LARGEST_RESTITUTION;
 pub use series::{DryGroup, Impacts, Runs, Series};

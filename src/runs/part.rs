@@ -6,6 +6,13 @@ use std::sync::Arc;
 use super::film_groups::{mean, FilmGroup};
 use super::series::{DryGroup, Runs, Series};
 
+/// Whether a place among others is in a share of them that is spread evenly.
+pub fn is_in_even_share(place: usize, share: f64) -> bool {
+    /// multiples of this have parts behind the point that fill [0, 1) evenly, and fall in step with no repeat of a design
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    (place as f64 * GOLDEN).fract() < share
+}
+
 impl Runs {
     /// The dry runs, and the wet runs whose own δ/D lies below `film_ratio`; a series left without runs is gone.
     ///

@@ -1,7 +1,8 @@
-//! Finds how results move with a constant, on as many runs as the answer needs.
+//! Finds how results move with a constant.
 
 use super::constant::{Constant, MaterialsInUse};
-use super::refit::{BalanceMinimum, RefittedBalance};
+use super::linearised::{LinearisedBalance, MovedBalance};
+use super::sample::RunSample;
 use crate::findings::dry::FittedDry;
 use crate::findings::scaling::square_root_of;
 use crate::physics::quantity::{Place, Quantity, Wetted};
@@ -28,15 +29,8 @@ pub(super) struct SensitivityAnalysis<'a> {
     pub(super) dry: &'a [FittedDry],
     pub(super) in_use: &'a MaterialsInUse,
     pub(super) outputs: &'a [Output],
-    /// where the energy balance is refitted from; `None` without one
-    pub(super) balance: Option<BalanceMinimum<'a>>,
-}
-
-/// The dry rebounds of a table and some of the wet ones.
-pub(super) struct RunSample {
-    pub(super) runs: Runs,
-    /// share of the wet rebounds that is in it
-    pub(super) share: f64,
+    /// the energy balance at the fit; `None` without one
+    pub(super) balance: Option<LinearisedBalance<'a>>,
 }
 
 impl SensitivityAnalysis<'_> {
@@ -44,7 +38,7 @@ impl SensitivityAnalysis<'_> {
     pub(super) fn elasticities(&self, constant: Constant, step: f64) -> Vec<f64> {
         let sides = [-step, step].map(|share| self.in_use.perturbed(self.scene, &self.sample.runs, constant, share));
         let settings = sides.each_ref().map(|(scene, runs)| (scene, &**runs));
-        let balances = self.balance.as_ref().and_then(|balance| balance.refit_at(settings));
+        let balances = self.balance.as_ref().and_then(|balance| balance.at(settings));
         let [less, more] = [0, 1].map(|side| {
             let (scene, runs) = settings[side];
             let balance = balances.as_ref().map(|balances| &balances[side]);
@@ -69,7 +63,7 @@ impl SensitivityAnalysis<'_> {
         (0..runs.film_groups.len()).map(square_root).collect()
     }
 
-    fn results(&self, scene: &Scene, balance: Option<&RefittedBalance>, square_roots: &[Option<[f64; 2]>]) -> Vec<f64> {
+    fn results(&self, scene: &Scene, balance: Option<&MovedBalance>, square_roots: &[Option<[f64; 2]>]) -> Vec<f64> {
         let result = |output: &Output| -> Option<f64> {
             match *output {
                 Output::Parameter(index) => balance?.parameters.get(index).copied(),
@@ -92,23 +86,5 @@ impl SensitivityAnalysis<'_> {
             .iter()
             .map(|output| result(output).unwrap_or(f64::NAN))
             .collect()
-    }
-}
-
-impl RunSample {
-    /// The dry rebounds and about `most` of the wet ones, spread over each series; at least one a series.
-    pub(super) fn of(runs: &Runs, most: usize) -> RunSample {
-        /// multiples of this have parts behind the point that fill [0, 1) evenly, and fall in step with no repeat of a
-        /// design
-        const GOLDEN: f64 = 0.618_033_988_749_894_9;
-        let rebounds = |runs: &Runs| runs.series.iter().map(|series| series.rebounds.len()).sum::<usize>();
-        let all = rebounds(runs);
-        let share = if all > most { most as f64 / all as f64 } else { 1.0 };
-        let is_sampled = |place: usize| (place as f64 * GOLDEN).fract() < share;
-        let sample = runs.with_rebounds(is_sampled);
-        RunSample {
-            share: rebounds(&sample) as f64 / all.max(1) as f64,
-            runs: sample,
-        }
     }
 }

@@ -3,7 +3,8 @@
 //! | file | job |
 //! |---|---|
 //! | `constant.rs` | which constants there are, and how one is changed |
-//! | `refit.rs` | refits the energy balance at changed constants |
+//! | `sample.rs` | as many rebounds as an elasticity needs |
+//! | `linearised.rs` | moves the energy balance with the constants, from its linearisation at the fit |
 //! | `elasticities.rs` | finds how results move with a constant |
 //! | `sensitivity.rs` | how one result moves with the constants |
 //! | `exact_constants.rs` | which constant without an uncertainty would widen the results most |
@@ -11,7 +12,8 @@
 mod constant;
 mod elasticities;
 mod exact_constants;
-mod refit;
+mod linearised;
+mod sample;
 mod sensitivity;
 
 use std::collections::HashSet;
@@ -29,8 +31,9 @@ use crate::physics::Quantity;
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Scene, WetLaw};
 use constant::{Constant, MaterialsInUse};
-use elasticities::{Output, RunSample, SensitivityAnalysis};
-use refit::BalanceMinimum;
+use elasticities::{Output, SensitivityAnalysis};
+use linearised::LinearisedBalance;
+use sample::RunSample;
 pub use sensitivity::{Elasticity, Sensitivity};
 use sensitivity::{Subject, BALANCE};
 
@@ -61,14 +64,14 @@ pub fn find_sensitivities(
     let targets: Vec<Output> = outputs.iter().map(|(output, _)| *output).collect();
     let in_use = MaterialsInUse::new(scene, runs);
     let sample = RunSample::of(runs, MOST_REBOUNDS);
-    let minimum = |balance| BalanceMinimum::new(scene, &sample.runs, dry, balance, sample.share);
+    let linearised = |balance| LinearisedBalance::new(scene, runs, &sample, dry, balance);
     let analysis = SensitivityAnalysis {
         scene,
         sample: &sample,
         dry,
         in_use: &in_use,
         outputs: &targets,
-        balance: balance.and_then(minimum),
+        balance: balance.and_then(linearised),
     };
     let kinds = in_use.kinds(scene);
     let constants: Vec<Constant> = kinds.iter().flat_map(|kind| kind.varied(&in_use, scene)).collect();

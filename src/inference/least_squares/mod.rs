@@ -13,7 +13,6 @@
 //! | `levenberg_marquardt.rs` | the steps from point to point |
 //! | `solver.rs` | one attempt, driven by argmin |
 //! | `covariance.rs` | whether an end point has standard errors, and which |
-//! | `sensitivity.rs` | where a minimum goes when its problem changes a little |
 //!
 //! Sources: Moré (1978) for the scaling, Nielsen (1999) for the damping, Transtrum and Sethna
 //! (2012) for the acceleration, Bates and Watts (1981) for the test of convergence.
@@ -22,7 +21,6 @@ mod covariance;
 mod levenberg_marquardt;
 mod linearised;
 mod problem;
-mod sensitivity;
 mod solver;
 #[cfg(test)]
 mod tests;
@@ -32,7 +30,6 @@ use nalgebra::DMatrix;
 pub use covariance::no_scatter_left;
 use levenberg_marquardt::Variant;
 pub use problem::{OutOfDomain, ResidualProblem, Stop};
-pub use sensitivity::Minimum;
 use solver::{attempt, Attempt};
 
 /// The end of a least-squares fit.
