@@ -41,6 +41,15 @@ impl Sums {
         add_square(&mut self.information, 1.0, slopes);
     }
 
+    /// Adds the sums of other runs with a weight, in the parameters that come first among theirs.
+    pub fn add_weighted(&mut self, other: &Sums, weight: f64) {
+        let n = self.gradient.len();
+        self.runs += other.runs;
+        self.squares += weight * other.squares;
+        self.gradient += other.gradient.rows(0, n) * weight;
+        self.information += other.information.view((0, 0), (n, n)) * weight;
+    }
+
     /// The sums of some of the parameters, ascending.
     pub fn of(&self, kept: &[usize]) -> Sums {
         Sums {
@@ -72,6 +81,11 @@ pub fn add_square(matrix: &mut DMatrix<f64>, weight: f64, slopes: &[(usize, f64)
 pub fn square(matrix: &DMatrix<f64>, slopes: &[(usize, f64)]) -> f64 {
     let of = |&(i, a): &(usize, f64)| slopes.iter().map(|&(j, b)| a * b * matrix[(i, j)]).sum::<f64>();
     slopes.iter().map(of).sum()
+}
+
+/// slopesᵀ · step, the slopes each with its parameter's place.
+pub fn along(slopes: &[(usize, f64)], step: &DVector<f64>) -> f64 {
+    slopes.iter().map(|(place, slope)| slope * step[*place]).sum()
 }
 
 /// Every entry times the factors of its row and its column.

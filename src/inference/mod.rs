@@ -9,6 +9,7 @@
 //! | `regression.rs` | a law fitted to runs |
 //! | `information.rs` | the directions in which runs say more than the priors |
 //! | `joint.rs` | every run in a row of one joint fit: residuals, slopes, sums; the fit itself |
+//! | `linearised_joint.rs` | a joint fit that is linear about a point: step, leverages, what a change of the rows moves |
 //! | `joint_squares.rs` | the squares of a joint fit about its minimum |
 //! | `law_squares.rs` | the squares of a law about its minimum |
 //! | `bootstrap/` | replicates and the intervals they give |
@@ -41,6 +42,7 @@ pub mod laplace;
 pub mod law;
 pub mod law_squares;
 pub mod least_squares;
+pub mod linearised_joint;
 pub mod mixing;
 pub mod nested;
 pub mod nuts;

@@ -8,7 +8,6 @@
 
 use serde::Serialize;
 
-use super::normal_equations::NormalEquations;
 use super::outliers::OutlierSearch;
 use super::rows::{Rows, RunKind};
 use super::scatter::{is_clear, take, RobustFit};
@@ -152,7 +151,7 @@ pub(super) fn test_growth(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearc
 fn squared_residuals(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Vec<SquaredResidual> {
     /// a run that the fit follows nearly by itself has no residual to speak of
     const LEAST_FREE: f64 = 0.1;
-    let fitted = NormalEquations::new(rows, &sorted.sums, |_| 1.0).fit();
+    let fitted = rows.fit(&sorted.sums);
     let limit = rows.scene.data.smallest_restitution;
     let of_run = |sampled: &super::scatter::SampledRun| {
         let (part, row) = (&rows.parts[sampled.part], &sampled.row);
@@ -161,12 +160,9 @@ fn squared_residuals(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) ->
         if !is_clear(rows, row, limit, sd) || sorted.outlying.binary_search(&row.run).is_ok() {
             return None;
         }
-        let slopes = || part.places.iter().zip(row.slopes).map(|(j, slope)| (*j, slope / sd));
-        let shift: f64 = slopes().map(|(j, slope)| slope * fitted.step[j]).sum();
-        let inverse = &fitted.inverse.matrix;
-        let of = |(i, a): (usize, f64)| slopes().map(|(j, b)| a * b * inverse[(i, j)]).sum::<f64>();
-        let leverage: f64 = slopes().map(of).sum();
-        let expected = (1.0 - leverage).max(LEAST_FREE);
+        let slopes = part.slopes(row, 1.0 / sd);
+        let shift = fitted.shift(&slopes);
+        let expected = (1.0 - fitted.leverage(&slopes)).max(LEAST_FREE);
         let v = rows.runs.impact_speed[row.run];
         let stokes = part.series.map_or(f64::NAN, |series| {
             let series = &rows.runs.series[series];

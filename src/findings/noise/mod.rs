@@ -3,9 +3,8 @@
 //! | file | job |
 //! |---|---|
 //! | `point.rs` | the point about which the joint fit is looked at |
-//! | `rows.rs` | what each run leaves of the joint fit, with its slopes |
+//! | `rows.rs` | what each run leaves of the joint fit, with its slopes, and sums of these |
 //! | `scatter.rs` | the scatter about it, found so that outliers do not mislead |
-//! | `normal_equations.rs` | the sums of all runs, put together |
 //! | `outliers.rs` | runs that normal noise would hardly ever take so far |
 //! | `standard_errors.rs` | by how much standard errors are too small |
 //! | `spread.rs` | what unequal spreads of groups do to standard errors |
@@ -21,7 +20,6 @@
 
 mod assumptions;
 mod growth;
-mod normal_equations;
 mod offsets;
 mod outliers;
 mod point;

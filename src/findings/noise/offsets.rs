@@ -9,12 +9,12 @@
 use nalgebra::DMatrix;
 use serde::Serialize;
 
-use super::normal_equations::{JointSolution, NormalEquations};
-use super::rows::{Rows, RunKind};
+use super::rows::{Rows, RunKind, SharedOffset};
 use super::spread::GroupVariances;
 use super::standard_errors::{standard_error_ratios, worst, StandardErrorRatio};
 use crate::distributions::f_tail;
-use crate::inference::information::{add_square, square, Sums};
+use crate::inference::information::Sums;
+use crate::inference::linearised_joint::LinearisedJoint;
 use crate::inference::nested::FTest;
 
 /// Fewer series than this have no sd of offsets.
@@ -65,9 +65,10 @@ pub(super) fn test_offsets(
     };
     let is_wet = |part: &usize| rows.kind(&rows.parts[*part]) == RunKind::Wet;
     let wet = || (0..rows.parts.len()).filter(is_wet).filter(|part| sums[*part].runs > 0);
-    let one = NormalEquations::new(rows, sums, weight).fit();
-    let (own, demeaned) = NormalEquations::within(rows, sums, weight);
-    let own = own.fit();
+    let one = LinearisedJoint::new(&rows.together(sums, weight));
+    let mut within_series = sums.to_vec();
+    wet().for_each(|part| within_series[part] = without_offset(&sums[part]));
+    let own = LinearisedJoint::new(&rows.together(&within_series, weight));
     let series = wet().count();
     let df_between = (series + own.inverse.rank)
         .checked_sub(one.inverse.rank)
@@ -75,9 +76,9 @@ pub(super) fn test_offsets(
     // of wet runs alone: dry runs have another spread, and no part in the offsets
     let (mut within, mut freedom) = (0.0, 0.0);
     for part in wet() {
-        let (squares, left) = own.leaves(std::iter::once((&rows.parts[part], &demeaned[part])), weight(part));
-        within += weight(part) * squares;
-        freedom += left - 1.0;
+        let left = own.leaves(&within_series[part], weight(part));
+        within += weight(part) * left.squares;
+        freedom += left.freedom - 1.0;
     }
     let df_within = freedom.round();
     if df_within < 1.0 || within <= 0.0 {
@@ -87,26 +88,31 @@ pub(super) fn test_offsets(
     let explained = (one.left - own.left).max(0.0);
     let f = explained / df_between as f64 / variance;
     let p = f_tail(f, df_between as f64, df_within)?;
-    let spread = OffsetSpread::new(rows, sums, &one, weight);
+    let offsets: Vec<(f64, SharedOffset)> = wet()
+        .map(|part| (weight(part), SharedOffset::of(&sums[part])))
+        .collect();
+    // n, what offsets of unit variance would add to the squares if the parameters took up nothing, and what they do add
+    let all: f64 = offsets.iter().map(|(weight, offset)| weight * offset.weight).sum();
+    let taken = |(weight, offset): &(f64, SharedOffset)| weight * weight * offset.taken(&one.inverse.matrix);
+    let expected = all - offsets.iter().map(taken).sum::<f64>();
     // what the parameters take up of the offsets is not seen: of a small rest, or of few series, no sd can be had
-    if series < FEWEST_SERIES || spread.expected < LEAST_SEEN * spread.all {
+    if series < FEWEST_SERIES || expected < LEAST_SEEN * all {
         return None;
     }
     // in units of e², since the offsets' slopes are those of e
-    let of_offsets = (explained - df_between as f64 * variance) / spread.expected;
-    let of_offsets = if spread.expected > 0.0 {
-        of_offsets.max(0.0)
-    } else {
-        0.0
-    };
-    let mut scores = NormalEquations::new(rows, sums, |part| {
+    let of_offsets = (explained - df_between as f64 * variance) / expected;
+    let of_offsets = if expected > 0.0 { of_offsets.max(0.0) } else { 0.0 };
+    let mut scores = rows.together(sums, |part| {
         if is_wet(&part) {
             weight(part) * variance
         } else {
             weight(part)
         }
     });
-    scores.information += &spread.scores * of_offsets;
+    for (weight, offset) in &offsets {
+        let slopes = &offset.slopes * *weight;
+        scores.information += &slopes * slopes.transpose() * of_offsets;
+    }
     Some(Offsets {
         series,
         test: FTest {
@@ -121,35 +127,28 @@ pub(super) fn test_offsets(
     })
 }
 
-/// What offsets of unit variance would do to the fit without them.
-struct OffsetSpread {
-    /// n − Σ v_sᵀA⁻¹v_s: what they would add to the squares that are explained
-    expected: f64,
-    /// n: what they would add if the parameters took up nothing
-    all: f64,
-    /// Σ v_s v_sᵀ: what they would add to the information of the scores
-    scores: DMatrix<f64>,
-}
-
-impl OffsetSpread {
-    fn new(rows: &Rows, sums: &[Sums], fit: &JointSolution, weight: impl Fn(usize) -> f64) -> OffsetSpread {
-        let mut found = OffsetSpread {
-            expected: 0.0,
-            all: 0.0,
-            scores: NormalEquations::new(rows, sums, |_| 0.0).information,
-        };
-        for (index, (part, sums)) in rows.parts.iter().zip(sums).enumerate() {
-            if rows.kind(part) != RunKind::Wet || sums.runs == 0 {
-                continue;
-            }
-            let offset = part.places.len();
-            let own = NormalEquations::slopes(part, sums);
-            let slopes: Vec<(usize, f64)> = own.iter().map(|(j, slope)| (*j, slope * weight(index))).collect();
-            let own = weight(index) * sums.information[(offset, offset)];
-            found.all += own;
-            found.expected += own - square(&fit.inverse.matrix, &slopes);
-            add_square(&mut found.scores, 1.0, &slopes);
+/// Sums of a series without what an offset of its own takes up.
+fn without_offset(sums: &Sums) -> Sums {
+    let last = sums.gradient.len() - 1;
+    let (weight, offset) = (sums.information[(last, last)], sums.information.column(last));
+    if weight <= 0.0 {
+        return sums.clone();
+    }
+    let mean = sums.gradient[last] / weight;
+    let information = DMatrix::from_fn(offset.len(), offset.len(), |i, j| {
+        let (was, taken) = (sums.information[(i, j)], offset[i] * offset[j] / weight);
+        // a slope that is the same in all runs leaves only rounding
+        let rounding = 1e-12 * (sums.information[(i, i)] * sums.information[(j, j)]).sqrt();
+        if (was - taken).abs() > rounding {
+            was - taken
+        } else {
+            0.0
         }
-        found
+    });
+    Sums {
+        squares: sums.squares - mean * mean * weight,
+        gradient: &sums.gradient - offset * mean,
+        information,
+        ..*sums
     }
 }

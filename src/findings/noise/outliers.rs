@@ -5,16 +5,17 @@
 //! a hundred (Bonferroni). Candidates are all taken out first, and come back from the least extreme on: none hides
 //! another, and none widens the spread it is held against.
 
+use nalgebra::DVector;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::normal_equations::NormalEquations;
 use super::rows::{GroupedPart, Rows, RunGroup};
 use super::scatter::{is_clear, RobustFit};
 use super::spread::UnequalSpreads;
 use crate::distributions::student_t_quantile;
 use crate::inference::information::Sums;
-use crate::inference::joint::JointRow;
+use crate::inference::joint::{JointRow, RowSlopes};
+use crate::inference::linearised_joint::{LinearisedJoint, RowsLeft};
 use crate::physics::rebound::{mean_restitution, slope_mean_restitution};
 use crate::scene::Sticking;
 
@@ -122,12 +123,8 @@ pub(super) fn find_outliers(rows: &Rows, robust: &RobustFit, unequal: Option<&Un
         if candidate.sds.abs() > line(runs, freedom) {
             outlying.push(candidate);
         } else if candidate.fits {
-            NormalEquations::add(
-                &mut sums[candidate.part],
-                &rows.parts[candidate.part],
-                &candidate.row,
-                candidate.sd,
-            );
+            let part = &rows.parts[candidate.part];
+            rows.add(&mut sums[candidate.part], part, &candidate.row, candidate.sd);
             back += 1;
             if back % many == 0 {
                 reference = ReferenceFit::new(rows, &sums, unequal);
@@ -152,7 +149,7 @@ fn gather(rows: &Rows, robust: &RobustFit, unequal: Option<&UnequalSpreads>, far
     let limit = rows.scene.data.smallest_restitution;
     let censored = rows.scene.model.sticking == Sticking::Censored;
     let of_part = |(index, part): (usize, &GroupedPart)| {
-        let mut sums = NormalEquations::blank(part);
+        let mut sums = rows.blank();
         let mut candidates = vec![];
         let scatter = robust.scatter[rows.kind(part) as usize];
         let own = unequal.map_or(1.0, |unequal| unequal.factor(part.group));
@@ -177,7 +174,7 @@ fn gather(rows: &Rows, robust: &RobustFit, unequal: Option<&UnequalSpreads>, far
                 .filter(|one| one.sds.abs() > far);
             match one {
                 Some(one) => candidates.push(one),
-                None if clear => NormalEquations::add(&mut sums, part, &row, sd),
+                None if clear => rows.add(&mut sums, part, &row, sd),
                 None => {}
             }
         });
@@ -208,24 +205,22 @@ fn gather(rows: &Rows, robust: &RobustFit, unequal: Option<&UnequalSpreads>, far
 /// The fit a candidate is held against.
 struct ReferenceFit<'r> {
     rows: &'r Rows<'r>,
-    fitted: super::normal_equations::JointSolution,
-    /// sum of squares and degrees of freedom of each kind
-    kinds: [(f64, f64); 2],
+    fitted: LinearisedJoint,
+    /// what it leaves of each kind
+    kinds: [RowsLeft; 2],
     /// the same of each group, where groups differ
-    groups: Vec<(f64, f64)>,
+    groups: Vec<RowsLeft>,
 }
 
 impl<'r> ReferenceFit<'r> {
     fn new(rows: &'r Rows<'r>, sums: &[Sums], unequal: Option<&UnequalSpreads>) -> ReferenceFit<'r> {
-        let fitted = NormalEquations::new(rows, sums, |_| 1.0).fit();
-        let mut kinds = [(0.0, 0.0); 2];
-        let mut groups = vec![(0.0, 0.0); rows.groups.len()];
+        let fitted = rows.fit(sums);
+        let mut kinds = [RowsLeft::default(); 2];
+        let mut groups = vec![RowsLeft::default(); rows.groups.len()];
         for (part, sums) in rows.parts.iter().zip(sums) {
-            let (squares, freedom) = fitted.leaves(std::iter::once((part, sums)), 1.0);
-            for own in [&mut kinds[rows.kind(part) as usize], &mut groups[part.group]] {
-                own.0 += squares;
-                own.1 += freedom;
-            }
+            let left = fitted.leaves(sums, 1.0);
+            kinds[rows.kind(part) as usize].add(left);
+            groups[part.group].add(left);
         }
         if unequal.is_none() {
             groups.clear();
@@ -244,24 +239,20 @@ impl<'r> ReferenceFit<'r> {
         let own = self
             .groups
             .get(part.group)
-            .filter(|(_, freedom)| *freedom >= LEAST_OF_OWN as f64);
-        let (squares, freedom) = *own.unwrap_or(&self.kinds[self.rows.kind(part) as usize]);
-        ((squares / freedom).sqrt(), freedom)
+            .filter(|own| own.freedom >= LEAST_OF_OWN as f64);
+        let left = own.unwrap_or(&self.kinds[self.rows.kind(part) as usize]);
+        ((left.squares / left.freedom).sqrt(), left.freedom)
+    }
+
+    fn slopes(&self, candidate: &Candidate) -> RowSlopes {
+        self.rows.parts[candidate.part].slopes(&candidate.row, 1.0 / candidate.sd)
     }
 
     /// Restitution less model in units of the sd of the kind, and the leverage.
     fn distance(&self, candidate: &Candidate) -> (f64, f64) {
-        let part = &self.rows.parts[candidate.part];
-        let slopes = || {
-            part.places
-                .iter()
-                .zip(candidate.row.slopes)
-                .map(|(j, slope)| (*j, slope / candidate.sd))
-        };
-        let shift: f64 = slopes().map(|(j, slope)| slope * self.fitted.step[j]).sum();
-        let inverse = &self.fitted.inverse.matrix;
-        let of = |(i, a): (usize, f64)| slopes().map(|(j, b)| a * b * inverse[(i, j)]).sum::<f64>();
-        (-(candidate.row.residual / candidate.sd + shift), slopes().map(of).sum())
+        let slopes = self.slopes(candidate);
+        let left = candidate.row.residual / candidate.sd + self.fitted.shift(&slopes);
+        (-left, self.fitted.leverage(&slopes))
     }
 
     /// The distance over √(1 + leverage). Near the threshold m(r) bends too fast for that: there the distance counts that
@@ -285,18 +276,13 @@ impl<'r> ReferenceFit<'r> {
 
     /// The parameter that adding a run moves most, and by how many standard errors of the fit without it.
     fn moves(&self, candidate: &Candidate) -> (usize, f64) {
-        let part = &self.rows.parts[candidate.part];
         let (distance, leverage) = self.distance(candidate);
         let (spread, _) = self.spread(candidate);
-        let inverse = &self.fitted.inverse.matrix;
-        let of = |j: usize| {
-            let slopes = part.places.iter().zip(candidate.row.slopes);
-            let pull: f64 = slopes.map(|(i, slope)| inverse[(j, *i)] * slope / candidate.sd).sum();
-            pull * distance / (1.0 + leverage) / (spread * inverse[(j, j)].sqrt())
-        };
-        let identified = (0..self.rows.names.len()).filter(|j| self.fitted.inverse.identified[*j]);
-        let all = identified.map(|j| (j, of(j).abs()));
-        all.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
+        let mut pull = DVector::zeros(self.rows.names.len());
+        for (place, slope) in self.slopes(candidate).iter() {
+            pull[*place] = slope * distance / (1.0 + leverage) / spread;
+        }
+        self.fitted.inverse.moved_most(&pull).unwrap_or_default()
     }
 
     fn describe(&self, candidate: &Candidate) -> Outlier {

@@ -1,9 +1,13 @@
-//! Groups the runs of the joint fit by what their noise may have in common.
+//! Groups the runs of the joint fit by what their noise may have in common, and puts their sums together.
 
 use std::ops::{Deref, Range};
 
+use nalgebra::{DMatrix, DVector};
+
 use super::point::LinearisationPoint;
+use crate::inference::information::Sums;
 use crate::inference::joint::{Joint, JointRow, Part};
+use crate::inference::linearised_joint::LinearisedJoint;
 use crate::runs::Runs;
 use crate::scene::{NoiseOn, Scene};
 
@@ -106,9 +110,61 @@ impl<'a> Rows<'a> {
         self.scene.model.noise == NoiseOn::Both
     }
 
+    /// No runs yet: sums of the parameters, and last of an offset of all restitutions.
+    pub(super) fn blank(&self) -> Sums {
+        Sums::new(self.names.len() + 1)
+    }
+
+    /// Adds a run of a part to sums, over its sd.
+    pub(super) fn add(&self, sums: &mut Sums, part: &GroupedPart, row: &JointRow, sd: f64) {
+        let slopes = part.slopes(row, 1.0 / sd).and(self.names.len(), 1.0 / sd);
+        sums.add(row.residual / sd, &slopes);
+    }
+
+    /// The sums of the parameters over all parts, each with its weight.
+    pub(super) fn together(&self, sums: &[Sums], weight: impl Fn(usize) -> f64) -> Sums {
+        let mut all = Sums::new(self.names.len());
+        for (part, sums) in sums.iter().enumerate() {
+            all.add_weighted(sums, weight(part));
+        }
+        all
+    }
+
+    /// The fit to the sums of the parts, all of them with the same weight.
+    pub(super) fn fit(&self, sums: &[Sums]) -> LinearisedJoint {
+        LinearisedJoint::new(&self.together(sums, |_| 1.0))
+    }
+
     /// Hands on each of a range of a part's runs in turn, about a point, with its measurement errors.
     pub(super) fn each(&self, part: &GroupedPart, range: Range<usize>, point: &[f64], hand_on: impl FnMut(JointRow)) {
         self.joint.each_measured(&part.part, range, point, hand_on);
+    }
+}
+
+/// What an offset that some runs share has to do with the parameters.
+pub(super) struct SharedOffset {
+    /// Σ residual/sd²
+    pub(super) gradient: f64,
+    /// Σ 1/sd²
+    pub(super) weight: f64,
+    /// v = Σ slopes/sd²
+    pub(super) slopes: DVector<f64>,
+}
+
+impl SharedOffset {
+    /// From sums that have an offset last.
+    pub(super) fn of(sums: &Sums) -> SharedOffset {
+        let offset = sums.gradient.len() - 1;
+        SharedOffset {
+            gradient: sums.gradient[offset],
+            weight: sums.information[(offset, offset)],
+            slopes: sums.information.view((0, offset), (offset, 1)).column(0).into_owned(),
+        }
+    }
+
+    /// vᵀA⁻¹v: what parameters with this A⁻¹ take up of it.
+    pub(super) fn taken(&self, inverse: &DMatrix<f64>) -> f64 {
+        self.slopes.dot(&(inverse * &self.slopes))
     }
 }
 

@@ -1,11 +1,10 @@
 //! Finds the scatter of the runs about the joint fit in a way that outliers do not mislead.
 
-use super::normal_equations::{inverse, NormalEquations};
 use super::rows::{Rows, RunKind};
-use crate::inference::information::Sums;
 use crate::inference::joint::JointRow;
 use crate::inference::spreads::{median, SD_OF_MEDIAN_DISTANCE};
 use crate::physics::rebound::{kept_of_mean_restitution, slope_mean_restitution};
+use crate::runs::is_in_even_share;
 
 /// More runs than this of a kind say little new of its scatter: of longer tables about so many are taken.
 const MOST_RUNS: usize = 20_000;
@@ -135,9 +134,6 @@ fn accept(rows: &Rows, taken: &mut [SampledRun], scatter: &[Scatter; 2], far: f6
 
 /// The rebounds about a point, spread over each part where they are many; all of them accepted.
 pub(super) fn take(rows: &Rows, point: &[f64]) -> Vec<SampledRun> {
-    /// multiples of this have parts behind the point that fill [0, 1) evenly, and fall in step with no repeat of a
-    /// design
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let mut taken = vec![];
     for kind in RunKind::ALL {
         let of_kind = || {
@@ -161,7 +157,7 @@ pub(super) fn take(rows: &Rows, point: &[f64]) -> Vec<SampledRun> {
                 rows.each(part, part.rebounds.clone(), point, keep);
             } else {
                 let mut keep = keep;
-                let is_sampled = |run: &usize| ((run - part.rebounds.start) as f64 * GOLDEN).fract() < share;
+                let is_sampled = |run: &usize| is_in_even_share(run - part.rebounds.start, share);
                 for run in part.rebounds.clone().filter(is_sampled) {
                     rows.each(part, run..run + 1, point, &mut keep);
                 }
@@ -271,12 +267,11 @@ fn variance(rows: &[JointRow]) -> Option<f64> {
 
 /// The step to the least squares of what is accepted.
 fn step(rows: &Rows, taken: &[SampledRun], scatter: &[Scatter; 2]) -> nalgebra::DVector<f64> {
-    let mut sums: Vec<Sums> = rows.parts.iter().map(NormalEquations::blank).collect();
+    let mut sums = rows.blank();
     for one in taken.iter().filter(|one| one.accepted) {
         let part = &rows.parts[one.part];
         let sd = scatter[rows.kind(part) as usize].sd(&one.row);
-        NormalEquations::add(&mut sums[one.part], part, &one.row, sd);
+        rows.add(&mut sums, part, &one.row, sd);
     }
-    let joint = NormalEquations::new(rows, &sums, |_| 1.0);
-    -(inverse(&joint.information).matrix * &joint.gradient)
+    rows.fit(&[sums]).step
 }

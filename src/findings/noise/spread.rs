@@ -2,11 +2,10 @@
 
 use serde::Serialize;
 
-use super::normal_equations::{JointSolution, NormalEquations};
-use super::rows::{Rows, RunKind};
+use super::rows::{Rows, RunKind, SharedOffset};
 use super::standard_errors::{standard_error_ratios, worst, StandardErrorRatio, LEVEL};
-use crate::inference::information::square;
 use crate::inference::information::Sums;
+use crate::inference::linearised_joint::{LinearisedJoint, RowsLeft};
 use crate::inference::nested::FTest;
 use crate::inference::spreads::{median, LEAST_RESIDUALS, SD_OF_MEDIAN_DISTANCE};
 
@@ -91,69 +90,46 @@ pub(super) struct GroupVariances {
 
 impl GroupVariances {
     pub(super) fn new(rows: &Rows, sums: &[Sums]) -> GroupVariances {
-        let fitted = NormalEquations::new(rows, sums, |_| 1.0).fit();
-        let mut kinds = [ResidualSum::default(); 2];
-        let mut runs = vec![0; rows.groups.len()];
-        let mut own: Vec<ResidualSum> = vec![ResidualSum::default(); rows.groups.len()];
-        let mut means = vec![(0.0, 0.0); rows.groups.len()];
-        // the parts of a group have slopes in the same parameters
-        let mut slopes: Vec<Vec<(usize, f64)>> = vec![vec![]; rows.groups.len()];
+        let fitted = rows.fit(sums);
+        let mut groups = vec![rows.blank(); rows.groups.len()];
         for (part, sums) in rows.parts.iter().zip(sums) {
-            let (squares, freedom) = fitted.leaves(std::iter::once((part, sums)), 1.0);
-            kinds[rows.kind(part) as usize].add(squares, freedom);
-            own[part.group].add(squares, freedom);
-            runs[part.group] += sums.runs;
-            let (sum, weight) = fitted.sum(part, sums);
-            means[part.group].0 += sum;
-            means[part.group].1 += weight;
-            let more = NormalEquations::slopes(part, sums);
-            let so_far = &mut slopes[part.group];
-            match so_far.is_empty() {
-                true => *so_far = more,
-                false => so_far.iter_mut().zip(more).for_each(|(sum, (_, slope))| sum.1 += slope),
-            }
+            groups[part.group].add_weighted(sums, 1.0);
         }
-        let mut inside = [ResidualSum::default(); 2];
-        for (index, group) in rows.groups.iter().enumerate() {
-            let (sum, weight) = means[index];
-            if weight > 0.0 {
+        let (mut kinds, mut inside) = ([RowsLeft::default(); 2], [RowsLeft::default(); 2]);
+        let mut own = vec![];
+        for (group, sums) in rows.groups.iter().zip(&groups) {
+            let mut left = fitted.leaves(sums, 1.0);
+            kinds[group.kind as usize].add(left);
+            let offset = SharedOffset::of(sums);
+            if offset.weight > 0.0 {
+                let mean = offset.gradient + offset.slopes.dot(&fitted.step);
                 // of the mean's one degree of freedom the parameters have taken up a part already
-                let taken = square(&fitted.inverse.matrix, &slopes[index]) / weight;
-                own[index].add(-sum * sum / weight, taken - 1.0);
+                let taken = offset.taken(&fitted.inverse.matrix) / offset.weight;
+                left.add(RowsLeft {
+                    squares: -mean * mean / offset.weight,
+                    freedom: taken - 1.0,
+                });
             }
-            inside[group.kind as usize].add(own[index].squares, own[index].freedom);
+            inside[group.kind as usize].add(left);
+            own.push(left);
         }
         let of_group = |index: usize| {
-            let all = inside[rows.groups[index].kind as usize].variance();
-            let enough = runs[index] >= LEAST_RESIDUALS;
-            let own = own[index].variance().filter(|_| enough);
+            let all = variance(inside[rows.groups[index].kind as usize]);
+            let enough = groups[index].runs >= LEAST_RESIDUALS;
+            let own = variance(own[index]).filter(|_| enough);
             own.zip(all).map_or(1.0, |(own, all)| own / all)
         };
         GroupVariances {
-            kinds: kinds.map(|kind| kind.variance().unwrap_or(1.0)),
+            kinds: kinds.map(|kind| variance(kind).unwrap_or(1.0)),
             groups: (0..rows.groups.len()).map(of_group).collect(),
-            inside: inside.map(|kind| kind.variance().unwrap_or(1.0)),
-            runs,
+            inside: inside.map(|kind| variance(kind).unwrap_or(1.0)),
+            runs: groups.iter().map(|sums| sums.runs).collect(),
         }
     }
 }
 
-/// What a fit leaves of some runs.
-#[derive(Clone, Copy, Default)]
-struct ResidualSum {
-    squares: f64,
-    freedom: f64,
-}
-
-impl ResidualSum {
-    fn add(&mut self, squares: f64, freedom: f64) {
-        self.squares += squares;
-        self.freedom += freedom;
-    }
-
-    fn variance(self) -> Option<f64> {
-        (self.freedom > 0.5 && self.squares > 0.0).then(|| self.squares / self.freedom)
-    }
+fn variance(left: RowsLeft) -> Option<f64> {
+    (left.freedom > 0.5 && left.squares > 0.0).then(|| left.squares / left.freedom)
 }
 
 /// The spreads with what they do to the standard errors; `sds` are those of the kinds in which the sums are counted.
@@ -165,11 +141,8 @@ pub(super) fn test_spreads(
     sds: [f64; 2],
 ) -> Option<SpreadTest> {
     let weight = |part: usize| 1.0 / variances.kinds[rows.kind(&rows.parts[part]) as usize];
-    let fitted: JointSolution = NormalEquations::new(rows, sums, weight).fit();
-    let scores = NormalEquations::new(rows, sums, |part| {
-        weight(part) * variances.groups[rows.parts[part].group]
-    })
-    .information;
+    let fitted = LinearisedJoint::new(&rows.together(sums, weight));
+    let scores = rows.together(sums, |part| weight(part) * variances.groups[rows.parts[part].group]);
     let ends = RunKind::ALL.iter().filter_map(|kind| {
         let of_kind = |group: &usize| rows.groups[*group].kind == *kind && variances.runs[*group] >= LEAST_RESIDUALS;
         let order = |a: &usize, b: &usize| variances.groups[*a].total_cmp(&variances.groups[*b]);
@@ -196,6 +169,6 @@ pub(super) fn test_spreads(
         test: test?,
         widest: spread_of(widest),
         narrowest: spread_of(narrowest),
-        standard_errors: standard_error_ratios(rows, &fitted.widening(&scores)),
+        standard_errors: standard_error_ratios(rows, &fitted.widening(&scores.information)),
     })
 }

@@ -11,14 +11,14 @@
 //! well speeds are known may have errors of a per cent, which near the threshold outweigh the rest: runs are weighed for
 //! that. A film group that holds several film ratios is cut at its gaps.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use serde::Serialize;
 
-use super::normal_equations::{inverse, Inverse};
 use super::outliers::OutlierSearch;
 use super::rows::{group_name, Rows, RunKind};
 use super::scatter::{is_clear, take, RobustFit, SampledRun};
-use crate::inference::information::{self, add_square};
+use crate::inference::information::{along, Sums};
+use crate::inference::linearised_joint::{Inverse, LinearisedJoint};
 use crate::inference::nested::{nested, FTest, Spread};
 use crate::physics::rebound::slope_mean_restitution;
 use crate::runs::sphere_words;
@@ -197,8 +197,7 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[
                 if !is_clear(rows, &row, limit, sd) {
                     return;
                 }
-                let slopes = part.places.iter().zip(row.slopes);
-                let slopes: Vec<(usize, f64)> = slopes.map(|(j, x)| (*j, x / sd)).collect();
+                let slopes = part.slopes(&row, 1.0 / sd).to_vec();
                 wet.push(WetRow {
                     group: Group {
                         of: part.group,
@@ -330,7 +329,7 @@ fn square(values: &[f64]) -> f64 {
 struct FittedLaw {
     /// whether each group has an energy of its own
     inside_groups: bool,
-    within: Inverse,
+    within: LinearisedJoint,
     /// of the fit that is quoted, in which groups have no energy of their own
     quoted: Inverse,
     /// what it leaves of the wet runs
@@ -377,15 +376,10 @@ impl FittedLaw {
         wet: &mut [WetRow],
         inside_groups: bool,
     ) -> Option<FittedLaw> {
-        let blank = || DMatrix::zeros(rows.names.len(), rows.names.len());
-        let (mut within, mut quoted) = (blank(), blank());
-        let mut gradient = DVector::zeros(rows.names.len());
+        let (mut within, mut quoted) = (Sums::new(rows.names.len()), Sums::new(rows.names.len()));
         for row in wet.iter() {
-            add_square(&mut within, 1.0, &row.within);
-            add_square(&mut quoted, 1.0, &row.slopes);
-            row.within
-                .iter()
-                .for_each(|(j, slope)| gradient[*j] += slope * row.residual);
+            within.add(row.residual, &row.within);
+            quoted.add(row.residual, &row.slopes);
         }
         let mut of_wet = 0;
         for one in sampled {
@@ -395,20 +389,15 @@ impl FittedLaw {
                 continue;
             }
             let sd = robust.scatter[RunKind::Dry as usize].sd(&one.row);
-            let (place, slope) = (part.places[0], one.row.slopes[0] / sd);
-            add_square(&mut within, 1.0, &[(place, slope)]);
-            add_square(&mut quoted, 1.0, &[(place, slope)]);
-            gradient[place] += slope * one.row.residual / sd;
+            for sums in [&mut within, &mut quoted] {
+                sums.add(one.row.residual / sd, &part.slopes(&one.row, 1.0 / sd));
+            }
         }
-        let (within, quoted) = (inverse(&within), inverse(&quoted));
-        let step = -(&within.matrix * &gradient);
+        let within = LinearisedJoint::new(&within);
         for row in wet.iter_mut() {
-            row.residual += along(&row.within, &step);
+            row.residual += within.shift(&row.within);
         }
-        let spent: f64 = wet
-            .iter()
-            .map(|row| information::square(&within.matrix, &row.within))
-            .sum();
+        let spent: f64 = wet.iter().map(|row| within.leverage(&row.within)).sum();
         let groups = if inside_groups {
             wet.chunk_by(|a, b| a.group == b.group).count()
         } else {
@@ -417,7 +406,7 @@ impl FittedLaw {
         Some(FittedLaw {
             inside_groups,
             within,
-            quoted,
+            quoted: Inverse::of(&quoted.information),
             spread: Spread {
                 sum_of_squares: wet.iter().map(|row| row.residual * row.residual).sum(),
                 runs: wet.len(),
@@ -445,13 +434,13 @@ impl FittedLaw {
         } else {
             wet.iter().map(of_energy).collect()
         };
-        let mut pull = DVector::zeros(self.within.identified.len());
+        let mut pull = DVector::zeros(self.within.step.len());
         let mut product = 0.0;
         for (row, x) in wet.iter().zip(&column) {
             row.within.iter().for_each(|(j, slope)| pull[*j] += slope * x);
             product += x * row.residual;
         }
-        let taken = &self.within.matrix * &pull;
+        let taken = &self.within.inverse.matrix * &pull;
         let own = square(&column) - pull.dot(&taken);
         if own.is_nan() || own <= NEW * square(&column) {
             return None;
@@ -476,15 +465,9 @@ impl FittedLaw {
 
     /// The parameter of the quoted fit that it moves most, and by how many of its standard errors.
     fn moves(&self, departure: &Departure) -> Option<(usize, f64)> {
-        let shift = &self.quoted.matrix * &departure.pull;
         let freedom = (self.spread.runs - self.spread.parameters) as f64;
         let sd = self.of_all * (self.spread.sum_of_squares / freedom).sqrt();
-        let in_se = |j: usize| shift[j].abs() / (sd * self.quoted.matrix[(j, j)].sqrt());
-        let identified = (0..shift.len()).filter(|j| self.quoted.identified[*j]);
-        identified.map(|j| (j, in_se(j))).max_by(|a, b| a.1.total_cmp(&b.1))
+        let (place, in_units) = self.quoted.moved_most(&departure.pull)?;
+        Some((place, in_units / sd))
     }
-}
-
-fn along(slopes: &[(usize, f64)], step: &DVector<f64>) -> f64 {
-    slopes.iter().map(|(j, slope)| slope * step[*j]).sum()
 }
