@@ -1,13 +1,14 @@
 //! Takes the sizes of terms from weighted sums over the runs.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::sized::SizedTerm;
 use crate::findings::balance::{rebounds, BalanceSetup, EnergyBalance};
 use crate::findings::dry;
 use crate::findings::scaling::FittedScaling;
-use crate::inference::information::{add_square, scaled};
-use crate::inference::joint::{Joint, JointRow, Part};
+use crate::inference::information::Sums;
+use crate::inference::joint::{Joint, Part};
+use crate::inference::linearised_joint::Inverse;
 use crate::model::parameters::{prior_of, ParameterKind};
 use crate::physics::coefficient::Coefficients;
 use crate::physics::form::Term;
@@ -123,8 +124,9 @@ pub(super) fn term_sizes(
     let dry: Vec<usize> = spheres().filter(|s| !runs.dry_of(*s).is_empty()).collect();
     let joint = Joint::new(scene, runs, form, &wet, &dry);
     let mut sums = TermSums::new(scene, &joint, &point);
-    sums.add_wet(scene, &joint, &point);
-    sums.add_dry(&joint, &point);
+    let [of_dry, of_wet] = point.sigma.map_or([None; 2], |sigma| sigma.map(Some));
+    sums.add(scene, &joint, &point, joint.wet_parts(), of_wet);
+    sums.add(scene, &joint, &point, joint.dry_parts(), of_dry);
     let tension = |series: &Series| scene.liquids[series.liquid].surface_tension.is_some();
     let has_wet = !runs.series.is_empty();
     let applies = |term: &Term| match term {
@@ -172,16 +174,8 @@ struct TermSums {
     kinds: Vec<ParameterKind>,
     /// where each parameter of the fit stands among them
     places: Vec<Option<usize>>,
-    /// JᵀWJ with the priors' own
-    information: DMatrix<f64>,
-    /// JᵀWΔe of each term
-    pulls: [DVector<f64>; Term::ALL.len()],
-    /// JᵀWy, y being what the restitutions have more than the fit
-    misfit: DVector<f64>,
-    /// ΔeᵀWy of each term
-    misfit_along: [f64; Term::ALL.len()],
-    /// ΔeᵀWΔe of each term
-    squares: [f64; Term::ALL.len()],
+    /// of these parameters, the priors' own information with it, and then of a factor of what each term does
+    sums: Sums,
     largest_effect: [f64; Term::ALL.len()],
 }
 
@@ -200,82 +194,62 @@ impl TermSums {
             kinds.push(kind);
             precision.push(1.0 / (sd * sd));
         }
-        let zeros = DVector::zeros(kinds.len());
+        let mut sums = Sums::new(kinds.len() + Term::ALL.len());
+        for (place, precision) in precision.into_iter().enumerate() {
+            sums.information[(place, place)] = precision;
+        }
         TermSums {
             form: joint.form,
             weighed: point.sigma.is_some(),
-            information: DMatrix::from_diagonal(&DVector::from_vec(precision)),
             kinds,
             places,
-            pulls: std::array::from_fn(|_| zeros.clone()),
-            misfit: zeros.clone(),
-            misfit_along: [0.0; Term::ALL.len()],
-            squares: [0.0; Term::ALL.len()],
+            sums,
             largest_effect: [0.0; Term::ALL.len()],
         }
     }
 
-    /// Adds a run's slopes, and what each term does to its restitution.
-    fn add(&mut self, weight: f64, part: &Part, row: &JointRow, effects: [f64; Term::ALL.len()]) {
-        let row_misfit = row.residual;
-        let slopes = part.places.iter().zip(row.slopes);
-        let places: Vec<(usize, f64)> = slopes
-            .filter_map(|(place, slope)| Some((self.places[*place]?, slope)))
-            .collect();
-        add_square(&mut self.information, weight, &places);
-        for (row, of_row) in &places {
-            for (pull, effect) in self.pulls.iter_mut().zip(effects) {
-                pull[*row] += weight * of_row * effect;
-            }
-            self.misfit[*row] -= weight * of_row * row_misfit;
-        }
-        for (place, effect) in effects.into_iter().enumerate() {
-            self.misfit_along[place] -= weight * effect * row_misfit;
-            self.squares[place] += weight * effect * effect;
-        }
-        for (largest, effect) in self.largest_effect.iter_mut().zip(effects) {
-            *largest = f64::max(*largest, effect.abs());
-        }
-    }
-
-    fn add_wet(&mut self, scene: &Scene, joint: &Joint, point: &ReferencePoint) {
-        let runs = joint.runs;
-        let step = step(joint, joint.wet_rebounds());
-        let weight = point.sigma.map_or(0.0, |[_, wet]| step as f64 / (wet * wet));
-        let at = point.of_joint(joint);
-        for part in joint.wet_parts() {
-            let Some(series) = part.series.map(|index| &runs.series[index]) else {
-                continue;
-            };
-            let (parameters, form) = (point.parameters(part.sphere), self.form);
+    /// Adds the runs of some parts, of this spread: their slopes, and what each term does to their restitutions.
+    fn add<'p>(
+        &mut self,
+        scene: &Scene,
+        joint: &Joint,
+        point: &ReferencePoint,
+        parts: impl Iterator<Item = &'p Part> + Clone,
+        sd: Option<f64>,
+    ) {
+        let step = step(joint, parts.clone().map(|part| part.rebounds.len()).sum());
+        let root = sd.map_or(0.0, |sd| (step as f64).sqrt() / sd);
+        let (runs, form, at) = (joint.runs, self.form, point.of_joint(joint));
+        for part in parts {
+            let parameters = point.parameters(part.sphere);
+            let series = part.series.map(|index| &runs.series[index]);
             for run in part.rebounds.clone().step_by(step) {
-                let setting = runs.setting(scene, series, run);
-                let kept = |term: Term| {
+                let setting = series.map(|series| runs.setting(scene, series, run));
+                let toggled = |term: Term, model: f64| {
                     let other = term.toggled(form);
-                    kept_energy(&setting, other, &parameters, runs.impact_speed[run])
+                    match (&setting, term) {
+                        (Some(setting), _) => {
+                            mean_restitution(kept_energy(setting, other, &parameters, runs.impact_speed[run]))
+                        }
+                        (None, Term::DrySecondOrder) => {
+                            other.dry.of_loss(parameters.dry_k * runs.impacts.speed_root[run])[0]
+                        }
+                        // no other term acts on a dry run
+                        (None, _) => model,
+                    }
                 };
                 joint.each(part, run..run + 1, &at, |row| {
-                    let effects = Term::ALL.map(|term| mean_restitution(kept(term)) - row.model);
-                    self.add(weight * runs.count(run), part, &row, effects);
-                });
-            }
-        }
-    }
-
-    fn add_dry(&mut self, joint: &Joint, point: &ReferencePoint) {
-        let rebounds: usize = joint.dry_parts().map(|part| part.rebounds.len()).sum();
-        let step = step(joint, rebounds);
-        let weight = point.sigma.map_or(0.0, |[dry, _]| step as f64 / (dry * dry));
-        let (runs, at) = (joint.runs, point.of_joint(joint));
-        let other = Term::DrySecondOrder.toggled(self.form).dry;
-        for part in joint.dry_parts() {
-            let k = point.dry_k[part.sphere];
-            for run in part.rebounds.clone().step_by(step) {
-                joint.each(part, run..run + 1, &at, |row| {
-                    let mut effects = [0.0; Term::ALL.len()];
-                    let loss = k * runs.impacts.speed_root[run];
-                    effects[Term::DrySecondOrder as usize] = other.of_loss(loss)[0] - row.model;
-                    self.add(weight * runs.count(run), part, &row, effects);
+                    let root = root * runs.count(run).sqrt();
+                    let own = part.slopes(&row, root);
+                    let of_parameters = own.iter().filter_map(|(j, slope)| Some((self.places[*j]?, *slope)));
+                    let mut slopes: Vec<(usize, f64)> = of_parameters.collect();
+                    for term in Term::ALL {
+                        let effect = toggled(term, row.model) - row.model;
+                        let largest = &mut self.largest_effect[term as usize];
+                        *largest = largest.max(effect.abs());
+                        slopes.push((self.kinds.len() + term as usize, root * effect));
+                    }
+                    self.sums.add(root * row.residual, &slopes);
                 });
             }
         }
@@ -289,41 +263,26 @@ impl TermSums {
         }
     }
 
-    /// What runs and priors say of the parameters that are not this term's own; `None` where that leaves one open.
-    fn without(&self, term: Option<Term>) -> Option<Others> {
-        self.weighed.then_some(())?;
-        let others = |place: &usize| !term.is_some_and(|term| self.owns(term, *place));
-        let places: Vec<usize> = (0..self.kinds.len()).filter(others).collect();
-        let information = self.information.select_rows(&places).select_columns(&places);
-        // parameters have units of their own: scaled to a unit diagonal the inverse loses no digits to them
-        let scale: Vec<f64> = information.diagonal().iter().map(|sum| 1.0 / sum.sqrt()).collect();
-        let root = scaled(&information, &scale).cholesky()?;
-        let pull = |term: Term| {
-            let scaled = places
-                .iter()
-                .zip(&scale)
-                .map(|(place, scale)| self.pulls[term as usize][*place] * scale);
-            DVector::from_iterator(places.len(), scaled)
-        };
-        let bias = term.map(|term| root.solve(&pull(term)));
-        let bias = bias
-            .iter()
-            .flat_map(|bias| bias.iter().zip(&scale).map(|(x, scale)| x * scale))
-            .collect();
-        Some(Others {
-            variance: scaled(&root.inverse(), &scale).diagonal().iter().copied().collect(),
-            bias,
-            places,
-        })
+    /// The parameters that are not this term's own, with what runs and priors say of them; `None` where that leaves one
+    /// open.
+    fn others(&self, term: Option<Term>) -> Option<Others> {
+        let is_other = |place: &usize| !term.is_some_and(|term| self.owns(term, *place));
+        let places: Vec<usize> = (0..self.kinds.len()).filter(is_other).collect();
+        let inverse = Inverse::of(&self.sums.of(&places).information);
+        (self.weighed && inverse.rank == places.len()).then_some(Others { places, inverse })
+    }
+
+    /// What a term does to the gradient in some parameters, JᵀWΔe.
+    fn pull(&self, term: Term, places: &[usize]) -> DVector<f64> {
+        let column = self.sums.information.column(self.kinds.len() + term as usize);
+        column.select_rows(places)
     }
 
     /// The largest bias in standard errors, and whose it is.
     fn bias(&self, term: Term) -> Option<(f64, ParameterKind)> {
-        let others = self.without(Some(term))?;
-        let sizes = others.bias.iter().zip(&others.variance).zip(&others.places);
-        let sizes = sizes.map(|((bias, variance), place)| (bias.abs() / variance.sqrt(), self.kinds[*place]));
-        let (size, kind) = sizes.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        size.is_finite().then_some((size, kind))
+        let Others { places, inverse } = self.others(Some(term))?;
+        let (most, size) = inverse.moved_most(&self.pull(term, &places))?;
+        size.is_finite().then(|| (size, self.kinds[places[most]]))
     }
 
     /// Share of the term's full effect that the runs show, with its standard error: its coefficient in a fit that is linear
@@ -331,21 +290,16 @@ impl TermSums {
     fn share_shown(&self, term: Term) -> Option<[f64; 2]> {
         /// what must be left of a term's squares beside the other parameters
         const LEAST_LEFT: f64 = 1e-6;
-        let others = self.without(Some(term))?;
-        let along = |sums: &DVector<f64>| {
-            let taken = others
-                .places
-                .iter()
-                .zip(&others.bias)
-                .map(|(place, bias)| sums[*place] * bias);
-            taken.sum::<f64>()
-        };
-        let index = term as usize;
-        let left = self.squares[index] - along(&self.pulls[index]);
-        if left.is_nan() || left <= LEAST_LEFT * self.squares[index] {
+        let Others { places, inverse } = self.others(Some(term))?;
+        let (pull, own) = (self.pull(term, &places), self.kinds.len() + term as usize);
+        let taken = &inverse.matrix * &pull;
+        let squares = self.sums.information[(own, own)];
+        let left = squares - pull.dot(&taken);
+        if left.is_nan() || left <= LEAST_LEFT * squares {
             return None;
         }
-        let share = (self.misfit_along[index] - along(&self.misfit)) / left;
+        let gradient = &self.sums.gradient;
+        let share = (gradient.select_rows(&places).dot(&taken) - gradient[own]) / left;
         Some([share, left.sqrt().recip()]).filter(|own| own.iter().all(|x| x.is_finite()))
     }
 
@@ -354,10 +308,11 @@ impl TermSums {
         if !(0..self.kinds.len()).any(|place| self.owns(term, place)) {
             return None;
         }
-        let (with, without) = (self.without(None)?, self.without(Some(term))?);
         // of all the parameters, none is left out
-        let ratio = |(variance, place): (&f64, &usize)| (with.variance[*place] / variance).sqrt();
-        without.variance.iter().zip(&without.places).map(ratio).reduce(f64::max)
+        let (with, without) = (self.others(None)?.inverse.matrix, self.others(Some(term))?);
+        let others = without.places.iter().enumerate();
+        let ratio = |(i, place): (usize, &usize)| (with[(*place, *place)] / without.inverse.matrix[(i, i)]).sqrt();
+        others.map(ratio).reduce(f64::max)
     }
 }
 
@@ -365,7 +320,5 @@ impl TermSums {
 struct Others {
     /// their places among all of them
     places: Vec<usize>,
-    variance: Vec<f64>,
-    /// what leaving the term out does to each; empty without a term
-    bias: Vec<f64>,
+    inverse: Inverse,
 }
