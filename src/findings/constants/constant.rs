@@ -3,25 +3,33 @@
 use std::borrow::Cow;
 
 use crate::runs::{Runs, Series};
-use crate::scene::{Liquid, Particle, Scene};
+use crate::scene::Scene;
 
-/// A constant taken as exact, or all of one kind at once.
+/// What is taken as exact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Constant {
-    /// η of one liquid, or of all
-    Viscosity(Option<usize>),
-    /// ρl of one liquid, or of all
-    LiquidDensity(Option<usize>),
-    /// ρp of one particle, or of all
-    ParticleDensity(Option<usize>),
-    /// ε of one particle, or of all
-    Roughness(Option<usize>),
+pub(super) enum Property {
+    /// η of a liquid
+    Viscosity,
+    /// ρl of a liquid
+    LiquidDensity,
+    /// ρp of a particle
+    ParticleDensity,
+    /// ε of a particle
+    Roughness,
     /// δ of all runs, by one factor
     Film,
     /// δ of all runs, by one length, in units of their mean
     FilmOffset,
     /// all speeds, by one factor; restitutions stay
     Speed,
+}
+
+/// A property of one material, or of all at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Constant {
+    property: Property,
+    /// index of the liquid or particle; `None` for all
+    material: Option<usize>,
 }
 
 /// Liquids and particles that have rebounds, and the mean film of these.
@@ -32,16 +40,6 @@ pub(super) struct MaterialsInUse {
     with_roughness: Vec<usize>,
     /// m
     mean_film: f64,
-}
-
-/// A kind of constant with those of it that are in use.
-pub(super) struct ConstantKind {
-    /// all of them at once
-    pub(super) all: Constant,
-    /// each alone
-    pub(super) each: Vec<Constant>,
-    /// whether each is varied wherever there is more than one
-    always_each: bool,
 }
 
 impl MaterialsInUse {
@@ -63,61 +61,77 @@ impl MaterialsInUse {
         }
     }
 
-    pub(super) fn kinds(&self, scene: &Scene) -> Vec<ConstantKind> {
-        let of_liquids = |of: fn(Option<usize>) -> Constant, always_each: bool| ConstantKind {
-            all: of(None),
-            each: self.liquids.iter().map(|index| of(Some(*index))).collect(),
-            always_each,
+    /// The properties that are varied. An offset of films or a scale of speeds is one of the runs, not of a material: it is
+    /// varied where the scene says that it errs.
+    pub(super) fn properties(&self, scene: &Scene) -> Vec<Property> {
+        let varied = |property: &Property| match property {
+            Property::Roughness => !self.with_roughness.is_empty(),
+            Property::FilmOffset => scene.data.film_sd.is_some(),
+            Property::Speed => scene.data.speed_rel_sd.is_some(),
+            _ => true,
         };
-        let of_particles = |of: fn(Option<usize>) -> Constant, among: &[usize]| ConstantKind {
-            all: of(None),
-            each: among.iter().map(|index| of(Some(*index))).collect(),
-            always_each: false,
-        };
-        let mut kinds = vec![
-            of_liquids(Constant::Viscosity, true),
-            of_liquids(Constant::LiquidDensity, false),
-            of_particles(Constant::ParticleDensity, &self.particles),
-        ];
-        if !self.with_roughness.is_empty() {
-            kinds.push(of_particles(Constant::Roughness, &self.with_roughness));
+        Property::ALL.into_iter().filter(varied).collect()
+    }
+
+    /// The materials in use that have a property.
+    fn with(&self, property: Property) -> &[usize] {
+        match property {
+            Property::Viscosity | Property::LiquidDensity => &self.liquids,
+            Property::ParticleDensity => &self.particles,
+            Property::Roughness => &self.with_roughness,
+            Property::Film | Property::FilmOffset | Property::Speed => &[],
         }
-        kinds.push(ConstantKind {
-            all: Constant::Film,
-            each: vec![],
-            always_each: false,
-        });
-        // a scale of speeds is one of the runs, not of a material: it is varied where the scene says that it errs
-        if scene.data.speed_rel_sd.is_some() {
-            kinds.push(ConstantKind {
-                all: Constant::Speed,
-                each: vec![],
-                always_each: false,
-            });
+    }
+
+    fn each(&self, property: Property) -> impl Iterator<Item = Constant> + Clone + '_ {
+        self.with(property).iter().map(move |index| Constant {
+            property,
+            material: Some(*index),
+        })
+    }
+
+    /// The constants of a property to vary: all at once, and each where that says more.
+    pub(super) fn varied(&self, scene: &Scene, property: Property) -> Vec<Constant> {
+        let mut varied = vec![Constant::all(property)];
+        let mut each = self.each(property);
+        let several = self.with(property).len() > 1;
+        if several && (property == Property::Viscosity || each.clone().any(|one| self.rel_sd(scene, one).is_some())) {
+            varied.extend(&mut each);
         }
-        kinds
+        varied
+    }
+
+    /// The constants of a property that the scene gives no uncertainty of.
+    pub(super) fn not_given(&self, scene: &Scene, property: Property) -> Vec<Constant> {
+        let all = Constant::all(property);
+        if self.rel_sd(scene, all).is_some() || property == Property::Film && scene.data.film_sd.is_some() {
+            return vec![];
+        }
+        let open: Vec<Constant> = self
+            .each(property)
+            .filter(|one| self.rel_sd(scene, *one).is_none())
+            .collect();
+        if open.len() == self.with(property).len() {
+            vec![all]
+        } else {
+            open
+        }
     }
 
     /// sd of a constant over its value as the scene gives it; `None` for all of several at once.
     pub(super) fn rel_sd(&self, scene: &Scene, constant: Constant) -> Option<f64> {
-        let of_liquid = |index: Option<usize>, of: fn(&Liquid) -> Option<f64>| {
-            let only = (self.liquids.len() == 1).then(|| self.liquids[0]);
-            of(&scene.liquids[index.or(only)?])
-        };
-        let of_particle = |index: Option<usize>, among: &[usize], of: fn(&Particle) -> Option<f64>| {
-            let only = (among.len() == 1).then(|| among[0]);
-            of(&scene.particles[index.or(only)?])
-        };
-        match constant {
-            Constant::Viscosity(index) => of_liquid(index, |liquid| liquid.viscosity_rel_sd),
-            Constant::LiquidDensity(index) => of_liquid(index, |liquid| liquid.density_rel_sd),
-            Constant::ParticleDensity(index) => of_particle(index, &self.particles, |particle| particle.density_rel_sd),
-            Constant::Roughness(index) => {
-                of_particle(index, &self.with_roughness, |particle| particle.roughness_rel_sd)
-            }
-            Constant::Film => None,
-            Constant::Speed => scene.data.speed_rel_sd,
-            Constant::FilmOffset => scene.data.film_sd.map(|sd| sd / self.mean_film),
+        let material = constant.material.or(match self.with(constant.property) {
+            [only] => Some(*only),
+            _ => None,
+        });
+        match constant.property {
+            Property::Viscosity => scene.liquids[material?].viscosity_rel_sd,
+            Property::LiquidDensity => scene.liquids[material?].density_rel_sd,
+            Property::ParticleDensity => scene.particles[material?].density_rel_sd,
+            Property::Roughness => scene.particles[material?].roughness_rel_sd,
+            Property::Film => None,
+            Property::FilmOffset => scene.data.film_sd.map(|sd| sd / self.mean_film),
+            Property::Speed => scene.data.speed_rel_sd,
         }
     }
 
@@ -131,114 +145,104 @@ impl MaterialsInUse {
     ) -> (Scene, Cow<'a, Runs>) {
         let (mut scene, mut runs) = (scene.clone(), Cow::Borrowed(runs));
         let factor = share.exp();
-        let meant = |index: usize, wanted: Option<usize>| wanted.is_none_or(|wanted| wanted == index);
-        match constant {
-            Constant::Viscosity(wanted) | Constant::LiquidDensity(wanted) => {
-                for (index, liquid) in scene.liquids.iter_mut().enumerate() {
-                    match constant {
-                        Constant::Viscosity(_) if meant(index, wanted) => liquid.viscosity *= factor,
-                        _ if meant(index, wanted) => liquid.density *= factor,
-                        _ => (),
-                    }
-                }
+        let property = constant.property;
+        let meant = |index: &&usize| constant.material.is_none_or(|material| material == **index);
+        for index in self.with(property).iter().filter(meant) {
+            match property {
+                Property::Viscosity => scene.liquids[*index].viscosity *= factor,
+                Property::LiquidDensity => scene.liquids[*index].density *= factor,
+                Property::ParticleDensity => scene.particles[*index].density *= factor,
+                _ => scene.particles[*index]
+                    .roughness
+                    .iter_mut()
+                    .for_each(|own| *own *= factor),
             }
-            Constant::ParticleDensity(wanted) | Constant::Roughness(wanted) => {
-                for (index, particle) in scene.particles.iter_mut().enumerate() {
-                    match constant {
-                        Constant::ParticleDensity(_) if meant(index, wanted) => particle.density *= factor,
-                        _ if meant(index, wanted) => particle.roughness = particle.roughness.map(|own| own * factor),
-                        _ => (),
-                    }
-                }
-            }
+        }
+        match property {
             // the film ratios that name the groups stay: a result keeps the film ratio it is reported at
-            Constant::Film => runs.to_mut().film.iter_mut().for_each(|film| *film *= factor),
-            Constant::Speed => runs.to_mut().impact_speed.iter_mut().for_each(|speed| *speed *= factor),
-            Constant::FilmOffset => {
+            Property::Film => runs.to_mut().film.iter_mut().for_each(|film| *film *= factor),
+            Property::FilmOffset => {
                 let offset = share * self.mean_film;
                 runs.to_mut().film.iter_mut().for_each(|film| *film += offset);
             }
+            Property::Speed => runs.to_mut().impact_speed.iter_mut().for_each(|speed| *speed *= factor),
+            _ => {}
         }
-        if !matches!(constant, Constant::Roughness(_)) {
+        if property != Property::Roughness {
             runs.to_mut().compute_impacts(&scene);
         }
         (scene, runs)
     }
 }
 
-impl ConstantKind {
-    /// The constants of this kind to vary: all at once, and each where that says more.
-    pub(super) fn varied(&self, in_use: &MaterialsInUse, scene: &Scene) -> Vec<Constant> {
-        let given = |constant: &Constant| in_use.rel_sd(scene, *constant).is_some();
-        let mut varied = vec![self.all];
-        if self.each.len() > 1 && (self.always_each || self.each.iter().any(given)) {
-            varied.extend(&self.each);
-        }
-        if self.all == Constant::Film && given(&Constant::FilmOffset) {
-            varied.push(Constant::FilmOffset);
-        }
-        varied
-    }
+impl Property {
+    const ALL: [Property; 7] = [
+        Property::Viscosity,
+        Property::LiquidDensity,
+        Property::ParticleDensity,
+        Property::Roughness,
+        Property::Film,
+        Property::FilmOffset,
+        Property::Speed,
+    ];
 
-    /// The constants of this kind that the scene gives no uncertainty of.
-    pub(super) fn not_given(&self, in_use: &MaterialsInUse, scene: &Scene) -> Vec<Constant> {
-        let given = |constant: &Constant| in_use.rel_sd(scene, *constant).is_some();
-        if given(&self.all) || self.all == Constant::Film && given(&Constant::FilmOffset) {
-            return vec![];
-        }
-        match self.each.iter().filter(|constant| given(constant)).count() {
-            0 => vec![self.all],
-            _ => self.each.iter().filter(|constant| !given(constant)).copied().collect(),
+    /// Its name in files, and in a sentence.
+    fn names(self) -> [&'static str; 2] {
+        match self {
+            Property::Viscosity => ["viscosity", "viscosity"],
+            Property::LiquidDensity => ["liquid_density", "density"],
+            Property::ParticleDensity => ["particle_density", "density"],
+            Property::Roughness => ["roughness", "roughness"],
+            Property::Film => ["film", "film thickness"],
+            Property::FilmOffset => ["film_offset", "film thickness"],
+            Property::Speed => ["speed", "the scale of all speeds"],
         }
     }
 }
 
 impl Constant {
+    fn all(property: Property) -> Constant {
+        Constant {
+            property,
+            material: None,
+        }
+    }
+
+    /// The name of its material.
+    fn material(self, scene: &Scene) -> Option<&str> {
+        Some(match self.property {
+            Property::Viscosity | Property::LiquidDensity => &scene.liquids[self.material?].name,
+            _ => &scene.particles[self.material?].name,
+        })
+    }
+
     /// Its name in files.
     pub(super) fn name(self, scene: &Scene) -> String {
-        let of_liquid = |index: Option<usize>| index.map(|index| scene.liquids[index].name.as_str());
-        let of_particle = |index: Option<usize>| index.map(|index| scene.particles[index].name.as_str());
-        let (name, of) = match self {
-            Constant::Viscosity(index) => ("viscosity", of_liquid(index)),
-            Constant::LiquidDensity(index) => ("liquid_density", of_liquid(index)),
-            Constant::ParticleDensity(index) => ("particle_density", of_particle(index)),
-            Constant::Roughness(index) => ("roughness", of_particle(index)),
-            Constant::Film => ("film", None),
-            Constant::FilmOffset => ("film_offset", None),
-            Constant::Speed => ("speed", None),
-        };
+        let [name, _] = self.property.names();
+        let of = self.material(scene);
         of.map_or(name.to_owned(), |of| format!("{name}[{of}]"))
     }
 
     /// The key of a scene that gives its uncertainty.
     pub(super) fn key(self) -> &'static str {
-        match self {
-            Constant::Viscosity(_) => "viscosity_rel_sd in [liquids]",
-            Constant::LiquidDensity(_) => "density_rel_sd in [liquids]",
-            Constant::ParticleDensity(_) => "density_rel_sd in [particles]",
-            Constant::Roughness(_) => "roughness_rel_sd in [particles]",
-            Constant::Film | Constant::FilmOffset => "film_sd_um in [data]",
-            Constant::Speed => "speed_rel_sd in [data]",
+        match self.property {
+            Property::Viscosity => "viscosity_rel_sd in [liquids]",
+            Property::LiquidDensity => "density_rel_sd in [liquids]",
+            Property::ParticleDensity => "density_rel_sd in [particles]",
+            Property::Roughness => "roughness_rel_sd in [particles]",
+            Property::Film | Property::FilmOffset => "film_sd_um in [data]",
+            Property::Speed => "speed_rel_sd in [data]",
         }
     }
 
     /// Its name in a sentence.
     pub(super) fn words(self, scene: &Scene) -> String {
-        let liquid = |index: Option<usize>| match index {
-            Some(index) => format!("of {}", scene.liquids[index].name),
-            None => "of the liquids".to_owned(),
+        let [_, words] = self.property.names();
+        let of = match self.property {
+            Property::Viscosity | Property::LiquidDensity => self.material(scene).unwrap_or("the liquids"),
+            Property::ParticleDensity | Property::Roughness => self.material(scene).unwrap_or("the particles"),
+            Property::Film | Property::FilmOffset | Property::Speed => return words.to_owned(),
         };
-        let particle = |index: Option<usize>| match index {
-            Some(index) => format!("of {}", scene.particles[index].name),
-            None => "of the particles".to_owned(),
-        };
-        match self {
-            Constant::Viscosity(index) => format!("viscosity {}", liquid(index)),
-            Constant::LiquidDensity(index) => format!("density {}", liquid(index)),
-            Constant::ParticleDensity(index) => format!("density {}", particle(index)),
-            Constant::Roughness(index) => format!("roughness {}", particle(index)),
-            Constant::Film | Constant::FilmOffset => "film thickness".to_owned(),
-            Constant::Speed => "the scale of all speeds".to_owned(),
-        }
+        format!("{words} of {of}")
     }
 }

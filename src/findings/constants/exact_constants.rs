@@ -1,6 +1,6 @@
 //! Says which constant without an uncertainty would widen the results most.
 
-use super::constant::{Constant, ConstantKind, MaterialsInUse};
+use super::constant::Constant;
 use super::sensitivity::Sensitivity;
 use crate::findings::checks::BIAS;
 use crate::findings::notices::{self, ExactConstant};
@@ -10,16 +10,14 @@ use crate::scene::Scene;
 /// An error of a constant that nobody would call large.
 const ERROR: f64 = 0.01;
 
-/// The constant whose error of 1 % moves some result by most of its standard errors, among those whose uncertainty the
-/// scene does not give; `None` where no such error would spoil an interval.
+/// The constant whose error of 1 % moves some result by most of its standard errors, among those whose uncertainty is
+/// not given; `None` where no such error would spoil an interval.
 pub(super) fn exact_constants_notice(
     scene: &Scene,
-    in_use: &MaterialsInUse,
-    kinds: &[ConstantKind],
+    not_given: &[Constant],
     constants: &[Constant],
     sensitivities: &[(Sensitivity, Vec<f64>)],
 ) -> Option<Notice> {
-    let open: Vec<Constant> = kinds.iter().flat_map(|kind| kind.not_given(in_use, scene)).collect();
     let worst = |constant: &Constant| {
         let column = constants.iter().position(|other| other == constant)?;
         let rows = sensitivities.iter().map(|(sensitivity, elasticities)| {
@@ -30,7 +28,7 @@ pub(super) fn exact_constants_notice(
         let (in_se, shift, sensitivity) = rows.max_by(|a, b| a.0.total_cmp(&b.0))?;
         (in_se > BIAS).then_some((in_se, shift, sensitivity, *constant))
     };
-    let above: Vec<(f64, f64, &Sensitivity, Constant)> = open.iter().filter_map(worst).collect();
+    let above: Vec<(f64, f64, &Sensitivity, Constant)> = not_given.iter().filter_map(worst).collect();
     // of equal ones the first: viscosities are known worse than densities
     let (in_se, shift, sensitivity, constant) = above.iter().reduce(|a, b| if b.0 > a.0 { b } else { a })?;
     Some(notices::constants_exact(&ExactConstant {

@@ -1,0 +1,135 @@
+//! Lists the results whose sensitivity is told, each with its value where the constants have changed.
+
+use std::collections::HashSet;
+
+use super::linearised::MovedBalance;
+use super::sensitivity::{Sensitivity, Subject, BALANCE};
+use crate::findings::balance::EnergyBalance;
+use crate::findings::dry::FittedDry;
+use crate::findings::estimate::Estimate;
+use crate::findings::film_ratio;
+use crate::findings::scaling::{square_root_of, FittedScaling};
+use crate::model::parameters::ParameterKind;
+use crate::physics::quantity::{Place, Quantity, Wetted};
+use crate::runs::Runs;
+use crate::scene::{Scene, WetLaw};
+
+/// A scene and its runs with a constant changed.
+pub(super) struct Changed<'c> {
+    pub(super) scene: &'c Scene,
+    pub(super) runs: &'c Runs,
+    /// the energy balance there; `None` without one
+    pub(super) balance: Option<MovedBalance>,
+}
+
+/// A result that has a value and a standard error.
+pub(super) struct SensitiveResult<'a> {
+    /// still without the constants
+    pub(super) blank: Sensitivity,
+    /// its value where a constant has changed; `None` where a fit gives none
+    pub(super) at: Box<dyn Fn(&Changed) -> Option<f64> + Sync + 'a>,
+}
+
+/// The results of a scene, none of a fit that may not be quoted.
+struct Results<'a> {
+    all: Vec<SensitiveResult<'a>>,
+}
+
+impl<'a> Results<'a> {
+    /// Adds a result by its estimate times a factor.
+    fn add(
+        &mut self,
+        (result, subject): (&str, Subject),
+        fit: &'static str,
+        estimate: (&Estimate, f64),
+        at: impl Fn(&Changed) -> Option<f64> + Sync + 'a,
+    ) {
+        let blank = Sensitivity::without_constants(result, subject, fit, estimate);
+        let at = Box::new(at);
+        self.all.extend(blank.map(|blank| SensitiveResult { blank, at }));
+    }
+
+    /// The parameters of the energy balance, and δc of those of its particles whose roughness is given.
+    fn add_balance(&mut self, scene: &Scene, balance: &EnergyBalance) {
+        // k comes from the dry runs, which no constant enters
+        let of_k = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(_));
+        let wet = balance.parameters.iter().enumerate().filter(|(_, own)| !of_k(own.kind));
+        for (index, parameter) in wet {
+            let named = (parameter.name.as_str(), Subject::default());
+            let value = move |changed: &Changed| changed.balance.as_ref()?.parameters.get(index).copied();
+            self.add(named, BALANCE, (&parameter.estimate, 1.0), value);
+        }
+        let held: HashSet<&String> = balance.particles.iter().collect();
+        let particles = scene.particles.iter().enumerate();
+        for (index, particle) in particles.filter(|(_, particle)| held.contains(&particle.name)) {
+            let Some(roughness) = particle.roughness else { continue };
+            let subject = Subject {
+                particle: Some(particle.name.clone()),
+                ..Subject::default()
+            };
+            let named = (Quantity::DeltaC.describe().name, subject);
+            let value = move |changed: &Changed| {
+                let at = Place {
+                    roughness: changed.scene.particles[index].roughness,
+                    ..Place::NONE
+                };
+                let l = *changed.balance.as_ref()?.parameters.first()?;
+                Some(Quantity::DeltaC.value(&at, &Wetted::of_balance(f64::NAN, l)))
+            };
+            self.add(named, BALANCE, (&balance.delta_c_over_roughness, roughness), value);
+        }
+    }
+}
+
+/// What the energy balance gives and, at the film ratio shown of each particle, e_inf and St_c.
+pub(super) fn results<'a>(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &'a [FittedDry],
+    scaling: &[FittedScaling],
+    balance: Option<&EnergyBalance>,
+) -> Vec<SensitiveResult<'a>> {
+    let mut results = Results { all: vec![] };
+    balance.iter().for_each(|balance| results.add_balance(scene, balance));
+    for (sphere, of_sphere) in runs.spheres.iter().enumerate() {
+        let Some(film_ratio) = film_ratio::reference_film_ratio(scene, runs, sphere) else {
+            continue;
+        };
+        let named = |quantity: Quantity, diameter: Option<f64>| {
+            let subject = Subject {
+                particle: Some(scene.particles[of_sphere.particle].name.clone()),
+                film_ratio: Some(film_ratio),
+                diameter,
+            };
+            (quantity.describe().name, subject)
+        };
+        let derived = balance.iter().flat_map(|balance| &balance.derived);
+        for row in derived.filter(|row| row.sphere == sphere && row.film_ratio == film_ratio) {
+            let place = row.place;
+            for (quantity, estimate) in [(Quantity::EInf, &row.e_inf), (Quantity::StC, &row.st_c)] {
+                let value = move |changed: &Changed| {
+                    let at_place = changed.balance.as_ref()?.at_places.get(place)?.as_ref();
+                    Some(at_place?.value(quantity))
+                };
+                results.add(named(quantity, row.diameter_m), BALANCE, (estimate, 1.0), value);
+            }
+        }
+        let direct = scaling.iter().find(|fitted| {
+            (fitted.sphere, fitted.law, fitted.scaling.film_ratio) == (sphere, WetLaw::Sqrt, Some(film_ratio))
+                && fitted.scaling.verdict.passed
+        });
+        for (place, quantity) in [Quantity::EInf, Quantity::StC].into_iter().enumerate() {
+            let Some((fitted, estimate)) = direct.and_then(|own| Some((own, own.scaling.estimate(quantity)?))) else {
+                continue;
+            };
+            let series = fitted.series.clone();
+            let value = move |changed: &Changed| {
+                let series = &changed.runs.series[series.clone()];
+                Some(square_root_of(changed.scene, changed.runs, dry, sphere, series)?[place])
+            };
+            let named = named(quantity, of_sphere.diameter);
+            results.add(named, WetLaw::Sqrt.name(), (estimate, 1.0), value);
+        }
+    }
+    results.all
+}
