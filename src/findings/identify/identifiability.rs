@@ -1,10 +1,6 @@
 //! Sums the information of the runs at the fit, and sets it beside that of the priors.
 
-use std::collections::HashMap;
-
 use crate::distributions::gamma_quantile;
-use crate::findings::dry::Dry;
-use crate::findings::estimate::Estimate;
 use crate::findings::least_squares::LeastSquares;
 use crate::inference::information::{DirectionalInformation, LogNormalPrior, RunsWithPriors, UnseenGroup};
 use crate::inference::joint::Joint;
@@ -52,11 +48,10 @@ impl<'r> Identifiability<'r> {
         if free.is_empty() {
             return None;
         }
-        let estimates = LeastSquaresEstimates::of(least_squares);
         let believed = |j: &usize| {
             let own = belief(&priors[*j]);
             // beside a prior that the runs contradict it is asked what they see beside the default one
-            let found = estimates.estimate(runs, all[*j], false);
+            let found = estimate(runs, least_squares, all[*j], false);
             let contradicted = found.is_some_and(|(value, se)| own.is_contradicted_by(value, se));
             if contradicted {
                 belief(&all[*j].default_prior(form).0)
@@ -206,10 +201,9 @@ fn linearisation_point(
     evidence: &RunsWithPriors,
     kinds: &[ParameterKind],
 ) -> Option<(Vec<f64>, bool)> {
-    let estimates = LeastSquaresEstimates::of(least_squares);
     let with_beliefs = || kinds.iter().zip(evidence.beliefs);
     let alone = with_beliefs().map(|(kind, belief)| {
-        let (value, se) = estimates.estimate(runs, *kind, true)?;
+        let (value, se) = estimate(runs, least_squares, *kind, true)?;
         // an estimate less certain than the prior is no place to take slopes at
         (se < value * belief.ln_sd).then_some(value)
     });
@@ -217,7 +211,7 @@ fn linearisation_point(
         return Some((values, true));
     }
     let near = |(kind, belief): (&ParameterKind, &LogNormalPrior)| {
-        let found = estimates.estimate(runs, *kind, false).map(|(value, _)| value);
+        let found = estimate(runs, least_squares, *kind, false).map(|(value, _)| value);
         // a fit that ran away is no place to start from
         let here = |value: &f64| (value / belief.median).ln().abs() < FAR * belief.ln_sd;
         found.filter(here).unwrap_or(belief.median)
@@ -236,45 +230,19 @@ fn form(scene: &Scene, least_squares: LeastSquares) -> Form {
     }
 }
 
-/// Where least squares found the parameters.
-struct LeastSquaresEstimates<'f> {
-    in_balance: HashMap<ParameterKind, &'f Estimate>,
-    dry: HashMap<usize, &'f Dry>,
-}
-
-impl<'f> LeastSquaresEstimates<'f> {
-    fn of(least_squares: LeastSquares<'f>) -> LeastSquaresEstimates<'f> {
-        let parameters = least_squares
-            .energy_balance
-            .iter()
-            .flat_map(|balance| &balance.parameters);
-        let dry = least_squares.dry.iter();
-        LeastSquaresEstimates {
-            in_balance: parameters.map(|own| (own.kind, &own.estimate)).collect(),
-            dry: dry.map(|dry| (dry.sphere, dry)).collect(),
-        }
-    }
-
-    /// Where least squares found a parameter, with its standard error: in the energy balance, which alone knows of k of a
-    /// sphere with wet runs where `balance_alone`, or in the dry runs. `None` unless it is positive.
-    fn estimate(&self, runs: &Runs, kind: ParameterKind, balance_alone: bool) -> Option<(f64, f64)> {
-        let in_balance = self
-            .in_balance
-            .get(&kind)
-            .and_then(|estimate| estimate.value_and_scale());
-        let of_dry = |sphere: usize| {
-            let dry = self.dry.get(&sphere)?;
+/// Where least squares found a parameter, with its standard error: in the energy balance, which alone knows of k of a
+/// sphere with wet runs where `balance_alone`, or in the dry runs. `None` unless it is positive.
+fn estimate(runs: &Runs, least_squares: LeastSquares, kind: ParameterKind, balance_alone: bool) -> Option<(f64, f64)> {
+    let in_balance = || least_squares.energy_balance?.estimate(kind)?.value_and_scale();
+    let of_dry = || match kind {
+        // a sphere without wet runs has its k from the dry ones, and no other
+        ParameterKind::DryK(sphere) if !balance_alone || runs.series_of(sphere).is_empty() => {
+            let dry = least_squares.dry.iter().find(|dry| dry.sphere == sphere)?;
             dry.dry_k.pair().filter(|_| dry.verdict.passed)
-        };
-        let found = match kind {
-            // a sphere without wet runs has its k from the dry ones, and no other
-            ParameterKind::DryK(sphere) if !balance_alone || runs.series_of(sphere).is_empty() => {
-                in_balance.or_else(|| of_dry(sphere))
-            }
-            _ => in_balance,
-        };
-        found.filter(|(value, _)| *value > 0.0)
-    }
+        }
+        _ => None,
+    };
+    in_balance().or_else(of_dry).filter(|(value, _)| *value > 0.0)
 }
 
 /// A prior as median and sd of the logarithm; one that is not lognormal by its sd over its median.
