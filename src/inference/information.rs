@@ -7,86 +7,8 @@
 use nalgebra::linalg::SymmetricEigen;
 use nalgebra::{DMatrix, DVector, Dyn};
 
-/// Sums over runs that share a spread, at one point, in the parameters' own units.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Sums {
-    /// how many runs
-    pub runs: usize,
-    /// Σ residual²
-    pub squares: f64,
-    /// Σ residual · slope
-    pub gradient: DVector<f64>,
-    /// Σ slope · slopeᵀ
-    pub information: DMatrix<f64>,
-}
-
-impl Sums {
-    /// No runs yet, of so many parameters.
-    pub fn new(parameters: usize) -> Sums {
-        Sums {
-            runs: 0,
-            squares: 0.0,
-            gradient: DVector::zeros(parameters),
-            information: DMatrix::zeros(parameters, parameters),
-        }
-    }
-
-    /// Adds a run by its residual (model − observed) and the slopes of its model, each with its parameter's place.
-    pub fn add(&mut self, residual: f64, slopes: &[(usize, f64)]) {
-        self.runs += 1;
-        self.squares += residual * residual;
-        for &(i, slope) in slopes {
-            self.gradient[i] += residual * slope;
-        }
-        add_square(&mut self.information, 1.0, slopes);
-    }
-
-    /// Adds the sums of other runs with a weight, in the parameters that come first among theirs.
-    pub fn add_weighted(&mut self, other: &Sums, weight: f64) {
-        let n = self.gradient.len();
-        self.runs += other.runs;
-        self.squares += weight * other.squares;
-        self.gradient += other.gradient.rows(0, n) * weight;
-        self.information += other.information.view((0, 0), (n, n)) * weight;
-    }
-
-    /// The sums of some of the parameters, ascending.
-    pub fn of(&self, kept: &[usize]) -> Sums {
-        Sums {
-            runs: self.runs,
-            squares: self.squares,
-            gradient: self.gradient.select_rows(kept),
-            information: self.information.select_rows(kept).select_columns(kept),
-        }
-    }
-
-    /// The spread the residuals leave; `before` counts as one residual, so that no number of runs leaves none.
-    fn spread(&self, before: f64) -> f64 {
-        let spent = self.information.diagonal().iter().filter(|sum| **sum > 0.0).count();
-        let left = self.runs.saturating_sub(spent) + 1;
-        ((self.squares + before * before) / left as f64).sqrt()
-    }
-}
-
-/// Adds weight · slopes · slopesᵀ, the slopes each with its parameter's place.
-pub fn add_square(matrix: &mut DMatrix<f64>, weight: f64, slopes: &[(usize, f64)]) {
-    for &(j, of_column) in slopes {
-        for &(i, of_row) in slopes {
-            matrix[(i, j)] += weight * of_row * of_column;
-        }
-    }
-}
-
-/// slopesᵀ · matrix · slopes, the slopes each with its parameter's place.
-pub fn square(matrix: &DMatrix<f64>, slopes: &[(usize, f64)]) -> f64 {
-    let of = |&(i, a): &(usize, f64)| slopes.iter().map(|&(j, b)| a * b * matrix[(i, j)]).sum::<f64>();
-    slopes.iter().map(of).sum()
-}
-
-/// slopesᵀ · step, the slopes each with its parameter's place.
-pub fn along(slopes: &[(usize, f64)], step: &DVector<f64>) -> f64 {
-    slopes.iter().map(|(place, slope)| slope * step[*place]).sum()
-}
+use super::descent::descend;
+use super::sums::Sums;
 
 /// Every entry times the factors of its row and its column.
 pub fn scaled(matrix: &DMatrix<f64>, factors: &[f64]) -> DMatrix<f64> {
@@ -144,40 +66,36 @@ pub struct RunsWithPriors<'a> {
     pub sums: &'a dyn Fn(&[f64]) -> Vec<Sums>,
 }
 
-/// What runs and prior say about a point, in z.
-struct Local {
-    cost: f64,
-    downhill: DVector<f64>,
-    information: DMatrix<f64>,
-}
-
 impl RunsWithPriors<'_> {
     fn spreads(&self, values: &[f64]) -> Vec<f64> {
         let sums = (self.sums)(values);
         sums.iter().zip(self.spreads).map(|(sums, s)| sums.spread(*s)).collect()
     }
 
-    /// `None` where a sum is not finite.
-    fn local(&self, values: &[f64], spreads: &[f64]) -> Option<Local> {
-        let p = values.len();
-        let each = || values.iter().zip(self.beliefs);
-        let z = DVector::from_iterator(p, each().map(|(x, of)| (x / of.median).ln() / of.ln_sd));
-        let width = DVector::from_iterator(p, each().map(|(x, of)| x * of.ln_sd));
-        let kinds = (self.sums)(values);
-        let mut local = Local {
-            cost: z.norm_squared(),
-            downhill: -z,
-            information: DMatrix::zeros(p, p),
-        };
-        for (sums, spread) in kinds.iter().zip(spreads) {
-            let weight = 1.0 / (spread * spread);
-            local.cost += weight * sums.squares;
-            local.downhill -= sums.gradient.component_mul(&width) * weight;
-            local.information += &sums.information * weight;
+    fn in_z(&self, values: &[f64]) -> Vec<f64> {
+        let each = values.iter().zip(self.beliefs);
+        each.map(|(x, of)| (x / of.median).ln() / of.ln_sd).collect()
+    }
+
+    fn values(&self, z: &[f64]) -> Vec<f64> {
+        let each = z.iter().zip(self.beliefs);
+        each.map(|(z, of)| of.median * (z * of.ln_sd).exp()).collect()
+    }
+
+    /// The sums of all runs over their spreads, in z; `None` where one is not finite.
+    fn local(&self, values: &[f64], spreads: &[f64]) -> Option<Sums> {
+        let width: Vec<f64> = values.iter().zip(self.beliefs).map(|(x, of)| x * of.ln_sd).collect();
+        let mut all = Sums::new(values.len());
+        for (sums, spread) in (self.sums)(values).iter().zip(spreads) {
+            all.add_weighted(sums, 1.0 / (spread * spread));
         }
-        local.information = scaled(&local.information, width.as_slice());
-        let finite = local.cost.is_finite() && local.information.iter().all(|x| x.is_finite());
-        (finite && local.downhill.iter().all(|x| x.is_finite())).then_some(local)
+        all.gradient
+            .iter_mut()
+            .zip(&width)
+            .for_each(|(slope, width)| *slope *= width);
+        all.information = scaled(&all.information, &width);
+        let mut entries = all.gradient.iter().chain(&all.information);
+        (all.squares.is_finite() && entries.all(|x| x.is_finite())).then_some(all)
     }
 
     /// Finds the least squares of runs and prior together, which exist whatever the runs determine.
@@ -186,49 +104,30 @@ impl RunsWithPriors<'_> {
     pub fn fit_with_priors(&self, start: &[f64]) -> Option<Vec<f64>> {
         /// spreads follow the residuals and vice versa
         const ROUNDS: usize = 4;
-        const STEPS: usize = 30;
-        /// a fall of the cost that moves no direction by a noticeable part of its spread
+        /// a fall of the squares that moves no direction by a noticeable part of its spread
         const SMALL: f64 = 1e-6;
-        let mut values = start.to_vec();
+        let mut z = self.in_z(start);
         for round in 0..ROUNDS {
             // residuals before the first fit are no noise, and their spread would leave all to the priors
             let spreads = if round == 0 {
                 self.spreads.to_vec()
             } else {
-                self.spreads(&values)
+                self.spreads(&self.values(&z))
             };
-            let mut here = self.local(&values, &spreads)?;
-            let mut damping = 1e-3;
-            let began = here.cost;
-            for _ in 0..STEPS {
-                let mut curvature = here.information.clone();
-                let damped = curvature.map_diagonal(|x| (x + 1.0) * (1.0 + damping));
-                curvature.set_diagonal(&damped);
-                let Some(step) = curvature.cholesky().map(|root| root.solve(&here.downhill)) else {
-                    break;
-                };
-                let scaled_steps = values.iter().zip(self.beliefs).zip(step.iter());
-                let trial: Vec<f64> = scaled_steps.map(|((x, of), dz)| x * (of.ln_sd * dz).exp()).collect();
-                let there = self.local(&trial, &spreads).filter(|there| there.cost < here.cost);
-                match there {
-                    Some(there) => {
-                        let fall = here.cost - there.cost;
-                        (values, here) = (trial, there);
-                        damping *= 0.1;
-                        if fall < SMALL {
-                            break;
-                        }
-                    }
-                    None if damping > 1e8 => break,
-                    None => damping *= 10.0,
+            let end = descend(&z, SMALL, |z| {
+                let mut sums = self.local(&self.values(z), &spreads)?;
+                for (place, z) in z.iter().enumerate() {
+                    sums.add(*z, &[(place, 1.0)]);
                 }
-            }
+                Some(sums)
+            })?;
+            z = end.point;
             // with spreads that were residuals already
-            if round > 0 && began - here.cost < SMALL {
+            if round > 0 && end.fell < SMALL {
                 break;
             }
         }
-        Some(values)
+        Some(self.values(&z))
     }
 
     /// What the runs say about a point; `None` where it is not finite.

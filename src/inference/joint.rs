@@ -11,9 +11,9 @@ use std::ops::{Deref, Range};
 use nalgebra::{DMatrix, DVector};
 
 use super::effective_variance::{ErrorColumns, SpeedDependent, SpeedDerivatives};
-use super::information::Sums;
 use super::law::SpeedResponse;
 use super::least_squares::{fit, no_scatter_left, Fit, OutOfDomain, ResidualProblem, Stop};
+use super::sums::Sums;
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::{Balance, BalanceAtFilm, Impact, Lost};
 use crate::physics::coefficient::Coefficients;

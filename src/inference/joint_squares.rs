@@ -1,8 +1,8 @@
 //! Sums the weighted squares of a joint fit over its runs, anywhere about its minimum.
 
-use super::information::{add_square, Sums};
 use super::joint::{JointFit, JointRow};
 use super::profile::Squares;
+use super::sums::{add_square, Sums};
 use crate::physics::rebound::{bend_mean_restitution, slope_mean_restitution};
 
 /// The weighted squares of a joint fit.

@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 
 use super::effective_variance::ErrorWeights;
-use super::information::{add_square, Sums};
 use super::profile::{ProblemProfile, Region, Squares};
 use super::regression::Regression;
+use super::sums::{add_square, Sums};
 use crate::physics::jet::{Jet, Number};
 
 /// A number of a law's two parameters: every quantity of a law is a function of one of these.

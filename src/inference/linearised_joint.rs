@@ -6,7 +6,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::information::{along, axes, function, scaled, square, Sums};
+use super::information::{axes, function, scaled};
+use super::sums::{along, square, Sums};
 
 /// Directions with less of this share of the information, all parameters scaled to one, are not identified.
 const UNSEEN: f64 = 1e-10;

@@ -7,6 +7,8 @@
 //! | `law.rs` | the dry, linear and square-root laws: value, slopes, bends, derivatives in the speed |
 //! | `kernel.rs` | a law fitted to weighted runs in one stream over them |
 //! | `regression.rs` | a law fitted to runs |
+//! | `sums.rs` | residuals and slopes summed over rows |
+//! | `descent.rs` | least squares by damped steps from sums over rows |
 //! | `information.rs` | the directions in which runs say more than the priors |
 //! | `joint.rs` | every run in a row of one joint fit: residuals, slopes, sums; the fit itself |
 //! | `linearised_joint.rs` | a joint fit that is linear about a point: step, leverages, what a change of the rows moves |
@@ -30,6 +32,7 @@
 pub mod accuracy;
 pub mod bootstrap;
 pub mod delta;
+pub mod descent;
 pub mod diagnostics;
 pub mod effective_variance;
 pub mod importance;
@@ -51,3 +54,4 @@ pub mod profile;
 pub mod regression;
 pub mod sampling;
 pub mod spreads;
+pub mod sums;

@@ -13,9 +13,9 @@ use super::rows::{Rows, RunKind, SharedOffset};
 use super::spread::GroupVariances;
 use super::standard_errors::{standard_error_ratios, worst, StandardErrorRatio};
 use crate::distributions::f_tail;
-use crate::inference::information::Sums;
 use crate::inference::linearised_joint::LinearisedJoint;
 use crate::inference::nested::FTest;
+use crate::inference::sums::Sums;
 
 /// Fewer series than this have no sd of offsets.
 const FEWEST_SERIES: usize = 3;

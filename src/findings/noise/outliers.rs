@@ -13,9 +13,9 @@ use super::rows::{GroupedPart, Rows, RunGroup};
 use super::scatter::{is_clear, RobustFit};
 use super::spread::UnequalSpreads;
 use crate::distributions::student_t_quantile;
-use crate::inference::information::Sums;
 use crate::inference::joint::{JointRow, RowSlopes};
 use crate::inference::linearised_joint::{LinearisedJoint, RowsLeft};
+use crate::inference::sums::Sums;
 use crate::physics::rebound::{mean_restitution, slope_mean_restitution};
 use crate::scene::Sticking;
 

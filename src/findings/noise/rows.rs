@@ -5,9 +5,9 @@ use std::ops::{Deref, Range};
 use nalgebra::{DMatrix, DVector};
 
 use super::point::LinearisationPoint;
-use crate::inference::information::Sums;
 use crate::inference::joint::{Joint, JointRow, Part};
 use crate::inference::linearised_joint::LinearisedJoint;
+use crate::inference::sums::Sums;
 use crate::runs::Runs;
 use crate::scene::{NoiseOn, Scene};
 

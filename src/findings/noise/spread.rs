@@ -4,10 +4,10 @@ use serde::Serialize;
 
 use super::rows::{Rows, RunKind, SharedOffset};
 use super::standard_errors::{standard_error_ratios, worst, StandardErrorRatio, LEVEL};
-use crate::inference::information::Sums;
 use crate::inference::linearised_joint::{LinearisedJoint, RowsLeft};
 use crate::inference::nested::FTest;
 use crate::inference::spreads::{median, LEAST_RESIDUALS, SD_OF_MEDIAN_DISTANCE};
+use crate::inference::sums::Sums;
 
 /// Spreads of the groups against one spread for all dry and one for all wet runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -17,9 +17,9 @@ use serde::Serialize;
 use super::outliers::OutlierSearch;
 use super::rows::{group_name, Rows, RunKind};
 use super::scatter::{is_clear, take, RobustFit, SampledRun};
-use crate::inference::information::{along, Sums};
 use crate::inference::linearised_joint::{Inverse, LinearisedJoint};
 use crate::inference::nested::{nested, FTest, Spread};
+use crate::inference::sums::{along, Sums};
 use crate::physics::rebound::slope_mean_restitution;
 use crate::runs::sphere_words;
 

@@ -10,9 +10,10 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{limit, Limits, ProfilePoint, AGREES};
 use crate::distributions::student_t_quantile;
+use crate::inference::descent::{descend, Descent};
 use crate::inference::effective_variance::ErrorWeights;
-use crate::inference::information::Sums;
 use crate::inference::least_squares::Fit;
+use crate::inference::sums::Sums;
 
 /// A function of the parameters with its slopes in them.
 #[derive(Debug, Clone, PartialEq)]
@@ -129,14 +130,6 @@ impl Pull {
     }
 }
 
-/// Where a fit that is drawn ended.
-struct Drawn {
-    point: Vec<f64>,
-    /// squares with those of the pull
-    cost: f64,
-    converged: bool,
-}
-
 impl<S: Squares> ProblemProfile<S> {
     /// `None` where the squares have no value at the minimum.
     pub fn new(squares: S, region: Region) -> Option<ProblemProfile<S>> {
@@ -246,7 +239,7 @@ impl<S: Squares> ProblemProfile<S> {
         let Some(at) = quantity(point) else { return false };
         let pull = Pull::to(at.value, at_minimum, &self.region);
         let [own, other] = [point, &self.region.minimum].map(|start| self.draw(quantity, &pull, start));
-        let costs = own.zip(other).map(|(own, other)| own.cost - other.cost);
+        let costs = own.zip(other).map(|(own, other)| own.squares - other.squares);
         costs.is_some_and(|more| more <= LOWER * self.region.rise())
     }
 
@@ -276,7 +269,7 @@ impl<S: Squares> ProblemProfile<S> {
                 // a run near r = 0 can hold a fit on its own side
                 let near = on_side.map_or_else(|| self.region.minimum.clone(), |(near, _)| near);
                 let other = self.draw(quantity, &pull, &near);
-                let is_lower = |other: &Drawn| end.as_ref().is_none_or(|end| other.cost < end.cost);
+                let is_lower = |other: &Descent| end.as_ref().is_none_or(|end| other.squares < end.squares);
                 if other.as_ref().is_some_and(is_lower) {
                     end = other;
                 }
@@ -299,43 +292,12 @@ impl<S: Squares> ProblemProfile<S> {
         sums.squares.is_finite().then_some(sums)
     }
 
-    /// Least squares with those of the pull, by damped Gauss–Newton steps; `None` where it cannot begin.
-    fn draw(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>, pull: &Pull, start: &[f64]) -> Option<Drawn> {
-        const STEPS: usize = 100;
-        const FIRST_DAMPING: f64 = 1e-6;
-        const MOST_DAMPING: f64 = 1e8;
+    /// Least squares with those of the pull; `None` where they cannot begin.
+    fn draw(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>, pull: &Pull, start: &[f64]) -> Option<Descent> {
         /// a fall by this share of the rise to a limit moves that by half as much of its half-width
         const SMALL: f64 = 1e-6;
-        let mut here = self.pulled(quantity, pull, start)?;
-        let mut point = start.to_vec();
-        let mut damping = FIRST_DAMPING;
-        let mut converged = false;
-        for _ in 0..STEPS {
-            let mut damped = here.information.clone();
-            damped.set_diagonal(&(here.information.diagonal() * (1.0 + damping)));
-            let Some(step) = damped.cholesky().map(|root| root.solve(&here.gradient)) else {
-                break;
-            };
-            // what the slopes say it falls by, at most
-            if step.dot(&here.gradient) <= SMALL * self.region.rise() && damping <= 1.0 {
-                converged = true;
-                break;
-            }
-            let trial: Vec<f64> = point.iter().zip(step.iter()).map(|(b, step)| b - step).collect();
-            match self.pulled(quantity, pull, &trial) {
-                Some(there) if there.squares < here.squares => {
-                    (point, here) = (trial, there);
-                    damping = (0.1 * damping).max(FIRST_DAMPING);
-                }
-                _ if damping > MOST_DAMPING => break,
-                _ => damping *= 10.0,
-            }
-        }
-        Some(Drawn {
-            point,
-            cost: here.squares,
-            converged,
-        })
+        let pulled = |b: &[f64]| self.pulled(quantity, pull, b);
+        descend(start, SMALL * self.region.rise(), pulled)
     }
 }
 
