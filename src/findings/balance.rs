@@ -61,14 +61,14 @@ pub struct EnergyBalance {
     /// how its form of inertia was chosen; `None` where the scene names it
     #[serde(skip)]
     pub(super) choice: Option<InertiaChoice>,
-    /// where it was fitted
+    /// where it is linearised
     #[serde(skip)]
-    pub(super) refit_start: RefitStart,
+    pub(super) fitted_point: FittedPoint,
 }
 
-/// What a linearisation of the energy balance keeps of the fit.
+/// Where the energy balance was fitted, and how its runs were weighed.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct RefitStart {
+pub(super) struct FittedPoint {
     pub(super) form: Form,
     /// the spread against which the dry runs are weighed
     pub(super) spread: f64,
@@ -81,7 +81,7 @@ pub(super) struct RefitStart {
 impl EnergyBalance {
     /// The form that was fitted.
     pub fn form(&self) -> Form {
-        self.refit_start.form
+        self.fitted_point.form
     }
 
     /// The estimate of a parameter; `None` of one that is not in the fit.
@@ -374,7 +374,7 @@ fn findings_of(setup: BalanceSetup, fitted: &FittedBalance, lack_of_fit: Option<
         lack_of_fit,
         stop: fitted.fit.stop.as_str(),
         choice: None,
-        refit_start: RefitStart {
+        fitted_point: FittedPoint {
             form: joint.form,
             spread: fitted.spread,
             roots: fitted.roots.clone(),

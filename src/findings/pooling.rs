@@ -23,8 +23,8 @@ pub(super) fn add_bias(setup: BalanceSetup, scaling: &mut [FittedScaling], balan
     let BalanceSetup { scene, runs, dry, .. } = setup;
     let known = spheres_with_known_k(runs, dry);
     let (joint, point) = (
-        Joint::new(scene, runs, balance.refit_start.form, &known, &[]),
-        &balance.refit_start.point,
+        Joint::new(scene, runs, balance.fitted_point.form, &known, &[]),
+        &balance.fitted_point.point,
     );
     // in the order of the series
     let parts: Vec<&Part> = joint.wet_parts().collect();

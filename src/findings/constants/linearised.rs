@@ -1,30 +1,51 @@
 //! Moves the energy balance with the constants, from its linearisation at the fit.
+//!
+//! With g(b, c) the slope of half the weighted squares in the parameters b, which is 0 at the fit for every value of a
+//! constant c, db/dc = −(∂g/∂b)⁻¹ ∂g/∂c. Both are central differences of g, so that what the model bends by about runs near
+//! sticking, where a residual is no small part of e, is in them.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::linalg::Cholesky;
+use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::sample::RunSample;
-use crate::findings::balance::{at_place, problem_of, spheres_with_known_k, EnergyBalance, RefitStart, WetPlaceValues};
+use crate::findings::balance::{
+    at_place, problem_of, spheres_with_known_k, EnergyBalance, FittedPoint, WetPlaceValues,
+};
 use crate::findings::dry::FittedDry;
 use crate::findings::places::WetPlace;
-use crate::inference::effective_variance::WeightedProblem;
+use crate::inference::descent::descend;
 use crate::inference::joint::{Joint, JointFit};
-use crate::inference::least_squares::ResidualProblem;
+use crate::inference::joint_squares::JointSquares;
+use crate::inference::profile::Squares;
+use crate::inference::sums::Sums;
 use crate::runs::Runs;
 use crate::scene::Scene;
 
-/// The balance as it stands at the fit, its form and the weights of the runs kept: with J the weighted slopes, QR = J.
+/// Share of a parameter, or of its standard error where that is larger, over which g is differenced: the curves this is
+/// for turn within 1e-4 of their values, and slopes are known to 1e-16 of theirs.
+const APART: f64 = 1e-7;
+
+/// A fall of the squares by this share of them moves no parameter by a noticeable part of its standard error.
+const SMALL: f64 = 1e-14;
+
+/// The balance at the fit, its form and the weights of the runs kept.
 pub(super) struct LinearisedBalance<'h> {
-    fit: &'h RefitStart,
+    balance: WeighedBalance<'h>,
+    /// b
+    point: Vec<f64>,
+    /// ∂g/∂b
+    curvature: Cholesky<f64, Dyn>,
+}
+
+/// What stays of a balance where constants change.
+struct WeighedBalance<'h> {
+    fit: &'h FittedPoint,
     dry: &'h [FittedDry],
     known: Vec<usize>,
     /// the spread that weighs dry runs against the wet ones of the sample
     spread: f64,
     /// roots of the runs' weights; empty where they carry no errors
     roots: Vec<f64>,
-    /// Q
-    basis: DMatrix<f64>,
-    /// R
-    triangle: DMatrix<f64>,
 }
 
 /// A balance at changed constants.
@@ -35,8 +56,26 @@ pub(super) struct MovedBalance {
     pub(super) at_places: Vec<Option<WetPlaceValues>>,
 }
 
+impl WeighedBalance<'_> {
+    fn problem<'r>(&self, scene: &Scene, runs: &'r Runs) -> JointFit<'r> {
+        let joint = Joint::new(scene, runs, self.fit.form, &self.known, &self.known);
+        problem_of(joint, self.dry, self.spread)
+    }
+
+    /// The squares, and g as their gradient; `None` where the model is undefined.
+    fn sums(&self, problem: &JointFit, point: &[f64]) -> Option<Sums> {
+        let squares = JointSquares {
+            problem,
+            roots: &self.roots,
+            bias: &[],
+        };
+        squares.sums_at(point)
+    }
+}
+
 impl<'h> LinearisedBalance<'h> {
-    /// Some of the wet rebounds stand for all, which the dry ones are weighed down to; `None` where the model is undefined.
+    /// Some of the wet rebounds stand for all, which the dry ones are weighed down to. `None` where the squares have no
+    /// proper minimum.
     pub(super) fn new(
         scene: &Scene,
         runs: &Runs,
@@ -44,56 +83,51 @@ impl<'h> LinearisedBalance<'h> {
         dry: &'h [FittedDry],
         balance: &'h EnergyBalance,
     ) -> Option<Self> {
-        let fit = &balance.refit_start;
+        let fit = &balance.fitted_point;
         let known = spheres_with_known_k(runs, dry);
         let wet = runs.series.iter().filter(|series| known.contains(&series.sphere));
         let places = wet.flat_map(|series| 0..series.rebounds.len());
         let sampled = places.zip(&fit.roots).filter(|(place, _)| sample.holds(*place));
-        let mut linearised = LinearisedBalance {
+        let weighed = WeighedBalance {
             fit,
             dry,
             spread: fit.spread * sample.share.sqrt(),
             roots: sampled.map(|(_, root)| *root).collect(),
             known,
-            basis: DMatrix::zeros(0, 0),
-            triangle: DMatrix::zeros(0, 0),
         };
-        let problem = linearised.problem(scene, &sample.runs);
-        let weighted = linearised.weighted(&problem);
-        let mut jacobian = DMatrix::zeros(weighted.runs(), weighted.parameters());
-        weighted.jacobian(&fit.point, &mut jacobian).ok()?;
-        (linearised.basis, linearised.triangle) = jacobian.qr().unpack();
-        Some(linearised)
+        let problem = weighed.problem(scene, &sample.runs);
+        // a sample has a minimum of its own, and so have runs whose bias by errors of speeds was taken off
+        let small = SMALL * weighed.sums(&problem, &fit.point)?.squares;
+        let point = descend(&fit.point, small, |point| weighed.sums(&problem, point))?.point;
+        let column = |(place, value): (usize, &f64)| {
+            let error = balance.parameters[place].estimate.value_and_scale();
+            let apart = APART * error.map_or(0.0, |(_, scale)| scale).max(value.abs());
+            let at = |step: f64| {
+                let mut there = point.clone();
+                there[place] += step;
+                Some(weighed.sums(&problem, &there)?.gradient)
+            };
+            Some((at(apart)? - at(-apart)?) / (2.0 * apart))
+        };
+        let columns: Option<Vec<DVector<f64>>> = point.iter().enumerate().map(column).collect();
+        let curvature = DMatrix::from_columns(&columns?);
+        Some(LinearisedBalance {
+            balance: weighed,
+            point,
+            curvature: Cholesky::new((&curvature + curvature.transpose()) * 0.5)?,
+        })
     }
 
-    fn problem<'r>(&self, scene: &Scene, runs: &'r Runs) -> JointFit<'r> {
-        let joint = Joint::new(scene, runs, self.fit.form, &self.known, &self.known);
-        problem_of(joint, self.dry, self.spread)
-    }
-
-    fn weighted<'p, 'r>(&'p self, problem: &'p JointFit<'r>) -> WeightedProblem<'p, JointFit<'r>> {
-        WeightedProblem {
-            problem,
-            roots: &self.roots,
-        }
-    }
-
-    /// The balance at two scenes and their runs that lie as far on either side: with Δe what the second does to the
-    /// restitutions beyond the first, the parameters differ by −(JᵀJ)⁻¹JᵀΔe = −R⁻¹QᵀΔe.
+    /// The balance at two scenes and their runs that lie as far on either side; `None` where the model is undefined.
     pub(super) fn at(&self, settings: [(&Scene, &Runs); 2]) -> Option<[MovedBalance; 2]> {
-        let problems = settings.map(|(scene, runs)| self.problem(scene, runs));
-        let residuals = |problem: &JointFit| {
-            let mut residuals = DVector::zeros(problem.runs());
-            let found = self
-                .weighted(problem)
-                .residuals(&self.fit.point, residuals.as_mut_slice());
-            found.ok().map(|()| residuals)
-        };
-        let effect = residuals(&problems[1])? - residuals(&problems[0])?;
-        let apart = self.triangle.solve_upper_triangular(&self.basis.tr_mul(&effect))?;
+        let problems = settings.map(|(scene, runs)| self.balance.problem(scene, runs));
+        let [first, second] = problems
+            .each_ref()
+            .map(|problem| self.balance.sums(problem, &self.point));
+        let apart = self.curvature.solve(&(second?.gradient - first?.gradient));
         let moved = |side: usize, share: f64| {
             let (joint, (scene, runs)) = (&problems[side].joint, settings[side]);
-            let there = self.fit.point.iter().zip(&apart);
+            let there = self.point.iter().zip(&apart);
             let parameters: Vec<f64> = there.map(|(value, apart)| value + share * apart).collect();
             let places = WetPlace::all(runs, joint.form);
             MovedBalance {

@@ -32,7 +32,7 @@ impl<'r> LinearisationPoint<'r> {
         let all: Vec<usize> = (0..runs.spheres.len()).filter(|s| rebounds(runs, *s)).collect();
         let of_balance = balance.filter(|_| spheres_with_known_k(runs, dry).len() == all.len());
         let found = match of_balance {
-            Some(balance) => Some((balance.form(), balance.refit_start.point.clone(), balance.stop)),
+            Some(balance) => Some((balance.form(), balance.fitted_point.point.clone(), balance.stop)),
             None => with_priors(scene, runs, dry, form, &all),
         };
         // a direction the runs cannot see is left out later, and makes the residuals no worse
