@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
+use crate::common::scenes::{scene_of, AK10, M50, PTFE};
 use crate::common::{self, rows_from, Place};
 use rand::RngExt;
 use wetcor::findings;
@@ -240,14 +241,13 @@ fn simulated(index: u64, seed: u64) -> Scene {
     let films = ["[0.06]", "[0.03, 0.1]", "[0.02, 0.05, 0.1]"][between(0.0, 3.0) as usize];
     let liquids = ["\"M50\"", "\"AK10\", \"M50\""][between(0.0, 2.0) as usize];
     let text = format!(
-        "title = \"accuracy {index}\"\n[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\n\
-         roughness_um = 5\n[liquids.AK10]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 9.3\n[liquids.M50]\n\
-         density_kg_m3 = 965\nviscosity_mPa_s = 48.3\n[model]\ninertia = \"{form}\"\n[truth]\ndry_k = {{ PTFE = {k} }}\n\
+        "[model]\ninertia = \"{form}\"\n[truth]\ndry_k = {{ PTFE = {k} }}\n\
          lubrication_log = {l}\ninertia = \"{form}\"\ninertial_prefactor = {c}\nfilm_scale = 0.07\n\
          sigma_dry = {sigma_dry}\nsigma_wet = {sigma}\n[design]\ndiameter_mm = {{ PTFE = [4.762, 8.0] }}\n\
          liquids = [{liquids}]\nfilm_ratio = {{ PTFE = {films} }}\nheight_mm = [30, 60, 100, 150]\n\
          dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]\nrepeats = {repeats}\n"
     );
+    let text = scene_of(&format!("accuracy {index}"), &[PTFE, AK10, M50, &text]);
     scene::parse(&text, Path::new("accuracy/scene.toml"), String::new()).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -366,36 +366,30 @@ fn an_accuracy_that_is_vouched_for_may_be_quoted() {
     assert!(z < -6.0, "{by_the_usual_lines:?} of {reached:?}");
 }
 
-const SCENE: &str = "title = \"trade\"
-[data]
-runs = \"runs.csv\"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.M50]
-density_kg_m3 = 965
-viscosity_mPa_s = 48.3
-[sampler]
+fn scene_text() -> String {
+    scene_of("trade", &[PTFE, M50])
+        + r#"[sampler]
 draws = 500
 [truth]
 dry_k = { PTFE = 0.183 }
 lubrication_log = 1.85
-inertia = \"stepwise\"
+inertia = "stepwise"
 inertial_prefactor = 0.5
 sigma_dry = 0.009
 sigma_wet = 0.02
 [design]
 diameter_mm = { PTFE = [4.762, 8.0] }
-liquids = [\"M50\"]
+liquids = ["M50"]
 film_ratio = { PTFE = [0.03, 0.08] }
 height_mm = [30, 40, 50, 60, 70, 80, 90, 100, 110, 120, 130, 140, 150]
 dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]
 repeats = 3
-";
+"#
+}
 
 #[test]
 fn each_method_is_as_far_off_as_its_draws_explain() {
-    let place = Place::new(SCENE);
+    let place = Place::new(&scene_text());
     let table = place.draw(common::seed_of("each_way_is_as_far_off"), None);
     let found = trade::measure(&place.scene, &table, 1, &|| ()).unwrap_or_else(|error| panic!("{error}"));
     assert!(
@@ -437,7 +431,7 @@ fn each_method_is_as_far_off_as_its_draws_explain() {
 
 #[test]
 fn the_commands_take_an_accuracy_and_write_a_trade() {
-    let place = Place::new(SCENE);
+    let place = Place::new(&scene_text());
     place.draw(common::seed_of("the_commands_take_an_accuracy"), None);
     let run = |arguments: &[&str]| {
         let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))

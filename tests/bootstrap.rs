@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::common::Place;
+use crate::statistics;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::acceleration;
@@ -280,13 +281,7 @@ fn raising_the_replicates_keeps_the_first_ones() {
 
 #[test]
 fn replicates_spread_as_the_delta_method_says() {
-    let text = include_str!("statistics.rs");
-    let scene = text
-        .split_once("const CLEAR: &str = r#\"")
-        .and_then(|(_, rest)| rest.split_once("\"#"))
-        .expect("the scene")
-        .0;
-    let place = Place::new(&format!("{scene}\n[bootstrap]\nreplicates = 4000\n"));
+    let place = Place::new(&(statistics::clear() + "\n[bootstrap]\nreplicates = 4000\n"));
     let table = place.draw(3, None);
     let found: Findings = findings::fit_least_squares(&place.scene, &table, 1, true);
     let slowest = &found.series[0].threshold_speed_m_s;

@@ -1,5 +1,6 @@
 //! Holds what few runs say that stand for many against what the many say.
 
+use crate::common::scenes::{scene_of, AK10, M50, PTFE};
 use crate::common::{seed_of, Place};
 use wetcor::findings::balance::{fit_balance, BalanceSetup};
 use wetcor::findings::estimate::{Estimate, Quoting};
@@ -11,26 +12,11 @@ use wetcor::runs::{Runs, Table};
 use wetcor::scene::Scene;
 
 /// From far above the threshold to below it, so that some settings rebound now and then; `own` is what runs have of their own.
-fn scene(own: &str) -> String {
-    format!(
-        r#"
-title = "very many runs"
-[data]
-runs = "runs.csv"
-smallest_restitution = 0.05
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.M50]
-density_kg_m3 = 965
-viscosity_mPa_s = 48.3
-[model]
+pub fn scene(own: &str) -> String {
+    let text = r#"[model]
 inertia = "saturating"
 [truth]
-dry_k = {{ PTFE = 0.183 }}
+dry_k = { PTFE = 0.183 }
 lubrication_log = 1.85
 inertia = "saturating"
 inertial_prefactor = 0.47
@@ -38,17 +24,17 @@ film_scale = 0.069
 sigma_dry = 0.009
 sigma_wet = 0.02
 [design]
-diameter_mm = {{ PTFE = [3.175, 4.762] }}
+diameter_mm = { PTFE = [3.175, 4.762] }
 liquids = ["AK10", "M50"]
-film_ratio = {{ PTFE = [0.04, 0.09] }}
+film_ratio = { PTFE = [0.04, 0.09] }
 height_mm = [30, 60, 90, 120, 150]
 dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
-{own}
-"#
-    )
+"#;
+    let parts = ["smallest_restitution = 0.05\n", PTFE, AK10, M50, text, own, "\n"];
+    scene_of("very many runs", &parts)
 }
 
-const OF_THEIR_OWN: &str = "film_rel_sd = 0.02\nimpact_speed_rel_sd = 0.05";
+pub const OF_THEIR_OWN: &str = "film_rel_sd = 0.02\nimpact_speed_rel_sd = 0.05";
 
 const RUNS: u64 = 120_000;
 

@@ -1,5 +1,6 @@
 //! Holds how results move with the constants taken as exact, and what that adds to their error.
 
+use crate::common::scenes::{scene_of, AK10, DESIGN, M50, PTFE, SATURATING};
 use crate::common::{seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::constants::{Sensitivity, MOST_REBOUNDS};
@@ -9,42 +10,13 @@ use wetcor::runs::{Runs, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
-const SCENE: &str = r#"
-title = "constants"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.M50]
-density_kg_m3 = 965
-viscosity_mPa_s = 48.3
-[model]
-inertia = "saturating"
-[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.85
-inertia = "saturating"
-inertial_prefactor = 0.47
-film_scale = 0.069
-dry_speed_m_s = 2.0
-sigma_dry = 0.009
-sigma_wet = 0.02
-[design]
-diameter_mm = { PTFE = [3.175, 8.0] }
-liquids = ["AK10", "M50"]
-film_ratio = { PTFE = [0.04, 0.08, 0.15] }
-height_mm = [30, 60, 90, 120, 150]
-dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
-repeats = 3
-"#;
+fn scene_text() -> String {
+    scene_of("constants", &[PTFE, AK10, M50, SATURATING, DESIGN, "repeats = 3\n"])
+}
 
 /// The sds that are given, as lines below `[data]`, the particle's and each liquid's density.
 fn with_sds([data, particle, ak10, m50]: [&str; 4]) -> String {
-    SCENE
+    scene_text()
         .replace("runs = \"runs.csv\"", &format!("runs = \"runs.csv\"\n{data}"))
         .replace("roughness_um = 5", &format!("roughness_um = 5\n{particle}"))
         .replace("viscosity_mPa_s = 9.3", &format!("viscosity_mPa_s = 9.3\n{ak10}"))
@@ -116,11 +88,11 @@ fn worst_of_known(findings: &Findings) -> f64 {
 fn all_of_a_kind_move_the_results_by_known_powers() {
     let seed = seed_of("all_of_a_kind_move_the_results_by_known_powers");
     for noise in ["0.02", "0.0001", "0.000001"] {
-        let text = SCENE.replace("sigma_wet = 0.02", &format!("sigma_wet = {noise}"));
+        let text = scene_text().replace("sigma_wet = 0.02", &format!("sigma_wet = {noise}"));
         let off = worst_of_known(&Place::new(&text).infer(seed));
         assert!(off < 1.5e-5, "{noise}: {off}");
     }
-    let mut findings = Place::new(SCENE).infer(seed);
+    let mut findings = Place::new(&scene_text()).infer(seed);
     // a sign swapped in one place is seen
     let moved = findings.constants[0]
         .by
@@ -208,7 +180,7 @@ const CHANGES: [(&str, Change); 4] = [
 #[test]
 fn a_scale_of_all_speeds_is_a_constant_like_the_viscosity() {
     let seed = seed_of("a_scale_of_all_speeds_is_a_constant_like_the_viscosity");
-    let own_speed = SCENE
+    let own_speed = scene_text()
         .replace(
             "[model]\ninertia = \"saturating\"",
             "[model]\ninertia = \"saturating\"\ndry_speed_m_s = \"impact\"",
@@ -342,7 +314,10 @@ fn what_the_constants_add_is_the_spread_over_constants_drawn_anew() {
 #[test]
 fn combined_adds_squares_and_leaves_the_standard_error_alone() {
     let seed = seed_of("combined_adds_squares_and_leaves_the_standard_error_alone");
-    let (exact, given) = (Place::new(SCENE).infer(seed), Place::new(&all_given()).infer(seed));
+    let (exact, given) = (
+        Place::new(&scene_text()).infer(seed),
+        Place::new(&all_given()).infer(seed),
+    );
     for (a, b) in exact.constants.iter().zip(&given.constants) {
         assert_eq!((a.value, a.se, a.constants_sd, a.combined), (b.value, b.se, None, None));
         let sd = b.constants_sd.expect("given");
@@ -374,7 +349,7 @@ fn notice(findings: &Findings) -> Option<&str> {
 fn the_notice_names_the_largest_that_is_not_given() {
     let seed = seed_of("the_notice_names_the_largest_that_is_not_given");
     let of = |text: &str| Place::new(text).infer(seed);
-    let none = of(SCENE);
+    let none = of(&scene_text());
     let text = notice(&none).expect("1 % in η moves L by more than its standard error");
     assert!(text.contains("viscosity of the liquids"), "{text}");
     assert_eq!(
@@ -393,7 +368,7 @@ fn the_notice_names_the_largest_that_is_not_given() {
     let text = notice(&one).expect("M50 is not given");
     assert!(text.contains("viscosity of M50"), "{text}");
     // runs so uncertain that 1 % does not count
-    let noisy = of(&SCENE
+    let noisy = of(&scene_text()
         .replace("sigma_wet = 0.02", "sigma_wet = 0.08")
         .replace("repeats = 3", "repeats = 1"));
     assert!(!noisy.constants.is_empty(), "the fits still converge");
@@ -435,7 +410,7 @@ fn the_report_has_a_second_figure_where_one_is_given() {
         };
         markdown::report(input, &[])
     };
-    let (exact, given) = (of(SCENE), of(&all_given()));
+    let (exact, given) = (of(&scene_text()), of(&all_given()));
     for told in [&exact, &given] {
         assert!(
             told.contains("## Constants taken as exact") && told.contains("| L | −1.00 |"),

@@ -1,20 +1,13 @@
 //! Holds that runs which determine nothing end in a verdict and a reason, never in an invented ±.
 
+use crate::common::scenes::{scene_of, AK10, PTFE};
 use crate::common::Place;
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::Findings;
 
-const SCENE: &str = r#"
-title = "degenerate"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-"#;
+fn scene_text() -> String {
+    scene_of("degenerate", &[PTFE, AK10])
+}
 
 /// Fits wet runs of one series, given as speed and restitution, beside some dry runs.
 fn fit(wet: &[(f64, f64)]) -> Findings {
@@ -25,7 +18,7 @@ fn fit(wet: &[(f64, f64)]) -> Findings {
     for (v, e) in wet {
         csv.push_str(&format!("PTFE,AK10,4.762,286,{v},{e}\n"));
     }
-    Place::new(SCENE).fit_rows(&csv)
+    Place::new(&scene_text()).fit_rows(&csv)
 }
 
 /// Every estimate of the wet runs.

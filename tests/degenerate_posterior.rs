@@ -1,27 +1,18 @@
 //! Holds that runs which leave a posterior without ground end in a verdict, a notice or a message, in bounded time.
 
+use crate::common::scenes::{scene_of, AK10, PE, PTFE};
 use crate::common::Place;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::posterior::Posterior;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
 
-const SCENE: &str = r#"
-title = "degenerate"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[particles.PE]
-density_kg_m3 = 940
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[sampler]
+fn scene_text() -> String {
+    scene_of("degenerate", &[PTFE, PE, AK10])
+        + r#"[sampler]
 chains = 4
-"#;
+"#
+}
 
 const DRY: [(f64, f64); 6] = [
     (0.5, 0.841),
@@ -57,7 +48,7 @@ fn at(film: f64, runs: &[(f64, f64)]) -> Vec<(f64, f64, f64)> {
 }
 
 fn sample(rows: &str) -> (Findings, Option<Posterior>) {
-    sample_scene(SCENE, rows)
+    sample_scene(&scene_text(), rows)
 }
 
 fn sample_scene(scene: &str, rows: &str) -> (Findings, Option<Posterior>) {
@@ -191,7 +182,10 @@ fn a_million_identical_runs_end_in_a_verdict() {
 #[test]
 fn every_prior_fixed_leaves_nothing_to_sample() {
     let fixed = "[priors]\ndry_k = { fixed = 0.18 }\nlubrication_log = { fixed = 2 }\ninertial_prefactor = { fixed = 0 }\nsigma_dry = { fixed = 0.01 }\nsigma_wet = { fixed = 0.02 }\n";
-    let (findings, posterior) = sample_scene(&format!("{SCENE}{fixed}"), &rows("PTFE", &DRY, &at(286.0, &WET)));
+    let (findings, posterior) = sample_scene(
+        &format!("{}{fixed}", scene_text()),
+        &rows("PTFE", &DRY, &at(286.0, &WET)),
+    );
     assert!(posterior.is_none());
     // least squares, which knows no prior, finds an L here whose δc is thicker than the film
     assert_eq!(failed(&findings), ["plausible_result", "posterior"]);
@@ -199,7 +193,7 @@ fn every_prior_fixed_leaves_nothing_to_sample() {
 
 #[test]
 fn too_few_draws_fail_by_name() {
-    let short = SCENE.replace("chains = 4", "chains = 2\nwarmup = 20\ndraws = 5");
+    let short = scene_text().replace("chains = 4", "chains = 2\nwarmup = 20\ndraws = 5");
     let (findings, _) = sample_scene(&short, &rows("PTFE", &DRY, &at(286.0, &WET)));
     assert!(failed(&findings).contains(&"ess_bulk"), "{:?}", failed(&findings));
     assert!(!quotable(&findings.verdicts));
@@ -219,7 +213,7 @@ fn too_few_draws_fail_by_name() {
 
 #[test]
 fn fewer_draws_than_diagnostics_need_fail_too() {
-    let short = SCENE.replace("chains = 4", "chains = 1\nwarmup = 1\ndraws = 1");
+    let short = scene_text().replace("chains = 4", "chains = 1\nwarmup = 1\ndraws = 1");
     let (findings, _) = sample_scene(&short, &rows("PTFE", &DRY, &at(286.0, &WET)));
     assert!(failed(&findings).contains(&"rhat"), "{:?}", failed(&findings));
 }

@@ -1,5 +1,6 @@
 //! Holds that right scenes of few runs are seldom refused for their sampling, and that sampling which fails says so.
 
+use crate::common::scenes::{scene_of, M50, PTFE};
 use crate::common::{self, seed_of, Place};
 use wetcor::findings;
 use wetcor::findings::posterior::{fit_posterior, MethodChoice, SamplingSetup};
@@ -10,32 +11,26 @@ use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
 /// Three heights, three repeats, two film ratios of one liquid, nine dry runs; 18 % of the wet runs stick.
-const POOR: &str = "title = \"poor\"
-[data]
-runs = \"runs.csv\"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.M50]
-density_kg_m3 = 965
-viscosity_mPa_s = 48.3
-[model]
-inertia = \"stepwise\"
+fn poor() -> String {
+    scene_of("poor", &[PTFE, M50])
+        + r#"[model]
+inertia = "stepwise"
 [truth]
 dry_k = { PTFE = 0.183 }
 lubrication_log = 1.85
-inertia = \"stepwise\"
+inertia = "stepwise"
 inertial_prefactor = 0.5
 sigma_dry = 0.01
 sigma_wet = 0.02
 [design]
 diameter_mm = { PTFE = [4.762] }
-liquids = [\"M50\"]
+liquids = ["M50"]
 film_ratio = { PTFE = [0.03, 0.08] }
 height_mm = [15, 60, 150]
 dry_impact_speed_m_s = [0.7, 1.2, 1.7]
 repeats = 3
-";
+"#
+}
 
 /// Whether the sampling of one simulated set fails, as `wetcor fit` samples it, and by a quarter of the draws asked for.
 struct Failures {
@@ -73,7 +68,7 @@ fn fail(scene: &Scene, seed: u64) -> Failures {
 #[ignore = "slow: a hundred and fifty posteriors"]
 fn right_scenes_of_a_poor_design_seldom_fail_by_their_sampling() {
     const SETS: u64 = 150;
-    let place = Place::new(POOR);
+    let place = Place::new(&poor());
     let seed = seed_of("right_scenes_of_a_poor_design_seldom_fail_by_their_sampling");
     let found: Vec<Failures> = (0..SETS)
         .map(|set| fail(&place.scene, seed.wrapping_add(set)))
@@ -88,7 +83,7 @@ fn right_scenes_of_a_poor_design_seldom_fail_by_their_sampling() {
 
 #[test]
 fn the_draws_made_and_those_asked_for_are_told() {
-    let short = format!("{POOR}[sampler]\ndraws = 60\n");
+    let short = poor() + "[sampler]\ndraws = 60\n";
     let place = Place::new(&short);
     let table = place.draw(seed_of("the_draws_made_and_those_asked_for_are_told"), None);
     let mut found = findings::fit_least_squares(&place.scene, &table, 1, false);

@@ -3,16 +3,12 @@
 //! The measured rebounds are those of figure 5a of Gabbard et al. 2025, a table with the columns `We`, `cor` and `Bo`. It
 //! is not part of this repository: `WETCOR_DROPS` names the file.
 
+use crate::common::scenes::scene_of;
 use crate::common::Place;
 
-const SCENE: &str = r#"
-title = "drops"
-[data]
-runs = "runs.csv"
-[particles.drop]
-density_kg_m3 = 900
-roughness_um = 5
-"#;
+fn scene_text() -> String {
+    scene_of("drops", &["[particles.drop]\ndensity_kg_m3 = 900\nroughness_um = 5\n"])
+}
 
 /// Surface tension over density, m³/s², of a silicone oil. It scales every speed and no conclusion.
 const TENSION_OVER_DENSITY: f64 = 0.0207 / 900.0;
@@ -41,7 +37,7 @@ fn drops_that_rebound_are_not_quoted_as_spheres() {
         let [diameter, speed] = diameter_and_speed(number(bo), number(we));
         csv.push_str(&format!("drop,dry,{diameter:.5},,{speed:.6},{:.5}\n", number(cor)));
     }
-    let findings = Place::new(SCENE).fit_rows(&csv);
+    let findings = Place::new(&scene_text()).fit_rows(&csv);
     assert_eq!(findings.counts.runs, 935);
     assert!(!findings.main.verdict.passed, "{:?}", findings.main.verdict);
     let failed = |code: &str| {

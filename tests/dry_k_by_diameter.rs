@@ -3,6 +3,7 @@
 
 use std::process::Command;
 
+use crate::common::scenes::{scene_of, AK10, M20, PE, PTFE};
 use crate::common::{binomial_z, mean, rows, rows_from, seed_of, Place};
 use rayon::prelude::*;
 use wetcor::findings::balance::EnergyBalance;
@@ -27,24 +28,8 @@ const C: f64 = 0.6;
 /// The paper's design in small: 2 particles of 2 diameters, 2 liquids of one density, so that the square-root law is the
 /// truth itself at each diameter, and none so thick that a run sticks.
 fn scene(dry_k: &str) -> Place {
-    Place::new(&format!(
-        r#"
-title = "one k for each diameter"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[particles.PE]
-density_kg_m3 = 940
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.M20]
-density_kg_m3 = 930
-viscosity_mPa_s = 20
-[model]
+    let text = format!(
+        r#"[model]
 dry_k = "{dry_k}"
 [sampler]
 chains = 2
@@ -66,7 +51,8 @@ height_mm = [60, 80, 100, 125, 150]
 dry_impact_speed_m_s = [0.5, 1.0, 2.0]
 repeats = 5
 "#
-    ))
+    );
+    Place::new(&scene_of("one k for each diameter", &[PTFE, PE, AK10, M20, &text]))
 }
 
 fn fit(place: &Place, table: &Table) -> Findings {

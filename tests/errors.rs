@@ -1,5 +1,6 @@
 //! Holds fits of runs with measurement errors: coverage, precision, an oracle, and the speed error that matters.
 
+use crate::common::scenes::{scene_of, AK10, PTFE};
 use crate::common::{binomial_z, mean, seed_of, Place};
 use rand::rngs::ChaCha8Rng;
 use rand::SeedableRng;
@@ -305,16 +306,9 @@ fn the_speed_error_that_matters_moves_beta_as_it_says() {
     assert!((moved.abs() - 0.4).abs() < 4.0 * mcse + 0.02, "{moved} ± {mcse}");
 }
 
-const SCENE: &str = r#"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[truth]
+fn scene_text() -> String {
+    scene_of("errors", &[PTFE, AK10])
+        + r#"[truth]
 dry_k = { PTFE = 0.183 }
 lubrication_log = 1.85
 inertia = "stepwise"
@@ -330,7 +324,8 @@ dry_impact_speed_m_s = [0.5, 1.0, 2.0]
 repeats = 5
 [bootstrap]
 replicates = 2000
-"#;
+"#
+}
 
 /// A drawn table with errors of v of 1 % and of v_r of 0.5 %, tenfold apart, told in columns of their own.
 fn with_errors(place: &Place, test: &str) -> Findings {
@@ -367,7 +362,7 @@ fn with_errors(place: &Place, test: &str) -> Findings {
 #[test]
 fn errors_of_the_speed_are_asked_for_where_they_are_not_given() {
     let test = "errors_of_the_speed_are_asked_for_where_they_are_not_given";
-    let place = Place::new(SCENE);
+    let place = Place::new(&scene_text());
     let asked_for = |found: &Findings| found.notices.iter().any(|notice| notice.code == "speed_error_matters");
     assert!(asked_for(&place.infer(seed_of(test))));
     assert!(!asked_for(&with_errors(&place, test)));
@@ -376,7 +371,7 @@ fn errors_of_the_speed_are_asked_for_where_they_are_not_given() {
 #[test]
 fn a_scene_with_errors_is_weighed_in_every_fit_and_replicate() {
     {
-        let place = Place::new(SCENE);
+        let place = Place::new(&scene_text());
         let found = with_errors(&place, "a_scene_with_errors_is_weighed_in_every_fit_and_replicate");
         let given = found.counts.measurement_errors.expect("runs carry errors");
         assert_eq!(given.runs, given.of_impact_speed);

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
+use crate::common::scenes::{scene_of, AK10, M50, PTFE, SATURATING};
 use crate::common::{seed_of, Place};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -191,32 +192,8 @@ fn the_column_goes_before_the_scene() {
 
 /// A scene with hundreds of film ratios or diameters, a run each of two liquids.
 fn crowded(diameters: &[f64], film_ratios: &[f64]) -> String {
-    format!(
-        r#"
-title = "crowded"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.M50]
-density_kg_m3 = 965
-viscosity_mPa_s = 48.3
-[model]
-inertia = "saturating"
-[truth]
-dry_k = {{ PTFE = 0.183 }}
-lubrication_log = 1.85
-inertia = "saturating"
-inertial_prefactor = 0.47
-film_scale = 0.069
-dry_speed_m_s = 2.0
-sigma_dry = 0.009
-sigma_wet = 0.02
-[design]
+    let design = format!(
+        r#"[design]
 diameter_mm = {{ PTFE = {diameters:?} }}
 liquids = ["AK10", "M50"]
 film_ratio = {{ PTFE = {film_ratios:?} }}
@@ -224,7 +201,8 @@ height_mm = [150]
 dry_impact_speed_m_s = [0.5, 1.0, 1.5]
 repeats = 2
 "#
-    )
+    );
+    scene_of("crowded", &[PTFE, AK10, M50, SATURATING, &design])
 }
 
 /// Rows of the longest table.

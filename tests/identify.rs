@@ -1,5 +1,6 @@
 //! Holds that what runs cannot see is named, with a true value for what they determine instead.
 
+use crate::common::scenes::{scene_of, AK10, PTFE};
 use crate::common::{seed_of, Place};
 use wetcor::findings::identify::{identify_directions, Directions, IdentifiableCombination, Unidentified};
 use wetcor::findings::posterior::MethodChoice;
@@ -36,18 +37,8 @@ const WELL: Design = Design {
 
 impl Design {
     fn place(&self) -> Place {
-        Place::new(&format!(
-            r#"
-title = "what runs cannot see"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[model]
+        let text = format!(
+            r#"[model]
 inertia = "{}"
 [truth]
 dry_k = {{ PTFE = {DRY_K} }}
@@ -66,7 +57,8 @@ repeats = 20
 {}
 {}"#,
             self.inertia, self.inertia, self.films, self.heights, self.dry, self.more
-        ))
+        );
+        Place::new(&scene_of("what runs cannot see", &[PTFE, AK10, &text]))
     }
 
     /// Draws and fits; the seed is the test's name.

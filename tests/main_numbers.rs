@@ -1,5 +1,6 @@
 //! Holds where each main number comes from, and that the dry law and one k for all diameters are tested before it is quoted.
 
+use crate::common::scenes::{scene_of, PTFE, THIN};
 use crate::common::{self, binomial_z, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::checks::Check;
@@ -16,20 +17,15 @@ use wetcor::seed::stream;
 use wetcor::study::main_coverage;
 
 /// Two liquids of one density, so that the law may take them as one.
-const SCENE: &str = r#"
-title = "main numbers"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.thin]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.thick]
-density_kg_m3 = 930
-viscosity_mPa_s = 20
-[model]
+fn scene_text() -> String {
+    scene_of(
+        "main numbers",
+        &[
+            PTFE,
+            THIN,
+            "[liquids.thick]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 20\n",
+        ],
+    ) + r#"[model]
 inertia = "saturating"
 [sampler]
 warmup = 300
@@ -52,7 +48,8 @@ film_ratio = { PTFE = [0.04, 0.1] }
 height_mm = [30, 60, 100, 150]
 dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
 repeats = 4
-"#;
+"#
+}
 
 fn fit(scene: &str, table: impl FnOnce(&Place) -> Table) -> Findings {
     let place = Place::new(scene);
@@ -76,7 +73,7 @@ fn sources(findings: &Findings, film_ratio: f64) -> Vec<(Source, Option<&str>)> 
 
 #[test]
 fn parameters_come_from_the_posterior_and_e_inf_from_the_law_where_every_run_rebounded() {
-    let findings = simulated("parameters_come_from_the_posterior", SCENE);
+    let findings = simulated("parameters_come_from_the_posterior", &scene_text());
     let main = &findings.main;
     assert!(main.verdict.passed && !main.provisional, "{:?}", main.verdict);
     let names: Vec<&str> = main.parameters.iter().map(|own| own.name.as_str()).collect();
@@ -123,7 +120,7 @@ fn parameters_come_from_the_posterior_and_e_inf_from_the_law_where_every_run_reb
 /// Four rebounds at each film ratio: the law's two degrees of freedom do not tell its spread.
 #[test]
 fn e_inf_of_few_degrees_of_freedom_comes_from_the_posterior_alone() {
-    let few = SCENE
+    let few = scene_text()
         .replace("repeats = 4", "repeats = 1")
         .replace("PTFE = [3.175, 8.0]", "PTFE = [4.762]")
         .replace("liquids = [\"thin\", \"thick\"]", "liquids = [\"thin\"]");
@@ -156,7 +153,7 @@ fn e_inf_of_few_degrees_of_freedom_comes_from_the_posterior_alone() {
 
 #[test]
 fn what_follows_from_a_held_parameter_has_a_value_and_no_interval() {
-    let scene = SCENE.replace("[truth]", "[priors]\nlubrication_log = { fixed = 1.85 }\n[truth]");
+    let scene = scene_text().replace("[truth]", "[priors]\nlubrication_log = { fixed = 1.85 }\n[truth]");
     let findings = simulated("what_follows_from_a_held_parameter", &scene);
     let mut all = findings.main.parameters.iter();
     let held = all.find(|own| own.name == "delta_c_over_roughness").expect("told");
@@ -173,7 +170,7 @@ fn check_of<'f>(findings: &'f Findings, code: &str) -> &'f Check {
 #[test]
 fn a_prior_that_the_runs_contradict_is_told_and_one_they_bear_out_is_not() {
     let of_prior = |mean: f64| {
-        let scene = SCENE.replace(
+        let scene = scene_text().replace(
             "[truth]",
             &format!("[priors]\nlubrication_log = {{ normal = [{mean}, 0.05] }}\n[truth]"),
         );
@@ -212,7 +209,7 @@ fn a_prior_that_the_runs_contradict_is_told_and_one_they_bear_out_is_not() {
 #[test]
 fn a_prior_of_any_kind_is_held_against_the_runs() {
     let fit = |key: &str, prior: &str| {
-        let scene = SCENE.replace("[truth]", &format!("[priors]\n{key} = {{ {prior} }}\n[truth]"));
+        let scene = scene_text().replace("[truth]", &format!("[priors]\n{key} = {{ {prior} }}\n[truth]"));
         simulated("a_prior_of_any_kind", &scene)
     };
     let own = |findings: &Findings, key: &str| {
@@ -266,7 +263,7 @@ fn a_prior_of_any_kind_is_held_against_the_runs() {
 
 #[test]
 fn one_liquid_is_named_by_the_law() {
-    let scene = SCENE.replace("liquids = [\"thin\", \"thick\"]", "liquids = [\"thick\"]");
+    let scene = scene_text().replace("liquids = [\"thin\", \"thick\"]", "liquids = [\"thick\"]");
     let findings = simulated("one_liquid_is_named_by_the_law", &scene);
     assert_eq!(
         sources(&findings, 0.1),
@@ -287,7 +284,7 @@ fn all_from_posterior(findings: &Findings, film_ratio: f64) -> bool {
 
 #[test]
 fn stuck_runs_noise_on_the_energy_errors_and_liquids_that_differ_leave_the_posterior_alone() {
-    let stuck = SCENE.replace("viscosity_mPa_s = 20", "viscosity_mPa_s = 48.3");
+    let stuck = scene_text().replace("viscosity_mPa_s = 20", "viscosity_mPa_s = 48.3");
     let findings = simulated("stuck", &stuck);
     let rows = findings
         .scaling
@@ -298,7 +295,7 @@ fn stuck_runs_noise_on_the_energy_errors_and_liquids_that_differ_leave_the_poste
     for ratio in ratios {
         assert!(all_from_posterior(&findings, ratio), "{ratio}");
     }
-    let both = SCENE.replace(
+    let both = scene_text().replace(
         "inertia = \"saturating\"\n[sampler]",
         "inertia = \"saturating\"\nnoise = \"both\"\n[sampler]",
     );
@@ -306,7 +303,7 @@ fn stuck_runs_noise_on_the_energy_errors_and_liquids_that_differ_leave_the_poste
     let both = both.replace("repeats = 4", "repeats = 2");
     let findings = simulated("both", &both);
     assert!(all_from_posterior(&findings, 0.04) && all_from_posterior(&findings, 0.1));
-    let differ = SCENE.replacen(
+    let differ = scene_text().replacen(
         "density_kg_m3 = 930\nviscosity_mPa_s = 20",
         "density_kg_m3 = 1400\nviscosity_mPa_s = 20",
         1,
@@ -326,7 +323,7 @@ fn stuck_runs_noise_on_the_energy_errors_and_liquids_that_differ_leave_the_poste
 
 #[test]
 fn without_a_posterior_least_squares_stands_in_and_is_called_provisional() {
-    let place = Place::new(SCENE);
+    let place = Place::new(&scene_text());
     let table = place.draw(seed_of("provisional"), None);
     let findings = findings::fit_least_squares(&place.scene, &table, 1, false);
     let main = &findings.main;
@@ -362,7 +359,7 @@ fn dry_rows(of: impl Fn(f64, f64) -> f64) -> String {
 }
 
 fn fit_dry(of: impl Fn(f64, f64) -> f64) -> Findings {
-    let place = Place::new(SCENE);
+    let place = Place::new(&scene_text());
     place.fit_rows(&dry_rows(of))
 }
 
@@ -394,17 +391,9 @@ fn a_dry_law_that_fails_its_own_runs_gates() {
 }
 
 /// One liquid, one film ratio, no dry run: k and C only move together, and their priors say where.
-const ONE_FILM: &str = r#"
-title = "one film"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.thin]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[model]
+fn one_film() -> String {
+    scene_of("one film", &[PTFE, THIN])
+        + r#"[model]
 inertia = "stepwise"
 [sampler]
 warmup = 400
@@ -422,7 +411,8 @@ liquids = ["thin"]
 film_ratio = { PTFE = [0.06] }
 height_mm = [30, 60, 100, 150]
 repeats = 6
-"#;
+"#
+}
 
 /// How many of the 95 % intervals of k and of C cover what was drawn from their priors, and of how many.
 fn covered_from_priors(name: &str, model: &str, sets: u64) -> [[usize; 2]; 2] {
@@ -434,7 +424,7 @@ fn covered_from_priors(name: &str, model: &str, sets: u64) -> [[usize; 2]; 2] {
             median * (0.5 * z).exp()
         };
         let truth = [drawn(0.15), drawn(1.0)];
-        let scene = ONE_FILM
+        let scene = one_film()
             .replace("PTFE = 0.15", &format!("PTFE = {}", truth[0]))
             .replace(
                 "inertial_prefactor = 1.0",
@@ -475,7 +465,7 @@ fn what_only_priors_tell_is_covered_in_the_mean() {
 /// The runs of the example, with a truth of this form; C is that of the formula as derived.
 fn table_of_form(inertia: Inertia) -> String {
     let prefactor = if inertia == Inertia::Saturating { 0.47 } else { 1.0 };
-    SCENE
+    scene_text()
         .replace("[model]\ninertia = \"saturating\"", "[model]")
         .replace(
             "inertial_prefactor = 0.47",
@@ -684,7 +674,7 @@ fn main_numbers_cover_on_designs_of_few_runs() {
         assert!(row.quoted >= 54 && z > -4.0, "{row:?}: {z}");
     }
     // the planted fault: percentiles of three dry runs
-    let place = Place::new(&SCENE.replace("[bootstrap]", "[bootstrap]\ninterval = \"percentile\""));
+    let place = Place::new(&scene_text().replace("[bootstrap]", "[bootstrap]\ninterval = \"percentile\""));
     let covered = (0..200u64).filter(|set| {
         let mut rng = stream(seed, "three dry runs", *set);
         let mut csv = String::from("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n");

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::common::{seed_of, write, Place};
+use crate::condensing::{self, OF_THEIR_OWN};
 use serde_json::Value;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
@@ -15,46 +16,11 @@ const TABLES: usize = 10;
 
 fn scene(own: &str, format: &str) -> String {
     let tables: Vec<String> = (0..TABLES).map(|part| format!("\"part-{part}.{format}\"")).collect();
-    format!(
-        r#"
-title = "more runs than are kept"
-[data]
-runs = [{}]
-smallest_restitution = 0.05
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.M50]
-density_kg_m3 = 965
-viscosity_mPa_s = 48.3
-[model]
-inertia = "saturating"
-[sampler]
-draws = 500
-[truth]
-dry_k = {{ PTFE = 0.183 }}
-lubrication_log = 1.85
-inertia = "saturating"
-inertial_prefactor = 0.47
-film_scale = 0.069
-sigma_dry = 0.009
-sigma_wet = 0.02
-[design]
-diameter_mm = {{ PTFE = [3.175, 4.762] }}
-liquids = ["AK10", "M50"]
-film_ratio = {{ PTFE = [0.04, 0.09] }}
-height_mm = [30, 60, 90, 120, 150]
-dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
-{own}
-"#,
-        tables.join(", ")
-    )
+    condensing::scene(own)
+        .replace("very many runs", "more runs than are kept")
+        .replace("\"runs.csv\"", &format!("[{}]", tables.join(", ")))
+        .replace("[truth]", "[sampler]\ndraws = 500\n[truth]")
 }
-
-const OF_THEIR_OWN: &str = "film_rel_sd = 0.02\nimpact_speed_rel_sd = 0.05";
 
 fn drawn(own: &str, format: &str, runs: usize, name: &str) -> Place {
     let place = Place::new(&scene(own, format));

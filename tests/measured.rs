@@ -1,5 +1,6 @@
 //! Holds the posterior and the joint least squares of runs with measurement errors to the truth those were drawn from.
 
+use crate::common::scenes::{scene_of, AK10, PTFE};
 use crate::common::{binomial_z, mean, rows_from, seed_of, Place};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -15,21 +16,16 @@ use wetcor::runs::{self, MeasurementErrors, Runs, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::{stream, StreamName};
 
-const SCENE: &str = r#"
-title = "measured with errors"
-[data]
-runs = "runs.csv"
-smallest_restitution = 0.05
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.M20]
-density_kg_m3 = 950
-viscosity_mPa_s = 19.0
-[model]
+fn scene_text() -> String {
+    scene_of(
+        "measured with errors",
+        &[
+            "smallest_restitution = 0.05\n",
+            PTFE,
+            AK10,
+            "[liquids.M20]\ndensity_kg_m3 = 950\nviscosity_mPa_s = 19.0\n",
+        ],
+    ) + r#"[model]
 dry_speed_m_s = "impact"
 [truth]
 dry_k = { PTFE = 0.183 }
@@ -44,7 +40,8 @@ film_ratio = { PTFE = [0.05, 0.12] }
 height_mm = [50, 70, 90, 110, 130, 150]
 dry_impact_speed_m_s = [0.5, 0.8, 1.1, 1.4, 1.7, 2.0]
 repeats = 6
-"#;
+"#
+}
 
 /// Name and truth of what is held.
 const TRUTH: [(&str, f64); 5] = [
@@ -179,7 +176,7 @@ fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: StreamName) -
 
 /// z of the coverage of each parameter, and the spread of its estimates: by the posterior, by least squares.
 fn held(sets: u64, forgets: Forgets, test: &str) -> [Vec<(f64, f64)>; 2] {
-    let place = Place::new(SCENE);
+    let place = Place::new(&scene_text());
     let seed = seed_of(test);
     let all: Vec<[Found; 2]> = (0..sets)
         .into_par_iter()
@@ -235,7 +232,7 @@ fn fits_of_measured_runs_cover_the_truth_and_are_sharper() {
 #[test]
 fn a_forgotten_covariance_is_seen() {
     // so viscous that a restitution changes with its speed by half of itself
-    let place = Place::new(&SCENE.replace("= 9.3", "= 52.0").replace("= 19.0", "= 58.0"));
+    let place = Place::new(&scene_text().replace("= 9.3", "= 52.0").replace("= 19.0", "= 58.0"));
     let seed = seed_of("a_forgotten_covariance_is_seen");
     let scatter = |forgets: Forgets| {
         let each = (0..40).into_par_iter().map(|set| {

@@ -5,6 +5,7 @@ mod growth;
 mod outliers;
 mod spreads;
 
+use crate::common::scenes::{scene_of, AK10, PE, PTFE};
 use crate::common::Place;
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::noise::Noise;
@@ -48,11 +49,8 @@ impl Design {
             let of = |name: &&str| format!("{name} = [{what}]");
             self.particles.iter().map(of).collect::<Vec<_>>().join(", ")
         };
-        Place::new(&format!(
-            "title = \"noise\"\n[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n\
-             [particles.PE]\ndensity_kg_m3 = 940\nroughness_um = 5\n[liquids.AK10]\ndensity_kg_m3 = 930\n\
-             viscosity_mPa_s = 9.3\n[liquids.AK20]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 18.6\n\
-             [model]\n{}\n[bootstrap]\n{}\n\
+        let text = format!(
+            "[model]\n{}\n[bootstrap]\n{}\n\
              [truth]\ndry_k = {{ PTFE = 0.15, PE = 0.12 }}\nlubrication_log = 1.85\ninertia = \"stepwise\"\n\
              inertial_prefactor = 1.0\nsigma_dry = {}\nsigma_wet = {}\n\
              [design]\ndiameter_mm = {{ {} }}\nliquids = [\"AK10\", \"AK20\"]\nfilm_ratio = {{ {} }}\n\
@@ -66,7 +64,9 @@ impl Design {
             self.speeds,
             self.dry_speeds,
             self.repeats
-        ))
+        );
+        let second = "[liquids.AK20]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 18.6\n";
+        Place::new(&scene_of("noise", &[PTFE, PE, AK10, second, &text]))
     }
 }
 

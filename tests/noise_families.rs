@@ -1,5 +1,6 @@
 //! Fits noise of every family: Student's tails let no outlier move a parameter, and shapes are those that runs were drawn with.
 
+use crate::common::scenes::{scene_of, AK10, M50, PTFE};
 use crate::common::{mean, rows, seed_of, Place};
 use wetcor::findings;
 use wetcor::findings::posterior::{effort, start};
@@ -11,21 +12,9 @@ use wetcor::runs::{arrange, NewRun, Table};
 use wetcor::scene::LikelihoodFamily;
 use wetcor::seed::StreamName;
 
-const SCENE: &str = r#"
-title = "outliers"
-[data]
-runs = "runs.csv"
-smallest_restitution = 0.05
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.M50]
-density_kg_m3 = 965
-viscosity_mPa_s = 48.3
-[truth]
+fn scene_text() -> String {
+    scene_of("outliers", &["smallest_restitution = 0.05\n", PTFE, AK10, M50])
+        + r#"[truth]
 dry_k = { PTFE = 0.183 }
 lubrication_log = 1.85
 inertial_prefactor = 0.8
@@ -38,7 +27,8 @@ film_ratio = { PTFE = [0.05, 0.12] }
 height_mm = [40, 60, 80, 100, 120, 150]
 dry_impact_speed_m_s = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9, 2.0]
 repeats = 3
-"#;
+"#
+}
 
 /// Name, mean and sd of each parameter.
 fn posterior(place: &Place, rows: &[NewRun], likelihood: LikelihoodFamily, seed: u64) -> Vec<(String, f64, f64)> {
@@ -96,7 +86,7 @@ fn moved(clean: &[(String, f64, f64)], with: &[(String, f64, f64)]) -> (f64, Str
 #[test]
 fn an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd() {
     let name = "an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd";
-    let place = Place::new(SCENE);
+    let place = Place::new(&scene_text());
     let seed = seed_of(name);
     let rows = rows(&place.scene, seed);
     let clean =
@@ -133,7 +123,7 @@ fn an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd() {
 fn the_degrees_of_freedom_are_those_of_the_noise() {
     let name = "the_degrees_of_freedom_are_those_of_the_noise";
     let nu_of = |truth: &str| {
-        let text = SCENE
+        let text = scene_text()
             .replace("[design]", &format!("{truth}[design]"))
             .replace("repeats = 3", "repeats = 20");
         let place = Place::new(&text);
@@ -154,7 +144,7 @@ fn the_degrees_of_freedom_are_those_of_the_noise() {
 fn the_asymmetry_is_that_of_the_noise() {
     let name = "the_asymmetry_is_that_of_the_noise";
     let truth = "noise = \"asymmetric_laplace\"\nasymmetry = -1\n";
-    let text = SCENE
+    let text = scene_text()
         .replace("[design]", &format!("{truth}[design]"))
         .replace("repeats = 3", "repeats = 8");
     let place = Place::new(&text);
@@ -187,7 +177,7 @@ fn the_asymmetry_is_that_of_the_noise() {
 /// What cannot be integrated over a kink is refused by name.
 #[test]
 fn a_kink_is_not_integrated_over() {
-    let both = SCENE.replace(
+    let both = scene_text().replace(
         "[truth]",
         "[model]\nlikelihood = \"asymmetric_laplace\"\nnoise = \"both\"\n[truth]",
     );

@@ -1,5 +1,6 @@
 //! Holds the sampled posterior against simulation from its own priors, and shows that planted faults are seen.
 
+use crate::common::scenes::{scene_of, AK10, M50, PTFE};
 use crate::common::{
     self,
     assembled::{Assembled, Fault},
@@ -18,23 +19,9 @@ use wetcor::seed::{stream, StreamName};
 
 /// Few runs, two film ratios, from far above the threshold to below it.
 fn calibrated_scene(model: &str) -> common::Place {
-    common::Place::new(&format!(
-        r#"
-title = "simulation-based calibration"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-surface_tension_mN_m = 20.1
-[liquids.M50]
-density_kg_m3 = 965
-viscosity_mPa_s = 48.3
-surface_tension_mN_m = 20.9
-[model]
+    let tension = |liquid: &str, tension| format!("{liquid}surface_tension_mN_m = {tension}\n");
+    let text = format!(
+        r#"[model]
 {model}
 [truth]
 dry_k = {{ PTFE = 0.15 }}
@@ -52,7 +39,9 @@ height_mm = [30, 60, 100, 150]
 dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]
 repeats = 2
 "#
-    ))
+    );
+    let parts = [PTFE, &tension(AK10, "20.1"), &tension(M50, "20.9"), &text];
+    common::Place::new(&scene_of("simulation-based calibration", &parts))
 }
 
 /// Settings without restitutions, as the design has them.

@@ -1,5 +1,6 @@
 //! Holds the profile's intervals, and when they are quoted, against simulated runs near the threshold.
 
+use crate::common::scenes::{scene_of, M50, PTFE};
 use crate::common::{binomial_z, rows, seed_of, Place};
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
@@ -9,17 +10,9 @@ use wetcor::scene::WetLaw;
 
 /// Three heights, the lowest of which is within two standard deviations of no rebound at the thicker film: a lucky run
 /// there pins the fit at the edge of the square root.
-const NEAR_THRESHOLD: &str = r#"
-title = "near the threshold"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.M50]
-density_kg_m3 = 965
-viscosity_mPa_s = 48.3
-[model]
+fn near_threshold() -> String {
+    scene_of("near the threshold", &[PTFE, M50])
+        + r#"[model]
 inertia = "stepwise"
 [bootstrap]
 replicates = 500
@@ -38,7 +31,8 @@ film_ratio = { PTFE = [0.04, 0.08] }
 height_mm = [39, 75, 150]
 dry_impact_speed_m_s = [0.5, 1.0, 2.0]
 repeats = 3
-"#;
+"#
+}
 
 /// St_c at a film ratio, of the truth above.
 fn truth(film_ratio: f64) -> f64 {
@@ -101,8 +95,8 @@ impl Tally {
 
 /// St_c by the square-root law at each film ratio, and by the energy balance over both.
 fn tallies(sets: u64) -> [Tally; 3] {
-    let place = Place::new(NEAR_THRESHOLD);
-    let wide = Place::new(&NEAR_THRESHOLD.replace("level = 0.95", "level = 0.9973"));
+    let place = Place::new(&near_threshold());
+    let wide = Place::new(&near_threshold().replace("level = 0.95", "level = 0.9973"));
     let mut tallies = <[Tally; 3]>::default();
     for set in 0..sets {
         let seed = seed_of("a_quoted_se_holds_near_the_threshold").wrapping_add(set);
@@ -176,7 +170,7 @@ fn square_root(findings: &Findings) -> &Scaling {
 
 #[test]
 fn a_run_that_barely_rebounds_leaves_no_se() {
-    let findings = Place::new(NEAR_THRESHOLD).fit_rows(&table(&PINNED));
+    let findings = Place::new(&near_threshold()).fit_rows(&table(&PINNED));
     let row = square_root(&findings);
     println!("{:?}\n{:?}\n{:?}", row.e_inf, row.st_c, row.lubrication_log);
     assert!(row.verdict.passed);
@@ -197,7 +191,7 @@ fn a_run_that_barely_rebounds_leaves_no_se() {
 /// Replicates of a fit that a run pins pile up where it does: the profile's interval stays.
 #[test]
 fn the_bootstrap_leaves_a_profile_quoted() {
-    let place = Place::new(NEAR_THRESHOLD);
+    let place = Place::new(&near_threshold());
     let without = place.fit_rows(&table(&PINNED));
     let table = place.read();
     let with = findings::fit_least_squares(&place.scene, &table, 1, true);
@@ -223,7 +217,7 @@ fn a_limit_that_does_not_exist_is_said() {
         (1.7155, 0.65),
         (1.5, 0.30),
     ];
-    let findings = Place::new(NEAR_THRESHOLD).fit_rows(&table(&wet));
+    let findings = Place::new(&near_threshold()).fit_rows(&table(&wet));
     let row = square_root(&findings);
     println!("{:?}\n{:?}\n{:?}", row.e_inf, row.st_c, row.lubrication_log);
     assert_eq!((row.st_c.se, row.st_c.interval), (None, None));
@@ -236,7 +230,7 @@ fn a_limit_that_does_not_exist_is_said() {
 /// Where the fit is nearly straight, nothing changes: the delta method's ± and interval.
 #[test]
 fn a_fit_that_is_straight_keeps_its_se() {
-    let clear = NEAR_THRESHOLD
+    let clear = near_threshold()
         .replace("height_mm = [39, 75, 150]", "height_mm = [150, 250, 400]")
         .replace("repeats = 3", "repeats = 20");
     let findings = infer(&Place::new(&clear), seed_of("a_fit_that_is_straight_keeps_its_se"));

@@ -1,5 +1,6 @@
 //! Asks simulated runs, of which the truth is known, whether L and C are the same at every film ratio.
 
+use crate::common::scenes::{scene_of, PTFE as PTFE_SPHERE};
 use crate::common::{self, binomial_z, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -15,6 +16,7 @@ use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
+const OIL: &str = "[liquids.AK20]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 20\n";
 const PTFE: f64 = 2150.0;
 const AK20: f64 = 930.0;
 /// Twice that of the paper's thinner oil, so that slow spheres feel L.
@@ -25,18 +27,8 @@ const DRY_K: f64 = 0.18;
 const FILMS: [f64; 6] = [0.04, 0.055, 0.07, 0.09, 0.12, 0.16];
 
 fn place(model: &str) -> Place {
-    Place::new(&format!(
-        r#"
-title = "questions"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK20]
-density_kg_m3 = 930
-viscosity_mPa_s = 20
-[model]
+    let text = format!(
+        r#"[model]
 terms = ["inertia", "viscous"]
 {model}
 [sampler]
@@ -44,7 +36,8 @@ chains = 4
 warmup = 500
 draws = 500
 "#
-    ))
+    );
+    Place::new(&scene_of("questions", &[PTFE_SPHERE, OIL, &text]))
 }
 
 /// The truth: the form of the inertial loss, and L, C and δ̃0 at a film ratio.
@@ -507,13 +500,12 @@ fn asked_of_paper_like(
     ask: impl Fn(&Fitted) -> Question + Sync,
     (name, sets): (&str, usize),
 ) -> Vec<Question> {
-    let text = "title = \"questions\"\n[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n\
-                [liquids.AK10]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 10\n\
-                [liquids.AK20]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 20\n\
-                [model]\nterms = [\"inertia\", \"viscous\"]\ninertia = \"stepwise\"\n\
+    let thin = "[liquids.AK10]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 10\n";
+    let more = "[model]\nterms = [\"inertia\", \"viscous\"]\ninertia = \"stepwise\"\n\
                 [sampler]\nchains = 4\nwarmup = 300\ndraws = 300\n";
+    let text = scene_of("questions", &[PTFE_SPHERE, thin, OIL, more]);
     let one = |index| {
-        let fitted = Fitted::of(Place::new(text), &paper_like(truth, name, index));
+        let fitted = Fitted::of(Place::new(&text), &paper_like(truth, name, index));
         ask(&fitted)
     };
     (0..sets as u64).into_par_iter().map(one).collect()

@@ -1,44 +1,16 @@
 //! Holds what the report says of a posterior: on good runs, where sampling failed, and where there was nothing to sample.
 
 use crate::common;
+use crate::common::scenes::{scene_of, AK10, DESIGN, M50, PTFE, SATURATING};
 use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-const SCENE: &str = r#"
-title = "report"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.M50]
-density_kg_m3 = 965
-viscosity_mPa_s = 48.3
-[model]
-inertia = "saturating"
-[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.85
-inertia = "saturating"
-inertial_prefactor = 0.47
-film_scale = 0.069
-dry_speed_m_s = 2.0
-sigma_dry = 0.009
-sigma_wet = 0.02
-[design]
-diameter_mm = { PTFE = [3.175, 8.0] }
-liquids = ["AK10", "M50"]
-film_ratio = { PTFE = [0.04, 0.08, 0.15] }
-height_mm = [30, 60, 90, 120, 150]
-dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
-repeats = 4
-"#;
+fn scene_text() -> String {
+    scene_of("report", &[PTFE, AK10, M50, SATURATING, DESIGN, "repeats = 4\n"])
+}
 
 /// What a fit wrote.
 struct Written {
@@ -140,7 +112,7 @@ fn the_report_opens_with_what_was_learnt_and_is_short_before_its_appendix() {
 
 #[test]
 fn a_posterior_is_told_step_by_step_and_its_figure_is_drawn() {
-    let written = fit(SCENE, &[], all);
+    let written = fit(&scene_text(), &[], all);
     let report = &written.report;
     let steps = [
         "## Cautions",
@@ -174,10 +146,14 @@ fn a_posterior_is_told_step_by_step_and_its_figure_is_drawn() {
 
 #[test]
 fn figures_are_not_told_where_none_were_asked_for() {
-    let written = fit(SCENE, &["--stages", "least_squares,posterior"], all);
+    let written = fit(&scene_text(), &["--stages", "least_squares,posterior"], all);
     assert!(written.figures.is_empty() && !written.report.contains("figures/"));
     assert!(!written.report.contains("### Other forms of the law"));
-    let exact = fit(SCENE, &["--stages", "least_squares,posterior", "--exact-rows"], all);
+    let exact = fit(
+        &scene_text(),
+        &["--stages", "least_squares,posterior", "--exact-rows"],
+        all,
+    );
     assert!(exact
         .report
         .contains("Every run entered every evaluation of the likelihood"));
@@ -187,7 +163,7 @@ fn figures_are_not_told_where_none_were_asked_for() {
 
 #[test]
 fn a_terminal_has_the_verdict_first_and_three_cautions_unless_all_are_asked_for() {
-    let folder = fit(SCENE, &["--stages", "least_squares"], all).folder;
+    let folder = fit(&scene_text(), &["--stages", "least_squares"], all).folder;
     // without dry runs there is more to mind, and a column of notes that nothing reads
     let runs = folder.path().join("runs.csv");
     let text = std::fs::read_to_string(&runs).expect("just written");
@@ -299,7 +275,7 @@ fn a_table_given_for_a_scene_is_told_what_to_do_with_it() {
 /// One film ratio cannot tell the inertial prefactor: nothing says that it can, and the verdict leaves it out.
 #[test]
 fn a_parameter_that_the_runs_do_not_determine_is_not_quoted() {
-    let scene = SCENE
+    let scene = scene_text()
         .replace("[0.04, 0.08, 0.15]", "[0.08]")
         .replace("\"saturating\"", "\"stepwise\"");
     let written = fit(&scene, &["--stages", "least_squares,posterior"], |row| {
@@ -338,7 +314,7 @@ fn parameters_without_a_panel_are_counted_below_the_figure() {
     let particles = names
         .iter()
         .map(|name| format!("[particles.{name}]\ndensity_kg_m3 = 2150\nroughness_um = 5\n"));
-    let scene = SCENE
+    let scene = scene_text()
         .replace(
             "[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n",
             &particles.collect::<String>(),
@@ -349,20 +325,20 @@ fn parameters_without_a_panel_are_counted_below_the_figure() {
     let written = fit(&scene, &["--stages", "least_squares,posterior,figures"], all);
     let words = " Shown are 8 of the 19 parameters, those of all runs before the k of each";
     assert_eq!(written.report.matches(words).count(), 1);
-    let few = fit(SCENE, &["--stages", "least_squares,posterior,figures"], all);
+    let few = fit(&scene_text(), &["--stages", "least_squares,posterior,figures"], all);
     assert!(few.figures.contains(&"posterior-pairs.svg".to_owned()) && !few.report.contains(" Shown are "));
 }
 
 #[test]
 fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows() {
-    let scene = format!("{SCENE}\n[sampler]\nwarmup = 5\ndraws = 5\n");
+    let scene = scene_text() + "\n[sampler]\nwarmup = 5\ndraws = 5\n";
     let written = fit(&scene, &["--stages", "least_squares,posterior,figures"], all);
     assert_eq!(written.status, Some(1));
     let first = written.report.lines().nth(2).unwrap_or_default();
     assert!(first.starts_with("**Verdict: not to be quoted:"), "{first}");
     assert!(first.contains("effective draws"), "{first}");
     assert!(written.report.contains("* Not to be quoted: "));
-    let good = fit(SCENE, &["--stages", "least_squares,posterior"], all);
+    let good = fit(&scene_text(), &["--stages", "least_squares,posterior"], all);
     let digits = |report: &str| {
         let mut rows = report.lines().skip_while(|line| *line != "#### Parameters");
         let row = rows.find(|line| line.starts_with("| L |")).expect("the row of L");
@@ -373,7 +349,7 @@ fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows()
 
 #[test]
 fn without_dry_runs_the_posterior_alone_has_k_and_what_is_not_sampled_is_said() {
-    let written = fit(SCENE, &["--stages", "least_squares,posterior"], |row| {
+    let written = fit(&scene_text(), &["--stages", "least_squares,posterior"], |row| {
         (!is_dry(row)).then(|| row.to_owned())
     });
     let k = cells(&written.report, "k / (m/s)^(−1/5), PTFE");
@@ -381,7 +357,7 @@ fn without_dry_runs_the_posterior_alone_has_k_and_what_is_not_sampled_is_said() 
     assert_eq!(cells(&written.report, "`sigma_dry`")[1], "not read");
     assert!(!written.report.contains("A dry run has"));
     // one film ratio as well: C keeps its prior
-    let one = fit(SCENE, &["--stages", "least_squares,posterior"], |row| {
+    let one = fit(&scene_text(), &["--stages", "least_squares,posterior"], |row| {
         let one = !is_dry(row) && row.split(',').nth(4) == Some("0.08");
         one.then(|| row.to_owned())
     });
@@ -391,7 +367,7 @@ fn without_dry_runs_the_posterior_alone_has_k_and_what_is_not_sampled_is_said() 
 
 #[test]
 fn dry_runs_alone_have_a_posterior_without_a_wet_word() {
-    let written = fit(SCENE, &[], |row| is_dry(row).then(|| row.to_owned()));
+    let written = fit(&scene_text(), &[], |row| is_dry(row).then(|| row.to_owned()));
     assert!(written.report.contains("### Parameters"));
     for absent in [
         "A wet run of",
@@ -405,7 +381,7 @@ fn dry_runs_alone_have_a_posterior_without_a_wet_word() {
 
 #[test]
 fn runs_without_noise_have_no_posterior_and_the_report_says_why() {
-    let scene = SCENE
+    let scene = scene_text()
         .replace("sigma_dry = 0.009", "sigma_dry = 0.0")
         .replace("sigma_wet = 0.02", "sigma_wet = 0.0");
     let written = fit(&scene, &[], all);
@@ -419,13 +395,13 @@ fn runs_without_noise_have_no_posterior_and_the_report_says_why() {
     assert!(!written.report.contains("minus posterior mean"));
     assert!(!written.figures.iter().any(|name| name.starts_with("posterior")));
     // where the stage was not asked for there is nothing to say
-    let unasked = fit(SCENE, &["--stages", "least_squares"], all);
+    let unasked = fit(&scene_text(), &["--stages", "least_squares"], all);
     assert!(!unasked.report.contains("## Posterior"));
 }
 
 /// The scene with PE beside PTFE, whose roughness it does not give; what is said of that of PTFE.
 fn with_pe(of_ptfe: &str) -> String {
-    SCENE
+    scene_text()
         .replace("[liquids.AK10]", "[particles.PE]\ndensity_kg_m3 = 940\n[liquids.AK10]")
         .replace("roughness_um = 5\n", of_ptfe)
         .replace("PTFE = 0.183", "PTFE = 0.183, PE = 0.123")

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::common::scenes::{scene_of, AK10, M20, PTFE};
 use crate::common::{binomial_z, mean, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -171,17 +172,10 @@ fn percentile_intervals_cover_and_with_their_ends_swapped_do_not() {
 }
 
 /// Noise that grows with 1/St: the delta method takes it as even, and both others do not.
-const MANY: &str = r#"
-title = "many runs"
-[data]
-runs = "runs.parquet"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.M20]
-density_kg_m3 = 930
-viscosity_mPa_s = 20
-[truth]
+fn many() -> String {
+    let parquet = scene_of("many runs", &[PTFE, M20]).replace("runs.csv", "runs.parquet");
+    parquet
+        + r#"[truth]
 dry_k = { PTFE = 0.183 }
 lubrication_log = 1.9
 inertia = "saturating"
@@ -200,7 +194,8 @@ film_rel_sd = 0.02
 impact_speed_rel_sd = 0.05
 [bootstrap]
 replicates = 4000
-"#;
+"#
+}
 
 /// Every estimate that is resampled, and how.
 fn resampled(place: &Place, table: &Table, most_resampled: usize) -> (Vec<Estimate>, Resampling) {
@@ -246,7 +241,7 @@ fn shares(of: &[Estimate], by_rows: &[Estimate]) -> Vec<f64> {
 
 #[test]
 fn the_sandwich_is_as_wide_as_the_replicates_that_it_stands_for() {
-    let place = Place::new(MANY);
+    let place = Place::new(&many());
     let table = place.draw(seed_of("runs of the sandwich"), Some(20_000));
     let (by_rows, of_rows) = resampled(&place, &table, usize::MAX);
     let (sandwich, of_many) = resampled(&place, &table, 0);
@@ -284,9 +279,7 @@ fn a_fit_of_many_that_hangs_on_few_runs_has_no_uncertainty_but_its_profile() {
         ("noise = \"heteroscedastic\"", ""),
         ("[0.04, 0.06, 0.10]", "[0.03, 0.04]"),
     ];
-    let text = text
-        .iter()
-        .fold(MANY.to_owned(), |text, (from, to)| text.replace(from, to));
+    let text = text.iter().fold(many(), |text, (from, to)| text.replace(from, to));
     let place = Place::new(&text);
     let table = place.draw(seed_of("runs that hang on few"), Some(20_000));
     let (by_rows, _) = resampled(&place, &table, usize::MAX);
@@ -358,7 +351,7 @@ fn the_sandwich_of_a_fit_that_hangs_on_a_run_is_far_from_its_limit() {
 
 #[test]
 fn a_table_of_very_many_runs_is_told_that_nothing_was_resampled() {
-    let place = Place::new(MANY);
+    let place = Place::new(&many());
     let table = place.draw(1, Some(100_800));
     let found = findings::fit_least_squares(&place.scene, &table, 1, true);
     let resampling = found.bootstrap.as_ref().expect("the stage ran");
@@ -388,24 +381,14 @@ fn a_table_of_very_many_runs_is_told_that_nothing_was_resampled() {
     assert!(found.scaling.iter().all(|row| row.e_inf.method == "percentile"));
 }
 
-const SCENE: &str = r#"
-title = "few runs"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.M20]
-density_kg_m3 = 930
-viscosity_mPa_s = 20
-"#;
+fn scene_text() -> String {
+    scene_of("few runs", &[PTFE, AK10, M20])
+}
 
 fn fitted(scheme: &str, runs: &str) -> Findings {
     let place = Place::new(&format!(
-        "{SCENE}\n[bootstrap]\nscheme = \"{scheme}\"\nreplicates = 500\n"
+        "{}\n[bootstrap]\nscheme = \"{scheme}\"\nreplicates = 500\n",
+        scene_text()
     ));
     let header = "particle,liquid,diameter_mm,film_um,film_ratio,impact_speed_m_s,restitution";
     std::fs::write(&place.scene.data.runs[0].path, format!("{header}\n{runs}")).expect("the folder is writable");

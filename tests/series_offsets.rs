@@ -1,5 +1,6 @@
 //! Holds what is inferred to the truth where the runs of a series share an offset of the energy kept.
 
+use crate::common::scenes::{scene_of, PTFE, THIN};
 use crate::common::{binomial_z, mean, rows_from, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -30,21 +31,9 @@ fn scene(sigma: f64, model: &str) -> Scene {
 }
 
 fn text(sigma: f64, model: &str) -> String {
-    format!(
-        r#"
-title = "offsets of series"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.thin]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.thick]
-density_kg_m3 = 960
-viscosity_mPa_s = 20
-[model]
+    let thick = "[liquids.thick]\ndensity_kg_m3 = 960\nviscosity_mPa_s = 20\n";
+    let text = format!(
+        r#"[model]
 inertia = "stepwise"
 {model}
 [truth]
@@ -62,7 +51,8 @@ height_mm = [30, 60, 90, 120, 150]
 dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
 repeats = 5
 "#
-    )
+    );
+    scene_of("offsets of series", &[PTFE, THIN, thick, &text])
 }
 
 fn table(scene: &Scene, seed: u64) -> Table {

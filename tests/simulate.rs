@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::common::scenes::{scene_of, AK10, PTFE};
 use crate::common::{mean, seed_of, wetcor, Place};
 use wetcor::model::simulate::{Simulation, BLOCK};
 use wetcor::physics::rebound::mean_restitution;
@@ -9,17 +10,9 @@ use wetcor::runs::{NewRun, Runs};
 use wetcor::seed::stream;
 
 /// One particle and liquid clear of the threshold, with two film ratios and three speeds.
-const SCENE: &str = r#"
-title = "films and speeds of their own"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[truth]
+fn scene_text() -> String {
+    scene_of("films and speeds of their own", &[PTFE, AK10])
+        + r#"[truth]
 dry_k = { PTFE = 0.183 }
 lubrication_log = 1.9
 inertia = "saturating"
@@ -35,7 +28,8 @@ impact_speed_m_s = [0.9, 1.3, 1.7]
 dry_impact_speed_m_s = [0.5, 1.5]
 film_rel_sd = 0.1
 impact_speed_rel_sd = 0.05
-"#;
+"#
+}
 
 /// A number in units of the sd that it should have, or its mean and square over many runs.
 fn moments(numbers: &[f64]) -> [f64; 2] {
@@ -63,7 +57,7 @@ fn noise(runs: &[NewRun], film: fn(f64, f64) -> f64) -> [f64; 2] {
 
 #[test]
 fn every_run_has_a_film_and_a_speed_of_its_own_and_the_restitution_that_belongs_to_them() {
-    let place = Place::new(SCENE);
+    let place = Place::new(&scene_text());
     let simulation = Simulation::new(&place.scene, Some(20_000)).expect("a truth and a design");
     let runs = simulation.under(seed_of("films_and_speeds_of_their_own")).all();
     let logs = |of: &dyn Fn(&NewRun) -> Option<f64>, sd: f64| -> Vec<f64> {
@@ -97,7 +91,7 @@ fn every_run_has_a_film_and_a_speed_of_its_own_and_the_restitution_that_belongs_
 
 #[test]
 fn the_first_block_is_drawn_as_runs_of_one_stream_are_and_no_block_repeats_another() {
-    let place = Place::new(&SCENE.replace("sigma_wet = 0.005", "sigma_wet = 0.005\nsigma_series = 0.01"));
+    let place = Place::new(&scene_text().replace("sigma_wet = 0.005", "sigma_wet = 0.005\nsigma_series = 0.01"));
     let drawn = |runs: u64| Simulation::new(&place.scene, Some(runs)).expect("a truth and a design");
     // 8 settings, of which 5 have a run more
     let few = drawn(1_005);
@@ -124,7 +118,7 @@ fn the_first_block_is_drawn_as_runs_of_one_stream_are_and_no_block_repeats_anoth
 /// Runs of tables that `simulate` wrote.
 fn read(folder: &Path, tables: &str) -> Runs {
     let path = folder.join("read.toml");
-    let text = SCENE.replace("\"runs.csv\"", tables);
+    let text = scene_text().replace("\"runs.csv\"", tables);
     std::fs::write(&path, text).expect("the folder is writable");
     let scene = wetcor::scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
     wetcor::runs::read(&scene)
@@ -135,7 +129,7 @@ fn read(folder: &Path, tables: &str) -> Runs {
 #[test]
 fn a_table_is_the_same_in_one_file_and_in_parts_for_any_number_of_threads() {
     let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("scene.toml"), SCENE).expect("the folder is writable");
+    std::fs::write(folder.path().join("scene.toml"), scene_text()).expect("the folder is writable");
     let simulate = |more: &[&str]| {
         let words = [&["simulate", "scene.toml", "--runs", "200000"], more].concat();
         wetcor(folder.path(), &words)
@@ -174,7 +168,7 @@ fn a_table_is_the_same_in_one_file_and_in_parts_for_any_number_of_threads() {
 #[test]
 fn parts_that_cannot_be_made_are_refused_and_nothing_is_written() {
     let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("scene.toml"), SCENE).expect("the folder is writable");
+    std::fs::write(folder.path().join("scene.toml"), scene_text()).expect("the folder is writable");
     std::fs::create_dir(folder.path().join("taken")).expect("the folder is writable");
     for (more, expected) in [
         (

@@ -1,5 +1,6 @@
 //! Holds that no single run carries a main number unseen, and that barely rebounding runs are not taken at their word.
 
+use crate::common::scenes::{scene_of, PE, THIN};
 use crate::common::{seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::main_numbers::{MainNumber, Source};
@@ -7,25 +8,17 @@ use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{by_weight, Findings};
 use wetcor::seed::stream;
 
-const SCENE: &str = r#"
-title = "single runs"
-[data]
-runs = "runs.csv"
-[particles.PE]
-density_kg_m3 = 940
-roughness_um = 5
-[liquids.thin]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.thick]
-density_kg_m3 = 965
-viscosity_mPa_s = 48
-[model]
+fn scene_text() -> String {
+    scene_of(
+        "single runs",
+        &[PE, THIN, "[liquids.thick]\ndensity_kg_m3 = 965\nviscosity_mPa_s = 48\n"],
+    ) + r#"[model]
 inertia = "stepwise"
 [sampler]
 warmup = 400
 draws = 400
-"#;
+"#
+}
 
 const K: f64 = 0.12;
 const L: f64 = 1.85;
@@ -90,7 +83,7 @@ fn speed_of(thick: bool, film_ratio: f64, e: f64) -> f64 {
 }
 
 fn fit(rows: &str) -> Findings {
-    let place = Place::new(SCENE);
+    let place = Place::new(&scene_text());
     let mut findings = place.fit_rows(rows);
     findings
         .add_posterior(&place.scene, &place.read().runs, MethodChoice::Sampler, &|_, _| {})
@@ -136,7 +129,8 @@ fn a_barely_rebounding_run_is_not_taken_at_its_word() {
     assert!(posterior.parameters.iter().any(|own| own.name == "sigma_energy"));
     // at its word: the same table where a scene says how well speeds and energies are known
     let place = Place::new(&format!(
-        "{SCENE}[priors]\nsigma_energy = {{ lognormal = [1e-5, 0.1] }}\n"
+        "{}[priors]\nsigma_energy = {{ lognormal = [1e-5, 0.1] }}\n",
+        scene_text()
     ));
     let mut taken = place.fit_rows(&format!("{rows}{}", line(true, 0.1, slow, 0.03)));
     taken

@@ -2,6 +2,7 @@
 
 use std::process::Command;
 
+use crate::common::scenes::{scene_of, PTFE, THIN};
 use crate::common::{binomial_z, rows, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::checks::{Check, BEYOND_CHANCE};
@@ -10,17 +11,9 @@ use wetcor::findings::{self, Findings};
 use wetcor::runs;
 use wetcor::seed::stream;
 
-const SCENE: &str = r#"
-title = "stated errors"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.thin]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[model]
+fn scene_text() -> String {
+    scene_of("stated errors", &[PTFE, THIN])
+        + r#"[model]
 inertia = "stepwise"
 [priors]
 sigma_dry = { fixed = 0 }
@@ -43,7 +36,8 @@ film_ratio = { PTFE = [0.04, 0.1] }
 height_mm = [30, 60, 100, 150]
 dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
 repeats = 4
-"#;
+"#
+}
 
 const ESTIMATED: &str = "[priors]\nsigma_dry = { fixed = 0 }\nsigma_wet = { fixed = 0 }\n";
 
@@ -79,7 +73,7 @@ fn of_errors(findings: &Findings) -> Vec<&Check> {
 #[test]
 fn right_errors_pass_and_halved_ones_gate() {
     const SETS: u64 = 400;
-    let place = Place::new(SCENE);
+    let place = Place::new(&scene_text());
     let seed = seed_of("right_errors_pass_and_halved_ones_gate");
     let (mut low, mut gated, mut all) = (0, 0, 0);
     let mut covered = [0; 3];
@@ -119,7 +113,7 @@ fn right_errors_pass_and_halved_ones_gate() {
 
 #[test]
 fn with_a_spread_estimated_errors_are_only_told() {
-    let place = Place::new(&SCENE.replace(ESTIMATED, ""));
+    let place = Place::new(&scene_text().replace(ESTIMATED, ""));
     let findings = fit(&place, seed_of("with_a_spread_estimated_errors_are_only_told"), 2.0);
     assert!(of_errors(&findings).is_empty());
     let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
@@ -133,7 +127,7 @@ fn with_a_spread_estimated_errors_are_only_told() {
 
 #[test]
 fn the_posterior_is_that_of_the_errors_alone() {
-    let place = Place::new(&SCENE.replace("repeats = 4", "repeats = 8"));
+    let place = Place::new(&scene_text().replace("repeats = 4", "repeats = 8"));
     let seed = seed_of("the_posterior_is_that_of_the_errors_alone");
     for (factor, may_be_quoted) in [(1.0, true), (2.0, false)] {
         let text = table(&place, seed, factor, |_, _| ());
@@ -177,7 +171,7 @@ fn the_posterior_is_that_of_the_errors_alone() {
 
 #[test]
 fn every_stage_and_prediction_run_without_a_spread() {
-    let place = Place::new(SCENE);
+    let place = Place::new(&scene_text());
     let text = table(
         &place,
         seed_of("every_stage_and_prediction_run_without_a_spread"),
@@ -251,9 +245,9 @@ fn runs_that_nothing_would_scatter_are_refused() {
         *line = format!("{},0,0.01\n", cells[..5].join(","));
     };
     let nothing = |_: usize, _: &mut String| ();
-    let dry_alone = SCENE.replace("sigma_wet = { fixed = 0 }\n", "");
-    let wet_alone = SCENE.replace("sigma_dry = { fixed = 0 }\n", "");
-    assert_eq!(refusal(SCENE, nothing), None);
+    let dry_alone = scene_text().replace("sigma_wet = { fixed = 0 }\n", "");
+    let wet_alone = scene_text().replace("sigma_dry = { fixed = 0 }\n", "");
+    assert_eq!(refusal(&scene_text(), nothing), None);
     let found = refusal(&dry_alone, |_, line| no_error(line)).expect("refused");
     assert!(found.contains("scene.toml") && found.contains("[priors] sigma_dry: found `fixed 0`, expected a number above 0: 20 of 20 dry rebounds in use state no error of the restitution (column restitution_sd"), "{found}");
     // what the other kind states is its own affair
@@ -264,12 +258,12 @@ fn runs_that_nothing_would_scatter_are_refused() {
     };
     assert_eq!(refusal(&wet_alone, of_dry), None);
     assert_eq!(
-        refusal(&SCENE.replace("fixed = 0 }", "fixed = 0.01 }"), |_, line| no_error(
-            line
-        )),
+        refusal(&scene_text().replace("fixed = 0 }", "fixed = 0.01 }"), |_, line| {
+            no_error(line)
+        }),
         None
     );
-    let found = refusal(SCENE, |index, line| {
+    let found = refusal(&scene_text(), |index, line| {
         if index == 30 {
             stuck(line)
         }
@@ -279,7 +273,7 @@ fn runs_that_nothing_would_scatter_are_refused() {
         found.contains("[priors] sigma_wet") && found.contains("1 wet runs in use stuck"),
         "{found}"
     );
-    let excluded = SCENE.replace("[model]", "[model]\nsticking = \"excluded\"");
+    let excluded = scene_text().replace("[model]", "[model]\nsticking = \"excluded\"");
     assert_eq!(
         refusal(&excluded, |index, line| if index == 30 {
             stuck(line)
@@ -287,7 +281,7 @@ fn runs_that_nothing_would_scatter_are_refused() {
         None
     );
     for (key, value) in [("sticking", "truncated"), ("noise", "both")] {
-        let scene = SCENE.replace("[model]", &format!("[model]\n{key} = \"{value}\""));
+        let scene = scene_text().replace("[model]", &format!("[model]\n{key} = \"{value}\""));
         let found = refusal(&scene, nothing).expect("refused");
         assert!(
             found.contains("[priors] sigma_wet") && found.contains(&format!("{key} = \"{value}\"")),

@@ -1,5 +1,6 @@
 //! Holds what the fits say of simulated runs against the truth they were drawn from.
 
+use crate::common::scenes::{scene_of, AK10, M20, M50, PE, PTFE};
 use crate::common::{binomial_z, mean, seed_of, Place};
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::Findings;
@@ -7,20 +8,9 @@ use wetcor::physics::rebound::mean_restitution;
 use wetcor::scene::WetLaw;
 
 /// Spheres well above the threshold: nothing sticks, so every formula holds as it stands.
-const CLEAR: &str = r#"
-title = "clear of the threshold"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.M20]
-density_kg_m3 = 930
-viscosity_mPa_s = 20
-[model]
+pub fn clear() -> String {
+    scene_of("clear of the threshold", &[PTFE, AK10, M20])
+        + r#"[model]
 inertia = "saturating"
 [truth]
 dry_k = { PTFE = 0.183 }
@@ -37,21 +27,13 @@ film_ratio = { PTFE = [0.04, 0.06, 0.10, 0.15] }
 height_mm = [30, 60, 100, 150]
 dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]
 repeats = 4
-"#;
+"#
+}
 
 /// One film ratio near the threshold: most of the runs stick.
-const STICKING: &str = r#"
-title = "mostly stuck"
-[data]
-runs = "runs.csv"
-smallest_restitution = 0.05
-[particles.PE]
-density_kg_m3 = 940
-roughness_um = 5
-[liquids.M50]
-density_kg_m3 = 965
-viscosity_mPa_s = 48.3
-[model]
+fn sticking() -> String {
+    scene_of("mostly stuck", &["smallest_restitution = 0.05\n", PE, M50])
+        + r#"[model]
 inertia = "none"
 [truth]
 dry_k = { PE = 0.123 }
@@ -66,7 +48,8 @@ film_ratio = { PE = [0.06] }
 height_mm = [30, 50, 70, 90, 110, 130, 150]
 dry_impact_speed_m_s = [0.5, 1.0, 2.0]
 repeats = 20
-"#;
+"#
+}
 
 fn pooled(findings: &Findings, law: WetLaw) -> &Scaling {
     let found = findings
@@ -84,7 +67,7 @@ fn value(estimate: &wetcor::findings::estimate::Estimate) -> f64 {
 /// thickest film.
 /// `shrink` narrows the intervals about their middle: the planted fault.
 fn coverage(sets: u64, shrink: f64) -> [usize; 6] {
-    let place = Place::new(CLEAR);
+    let place = Place::new(&clear());
     let e_dry = 1.0 - 0.183 * 2f64.powf(0.2);
     let e_inf2 = e_dry * e_dry - 0.45 * 930.0 / 2150.0 * (1.0 - (-0.15f64 / 0.07).exp());
     let truth = [0.183, 1.9, 0.45, 0.07, e_inf2.sqrt(), 2.0 * 1.9 / e_inf2];
@@ -122,7 +105,7 @@ fn the_intervals_cover_the_truth() {
 /// Slip 6 of the paper: leaving stuck runs out takes the linear law too high, the square root hardly.
 #[test]
 fn leaving_stuck_runs_out_spoils_the_linear_law_and_hardly_the_square_root() {
-    let place = Place::new(STICKING);
+    let place = Place::new(&sticking());
     let e_dry = 1.0 - 0.123 * 2f64.powf(0.2);
     let (e_inf, st_c) = (e_dry, 2.0 * 1.9 / (e_dry * e_dry));
     let seed = seed_of("leaving_stuck_runs_out_spoils_the_linear_law_and_hardly_the_square_root");
@@ -148,7 +131,7 @@ fn leaving_stuck_runs_out_spoils_the_linear_law_and_hardly_the_square_root() {
 #[test]
 fn the_linear_laws_printed_bias_is_the_one_of_a_noise_free_fit() {
     // no noise at all: the linear fit's distance from the square root is the bias itself
-    let quiet = CLEAR.replace("sigma_wet = 0.02", "sigma_wet = 1e-9");
+    let quiet = clear().replace("sigma_wet = 0.02", "sigma_wet = 1e-9");
     let findings = Place::new(&quiet).infer(1);
     for law in findings
         .scaling
@@ -174,7 +157,7 @@ fn the_linear_laws_printed_bias_is_the_one_of_a_noise_free_fit() {
 /// Slip 5 of the paper: which speed e_dry is taken at matters, and either choice finds its own truth.
 #[test]
 fn the_dry_speed_of_the_truth_is_the_one_that_finds_it() {
-    let at_impact = CLEAR
+    let at_impact = clear()
         .replace("[model]", "[model]\ndry_speed_m_s = \"impact\"")
         .replace("[truth]", "[truth]\ndry_speed_m_s = \"impact\"");
     let wrong = at_impact.replace("[model]\ndry_speed_m_s = \"impact\"", "[model]\ndry_speed_m_s = 2.0");
@@ -202,7 +185,7 @@ fn the_dry_speed_of_the_truth_is_the_one_that_finds_it() {
 /// The generative statement: e* = m(r) + σ z, stuck and written 0 at or below the limit.
 #[test]
 fn simulated_runs_follow_the_generative_statement() {
-    let text = STICKING
+    let text = sticking()
         .replace(
             "height_mm = [30, 50, 70, 90, 110, 130, 150]",
             "impact_speed_m_s = [1.01]",
@@ -258,7 +241,7 @@ fn no_dimensionless_result_depends_on_the_units() {
     let speed = metre / second;
     let density = kilogram / (metre * metre * metre);
     let viscosity = kilogram / (metre * second);
-    let place = Place::new(CLEAR);
+    let place = Place::new(&clear());
     let here = place.infer(1);
     let scaled = format!(
         r#"

@@ -4,23 +4,13 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use crate::common::scenes::{scene_of, AK10, PE, PTFE};
 use crate::common::Place;
 use serde_json::Value;
 
-const SCENE: &str = r#"
-title = "few"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[particles.PE]
-density_kg_m3 = 940
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-"#;
+fn scene_text() -> String {
+    scene_of("few", &[PTFE, PE, AK10])
+}
 
 const DRY: [&str; 4] = ["1,0.818", "2,0.789", "1.4,0.811", "0.6,0.835"];
 const WET: [&str; 6] = ["0.9,0.642", "1.7,0.681", "1.3,0.66", "1.5,0.67", "1.1,0.66", "0.7,0.61"];
@@ -82,7 +72,7 @@ fn assert_refused(outcome: &Outcome, words: &str) {
 #[test]
 fn four_runs_for_five_parameters_are_refused_within_a_second() {
     // the fastest of a few: the machine may be busy
-    let tries = || fit(SCENE, &rows(2, 2), &[]);
+    let tries = || fit(&scene_text(), &rows(2, 2), &[]);
     let outcomes = [tries(), tries(), tries()];
     assert_refused(&outcomes[0], "4 runs for 5 parameters (k, L, C, σ_dry, σ_wet)");
     assert!(
@@ -96,7 +86,7 @@ fn four_runs_for_five_parameters_are_refused_within_a_second() {
 
 #[test]
 fn an_open_form_of_inertia_does_not_sample_first() {
-    let open = format!("{SCENE}[model]\ninertia = \"auto\"\n");
+    let open = scene_text() + "[model]\ninertia = \"auto\"\n";
     let outcome = fit(&open, &rows(2, 2), &["--stages", "least_squares,posterior,compare"]);
     assert_refused(&outcome, "4 runs for 5 parameters");
 }
@@ -104,8 +94,8 @@ fn an_open_form_of_inertia_does_not_sample_first() {
 #[test]
 fn as_many_runs_as_parameters_are_refused_and_one_more_is_sampled() {
     let stages = ["--stages", "least_squares,posterior"];
-    assert_refused(&fit(SCENE, &rows(2, 3), &stages), "5 runs for 5 parameters");
-    let sampled = fit(SCENE, &rows(3, 3), &stages);
+    assert_refused(&fit(&scene_text(), &rows(2, 3), &stages), "5 runs for 5 parameters");
+    let sampled = fit(&scene_text(), &rows(3, 3), &stages);
     assert!(sampled.findings["posterior"].is_object(), "{}", sampled.out);
     assert_eq!(failed(&sampled.findings, "runs_to_spare"), None);
 }
@@ -113,16 +103,19 @@ fn as_many_runs_as_parameters_are_refused_and_one_more_is_sampled() {
 #[test]
 fn the_dry_and_the_wet_runs_are_counted_by_themselves() {
     let stages = ["--stages", "least_squares,posterior"];
-    assert_refused(&fit(SCENE, &rows(1, 6), &stages), "1 dry rebounds for 1 parameters (k)");
     assert_refused(
-        &fit(SCENE, &rows(4, 2), &stages),
+        &fit(&scene_text(), &rows(1, 6), &stages),
+        "1 dry rebounds for 1 parameters (k)",
+    );
+    assert_refused(
+        &fit(&scene_text(), &rows(4, 2), &stages),
         "2 wet rebounds for 2 parameters (L, C)",
     );
     // a particle of one dry run stands beside one that tells the spread of both
     let beside = rows(4, 4) + "PE,dry,4.762,,1,0.87\nPE,AK10,4.762,286,1.2,0.7\n";
-    assert!(fit(SCENE, &beside, &stages).findings["posterior"].is_object());
+    assert!(fit(&scene_text(), &beside, &stages).findings["posterior"].is_object());
     // a spread that is held cannot shrink
-    let held = format!("{SCENE}[priors]\nsigma_dry = {{ fixed = 0.01 }}\n");
+    let held = scene_text() + "[priors]\nsigma_dry = { fixed = 0.01 }\n";
     assert!(fit(&held, &rows(1, 6), &stages).findings["posterior"].is_object());
 }
 
@@ -147,7 +140,7 @@ fn an_exact_fit_is_refused_though_there_are_runs_enough() {
         }
         let stages = ["--stages", "least_squares,posterior"];
         fit(
-            &format!("{SCENE}[model]\ninertia = \"stepwise\"\nterms = [\"inertia\", \"viscous\"]\n"),
+            &(scene_text() + "[model]\ninertia = \"stepwise\"\nterms = [\"inertia\", \"viscous\"]\n"),
             &rows,
             &stages,
         )
@@ -165,16 +158,19 @@ fn an_exact_fit_is_refused_though_there_are_runs_enough() {
 #[test]
 fn least_squares_without_a_run_to_spare_are_not_quoted() {
     for (dry, wet) in [(2, 2), (1, 0), (1, 6), (4, 2)] {
-        let outcome = fit(SCENE, &rows(dry, wet), &["--stages", "least_squares"]);
+        let outcome = fit(&scene_text(), &rows(dry, wet), &["--stages", "least_squares"]);
         assert_eq!(outcome.status, Some(1), "{dry} {wet}: {}", outcome.out);
         assert!(outcome.out.contains("as many parameters as runs"), "{}", outcome.out);
     }
-    assert_eq!(fit(SCENE, &rows(3, 0), &["--stages", "least_squares"]).status, Some(0));
+    assert_eq!(
+        fit(&scene_text(), &rows(3, 0), &["--stages", "least_squares"]).status,
+        Some(0)
+    );
 }
 
 #[test]
 fn the_folder_of_a_refused_fit_says_why_in_its_report() {
-    let place = Place::new(SCENE);
+    let place = Place::new(&scene_text());
     let csv = format!(
         "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n{}",
         rows(2, 2)

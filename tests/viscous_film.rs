@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::process::Command;
 
+use crate::common::scenes::{scene_of, AK10, PE, PTFE};
 use crate::common::{binomial_z, rows, seed_of, Place};
 use wetcor::findings;
 use wetcor::findings::balance::{DerivedEstimate, EnergyBalance};
@@ -17,21 +18,8 @@ use wetcor::runs::{arrange, NewRun, Table};
 
 /// Two particles of three diameters, whose roughness differs.
 fn scene(fitted: &str, truth: &str, noise: f64) -> Place {
-    Place::new(&format!(
-        r#"
-title = "lubrication over the whole film"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[particles.PE]
-density_kg_m3 = 940
-roughness_um = 12
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[model]
+    let text = format!(
+        r#"[model]
 inertia = "stepwise"
 viscous = "{fitted}"
 [sampler]
@@ -54,6 +42,11 @@ impact_speed_m_s = [0.8, 1.0, 1.3, 1.7, 2.2]
 dry_impact_speed_m_s = [0.5, 0.8, 1.2, 1.6, 2.0]
 repeats = 2
 "#
+    );
+    let rough = PE.replace("roughness_um = 5", "roughness_um = 12");
+    Place::new(&scene_of(
+        "lubrication over the whole film",
+        &[PTFE, &rough, AK10, &text],
     ))
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::common::scenes::{scene_of, AK10, M50, PE as PE_SPHERE, PTFE as PTFE_SPHERE};
 use crate::common::{binomial_z, seed_of, Place};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -22,27 +23,10 @@ const L: f64 = 1.85;
 const C: f64 = 0.8;
 
 fn scene(model: &str) -> Scene {
-    let text = format!(
-        r#"
-title = "wet law"
-[data]
-runs = "runs.csv"
-film_ratios = [0.03, 0.045, 0.06]
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[particles.PE]
-density_kg_m3 = 940
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.M50]
-density_kg_m3 = 965
-viscosity_mPa_s = 48.3
-[model]
-{model}
-"#
+    let films = "film_ratios = [0.03, 0.045, 0.06]\n";
+    let text = scene_of(
+        "wet law",
+        &[films, PTFE_SPHERE, PE_SPHERE, AK10, M50, "[model]\n", model, "\n"],
     );
     scene::parse(&text, Path::new("a/scene.toml"), String::new()).unwrap_or_else(|error| panic!("{error}"))
 }

@@ -5,6 +5,7 @@
 
 pub mod assembled;
 mod chance;
+pub mod scenes;
 pub mod workbook;
 
 use std::path::{Path, PathBuf};

@@ -13,23 +13,15 @@ use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
+use crate::common::scenes::{scene_of, AK10, PTFE};
 use crate::common::{seed_of, Place};
 
 /// A scene whose least squares and posterior are plainly right, before anything is taken to an extreme.
-pub const BASE: &str = r#"
-title = "extremes"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.M20]
-density_kg_m3 = 950
-viscosity_mPa_s = 20
-[model]
+pub fn base() -> String {
+    scene_of(
+        "extremes",
+        &[PTFE, AK10, "[liquids.M20]\ndensity_kg_m3 = 950\nviscosity_mPa_s = 20\n"],
+    ) + r#"[model]
 inertia = "stepwise"
 [truth]
 dry_k = { PTFE = 0.183 }
@@ -45,11 +37,12 @@ film_ratio = { PTFE = [0.04, 0.10] }
 height_mm = [30, 60, 100, 150]
 dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]
 repeats = 4
-"#;
+"#
+}
 
 /// The base scene with some lines replaced.
 pub fn scene(changes: &[(&str, &str)]) -> Scene {
-    let text = changes.iter().fold(BASE.to_owned(), |text, (from, to)| {
+    let text = changes.iter().fold(base().to_owned(), |text, (from, to)| {
         assert!(text.contains(from), "{from}");
         text.replace(from, to)
     });

@@ -16,6 +16,7 @@ use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Order, Parameter
 use wetcor::runs::{self, NewRun};
 use wetcor::scene::Scene;
 
+use crate::common::scenes::scene_of;
 use crate::common::Place;
 
 /// Roundings a formula may make for each one that its condition number excuses.
@@ -52,17 +53,15 @@ pub struct Fitted {
 }
 
 /// A scene with one sphere and one liquid whose constants can be set.
-const SCENE: &str = r#"
-title = "one run"
-[data]
-runs = "runs.csv"
-[particles.P]
-roughness_um = 5
-density_kg_m3 = 1000
-[liquids.W]
-density_kg_m3 = 1000
-viscosity_mPa_s = 1
-"#;
+fn scene_text() -> String {
+    scene_of(
+        "one run",
+        &[
+            "[particles.P]\nroughness_um = 5\ndensity_kg_m3 = 1000\n",
+            "[liquids.W]\ndensity_kg_m3 = 1000\nviscosity_mPa_s = 1\n",
+        ],
+    )
+}
 
 fn form(name: &str) -> Inertia {
     *Inertia::ALL.iter().find(|form| form.name() == name).expect("a form")
@@ -242,7 +241,7 @@ pub fn measure(
 ) -> (BTreeMap<String, Measured>, BTreeMap<String, Fitted>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/stability/formulas.csv");
     let text = std::fs::read_to_string(path).expect("the answers are kept");
-    let mut scene = Place::new(SCENE).scene;
+    let mut scene = Place::new(&scene_text()).scene;
     let (mut formulas, mut laws) = (BTreeMap::new(), BTreeMap::new());
     for line in text.lines() {
         let [name, arguments, answers] = line.split(';').collect::<Vec<_>>()[..] else {
