@@ -1,7 +1,6 @@
 //! Holds `--accuracy` and `trade` to what they say.
 
 use std::path::Path;
-use std::process::Command;
 
 use crate::common::scenes::{scene_of, AK10, M50, PTFE};
 use crate::common::{self, rows_from, Place};
@@ -433,34 +432,9 @@ fn each_method_is_as_far_off_as_its_draws_explain() {
 fn the_commands_take_an_accuracy_and_write_a_trade() {
     let place = Place::new(&scene_text());
     place.draw(common::seed_of("the_commands_take_an_accuracy"), None);
-    let run = |arguments: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-            .current_dir(place.folder.path())
-            .args(arguments)
-            .output()
-            .expect("the command can be started");
-        (
-            output.status.code(),
-            String::from_utf8_lossy(&output.stderr).into_owned(),
-        )
-    };
-    let read = |path: &str| -> serde_json::Value {
-        let text = std::fs::read_to_string(place.path(path)).expect("just written");
-        serde_json::from_str(&text).expect("JSON")
-    };
-    let stages = "least_squares,posterior";
-    let (status, err) = run(&[
-        "fit",
-        "scene.toml",
-        "--stages",
-        stages,
-        "--accuracy",
-        "0.1",
-        "--out",
-        "out",
-    ]);
+    let (status, _, err) = place.run("fit scene.toml --stages least_squares,posterior --accuracy 0.1 --out out");
     assert!(matches!(status, Some(0 | 1)), "{err}");
-    let findings = read("out/findings.json");
+    let findings = place.folder.json("out/findings.json");
     let posterior = &findings["posterior"];
     assert_eq!(posterior["accuracy"]["asked"], 0.1);
     assert!(posterior["accuracy"]["vouched"].as_f64().expect("a number") <= 0.1);
@@ -470,31 +444,23 @@ fn the_commands_take_an_accuracy_and_write_a_trade() {
         assert!(SURE * number("mcse_sd") <= 0.1 * number("sd"), "{parameter}");
     }
     let method = posterior["method"].as_str().expect("a word");
-    let report = std::fs::read_to_string(place.path("out/report.md")).expect("just written");
+    let report = place.folder.read("out/report.md");
     assert!(report.contains("An accuracy of 0.1 was asked for") && report.contains(method));
     for (x, word) in [("0.001", "0.005"), ("nan", "0.005"), ("few", "0.005")] {
-        let (status, err) = run(&["fit", "scene.toml", "--accuracy", x, "--out", "never"]);
+        let (status, _, err) = place.run(&format!("fit scene.toml --accuracy {x} --out never"));
         assert!(status == Some(2) && err.contains(word), "{err}");
     }
-    let (status, _) = run(&[
-        "fit",
-        "scene.toml",
-        "--accuracy",
-        "0.1",
-        "--exact-rows",
-        "--out",
-        "never",
-    ]);
+    let (status, ..) = place.run("fit scene.toml --accuracy 0.1 --exact-rows --out never");
     assert_eq!(status, Some(2));
 
-    let (status, err) = run(&["trade", "scene.toml", "--out", "traded"]);
+    let (status, _, err) = place.run("trade scene.toml --out traded");
     assert_eq!(status, Some(0), "{err}");
-    assert_eq!(read("traded/trade.json")["schema"], trade::SCHEMA);
+    assert_eq!(place.folder.json("traded/trade.json")["schema"], trade::SCHEMA);
     for file in ["trade.md", "trade.svg"] {
         assert!(place.path("traded").join(file).exists());
     }
     // a fit's folder is not a trade's to replace
-    let (status, err) = run(&["trade", "scene.toml", "--out", "out"]);
+    let (status, _, err) = place.run("trade scene.toml --out out");
     assert!(status == Some(2) && err.contains("trade.json"), "{err}");
-    assert!(!Path::new(&place.path("never")).exists());
+    assert!(!place.path("never").exists());
 }

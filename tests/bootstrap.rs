@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::Place;
+use crate::common::{Place, Told};
 use crate::statistics;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
@@ -13,7 +13,7 @@ use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
 use wetcor::physics::dry::Order;
 use wetcor::ranks::Ranks;
-use wetcor::scene::{ResamplingScheme, WetLaw};
+use wetcor::scene::ResamplingScheme;
 use wetcor::study::calibration;
 
 fn table(name: &str) -> Vec<Vec<String>> {
@@ -292,11 +292,7 @@ fn replicates_spread_as_the_delta_method_says() {
         slowest.bootstrap.is_none() && !methods.contains(&"percentile"),
         "{slowest:?}"
     );
-    let row = found
-        .scaling
-        .iter()
-        .find(|row| row.law == WetLaw::Sqrt && row.film_ratio.is_some())
-        .expect("wet runs");
+    let row = found.square_root();
     for estimate in [&row.e_inf, &row.st_c] {
         // the delta method's interval is kept at the scene's level alone
         let kept: Vec<(&str, f64)> = estimate
@@ -345,36 +341,6 @@ fn forgetting_the_strata_spreads_the_replicates() {
     };
     let (kept, forgotten) = (sd(vec![0..20, 20..40]), sd(std::iter::once(0..40).collect()));
     assert!(forgotten > 3.0 * kept, "{forgotten} {kept}");
-}
-
-#[test]
-fn any_number_of_threads_gives_the_same_bytes() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
-    let findings: Vec<String> = ["1", "2", "4"]
-        .into_iter()
-        .map(|threads| {
-            let out = folder.path().join(threads);
-            let status = std::process::Command::new(env!("CARGO_BIN_EXE_wetcor"))
-                .args([
-                    "fit",
-                    "--quiet",
-                    "--stages",
-                    "least_squares,bootstrap",
-                    "--threads",
-                    threads,
-                    "--out",
-                ])
-                .arg(&out)
-                .arg(&scene)
-                .status()
-                .expect("the command can be started");
-            assert!(status.success());
-            std::fs::read_to_string(out.join("findings.json")).expect("just written")
-        })
-        .collect();
-    assert!(findings[0] == findings[1] && findings[1] == findings[2]);
-    assert!(findings[0].contains("\"replicates\":10000"));
 }
 
 /// The committed coverage table is the one the command makes, as far as rounding on another machine may move a count.

@@ -3,12 +3,12 @@
 #[path = "render/campaign.rs"]
 mod made;
 
-use crate::common::{seed_of, wetcor};
+use crate::common::{seed_of, wetcor, Folder};
 
 #[test]
 fn frames_go_to_parameters() {
     const NAME: &str = "frames_go_to_parameters";
-    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = Folder::new();
     let folder = place.path();
     let runs = made::write(folder, seed_of(NAME));
     let (status, stdout, stderr) = wetcor(

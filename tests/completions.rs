@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
-use crate::common::wetcor;
+use crate::common::{wetcor, Says};
 
 /// The long flags of each verb; those of wetcor itself are under no name.
 type Flags = BTreeMap<String, Vec<String>>;
@@ -243,33 +243,17 @@ fn what_is_no_shell_and_no_command_is_refused_with_those_there_are() {
         let (status, out, err) = wetcor(Path::new("."), &arguments);
         assert_eq!((status, out.as_str()), (Some(2), ""));
         let said = format!("error: invalid value '{}' for ", arguments[1]);
-        assert!(
-            err.starts_with(&said) && err.contains(&format!("[possible values: {known}]")),
-            "{err}"
-        );
+        err.begins(&said);
+        err.says(&format!("[possible values: {known}]"));
     }
     let (status, _, err) = wetcor(Path::new("."), &["completions"]);
     assert!(status == Some(2) && err.contains("<SHELL>"), "{err}");
 }
 
 #[test]
-fn flags_of_every_verb_change_nothing_and_a_reader_that_leaves_is_no_error() {
+fn flags_of_every_verb_change_nothing() {
     for arguments in [["completions", "bash"], ["man", "fit"]] {
-        let plain = printed(&arguments);
         let with_flags = [&["--quiet"], arguments.as_slice(), &["--threads", "1"]].concat();
-        assert_eq!(printed(&with_flags), plain);
-        let child = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-            .args(arguments)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn();
-        let mut child = child.expect("the command can be started");
-        drop(child.stdout.take());
-        let output = child.wait_with_output().expect("it ends");
-        assert_eq!(
-            (output.status.code(), output.stderr.as_slice()),
-            (Some(0), &b""[..]),
-            "{arguments:?}"
-        );
+        assert_eq!(printed(&with_flags), printed(&arguments));
     }
 }

@@ -1,7 +1,7 @@
 //! Holds that runs which determine nothing end in a verdict and a reason, never in an invented ±.
 
-use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::Place;
+use crate::common::scenes::{scene_of, AK10, HEADER, PTFE};
+use crate::common::{Place, Told};
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::Findings;
 
@@ -11,7 +11,7 @@ fn scene_text() -> String {
 
 /// Fits wet runs of one series, given as speed and restitution, beside some dry runs.
 fn fit(wet: &[(f64, f64)]) -> Findings {
-    let mut csv = String::from("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n");
+    let mut csv = HEADER.to_owned();
     for (v, e) in [(0.5, 0.841), (1.0, 0.818), (1.5, 0.80), (2.0, 0.79), (2.0, 0.788)] {
         csv.push_str(&format!("PTFE,dry,4.762,,{v},{e}\n"));
     }
@@ -62,7 +62,7 @@ fn assert_no_uncertainty(findings: &Findings, stop: &str, words: &str) {
     for estimate in estimates(findings) {
         assert!(estimate.se.is_none(), "{estimate:?}");
     }
-    assert!(findings.notices.iter().any(|notice| notice.code == "series_failed"));
+    assert!(findings.tells("series_failed"));
 }
 
 #[test]
@@ -136,11 +136,7 @@ fn a_failed_series_does_not_gate_but_no_law_at_all_does() {
     let gates = |findings: &Findings| findings.verdicts.iter().any(|check| check.gates && !check.passed);
     assert!(gates(&fit(&[(1.0, 0.70), (1.0, 0.71), (1.0, 0.69)])));
     let findings = fit(&good);
-    let scaling = findings
-        .verdicts
-        .iter()
-        .find(|check| check.check == "scaling_law")
-        .expect("wet runs");
+    let scaling = findings.check("scaling_law");
     assert!(scaling.passed, "{scaling:?}");
     // one film ratio and one density ratio: dry runs tell C, so the stepwise balance is determined
     assert!(!gates(&findings), "{:?}", findings.verdicts);

@@ -1,8 +1,7 @@
 //! Holds that runs which leave a posterior without ground end in a verdict, a notice or a message, in bounded time.
 
 use crate::common::scenes::{scene_of, AK10, PE, PTFE};
-use crate::common::Place;
-use wetcor::findings::posterior::MethodChoice;
+use crate::common::{self, Place, Told};
 use wetcor::findings::posterior::Posterior;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
@@ -54,12 +53,9 @@ fn sample(rows: &str) -> (Findings, Option<Posterior>) {
 fn sample_scene(scene: &str, rows: &str) -> (Findings, Option<Posterior>) {
     let place = Place::new(scene);
     let csv = format!("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n{rows}");
-    std::fs::write(&place.scene.data.runs[0].path, csv).expect("the folder is writable");
-    let table = place.read();
+    let table = place.read_rows(&csv);
     let mut findings = findings::fit_least_squares(&place.scene, &table, 1, false);
-    let posterior = findings
-        .add_posterior(&place.scene, &table.runs, MethodChoice::Sampler, &|_, _| {})
-        .unwrap_or_else(|error| panic!("{error}"));
+    let posterior = common::sample(&mut findings, &place.scene, &table.runs);
     assert_honest(&findings);
     (findings, posterior)
 }
@@ -129,7 +125,7 @@ fn one_film_ratio_without_dry_runs_keeps_the_priors_of_k_and_the_prefactor() {
         .map(|own| (own.name.as_str(), own.prior_led))
         .collect();
     assert!(led.contains(&("inertial_prefactor", true)), "{led:?}");
-    let notice = findings.notices.iter().find(|notice| notice.code == "prior_rules");
+    let notice = findings.notice("prior_rules");
     assert!(notice.is_some_and(|notice| notice.text.contains("inertial_prefactor")));
 }
 
@@ -154,7 +150,7 @@ fn wet_runs_that_all_stuck_bound_the_parameters_and_say_so() {
     let stuck: Vec<(f64, f64, f64)> = at(286.0, &WET).into_iter().map(|(film, v, _)| (film, v, 0.0)).collect();
     let (findings, posterior) = sample(&rows("PTFE", &DRY, &stuck));
     assert!(posterior.is_some());
-    let notice = findings.notices.iter().find(|notice| notice.code == "prior_rules");
+    let notice = findings.notice("prior_rules");
     assert!(
         notice.is_some_and(|notice| notice.text.contains("sigma_wet")),
         "{:?}",
@@ -197,11 +193,7 @@ fn too_few_draws_fail_by_name() {
     let (findings, _) = sample_scene(&short, &rows("PTFE", &DRY, &at(286.0, &WET)));
     assert!(failed(&findings).contains(&"ess_bulk"), "{:?}", failed(&findings));
     assert!(!quotable(&findings.verdicts));
-    let check = findings
-        .verdicts
-        .iter()
-        .find(|check| check.check == "ess_bulk")
-        .expect("checked");
+    let check = findings.check("ess_bulk");
     assert!(
         check
             .text

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::common::wetcor;
+use crate::common::{wetcor, Folder, Says};
 use wetcor::runs::Runs;
 use wetcor::scene::{HeightsTo, Scene};
 use wetcor::{runs, scene};
@@ -71,13 +71,13 @@ fn a_draft_lacks_what_check_names_and_then_reads_the_runs_as_the_example_does() 
     let examples = examples();
     assert!(examples.len() > 25, "the examples are lost");
     for (folder, example) in &examples {
-        let place = tempfile::tempdir().expect("a temporary folder");
+        let place = Folder::new();
         let table = example.data.runs[0]
             .path
             .file_name()
             .and_then(|name| name.to_str())
             .expect("plain");
-        std::fs::copy(folder.join(table), place.path().join(table)).expect("writable");
+        std::fs::copy(folder.join(table), place.join(table)).expect("writable");
         let table = example.data.runs[0]
             .sheet
             .as_ref()
@@ -90,7 +90,7 @@ fn a_draft_lacks_what_check_names_and_then_reads_the_runs_as_the_example_does() 
             .collect();
         assert!(!to_fill_in.is_empty(), "{out}");
         // `check` names exactly these
-        let (status, out, err) = wetcor(place.path(), &["check", "scene.toml"]);
+        let (status, out, err) = place.run("check scene.toml");
         assert_eq!((status, out.as_str()), (Some(2), ""), "{err}");
         let named = err.lines().filter(|line| line.contains("found `\"fill in\"`")).count();
         assert_eq!(
@@ -98,13 +98,13 @@ fn a_draft_lacks_what_check_names_and_then_reads_the_runs_as_the_example_does() 
             (to_fill_in.len(), to_fill_in.len() + 1),
             "{err}"
         );
-        let path = place.path().join("scene.toml");
+        let path = place.join("scene.toml");
         let mut text = std::fs::read_to_string(&path).expect("the draft is there");
         for key in to_fill_in {
             text = filled_in(&text, key, &told(example, key));
         }
         std::fs::write(&path, text).expect("writable");
-        let (status, _, err) = wetcor(place.path(), &["check", "scene.toml"]);
+        let (status, _, err) = place.run("check scene.toml");
         assert_eq!(status, Some(0), "{}: {err}", folder.display());
         let read = |scene: &Scene| runs::read(scene).unwrap_or_else(|error| panic!("{error}"));
         let drafted = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
@@ -118,14 +118,13 @@ fn a_draft_lacks_what_check_names_and_then_reads_the_runs_as_the_example_does() 
 
 #[test]
 fn what_is_there_is_kept_and_what_is_no_table_is_refused() {
-    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = Folder::new();
     let files = || std::fs::read_dir(place.path()).expect("readable").count();
-    std::fs::write(
-        place.path().join("runs.csv"),
+    place.write(
+        "runs.csv",
         "particle,liquid,diameter_mm,film_um,v_i\nPE,oil,4,200,1.2\n",
-    )
-    .expect("writable");
-    std::fs::write(place.path().join("scene.toml"), "somebody's work").expect("writable");
+    );
+    place.write("scene.toml", "somebody's work");
     let before = files();
     for (arguments, told) in [
         (
@@ -148,31 +147,23 @@ fn what_is_there_is_kept_and_what_is_no_table_is_refused() {
         assert!(err.contains(told), "{err}");
         assert_eq!(files(), before, "{arguments:?}");
     }
-    assert_eq!(
-        std::fs::read_to_string(place.path().join("scene.toml")).expect("there"),
-        "somebody's work"
-    );
+    assert_eq!(place.read("scene.toml"), "somebody's work");
     // a guess says so, and a table elsewhere is named from where the scene lies
-    std::fs::create_dir(place.path().join("scenes")).expect("writable");
-    let (status, out, err) = wetcor(place.path(), &["new", "runs.csv", "--out", "scenes/a.toml"]);
+    std::fs::create_dir(place.join("scenes")).expect("writable");
+    let (status, out, err) = place.run("new runs.csv --out scenes/a.toml");
     assert_eq!((status, err.as_str()), (Some(0), ""), "{out}");
-    assert!(
-        out.contains("guessed: `v_i` is impact_speed_m_s, its unit by the size of its numbers"),
-        "{out}"
-    );
+    out.says("guessed: `v_i` is impact_speed_m_s, its unit by the size of its numbers");
     assert!(out.contains("to fill in: [data] columns.restitution"), "{out}");
-    let text = std::fs::read_to_string(place.path().join("scenes/a.toml")).expect("there");
-    assert!(
-        text.contains("\nruns = \"../runs.csv\"") && text.contains("# guessed: `v_i` is"),
-        "{text}"
-    );
+    let text = place.read("scenes/a.toml");
+    text.says("\nruns = \"../runs.csv\"");
+    text.says("# guessed: `v_i` is");
 }
 
 /// What a draft of a table leaves to be filled in, and what it says of its columns.
 fn drafted(table: &str) -> (Vec<String>, String) {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    std::fs::write(place.path().join("runs.csv"), table).expect("writable");
-    let (status, out, err) = wetcor(place.path(), &["new", "runs.csv"]);
+    let place = Folder::new();
+    place.write("runs.csv", table);
+    let (status, out, err) = place.run("new runs.csv");
     assert_eq!((status, err.as_str()), (Some(0), ""));
     let marks = out.lines().filter_map(|line| line.strip_prefix("to fill in: [data] "));
     (marks.map(str::to_owned).collect(), out)
@@ -189,10 +180,7 @@ fn what_two_units_or_two_columns_could_be_is_left_to_be_filled_in() {
     // a column of words that nobody knows may name the spheres
     let (marks, out) = drafted(&run("stuff,liquid,D (mm),film (um),v (m/s),e", "PTFE,AK10,4,200,1,0.7"));
     assert_eq!(marks, ["columns.particle"]);
-    assert!(
-        out.contains("no column is known to say the particle: if `stuff` does"),
-        "{out}"
-    );
+    out.says("no column is known to say the particle: if `stuff` does");
     let (marks, out) = drafted(&run(
         "liquid,D (mm),film (um),v (m/s),e,comment",
         "AK10,4,200,1,0.7,bad",
@@ -213,18 +201,7 @@ fn what_two_units_or_two_columns_could_be_is_left_to_be_filled_in() {
 #[test]
 fn foot_rows_are_left_out_and_named() {
     let rows = "PTFE,4,1,0.8\nPTFE,4,1.2,0.79\nPTFE,4,1.5,0.78\nPE,4,1.5,0.81\n";
-    for label in [
-        "Mittelwert",
-        "mean",
-        "Average",
-        "Summe",
-        "Total",
-        "moyenne",
-        "Std. dev.",
-        "Median",
-        "n=12",
-        "n = 4",
-    ] {
+    for label in "Mittelwert; mean; Average; Summe; Total; moyenne; Std. dev.; Median; n=12; n = 4".split("; ") {
         let (_, out) = drafted(&format!("Kugel,D (mm),v (m/s),e\n{rows}{label},4,1000,0.8\n"));
         assert!(out.contains(": 5 rows; particles PTFE, PE; every run is dry"), "{out}");
         let told = format!(
@@ -244,12 +221,12 @@ fn foot_rows_are_left_out_and_named() {
         "{out}"
     );
     // and the reader of runs leaves the count out, too
-    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = Folder::new();
     let table = "particle,diameter_mm,impact_speed_m_s,restitution\nPTFE,4,1,0.8\nPTFE,4,1.2,0.79\nn=2,,,\n";
-    std::fs::write(place.path().join("runs.csv"), table).expect("writable");
+    place.write("runs.csv", table);
     let text = "[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\n";
-    std::fs::write(place.path().join("scene.toml"), text).expect("writable");
-    let (status, out, err) = wetcor(place.path(), &["check", "scene.toml"]);
+    place.write("scene.toml", text);
+    let (status, out, err) = place.run("check scene.toml");
     assert_eq!(status, Some(0), "{err}");
     assert!(out.contains("3 runs read, 1 left out"), "{out}");
     assert!(err.contains("line 4 `n=2`"), "{err}");

@@ -1,7 +1,7 @@
 //! Holds that right scenes of few runs are seldom refused for their sampling, and that sampling which fails says so.
 
 use crate::common::scenes::{scene_of, M50, PTFE};
-use crate::common::{self, seed_of, Place};
+use crate::common::{self, sample, seed_of, Place};
 use wetcor::findings;
 use wetcor::findings::posterior::{fit_posterior, MethodChoice, SamplingSetup};
 use wetcor::inference::mixing::MixingLines;
@@ -87,12 +87,7 @@ fn the_draws_made_and_those_asked_for_are_told() {
     let place = Place::new(&short);
     let table = place.draw(seed_of("the_draws_made_and_those_asked_for_are_told"), None);
     let mut found = findings::fit_least_squares(&place.scene, &table, 1, false);
-    let drawn = |found: &mut findings::Findings| {
-        found
-            .add_posterior(&place.scene, &table.runs, MethodChoice::Sampler, &|_, _| ())
-            .unwrap_or_else(|error| panic!("{error}"))
-            .expect("sampled")
-    };
+    let drawn = |found: &mut findings::Findings| sample(found, &place.scene, &table.runs).expect("sampled");
     let posterior = drawn(&mut found);
     let (asked, made) = (posterior.findings.draws_asked, posterior.findings.draws);
     // 240 draws in all are no 400 effective ones

@@ -1,12 +1,9 @@
 //! Tests `dry_k = "diameter"`: each diameter's k is read, drawn, fitted, sampled and predicted with, and marked where no
 //! dry run tells it.
 
-use std::process::Command;
-
 use crate::common::scenes::{scene_of, AK10, M20, PE, PTFE};
-use crate::common::{binomial_z, mean, rows, rows_from, seed_of, Place};
+use crate::common::{binomial_z, mean, rows, rows_from, seed_of, Place, Says, Told};
 use rayon::prelude::*;
-use wetcor::findings::balance::EnergyBalance;
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
@@ -59,10 +56,6 @@ fn fit(place: &Place, table: &Table) -> Findings {
     findings::fit_least_squares(&place.scene, table, 1, false)
 }
 
-fn balance(findings: &Findings) -> &EnergyBalance {
-    findings.energy_balance.as_ref().expect("dry and wet runs")
-}
-
 /// e_inf² = e_dry(2 m/s)² − C ρ̃ g with the stepwise g, as they are written.
 fn e_inf(k: f64, density_ratio: f64, film_ratio: f64) -> f64 {
     let e_dry = 1.0 - k * 2f64.powf(0.2);
@@ -77,7 +70,7 @@ fn true_k(particle: &str, diameter: f64) -> f64 {
 
 /// Names of the quantities of a fit, each with its estimate and the truth.
 fn with_truths(findings: &Findings) -> Vec<(String, &Estimate, f64)> {
-    let balance = balance(findings);
+    let balance = findings.balance();
     let mut all = vec![];
     for parameter in &balance.parameters {
         let truth = match parameter.name.as_str() {
@@ -90,27 +83,16 @@ fn with_truths(findings: &Findings) -> Vec<(String, &Estimate, f64)> {
         };
         all.push((parameter.name.clone(), &parameter.estimate, truth));
     }
-    let derived = balance.derived.iter();
-    let derived = derived.map(|row| {
-        (
-            "balance",
-            &row.particle,
-            row.film_ratio,
-            row.diameter_m,
-            [&row.e_inf, &row.st_c],
-        )
+    let of_balance = balance.derived.iter().map(|row| {
+        let both = [&row.e_inf, &row.st_c];
+        ("balance", &row.particle, row.film_ratio, row.diameter_m, both)
     });
     let direct = findings.scaling.iter().filter(|row| row.law.name() == "sqrt");
     let direct = direct.filter_map(|row| {
-        Some((
-            "direct",
-            &row.particle,
-            row.film_ratio?,
-            row.diameter_m,
-            [&row.e_inf, &row.st_c],
-        ))
+        let both = [&row.e_inf, &row.st_c];
+        Some(("direct", &row.particle, row.film_ratio?, row.diameter_m, both))
     });
-    for (fit, particle, film_ratio, diameter, [of_e_inf, of_st_c]) in derived.chain(direct) {
+    for (fit, particle, film_ratio, diameter, [of_e_inf, of_st_c]) in of_balance.chain(direct) {
         let diameter = diameter.expect("one for each diameter");
         let density = if particle == "PTFE" { 2150.0 } else { 940.0 };
         let truth = e_inf(true_k(particle, diameter), 930.0 / density, film_ratio);
@@ -133,7 +115,7 @@ fn least_squares_find_each_diameters_k_back() {
     assert_eq!(place.scene.model.dry_k, DryKOf::Diameter);
     let truth = place.scene.truth.as_mut().expect("given");
     (truth.sigma_dry, truth.sigma_wet) = (Some(1e-9), Some(1e-9));
-    let table = Table::of(arrange(&place.scene, &rows(&place.scene, 1)));
+    let table = place.table(1);
     let findings = fit(&place, &table);
     let all = with_truths(&findings);
     assert_eq!(all.len(), 2 + 4 + 2 * 2 * 12 + 4);
@@ -212,7 +194,7 @@ fn intervals_cover_with_a_k_for_each_diameter() {
 
     // one k for all diameters puts what is theirs into L
     let off = |findings: &Findings| {
-        let l = balance(findings).estimate(ParameterKind::LUBRICATION_LOG);
+        let l = findings.balance().estimate(ParameterKind::LUBRICATION_LOG);
         let (value, se) = l.and_then(Estimate::pair).expect("the fit converged");
         (value - L) / se
     };
@@ -229,7 +211,7 @@ fn intervals_cover_with_a_k_for_each_diameter() {
 fn the_posterior_agrees_with_least_squares() {
     let place = scene("diameter");
     let seed = seed_of("the_posterior_agrees_with_least_squares");
-    let table = Table::of(arrange(&place.scene, &rows(&place.scene, seed)));
+    let table = place.table(seed);
     let mut findings = fit(&place, &table);
     let posterior = findings
         .add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ())
@@ -251,25 +233,11 @@ fn the_posterior_agrees_with_least_squares() {
     assert!(labels.contains(&"PE,M20,0.05,7.938 mm"), "{labels:?}");
 }
 
-/// The program's exit status and its output, run in the folder of a scene.
-fn wetcor(place: &Place, arguments: &[&str]) -> (Option<i32>, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-        .args(arguments)
-        .current_dir(place.folder.path())
-        .output()
-        .expect("the program starts");
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (output.status.code(), text(&output.stdout) + &text(&output.stderr))
-}
-
 /// The restitution that is predicted of PTFE at 1.5 m/s.
 fn predicted(place: &Place, mm: &str) -> f64 {
     let film = 60.0 * mm.parse::<f64>().expect("a number");
-    let film = film.to_string();
-    let asked = ["--liquid", "AK10", "--film-um", &film, "--speed-m-s", "1.5:1.5:1"];
-    let arguments = [&["predict", "r", "--particle", "PTFE", "--diameter-mm", mm], &asked[..]].concat();
-    let (code, text) = wetcor(place, &arguments);
-    assert_eq!(code, Some(0), "{text}");
+    let asked = format!("--diameter-mm {mm} --film-um {film} --liquid AK10 --speed-m-s 1.5:1.5:1");
+    let text = place.folder.succeed(&format!("predict r --particle PTFE {asked}"));
     let row = text.lines().nth(1).and_then(|row| row.split(',').nth(3)?.parse().ok());
     row.unwrap_or_else(|| panic!("{text}"))
 }
@@ -278,20 +246,17 @@ fn predicted(place: &Place, mm: &str) -> f64 {
 #[test]
 fn a_report_and_predictions_have_each_diameters_k() {
     let place = scene("diameter");
-    let seed = "7";
-    let (code, text) = wetcor(&place, &["simulate", "scene.toml", "--out", "runs.csv", "--seed", seed]);
-    assert_eq!(code, Some(0), "{text}");
+    place.folder.succeed("simulate scene.toml --out runs.csv --seed 7");
     // no dry runs of PE of 7.938 mm
-    let drawn = std::fs::read_to_string(place.path("runs.csv")).expect("written");
+    let drawn = place.folder.read("runs.csv");
     let told = |line: &&str| !(line.starts_with("PE,dry,7.938") || line.starts_with("PE,,7.938"));
     let kept: Vec<&str> = drawn.lines().filter(told).collect();
     assert_eq!(kept.len() + 15, drawn.lines().count(), "{}", kept[..3].join("\n"));
-    std::fs::write(place.path("runs.csv"), kept.join("\n") + "\n").expect("writable");
+    place.folder.write("runs.csv", kept.join("\n") + "\n");
 
-    let (_, overview) = wetcor(&place, &["check", "scene.toml"]);
+    let (_, overview, _) = place.run("check scene.toml");
     assert!(overview.contains("no   dry_k[PE,7.938]: no dry runs"), "{overview}");
-    let (code, summary) = wetcor(&place, &["fit", "scene.toml", "--out", "r"]);
-    assert_eq!(code, Some(0), "{summary}");
+    let summary = place.folder.succeed("fit scene.toml --out r");
     let line = summary.lines().find(|line| line.starts_with("dry_k[PE,7.938] "));
     let line = line.unwrap_or_else(|| panic!("{summary}"));
     assert!(
@@ -300,19 +265,14 @@ fn a_report_and_predictions_have_each_diameters_k() {
     );
     assert!(summary.contains("\nPTFE, δ/D = 0.12, D = 8 mm, "), "{summary}");
 
-    let report = std::fs::read_to_string(place.path("r/report.md")).expect("written");
-    for expected in [
-        "| k / (m/s)^(−1/5), PE of 7.938 mm | ",
-        "| k / (m/s)^(−1/5), PTFE of 4.762 mm | ",
-        "\n| PTFE of 8 mm | 0.06 | ",
-        "Each diameter of a particle has its own k",
-        "no dry runs of PE of 7.938 mm",
-        "figures/restitution-speed-PTFE-4.762.svg",
-    ] {
-        assert!(report.contains(expected), "{expected}");
-    }
-    let findings = std::fs::read_to_string(place.path("r/findings.json")).expect("written");
-    let findings: serde_json::Value = serde_json::from_str(&findings).expect("JSON");
+    let report = place.folder.read("r/report.md");
+    report.says("| k / (m/s)^(−1/5), PE of 7.938 mm | ");
+    report.says("| k / (m/s)^(−1/5), PTFE of 4.762 mm | ");
+    report.says("\n| PTFE of 8 mm | 0.06 | ");
+    report.says("Each diameter of a particle has its own k");
+    report.says("no dry runs of PE of 7.938 mm");
+    report.says("figures/restitution-speed-PTFE-4.762.svg");
+    let findings = place.folder.json("r/findings.json");
     let k = findings["posterior"]["parameters"].as_array().expect("a list");
     let k = |name: &str| k.iter().find(|one| one["name"] == name).expect("sampled");
     let own = k("dry_k[PE,7.938]");
@@ -322,7 +282,7 @@ fn a_report_and_predictions_have_each_diameters_k() {
     assert!((mean - 0.129).abs() < 4.0 * sd && sd < 0.01, "{mean} ± {sd}");
     assert_eq!(findings["dry"].as_array().map(Vec::len), Some(3));
     assert_eq!(findings["dry"][0]["diameter_m"], 4.762e-3);
-    let draws = std::fs::read_to_string(place.path("r/draws/draws.csv")).expect("written");
+    let draws = place.folder.read("r/draws/draws.csv");
     let header =
         ".chain,.iteration,.draw,\"dry_k[PTFE,4.762]\",\"dry_k[PTFE,8]\",\"dry_k[PE,4.762]\",\"dry_k[PE,7.938]\",";
     assert!(draws.starts_with(header), "{}", &draws[..200]);
@@ -335,16 +295,8 @@ fn a_report_and_predictions_have_each_diameters_k() {
         // the other diameter's k would be off by 0.02
         assert!((found - law).abs() < 0.005, "{mm}: {found}, not {law}");
     }
-    let asked = ["--liquid", "AK10", "--film-um", "300", "--speed-m-s", "1:2:2"];
-    let arguments = [
-        &["predict", "r", "--particle", "PTFE", "--diameter-mm", "5"],
-        &asked[..],
-    ]
-    .concat();
-    let (code, text) = wetcor(&place, &arguments);
+    let asked = "--diameter-mm 5 --liquid AK10 --film-um 300 --speed-m-s 1:2:2";
+    let (code, _, text) = place.run(&format!("predict r --particle PTFE {asked}"));
     assert_eq!(code, Some(2), "{text}");
-    assert!(
-        text.contains("--diameter-mm: found 5, expected one of 4.762, 8: each diameter of `PTFE` has its own k"),
-        "{text}"
-    );
+    text.says("--diameter-mm: found 5, expected one of 4.762, 8: each diameter of `PTFE` has its own k");
 }

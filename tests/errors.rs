@@ -1,7 +1,7 @@
 //! Holds fits of runs with measurement errors: coverage, precision, an oracle, and the speed error that matters.
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{binomial_z, mean, seed_of, Place};
+use crate::common::{binomial_z, mean, seed_of, Place, Told};
 use rand::rngs::ChaCha8Rng;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -363,7 +363,7 @@ fn with_errors(place: &Place, test: &str) -> Findings {
 fn errors_of_the_speed_are_asked_for_where_they_are_not_given() {
     let test = "errors_of_the_speed_are_asked_for_where_they_are_not_given";
     let place = Place::new(&scene_text());
-    let asked_for = |found: &Findings| found.notices.iter().any(|notice| notice.code == "speed_error_matters");
+    let asked_for = |found: &Findings| found.tells("speed_error_matters");
     assert!(asked_for(&place.infer(seed_of(test))));
     assert!(!asked_for(&with_errors(&place, test)));
 }
@@ -378,7 +378,7 @@ fn a_scene_with_errors_is_weighed_in_every_fit_and_replicate() {
         assert!(given.runs > 150 && given.runs < found.counts.runs);
         assert!(found.dry.iter().all(|dry| dry.measurement_errors.is_some()));
         assert!(found.series.iter().all(|series| series.measurement_errors.is_some()));
-        let balance = found.energy_balance.as_ref().expect("dry runs");
+        let balance = found.balance();
         assert!(balance.verdict.passed, "{}", balance.verdict.reason);
         let spread = balance.measurement_errors.expect("runs carry errors").intrinsic_sd;
         assert!((0.003..0.005).contains(&spread), "{spread}");
@@ -400,9 +400,6 @@ fn a_scene_with_errors_is_weighed_in_every_fit_and_replicate() {
                 assert!(lo < value && value < hi);
             }
         }
-        assert!(found
-            .notices
-            .iter()
-            .all(|notice| notice.code != "measurement_errors_too_large"));
+        assert!(!found.tells("measurement_errors_too_large"));
     }
 }

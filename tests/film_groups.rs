@@ -1,13 +1,9 @@
 //! Holds how film ratios are grouped: which runs belong together, which laws are then refused, and how much of it is shown.
 
-use std::path::Path;
-use std::process::Command;
-
-use crate::common::scenes::{scene_of, AK10, M50, PTFE, SATURATING};
-use crate::common::{seed_of, Place};
+use crate::common::scenes::{scene_of, AK10, HEADER, M50, PTFE, SATURATING};
+use crate::common::{read_in_project, seed_of, Folder, Place, Told};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use wetcor::findings::checks::Check;
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::Findings;
@@ -21,16 +17,13 @@ const LUBRICATION_LOG: f64 = 1.85;
 /// The film ratios of the example's design.
 const MEANT: &str = "film_ratios = [0.03, 0.035, 0.04, 0.045, 0.05, 0.06, 0.08, 0.09, 0.12, 0.15]";
 
-fn example(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("datasets/mueller2016")
-        .join(name);
-    std::fs::read_to_string(path).expect("the example is there")
-}
-
 /// The example's scene with a line more in `[data]`.
 fn scene(line: &str) -> Place {
-    Place::new(&example("scene.toml").replacen("[particles.PTFE]", &format!("{line}\n[particles.PTFE]"), 1))
+    Place::new(&read_in_project("datasets/mueller2016/scene.toml").replacen(
+        "[particles.PTFE]",
+        &format!("{line}\n[particles.PTFE]"),
+        1,
+    ))
 }
 
 /// The example's runs as if films and speeds had been measured run by run with these relative errors, without a column of
@@ -41,9 +34,9 @@ fn measured(test: &str, film: f64, speed: f64) -> (String, Vec<Option<f64>>) {
         let (u, angle): (f64, f64) = (rng.random(), rng.random());
         1.0 + sd * (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * angle).cos()
     };
-    let mut text = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n".to_owned();
+    let mut text = HEADER.to_owned();
     let mut made_at = vec![];
-    for line in example("runs.csv").lines().skip(1) {
+    for line in read_in_project("datasets/mueller2016/runs.csv").lines().skip(1) {
         let [particle, liquid, diameter, thickness, ratio, v, e] = line.split(',').collect::<Vec<_>>()[..] else {
             panic!("{line}");
         };
@@ -55,11 +48,6 @@ fn measured(test: &str, film: f64, speed: f64) -> (String, Vec<Option<f64>>) {
         made_at.push(ratio.parse().ok());
     }
     (text, made_at)
-}
-
-fn check<'f>(findings: &'f Findings, code: &str) -> &'f Check {
-    let mut all = findings.verdicts.iter();
-    all.find(|check| check.check == code).expect("the check is there")
 }
 
 fn at(findings: &Findings, film_ratio: Option<f64>) -> Vec<&Scaling> {
@@ -98,12 +86,12 @@ fn film_ratios_that_run_into_each_other_have_no_laws() {
     // whether one law holds for all of a particle's film ratios cannot be tested then
     assert!(at(&findings, None).iter().all(|row| !row.verdict.passed));
     // what uses each run's own film stands
-    let found = check(&findings, "film_groups");
+    let found = findings.check("film_groups");
     assert!(
         !found.passed && !found.gates && quotable(&findings.verdicts),
         "{found:?}"
     );
-    let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
+    let balance = findings.balance();
     let (l, se) = balance
         .estimate(ParameterKind::LUBRICATION_LOG)
         .and_then(|estimate| estimate.pair())
@@ -117,7 +105,7 @@ fn film_ratios_that_run_into_each_other_have_no_laws() {
         .iter()
         .all(|group| group.why_no_laws.is_none() && group.width == 0.0));
     assert_eq!(findings.film_groups.len(), 14);
-    assert!(check(&findings, "film_groups").passed);
+    assert!(findings.check("film_groups").passed);
 }
 
 #[test]
@@ -141,7 +129,7 @@ fn runs_belong_to_the_film_ratios_that_are_meant() {
         let rows = at(&findings, Some(group.film_ratio));
         assert!(rows.iter().find(root).is_some_and(|row| row.verdict.passed), "{rows:?}");
     }
-    assert!(check(&findings, "film_groups").passed);
+    assert!(findings.check("film_groups").passed);
 }
 
 #[test]
@@ -152,7 +140,7 @@ fn runs_near_no_nominal_film_ratio_count_where_their_own_film_does() {
     let outside = findings.film_groups.iter().filter(|group| group.why_no_laws.is_some());
     let of_outside: usize = outside.map(|group| group.runs).sum();
     // of PTFE 300 below, 150 between and 150 above; of PE 350 below, 150 above
-    let found = check(&findings, "film_groups");
+    let found = findings.check("film_groups");
     assert_eq!(of_outside, 950, "{found:?}");
     assert!(
         !found.passed && !found.gates && found.text.contains("with 950 runs"),
@@ -171,10 +159,10 @@ fn runs_near_no_nominal_film_ratio_count_where_their_own_film_does() {
 #[test]
 fn the_column_goes_before_the_scene() {
     let place = scene("film_ratios = [0.2]");
-    let findings = place.fit_rows(&example("runs.csv"));
+    let findings = place.fit_rows(&read_in_project("datasets/mueller2016/runs.csv"));
     assert!(findings.film_groups.iter().all(|group| group.why_no_laws.is_none()));
     // films that are not the nominal ones
-    let rows = example("runs.csv");
+    let rows = read_in_project("datasets/mueller2016/runs.csv");
     let pooled: Vec<String> = rows
         .lines()
         .map(|line| {
@@ -217,30 +205,20 @@ fn longest_table(report: &str) -> usize {
 }
 
 fn assert_bounded(scene: &str, series: usize) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    std::fs::write(folder.path().join("scene.toml"), scene).expect("writable");
-    let run = |arguments: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_wetcor"));
-        let output = command
-            .current_dir(folder.path())
-            .args(arguments)
-            .output()
-            .expect("it can be started");
-        (output.status.code(), String::from_utf8(output.stdout).expect("text"))
-    };
-    run(&["simulate", "scene.toml", "--out", "runs.csv"]);
-    let (status, stdout) = run(&["fit", "scene.toml", "--out", "out", "--stages", "least_squares,figures"]);
+    let folder = Folder::new();
+    folder.write("scene.toml", scene);
+    folder.run("simulate scene.toml --out runs.csv");
+    let (status, stdout, _) = folder.run("fit scene.toml --out out --stages least_squares,figures");
     assert_eq!(status, Some(0), "{stdout}");
     assert!(stdout.lines().count() < 40, "{stdout}");
-    let (_, checked) = run(&["check", "scene.toml"]);
+    let (_, checked, _) = folder.run("check scene.toml");
     assert!(checked.lines().count() < 100, "{}", checked.lines().count());
-    let read = |name: &str| std::fs::read_to_string(folder.path().join("out").join(name)).expect("written");
-    let report = read("report.md");
+    let report = folder.read("out/report.md");
     assert!(longest_table(&report) <= 60, "{}", longest_table(&report));
     assert!(report.contains(&format!("The first 60 of {series} rows; findings.json has all.")));
-    let findings: serde_json::Value = serde_json::from_str(&read("findings.json")).expect("JSON");
+    let findings = folder.json("out/findings.json");
     assert_eq!(findings["series"].as_array().map(Vec::len), Some(series));
-    let figures = std::fs::read_dir(folder.path().join("out/figures")).expect("drawn");
+    let figures = std::fs::read_dir(folder.join("out/figures")).expect("drawn");
     for figure in figures {
         let path = figure.expect("an entry").path();
         let svg = std::fs::read_to_string(&path).expect("text");

@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use crate::common::seed_of;
+use crate::common::{seed_of, Folder, Says};
 use crate::render::{self, render, Picture, Scene};
 use rayon::prelude::*;
-use tempfile::TempDir;
 use wetcor::recordings::frames::{find_sphere, Sightings};
 
 /// Errors of positions, px.
@@ -47,8 +46,8 @@ fn seeded(test: &str) -> Scene {
     }
 }
 
-fn written(scene: &Scene, centre: impl Fn(f64) -> (f64, f64) + Sync, frames: usize) -> TempDir {
-    let folder = TempDir::new().expect("a folder");
+fn written(scene: &Scene, centre: impl Fn(f64) -> (f64, f64) + Sync, frames: usize) -> Folder {
+    let folder = Folder::new();
     (0..frames).into_par_iter().for_each(|frame| {
         let picture = render(scene, &centre, frame);
         picture.png(&folder.path().join(format!("frame{frame}.png")));
@@ -352,15 +351,15 @@ fn formats_tell_the_same() {
     };
     let frames = 50;
     let write = |name: fn(usize) -> String, picture: fn(&Picture, &Path)| {
-        let folder = TempDir::new().expect("a folder");
+        let folder = Folder::new();
         for frame in 0..frames {
             picture(&render(&scene, falling, frame), &folder.path().join(name(frame)));
         }
         // what is no image is left alone
-        std::fs::write(folder.path().join("Thumbs.db"), "thumbs").expect("a file");
-        std::fs::write(folder.path().join("notes.txt"), "notes").expect("a file");
-        std::fs::write(folder.path().join("._f1.png"), "of a system").expect("a file");
-        std::fs::create_dir(folder.path().join("more.png")).expect("a folder");
+        folder.write("Thumbs.db", "thumbs");
+        folder.write("notes.txt", "notes");
+        folder.write("._f1.png", "of a system");
+        std::fs::create_dir(folder.join("more.png")).expect("a folder");
         folder
     };
     let grey = write(|frame| format!("f{frame}.png"), Picture::png);
@@ -401,16 +400,14 @@ fn formats_tell_the_same() {
     let folder = write(|frame| format!("f{frame}.tif"), single);
     near(folder.path(), 1e-6, 1.0);
     for (wide, most, grey) in [(false, 1e-6, 1.0), (true, 0.03, 257.0)] {
-        let path = folder.path().join("pages.tiff");
+        let path = folder.join("pages.tiff");
         render::tiff(&path, wide, (0..frames).map(|frame| render(&scene, falling, frame)));
         near(&path, most, grey);
     }
     // a file of pages in a folder of frames
     let message = find_sphere(folder.path(), &|_, _| ()).expect_err("pages");
-    assert!(
-        message.contains("pages.tiff") && message.contains("several pages"),
-        "{message}"
-    );
+    message.says("pages.tiff");
+    message.says("several pages");
 }
 
 #[test]
@@ -453,7 +450,7 @@ fn what_is_no_recording_is_told() {
         ..seeded("what_is_no_recording_is_told")
     };
     let still = |_: f64| (30.0, 30.0);
-    let folder = TempDir::new().expect("a folder");
+    let folder = Folder::new();
     let path = folder.path();
     let tells = |path: &Path, words: &[&str]| {
         let message = refusal(path);
@@ -529,11 +526,11 @@ fn what_has_no_end_is_no_frame() {
         radius: 8.0,
         ..seeded("what_has_no_end_is_no_frame")
     };
-    let folder = TempDir::new().expect("a folder");
+    let folder = Folder::new();
     for frame in 0..6 {
         render(&scene, |_| (30.0, 30.0), frame).png(&folder.path().join(format!("f{frame}.png")));
     }
-    let last = folder.path().join("f6.png");
+    let last = folder.join("f6.png");
     let told = || {
         let message = refusal(folder.path());
         std::fs::remove_file(&last).expect("it is there");
@@ -546,7 +543,7 @@ fn what_has_no_end_is_no_frame() {
     let made = std::process::Command::new("mkfifo").arg(&last).status();
     assert!(made.is_ok_and(|status| status.success()));
     assert!(told().contains("found a pipe, expected a regular file"));
-    let pages = folder.path().join("pages.tif");
+    let pages = folder.join("pages.tif");
     let made = std::process::Command::new("mkfifo").arg(&pages).status();
     assert!(made.is_ok_and(|status| status.success()));
     assert!(refusal(&pages).contains("found a pipe"));
@@ -554,7 +551,7 @@ fn what_has_no_end_is_no_frame() {
 
 #[test]
 fn a_stated_size_is_not_believed() {
-    let folder = TempDir::new().expect("a folder");
+    let folder = Folder::new();
     let scene = Scene {
         width: 40,
         height: 40,
@@ -564,7 +561,7 @@ fn a_stated_size_is_not_believed() {
         render(&scene, |_| (20.0, 20.0), frame).png(&folder.path().join(format!("{frame}.png")));
     }
     // the header's width, with its checksum
-    let first = folder.path().join("0.png");
+    let first = folder.join("0.png");
     let mut bytes = std::fs::read(&first).expect("a file");
     bytes[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
     let checksum = crc32(&bytes[12..29]).to_be_bytes();
@@ -604,12 +601,8 @@ fn broken_images_break_nothing() {
     };
     let centre = |time: f64| (12.0, 6.0 + 0.9 * time);
     let first = render(&scene, centre, 0);
-    let made = TempDir::new().expect("a folder");
-    let (png, jpeg, pages) = (
-        made.path().join("a.png"),
-        made.path().join("a.jpg"),
-        made.path().join("a.tif"),
-    );
+    let made = Folder::new();
+    let (png, jpeg, pages) = (made.join("a.png"), made.join("a.jpg"), made.join("a.tif"));
     first.png(&png);
     first.jpeg(&jpeg);
     render::tiff(&pages, false, (0..5).map(|frame| render(&scene, centre, frame)));
@@ -619,10 +612,10 @@ fn broken_images_break_nothing() {
             let good = std::fs::read(path).expect("a file");
             let broken = (0..MUTATIONS).into_par_iter().map_init(
                 || {
-                    let folder = TempDir::new().expect("a folder");
+                    let folder = Folder::new();
                     if *ending != "tif" {
                         for frame in 1..5 {
-                            std::fs::write(folder.path().join(format!("{frame}.{ending}")), &good).expect("a file");
+                            folder.write(&format!("{frame}.{ending}"), &good);
                         }
                     }
                     folder

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{fitted_example as example, wetcor_here as wetcor};
+use crate::common::{fitted_example as example, wetcor_here as wetcor, Folder, Says};
 
 type Outcome = (Option<i32>, String, String);
 
@@ -56,7 +56,7 @@ fn the_table_is_what_is_predicted() {
 
 #[test]
 fn every_code_has_files_that_open_with_the_law_and_its_range() {
-    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = Folder::new();
     for code in ["table", "lammps", "liggghts", "yade", "mercurydpm", "mfix"] {
         for (pair, speed) in [(WET, "1.2"), (DRY, "1.2"), (WET, "3.5")] {
             let out = place.path().join(format!("{code} {speed} {}", pair.len()));
@@ -87,10 +87,7 @@ fn every_code_has_files_that_open_with_the_law_and_its_range() {
             let before = std::fs::read_dir(&out).expect("a folder").count();
             let (status, said, err) = wetcor(&all);
             assert_eq!((status, said.as_str()), (Some(2), ""));
-            assert!(
-                err.contains("exists; --out names another folder; nothing was written"),
-                "{err}"
-            );
+            err.says("exists; --out names another folder; nothing was written");
             assert_eq!(std::fs::read_dir(&out).expect("a folder").count(), before);
         }
     }
@@ -110,22 +107,19 @@ fn without_out_the_first_file_is_printed_and_the_other_named() {
 
 #[test]
 fn a_fit_that_is_not_to_be_quoted_or_kept_without_draws_says_so_in_the_file() {
-    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = Folder::new();
     let findings = std::fs::read_to_string(example().join("findings.json")).expect("it is written");
     let mut changed: serde_json::Value = serde_json::from_str(&findings).expect("JSON");
-    std::fs::write(place.path().join("findings.json"), findings).expect("writable");
+    place.write("findings.json", findings);
     let words = format!("{WET} --speed-m-s 1.2 --to yade");
     let (status, printed, err) = ask("handoff", place.path(), &words);
     assert_eq!(status, Some(0));
-    assert!(
-        printed.contains("16384 draws of the normal with the posterior's means and covariance"),
-        "{printed}"
-    );
+    printed.says("16384 draws of the normal with the posterior's means and covariance");
     assert!(err.contains("the folder is kept without its draws"), "{err}");
     assert!(!printed.contains("NOT TO BE QUOTED"));
     changed["verdicts"][0]["passed"] = false.into();
     changed["verdicts"][0]["gates"] = true.into();
-    std::fs::write(place.path().join("findings.json"), changed.to_string()).expect("writable");
+    place.write("findings.json", changed.to_string());
     let (status, printed, _) = ask("handoff", place.path(), &words);
     assert_eq!(status, Some(1));
     assert!(printed.contains("NOT TO BE QUOTED"));

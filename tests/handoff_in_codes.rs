@@ -4,6 +4,7 @@
 //! Debian has all three (`apt-get install liggghts lammps yade`). Where one is missing its test prints SKIPPED, or fails with
 //! `WETCOR_CODES_REQUIRED=1`.
 
+use crate::common::Folder;
 use std::io::Write;
 use std::process::Command;
 
@@ -186,9 +187,9 @@ fn a_title_is_no_code_in_python() {
         try:\n    runpy.run_path(sys.argv[1])\n\
         except ModuleNotFoundError as error:\n    assert error.name == 'yade'\n\
         print(tree)";
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = Folder::new();
     let python = |program: &str, name: &str, text: &str| {
-        std::fs::write(folder.path().join(name), text).expect("writable");
+        folder.write(name, text);
         let mut python = Command::new("python3");
         python.current_dir(&folder).args(["-c", program, name]);
         python
@@ -199,7 +200,7 @@ fn a_title_is_no_code_in_python() {
             read_by(python(READ, "drop.py", &text))
         });
         assert!(trees.iter().all(|tree| *tree == trees[0]));
-        assert!(!folder.path().join("owned").exists());
+        assert!(!folder.join("owned").exists());
     }
     // with the title in the first line it is code, which this test then sees; the source is no text in that encoding
     let hostile = PAIRS[0].files_of(Code::Yade, UTF_7).swap_remove(0).text;
@@ -211,7 +212,7 @@ fn a_title_is_no_code_in_python() {
     let early = format!("{title}\n{}\n", lines.join("\n"));
     let ran = python("import runpy; runpy.run_path('early.py')", "early.py", &early).output();
     assert!(!ran.expect("it runs").status.success());
-    assert!(folder.path().join("owned").exists());
+    assert!(folder.join("owned").exists());
 }
 
 /// Up to C++14 `??/` is a backslash, which at the end of a line joins the next to a comment.
@@ -220,10 +221,10 @@ fn a_title_is_no_code_in_cpp() {
     if !is_there("c++") {
         return;
     }
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = Folder::new();
     let program = |text: &str| {
         let own: Vec<&str> = text.lines().filter(|line| !line.starts_with("#include")).collect();
-        std::fs::write(folder.path().join("drop.cpp"), own.join("\n")).expect("writable");
+        folder.write("drop.cpp", own.join("\n"));
         let mut compiler = Command::new("c++");
         compiler.current_dir(&folder).args([
             "-std=c++11",
@@ -299,14 +300,14 @@ fn rebounds(command: &mut Command) -> Vec<Rebounds> {
 /// A program that reads a file by `-in` and variables by `-var`, as LAMMPS and its offspring do.
 struct Reader {
     program: &'static str,
-    folder: tempfile::TempDir,
+    folder: Folder,
 }
 
 impl Reader {
     fn new(program: &'static str) -> Option<Reader> {
         is_there(program).then(|| Reader {
             program,
-            folder: tempfile::tempdir().expect("a temporary folder"),
+            folder: Folder::new(),
         })
     }
 
@@ -471,10 +472,10 @@ fn yade_rebounds_as_asked() {
     if !is_there("yade") {
         return;
     }
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = Folder::new();
     for pair in &PAIRS {
         let file = pair.files(Code::Yade).swap_remove(0);
-        std::fs::write(folder.path().join(file.name), &file.text).expect("the folder is writable");
+        folder.write(file.name, &file.text);
         let speeds = pair.tried().map(|speed| speed.to_string());
         // -j1: a sphere is no work for more threads
         let mut command = Command::new("yade");
@@ -498,7 +499,7 @@ fn yade_rebounds_as_asked() {
     ];
     let text = of_e.iter().fold(file.text, |text, (from, to)| text.replace(from, to));
     let text = text.replace("        betas=MatchMaker(matches=(), algo='val', val=0.0),\n", "");
-    std::fs::write(folder.path().join(file.name), text).expect("the folder is writable");
+    folder.write(file.name, text);
     let mut command = Command::new("yade");
     let found = rebounds(command.current_dir(&folder).args(["-j1", "-x", "-n", file.name]));
     assert_both_near(&found[0], pair, "yade en");

@@ -1,7 +1,7 @@
 //! Holds that what runs cannot see is named, with a true value for what they determine instead.
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{seed_of, Place};
+use crate::common::{seed_of, Place, Told};
 use wetcor::findings::identify::{identify_directions, Directions, IdentifiableCombination, Unidentified};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
@@ -121,10 +121,9 @@ fn one_film_ratio_without_dry_runs_tells_e_inf() {
         ..WELL
     };
     let findings = design.draw("one_film_ratio_without_dry_runs_tells_e_inf").2;
-    let seen = findings.identifies.expect("parameters");
-    let unseen = only(&seen);
-    let notice = findings.notices.iter().find(|notice| notice.code == "unseen");
-    let notice = notice.expect("a caution of the report");
+    let seen = findings.identifies.as_ref().expect("parameters");
+    let unseen = only(seen);
+    let notice = findings.notice("unseen").expect("a caution of the report");
     assert!(
         notice.text.starts_with(&unseen.reason) && notice.text.contains("; determined instead: e_inf[PTFE,0.06] = 0.")
     );

@@ -1,41 +1,35 @@
 //! Holds the laws of pairs that a report writes to the predictions, fits and formulas they stand for.
 
+use crate::common::{wetcor_here, Folder};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-
-use tempfile::TempDir;
 
 type Row = HashMap<String, String>;
 
-fn wetcor(arguments: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-        .args(arguments)
-        .output()
-        .expect("the command can be started");
-    let err = String::from_utf8_lossy(&output.stderr);
+fn ran(arguments: &[&str]) -> String {
+    let (status, out, err) = wetcor_here(arguments);
     // a fit that is not to be quoted is one that is written
-    assert!(matches!(output.status.code(), Some(0 | 1)), "{err}");
-    String::from_utf8(output.stdout).expect("plain text")
+    assert!(matches!(status, Some(0 | 1)), "{err}");
+    out
 }
 
 /// A fit of the example's runs, its scene changed.
 struct Fitted {
-    _place: TempDir,
+    place: Folder,
     folder: PathBuf,
 }
 
 impl Fitted {
     fn new(stages: &str, change: impl Fn(&str) -> String) -> Fitted {
-        let place = tempfile::tempdir().expect("a temporary folder");
+        let place = Folder::new();
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016");
         let scene = std::fs::read_to_string(example.join("scene.toml")).expect("the example's scene");
-        std::fs::write(place.path().join("scene.toml"), change(&scene)).expect("writable");
-        std::fs::copy(example.join("runs.csv"), place.path().join("runs.csv")).expect("writable");
-        let folder = place.path().join("report");
-        let [scene, out] = [place.path().join("scene.toml"), folder.clone()].map(|path| path.display().to_string());
-        wetcor(&["fit", &scene, "--out", &out, "--stages", stages, "--quiet"]);
-        Fitted { _place: place, folder }
+        place.write("scene.toml", change(&scene));
+        std::fs::copy(example.join("runs.csv"), place.join("runs.csv")).expect("writable");
+        let folder = place.join("report");
+        let [scene, out] = [place.join("scene.toml"), folder.clone()].map(|path| path.display().to_string());
+        ran(&["fit", &scene, "--out", &out, "--stages", stages, "--quiet"]);
+        Fitted { place, folder }
     }
 
     fn rows(&self, file: &str) -> Vec<Row> {
@@ -47,8 +41,7 @@ impl Fitted {
     }
 
     fn findings(&self) -> serde_json::Value {
-        let text = std::fs::read_to_string(self.folder.join("findings.json")).expect("it is written");
-        serde_json::from_str(&text).expect("JSON")
+        self.place.json("report/findings.json")
     }
 
     /// What is predicted at settings given as lines of a table.
@@ -56,14 +49,7 @@ impl Fitted {
         let table = self.folder.with_file_name("settings.csv");
         std::fs::write(&table, settings).expect("writable");
         let [folder, table] = [&self.folder, &table].map(|path| path.display().to_string());
-        rows(&wetcor(&[
-            "predict",
-            &folder,
-            "--settings",
-            &table,
-            "--quiet",
-            "--anyway",
-        ]))
+        rows(&ran(&["predict", &folder, "--settings", &table, "--quiet", "--anyway"]))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Holds where each main number comes from, and that the dry law and one k for all diameters are tested before it is quoted.
 
-use crate::common::scenes::{scene_of, PTFE, THIN};
-use crate::common::{self, binomial_z, seed_of, Place};
+use crate::common::scenes::{scene_of, HEADER, PTFE, THIN};
+use crate::common::{binomial_z, sample, seed_of, Place, Says, Told};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::checks::Check;
 use wetcor::findings::estimate::Estimate;
@@ -12,7 +12,7 @@ use wetcor::findings::{self, Findings};
 use wetcor::physics::loss::Film;
 use wetcor::physics::{Coefficient, Inertia};
 use wetcor::ranks::Ranks;
-use wetcor::runs::{self, Table};
+use wetcor::runs::Table;
 use wetcor::seed::stream;
 use wetcor::study::main_coverage;
 
@@ -55,9 +55,7 @@ fn fit(scene: &str, table: impl FnOnce(&Place) -> Table) -> Findings {
     let place = Place::new(scene);
     let table = table(&place);
     let mut findings = findings::fit_least_squares(&place.scene, &table, 1, true);
-    findings
-        .add_posterior(&place.scene, &table.runs, MethodChoice::Sampler, &|_, _| {})
-        .unwrap_or_else(|error| panic!("{error}"));
+    sample(&mut findings, &place.scene, &table.runs);
     findings
 }
 
@@ -138,11 +136,7 @@ fn e_inf_of_few_degrees_of_freedom_comes_from_the_posterior_alone() {
         held += 1;
     }
     assert!(held > 0, "{:?}", alone.main.at);
-    let row = alone
-        .scaling
-        .iter()
-        .find(|row| row.law == wetcor::scene::WetLaw::Sqrt && row.film_ratio.is_some())
-        .expect("fitted");
+    let row = alone.square_root();
     let [lo, hi] = row.e_inf.interval.expect("an interval");
     assert!(0.5 * (hi - lo) / row.e_inf.se.expect("a standard error") > 2.5);
     let sampled = fit(&few, |_| table);
@@ -163,7 +157,7 @@ fn what_follows_from_a_held_parameter_has_a_value_and_no_interval() {
 }
 
 fn check_of<'f>(findings: &'f Findings, code: &str) -> &'f Check {
-    let check = findings.verdicts.iter().find(|check| check.check == code);
+    let check = findings.made(code);
     check.expect("checked")
 }
 
@@ -187,11 +181,7 @@ fn a_prior_that_the_runs_contradict_is_told_and_one_they_bear_out_is_not() {
         !check.passed && check.gates && !contradicted.main.verdict.passed,
         "{check:?}"
     );
-    assert!(
-        check.text.starts_with("lubrication_log: the runs alone give 1."),
-        "{}",
-        check.text
-    );
+    check.text.begins("lubrication_log: the runs alone give 1.");
     assert!(!own(&contradicted).prior_led);
     let borne_out = of_prior(1.86);
     assert!(check_of(&borne_out, "prior_conflict").passed && borne_out.main.verdict.passed);
@@ -253,7 +243,7 @@ fn a_prior_of_any_kind_is_held_against_the_runs() {
         ("sigma_wet", "fixed = 0.02"),
     ] {
         let findings = fit(key, prior);
-        let check = findings.verdicts.iter().find(|check| check.check == "prior_conflict");
+        let check = findings.made("prior_conflict");
         assert!(
             check.is_none_or(|check| check.passed) && findings.main.verdict.passed,
             "{key} {prior}: {check:?}"
@@ -337,12 +327,12 @@ fn without_a_posterior_least_squares_stands_in_and_is_called_provisional() {
 
 /// The check of a code, of the one particle.
 fn check<'f>(findings: &'f Findings, code: &str) -> &'f Check {
-    let found = findings.verdicts.iter().find(|check| check.check == code);
+    let found = findings.made(code);
     found.unwrap_or_else(|| panic!("no check {code}"))
 }
 
 fn dry_rows(of: impl Fn(f64, f64) -> f64) -> String {
-    let mut csv = String::from("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n");
+    let mut csv = HEADER.to_owned();
     // a fixed pattern of residuals with sd 0.009 and no trend
     let residuals = [0.009, -0.011, 0.004, -0.007, 0.005];
     for diameter in [3.175, 8.0] {
@@ -517,7 +507,7 @@ fn fit_forms(scene: &str, inertia: Inertia, sets: u64) -> RightForms {
     let mut found = RightForms::default();
     for set in 0..sets {
         let seed = seed_of("the_form_that_fits_is_chosen").wrapping_add(set);
-        let table = Table::of(runs::arrange(&place.scene, &common::rows(&place.scene, seed)));
+        let table = place.table(seed);
         let findings = findings::fit_least_squares(&place.scene, &table, seed, false);
         let balance = findings.energy_balance.expect("dry and wet runs");
         let is_right = balance.inertia == inertia;
@@ -616,7 +606,7 @@ fn covered_main_numbers(scene: &str, sets: u64) -> [[usize; 2]; 5] {
     };
     for set in 0..sets {
         let seed = seed_of("main_numbers_cover_with_the_form_left_open").wrapping_add(set);
-        let table = Table::of(runs::arrange(&place.scene, &common::rows(&place.scene, seed)));
+        let table = place.table(seed);
         let mut findings = findings::fit_least_squares(&place.scene, &table, seed, true);
         let posterior = findings.add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ());
         posterior.unwrap_or_else(|error| panic!("{error}"));
@@ -677,7 +667,7 @@ fn main_numbers_cover_on_designs_of_few_runs() {
     let place = Place::new(&scene_text().replace("[bootstrap]", "[bootstrap]\ninterval = \"percentile\""));
     let covered = (0..200u64).filter(|set| {
         let mut rng = stream(seed, "three dry runs", *set);
-        let mut csv = String::from("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n");
+        let mut csv = HEADER.to_owned();
         for v in [0.5f64, 1.0, 2.0] {
             let z: f64 = StandardNormal.sample(&mut rng);
             csv.push_str(&format!(

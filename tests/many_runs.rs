@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::common::{seed_of, write, Place};
+use crate::common::{seed_of, write, Place, Told};
 use crate::condensing::{self, OF_THEIR_OWN};
 use serde_json::Value;
 use wetcor::findings::posterior::MethodChoice;
@@ -151,7 +151,7 @@ fn least_squares_says_the_same_of_a_table_that_is_not_kept() {
         // of some 2,200 runs a fit a width is known to 1.5 %
         let widths = widths_apart(&of_few, &of_all);
         assert!(widths < 0.07, "{widths}");
-        let codes = |findings: &Findings| findings.notices.iter().any(|notice| notice.code == "condensed_runs");
+        let codes = |findings: &Findings| findings.tells("condensed_runs");
         assert!(codes(&of_few) && !codes(&of_all));
         // the planted fault: a stand-in of every series counts for a tenth more
         let mut faulty = few;

@@ -1,21 +1,13 @@
 //! Holds the examples in the repository: the runs, their distance from the paper, and the committed reports.
 
+use crate::common::{contents, wetcor_here};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use serde_json::Value;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn run(arguments: &[&str]) -> std::process::Output {
-    Command::new(env!("CARGO_BIN_EXE_wetcor"))
-        .current_dir(root())
-        .args(arguments)
-        .output()
-        .expect("the command can be started")
 }
 
 fn read(path: &Path) -> String {
@@ -24,25 +16,13 @@ fn read(path: &Path) -> String {
 
 /// Everything in a report's folder but `timing.json`, the page for browsers and the draws, which are never committed, by path.
 fn files(folder: &Path) -> BTreeMap<PathBuf, String> {
-    let mut found = BTreeMap::new();
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(next) = folders.pop() {
-        for entry in std::fs::read_dir(&next).expect("a report's folder") {
-            let path = entry.expect("a readable entry").path();
-            if path.is_dir() {
-                if path.file_name().is_some_and(|name| name != "draws") {
-                    folders.push(path);
-                }
-            } else if path
-                .file_name()
-                .is_some_and(|name| name != "timing.json" && name != "report.html")
-            {
-                let name = path.strip_prefix(folder).expect("inside the folder").to_path_buf();
-                found.insert(name, read(&path));
-            }
-        }
-    }
-    found
+    let mut found = contents(folder);
+    let is_kept = |name: &Path| {
+        !name.starts_with("draws") && name != Path::new("timing.json") && name != Path::new("report.html")
+    };
+    found.retain(|name, _| is_kept(name));
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("plain text");
+    found.into_iter().map(|(name, bytes)| (name, text(bytes))).collect()
 }
 
 /// Both numbers, as far as rounding on another machine may move them.
@@ -142,18 +122,9 @@ fn the_committed_report_is_what_the_command_writes() {
 fn a_committed_report_is_written_again(example: &str) {
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(example);
     let _ = std::fs::remove_dir_all(&out);
-    let output = run(&[
-        "fit",
-        &format!("datasets/{example}/scene.toml"),
-        "--out",
-        &out.to_string_lossy(),
-    ]);
-    assert_eq!(
-        output.status.code(),
-        Some(0),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let out_words = out.to_str().expect("a plain path");
+    let (status, _, err) = wetcor_here(&["fit", &format!("datasets/{example}/scene.toml"), "--out", out_words]);
+    assert_eq!(status, Some(0), "{err}");
     let (new, old) = (files(&out), files(&root().join("reports").join(example)));
     assert_eq!(new.keys().collect::<Vec<_>>(), old.keys().collect::<Vec<_>>());
     for (name, text) in &new {
@@ -284,19 +255,9 @@ fn the_papers_figures_come_back_as_nearly_as_stated() {
 #[test]
 fn the_runs_are_what_simulate_draws_and_no_one_takes_them_for_measured() {
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mueller2016-runs.csv");
-    let output = run(&[
-        "simulate",
-        "datasets/mueller2016/scene.toml",
-        "--out",
-        &out.to_string_lossy(),
-        "--force",
-    ]);
-    assert_eq!(
-        output.status.code(),
-        Some(0),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let words = ["simulate", "datasets/mueller2016/scene.toml", "--force", "--out"];
+    let (status, _, err) = wetcor_here(&[&words[..], &[out.to_str().expect("a plain path")]].concat());
+    assert_eq!(status, Some(0), "{err}");
     let (new, old) = (read(&out), read(&root().join("datasets/mueller2016/runs.csv")));
     assert_eq!(new.lines().count(), old.lines().count());
     for (a, b) in new.lines().zip(old.lines()) {

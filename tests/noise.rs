@@ -6,7 +6,7 @@ mod outliers;
 mod spreads;
 
 use crate::common::scenes::{scene_of, AK10, PE, PTFE};
-use crate::common::Place;
+use crate::common::{Place, Told};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::noise::Noise;
 use wetcor::findings::{self, Findings};
@@ -39,6 +39,17 @@ const USUAL: Design = Design {
     repeats: 5,
     sigma: 1e-12,
 };
+
+/// One particle, film ratio and diameter.
+const ONE_SERIES: Design = Design {
+    particles: &["PE"],
+    films: "0.06",
+    diameters: "5.0",
+    ..USUAL
+};
+
+/// What may be told of noise.
+const ALARMS: [&str; 3] = ["outlier", "unequal_spread", "series_offsets"];
 
 const SIGMA: f64 = 0.02;
 
@@ -100,7 +111,7 @@ fn noise_of(findings: &Findings) -> &Noise {
 }
 
 fn tells(findings: &Findings, code: &str) -> bool {
-    findings.notices.iter().any(|notice| notice.code == code)
+    findings.tells(code)
 }
 
 /// Series of a run, as a number; `None` for dry runs.

@@ -1,23 +1,13 @@
 //! Holds that numbers in a wrong unit are questioned in words and not quoted, and that right scenes are left alone.
 
-use std::path::Path;
-
-use crate::common::Place;
-use wetcor::findings::posterior::MethodChoice;
+use crate::common::{in_project, read_in_project, sample, Place, Told};
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{overview, Findings};
 use wetcor::{findings, runs, scene};
 
-fn example(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("datasets/mueller2016")
-        .join(name);
-    std::fs::read_to_string(path).expect("the example is there")
-}
-
 /// The example's runs with some of their cells changed.
 fn rows(change: impl Fn(&mut Vec<String>)) -> String {
-    let text = example("runs.csv");
+    let text = read_in_project("datasets/mueller2016/runs.csv");
     let mut lines = text.lines();
     let mut changed = vec![lines.next().expect("a header").to_owned()];
     for line in lines {
@@ -49,7 +39,7 @@ fn assert_asked(text: &str, expected: &[&str]) {
 #[test]
 fn the_examples_are_not_questioned() {
     for name in ["mueller2016", "sticking"] {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("datasets/{name}/scene.toml"));
+        let path = in_project(&format!("datasets/{name}/scene.toml"));
         let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
         let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
         let found = findings::fit_least_squares(&scene, &table, 1, false);
@@ -63,7 +53,7 @@ fn the_examples_are_not_questioned() {
 /// A hollow ball: its dry law reads neither density nor diameter, its wet one both.
 #[test]
 fn the_density_of_a_sphere_without_wet_runs_forbids_nothing() {
-    let text = example("scene.toml").replace("= 940", "= 84");
+    let text = read_in_project("datasets/mueller2016/scene.toml").replace("= 940", "= 84");
     let place = Place::new(&text);
     let of_dry = rows(|_| ());
     let dry: Vec<&str> = of_dry
@@ -77,11 +67,11 @@ fn the_density_of_a_sphere_without_wet_runs_forbids_nothing() {
 
 #[test]
 fn densities_in_grams_are_named_as_such() {
-    let text = example("scene.toml")
+    let text = read_in_project("datasets/mueller2016/scene.toml")
         .replace("= 2150", "= 2.15")
         .replace("= 940", "= 0.94");
     let place = Place::new(&text);
-    let found = place.fit_rows(&example("runs.csv"));
+    let found = place.fit_rows(&read_in_project("datasets/mueller2016/runs.csv"));
     let asked = questions(&found);
     assert_asked(
         &asked,
@@ -104,11 +94,11 @@ fn densities_in_grams_are_named_as_such() {
 /// Without dry runs there is no energy balance: L and k come from the posterior alone.
 #[test]
 fn what_the_posterior_alone_tells_is_questioned_too() {
-    let text = example("scene.toml")
+    let text = read_in_project("datasets/mueller2016/scene.toml")
         .replace("= 2150", "= 2.15")
         .replace("= 940", "= 0.94");
     let place = Place::new(&text);
-    let rows = example("runs.csv");
+    let rows = read_in_project("datasets/mueller2016/runs.csv");
     let wet: Vec<&str> = rows.lines().filter(|line| !line.contains(",dry,")).collect();
     let mut found = place.fit_rows(&wet.join("\n"));
     let asked = |found: &Findings| {
@@ -118,8 +108,8 @@ fn what_the_posterior_alone_tells_is_questioned_too() {
         texts.concat()
     };
     assert!(!asked(&found).contains("L = "), "{}", asked(&found));
-    let posterior = found.add_posterior(&place.scene, &place.read().runs, MethodChoice::Sampler, &|_, _| ());
-    assert!(posterior.is_ok_and(|sampled| sampled.is_some()));
+    let posterior = sample(&mut found, &place.scene, &place.read().runs);
+    assert!(posterior.is_some());
     assert!(
         asked(&found).contains(" by the posterior is below 0.3"),
         "{}",
@@ -129,8 +119,8 @@ fn what_the_posterior_alone_tells_is_questioned_too() {
 
 #[test]
 fn a_roughness_of_millimetres_is_questioned_with_its_separation() {
-    let text = example("scene.toml").replace("roughness_um  = 5", "roughness_um  = 5000");
-    let asked = questions(&Place::new(&text).fit_rows(&example("runs.csv")));
+    let text = read_in_project("datasets/mueller2016/scene.toml").replace("roughness_um  = 5", "roughness_um  = 5000");
+    let asked = questions(&Place::new(&text).fit_rows(&read_in_project("datasets/mueller2016/runs.csv")));
     assert_asked(
         &asked,
         &[
@@ -143,8 +133,9 @@ fn a_roughness_of_millimetres_is_questioned_with_its_separation() {
 
 #[test]
 fn a_viscosity_of_pascal_seconds_is_questioned() {
-    let text = example("scene.toml").replace("viscosity_mPa_s = 9.3", "viscosity_mPa_s = 0.0093");
-    let asked = questions(&Place::new(&text).fit_rows(&example("runs.csv")));
+    let text =
+        read_in_project("datasets/mueller2016/scene.toml").replace("viscosity_mPa_s = 9.3", "viscosity_mPa_s = 0.0093");
+    let asked = questions(&Place::new(&text).fit_rows(&read_in_project("datasets/mueller2016/runs.csv")));
     assert_asked(
         &asked,
         &["viscosity of AK10 is 0.0093 mPa s, outside", "0.0093 looks like Pa s"],
@@ -153,7 +144,7 @@ fn a_viscosity_of_pascal_seconds_is_questioned() {
 
 /// The example's scene without the limit that would screen films of the wrong unit.
 fn unscreened() -> Place {
-    Place::new(&example("scene.toml").replace("min_film_um", "# min_film_um"))
+    Place::new(&read_in_project("datasets/mueller2016/scene.toml").replace("min_film_um", "# min_film_um"))
 }
 
 fn thousandth(cell: &mut String) {
@@ -201,11 +192,7 @@ fn a_k_that_no_sphere_has_is_questioned() {
     });
     let found = unscreened().fit_rows(&rows);
     let k = found.dry[0].dry_k.value.expect("it converged");
-    let asked = found
-        .verdicts
-        .iter()
-        .find(|check| check.check == "plausible_result")
-        .expect("asked");
+    let asked = found.check("plausible_result");
     assert!(
         k > 0.7 && !asked.passed && asked.text.contains("k of PTFE = "),
         "{k} {asked:?}"

@@ -1,11 +1,8 @@
 //! Holds the sampled posterior against simulation from its own priors, and shows that planted faults are seen.
 
+use crate::common::assembled::{Assembled, Fault};
 use crate::common::scenes::{scene_of, AK10, M50, PTFE};
-use crate::common::{
-    self,
-    assembled::{Assembled, Fault},
-};
-use crate::common::{rows, rows_from, seed_of};
+use crate::common::{self, rows, rows_from, seed_of};
 use rayon::prelude::*;
 use wetcor::inference::laplace::laplace;
 use wetcor::inference::nuts::{sample_chains, Effort, TARGET_ACCEPT};

@@ -4,10 +4,8 @@
 
 use std::path::Path;
 
-use crate::common::{
-    self,
-    assembled::{Assembled, Fault},
-};
+use crate::common::assembled::{Assembled, Fault};
+use crate::common::{self};
 use serde_json::Value;
 use wetcor::findings::posterior::{derived, start};
 use wetcor::findings::{self};

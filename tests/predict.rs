@@ -1,13 +1,11 @@
 //! Holds predictions to brute-force sampling, to the truth of the simulated example, and to their refusals.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use std::sync::Arc;
 
-use crate::common::{binomial_z, fitted_example as example, rows, seed_of, wetcor_here as wetcor};
+use crate::common::{binomial_z, fitted_example as example, rows, seed_of, wetcor_here as wetcor, Folder, Ran, Says};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
-use tempfile::TempDir;
 use wetcor::findings::predict::{Covered, Draw, LiquidRange, ParticleLaw, Predicted};
 use wetcor::model::likelihood::tails::Tails;
 use wetcor::physics::rebound::mean_restitution;
@@ -300,33 +298,24 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
     assert!(z < -40.0, "{z}");
 }
 
-const ASKED: [&str; 10] = [
-    "--particle",
-    "PTFE",
-    "--liquid",
-    "AK10",
-    "--diameter-mm",
-    "4.762",
-    "--film-um",
-    "286",
-    "--speed-m-s",
-    "0.05:2:6",
-];
+const ASKED: &str = "--particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286 --speed-m-s 0.05:2:6";
+/// The same without speeds.
+const SETTING: &str = "--particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286";
 
-fn predict(folder: &Path, more: &[&str]) -> (Option<i32>, String, String) {
-    let mut arguments = vec!["predict", folder.to_str().expect("a plain path")];
-    arguments.extend(more);
-    wetcor(&arguments)
+fn predict(folder: &Path, words: &str) -> Ran {
+    let folder = folder.to_str().expect("a plain path");
+    let words = words.split_whitespace();
+    wetcor(&["predict", folder].into_iter().chain(words).collect::<Vec<&str>>())
 }
 
 #[test]
 fn both_formats_hold_the_same_numbers_and_reynolds_over_stokes_is_nine_ratios() {
-    let (status, csv, err) = predict(example(), &ASKED);
+    let (status, csv, err) = predict(example(), ASKED);
     assert_eq!(status, Some(0), "{err}");
     // M50 has the smaller Stokes numbers: they are none of these speeds in AK10
     let covered = "notice: 3 of 6 speeds extrapolated: runs of PTFE in AK10 covered 0.767 to 1.716 m/s, Stokes numbers 62.6 to 352.5";
     assert!(err.starts_with(covered), "{err}");
-    let (_, json, _) = predict(example(), &[&ASKED[..], &["--format", "json"]].concat());
+    let (_, json, _) = predict(example(), &format!("{ASKED} --format json"));
     let json: serde_json::Value = serde_json::from_str(&json).expect("valid JSON");
     assert_eq!((&json["quotable"], &json["draws"]), (&true.into(), &4000.into()));
     assert_eq!(json["drawn_from"], "posterior");
@@ -359,15 +348,12 @@ fn both_formats_hold_the_same_numbers_and_reynolds_over_stokes_is_nine_ratios() 
 
 #[test]
 fn a_liquid_is_its_density_and_viscosity_and_threads_change_no_byte() {
-    let (_, named, _) = predict(example(), &ASKED);
-    let given: Vec<&str> = ["--liquid-density-kg-m3", "930", "--viscosity-mPa-s", "9.3"]
-        .into_iter()
-        .chain(ASKED.into_iter().filter(|word| !matches!(*word, "--liquid" | "AK10")))
-        .collect();
-    let threads = |count| predict(example(), &[&given[..], &["--threads", count]].concat());
-    let (status, own, err) = threads("1");
+    let (_, named, _) = predict(example(), ASKED);
+    let given = ASKED.replace("--liquid AK10", "--liquid-density-kg-m3 930 --viscosity-mPa-s 9.3");
+    let threads = |count: u32| predict(example(), &format!("{given} --threads {count}"));
+    let (status, own, err) = threads(1);
     assert_eq!(status, Some(0), "{err}");
-    assert_eq!(own, threads("3").1);
+    assert_eq!(own, threads(3).1);
     for (a, b) in named.split([',', '\n']).zip(own.split([',', '\n'])) {
         match (a.parse::<f64>(), b.parse::<f64>()) {
             // the last bit of a viscosity may be lost on its way through findings.json
@@ -377,25 +363,9 @@ fn a_liquid_is_its_density_and_viscosity_and_threads_change_no_byte() {
     }
 }
 
-#[test]
-fn a_closed_pipe_is_no_error() {
-    let mut arguments = vec!["predict", example().to_str().expect("a plain path")];
-    arguments.extend(&ASKED[..8]);
-    arguments.extend(["--speed-m-s", "0.5:2:2000", "--quiet"]);
-    let mut child = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-        .args(arguments)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the command can be started");
-    drop(child.stdout.take());
-    let output = child.wait_with_output().expect("it ends");
-    assert_eq!((output.status.code(), output.stderr), (Some(0), vec![]));
-}
-
 /// A folder of two draws, as small as it can be.
 struct Store {
-    _place: TempDir,
+    _place: Folder,
     folder: PathBuf,
 }
 
@@ -425,8 +395,8 @@ impl Store {
         );
         let mut draws = DRAWS.to_owned();
         change(&mut findings, &mut draws);
-        let place = tempfile::tempdir().expect("a temporary folder");
-        let folder = place.path().join("r");
+        let place = Folder::new();
+        let folder = place.join("r");
         std::fs::create_dir_all(folder.join("draws/draws.zarr")).expect("writable");
         let root = format!(
             r#"{{"attributes":{{"findings_sha256":"{}","draws_csv_sha256":"{}"}}}}"#,
@@ -447,7 +417,7 @@ impl Store {
     }
 
     /// What is said of it, the folder called `r`.
-    fn told(&self, more: &[&str]) -> (Option<i32>, String, String) {
+    fn told(&self, more: &str) -> Ran {
         let (status, out, err) = predict(&self.folder, more);
         (
             status,
@@ -459,26 +429,25 @@ impl Store {
 
 #[test]
 fn a_store_as_small_as_it_can_be_is_predicted_from_and_a_failed_fit_says_so() {
-    let (status, out, err) = Store::new(|_, _| ()).told(&ASKED);
+    let (status, out, err) = Store::new(|_, _| ()).told(ASKED);
     assert_eq!(status, Some(0), "{err}");
     assert_eq!(out.lines().count(), 7);
     assert_eq!(err, "notice: all speeds extrapolated: PTFE has no wet runs\n");
     let check = r#""verdicts":[{"passed":false,"gates":true,"text":"largest R-hat"},{"passed":false,"gates":false,"text":"x"}]"#;
     let store = Store::new(|findings, _| *findings = findings.replace(r#""verdicts":[]"#, check));
-    let (status, _, err) = store.told(&ASKED);
+    let (status, _, err) = store.told(ASKED);
     assert_eq!(status, Some(1));
-    let anyway: Vec<&str> = ASKED.iter().copied().chain(["--anyway"]).collect();
-    assert_eq!(store.told(&anyway).0, Some(0));
+    assert_eq!(store.told(&format!("{ASKED} --anyway")).0, Some(0));
     assert!(err.starts_with("notice: the fit is not to be quoted, and this not either: largest R-hat\nnotice: all"));
     // nothing of this form reads the roughness
     let smooth = Store::new(|findings, _| *findings = findings.replace("5e-6", "null"));
-    assert_eq!(smooth.told(&ASKED), (Some(0), out, err_of_right()));
+    assert_eq!(smooth.told(ASKED), (Some(0), out, err_of_right()));
     // bands of single runs of a fit whose wet runs scatter unevenly
     let with = |code: &str| {
         let notices =
             format!(r#""verdicts":[],"notices":[{{"code":"{code}","count":9,"text":"they grow","next_step":""}}]"#);
         let store = Store::new(|findings, _| *findings = findings.replace(r#""verdicts":[]"#, &notices));
-        store.told(&ASKED).2
+        store.told(ASKED).2
     };
     let told = "notice: run_q05 to run_q95 and stuck_probability take one spread for every run, and they grow\n";
     assert!(with("noise_grows").starts_with(told), "{}", with("noise_grows"));
@@ -487,7 +456,7 @@ fn a_store_as_small_as_it_can_be_is_predicted_from_and_a_failed_fit_says_so() {
 
 /// What is said of the smallest store.
 fn err_of_right() -> String {
-    Store::new(|_, _| ()).told(&ASKED).2
+    Store::new(|_, _| ()).told(ASKED).2
 }
 
 #[test]
@@ -501,7 +470,7 @@ fn a_parameter_held_at_a_value_counts_as_that_value_in_every_draw() {
     });
     let own =
         Store::new(|findings, _| *findings = findings.replace(r#""dry_speed_m_s":2.0"#, r#""dry_speed_m_s":null"#));
-    let told = [drawn, held, own, Store::new(|_, _| ())].map(|store| store.told(&ASKED));
+    let told = [drawn, held, own, Store::new(|_, _| ())].map(|store| store.told(ASKED));
     assert!(told.iter().all(|(status, ..)| *status == Some(0)), "{told:?}");
     assert_eq!(told[0].1, told[1].1);
     assert_ne!(told[0].1, told[3].1);
@@ -613,7 +582,7 @@ fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
         ),
     ];
     for (change, expected) in cases {
-        let (status, out, err) = Store::new(change).told(&ASKED);
+        let (status, out, err) = Store::new(change).told(ASKED);
         assert_eq!(
             (status, out.as_str(), err),
             (Some(2), "", format!("error: {expected}\n"))
@@ -625,9 +594,9 @@ fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
 fn a_particle_without_k_another_liquid_and_a_film_too_thick_are_refused() {
     let store = Store::new(|_, _| ());
     let refused = |place: usize, word: &str| {
-        let mut asked = ASKED;
+        let mut asked: Vec<&str> = ASKED.split(' ').collect();
         asked[place] = word;
-        let (status, out, err) = store.told(&asked);
+        let (status, out, err) = store.told(&asked.join(" "));
         assert_eq!((status, out.as_str()), (Some(2), ""));
         err
     };
@@ -639,17 +608,7 @@ fn a_particle_without_k_another_liquid_and_a_film_too_thick_are_refused() {
     ] {
         assert_eq!(refused(place, word), format!("error: {expected}\n"));
     }
-    for word in [
-        "2:1:5",
-        "1:2:0",
-        "1:2:1",
-        "0:2:5",
-        "1:2",
-        "1:2:3:4",
-        "1:inf:3",
-        "1:2:1000000",
-        "nan:2:3",
-    ] {
+    for word in "2:1:5 1:2:0 1:2:1 0:2:5 1:2 1:2:3:4 1:inf:3 1:2:1000000 nan:2:3".split(' ') {
         let err = refused(9, word);
         assert!(err.contains("expected FIRST:LAST:COUNT as 0.2:2:10"), "{err}");
     }
@@ -736,15 +695,15 @@ fn table(csv: &str) -> Vec<std::collections::HashMap<String, String>> {
 }
 
 /// The example's folder as a repository keeps it, and a place to keep it at.
-fn without_draws(change: impl Fn(String) -> String) -> (TempDir, PathBuf) {
-    let place = tempfile::tempdir().expect("a temporary folder");
+fn without_draws(change: impl Fn(String) -> String) -> (Folder, PathBuf) {
+    let place = Folder::new();
     let findings = std::fs::read_to_string(example().join("findings.json")).expect("it is written");
-    std::fs::write(place.path().join("findings.json"), change(findings)).expect("writable");
+    place.write("findings.json", change(findings));
     let folder = place.path().to_path_buf();
     (place, folder)
 }
 
-const DRY: [&str; 6] = ["--particle", "PTFE", "--liquid", "dry", "--diameter-mm", "4.762"];
+const DRY: &str = "--particle PTFE --liquid dry --diameter-mm 4.762";
 
 /// Where the means and the covariance in findings.json stand in for the draws, bands are as wide: over the speeds of every
 /// pair, as far as the draws themselves tell. A width between the 5 % and the 95 % point of 4,000 draws, of which about 3,000
@@ -769,17 +728,14 @@ fn without_draws_bands_are_those_of_the_normal_approximation() {
         }
     }
     let (place, folder) = without_draws(|findings| findings);
-    let path = place.path().join("settings.csv");
+    let path = place.join("settings.csv");
     std::fs::write(&path, settings).expect("writable");
-    let asked = ["--settings", path.to_str().expect("a plain path")];
+    let asked = format!("--settings {}", path.display());
     let (status, drawn, err) = predict(example(), &asked);
     assert_eq!((status, err.as_str()), (Some(0), ""));
     let (status, normal, err) = predict(&folder, &asked);
     assert_eq!(status, Some(0));
-    assert!(
-        err.starts_with("notice: the folder is kept without its draws: bands are those of a normal"),
-        "{err}"
-    );
+    err.begins("notice: the folder is kept without its draws: bands are those of a normal");
     let width = |row: &std::collections::HashMap<String, String>| {
         let [low, high] =
             ["restitution_q05", "restitution_q95"].map(|name| row[name].parse::<f64>().expect("a number"));
@@ -832,7 +788,7 @@ fn without_draws_bands_are_those_of_the_normal_approximation() {
 
 #[test]
 fn a_dry_impact_is_predicted_from_k_and_the_scatter_of_dry_runs() {
-    let asked = [&DRY[..], &["--speed-m-s", "0.3:2.1:4"]].concat();
+    let asked = format!("{DRY} --speed-m-s 0.3:2.1:4");
     let (status, out, err) = predict(example(), &asked);
     assert_eq!(status, Some(0), "{err}");
     assert_eq!(
@@ -856,7 +812,7 @@ fn a_dry_impact_is_predicted_from_k_and_the_scatter_of_dry_runs() {
         assert!((half / (1.645 * sigma) - 1.0).abs() < 0.01, "{half} {sigma}");
         assert_eq!((row["stokes"].as_str(), row["reynolds"].as_str()), ("", ""));
     }
-    let (_, json, _) = predict(example(), &[&asked[..], &["--format", "json"]].concat());
+    let (_, json, _) = predict(example(), &format!("{asked} --format json"));
     let json: serde_json::Value = serde_json::from_str(&json).expect("valid JSON");
     assert!(json["film_m"].is_null() && json["liquid"] == "dry");
     assert_eq!(
@@ -873,22 +829,19 @@ fn a_dry_impact_is_predicted_from_k_and_the_scatter_of_dry_runs() {
 
 #[test]
 fn a_table_of_settings_gives_what_each_setting_gives_alone() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let path = place.path().join("settings.csv");
+    let place = Folder::new();
+    let path = place.join("settings.csv");
     let file = path.to_str().expect("a plain path");
-    let told = |text: &str, more: &[&str]| {
-        std::fs::write(&path, text).expect("writable");
-        let (status, out, err) = predict(example(), &[&["--settings", file][..], more].concat());
+    let told = |text: &str, more: &str| {
+        place.write("settings.csv", text);
+        let (status, out, err) = predict(example(), &format!("--settings {file} {more}"));
         (status, out, err.replace(file, "settings.csv"))
     };
     let settings = "particle;liquid;diameter_mm;film_um\nPTFE;AK10;4,762;286,0\nPTFE;dry;4,762;\n";
-    let (status, both, err) = told(settings, &["--speed-m-s", "0.8:1.6:3"]);
+    let (status, both, err) = told(settings, "--speed-m-s 0.8:1.6:3");
     assert_eq!((status, err.as_str()), (Some(0), ""));
-    let [wet, dry] = [
-        [&ASKED[..8], &["--speed-m-s", "0.8:1.6:3"]].concat(),
-        [&DRY[..], &["--speed-m-s", "0.8:1.6:3"]].concat(),
-    ]
-    .map(|asked| predict(example(), &asked).1);
+    let alone = |setting: &str| predict(example(), &format!("{setting} --speed-m-s 0.8:1.6:3")).1;
+    let [wet, dry] = [SETTING, DRY].map(alone);
     let alone = wet.lines().skip(1).chain(dry.lines().skip(1));
     assert_eq!(both.lines().count(), 7);
     for (line, alone) in both.lines().skip(1).zip(alone) {
@@ -899,48 +852,23 @@ fn a_table_of_settings_gives_what_each_setting_gives_alone() {
         .nth(6)
         .expect("a line")
         .starts_with("PTFE,dry,0.004762,,1.6,"));
-    let (_, json, _) = told(settings, &["--speed-m-s", "0.8:1.6:3", "--format", "json"]);
+    let (_, json, _) = told(settings, "--speed-m-s 0.8:1.6:3 --format json");
     let json: serde_json::Value = serde_json::from_str(&json).expect("valid JSON");
     assert_eq!(json["predictions"].as_array().map(Vec::len), Some(2));
-    for (text, more, expected) in [
-        (
-            "particle,liquid,diameter_mm,film_um\nPTFE,AK10,4.762,2800\n",
-            &["--speed-m-s", "1:1:1"][..],
-            "settings.csv: line 2: --film-um: found a film ratio of 0.588, expected at most 0.5",
-        ),
-        (
-            "particle,liquid,diameter_mm,film_um\nPTFE,AK10,4.762,\n",
-            &["--speed-m-s", "1:1:1"],
-            "line 2, film: expected a number above 0, since there is a liquid",
-        ),
-        (
-            "particle,liquid,diameter_mm,film_um,impact_speed_m_s\nPTFE,AK10,4.762,280,\nPTFE,AK10,4.762,280,x\n",
-            &[],
-            "line 3, impact_speed_m_s: found `x`, expected a number",
-        ),
-        (
-            "particle,liquid,diameter_mm,film_um,impact_speed_m_s\nPTFE,AK10,4.762,280,1\n",
-            &["--speed-m-s", "1:1:1"],
-            "the table of settings has impact speeds of its own: expected no --speed-m-s",
-        ),
-        (
-            "particle,liquid,diameter_mm,film_um\nPTFE,AK10,4.762,280\n",
-            &[],
-            "expected --speed-m-s, or a column `impact_speed_m_s` in the table of settings",
-        ),
-        (
-            "particle,liquid,diameter_mm,film_um\nPTFF,AK10,4.762,280\n",
-            &["--speed-m-s", "1:1:1"],
-            "settings.csv: line 2: --particle: the fit has no k of `PTFF`; expected one of PTFE, PE; did you mean `PTFE`?",
-        ),
-        (
-            "particle,liquid,diameter_mm,film_um,colour\nPTFE,AK10,4.762,280,red\n",
-            &["--speed-m-s", "1:1:1"],
-            "columns `colour`: expected `particle`, `liquid`, `diameter_mm`, `film_um` and `impact_speed_m_s` alone",
-        ),
-        ("particle,liquid,diameter_mm,film_um\n", &["--speed-m-s", "1:1:1"], "no settings below the header"),
+    let (films, speeds) = ("film_um", "film_um,impact_speed_m_s");
+    let at_1 = "--speed-m-s 1:1:1";
+    for (columns, rows, more, expected) in [
+        (films, "PTFE,AK10,4.762,2800", at_1, "settings.csv: line 2: --film-um: found a film ratio of 0.588, expected at most 0.5"),
+        (films, "PTFE,AK10,4.762,", at_1, "line 2, film: expected a number above 0, since there is a liquid"),
+        (speeds, "PTFE,AK10,4.762,280,\nPTFE,AK10,4.762,280,x", "", "line 3, impact_speed_m_s: found `x`, expected a number"),
+        (speeds, "PTFE,AK10,4.762,280,1", at_1, "the table of settings has impact speeds of its own: expected no --speed-m-s"),
+        (films, "PTFE,AK10,4.762,280", "", "expected --speed-m-s, or a column `impact_speed_m_s` in the table of settings"),
+        (films, "PTFF,AK10,4.762,280", at_1, "settings.csv: line 2: --particle: the fit has no k of `PTFF`; expected one of PTFE, PE; did you mean `PTFE`?"),
+        ("film_um,colour", "PTFE,AK10,4.762,280,red", at_1, "columns `colour`: expected `particle`, `liquid`, `diameter_mm`, `film_um` and `impact_speed_m_s` alone"),
+        (films, "", at_1, "no settings below the header"),
     ] {
-        let (status, out, err) = told(text, more);
+        let rows = if rows.is_empty() { String::new() } else { format!("{rows}\n") };
+        let (status, out, err) = told(&format!("particle,liquid,diameter_mm,{columns}\n{rows}"), more);
         assert_eq!((status, out.as_str()), (Some(2), ""), "{err}");
         assert!(err.contains(expected), "{err}");
     }

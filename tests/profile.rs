@@ -1,11 +1,10 @@
 //! Holds the profile's intervals, and when they are quoted, against simulated runs near the threshold.
 
-use crate::common::scenes::{scene_of, M50, PTFE};
-use crate::common::{binomial_z, rows, seed_of, Place};
+use crate::common::scenes::{scene_of, HEADER, M50, PTFE};
+use crate::common::{binomial_z, seed_of, Place};
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::{self, Findings};
-use wetcor::runs::{self, Table};
 use wetcor::scene::WetLaw;
 
 /// Three heights, the lowest of which is within two standard deviations of no rebound at the thicker film: a lucky run
@@ -43,7 +42,7 @@ fn truth(film_ratio: f64) -> f64 {
 }
 
 fn infer(place: &Place, seed: u64) -> Findings {
-    let table = Table::of(runs::arrange(&place.scene, &rows(&place.scene, seed)));
+    let table = place.table(seed);
     findings::fit_least_squares(&place.scene, &table, seed, false)
 }
 
@@ -133,7 +132,7 @@ fn a_quoted_se_holds_near_the_threshold() {
 
 /// Rows of a table: film ratio 0.08, at these speeds.
 fn table(wet: &[(f64, f64)]) -> String {
-    let mut csv = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n".to_owned();
+    let mut csv = HEADER.to_owned();
     for (v, e) in [
         (0.5, 0.842),
         (0.5, 0.835),

@@ -72,59 +72,12 @@ impl Folder {
 
 /// What a file may be sprinkled with; a name of no key, a number of no use, a character of no letter.
 fn pieces() -> impl Strategy<Value = String> {
-    let words = [
-        "[data]",
-        "[particles.PTFE]",
-        "[liquids.\"A K\"]",
-        "[[published]]",
-        "[priors]",
-        "runs",
-        "density_kg_m3",
-        "=",
-        "roughness_um",
-        "viscosity_mPa_s",
-        "'",
-        "\"",
-        "\"\"\"",
-        "\n",
-        "\r\n",
-        "\r",
-        ",",
-        "{",
-        "}",
-        "[",
-        "]",
-        "#",
-        "1",
-        "-0.0",
-        "nan",
-        "inf",
-        "1e400",
-        "0x1F",
-        "1_000",
-        "true",
-        "2026-01-01",
-        "\u{feff}",
-        "\u{a0}",
-        "\u{1b}[31m",
-        "\\u0007",
-        "é",
-        "𝛿",
-        "\u{2028}",
-        "particle",
-        "liquid",
-        "diameter_mm",
-        "film_um",
-        "impact_speed_m_s",
-        "restitution",
-        "NA",
-        "dry",
-        "PTFE",
-        ";",
-        "\t",
-        " ",
-    ];
-    let piece = prop_oneof![8 => select(words.to_vec()).prop_map(str::to_owned), 1 => any::<String>()];
+    let words = "[data]|[particles.PTFE]|[liquids.\"A K\"]|[[published]]|[priors]|runs|density_kg_m3|=|roughness_um\
+        |viscosity_mPa_s|'|\"|\"\"\"|\n|\r\n|\r|,|{|}|[|]|#|1|-0.0|nan|inf|1e400|0x1F|1_000|true|2026-01-01\
+        |\u{feff}|\u{a0}|\u{1b}[31m|\\u0007|é|𝛿|\u{2028}|particle|liquid|diameter_mm|film_um\
+        |impact_speed_m_s|restitution|NA|dry|PTFE|;|\t| ";
+    let piece =
+        prop_oneof![8 => select(words.split('|').collect::<Vec<&str>>()).prop_map(str::to_owned), 1 => any::<String>()];
     prop::collection::vec(piece, 0..60).prop_map(|pieces| pieces.concat())
 }
 

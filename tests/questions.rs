@@ -1,17 +1,16 @@
 //! Asks simulated runs, of which the truth is known, whether L and C are the same at every film ratio.
 
 use crate::common::scenes::{scene_of, PTFE as PTFE_SPHERE};
-use crate::common::{self, binomial_z, seed_of, Place};
+use crate::common::{self, binomial_z, compare, report_of, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use wetcor::findings::form_choice;
 use wetcor::findings::posterior::{self, MethodChoice, Posterior, SamplingSetup};
 use wetcor::findings::questions::{self, is_lubrication_constant, is_prefactor_constant, Answer, Context, Question};
-use wetcor::findings::{self, overview, Findings};
+use wetcor::findings::{self, Findings};
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Parameters, Setting};
-use wetcor::report::{files, ReportInput};
 use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
@@ -144,18 +143,7 @@ impl Fitted {
     /// The report, and the names of its figures.
     fn report(&self) -> (String, Vec<String>) {
         let (scene, table, findings) = (self.scene(), &self.table, &self.least_squares);
-        let input = ReportInput {
-            command: "wetcor fit scene.toml",
-            scene,
-            runs: &table.runs,
-            overview: &overview::summarise_runs(scene, table, findings),
-            findings,
-            posterior: Some(&self.own),
-        };
-        let whole = files(input, true).unwrap_or_else(|error| panic!("{error}")).whole;
-        let text = whole.iter().find(|(name, _)| name == "report.md").expect("a report");
-        let text = String::from_utf8(text.1.clone()).expect("text");
-        (text, whole.into_iter().map(|(name, _)| name).collect())
+        report_of(scene, table, findings, Some(&self.own))
     }
 
     fn lubrication(&self, below: f64) -> Question {
@@ -373,9 +361,7 @@ fn the_comparison_asks_and_a_no_is_noticed() {
     let (text, names) = fitted.report();
     assert!(!text.contains("Questions the paper leaves") && !names.iter().any(|name| name == figure));
     let mut least_squares = fitted.least_squares;
-    least_squares
-        .add_comparison(&fitted.place.scene, &fitted.table.runs, &fitted.own, &|_, _| ())
-        .unwrap_or_else(|error| panic!("{error}"));
+    compare(&mut least_squares, &fitted.place.scene, &fitted.table.runs, &fitted.own);
     let asked = least_squares.questions.as_ref().expect("asked");
     assert_eq!(asked[0].answer, Answer::Rises);
     let failed: Vec<_> = least_squares

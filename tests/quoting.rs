@@ -1,11 +1,12 @@
 //! Measures how often simulated tables are quoted, and how often what is quoted covers the truth, where the model is right
 //! and where it is not.
 
+use crate::common::scenes::HEADER;
+use crate::common::{binomial_z, seed_of, Place};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::common::{binomial_z, seed_of, Place};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -239,7 +240,7 @@ impl Kind {
         let truth = self.truth;
         let mut rng = stream(seed_of(self.name), "runs", index);
         let mut offsets: BTreeMap<[usize; 3], f64> = BTreeMap::new();
-        let mut text = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n".to_owned();
+        let mut text = HEADER.to_owned();
         for run in 0..self.dry + self.wet {
             let mut z = || -> f64 { StandardNormal.sample(&mut rng) };
             let noise = [z(), z(), z(), z(), z()];

@@ -2,12 +2,12 @@
 //!
 //! `tests/data/README.md` says how the examples are laid out and how the golden texts are rewritten.
 
+use crate::common::{fitted_example, Folder, Says};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
-use tempfile::TempDir;
 
 /// The arguments of an example without `args.txt`.
 const USUAL: &str = "fit scene.toml --out out";
@@ -78,13 +78,13 @@ fn contents(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
 
 /// An example copied to a temporary folder, under its own name: a run leaves the repository alone.
 struct Copy {
-    _place: TempDir,
+    _place: Folder,
     folder: PathBuf,
 }
 
 impl Copy {
     fn of(case: &Path) -> Copy {
-        let place = tempfile::tempdir().expect("a temporary folder");
+        let place = Folder::new();
         let folder = place.path().join(name(case));
         std::fs::create_dir(&folder).expect("writable");
         for (path, bytes) in contents(case) {
@@ -376,24 +376,32 @@ fn runs_without_errors_above_zero_have_no_such_columns() {
 #[test]
 fn a_reader_that_leaves_early_is_no_error() {
     let copy = Copy::plain();
-    for arguments in [
-        vec!["fit", "scene.toml", "--out", "out"],
-        vec!["check", "scene.toml"],
-        vec!["check", "scene.toml", "--json"],
-        vec!["--help"],
+    let folder = fitted_example().to_str().expect("a plain path");
+    let predict = format!(
+        "predict {folder} --particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286 --speed-m-s 0.5:2:2000 --quiet"
+    );
+    for words in [
+        "fit scene.toml --out out",
+        "check scene.toml",
+        "check scene.toml --json",
+        &predict,
+        "completions bash",
+        "man fit",
+        "--help",
     ] {
         let mut child = copy
-            .command(&arguments)
+            .command(&words.split(' ').collect::<Vec<&str>>())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
             .expect("the command can be started");
         drop(child.stdout.take());
         let (status, _, err) = told(child.wait_with_output().expect("it ends"));
-        assert_eq!(status, Some(0), "{arguments:?}: {err}");
+        assert_eq!(status, Some(0), "{words}: {err}");
+        let is_error = |line: &str| line.starts_with("error");
         assert!(
-            !err.contains("panicked") && err.lines().all(|line| !line.starts_with("error")),
-            "{arguments:?}: {err}"
+            !err.contains("panicked") && !err.lines().any(is_error),
+            "{words}: {err}"
         );
     }
     assert!(copy.folder.join("out/report.md").exists());
@@ -410,10 +418,7 @@ fn check_prints_json_and_writes_nothing() {
     assert_eq!(overview["title"], "PTFE spheres on a wetted plate");
     let (status, out, _) = copy.run(&["check", "scene.toml"]);
     assert_eq!(status, Some(0));
-    assert!(
-        out.starts_with("PTFE spheres on a wetted plate\n31 runs read\n"),
-        "{out}"
-    );
+    out.begins("PTFE spheres on a wetted plate\n31 runs read\n");
     assert!(contents(&copy.folder) == before);
 }
 

@@ -3,7 +3,7 @@
 //! This file starts itself again to be killed: what is killed is a fit through the library whose report is written slowly,
 //! so that most signals arrive while it is written.
 
-use crate::common;
+use crate::common::{self, contents, entries, Folder};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -11,7 +11,6 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use rand::{RngExt, SeedableRng};
-use tempfile::TempDir;
 use wetcor::findings::{self, overview};
 use wetcor::report::folder::{Contents, Destination, File, Fill, Streamed};
 use wetcor::report::{self, ReportInput};
@@ -140,35 +139,9 @@ fn kill(child: &Child, signal: &str) {
     assert!(sent.expect("there is a shell").success());
 }
 
-/// Every file below a folder with its bytes, `but` for one; empty where there is no folder.
-fn contents(folder: &Path, but: &str) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut open = vec![folder.to_path_buf()];
-    while let Some(next) = open.pop() {
-        for entry in std::fs::read_dir(&next).into_iter().flatten() {
-            let path = entry.expect("readable").path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path != folder.join(but) {
-                let inside = path.strip_prefix(folder).expect("it lies inside").to_path_buf();
-                found.insert(inside, std::fs::read(&path).expect("readable"));
-            }
-        }
-    }
-    found
-}
-
-/// Names of what lies in a folder.
-fn beside(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).expect("readable");
-    entries
-        .map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned())
-        .collect()
-}
-
 /// A folder with a report in it, and what the reports of two seeds hold.
 struct Scene {
-    place: TempDir,
+    place: Folder,
     whole: [BTreeMap<PathBuf, Vec<u8>>; 2],
 }
 
@@ -182,23 +155,23 @@ enum Stands {
 
 impl Scene {
     fn new(how: &str) -> Scene {
-        let place = tempfile::tempdir().expect("a temporary folder");
-        let out = place.path().join("report");
+        let place = Folder::new();
+        let out = place.join("report");
         let whole = [1, 2].map(|seed| {
             let mut child = start(&out, seed, how, (WRITING, 1));
             assert!(child.wait().expect("it ends").success());
-            contents(&out, "")
+            contents(&out)
         });
         assert!(whole[0].len() > 2 * SLOW_FILES + MANY_FILES && whole[0] != whole[1]);
         Scene { place, whole }
     }
 
     fn out(&self) -> PathBuf {
-        self.place.path().join("report")
+        self.place.join("report")
     }
 
     fn stands(&self) -> Stands {
-        let now = contents(&self.out(), "");
+        let now = contents(&self.out());
         match self.whole.iter().position(|whole| *whole == now) {
             Some(place) => Stands::Whole(place as u64 + 1),
             None if !self.out().exists() => Stands::Nothing,
@@ -254,7 +227,7 @@ fn kill_many(test: &str, how: &str, signals: &[&str], times: usize) -> Tally {
         let status = child.wait().expect("it ends");
         let why = format!("{how}, SIG{signal} {wait:?} after {after:?}, {status}");
         let stood = scene.stands();
-        let left = beside(scene.place.path()).len() - usize::from(stood != Stands::Nothing);
+        let left = entries(scene.place.path()).len() - usize::from(stood != Stands::Nothing);
         if *signal == "KILL" {
             let may_be_empty = how == "two steps";
             assert!(
@@ -269,10 +242,10 @@ fn kill_many(test: &str, how: &str, signals: &[&str], times: usize) -> Tally {
                 assert_eq!(scene.stands(), Stands::Whole(old), "{why}: not put back");
             }
         } else {
-            assert_eq!(left, 0, "{why}: {:?}", beside(scene.place.path()));
+            assert_eq!(left, 0, "{why}: {:?}", entries(scene.place.path()));
             assert!(matches!(status.code(), Some(0 | interruption::STATUS)), "{why}");
         }
-        assert_eq!(beside(scene.place.path()), ["report"], "{why}");
+        assert_eq!(entries(scene.place.path()), ["report"], "{why}");
         let Stands::Whole(stands) = scene.stands() else {
             panic!("{why}: {:?}", scene.stands());
         };
@@ -290,7 +263,7 @@ fn a_slow_fit_that_nobody_kills_is_whole() {
     }
     let scene = Scene::new("exchange");
     assert_eq!(scene.stands(), Stands::Whole(2));
-    assert_eq!(beside(scene.place.path()), ["report"]);
+    assert_eq!(entries(scene.place.path()), ["report"]);
 }
 
 /// Kills of each signal, each way.
@@ -351,7 +324,8 @@ fn fit(out: &Path, seed: u64) -> Command {
 
 /// What the command wrote, times and the folder's own name in the command excepted.
 fn written_to(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = contents(out, "timing.json");
+    let mut files = contents(out);
+    files.remove(Path::new("timing.json"));
     for name in ["report.md", "report.html"] {
         let report = files.get_mut(Path::new(name)).expect("a report");
         let text = String::from_utf8_lossy(report);
@@ -363,8 +337,8 @@ fn written_to(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 /// What the command writes with each of two seeds, times excepted.
 fn by_the_command() -> [BTreeMap<PathBuf, Vec<u8>>; 2] {
     [1, 2].map(|seed| {
-        let place = tempfile::tempdir().expect("a temporary folder");
-        let out = place.path().join("report");
+        let place = Folder::new();
+        let out = place.join("report");
         let status = fit(&out, seed).status().expect("it can be started");
         assert!(matches!(status.code(), Some(0 | 1)));
         written_to(&out)
@@ -375,8 +349,8 @@ fn by_the_command() -> [BTreeMap<PathBuf, Vec<u8>>; 2] {
 fn the_command_killed_at_any_time_leaves_one_whole_report() {
     let whole = by_the_command();
     let mut rng = rand::rngs::ChaCha8Rng::seed_from_u64(common::seed_of("the_command_killed_at_any_time"));
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let out = place.path().join("report");
+    let place = Folder::new();
+    let out = place.join("report");
     let began = Instant::now();
     fit(&out, 1).status().expect("it can be started");
     let took = began.elapsed();
@@ -389,14 +363,14 @@ fn the_command_killed_at_any_time_leaves_one_whole_report() {
             staging::prepare(&out).unwrap_or_else(|error| panic!("{error}"));
         }
         assert!(whole.contains(&written_to(&out)), "SIG{signal}");
-        assert_eq!(beside(place.path()), ["report"], "SIG{signal}");
+        assert_eq!(entries(place.path()), ["report"], "SIG{signal}");
     }
 }
 
 #[test]
 fn of_two_fits_at_once_into_one_folder_one_stands_whole() {
     let whole = by_the_command();
-    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = Folder::new();
     for round in 0..50 {
         // every fifth round begins with nothing, and with folders to be made
         let out = place.path().join(format!("{}/of/fits/report", round / 5));
@@ -407,16 +381,16 @@ fn of_two_fits_at_once_into_one_folder_one_stands_whole() {
         }
         assert!(whole.contains(&written_to(&out)), "round {round}");
         for folder in out.ancestors().skip(1).take(3) {
-            assert_eq!(beside(folder).len(), 1, "round {round}: {:?}", beside(folder));
+            assert_eq!(entries(folder).len(), 1, "round {round}: {:?}", entries(folder));
         }
     }
-    assert_eq!(beside(place.path()).len(), 10);
+    assert_eq!(entries(place.path()).len(), 10);
 }
 
 #[test]
 fn a_report_whose_layout_is_of_another_version_is_replaced() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let out = place.path().join("report");
+    let place = Folder::new();
+    let out = place.join("report");
     let status = || fit(&out, 1).status().expect("it can be started").code();
     assert!(matches!(status(), Some(0 | 1)));
     let whole = written_to(&out);

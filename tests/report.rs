@@ -1,12 +1,10 @@
 //! Holds what the report says of a posterior: on good runs, where sampling failed, and where there was nothing to sample.
 
-use crate::common;
 use crate::common::scenes::{scene_of, AK10, DESIGN, M50, PTFE, SATURATING};
+use crate::common::{self, Folder, Says};
 use std::path::Path;
-use std::process::Command;
 
 use serde_json::Value;
-use tempfile::TempDir;
 
 fn scene_text() -> String {
     scene_of("report", &[PTFE, AK10, M50, SATURATING, DESIGN, "repeats = 4\n"])
@@ -18,43 +16,28 @@ struct Written {
     report: String,
     figures: Vec<String>,
     /// where scene and runs lie, and in `out` what was written
-    folder: TempDir,
-}
-
-fn wetcor(folder: &Path, arguments: &[&str]) -> Option<i32> {
-    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-        .current_dir(folder)
-        .args(arguments)
-        .arg("--quiet")
-        .output()
-        .expect("the command can be started");
-    output.status.code()
+    folder: Folder,
 }
 
 /// Simulates the scene, keeps the rows that `keep` rewrites, and fits them.
-fn fit(scene: &str, flags: &[&str], keep: impl Fn(&str) -> Option<String>) -> Written {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    std::fs::write(folder.path().join("scene.toml"), scene).expect("writable");
-    let runs = folder.path().join("runs.csv");
-    assert_eq!(
-        wetcor(folder.path(), &["simulate", "scene.toml", "--out", "runs.csv"]),
-        Some(0)
-    );
-    let text = std::fs::read_to_string(&runs).expect("just written");
+fn fit(scene: &str, flags: &str, keep: impl Fn(&str) -> Option<String>) -> Written {
+    let folder = Folder::new();
+    folder.write("scene.toml", scene);
+    folder.succeed("simulate scene.toml --out runs.csv");
+    let text = folder.read("runs.csv");
     let mut lines = text.lines();
     let header = lines.next().unwrap_or_default().to_owned();
     let kept: Vec<String> = std::iter::once(header).chain(lines.filter_map(keep)).collect();
-    std::fs::write(&runs, kept.join("\n")).expect("writable");
-    let status = wetcor(folder.path(), &[&["fit", "scene.toml", "--out", "out"], flags].concat());
-    let out = folder.path().join("out");
-    let names = std::fs::read_dir(out.join("figures")).map_or(vec![], |entries| {
+    folder.write("runs.csv", kept.join("\n"));
+    let (status, ..) = folder.run(&format!("fit scene.toml --out out {flags}"));
+    let names = std::fs::read_dir(folder.join("out/figures")).map_or(vec![], |entries| {
         entries
             .filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned()))
             .collect()
     });
     Written {
         status,
-        report: std::fs::read_to_string(out.join("report.md")).expect("a report"),
+        report: folder.read("out/report.md"),
         figures: names,
         folder,
     }
@@ -112,7 +95,7 @@ fn the_report_opens_with_what_was_learnt_and_is_short_before_its_appendix() {
 
 #[test]
 fn a_posterior_is_told_step_by_step_and_its_figure_is_drawn() {
-    let written = fit(&scene_text(), &[], all);
+    let written = fit(&scene_text(), "", all);
     let report = &written.report;
     let steps = [
         "## Cautions",
@@ -146,14 +129,10 @@ fn a_posterior_is_told_step_by_step_and_its_figure_is_drawn() {
 
 #[test]
 fn figures_are_not_told_where_none_were_asked_for() {
-    let written = fit(&scene_text(), &["--stages", "least_squares,posterior"], all);
+    let written = fit(&scene_text(), "--stages least_squares,posterior", all);
     assert!(written.figures.is_empty() && !written.report.contains("figures/"));
     assert!(!written.report.contains("### Other forms of the law"));
-    let exact = fit(
-        &scene_text(),
-        &["--stages", "least_squares,posterior", "--exact-rows"],
-        all,
-    );
+    let exact = fit(&scene_text(), "--stages least_squares,posterior --exact-rows", all);
     assert!(exact
         .report
         .contains("Every run entered every evaluation of the likelihood"));
@@ -163,29 +142,24 @@ fn figures_are_not_told_where_none_were_asked_for() {
 
 #[test]
 fn a_terminal_has_the_verdict_first_and_three_cautions_unless_all_are_asked_for() {
-    let folder = fit(&scene_text(), &["--stages", "least_squares"], all).folder;
+    let folder = fit(&scene_text(), "--stages least_squares", all).folder;
     // without dry runs there is more to mind, and a column of notes that nothing reads
-    let runs = folder.path().join("runs.csv");
+    let runs = folder.join("runs.csv");
     let text = std::fs::read_to_string(&runs).expect("just written");
     let kept = text.lines().enumerate().filter(|(_, row)| !is_dry(row));
     let noted = kept.map(|(line, row)| format!("{row},{}\n", if line == 0 { "notes" } else { "x" }));
     std::fs::write(&runs, noted.collect::<String>()).expect("writable");
-    let said = |flags: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-            .current_dir(folder.path())
-            .args(["fit", "scene.toml", "--out", "out", "--stages", "least_squares"])
-            .args(flags)
-            .output()
-            .expect("the command can be started");
-        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned())
+    let said = |flags: &str| {
+        let stages = "--stages least_squares";
+        let (_, out, err) = folder.run(&format!("fit scene.toml --out out {stages} {flags}"));
+        [out, err]
     };
-    let [out, err] = said(&[]);
+    let [out, err] = said("");
     assert!(
         out.starts_with("Verdict: ") && out.ends_with("report: out/report.md (in a browser: out/report.html)\n"),
         "{out}"
     );
-    let findings = std::fs::read_to_string(folder.path().join("out/findings.json")).expect("written");
-    let findings: Value = serde_json::from_str(&findings).expect("JSON");
+    let findings = folder.json("out/findings.json");
     let informs = entries(&findings, "/notices").iter();
     let informing: Vec<&Value> = informs.filter(|one| one["level"] == "informs").collect();
     let informs = informing.len();
@@ -204,7 +178,7 @@ fn a_terminal_has_the_verdict_first_and_three_cautions_unless_all_are_asked_for(
         more
     };
     assert_eq!(err.lines().last(), Some(more.as_str()));
-    let report = std::fs::read_to_string(folder.path().join("out/report.md")).expect("written");
+    let report = folder.read("out/report.md");
     let (_, rest) = report.split_once("\n## Cautions\n").expect("its section");
     let (listed, _) = rest.split_once("\n## ").expect("a section after it");
     assert_eq!(listed.lines().filter(|line| line.starts_with("* ")).count(), cautions);
@@ -218,9 +192,9 @@ fn a_terminal_has_the_verdict_first_and_three_cautions_unless_all_are_asked_for(
         noted.lines().filter(|line| line.starts_with("* ")).count(),
         others.count()
     );
-    let [same, all] = said(&["--verbose"]);
+    let [same, all] = said("--verbose");
     assert_eq!((same, count(&all)), (out, cautions + informs));
-    assert_eq!(said(&["--quiet"]), ["", ""]);
+    assert_eq!(said("--quiet"), ["", ""]);
 }
 
 /// What cautions of a fit's `findings.json`: notices, and checks that failed, by their codes.
@@ -258,17 +232,12 @@ fn at_most_five_cautions_stand_on_a_right_scene_of_the_papers_design() {
 
 #[test]
 fn a_table_given_for_a_scene_is_told_what_to_do_with_it() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    std::fs::write(folder.path().join("book.xlsx"), b"PK").expect("writable");
+    let folder = Folder::new();
+    folder.write("book.xlsx", b"PK");
     for verb in ["fit", "check"] {
-        let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-            .current_dir(folder.path())
-            .args([verb, "book.xlsx"])
-            .output()
-            .expect("the command can be started");
-        let err = String::from_utf8_lossy(&output.stderr).into_owned();
+        let (status, _, err) = folder.run(&format!("{verb} book.xlsx"));
         let advice = "book.xlsx: a table, where a scene is expected; `wetcor new book.xlsx` drafts the scene from it";
-        assert!(output.status.code() == Some(2) && err.contains(advice), "{err}");
+        assert!(status == Some(2) && err.contains(advice), "{err}");
     }
 }
 
@@ -278,7 +247,7 @@ fn a_parameter_that_the_runs_do_not_determine_is_not_quoted() {
     let scene = scene_text()
         .replace("[0.04, 0.08, 0.15]", "[0.08]")
         .replace("\"saturating\"", "\"stepwise\"");
-    let written = fit(&scene, &["--stages", "least_squares,posterior"], |row| {
+    let written = fit(&scene, "--stages least_squares,posterior", |row| {
         (!is_dry(row)).then(|| row.to_owned())
     });
     let verdict = written
@@ -287,17 +256,10 @@ fn a_parameter_that_the_runs_do_not_determine_is_not_quoted() {
         .find(|line| line.contains("Verdict: "))
         .expect("a verdict");
     if verdict.contains("may be quoted") {
-        assert!(
-            verdict.contains("inertial_prefactor") && verdict.contains("do not determine"),
-            "{verdict}"
-        );
+        verdict.says("inertial_prefactor");
+        verdict.says("do not determine");
     }
-    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-        .current_dir(written.folder.path())
-        .args(["check", "scene.toml"])
-        .output()
-        .expect("the command can be started");
-    let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    let (_, told, _) = written.folder.run("check scene.toml");
     assert!(
         told.contains("cannot be told") && !told.contains("yes  inertial_prefactor"),
         "{told}"
@@ -322,23 +284,23 @@ fn parameters_without_a_panel_are_counted_below_the_figure() {
         .replace("PTFE = 0.183", &each("0.183"))
         .replace("PTFE = [3.175, 8.0]", &each("[5.0]"))
         .replace("PTFE = [0.04, 0.08, 0.15]", &each("[0.04, 0.12]"));
-    let written = fit(&scene, &["--stages", "least_squares,posterior,figures"], all);
+    let written = fit(&scene, "--stages least_squares,posterior,figures", all);
     let words = " Shown are 8 of the 19 parameters, those of all runs before the k of each";
     assert_eq!(written.report.matches(words).count(), 1);
-    let few = fit(&scene_text(), &["--stages", "least_squares,posterior,figures"], all);
+    let few = fit(&scene_text(), "--stages least_squares,posterior,figures", all);
     assert!(few.figures.contains(&"posterior-pairs.svg".to_owned()) && !few.report.contains(" Shown are "));
 }
 
 #[test]
 fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows() {
     let scene = scene_text() + "\n[sampler]\nwarmup = 5\ndraws = 5\n";
-    let written = fit(&scene, &["--stages", "least_squares,posterior,figures"], all);
+    let written = fit(&scene, "--stages least_squares,posterior,figures", all);
     assert_eq!(written.status, Some(1));
     let first = written.report.lines().nth(2).unwrap_or_default();
     assert!(first.starts_with("**Verdict: not to be quoted:"), "{first}");
     assert!(first.contains("effective draws"), "{first}");
     assert!(written.report.contains("* Not to be quoted: "));
-    let good = fit(&scene_text(), &["--stages", "least_squares,posterior"], all);
+    let good = fit(&scene_text(), "--stages least_squares,posterior", all);
     let digits = |report: &str| {
         let mut rows = report.lines().skip_while(|line| *line != "#### Parameters");
         let row = rows.find(|line| line.starts_with("| L |")).expect("the row of L");
@@ -349,7 +311,7 @@ fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows()
 
 #[test]
 fn without_dry_runs_the_posterior_alone_has_k_and_what_is_not_sampled_is_said() {
-    let written = fit(&scene_text(), &["--stages", "least_squares,posterior"], |row| {
+    let written = fit(&scene_text(), "--stages least_squares,posterior", |row| {
         (!is_dry(row)).then(|| row.to_owned())
     });
     let k = cells(&written.report, "k / (m/s)^(−1/5), PTFE");
@@ -357,7 +319,7 @@ fn without_dry_runs_the_posterior_alone_has_k_and_what_is_not_sampled_is_said() 
     assert_eq!(cells(&written.report, "`sigma_dry`")[1], "not read");
     assert!(!written.report.contains("A dry run has"));
     // one film ratio as well: C keeps its prior
-    let one = fit(&scene_text(), &["--stages", "least_squares,posterior"], |row| {
+    let one = fit(&scene_text(), "--stages least_squares,posterior", |row| {
         let one = !is_dry(row) && row.split(',').nth(4) == Some("0.08");
         one.then(|| row.to_owned())
     });
@@ -367,7 +329,7 @@ fn without_dry_runs_the_posterior_alone_has_k_and_what_is_not_sampled_is_said() 
 
 #[test]
 fn dry_runs_alone_have_a_posterior_without_a_wet_word() {
-    let written = fit(&scene_text(), &[], |row| is_dry(row).then(|| row.to_owned()));
+    let written = fit(&scene_text(), "", |row| is_dry(row).then(|| row.to_owned()));
     assert!(written.report.contains("### Parameters"));
     for absent in [
         "A wet run of",
@@ -384,18 +346,14 @@ fn runs_without_noise_have_no_posterior_and_the_report_says_why() {
     let scene = scene_text()
         .replace("sigma_dry = 0.009", "sigma_dry = 0.0")
         .replace("sigma_wet = 0.02", "sigma_wet = 0.0");
-    let written = fit(&scene, &[], all);
+    let written = fit(&scene, "", all);
     assert_eq!(written.status, Some(1));
-    assert!(
-        written.report.contains("\nNothing was sampled: the runs have no noise"),
-        "{}",
-        written.report
-    );
+    written.report.says("\nNothing was sampled: the runs have no noise");
     assert!(written.report.contains("## Main numbers (provisional)"));
     assert!(!written.report.contains("minus posterior mean"));
     assert!(!written.figures.iter().any(|name| name.starts_with("posterior")));
     // where the stage was not asked for there is nothing to say
-    let unasked = fit(&scene_text(), &["--stages", "least_squares"], all);
+    let unasked = fit(&scene_text(), "--stages least_squares", all);
     assert!(!unasked.report.contains("## Posterior"));
 }
 
@@ -418,12 +376,10 @@ fn entries<'f>(findings: &'f Value, list: &str) -> &'f Vec<Value> {
 #[test]
 fn a_particle_without_roughness_lacks_the_length_of_its_critical_separation_alone() {
     let why = "no roughness is given for PE";
-    let written = fit(&with_pe("roughness_um = 5\nroughness_rel_sd = 0.02\n"), &[], all);
+    let written = fit(&with_pe("roughness_um = 5\nroughness_rel_sd = 0.02\n"), "", all);
     assert!(matches!(written.status, Some(0 | 1)), "{:?}", written.status);
-    let folder = written.folder.path();
-    assert_eq!(wetcor(folder, &["check", "scene.toml"]), Some(0));
-    let text = std::fs::read_to_string(folder.join("out/findings.json")).expect("findings");
-    let findings: Value = serde_json::from_str(&text).expect("JSON");
+    written.folder.succeed("check scene.toml");
+    let findings = written.folder.json("out/findings.json");
     let energy = entries(&findings, "/energy");
     assert_eq!(energy.len(), 12);
     for row in energy {
@@ -474,16 +430,14 @@ fn a_particle_without_roughness_lacks_the_length_of_its_critical_separation_alon
     assert_eq!(lengths("PE | 0.08"), ["–", "–"]);
     assert!(lengths("PTFE | 0.08")[1].contains('±'));
     for particle in ["PTFE", "PE"] {
-        let asked = ["predict", "out", "--anyway", "--liquid", "AK10", "--diameter-mm", "8"];
-        let at = ["--film-um", "640", "--speed-m-s", "0.8:1.6:3", "--particle", particle];
-        assert_eq!(wetcor(folder, &[&asked[..], &at].concat()), Some(0), "{particle}");
+        let asked = "predict out --anyway --liquid AK10 --diameter-mm 8 --film-um 640 --speed-m-s 0.8:1.6:3";
+        written.folder.succeed(&format!("{asked} --particle {particle}"));
     }
 }
 
 #[test]
 fn without_any_roughness_no_table_has_a_length_of_critical_separation() {
-    let flags = ["--stages", "least_squares,posterior"];
-    let written = fit(&with_pe(""), &flags, all);
+    let written = fit(&with_pe(""), "--stages least_squares,posterior", all);
     assert!(matches!(written.status, Some(0 | 1)), "{:?}", written.status);
     let report = &written.report;
     assert!(report.contains("St_c e_inf² = 2 L; no roughness is given for PTFE, PE, and so no δc."));

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::common::scenes::{scene_of, AK10, M20, PTFE};
-use crate::common::{binomial_z, mean, seed_of, Place};
+use crate::common::{binomial_z, mean, seed_of, Place, Says, Told};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use wetcor::findings::bootstrap::{self, Estimates, Options, Resampling, MOST_RESAMPLED};
@@ -301,10 +301,7 @@ fn a_fit_of_many_that_hangs_on_few_runs_has_no_uncertainty_but_its_profile() {
         } else {
             withheld += 1;
             assert_eq!((estimate.interval, estimate.intervals.len()), (None, 0));
-            assert!(
-                why.starts_with("a single run near the edge of the square root"),
-                "{why}"
-            );
+            why.begins("a single run near the edge of the square root");
             // what the delta method would have said
             off |= by_rows
                 .se
@@ -356,16 +353,10 @@ fn a_table_of_very_many_runs_is_told_that_nothing_was_resampled() {
     let found = findings::fit_least_squares(&place.scene, &table, 1, true);
     let resampling = found.bootstrap.as_ref().expect("the stage ran");
     assert_eq!((resampling.by_sandwich, resampling.resampled_fits), (true, 0));
-    let notice = found
-        .notices
-        .iter()
-        .find(|notice| notice.code == "bootstrap_by_sandwich");
+    let notice = found.notice("bootstrap_by_sandwich");
     let text = &notice.expect("it is told").text;
-    assert!(
-        text.starts_with("100800 runs, more than the 100000 that are resampled:"),
-        "{text}"
-    );
-    assert!(found.notices.iter().all(|notice| notice.code != "bootstrap_one_series"));
+    text.begins("100800 runs, more than the 100000 that are resampled:");
+    assert!(!found.tells("bootstrap_one_series"));
     assert!(found.scaling.iter().all(|row| row.e_inf.method == "sandwich"));
     // where the scene wants the interval of least squares, that is quoted
     let mut place = place;
@@ -406,7 +397,7 @@ fn series(liquid: &str, alpha: f64, beta: f64, runs: u32) -> String {
 }
 
 fn notice<'f>(found: &'f Findings, code: &str) -> Option<&'f wetcor::notice::Notice> {
-    found.notices.iter().find(|notice| notice.code == code)
+    found.notice(code)
 }
 
 #[test]
@@ -460,11 +451,7 @@ fn failed_replicates_are_counted_with_their_reason_and_gate() {
         ("degenerate resample", 500)
     );
     assert_eq!(row.e_inf.method, "delta");
-    let check = found
-        .verdicts
-        .iter()
-        .find(|check| check.check == "bootstrap_failures")
-        .expect("checked");
+    let check = found.check("bootstrap_failures");
     assert!(check.gates && !check.passed && check.value == Some(1.0), "{check:?}");
     assert!(
         check

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::common::{self, rows, wetcor, Place};
+use crate::common::{self, rows, Folder, Place, Says, Told};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::Findings;
@@ -161,13 +161,13 @@ fn means_give_what_the_single_runs_give() {
 
 #[test]
 fn a_draft_takes_the_number_of_runs_where_it_finds_their_spread() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = Folder::new();
     let drafted = |header: &str, row: &str| {
         let text = format!("particle,diameter_mm,impact_speed_m_s,e,{header}\nPTFE,4.762,0.8,0.82,{row}\n");
-        std::fs::write(folder.path().join("table.csv"), text).expect("writable");
-        let (status, _, err) = wetcor(folder.path(), &["new", "table.csv"]);
+        folder.write("table.csv", text);
+        let (status, _, err) = folder.run("new table.csv");
         assert_eq!(status, Some(0), "{err}");
-        let scene = folder.path().join("scene.toml");
+        let scene = folder.join("scene.toml");
         let text = std::fs::read_to_string(&scene).expect("a draft");
         std::fs::remove_file(&scene).expect("removable");
         text
@@ -216,7 +216,7 @@ fn rows_that_say_they_are_means_are_left_out_and_named() {
         assert_eq!(found.dry[0].dry_k.value, plain.dry[0].dry_k.value, "{label}");
         assert_eq!(found.counts.screened.iter().map(|one| one.runs).sum::<usize>(), 4);
         assert_eq!(found.counts.runs, plain.counts.runs + 4);
-        let text = found.notices.iter().find(|notice| notice.code == "labelled_rows");
+        let text = found.notice("labelled_rows");
         let text = text.map(|notice| notice.text.clone()).unwrap_or_default();
         assert!(text.contains("line 5 `") && text.contains("line 17 `"), "{text}");
     }
@@ -237,12 +237,9 @@ fn a_file_listed_twice_is_not_quoted() {
     let place = Place::new(&text);
     std::fs::write(place.path("copy.csv"), blocks(|_, _| None).replace("\n1", "\n5")).expect("writable");
     let found = place.fit_rows(&blocks(|_, _| None));
-    let check = found.verdicts.iter().find(|check| check.check == "repeated_rows");
+    let check = found.made("repeated_rows");
     let text = check.map(|check| check.text.clone()).unwrap_or_default();
-    assert!(
-        text.contains("copy.csv, lines 2 to 13 repeat runs.csv, lines 2 to 13"),
-        "{text}"
-    );
+    text.says("copy.csv, lines 2 to 13 repeat runs.csv, lines 2 to 13");
     assert!(!quotable(&found.verdicts));
 }
 
@@ -275,10 +272,7 @@ fn film_ratios_of_each_run_are_no_nominal_ones() {
     // nominal ratios stay, those that films were made of exactly among them
     for nominal in [[0.05, 0.08], [0.051, 0.082]] {
         let found = place.fit_rows(&own_films(|run, _| nominal[run % 2]));
-        assert!(found
-            .notices
-            .iter()
-            .all(|notice| notice.code != "film_ratio_of_each_run"));
+        assert!(!found.tells("film_ratio_of_each_run"));
         assert_eq!(found.film_groups.len(), 2);
     }
 }
@@ -386,7 +380,7 @@ fn columns_that_tell_the_same_thing_are_compared() {
     };
     let right = place.fit_rows(&said_twice(|_, h| h, |st| st));
     assert_eq!(of(&right), Vec::<String>::new());
-    assert!(right.notices.iter().all(|notice| notice.code != "columns_disagree"));
+    assert!(!right.tells("columns_disagree"));
     // air slows a sphere a little
     assert_eq!(
         of(&place.fit_rows(&said_twice(|_, h| 1.04 * h, |st| st))),
@@ -404,7 +398,7 @@ fn columns_that_tell_the_same_thing_are_compared() {
 
     let slip = place.fit_rows(&said_twice(|run, h| if run == 4 { 2.0 * h } else { h }, |st| st));
     assert_eq!(of(&slip), Vec::<String>::new());
-    let notice = slip.notices.iter().find(|notice| notice.code == "columns_disagree");
+    let notice = slip.notice("columns_disagree");
     let text = notice.map(|notice| notice.text.clone()).unwrap_or_default();
     assert!(text.contains("line 6 (1.41 times)"), "{text}");
 }

@@ -1,8 +1,6 @@
 //! Holds the page of all keys, and what `wetcor help scene` prints, to what the reader reads by.
 
-use std::path::Path;
-use std::process::Command;
-
+use crate::common::{in_project, wetcor_here};
 const PAGE: &str = "docs/scene.md";
 
 /// Every name in a cell of the first column of a page's tables.
@@ -14,7 +12,7 @@ fn names(page: &str) -> Vec<String> {
 
 #[test]
 fn the_page_is_what_the_reader_reads_by() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(PAGE);
+    let path = in_project(PAGE);
     let made = wetcor::scene::markdown();
     if std::env::var_os("UPDATE_EXPECTED").is_some() {
         std::fs::write(&path, &made).expect("writable");
@@ -31,15 +29,8 @@ fn the_page_is_what_the_reader_reads_by() {
 #[test]
 fn help_tells_every_key_in_every_unit() {
     let help = |words: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-            .arg("help")
-            .args(words)
-            .output();
-        let output = output.expect("the command can be started");
-        (
-            output.status.code(),
-            String::from_utf8_lossy(&output.stdout).into_owned(),
-        )
+        let (status, out, _) = wetcor_here(&[&["help"], words].concat());
+        (status, out)
     };
     let (status, text) = help(&["scene"]);
     assert_eq!(status, Some(0));

@@ -1,13 +1,12 @@
 //! Holds what is inferred to the truth where the runs of a series share an offset of the energy kept.
 
-use crate::common::scenes::{scene_of, PTFE, THIN};
-use crate::common::{binomial_z, mean, rows_from, seed_of, Place};
+use crate::common::scenes::{scene_of, HEADER, PTFE, THIN};
+use crate::common::{binomial_z, compare, mean, rows_from, seed_of, Place, Says, Told};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
-use std::process::Command;
 use wetcor::findings::main_numbers::{MainNumber, Source};
 use wetcor::findings::posterior::{MethodChoice, Posterior};
 use wetcor::findings::predict::ParticleLaw;
@@ -408,7 +407,7 @@ fn without_film_groups_a_series_is_particle_liquid_and_diameter() {
             *film = *ratio * row.diameter;
         }
     }
-    let mut csv = String::from("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n");
+    let mut csv = HEADER.to_owned();
     for row in &rows {
         let film = row.film.map_or(String::new(), |(film, _)| format!("{}", 1e6 * film));
         let liquid = row.liquid.unwrap_or("dry");
@@ -421,8 +420,7 @@ fn without_film_groups_a_series_is_particle_liquid_and_diameter() {
         );
     }
     let place = Place::new(&text(0.01, &format!("series_offsets = true\n{SAMPLER}")));
-    std::fs::write(&place.scene.data.runs[0].path, csv).expect("writable");
-    let table = place.read();
+    let table = place.read_rows(&csv);
     assert!(table.runs.film_groups.iter().all(|group| !group.has_one_film_ratio()));
     let (_, posterior) = fit(&place.scene, &table);
     let names: Vec<&str> = posterior
@@ -468,8 +466,7 @@ fn offsets_are_advised_where_they_are_not_modelled_and_not_where_they_are() {
         let scene = scene(0.02, model);
         let table = table(&scene, seed_of("offsets_are_advised"));
         let findings = findings::fit_least_squares(&scene, &table, 1, false);
-        let mut notices = findings.notices.iter();
-        let notice = notices.find(|notice| notice.code == "series_offsets");
+        let notice = findings.notice("series_offsets");
         // beside a check that fails and says so, it is no caution
         let mut checks = findings.verdicts.iter();
         let fails = checks.any(|check| check.check == "independent_runs" && !check.passed);
@@ -482,10 +479,7 @@ fn offsets_are_advised_where_they_are_not_modelled_and_not_where_they_are() {
     assert!(advice.starts_with("set [model] series_offsets = true"), "{advice}");
     let scheme = told("[bootstrap]\nscheme = \"series\"").expect("told");
     assert!(scheme.starts_with(&advice), "{scheme}");
-    assert!(
-        scheme.contains("neither k, L and C of the energy balance nor the posterior"),
-        "{scheme}"
-    );
+    scheme.says("neither k, L and C of the energy balance nor the posterior");
     assert_eq!(told("series_offsets = true"), None);
 }
 
@@ -496,8 +490,7 @@ fn offsets_that_spoil_standard_errors_forbid_quoting() {
         let scene = scene(sigma, model);
         let table = table(&scene, seed_of("offsets_that_spoil_standard_errors"));
         let findings = findings::fit_least_squares(&scene, &table, 1, false);
-        let mut checks = findings.verdicts.iter();
-        let found = checks.find(|check| check.check == "independent_runs");
+        let found = findings.made("independent_runs");
         found.is_some_and(|check| check.gates && !check.passed && check.advice.contains("series_offsets = true"))
     };
     assert!(gates(0.04, ""));
@@ -514,9 +507,7 @@ fn forms_are_compared_where_series_have_offsets() {
     let stuck: usize = table.runs.series.iter().map(|series| series.stuck.len()).sum();
     assert!(stuck > 10, "{stuck}");
     let (mut findings, posterior) = fit(&scene, &table);
-    findings
-        .add_comparison(&scene, &table.runs, &posterior, &|_, _| {})
-        .unwrap_or_else(|error| panic!("{error}"));
+    compare(&mut findings, &scene, &table.runs, &posterior);
     assert!(findings.verdicts.iter().any(|check| check.check == "better_form"));
     let mut notices = findings.notices.iter();
     assert_eq!(notices.find(|notice| notice.code == "form_not_compared"), None);
@@ -540,52 +531,16 @@ fn a_simulation_without_offsets_draws_what_it_drew_before() {
 fn predict_says_of_which_series_its_bands_are() {
     let place = Place::new(&text(0.02, &format!("series_offsets = true\n{SAMPLER}")));
     place.draw(seed_of("predict_says_of_which_series"), None);
-    let out = place.path("report");
-    let run = |arguments: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-            .args(arguments)
-            .output()
-            .expect("it runs");
-        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
-        (output.status.code(), text(output.stdout), text(output.stderr))
-    };
-    let [scene, out] = [place.path("scene.toml"), out].map(|path| path.to_str().expect("plain").to_owned());
-    let (status, printed, err) = run(&["fit", &scene, "--out", &out]);
-    assert_eq!(status, Some(0), "{printed}{err}");
-    let report = std::fs::read_to_string(format!("{out}/report.md")).expect("written");
-    assert!(
-        report.contains("### Offsets of series") && report.contains("simulated: 0.0200"),
-        "{report}"
-    );
-    let findings = std::fs::read_to_string(format!("{out}/findings.json")).expect("written");
-    let findings: serde_json::Value = serde_json::from_str(&findings).expect("JSON");
+    place.folder.succeed("fit scene.toml --out report");
+    let report = place.folder.read("report/report.md");
+    report.says("### Offsets of series");
+    report.says("simulated: 0.0200");
+    let findings = place.folder.json("report/findings.json");
     let places = findings["main"]["at"].as_array().expect("a list");
     assert!(!places.is_empty() && places.iter().all(|place| place["source"] == "posterior"));
-    let asked = |film: &'static str| {
-        [
-            "predict",
-            &out,
-            "--particle",
-            "PTFE",
-            "--liquid",
-            "thin",
-            "--diameter-mm",
-            "4.762",
-            "--film-um",
-            film,
-        ]
-        .map(str::to_owned)
-        .into_iter()
-        .chain(["--speed-m-s", "1.2:1.2:1"].map(str::to_owned))
-        .collect::<Vec<String>>()
-    };
-    let predict = |film: &'static str, more: &[&'static str]| {
-        let all = asked(film);
-        run(&all
-            .iter()
-            .map(String::as_str)
-            .chain(more.iter().copied())
-            .collect::<Vec<&str>>())
+    let predict = |film: &str, more: &str| {
+        let asked = "predict report --particle PTFE --liquid thin --diameter-mm 4.762 --speed-m-s 1.2:1.2:1";
+        place.run(&format!("{asked} --film-um {film} {more}"))
     };
     let width = |csv: &str| {
         let cells: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
@@ -596,13 +551,13 @@ fn predict_says_of_which_series_its_bands_are() {
         let number = |name: &str| of(name).parse::<f64>().expect("a number");
         (of("series"), number("restitution_q95") - number("restitution_q05"))
     };
-    let (status, new, err) = predict("333.3", &[]);
+    let (status, new, err) = predict("333.3", "");
     assert_eq!(status, Some(0), "{err}");
-    let (_, measured, _) = predict("333.3", &["--measured-series"]);
+    let (_, measured, _) = predict("333.3", "--measured-series");
     let ((new, wide), (measured, narrow)) = (width(&new), width(&measured));
     assert_eq!([new, measured], ["new", "measured"]);
     assert!(wide > 2.0 * narrow, "{wide} {narrow}");
-    let (status, _, err) = predict("250", &["--measured-series"]);
+    let (status, _, err) = predict("250", "--measured-series");
     assert_eq!(status, Some(2));
     let expected =
         "no series of `PTFE` in `thin` was measured at 4.762 mm with a film of 250 µm; expected one of 3.175 mm \

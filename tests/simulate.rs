@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{mean, seed_of, wetcor, Place};
+use crate::common::{mean, seed_of, wetcor, Folder, Place};
 use wetcor::model::simulate::{Simulation, BLOCK};
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::runs::{NewRun, Runs};
@@ -128,8 +128,8 @@ fn read(folder: &Path, tables: &str) -> Runs {
 
 #[test]
 fn a_table_is_the_same_in_one_file_and_in_parts_for_any_number_of_threads() {
-    let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("scene.toml"), scene_text()).expect("the folder is writable");
+    let folder = Folder::new();
+    folder.write("scene.toml", scene_text());
     let simulate = |more: &[&str]| {
         let words = [&["simulate", "scene.toml", "--runs", "200000"], more].concat();
         wetcor(folder.path(), &words)
@@ -151,7 +151,7 @@ fn a_table_is_the_same_in_one_file_and_in_parts_for_any_number_of_threads() {
     let mut names = vec![];
     for part in 0..3 {
         let name = format!("part-00{part}.parquet");
-        let bytes = |of: &str| std::fs::read(folder.path().join(of).join(&name)).expect("a part");
+        let bytes = |of: &str| std::fs::read(folder.join(of).join(&name)).expect("a part");
         assert!(bytes("new/parts") == bytes("alone"), "{name}");
         names.push(format!("\"alone/{name}\""));
     }
@@ -167,9 +167,9 @@ fn a_table_is_the_same_in_one_file_and_in_parts_for_any_number_of_threads() {
 
 #[test]
 fn parts_that_cannot_be_made_are_refused_and_nothing_is_written() {
-    let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("scene.toml"), scene_text()).expect("the folder is writable");
-    std::fs::create_dir(folder.path().join("taken")).expect("the folder is writable");
+    let folder = Folder::new();
+    folder.write("scene.toml", scene_text());
+    std::fs::create_dir(folder.join("taken")).expect("the folder is writable");
     for (more, expected) in [
         (
             &["--out", "parts", "--parts", "3", "--runs", "100000"][..],
@@ -196,6 +196,6 @@ fn parts_that_cannot_be_made_are_refused_and_nothing_is_written() {
         assert_eq!(code, Some(2), "{errors}");
         assert!(errors.starts_with(expected), "{errors}");
     }
-    assert!(!folder.path().join("parts").exists());
+    assert!(!folder.join("parts").exists());
     assert_eq!(std::fs::read_dir(folder.path()).expect("it is there").count(), 2);
 }

@@ -1,10 +1,9 @@
 //! Holds that no single run carries a main number unseen, and that barely rebounding runs are not taken at their word.
 
 use crate::common::scenes::{scene_of, PE, THIN};
-use crate::common::{seed_of, Place};
+use crate::common::{sample, seed_of, Place, Says};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::main_numbers::{MainNumber, Source};
-use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{by_weight, Findings};
 use wetcor::seed::stream;
 
@@ -85,9 +84,7 @@ fn speed_of(thick: bool, film_ratio: f64, e: f64) -> f64 {
 fn fit(rows: &str) -> Findings {
     let place = Place::new(&scene_text());
     let mut findings = place.fit_rows(rows);
-    findings
-        .add_posterior(&place.scene, &place.read().runs, MethodChoice::Sampler, &|_, _| {})
-        .unwrap_or_else(|error| panic!("{error}"));
+    sample(&mut findings, &place.scene, &place.read().runs);
     findings
 }
 
@@ -133,9 +130,7 @@ fn a_barely_rebounding_run_is_not_taken_at_its_word() {
         scene_text()
     ));
     let mut taken = place.fit_rows(&format!("{rows}{}", line(true, 0.1, slow, 0.03)));
-    taken
-        .add_posterior(&place.scene, &place.read().runs, MethodChoice::Sampler, &|_, _| {})
-        .unwrap_or_else(|error| panic!("{error}"));
+    sample(&mut taken, &place.scene, &place.read().runs);
     assert!(z(st_c(&taken)).abs() > 4.0, "{:?} for {truth}", st_c(&taken));
     assert!(told(&taken, "slow_rebounds").is_none());
     // nothing is said where no run rebounds barely
@@ -193,10 +188,7 @@ fn a_run_that_carries_a_number_is_named_among_the_first() {
     let one = fit(&format!("{rows}{}", far(expected - 0.06)));
     let (place, text) = told(&one, "single_run").expect("told");
     assert!(place < 3, "{place}");
-    assert!(
-        text.contains(&format!("runs.csv, line {} ", rows.lines().count() + 1)),
-        "{text}"
-    );
+    text.says(&format!("runs.csv, line {} ", rows.lines().count() + 1));
     // ten of them carry it together
     let many = (0..10).map(|run| far(expected + 0.015 * f64::from(run % 3 - 1)));
     let many = fit(&format!("{rows}{}", many.collect::<String>()));

@@ -1,9 +1,7 @@
 //! Holds that a spread held at 0 leaves the stated measurement errors as all noise, and gates where they are not.
 
-use std::process::Command;
-
 use crate::common::scenes::{scene_of, PTFE, THIN};
-use crate::common::{binomial_z, rows, seed_of, Place};
+use crate::common::{assert_expected, assert_seldom, compare, counts, holds, rows, seed_of, Place, Says, Told};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::checks::{Check, BEYOND_CHANCE};
 use wetcor::findings::posterior::MethodChoice;
@@ -75,40 +73,33 @@ fn right_errors_pass_and_halved_ones_gate() {
     const SETS: u64 = 400;
     let place = Place::new(&scene_text());
     let seed = seed_of("right_errors_pass_and_halved_ones_gate");
+    const TRUTHS: [(&str, f64); 3] = [
+        ("dry_k[PTFE]", 0.183),
+        ("lubrication_log", 1.85),
+        ("inertial_prefactor", 1.0),
+    ];
     let (mut low, mut gated, mut all) = (0, 0, 0);
-    let mut covered = [0; 3];
+    let mut covered = vec![];
     for set in 0..SETS {
         let findings = fit(&place, seed + set, 1.0);
         let checks = of_errors(&findings);
         assert_eq!(checks.len(), 2);
         low += checks.iter().filter(|check| check.value.expect("a p") < 0.05).count();
         gated += checks.iter().filter(|check| !check.passed).count();
-        all += checks.len();
-        let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
-        for (count, (name, truth)) in covered.iter_mut().zip([
-            ("dry_k[PTFE]", 0.183),
-            ("lubrication_log", 1.85),
-            ("inertial_prefactor", 1.0),
-        ]) {
-            let own = balance.parameters.iter().find(|own| own.name == name).expect("fitted");
-            let [lo, hi] = own.estimate.interval.expect("an interval");
-            *count += usize::from(lo <= truth && truth <= hi);
-        }
+        all += 2;
+        covered.push(TRUTHS.map(|(name, truth)| holds(findings.fitted(name).interval, truth)));
     }
-    println!("p below 0.05 in {low}, gated {gated} of {all}; covered {covered:?} of {SETS}");
-    let z = binomial_z(low, all, 0.05);
-    assert!(z.abs() < 4.0, "{low} of {all}: {z}");
-    assert!(binomial_z(gated, all, BEYOND_CHANCE) < 4.0, "{gated} of {all}");
-    for count in covered {
-        let z = binomial_z(count, SETS as usize, 0.95);
-        assert!(z.abs() < 4.0, "{covered:?}: {z}");
+    println!("p below 0.05 in {low}, gated {gated} of {all}");
+    assert_expected("p below 0.05", low, all, 0.05);
+    assert_seldom("gated", gated, all, BEYOND_CHANCE);
+    for ((name, _), count) in TRUTHS.into_iter().zip(counts(&covered)) {
+        assert_expected(name, count, SETS, 0.95);
     }
     // the planted fault: errors half of what they are
-    let halved = (0..50).filter(|set| {
+    for set in 0..50 {
         let findings = fit(&place, seed + set, 2.0);
-        of_errors(&findings).iter().any(|check| check.gates && !check.passed) && !findings.main.verdict.passed
-    });
-    assert_eq!(halved.count(), 50);
+        assert!(of_errors(&findings).iter().any(|check| check.gates && !check.passed) && !findings.main.verdict.passed);
+    }
 }
 
 #[test]
@@ -116,7 +107,7 @@ fn with_a_spread_estimated_errors_are_only_told() {
     let place = Place::new(&scene_text().replace(ESTIMATED, ""));
     let findings = fit(&place, seed_of("with_a_spread_estimated_errors_are_only_told"), 2.0);
     assert!(of_errors(&findings).is_empty());
-    let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
+    let balance = findings.balance();
     let told = balance.measurement_errors.expect("runs with errors");
     assert!(
         told.p.expect("a p") < BEYOND_CHANCE && told.intrinsic_sd > 0.0,
@@ -131,15 +122,13 @@ fn the_posterior_is_that_of_the_errors_alone() {
     let seed = seed_of("the_posterior_is_that_of_the_errors_alone");
     for (factor, may_be_quoted) in [(1.0, true), (2.0, false)] {
         let text = table(&place, seed, factor, |_, _| ());
-        std::fs::write(&place.scene.data.runs[0].path, text).expect("writable");
-        let table = place.read();
+        let table = place.read_rows(&text);
         let mut findings = findings::fit_least_squares(&place.scene, &table, 1, true);
         let posterior = findings
             .add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ())
             .unwrap_or_else(|error| panic!("{error}"))
             .expect("sampled");
-        let compared = findings.add_comparison(&place.scene, &table.runs, &posterior, &|_, _| ());
-        let compared = compared.unwrap_or_else(|error| panic!("{error}"));
+        let compared = compare(&mut findings, &place.scene, &table.runs, &posterior);
         assert!(compared.models.iter().all(|model| model.elpd_loo.is_finite()));
         let held: Vec<_> = posterior
             .findings
@@ -154,15 +143,9 @@ fn the_posterior_is_that_of_the_errors_alone() {
             findings.main.verdict
         );
         // errors alone: as wide as the inverse of the weighted squares, whatever the scatter
-        let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
         for own in &posterior.findings.parameters {
             let (mean, sd) = own.mean.zip(own.sd).expect("sampled");
-            let (value, se) = balance
-                .parameters
-                .iter()
-                .find(|fitted| fitted.name == own.name)
-                .and_then(|fitted| fitted.estimate.pair())
-                .expect("a ±");
+            let (value, se) = findings.fitted(&own.name).pair().expect("a ±");
             assert!((mean - value).abs() < 0.3 * se, "{}: {mean} {value} {se}", own.name);
             assert!((sd / se - 1.0).abs() < 0.15, "{}: {sd} {se}", own.name);
         }
@@ -179,33 +162,12 @@ fn every_stage_and_prediction_run_without_a_spread() {
         |_, _| (),
     );
     std::fs::write(&place.scene.data.runs[0].path, text).expect("writable");
-    let run = |words: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-            .args(words)
-            .current_dir(place.folder.path())
-            .output()
-            .expect("the program runs");
-        let [out, err] = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
-        assert_eq!(output.status.code(), Some(0), "{words:?}: {out}{err}");
-        out
-    };
-    run(&["check", "scene.toml"]);
-    run(&["fit", "scene.toml", "--out", "out"]);
-    let report = std::fs::read_to_string(place.path("out/report.md")).expect("written");
+    place.folder.succeed("check scene.toml");
+    place.folder.succeed("fit scene.toml --out out");
+    let report = place.folder.read("out/report.md");
     assert!(!report.contains("NaN") && report.contains("σ_wet"), "{report}");
-    let speeds = [
-        "predict",
-        "out",
-        "--particle",
-        "PTFE",
-        "--liquid",
-        "thin",
-        "--diameter-mm",
-        "4.762",
-        "--film-um",
-        "250",
-    ];
-    let predicted = run(&[&speeds[..], &["--speed-m-s", "0.6:1.8:4"]].concat());
+    let asked = "--particle PTFE --liquid thin --diameter-mm 4.762 --film-um 250 --speed-m-s 0.6:1.8:4";
+    let predicted = place.folder.succeed(&format!("predict out {asked}"));
     assert!(!predicted.contains("NaN") && !predicted.contains("inf"), "{predicted}");
     // a run without error of its own lies where the curve does
     let cells: Vec<Vec<f64>> = predicted
@@ -222,7 +184,7 @@ fn every_stage_and_prediction_run_without_a_spread() {
             assert!((run - curve).abs() < 1e-3, "{predicted}");
         }
     }
-    run(&["simulate", "scene.toml", "--out", "simulated.csv"]);
+    place.folder.succeed("simulate scene.toml --out simulated.csv");
 }
 
 /// What a scene and its runs are refused with; `None` where they are read.
@@ -269,10 +231,8 @@ fn runs_that_nothing_would_scatter_are_refused() {
         }
     })
     .expect("refused");
-    assert!(
-        found.contains("[priors] sigma_wet") && found.contains("1 wet runs in use stuck"),
-        "{found}"
-    );
+    found.says("[priors] sigma_wet");
+    found.says("1 wet runs in use stuck");
     let excluded = scene_text().replace("[model]", "[model]\nsticking = \"excluded\"");
     assert_eq!(
         refusal(&excluded, |index, line| if index == 30 {
@@ -283,9 +243,7 @@ fn runs_that_nothing_would_scatter_are_refused() {
     for (key, value) in [("sticking", "truncated"), ("noise", "both")] {
         let scene = scene_text().replace("[model]", &format!("[model]\n{key} = \"{value}\""));
         let found = refusal(&scene, nothing).expect("refused");
-        assert!(
-            found.contains("[priors] sigma_wet") && found.contains(&format!("{key} = \"{value}\"")),
-            "{found}"
-        );
+        found.says("[priors] sigma_wet");
+        found.says(&format!("{key} = \"{value}\""));
     }
 }

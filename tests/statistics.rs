@@ -1,7 +1,7 @@
 //! Holds what the fits say of simulated runs against the truth they were drawn from.
 
 use crate::common::scenes::{scene_of, AK10, M20, M50, PE, PTFE};
-use crate::common::{binomial_z, mean, seed_of, Place};
+use crate::common::{assert_expected, binomial_z, counts, mean, seed_of, study, Place, Told};
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::Findings;
 use wetcor::physics::rebound::mean_restitution;
@@ -52,10 +52,8 @@ repeats = 20
 }
 
 fn pooled(findings: &Findings, law: WetLaw) -> &Scaling {
-    let found = findings
-        .scaling
-        .iter()
-        .find(|row| row.law == law && row.film_ratio.is_some());
+    let mut rows = findings.scaling.iter();
+    let found = rows.find(|row| row.law == law && row.film_ratio.is_some());
     found.expect("the scene has one particle and wet runs")
 }
 
@@ -63,41 +61,32 @@ fn value(estimate: &wetcor::findings::estimate::Estimate) -> f64 {
     estimate.value.expect("the fit converged")
 }
 
-/// How many of some simulated scenes have intervals that cover the truth: k, L, C, δ̃0, and e_inf and St_c at the
-/// thickest film.
-/// `shrink` narrows the intervals about their middle: the planted fault.
-fn coverage(sets: u64, shrink: f64) -> [usize; 6] {
-    let place = Place::new(&clear());
-    let e_dry = 1.0 - 0.183 * 2f64.powf(0.2);
-    let e_inf2 = e_dry * e_dry - 0.45 * 930.0 / 2150.0 * (1.0 - (-0.15f64 / 0.07).exp());
-    let truth = [0.183, 1.9, 0.45, 0.07, e_inf2.sqrt(), 2.0 * 1.9 / e_inf2];
-    let mut covered = [0; 6];
-    for set in 0..sets {
-        let findings = place.infer(seed_of("the_intervals_cover_the_truth").wrapping_add(set));
-        let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
-        let wet = balance.parameters.iter().take(3).map(|parameter| &parameter.estimate);
-        let thickest = balance.derived.last().expect("four film ratios");
-        let estimates = std::iter::once(&findings.dry[0].dry_k)
-            .chain(wet)
-            .chain([&thickest.e_inf, &thickest.st_c]);
-        for ((estimate, truth), covered) in estimates.zip(truth).zip(&mut covered) {
-            let [lo, hi] = estimate.interval.expect("the fit converged");
-            let (middle, half) = ((lo + hi) / 2.0, shrink * (hi - lo) / 2.0);
-            *covered += usize::from((truth - middle).abs() <= half);
-        }
-    }
-    covered
-}
-
+/// Of k, L, C, δ̃0, and e_inf and St_c at the thickest film.
 #[test]
 fn the_intervals_cover_the_truth() {
     const SETS: u64 = 400;
-    for covered in coverage(SETS, 1.0) {
-        let z = binomial_z(covered, SETS as usize, 0.95);
-        assert!(z.abs() < 4.0, "{covered} of {SETS}: z = {z:.1}");
+    let e_dry = 1.0 - 0.183 * 2f64.powf(0.2);
+    let e_inf2 = e_dry * e_dry - 0.45 * 930.0 / 2150.0 * (1.0 - (-0.15f64 / 0.07).exp());
+    let truth = [0.183, 1.9, 0.45, 0.07, e_inf2.sqrt(), 2.0 * 1.9 / e_inf2];
+    // a standard error without its square root, or a one-sided quantile, would narrow intervals about to the second
+    let covered = study("the_intervals_cover_the_truth", SETS, |seed| {
+        let findings = Place::new(&clear()).infer(seed);
+        let balance = findings.balance();
+        let [l, c, scale] = [0, 1, 2].map(|place| &balance.parameters[place].estimate);
+        let thickest = balance.derived.last().expect("four film ratios");
+        let estimates = [&findings.dry[0].dry_k, l, c, scale, &thickest.e_inf, &thickest.st_c];
+        [1.0, 0.6].map(|shrink| {
+            std::array::from_fn(|place| {
+                let [lo, hi] = estimates[place].interval.expect("the fit converged");
+                (truth[place] - (lo + hi) / 2.0).abs() <= shrink * (hi - lo) / 2.0
+            })
+        })
+    });
+    let of = |which: usize| counts::<6>(&covered.iter().map(|both| both[which]).collect::<Vec<_>>());
+    for covered in of(0) {
+        assert_expected("95 % intervals", covered, SETS, 0.95);
     }
-    // a standard error without its square root, or a one-sided quantile, would narrow them about so much
-    for covered in coverage(SETS, 0.6) {
+    for covered in of(1) {
         assert!(binomial_z(covered, SETS as usize, 0.95) < -8.0, "{covered} of {SETS}");
     }
 }
@@ -105,24 +94,22 @@ fn the_intervals_cover_the_truth() {
 /// Slip 6 of the paper: leaving stuck runs out takes the linear law too high, the square root hardly.
 #[test]
 fn leaving_stuck_runs_out_spoils_the_linear_law_and_hardly_the_square_root() {
-    let place = Place::new(&sticking());
     let e_dry = 1.0 - 0.123 * 2f64.powf(0.2);
     let (e_inf, st_c) = (e_dry, 2.0 * 1.9 / (e_dry * e_dry));
-    let seed = seed_of("leaving_stuck_runs_out_spoils_the_linear_law_and_hardly_the_square_root");
-    let mut shifts: [Vec<f64>; 4] = Default::default();
-    let mut stuck = 0.0;
+    let name = "leaving_stuck_runs_out_spoils_the_linear_law_and_hardly_the_square_root";
     const SETS: u64 = 60;
-    for set in 0..SETS {
-        let findings = place.infer(seed.wrapping_add(set));
+    let found = study(name, SETS, |seed| {
+        let findings = Place::new(&sticking()).infer(seed);
         let (root, line) = (pooled(&findings, WetLaw::Sqrt), pooled(&findings, WetLaw::Linear));
-        stuck += root.stuck as f64 / (root.stuck + root.runs) as f64 / SETS as f64;
-        shifts[0].push(value(&root.e_inf) / e_inf - 1.0);
-        shifts[1].push(value(&root.st_c) / st_c - 1.0);
-        shifts[2].push(value(&line.e_inf) / e_inf - 1.0);
-        shifts[3].push(value(&line.st_c) / st_c - 1.0);
-    }
+        let shift = |estimate, truth: f64| value(estimate) / truth - 1.0;
+        let of_root = [shift(&root.e_inf, e_inf), shift(&root.st_c, st_c)];
+        let of_line = [shift(&line.e_inf, e_inf), shift(&line.st_c, st_c)];
+        let stuck = root.stuck as f64 / (root.stuck + root.runs) as f64;
+        [of_root[0], of_root[1], of_line[0], of_line[1], stuck]
+    });
+    let [root_e, root_st, line_e, line_st, stuck] =
+        std::array::from_fn(|place| mean(&found.iter().map(|each| each[place]).collect::<Vec<_>>()).0);
     assert!((0.5..0.8).contains(&stuck), "{stuck}");
-    let [root_e, root_st, line_e, line_st] = shifts.map(|shifts| mean(&shifts).0);
     assert!(root_e.abs() < 0.04 && root_st.abs() < 0.04, "{root_e} {root_st}");
     assert!(line_e > 0.05 && line_st > 0.3, "{line_e} {line_st}");
 }
@@ -133,16 +120,16 @@ fn the_linear_laws_printed_bias_is_the_one_of_a_noise_free_fit() {
     // no noise at all: the linear fit's distance from the square root is the bias itself
     let quiet = clear().replace("sigma_wet = 0.02", "sigma_wet = 1e-9");
     let findings = Place::new(&quiet).infer(1);
-    for law in findings
-        .scaling
-        .iter()
-        .filter(|row| row.law == WetLaw::Linear && row.film_ratio.is_some())
-    {
-        let root = findings
+    let of = |law: WetLaw| {
+        findings
             .scaling
             .iter()
-            .find(|row| row.law == WetLaw::Sqrt && row.film_ratio == law.film_ratio)
-            .expect("both laws are fitted");
+            .filter(move |row| row.law == law && row.film_ratio.is_some())
+    };
+    for law in of(WetLaw::Linear) {
+        let mut roots = of(WetLaw::Sqrt);
+        let root = roots.find(|row| row.film_ratio == law.film_ratio);
+        let root = root.expect("both laws are fitted");
         let bias = law.bias.expect("the fit converged");
         let found = [
             value(&law.e_inf) - value(&root.e_inf),
@@ -162,18 +149,14 @@ fn the_dry_speed_of_the_truth_is_the_one_that_finds_it() {
         .replace("[truth]", "[truth]\ndry_speed_m_s = \"impact\"");
     let wrong = at_impact.replace("[model]\ndry_speed_m_s = \"impact\"", "[model]\ndry_speed_m_s = 2.0");
     let e_dry = 1.0 - 0.183 * 2f64.powf(0.2);
-    let seed = seed_of("the_dry_speed_of_the_truth_is_the_one_that_finds_it");
     let distances = |text: &str| -> Vec<f64> {
-        let place = Place::new(text);
-        (0..40)
-            .map(|set| {
-                let findings = place.infer(seed.wrapping_add(set));
-                let row = pooled(&findings, WetLaw::Sqrt);
-                let g = 1.0 - (-row.film_ratio.unwrap_or_default() / 0.07).exp();
-                let truth = (e_dry * e_dry - 0.45 * 930.0 / 2150.0 * g).sqrt();
-                (value(&row.e_inf) - truth) / row.e_inf.se.expect("the fit converged")
-            })
-            .collect()
+        study("the_dry_speed_of_the_truth_is_the_one_that_finds_it", 40, |seed| {
+            let findings = Place::new(text).infer(seed);
+            let row = pooled(&findings, WetLaw::Sqrt);
+            let g = 1.0 - (-row.film_ratio.unwrap_or_default() / 0.07).exp();
+            let truth = (e_dry * e_dry - 0.45 * 930.0 / 2150.0 * g).sqrt();
+            (value(&row.e_inf) - truth) / row.e_inf.se.expect("the fit converged")
+        })
     };
     let (right, right_se) = mean(&distances(&at_impact));
     assert!((right / right_se).abs() < 4.0, "{right} ± {right_se}");
@@ -243,31 +226,19 @@ fn no_dimensionless_result_depends_on_the_units() {
     let viscosity = kilogram / (metre * second);
     let place = Place::new(&clear());
     let here = place.infer(1);
-    let scaled = format!(
-        r#"
-title = "rescaled"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = {:e}
-roughness_m = {:e}
-[liquids.AK10]
-density_kg_m3 = {:e}
-viscosity_Pa_s = {:e}
-[liquids.M20]
-density_kg_m3 = {:e}
-viscosity_Pa_s = {:e}
-[model]
-inertia = "saturating"
-dry_speed_m_s = {:e}
-"#,
+    let sphere = format!(
+        "[particles.PTFE]\ndensity_kg_m3 = {:e}\nroughness_m = {:e}\n",
         2150.0 * density,
-        5e-6 * metre,
-        930.0 * density,
-        9.3e-3 * viscosity,
-        930.0 * density,
-        20e-3 * viscosity,
-        2.0 * speed
+        5e-6 * metre
+    );
+    let liquid = |name: &str, own: f64| {
+        let (density, viscosity) = (930.0 * density, own * viscosity);
+        format!("[liquids.{name}]\ndensity_kg_m3 = {density:e}\nviscosity_Pa_s = {viscosity:e}\n")
+    };
+    let model = format!("[model]\ninertia = \"saturating\"\ndry_speed_m_s = {:e}\n", 2.0 * speed);
+    let scaled = scene_of(
+        "rescaled",
+        &[&sphere, &liquid("AK10", 9.3e-3), &liquid("M20", 20e-3), &model],
     );
     let there = Place::new(&scaled);
     let mut rows = String::from("particle,liquid,diameter_m,film_m,film_ratio,impact_speed_m_s,restitution\n");
@@ -278,16 +249,9 @@ dry_speed_m_s = {:e}
             cell.parse::<f64>()
                 .map_or(String::new(), |x| format!("{:e}", x * factor))
         };
-        rows.push_str(&format!(
-            "{},{},{},{},{},{},{}\n",
-            cells[0],
-            cells[1],
-            number(cells[2], 1e-3 * metre),
-            number(cells[3], 1e-6 * metre),
-            cells[4],
-            number(cells[5], speed),
-            cells[6]
-        ));
+        let (length, film) = (number(cells[2], 1e-3 * metre), number(cells[3], 1e-6 * metre));
+        let (ratio, v, e) = (cells[4], number(cells[5], speed), cells[6]);
+        rows += &format!("{},{},{length},{film},{ratio},{v},{e}\n", cells[0], cells[1]);
     }
     let there = there.fit_rows(&rows);
     let same = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-8, "{a} {b}");
@@ -297,7 +261,7 @@ dry_speed_m_s = {:e}
         same(a.st_c.se.expect("converged"), b.st_c.se.expect("converged"));
     }
     let parameters = |findings: &Findings| -> Vec<f64> {
-        let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
+        let balance = findings.balance();
         balance.parameters.iter().take(3).map(|p| value(&p.estimate)).collect()
     };
     for (a, b) in parameters(&here).into_iter().zip(parameters(&there)) {

@@ -1,5 +1,6 @@
 //! Measures what becomes of L where runs stick, by each way of taking them, and compares it with `reports/sticking.md`.
 
+use crate::common::scenes::HEADER;
 use std::fmt::Write;
 
 use crate::common::{binomial_z, mean, seed_of, Place};
@@ -54,7 +55,7 @@ const DIAMETER: f64 = 7.938e-3;
 fn table(viscosity: f64, on: On, seed: u64) -> String {
     let mut rng = wetcor::seed::stream(seed, "sticking", 0);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-    let mut text = String::from("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n");
+    let mut text = HEADER.to_owned();
     for i in 0..30 {
         let v = 0.5 + 0.05 * f64::from(i);
         let e = Order::First.restitution(K, v) + 0.01 * normal();

@@ -1,6 +1,6 @@
 //! Holds the sizes of terms, and what is decided by them, against simulated runs whose terms are known.
 
-use crate::common::{binomial_z, seed_of, Place};
+use crate::common::{binomial_z, seed_of, Place, Told};
 use wetcor::findings::terms::{SizedTerm, LINE};
 use wetcor::findings::Findings;
 use wetcor::physics::Inertia;
@@ -218,7 +218,7 @@ fn a_list_of_terms_is_obeyed() {
         sized.held && sized.chosen_by == "scene" && sized.widens.is_some_and(|factor| factor > 1.0),
         "{sized:?}"
     );
-    assert!(found.notices.iter().any(|notice| notice.code == "term_too_small"));
+    assert!(found.tells("term_too_small"));
     let found = Place::new(&far.scene("[\"viscous\"]", "2.0")).infer(1);
     let sized = of(&found, "inertia");
     assert!(!sized.held && sized.size.is_some_and(|size| size > LINE), "{sized:?}");
@@ -233,7 +233,7 @@ fn a_list_of_terms_is_obeyed() {
         (&["lubrication_log", "dry_k[P]"][..], Inertia::None)
     );
     let found = Place::new(&far.scene("[\"inertia\", \"bridge\", \"dry_second_order\"]", "2.0")).infer(1);
-    let balance = found.energy_balance.as_ref().expect("a balance");
+    let balance = found.balance();
     let names: Vec<&str> = balance
         .parameters
         .iter()

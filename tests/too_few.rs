@@ -1,11 +1,9 @@
 //! Holds that runs which leave nothing to tell their scatter by are refused at once, with the reason, and no more than these.
 
-use std::path::Path;
-use std::process::Command;
 use std::time::{Duration, Instant};
 
-use crate::common::scenes::{scene_of, AK10, PE, PTFE};
-use crate::common::Place;
+use crate::common::scenes::{scene_of, AK10, HEADER, PE, PTFE};
+use crate::common::{Place, Says};
 use serde_json::Value;
 
 fn scene_text() -> String {
@@ -30,24 +28,16 @@ struct Outcome {
     took: Duration,
 }
 
-fn fit(scene: &str, rows: &str, more: &[&str]) -> Outcome {
+fn fit(scene: &str, rows: &str, more: &str) -> Outcome {
     let place = Place::new(scene);
-    let csv = format!("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n{rows}");
-    std::fs::write(place.path("runs.csv"), csv).expect("the folder is writable");
+    place.folder.write("runs.csv", format!("{HEADER}{rows}"));
     let began = Instant::now();
-    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-        .current_dir(place.folder.path())
-        .args(["fit", "scene.toml", "--out", "out"])
-        .args(more)
-        .output()
-        .expect("the command can be started");
-    let took = began.elapsed();
-    let text = std::fs::read_to_string(place.path("out/findings.json")).expect("a report");
+    let (status, out, _) = place.run(&format!("fit scene.toml --out out {more}"));
     Outcome {
-        status: output.status.code(),
-        out: String::from_utf8_lossy(&output.stdout).into_owned(),
-        findings: serde_json::from_str(&text).expect("JSON"),
-        took,
+        took: began.elapsed(),
+        status,
+        out,
+        findings: place.folder.json("out/findings.json"),
     }
 }
 
@@ -72,7 +62,7 @@ fn assert_refused(outcome: &Outcome, words: &str) {
 #[test]
 fn four_runs_for_five_parameters_are_refused_within_a_second() {
     // the fastest of a few: the machine may be busy
-    let tries = || fit(&scene_text(), &rows(2, 2), &[]);
+    let tries = || fit(&scene_text(), &rows(2, 2), "");
     let outcomes = [tries(), tries(), tries()];
     assert_refused(&outcomes[0], "4 runs for 5 parameters (k, L, C, σ_dry, σ_wet)");
     assert!(
@@ -87,36 +77,36 @@ fn four_runs_for_five_parameters_are_refused_within_a_second() {
 #[test]
 fn an_open_form_of_inertia_does_not_sample_first() {
     let open = scene_text() + "[model]\ninertia = \"auto\"\n";
-    let outcome = fit(&open, &rows(2, 2), &["--stages", "least_squares,posterior,compare"]);
+    let outcome = fit(&open, &rows(2, 2), "--stages least_squares,posterior,compare");
     assert_refused(&outcome, "4 runs for 5 parameters");
 }
 
 #[test]
 fn as_many_runs_as_parameters_are_refused_and_one_more_is_sampled() {
-    let stages = ["--stages", "least_squares,posterior"];
-    assert_refused(&fit(&scene_text(), &rows(2, 3), &stages), "5 runs for 5 parameters");
-    let sampled = fit(&scene_text(), &rows(3, 3), &stages);
+    let stages = "--stages least_squares,posterior";
+    assert_refused(&fit(&scene_text(), &rows(2, 3), stages), "5 runs for 5 parameters");
+    let sampled = fit(&scene_text(), &rows(3, 3), stages);
     assert!(sampled.findings["posterior"].is_object(), "{}", sampled.out);
     assert_eq!(failed(&sampled.findings, "runs_to_spare"), None);
 }
 
 #[test]
 fn the_dry_and_the_wet_runs_are_counted_by_themselves() {
-    let stages = ["--stages", "least_squares,posterior"];
+    let stages = "--stages least_squares,posterior";
     assert_refused(
-        &fit(&scene_text(), &rows(1, 6), &stages),
+        &fit(&scene_text(), &rows(1, 6), stages),
         "1 dry rebounds for 1 parameters (k)",
     );
     assert_refused(
-        &fit(&scene_text(), &rows(4, 2), &stages),
+        &fit(&scene_text(), &rows(4, 2), stages),
         "2 wet rebounds for 2 parameters (L, C)",
     );
     // a particle of one dry run stands beside one that tells the spread of both
     let beside = rows(4, 4) + "PE,dry,4.762,,1,0.87\nPE,AK10,4.762,286,1.2,0.7\n";
-    assert!(fit(&scene_text(), &beside, &stages).findings["posterior"].is_object());
+    assert!(fit(&scene_text(), &beside, stages).findings["posterior"].is_object());
     // a spread that is held cannot shrink
     let held = scene_text() + "[priors]\nsigma_dry = { fixed = 0.01 }\n";
-    assert!(fit(&held, &rows(1, 6), &stages).findings["posterior"].is_object());
+    assert!(fit(&held, &rows(1, 6), stages).findings["posterior"].is_object());
 }
 
 #[test]
@@ -138,11 +128,11 @@ fn an_exact_fit_is_refused_though_there_are_runs_enough() {
             let e = kept.sqrt() + noise * f64::from(1 - i % 2 * 2);
             rows.push_str(&format!("PTFE,AK10,4.762,{},{v},{e}\n", 4762.0 * ratio));
         }
-        let stages = ["--stages", "least_squares,posterior"];
+        let stages = "--stages least_squares,posterior";
         fit(
             &(scene_text() + "[model]\ninertia = \"stepwise\"\nterms = [\"inertia\", \"viscous\"]\n"),
             &rows,
-            &stages,
+            stages,
         )
     };
     let refused = exact(0.0);
@@ -158,12 +148,12 @@ fn an_exact_fit_is_refused_though_there_are_runs_enough() {
 #[test]
 fn least_squares_without_a_run_to_spare_are_not_quoted() {
     for (dry, wet) in [(2, 2), (1, 0), (1, 6), (4, 2)] {
-        let outcome = fit(&scene_text(), &rows(dry, wet), &["--stages", "least_squares"]);
+        let outcome = fit(&scene_text(), &rows(dry, wet), "--stages least_squares");
         assert_eq!(outcome.status, Some(1), "{dry} {wet}: {}", outcome.out);
         assert!(outcome.out.contains("as many parameters as runs"), "{}", outcome.out);
     }
     assert_eq!(
-        fit(&scene_text(), &rows(3, 0), &["--stages", "least_squares"]).status,
+        fit(&scene_text(), &rows(3, 0), "--stages least_squares").status,
         Some(0)
     );
 }
@@ -171,20 +161,10 @@ fn least_squares_without_a_run_to_spare_are_not_quoted() {
 #[test]
 fn the_folder_of_a_refused_fit_says_why_in_its_report() {
     let place = Place::new(&scene_text());
-    let csv = format!(
-        "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n{}",
-        rows(2, 2)
-    );
-    std::fs::write(place.path("runs.csv"), csv).expect("the folder is writable");
-    let fitted = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-        .current_dir(place.folder.path())
-        .args(["fit", "scene.toml", "--out", "out", "--quiet"])
-        .status();
-    assert_eq!(fitted.expect("started").code(), Some(1));
-    let report = std::fs::read_to_string(place.path("out/report.md")).expect("a report");
-    assert!(
-        report.contains("Nothing was sampled: 4 runs for 5 parameters"),
-        "{report}"
-    );
-    assert!(!Path::new(&place.path("out/draws")).exists());
+    place.folder.write("runs.csv", format!("{HEADER}{}", rows(2, 2)));
+    let (status, ..) = place.run("fit scene.toml --out out --quiet");
+    assert_eq!(status, Some(1));
+    let report = place.folder.read("out/report.md");
+    report.says("Nothing was sampled: 4 runs for 5 parameters");
+    assert!(!place.path("out/draws").exists());
 }

@@ -3,13 +3,12 @@
 use crate::render;
 use std::path::{Path, PathBuf};
 
-use crate::common::{binomial_z, mean, seed_of, wetcor};
+use crate::common::{binomial_z, mean, seed_of, Folder, Says};
 use crate::flight::{Bounces, GRAVITY};
 use nalgebra::DMatrix;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
-use tempfile::TempDir;
 use wetcor::recordings::{track, Campaign, Refusal, TrackOptions, Tracked};
 
 /// A camera that sees a sphere well.
@@ -35,6 +34,20 @@ const CAMERA: Camera = Camera {
 };
 
 const PLATE_ROW: f64 = 900.0;
+
+fn rng_of(test: &str) -> ChaCha8Rng {
+    ChaCha8Rng::seed_from_u64(seed_of(test))
+}
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+/// A table of positions, a row a frame.
+fn frames(rows: impl Iterator<Item = f64>) -> String {
+    let rows = rows.enumerate().map(|(frame, row)| format!("{frame},{row}\n"));
+    format!("frame,y_px\n{}", rows.collect::<String>())
+}
 
 /// A sphere a recording, and until when it is seen.
 struct Seen {
@@ -82,15 +95,15 @@ fn positions(seen: &Seen, camera: Camera, rng: &mut ChaCha8Rng) -> String {
 const HEADER: &str = "file,particle,liquid,diameter_mm,film_um,frame_rate_Hz";
 
 /// A folder with a list and its tables.
-fn written(all: &[Seen], camera: Camera, more: &str, rng: &mut ChaCha8Rng) -> (TempDir, PathBuf) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+fn written(all: &[Seen], camera: Camera, more: &str, rng: &mut ChaCha8Rng) -> (Folder, PathBuf) {
+    let folder = Folder::new();
     let mut list = format!("{HEADER},{more}\n");
     for (place, seen) in all.iter().enumerate() {
         let name = format!("drop{place}.csv");
-        std::fs::write(folder.path().join(&name), positions(seen, camera, rng)).expect("writable");
+        folder.write(&name, positions(seen, camera, rng));
         list.push_str(&format!("{name},PTFE,dry,4.762,,{},{}\n", camera.frame_rate, seen.more));
     }
-    let path = folder.path().join("recordings.csv");
+    let path = folder.join("recordings.csv");
     std::fs::write(&path, list).expect("writable");
     (folder, path)
 }
@@ -175,8 +188,7 @@ fn bounds(all: &[Seen], camera: Camera) -> Vec<f64> {
 
 #[test]
 fn speeds_are_as_good_as_they_can_be_and_their_sds_cover() {
-    const NAME: &str = "speeds_are_as_good_as_they_can_be_and_their_sds_cover";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("speeds_are_as_good_as_they_can_be_and_their_sds_cover");
     let (mut all, mut bound, mut restitution) = (vec![], vec![], vec![]);
     for _ in 0..20 {
         let seen = drops(20, &mut rng);
@@ -202,8 +214,7 @@ fn speeds_are_as_good_as_they_can_be_and_their_sds_cover() {
 
 #[test]
 fn missing_frames_and_other_objects_cost_no_truth() {
-    const NAME: &str = "missing_frames_and_other_objects_cost_no_truth";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("missing_frames_and_other_objects_cost_no_truth");
     let camera = Camera {
         missing: 0.1,
         wrong: 0.03,
@@ -220,8 +231,7 @@ fn missing_frames_and_other_objects_cost_no_truth() {
 
 #[test]
 fn a_scale_that_nobody_measured_is_that_of_gravity() {
-    const NAME: &str = "a_scale_that_nobody_measured_is_that_of_gravity";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("a_scale_that_nobody_measured_is_that_of_gravity");
     let mut seen = drops(60, &mut rng);
     seen.iter_mut().for_each(|seen| seen.more = String::new());
     let (_folder, path) = written(&seen, CAMERA, "scale_px_per_mm", &mut rng);
@@ -238,8 +248,7 @@ fn a_scale_that_nobody_measured_is_that_of_gravity() {
 
 #[test]
 fn what_falls_at_another_rate_is_left_out_with_the_reason() {
-    const NAME: &str = "what_falls_at_another_rate_is_left_out_with_the_reason";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("what_falls_at_another_rate_is_left_out_with_the_reason");
     let mut seen = drops(12, &mut rng);
     // a scale that is 10 % off
     seen[4].more = "22".to_owned();
@@ -263,8 +272,7 @@ fn what_falls_at_another_rate_is_left_out_with_the_reason() {
 
 #[test]
 fn a_sphere_that_stays_is_a_run_that_stuck() {
-    const NAME: &str = "a_sphere_that_stays_is_a_run_that_stuck";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("a_sphere_that_stays_is_a_run_that_stuck");
     let mut seen = drops(40, &mut rng);
     for seen in &mut seen[..20] {
         seen.bounces.restitution = 0.0;
@@ -286,8 +294,7 @@ fn a_sphere_that_stays_is_a_run_that_stuck() {
 
 #[test]
 fn a_recording_is_refused_by_name_and_never_in_silence() {
-    const NAME: &str = "a_recording_is_refused_by_name_and_never_in_silence";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("a_recording_is_refused_by_name_and_never_in_silence");
     let mut seen = drops(5, &mut rng);
     seen[1].until = seen[1].bounces.contact - 0.004;
     seen[3].until = seen[3].bounces.contact + 0.002;
@@ -295,24 +302,15 @@ fn a_recording_is_refused_by_name_and_never_in_silence() {
     let campaign = tracked(&path);
     let refused = campaign.outcomes.iter().map(|outcome| outcome.tracked.is_err());
     assert_eq!(refused.collect::<Vec<_>>(), [false, true, false, true, false]);
-    let (status, stdout, stderr) = wetcor(
-        folder.path(),
-        &["track", "recordings.csv", "--out", "runs.csv", "--report", "out"],
-    );
+    let (status, stdout, stderr) = folder.run("track recordings.csv --out runs.csv --report out");
     assert_eq!(status, Some(0), "{stderr}");
-    assert!(
-        stdout.starts_with("5 recordings: 3 runs, 0 of them stuck; 2 left out with a reason\n"),
-        "{stdout}"
-    );
+    stdout.begins("5 recordings: 3 runs, 0 of them stuck; 2 left out with a reason\n");
     for line in [3, 5] {
-        assert!(
-            stderr.contains(&format!("line {line}, drop{}.csv: ", line - 2)),
-            "{stderr}"
-        );
+        stderr.says(&format!("line {line}, drop{}.csv: ", line - 2));
     }
-    let runs = std::fs::read_to_string(folder.path().join("runs.csv")).expect("written");
+    let runs = folder.read("runs.csv");
     assert_eq!(runs.lines().count(), 6);
-    let report = std::fs::read_to_string(folder.path().join("out/report.md")).expect("written");
+    let report = folder.read("out/report.md");
     assert!(report.contains("it ends before the sphere has rebounded"), "{report}");
     // the list may say so itself, and then nothing of it is read
     let list = std::fs::read_to_string(&path).expect("readable");
@@ -341,12 +339,9 @@ fn a_recording_is_refused_by_name_and_never_in_silence() {
 /// A list or a table that cannot be used, and what is said of it.
 #[test]
 fn bad_input_is_named_by_its_line() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("writable");
-    let rows = |height: &dyn Fn(usize) -> f64| -> String {
-        let rows = (0..600).map(|frame| format!("{frame},{}\n", height(frame)));
-        format!("frame,y_px\n{}", rows.collect::<String>())
-    };
+    let folder = Folder::new();
+    let write = |name: &str, text: &str| folder.write(name, text);
+    let rows = |height: &dyn Fn(usize) -> f64| frames((0..600).map(height));
     let sphere = Bounces {
         contact: 0.06,
         impact_speed: 1.2,
@@ -364,59 +359,43 @@ fn bad_input_is_named_by_its_line() {
     write("no_unit.csv", "frame,y\n1,2\n");
     write("far.csv", "frame,y_px\n1,1e148\n");
     let header = "file,particle,liquid,diameter_mm,film_um,frame_rate_Hz\n";
-    for (lines, expected) in [
+    // a recording with its diameter, film and frame rate, and what is said of it
+    let bad = "twice.csv,PTFE,dry,4.762,,1000 | line 3: the frame of line 2 has another position
+        words.csv,PTFE,dry,4.762,,1000 | line 2, y_px: found `high`, expected a number
+        header.csv,PTFE,dry,4.762,,1000 | found `frame, z`, expected one column of heights
+        no_header.csv,PTFE,dry,4.762,,1000 | found `of 3 May`, expected columns
+        no_unit.csv,PTFE,dry,4.762,,1000 | expected the unit of `y`: px, mm, cm or m as `y_unit` in the list
+        far.csv,PTFE,dry,4.762,,1000 | line 2, y_px: found `1e148`, expected a number from -1e12 to 1e12
+        good.csv,PTFE,dry,4.762,,1e12 | line 2, frame_rate: found `1000000000000`, expected a rate
+        none.csv,PTFE,dry,4.762,,1000 | no positions below the header
+        missing.csv,PTFE,dry,4.762,,1000 | line 2, missing.csv
+        good.csv,PTFE,dry,4.762,, | frame_rate_Hz
+        good.csv,PTFE,AK10,4.762,,1000 | line 2, film: expected a number above 0
+        good.csv,PTFE,dry,-4,,1000 | line 2, diameter_mm: found `-4`, expected a number above 0
+        good.csv,PT FE,dry,4.762,,1000 | line 2, particle: found `PT FE`
+        ,PTFE,dry,4.762,,1000 | line 2, file: expected a folder of frames";
+    let twice = "good.csv,PTFE,dry,4.762,,1000\ngood.csv,PTFE,dry,4.762,,1000";
+    let more = [
         ("", "no recordings below the header"),
         (
-            "twice.csv,PTFE,dry,4.762,,1000\n",
-            "line 3: the frame of line 2 has another position",
-        ),
-        (
-            "words.csv,PTFE,dry,4.762,,1000\n",
-            "line 2, y_px: found `high`, expected a number",
-        ),
-        (
-            "header.csv,PTFE,dry,4.762,,1000\n",
-            "found `frame, z`, expected one column of heights",
-        ),
-        (
-            "no_header.csv,PTFE,dry,4.762,,1000\n",
-            "found `of 3 May`, expected columns",
-        ),
-        (
-            "no_unit.csv,PTFE,dry,4.762,,1000\n",
-            "expected the unit of `y`: px, mm, cm or m as `y_unit` in the list",
-        ),
-        (
-            "far.csv,PTFE,dry,4.762,,1000\n",
-            "line 2, y_px: found `1e148`, expected a number from -1e12 to 1e12",
-        ),
-        (
-            "good.csv,PTFE,dry,4.762,,1e12\n",
-            "line 2, frame_rate: found `1000000000000`, expected a rate",
-        ),
-        ("none.csv,PTFE,dry,4.762,,1000\n", "no positions below the header"),
-        ("missing.csv,PTFE,dry,4.762,,1000\n", "line 2, missing.csv"),
-        ("good.csv,PTFE,dry,4.762,,\n", "frame_rate_Hz"),
-        (
-            "good.csv,PTFE,AK10,4.762,,1000\n",
-            "line 2, film: expected a number above 0",
-        ),
-        (
-            "good.csv,PTFE,dry,-4,,1000\n",
-            "line 2, diameter_mm: found `-4`, expected a number above 0",
-        ),
-        ("good.csv,PT FE,dry,4.762,,1000\n", "line 2, particle: found `PT FE`"),
-        (",PTFE,dry,4.762,,1000\n", "line 2, file: expected a folder of frames"),
-        (
-            "good.csv,PTFE,dry,4.762,,1000\ngood.csv,PTFE,dry,4.762,,1000\n",
+            twice,
             "line 3, run: found `good.csv`, expected another name than that of line 2",
         ),
-    ] {
+    ];
+    let bad = bad
+        .lines()
+        .map(|line| line.trim().split_once(" | ").expect("two columns"));
+    for (lines, expected) in bad.chain(more) {
+        let lines = if lines.is_empty() {
+            String::new()
+        } else {
+            format!("{lines}\n")
+        };
         write("recordings.csv", &format!("{header}{lines}"));
-        let (status, stdout, stderr) = wetcor(folder.path(), &["track", "recordings.csv", "--out", "runs.csv"]);
+        let (status, stdout, stderr) = folder.run("track recordings.csv --out runs.csv");
         assert_eq!((status, stdout.as_str()), (Some(2), ""), "{lines}{stderr}");
         assert!(stderr.contains(expected), "{lines}{stderr}");
-        assert!(!folder.path().join("runs.csv").exists(), "{lines}");
+        assert!(!folder.join("runs.csv").exists(), "{lines}");
         assert!(
             !stderr.contains("\\n"),
             "problems of a table stand on one line: {stderr}"
@@ -441,23 +420,14 @@ fn bad_input_is_named_by_its_line() {
         ),
     ] {
         write("recordings.csv", &format!("{header}{lines}"));
-        let words = [
-            "track",
-            "recordings.csv",
-            "--out",
-            "some.csv",
-            "--force",
-            "--report",
-            "some",
-        ];
-        let (status, stdout, stderr) = wetcor(folder.path(), &words);
+        let (status, stdout, stderr) = folder.run("track recordings.csv --out some.csv --force --report some");
         assert_eq!(status, Some(1), "{lines}{stderr}");
         assert!(stdout.starts_with(runs), "{lines}{stdout}");
         assert!(stderr.contains(expected), "{lines}{stderr}");
-        let written = std::fs::read_to_string(folder.path().join("some.csv")).expect("written");
+        let written = folder.read("some.csv");
         assert_eq!(written.lines().count(), lines.lines().count() + 1, "{written}");
         // what was seen of a recording that gives no run is drawn
-        let drawn = folder.path().join("some/figures").join("line_2.svg");
+        let drawn = folder.join("some/figures").join("line_2.svg");
         assert!(drawn.exists(), "{lines}");
     }
     for (text, expected) in [
@@ -475,7 +445,7 @@ fn bad_input_is_named_by_its_line() {
         ),
     ] {
         write("recordings.csv", text);
-        let (status, _, stderr) = wetcor(folder.path(), &["track", "recordings.csv", "--out", "runs.csv"]);
+        let (status, _, stderr) = folder.run("track recordings.csv --out runs.csv");
         assert_eq!(status, Some(2), "{stderr}");
         assert!(stderr.contains(expected), "{text}{stderr}");
     }
@@ -484,7 +454,7 @@ fn bad_input_is_named_by_its_line() {
         ("drop.mp4", "a video: expected a list of recordings"),
         (".", "a folder: expected a list of recordings"),
     ] {
-        let (status, _, stderr) = wetcor(folder.path(), &["track", named, "--out", "runs.csv"]);
+        let (status, _, stderr) = folder.run(&format!("track {named} --out runs.csv"));
         assert_eq!(status, Some(2), "{stderr}");
         assert!(
             stderr.contains(expected) && stderr.contains("mkdir frames && ffmpeg"),
@@ -492,50 +462,40 @@ fn bad_input_is_named_by_its_line() {
         );
     }
     write("recordings.csv", &format!("{header}good.csv,PTFE,dry,4.762,,1000\n"));
-    let track = |more: &[&str]| {
-        let words: Vec<&str> = ["track", "recordings.csv"].iter().chain(more).copied().collect();
-        wetcor(folder.path(), &words)
-    };
+    let track = |more: &str| folder.run(&format!("track recordings.csv {more}"));
     for (more, expected) in [
-        (["--out", "runs.txt"], "expected a file ending in .csv"),
-        (["--out", "recordings.csv"], "exists"),
-        (["--out", "none/runs.csv"], "there is no folder none"),
+        ("--out runs.txt", "expected a file ending in .csv"),
+        ("--out recordings.csv", "exists"),
+        ("--out none/runs.csv", "there is no folder none"),
     ] {
-        let (status, _, stderr) = track(&more);
+        let (status, _, stderr) = track(more);
         assert!(status == Some(2) && stderr.contains(expected), "{more:?}{stderr}");
     }
-    assert!(track(&["--out", "recordings.csv", "--force"])
-        .2
-        .contains("is the list of recordings"));
+    let (_, _, stderr) = track("--out recordings.csv --force");
+    stderr.says("is the list of recordings");
     // not over what it reads, and both outputs or none
+    let both = "lies in the folder of the report";
     for (more, expected) in [
-        (vec!["--out", "good.csv", "--force"], "is the recording of line 2"),
-        (
-            vec!["--out", "both.csv", "--report", "both.csv"],
-            "lies in the folder of the report",
-        ),
-        (
-            vec!["--out", "both/runs.csv", "--report", "both"],
-            "there is no folder both",
-        ),
+        ("--out good.csv --force", "is the recording of line 2"),
+        ("--out both.csv --report both.csv", both),
+        ("--out both/runs.csv --report both", "there is no folder both"),
     ] {
-        let before = std::fs::read(folder.path().join("good.csv")).expect("there");
-        let (status, _, stderr) = track(&more);
+        let before = std::fs::read(folder.join("good.csv")).expect("there");
+        let (status, _, stderr) = track(more);
         assert!(status == Some(2) && stderr.contains(expected), "{more:?}{stderr}");
-        assert_eq!(std::fs::read(folder.path().join("good.csv")).expect("there"), before);
-        assert!(!folder.path().join("both").exists() && !folder.path().join("both.csv").exists());
+        assert_eq!(std::fs::read(folder.join("good.csv")).expect("there"), before);
+        assert!(!folder.join("both").exists() && !folder.join("both.csv").exists());
     }
-    assert_eq!(track(&["--out", "runs.csv"]).0, Some(0));
-    assert!(track(&["--out", "runs.csv"]).2.contains("--force replaces it"));
-    assert_eq!(track(&["--out", "runs.csv", "--force", "--all-rebounds"]).0, Some(0));
-    let runs = std::fs::read_to_string(folder.path().join("runs.csv")).expect("written");
+    assert_eq!(track("--out runs.csv").0, Some(0));
+    assert!(track("--out runs.csv").2.contains("--force replaces it"));
+    assert_eq!(track("--out runs.csv --force --all-rebounds").0, Some(0));
+    let runs = folder.read("runs.csv");
     assert!(runs.contains("good.csv rebound 2,"), "{runs}");
 }
 
 #[test]
 fn a_sphere_too_narrow_for_its_positions_questions_the_frame_rate() {
-    const NAME: &str = "a_sphere_too_narrow_for_its_positions_questions_the_frame_rate";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("a_sphere_too_narrow_for_its_positions_questions_the_frame_rate");
     let mut seen = drops(6, &mut rng);
     let (folder, path) = written(&seen, CAMERA, "scale_px_per_mm", &mut rng);
     let list = std::fs::read_to_string(&path).expect("readable");
@@ -550,12 +510,10 @@ fn a_sphere_too_narrow_for_its_positions_questions_the_frame_rate() {
     let slow = list.replace(",1000,20\n", ",125,\n");
     for verdict in verdicts(&slow) {
         let verdict = verdict.expect("it is questioned");
-        assert!(
-            verdict.contains("sphere 1.5 px wide") && verdict.contains("frame_rate_Hz"),
-            "{verdict}"
-        );
+        verdict.says("sphere 1.5 px wide");
+        verdict.says("frame_rate_Hz");
     }
-    let (status, stdout, stderr) = wetcor(folder.path(), &["track", "recordings.csv", "--out", "runs.csv"]);
+    let (status, stdout, stderr) = folder.run("track recordings.csv --out runs.csv");
     assert_eq!(status, Some(1), "no run is left: {stderr}");
     assert!(stdout.contains("the spheres are then 1.5 px wide"), "{stdout}");
     // the same with the right rate, and with a scale that was measured
@@ -564,10 +522,8 @@ fn a_sphere_too_narrow_for_its_positions_questions_the_frame_rate() {
     let with_scale = list.replace(",1000,20\n", ",125,20\n");
     for verdict in verdicts(&with_scale) {
         let verdict = verdict.expect("it is refused");
-        assert!(
-            verdict.contains("not 9.81") && verdict.contains("frame_rate_Hz would be 1000"),
-            "{verdict}"
-        );
+        verdict.says("not 9.81");
+        verdict.says("frame_rate_Hz would be 1000");
     }
     // one recording whose rate alone is wrong
     seen.truncate(1);
@@ -593,11 +549,11 @@ fn a_diameter_that_its_scale_contradicts_is_questioned() {
         impact_speed: 0.8,
         restitution: 0.7,
     };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = Folder::new();
     let centre = |frame: f64| (40.0, 235.0 - 5_000.0 * bounces.height(frame / 500.0));
     let frames = (0..100).map(|frame| render::render(&scene, centre, frame));
-    render::tiff(&folder.path().join("drop.tif"), false, frames);
-    let path = folder.path().join("recordings.csv");
+    render::tiff(&folder.join("drop.tif"), false, frames);
+    let path = folder.join("recordings.csv");
     let verdict = |diameter: &str| {
         let line = format!("drop.tif,PTFE,dry,{diameter},,500,5\n");
         std::fs::write(&path, format!("{HEADER},scale_px_per_mm\n{line}")).expect("writable");
@@ -607,10 +563,8 @@ fn a_diameter_that_its_scale_contradicts_is_questioned() {
     };
     assert_eq!(verdict("8"), None);
     let told = verdict("4").expect("it is questioned");
-    assert!(
-        told.contains("by the sphere's diameter the scale is 10.") && told.contains("by the list 5"),
-        "{told}"
-    );
+    told.says("by the sphere's diameter the scale is 10.");
+    told.says("by the list 5");
 }
 
 /// Rows of heights, frame by frame, as a camera delivers them that now and then repeats a frame or loses some.
@@ -635,29 +589,20 @@ fn with_faults(heights: &[f64], faults: &[(usize, i32)]) -> Vec<f64> {
 }
 
 /// Tracks drops with faults of `faults`, a list of them each.
-fn faulty_campaign(seen: &[Seen], faults: &[Vec<(usize, i32)>], rng: &mut ChaCha8Rng) -> (TempDir, Campaign) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+fn faulty_campaign(seen: &[Seen], faults: &[Vec<(usize, i32)>], rng: &mut ChaCha8Rng) -> (Folder, Campaign) {
+    let folder = Folder::new();
     let mut list = format!("{HEADER},scale_px_per_mm\n");
     for (place, (seen, faults)) in seen.iter().zip(faults).enumerate() {
         let noise = |frame: usize| -> f64 {
-            let noise: f64 = StandardNormal.sample(rng);
-            PLATE_ROW - CAMERA.scale * seen.bounces.height(frame as f64 / CAMERA.frame_rate) + 0.2 * noise
+            let height = seen.bounces.height(frame as f64 / CAMERA.frame_rate);
+            PLATE_ROW - CAMERA.scale * height + 0.2 * normal(rng)
         };
         let rows: Vec<f64> = (0..(seen.until * CAMERA.frame_rate) as usize).map(noise).collect();
         let rows = with_faults(&rows, faults);
-        let rows: String = rows
-            .iter()
-            .enumerate()
-            .map(|(frame, row)| format!("{frame},{row}\n"))
-            .collect();
-        std::fs::write(
-            folder.path().join(format!("drop{place}.csv")),
-            format!("frame,y_px\n{rows}"),
-        )
-        .expect("writable");
+        folder.write(&format!("drop{place}.csv"), frames(rows.into_iter()));
         list.push_str(&format!("drop{place}.csv,PTFE,dry,4.762,,1000,20\n"));
     }
-    let path = folder.path().join("recordings.csv");
+    let path = folder.join("recordings.csv");
     std::fs::write(&path, list).expect("writable");
     let campaign = tracked(&path);
     (folder, campaign)
@@ -665,8 +610,7 @@ fn faulty_campaign(seen: &[Seen], faults: &[Vec<(usize, i32)>], rng: &mut ChaCha
 
 #[test]
 fn frames_that_are_repeated_or_missing_are_told_and_mended() {
-    const NAME: &str = "frames_that_are_repeated_or_missing_are_told_and_mended";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("frames_that_are_repeated_or_missing_are_told_and_mended");
     let seen = drops(60, &mut rng);
     // in the second half of the fall, where a frame is longer than any scatter, and soon after the contact
     let faults: Vec<Vec<(usize, i32)>> = (0..60)
@@ -688,10 +632,7 @@ fn frames_that_are_repeated_or_missing_are_told_and_mended() {
     for [error, sd] in &found.speeds {
         assert!(error.abs() < 0.004 && error.abs() < 3.0 * sd, "{error} {sd}");
     }
-    let (_, _, stderr) = wetcor(
-        folder.path(),
-        &["track", "recordings.csv", "--out", "runs.csv", "--report", "out"],
-    );
+    let (_, _, stderr) = folder.run("track recordings.csv --out runs.csv --report out");
     let [(lost, count), (repeated, _), (later, _)] = faults[0][..] else {
         panic!("three faults")
     };
@@ -702,7 +643,7 @@ fn frames_that_are_repeated_or_missing_are_told_and_mended() {
         count + 1
     );
     assert!(stderr.contains(&told), "{told}\n{stderr}");
-    let report = std::fs::read_to_string(folder.path().join("out/report.md")).expect("written");
+    let report = folder.read("out/report.md");
     assert!(report.contains("1 frame is repeated"), "{report}");
     // the planted fault: a camera without any is told nothing of it
     let none = vec![vec![]; 60];
@@ -712,8 +653,7 @@ fn frames_that_are_repeated_or_missing_are_told_and_mended() {
 
 #[test]
 fn lost_frames_anywhere_are_covered_by_what_is_stated() {
-    const NAME: &str = "lost_frames_anywhere_are_covered_by_what_is_stated";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("lost_frames_anywhere_are_covered_by_what_is_stated");
     let seen = drops(200, &mut rng);
     let faults: Vec<Vec<(usize, i32)>> = (0..200)
         .map(|_| vec![(rng.random_range(30..58), 1), (rng.random_range(30..100), 1)])
@@ -744,8 +684,7 @@ fn lost_frames_anywhere_are_covered_by_what_is_stated() {
 
 #[test]
 fn a_frame_lost_beside_the_contact_leaves_the_run_out() {
-    const NAME: &str = "a_frame_lost_beside_the_contact_leaves_the_run_out";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("a_frame_lost_beside_the_contact_leaves_the_run_out");
     let seen = drops(20, &mut rng);
     // the rise before it is too short for a flight, and what comes after it is a frame too early
     let after = |seen: &Seen| vec![((1000.0 * seen.bounces.contact).ceil() as usize + 4, 1)];
@@ -763,10 +702,9 @@ fn a_frame_lost_beside_the_contact_leaves_the_run_out() {
 
 #[test]
 fn frames_at_uneven_times_are_left_out_with_the_true_reason() {
-    const NAME: &str = "frames_at_uneven_times_are_left_out_with_the_true_reason";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("frames_at_uneven_times_are_left_out_with_the_true_reason");
     let seen = &drops(1, &mut rng)[0];
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = Folder::new();
     // after frame 40 two and a half are missing, and in another recording every eighth is repeated
     let late = |frame: usize| frame as f64 + if frame < 40 { 0.0 } else { 2.5 };
     let often = |frame: usize| (frame - frame / 8) as f64;
@@ -775,9 +713,9 @@ fn frames_at_uneven_times_are_left_out_with_the_true_reason() {
         let rows = (0..(seen.until * CAMERA.frame_rate) as usize).map(|frame| format!("{frame},{:.1}\n", row(frame)));
         format!("frame,y_px\n{}", rows.collect::<String>())
     };
-    std::fs::write(folder.path().join("late.csv"), rows(&late)).expect("writable");
-    std::fs::write(folder.path().join("often.csv"), rows(&often)).expect("writable");
-    let path = folder.path().join("recordings.csv");
+    folder.write("late.csv", rows(&late));
+    folder.write("often.csv", rows(&often));
+    let path = folder.join("recordings.csv");
     let lines = "late.csv,PTFE,dry,4.762,,1000,20\noften.csv,PTFE,dry,4.762,,1000,20\n";
     std::fs::write(&path, format!("{HEADER},scale_px_per_mm\n{lines}")).expect("writable");
     let campaign = tracked(&path);
@@ -798,21 +736,17 @@ fn frames_at_uneven_times_are_left_out_with_the_true_reason() {
 
 #[test]
 fn a_sphere_that_rests_long_is_no_fall() {
-    const NAME: &str = "a_sphere_that_rests_long_is_no_fall";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("a_sphere_that_rests_long_is_no_fall");
     // a video's pictures hardly change at rest, and are corrected now and then: positions scatter less, and drift
-    let (frames, bounces) = (
-        400,
-        Bounces {
-            contact: 0.5,
-            impact_speed: 0.9,
-            restitution: 0.0,
-        },
-    );
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let bounces = Bounces {
+        contact: 0.5,
+        impact_speed: 0.9,
+        restitution: 0.0,
+    };
+    let folder = Folder::new();
     for (name, start) in [("long_before", 0.0), ("long_after", 0.4)] {
-        let rows = (0..frames).map(|frame| {
-            let noise: f64 = StandardNormal.sample(&mut rng);
+        let rows = (0..400).map(|frame| {
+            let noise = normal(&mut rng);
             let time = start + frame as f64 / 500.0;
             let height = bounces.height(time);
             let sd = if height == bounces.height(time + 0.002) {
@@ -821,12 +755,11 @@ fn a_sphere_that_rests_long_is_no_fall() {
                 0.1
             };
             let drift = 0.12 * (frame as f64 / 40.0).sin();
-            format!("{frame},{}\n", 900.0 - 8_000.0 * height + drift + sd * noise)
+            900.0 - 8_000.0 * height + drift + sd * noise
         });
-        let rows: String = rows.collect();
-        std::fs::write(folder.path().join(format!("{name}.csv")), format!("frame,y_px\n{rows}")).expect("writable");
+        folder.write(&format!("{name}.csv"), frames(rows));
     }
-    let path = folder.path().join("recordings.csv");
+    let path = folder.join("recordings.csv");
     let lines = "long_before.csv,PTFE,dry,4.762,,500\nlong_after.csv,PTFE,dry,4.762,,500\n";
     std::fs::write(&path, format!("{HEADER}\n{lines}")).expect("writable");
     for tracked in each(&tracked(&path)) {
@@ -843,8 +776,8 @@ fn a_rise_without_its_fall_has_its_true_reason() {
         impact_speed: 0.8,
         restitution: 0.7,
     };
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("recordings.csv");
+    let folder = Folder::new();
+    let path = folder.join("recordings.csv");
     for (first, expected) in [
         (97, "fewer than five frames of the fall are seen"),
         (101, "it begins with a sphere that rises"),
@@ -854,7 +787,7 @@ fn a_rise_without_its_fall_has_its_true_reason() {
             format!("{frame},{:.2}\n", 900.0 - 20_000.0 * height)
         });
         let rows: String = rows.collect();
-        std::fs::write(folder.path().join("drop.csv"), format!("frame,y_px\n{rows}")).expect("writable");
+        folder.write("drop.csv", format!("frame,y_px\n{rows}"));
         std::fs::write(&path, format!("{HEADER}\ndrop.csv,PTFE,dry,4.762,,1000\n")).expect("writable");
         let campaign = tracked(&path);
         let reason = campaign.outcomes[0].tracked.as_ref().expect_err("left out").words();
@@ -864,8 +797,7 @@ fn a_rise_without_its_fall_has_its_true_reason() {
 
 #[test]
 fn of_several_objects_the_one_that_falls_is_taken() {
-    const NAME: &str = "of_several_objects_the_one_that_falls_is_taken";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("of_several_objects_the_one_that_falls_is_taken");
     let sphere = Bounces {
         contact: 0.2,
         impact_speed: 1.1,
@@ -889,11 +821,11 @@ fn of_several_objects_the_one_that_falls_is_taken() {
         let second = 880.0 - 4_000.0 * sphere.height(time + 0.01);
         with_second.push_str(&format!("{frame},{second},8\n"));
     }
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("recordings.csv");
+    let folder = Folder::new();
+    let path = folder.join("recordings.csv");
     std::fs::write(&path, format!("{HEADER}\ndrop.csv,PTFE,dry,4.762,,1000\n")).expect("writable");
     let taken = |text: &str| {
-        std::fs::write(folder.path().join("drop.csv"), text).expect("writable");
+        folder.write("drop.csv", text);
         let campaign = tracked(&path);
         let outcome = &campaign.outcomes[0];
         let speeds = outcome.tracked.as_ref().expect("a run").impacts[0].speeds;
@@ -924,7 +856,7 @@ fn tables_of_other_programs_are_read() {
     let tracker_de = rows(&|frame, height| format!("{}\t0,001\t{}", comma(in_seconds(frame)), comma(height)));
     let trackpy = rows(&|frame, height| format!("{frame},{},88.2,5021.1,{frame},0", 900.0 - 20_000.0 * height));
     let trackmate = rows(&|frame, height| format!("ID{frame},0,{},{frame}", 95.0 - 1e3 * height));
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = Folder::new();
     let list = |file: &str, unit: &str, axis: &str| {
         format!("{HEADER},y_unit,y_axis\n\"{file}\",PTFE,dry,4.762,,1000,{unit},{axis}\n")
     };
@@ -939,8 +871,8 @@ fn tables_of_other_programs_are_read() {
             "down",
         ),
     ] {
-        std::fs::write(folder.path().join(file), text).expect("writable");
-        let path = folder.path().join("recordings.csv");
+        folder.write(file, text);
+        let path = folder.join("recordings.csv");
         std::fs::write(&path, list(file, unit, axis)).expect("writable");
         let campaign = tracked(&path);
         let outcome = &campaign.outcomes[0].tracked;
@@ -957,12 +889,11 @@ fn tables_of_other_programs_are_read() {
 /// What follows detection, attacked: whatever a table holds, runs that are written are such as `check` takes.
 #[test]
 fn whatever_was_seen_the_runs_are_ones_that_check_takes() {
-    const NAME: &str = "whatever_was_seen_the_runs_are_ones_that_check_takes";
     /// scenes of motion, of which each has tables
     const ROUNDS: usize = 150;
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("writable");
+    let mut rng = rng_of("whatever_was_seen_the_runs_are_ones_that_check_takes");
+    let folder = Folder::new();
+    let write = |name: &str, text: &str| folder.write(name, text);
     let scene = "[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n\
                  [liquids.AK10]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 9.3\n";
     write("scene.toml", scene);
@@ -1020,30 +951,18 @@ fn whatever_was_seen_the_runs_are_ones_that_check_takes() {
         write("good.csv", &format!("frame,y_m\n{}", rows.collect::<String>()));
         lines.push_str("good.csv,PTFE,dry,4.762,,1000,\n");
         write("recordings.csv", &format!("{HEADER},density_kg_m3\n{lines}"));
-        let mut words = vec![
-            "track",
-            "recordings.csv",
-            "--out",
-            "runs.csv",
-            "--report",
-            "out",
-            "--force",
-        ];
-        if round % 2 == 0 {
-            words.push("--all-rebounds");
-        }
-        let (status, stdout, stderr) = wetcor(folder.path(), &words);
+        let more = if round % 2 == 0 { "--all-rebounds" } else { "" };
+        let (status, stdout, stderr) = folder.run(&format!(
+            "track recordings.csv --out runs.csv --report out --force {more}"
+        ));
         assert!(matches!(status, Some(0 | 1)), "{round}: {stderr}");
-        let told = [
-            stdout,
-            std::fs::read_to_string(folder.path().join("out/report.md")).expect("written"),
-        ];
+        let told = [stdout, folder.read("out/report.md")];
         assert!(
             told.iter().all(|text| !text.contains("NaN") && !text.contains("inf ")),
             "{told:?}"
         );
-        let (status, _, stderr) = wetcor(folder.path(), &["check", "scene.toml"]);
-        let runs = std::fs::read_to_string(folder.path().join("runs.csv")).expect("written");
+        let (status, _, stderr) = folder.run("check scene.toml");
+        let runs = folder.read("runs.csv");
         assert!(matches!(status, Some(0 | 1)), "{round}: {stderr}\n{runs}");
         used += runs.lines().filter(|line| line.ends_with(',')).count();
     }
@@ -1053,11 +972,10 @@ fn whatever_was_seen_the_runs_are_ones_that_check_takes() {
 
 #[test]
 fn damaged_tables_do_no_harm() {
-    const NAME: &str = "damaged_tables_do_no_harm";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let mut rng = rng_of("damaged_tables_do_no_harm");
     let seen = drops(2, &mut rng);
     let (folder, path) = written(&seen, CAMERA, "scale_px_per_mm", &mut rng);
-    let table = folder.path().join("drop1.csv");
+    let table = folder.join("drop1.csv");
     let originals = [
         std::fs::read(&path).expect("readable"),
         std::fs::read(&table).expect("readable"),
@@ -1138,25 +1056,18 @@ fn in_air(height: f64, restitution: f64, density: f64) -> (Vec<f64>, [f64; 2]) {
 
 #[test]
 fn what_the_air_takes_is_taken_off_where_the_density_is_known() {
-    const NAME: &str = "what_the_air_takes_is_taken_off_where_the_density_is_known";
-    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut rng = rng_of("what_the_air_takes_is_taken_off_where_the_density_is_known");
+    let folder = Folder::new();
     let mut truths = vec![];
     for place in 0..10 {
         let (heights, truth) = in_air(0.03 + 0.01 * f64::from(place), 0.75, 940.0);
-        let row = |(frame, height): (usize, &f64)| {
-            let noise: f64 = StandardNormal.sample(&mut rng);
-            format!("{frame},{}\n", PLATE_ROW - height * CAMERA.scale + 0.1 * noise)
-        };
-        let rows: String = heights.iter().enumerate().map(row).collect();
-        std::fs::write(
-            folder.path().join(format!("drop{place}.csv")),
-            format!("frame,y_px\n{rows}"),
-        )
-        .expect("writable");
+        let rows = heights
+            .iter()
+            .map(|height| PLATE_ROW - height * CAMERA.scale + 0.1 * normal(&mut rng));
+        folder.write(&format!("drop{place}.csv"), frames(rows));
         truths.push(truth);
     }
-    let path = folder.path().join("recordings.csv");
+    let path = folder.join("recordings.csv");
     let largest_error = |scale: &str, density: &str| {
         let lines = (0..10).map(|place| format!("drop{place}.csv,PE,dry,3.175,,1000,{scale},{density}\n"));
         let lines: String = lines.collect();

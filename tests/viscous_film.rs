@@ -1,12 +1,11 @@
 //! Tests the viscous loss over the whole film: drawn by a plain sum, found back, told apart from one L for all.
 
 use std::f64::consts::PI;
-use std::process::Command;
 
 use crate::common::scenes::{scene_of, AK10, PE, PTFE};
-use crate::common::{binomial_z, rows, seed_of, Place};
+use crate::common::{assert_expected, binomial_z, counts, rows, seed_of, study, Place, Says, Told};
 use wetcor::findings;
-use wetcor::findings::balance::{DerivedEstimate, EnergyBalance};
+use wetcor::findings::balance::DerivedEstimate;
 use wetcor::findings::compare::ComparedModel;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::Findings;
@@ -14,7 +13,7 @@ use wetcor::model::parameters::ParameterKind;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::viscous::RUPTURE_SCALE;
 use wetcor::physics::{Coefficient, Viscous};
-use wetcor::runs::{arrange, NewRun, Table};
+use wetcor::runs::NewRun;
 
 /// Two particles of three diameters, whose roughness differs.
 fn scene(fitted: &str, truth: &str, noise: f64) -> Place {
@@ -95,19 +94,14 @@ fn runs_are_drawn_by_the_plain_sum() {
 }
 
 fn fit(place: &Place, seed: u64) -> Findings {
-    let runs = arrange(&place.scene, &rows(&place.scene, seed));
-    findings::fit_least_squares(&place.scene, &Table::of(runs), seed, false)
-}
-
-fn balance(findings: &Findings) -> &EnergyBalance {
-    findings.energy_balance.as_ref().expect("dry and wet runs")
+    findings::fit_least_squares(&place.scene, &place.table(seed), seed, false)
 }
 
 /// With next to no noise every number is the truth's; St_c belongs to a film and a diameter, and there is no δc.
 #[test]
 fn least_squares_find_the_truth_back() {
     let findings = fit(&scene("film", "film", 1e-9), 1);
-    let balance = balance(&findings);
+    let balance = findings.balance();
     let estimate = |coefficient| balance.estimate(ParameterKind::Shared(coefficient));
     let scale = estimate(Coefficient::RuptureScale).and_then(|estimate| estimate.value);
     assert!((scale.expect("a value") / 0.9 - 1.0).abs() < 1e-6, "{scale:?}");
@@ -129,41 +123,36 @@ fn least_squares_find_the_truth_back() {
         .energy
         .iter()
         .all(|row| row.delta_c_m.value.is_none() && row.delta_c_m.why_none.as_deref() == why));
-    assert!(findings.notices.iter().any(|notice| notice.code == "viscous_form"));
+    assert!(findings.tells("viscous_form"));
 }
 
 fn place_of(row: &DerivedEstimate) -> (&str, f64, Option<f64>) {
     (&row.particle, row.film_ratio, row.diameter_m)
 }
 
-/// How many intervals of λ cover the truth; `shrink` narrows their logarithms about the middle: the planted fault.
-fn coverage(sets: u64, shrink: f64) -> usize {
-    let place = scene("film", "film", 0.02);
-    let covers = |set: u64| {
-        let findings = fit(
-            &place,
-            seed_of("the_intervals_of_the_rupture_scale_cover").wrapping_add(set),
-        );
-        let scale = balance(&findings).estimate(ParameterKind::Shared(Coefficient::RuptureScale));
-        let [lo, hi] = scale.and_then(|scale| scale.interval).expect("the fit converged");
-        let (middle, half) = ((lo * hi).ln() / 2.0, shrink * (hi / lo).ln() / 2.0);
-        (0.9f64.ln() - middle).abs() <= half
-    };
-    (0..sets).filter(|set| covers(*set)).count()
-}
-
 #[test]
 fn the_intervals_of_the_rupture_scale_cover() {
     const SETS: u64 = 400;
-    let z = binomial_z(coverage(SETS, 1.0), SETS as usize, 0.95);
-    assert!(z.abs() < 4.0, "z = {z:.1}");
-    let z = binomial_z(coverage(SETS, 0.6), SETS as usize, 0.95);
+    let place = scene("film", "film", 0.02);
+    // the planted fault: intervals whose logarithms are narrowed about the middle
+    let covered = study("the_intervals_of_the_rupture_scale_cover", SETS, |seed| {
+        let findings = fit(&place, seed);
+        let scale = findings
+            .balance()
+            .estimate(ParameterKind::Shared(Coefficient::RuptureScale));
+        let [lo, hi] = scale.and_then(|scale| scale.interval).expect("the fit converged");
+        let (middle, half) = ((lo * hi).ln() / 2.0, (hi / lo).ln() / 2.0);
+        [1.0, 0.6].map(|shrink| (0.9f64.ln() - middle).abs() <= shrink * half)
+    });
+    let [covered, of_narrow] = counts(&covered);
+    assert_expected("λ", covered, SETS, 0.95);
+    let z = binomial_z(of_narrow, SETS as usize, 0.95);
     assert!(z < -8.0, "z = {z:.1}");
 }
 
 /// The scene's own form and its posterior, and how the forms compare.
 fn compared(place: &Place, seed: u64) -> Vec<ComparedModel> {
-    let table = Table::of(arrange(&place.scene, &rows(&place.scene, seed)));
+    let table = place.table(seed);
     let mut findings = findings::fit_least_squares(&place.scene, &table, seed, false);
     let posterior = findings
         .add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ())
@@ -213,24 +202,11 @@ fn a_form_nobody_knows_is_refused() {
         Some(Viscous::Constant)
     );
     let path = place.path("other.toml");
-    let text = std::fs::read_to_string(place.path("scene.toml")).expect("written");
+    let text = place.folder.read("scene.toml");
     std::fs::write(&path, text.replacen("viscous = \"film\"", "viscous = \"thin\"", 1)).expect("writable");
     let error = wetcor::scene::read(&path).expect_err("no such form").to_string();
     assert!(error.contains("[model] viscous: found `\"thin\"`"), "{error}");
     assert!(error.contains("expected \"constant\" or \"film\""), "{error}");
-}
-
-/// The command's output and its exit code, run in the folder of a scene.
-fn wetcor(place: &Place, arguments: &[&str]) -> (Option<i32>, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-        .args(arguments)
-        .current_dir(place.folder.path())
-        .output()
-        .expect("the program starts");
-    (
-        output.status.code(),
-        String::from_utf8(output.stdout).expect("UTF-8") + &String::from_utf8_lossy(&output.stderr),
-    )
 }
 
 /// What stands in one cell of a table's first row that starts so.
@@ -245,34 +221,26 @@ fn cell(report: &str, row: &str, column: usize) -> String {
 #[test]
 fn a_report_says_diameters_beside_critical_stokes_numbers() {
     let place = scene("film", "film", 0.01);
-    let (code, text) = wetcor(&place, &["simulate", "scene.toml", "--out", "runs.csv"]);
-    assert_eq!(code, Some(0), "{text}");
-    let (_, overview) = wetcor(&place, &["check", "scene.toml"]);
+    place.folder.succeed("simulate scene.toml --out runs.csv");
+    let (_, overview, _) = place.run("check scene.toml");
     assert!(overview.contains("yes  rupture_scale: ") && !overview.contains("lubrication_log"));
-    let (code, summary) = wetcor(&place, &["fit", "scene.toml", "--out", "r"]);
+    let (code, summary, _) = place.run("fit scene.toml --out r");
     assert!(matches!(code, Some(0 | 1)), "{summary}");
     assert!(
         summary.contains("\nrupture_scale ") && !summary.contains("lubrication_log"),
         "{summary}"
     );
     for diameter in ["3", "6"] {
-        assert!(
-            summary.contains(&format!("\nPTFE, δ/D = 0.12, D = {diameter} mm, AK10: ")),
-            "{summary}"
-        );
+        summary.says(&format!("\nPTFE, δ/D = 0.12, D = {diameter} mm, AK10: "));
     }
-    let report = std::fs::read_to_string(place.path("r/report.md")).expect("written");
-    for expected in [
-        "L = ½ (ln(δ/ε) + ln(λ V_b^(1/3)/ε)) with V_b = π δ² (D/2 − δ/3)",
-        "\n| λ | ",
-        "\n| particle | δ/D | D / mm | liquid | e_inf | ",
-        ", D = 6 mm, energy balance)",
-        "St_c belongs to a film and a diameter",
-        "there is no δc",
-        "`+film`: lubrication over the whole film",
-    ] {
-        assert!(report.contains(expected), "{expected}");
-    }
+    let report = place.folder.read("r/report.md");
+    report.says("L = ½ (ln(δ/ε) + ln(λ V_b^(1/3)/ε)) with V_b = π δ² (D/2 − δ/3)");
+    report.says("\n| λ | ");
+    report.says("\n| particle | δ/D | D / mm | liquid | e_inf | ");
+    report.says(", D = 6 mm, energy balance)");
+    report.says("St_c belongs to a film and a diameter");
+    report.says("there is no δc");
+    report.says("`+film`: lubrication over the whole film");
     for absent in ["δc / µm", "δc/ε", "δc = ε", "`lubrication_log`"] {
         assert!(!report.contains(absent), "{absent}");
     }
@@ -282,7 +250,7 @@ fn a_report_says_diameters_beside_critical_stokes_numbers() {
         value(&large).expect("a value") > value(&small).expect("a value") + 1.0,
         "{small} {large}"
     );
-    let figure = std::fs::read_to_string(place.path("r/figures/restitution-stokes-PTFE.svg")).expect("drawn");
+    let figure = place.folder.read("r/figures/restitution-stokes-PTFE.svg");
     for diameter in ["3", "6"] {
         assert!(
             figure.contains(&format!("AK10, D = {diameter} mm, posterior")),
@@ -295,27 +263,14 @@ fn a_report_says_diameters_beside_critical_stokes_numbers() {
 #[test]
 fn predictions_read_the_roughness_back() {
     let place = scene("film", "film", 0.01);
-    let simulated = wetcor(&place, &["simulate", "scene.toml", "--out", "runs.csv"]);
-    assert_eq!(simulated.0, Some(0), "{}", simulated.1);
-    let (code, text) = wetcor(
-        &place,
-        &["fit", "scene.toml", "--out", "r", "--stages", "least_squares,posterior"],
-    );
-    assert!(matches!(code, Some(0 | 1)), "{text}");
+    place.folder.succeed("simulate scene.toml --out runs.csv");
+    let (code, _, err) = place.run("fit scene.toml --out r --stages least_squares,posterior");
+    assert!(matches!(code, Some(0 | 1)), "{err}");
     for (particle, density, k) in [("PTFE", 2150.0, 0.183), ("PE", 940.0, 0.12)] {
-        let asked = [
-            "--liquid",
-            "AK10",
-            "--diameter-mm",
-            "4",
-            "--film-um",
-            "240",
-            "--speed-m-s",
-            "1.5:1.5:1",
-        ];
-        let arguments = [&["predict", "r", "--particle", particle], &asked[..]].concat();
-        let (code, text) = wetcor(&place, &arguments);
-        assert_eq!(code, Some(0), "{text}");
+        let asked = "--liquid AK10 --diameter-mm 4 --film-um 240 --speed-m-s 1.5:1.5:1";
+        let text = place
+            .folder
+            .succeed(&format!("predict r --particle {particle} {asked}"));
         let row: Vec<&str> = text.lines().nth(1).expect("a row").split(',').collect();
         let found: f64 = row[3].parse().expect("a number");
         let l = lubrication_log(particle, 4e-3, 240e-6, 0.9);

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::common::scenes::{scene_of, AK10, M50, PE as PE_SPHERE, PTFE as PTFE_SPHERE};
-use crate::common::{binomial_z, seed_of, Place};
+use crate::common::scenes::{scene_of, AK10, HEADER, M50, PE as PE_SPHERE, PTFE as PTFE_SPHERE};
+use crate::common::{binomial_z, seed_of, Place, Told};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -535,7 +535,7 @@ fn runs_of_the_linear_law_are_said_to_follow_it() {
         "[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\n[liquids.AK10]\ndensity_kg_m3 = 930\n\
          viscosity_mPa_s = 9.3\n",
     );
-    let mut csv = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n".to_owned();
+    let mut csv = HEADER.to_owned();
     for (speed, e) in [(0.5, 0.851), (1.0, 0.822), (1.5, 0.803), (2.0, 0.795)] {
         csv += &format!("PTFE,,4.762,,{speed},{e}\n");
     }
@@ -544,7 +544,7 @@ fn runs_of_the_linear_law_are_said_to_follow_it() {
         csv += &format!("PTFE,AK10,4.762,300,{speed},{:.3}\n", 0.75 * (1.0 - 13.0 / stokes));
     }
     let findings = place.fit_rows(&csv);
-    let check = findings.verdicts.iter().find(|check| check.check == "wet_law_holds");
+    let check = findings.made("wet_law_holds");
     let check = check.expect("eight runs of one film");
     assert!(!check.passed && check.gates, "{check:?}");
     assert!(check.text.contains("PTFE, AK10, film ratio 0.063"), "{}", check.text);

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::common::workbook::{workbook, Sheet};
-use crate::common::{self, wetcor};
+use crate::common::{self, wetcor, Folder, Says};
 use serde_json::Value;
 
 const PTFE: &str = "[particles.PTFE]\ndensity_kg_m3 = 2150\n";
@@ -25,11 +25,11 @@ fn sheet(name: &'static str, k: f64) -> Sheet {
     Sheet::of(name, &format!("{HEADER}{}", dry_rows(k)))
 }
 
-fn place(data: &str, sheets: &[Sheet]) -> tempfile::TempDir {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    std::fs::write(place.path().join("book.xlsx"), workbook(sheets)).expect("writable");
+fn place(data: &str, sheets: &[Sheet]) -> Folder {
+    let place = Folder::new();
+    place.write("book.xlsx", workbook(sheets));
     let scene = format!("[data]\nruns = \"book.xlsx\"\n{data}\n{PTFE}");
-    std::fs::write(place.path().join("scene.toml"), scene).expect("writable");
+    place.write("scene.toml", scene);
     place
 }
 
@@ -60,39 +60,26 @@ fn a_hidden_sheet_is_never_read_in_silence() {
     let place_of = place("", &sheets);
     let (_, err, findings) = fit(place_of.path());
     assert!((parameter(&findings, "dry_k[PTFE]") - 0.18).abs() < 0.003);
-    assert!(
-        err.contains("book.xlsx: sheet `May` is read, not `June`, nor the hidden `old`"),
-        "{err}"
-    );
+    err.says("book.xlsx: sheet `May` is read, not `June`, nor the hidden `old`");
     assert_eq!(findings["counts"]["sheets"], serde_json::json!(["book.xlsx#May"]));
-    let (_, checked, _) = wetcor(place_of.path(), &["check", "scene.toml"]);
+    let (_, checked, _) = place_of.run("check scene.toml");
     assert!(checked.contains("24 runs read from `book.xlsx#May`"), "{checked}");
-    let report = std::fs::read_to_string(place_of.path().join("out/report.md")).expect("a report");
+    let report = place_of.read("out/report.md");
     assert!(report.contains("runs read from `book.xlsx#May`"));
     // by name it is read, and said to be hidden
     let place = place("", &sheets);
-    let scene = std::fs::read_to_string(place.path().join("scene.toml")).expect("there");
-    std::fs::write(
-        place.path().join("scene.toml"),
-        scene.replace("book.xlsx", "book.xlsx#old"),
-    )
-    .expect("writable");
+    let scene = place.read("scene.toml");
+    place.write("scene.toml", scene.replace("book.xlsx", "book.xlsx#old"));
     let (_, err, findings) = fit(place.path());
     assert!((parameter(&findings, "dry_k[PTFE]") - 0.23).abs() < 0.003);
-    assert!(
-        err.contains("book.xlsx: sheet `old` is hidden; it is read since the scene names it"),
-        "{err}"
-    );
+    err.says("book.xlsx: sheet `old` is hidden; it is read since the scene names it");
     // a draft names the sheets that it means
-    std::fs::remove_file(place.path().join("scene.toml")).expect("there");
-    let (status, out, _) = wetcor(place.path(), &["new", "book.xlsx"]);
+    std::fs::remove_file(place.join("scene.toml")).expect("there");
+    let (status, out, _) = place.run("new book.xlsx");
     assert_eq!(status, Some(0));
     assert!(out.contains("not from `old` (hidden)"), "{out}");
-    let scene = std::fs::read_to_string(place.path().join("scene.toml")).expect("there");
-    assert!(
-        scene.contains("runs = [\"book.xlsx#May\", \"book.xlsx#June\"]"),
-        "{scene}"
-    );
+    let scene = place.read("scene.toml");
+    scene.says("runs = [\"book.xlsx#May\", \"book.xlsx#June\"]");
 }
 
 #[test]
@@ -103,24 +90,18 @@ fn hidden_rows_are_asked_about_and_then_taken_or_left() {
     };
     let sheets = [hidden];
     let refused = place("", &sheets);
-    let (status, _, err) = wetcor(refused.path(), &["check", "scene.toml"]);
+    let (status, _, err) = refused.run("check scene.toml");
     assert_eq!(status, Some(2));
-    assert!(
-        err.contains("found hidden rows 3 to 5, 9, expected none, or in [data] `hidden_rows = \"leave\"`"),
-        "{err}"
-    );
+    err.says("found hidden rows 3 to 5, 9, expected none, or in [data] `hidden_rows = \"leave\"`");
     for (key, runs, said) in [("leave", 20, "are left out"), ("take", 24, "are read")] {
         let place = place(&format!("hidden_rows = \"{key}\"\n"), &sheets);
         let (_, err, findings) = fit(place.path());
         assert_eq!(findings["counts"]["runs"], runs);
-        assert!(
-            err.contains(&format!("book.xlsx, sheet `May`: hidden rows 3 to 5, 9 {said}")),
-            "{err}"
-        );
+        err.says(&format!("book.xlsx, sheet `May`: hidden rows 3 to 5, 9 {said}"));
     }
     // a draft leaves the answer open
-    std::fs::remove_file(refused.path().join("scene.toml")).expect("there");
-    let (_, out, _) = wetcor(refused.path(), &["new", "book.xlsx"]);
+    std::fs::remove_file(refused.join("scene.toml")).expect("there");
+    let (_, out, _) = refused.run("new book.xlsx");
     assert!(out.contains("to fill in: [data] hidden_rows"), "{out}");
     // hidden rows without cells, or above the header, are nobody's runs
     let mut empty = sheet("May", 0.18);
@@ -151,10 +132,10 @@ fn runs_on_several_sheets_are_all_kept_and_named_as_a_person_sees_them() {
         Sheet::of("Juli", &part(16..24)),
     ];
     let of_three = place(data, &sheets);
-    let scene = std::fs::read_to_string(of_three.path().join("scene.toml")).expect("there");
+    let scene = of_three.read("scene.toml");
     let three = "[\"book.xlsx#Mai\", \"book.xlsx#Öl <A>\", \"book.xlsx#Juli\"]";
     let scene = scene.replace("\"book.xlsx\"", three) + model;
-    std::fs::write(of_three.path().join("scene.toml"), scene).expect("writable");
+    of_three.write("scene.toml", scene);
     let (status, err, findings) = fit(of_three.path());
     assert!(!err.contains("more than are kept"), "{err}");
     let outlier = &findings["noise"]["outliers"][0];
@@ -162,14 +143,11 @@ fn runs_on_several_sheets_are_all_kept_and_named_as_a_person_sees_them() {
         outlier["place"], "book.xlsx, sheet `Öl <A>`, row 7 (run `r13`)",
         "{outlier}"
     );
-    assert!(
-        err.contains("book.xlsx, sheet `Öl <A>`, row 7 (run `r13`): PTFE, dry"),
-        "{err}"
-    );
+    err.says("book.xlsx, sheet `Öl <A>`, row 7 (run `r13`): PTFE, dry");
     assert_eq!(outlier["row"], 14);
     let of_one = place(data, &[Sheet::of("all", &part(0..24))]);
-    let scene = std::fs::read_to_string(of_one.path().join("scene.toml")).expect("there") + model;
-    std::fs::write(of_one.path().join("scene.toml"), scene).expect("writable");
+    let scene = of_one.read("scene.toml") + model;
+    of_one.write("scene.toml", scene);
     let (status_of_one, _, of_one) = fit(of_one.path());
     assert_eq!(status, status_of_one);
     assert_eq!(findings["main"]["parameters"], of_one["main"]["parameters"]);
@@ -187,10 +165,7 @@ fn a_note_beside_the_table_is_no_run_and_is_told_of() {
     let place = place("", &[own]);
     let (_, err, findings) = fit(place.path());
     assert_eq!(findings["counts"]["runs"], 24);
-    assert!(
-        err.contains("columns no. 7 (without a name), no. 21 (without a name) not read"),
-        "{err}"
-    );
+    err.says("columns no. 7 (without a name), no. 21 (without a name) not read");
 }
 
 #[test]
@@ -198,32 +173,17 @@ fn a_unit_that_the_header_states_is_held_against_the_key() {
     let table = |header: &str, rows: &str| format!("{header}\n{rows}");
     let rows = "PTFE,25.4,250,170\nPTFE,25.4,350,236\nPTFE,25.4,450,301\n";
     let refused = |columns: &str, header: &str, rows: &str| {
-        let place = tempfile::tempdir().expect("a temporary folder");
-        std::fs::write(place.path().join("runs.csv"), table(header, rows)).expect("writable");
+        let place = Folder::new();
+        place.write("runs.csv", table(header, rows));
         let scene = format!("[data]\nruns = \"runs.csv\"\ncolumns = {{ {columns} }}\n{PTFE}");
-        std::fs::write(place.path().join("scene.toml"), scene).expect("writable");
-        let (status, _, err) = wetcor(place.path(), &["check", "scene.toml"]);
+        place.write("scene.toml", scene);
+        let (status, _, err) = place.run("check scene.toml");
         (status, err)
     };
-    for height in [
-        "Drop (in)",
-        "Drop [inch]",
-        "Drop, in",
-        "Drop / ft",
-        "Drop in inches",
-        "Drop height ft",
-        "h\u{2033}",
-        "h (cm)",
-        "h [m]",
-        "h / µm",
-        "h in cm",
-        "h_cm",
-        "h (%)",
-        "h [°]",
-        "h (mph)",
-        "h (px)",
-        "h, m/s",
-    ] {
+    let listed =
+        "Drop (in); Drop [inch]; Drop, in; Drop / ft; Drop in inches; Drop height ft; h\u{2033}; h (cm); h [m]; h / \
+        µm; h in cm; h_cm; h (%); h [°]; h (mph); h (px); h, m/s";
+    for height in listed.split("; ") {
         let columns = format!("drop_height_mm = \"{height}\"");
         let header = format!("particle,diameter_mm,\"{height}\",rebound_height_mm");
         let (status, err) = refused(&columns, &header, rows);
@@ -292,11 +252,11 @@ fn a_unit_that_the_header_states_is_held_against_the_key() {
 
 /// `check` of a CSV: exit status, standard output and error.
 fn checked(data: &str, table: &str) -> (Option<i32>, String, String) {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    std::fs::write(place.path().join("runs.csv"), table).expect("writable");
+    let place = Folder::new();
+    place.write("runs.csv", table);
     let scene = format!("[data]\nruns = \"runs.csv\"\n{data}\n{PTFE}");
-    std::fs::write(place.path().join("scene.toml"), scene).expect("writable");
-    wetcor(place.path(), &["check", "scene.toml"])
+    place.write("scene.toml", scene);
+    place.run("check scene.toml")
 }
 
 /// Each sheet is compared by itself, and named.
@@ -321,7 +281,7 @@ fn a_sheet_whose_heights_contradict_its_speeds_is_named() {
                 sheet("July", 0.05, factor),
             ],
         );
-        let path = place.path().join("scene.toml");
+        let path = place.join("scene.toml");
         let scene = std::fs::read_to_string(&path).expect("there");
         let three = "[\"book.xlsx#May\", \"book.xlsx#June\", \"book.xlsx#July\"]";
         std::fs::write(&path, scene.replace("\"book.xlsx\"", three)).expect("writable");
@@ -347,7 +307,7 @@ fn a_unit_above_the_names_is_held_against_the_key() {
     let table = |above: &str| format!("Drops of May,,,\n{above}\n{names}\n{}", dry_rows(0.18));
     let of_book = |above: &str| {
         let place = place(data, &[Sheet::of("May", &table(above))]);
-        let (status, _, err) = wetcor(place.path(), &["check", "scene.toml"]);
+        let (status, _, err) = place.run("check scene.toml");
         (status, err)
     };
     for above in [",,(in),", ",mm,[inch],mm", "Heights,,cm,", ",(cm),,", ",,m,", ",,[px],"] {
@@ -378,10 +338,10 @@ fn a_unit_above_the_names_is_held_against_the_key() {
     let (status, _, err) = checked("header_row = 2\ncolumns = { impact_speed_m_s = \"v_i\" }\n", speeds);
     assert_eq!(status, Some(0), "{err}");
     // a draft reads it
-    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = Folder::new();
     let text = format!("May,mm,(cm),cm\nsphere,D,Fallhöhe,Steighöhe\n{}", dry_rows(0.18));
-    std::fs::write(place.path().join("runs.csv"), text).expect("writable");
-    let (_, out, _) = wetcor(place.path(), &["new", "runs.csv"]);
+    place.write("runs.csv", text);
+    let (_, out, _) = place.run("new runs.csv");
     for said in [
         "row 2 names the columns, their units stand above",
         "`Fallhöhe` is drop_height_cm, its unit by the row above, `(cm)`",
@@ -414,14 +374,7 @@ fn a_header_of_another_quantity_is_refused() {
         );
         assert!(err.contains(&told), "{err}");
     }
-    for theirs in [
-        "e²",
-        "e^2",
-        "e2",
-        "energy restitution",
-        "restitution squared",
-        "Energie Rückprall",
-    ] {
+    for theirs in "e²; e^2; e2; energy restitution; restitution squared; Energie Rückprall".split("; ") {
         let (status, _, err) = of("restitution", theirs);
         assert_eq!(status, Some(2), "{theirs}");
         let told =
@@ -489,7 +442,7 @@ fn a_no_keeps_a_run_where_all_say_yes_or_no() {
     let of = |words: [&str; 3]| {
         let in_text = checked("", &table(words));
         let place = place("", &[Sheet::of("May", &table(words))]);
-        let (status, out, err) = wetcor(place.path(), &["check", "scene.toml"]);
+        let (status, out, err) = place.run("check scene.toml");
         assert_eq!(status, in_text.0, "{err}");
         let count = |out: &str| {
             out.lines()
@@ -649,19 +602,16 @@ fn laboratory() -> Vec<Sheet> {
 
 #[test]
 fn a_laboratorys_workbook_takes_one_edit_and_three_commands() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    std::fs::write(place.path().join("Versuche.xlsx"), workbook(&laboratory())).expect("writable");
-    let (status, out, err) = wetcor(place.path(), &["new", "Versuche.xlsx"]);
+    let place = Folder::new();
+    place.write("Versuche.xlsx", workbook(&laboratory()));
+    let (status, out, err) = place.run("new Versuche.xlsx");
     assert_eq!((status, err.as_str()), (Some(0), ""), "{out}");
-    for said in [
-        "row 5 names the columns, their units stand below",
-        "`e` is restitution_percent, its unit by the row below, `[%]`",
-        "`ungültig` is exclude: runs marked `x` are left out",
-        "`Steighöhe` is not read: `e` says the same of more runs",
-        "sheet `trocken` is of liquid dry",
-        "diameter_mm is 4.762, by `Sphere D = 4.762 mm`",
-        "sheets trocken, Öl AK10, Öl AK20",
-    ] {
+    let listed =
+        "row 5 names the columns, their units stand below; `e` is restitution_percent, its unit by the row below, \
+        `[%]`; `ungültig` is exclude: runs marked `x` are left out; `Steighöhe` is not read: `e` says the same of \
+        more runs; sheet `trocken` is of liquid dry; diameter_mm is 4.762, by `Sphere D = 4.762 mm`; sheets trocken, \
+        Öl AK10, Öl AK20";
+    for said in listed.split("; ") {
         assert!(out.contains(said), "{said}: {out}");
     }
     // the one edit: what only the experimentalist knows
@@ -670,7 +620,7 @@ fn a_laboratorys_workbook_takes_one_edit_and_three_commands() {
         .filter_map(|line| line.strip_prefix("to fill in: "))
         .collect();
     assert_eq!(open.len(), 5, "{open:?}");
-    let path = place.path().join("scene.toml");
+    let path = place.join("scene.toml");
     let mut scene = std::fs::read_to_string(&path).expect("a draft");
     for value in ["2150", "930", "9.3", "950", "20"] {
         scene = scene.replacen("= \"fill in\"", &format!("= {value}"), 1);
@@ -687,16 +637,13 @@ fn a_laboratorys_workbook_takes_one_edit_and_three_commands() {
 /// What stands above the names of a CSV is passed over, too.
 #[test]
 fn titles_above_the_names_of_a_text_are_passed_over() {
-    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = Folder::new();
     let text = format!("Drops of May, on glass\n\n{HEADER}-,mm,mm,mm\n{}", dry_rows(0.18));
-    std::fs::write(place.path().join("runs.csv"), text).expect("writable");
-    let (status, out, err) = wetcor(place.path(), &["new", "runs.csv"]);
+    place.write("runs.csv", text);
+    let (status, out, err) = place.run("new runs.csv");
     assert_eq!((status, err.as_str()), (Some(0), ""));
-    assert!(
-        out.contains("row 3 names the columns, their units stand below"),
-        "{out}"
-    );
-    let path = place.path().join("scene.toml");
+    out.says("row 3 names the columns, their units stand below");
+    let path = place.join("scene.toml");
     let scene = std::fs::read_to_string(&path).expect("a draft");
     assert!(scene.contains("\nheader_row = 3"), "{scene}");
     let scene = scene.replacen("heights_to = \"fill in\"", "heights_to = \"plate\"", 1);
@@ -707,32 +654,23 @@ fn titles_above_the_names_of_a_text_are_passed_over() {
     // without the key the message says what is missing
     let scene = format!("[data]\nruns = \"runs.csv\"\n{PTFE}");
     std::fs::write(&path, scene).expect("writable");
-    let (status, _, err) = wetcor(place.path(), &["check", "scene.toml"]);
+    let (status, _, err) = place.run("check scene.toml");
     assert_eq!(status, Some(2));
-    assert!(
-        err.contains("`header_row` in [data] says in which row these are"),
-        "{err}"
-    );
+    err.says("`header_row` in [data] says in which row these are");
 }
 
 #[test]
 fn a_row_of_another_width_is_refused_in_every_table() {
-    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = Folder::new();
     let list = "file,particle,diameter_mm,frame_rate_Hz,exclude\na.csv,PTFE,4,762,1000,\n";
-    std::fs::write(place.path().join("list.csv"), list).expect("writable");
-    let (status, _, err) = wetcor(place.path(), &["track", "list.csv", "--out", "runs.csv"]);
+    place.write("list.csv", list);
+    let (status, _, err) = place.run("track list.csv --out runs.csv");
     assert_eq!(status, Some(2));
-    assert!(
-        err.contains("line 2, row: found 6 cells, expected 5 as in the header"),
-        "{err}"
-    );
+    err.says("line 2, row: found 6 cells, expected 5 as in the header");
     let settings = "particle,liquid,diameter_mm,film_um,impact_speed_m_s\nPTFE,AK10,4,287,1,2\nPTFE,AK10,4\n";
-    std::fs::write(place.path().join("settings.csv"), settings).expect("writable");
-    let refused =
-        wetcor::runs::read_settings(&place.path().join("settings.csv")).expect_err("two rows of other widths");
+    place.write("settings.csv", settings);
+    let refused = wetcor::runs::read_settings(&place.join("settings.csv")).expect_err("two rows of other widths");
     let said = refused.to_string();
-    assert!(
-        said.contains("line 2, row: found 6 cells") && said.contains("line 3, row: found 3 cells"),
-        "{said}"
-    );
+    said.says("line 2, row: found 6 cells");
+    said.says("line 3, row: found 3 cells");
 }

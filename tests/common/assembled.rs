@@ -1,8 +1,5 @@
 //! Puts a posterior together from its parts, so that a test can leave one of them out.
 
-// each test file uses its own part of this
-#![allow(dead_code, reason = "shared by several test files")]
-
 use wetcor::model::likelihood::{Likelihood, OutsideDomain};
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::LogDensity;

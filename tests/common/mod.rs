@@ -1,42 +1,53 @@
 //! Makes scenes and simulated runs for tests, in temporary folders.
 
-// each test file uses its own part of this
-#![allow(dead_code, unused_imports, reason = "shared by several test files")]
-
 pub mod assembled;
 mod chance;
+mod program;
 pub mod scenes;
+mod told;
 pub mod workbook;
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-pub use chance::{binomial_z, mean, seed_of};
+pub use chance::{assert_expected, assert_seldom, binomial_z, counts, holds, mean, seed_of, study};
+pub use program::{contents, entries, in_project, read_in_project, wetcor, wetcor_here, Folder, Ran, Says};
 use rand::rngs::ChaCha8Rng;
-use tempfile::TempDir;
-use wetcor::error::Error;
-use wetcor::findings::{self, Findings};
+pub use told::Told;
+use wetcor::findings::compare::Comparison;
+use wetcor::findings::posterior::{start, MethodChoice, Posterior};
+use wetcor::findings::{self, overview, Findings};
+use wetcor::inference::nuts::Effort;
+use wetcor::inference::sampling::{sample_posterior, Sampled, SamplingPlan};
+use wetcor::model::likelihood::Likelihood;
+use wetcor::model::parameters::ModelParameters;
 use wetcor::model::simulate::Simulation;
+use wetcor::report::{self, ReportInput};
 use wetcor::runs::{self, Existing, NewRun, RunWriter, Runs, Table};
 use wetcor::scene::{self, Scene};
+use wetcor::seed::StreamName;
 
 /// A scene in a folder of its own, for as long as the test needs it.
 pub struct Place {
-    pub folder: TempDir,
+    pub folder: Folder,
     pub scene: Scene,
 }
 
 impl Place {
     pub fn new(scene_text: &str) -> Place {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("scene.toml");
-        std::fs::write(&path, scene_text).expect("the folder is writable");
-        let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let folder = Folder::new();
+        folder.write("scene.toml", scene_text);
+        let scene = scene::read(&folder.join("scene.toml")).unwrap_or_else(|error| panic!("{error}"));
         Place { folder, scene }
     }
 
-    pub fn path(&self, name: &str) -> std::path::PathBuf {
-        self.folder.path().join(name)
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// Runs the command beside the scene.
+    pub fn run(&self, words: &str) -> Ran {
+        self.folder.run(words)
     }
 
     /// Draws the scene's design and reads it back.
@@ -50,6 +61,17 @@ impl Place {
         runs::read(&self.scene).unwrap_or_else(|error| panic!("{error}"))
     }
 
+    /// The design's runs without a file between.
+    pub fn table(&self, seed: u64) -> Table {
+        Table::of(runs::arrange(&self.scene, &rows(&self.scene, seed)))
+    }
+
+    /// Reads rows given as text.
+    pub fn read_rows(&self, csv: &str) -> Table {
+        std::fs::write(&self.scene.data.runs[0].path, csv).expect("the folder is writable");
+        self.read()
+    }
+
     /// Draws, reads and fits.
     pub fn infer(&self, seed: u64) -> Findings {
         findings::fit_least_squares(&self.scene, &self.draw(seed, None), seed, false)
@@ -57,8 +79,7 @@ impl Place {
 
     /// Fits rows given as text.
     pub fn fit_rows(&self, csv: &str) -> Findings {
-        std::fs::write(&self.scene.data.runs[0].path, csv).expect("the folder is writable");
-        findings::fit_least_squares(&self.scene, &self.read(), 1, false)
+        findings::fit_least_squares(&self.scene, &self.read_rows(csv), 1, false)
     }
 }
 
@@ -84,28 +105,65 @@ pub fn write(simulation: &Simulation, seed: u64, path: &Path) {
     writer.finish().unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// Runs the command in a folder: its exit status, and what it prints to both outputs.
-pub fn wetcor(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_wetcor"))
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("the command can be started");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("plain text");
-    (output.status.code(), text(output.stdout), text(output.stderr))
+/// Adds the posterior by the sampler.
+pub fn sample(findings: &mut Findings, scene: &Scene, runs: &Runs) -> Option<Posterior> {
+    let sampled = findings.add_posterior(scene, runs, MethodChoice::Sampler, &|_, _| ());
+    sampled.unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The same in the folder of the project.
-pub fn wetcor_here(arguments: &[&str]) -> (Option<i32>, String, String) {
-    wetcor(Path::new(env!("CARGO_MANIFEST_DIR")), arguments)
+/// Adds the comparison of forms.
+pub fn compare(findings: &mut Findings, scene: &Scene, runs: &Runs, posterior: &Posterior) -> Comparison {
+    let compared = findings.add_comparison(scene, runs, posterior, &|_, _| ());
+    compared.unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Least squares, and draws of the posterior beside it.
+pub fn sampled(scene: &Scene, table: &Table, effort: Effort, stream: StreamName) -> (Findings, Sampled) {
+    let least_squares = findings::fit_least_squares(scene, table, 1, false);
+    let form = scene.model.form();
+    let parameters = ModelParameters::of(scene, &table.runs, form).expect("priors with room");
+    let rows = Likelihood::new(scene, &table.runs, form);
+    let begin = start(least_squares.least_squares());
+    let sampled = sample_posterior(parameters, &rows, &begin, SamplingPlan { effort, stream }, &|_, _| ());
+    (least_squares, sampled.unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// All draws of a parameter.
+pub fn draws_of(sampled: &Sampled, name: &str) -> Vec<f64> {
+    let mut all = sampled.parameters.sampled.iter().zip(&sampled.values);
+    let (_, chains) = all.find(|(own, _)| own.name == name).expect("sampled");
+    chains.concat()
+}
+
+/// The report of findings, and the names of all its files.
+pub fn report_of(
+    scene: &Scene,
+    table: &Table,
+    findings: &Findings,
+    posterior: Option<&Posterior>,
+) -> (String, Vec<String>) {
+    let input = ReportInput {
+        command: "wetcor fit scene.toml",
+        scene,
+        runs: &table.runs,
+        overview: &overview::summarise_runs(scene, table, findings),
+        findings,
+        posterior,
+    };
+    let whole = report::files(input, true)
+        .unwrap_or_else(|error| panic!("{error}"))
+        .whole;
+    let text = whole.iter().find(|(name, _)| name == "report.md").expect("a report");
+    let text = String::from_utf8(text.1.clone()).expect("text");
+    (text, whole.into_iter().map(|(name, _)| name).collect())
 }
 
 /// A fit of the example with its draws, once for all tests of a file.
 pub fn fitted_example() -> &'static Path {
-    static FIT: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
+    static FIT: OnceLock<(Folder, PathBuf)> = OnceLock::new();
     let (_, folder) = FIT.get_or_init(|| {
-        let place = tempfile::tempdir().expect("a temporary folder");
-        let out = place.path().join("report");
+        let place = Folder::new();
+        let out = place.join("report");
         let text = out.to_str().expect("a plain path");
         let scene = "datasets/mueller2016/scene.toml";
         let (status, _, err) = wetcor_here(&["fit", scene, "--stages", "least_squares,posterior", "--out", text]);

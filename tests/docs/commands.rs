@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use super::{fenced, in_repository, pages, spans, wrong};
-use crate::common::wetcor;
+use crate::common::{wetcor, Folder};
 
 /// The commands of a text: indented lines, and what stands between backticks.
 fn commands(text: &str) -> Vec<&str> {
@@ -45,8 +45,8 @@ fn no_command(command: &str) -> Option<String> {
 
 /// What is wrong with a call of the program. It is made where there are no files, so that it ends in saying so.
 fn no_call(arguments: &[&str]) -> Option<&'static str> {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (_, help, _) = wetcor(folder.path(), &["--help"]);
+    let folder = Folder::new();
+    let (_, help, _) = folder.run("--help");
     let is_verb = |word: &str| {
         help.lines()
             .any(|line| line.split_whitespace().next() == Some(word) && line.starts_with("  "))
@@ -110,19 +110,13 @@ fn every_command_is_one() {
     ] {
         assert!(commands(&pages[0].text).contains(&command), "{command}");
     }
-    for fault in [
-        "wetcor fitt scene.toml",
-        "wetcor fit scene.toml --acuracy 0.1",
-        "wetcor fit scene.toml --stages posteriors",
-        "wetcor predict reports/any --particle PTFE --speed-m-s 2:1:5",
-        "cargo run --release -- fit datasets/mueller2017/scene.toml",
-        "cargo run --release --example render_campaigns -- drops",
-        "cargo run --release --no-default-features --example coolings -- cooling.svg",
-        "cargo test --releases",
-        "UPDATE_EXPECTED=1 cargo test --release --test readers",
-        "cargo bench --bench speeds",
-        ".ci/walk",
-    ] {
+    let listed =
+        "wetcor fitt scene.toml; wetcor fit scene.toml --acuracy 0.1; wetcor fit scene.toml --stages posteriors; \
+        wetcor predict reports/any --particle PTFE --speed-m-s 2:1:5; cargo run --release -- fit \
+        datasets/mueller2017/scene.toml; cargo run --release --example render_campaigns -- drops; cargo run \
+        --release --no-default-features --example coolings -- cooling.svg; cargo test --releases; UPDATE_EXPECTED=1 \
+        cargo test --release --test readers; cargo bench --bench speeds; .ci/walk";
+    for fault in listed.split("; ") {
         assert!(no_command(fault).is_some(), "{fault}");
     }
 }

@@ -1,7 +1,7 @@
 //! Holds that the program prints what the pages show.
 
 use super::{block, in_repository, numbers_in, read};
-use crate::common::wetcor;
+use crate::common::{wetcor, Folder};
 
 /// A line without its numbers, and these.
 fn words_and_numbers(line: &str) -> (String, Vec<f64>) {
@@ -25,16 +25,16 @@ fn is_nearly(shown: &str, printed: &str) -> bool {
 
 #[test]
 fn the_scene_and_runs_of_the_readme_are_fitted_as_it_says() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = Folder::new();
     let text = read("README.md");
-    std::fs::create_dir(folder.path().join("folder")).expect("writable");
+    std::fs::create_dir(folder.join("folder")).expect("writable");
     for (language, name) in [("toml", "folder/scene.toml"), ("csv", "folder/runs.csv")] {
-        std::fs::write(folder.path().join(name), block(&text, language)).expect("writable");
+        folder.write(name, block(&text, language));
     }
-    let (status, out, err) = wetcor(folder.path(), &["check", "folder/scene.toml"]);
+    let (status, out, err) = folder.run("check folder/scene.toml");
     assert_eq!(status, Some(0), "{err}");
     assert!(out.contains("9 runs read"), "{out}");
-    let (status, out, err) = wetcor(folder.path(), &["fit", "folder/scene.toml"]);
+    let (status, out, err) = folder.run("fit folder/scene.toml");
     assert_eq!(status, Some(0), "{err}");
     let shown = block(&text, "text");
     let alike = shown
@@ -46,7 +46,7 @@ fn the_scene_and_runs_of_the_readme_are_fitted_as_it_says() {
         "shown:\n{shown}\nprinted:\n{out}"
     );
     assert!(!is_nearly("L = 1.85 ± 0.15", "L = 1.45 ± 0.15") && !is_nearly("k = 1", "L = 1"));
-    assert!(folder.path().join("reports/folder/report.md").exists());
+    assert!(folder.join("reports/folder/report.md").exists());
     assert!(
         out.starts_with(shown.lines().next().expect("a verdict")) && err.matches("notice: ").count() == 3,
         "{out}{err}"
@@ -58,7 +58,7 @@ fn the_prediction_is_what_the_page_shows() {
     let text = read("docs/prediction.md");
     let command = text.lines().find_map(|line| line.strip_prefix("    wetcor predict "));
     let words: Vec<&str> = command.expect("the page has this command").split(' ').collect();
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = Folder::new();
     let scene = in_repository("datasets/mueller2016/scene.toml");
     let scene = scene.to_str().expect("a plain path");
     let stages = "least_squares,posterior";

@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use super::{block, fenced, pages, read, spans, wrong};
-use crate::common::wetcor;
+use crate::common::Folder;
 
 /// What `check` says of the scene and the table of a page.
 fn checked(page: &str) -> (Option<i32>, String, String) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = Folder::new();
     for (language, name) in [("toml", "scene.toml"), ("csv", "Versuche.csv")] {
-        std::fs::write(folder.path().join(name), block(page, language)).expect("writable");
+        folder.write(name, block(page, language));
     }
-    wetcor(folder.path(), &["check", "scene.toml"])
+    folder.run("check scene.toml")
 }
 
 #[test]
@@ -31,28 +31,28 @@ fn the_table_of_the_page_is_read_by_its_scene() {
 #[test]
 fn the_table_of_the_page_may_be_quoted() {
     let page = read("docs/your-table.md");
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = Folder::new();
     for (language, name) in [("toml", "scene.toml"), ("csv", "Versuche.csv")] {
-        std::fs::write(folder.path().join(name), block(&page, language)).expect("writable");
+        folder.write(name, block(&page, language));
     }
-    let (status, out, err) = wetcor(folder.path(), &["fit", "scene.toml"]);
+    let (status, out, err) = folder.run("fit scene.toml");
     assert!(status == Some(0) && out.contains("may be quoted"), "{out}\n{err}");
 }
 
 #[test]
 fn a_scene_is_drafted_from_the_table_of_the_page() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = Folder::new();
     let table = block(&read("docs/your-table.md"), "csv");
-    std::fs::write(folder.path().join("Versuche.csv"), table).expect("writable");
-    let (status, out, err) = wetcor(folder.path(), &["new", "Versuche.csv"]);
+    folder.write("Versuche.csv", table);
+    let (status, out, err) = folder.run("new Versuche.csv");
     assert_eq!(status, Some(0), "{err}");
-    let scene = std::fs::read_to_string(folder.path().join("scene.toml")).expect("a draft");
+    let scene = folder.read("scene.toml");
     for told in ["fill in", "Kugel", "v_i", "inertia"] {
         assert!(scene.contains(told), "{told}:\n{scene}\n{out}");
     }
-    let (status, _, err) = wetcor(folder.path(), &["check", "scene.toml"]);
+    let (status, _, err) = folder.run("check scene.toml");
     assert!(status == Some(2) && err.contains("density"), "{err}");
-    let (status, _, err) = wetcor(folder.path(), &["new", "Versuche.csv"]);
+    let (status, _, err) = folder.run("new Versuche.csv");
     assert!(status == Some(2) && err.contains("exists"), "{err}");
 }
 

@@ -1,15 +1,14 @@
 //! Runs the command with a time limit and holds its manners: an exit status it documents, no panic, no control characters.
 
+use crate::common::{entries, Folder};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use tempfile::TempDir;
-
 /// A folder with a scene and its runs, for as long as the test needs it.
 pub struct Place {
-    pub folder: TempDir,
+    pub folder: Folder,
 }
 
 /// Whether a character moves a terminal, or turns or hides text: not asked of the program, whose own list may have a hole.
@@ -31,9 +30,7 @@ impl Place {
     /// The plain example's scene and its 31 runs.
     pub fn plain() -> Place {
         let plain = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain");
-        let place = Place {
-            folder: tempfile::tempdir().expect("a temporary folder"),
-        };
+        let place = Place { folder: Folder::new() };
         for name in ["scene.toml", "runs.csv"] {
             std::fs::copy(plain.join(name), place.path(name)).expect("writable");
         }
@@ -41,7 +38,7 @@ impl Place {
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+        self.folder.join(name)
     }
 
     pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
@@ -68,6 +65,11 @@ impl Place {
         command
     }
 
+    /// The same of words with blanks between them.
+    pub fn ask(&self, words: &str, seconds: f64) -> Outcome {
+        self.run(&words.split(' ').collect::<Vec<&str>>(), seconds)
+    }
+
     /// Runs the command in this folder, for at most so many seconds.
     pub fn run(&self, arguments: &[&str], seconds: f64) -> Outcome {
         finish(self.command(arguments), seconds)
@@ -75,12 +77,7 @@ impl Place {
 
     /// Names of what lies in the folder, sorted.
     pub fn entries(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(self.folder.path()).expect("readable");
-        let mut names: Vec<String> = entries
-            .map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned())
-            .collect();
-        names.sort();
-        names
+        entries(self.folder.path())
     }
 }
 

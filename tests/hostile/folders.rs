@@ -1,11 +1,11 @@
 //! Attacks folders that are read back.
 
+use crate::common::{Folder, Says};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Instant;
 
 use serde_json::{json, Value};
-use tempfile::TempDir;
 use wetcor::error::Error;
 use wetcor::physics::Setting;
 use wetcor::report::draws::tie::{Tie, STORE, TABLE};
@@ -28,11 +28,8 @@ fn fits() -> &'static (Place, [PathBuf; 2]) {
         let place = Place::plain();
         place.add_to_scene("[sampler]\nchains = 2\nwarmup = 300\ndraws = 800\n[model]\nlikelihood = \"student\"");
         let folders = ["1", "2"].map(|seed| {
-            let stages = "least_squares,posterior";
-            let outcome = place.run(
-                &["fit", "scene.toml", "--seed", seed, "--out", seed, "--stages", stages],
-                60.0,
-            );
+            let words = format!("fit scene.toml --seed {seed} --out {seed} --stages least_squares,posterior");
+            let outcome = place.ask(&words, 60.0);
             assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
             place.path(seed)
         });
@@ -42,14 +39,12 @@ fn fits() -> &'static (Place, [PathBuf; 2]) {
 
 /// A copy of what a prediction reads of a fit.
 struct Copy {
-    place: TempDir,
+    place: Folder,
 }
 
 impl Copy {
     fn of(fit: &Path) -> Copy {
-        let copy = Copy {
-            place: tempfile::tempdir().expect("a temporary folder"),
-        };
+        let copy = Copy { place: Folder::new() };
         std::fs::create_dir_all(copy.path(STORE)).expect("writable");
         for name in [FINDINGS, TABLE, &root()] {
             std::fs::copy(fit.join(name), copy.path(name)).expect("writable");
@@ -62,7 +57,7 @@ impl Copy {
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.place.path().join(name)
+        self.place.join(name)
     }
 
     fn read(&self, name: &str) -> Vec<u8> {
@@ -92,28 +87,17 @@ impl Copy {
     }
 
     /// A prediction by the command.
-    fn run(&self, more: &[&str]) -> Outcome {
-        let folder = self.place.path().to_str().expect("a plain path").to_owned();
-        fits().0.run(&[&["predict", &folder][..], &ASKED, more].concat(), 10.0)
+    fn run(&self, more: &str) -> Outcome {
+        let words = format!("predict {} {ASKED} {more}", self.place.path().display());
+        fits().0.ask(words.trim_end(), 10.0)
     }
 
     fn assert_refused(&self, of: &str, words: &[&str]) {
-        self.run(&[]).assert_refused(of, words);
+        self.run("").assert_refused(of, words);
     }
 }
 
-const ASKED: [&str; 10] = [
-    "--particle",
-    "PTFE",
-    "--liquid",
-    "AK10",
-    "--diameter-mm",
-    "4",
-    "--film-um",
-    "200",
-    "--speed-m-s",
-    "0.05:2:4",
-];
+const ASKED: &str = "--particle PTFE --liquid AK10 --diameter-mm 4 --film-um 200 --speed-m-s 0.05:2:4";
 
 fn predicted(folder: &Path) -> Result<String, Error> {
     let finished = Finished::read(folder)?;
@@ -207,16 +191,7 @@ fn d13_no_change_of_findings_gives_a_number_that_is_none() {
     for part in ["schema", "title", "wetcor"] {
         found.push(format!("/{part}"));
     }
-    for part in [
-        "basis",
-        "chains",
-        "draws",
-        "terms",
-        "inertia",
-        "viscous",
-        "dry_speed_m_s",
-        "left_out",
-    ] {
+    for part in "basis chains draws terms inertia viscous dry_speed_m_s left_out".split(' ') {
         places(&findings["posterior"][part], &format!("/posterior/{part}"), &mut found);
     }
     let parameters = findings["posterior"]["parameters"].as_array().expect("a list").len();
@@ -310,7 +285,7 @@ fn d13_hand_made_counts_are_refused_before_memory_is_asked_for() {
         changed["posterior"]["draws"] = json!(draws);
         copy.write(FINDINGS, changed.to_string());
         copy.tie();
-        let outcome = copy.run(&[]);
+        let outcome = copy.run("");
         let told = format!("{chains} x {draws}");
         if chains == of {
             // as many in all: the table says no other
@@ -380,7 +355,7 @@ fn d13_no_number_that_is_asked_for_gives_one_that_is_none() {
 #[test]
 fn d13_parts_of_two_fits_do_not_belong_together() {
     let whole = Copy::first();
-    assert_eq!(whole.run(&["--anyway"]).status, Some(0), "as it was written");
+    assert_eq!(whole.run("--anyway").status, Some(0), "as it was written");
     let other = &fits().1[1];
     for name in [FINDINGS, TABLE, &root()] {
         let copy = Copy::first();
@@ -392,7 +367,7 @@ fn d13_parts_of_two_fits_do_not_belong_together() {
         );
         // it is the tie that is missed, nothing else
         copy.tie();
-        assert_eq!(copy.run(&["--anyway"]).status, Some(0), "{name}");
+        assert_eq!(copy.run("--anyway").status, Some(0), "{name}");
     }
     let edited = Copy::first();
     let mut findings = edited.findings();
@@ -449,14 +424,10 @@ fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
     copy.write(FINDINGS, findings.to_string());
     copy.tie();
     for format in ["csv", "json"] {
-        let outcome = copy.run(&["--format", format]);
+        let outcome = copy.run(&format!("--format {format}"));
         outcome.assert_mannered(format);
         assert_eq!(outcome.status, Some(1), "{outcome:?}");
-        assert!(
-            outcome.err.contains("not either: \\u{1b}[2J\\n\\u{202e}x\n"),
-            "{}",
-            outcome.err
-        );
+        outcome.err.says("not either: \\u{1b}[2J\\n\\u{202e}x\n");
         if format == "json" {
             let told: Value = serde_json::from_str(&outcome.out).expect("JSON");
             assert_eq!(told["title"], hostile);

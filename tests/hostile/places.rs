@@ -55,15 +55,7 @@ fn d02_a_folder_that_holds_the_scene_is_refused() {
     for name in ["scene.toml", "runs.csv"] {
         std::fs::copy(place.path(name), place.path("report").join(name)).expect("writable");
     }
-    let arguments = [
-        "fit",
-        "report/scene.toml",
-        "--stages",
-        "least_squares",
-        "--out",
-        "report",
-    ];
-    let outcome = place.run(&arguments, 60.0);
+    let outcome = place.ask("fit report/scene.toml --stages least_squares --out report", 60.0);
     outcome.assert_refused("scene inside", &["report", "holds scene.toml"]);
     assert!(place.path("report/scene.toml").exists() && place.path("report/runs.csv").exists());
     // and where only the runs lie inside, under a name that is ours
@@ -85,33 +77,17 @@ fn d02_a_scene_in_a_folder_below_is_seen() {
     for name in ["scene.toml", "runs.csv"] {
         std::fs::rename(place.path(name), place.path("report/sub").join(name)).expect("writable");
     }
-    let arguments = [
-        "fit",
-        "report/sub/scene.toml",
-        "--stages",
-        "least_squares",
-        "--out",
-        "report",
-    ];
     place
-        .run(&arguments, 60.0)
+        .ask("fit report/sub/scene.toml --stages least_squares --out report", 60.0)
         .assert_refused("scene below", &["report", "holds sub/scene.toml"]);
     assert!(place.path("report/sub/scene.toml").exists());
 }
 
 #[test]
 fn d02_whatever_else_lies_in_a_report_stands_in_the_way_by_name() {
-    for stranger in [
-        "raw/monday.csv",
-        "notes.txt",
-        "figures/mine.svg",
-        "figures/photo.png",
-        "draws/draws.zarr/notes.txt",
-        "draws/draws.zarr/posterior/c.0.txt",
-        "draws/other.csv",
-        ".hidden",
-        "trade.md",
-    ] {
+    let listed = "raw/monday.csv notes.txt figures/mine.svg figures/photo.png draws/draws.zarr/notes.txt \
+        draws/draws.zarr/posterior/c.0.txt draws/other.csv .hidden trade.md";
+    for stranger in listed.split(' ') {
         let place = fitted();
         let path = place.path("report").join(stranger);
         std::fs::create_dir_all(path.parent().expect("it lies inside")).expect("writable");
@@ -130,24 +106,15 @@ fn d03_a_fit_from_inside_the_report_replaces_it() {
     let place = fitted();
     let before = place.read("report/findings.json");
     let mut command = Command::new(env!("CARGO_BIN_EXE_wetcor"));
-    command.current_dir(place.path("report")).args([
-        "fit",
-        "../scene.toml",
-        "--stages",
-        "least_squares",
-        "--seed",
-        "2",
-        "--out",
-        "../report",
-    ]);
+    let words = "fit ../scene.toml --stages least_squares --seed 2 --out ../report";
+    command.current_dir(place.path("report")).args(words.split(' '));
     let outcome = finish(command, 60.0);
     assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
     assert_eq!(place.entries(), ["report", "runs.csv", "scene.toml"]);
     assert_ne!(place.read("report/findings.json"), before);
 }
 
-const DESIGN: &str = "\
-[truth]
+const DESIGN: &str = r#"[truth]
 dry_k = { PTFE = 0.18 }
 lubrication_log = 1.9
 inertial_prefactor = 0.6
@@ -155,12 +122,12 @@ sigma_dry = 0.01
 sigma_wet = 0.01
 [design]
 diameter_mm = [4.762]
-liquids = [\"AK10\"]
+liquids = ["AK10"]
 film_ratio = [0.06]
 impact_speed_m_s = [1.0, 2.0]
 dry_impact_speed_m_s = [1.0]
 repeats = 1
-";
+"#;
 
 #[test]
 fn d04_simulate_keeps_what_is_there() {
@@ -342,16 +309,8 @@ fn what_the_dead_left_is_cleared_and_what_others_made_is_not() {
     let alive = std::fs::File::open(place.path(".wetcor-alive1/lock")).expect("readable");
     alive.try_lock().expect("nobody else holds it");
     assert!(matches!(fit(&place, "report").status, Some(0 | 1)));
-    let kept = [
-        ".wetcor-alive1",
-        ".wetcor-mine01",
-        ".wetcor-mine02",
-        ".wetcor-mine03",
-        ".wetcor-mine04",
-        ".wetcor-mine05",
-        ".wetcor-note",
-    ];
-    assert_eq!(place.entries()[..7], kept);
+    let kept = ["alive1", "mine01", "mine02", "mine03", "mine04", "mine05", "note"];
+    assert_eq!(place.entries()[..7], kept.map(|name| format!(".wetcor-{name}")));
     assert_eq!(place.entries()[7..], ["report", "runs.csv", "scene.toml"]);
     assert!(place.path(".wetcor-mine04/old/a").exists() && place.path(".wetcor-mine04/new/c").exists());
     assert!(place.path(".wetcor-mine01/thesis.tex").exists() && place.path(".wetcor-mine02/new/a").exists());

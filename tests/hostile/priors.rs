@@ -180,20 +180,11 @@ fn attacks() -> Vec<(&'static str, String)> {
             turn += 1;
         }
         // below zero, equal, reversed
-        for family in [
-            "lognormal = [-1, 1]",
-            "lognormal = [1, -1]",
-            "gamma = [-1, 1]",
-            "student_t = [-3, 1, 1]",
-            "normal = [1, 0]",
-            "uniform = [1, 1]",
-            "uniform = [2, 1]",
-            "half_normal = -1",
-            "fixed = -1",
-            "lognormal = [nan, 1]",
-            "normal = [inf, 1]",
-            "fixed = nan",
-        ] {
+        let listed =
+            "lognormal = [-1, 1]; lognormal = [1, -1]; gamma = [-1, 1]; student_t = [-3, 1, 1]; normal = [1, 0]; \
+            uniform = [1, 1]; uniform = [2, 1]; half_normal = -1; fixed = -1; lognormal = [nan, 1]; normal = [inf, \
+            1]; fixed = nan";
+        for family in listed.split("; ") {
             all.push((model, format!("{parameter} = {{ {family} }}")));
         }
     }

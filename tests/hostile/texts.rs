@@ -1,6 +1,7 @@
 //! Attacks with names and texts, with a standard output that refuses, and without threads.
 
-use std::path::Path;
+use crate::common::{contents, Says};
+use std::path::{Path, PathBuf};
 
 #[cfg(target_os = "linux")]
 use super::attack::finish;
@@ -67,20 +68,8 @@ fn with_hostile_texts() -> Place {
 
 /// Every file below a folder, as a path from there.
 fn files(folder: &Path) -> Vec<String> {
-    let mut found = vec![];
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(next) = folders.pop() {
-        for entry in std::fs::read_dir(&next).expect("readable") {
-            let path = entry.expect("readable").path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                let inside = path.strip_prefix(folder).expect("inside");
-                found.push(inside.to_str().expect("a plain path").to_owned());
-            }
-        }
-    }
-    found
+    let path = |path: PathBuf| path.to_str().expect("a plain path").to_owned();
+    contents(folder).into_keys().map(path).collect()
 }
 
 fn assert_ran(outcome: &Outcome, of: &str) {
@@ -168,19 +157,9 @@ fn d11_no_argument_moves_a_terminal_or_ends_a_line() {
     let odd = HOSTILE;
     let folder = format!("{}.csv", HOSTILE.replace('/', ""));
     let with_dashes = format!("--{HOSTILE}");
-    let asked = [
-        "--particle",
-        odd,
-        "--liquid",
-        odd,
-        "--diameter-mm",
-        "4",
-        "--film-um",
-        "200",
-        "--speed-m-s",
-        "1:2:3",
-    ];
-    let predict = [&["predict", "."][..], &asked].concat();
+    let asked = "--diameter-mm 4 --film-um 200 --speed-m-s 1:2:3".split(' ');
+    let named = ["predict", ".", "--particle", odd, "--liquid", odd];
+    let predict: Vec<&str> = named.into_iter().chain(asked).collect();
     for arguments in [
         &[odd][..],
         &["fit", odd],
@@ -224,10 +203,7 @@ fn d11_a_report_shows_titles_and_sources_as_they_are() {
     let for_browsers = place.read("o/report.html");
     let shown = "\\u{1b}[2J\\u{1b}]0;x\\u{7} \\u{202e}&lt;img src=x onerror=alert(1)&gt; ![a](b) `c` **d** | \
                  \\u{200b}\\u{9b}0m &amp;lt;";
-    assert!(
-        for_browsers.contains(&format!("<title>{shown}</title>")),
-        "{for_browsers}"
-    );
+    for_browsers.says(&format!("<title>{shown}</title>"));
     assert!(!for_browsers.contains("<img") && !for_browsers.contains("<strong>d"));
     // what is looked for is seen where it is
     assert_eq!(bare("a <img \\<img `<img` `` ` <img ``", "<img"), 1);
@@ -299,10 +275,8 @@ fn d11_names_stay_inside_the_folder_the_pictures_and_the_tables() {
     }
     assert!(pictures > 14, "{pictures}");
     let page = place.read("o/report.md");
-    assert!(
-        page.contains("| \\_a\\_ |") && page.contains("| \\_\\_b\\_\\_ |"),
-        "{page}"
-    );
+    page.says("| \\_a\\_ |");
+    page.says("| \\_\\_b\\_\\_ |");
     assert!(page.contains("a\\u{3164}") && !page.contains('\u{3164}'));
     links(&page, &found);
 }
@@ -407,11 +381,7 @@ fn d12_a_full_standard_output_is_said_with_what_stands() {
         outcome.assert_refused(&arguments.join(" "), &[reason]);
         match written {
             Some(path) => {
-                assert!(
-                    outcome.err.contains(&format!("; {path} was written whole\n")),
-                    "{}",
-                    outcome.err
-                );
+                outcome.err.says(&format!("; {path} was written whole\n"));
                 assert!(place.path(path).is_file(), "{path}");
             }
             None => assert!(!outcome.err.contains("was written"), "{}", outcome.err),
@@ -419,18 +389,8 @@ fn d12_a_full_standard_output_is_said_with_what_stands() {
     }
     assert!(place.path("o/findings.json").is_file());
     // nothing is printed, so nothing can be refused
-    let quiet = to_a_full_device(
-        &place,
-        &[
-            "fit",
-            "scene.toml",
-            "--out",
-            "o",
-            "--stages",
-            "least_squares",
-            "--quiet",
-        ],
-    );
+    let quiet = "fit scene.toml --out o --stages least_squares --quiet".split(' ');
+    let quiet = to_a_full_device(&place, &quiet.collect::<Vec<&str>>());
     assert_eq!((quiet.status, quiet.err.as_str()), (Some(0), ""));
 }
 
@@ -454,16 +414,8 @@ fn d16_fewer_threads_are_used_where_no_more_are_to_be_had() {
     /// megabytes for the program and its work, less than one stack
     const WORK: u64 = 200;
     let place = Place::plain();
-    let arguments = [
-        "fit",
-        "scene.toml",
-        "--out",
-        "o",
-        "--threads",
-        "5",
-        "--stages",
-        "least_squares",
-    ];
+    let words = "fit scene.toml --out o --threads 5 --stages least_squares";
+    let arguments: Vec<&str> = words.split(' ').collect();
     let mut seen = [0; 3];
     // less is refused before threads are started
     for quarters in 2..=20 {
@@ -486,11 +438,7 @@ fn d16_more_threads_than_are_of_use_are_not_started() {
     let place = Place::plain();
     let outcome = place.run(&["check", "scene.toml", "--threads", "65535"], 20.0);
     assert_ran(&outcome, "65535 threads");
-    assert!(
-        outcome.err.contains(" in place of 65535 threads: this machine runs "),
-        "{}",
-        outcome.err
-    );
+    outcome.err.says(" in place of 65535 threads: this machine runs ");
     let few = place.run(&["check", "scene.toml", "--threads", "64"], 20.0);
     assert!(!few.err.contains("in place of"), "{}", few.err);
     assert_eq!(few.out, outcome.out);

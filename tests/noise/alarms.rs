@@ -1,7 +1,7 @@
 //! Holds that plain noise raises alarms as rarely as claimed, and that there are none where nothing can be told.
 
-use super::{fit, noise_of, plain, scattered, tells, Design, SIGMA, USUAL};
-use crate::common::{binomial_z, rows, seed_of};
+use super::{fit, noise_of, plain, scattered, tells, Design, ALARMS, ONE_SERIES, SIGMA, USUAL};
+use crate::common::{assert_expected, assert_seldom, counts, rows, seed_of, study};
 use wetcor::findings::noise::{Outlier, FALSE_ALARM};
 use wetcor::runs::NewRun;
 
@@ -10,41 +10,41 @@ use wetcor::runs::NewRun;
 #[test]
 fn plain_noise_alarms_as_rarely_as_claimed() {
     const SETS: u64 = 600;
+    const LEVELS: [f64; 3] = [0.01, 0.1, 0.5];
     let place = USUAL.place();
     let exact = rows(&place.scene, 1);
-    let (mut outliers, mut notices) = (0, [0; 2]);
-    let mut below: [[usize; 3]; 2] = [[0; 3]; 2];
-    let levels = [0.01, 0.1, 0.5];
-    for set in 0..SETS {
-        let seed = seed_of("plain_noise_alarms_as_rarely_as_claimed").wrapping_add(set);
+    let found = study("plain_noise_alarms_as_rarely_as_claimed", SETS, |seed| {
         let found = fit(&place.scene, &scattered(&exact, seed, plain), (1, false));
         let noise = noise_of(&found);
-        outliers += usize::from(noise.outliers_found > 0);
         assert_eq!(tells(&found, "outlier"), noise.outliers_found > 0);
-        let [spread, offsets] = [
-            &noise.spread.as_ref().expect("groups").test,
-            &noise.offsets.as_ref().expect("series").test,
+        let (spread, offsets) = (
+            noise.spread.as_ref().expect("groups"),
+            noise.offsets.as_ref().expect("series"),
+        );
+        let told = [
+            noise.outliers_found > 0,
+            tells(&found, "unequal_spread"),
+            tells(&found, "series_offsets"),
         ];
-        for (below, test) in below.iter_mut().zip([spread, offsets]) {
-            for (below, level) in below.iter_mut().zip(levels) {
-                *below += usize::from(test.p < level);
-            }
-        }
-        for (count, code) in notices.iter_mut().zip(["unequal_spread", "series_offsets"]) {
-            *count += usize::from(tells(&found, code));
-        }
-    }
-    println!("outliers {outliers}, p of spreads and offsets below {levels:?}: {below:?}, notices {notices:?}");
-    let z = |count: usize, level: f64| binomial_z(count, SETS as usize, level);
-    assert!(z(outliers, FALSE_ALARM).abs() < 4.0, "{outliers}");
-    for (level, count) in levels.into_iter().zip(below[1]) {
-        assert!(z(count, level).abs() < 4.0, "offsets: {count} below {level}");
-    }
-    for (level, count) in levels.into_iter().zip(below[0]) {
-        assert!(z(count, level) < 4.0, "spreads: {count} below {level}");
+        (
+            told,
+            LEVELS.map(|level| spread.test.p < level),
+            LEVELS.map(|level| offsets.test.p < level),
+        )
+    });
+    let [outliers, notices @ ..] = counts(&found.iter().map(|one| one.0).collect::<Vec<[bool; 3]>>());
+    let spreads = counts(&found.iter().map(|one| one.1).collect::<Vec<_>>());
+    let offsets = counts(&found.iter().map(|one| one.2).collect::<Vec<_>>());
+    println!(
+        "outliers {outliers}, p of spreads and offsets below {LEVELS:?}: {spreads:?} {offsets:?}, notices {notices:?}"
+    );
+    assert_expected("outliers", outliers, SETS, FALSE_ALARM);
+    for ((level, spreads), offsets) in LEVELS.into_iter().zip(spreads).zip(offsets) {
+        assert_expected("offsets", offsets, SETS, level);
+        assert_seldom("spreads", spreads, SETS, level);
     }
     for count in notices {
-        assert!(z(count, 0.01) < 4.0, "{count}");
+        assert_seldom("notices", count, SETS, 0.01);
     }
 }
 
@@ -53,24 +53,15 @@ fn plain_noise_alarms_as_rarely_as_claimed() {
 fn few_runs_raise_no_more_alarms() {
     const SETS: u64 = 1500;
     for repeats in [1, 2] {
-        let design = Design {
-            particles: &["PE"],
-            films: "0.06",
-            diameters: "5.0",
-            repeats,
-            ..USUAL
-        };
-        let place = design.place();
+        let place = Design { repeats, ..ONE_SERIES }.place();
         let exact = rows(&place.scene, 1);
-        let mut outliers = 0;
-        for set in 0..SETS {
-            let seed = seed_of("few_runs_raise_no_more_alarms").wrapping_add(set);
+        let found = study("few_runs_raise_no_more_alarms", SETS, |seed| {
             let found = fit(&place.scene, &scattered(&exact, seed, plain), (1, false));
-            outliers += usize::from(noise_of(&found).outliers_found > 0);
-        }
+            [noise_of(&found).outliers_found > 0]
+        });
+        let [outliers] = counts(&found);
         println!("{outliers} of {SETS} tables of {} runs", exact.len());
-        let z = binomial_z(outliers, SETS as usize, FALSE_ALARM);
-        assert!(z.abs() < 4.0, "{outliers}: {z}");
+        assert_expected("outliers", outliers, SETS, FALSE_ALARM);
     }
 }
 
@@ -84,46 +75,37 @@ fn runs_that_stick_near_the_threshold_raise_no_alarm() {
         ..USUAL
     };
     let place = design.place();
-    let (mut alarms, mut stuck, mut all) = ([0; 3], 0, 0);
-    for set in 0..SETS {
-        let seed = seed_of("runs_that_stick_near_the_threshold_raise_no_alarm").wrapping_add(set);
+    let found = study("runs_that_stick_near_the_threshold_raise_no_alarm", SETS, |seed| {
         let mut runs = rows(&place.scene, seed);
-        all += runs.len();
-        stuck += runs.iter().filter(|run| run.restitution == 0.0).count();
+        let stuck = runs.iter().filter(|run| run.restitution == 0.0).count();
         let found = fit(&place.scene, &runs, (1, false));
-        for (count, code) in alarms.iter_mut().zip(["outlier", "unequal_spread", "series_offsets"]) {
-            *count += usize::from(tells(&found, code));
-        }
         let fast = |run: &NewRun| run.liquid.is_some() && run.restitution > 0.5;
         let at = runs.iter().position(fast).expect("a fast run");
         runs[at].restitution = 0.0;
-        let found = fit(&place.scene, &runs, (1, false));
+        let with = fit(&place.scene, &runs, (1, false));
         let named = |one: &Outlier| one.row as usize == at + 1;
-        assert!(noise_of(&found).outliers.iter().any(named), "{set}");
-    }
+        assert!(noise_of(&with).outliers.iter().any(named), "{seed}");
+        (ALARMS.map(|code| tells(&found, code)), stuck, runs.len())
+    });
+    let alarms = counts(&found.iter().map(|one| one.0).collect::<Vec<_>>());
+    let (stuck, all): (usize, usize) = (found.iter().map(|one| one.1).sum(), found.iter().map(|one| one.2).sum());
     println!("{alarms:?} of {SETS} tables, in which {stuck} of {all} runs stuck");
     assert!(stuck * 50 > all);
     for count in alarms {
-        assert!(binomial_z(count, SETS as usize, 0.01) < 4.0, "{alarms:?}");
+        assert_seldom("alarms", count, SETS, 0.01);
     }
 }
 
 /// One series, series of one run, a handful of runs, none that scatter: no test where there is nothing to test.
 #[test]
 fn where_nothing_can_be_told_nothing_is() {
-    let one = Design {
-        particles: &["PE"],
-        films: "0.06",
-        diameters: "5.0",
-        ..USUAL
-    };
     let single = Design {
         speeds: "2.4",
         repeats: 1,
         ..USUAL
     };
     let seed = seed_of("where_nothing_can_be_told_nothing_is");
-    for design in [one, single] {
+    for design in [ONE_SERIES, single] {
         let place = design.place();
         let exact = rows(&place.scene, 1);
         let mut runs = scattered(&exact, seed, plain);

@@ -1,11 +1,9 @@
 //! Holds that noise that grows with v, 1/St or e is told and named, and that even noise is told as rarely as claimed.
 
 use super::{fit, noise_of, plain, scattered, tells, Design, SIGMA, USUAL};
-use crate::common::{binomial_z, rows, seed_of};
+use crate::common::{assert_expected, assert_seldom, counts, report_of, rows, sample, seed_of, study};
 use wetcor::findings::noise::{GrowthWith, LEVEL};
-use wetcor::findings::posterior::MethodChoice;
-use wetcor::findings::{self, overview};
-use wetcor::report::{files, ReportInput};
+use wetcor::findings::{self};
 use wetcor::runs::{arrange, NewRun, Table};
 use wetcor::scene::Scene;
 
@@ -27,16 +25,15 @@ fn inverse_stokes(run: &NewRun) -> f64 {
 }
 
 /// How often growth of wet runs is told among so many sets, and what it is said to go with.
-fn told(scene: &Scene, test: &str, sets: u64, sd: impl Fn(&NewRun) -> f64) -> Vec<(GrowthWith, f64)> {
+fn told(scene: &Scene, test: &str, sets: u64, sd: impl Fn(&NewRun) -> f64 + Sync) -> Vec<(GrowthWith, f64)> {
     let exact = rows(scene, 1);
-    let of_set = |set: u64| {
-        let seed = seed_of(test).wrapping_add(set);
+    let found = study(test, sets, |seed| {
         let found = fit(scene, &scattered(&exact, seed, &sd), (1, false));
         let growth = noise_of(&found).growth.as_ref().expect("enough runs");
         assert_eq!(tells(&found, "noise_grows"), growth.of_wet_runs().is_some());
         growth.of_wet_runs().map(|one| (one.with, one.factor))
-    };
-    (0..sets).filter_map(of_set).collect()
+    });
+    found.into_iter().flatten().collect()
 }
 
 /// sd ∝ v² over a factor 3, and the same with 1/St and e.
@@ -95,25 +92,23 @@ fn even_noise_is_told_as_rarely_as_claimed() {
     const SETS: u64 = 1500;
     let place = growing().place();
     let exact = rows(&place.scene, 1);
-    let (mut wet, mut dry, mut pointwise) = (0, 0, [0; 5]);
-    for set in 0..SETS {
-        let seed = seed_of("even_noise_is_told_as_rarely_as_claimed").wrapping_add(set);
+    let found = study("even_noise_is_told_as_rarely_as_claimed", SETS, |seed| {
         let found = fit(&place.scene, &scattered(&exact, seed, plain), (1, false));
-        wet += usize::from(tells(&found, "noise_grows"));
-        dry += usize::from(tells(&found, "dry_noise_grows"));
         let growth = noise_of(&found).growth.as_ref().expect("enough runs");
         assert_eq!(growth.tests.len(), 5);
-        for (below, test) in pointwise.iter_mut().zip(&growth.tests) {
-            *below += usize::from(test.z > 1.644_853_6);
-        }
-    }
-    println!("wet {wet}, dry {dry}, z above 1.645 {pointwise:?} of {SETS}");
-    for count in pointwise {
-        assert!(binomial_z(count, SETS as usize, 0.05).abs() < 4.0, "{pointwise:?}");
+        let pointwise: [bool; 5] = std::array::from_fn(|test| growth.tests[test].z > 1.644_853_6);
+        (
+            [tells(&found, "noise_grows"), tells(&found, "dry_noise_grows")],
+            pointwise,
+        )
+    });
+    let [wet, dry] = counts(&found.iter().map(|one| one.0).collect::<Vec<_>>());
+    for count in counts(&found.iter().map(|one| one.1).collect::<Vec<_>>()) {
+        assert_expected("z above 1.645", count, SETS, 0.05);
     }
     // wet runs have three of the five tests, dry ones two
-    assert!(binomial_z(wet, SETS as usize, 0.6 * LEVEL).abs() < 4.0, "{wet}");
-    assert!(binomial_z(dry, SETS as usize, 0.4 * LEVEL).abs() < 4.0, "{dry}");
+    assert_expected("wet", wet, SETS, 0.6 * LEVEL);
+    assert_expected("dry", dry, SETS, 0.4 * LEVEL);
 }
 
 /// The caution stands with every band of single runs of the report, and not where the noise is even.
@@ -130,24 +125,8 @@ fn bands_of_single_runs_carry_the_caution() {
     let report = |sd: fn(&NewRun) -> f64| {
         let table = Table::of(arrange(scene, &scattered(&exact, seed, sd)));
         let mut found = findings::fit_least_squares(scene, &table, 1, false);
-        let posterior = found
-            .add_posterior(scene, &table.runs, MethodChoice::Sampler, &|_, _| ())
-            .unwrap_or_else(|error| panic!("{error}"));
-        let input = ReportInput {
-            command: "wetcor fit scene.toml",
-            scene,
-            runs: &table.runs,
-            overview: &overview::summarise_runs(scene, &table, &found),
-            findings: &found,
-            posterior: posterior.as_ref(),
-        };
-        let whole = files(input, true).unwrap_or_else(|error| panic!("{error}")).whole;
-        let text = whole
-            .into_iter()
-            .find(|(name, _)| name == "report.md")
-            .expect("a report")
-            .1;
-        String::from_utf8(text).expect("text")
+        let posterior = sample(&mut found, scene, &table.runs);
+        report_of(scene, &table, &found, posterior.as_ref()).0
     };
     let caution = "which takes one spread where that of the runs grows with the impact speed by a factor of";
     let bands = "light for a single run";
@@ -174,12 +153,9 @@ fn few_runs_are_told_no_more_often() {
     .place();
     let exact = rows(&place.scene, 1);
     assert_eq!(exact.iter().filter(|run| run.liquid.is_some()).count(), 20);
-    let of_set = |set: &u64| {
-        let seed = seed_of("few_runs_are_told_no_more_often").wrapping_add(*set);
+    let found = study("few_runs_are_told_no_more_often", SETS, |seed| {
         let found = fit(&place.scene, &scattered(&exact, seed, plain), (1, false));
-        tells(&found, "noise_grows")
-    };
-    let told = (0..SETS).filter(of_set).count();
-    println!("{told} of {SETS}");
-    assert!(binomial_z(told, SETS as usize, LEVEL) < 4.0, "{told}");
+        [tells(&found, "noise_grows")]
+    });
+    assert_seldom("told", counts(&found)[0], SETS, LEVEL);
 }

@@ -1,7 +1,7 @@
 //! Holds that outliers are named wherever they lie, and do not hide each other.
 
-use super::{fit, noise_of, plain, scattered, series_of, tells, Design, SIGMA, USUAL};
-use crate::common::{binomial_z, rows, seed_of};
+use super::{fit, noise_of, plain, scattered, series_of, tells, Design, ALARMS, SIGMA, USUAL};
+use crate::common::{assert_seldom, counts, rows, seed_of, study, Says, Told};
 use wetcor::findings::noise::Outlier;
 use wetcor::findings::{self, Findings};
 use wetcor::runs::{arrange, MeasurementErrors, NewRun, Table};
@@ -34,16 +34,8 @@ fn an_outlier_is_named() {
                 (one.sds / sds - 1.0).abs() < 0.2 && one.moves_in_se > 0.0,
                 "{one:?} {sds}"
             );
-            let notice = found
-                .notices
-                .iter()
-                .find(|notice| notice.code == "outlier")
-                .expect("it is told");
-            assert!(
-                notice.text.contains(&format!("row {} of the table", at + 1)),
-                "{}",
-                notice.text
-            );
+            let notice = found.notice("outlier").expect("told");
+            notice.text.says(&format!("row {} of the table", at + 1));
         }
     }
 }
@@ -61,27 +53,18 @@ fn an_outlier_is_named_where_not_every_parameter_is_known() {
         let place = design.place();
         let mut exact = rows(&place.scene, 1);
         exact.retain(|run| has_dry || run.liquid.is_some());
-        let mut alarms = [0; 3];
-        for set in 0..SETS {
-            let seed = seed_of("an_outlier_is_named_where_not_every_parameter_is_known").wrapping_add(set);
+        let alarms = study("an_outlier_is_named_where_not_every_parameter_is_known", SETS, |seed| {
             let mut runs = scattered(&exact, seed, plain);
             let found = fit(&place.scene, &runs, (1, false));
-            for (count, code) in alarms.iter_mut().zip(["outlier", "unequal_spread", "series_offsets"]) {
-                *count += usize::from(tells(&found, code));
-            }
             let at = runs.len() / 2;
             runs[at].restitution -= 0.25;
-            let found = fit(&place.scene, &runs, (1, false));
+            let with = fit(&place.scene, &runs, (1, false));
             let named = |one: &Outlier| one.row as usize == at + 1;
-            assert!(
-                noise_of(&found).outliers.iter().any(named),
-                "{set}: {:?}",
-                noise_of(&found)
-            );
-        }
-        println!("{alarms:?} of {SETS}");
-        for count in alarms {
-            assert!(binomial_z(count, SETS as usize, 0.01) < 4.0, "{alarms:?}");
+            assert!(noise_of(&with).outliers.iter().any(named), "{:?}", noise_of(&with));
+            ALARMS.map(|code| tells(&found, code))
+        });
+        for count in counts(&alarms) {
+            assert_seldom("alarms", count, SETS, 0.01);
         }
     }
 }
@@ -100,11 +83,7 @@ fn the_move_is_that_of_a_fit_without_the_run() {
     assert_eq!(one.row as usize, at + 1);
     runs.remove(at);
     let without = fit(&place.scene, &runs, (1, false));
-    let of = |findings: &Findings| {
-        let balance = findings.energy_balance.as_ref().expect("a balance");
-        let found = balance.parameters.iter().find(|parameter| parameter.name == one.moves);
-        found.expect("its parameter").estimate.pair().expect("a number")
-    };
+    let of = |findings: &Findings| findings.fitted(&one.moves).pair().expect("a number");
     let (after, se) = of(&without);
     let moved = (of(&with).0 - after).abs() / se;
     assert!((one.moves_in_se / moved - 1.0).abs() < 0.1, "{one:?} {moved}");
@@ -129,11 +108,7 @@ fn outliers_do_not_hide_each_other() {
     for outlier in &noise.outliers {
         assert!(bad.binary_search(&(outlier.row as usize - 1)).is_ok(), "{outlier:?}");
     }
-    let notice = found
-        .notices
-        .iter()
-        .find(|notice| notice.code == "outlier")
-        .expect("they are told");
+    let notice = found.notice("outlier").expect("told");
     assert!(
         notice.count == 12 && notice.text.ends_with("and 9 more"),
         "{}",
@@ -167,17 +142,8 @@ fn runs_are_held_against_their_own_measurement_errors() {
     let badly = |row: u32| row.is_multiple_of(7);
     let mut count = 0;
     let wider = |run: &NewRun| f64::hypot(plain(run), own);
-    let all = scattered(
-        &exact,
-        seed_of("runs_are_held_against_their_own_measurement_errors"),
-        plain,
-    );
-    let wide = scattered(
-        &exact,
-        seed_of("runs_are_held_against_their_own_measurement_errors"),
-        wider,
-    );
-    let mut runs = all;
+    let seed = seed_of("runs_are_held_against_their_own_measurement_errors");
+    let (mut runs, wide) = (scattered(&exact, seed, plain), scattered(&exact, seed, wider));
     for (index, (run, wide)) in runs.iter_mut().zip(wide).enumerate() {
         if badly(index as u32 + 1) {
             *run = wide;

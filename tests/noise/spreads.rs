@@ -1,11 +1,10 @@
 //! Holds that unequal spreads and shared offsets are told when they matter, with what standard errors lack by them.
 
-use super::{fit, noise_of, offset, plain, scattered, tells, Design, SIGMA, USUAL};
-use crate::common::{self, binomial_z, rows, seed_of};
+use super::{fit, noise_of, offset, plain, scattered, tells, Design, ONE_SERIES, SIGMA, USUAL};
+use crate::common::{assert_expected, assert_seldom, binomial_z, counts, holds, mean, rows, seed_of, study, Told};
 use wetcor::findings::noise::LINE;
 use wetcor::findings::Findings;
 use wetcor::runs::NewRun;
-use wetcor::scene::WetLaw;
 
 /// Three times the spread for one particle is told, with the sds; a twentieth more is none of the reader's business.
 #[test]
@@ -14,15 +13,8 @@ fn unequal_spreads_are_told_when_they_matter() {
     let place = USUAL.place();
     let exact = rows(&place.scene, 1);
     let told = |factor: f64| {
-        let count = |set: &u64| {
-            let seed = seed_of("unequal_spreads_are_told_when_they_matter").wrapping_add(*set);
-            let wider = |run: &NewRun| {
-                if run.particle == "PE" {
-                    factor * plain(run)
-                } else {
-                    plain(run)
-                }
-            };
+        let of_set = |seed: u64| {
+            let wider = |run: &NewRun| plain(run) * if run.particle == "PE" { factor } else { 1.0 };
             let found = fit(&place.scene, &scattered(&exact, seed, wider), (1, false));
             let noise = noise_of(&found);
             let spread = noise.spread.as_ref().expect("groups");
@@ -39,13 +31,13 @@ fn unequal_spreads_are_told_when_they_matter() {
                 // each group has a spread of its own: its tails are no outliers
                 assert!(noise.outliers_found < 3, "{:?}", noise.outliers);
             }
-            tells(&found, "unequal_spread")
+            [tells(&found, "unequal_spread")]
         };
-        (0..SETS).filter(count).count()
+        counts(&study("unequal_spreads_are_told_when_they_matter", SETS, of_set))[0]
     };
     assert_eq!(told(3.0), SETS as usize);
     let slight = told(1.05);
-    assert!(binomial_z(slight, SETS as usize, 0.01) < 4.0, "{slight}");
+    assert_seldom("slight", slight, SETS, 0.01);
 }
 
 /// The factor is what the standard error lacks: the spread of the estimate over many tables.
@@ -54,14 +46,10 @@ fn the_factor_is_what_a_standard_error_lacks() {
     const SETS: u64 = 600;
     let place = USUAL.place();
     let exact = rows(&place.scene, 1);
-    let name = seed_of("the_factor_is_what_a_standard_error_lacks");
     // for unequal spreads, and for shared offsets
     for offsets in [false, true] {
         let names = ["lubrication_log", "inertial_prefactor"];
-        let mut values: [Vec<f64>; 2] = Default::default();
-        let (mut ses, mut ratios) = (values.clone(), values.clone());
-        for set in 0..SETS {
-            let seed = name.wrapping_add(set);
+        let found = study("the_factor_is_what_a_standard_error_lacks", SETS, |seed| {
             let wider = |run: &NewRun| match run.particle {
                 "PE" if !offsets && run.liquid.is_some() => 3.0 * SIGMA,
                 _ => plain(run),
@@ -71,26 +59,25 @@ fn the_factor_is_what_a_standard_error_lacks() {
                 offset(&mut runs, seed, 0.5 * SIGMA);
             }
             let found = fit(&place.scene, &runs, (1, false));
-            let balance = found.energy_balance.as_ref().expect("a balance");
             let noise = noise_of(&found);
             let lacking = if offsets {
                 &noise.offsets.as_ref().expect("series").standard_errors
             } else {
                 &noise.spread.as_ref().expect("groups").standard_errors
             };
-            for (index, name) in names.into_iter().enumerate() {
-                let of = balance.parameters.iter().find(|parameter| parameter.name == name);
-                let (value, se) = of.expect("a parameter").estimate.pair().expect("a number");
-                values[index].push(value);
-                ses[index].push(se);
+            names.map(|name| {
+                let (value, se) = found.fitted(name).pair().expect("a number");
                 let of = lacking.iter().find(|lacking| lacking.parameter == name);
-                ratios[index].push(of.expect("a parameter").ratio);
-            }
-        }
+                [value, se, of.expect("a parameter").ratio]
+            })
+        });
         for (index, name) in names.into_iter().enumerate() {
-            let sd = common::mean(&values[index]).1 * (SETS as f64).sqrt();
-            let lacks = sd / common::mean(&ses[index]).0;
-            let told = common::mean(&ratios[index]).0;
+            let [value, se, ratio] = [0, 1, 2].map(|what| {
+                let all: Vec<f64> = found.iter().map(|of| of[index][what]).collect();
+                mean(&all)
+            });
+            let lacks = value.1 * (SETS as f64).sqrt() / se.0;
+            let told = ratio.0;
             println!("offsets {offsets}, {name}: lacks {lacks:.3}, told {told:.3}");
             // one standard error of an sd of so many sets
             let se = lacks / (2.0 * SETS as f64).sqrt();
@@ -109,37 +96,31 @@ fn shared_offsets_are_told_and_the_series_bootstrap_covers_them() {
     let of_scheme = |scheme: &'static str| {
         let design = Design {
             bootstrap: scheme,
-            particles: &["PE"],
-            films: "0.06",
             diameters: "3.5, 4.0, 4.5, 5.0, 5.5, 6.0, 6.5, 7.0, 7.5, 8.0",
             repeats: 3,
-            ..USUAL
+            ..ONE_SERIES
         };
         let place = design.place();
         let exact = rows(&place.scene, 1);
         // without noise the law returns its own truth
         let truth = fit(&place.scene, &scattered(&exact, 1, |_| 1e-9), (1, false));
         let of = |findings: &Findings| {
-            let laws = findings.scaling.iter();
-            let law = laws
-                .filter(|row| row.law == WetLaw::Sqrt)
-                .find(|row| row.film_ratio.is_some());
-            let law = law.expect("the film ratio");
+            let law = findings.square_root();
             [law.e_inf.clone(), law.st_c.clone()]
         };
         let truth = of(&truth).map(|estimate| estimate.value.expect("a number"));
-        let (mut covered, mut told) = ([0; 2], 0);
-        for set in 0..SETS {
-            let seed = seed_of("shared_offsets_are_told").wrapping_add(set);
+        let found = study("shared_offsets_are_told", SETS, |seed| {
             let mut runs = scattered(&exact, seed, plain);
             offset(&mut runs, seed, 0.5 * SIGMA);
             let found = fit(&place.scene, &runs, (seed, true));
-            told += usize::from(tells(&found, "series_offsets"));
-            for ((covered, truth), estimate) in covered.iter_mut().zip(truth).zip(of(&found)) {
-                let [lo, hi] = estimate.interval.expect("an interval");
-                *covered += usize::from((lo..=hi).contains(&truth));
-            }
-        }
+            let [e_inf, st_c] = of(&found).map(|estimate| Some(estimate.interval.expect("an interval")));
+            [
+                tells(&found, "series_offsets"),
+                holds(e_inf, truth[0]),
+                holds(st_c, truth[1]),
+            ]
+        });
+        let [told, covered @ ..] = counts(&found);
         println!("{scheme}: told {told}, covered {covered:?} of {SETS}");
         (told, covered)
     };
@@ -148,7 +129,7 @@ fn shared_offsets_are_told_and_the_series_bootstrap_covers_them() {
     assert!(told * 20 > SETS as usize * 19, "{told}");
     for (series, cases) in series.into_iter().zip(cases) {
         let z = |count| binomial_z(count, SETS as usize, 0.95);
-        assert!(z(series).abs() < 4.0, "{series}: {}", z(series));
+        assert_expected("series", series, SETS, 0.95);
         assert!(z(cases) < -8.0, "{cases}: {}", z(cases));
     }
 }
@@ -159,10 +140,8 @@ fn shared_offsets_are_told_and_the_series_bootstrap_covers_them() {
 fn a_law_that_does_not_hold_in_two_series_is_no_offset() {
     let design = Design {
         particles: &["PTFE"],
-        films: "0.06",
-        diameters: "5.0",
         speeds: "0.5, 0.8, 1.3, 2.0, 3.0",
-        ..USUAL
+        ..ONE_SERIES
     };
     let place = design.place();
     let seed = seed_of("a_law_that_does_not_hold_in_two_series_is_no_offset");

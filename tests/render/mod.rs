@@ -1,5 +1,4 @@
 //! Renders frames of a falling sphere whose place is known: shaded, with a highlight, before a plate that mirrors it.
-#![allow(dead_code)]
 
 use std::fs::File;
 use std::io::BufWriter;

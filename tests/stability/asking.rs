@@ -3,7 +3,6 @@
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::estimate::Estimate;
-use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
@@ -14,7 +13,7 @@ use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{seed_of, Place};
+use crate::common::{sample, seed_of, Place};
 
 /// A scene whose least squares and posterior are plainly right, before anything is taken to an extreme.
 pub fn base() -> String {
@@ -135,9 +134,7 @@ pub fn least_squares(scene: &Scene, table: &Table) -> Told {
 /// Least squares and posterior of a table.
 pub fn both(scene: &Scene, table: &Table) -> Told {
     let mut findings = findings::fit_least_squares(scene, table, 1, false);
-    findings
-        .add_posterior(scene, &table.runs, MethodChoice::Sampler, &|_, _| {})
-        .unwrap_or_else(|error| panic!("{error}"));
+    sample(&mut findings, scene, &table.runs);
     tell(scene, findings, true)
 }
 

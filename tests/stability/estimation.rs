@@ -17,7 +17,7 @@ use wetcor::scene::{Prior, PriorChoice, Scene};
 use wetcor::seed::StreamName;
 
 use super::asking::{both, chance, draw, dry_run, least_squares, of_draws, rounded_up, scene, table, wet_run, Told};
-use crate::common::mean;
+use crate::common::{mean, Told as _};
 
 /// A line of the table.
 pub struct Row {
@@ -359,7 +359,7 @@ fn pure(told: &Told, metre: f64, second: f64) -> Vec<f64> {
     for scaling in &findings.scaling {
         numbers.extend([&scaling.e_inf, &scaling.st_c].into_iter().flat_map(|e| pair(e, 1.0)));
     }
-    let balance = findings.energy_balance.as_ref().expect("a balance");
+    let balance = findings.balance();
     for parameter in &balance.parameters {
         let unit = if parameter.name.starts_with("dry_k") {
             speed.powf(-0.2)

@@ -1,0 +1,135 @@
+//! Runs the command in folders, and reads what it writes there.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Exit status, and what is printed to standard output and standard error.
+pub type Ran = (Option<i32>, String, String);
+
+/// Runs the command in a folder.
+pub fn wetcor(folder: &Path, arguments: &[&str]) -> Ran {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_wetcor"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("the command can be started");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("plain text");
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+/// The same in the folder of the project.
+pub fn wetcor_here(arguments: &[&str]) -> Ran {
+    wetcor(Path::new(env!("CARGO_MANIFEST_DIR")), arguments)
+}
+
+/// A file of the project, by its path from there.
+pub fn in_project(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// Its text.
+pub fn read_in_project(path: &str) -> String {
+    std::fs::read_to_string(in_project(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// A temporary folder.
+pub struct Folder(TempDir);
+
+impl Folder {
+    pub fn new() -> Folder {
+        Folder(tempfile::tempdir().expect("a temporary folder"))
+    }
+
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    pub fn join(&self, name: &str) -> PathBuf {
+        self.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, contents: impl AsRef<[u8]>) {
+        std::fs::write(self.join(name), contents).expect("the folder is writable");
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    pub fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&self.read(name)).expect("JSON")
+    }
+
+    /// Replaces a part of a file.
+    pub fn replace(&self, name: &str, from: &str, to: &str) {
+        self.write(name, self.read(name).replace(from, to));
+    }
+
+    /// Runs the command here; its arguments are words with blanks between them.
+    pub fn run(&self, words: &str) -> Ran {
+        wetcor(self.path(), &words.split_whitespace().collect::<Vec<&str>>())
+    }
+
+    /// The same of a command that must succeed: what it prints.
+    pub fn succeed(&self, words: &str) -> String {
+        let (status, out, err) = self.run(words);
+        assert_eq!(status, Some(0), "{words}: {out}{err}");
+        out
+    }
+}
+
+impl AsRef<Path> for Folder {
+    fn as_ref(&self) -> &Path {
+        self.path()
+    }
+}
+
+/// Every file below a folder with its bytes; none where there is no folder.
+pub fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(&next).into_iter().flatten() {
+            let path = entry.expect("readable").path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let inside = path.strip_prefix(folder).expect("it lies inside").to_path_buf();
+                found.insert(inside, std::fs::read(&path).expect("readable"));
+            }
+        }
+    }
+    found
+}
+
+/// Names of what lies in a folder, sorted.
+pub fn entries(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("readable");
+    let name = |entry: std::io::Result<std::fs::DirEntry>| entry.expect("readable").file_name();
+    let mut names: Vec<String> = entries
+        .map(|entry| name(entry).to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+/// What a text must say; the whole of it is shown where it does not.
+pub trait Says {
+    fn says(&self, words: &str);
+    fn begins(&self, words: &str);
+}
+
+impl Says for str {
+    #[track_caller]
+    fn says(&self, words: &str) {
+        assert!(self.contains(words), "no `{words}` in:\n{self}");
+    }
+
+    #[track_caller]
+    fn begins(&self, words: &str) {
+        assert!(self.starts_with(words), "no `{words}` begins:\n{self}");
+    }
+}

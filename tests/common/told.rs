@@ -1,0 +1,72 @@
+//! Finds what findings hold by its name.
+
+use wetcor::findings::balance::EnergyBalance;
+use wetcor::findings::checks::Check;
+use wetcor::findings::estimate::Estimate;
+use wetcor::findings::main_numbers::MainParameter;
+use wetcor::findings::scaling::Scaling;
+use wetcor::findings::Findings;
+use wetcor::notice::Notice;
+use wetcor::scene::WetLaw;
+
+pub trait Told {
+    /// A check by its code, if it was made.
+    fn made(&self, code: &str) -> Option<&Check>;
+    /// A check that must have been made.
+    fn check(&self, code: &str) -> &Check;
+    /// Whether a check failed that forbids quoting.
+    fn forbids(&self, code: &str) -> bool;
+    fn notice(&self, code: &str) -> Option<&Notice>;
+    fn tells(&self, code: &str) -> bool;
+    /// The energy balance of dry and wet runs.
+    fn balance(&self) -> &EnergyBalance;
+    /// A parameter of it.
+    fn fitted(&self, name: &str) -> &Estimate;
+    /// The square-root law of the first film ratio.
+    fn square_root(&self) -> &Scaling;
+    fn main_number(&self, name: &str) -> &MainParameter;
+}
+
+impl Told for Findings {
+    fn made(&self, code: &str) -> Option<&Check> {
+        self.verdicts.iter().find(|check| check.check == code)
+    }
+
+    fn check(&self, code: &str) -> &Check {
+        self.made(code).unwrap_or_else(|| panic!("no check {code}"))
+    }
+
+    fn forbids(&self, code: &str) -> bool {
+        let mut checks = self.verdicts.iter();
+        checks.any(|check| check.check == code && check.gates && !check.passed)
+    }
+
+    fn notice(&self, code: &str) -> Option<&Notice> {
+        self.notices.iter().find(|notice| notice.code == code)
+    }
+
+    fn tells(&self, code: &str) -> bool {
+        self.notice(code).is_some()
+    }
+
+    fn balance(&self) -> &EnergyBalance {
+        self.energy_balance.as_ref().expect("dry and wet runs")
+    }
+
+    fn fitted(&self, name: &str) -> &Estimate {
+        let mut all = self.balance().parameters.iter();
+        let own = all.find(|own| own.name == name);
+        &own.unwrap_or_else(|| panic!("no parameter {name}")).estimate
+    }
+
+    fn square_root(&self) -> &Scaling {
+        let of_film = |row: &&Scaling| row.law == WetLaw::Sqrt && row.film_ratio.is_some();
+        self.scaling.iter().find(of_film).expect("wet runs")
+    }
+
+    fn main_number(&self, name: &str) -> &MainParameter {
+        let mut all = self.main.parameters.iter();
+        all.find(|own| own.name == name)
+            .unwrap_or_else(|| panic!("no main number {name}"))
+    }
+}
