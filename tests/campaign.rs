@@ -3,7 +3,7 @@
 #[path = "render/campaign.rs"]
 mod made;
 
-use crate::common::{seed_of, wetcor, Folder};
+use crate::common::{seed_of, wetcor, Folder, Says};
 
 #[test]
 fn frames_go_to_parameters() {
@@ -17,10 +17,8 @@ fn frames_go_to_parameters() {
     );
     assert_eq!(status, Some(0), "{stderr}");
     let told = format!("{runs} recordings: {runs} runs, ");
-    assert!(
-        stdout.starts_with(&told) && stdout.contains("; 0 left out"),
-        "{stdout}{stderr}"
-    );
+    stdout.begins(&told);
+    stdout.says("; 0 left out");
     let stages = "least_squares,posterior";
     let (status, _, stderr) = wetcor(folder, &["fit", "scene.toml", "--out", "out", "--stages", stages]);
     assert!(matches!(status, Some(0 | 1)), "{stderr}");

@@ -25,7 +25,8 @@ fn below<'a>(help: &'a str, heading: &str) -> Vec<&'a str> {
     lines[..end.unwrap_or(lines.len())].to_vec()
 }
 
-fn verbs() -> Vec<String> {
+/// The verbs of the command's own list.
+pub fn verbs() -> Vec<String> {
     let help = printed(&["--help"]);
     let listed = below(&help, "\nCommands:").into_iter();
     let first = |line: &str| line.split_whitespace().next().map(str::to_owned);

@@ -1,7 +1,7 @@
 //! Holds how results move with the constants taken as exact, and what that adds to their error.
 
 use crate::common::scenes::{scene_of, AK10, DESIGN, HEADER, M50, PTFE, SATURATING};
-use crate::common::{seed_of, Place, Says};
+use crate::common::{seed_of, Place, Says, Told};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::constants::{Sensitivity, MOST_REBOUNDS};
 use wetcor::findings::{self, overview, Findings};
@@ -329,20 +329,12 @@ fn combined_adds_squares_and_leaves_the_standard_error_alone() {
         assert!(sd > 0.0 && (combined * combined / (se * se + sd * sd) - 1.0).abs() < 1e-12);
         assert!((without(b, "") / sd - 1.0).abs() < 1e-12);
     }
-    let estimate = |findings: &Findings| {
-        findings
-            .energy_balance
-            .as_ref()
-            .map(|balance| balance.parameters.clone())
-    };
+    let estimate = |findings: &Findings| findings.balance().parameters.clone();
     assert_eq!(estimate(&exact), estimate(&given));
 }
 
 fn notice(findings: &Findings) -> Option<&str> {
-    let mut notices = findings.notices.iter();
-    notices
-        .find(|notice| notice.code == "constants_exact")
-        .map(|notice| notice.text.as_str())
+    findings.notice("constants_exact").map(|notice| notice.text.as_str())
 }
 
 #[test]
@@ -352,13 +344,8 @@ fn the_notice_names_the_largest_that_is_not_given() {
     let none = of(&scene_text());
     let text = notice(&none).expect("1 % in η moves L by more than its standard error");
     assert!(text.contains("viscosity of the liquids"), "{text}");
-    assert_eq!(
-        notice(&of(&all_given().replace(
-            "viscosity_rel_sd = 0.02",
-            "viscosity_rel_sd = 0.02\ndensity_rel_sd = 0"
-        ))),
-        None
-    );
+    let known = all_given().replace("viscosity_rel_sd = 0.02", "viscosity_rel_sd = 0.02\ndensity_rel_sd = 0");
+    assert_eq!(notice(&of(&known)), None);
     let one = of(&with_sds([
         "film_sd_um = 4",
         "density_rel_sd = 0\nroughness_rel_sd = 0",
@@ -433,9 +420,6 @@ fn the_report_has_a_second_figure_where_one_is_given() {
     assert!(!main(&exact).1.contains("combined"));
 }
 
-const ONE_SERIES: &str = "[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n\
-    [liquids.AK10]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 9.3\nviscosity_rel_sd = 0.02\n";
-
 fn fit_rows(dry: &[(f64, f64)], wet: &[(f64, f64)]) -> Findings {
     let mut csv = HEADER.to_owned();
     for (v, e) in dry {
@@ -444,7 +428,7 @@ fn fit_rows(dry: &[(f64, f64)], wet: &[(f64, f64)]) -> Findings {
     for (v, e) in wet {
         csv.push_str(&format!("PTFE,AK10,4.762,286,{v},{e}\n"));
     }
-    Place::new(ONE_SERIES).fit_rows(&csv)
+    Place::new(&scene_of("one series", &[PTFE, AK10, "viscosity_rel_sd = 0.02\n"])).fit_rows(&csv)
 }
 
 #[test]

@@ -22,21 +22,18 @@ fn fit(wet: &[(f64, f64)]) -> Findings {
 }
 
 /// Every estimate of the wet runs.
-fn estimates(findings: &Findings) -> Vec<&Estimate> {
-    let series = findings
-        .series
-        .iter()
-        .flat_map(|s| [&s.alpha, &s.beta, &s.e_inf, &s.threshold_speed_m_s]);
-    let scaling = findings.scaling.iter().flat_map(|s| {
+pub fn estimates(findings: &Findings) -> Vec<&Estimate> {
+    let series = findings.series.iter();
+    let series = series.flat_map(|s| [&s.alpha, &s.beta, &s.e_inf, &s.threshold_speed_m_s]);
+    let laws = findings.scaling.iter();
+    let laws = laws.flat_map(|s| {
         [&s.e_inf, &s.st_c, &s.lubrication_log]
             .into_iter()
             .chain(&s.st_no_rebound)
     });
-    let energy = findings
-        .energy
-        .iter()
-        .flat_map(|e| [&e.loss_over_density_ratio, &e.st_c_e_inf2, &e.delta_c_m]);
-    series.chain(scaling).chain(energy).collect()
+    let energy = findings.energy.iter();
+    let energy = energy.flat_map(|e| [&e.loss_over_density_ratio, &e.st_c_e_inf2, &e.delta_c_m]);
+    series.chain(laws).chain(energy).collect()
 }
 
 /// A reason stands exactly where an uncertainty is missing; nothing is infinite, and no ± is zero.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::common::{wetcor, Folder, Says};
+use crate::common::{table_of, wetcor, Folder, Says};
 use wetcor::runs::Runs;
 use wetcor::scene::{HeightsTo, Scene};
 use wetcor::{runs, scene};
@@ -126,26 +126,17 @@ fn what_is_there_is_kept_and_what_is_no_table_is_refused() {
     );
     place.write("scene.toml", "somebody's work");
     let before = files();
-    for (arguments, told) in [
-        (
-            &["new", "runs.csv"][..],
-            "scene.toml: exists; --out names another file; nothing was written",
-        ),
-        (
-            &["new", "none.csv", "--out", "a.toml"],
-            "none.csv: cannot read the runs",
-        ),
-        (
-            &["new", "runs.pdf", "--out", "a.toml"],
-            "expected a file ending in .csv, .tsv, .txt, .xlsx or .parquet",
-        ),
-        (&["new", "scene.toml", "--out", "a.toml"], "expected a file ending in"),
-        (&["new", "runs.csv", "--out", "nowhere/a.toml"], "there is no folder"),
-    ] {
-        let (status, out, err) = wetcor(place.path(), arguments);
-        assert_eq!((status, out.as_str()), (Some(2), ""), "{arguments:?}");
+    for [words, told] in table_of(
+        "new runs.csv | scene.toml: exists; --out names another file; nothing was written
+         new none.csv --out a.toml | none.csv: cannot read the runs
+         new runs.pdf --out a.toml | expected a file ending in .csv, .tsv, .txt, .xlsx or .parquet
+         new scene.toml --out a.toml | expected a file ending in
+         new runs.csv --out nowhere/a.toml | there is no folder",
+    ) {
+        let (status, out, err) = place.run(words);
+        assert_eq!((status, out.as_str()), (Some(2), ""), "{words}");
         assert!(err.contains(told), "{err}");
-        assert_eq!(files(), before, "{arguments:?}");
+        assert_eq!(files(), before, "{words}");
     }
     assert_eq!(place.read("scene.toml"), "somebody's work");
     // a guess says so, and a table elsewhere is named from where the scene lies
@@ -211,15 +202,11 @@ fn foot_rows_are_left_out_and_named() {
     }
     // the twin: names, and labels that are all that stands there
     let (_, out) = drafted(&format!("Kugel,D (mm),v (m/s),e\n{rows}nylon,4,1,0.8\n"));
-    assert!(
-        out.contains(": 5 rows; particles PTFE, PE, nylon;") && !out.contains("left out"),
-        "{out}"
-    );
+    out.says(": 5 rows; particles PTFE, PE, nylon;");
+    out.lacks("left out");
     let (_, out) = drafted("Kugel,D (mm),v (m/s),e,n,sd\nmean,4,1,0.8,5,0.01\nmean,4,1.2,0.79,5,0.01\n");
-    assert!(
-        out.contains(": 2 rows; particles mean;") && !out.contains("left out"),
-        "{out}"
-    );
+    out.says(": 2 rows; particles mean;");
+    out.lacks("left out");
     // and the reader of runs leaves the count out, too
     let place = Folder::new();
     let table = "particle,diameter_mm,impact_speed_m_s,restitution\nPTFE,4,1,0.8\nPTFE,4,1.2,0.79\nn=2,,,\n";

@@ -101,11 +101,7 @@ fn weighed_fits_cover_and_are_sharper_than_plain_ones() {
         }
         let z = covered.map(|covered| binomial_z(covered, SETS, 0.95));
         assert!(z.iter().all(|z| z.abs() < 4.0), "{sigma}: {z:?}");
-        let gains: Vec<f64> = plain
-            .iter()
-            .zip(&weighed)
-            .map(|(plain, weighed)| plain - weighed)
-            .collect();
+        let gains: Vec<f64> = plain.iter().zip(&weighed).map(|(plain, own)| plain - own).collect();
         let (gain, mcse) = mean(&gains);
         assert!(gain > 4.0 * mcse, "{sigma}: {gain:e} ± {mcse:e}");
         let share = mean(&weighed).0 / mean(&plain).0;
@@ -370,36 +366,34 @@ fn errors_of_the_speed_are_asked_for_where_they_are_not_given() {
 
 #[test]
 fn a_scene_with_errors_is_weighed_in_every_fit_and_replicate() {
-    {
-        let place = Place::new(&scene_text());
-        let found = with_errors(&place, "a_scene_with_errors_is_weighed_in_every_fit_and_replicate");
-        let given = found.counts.measurement_errors.expect("runs carry errors");
-        assert_eq!(given.runs, given.of_impact_speed);
-        assert!(given.runs > 150 && given.runs < found.counts.runs);
-        assert!(found.dry.iter().all(|dry| dry.measurement_errors.is_some()));
-        assert!(found.series.iter().all(|series| series.measurement_errors.is_some()));
-        let balance = found.balance();
-        assert!(balance.verdict.passed, "{}", balance.verdict.reason);
-        let spread = balance.measurement_errors.expect("runs carry errors").intrinsic_sd;
-        assert!((0.003..0.005).contains(&spread), "{spread}");
-        for row in found.scaling.iter().filter(|row| row.film_ratio.is_some()) {
-            assert!(
-                row.measurement_errors.is_some() && row.verdict.passed,
-                "{}",
-                row.verdict.reason
-            );
-            for estimate in [&row.e_inf, &row.st_c] {
-                let (value, se) = estimate.pair().expect("an error");
-                let boot = estimate.bootstrap.as_ref().expect("replicates");
-                let of_replicates = boot.se.expect("replicates");
-                assert!((of_replicates / se).ln().abs() < 0.4, "{of_replicates} and {se}");
-                // drawing runs of unlike weights moves their mean
-                let bias = boot.bias.expect("replicates").abs();
-                assert!(bias < 0.5 * se, "{boot:?}");
-                let [lo, hi] = estimate.interval.expect("an interval");
-                assert!(lo < value && value < hi);
-            }
+    let place = Place::new(&scene_text());
+    let found = with_errors(&place, "a_scene_with_errors_is_weighed_in_every_fit_and_replicate");
+    let given = found.counts.measurement_errors.expect("runs carry errors");
+    assert_eq!(given.runs, given.of_impact_speed);
+    assert!(given.runs > 150 && given.runs < found.counts.runs);
+    assert!(found.dry.iter().all(|dry| dry.measurement_errors.is_some()));
+    assert!(found.series.iter().all(|series| series.measurement_errors.is_some()));
+    let balance = found.balance();
+    assert!(balance.verdict.passed, "{}", balance.verdict.reason);
+    let spread = balance.measurement_errors.expect("runs carry errors").intrinsic_sd;
+    assert!((0.003..0.005).contains(&spread), "{spread}");
+    for row in found.scaling.iter().filter(|row| row.film_ratio.is_some()) {
+        assert!(
+            row.measurement_errors.is_some() && row.verdict.passed,
+            "{}",
+            row.verdict.reason
+        );
+        for estimate in [&row.e_inf, &row.st_c] {
+            let (value, se) = estimate.pair().expect("an error");
+            let boot = estimate.bootstrap.as_ref().expect("replicates");
+            let of_replicates = boot.se.expect("replicates");
+            assert!((of_replicates / se).ln().abs() < 0.4, "{of_replicates} and {se}");
+            // drawing runs of unlike weights moves their mean
+            let bias = boot.bias.expect("replicates").abs();
+            assert!(bias < 0.5 * se, "{boot:?}");
+            let [lo, hi] = estimate.interval.expect("an interval");
+            assert!(lo < value && value < hi);
         }
-        assert!(!found.tells("measurement_errors_too_large"));
     }
+    assert!(!found.tells("measurement_errors_too_large"));
 }

@@ -46,6 +46,15 @@ fn seeded(test: &str) -> Scene {
     }
 }
 
+fn sized([width, height]: [usize; 2], radius: f64, test: &str) -> Scene {
+    Scene {
+        width,
+        height,
+        radius,
+        ..seeded(test)
+    }
+}
+
 fn written(scene: &Scene, centre: impl Fn(f64) -> (f64, f64) + Sync, frames: usize) -> Folder {
     let folder = Folder::new();
     (0..frames).into_par_iter().for_each(|frame| {
@@ -293,11 +302,7 @@ fn a_motion_blur_is_borne() {
 #[test]
 fn a_sphere_that_is_not_whole_is_missed() {
     let centre = |time: f64| (60.0, -30.0 + 1.3 * time);
-    let scene = Scene {
-        width: 120,
-        height: 160,
-        ..seeded("a_sphere_that_is_not_whole_is_missed")
-    };
+    let scene = sized([120, 160], 20.0, "a_sphere_that_is_not_whole_is_missed");
     let folder = written(&scene, centre, 180);
     let sightings = found(folder.path());
     for one in &sightings.seen {
@@ -344,11 +349,7 @@ fn falling(time: f64) -> (f64, f64) {
 
 #[test]
 fn formats_tell_the_same() {
-    let scene = Scene {
-        width: 100,
-        height: 140,
-        ..seeded("formats_tell_the_same")
-    };
+    let scene = sized([100, 140], 20.0, "formats_tell_the_same");
     let frames = 50;
     let write = |name: fn(usize) -> String, picture: fn(&Picture, &Path)| {
         let folder = Folder::new();
@@ -412,11 +413,7 @@ fn formats_tell_the_same() {
 
 #[test]
 fn any_number_of_threads_finds_the_same() {
-    let scene = Scene {
-        width: 100,
-        height: 140,
-        ..seeded("any_number_of_threads_finds_the_same")
-    };
+    let scene = sized([100, 140], 20.0, "any_number_of_threads_finds_the_same");
     let folder = written(&scene, falling, 40);
     let told = std::sync::Mutex::new(vec![]);
     let with = |threads: usize| {
@@ -443,12 +440,7 @@ fn refusal(path: &Path) -> String {
 
 #[test]
 fn what_is_no_recording_is_told() {
-    let scene = Scene {
-        width: 60,
-        height: 60,
-        radius: 8.0,
-        ..seeded("what_is_no_recording_is_told")
-    };
+    let scene = sized([60, 60], 8.0, "what_is_no_recording_is_told");
     let still = |_: f64| (30.0, 30.0);
     let folder = Folder::new();
     let path = folder.path();
@@ -520,12 +512,7 @@ fn what_is_no_recording_is_told() {
 #[cfg(unix)]
 #[test]
 fn what_has_no_end_is_no_frame() {
-    let scene = Scene {
-        width: 60,
-        height: 60,
-        radius: 8.0,
-        ..seeded("what_has_no_end_is_no_frame")
-    };
+    let scene = sized([60, 60], 8.0, "what_has_no_end_is_no_frame");
     let folder = Folder::new();
     for frame in 0..6 {
         render(&scene, |_| (30.0, 30.0), frame).png(&folder.path().join(format!("f{frame}.png")));
@@ -552,11 +539,7 @@ fn what_has_no_end_is_no_frame() {
 #[test]
 fn a_stated_size_is_not_believed() {
     let folder = Folder::new();
-    let scene = Scene {
-        width: 40,
-        height: 40,
-        ..seeded("a_stated_size_is_not_believed")
-    };
+    let scene = sized([40, 40], 20.0, "a_stated_size_is_not_believed");
     for frame in 0..5 {
         render(&scene, |_| (20.0, 20.0), frame).png(&folder.path().join(format!("{frame}.png")));
     }
@@ -593,12 +576,7 @@ fn broken_images_break_nothing() {
 
     /// Files of each format.
     const MUTATIONS: u64 = 1000;
-    let scene = Scene {
-        width: 24,
-        height: 20,
-        radius: 5.0,
-        ..seeded("broken_images_break_nothing")
-    };
+    let scene = sized([24, 20], 5.0, "broken_images_break_nothing");
     let centre = |time: f64| (12.0, 6.0 + 0.9 * time);
     let first = render(&scene, centre, 0);
     let made = Folder::new();

@@ -62,8 +62,7 @@ fn every_code_has_files_that_open_with_the_law_and_its_range() {
             let out = place.path().join(format!("{code} {speed} {}", pair.len()));
             let words = format!("{pair} --speed-m-s {speed} --to {code} --out");
             let mut all = vec!["handoff", example().to_str().expect("a plain path")];
-            all.extend(words.split_whitespace());
-            all.push(out.to_str().expect("a plain path"));
+            all.extend(words.split_whitespace().chain(out.to_str()));
             let (status, said, err) = wetcor(&all);
             assert_eq!(status, Some(0), "{err}");
             let beyond = speed == "3.5";
@@ -73,15 +72,11 @@ fn every_code_has_files_that_open_with_the_law_and_its_range() {
             for name in names {
                 let text = std::fs::read_to_string(name).expect("it is written");
                 assert_eq!(text.contains("EXTRAPOLATED: the reference speed"), beyond, "{name}");
-                for words in [
-                    "posterior median of the energy balance, 4000 draws",
-                    "outside is extrapolation",
-                    "d ln e/d ln v",
-                    "A constant e is within 5 % of the law",
-                    "sphere on a plate",
-                ] {
-                    assert!(text.contains(words), "{name}: no {words}");
-                }
+                text.says("posterior median of the energy balance, 4000 draws");
+                text.says("outside is extrapolation");
+                text.says("d ln e/d ln v");
+                text.says("A constant e is within 5 % of the law");
+                text.says("sphere on a plate");
             }
             // what is there is kept
             let before = std::fs::read_dir(&out).expect("a folder").count();

@@ -1,6 +1,6 @@
 //! Holds the posterior's L to the truth where impact speeds are measured with an error.
 
-use crate::common::{mean, seed_of};
+use crate::common::{draws_of, mean, seed_of};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::path::Path;
@@ -143,12 +143,7 @@ fn z(design: Design, seed: u64) -> Option<f64> {
             sample_by_nuts(&prepared, effort, stream, &|_, _| {}).ok()?
         }
     };
-    let place = sampled
-        .parameters
-        .sampled
-        .iter()
-        .position(|p| p.name == "lubrication_log")?;
-    let draws: Vec<f64> = sampled.values[place].iter().flatten().copied().collect();
+    let draws = draws_of(&sampled, "lubrication_log");
     let (middle, _) = mean(&draws);
     let sd = (draws.iter().map(|x| (x - middle).powi(2)).sum::<f64>() / (draws.len() - 1) as f64).sqrt();
     Some((middle - L) / sd)

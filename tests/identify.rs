@@ -1,7 +1,7 @@
 //! Holds that what runs cannot see is named, with a true value for what they determine instead.
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{seed_of, Place, Told};
+use crate::common::{seed_of, Place, Says, Told};
 use wetcor::findings::identify::{identify_directions, Directions, IdentifiableCombination, Unidentified};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
@@ -36,6 +36,15 @@ const WELL: Design = Design {
 };
 
 impl Design {
+    fn of(inertia: &'static str, films: &'static str, dry: &'static str) -> Design {
+        Design {
+            inertia,
+            films,
+            dry,
+            ..WELL
+        }
+    }
+
     fn place(&self) -> Place {
         let text = format!(
             r#"[model]
@@ -115,24 +124,18 @@ fn two_film_ratios_and_dry_runs_see_everything() {
 
 #[test]
 fn one_film_ratio_without_dry_runs_tells_e_inf() {
-    let design = Design {
-        films: "0.06",
-        dry: "",
-        ..WELL
-    };
+    let design = Design::of("stepwise", "0.06", "");
     let findings = design.draw("one_film_ratio_without_dry_runs_tells_e_inf").2;
     let seen = findings.identifies.as_ref().expect("parameters");
     let unseen = only(seen);
     let notice = findings.notice("unseen").expect("a caution of the report");
-    assert!(
-        notice.text.starts_with(&unseen.reason) && notice.text.contains("; determined instead: e_inf[PTFE,0.06] = 0.")
-    );
+    notice.text.begins(&unseen.reason);
+    notice.text.says("; determined instead: e_inf[PTFE,0.06] = 0.");
     assert_eq!(notice.next_step, unseen.add);
     assert_eq!(unseen.parameters, ["inertial_prefactor", "dry_k[PTFE]"]);
-    assert_eq!(
-        unseen.reason,
-        "one film ratio and no dry runs: the inertial prefactor and e_dry cannot be told apart"
-    );
+    unseen
+        .reason
+        .reads("one film ratio and no dry runs: the inertial prefactor and e_dry cannot be told apart");
     assert_eq!(unseen.add, "add another film ratio or dry runs");
     assert_eq!(seen.at, "least_squares_with_priors");
     assert_true(&unseen.determined[0], "e_inf[PTFE,0.06]", design.e_inf2(0.06).sqrt());
@@ -140,12 +143,7 @@ fn one_film_ratio_without_dry_runs_tells_e_inf() {
 
 #[test]
 fn one_film_ratio_with_a_film_scale_and_no_dry_runs_hides_two_directions() {
-    let design = Design {
-        inertia: "saturating",
-        films: "0.06",
-        dry: "",
-        ..WELL
-    };
+    let design = Design::of("saturating", "0.06", "");
     let seen = design.see("one_film_ratio_with_a_film_scale_and_no_dry_runs_hides_two_directions");
     let unseen = only(&seen);
     assert_eq!(unseen.parameters, ["inertial_prefactor", "film_scale", "dry_k[PTFE]"]);
@@ -156,18 +154,13 @@ fn one_film_ratio_with_a_film_scale_and_no_dry_runs_hides_two_directions() {
 
 #[test]
 fn one_film_ratio_with_dry_runs_tells_the_loss_of_that_film() {
-    let design = Design {
-        inertia: "saturating",
-        films: "0.12",
-        ..WELL
-    };
+    let design = Design::of("saturating", "0.12", WELL.dry);
     let seen = design.see("one_film_ratio_with_dry_runs_tells_the_loss_of_that_film");
     let unseen = only(&seen);
     assert_eq!(unseen.parameters, ["inertial_prefactor", "film_scale"]);
-    assert_eq!(
-        unseen.reason,
-        "one film ratio: the inertial prefactor and the film scale cannot be told apart"
-    );
+    unseen
+        .reason
+        .reads("one film ratio: the inertial prefactor and the film scale cannot be told apart");
     assert_eq!(unseen.add, "add another film ratio");
     assert_true(&unseen.determined[0], "inertial_prefactor·g(0.12)", C * design.g(0.12));
 }
@@ -175,7 +168,7 @@ fn one_film_ratio_with_dry_runs_tells_the_loss_of_that_film() {
 /// With a form that has no film scale, the same runs tell the prefactor.
 #[test]
 fn one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone() {
-    let design = Design { films: "0.12", ..WELL };
+    let design = Design::of("stepwise", "0.12", WELL.dry);
     let seen = design.see("one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone");
     assert_eq!(seen.unseen, vec![]);
 }
@@ -183,7 +176,7 @@ fn one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone() {
 /// The twin of the one before: with the dry runs forgotten, k and C could not be told apart.
 #[test]
 fn forgotten_dry_runs_would_hide_a_direction() {
-    let design = Design { films: "0.12", ..WELL };
+    let design = Design::of("stepwise", "0.12", WELL.dry);
     let (place, mut table, findings) = design.draw("one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone");
     assert_eq!(
         identify_directions(&place.scene, &table.runs, findings.least_squares()).map(|seen| seen.unseen),
@@ -205,9 +198,8 @@ fn one_speed_tells_only_the_restitution_there() {
     let seen = one.see("one_speed_tells_only_the_restitution_there");
     let unseen = only(&seen);
     assert_eq!(unseen.parameters, ["lubrication_log", "inertial_prefactor"]);
-    assert_eq!(
-        unseen.reason,
-        "one film ratio and one Stokes number: the inertial prefactor and the viscous loss cannot be told apart"
+    unseen.reason.reads(
+        "one film ratio and one Stokes number: the inertial prefactor and the viscous loss cannot be told apart",
     );
     assert_eq!(unseen.add, "add another film ratio or runs at other speeds");
     assert_true(&unseen.determined[0], "e[PTFE,AK10,0.06] at St 162.5", e);
@@ -228,11 +220,7 @@ fn one_speed_tells_only_the_restitution_there() {
 
 #[test]
 fn films_beyond_the_level_off_tell_the_level_but_no_film_scale() {
-    let design = Design {
-        inertia: "saturating",
-        films: "0.44, 0.46, 0.48",
-        ..WELL
-    };
+    let design = Design::of("saturating", "0.44, 0.46, 0.48", WELL.dry);
     let seen = design.see("films_beyond_the_level_off_tell_the_level_but_no_film_scale");
     let unseen = only(&seen);
     assert_eq!(unseen.parameters, ["film_scale"]);
@@ -251,19 +239,12 @@ fn films_beyond_the_level_off_tell_the_level_but_no_film_scale() {
 
 #[test]
 fn films_below_the_level_off_tell_the_loss_but_not_its_level() {
-    let design = Design {
-        inertia: "saturating",
-        films: "0.02, 0.03",
-        ..WELL
-    };
+    let design = Design::of("saturating", "0.02, 0.03", WELL.dry);
     let seen = design.see("films_below_the_level_off_tell_the_loss_but_not_its_level");
     let unseen = only(&seen);
     assert_eq!(unseen.parameters, ["inertial_prefactor", "film_scale"]);
     assert_eq!(unseen.add, "add thicker films");
-    assert!(
-        unseen.reason.starts_with("every film is below the level-off: "),
-        "{unseen:?}"
-    );
+    unseen.reason.begins("every film is below the level-off: ");
     let found = &unseen.determined[0];
     let film = if found.quantity.contains("0.03") { 0.03 } else { 0.02 };
     assert_true(found, &format!("inertial_prefactor·g({film})"), C * design.g(film));
@@ -288,10 +269,8 @@ fn a_posterior_that_keeps_its_prior_names_the_partner() {
     };
     let found = notice(&design).expect("C and the film scale keep their priors");
     assert!(found.text.contains("inertial_prefactor (0."), "{found:?}");
-    assert!(
-        found.text.contains("with film_scale)") && found.text.contains("with inertial_prefactor)"),
-        "{found:?}"
-    );
+    found.text.says("with film_scale)");
+    found.text.says("with inertial_prefactor)");
     assert_eq!((found.count, found.next_step.as_str()), (2, "add thicker films"));
     assert_eq!(
         notice(&Design {
@@ -388,12 +367,7 @@ fn the_committed_example_has_no_unseen_direction() {
 /// Two liquids whose density ratios differ tell the loss of one film without dry runs, though not how it grows.
 #[test]
 fn two_density_ratios_stand_in_for_dry_runs() {
-    let design = Design {
-        inertia: "saturating",
-        films: "0.12",
-        dry: "",
-        ..WELL
-    };
+    let design = Design::of("saturating", "0.12", "");
     let text = std::fs::read_to_string(design.place().path("scene.toml")).expect("written");
     let liquids = "[liquids.heavy]\ndensity_kg_m3 = 1900\nviscosity_mPa_s = 9.3\n[model]";
     let place = Place::new(

@@ -1,18 +1,18 @@
 //! Holds where each main number comes from, and that the dry law and one k for all diameters are tested before it is quoted.
 
 use crate::common::scenes::{scene_of, HEADER, PTFE, THIN};
-use crate::common::{binomial_z, sample, seed_of, Place, Says, Told};
+use crate::common::{binomial_z, holds, sample, seed_of, Place, Says, Told};
 use rand_distr::{Distribution, StandardNormal};
-use wetcor::findings::checks::Check;
-use wetcor::findings::estimate::Estimate;
 use wetcor::findings::form_choice::ChosenBy;
 use wetcor::findings::main_numbers::{MainNumber, MainPlace, Source};
 use wetcor::findings::posterior::MethodChoice;
+use wetcor::findings::scaling::Scaling;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::loss::Film;
 use wetcor::physics::{Coefficient, Inertia};
 use wetcor::ranks::Ranks;
 use wetcor::runs::Table;
+use wetcor::scene::WetLaw;
 use wetcor::seed::stream;
 use wetcor::study::main_coverage;
 
@@ -106,10 +106,8 @@ fn parameters_come_from_the_posterior_and_e_inf_from_the_law_where_every_run_reb
         );
     }
     let law = &main.at[0];
-    let row = findings
-        .scaling
-        .iter()
-        .find(|row| row.law == wetcor::scene::WetLaw::Sqrt && row.film_ratio == Some(law.film_ratio));
+    let mut rows = findings.scaling.iter();
+    let row = rows.find(|row| row.law == WetLaw::Sqrt && row.film_ratio == Some(law.film_ratio));
     let row = row.expect("fitted");
     assert_eq!((law.st_c.value, law.st_c.interval), (row.st_c.value, row.st_c.interval));
     assert_eq!(law.st_c.method, "percentile");
@@ -149,48 +147,32 @@ fn e_inf_of_few_degrees_of_freedom_comes_from_the_posterior_alone() {
 fn what_follows_from_a_held_parameter_has_a_value_and_no_interval() {
     let scene = scene_text().replace("[truth]", "[priors]\nlubrication_log = { fixed = 1.85 }\n[truth]");
     let findings = simulated("what_follows_from_a_held_parameter", &scene);
-    let mut all = findings.main.parameters.iter();
-    let held = all.find(|own| own.name == "delta_c_over_roughness").expect("told");
+    let held = findings.main_number("delta_c_over_roughness");
     assert!((held.number.value.expect("a value") - 1.85f64.exp()).abs() < 1e-9);
     assert_eq!((held.number.se, held.number.interval), (None, None));
     assert!(held.number.why_none.is_some());
 }
 
-fn check_of<'f>(findings: &'f Findings, code: &str) -> &'f Check {
-    let check = findings.made(code);
-    check.expect("checked")
-}
-
 #[test]
 fn a_prior_that_the_runs_contradict_is_told_and_one_they_bear_out_is_not() {
     let of_prior = |mean: f64| {
-        let scene = scene_text().replace(
-            "[truth]",
-            &format!("[priors]\nlubrication_log = {{ normal = [{mean}, 0.05] }}\n[truth]"),
-        );
+        let priors = format!("[priors]\nlubrication_log = {{ normal = [{mean}, 0.05] }}\n[truth]");
+        let scene = scene_text().replace("[truth]", &priors);
         simulated("a_prior_that_the_runs_contradict", &scene)
     };
-    let own = |findings: &Findings| {
-        let all = findings.main.parameters.iter();
-        let own = all.clone().find(|own| own.name == "lubrication_log");
-        own.expect("sampled").clone()
-    };
     let contradicted = of_prior(2.4);
-    let check = check_of(&contradicted, "prior_conflict");
+    let check = contradicted.check("prior_conflict");
     assert!(
         !check.passed && check.gates && !contradicted.main.verdict.passed,
         "{check:?}"
     );
     check.text.begins("lubrication_log: the runs alone give 1.");
-    assert!(!own(&contradicted).prior_led);
+    assert!(!contradicted.main_number("lubrication_log").prior_led);
     let borne_out = of_prior(1.86);
-    assert!(check_of(&borne_out, "prior_conflict").passed && borne_out.main.verdict.passed);
+    assert!(borne_out.check("prior_conflict").passed && borne_out.main.verdict.passed);
     for findings in [&contradicted, &borne_out] {
-        let unseen = findings
-            .main
-            .learnt
-            .iter()
-            .find(|text| text.contains("viscous loss cannot be told"));
+        let mut learnt = findings.main.learnt.iter();
+        let unseen = learnt.find(|text| text.contains("viscous loss cannot be told"));
         assert!(unseen.is_none(), "{unseen:?}");
     }
 }
@@ -217,7 +199,7 @@ fn a_prior_of_any_kind_is_held_against_the_runs() {
         ("sigma_dry", "fixed = 0.1"),
     ] {
         let findings = fit(key, prior);
-        let check = check_of(&findings, "prior_conflict");
+        let check = findings.check("prior_conflict");
         assert!(
             !check.passed && check.gates && !findings.main.verdict.passed,
             "{key} {prior}: {check:?}"
@@ -231,7 +213,7 @@ fn a_prior_of_any_kind_is_held_against_the_runs() {
     // its tails let the runs lead
     for prior in ["student_t = [3.0, 4.0, 0.02]", "student_t = [2.0, 2.6, 0.0005]"] {
         let heavy = fit("lubrication_log", prior);
-        let check = check_of(&heavy, "prior_conflict");
+        let check = heavy.check("prior_conflict");
         assert!(!check.passed && !check.gates && heavy.main.verdict.passed, "{check:?}");
         assert_eq!(own(&heavy, "lubrication_log"), Some(false));
     }
@@ -276,35 +258,23 @@ fn all_from_posterior(findings: &Findings, film_ratio: f64) -> bool {
 fn stuck_runs_noise_on_the_energy_errors_and_liquids_that_differ_leave_the_posterior_alone() {
     let stuck = scene_text().replace("viscosity_mPa_s = 20", "viscosity_mPa_s = 48.3");
     let findings = simulated("stuck", &stuck);
-    let rows = findings
-        .scaling
-        .iter()
-        .filter(|row| row.film_ratio.is_some() && row.stuck > 0);
-    let ratios: Vec<f64> = rows.filter_map(|row| row.film_ratio).collect();
+    let laws = findings.scaling.iter().filter(|row| row.stuck > 0);
+    let ratios: Vec<f64> = laws.filter_map(|row| row.film_ratio).collect();
     assert!(!ratios.is_empty(), "some stuck");
     for ratio in ratios {
         assert!(all_from_posterior(&findings, ratio), "{ratio}");
     }
-    let both = scene_text().replace(
-        "inertia = \"saturating\"\n[sampler]",
-        "inertia = \"saturating\"\nnoise = \"both\"\n[sampler]",
-    );
+    let both = scene_text().replace("\n[sampler]", "\nnoise = \"both\"\n[sampler]");
     // an integral a run
     let both = both.replace("repeats = 4", "repeats = 2");
     let findings = simulated("both", &both);
     assert!(all_from_posterior(&findings, 0.04) && all_from_posterior(&findings, 0.1));
-    let differ = scene_text().replacen(
-        "density_kg_m3 = 930\nviscosity_mPa_s = 20",
-        "density_kg_m3 = 1400\nviscosity_mPa_s = 20",
-        1,
-    );
+    let thick = "density_kg_m3 = 930\nviscosity_mPa_s = 20";
+    let differ = scene_text().replacen(thick, &thick.replace("930", "1400"), 1);
     let findings = simulated("differ", &differ);
-    let biased = |row: &&wetcor::findings::scaling::Scaling| row.bias_in_se().is_some_and(|bias| bias > 0.25);
-    let rows = findings
-        .scaling
-        .iter()
-        .filter(|row| row.law == wetcor::scene::WetLaw::Sqrt);
-    let ratios: Vec<f64> = rows.filter(biased).filter_map(|row| row.film_ratio).collect();
+    let biased = |row: &&Scaling| row.bias_in_se().is_some_and(|bias| bias > 0.25);
+    let laws = findings.scaling.iter().filter(|row| row.law == WetLaw::Sqrt);
+    let ratios: Vec<f64> = laws.filter(biased).filter_map(|row| row.film_ratio).collect();
     assert!(!ratios.is_empty(), "a density ratio that differs biases the law");
     for ratio in ratios {
         assert!(all_from_posterior(&findings, ratio), "{ratio}");
@@ -325,12 +295,6 @@ fn without_a_posterior_least_squares_stands_in_and_is_called_provisional() {
     assert_eq!(laws.collect::<Vec<_>>(), [Source::SquareRootLaw; 2]);
 }
 
-/// The check of a code, of the one particle.
-fn check<'f>(findings: &'f Findings, code: &str) -> &'f Check {
-    let found = findings.made(code);
-    found.unwrap_or_else(|| panic!("no check {code}"))
-}
-
 fn dry_rows(of: impl Fn(f64, f64) -> f64) -> String {
     let mut csv = HEADER.to_owned();
     // a fixed pattern of residuals with sd 0.009 and no trend
@@ -338,10 +302,8 @@ fn dry_rows(of: impl Fn(f64, f64) -> f64) -> String {
     for diameter in [3.175, 8.0] {
         for speed in [0.4, 0.8, 1.2, 1.6, 2.0] {
             for residual in residuals {
-                csv.push_str(&format!(
-                    "PTFE,dry,{diameter},,{speed},{:.4}\n",
-                    of(diameter, speed) + residual
-                ));
+                let e = of(diameter, speed) + residual;
+                csv.push_str(&format!("PTFE,dry,{diameter},,{speed},{e:.4}\n"));
             }
         }
     }
@@ -358,7 +320,7 @@ fn k_that_differs_between_diameters_gates_with_its_advice() {
     let one = fit_dry(|_, v| 1.0 - 0.183 * v.powf(0.2));
     assert!(one.main.verdict.passed, "{:?}", one.main.verdict);
     let two = fit_dry(|diameter, v| 1.0 - if diameter > 5.0 { 0.19 } else { 0.175 } * v.powf(0.2));
-    let check = check(&two, "one_dry_k_for_all_diameters");
+    let check = two.check("one_dry_k_for_all_diameters");
     assert!(
         check.gates && !check.passed && check.advice.contains("dry_k = \"diameter\""),
         "{check:?}"
@@ -369,10 +331,10 @@ fn k_that_differs_between_diameters_gates_with_its_advice() {
 #[test]
 fn a_dry_law_that_fails_its_own_runs_gates() {
     let good = fit_dry(|_, v| 1.0 - 0.183 * v.powf(0.2));
-    assert!(check(&good, "dry_law_holds").passed);
+    assert!(good.check("dry_law_holds").passed);
     // a restitution that rises with v, as that of a marble on two sheets of paper
     let rising = fit_dry(|_, v| 0.44 + 0.02 * v);
-    let failed = check(&rising, "dry_law_holds");
+    let failed = rising.check("dry_law_holds");
     assert!(
         failed.gates && !failed.passed && failed.text.contains("scatter at each speed"),
         "{failed:?}"
@@ -427,12 +389,10 @@ fn covered_from_priors(name: &str, model: &str, sets: u64) -> [[usize; 2]; 2] {
             continue;
         }
         for ((count, truth), wanted) in counts.iter_mut().zip(truth).zip(["dry_k[PTFE]", "inertial_prefactor"]) {
-            let found = findings.main.parameters.iter().find(|own| own.name == wanted);
-            let interval = found.and_then(|own| own.number.interval);
-            if let Some([lo, hi]) = interval {
-                count[1] += 1;
-                count[0] += usize::from(lo <= truth && truth <= hi);
-            }
+            let mut all = findings.main.parameters.iter();
+            let interval = all.find(|own| own.name == wanted).and_then(|own| own.number.interval);
+            count[1] += usize::from(interval.is_some());
+            count[0] += usize::from(holds(interval, truth));
         }
     }
     counts
@@ -517,8 +477,6 @@ fn fit_forms(scene: &str, inertia: Inertia, sets: u64) -> RightForms {
             (value - true_e_inf(&place, row.film_ratio)).abs() < 3.0 * se
         });
         found.as_good += usize::from(is_right || is_near);
-        let holds =
-            |estimate: &Estimate, truth: f64| estimate.interval.is_some_and(|[lo, hi]| lo <= truth && truth <= hi);
         let truths = [
             ("dry_k[PTFE]", 0.183),
             ("lubrication_log", 1.85),
@@ -526,12 +484,12 @@ fn fit_forms(scene: &str, inertia: Inertia, sets: u64) -> RightForms {
         ];
         for (count, (name, truth)) in found.covered.iter_mut().zip(truths) {
             let own = balance.parameters.iter().find(|own| own.name == name);
-            *count += usize::from(own.is_some_and(|own| holds(&own.estimate, truth)));
+            *count += usize::from(own.is_some_and(|own| holds(own.estimate.interval, truth)));
         }
         for row in &balance.derived {
             let e_inf = true_e_inf(&place, row.film_ratio);
-            found.at_places[0] += usize::from(holds(&row.e_inf, e_inf));
-            found.at_places[1] += usize::from(holds(&row.st_c, 2.0 * 1.85 / (e_inf * e_inf)));
+            found.at_places[0] += usize::from(holds(row.e_inf.interval, e_inf));
+            found.at_places[1] += usize::from(holds(row.st_c.interval, 2.0 * 1.85 / (e_inf * e_inf)));
             found.at_places[2] += 1;
         }
     }
@@ -581,12 +539,7 @@ fn leaving_out_chooses_as_least_squares_does() {
                 "{choice:?}"
             );
             assert!(findings.main.verdict.passed, "{:?}", findings.main.verdict);
-            let l = findings
-                .main
-                .parameters
-                .iter()
-                .find(|own| own.name == "lubrication_log");
-            let number = &l.expect("sampled").number;
+            let number = &findings.main_number("lubrication_log").number;
             let (value, sd) = number.value.zip(number.se).expect("a mean and an sd");
             assert!((value - 1.85).abs() < 4.0 * sd, "{number:?}");
         }
@@ -618,8 +571,7 @@ fn covered_main_numbers(scene: &str, sets: u64) -> [[usize; 2]; 5] {
         .into_iter()
         .enumerate()
         {
-            let own = findings.main.parameters.iter().find(|own| own.name == name);
-            count(which, &own.expect("told").number, truth);
+            count(which, &findings.main_number(name).number, truth);
         }
         for row in &findings.main.at {
             let e_inf = true_e_inf(&place, row.film_ratio);
@@ -670,15 +622,11 @@ fn main_numbers_cover_on_designs_of_few_runs() {
         let mut csv = HEADER.to_owned();
         for v in [0.5f64, 1.0, 2.0] {
             let z: f64 = StandardNormal.sample(&mut rng);
-            csv.push_str(&format!(
-                "PTFE,dry,4.762,,{v},{:.6}\n",
-                1.0 - 0.183 * v.powf(0.2) + 0.01 * z
-            ));
+            let e = 1.0 - 0.183 * v.powf(0.2) + 0.01 * z;
+            csv.push_str(&format!("PTFE,dry,4.762,,{v},{e:.6}\n"));
         }
-        std::fs::write(&place.scene.data.runs[0].path, csv).expect("writable");
-        let found = findings::fit_least_squares(&place.scene, &place.read(), *set, true);
-        let interval = found.dry[0].dry_k.interval;
-        interval.is_some_and(|[lo, hi]| lo <= 0.183 && 0.183 <= hi)
+        let found = findings::fit_least_squares(&place.scene, &place.read_rows(&csv), *set, true);
+        holds(found.dry[0].dry_k.interval, 0.183)
     });
     let z = binomial_z(covered.count(), 200, 0.95);
     assert!(z < -8.0, "{z}");

@@ -1,16 +1,12 @@
 //! Holds the posterior and the joint least squares of runs with measurement errors to the truth those were drawn from.
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{binomial_z, mean, rows_from, seed_of, Place};
+use crate::common::{binomial_z, draws_of, mean, rows_from, sampled, seed_of, Place, Told};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use wetcor::findings;
-use wetcor::findings::posterior::{effort, start};
+use wetcor::findings::posterior::effort;
 use wetcor::inference::nuts::Effort;
-use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
-use wetcor::model::likelihood::Likelihood;
-use wetcor::model::parameters::ModelParameters;
 use wetcor::physics::numbers::stokes;
 use wetcor::runs::{self, MeasurementErrors, Runs, Table};
 use wetcor::scene::Scene;
@@ -123,50 +119,24 @@ fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: StreamName) -
             errors.impact_speed_sd[run] = 0.0;
         }
     }
-    let table = Table::of(runs);
-    let least_squares = findings::fit_least_squares(scene, &table, 1, false);
-    let form = scene.model.form();
-    let parameters = ModelParameters::of(scene, &table.runs, form).expect("room");
-    let rows = Likelihood::new(scene, &table.runs, form);
-    let plan = SamplingPlan {
-        effort: Effort {
-            chains: 1,
-            warmup: 300,
-            draws: 600,
-            ..effort(scene)
-        },
-        stream,
+    let effort = Effort {
+        chains: 1,
+        warmup: 300,
+        draws: 600,
+        ..effort(scene)
     };
-    let sampled = sample_posterior(
-        parameters,
-        &rows,
-        &start(least_squares.least_squares()),
-        plan,
-        &|_, _| {},
-    )
-    .unwrap_or_else(|error| panic!("{error}"));
+    let (least_squares, sampled) = sampled(scene, &Table::of(runs), effort, stream);
     let of_draws = |(name, _): &(&str, f64)| {
-        let place = sampled
-            .parameters
-            .sampled
-            .iter()
-            .position(|p| p.name == *name)
-            .expect("sampled");
-        let mut draws = sampled.values[place].concat();
+        let mut draws = draws_of(&sampled, name);
         draws.sort_by(f64::total_cmp);
         let at = |p: f64| draws[((draws.len() - 1) as f64 * p).round() as usize];
         (mean(&draws).0, [at(0.025), at(0.975)])
     };
-    let balance = least_squares.energy_balance.expect("every run rebounds");
     let of_balance = |(name, _): &(&str, f64)| {
-        let own = balance.parameters.iter().find(|own| own.name == *name).expect("fitted");
-        let interval = own
-            .estimate
-            .intervals
-            .iter()
-            .find(|interval| interval.level == 0.95)
-            .expect("delta");
-        (own.estimate.value.expect("converged"), [interval.lo, interval.hi])
+        let own = least_squares.fitted(name);
+        let mut intervals = own.intervals.iter();
+        let interval = intervals.find(|interval| interval.level == 0.95).expect("delta");
+        (own.value.expect("converged"), [interval.lo, interval.hi])
     };
     [
         TRUTH.iter().map(of_draws).collect(),
@@ -182,12 +152,8 @@ fn held(sets: u64, forgets: Forgets, test: &str) -> [Vec<(f64, f64)>; 2] {
         .into_par_iter()
         .map(|set| {
             let runs = measured(&place.scene, Apart::Twentyfold, (seed, set));
-            fitted(
-                &place.scene,
-                runs,
-                forgets,
-                StreamName::new(seed, &format!("posterior {set}")),
-            )
+            let stream = format!("posterior {set}");
+            fitted(&place.scene, runs, forgets, StreamName::new(seed, &stream))
         })
         .collect();
     [0, 1].map(|way| {
@@ -237,12 +203,8 @@ fn a_forgotten_covariance_is_seen() {
     let scatter = |forgets: Forgets| {
         let each = (0..40).into_par_iter().map(|set| {
             let runs = measured(&place.scene, Apart::Nothing, (seed, set));
-            let [posterior, _] = fitted(
-                &place.scene,
-                runs,
-                forgets,
-                StreamName::new(seed, &format!("posterior {set}")),
-            );
+            let stream = format!("posterior {set}");
+            let [posterior, _] = fitted(&place.scene, runs, forgets, StreamName::new(seed, &stream));
             posterior[4].0
         });
         mean(&each.collect::<Vec<f64>>())

@@ -1,13 +1,10 @@
 //! Fits noise of every family: Student's tails let no outlier move a parameter, and shapes are those that runs were drawn with.
 
 use crate::common::scenes::{scene_of, AK10, M50, PTFE};
-use crate::common::{mean, rows, seed_of, Place};
-use wetcor::findings;
-use wetcor::findings::posterior::{effort, start};
+use crate::common::{draws_of, mean, rows, sampled, seed_of, Place};
+use wetcor::findings::posterior::effort;
 use wetcor::inference::nuts::Effort;
-use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
-use wetcor::model::likelihood::Likelihood as Rows;
-use wetcor::model::parameters::ModelParameters;
+use wetcor::model::parameters::ModelParameter;
 use wetcor::runs::{arrange, NewRun, Table};
 use wetcor::scene::LikelihoodFamily;
 use wetcor::seed::StreamName;
@@ -34,36 +31,21 @@ repeats = 3
 fn posterior(place: &Place, rows: &[NewRun], likelihood: LikelihoodFamily, seed: u64) -> Vec<(String, f64, f64)> {
     let mut scene = place.scene.clone();
     scene.model.likelihood = likelihood;
-    let table = Table::of(arrange(&scene, rows));
-    let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
-    let form = scene.model.form();
-    let parameters = ModelParameters::of(&scene, &table.runs, form).expect("room");
-    let plan = SamplingPlan {
-        effort: Effort {
-            chains: 2,
-            warmup: 500,
-            draws: 1000,
-            ..effort(&scene)
-        },
-        stream: StreamName::new(seed, "outliers"),
+    let effort = Effort {
+        chains: 2,
+        warmup: 500,
+        draws: 1000,
+        ..effort(&scene)
     };
-    let likelihood = Rows::new(&scene, &table.runs, form);
-    let sampled = sample_posterior(
-        parameters,
-        &likelihood,
-        &start(least_squares.least_squares()),
-        plan,
-        &|_, _| {},
-    )
-    .unwrap_or_else(|error| panic!("{error}"));
-    let marginal = |(parameter, chains): (&wetcor::model::parameters::ModelParameter, &Vec<Vec<f64>>)| {
-        let draws = chains.concat();
+    let table = Table::of(arrange(&scene, rows));
+    let (_, sampled) = sampled(&scene, &table, effort, StreamName::new(seed, "outliers"));
+    let marginal = |parameter: &ModelParameter| {
+        let draws = draws_of(&sampled, &parameter.name);
         let centre = mean(&draws).0;
         let square = draws.iter().map(|x| (x - centre).powi(2)).sum::<f64>() / draws.len() as f64;
         (parameter.name.clone(), centre, square.sqrt())
     };
-    let parameters = &sampled.parameters.sampled;
-    parameters.iter().zip(&sampled.values).map(marginal).collect()
+    sampled.parameters.sampled.iter().map(marginal).collect()
 }
 
 /// How far the means move in the sds they had, the farthest. ν is what takes an outlier, and moves.
@@ -177,10 +159,8 @@ fn the_asymmetry_is_that_of_the_noise() {
 /// What cannot be integrated over a kink is refused by name.
 #[test]
 fn a_kink_is_not_integrated_over() {
-    let both = scene_text().replace(
-        "[truth]",
-        "[model]\nlikelihood = \"asymmetric_laplace\"\nnoise = \"both\"\n[truth]",
-    );
+    let model = "[model]\nlikelihood = \"asymmetric_laplace\"\nnoise = \"both\"\n[truth]";
+    let both = scene_text().replace("[truth]", model);
     let text = wetcor::scene::parse(&both, "scene.toml".as_ref(), String::new())
         .expect_err("a kink")
         .to_string();

@@ -160,6 +160,14 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
         .collect()
 }
 
+fn assert_even(model: &str, name: &str, scenes: usize) {
+    let ranks = ranks(model, name, scenes, Fault::Nothing);
+    println!("{model}: {ranks:?}");
+    for (parameter, z) in ranks {
+        assert!(z.abs() < 4.0, "{model} {parameter}: {z}");
+    }
+}
+
 const MODELS: [&str; 3] = [
     "inertia = \"stepwise\"",
     "inertia = \"saturating\"\ndry_speed_m_s = \"impact\"",
@@ -170,11 +178,7 @@ const MODELS: [&str; 3] = [
 #[ignore = "a thousand posteriors a model: a minute"]
 fn truths_drawn_from_the_priors_rank_evenly_among_the_draws() {
     for model in MODELS {
-        let ranks = ranks(model, "truths_drawn_from_the_priors_rank_evenly", 1000, Fault::Nothing);
-        println!("{model}: {ranks:?}");
-        for (parameter, z) in ranks {
-            assert!(z.abs() < 4.0, "{model} {parameter}: {z}");
-        }
+        assert_even(model, "truths_drawn_from_the_priors_rank_evenly", 1000);
     }
 }
 
@@ -190,16 +194,7 @@ const ASKED: [&str; 3] = [
 #[ignore = "five hundred posteriors a model: a minute"]
 fn truths_rank_evenly_under_whatever_a_scene_asks_for() {
     for model in ASKED {
-        let ranks = ranks(
-            model,
-            "truths_rank_evenly_under_whatever_a_scene_asks_for",
-            500,
-            Fault::Nothing,
-        );
-        println!("{model}: {ranks:?}");
-        for (parameter, z) in ranks {
-            assert!(z.abs() < 4.0, "{model} {parameter}: {z}");
-        }
+        assert_even(model, "truths_rank_evenly_under_whatever_a_scene_asks_for", 500);
     }
 }
 

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::common::{binomial_z, fitted_example as example, rows, seed_of, wetcor_here as wetcor, Folder, Ran, Says};
+use crate::common::{
+    binomial_z, fitted_example as example, rows, seed_of, setting, wetcor_here as wetcor, Folder, Ran, Says,
+};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::predict::{Covered, Draw, LiquidRange, ParticleLaw, Predicted};
@@ -250,15 +252,11 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
                 continue;
             };
             let liquid = scene.liquids.iter().find(|l| l.name == name).expect("its liquid");
-            let setting = Setting {
-                density: particle.density,
-                diameter: run.diameter,
-                roughness: Some(5e-6),
-                liquid_density: liquid.density,
-                viscosity: liquid.viscosity,
+            let setting = setting(
+                [particle.density, run.diameter],
+                [liquid.density, liquid.viscosity],
                 film,
-                surface_tension: None,
-            };
+            );
             let v = run.impact_speed;
             let known = last.take().filter(|(at, speed, _)| (*at, *speed) == (setting, v));
             let (_, _, row) = known.unwrap_or_else(|| (setting, v, law.predict(&setting, &[v]).remove(0)));
@@ -791,10 +789,7 @@ fn a_dry_impact_is_predicted_from_k_and_the_scatter_of_dry_runs() {
     let asked = format!("{DRY} --speed-m-s 0.3:2.1:4");
     let (status, out, err) = predict(example(), &asked);
     assert_eq!(status, Some(0), "{err}");
-    assert_eq!(
-        err,
-        "notice: 2 of 4 speeds extrapolated: dry runs of PTFE covered speeds from 0.400 to 2.000 m/s\n"
-    );
+    err.reads("notice: 2 of 4 speeds extrapolated: dry runs of PTFE covered speeds from 0.400 to 2.000 m/s\n");
     let finished = Finished::read(example()).unwrap_or_else(|error| panic!("{error}"));
     let law = finished
         .dry_law("PTFE", 4.762e-3)

@@ -1,7 +1,7 @@
 //! Holds the profile's intervals, and when they are quoted, against simulated runs near the threshold.
 
 use crate::common::scenes::{scene_of, HEADER, M50, PTFE};
-use crate::common::{binomial_z, seed_of, Place};
+use crate::common::{binomial_z, seed_of, Place, Told};
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::{self, Findings};
@@ -71,10 +71,8 @@ impl Tally {
             estimate.se.is_none() || estimate.interval.is_none()
         );
         let inside = |of: &Estimate| {
-            let delta = of
-                .intervals
-                .iter()
-                .find(|made| made.is_delta() && made.level == of.level);
+            let mut intervals = of.intervals.iter();
+            let delta = intervals.find(|made| made.is_delta() && made.level == of.level);
             let delta = delta.expect("every fit here has a covariance");
             usize::from(delta.lo <= truth && truth <= delta.hi)
         };
@@ -133,15 +131,8 @@ fn a_quoted_se_holds_near_the_threshold() {
 /// Rows of a table: film ratio 0.08, at these speeds.
 fn table(wet: &[(f64, f64)]) -> String {
     let mut csv = HEADER.to_owned();
-    for (v, e) in [
-        (0.5, 0.842),
-        (0.5, 0.835),
-        (1.0, 0.812),
-        (1.0, 0.823),
-        (2.0, 0.795),
-        (2.0, 0.785),
-    ] {
-        csv += &format!("PTFE,dry,4.762,,{v},{e}\n");
+    for run in "0.5,0.842 0.5,0.835 1,0.812 1,0.823 2,0.795 2,0.785".split(' ') {
+        csv += &format!("PTFE,dry,4.762,,{run}\n");
     }
     for (v, e) in wet {
         csv += &format!("PTFE,M50,4.762,380.96,{v},{e}\n");
@@ -162,15 +153,10 @@ const PINNED: [(f64, f64); 9] = [
     (1.7155, 0.488),
 ];
 
-fn square_root(findings: &Findings) -> &Scaling {
-    let own = |row: &&Scaling| row.law == WetLaw::Sqrt && row.film_ratio.is_some();
-    findings.scaling.iter().find(own).expect("one film ratio")
-}
-
 #[test]
 fn a_run_that_barely_rebounds_leaves_no_se() {
     let findings = Place::new(&near_threshold()).fit_rows(&table(&PINNED));
-    let row = square_root(&findings);
+    let row = findings.square_root();
     println!("{:?}\n{:?}\n{:?}", row.e_inf, row.st_c, row.lubrication_log);
     assert!(row.verdict.passed);
     for of in [&row.st_c, row.st_no_rebound.as_ref().expect("a square root")] {
@@ -194,7 +180,7 @@ fn the_bootstrap_leaves_a_profile_quoted() {
     let without = place.fit_rows(&table(&PINNED));
     let table = place.read();
     let with = findings::fit_least_squares(&place.scene, &table, 1, true);
-    let (without, with) = (&square_root(&without).st_c, &square_root(&with).st_c);
+    let (without, with) = (&without.square_root().st_c, &with.square_root().st_c);
     assert_eq!(
         (with.interval, with.method, with.se),
         (without.interval, "profile", None)
@@ -217,7 +203,7 @@ fn a_limit_that_does_not_exist_is_said() {
         (1.5, 0.30),
     ];
     let findings = Place::new(&near_threshold()).fit_rows(&table(&wet));
-    let row = square_root(&findings);
+    let row = findings.square_root();
     println!("{:?}\n{:?}\n{:?}", row.e_inf, row.st_c, row.lubrication_log);
     assert_eq!((row.st_c.se, row.st_c.interval), (None, None));
     let why = row.st_c.why_none.as_ref().expect("no interval");

@@ -8,6 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use wetcor::findings::bootstrap::{self, Estimates, Options, Resampling, MOST_RESAMPLED};
 use wetcor::findings::estimate::{Estimate, Quoting};
+use wetcor::findings::scaling::Scaling;
 use wetcor::findings::{self, dry, energy, scaling, series, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
@@ -42,6 +43,17 @@ fn quantity(law: &str, name: &str) -> fn([f64; 2]) -> f64 {
     }
 }
 
+/// One series of so many strata.
+fn target(regression: Regression, strata: usize, fitted: [f64; 2]) -> Target {
+    Target {
+        regression,
+        strata: 0..strata,
+        series: 0..1,
+        fitted,
+        errors: None,
+    }
+}
+
 /// The same runs and weights to both: numpy in extended precision, and our kernels.
 #[test]
 fn jackknife_and_percentile_limits_are_the_scripts() {
@@ -67,13 +79,8 @@ fn jackknife_and_percentile_limits_are_the_scripts() {
         };
         let full = fit(&vec![1.0; x.len()]).expect("determined");
         let value = of(full);
-        let target = Target {
-            regression: Regression::new(if law == "linear" { Law::LINEAR } else { Law::SQUARE_ROOT }, &x, &e),
-            strata: 0..3,
-            series: 0..1,
-            fitted: full,
-            errors: None,
-        };
+        let regression = Regression::new(if law == "linear" { Law::LINEAR } else { Law::SQUARE_ROOT }, &x, &e);
+        let target = target(regression, 3, full);
         let influences: Vec<Vec<f64>> = leave_one_out(&pool, &target, ResamplingScheme::Cases)
             .iter()
             .map(|stratum| influence(value, stratum.iter().map(|p| of(*p))))
@@ -127,13 +134,7 @@ fn covered(test: &str, unit_df: bool, ends: fn(f64, f64) -> (f64, f64)) -> (usiz
         let truth: Vec<f64> = x.iter().map(|x| 0.8 - 5.0 * x - 10.0 * x * x).collect();
         let slope = |e: &[f64]| kernel::linear(&Sample::new(&x, e, &[1.0; 24])).expect("determined");
         let fitted = slope(&e);
-        let target = Target {
-            regression: Regression::new(Law::LINEAR, &x, &e),
-            strata: 0..8,
-            series: 0..1,
-            fitted,
-            errors: None,
-        };
+        let target = target(Regression::new(Law::LINEAR, &x, &e), 8, fitted);
         let plan = Plan {
             replicates: 1000,
             scheme: ResamplingScheme::Cases,
@@ -333,13 +334,7 @@ fn the_sandwich_of_a_fit_that_hangs_on_a_run_is_far_from_its_limit() {
         };
         let regression = Regression::new(Law::SQUARE_ROOT, &x, &e);
         let fitted = kernel::fit(Law::SQUARE_ROOT, &Sample::new(&x, &e, &vec![1.0; x.len()]), [0.6, -0.5]);
-        let target = Target {
-            regression,
-            strata: 0..pool.strata.len(),
-            series: 0..1,
-            fitted: fitted.expect("determined"),
-            errors: None,
-        };
+        let target = target(regression, pool.strata.len(), fitted.expect("determined"));
         sandwich(&pool, &target).is_near()
     };
     assert!(of(2_999, 0.1));
@@ -382,8 +377,7 @@ fn fitted(scheme: &str, runs: &str) -> Findings {
         scene_text()
     ));
     let header = "particle,liquid,diameter_mm,film_um,film_ratio,impact_speed_m_s,restitution";
-    std::fs::write(&place.scene.data.runs[0].path, format!("{header}\n{runs}")).expect("the folder is writable");
-    findings::fit_least_squares(&place.scene, &place.read(), 1, true)
+    findings::fit_least_squares(&place.scene, &place.read_rows(&format!("{header}\n{runs}")), 1, true)
 }
 
 /// Rebounds of one series about its square-root law.
@@ -396,8 +390,9 @@ fn series(liquid: &str, alpha: f64, beta: f64, runs: u32) -> String {
     (0..runs).map(one).collect()
 }
 
-fn notice<'f>(found: &'f Findings, code: &str) -> Option<&'f wetcor::notice::Notice> {
-    found.notice(code)
+fn linear(found: &Findings) -> &Scaling {
+    let mut rows = found.scaling.iter();
+    rows.find(|row| row.law == WetLaw::Linear).expect("wet runs")
 }
 
 #[test]
@@ -412,17 +407,10 @@ fn one_series_cannot_be_resampled_and_says_so() {
         assert_eq!(row.alpha.method, "delta");
         assert!(row.alpha.interval.is_some());
     }
-    let pooled = found
-        .scaling
-        .iter()
-        .find(|row| row.law == WetLaw::Linear)
-        .expect("wet runs");
+    let pooled = linear(&found);
     assert_eq!(pooled.e_inf.bootstrap.as_ref().map(|boot| boot.replicates), Some(500));
-    assert_eq!(
-        notice(&found, "bootstrap_one_series").map(|notice| notice.count),
-        Some(2)
-    );
-    assert!(notice(&fitted("cases", &two), "bootstrap_one_series").is_none());
+    assert_eq!(found.notice("bootstrap_one_series").map(|notice| notice.count), Some(2));
+    assert!(fitted("cases", &two).notice("bootstrap_one_series").is_none());
 }
 
 #[test]
@@ -438,11 +426,7 @@ fn failed_replicates_are_counted_with_their_reason_and_gate() {
         (0..12).map(one).collect()
     };
     let found = fitted("series", &(at("AK10", 1.5, 0.68) + &at("M20", 1.0, 0.55)));
-    let row = found
-        .scaling
-        .iter()
-        .find(|row| row.law == WetLaw::Linear)
-        .expect("wet runs");
+    let row = linear(&found);
     let boot = row.e_inf.bootstrap.as_ref().expect("it is said");
     assert_eq!((boot.failed, boot.replicates), (500, 500));
     assert_eq!(boot.failures.len(), 1, "{boot:?}");
@@ -466,11 +450,13 @@ fn failed_replicates_are_counted_with_their_reason_and_gate() {
 fn strata_of_one_run_and_fits_of_few_runs_are_counted() {
     let one = "PTFE,M20,4.762,286,0.06,1.2,0.55\n";
     let found = fitted("cases", &(series("AK10", 0.5, -0.1, 24) + one));
-    let single = notice(&found, "bootstrap_single_run_strata").expect("the single run is said");
+    let single = found
+        .notice("bootstrap_single_run_strata")
+        .expect("the single run is said");
     assert_eq!(single.count, 1);
     let resampling = found.bootstrap.as_ref().expect("resampled");
     assert_eq!((resampling.single_run_strata, resampling.strata), (1, 7));
-    assert!(notice(&found, "bootstrap_few_runs").is_none(), "{:?}", found.notices);
+    assert!(found.notice("bootstrap_few_runs").is_none(), "{:?}", found.notices);
     let few = fitted("cases", &series("AK10", 0.5, -0.1, 8));
     // resampling so few makes intervals too short
     assert_eq!(few.series[0].alpha.method, "delta");
@@ -478,15 +464,15 @@ fn strata_of_one_run_and_fits_of_few_runs_are_counted() {
         fitted("cases", &series("AK10", 0.5, -0.1, 24)).series[0].alpha.method,
         "percentile"
     );
-    assert!(notice(&few, "bootstrap_single_run_strata").is_none());
+    assert!(few.notice("bootstrap_single_run_strata").is_none());
     // the series and both laws at its film ratio and over all
-    assert_eq!(notice(&few, "bootstrap_few_runs").map(|notice| notice.count), Some(5));
+    assert_eq!(few.notice("bootstrap_few_runs").map(|notice| notice.count), Some(5));
     let stuck = fitted(
         "cases",
         &(series("AK10", 0.5, -0.1, 24) + "PTFE,AK10,4.762,286,0.06,0.95,0\n"),
     );
     assert_eq!(
-        notice(&stuck, "bootstrap_partly_stuck").map(|notice| notice.count),
+        stuck.notice("bootstrap_partly_stuck").map(|notice| notice.count),
         Some(1)
     );
 }

@@ -175,10 +175,8 @@ fn a_draft_takes_the_number_of_runs_where_it_finds_their_spread() {
     let both = drafted("SD,n", "0.01,5");
     assert!(both.contains("restitution_sd_of_runs = \"SD\", runs = \"n\""), "{both}");
     let number = drafted("remark,n", "wet,5");
-    assert!(
-        !number.contains("runs = \"n\"") && number.contains("`n` is not read: where each row"),
-        "{number}"
-    );
+    number.lacks("runs = \"n\"");
+    number.says("`n` is not read: where each row");
 }
 
 /// Dry runs in blocks of three; after each block stands what is given.
@@ -290,12 +288,9 @@ fn a_column_of_the_film_over_the_radius_forbids_quoting() {
     };
     let nominal = [0.05, 0.08];
     let radius = of(&|run, _| 2.0 * nominal[run % 2]);
-    assert!(
-        radius.len() == 1
-            && radius[0].contains("`film_ratio` is 1.9")
-            && radius[0].contains("runs.csv, lines 2 to 121"),
-        "{radius:?}"
-    );
+    assert_eq!(radius.len(), 1, "{radius:?}");
+    radius[0].says("`film_ratio` is 1.9");
+    radius[0].says("runs.csv, lines 2 to 121");
     assert!(radius[0].contains("as of the film over the radius"), "{radius:?}");
     assert!(of(&|run, _| 0.5 * nominal[run % 2])[0].contains("half the film ratio"));
     assert!(of(&|_, own| 2.0 * own)[0].contains("over the radius"));
@@ -336,14 +331,9 @@ fn film_ratios_that_are_nearly_each_runs_own_are_told() {
     let scattered = wide(&|run, own| own * (1.0 + 0.04 * (((13 * run) % 29) as f64 / 14.0 - 1.0)));
     assert_eq!(told(&scattered, "film_ratio_of_each_run"), Vec::<String>::new());
     let text = told(&scattered, "many_film_ratios");
-    assert!(
-        text.len() == 1 && text[0].contains("the column `film_ratio` has"),
-        "{text:?}"
-    );
-    assert!(
-        text[0].contains("by their films there is 1 group: each value is a film group of its own"),
-        "{text:?}"
-    );
+    assert_eq!(text.len(), 1, "{text:?}");
+    text[0].says("the column `film_ratio` has");
+    text[0].says("by their films there is 1 group: each value is a film group of its own");
     // a few nominal ones are what the column is for
     let nominal = wide(&|_, own| (50.0 * own).round() / 50.0);
     assert!(told(&nominal, "many_film_ratios").is_empty() && told(&nominal, "film_ratio_of_each_run").is_empty());
@@ -388,10 +378,8 @@ fn columns_that_tell_the_same_thing_are_compared() {
     );
 
     let ten = of(&place.fit_rows(&said_twice(|_, h| 10.0 * h, |st| st)));
-    assert!(
-        ten.len() == 1 && ten[0].contains("`drop_height_mm` gives 3.1"),
-        "{ten:?}"
-    );
+    assert_eq!(ten.len(), 1, "{ten:?}");
+    ten[0].says("`drop_height_mm` gives 3.1");
     assert!(ten[0].contains("a factor of 10 in the height"), "{ten:?}");
     let nine = of(&place.fit_rows(&said_twice(|_, h| h, |st| 9.0 * st)));
     assert!(nine.len() == 1 && nine[0].contains("without its 9"), "{nine:?}");
@@ -434,12 +422,9 @@ fn a_series_whose_heights_contradict_its_speeds_forbids_quoting() {
     assert_eq!(of(&|_| 1.0), Vec::<String>::new());
     assert_eq!(of(&|run| if run % 7 == 3 { 1.05 } else { 1.0 }), Vec::<String>::new());
     let in_cm = of(&|run| if run / 12 == 2 { 0.1 } else { 1.0 });
-    assert!(
-        in_cm.len() == 1
-            && in_cm[0].contains("in a part of the table: 0.3")
-            && in_cm[0].contains("runs.csv, lines 26 to 37"),
-        "{in_cm:?}"
-    );
+    assert_eq!(in_cm.len(), 1, "{in_cm:?}");
+    in_cm[0].says("in a part of the table: 0.3");
+    in_cm[0].says("runs.csv, lines 26 to 37");
     assert!(in_cm[0].contains("a factor of 10 in the height"), "{in_cm:?}");
     let off = of(&|run| if run / 12 == 4 { 1.2 } else { 1.0 });
     assert!(off.len() == 1 && off[0].contains("runs.csv, lines 50 to 61"), "{off:?}");
@@ -447,8 +432,6 @@ fn a_series_whose_heights_contradict_its_speeds_forbids_quoting() {
     let two = of(&|run| if run >= 36 { 1.25 } else { 1.0 });
     assert!(two.len() == 1 && two[0].contains("runs.csv, lines 38 to 61"), "{two:?}");
     let rows = of(&|run| if run % 5 == 1 { 4.0 } else { 1.0 });
-    assert!(
-        rows.len() == 1 && rows[0].contains("in 12 of 60 runs, nearly all on one side (the first: runs.csv, line 3"),
-        "{rows:?}"
-    );
+    assert_eq!(rows.len(), 1, "{rows:?}");
+    rows[0].says("in 12 of 60 runs, nearly all on one side (the first: runs.csv, line 3");
 }

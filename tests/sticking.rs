@@ -3,7 +3,7 @@
 use crate::common::scenes::HEADER;
 use std::fmt::Write;
 
-use crate::common::{binomial_z, mean, seed_of, Place};
+use crate::common::{binomial_z, draws_of, mean, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use wetcor::findings::posterior::{effort, start};
@@ -93,10 +93,8 @@ const WAYS: [&str; 6] = [
 ];
 
 fn by_law(found: &Findings, law: WetLaw) -> Option<Found> {
-    let row = found
-        .scaling
-        .iter()
-        .find(|row| row.law == law && row.film_ratio.is_some())?;
+    let mut rows = found.scaling.iter();
+    let row = rows.find(|row| row.law == law && row.film_ratio.is_some())?;
     let of = &row.lubrication_log;
     let at = |level: f64| {
         let interval = of.intervals.iter().find(|interval| interval.level == level)?;
@@ -139,12 +137,7 @@ fn by_posterior(place: &Place, (sticking, noise): (Sticking, NoiseOn), seed: u64
             sample_by_nuts(&prepared, effort, stream, &|_, _| {}).ok()?
         }
     };
-    let place = sampled
-        .parameters
-        .sampled
-        .iter()
-        .position(|p| p.name == "lubrication_log")?;
-    let mut draws: Vec<f64> = sampled.values[place].iter().flatten().copied().collect();
+    let mut draws = draws_of(&sampled, "lubrication_log");
     draws.sort_by(f64::total_cmp);
     let at = |p: f64| draws[((draws.len() - 1) as f64 * p).round() as usize];
     Some(Found {

@@ -1,6 +1,6 @@
 //! Holds the sizes of terms, and what is decided by them, against simulated runs whose terms are known.
 
-use crate::common::{binomial_z, seed_of, Place, Told};
+use crate::common::{assert_expected, binomial_z, holds, seed_of, Place, Told};
 use wetcor::findings::terms::{SizedTerm, LINE};
 use wetcor::findings::Findings;
 use wetcor::physics::Inertia;
@@ -32,10 +32,7 @@ const USUAL: Design = Design {
 impl Design {
     /// The scene; `terms` as a scene writes them, and the speed the fit takes e_dry at.
     fn scene(&self, terms: &str, dry_speed: &str) -> String {
-        let quoted = |speed: &str| match speed {
-            "impact" => "\"impact\"".to_owned(),
-            number => number.to_owned(),
-        };
+        let quoted = |speed: &str| speed.replace("impact", "\"impact\"");
         format!(
             "title = \"one term\"\n[data]\nruns = \"runs.csv\"\n[particles.P]\ndensity_kg_m3 = 2150\nroughness_um = 5\n\
              [liquids.oil]\ndensity_kg_m3 = 930\nviscosity_mPa_s = {}\nsurface_tension_mN_m = {}\n\
@@ -117,10 +114,7 @@ fn covered(design: &Design, terms: &str, dry_speed: &str, seed: &str) -> usize {
     };
     let covers = |set: &u64| {
         let found = place.infer(seed_of(seed).wrapping_add(*set));
-        let balance = found.energy_balance.expect("a balance");
-        let of = balance.parameters.iter().find(|parameter| parameter.name == name);
-        let [lo, hi] = of.expect("a parameter").estimate.interval.expect("an interval");
-        (lo..=hi).contains(&truth)
+        holds(Some(found.fitted(name).interval.expect("an interval")), truth)
     };
     (0..SETS).filter(covers).count()
 }
@@ -163,10 +157,8 @@ fn each_term_is_decided_by_its_size() {
             let size = sized.size.expect("the runs scatter");
             assert_eq!(sized.held, by_itself && size >= LINE, "{sized:?}");
             let told = |code: &str| {
-                found
-                    .notices
-                    .iter()
-                    .any(|notice| notice.code == code && notice.text.starts_with(sized.term.in_words()))
+                let mut notices = found.notices.iter();
+                notices.any(|own| own.code == code && own.text.starts_with(sized.term.in_words()))
             };
             assert_eq!(told("term_left_out"), by_itself && size < LINE, "{sized:?}");
             assert_eq!(told("term_not_held"), !by_itself && size >= LINE, "{sized:?}");
@@ -187,11 +179,9 @@ fn intervals_cover_with_what_is_decided() {
     for [below, above, _] in all() {
         let seed = format!("intervals_cover_with_what_is_decided {}", below.term);
         // a bias of a quarter of a standard error, and as much more as the size of a draw may be off
-        let z = binomial_z(covered(&below, "\"auto\"", "2.0", &seed), SETS as usize, 0.945);
-        assert!(z.abs() < 4.0, "{}: {z}", below.term);
+        assert_expected(below.term, covered(&below, "\"auto\"", "2.0", &seed), SETS, 0.945);
         let [(held, speed), _] = with_and_without(&above);
-        let z = binomial_z(covered(&above, &held, speed, &seed), SETS as usize, 0.95);
-        assert!(z.abs() < 4.0, "{}: {z}", above.term);
+        assert_expected(above.term, covered(&above, &held, speed, &seed), SETS, 0.95);
     }
 }
 
@@ -203,8 +193,7 @@ fn intervals_do_not_cover_without_a_term_that_matters() {
         let seed = format!("intervals_do_not_cover_without_a_term {}", far.term);
         let z = binomial_z(covered(&far, &without, speed, &seed), SETS as usize, 0.945);
         assert!(z < -8.0, "{}: {z}", far.term);
-        let z = binomial_z(covered(&far, &with.0, with.1, &seed), SETS as usize, 0.95);
-        assert!(z.abs() < 4.0, "{} held: {z}", far.term);
+        assert_expected(far.term, covered(&far, &with.0, with.1, &seed), SETS, 0.95);
     }
 }
 
@@ -223,22 +212,14 @@ fn a_list_of_terms_is_obeyed() {
     let sized = of(&found, "inertia");
     assert!(!sized.held && sized.size.is_some_and(|size| size > LINE), "{sized:?}");
     let balance = found.energy_balance.expect("a balance");
-    let names: Vec<&str> = balance
-        .parameters
-        .iter()
-        .map(|parameter| parameter.name.as_str())
-        .collect();
+    let names: Vec<&str> = balance.parameters.iter().map(|own| own.name.as_str()).collect();
     assert_eq!(
         (names.as_slice(), balance.inertia),
         (&["lubrication_log", "dry_k[P]"][..], Inertia::None)
     );
     let found = Place::new(&far.scene("[\"inertia\", \"bridge\", \"dry_second_order\"]", "2.0")).infer(1);
     let balance = found.balance();
-    let names: Vec<&str> = balance
-        .parameters
-        .iter()
-        .map(|parameter| parameter.name.as_str())
-        .collect();
+    let names: Vec<&str> = balance.parameters.iter().map(|own| own.name.as_str()).collect();
     assert_eq!(names, ["inertial_prefactor", "dry_k[P]"]);
     assert!(
         balance.delta_c_over_roughness.value.is_none() && balance.derived.iter().all(|row| row.st_c.value.is_none())

@@ -3,7 +3,7 @@
 use crate::render;
 use std::path::{Path, PathBuf};
 
-use crate::common::{binomial_z, mean, seed_of, Folder, Says};
+use crate::common::{binomial_z, mean, seed_of, table_of, Folder, Says};
 use crate::flight::{Bounces, GRAVITY};
 use nalgebra::DMatrix;
 use rand::rngs::ChaCha8Rng;
@@ -34,6 +34,14 @@ const CAMERA: Camera = Camera {
 };
 
 const PLATE_ROW: f64 = 900.0;
+
+fn fall(contact: f64, impact_speed: f64, restitution: f64) -> Bounces {
+    Bounces {
+        contact,
+        impact_speed,
+        restitution,
+    }
+}
 
 fn rng_of(test: &str) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed_of(test))
@@ -342,11 +350,7 @@ fn bad_input_is_named_by_its_line() {
     let folder = Folder::new();
     let write = |name: &str, text: &str| folder.write(name, text);
     let rows = |height: &dyn Fn(usize) -> f64| frames((0..600).map(height));
-    let sphere = Bounces {
-        contact: 0.06,
-        impact_speed: 1.2,
-        restitution: 0.7,
-    };
+    let sphere = fall(0.06, 1.2, 0.7);
     let seen = |frame: usize| 900.0 - 20_000.0 * sphere.height(frame as f64 / 1000.0);
     write("good.csv", &rows(&seen));
     write("still.csv", &rows(&|frame| 400.0 + (frame % 3) as f64 * 0.1));
@@ -360,7 +364,8 @@ fn bad_input_is_named_by_its_line() {
     write("far.csv", "frame,y_px\n1,1e148\n");
     let header = "file,particle,liquid,diameter_mm,film_um,frame_rate_Hz\n";
     // a recording with its diameter, film and frame rate, and what is said of it
-    let bad = "twice.csv,PTFE,dry,4.762,,1000 | line 3: the frame of line 2 has another position
+    let bad = table_of(
+        "twice.csv,PTFE,dry,4.762,,1000 | line 3: the frame of line 2 has another position
         words.csv,PTFE,dry,4.762,,1000 | line 2, y_px: found `high`, expected a number
         header.csv,PTFE,dry,4.762,,1000 | found `frame, z`, expected one column of heights
         no_header.csv,PTFE,dry,4.762,,1000 | found `of 3 May`, expected columns
@@ -373,19 +378,12 @@ fn bad_input_is_named_by_its_line() {
         good.csv,PTFE,AK10,4.762,,1000 | line 2, film: expected a number above 0
         good.csv,PTFE,dry,-4,,1000 | line 2, diameter_mm: found `-4`, expected a number above 0
         good.csv,PT FE,dry,4.762,,1000 | line 2, particle: found `PT FE`
-        ,PTFE,dry,4.762,,1000 | line 2, file: expected a folder of frames";
+        ,PTFE,dry,4.762,,1000 | line 2, file: expected a folder of frames",
+    );
     let twice = "good.csv,PTFE,dry,4.762,,1000\ngood.csv,PTFE,dry,4.762,,1000";
-    let more = [
-        ("", "no recordings below the header"),
-        (
-            twice,
-            "line 3, run: found `good.csv`, expected another name than that of line 2",
-        ),
-    ];
-    let bad = bad
-        .lines()
-        .map(|line| line.trim().split_once(" | ").expect("two columns"));
-    for (lines, expected) in bad.chain(more) {
+    let other_name = "line 3, run: found `good.csv`, expected another name than that of line 2";
+    let more = [["", "no recordings below the header"], [twice, other_name]];
+    for [lines, expected] in bad.into_iter().chain(more) {
         let lines = if lines.is_empty() {
             String::new()
         } else {
@@ -396,10 +394,7 @@ fn bad_input_is_named_by_its_line() {
         assert_eq!((status, stdout.as_str()), (Some(2), ""), "{lines}{stderr}");
         assert!(stderr.contains(expected), "{lines}{stderr}");
         assert!(!folder.join("runs.csv").exists(), "{lines}");
-        assert!(
-            !stderr.contains("\\n"),
-            "problems of a table stand on one line: {stderr}"
-        );
+        stderr.lacks("\\n");
     }
     // one that is a mistake stops no other
     for (lines, runs, expected) in [
@@ -430,21 +425,19 @@ fn bad_input_is_named_by_its_line() {
         let drawn = folder.join("some/figures").join("line_2.svg");
         assert!(drawn.exists(), "{lines}");
     }
-    for (text, expected) in [
-        (
-            "particle,diameter_mm\nPTFE,4\n",
-            "line 1, header: expected a column `file`",
-        ),
-        (
-            "file,particle,diametre_mm\ngood.csv,PTFE,4\n",
-            "found `diametre_mm`, expected `diameter_mm`",
-        ),
-        (
-            "file,particle,diameter_mm,diameter_m\ngood.csv,PTFE,4,4\n",
-            "`diameter_mm` is there already",
-        ),
-    ] {
-        write("recordings.csv", text);
+    for [columns, expected] in table_of(
+        "particle,diameter_mm | line 1, header: expected a column `file`
+         file,particle,diametre_mm | found `diametre_mm`, expected `diameter_mm`
+         file,particle,diameter_mm,diameter_m | `diameter_mm` is there already",
+    ) {
+        let row = if columns.starts_with("file") {
+            "good.csv,PTFE,4,4"
+        } else {
+            "PTFE,4"
+        };
+        let cells: Vec<&str> = row.split(',').take(columns.split(',').count()).collect();
+        let text = format!("{columns}\n{}\n", cells.join(","));
+        write("recordings.csv", &text);
         let (status, _, stderr) = folder.run("track recordings.csv --out runs.csv");
         assert_eq!(status, Some(2), "{stderr}");
         assert!(stderr.contains(expected), "{text}{stderr}");
@@ -544,13 +537,9 @@ fn a_diameter_that_its_scale_contradicts_is_questioned() {
         seed: seed_of("a_diameter_that_its_scale_contradicts_is_questioned"),
         ..render::Scene::default()
     };
-    let bounces = Bounces {
-        contact: 0.1,
-        impact_speed: 0.8,
-        restitution: 0.7,
-    };
+    let sphere = fall(0.1, 0.8, 0.7);
     let folder = Folder::new();
-    let centre = |frame: f64| (40.0, 235.0 - 5_000.0 * bounces.height(frame / 500.0));
+    let centre = |frame: f64| (40.0, 235.0 - 5_000.0 * sphere.height(frame / 500.0));
     let frames = (0..100).map(|frame| render::render(&scene, centre, frame));
     render::tiff(&folder.join("drop.tif"), false, frames);
     let path = folder.join("recordings.csv");
@@ -724,32 +713,22 @@ fn frames_at_uneven_times_are_left_out_with_the_true_reason() {
         .iter()
         .map(|outcome| outcome.tracked.as_ref().expect_err("left out").words());
     let reasons: Vec<&str> = reasons.collect();
-    assert!(
-        reasons[0].contains("torn in two, and not by whole frames"),
-        "{reasons:?}"
-    );
-    assert!(
-        reasons[1].contains("more than one frame in twelve is repeated or missing"),
-        "{reasons:?}"
-    );
+    reasons[0].says("torn in two, and not by whole frames");
+    reasons[1].says("more than one frame in twelve is repeated or missing");
 }
 
 #[test]
 fn a_sphere_that_rests_long_is_no_fall() {
     let mut rng = rng_of("a_sphere_that_rests_long_is_no_fall");
     // a video's pictures hardly change at rest, and are corrected now and then: positions scatter less, and drift
-    let bounces = Bounces {
-        contact: 0.5,
-        impact_speed: 0.9,
-        restitution: 0.0,
-    };
+    let sphere = fall(0.5, 0.9, 0.0);
     let folder = Folder::new();
     for (name, start) in [("long_before", 0.0), ("long_after", 0.4)] {
         let rows = (0..400).map(|frame| {
             let noise = normal(&mut rng);
             let time = start + frame as f64 / 500.0;
-            let height = bounces.height(time);
-            let sd = if height == bounces.height(time + 0.002) {
+            let height = sphere.height(time);
+            let sd = if height == sphere.height(time + 0.002) {
                 0.004
             } else {
                 0.1
@@ -771,11 +750,7 @@ fn a_sphere_that_rests_long_is_no_fall() {
 
 #[test]
 fn a_rise_without_its_fall_has_its_true_reason() {
-    let bounces = Bounces {
-        contact: 0.1,
-        impact_speed: 0.8,
-        restitution: 0.7,
-    };
+    let sphere = fall(0.1, 0.8, 0.7);
     let folder = Folder::new();
     let path = folder.join("recordings.csv");
     for (first, expected) in [
@@ -783,7 +758,7 @@ fn a_rise_without_its_fall_has_its_true_reason() {
         (101, "it begins with a sphere that rises"),
     ] {
         let rows = (first..200).map(|frame| {
-            let height = bounces.height(frame as f64 / 1000.0);
+            let height = sphere.height(frame as f64 / 1000.0);
             format!("{frame},{:.2}\n", 900.0 - 20_000.0 * height)
         });
         let rows: String = rows.collect();
@@ -798,11 +773,7 @@ fn a_rise_without_its_fall_has_its_true_reason() {
 #[test]
 fn of_several_objects_the_one_that_falls_is_taken() {
     let mut rng = rng_of("of_several_objects_the_one_that_falls_is_taken");
-    let sphere = Bounces {
-        contact: 0.2,
-        impact_speed: 1.1,
-        restitution: 0.7,
-    };
+    let sphere = fall(0.2, 1.1, 0.7);
     let mut text = "frame,y_px,object\n".to_owned();
     let mut with_second = text.clone();
     for frame in 0..300 {
@@ -840,11 +811,7 @@ fn of_several_objects_the_one_that_falls_is_taken() {
 
 #[test]
 fn tables_of_other_programs_are_read() {
-    let sphere = Bounces {
-        contact: 0.1,
-        impact_speed: 1.0,
-        restitution: 0.6,
-    };
+    let sphere = fall(0.1, 1.0, 0.6);
     let rows = |row: &dyn Fn(usize, f64) -> String| -> String {
         (0..200)
             .map(|frame| row(frame, sphere.height(frame as f64 / 1000.0)) + "\n")
@@ -942,11 +909,7 @@ fn whatever_was_seen_the_runs_are_ones_that_check_takes() {
             lines.push_str(&format!("drop{place}.csv,PTFE,{liquid},4.762,{film},{rate},{more}\n"));
         }
         // the last is a good one, of which every table has a run
-        let good = Bounces {
-            contact: 0.1,
-            impact_speed: 1.0,
-            restitution: 0.6,
-        };
+        let good = fall(0.1, 1.0, 0.6);
         let rows = (0..200).map(|frame| format!("{frame},{:.6}\n", good.height(f64::from(frame) / 1000.0)));
         write("good.csv", &format!("frame,y_m\n{}", rows.collect::<String>()));
         lines.push_str("good.csv,PTFE,dry,4.762,,1000,\n");

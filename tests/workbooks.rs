@@ -1,9 +1,7 @@
 //! Holds what is read of workbooks: which sheet, which rows, in which units, and what a draft makes of a laboratory's own.
 
-use std::path::Path;
-
 use crate::common::workbook::{workbook, Sheet};
-use crate::common::{self, wetcor, Folder, Says};
+use crate::common::{self, table_of, Folder, Says};
 use serde_json::Value;
 
 const PTFE: &str = "[particles.PTFE]\ndensity_kg_m3 = 2150\n";
@@ -34,12 +32,10 @@ fn place(data: &str, sheets: &[Sheet]) -> Folder {
 }
 
 /// Fits by least squares: exit status, notices, and the findings.
-fn fit(folder: &Path) -> (Option<i32>, String, Value) {
-    let stages = ["--stages", "least_squares", "--out", "out", "--verbose"];
-    let (status, out, err) = wetcor(folder, &[&["fit", "scene.toml"][..], &stages].concat());
+fn fit(folder: &Folder) -> (Option<i32>, String, Value) {
+    let (status, out, err) = folder.run("fit scene.toml --stages least_squares --out out --verbose");
     assert_ne!(status, Some(2), "{out}{err}");
-    let text = std::fs::read_to_string(folder.join("out/findings.json")).expect("findings");
-    (status, err, serde_json::from_str(&text).expect("JSON"))
+    (status, err, folder.json("out/findings.json"))
 }
 
 fn parameter(findings: &Value, name: &str) -> f64 {
@@ -50,6 +46,11 @@ fn parameter(findings: &Value, name: &str) -> f64 {
         .expect("a number")
 }
 
+fn check<'f>(findings: &'f Value, code: &str) -> &'f Value {
+    let mut all = findings["verdicts"].as_array().expect("a list").iter();
+    all.find(|check| check["check"] == code).expect("checked")
+}
+
 #[test]
 fn a_hidden_sheet_is_never_read_in_silence() {
     let hidden = Sheet {
@@ -58,7 +59,7 @@ fn a_hidden_sheet_is_never_read_in_silence() {
     };
     let sheets = [hidden, sheet("May", 0.18), sheet("June", 0.18)];
     let place_of = place("", &sheets);
-    let (_, err, findings) = fit(place_of.path());
+    let (_, err, findings) = fit(&place_of);
     assert!((parameter(&findings, "dry_k[PTFE]") - 0.18).abs() < 0.003);
     err.says("book.xlsx: sheet `May` is read, not `June`, nor the hidden `old`");
     assert_eq!(findings["counts"]["sheets"], serde_json::json!(["book.xlsx#May"]));
@@ -68,9 +69,8 @@ fn a_hidden_sheet_is_never_read_in_silence() {
     assert!(report.contains("runs read from `book.xlsx#May`"));
     // by name it is read, and said to be hidden
     let place = place("", &sheets);
-    let scene = place.read("scene.toml");
-    place.write("scene.toml", scene.replace("book.xlsx", "book.xlsx#old"));
-    let (_, err, findings) = fit(place.path());
+    place.replace("scene.toml", "book.xlsx", "book.xlsx#old");
+    let (_, err, findings) = fit(&place);
     assert!((parameter(&findings, "dry_k[PTFE]") - 0.23).abs() < 0.003);
     err.says("book.xlsx: sheet `old` is hidden; it is read since the scene names it");
     // a draft names the sheets that it means
@@ -95,7 +95,7 @@ fn hidden_rows_are_asked_about_and_then_taken_or_left() {
     err.says("found hidden rows 3 to 5, 9, expected none, or in [data] `hidden_rows = \"leave\"`");
     for (key, runs, said) in [("leave", 20, "are left out"), ("take", 24, "are read")] {
         let place = place(&format!("hidden_rows = \"{key}\"\n"), &sheets);
-        let (_, err, findings) = fit(place.path());
+        let (_, err, findings) = fit(&place);
         assert_eq!(findings["counts"]["runs"], runs);
         err.says(&format!("book.xlsx, sheet `May`: hidden rows 3 to 5, 9 {said}"));
     }
@@ -108,7 +108,7 @@ fn hidden_rows_are_asked_about_and_then_taken_or_left() {
     empty.rows.insert(4, vec![]);
     empty.hidden_rows = vec![5];
     let place = place("", &[empty]);
-    assert_eq!(fit(place.path()).2["counts"]["runs"], 24);
+    assert_eq!(fit(&place).2["counts"]["runs"], 24);
 }
 
 /// Two gross outliers on three sheets forbid quoting as they do on one, and are named by sheet, row and label.
@@ -132,11 +132,10 @@ fn runs_on_several_sheets_are_all_kept_and_named_as_a_person_sees_them() {
         Sheet::of("Juli", &part(16..24)),
     ];
     let of_three = place(data, &sheets);
-    let scene = of_three.read("scene.toml");
     let three = "[\"book.xlsx#Mai\", \"book.xlsx#Öl <A>\", \"book.xlsx#Juli\"]";
-    let scene = scene.replace("\"book.xlsx\"", three) + model;
-    of_three.write("scene.toml", scene);
-    let (status, err, findings) = fit(of_three.path());
+    of_three.replace("scene.toml", "\"book.xlsx\"", three);
+    of_three.write("scene.toml", of_three.read("scene.toml") + model);
+    let (status, err, findings) = fit(&of_three);
     assert!(!err.contains("more than are kept"), "{err}");
     let outlier = &findings["noise"]["outliers"][0];
     assert_eq!(
@@ -148,7 +147,7 @@ fn runs_on_several_sheets_are_all_kept_and_named_as_a_person_sees_them() {
     let of_one = place(data, &[Sheet::of("all", &part(0..24))]);
     let scene = of_one.read("scene.toml") + model;
     of_one.write("scene.toml", scene);
-    let (status_of_one, _, of_one) = fit(of_one.path());
+    let (status_of_one, _, of_one) = fit(&of_one);
     assert_eq!(status, status_of_one);
     assert_eq!(findings["main"]["parameters"], of_one["main"]["parameters"]);
     assert_eq!(findings["noise"]["outliers_found"], of_one["noise"]["outliers_found"]);
@@ -163,7 +162,7 @@ fn a_note_beside_the_table_is_no_run_and_is_told_of() {
     own.rows.push(vec![common::workbook::Cell::Empty; 6]);
     own.rows[25].push(common::workbook::Cell::Text("another".to_owned()));
     let place = place("", &[own]);
-    let (_, err, findings) = fit(place.path());
+    let (_, err, findings) = fit(&place);
     assert_eq!(findings["counts"]["runs"], 24);
     err.says("columns no. 7 (without a name), no. 21 (without a name) not read");
 }
@@ -173,11 +172,7 @@ fn a_unit_that_the_header_states_is_held_against_the_key() {
     let table = |header: &str, rows: &str| format!("{header}\n{rows}");
     let rows = "PTFE,25.4,250,170\nPTFE,25.4,350,236\nPTFE,25.4,450,301\n";
     let refused = |columns: &str, header: &str, rows: &str| {
-        let place = Folder::new();
-        place.write("runs.csv", table(header, rows));
-        let scene = format!("[data]\nruns = \"runs.csv\"\ncolumns = {{ {columns} }}\n{PTFE}");
-        place.write("scene.toml", scene);
-        let (status, _, err) = place.run("check scene.toml");
+        let (status, _, err) = checked(&format!("columns = {{ {columns} }}"), &table(header, rows));
         (status, err)
     };
     let listed =
@@ -190,46 +185,24 @@ fn a_unit_that_the_header_states_is_held_against_the_key() {
         assert_eq!(status, Some(2), "{height}");
         assert!(err.contains("by its name it "), "{height}: {err}");
     }
-    for (columns, header, below) in [
-        (
-            "drop_height_mm = \"h\"",
-            "particle,diameter_mm,h,rebound_height_mm",
-            ",,[cm],",
-        ),
-        (
-            "drop_height_mm = \"h\"",
-            "particle,diameter_mm,h,rebound_height_mm",
-            ",mm,in,mm",
-        ),
-        // our own names, too
-        (
-            "drop_height_mm = \"h\"",
-            "particle,diameter_mm,h,rebound_height_mm",
-            ",cm,mm,mm",
-        ),
-    ] {
+    let (columns, header) = ("drop_height_mm = \"h\"", "particle,diameter_mm,h,rebound_height_mm");
+    // our own names, too
+    for below in [",,[cm],", ",mm,in,mm", ",cm,mm,mm"] {
         let (status, err) = refused(columns, header, &format!("{below}\n{rows}"));
         assert_eq!(status, Some(2), "{below}");
         assert!(err.contains("by the row below its name it "), "{below}: {err}");
     }
     // each dimension has its own
     let others = "PTFE,4.762,0.9,0.8\nPTFE,4.762,1.2,0.79\nPTFE,4.762,1.5,0.78\n";
-    for (ours, theirs, header) in [
-        (
-            "impact_speed_m_s",
-            "v (mph)",
-            "particle,diameter_mm,v (mph),restitution",
-        ),
-        (
-            "impact_speed_m_s",
-            "v [cm/s]",
-            "particle,diameter_mm,v [cm/s],restitution",
-        ),
-        ("restitution", "e [%]", "particle,diameter_mm,impact_speed_m_s,e [%]"),
-        ("restitution", "e (mm)", "particle,diameter_mm,impact_speed_m_s,e (mm)"),
-        ("diameter_mm", "D (in)", "particle,D (in),impact_speed_m_s,restitution"),
-        ("diameter_mm", "D%", "particle,D%,impact_speed_m_s,restitution"),
+    for (ours, theirs) in [
+        ("impact_speed_m_s", "v (mph)"),
+        ("impact_speed_m_s", "v [cm/s]"),
+        ("restitution", "e [%]"),
+        ("restitution", "e (mm)"),
+        ("diameter_mm", "D (in)"),
+        ("diameter_mm", "D%"),
     ] {
+        let header = &"particle,diameter_mm,impact_speed_m_s,restitution".replace(ours, theirs);
         let (status, err) = refused(&format!("{ours} = \"{theirs}\""), header, others);
         assert_eq!(status, Some(2), "{theirs}");
         assert!(err.contains("by its name it "), "{theirs}: {err}");
@@ -245,8 +218,7 @@ fn a_unit_that_the_header_states_is_held_against_the_key() {
         let (status, err) = refused(&format!("{ours} = \"{theirs}\""), &header, others);
         assert_eq!(status, Some(0), "{theirs}: {err}");
     }
-    let header = "particle,diameter_mm,h,rebound_height_mm";
-    let (status, err) = refused("drop_height_mm = \"h\"", header, &format!("-,[mm],mm,(mm)\n{rows}"));
+    let (status, err) = refused(columns, header, &format!("-,[mm],mm,(mm)\n{rows}"));
     assert_eq!(status, Some(0), "{err}");
 }
 
@@ -281,22 +253,17 @@ fn a_sheet_whose_heights_contradict_its_speeds_is_named() {
                 sheet("July", 0.05, factor),
             ],
         );
-        let path = place.join("scene.toml");
-        let scene = std::fs::read_to_string(&path).expect("there");
         let three = "[\"book.xlsx#May\", \"book.xlsx#June\", \"book.xlsx#July\"]";
-        std::fs::write(&path, scene.replace("\"book.xlsx\"", three)).expect("writable");
-        let (_, err, findings) = fit(place.path());
+        place.replace("scene.toml", "\"book.xlsx\"", three);
+        let (_, _, findings) = fit(&place);
         let checks = findings["verdicts"].as_array().expect("a list").clone();
         let own = checks.into_iter().filter(|check| check["check"] == "columns_agree");
-        (own.map(|check| check["text"].to_string()).collect::<Vec<_>>(), err)
+        own.map(|check| check["text"].to_string()).collect::<Vec<_>>()
     };
-    assert_eq!(of(1.0).0, [""; 0]);
-    let (told, err) = of(0.1);
+    assert_eq!(of(1.0), [""; 0]);
+    let told = of(0.1);
     assert_eq!(told.len(), 1, "{told:?}");
-    assert!(
-        told[0].contains("book.xlsx, sheet `July`, rows 2 to 19"),
-        "{told:?} {err}"
-    );
+    told[0].says("book.xlsx, sheet `July`, rows 2 to 19");
     assert!(told[0].contains("a factor of 10 in the height"), "{told:?}");
 }
 
@@ -401,26 +368,14 @@ fn a_header_of_another_quantity_is_refused() {
         let table = table + &rows.collect::<String>();
         checked(&format!("{liquid}{ours} = '{theirs}'\n"), &table)
     };
-    for (ours, theirs, told) in [
-        (
-            "film_um",
-            "film 1e-5 m",
-            "by its name it is in `1e-5 m`; expected `film_um`, `film_mm`",
-        ),
-        (
-            "film_um",
-            "film (10⁻³ m)",
-            "expected it as `film_mm` in the scene's columns",
-        ),
-        ("film_um", "film m", "expected it as `film_m` in the scene's columns"),
-        ("film_um", "film_m", "expected it as `film_m` in the scene's columns"),
-        ("film_um", "film (µl)", "by its name it is in `µl`"),
-        (
-            "film_ratio",
-            "δ/R",
-            "by its name it is the film over the radius; expected δ/D",
-        ),
-    ] {
+    for [ours, theirs, told] in table_of(
+        "film_um | film 1e-5 m | by its name it is in `1e-5 m`; expected `film_um`, `film_mm`
+         film_um | film (10⁻³ m) | expected it as `film_mm` in the scene's columns
+         film_um | film m | expected it as `film_m` in the scene's columns
+         film_um | film_m | expected it as `film_m` in the scene's columns
+         film_um | film (µl) | by its name it is in `µl`
+         film_ratio | δ/R | by its name it is the film over the radius; expected δ/D",
+    ) {
         let (status, _, err) = wet(ours, theirs);
         assert_eq!(status, Some(2), "{theirs}");
         assert!(err.contains(told), "{theirs}: {err}");
@@ -476,10 +431,7 @@ fn a_no_keeps_a_run_where_all_say_yes_or_no() {
     assert_eq!(count, "24 runs read, 1 left out (excluded: `touched the wall`)");
     assert!(!err.contains("yes or no"), "{err}");
     let (count, _) = of(["", "no film", "no"]);
-    assert_eq!(
-        count,
-        "24 runs read, 12 left out (excluded: `no`), 1 left out (excluded: `no film`)"
-    );
+    count.reads("24 runs read, 12 left out (excluded: `no`), 1 left out (excluded: `no film`)");
 }
 
 /// Where the column of reasons leaves out every run, no limit is to blame.
@@ -488,12 +440,8 @@ fn where_reasons_leave_out_all_the_advice_says_so() {
     let rows = dry_rows(0.18).replace('\n', ",blurred\n");
     let text = format!("{},exclude\n{rows}", HEADER.trim());
     let place = place("", &[Sheet::of("May", &text)]);
-    let (_, err, findings) = fit(place.path());
-    let checks = findings["verdicts"].as_array().expect("a list");
-    let own = checks
-        .iter()
-        .find(|check| check["check"] == "runs_in_use")
-        .expect("it failed");
+    let (_, err, findings) = fit(&place);
+    let own = check(&findings, "runs_in_use");
     assert_eq!(own["text"], "every run is left out (excluded: `blurred`)");
     assert_eq!(
         own["advice"],
@@ -503,12 +451,8 @@ fn where_reasons_leave_out_all_the_advice_says_so() {
     // by a limit it is the limit
     let sheets = [sheet("May", 0.18)];
     let place = self::place("min_impact_speed_m_s = 9\n", &sheets);
-    let (_, _, findings) = fit(place.path());
-    let checks = findings["verdicts"].as_array().expect("a list");
-    let own = checks
-        .iter()
-        .find(|check| check["check"] == "runs_in_use")
-        .expect("it failed");
+    let (_, _, findings) = fit(&place);
+    let own = check(&findings, "runs_in_use");
     assert_eq!(own["advice"], "widen the limits in [data] to use those beyond them");
 }
 
@@ -525,7 +469,7 @@ fn heights_of_the_centre_are_counted_from_half_a_diameter_higher() {
             data,
             &[Sheet::of("May", &format!("{HEADER}{}", moved.collect::<String>()))],
         );
-        let (_, err, findings) = fit(place.path());
+        let (_, err, findings) = fit(&place);
         let is_told = data.contains("heights_of");
         assert_eq!(
             err.contains("heights are taken as those of the sphere's lowest point"),
@@ -626,7 +570,7 @@ fn a_laboratorys_workbook_takes_one_edit_and_three_commands() {
         scene = scene.replacen("= \"fill in\"", &format!("= {value}"), 1);
     }
     std::fs::write(&path, scene).expect("writable");
-    let (_, err, findings) = fit(place.path());
+    let (_, err, findings) = fit(&place);
     assert!((parameter(&findings, "dry_k[sphere]") - 0.183).abs() < 0.003, "{err}");
     let l = parameter(&findings, "lubrication_log");
     assert!((l - 1.85).abs() < 0.15, "{l}: {err}");
@@ -649,7 +593,7 @@ fn titles_above_the_names_of_a_text_are_passed_over() {
     let scene = scene.replacen("heights_to = \"fill in\"", "heights_to = \"plate\"", 1);
     let scene = scene.replacen("heights_of = \"fill in\"", "heights_of = \"lowest\"", 1);
     std::fs::write(&path, scene.replacen("= \"fill in\"", "= 2150", 1)).expect("writable");
-    let (_, _, findings) = fit(place.path());
+    let (_, _, findings) = fit(&place);
     assert_eq!(findings["counts"]["runs"], 24);
     // without the key the message says what is missing
     let scene = format!("[data]\nruns = \"runs.csv\"\n{PTFE}");

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 pub use chance::{assert_expected, assert_seldom, binomial_z, counts, holds, mean, seed_of, study};
-pub use program::{contents, entries, in_project, read_in_project, wetcor, wetcor_here, Folder, Ran, Says};
+pub use program::{contents, entries, in_project, read_in_project, table_of, wetcor, wetcor_here, Folder, Ran, Says};
 use rand::rngs::ChaCha8Rng;
 pub use told::Told;
 use wetcor::findings::compare::Comparison;
@@ -22,6 +22,7 @@ use wetcor::inference::sampling::{sample_posterior, Sampled, SamplingPlan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::model::simulate::Simulation;
+use wetcor::physics::Setting;
 use wetcor::report::{self, ReportInput};
 use wetcor::runs::{self, Existing, NewRun, RunWriter, Runs, Table};
 use wetcor::scene::{self, Scene};
@@ -156,6 +157,19 @@ pub fn report_of(
     let text = whole.iter().find(|(name, _)| name == "report.md").expect("a report");
     let text = String::from_utf8(text.1.clone()).expect("text");
     (text, whole.into_iter().map(|(name, _)| name).collect())
+}
+
+/// A sphere of 5 µm roughness above a wetted plate: density and diameter, density and viscosity of the liquid, film.
+pub fn setting([density, diameter]: [f64; 2], [liquid_density, viscosity]: [f64; 2], film: f64) -> Setting {
+    Setting {
+        density,
+        diameter,
+        roughness: Some(5e-6),
+        liquid_density,
+        viscosity,
+        film,
+        surface_tension: None,
+    }
 }
 
 /// A fit of the example with its draws, once for all tests of a file.

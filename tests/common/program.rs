@@ -116,10 +116,19 @@ pub fn entries(folder: &Path) -> Vec<String> {
     names
 }
 
+/// The rows of a table given as lines, with ` | ` between cells.
+pub fn table_of<const N: usize>(text: &str) -> Vec<[&str; N]> {
+    let row = |line| -> [&str; N] { Vec::from_iter(str::split(line, " | ")).try_into().expect("a row") };
+    text.lines().map(str::trim).map(row).collect()
+}
+
 /// What a text must say; the whole of it is shown where it does not.
 pub trait Says {
     fn says(&self, words: &str);
     fn begins(&self, words: &str);
+    fn lacks(&self, words: &str);
+    /// The whole of it.
+    fn reads(&self, words: &str);
 }
 
 impl Says for str {
@@ -131,5 +140,15 @@ impl Says for str {
     #[track_caller]
     fn begins(&self, words: &str) {
         assert!(self.starts_with(words), "no `{words}` begins:\n{self}");
+    }
+
+    #[track_caller]
+    fn lacks(&self, words: &str) {
+        assert!(!self.contains(words), "`{words}` in:\n{self}");
+    }
+
+    #[track_caller]
+    fn reads(&self, words: &str) {
+        assert_eq!(self, words);
     }
 }

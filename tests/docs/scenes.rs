@@ -3,15 +3,20 @@
 use std::path::Path;
 
 use super::{block, fenced, pages, read, spans, wrong};
-use crate::common::Folder;
+use crate::common::{Folder, Ran};
 
-/// What `check` says of the scene and the table of a page.
-fn checked(page: &str) -> (Option<i32>, String, String) {
+/// The scene and the table of a page.
+fn placed(page: &str) -> Folder {
     let folder = Folder::new();
     for (language, name) in [("toml", "scene.toml"), ("csv", "Versuche.csv")] {
         folder.write(name, block(page, language));
     }
-    folder.run("check scene.toml")
+    folder
+}
+
+/// What `check` says of them.
+fn checked(page: &str) -> Ran {
+    placed(page).run("check scene.toml")
 }
 
 #[test]
@@ -30,12 +35,7 @@ fn the_table_of_the_page_is_read_by_its_scene() {
 /// An example that may not be quoted would teach nobody.
 #[test]
 fn the_table_of_the_page_may_be_quoted() {
-    let page = read("docs/your-table.md");
-    let folder = Folder::new();
-    for (language, name) in [("toml", "scene.toml"), ("csv", "Versuche.csv")] {
-        folder.write(name, block(&page, language));
-    }
-    let (status, out, err) = folder.run("fit scene.toml");
+    let (status, out, err) = placed(&read("docs/your-table.md")).run("fit scene.toml");
     assert!(status == Some(0) && out.contains("may be quoted"), "{out}\n{err}");
 }
 

@@ -1,5 +1,6 @@
 //! Attacks sizes: of files, lines and counts, and numbers of particles.
 
+use crate::common::table_of;
 use std::fs::File;
 use std::process::Command;
 
@@ -34,33 +35,17 @@ fn with_runs(place: &Place, runs: &str) {
 
 #[test]
 fn d07_replicates_and_draws_beyond_memory_are_refused_by_their_keys() {
-    for (lines, words) in [
-        (
-            "[bootstrap]\nreplicates = 1000000000",
-            [
-                "line 16, [bootstrap] replicates: found `1000000000`",
-                "expected a whole number from 1 to 1000000",
-            ],
-        ),
-        (
-            "[sampler]\nchains = 1000\ndraws = 1000000",
-            [
-                "line 17, [sampler] draws: found 1000000 draws of 1000 chains",
-                "expected at most 10000000 draws of all",
-            ],
-        ),
-        (
-            "[sampler]\nwarmup = 1000000000",
-            ["line 16, [sampler] warmup: found `1000000000`", "from 1 to 1000000"],
-        ),
-        (
-            "[sampler]\nchains = 5000",
-            ["line 16, [sampler] chains: found `5000`", "from 1 to 1000"],
-        ),
-    ] {
+    for [lines, found, expected] in table_of(
+        "[bootstrap];replicates = 1000000000 | line 16, [bootstrap] replicates: found `1000000000` | \
+         expected a whole number from 1 to 1000000
+         [sampler];chains = 1000;draws = 1000000 | line 17, [sampler] draws: found 1000000 draws of 1000 chains | \
+         expected at most 10000000 draws of all
+         [sampler];warmup = 1000000000 | line 16, [sampler] warmup: found `1000000000` | from 1 to 1000000
+         [sampler];chains = 5000 | line 16, [sampler] chains: found `5000` | from 1 to 1000",
+    ) {
         let place = Place::plain();
-        place.add_to_scene(lines);
-        check(&place).assert_refused(lines, &words);
+        place.add_to_scene(&lines.replace(';', "\n"));
+        check(&place).assert_refused(lines, &[found, expected]);
     }
     // what fits into a scene may still be too much with its parameters
     let place = Place::plain();
@@ -99,30 +84,15 @@ const ALIKE: &str = "[truth]\ndry_k = { PTFE = 0.183 }\nsigma_dry = 0.0\nsigma_w
 fn sizes_asked_for_have_limits() {
     let place = Place::plain();
     place.add_to_scene(&format!("{ALIKE}\nrepeats = 2000000000000"));
-    for (command, words) in [
-        ("calibrate --out page.md --sets 1000000000000", ["--sets", "1000000"]),
-        (
-            "calibrate --out page.md --sets 18446744073709551615",
-            ["--sets", "1000000"],
-        ),
-        (
-            "simulate scene.toml --out made.csv --runs 18446744073709551615",
-            ["--runs", "1000000000000"],
-        ),
-        (
-            "simulate scene.toml --out made.csv",
-            ["[design] repeats: found 2000000000000", "at most 1000000000000"],
-        ),
-        (
-            "simulate scene.toml --out made --runs 9 --parts 1000000",
-            ["--parts", "10000"],
-        ),
-        (
-            "predict report --speed-m-s 1:2:1000000000",
-            ["--speed-m-s", "COUNT from 2 to 100000"],
-        ),
-    ] {
-        shell(&place, &format!("exec $WETCOR {command}"), AT_ONCE).assert_refused(command, &words);
+    for [command, key, words] in table_of(
+        "calibrate --out page.md --sets 1000000000000 | --sets | 1000000
+         calibrate --out page.md --sets 18446744073709551615 | --sets | 1000000
+         simulate scene.toml --out made.csv --runs 18446744073709551615 | --runs | 1000000000000
+         simulate scene.toml --out made.csv | [design] repeats: found 2000000000000 | at most 1000000000000
+         simulate scene.toml --out made --runs 9 --parts 1000000 | --parts | 10000
+         predict report --speed-m-s 1:2:1000000000 | --speed-m-s | COUNT from 2 to 100000",
+    ) {
+        shell(&place, &format!("exec $WETCOR {command}"), AT_ONCE).assert_refused(command, &[key, words]);
     }
     assert_eq!(place.entries(), ["runs.csv", "scene.toml"]);
 }

@@ -7,13 +7,14 @@ use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
 use wetcor::physics::rebound::mean_restitution;
-use wetcor::physics::{kept_energy, Coefficient, Order, Parameters, Setting};
+use wetcor::physics::{kept_energy, Coefficient, Order, Parameters};
 use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{sample, seed_of, Place};
+use crate::common::{sample, seed_of, setting, Place};
+use crate::degenerate;
 
 /// A scene whose least squares and posterior are plainly right, before anything is taken to an extreme.
 pub fn base() -> String {
@@ -58,15 +59,8 @@ pub fn draw<'s>(scene: &'s Scene, case: &str, runs: Option<u64>) -> Vec<NewRun<'
 pub fn wet_run<'s, R: Rng>(scene: &'s Scene, diameter: f64, film_ratio: f64, v: f64, rng: &mut R) -> NewRun<'s> {
     let truth = scene.truth.as_ref().expect("a truth");
     let (particle, liquid) = (&scene.particles[0], &scene.liquids[0]);
-    let setting = Setting {
-        density: particle.density,
-        diameter,
-        roughness: Some(5e-6),
-        liquid_density: liquid.density,
-        viscosity: liquid.viscosity,
-        film: film_ratio * diameter,
-        surface_tension: None,
-    };
+    let film = film_ratio * diameter;
+    let setting = setting([particle.density, diameter], [liquid.density, liquid.viscosity], film);
     let parameters = Parameters::new(truth.dry_k[0].expect("k"))
         .with(
             Coefficient::LubricationLog,
@@ -258,25 +252,12 @@ pub fn of_draws(x: f64) -> String {
 
 fn estimates(findings: &Findings) -> Vec<&Estimate> {
     let dry = findings.dry.iter().map(|d| &d.dry_k);
-    let series = findings
-        .series
-        .iter()
-        .flat_map(|s| [&s.alpha, &s.beta, &s.e_inf, &s.threshold_speed_m_s]);
-    let scaling = findings.scaling.iter().flat_map(|s| {
-        [&s.e_inf, &s.st_c, &s.lubrication_log]
-            .into_iter()
-            .chain(&s.st_no_rebound)
-    });
-    let energy = findings
-        .energy
-        .iter()
-        .flat_map(|e| [&e.loss_over_density_ratio, &e.st_c_e_inf2, &e.delta_c_m]);
     let balance = findings.energy_balance.iter().flat_map(|b| {
         let parameters = b.parameters.iter().map(|p| &p.estimate);
         let derived = b.derived.iter().flat_map(|d| [&d.e_inf, &d.st_c]);
         parameters.chain(derived).chain([&b.delta_c_over_roughness])
     });
-    dry.chain(series).chain(scaling).chain(energy).chain(balance).collect()
+    dry.chain(degenerate::estimates(findings)).chain(balance).collect()
 }
 
 /// Everything told is finite, or is missing with its reason; no ± is zero; no failed check is without words.

@@ -12,12 +12,12 @@ use wetcor::model::parameters::{ParameterKind, COMMON_SLOTS};
 use wetcor::physics::balance::kept_energy_slopes;
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::{bridge, numbers, rebound, viscous};
-use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Order, Parameters, Setting};
+use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Order, Parameters};
 use wetcor::runs::{self, NewRun};
 use wetcor::scene::Scene;
 
 use crate::common::scenes::scene_of;
-use crate::common::Place;
+use crate::common::{setting, Place};
 
 /// Roundings a formula may make for each one that its condition number excuses.
 pub const ROUNDINGS: f64 = 4.0;
@@ -134,15 +134,7 @@ fn dry_run_alone(scene: &Scene, x: &[f64]) -> Vec<f64> {
 
 fn kept(form: Inertia, x: &[f64]) -> Vec<f64> {
     let [density, diameter, liquid_density, viscosity, film, v, k, l, c, scale] = x.try_into().expect("ten arguments");
-    let setting = Setting {
-        density,
-        diameter,
-        roughness: Some(5e-6),
-        liquid_density,
-        viscosity,
-        film,
-        surface_tension: None,
-    };
+    let setting = setting([density, diameter], [liquid_density, viscosity], film);
     let parameters = Parameters::new(k)
         .with(Coefficient::LubricationLog, l)
         .with(Coefficient::InertialPrefactor, c)
