@@ -1,8 +1,7 @@
 //! Holds how results move with the constants taken as exact, and what that adds to their error.
 
 use crate::common::scenes::{scene_of, AK10, DESIGN, HEADER, M50, PTFE, SATURATING};
-use crate::common::{seed_of, Place, Says, Told};
-use rand_distr::{Distribution, StandardNormal};
+use crate::common::{normal, seed_of, Place, Says, Told};
 use wetcor::findings::constants::{Sensitivity, MOST_REBOUNDS};
 use wetcor::findings::{self, overview, Findings};
 use wetcor::report::{markdown, ReportInput};
@@ -268,7 +267,7 @@ fn worst_of_draws(told: impl Fn(&Sensitivity) -> f64) -> f64 {
     let rows: Vec<Vec<f64>> = (0..DRAWS)
         .map(|draw| {
             let mut rng = stream(seed, "constants", draw);
-            let z: [f64; 6] = std::array::from_fn(|_| StandardNormal.sample(&mut rng));
+            let z: [f64; 6] = std::array::from_fn(|_| normal(&mut rng));
             values(&changed(&place.scene, &table, |scene, runs| {
                 scene.particles[0].density *= 1.0 + 0.01 * z[0];
                 scene.particles[0].roughness = scene.particles[0].roughness.map(|own| own * (1.0 + 0.02 * z[1]));

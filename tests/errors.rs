@@ -1,10 +1,9 @@
 //! Holds fits of runs with measurement errors: coverage, precision, an oracle, and the speed error that matters.
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{binomial_z, mean, seed_of, Place, Told};
+use crate::common::{binomial_z, mean, normal, seed_of, Place, Told};
 use rand::rngs::ChaCha8Rng;
 use rand::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::{self, Findings};
 use wetcor::inference::delta::interval;
 use wetcor::inference::effective_variance::{ErrorColumns, ErrorWeights};
@@ -31,7 +30,7 @@ type Errs = (f64, f64, bool);
 fn draw(rng: &mut ChaCha8Rng, runs: usize, sigma: f64, errs: impl Fn(usize) -> Errs) -> Measured {
     let mut measured = Measured::default();
     for run in 0..runs {
-        let mut z = || -> f64 { StandardNormal.sample(rng) };
+        let mut z = || normal(rng);
         let v = 0.3 * 10f64.powf((run % 12) as f64 / 11.0);
         let (of_v, of_r, told) = errs(run);
         let e = (TRUTH[0] + TRUTH[1] / v).sqrt() + sigma * z();
@@ -289,7 +288,7 @@ fn the_speed_error_that_matters_moves_beta_as_it_says() {
         .map(|_| {
             let mut read = Measured::default();
             for (v, e) in design.speed.iter().zip(&design.restitution) {
-                let z: f64 = StandardNormal.sample(&mut rng);
+                let z = normal(&mut rng);
                 let factor = 1.0 + 2.0 * share * z;
                 read.x.push(1.0 / (v * factor));
                 read.restitution.push(e / factor);
@@ -338,7 +337,7 @@ fn with_errors(place: &Place, test: &str) -> Findings {
         let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
         let [v, e] = [5, 6].map(|cell: usize| cells[cell].parse::<f64>().expect("a number"));
         let factor = 10f64.powf((run % 5) as f64 / 4.0 - 0.5);
-        let mut z = || -> f64 { StandardNormal.sample(&mut rng) };
+        let mut z = || normal(&mut rng);
         let (s_v, s_r) = (0.01 * factor * v, 0.005 * factor * v);
         let (read, rebound) = (v + s_v * z(), e * v + s_r * z());
         cells[5] = read.to_string();

@@ -68,6 +68,11 @@ fn found(path: &Path) -> Sightings {
     find_sphere(path, &|_, _| ()).expect("a sphere")
 }
 
+/// What is found in so many frames.
+fn found_in(scene: &Scene, centre: impl Fn(f64) -> (f64, f64) + Sync, frames: usize) -> Sightings {
+    found(written(scene, centre, frames).path())
+}
+
 fn errors_between(sightings: &Sightings, centre: impl Fn(f64) -> (f64, f64), which: impl Fn(usize) -> bool) -> Errors {
     let each: Vec<(f64, f64)> = sightings
         .seen
@@ -139,8 +144,7 @@ fn centre_of_mass(picture: &Picture, scene: &Scene) -> (f64, f64) {
 fn positions_are_within_hundredths_of_a_pixel() {
     for bright in [true, false] {
         let scene = wet_plate(bright, "positions_are_within_hundredths_of_a_pixel");
-        let folder = written(&scene, impact, 240);
-        let sightings = found(folder.path());
+        let sightings = found_in(&scene, impact, 240);
         assert!(sightings.missed.is_empty(), "{bright}");
         let near = |frame: usize| PLATE - 20.0 - impact(frame as f64).1 < 6.0;
         let free = errors_between(&sightings, impact, |frame| !near(frame));
@@ -185,8 +189,7 @@ fn the_background_is_without_a_sphere_at_rest() {
         let scene = wet_plate(bright, "the_background_is_without_a_sphere_at_rest");
         for (first, last) in [(84.0, 0.0), (0.0, 84.0), (42.0, 42.0)] {
             let centre = held(first, last);
-            let folder = written(&scene, &centre, 120);
-            let sightings = found(folder.path());
+            let sightings = found_in(&scene, &centre, 120);
             let all = errors(&sightings, &centre);
             println!(
                 "bright {bright}, at rest for {first} and {last}: {} {all:?}",
@@ -230,8 +233,7 @@ fn light_that_changes_and_other_things_move_nothing() {
         ..seeded("light_that_changes_and_other_things_move_nothing")
     };
     let centre = |time: f64| (110.0 + 0.11 * time, 30.0 + 0.83 * time);
-    let folder = written(&scene, centre, 200);
-    let sightings = found(folder.path());
+    let sightings = found_in(&scene, centre, 200);
     let all = errors(&sightings, centre);
     println!("{all:?} {}", sightings.radius_px);
     assert!(sightings.missed.is_empty());
@@ -265,8 +267,7 @@ fn a_motion_blur_is_borne() {
         highlight: true,
         ..seeded("a_motion_blur_is_borne")
     };
-    let folder = written(&scene, centre, 58);
-    let sightings = found(folder.path());
+    let sightings = found_in(&scene, centre, 58);
     let blurred = |from: f64, to: f64| {
         errors_between(&sightings, centre, |frame| {
             let speed = speed(frame as f64).abs();
@@ -303,8 +304,7 @@ fn a_motion_blur_is_borne() {
 fn a_sphere_that_is_not_whole_is_missed() {
     let centre = |time: f64| (60.0, -30.0 + 1.3 * time);
     let scene = sized([120, 160], 20.0, "a_sphere_that_is_not_whole_is_missed");
-    let folder = written(&scene, centre, 180);
-    let sightings = found(folder.path());
+    let sightings = found_in(&scene, centre, 180);
     for one in &sightings.seen {
         let (x, y) = centre(one.frame as f64);
         assert!((one.x_px - x).hypot(one.y_px - y) < 0.25, "{one:?}");
@@ -331,8 +331,7 @@ fn a_mirror_image_is_no_sphere() {
         mirror: 0.8,
         ..seeded("a_mirror_image_is_no_sphere")
     };
-    let folder = written(&scene, centre, 135);
-    let sightings = found(folder.path());
+    let sightings = found_in(&scene, centre, 135);
     let all = errors(&sightings, centre);
     println!("{all:?}");
     assert!(all.largest < 0.3, "{all:?}");

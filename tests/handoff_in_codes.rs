@@ -357,6 +357,20 @@ fn rows(text: &str) -> Vec<(String, f64)> {
     .collect()
 }
 
+/// Runs a contact of one e at every speed that is tried, and with each of some variables.
+fn holds_constant(reader: &Reader, pair: &Pair, file: &HandoffFile, variables: &[(&str, &str)]) {
+    reader.write(file);
+    let (program, named) = (reader.program, pair.named());
+    for speed in pair.tried().map(|speed| speed.to_string()) {
+        let found = reader.rebounds(file, &[("speed", &speed)]);
+        assert_both_near(&found, pair, &format!("{program} hooke, {named}, {speed} m/s"));
+    }
+    for (name, value) in variables {
+        let found = reader.rebounds(file, &[(name, value)]);
+        assert_both_near(&found, pair, &format!("{program} {name} {value}, {named}"));
+    }
+}
+
 /// Runs a velocity-dependent contact at the reference speed, and at every other speed of its table.
 fn holds_its_table(reader: &Reader, file: &HandoffFile, named: &str) {
     reader.write(file);
@@ -377,16 +391,7 @@ fn liggghts_rebounds_as_asked() {
     let Some(reader) = Reader::new("liggghts") else { return };
     for pair in &PAIRS {
         let (files, named) = (pair.files(Code::Liggghts), pair.named());
-        let constant = &files[0];
-        reader.write(constant);
-        for speed in pair.tried().map(|speed| speed.to_string()) {
-            let found = reader.rebounds(constant, &[("speed", &speed)]);
-            assert_both_near(&found, pair, &format!("liggghts hooke, {named}, {speed} m/s"));
-        }
-        let hertz = reader.rebounds(constant, &[("model", "hertz")]);
-        assert_both_near(&hertz, pair, &format!("liggghts hertz, {named}"));
-        let limited = reader.rebounds(constant, &[("limit", "on")]);
-        assert_both_near(&limited, pair, &format!("liggghts limitForce on, {named}"));
+        holds_constant(&reader, pair, &files[0], &[("model", "hertz"), ("limit", "on")]);
         if let Some(stokes) = files.get(1) {
             holds_its_table(&reader, stokes, &named);
         }
@@ -409,14 +414,7 @@ fn lammps_rebounds_as_asked() {
     let Some(reader) = Reader::new("lmp") else { return };
     for pair in &PAIRS {
         let (files, named) = (pair.files(Code::Lammps), pair.named());
-        let constant = &files[0];
-        reader.write(constant);
-        for speed in pair.tried().map(|speed| speed.to_string()) {
-            let found = reader.rebounds(constant, &[("speed", &speed)]);
-            assert_both_near(&found, pair, &format!("lammps hooke, {named}, {speed} m/s"));
-        }
-        let tsuji = reader.rebounds(constant, &[("contact", "tsuji")]);
-        assert_both_near(&tsuji, pair, &format!("lammps tsuji, {named}"));
+        holds_constant(&reader, pair, &files[0], &[("contact", "tsuji")]);
         if let Some(viscoelastic) = files.get(1) {
             holds_its_table(&reader, viscoelastic, &named);
         }

@@ -1,7 +1,6 @@
 //! Holds the posterior's L to the truth where impact speeds are measured with an error.
 
-use crate::common::{draws_of, mean, seed_of};
-use rand_distr::{Distribution, StandardNormal};
+use crate::common::{draws_of, mean, normal, seed_of};
 use rayon::prelude::*;
 use std::path::Path;
 use wetcor::findings::posterior::{effort, speed_errors, start};
@@ -63,7 +62,7 @@ fn scene(design: Design) -> Scene {
 /// Runs of which both speeds are measured with an error.
 fn table(scene: &Scene, design: Design, seed: u64) -> Table {
     let mut rng = stream(seed, "hidden speeds", 0);
-    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut normal = || normal(&mut rng);
     let (mut rows, mut sds) = (vec![], vec![]);
     let mut add = |wet: bool, diameter: f64, v: f64, e: f64, errors: [f64; 2]| {
         let measured = v * (1.0 + design.error * errors[0]);

@@ -4,7 +4,8 @@ use crate::common::{wetcor_here, Folder};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-type Row = HashMap<String, String>;
+/// Cells of a row by the names of their columns.
+pub type Row = HashMap<String, String>;
 
 fn ran(arguments: &[&str]) -> String {
     let (status, out, err) = wetcor_here(arguments);
@@ -53,7 +54,7 @@ impl Fitted {
     }
 }
 
-fn rows(text: &str) -> Vec<Row> {
+pub fn rows(text: &str) -> Vec<Row> {
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
     let row = |line: &str| {

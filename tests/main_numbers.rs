@@ -1,8 +1,7 @@
 //! Holds where each main number comes from, and that the dry law and one k for all diameters are tested before it is quoted.
 
 use crate::common::scenes::{scene_of, HEADER, PTFE, THIN};
-use crate::common::{binomial_z, holds, sample, seed_of, Place, Says, Told};
-use rand_distr::{Distribution, StandardNormal};
+use crate::common::{binomial_z, holds, normal, sample, seed_of, Place, Says, Told};
 use wetcor::findings::form_choice::ChosenBy;
 use wetcor::findings::main_numbers::{MainNumber, MainPlace, Source};
 use wetcor::findings::posterior::MethodChoice;
@@ -372,7 +371,7 @@ fn covered_from_priors(name: &str, model: &str, sets: u64) -> [[usize; 2]; 2] {
     for set in 0..sets {
         let mut rng = stream(seed_of(name), "priors", set);
         let mut drawn = |median: f64| {
-            let z: f64 = StandardNormal.sample(&mut rng);
+            let z = normal(&mut rng);
             median * (0.5 * z).exp()
         };
         let truth = [drawn(0.15), drawn(1.0)];
@@ -621,7 +620,7 @@ fn main_numbers_cover_on_designs_of_few_runs() {
         let mut rng = stream(seed, "three dry runs", *set);
         let mut csv = HEADER.to_owned();
         for v in [0.5f64, 1.0, 2.0] {
-            let z: f64 = StandardNormal.sample(&mut rng);
+            let z = normal(&mut rng);
             let e = 1.0 - 0.183 * v.powf(0.2) + 0.01 * z;
             csv.push_str(&format!("PTFE,dry,4.762,,{v},{e:.6}\n"));
         }

@@ -1,9 +1,8 @@
 //! Holds the posterior and the joint least squares of runs with measurement errors to the truth those were drawn from.
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{binomial_z, draws_of, mean, rows_from, sampled, seed_of, Place, Told};
+use crate::common::{binomial_z, draws_of, mean, normal, rows_from, sampled, seed_of, Place, Told};
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use wetcor::findings::posterior::effort;
 use wetcor::inference::nuts::Effort;
@@ -65,7 +64,7 @@ fn measured(scene: &Scene, apart: Apart, (seed, set): (u64, u64)) -> Runs {
             Apart::Twentyfold => 0.001 * 20f64.powf(rng.random::<f64>()),
             Apart::Nothing => 0.01,
         };
-        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let mut normal = || normal(&mut rng);
         let (v, e) = (row.impact_speed, row.restitution);
         let sds = [share * v, 0.5 * share * v];
         let rebound = e * v + if e > 0.0 { sds[1] * normal() } else { 0.0 };

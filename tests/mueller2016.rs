@@ -1,6 +1,6 @@
 //! Holds the examples in the repository: the runs, their distance from the paper, and the committed reports.
 
-use crate::common::{contents, wetcor_here};
+use crate::common::{contents, read_in_project, wetcor_here};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -177,8 +177,7 @@ fn a_committed_report_is_written_again(example: &str) {
 /// Near the threshold, with noise on the energy kept: the matching posterior holds the truth, least squares does not.
 #[test]
 fn the_example_of_sticking_is_told_by_its_own_noise() {
-    let findings: Value =
-        serde_json::from_str(&read(&root().join("reports/sticking/findings.json"))).expect("valid JSON");
+    let findings: Value = serde_json::from_str(&read_in_project("reports/sticking/findings.json")).expect("valid JSON");
     let number = |value: &Value| value.as_f64().expect("a number");
     let of = |list: &Value| {
         let all = list.as_array().expect("a list").iter();
@@ -220,12 +219,12 @@ const LARGEST_DRY: f64 = 1.15;
 #[test]
 fn the_papers_figures_come_back_as_nearly_as_stated() {
     let findings: Value =
-        serde_json::from_str(&read(&root().join("reports/mueller2016/findings.json"))).expect("valid JSON");
+        serde_json::from_str(&read_in_project("reports/mueller2016/findings.json")).expect("valid JSON");
     let published = findings["published"]
         .as_array()
         .expect("the scene gives published numbers");
     assert_eq!(published.len(), 10);
-    let source = read(&root().join("datasets/mueller2016/SOURCE.md"));
+    let source = read_in_project("datasets/mueller2016/SOURCE.md");
     for row in published {
         let number = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
         let distance = (number("ours") - number("value")) / number("se");
@@ -258,7 +257,7 @@ fn the_runs_are_what_simulate_draws_and_no_one_takes_them_for_measured() {
     let words = ["simulate", "datasets/mueller2016/scene.toml", "--force", "--out"];
     let (status, _, err) = wetcor_here(&[&words[..], &[out.to_str().expect("a plain path")]].concat());
     assert_eq!(status, Some(0), "{err}");
-    let (new, old) = (read(&out), read(&root().join("datasets/mueller2016/runs.csv")));
+    let (new, old) = (read(&out), read_in_project("datasets/mueller2016/runs.csv"));
     assert_eq!(new.lines().count(), old.lines().count());
     for (a, b) in new.lines().zip(old.lines()) {
         for (a, b) in a.split(',').zip(b.split(',')) {
@@ -274,10 +273,10 @@ fn the_runs_are_what_simulate_draws_and_no_one_takes_them_for_measured() {
         .skip(1)
         .filter_map(|line| line.split(',').nth(3)?.parse::<f64>().ok());
     assert!(films.all(|film| film >= 200.0));
-    let source = read(&root().join("datasets/mueller2016/SOURCE.md"));
+    let source = read_in_project("datasets/mueller2016/SOURCE.md");
     assert!(
         source.lines().next().is_some_and(|line| line.contains("simulated")),
         "SOURCE.md's first line"
     );
-    assert!(read(&root().join("reports/mueller2016/report.md")).contains("no run here was measured"));
+    assert!(read_in_project("reports/mueller2016/report.md").contains("no run here was measured"));
 }

@@ -6,8 +6,7 @@ mod outliers;
 mod spreads;
 
 use crate::common::scenes::{scene_of, AK10, PE, PTFE};
-use crate::common::{Place, Told};
-use rand_distr::{Distribution, StandardNormal};
+use crate::common::{normal, Place, Told};
 use wetcor::findings::noise::Noise;
 use wetcor::findings::{self, Findings};
 use wetcor::runs::{arrange, NewRun, Table};
@@ -85,7 +84,7 @@ impl Design {
 fn scattered<'s>(exact: &[NewRun<'s>], seed: u64, sd: impl Fn(&NewRun) -> f64) -> Vec<NewRun<'s>> {
     let mut rng = stream(seed, "noise of a test", 0);
     let scatter = |run: &NewRun<'s>| {
-        let z: f64 = StandardNormal.sample(&mut rng);
+        let z = normal(&mut rng);
         let mut run = *run;
         run.restitution = f64::max(run.restitution + sd(&run) * z, 0.0);
         run
@@ -127,7 +126,7 @@ fn offset(runs: &mut [NewRun], seed: u64, sd: f64) {
     for run in runs {
         let Some(name) = series_of(run) else { continue };
         let at = known.iter().position(|(other, _)| *other == name).unwrap_or_else(|| {
-            let z: f64 = StandardNormal.sample(&mut rng);
+            let z = normal(&mut rng);
             known.push((name, sd * z));
             known.len() - 1
         });

@@ -13,7 +13,6 @@ use wetcor::inference::diagnostics::summary::{summarise, Summary};
 use wetcor::inference::laplace::laplace;
 use wetcor::inference::nuts::{sample_chains, Effort, TARGET_ACCEPT};
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
-use wetcor::model::likelihood::normal::ln_normal_cdf;
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::LogDensity;
@@ -235,14 +234,8 @@ fn densities_and_slopes_are_the_references() {
 }
 
 #[test]
-fn the_normal_tail_and_the_priors_are_the_references() {
+fn the_priors_are_the_references() {
     let reference = reference();
-    let far = |ours: f64, theirs: f64| (ours - theirs).abs() / theirs.abs().max(f64::MIN_POSITIVE);
-    for row in reference["log_phi"].as_array().expect("rows") {
-        let (value, slope) = ln_normal_cdf(number(&row["z"]));
-        assert!(far(value, number(&row["log_phi"])) < 1e-12, "{row} {value}");
-        assert!(far(slope, number(&row["slope"])) < 1e-12, "{row} {slope}");
-    }
     for row in reference["priors"].as_array().expect("rows") {
         let args: Vec<f64> = match &row["args"] {
             Value::Array(args) => args.iter().map(number).collect(),

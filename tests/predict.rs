@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::common::{
-    binomial_z, fitted_example as example, rows, seed_of, setting, wetcor_here as wetcor, Folder, Ran, Says,
+    binomial_z, fitted_example as example, normal, rows, seed_of, setting, table_of, wetcor_here as wetcor, Folder,
+    Ran, Says,
 };
+use crate::laws::{self, Row};
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::predict::{Covered, Draw, LiquidRange, ParticleLaw, Predicted};
 use wetcor::model::likelihood::tails::Tails;
 use wetcor::physics::rebound::mean_restitution;
@@ -37,7 +38,7 @@ fn truth_parameters() -> Parameters {
 fn law(test: &str) -> ParticleLaw {
     let mut rng = stream(seed_of(test), "draws", 0);
     let mut near = |value: f64, relative_sd: f64| {
-        let z: f64 = StandardNormal.sample(&mut rng);
+        let z = normal(&mut rng);
         value * (relative_sd * z).exp()
     };
     let draws = (0..300).map(|_| Draw {
@@ -70,7 +71,7 @@ fn worst_z(law: &ParticleLaw, predicted: &Predicted, test: &str) -> f64 {
         .map(|_| {
             let draw = &law.draws[rng.random_range(0..law.draws.len())];
             let kept = kept_energy(&SLOW, law.form, &draw.parameters, v);
-            let z: f64 = StandardNormal.sample(&mut rng);
+            let z = normal(&mut rng);
             let e = mean_restitution(kept) + draw.sigma_wet * z;
             if e <= law.smallest_restitution {
                 0.0
@@ -504,87 +505,65 @@ fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
     const AGAIN: &str = "; run `wetcor fit SCENE --out r` with every stage";
     type Change = fn(&mut String, &mut String);
     let ours = env!("CARGO_PKG_VERSION");
-    let other =
-        format!("r/findings.json: written by wetcor `0.0.9`, this is `{ours}`, whose formulas may differ{AGAIN}");
-    let cases: Vec<(Change, String)> = vec![
-        (
-            |findings, _| findings.clear(),
-            format!("r/findings.json: no findings of a fit{AGAIN}"),
-        ),
-        (
-            |findings, _| findings.truncate(20),
-            format!("r/findings.json: no findings of wetcor (EOF while parsing a string at line 1 column 20){AGAIN}"),
-        ),
-        (
-            |findings, _| *findings = findings.replace("findings/2", "findings/7"),
-            format!("r/findings.json: found schema `wetcor.findings/7`, expected `wetcor.findings/2`{AGAIN}"),
-        ),
+    let refused = |store: Store, expected: &str| {
+        let again = if expected.starts_with("r/") { AGAIN } else { "" };
+        let (status, out, err) = store.told(ASKED);
+        assert_eq!((status, out.as_str()), (Some(2), ""));
+        err.reads(&format!("error: {expected}{again}\n"));
+    };
+    for [file, from, to, expected] in table_of(
+        r#"findings | findings/2 | findings/7 | r/findings.json: found schema `wetcor.findings/7`, expected `wetcor.findings/2`
+        findings | {"name":"sigma_wet"} | {"name":"sigma_kept"} | r: the fit has the parameter `sigma_kept`, which predict does not know
+        findings | ,{"name":"sigma_wet"} |  | r: the fit has no sigma_wet: it needs wet runs
+        findings | stepwise | stairs | r: the fit has inertia `stairs`, which predict does not know
+        draws | 1.86 | x | r/draws/draws.csv: line 3: found `x`, expected a number
+        draws | 1.86 | NaN | r/draws/draws.csv: lubrication_log: found NaN, expected a number above 0
+        draws | sigma_wet | sigma | r/draws/draws.csv: line 1: found no such column, expected `sigma_wet`"#,
+    ) {
+        let change = |text: &mut String| *text = text.replace(from, to);
+        let store = Store::new(|findings, draws| change(if file == "draws" { draws } else { findings }));
+        refused(store, expected);
+    }
+    let other = format!("r/findings.json: written by wetcor `0.0.9`, this is `{ours}`, whose formulas may differ");
+    let cut = "r/findings.json: no findings of wetcor (EOF while parsing a string at line 1 column 20)";
+    let cases: [(Change, &str); 10] = [
+        (|findings, _| findings.clear(), "r/findings.json: no findings of a fit"),
+        (|findings, _| findings.truncate(20), cut),
         (
             |findings, _| *findings = findings.replace(env!("CARGO_PKG_VERSION"), "0.0.9"),
-            other,
+            &other,
         ),
         (
             |findings, _| {
                 let start = findings.find("{\"parameters").expect("it is there");
                 findings.replace_range(start.., "null}");
             },
-            format!("r/findings.json: the fit has no posterior to predict from{AGAIN}"),
-        ),
-        (
-            |_, draws| draws.clear(),
-            format!("r/draws/draws.csv: no draws to predict from{AGAIN}"),
-        ),
-        (
-            |_, draws| draws.truncate(DRAWS.len() - 2),
-            format!("r/draws/draws.csv: found 2 draws, the last one cut, expected 2{AGAIN}"),
-        ),
-        (
-            |_, draws| draws.truncate(DRAWS.len() - 10),
-            format!("r/draws/draws.csv: line 3: found 7 cells, expected 9{AGAIN}"),
-        ),
-        (
-            |_, draws| draws.truncate(DRAWS.rfind("1,2").expect("the last draw")),
-            format!("r/draws/draws.csv: found 1 draws, expected 2{AGAIN}"),
-        ),
-        (
-            |_, draws| *draws = draws.replace("1.86", "1,86").replace(",0.7\n", "\n"),
-            format!("r/draws/draws.csv: line 2: found 8 cells, expected 9{AGAIN}"),
-        ),
-        (
-            |_, draws| *draws = draws.replace("1.86", "x"),
-            format!("r/draws/draws.csv: line 3: found `x`, expected a number{AGAIN}"),
-        ),
-        (
-            |_, draws| *draws = draws.replace("1.86", "NaN"),
-            format!("r/draws/draws.csv: lubrication_log: found NaN, expected a number above 0{AGAIN}"),
-        ),
-        (
-            |_, draws| *draws = draws.replace("sigma_wet", "sigma"),
-            format!("r/draws/draws.csv: line 1: found no such column, expected `sigma_wet`{AGAIN}"),
-        ),
-        (
-            |findings, _| *findings = findings.replace("{\"name\":\"sigma_wet\"}", "{\"name\":\"sigma_kept\"}"),
-            "r: the fit has the parameter `sigma_kept`, which predict does not know".to_owned(),
-        ),
-        (
-            |findings, _| *findings = findings.replace(",{\"name\":\"sigma_wet\"}", ""),
-            "r: the fit has no sigma_wet: it needs wet runs".to_owned(),
+            "r/findings.json: the fit has no posterior to predict from",
         ),
         (
             |findings, _| *findings = findings.replace("5e-6", "null").replace("\"constant\"", "\"film\""),
-            format!("r/findings.json: roughness of `PTFE`: found none, expected a number above 0{AGAIN}"),
+            "r/findings.json: roughness of `PTFE`: found none, expected a number above 0",
+        ),
+        (|_, draws| draws.clear(), "r/draws/draws.csv: no draws to predict from"),
+        (
+            |_, draws| draws.truncate(DRAWS.len() - 2),
+            "r/draws/draws.csv: found 2 draws, the last one cut, expected 2",
         ),
         (
-            |findings, _| *findings = findings.replace("stepwise", "stairs"),
-            "r: the fit has inertia `stairs`, which predict does not know".to_owned(),
+            |_, draws| draws.truncate(DRAWS.len() - 10),
+            "r/draws/draws.csv: line 3: found 7 cells, expected 9",
+        ),
+        (
+            |_, draws| draws.truncate(DRAWS.rfind("1,2").expect("the last draw")),
+            "r/draws/draws.csv: found 1 draws, expected 2",
+        ),
+        (
+            |_, draws| *draws = draws.replace("1.86", "1,86").replace(",0.7\n", "\n"),
+            "r/draws/draws.csv: line 2: found 8 cells, expected 9",
         ),
     ];
     for (change, expected) in cases {
-        let (status, out, err) = Store::new(change).told(ASKED);
-        assert_eq!(
-            (status, out.as_str(), err),
-            (Some(2), "", format!("error: {expected}\n"))
-        );
+        refused(Store::new(change), expected);
     }
 }
 
@@ -650,7 +629,7 @@ fn scatters(sigma_wet: f64, sigma_energy: f64, tails: Tails) {
         let kept = kept_energy(&SLOW, law.form, &truth_parameters(), v);
         let mut drawn: Vec<f64> = (0..40_000)
             .map(|_| {
-                let lucky: f64 = StandardNormal.sample(&mut rng);
+                let lucky = normal(&mut rng);
                 let e = mean_restitution(kept + sigma_energy * lucky) + sigma_wet * tails.draw(&mut rng);
                 if e > 0.05 {
                     e
@@ -679,19 +658,6 @@ fn scatters(sigma_wet: f64, sigma_energy: f64, tails: Tails) {
     }
 }
 
-/// Lines of a prediction by the names of their columns.
-fn table(csv: &str) -> Vec<std::collections::HashMap<String, String>> {
-    let mut lines = csv.lines();
-    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
-    let row = |line: &str| {
-        let named = header.iter().zip(line.split(','));
-        named
-            .map(|(name, cell)| ((*name).to_owned(), cell.to_owned()))
-            .collect()
-    };
-    lines.map(row).collect()
-}
-
 /// The example's folder as a repository keeps it, and a place to keep it at.
 fn without_draws(change: impl Fn(String) -> String) -> (Folder, PathBuf) {
     let place = Folder::new();
@@ -710,7 +676,7 @@ const DRY: &str = "--particle PTFE --liquid dry --diameter-mm 4.762";
 fn without_draws_bands_are_those_of_the_normal_approximation() {
     let laws = std::fs::read_to_string(example().join("laws.csv")).expect("it is written");
     let mut settings = "particle,liquid,diameter_m,film_m,impact_speed_m_s\n".to_owned();
-    for law in table(&laws) {
+    for law in laws::rows(&laws) {
         let [lo, hi] = ["min_speed_m_s", "max_speed_m_s"].map(|name| law[name].parse::<f64>().expect("a speed"));
         for i in 0..5 {
             let v = lo + (hi - lo) * f64::from(i) / 4.0;
@@ -734,13 +700,13 @@ fn without_draws_bands_are_those_of_the_normal_approximation() {
     let (status, normal, err) = predict(&folder, &asked);
     assert_eq!(status, Some(0));
     err.begins("notice: the folder is kept without its draws: bands are those of a normal");
-    let width = |row: &std::collections::HashMap<String, String>| {
+    let width = |row: &Row| {
         let [low, high] =
             ["restitution_q05", "restitution_q95"].map(|name| row[name].parse::<f64>().expect("a number"));
         (low > 0.05).then_some(high - low)
     };
     let off = |normal: &str| {
-        let pairs = table(&drawn).into_iter().zip(table(normal));
+        let pairs = laws::rows(&drawn).into_iter().zip(laws::rows(normal));
         let mut off: Vec<f64> = pairs
             .filter_map(|(drawn, normal)| {
                 assert_eq!(
@@ -797,7 +763,7 @@ fn a_dry_impact_is_predicted_from_k_and_the_scatter_of_dry_runs() {
     let mut k: Vec<f64> = law.draws.iter().map(|draw| draw.parameters.dry_k).collect();
     k.sort_by(f64::total_cmp);
     let sigma = law.draws.iter().map(|draw| draw.sigma_dry).sum::<f64>() / law.draws.len() as f64;
-    for row in table(&out) {
+    for row in laws::rows(&out) {
         let number = |name: &str| row[name].parse::<f64>().expect("a number");
         let v = number("impact_speed_m_s");
         let median = 1.0 - 0.5 * (k[1999] + k[2000]) * v.powf(0.2);

@@ -1,8 +1,7 @@
 //! Asks simulated runs, of which the truth is known, whether L and C are the same at every film ratio.
 
 use crate::common::scenes::{scene_of, PTFE as PTFE_SPHERE};
-use crate::common::{self, binomial_z, compare, report_of, seed_of, setting, Place, Says};
-use rand_distr::{Distribution, StandardNormal};
+use crate::common::{self, binomial_z, compare, normal, report_of, seed_of, setting, Place, Says};
 use rayon::prelude::*;
 use wetcor::findings::form_choice;
 use wetcor::findings::posterior::{self, MethodChoice, Posterior, SamplingSetup};
@@ -53,10 +52,7 @@ const STEPWISE: Truth = Truth {
 /// Runs at some film ratios and eight speeds, so many of each; dry ones at five speeds, if asked for.
 fn drawn(truth: &Truth, films: &[f64], repeats: usize, dry: bool, (name, index): (&str, u64)) -> Vec<NewRun<'static>> {
     let mut rng = stream(seed_of(name), "runs", index);
-    let mut noise = |sigma: f64| -> f64 {
-        let z: f64 = StandardNormal.sample(&mut rng);
-        sigma * z
-    };
+    let mut noise = |sigma: f64| sigma * normal(&mut rng);
     let mut rows = vec![];
     let row = |film: Option<f64>, impact_speed: f64, e: f64| NewRun {
         particle: "PTFE",
@@ -411,10 +407,7 @@ fn middle_film() -> f64 {
 /// Runs of a design like the paper's: two diameters and liquids, three film ratios, five heights, five repeats; 50 dry runs.
 fn paper_like(truth: Trends, name: &str, index: u64) -> Vec<NewRun<'static>> {
     let mut rng = stream(seed_of(name), "runs", index);
-    let mut noise = |sigma: f64| -> f64 {
-        let z: f64 = StandardNormal.sample(&mut rng);
-        sigma * z
-    };
+    let mut noise = |sigma: f64| sigma * normal(&mut rng);
     let form = Form::new(Inertia::Stepwise, DrySpeed::Reference(2.0));
     let mut rows = vec![];
     for diameter in [[DIAMETER, 8e-3]; 5].concat() {

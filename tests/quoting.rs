@@ -2,13 +2,12 @@
 //! and where it is not.
 
 use crate::common::scenes::HEADER;
-use crate::common::{binomial_z, seed_of, setting, Place};
+use crate::common::{binomial_z, normal, seed_of, setting, Place};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde_json::{json, Value};
 use wetcor::findings::main_numbers::MainNumber;
@@ -199,7 +198,7 @@ impl Kind {
         let mut offsets: BTreeMap<[usize; 3], f64> = BTreeMap::new();
         let mut text = HEADER.to_owned();
         for run in 0..self.dry + self.wet {
-            let mut z = || -> f64 { StandardNormal.sample(&mut rng) };
+            let mut z = || normal(&mut rng);
             let noise = [z(), z(), z(), z(), z()];
             let speed = 0.4 + 1.7 * rng.random::<f64>();
             let size = run % 2;

@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use crate::common::scenes::{scene_of, AK10, M20, PTFE};
-use crate::common::{binomial_z, mean, seed_of, Place, Says, Told};
-use rand_distr::{Distribution, StandardNormal};
+use crate::common::{binomial_z, mean, normal, seed_of, Place, Says, Told};
 use rayon::prelude::*;
 use wetcor::findings::bootstrap::{self, Estimates, Options, Resampling, MOST_RESAMPLED};
 use wetcor::findings::estimate::{Estimate, Quoting};
@@ -126,7 +125,7 @@ fn covered(test: &str, unit_df: bool, ends: fn(f64, f64) -> (f64, f64)) -> (usiz
         let e: Vec<f64> = x
             .iter()
             .map(|x| {
-                let z: f64 = StandardNormal.sample(&mut rng);
+                let z = normal(&mut rng);
                 // curved, so that the linear law is only near it
                 0.8 - 5.0 * x - 10.0 * x * x + 0.3 * x * z
             })
@@ -324,7 +323,7 @@ fn the_sandwich_of_a_fit_that_hangs_on_a_run_is_far_from_its_limit() {
             .chain([(0.6 - edge) / 0.5])
             .collect();
         let noisy = |x: &f64| {
-            let z: f64 = StandardNormal.sample(&mut rng);
+            let z = normal(&mut rng);
             (0.6 - 0.5 * x).sqrt() + 0.02 * z
         };
         let e: Vec<f64> = x.iter().map(noisy).map(|e: f64| e.abs()).collect();

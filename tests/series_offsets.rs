@@ -1,8 +1,7 @@
 //! Holds what is inferred to the truth where the runs of a series share an offset of the energy kept.
 
 use crate::common::scenes::{scene_of, HEADER, PTFE, THIN};
-use crate::common::{binomial_z, compare, mean, rows_from, seed_of, Place, Says, Told};
-use rand_distr::{Distribution, StandardNormal};
+use crate::common::{binomial_z, compare, mean, normal, rows_from, seed_of, Place, Says, Told};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -229,7 +228,7 @@ fn key(liquid: &str, diameter: f64, film_ratio: f64) -> String {
 fn with_known_offsets<'s>(scene: &'s Scene, sigma: f64, seed: u64) -> (Vec<NewRun<'s>>, BTreeMap<String, f64>) {
     let truth = scene.truth.as_ref().expect("given");
     let mut rng = stream(seed, "known offsets", 0);
-    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut normal = || normal(&mut rng);
     let mut offsets = BTreeMap::new();
     let mut rows = rows_from(scene, stream(seed, "settings", 0));
     for row in &mut rows {
@@ -279,7 +278,7 @@ fn a_band_is_of_a_new_series_or_of_the_one_that_was_measured() {
         for (place, series) in table.runs.series.iter().enumerate() {
             let setting = scene.setting(0, series.liquid, series.diameter, series.film);
             let liquid = &scene.liquids[series.liquid].name;
-            let z: f64 = StandardNormal.sample(&mut rng);
+            let z = normal(&mut rng);
             let measured = offsets[&key(liquid, series.diameter, series.film_ratio)];
             let own = posterior.sampled.series_offsets[place].concat();
             let own_law = ParticleLaw {

@@ -1,8 +1,7 @@
 //! Holds that no single run carries a main number unseen, and that barely rebounding runs are not taken at their word.
 
 use crate::common::scenes::{scene_of, PE, THIN};
-use crate::common::{sample, seed_of, Place, Says};
-use rand_distr::{Distribution, StandardNormal};
+use crate::common::{normal, sample, seed_of, Place, Says};
 use wetcor::findings::main_numbers::{MainNumber, Source};
 use wetcor::findings::{by_weight, Findings};
 use wetcor::seed::stream;
@@ -53,7 +52,7 @@ fn line(thick: bool, film_ratio: f64, speed: f64, e: f64) -> String {
 /// Runs as the model has them: 9 dry, and 2 of each liquid, film ratio and speed; runs that fall short stick.
 fn table(name: &str, speeds: &[f64]) -> String {
     let mut rng = stream(seed_of(name), name, 0);
-    let mut normal = move || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut normal = move || normal(&mut rng);
     let mut rows = HEADER.to_owned();
     for v in [0.5f64, 1.0, 2.0] {
         for _ in 0..3 {
@@ -240,7 +239,7 @@ fn right_tables_are_quoted() {
         let mut rows = table(&name, &speeds);
         if set % 3 == 0 {
             let mut rng = stream(seed_of(&name), "slow", 0);
-            let z: f64 = StandardNormal.sample(&mut rng);
+            let z = normal(&mut rng);
             let e = 0.08 + SIGMA * z;
             rows += &line(true, 0.1, speed_of(true, 0.1, 0.08), e.max(0.0));
         }

@@ -1,8 +1,7 @@
 //! Holds that a spread held at 0 leaves the stated measurement errors as all noise, and gates where they are not.
 
 use crate::common::scenes::{scene_of, PTFE, THIN};
-use crate::common::{assert_expected, assert_seldom, compare, counts, holds, rows, seed_of, Place, Says, Told};
-use rand_distr::{Distribution, StandardNormal};
+use crate::common::{assert_expected, assert_seldom, compare, counts, holds, normal, rows, seed_of, Place, Says, Told};
 use wetcor::findings::checks::{Check, BEYOND_CHANCE};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
@@ -44,7 +43,7 @@ fn table(place: &Place, seed: u64, factor: f64, change: impl Fn(usize, &mut Stri
     let mut rng = stream(seed, "stated errors", 0);
     let mut csv = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution,restitution_sd\n".to_owned();
     for (index, run) in rows(&place.scene, seed).into_iter().enumerate() {
-        let z: f64 = StandardNormal.sample(&mut rng);
+        let z = normal(&mut rng);
         let sd = 0.006 * (1 + index % 3) as f64;
         let film = run.film.map_or(String::new(), |(film, _)| (1e6 * film).to_string());
         let (liquid, diameter) = (run.liquid.unwrap_or("dry"), 1e3 * run.diameter);

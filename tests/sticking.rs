@@ -3,8 +3,7 @@
 use crate::common::scenes::HEADER;
 use std::fmt::Write;
 
-use crate::common::{binomial_z, draws_of, mean, seed_of, Place};
-use rand_distr::{Distribution, StandardNormal};
+use crate::common::{binomial_z, draws_of, mean, normal, seed_of, Place};
 use rayon::prelude::*;
 use wetcor::findings::posterior::{effort, start};
 use wetcor::findings::{self, Findings};
@@ -54,7 +53,7 @@ const DIAMETER: f64 = 7.938e-3;
 
 fn table(viscosity: f64, on: On, seed: u64) -> String {
     let mut rng = wetcor::seed::stream(seed, "sticking", 0);
-    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut normal = || normal(&mut rng);
     let mut text = HEADER.to_owned();
     for i in 0..30 {
         let v = 0.5 + 0.05 * f64::from(i);

@@ -3,12 +3,11 @@
 use crate::render;
 use std::path::{Path, PathBuf};
 
-use crate::common::{binomial_z, mean, seed_of, table_of, Folder, Says};
+use crate::common::{binomial_z, mean, normal, seed_of, table_of, Folder, Says};
 use crate::flight::{Bounces, GRAVITY};
 use nalgebra::DMatrix;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_distr::{Distribution, StandardNormal};
 use wetcor::recordings::{track, Campaign, Refusal, TrackOptions, Tracked};
 
 /// A camera that sees a sphere well.
@@ -47,10 +46,6 @@ fn rng_of(test: &str) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed_of(test))
 }
 
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
-}
-
 /// A table of positions, a row a frame.
 fn frames(rows: impl Iterator<Item = f64>) -> String {
     let rows = rows.enumerate().map(|(frame, row)| format!("{frame},{row}\n"));
@@ -87,7 +82,7 @@ fn drops(count: usize, rng: &mut ChaCha8Rng) -> Vec<Seen> {
 fn positions(seen: &Seen, camera: Camera, rng: &mut ChaCha8Rng) -> String {
     let mut text = "frame,y_px\n".to_owned();
     for frame in 0..(seen.until * camera.frame_rate) as usize {
-        let noise: f64 = StandardNormal.sample(rng);
+        let noise = normal(rng);
         let height = seen.bounces.height(frame as f64 / camera.frame_rate);
         let mut row = PLATE_ROW - height * camera.scale + camera.noise * noise;
         if rng.random_bool(camera.wrong) {
@@ -777,10 +772,7 @@ fn of_several_objects_the_one_that_falls_is_taken() {
     let mut text = "frame,y_px,object\n".to_owned();
     let mut with_second = text.clone();
     for frame in 0..300 {
-        let mut noise = |sd: f64| -> f64 {
-            let noise: f64 = StandardNormal.sample(&mut rng);
-            sd * noise
-        };
+        let mut noise = |sd: f64| sd * normal(&mut rng);
         let time = f64::from(frame) / 1000.0;
         let drop = 900.0 - 5_000.0 * sphere.height(time) + noise(0.1);
         // a still speck moves farther in all than the drop, and its mirror image moves as far
@@ -892,7 +884,7 @@ fn whatever_was_seen_the_runs_are_ones_that_check_takes() {
                 if time > bounces.contact {
                     height *= kick;
                 }
-                let normal: f64 = StandardNormal.sample(&mut rng);
+                let normal = normal(&mut rng);
                 height += noise * normal;
                 if rng.random_bool(0.01) {
                     height *= rng.random_range(-2.0..2.0);

@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use crate::common::scenes::{scene_of, AK10, HEADER, M50, PE as PE_SPHERE, PTFE as PTFE_SPHERE};
-use crate::common::{binomial_z, seed_of, Place, Says, Told};
+use crate::common::{binomial_z, normal, seed_of, Place, Says, Told};
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::rebound::mean_restitution;
@@ -261,7 +260,7 @@ impl Design {
         let mut rng = stream(seed_of(self.name), "wet law", set);
         let mut normal = {
             let mut own = stream(seed_of(self.name), "wet law, noise", set);
-            move || -> f64 { StandardNormal.sample(&mut own) }
+            move || normal(&mut own)
         };
         let mut runs = vec![];
         let mut offsets = std::collections::HashMap::new();

@@ -1,5 +1,6 @@
 //! Seeds statistical tests, simulates their sets and judges what they count.
 
+use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 /// The seed of a statistical test: its own name, so that nobody picks it.
@@ -53,4 +54,9 @@ pub fn mean(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / n;
     let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
     (mean, (squares / (n - 1.0) / n).sqrt())
+}
+
+/// A number drawn from the standard normal distribution.
+pub fn normal(rng: &mut impl rand::Rng) -> f64 {
+    StandardNormal.sample(rng)
 }

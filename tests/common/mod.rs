@@ -10,7 +10,7 @@ pub mod workbook;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-pub use chance::{assert_expected, assert_seldom, binomial_z, counts, holds, mean, seed_of, study};
+pub use chance::{assert_expected, assert_seldom, binomial_z, counts, holds, mean, normal, seed_of, study};
 pub use program::{contents, entries, in_project, read_in_project, table_of, wetcor, wetcor_here, Folder, Ran, Says};
 use rand::rngs::ChaCha8Rng;
 pub use told::Told;

@@ -1,7 +1,6 @@
 //! Asks least squares and the posterior of runs made in memory, and tells in a line what came out.
 
 use rand::Rng;
-use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
@@ -13,7 +12,7 @@ use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{sample, seed_of, setting, Place};
+use crate::common::{normal, sample, seed_of, setting, Place};
 use crate::degenerate;
 
 /// A scene whose least squares and posterior are plainly right, before anything is taken to an extreme.
@@ -74,7 +73,7 @@ pub fn wet_run<'s, R: Rng>(scene: &'s Scene, diameter: f64, film_ratio: f64, v: 
             Coefficient::FilmScale,
             truth.value(Coefficient::FilmScale).unwrap_or(1.0),
         );
-    let z: f64 = StandardNormal.sample(rng);
+    let z = normal(rng);
     let kept = kept_energy(&setting, truth.form(), &parameters, v);
     let e = mean_restitution(kept) + truth.sigma_wet.expect("sigma") * z;
     NewRun {
@@ -90,7 +89,7 @@ pub fn wet_run<'s, R: Rng>(scene: &'s Scene, diameter: f64, film_ratio: f64, v: 
 /// A dry run of the first particle, by the truth of the scene.
 pub fn dry_run<'s, R: Rng>(scene: &'s Scene, v: f64, rng: &mut R) -> NewRun<'s> {
     let truth = scene.truth.as_ref().expect("a truth");
-    let z: f64 = StandardNormal.sample(rng);
+    let z = normal(rng);
     NewRun {
         particle: &scene.particles[0].name,
         liquid: None,

@@ -42,6 +42,11 @@ fn row(case: impl Into<String>, asked: &'static str, told: &Told) -> Row {
     }
 }
 
+/// The same of runs, asked of both.
+fn asked(case: impl Into<String>, scene: &Scene, runs: &[NewRun]) -> Row {
+    row(case, BOTH, &both(scene, &table(scene, runs)))
+}
+
 const LS: &str = "least squares";
 const BOTH: &str = "least squares, posterior";
 
@@ -66,7 +71,7 @@ fn counts() -> Vec<Row> {
         let runs: Vec<NewRun> = (0..n)
             .map(|i| wet_run(&scene, 4.762e-3, 0.06, 0.8 + 0.4 * f64::from(i), &mut rng))
             .collect();
-        rows.push(row(case, BOTH, &both(&scene, &table(&scene, &runs))));
+        rows.push(asked(case, &scene, &runs));
         let case = format!("{n} wet runs, {n} dry ones");
         let dry = draw(&scene, &case, None)
             .into_iter()
@@ -74,7 +79,7 @@ fn counts() -> Vec<Row> {
             .step_by(5)
             .take(n as usize);
         let runs: Vec<NewRun> = runs.into_iter().chain(dry).collect();
-        rows.push(row(case, BOTH, &both(&scene, &table(&scene, &runs))));
+        rows.push(asked(case, &scene, &runs));
     }
     rows
 }
@@ -123,7 +128,7 @@ fn speeds() -> Vec<Row> {
             })
             .collect();
         runs.extend((0..32).map(|i| dry_run(&scene, 1.0 + gap * f64::from(i % 7), &mut rng)));
-        rows.push(row(case, BOTH, &both(&scene, &table(&scene, &runs))));
+        rows.push(asked(case, &scene, &runs));
     }
     rows
 }
@@ -166,13 +171,13 @@ fn stuck() -> Vec<Row> {
     let wet = runs.iter().filter(|run| is_wet(run)).count() as f64;
     let stuck = runs.iter().filter(|run| is_wet(run) && run.restitution == 0.0).count() as f64;
     assert!((0.4..0.6).contains(&(stuck / wet)), "{}", stuck / wet);
-    rows.push(row("half the wet runs stuck", BOTH, &both(&half, &table(&half, &runs))));
+    rows.push(asked("half the wet runs stuck", &half, &runs));
     let all = near("2000");
     let mut runs = draw(&all, "all runs stuck", None);
     assert!(runs.iter().all(|run| !is_wet(run) || run.restitution == 0.0));
-    rows.push(row("all wet runs stuck", BOTH, &both(&all, &table(&all, &runs))));
+    rows.push(asked("all wet runs stuck", &all, &runs));
     runs.iter_mut().for_each(|run| run.restitution = 0.0);
-    rows.push(row("all runs stuck", BOTH, &both(&all, &table(&all, &runs))));
+    rows.push(asked("all runs stuck", &all, &runs));
     // every setting keeps no energy on average: r within 1e-3 of 0
     let base = scene(&[("sigma_wet = 0.02", "sigma_wet = 1e-3")]);
     let mut rng = chance("r touches the threshold");
@@ -188,11 +193,7 @@ fn stuck() -> Vec<Row> {
         let v = 4.0 * 1.9 / left * 9.0 * 9.3e-3 / (2150.0 * d) * (1.0 + 1e-3 * ((i as f64) / 100.0 - 1.0));
         runs.push(wet_run(&base, d, x, v, &mut rng));
     }
-    rows.push(row(
-        "r within 1e-3 of zero at every wet run",
-        BOTH,
-        &both(&base, &table(&base, &runs)),
-    ));
+    rows.push(asked("r within 1e-3 of zero at every wet run", &base, &runs));
     rows
 }
 
@@ -200,13 +201,9 @@ fn films() -> Vec<Row> {
     let mut rows = vec![];
     let one = scene(&[("film_ratio = { PTFE = [0.04, 0.10] }", "film_ratio = { PTFE = [0.06] }")]);
     let runs = draw(&one, "film ratios all equal", None);
-    rows.push(row("film ratios all equal", BOTH, &both(&one, &table(&one, &runs))));
+    rows.push(asked("film ratios all equal", &one, &runs));
     let wet: Vec<NewRun> = runs.into_iter().filter(is_wet).collect();
-    rows.push(row(
-        "film ratios all equal, no dry runs",
-        BOTH,
-        &both(&one, &table(&one, &wet)),
-    ));
+    rows.push(asked("film ratios all equal, no dry runs", &one, &wet));
     let saturating = |films: &str| {
         scene(&[
             ("inertia = \"stepwise\"", "inertia = \"saturating\""),
@@ -219,18 +216,10 @@ fn films() -> Vec<Row> {
     };
     let collinear = saturating("film_ratio = { PTFE = [0.060000001, 0.06] }");
     let runs = draw(&collinear, "two collinear groups", None);
-    rows.push(row(
-        "two film ratios 1e-9 apart, saturating",
-        BOTH,
-        &both(&collinear, &table(&collinear, &runs)),
-    ));
+    rows.push(asked("two film ratios 1e-9 apart, saturating", &collinear, &runs));
     let thin = saturating("film_ratio = { PTFE = [1e-6, 2e-6] }");
     let runs = draw(&thin, "two film ratios where the loss is a line", None);
-    rows.push(row(
-        "film ratios 1e-6 and 2e-6, saturating",
-        BOTH,
-        &both(&thin, &table(&thin, &runs)),
-    ));
+    rows.push(asked("film ratios 1e-6 and 2e-6, saturating", &thin, &runs));
     rows
 }
 
@@ -416,7 +405,7 @@ fn groups() -> Row {
         let ratio = 0.02 + 1e-4 * f64::from(group);
         runs.extend([0.8, 1.2, 1.7].map(|v| wet_run(&base, 4.762e-3, ratio, v, &mut rng)));
     }
-    row("10^3 groups of 3 runs", BOTH, &both(&base, &table(&base, &runs)))
+    asked("10^3 groups of 3 runs", &base, &runs)
 }
 
 /// The few runs that stand for 10⁶, each at a speed of its own, against all of them.
