@@ -295,11 +295,8 @@ fn replicates_spread_as_the_delta_method_says() {
     let row = found.square_root();
     for estimate in [&row.e_inf, &row.st_c] {
         // the delta method's interval is kept at the scene's level alone
-        let kept: Vec<(&str, f64)> = estimate
-            .intervals
-            .iter()
-            .map(|made| (made.method, made.level))
-            .collect();
+        let kept = estimate.intervals.iter();
+        let kept: Vec<(&str, f64)> = kept.map(|made| (made.method, made.level)).collect();
         assert_eq!(kept, [("delta", 0.95), ("percentile", 0.9), ("percentile", 0.95)]);
         let boot = estimate.bootstrap.as_ref().expect("bootstrapped");
         let ratio = boot.se.expect("replicates") / estimate.se.expect("converged");

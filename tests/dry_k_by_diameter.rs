@@ -2,10 +2,9 @@
 //! dry run tells it.
 
 use crate::common::scenes::{scene_of, AK10, M20, PE, PTFE};
-use crate::common::{binomial_z, mean, rows, rows_from, seed_of, Place, Says, Told};
+use crate::common::{binomial_z, mean, rows, rows_from, sample_as_usual, seed_of, Place, Says, Told};
 use rayon::prelude::*;
 use wetcor::findings::estimate::Estimate;
-use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::runs::{arrange, Table};
@@ -150,12 +149,8 @@ fn a_truth_is_of_a_diameter_and_a_prior_of_them_all() {
     let held: Vec<&str> = held.map(|left| left.name.as_str()).collect();
     assert_eq!(held, ["dry_k[PTFE,4.762]", "dry_k[PTFE,8]"]);
     let of_k = |name: &&str| name.starts_with("dry_k[");
-    let sampled: Vec<&str> = parameters
-        .sampled
-        .iter()
-        .map(|own| own.name.as_str())
-        .filter(of_k)
-        .collect();
+    let sampled = parameters.sampled.iter();
+    let sampled: Vec<&str> = sampled.map(|own| own.name.as_str()).filter(of_k).collect();
     assert_eq!(sampled, ["dry_k[PE,4.762]", "dry_k[PE,7.938]"]);
 }
 
@@ -213,10 +208,7 @@ fn the_posterior_agrees_with_least_squares() {
     let seed = seed_of("the_posterior_agrees_with_least_squares");
     let table = place.table(seed);
     let mut findings = fit(&place, &table);
-    let posterior = findings
-        .add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ())
-        .expect("priors with room")
-        .expect("runs that tell");
+    let posterior = sample_as_usual(&mut findings, &place.scene, &table.runs);
     for (name, estimate, truth) in with_truths(&findings).into_iter().take(6) {
         let own = posterior.findings.parameters.iter().find(|own| own.name == name);
         let own = own.unwrap_or_else(|| panic!("{name} is not sampled"));

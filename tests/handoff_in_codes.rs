@@ -4,13 +4,13 @@
 //! Debian has all three (`apt-get install liggghts lammps yade`). Where one is missing its test prints SKIPPED, or fails with
 //! `WETCOR_CODES_REQUIRED=1`.
 
-use crate::common::Folder;
+use crate::common::{parameters_of, Folder};
 use std::io::Write;
 use std::process::Command;
 
 use wetcor::findings::predict::PredictedPoint;
 use wetcor::handoff::{files, Code, Handoff, HandoffFile, Wetting};
-use wetcor::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Restitution, Setting};
+use wetcor::physics::{DrySpeed, Form, Inertia, Restitution, Setting};
 
 /// How far a measured rebound may lie from the one asked for.
 const WITHIN: f64 = 1e-3;
@@ -98,10 +98,7 @@ impl Pair {
             film: wetting.film,
             surface_tension: None,
         };
-        let parameters = Parameters::new(self.dry_k)
-            .with(Coefficient::LubricationLog, 1.92)
-            .with(Coefficient::InertialPrefactor, 0.41)
-            .with(Coefficient::FilmScale, 0.068);
+        let parameters = parameters_of([self.dry_k, 1.92, 0.41, 0.068]);
         Restitution::new(
             &setting,
             Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),

@@ -160,11 +160,8 @@ fn digits(found: f64, certified: f64) -> f64 {
 /// Fewest correct digits of any parameter, and of any standard error (0 if there are none).
 fn worst_digits(problem: &Certified, fit: &Fit) -> (f64, f64) {
     let worst = |d: &mut dyn Iterator<Item = f64>| d.fold(11.0, f64::min);
-    let values = fit
-        .parameters
-        .iter()
-        .zip(&problem.parameters)
-        .map(|(&f, &c)| digits(f, c));
+    let values = fit.parameters.iter();
+    let values = values.zip(&problem.parameters).map(|(&f, &c)| digits(f, c));
     let errors = problem.errors.iter().enumerate();
     let errors = errors.map(|(j, &c)| fit.se(j).map_or(0.0, |se| digits(se, c)));
     (worst(&mut { values }), worst(&mut { errors }))

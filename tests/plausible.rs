@@ -85,10 +85,8 @@ fn densities_in_grams_are_named_as_such() {
     // the cause comes before what follows from it
     assert_eq!(found.verdicts[0].check, "plausible_input");
     let seen = overview::summarise_runs(&place.scene, &place.read(), &found);
-    assert!(seen
-        .notices
-        .iter()
-        .any(|notice| notice.code == "plausible_input" && notice.text.contains("g/cm³")));
+    let mut notices = seen.notices.iter();
+    assert!(notices.any(|notice| notice.code == "plausible_input" && notice.text.contains("g/cm³")));
 }
 
 /// Without dry runs there is no energy balance: L and k come from the posterior alone.

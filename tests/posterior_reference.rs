@@ -197,11 +197,8 @@ fn densities_and_slopes_are_the_references() {
             .clone();
         assert!(points.len() >= 5);
         for point in points {
-            let draw: Vec<f64> = parameters
-                .sampled
-                .iter()
-                .map(|p| number(&point["at"][&p.name]))
-                .collect();
+            let draw = parameters.sampled.iter();
+            let draw: Vec<f64> = draw.map(|p| number(&point["at"][&p.name])).collect();
             let mut slopes = vec![0.0; parameters.template.len()];
             let value = rows
                 .ln_density(&parameters.full(&draw), &mut slopes)

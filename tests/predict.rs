@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::common::{
-    binomial_z, fitted_example as example, normal, rows, seed_of, setting, table_of, wetcor_here as wetcor, Folder,
-    Ran, Says,
+    binomial_z, fitted_example as example, normal, parameters_of, rows, seed_of, setting, table_of,
+    wetcor_here as wetcor, Folder, Ran, Says,
 };
 use crate::laws::{self, Row};
 use rand::RngExt;
 use wetcor::findings::predict::{Covered, Draw, LiquidRange, ParticleLaw, Predicted};
 use wetcor::model::likelihood::tails::Tails;
 use wetcor::physics::rebound::mean_restitution;
-use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Inertia, Parameters, Setting};
+use wetcor::physics::{kept_energy, DrySpeed, Form, Inertia, Parameters, Setting};
 use wetcor::report::finished::Finished;
 use wetcor::scene::{self, LikelihoodFamily};
 use wetcor::seed::{sha256, stream};
@@ -29,10 +29,7 @@ const SLOW: Setting = Setting {
 };
 
 fn truth_parameters() -> Parameters {
-    Parameters::new(0.123)
-        .with(Coefficient::LubricationLog, 1.85)
-        .with(Coefficient::InertialPrefactor, 0.47)
-        .with(Coefficient::FilmScale, 0.069)
+    parameters_of([0.123, 1.85, 0.47, 0.069])
 }
 
 fn law(test: &str) -> ParticleLaw {
@@ -42,10 +39,7 @@ fn law(test: &str) -> ParticleLaw {
         value * (relative_sd * z).exp()
     };
     let draws = (0..300).map(|_| Draw {
-        parameters: Parameters::new(near(0.123, 0.02))
-            .with(Coefficient::LubricationLog, near(1.85, 0.02))
-            .with(Coefficient::InertialPrefactor, near(0.47, 0.05))
-            .with(Coefficient::FilmScale, near(0.069, 0.05)),
+        parameters: parameters_of([near(0.123, 0.02), near(1.85, 0.02), near(0.47, 0.05), near(0.069, 0.05)]),
         sigma_dry: 0.01,
         sigma_wet: near(0.02, 0.1),
         sigma_energy: 0.0,

@@ -1,7 +1,7 @@
 //! Asks simulated runs, of which the truth is known, whether L and C are the same at every film ratio.
 
 use crate::common::scenes::{scene_of, PTFE as PTFE_SPHERE};
-use crate::common::{self, binomial_z, compare, normal, report_of, seed_of, setting, Place, Says};
+use crate::common::{self, binomial_z, compare, normal, parameters_of, report_of, seed_of, setting, Place, Says};
 use rayon::prelude::*;
 use wetcor::findings::form_choice;
 use wetcor::findings::posterior::{self, MethodChoice, Posterior, SamplingSetup};
@@ -69,11 +69,8 @@ fn drawn(truth: &Truth, films: &[f64], repeats: usize, dry: bool, (name, index):
         }
         for ratio in films {
             let setting = setting([PTFE, DIAMETER], [AK20, VISCOSITY], ratio * DIAMETER);
-            let (lubrication_log, inertial_prefactor, film_scale) = (truth.at)(*ratio);
-            let parameters = Parameters::new(DRY_K)
-                .with(Coefficient::LubricationLog, lubrication_log)
-                .with(Coefficient::InertialPrefactor, inertial_prefactor)
-                .with(Coefficient::FilmScale, film_scale);
+            let (l, c, film_scale) = (truth.at)(*ratio);
+            let parameters = parameters_of([DRY_K, l, c, film_scale]);
             for v in (0..8).map(|i| 0.3 + 0.2 * f64::from(i)) {
                 let mean = mean_restitution(kept_energy(&setting, form, &parameters, v));
                 rows.push(row(Some(*ratio), v, mean + noise(0.02)));
@@ -169,10 +166,9 @@ fn count<'q>(questions: impl IntoIterator<Item = &'q Question>, answer: Answer) 
 fn where_both_are_constant_hardly_a_trend_is_seen_and_the_intervals_cover() {
     const SETS: usize = 20;
     let name = "where_both_are_constant_one_value_serves_and_the_intervals_cover";
-    let asked: Vec<[Question; 2]> = fitted(&STEPWISE, "stepwise", name, SETS as u64)
-        .par_iter()
-        .map(|fitted| [fitted.lubrication(questions::THIN), fitted.prefactor()])
-        .collect();
+    let all = fitted(&STEPWISE, "stepwise", name, SETS as u64);
+    let both = |own: &Fitted| [own.lubrication(questions::THIN), own.prefactor()];
+    let asked: Vec<[Question; 2]> = all.par_iter().map(both).collect();
     for of in 0..2 {
         let of = || asked.iter().map(move |both| &both[of]);
         let seen = count(of(), Answer::Rises) + count(of(), Answer::Falls);
@@ -231,12 +227,8 @@ fn runs_above_the_line_are_left_out_of_the_question() {
         at: |ratio| (if ratio < 0.1 { 1.9 } else { 2.9 }, 0.5, 1.0),
         ..STEPWISE
     };
-    let all = fitted(
-        &truth,
-        "stepwise",
-        "runs_above_the_line_are_left_out_of_the_question",
-        4,
-    );
+    let name = "runs_above_the_line_are_left_out_of_the_question";
+    let all = fitted(&truth, "stepwise", name, 4);
     let right: Vec<Question> = all.iter().map(|fitted| fitted.lubrication(questions::THIN)).collect();
     assert!(
         binomial_z(trends(&right), all.len(), 0.05) < 4.0,
@@ -290,13 +282,8 @@ fn what_cannot_be_asked_is_open_with_its_reason() {
 
 #[test]
 fn more_runs_than_can_be_left_out_are_not_asked() {
-    let rows = drawn(
-        &STEPWISE,
-        &FILMS,
-        1100,
-        false,
-        ("more_runs_than_can_be_left_out_are_not_asked", 0),
-    );
+    let name = "more_runs_than_can_be_left_out_are_not_asked";
+    let rows = drawn(&STEPWISE, &FILMS, 1100, false, (name, 0));
     let fitted = Fitted::of(place(""), &rows);
     for question in [fitted.lubrication(questions::THIN), fitted.prefactor()] {
         assert_eq!(question.answer, Answer::Open);
@@ -420,12 +407,8 @@ fn paper_like(truth: Trends, name: &str, index: u64) -> Vec<NewRun<'static>> {
             restitution: e.max(0.0),
         };
         for v in [0.4, 0.8, 1.2, 1.6, 2.0] {
-            rows.push(row(
-                None,
-                0.0,
-                v,
-                1.0 - DRY_K * f64::powf(v, 0.2) + noise(0.5 * truth.sigma),
-            ));
+            let e = 1.0 - DRY_K * f64::powf(v, 0.2) + noise(0.5 * truth.sigma);
+            rows.push(row(None, 0.0, v, e));
         }
         for (liquid, viscosity) in [("AK10", 0.5 * VISCOSITY), ("AK20", VISCOSITY)] {
             for ratio in PAPER_FILMS {

@@ -2,7 +2,7 @@
 //! and where it is not.
 
 use crate::common::scenes::HEADER;
-use crate::common::{binomial_z, normal, seed_of, setting, Place};
+use crate::common::{binomial_z, normal, parameters_of, seed_of, setting, Place};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::loss::Film;
 use wetcor::physics::rebound::mean_restitution;
-use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Inertia, Parameters, Setting};
+use wetcor::physics::{kept_energy, DrySpeed, Form, Inertia, Parameters, Setting};
 use wetcor::seed::stream;
 
 /// A kind of table: how it comes about, and how many runs it has.
@@ -294,13 +294,12 @@ impl Kind {
 
 impl Truth {
     fn parameters(self, k: f64, film_ratio: f64) -> Parameters {
-        Parameters::new(k)
-            .with(
-                Coefficient::LubricationLog,
-                self.l + self.l_trend * (film_ratio / 0.06).ln(),
-            )
-            .with(Coefficient::InertialPrefactor, self.c)
-            .with(Coefficient::FilmScale, self.film_scale)
+        parameters_of([
+            k,
+            self.l + self.l_trend * (film_ratio / 0.06).ln(),
+            self.c,
+            self.film_scale,
+        ])
     }
 
     fn mean(self, setting: &Setting, k: f64, speed: f64, offset: f64, is_thinnest: bool) -> f64 {

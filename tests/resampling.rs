@@ -256,11 +256,8 @@ fn the_sandwich_is_as_wide_as_the_replicates_that_it_stands_for() {
         let half = 1.959_964 * bootstrap_se(estimate);
         let quoted = estimate.interval.expect("an interval");
         assert!((0.5 * (quoted[1] - quoted[0]) / half - 1.0).abs() < 1e-6);
-        let methods: Vec<(&str, f64)> = estimate
-            .intervals
-            .iter()
-            .map(|made| (made.method, made.level))
-            .collect();
+        let methods = estimate.intervals.iter();
+        let methods: Vec<(&str, f64)> = methods.map(|made| (made.method, made.level)).collect();
         assert_eq!(methods, [("delta", 0.95), ("sandwich", 0.9), ("sandwich", 0.95)]);
     }
     // the planted fault: the delta method's, which takes the noise as even

@@ -275,16 +275,19 @@ fn film_ratios_of_each_run_are_no_nominal_ones() {
     }
 }
 
+/// What is said of columns that contradict each other, which forbids quoting.
+fn contradictions(found: &Findings) -> Vec<String> {
+    let checks = found.verdicts.iter().filter(|check| check.check == "columns_agree");
+    let checks = checks.inspect(|check| assert!(check.gates && !check.passed));
+    checks.map(|check| check.text.clone()).collect()
+}
+
 #[test]
 fn a_column_of_the_film_over_the_radius_forbids_quoting() {
     let place = place();
     let of = |ratio: &dyn Fn(usize, f64) -> f64| -> Vec<String> {
         let found = place.fit_rows(&own_films(ratio));
-        let checks = found.verdicts.iter().filter(|check| check.check == "columns_agree");
-        checks
-            .inspect(|check| assert!(check.gates && !check.passed))
-            .map(|check| check.text.clone())
-            .collect()
+        contradictions(&found)
     };
     let nominal = [0.05, 0.08];
     let radius = of(&|run, _| 2.0 * nominal[run % 2]);
@@ -361,13 +364,7 @@ fn said_twice(height: impl Fn(usize, f64) -> f64, stokes: impl Fn(f64) -> f64) -
 #[test]
 fn columns_that_tell_the_same_thing_are_compared() {
     let place = Place::new(&SCENE.replace("columns = { run = \"trial\" }", "heights_to = \"plate\""));
-    let of = |found: &Findings| -> Vec<String> {
-        let checks = found.verdicts.iter().filter(|check| check.check == "columns_agree");
-        checks
-            .inspect(|check| assert!(check.gates && !check.passed))
-            .map(|check| check.text.clone())
-            .collect()
-    };
+    let of = contradictions;
     let right = place.fit_rows(&said_twice(|_, h| h, |st| st));
     assert_eq!(of(&right), Vec::<String>::new());
     assert!(!right.tells("columns_disagree"));
@@ -413,11 +410,7 @@ fn a_series_whose_heights_contradict_its_speeds_forbids_quoting() {
             writeln!(text, "PTFE,{liquid},4.762,{film},{v:.3},{e:.4},{own}").expect("a text");
         }
         let found = place.fit_rows(&text);
-        let checks = found.verdicts.iter().filter(|check| check.check == "columns_agree");
-        checks
-            .inspect(|check| assert!(check.gates && !check.passed))
-            .map(|check| check.text.clone())
-            .collect()
+        contradictions(&found)
     };
     assert_eq!(of(&|_| 1.0), Vec::<String>::new());
     assert_eq!(of(&|run| if run % 7 == 3 { 1.05 } else { 1.0 }), Vec::<String>::new());

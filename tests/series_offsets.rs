@@ -235,10 +235,8 @@ fn with_known_offsets<'s>(scene: &'s Scene, sigma: f64, seed: u64) -> (Vec<NewRu
         let Some((film, film_ratio)) = row.film else {
             continue;
         };
-        let liquid = scene
-            .liquids
-            .iter()
-            .position(|own| Some(own.name.as_str()) == row.liquid);
+        let mut liquids = scene.liquids.iter();
+        let liquid = liquids.position(|own| Some(own.name.as_str()) == row.liquid);
         let setting = scene.setting(0, liquid.expect("a liquid"), row.diameter, film);
         let own = offsets
             .entry(key(row.liquid.unwrap_or_default(), row.diameter, film_ratio))
@@ -422,12 +420,8 @@ fn without_film_groups_a_series_is_particle_liquid_and_diameter() {
     let table = place.read_rows(&csv);
     assert!(table.runs.film_groups.iter().all(|group| !group.has_one_film_ratio()));
     let (_, posterior) = fit(&place.scene, &table);
-    let names: Vec<&str> = posterior
-        .findings
-        .series_offsets
-        .iter()
-        .map(|own| own.liquid.as_str())
-        .collect();
+    let names = posterior.findings.series_offsets.iter();
+    let names: Vec<&str> = names.map(|own| own.liquid.as_str()).collect();
     assert_eq!(names.len(), 6);
     let of = |liquid: &str| names.iter().filter(|name| **name == liquid).count();
     assert_eq!([of("thin"), of("thick")], [3, 3]);

@@ -1,9 +1,10 @@
 //! Holds that a spread held at 0 leaves the stated measurement errors as all noise, and gates where they are not.
 
 use crate::common::scenes::{scene_of, PTFE, THIN};
-use crate::common::{assert_expected, assert_seldom, compare, counts, holds, normal, rows, seed_of, Place, Says, Told};
+use crate::common::{
+    assert_expected, assert_seldom, compare, counts, holds, normal, rows, sample_as_usual, seed_of, Place, Says, Told,
+};
 use wetcor::findings::checks::{Check, BEYOND_CHANCE};
-use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
 use wetcor::runs;
 use wetcor::seed::stream;
@@ -123,18 +124,11 @@ fn the_posterior_is_that_of_the_errors_alone() {
         let text = table(&place, seed, factor, |_, _| ());
         let table = place.read_rows(&text);
         let mut findings = findings::fit_least_squares(&place.scene, &table, 1, true);
-        let posterior = findings
-            .add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ())
-            .unwrap_or_else(|error| panic!("{error}"))
-            .expect("sampled");
+        let posterior = sample_as_usual(&mut findings, &place.scene, &table.runs);
         let compared = compare(&mut findings, &place.scene, &table.runs, &posterior);
         assert!(compared.models.iter().all(|model| model.elpd_loo.is_finite()));
-        let held: Vec<_> = posterior
-            .findings
-            .left_out
-            .iter()
-            .map(|held| (held.name.as_str(), held.value))
-            .collect();
+        let held = posterior.findings.left_out.iter();
+        let held: Vec<_> = held.map(|held| (held.name.as_str(), held.value)).collect();
         assert_eq!(held, [("sigma_dry", Some(0.0)), ("sigma_wet", Some(0.0))]);
         assert_eq!(
             findings.main.verdict.passed, may_be_quoted,

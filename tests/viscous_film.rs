@@ -3,11 +3,12 @@
 use std::f64::consts::PI;
 
 use crate::common::scenes::{scene_of, AK10, PE, PTFE};
-use crate::common::{assert_expected, binomial_z, counts, rows, seed_of, study, Place, Says, Told};
+use crate::common::{
+    assert_expected, binomial_z, compare, counts, rows, sample_as_usual, seed_of, study, Place, Says, Told,
+};
 use wetcor::findings;
 use wetcor::findings::balance::DerivedEstimate;
 use wetcor::findings::compare::ComparedModel;
-use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::Findings;
 use wetcor::model::parameters::ParameterKind;
 use wetcor::physics::rebound::mean_restitution;
@@ -154,10 +155,7 @@ fn the_intervals_of_the_rupture_scale_cover() {
 fn compared(place: &Place, seed: u64) -> Vec<ComparedModel> {
     let table = place.table(seed);
     let mut findings = findings::fit_least_squares(&place.scene, &table, seed, false);
-    let posterior = findings
-        .add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ())
-        .expect("priors with room")
-        .expect("runs that tell");
+    let posterior = sample_as_usual(&mut findings, &place.scene, &table.runs);
     let sampled = &posterior.findings.parameters;
     let both = [RUPTURE_SCALE.name, "lubrication_log"];
     let own = sampled
@@ -165,10 +163,7 @@ fn compared(place: &Place, seed: u64) -> Vec<ComparedModel> {
         .filter(|parameter| both.contains(&parameter.name.as_str()));
     // they are one constant: never sampled together
     assert_eq!(own.count(), 1, "{sampled:?}");
-    let found = findings
-        .add_comparison(&place.scene, &table.runs, &posterior, &|_, _| ())
-        .expect("priors with room");
-    found.models
+    compare(&mut findings, &place.scene, &table.runs, &posterior).models
 }
 
 /// Each form predicts its own runs better, whichever the scene asks for.

@@ -22,7 +22,7 @@ use wetcor::inference::sampling::{sample_posterior, Sampled, SamplingPlan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::model::simulate::Simulation;
-use wetcor::physics::Setting;
+use wetcor::physics::{Coefficient, Parameters, Setting};
 use wetcor::report::{self, ReportInput};
 use wetcor::runs::{self, Existing, NewRun, RunWriter, Runs, Table};
 use wetcor::scene::{self, Scene};
@@ -112,6 +112,14 @@ pub fn sample(findings: &mut Findings, scene: &Scene, runs: &Runs) -> Option<Pos
     sampled.unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// Adds the posterior by the method that is taken where none is asked for; there must be one.
+pub fn sample_as_usual(findings: &mut Findings, scene: &Scene, runs: &Runs) -> Posterior {
+    let sampled = findings.add_posterior(scene, runs, MethodChoice::default(), &|_, _| ());
+    sampled
+        .unwrap_or_else(|error| panic!("{error}"))
+        .expect("runs that tell")
+}
+
 /// Adds the comparison of forms.
 pub fn compare(findings: &mut Findings, scene: &Scene, runs: &Runs, posterior: &Posterior) -> Comparison {
     let compared = findings.add_comparison(scene, runs, posterior, &|_, _| ());
@@ -157,6 +165,14 @@ pub fn report_of(
     let text = whole.iter().find(|(name, _)| name == "report.md").expect("a report");
     let text = String::from_utf8(text.1.clone()).expect("text");
     (text, whole.into_iter().map(|(name, _)| name).collect())
+}
+
+/// k, L, C and δ̃0.
+pub fn parameters_of([k, l, c, film_scale]: [f64; 4]) -> Parameters {
+    Parameters::new(k)
+        .with(Coefficient::LubricationLog, l)
+        .with(Coefficient::InertialPrefactor, c)
+        .with(Coefficient::FilmScale, film_scale)
 }
 
 /// A sphere of 5 µm roughness above a wetted plate: density and diameter, density and viscosity of the liquid, film.

@@ -206,11 +206,8 @@ fn assert_same(a: &Table, b: &Table) {
             .iter()
             .map(|g| (g.particle, g.rebounds.clone(), g.stuck.clone()))
             .collect();
-        let films: Vec<_> = runs
-            .film_groups
-            .iter()
-            .map(|g| (g.particle, g.series.clone()))
-            .collect();
+        let films = runs.film_groups.iter();
+        let films: Vec<_> = films.map(|g| (g.particle, g.series.clone())).collect();
         (series, dry, films)
     };
     assert_eq!(groups(a), groups(b));

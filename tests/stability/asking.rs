@@ -6,13 +6,13 @@ use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
 use wetcor::physics::rebound::mean_restitution;
-use wetcor::physics::{kept_energy, Coefficient, Order, Parameters};
+use wetcor::physics::{kept_energy, Coefficient, Order};
 use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{normal, sample, seed_of, setting, Place};
+use crate::common::{normal, parameters_of, sample, seed_of, setting, Place};
 use crate::degenerate;
 
 /// A scene whose least squares and posterior are plainly right, before anything is taken to an extreme.
@@ -60,19 +60,10 @@ pub fn wet_run<'s, R: Rng>(scene: &'s Scene, diameter: f64, film_ratio: f64, v: 
     let (particle, liquid) = (&scene.particles[0], &scene.liquids[0]);
     let film = film_ratio * diameter;
     let setting = setting([particle.density, diameter], [liquid.density, liquid.viscosity], film);
-    let parameters = Parameters::new(truth.dry_k[0].expect("k"))
-        .with(
-            Coefficient::LubricationLog,
-            truth.value(Coefficient::LubricationLog).expect("L"),
-        )
-        .with(
-            Coefficient::InertialPrefactor,
-            truth.value(Coefficient::InertialPrefactor).expect("C"),
-        )
-        .with(
-            Coefficient::FilmScale,
-            truth.value(Coefficient::FilmScale).unwrap_or(1.0),
-        );
+    let of = |coefficient| truth.value(coefficient);
+    let (l, c) = (of(Coefficient::LubricationLog), of(Coefficient::InertialPrefactor));
+    let scale = of(Coefficient::FilmScale).unwrap_or(1.0);
+    let parameters = parameters_of([truth.dry_k[0].expect("k"), l.expect("L"), c.expect("C"), scale]);
     let z = normal(rng);
     let kept = kept_energy(&setting, truth.form(), &parameters, v);
     let e = mean_restitution(kept) + truth.sigma_wet.expect("sigma") * z;

@@ -12,12 +12,12 @@ use wetcor::model::parameters::{ParameterKind, COMMON_SLOTS};
 use wetcor::physics::balance::kept_energy_slopes;
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::{bridge, numbers, rebound, viscous};
-use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Order, Parameters};
+use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Order};
 use wetcor::runs::{self, NewRun};
 use wetcor::scene::Scene;
 
 use crate::common::scenes::scene_of;
-use crate::common::{setting, Place};
+use crate::common::{parameters_of, setting, Place};
 
 /// Roundings a formula may make for each one that its condition number excuses.
 pub const ROUNDINGS: f64 = 4.0;
@@ -135,10 +135,7 @@ fn dry_run_alone(scene: &Scene, x: &[f64]) -> Vec<f64> {
 fn kept(form: Inertia, x: &[f64]) -> Vec<f64> {
     let [density, diameter, liquid_density, viscosity, film, v, k, l, c, scale] = x.try_into().expect("ten arguments");
     let setting = setting([density, diameter], [liquid_density, viscosity], film);
-    let parameters = Parameters::new(k)
-        .with(Coefficient::LubricationLog, l)
-        .with(Coefficient::InertialPrefactor, c)
-        .with(Coefficient::FilmScale, scale);
+    let parameters = parameters_of([k, l, c, scale]);
     let slopes = kept_energy_slopes(&setting, Form::new(form, DrySpeed::Impact), &parameters, v);
     vec![
         kept_energy(&setting, Form::new(form, DrySpeed::Impact), &parameters, v),
