@@ -143,7 +143,7 @@ fn least_squares_alone_quotes_nothing_that_a_barely_rebounding_run_pins() {
     let rows = table("a_barely_rebounding_run", &SPEEDS);
     let check_of = |e: f64| {
         let slow = 1.02 * speed_of(true, 0.1, e);
-        let found = Place::new(SCENE).fit_rows(&format!("{rows}{}", line(true, 0.1, slow, e)));
+        let found = Place::new(&scene_text()).fit_rows(&format!("{rows}{}", line(true, 0.1, slow, e)));
         let check = found.verdicts.into_iter().find(|check| check.check == "slow_rebounds");
         (check, found.main.verdict)
     };
