@@ -2,6 +2,7 @@
 
 use super::{numbers_in, read, rows};
 use crate::common::Says;
+use serde_json::Value;
 use wetcor::physics::dry::{Order, REFERENCE_SPEED};
 use wetcor::physics::{numbers, viscous};
 
@@ -163,14 +164,15 @@ fn the_slips_are_what_the_formulas_give() {
     let delta_c = 1e6 * viscous::critical_separation(5e-6, 5.5 / 2.0);
     let square = |v: f64| Order::First.restitution(0.183, v).powi(2);
     let moved = square(numbers::free_fall_speed(0.03)) - square(REFERENCE_SPEED);
-    let report = rows(&read("reports/mueller2016/report.md"));
-    let is_linear = |row: &&Vec<String>| row.len() == 11 && row[..3] == ["PTFE", "0.06", "linear"];
-    let bias = report.iter().find(is_linear).expect("a row");
-    let [e_inf, st_c] = [7, 8].map(|column| bias[column].trim_start_matches('+').trim_end_matches('0'));
+    let findings: Value = serde_json::from_str(&read("reports/mueller2016/findings.json")).expect("JSON");
+    let is_linear = |row: &&Value| row["particle"] == "PTFE" && row["film_ratio"] == 0.06 && row["law"] == "linear";
+    let mut laws = findings["scaling"].as_array().expect("a list").iter();
+    let bias = &laws.find(is_linear).expect("a row")["bias"];
+    let [e_inf, st_c] = ["e_inf", "st_c"].map(|quantity| bias[quantity].as_f64().expect("a number"));
     for told in [
         format!("δc = {delta_c:.0} µm"),
         format!("moves e_dry² of PTFE by {moved:.2}"),
-        format!("by {e_inf} in e_inf and {st_c} in St_c for PTFE"),
+        format!("by {e_inf:.3} in e_inf and {st_c:.1} in St_c for PTFE"),
     ] {
         assert!(page.contains(&told), "{told}");
     }

@@ -1,6 +1,5 @@
 //! Makes a campaign: a scene of known parameters, and frames of every run of its design, with their list.
 
-use crate::common::scenes::{scene_of, AK10, PTFE};
 use std::path::Path;
 
 use rand::rngs::ChaCha8Rng;
@@ -14,9 +13,17 @@ use crate::flight::Bounces;
 use crate::render::{render, tiff, Scene};
 
 /// The paper's design, fewer settings of it.
-fn scene_text() -> String {
-    scene_of("from frames", &[PTFE, AK10])
-        + r#"[model]
+const SCENE: &str = r#"
+title = "from frames"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[model]
 inertia = "saturating"
 dry_speed_m_s = "impact"
 [truth]
@@ -35,8 +42,7 @@ film_ratio = { PTFE = [0.04, 0.10] }
 impact_speed_m_s = [0.6, 0.8, 1.0]
 dry_impact_speed_m_s = [0.6, 0.8, 1.0]
 repeats = 3
-"#
-}
+"#;
 
 const FRAME_RATE: f64 = 500.0;
 
@@ -49,7 +55,7 @@ const PLATE: f64 = 400.0;
 /// Writes `scene.toml`, `recordings.csv` and a TIFF a run into a folder; gives how many runs there are.
 pub fn write(folder: &Path, seed: u64) -> usize {
     let path = folder.join("scene.toml");
-    std::fs::write(&path, scene_text()).expect("the folder is writable");
+    std::fs::write(&path, SCENE).expect("the folder is writable");
     let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
     let simulation = Simulation::new(&scene, None).unwrap_or_else(|error| panic!("{error}"));
     let runs = simulation.under(seed).all();

@@ -1,6 +1,6 @@
 //! Renders frames of a falling sphere whose place is known: shaded, with a highlight, before a plate that mirrors it.
+#![allow(dead_code)]
 
-use crate::common::normal;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
@@ -10,6 +10,7 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use rand::rngs::ChaCha8Rng;
 use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
 use tiff::encoder::{colortype, TiffEncoder};
 
 /// What stands before the camera. Lengths in px, brightness in grey levels of 8 bits.
@@ -115,7 +116,7 @@ pub fn render(scene: &Scene, centre: impl Fn(f64) -> (f64, f64), frame: usize) -
                     scene.light(x, y, *centre, time)
                 };
             }
-            let noise = normal(&mut rng);
+            let noise: f64 = StandardNormal.sample(&mut rng);
             levels.push(brightness * sum / moments as f64 + scene.noise * noise);
         }
     }
