@@ -320,7 +320,7 @@ mod tests {
             "L rises with the film: L′ = 0.60 ± 0.10, which gains 12.3 ± 3.2 in log density."
         );
         let falls = told(&question(Answer::Falls, -0.6, 0.3));
-        assert!(falls.starts_with("L falls with the film: L′ = -0.60 ± 0.10"), "{falls}");
+        assert!(falls.starts_with("L falls with the film: L′ = −0.60 ± 0.10"), "{falls}");
         let open = told(&question(Answer::Open, 0.1, 0.05));
         assert!(open.contains("is open") && open.contains("by up to 5.0 %"), "{open}");
         assert!(open.ends_with("or more runs of PTFE in AK10."), "{open}");

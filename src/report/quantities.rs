@@ -47,12 +47,17 @@ pub fn estimate(quantity: Quantity, of: &Estimate) -> String {
     numbers::estimate_scaled(of, factor(quantity).0)
 }
 
-/// The same of a fit that may not be usable: then it has no ±.
-pub fn estimate_if(usable: bool, quantity: Quantity, of: &Estimate) -> String {
-    if usable {
-        return estimate(quantity, of);
-    }
+/// The value alone, of a fit that is not usable.
+pub fn value(quantity: Quantity, of: &Estimate) -> String {
     numbers::optional(of.value.map(|value| in_unit(quantity, value)), 4)
+}
+
+/// An estimate beside which its interval stands.
+pub fn beside_interval(quantity: Quantity, of: &Estimate) -> String {
+    match (of.value, of.se) {
+        (Some(value), None) => format!("{} (no ±)", numbers::significant(in_unit(quantity, value), 4)),
+        _ => estimate(quantity, of),
+    }
 }
 
 /// The interval of an estimate.

@@ -2,7 +2,6 @@
 
 use super::super::figures;
 use super::super::numbers;
-use super::super::quantities;
 use super::super::ReportInput;
 use super::cells::{
     diameter, estimated, interval_header, is_told, law_name, list, rebounds_and_stuck, why_not_usable, NOT_USABLE,
@@ -47,7 +46,7 @@ pub(super) fn dry(page: &mut Page, input: ReportInput) {
             (None, few) => list(&few.iter().map(|one| one.diameter_m).collect::<Vec<_>>(), millimetres),
         })
         .column("runs", |row| row.diameter.map_or(row.dry.runs, |one| one.runs))
-        .estimate_and_interval(Quantity::DryK, |row| row.dry_k(), &interval_header(input))
+        .estimate_and_interval(Quantity::DryK, |row| (true, row.dry_k()), &interval_header(input))
         .column("residual sd", |row| match row.diameter {
             None => numbers::optional(row.dry.residual_sd, 2),
             Some(_) => String::new(),
@@ -235,10 +234,6 @@ fn bands(input: ReportInput) -> String {
 /// The laws of some fits that are told: over all film ratios, or each at its own.
 fn scaling_table<'i>(input: ReportInput<'i>, over_all: bool) -> ReportTable<&'i Scaling> {
     let (findings, interval) = (input.findings, interval_header(input));
-    let of_usable = |row: &Scaling, quantity: Quantity, estimate: &Estimate| match row.verdict.passed {
-        true => quantities::interval(quantity, estimate),
-        false => String::new(),
-    };
     let told = |row: &&Scaling| is_told(findings, &row.particle, [row.diameter_m, row.film_ratio], row.law);
     let rows = findings
         .scaling
@@ -250,10 +245,8 @@ fn scaling_table<'i>(input: ReportInput<'i>, over_all: bool) -> ReportTable<&'i 
     }
     table = with_laws(table, |row| row.law)
         .column(REBOUNDS, |row| rebounds_and_stuck(row.runs, row.stuck))
-        .estimate_if(Quantity::EInf, |row| (row.verdict.passed, &row.e_inf))
-        .column(interval.as_str(), |row| of_usable(row, Quantity::EInf, &row.e_inf))
-        .estimate_if(Quantity::StC, |row| (row.verdict.passed, &row.st_c))
-        .column(interval.as_str(), |row| of_usable(row, Quantity::StC, &row.st_c))
+        .estimate_and_interval(Quantity::EInf, |row| (row.verdict.passed, &row.e_inf), &interval)
+        .estimate_and_interval(Quantity::StC, |row| (row.verdict.passed, &row.st_c), &interval)
         .column("corr", |row| numbers::optional(row.correlation, 2))
         .column("bias of e_inf", |row| {
             row.bias.map(|bias| numbers::shift(bias.e_inf, row.e_inf.se))
@@ -375,7 +368,7 @@ pub(super) fn energy(page: &mut Page, input: ReportInput) {
         .column(Inertia::Cap.name(), |row| numbers::optional(row.cap, 3))
         .estimate(Quantity::StCEInf2, |row| &row.st_c_e_inf2);
     let table = match has_delta_c {
-        true => table.estimate_and_interval(Quantity::DeltaC, |row| &row.delta_c_m, &interval_header(input)),
+        true => table.estimate_and_interval(Quantity::DeltaC, |row| (true, &row.delta_c_m), &interval_header(input)),
         false => table,
     };
     page.table(&table);

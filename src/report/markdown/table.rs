@@ -72,23 +72,22 @@ impl<R: Copy> ReportTable<R> {
         self.column(label(quantity), |row| quantities::estimate(quantity, of(row)))
     }
 
-    /// The same of fits that may not be usable, each with whether it is: those that are not have no ±.
-    pub(super) fn estimate_if<'e>(self, quantity: Quantity, of: impl Fn(R) -> (bool, &'e Estimate)) -> ReportTable<R> {
-        self.column(label(quantity), |row| {
-            let (usable, estimate) = of(row);
-            quantities::estimate_if(usable, quantity, estimate)
-        })
-    }
-
-    /// The same with their intervals behind them.
+    /// Estimates with their intervals behind them, each with whether its fit is usable: one that is not has neither ± nor
+    /// interval.
     pub(super) fn estimate_and_interval<'e>(
         self,
         quantity: Quantity,
-        of: impl Fn(R) -> &'e Estimate,
+        of: impl Fn(R) -> (bool, &'e Estimate),
         interval: &str,
     ) -> ReportTable<R> {
-        self.estimate(quantity, &of)
-            .column(interval, |row| quantities::interval(quantity, of(row)))
+        self.column(label(quantity), |row| match of(row) {
+            (true, estimate) => quantities::beside_interval(quantity, estimate),
+            (false, estimate) => quantities::value(quantity, estimate),
+        })
+        .column(interval, |row| match of(row) {
+            (true, estimate) => quantities::interval(quantity, estimate),
+            (false, _) => String::new(),
+        })
     }
 
     /// What to say of the rows that do not stand in it; `None` where all do.
