@@ -489,9 +489,9 @@ fn noise_of_an_asymmetry_without_a_bound_is_predicted_from() {
             .replace("sigma_wet", "sigma_wet,asymmetry")
             .replace("0.02,", "0.02,-0.5,");
     });
-    let (status, out, err) = asymmetric.told(&ASKED);
+    let (status, out, err) = asymmetric.told(ASKED);
     assert_eq!(status, Some(0), "{err}");
-    assert_ne!(out, Store::new(|_, _| ()).told(&ASKED).1);
+    assert_ne!(out, Store::new(|_, _| ()).told(ASKED).1);
 }
 
 #[test]

@@ -65,9 +65,12 @@ pub struct Finished {
     pub basis: Basis,
     form: Form,
     posterior: PosteriorRecord,
-    /// the laws asked for before, by the names of k and of the offset: the draws of each are read once
-    laws: RefCell<HashMap<(String, Option<String>), Arc<ParticleLaw>>>,
+    /// the laws asked for before: the draws of each are read once
+    laws: RefCell<HashMap<LawName, Arc<ParticleLaw>>>,
 }
+
+/// The names of a law's k and of its offset; without the latter that of dry runs.
+type LawName = (String, Option<String>);
 
 #[derive(Deserialize)]
 struct FindingsHeader {

@@ -27,8 +27,11 @@ pub(super) struct SensitiveResult<'a> {
     /// still without the constants
     pub(super) blank: Sensitivity,
     /// its value where a constant has changed; `None` where a fit gives none
-    pub(super) at: Box<dyn Fn(&Changed) -> Option<f64> + Sync + 'a>,
+    pub(super) at: Box<ValueWhereChanged<'a>>,
 }
+
+/// The value of a result where a constant has changed.
+type ValueWhereChanged<'a> = dyn Fn(&Changed) -> Option<f64> + Sync + 'a;
 
 /// The results of a scene, none of a fit that may not be quoted.
 struct Results<'a> {

@@ -30,7 +30,7 @@ pub(super) fn cautions(page: &mut Page, input: ReportInput) {
 fn told(text: &str, next_step: &str) -> String {
     match next_step.strip_prefix("nothing") {
         None => format!("{text}. Next: {next_step}."),
-        Some(why) if why.is_empty() => format!("{text}."),
+        Some("") => format!("{text}."),
         Some(why) => format!("{text}; {}.", why.trim_start_matches([':', ' '])),
     }
 }
