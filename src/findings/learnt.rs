@@ -12,7 +12,7 @@ use crate::physics::inertia::Inertia;
 use crate::physics::{Coefficient, Quantity};
 use crate::rounding::{short, significant, to_digits, with_se};
 use crate::runs::Runs;
-use crate::scene::{Scene, Sticking};
+use crate::scene::{Scene, Sticking, NOISE};
 
 /// What was learnt of a scene's runs: whether one L serves, which form of inertia they prefer, whether the loss levels off,
 /// what stuck runs say, and what is not determined. Of what was not asked nothing is said.
@@ -181,6 +181,9 @@ fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
     if wet == 0 {
         return None;
     }
+    if scene.model.sticking == Sticking::Truncated {
+        return Some("Runs that stuck were not logged: each rebound counts as one of those that rebound.".to_owned());
+    }
     if stuck == 0 {
         let stays = "the speed below which nothing rebounds follows from the law alone";
         return Some(format!("No wet run stuck: {stays}."));
@@ -222,21 +225,37 @@ fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
     })
 }
 
+/// The parameter of the law that keeps most of its prior's sd in the posterior, and how much.
+fn least_known(findings: &Findings) -> Option<(String, f64)> {
+    let parameters = findings.posterior.as_ref()?.parameters.iter();
+    let of_law = parameters.filter(|own| NOISE.iter().all(|noise| noise.name != own.name));
+    let each = of_law.filter_map(|own| {
+        let prior = own.prior.as_ref()?;
+        let of = own
+            .name
+            .split_once('[')
+            .map(|(_, of)| format!(" of {}", of.trim_end_matches(']')));
+        Some((prior.symbol.to_owned() + &of.unwrap_or_default(), prior.sd_ratio?))
+    });
+    each.max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
 /// What the runs do not determine, and which would.
 fn determined(findings: &Findings) -> Vec<String> {
     let Some(directions) = &findings.identifies else {
         return vec![];
     };
     if directions.unseen.is_empty() {
+        let by_runs = || (directions.least_known_words.clone(), directions.spread_left);
+        let (least_known, left) = least_known(findings).unwrap_or_else(by_runs);
         // beside a narrow prior of the scene the share that is left says nothing
-        if directions.spread_left > 0.5 {
+        if left > 0.5 {
             return vec![];
         }
         return vec![format!(
-            "The runs determine every parameter. The least constrained is {}, which keeps {} % of its prior sd.",
-            directions.least_known_words,
+            "The runs determine every parameter. The least constrained is {least_known}, which keeps {} % of its prior sd.",
             // rounded as the share itself is elsewhere
-            short(100.0 * to_digits(directions.spread_left, 2))
+            short(100.0 * to_digits(left, 2))
         )];
     }
     let sentence = |one: &Unidentified| capital(&format!("{}; {}.", one.reason, one.add));
@@ -290,6 +309,7 @@ mod tests {
                 largest_change: Some(change),
                 add: Some("PTFE in AK10".to_owned()),
                 prior: String::new(),
+                prior_sd: Some(1.0),
                 source: "",
             }),
             answer,

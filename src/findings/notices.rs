@@ -459,12 +459,17 @@ pub(super) fn outlier(found: usize, runs: usize, first: &[String], felt: bool) -
     OUTLIER.notice(found, text).at(level)
 }
 
-/// Runs that rebound barely, and the number that differs most where their energy is allowed to scatter, before and after.
-pub(super) fn slow_rebounds(runs: usize, rows: &str, name: &str, [before, after]: [String; 2]) -> Notice {
+/// Runs that rebound barely, how their energy is allowed to scatter, and the number that differs most by that, before and
+/// after.
+pub(super) fn slow_rebounds(
+    (runs, rows): (usize, &str),
+    how: &str,
+    name: &str,
+    [before, after]: [String; 2],
+) -> Notice {
     let text = format!(
-        "{rows}: with noise on e alone such runs fix the energy to less than errors of 1 % in speed and 3 % in film move it. \
-         With these allowed for, by noise = \"both\", {name} is {after} in place of {before}: the numbers here are of noise = \
-         \"both\""
+        "{rows}: with noise on e alone such runs fix the energy more tightly than errors of 1 % in speed and 3 % in film \
+         allow. With these allowed for, {how}, {name} is {after} in place of {before}: the numbers here allow for them"
     );
     SLOW_REBOUNDS.notice(runs, text)
 }

@@ -56,15 +56,32 @@ pub(super) fn fit_beside(
     least_squares: LeastSquares,
     own: &Posterior,
 ) -> Result<Beside, Error> {
-    let slow = slow_rebounds(scene, runs, own.setup.form);
-    let Some(sigma) = spread_of_energy(scene, runs, own, &slow) else {
+    let model = &scene.model;
+    let is_asked = model.noise == NoiseOn::Restitution && model.sticking != Sticking::Truncated;
+    let slow = slow_rebounds(runs, own.setup.form);
+    if !is_asked || slow.is_empty() || runs.all_measured() > MOST_RUNS {
+        return Ok(Beside::Same);
+    }
+    let Some(errors) = energy_errors(scene, runs, own, &slow) else {
         return Ok(Beside::Same);
     };
-    let mut wider_scene = scene.clone();
-    wider_scene.model.noise = NoiseOn::Both;
+    let rows: Vec<String> = slow.iter().map(|run| run_words(scene, runs, *run)).collect();
+    // with errors of speeds in columns, noise on the energy besides would make each density an integral of integrals
+    let by_speeds = runs.errors.as_ref().is_some_and(|errors| errors.counts()[1] > 0);
+    let (mut wider_scene, mut wider_runs) = (scene.clone(), runs.clone());
     let is_set = |choice: &PriorChoice| choice.parameter == SIGMA_ENERGY.name;
-    let is_ours = !scene.priors.iter().any(is_set);
+    let is_ours = !by_speeds && !scene.priors.iter().any(is_set);
+    if let Some(sds) = wider_runs.errors.as_mut().filter(|_| by_speeds) {
+        for (run, error) in slow.iter().zip(&errors) {
+            let own = &mut sds.impact_speed_sd[*run];
+            *own = own.hypot(error.of_energy / error.viscous * runs.impact_speed[*run]);
+        }
+    } else {
+        wider_scene.model.noise = NoiseOn::Both;
+    }
     if is_ours {
+        let squares: f64 = errors.iter().map(|error| error.of_energy.powi(2)).sum();
+        let sigma = (squares / errors.len() as f64).sqrt();
         wider_scene.priors.push(PriorChoice {
             parameter: SIGMA_ENERGY.name,
             particle: None,
@@ -72,12 +89,11 @@ pub(super) fn fit_beside(
             line: None,
         });
     }
-    let rows: Vec<String> = slow.iter().map(|run| run_words(scene, runs, *run)).collect();
-    let wider = fit_posterior(&wider_scene, runs, least_squares, own.setup, &|_, _| ())?;
+    let wider = fit_posterior(&wider_scene, &wider_runs, least_squares, own.setup, &|_, _| ())?;
     let Some(mut wider) = wider.ok().filter(Posterior::sampling_holds) else {
         let text = format!(
-            "{}: such runs fix the energy to less than errors of speeds and films move it, and noise = \"both\" could not be \
-             sampled",
+            "{}: such runs fix the energy more tightly than errors of speeds and films allow, and a posterior with these \
+             errors could not be sampled",
             shortened(&rows)
         );
         return Ok(Beside::Open(checks::SLOW_REBOUNDS.check(None, text).with_advice()));
@@ -86,8 +102,13 @@ pub(super) fn fit_beside(
         return Ok(Beside::Same);
     };
     let told = |pair: [f64; 2]| with_se(pair[0], pair[1]);
-    let notice = notices::slow_rebounds(slow.len(), &shortened(&rows), &name, [told(before), told(after)]);
-    wider.scene = Some(Box::new(wider_scene));
+    let how = if by_speeds {
+        "as errors of their speeds"
+    } else {
+        "by noise = \"both\""
+    };
+    let notice = notices::slow_rebounds((slow.len(), &shortened(&rows)), how, &name, [told(before), told(after)]);
+    wider.scene = (!by_speeds).then(|| Box::new(wider_scene));
     let mut priors = wider.findings.parameters.iter_mut();
     let energy = priors.find(|one| is_ours && one.name == SIGMA_ENERGY.name);
     if let Some(prior) = energy.and_then(|one| one.prior.as_mut()) {
@@ -110,7 +131,7 @@ pub(super) fn fit_beside(
 /// `None` where there are none.
 pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &EnergyBalance) -> Option<Check> {
     let BalanceSetup { scene, runs, .. } = setup;
-    let slow = slow_rebounds(scene, runs, own.form());
+    let slow = slow_rebounds(runs, own.form());
     if slow.is_empty() {
         return None;
     }
@@ -130,11 +151,11 @@ pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &En
         None => "without them the others tell no number".to_owned(),
     };
     let text = format!(
-        "{}: such runs fix the energy to less than errors of speeds and films move it: by least squares {found}",
+        "{}: such runs fix the energy more tightly than errors of 1 % in speed or 3 % in film allow: by least squares {found}",
         shortened(&rows)
     );
     let mut check = checks::SLOW_REBOUNDS.check(moved.map(|(shift, ..)| shift), text);
-    check.advise("sample the posterior, which allows for such errors");
+    check.advise("sample the posterior (no --stages), which allows for such errors");
     Some(check.with_advice())
 }
 
@@ -160,20 +181,25 @@ fn fit_moves(own: &EnergyBalance, other: &EnergyBalance) -> Option<(f64, String,
     each.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// The rebounds with a small restitution, where noise is on the restitution alone.
-fn slow_rebounds(scene: &Scene, runs: &Runs, form: Form) -> Vec<usize> {
-    let model = &scene.model;
-    let asked = model.noise == NoiseOn::Restitution && model.sticking == Sticking::Censored;
-    let known = runs.sample.is_some() || !runs.count.is_empty();
-    if !asked || known || runs.all_measured() > MOST_RUNS || !Term::Viscous.is_held(form) {
+/// The rebounds with a small restitution, where the liquid takes energy; none of tables of which a sample is kept.
+fn slow_rebounds(runs: &Runs, form: Form) -> Vec<usize> {
+    if runs.sample.is_some() || !runs.count.is_empty() || !Term::Viscous.is_held(form) {
         return vec![];
     }
     let rebounds = runs.series.iter().flat_map(|series| series.rebounds.clone());
     rebounds.filter(|run| runs.restitution[*run] < SLOW).collect()
 }
 
-/// The sd of the energy kept that the errors of speed and film make of these runs, root mean square; `None` without runs.
-fn spread_of_energy(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize]) -> Option<f64> {
+/// What errors of speed and film do to the energy that a run keeps.
+struct EnergyError {
+    /// its sd
+    of_energy: f64,
+    /// the viscous loss of the run
+    viscous: f64,
+}
+
+/// What the errors of speed and film that no column tells do to these runs; `None` where that is nothing.
+fn energy_errors(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize]) -> Option<Vec<EnergyError>> {
     let mean = |kind: ParameterKind| {
         let name = kind.name(scene, runs);
         let found = own.findings.parameters.iter().find(|one| one.name == name)?;
@@ -181,12 +207,9 @@ fn spread_of_energy(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize])
     };
     // where L is held, or its form has another parameter in its place, by that of a usual sphere
     let l = mean(ParameterKind::LUBRICATION_LOG).filter(|_| scene.model.viscous.why_no_critical_separation().is_none());
-    let squares = slow.iter().map(|run| {
-        let sphere = runs
-            .series
-            .iter()
-            .find(|series| series.runs().any(|one| one == *run))?
-            .sphere;
+    let of_run = |run: &usize| {
+        let mut series = runs.series.iter();
+        let sphere = series.find(|series| series.runs().any(|one| one == *run))?.sphere;
         let k = mean(ParameterKind::DryK(sphere)).unwrap_or(0.15);
         let e_dry = 1.0 - k * REFERENCE_SPEED.powf(0.2);
         let kept = runs.restitution[*run].powi(2);
@@ -195,11 +218,11 @@ fn spread_of_energy(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize])
         // an error of the speed that a column tells is in the density already
         let is_told = runs.errors.as_ref().is_some_and(|errors| errors.of(*run)[0] > 0.0);
         let of_speed = if is_told { 0.0 } else { SPEED_ERROR * viscous };
-        Some(of_speed.powi(2) + (FILM_ERROR * (lost - viscous)).powi(2))
-    });
-    let squares: Vec<f64> = squares.collect::<Option<_>>()?;
-    let sum: f64 = squares.iter().sum();
-    (sum > 0.0).then(|| (sum / squares.len() as f64).sqrt())
+        let of_energy = of_speed.hypot(FILM_ERROR * (lost - viscous));
+        (viscous > 0.0).then_some(EnergyError { of_energy, viscous })
+    };
+    let all: Vec<EnergyError> = slow.iter().map(of_run).collect::<Option<_>>()?;
+    all.iter().any(|error| error.of_energy > 0.0).then_some(all)
 }
 
 /// The main number that differs most between two posteriors, with its mean and sd in both; `None` where none differs by more

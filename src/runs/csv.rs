@@ -136,6 +136,7 @@ impl<R: Read> Csv<R> {
 
     /// Adds every record below the header, or refuses it. Fails where the rest of the file cannot be read.
     fn add_rows(&mut self, rows: &mut CheckedRows, width: usize, gathering: &mut Gathering) -> Result<(), Problem> {
+        let separator = self.records.separator();
         // lines of separators, which are none below the last run
         let mut empty = vec![];
         while let Some(record) = self.records.next_record()? {
@@ -151,6 +152,10 @@ impl<R: Read> Csv<R> {
                 rows.refuse(other_width(line, cells, width, record.has_line_ends()));
                 continue;
             }
+            if let Some(cell) = record.cells().find(|cell| holds_a_row(cell, separator, width)) {
+                rows.refuse(swallowed(line, cell));
+                continue;
+            }
             rows.add(CellPlace::Line(line), record.cells(), |place| {
                 Some(Cell {
                     text: record.cell(place.index)?,
@@ -160,6 +165,24 @@ impl<R: Read> Csv<R> {
             rows.give_away(gathering);
         }
         Ok(())
+    }
+}
+
+/// Whether a line inside a quoted cell has as many cells as a row of so many: a quote that is not closed takes whole rows.
+fn holds_a_row(cell: &str, separator: u8, width: usize) -> bool {
+    let cells_of = |line: &str| line.bytes().filter(|byte| *byte == separator).count() + 1;
+    cell.split(['\n', '\r'])
+        .skip(1)
+        .any(|line| cells_of(line) >= width.max(2))
+}
+
+/// Says that a cell has taken the rows below it.
+fn swallowed(line: u64, cell: &str) -> Problem {
+    Problem {
+        line: Some(line),
+        place: "row".to_owned(),
+        found: Some(cell.lines().next().unwrap_or_default().to_owned()),
+        expected: "expected a cell without rows in it: is a quote not closed?".to_owned(),
     }
 }
 

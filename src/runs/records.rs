@@ -65,6 +65,7 @@ impl<'r> Record<'r> {
 /// The records of a source, one after the other.
 pub(super) struct Records<R> {
     source: BufReader<Hashed<R>>,
+    separator: u8,
     parser: Reader,
     lines: LineCount,
     /// the line the record at hand starts on
@@ -89,6 +90,7 @@ impl<R: Read> Records<R> {
         }
         Ok(Records {
             source,
+            separator,
             parser: csv_core::ReaderBuilder::new().delimiter(separator).build(),
             lines: LineCount::default(),
             line: 1,
@@ -111,6 +113,11 @@ impl<R: Read> Records<R> {
             text: text.map_err(|_| unreadable("no text"))?,
             ends: &self.ends[..self.width],
         }))
+    }
+
+    /// What separates cells.
+    pub fn separator(&self) -> u8 {
+        self.separator
     }
 
     /// Lets the next record be the one at hand again.

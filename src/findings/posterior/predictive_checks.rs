@@ -3,8 +3,10 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::distributions::normal_quantile;
 use crate::model::likelihood::normal::normal_cdf;
 use crate::model::likelihood::pointwise::{EvaluatedLaw, Pointwise};
+use crate::model::likelihood::tails::Tails;
 use crate::physics::Form;
 use crate::runs::{sphere_words, Runs};
 use crate::scene::{Scene, Sticking};
@@ -164,18 +166,27 @@ fn evenly<T>(items: &[T], most: usize) -> Vec<&T> {
     items.iter().step_by(items.len().div_ceil(most).max(1)).collect()
 }
 
+/// Probability beyond which a run is as far off as any.
+const FARTHEST: f64 = 1e-12;
+
 fn predict_run(pointwise: &Pointwise, run: usize, e: f64, draws: &[EvaluatedLaw]) -> RunPrediction {
     let stuck = pointwise.is_stuck(run);
     let (mut below, mut residual) = (0.0, 0.0);
     for at in draws {
-        let z = if stuck { at.limit_z(run) } else { at.z(run, e) };
         let tails = at.tails();
+        // heavy tails have outliers, whose mean says nothing: each counts as the normal z that is as improbable
+        let score = |z: f64| match tails {
+            Tails::Normal => z,
+            _ => normal_quantile(tails.probability(z).clamp(FARTHEST, 1.0 - FARTHEST)),
+        };
+        let z = score(if stuck { at.limit_z(run) } else { at.z(run, e) });
+        let tails = Tails::Normal;
         if stuck {
             below += tails.probability(z);
             residual += tails.mean_below(z);
         } else if at.is_truncated() {
             // of those that rebound: 1 − F(−z)/F(−l), about their mean, which mirrors that of those below
-            let limit = -at.limit_z(run);
+            let limit = -score(at.limit_z(run));
             let ln = |z| tails.ln_probability_and_slope(z).0;
             below += -(ln(-z) - ln(limit)).exp_m1();
             residual += z + tails.mean_below(limit);

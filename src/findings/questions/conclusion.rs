@@ -48,7 +48,7 @@ fn is_seen(gain: Difference, trend: &Trend) -> bool {
 pub(super) fn answer_question(question: Question, form: Form, evidence: TrendEvidence) -> Question {
     let TrendEvidence { models, gain, trend } = evidence;
     let concluded = conclude(gain, &trend);
-    let doubt = doubt(&models);
+    let doubt = doubt(&models).or_else(|| untold(&trend));
     let answer = if doubt.is_some() { Answer::Open } else { concluded };
     let of_lubrication = question.film_ratio_below.is_some();
     let text = match &doubt {
@@ -85,6 +85,15 @@ fn doubt(models: &[ComparedModel]) -> Option<String> {
         Some(format!("the chains of {} do not agree (R-hat {rhat:.2})", model.model))
     };
     models.iter().find_map(apart)
+}
+
+/// Why runs at nearly one film ratio tell no trend, however little it would move there.
+fn untold(trend: &Trend) -> Option<String> {
+    /// of the prior's sd, as for a parameter that is led by its prior
+    const LED: f64 = 0.5;
+    let led = trend.prior_sd.is_some_and(|sd| trend.sd > LED * sd);
+    let is_small = trend.largest_change.is_some_and(|change| change <= SMALL);
+    (led && is_small).then(|| "the film ratios lie too near one another to tell a trend".to_owned())
 }
 
 /// The answer in the field's words.
@@ -212,6 +221,7 @@ mod tests {
             largest_change: Some(0.1 * f64::max(-interval[0], interval[1])),
             add: Some("PTFE in AK10".to_owned()),
             prior: String::new(),
+            prior_sd: Some(1.0),
             source: "",
         }
     }
@@ -244,6 +254,12 @@ mod tests {
             ..trend(0.0, 0.01)
         };
         assert_eq!(conclude(gain_of(0.0), &without), Answer::Open);
+        // at nearly one film ratio whatever trend there is moves nothing, and is not told
+        let near = Trend {
+            largest_change: Some(0.01),
+            ..trend(0.3, 0.8)
+        };
+        assert!(untold(&near).is_some() && untold(&trend(0.0, 0.1)).is_none());
     }
 
     #[test]

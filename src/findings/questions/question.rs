@@ -52,6 +52,9 @@ pub struct Trend {
     pub add: Option<String>,
     /// what was believed before, as a scene writes it
     pub prior: String,
+    /// the sd of that; `None` where it has none
+    #[serde(skip)]
+    pub prior_sd: Option<f64>,
     /// why
     pub source: &'static str,
 }

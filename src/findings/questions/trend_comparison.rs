@@ -173,6 +173,7 @@ impl TrendComparison<'_> {
             largest_change: Some(over_films.largest_change(interval)).filter(|change| change.is_finite()),
             add: over_films.runs_to_add(),
             prior: parameter.prior.text(),
+            prior_sd: parameter.prior.sd(),
             source: parameter.source,
         })
     }

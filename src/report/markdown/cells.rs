@@ -6,7 +6,7 @@ use crate::findings::main_numbers::MainPlace;
 use crate::findings::scaling::Scaling;
 use crate::findings::{Findings, Verdict};
 use crate::runs::Sphere;
-use crate::scene::WetLaw;
+use crate::scene::{Sticking, WetLaw};
 use crate::units::millimetres;
 
 /// The particles that have any estimate, or those of their diameters that have a k of their own, in their order.
@@ -74,6 +74,15 @@ pub(super) fn list(values: &[f64], scale: impl Fn(f64) -> f64) -> String {
 
 pub(super) fn interval_header(input: ReportInput) -> String {
     format!("{} % interval", numbers::short(100.0 * input.scene.bootstrap.level))
+}
+
+/// The runs of a posterior.
+pub(super) fn fitted_runs(sticking: Sticking) -> &'static str {
+    match sticking {
+        Sticking::Censored => "all runs, stuck runs included",
+        Sticking::Truncated => "the runs that rebounded, since those that stuck were not logged",
+        Sticking::Excluded => "all runs that rebounded",
+    }
 }
 
 /// What a check found, with its value and line where the words do not have them.

@@ -1,7 +1,7 @@
 //! Writes the numbers a reader came for, and the literature's beside them.
 
 use super::super::{numbers, quantities, ReportInput};
-use super::cells::{diameter, interval_header, law_name};
+use super::cells::{diameter, fitted_runs, interval_header, law_name};
 use super::constants::combined;
 use super::escape::literal;
 use super::page::Page;
@@ -17,7 +17,7 @@ use crate::physics::loss::{Film, Loss};
 use crate::physics::quantity::Place;
 use crate::physics::{Coefficient, Inertia, Quantity};
 use crate::runs::Sphere;
-use crate::scene::{DryKOf, WetLaw};
+use crate::scene::{DryKOf, Sticking, WetLaw};
 
 pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
@@ -33,7 +33,7 @@ pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
         findings.form.dry.formula("v"),
         findings.form.formula("δ/D"),
         viscous.map_or(String::new(), |l| format!(" and {l}")),
-        what_parameters_are(main),
+        &what_parameters_are(main, input.scene.model.sticking),
     ));
     if let Some(choice) = &findings.inertia {
         let by = match choice.by {
@@ -123,16 +123,21 @@ pub(super) fn others(choice: &InertiaChoice) -> String {
 }
 
 /// Where the parameters come from, and what their ± is.
-fn what_parameters_are(main: &MainNumbers) -> &'static str {
+fn what_parameters_are(main: &MainNumbers, sticking: Sticking) -> String {
     if main.provisional {
-        "The posterior was not sampled: least squares stands in for it. ± is one standard error by the delta method; k comes \
-         from the dry runs, the others from every rebound at once, together with what the dry runs say of k."
-    } else if main.parameters.iter().any(|own| own.number.source == Source::DryLaw) {
-        "Posterior means ± one standard deviation, from a joint fit to all runs, stuck runs included. k of a few dry runs alone is the dry law's, ± its standard error, the interval by Student's t: \
-         the prior of their spread would make the posterior's wider than they say."
-    } else {
-        "Posterior means ± one standard deviation, from a joint fit to all runs, stuck runs included."
+        return "The posterior was not sampled: least squares stands in for it. ± is one standard error by the delta method; k \
+                comes from the dry runs, the others from every rebound at once, together with what the dry runs say of k."
+            .to_owned();
     }
+    let few = main.parameters.iter().any(|own| own.number.source == Source::DryLaw);
+    let of_few = if few {
+        " k of a few dry runs alone is the dry law's, ± its standard error, the interval by Student's t: the prior of their \
+         spread would make the posterior's wider than they say."
+    } else {
+        ""
+    };
+    let runs = fitted_runs(sticking);
+    format!("Posterior means ± one standard deviation, from a joint fit to {runs}.{of_few}")
 }
 
 /// What e_inf and St_c are, and where those of the table come from.

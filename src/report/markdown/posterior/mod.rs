@@ -24,6 +24,7 @@ mod questions;
 pub(super) use parameters::held;
 
 use super::super::ReportInput;
+use super::cells::fitted_runs;
 use super::page::Page;
 use crate::findings::posterior::{Posterior, PosteriorRefusal};
 use crate::report::draws::posterior::{stores_every_run, stores_runs};
@@ -38,8 +39,11 @@ pub(super) fn posterior(page: &mut Page, input: ReportInput) {
     };
     page.section(
         "Posterior",
-        "A joint fit to all runs, stuck runs included, in the order of the Bayesian Analysis Reporting Guidelines (Kruschke \
-         2021, Nature Human Behaviour 5, 1282).",
+        &format!(
+            "A joint fit to {}, in the order of the Bayesian Analysis Reporting Guidelines (Kruschke 2021, Nature Human \
+             Behaviour 5, 1282).",
+            fitted_runs(input.scene.model.sticking)
+        ),
     );
     model::model(page, input, posterior);
     parameters::parameters(page, input, posterior);

@@ -34,6 +34,7 @@ pub(super) fn parameters(page: &mut Page, input: ReportInput, posterior: &Poster
         .column("prior", |one| &one.prior.density)
         .column("bounds", |one| match one.prior.upper {
             Some(upper) => format!("{} to {}", bound(one.prior.lower), bound(upper)),
+            None if one.prior.lower == f64::NEG_INFINITY => "none".to_owned(),
             None => format!("above {}", bound(one.prior.lower)),
         })
         .column("sd ratio", |one| numbers::optional(one.prior.sd_ratio, 2))
