@@ -11,7 +11,7 @@ use super::refusals::{whole_file, CellPlace, Refused};
 use super::survey::Survey;
 use super::written_units::{is_row_of_units, units_above};
 use crate::encoding::{line_ends, BYTE_ORDER_MARK};
-use crate::error::Problem;
+use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
 use crate::scene::{Naming, Scene};
 
@@ -181,7 +181,7 @@ fn swallowed(line: u64, cell: &str) -> Problem {
     Problem {
         line: Some(line),
         place: "row".to_owned(),
-        found: Some(cell.lines().next().unwrap_or_default().to_owned()),
+        found: Some(quoted(cell.lines().next().unwrap_or_default())),
         expected: "expected a cell without rows in it: is a quote not closed?".to_owned(),
     }
 }
