@@ -18,6 +18,7 @@ use crate::model::parameters::ParameterKind;
 use crate::notice::Notice;
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
+use crate::physics::rebound::slope_mean_restitution;
 use crate::physics::{Form, Quantity};
 use crate::rounding::{short, to_digits, with_se};
 use crate::runs::Runs;
@@ -66,21 +67,22 @@ pub(super) fn fit_beside(
         return Ok(Beside::Same);
     };
     let rows: Vec<String> = slow.iter().map(|run| run_words(scene, runs, *run)).collect();
-    // with errors of speeds in columns, noise on the energy besides would make each density an integral of integrals
+    // with errors of speeds in columns, noise on the energy besides would make each density an integral of integrals: what it
+    // does to the restitution is an error of that
     let by_speeds = runs.errors.as_ref().is_some_and(|errors| errors.counts()[1] > 0);
     let (mut wider_scene, mut wider_runs) = (scene.clone(), runs.clone());
     let is_set = |choice: &PriorChoice| choice.parameter == SIGMA_ENERGY.name;
     let is_ours = !by_speeds && !scene.priors.iter().any(is_set);
     if let Some(sds) = wider_runs.errors.as_mut().filter(|_| by_speeds) {
         for (run, error) in slow.iter().zip(&errors) {
-            let own = &mut sds.impact_speed_sd[*run];
-            *own = own.hypot(error.of_energy / error.viscous * runs.impact_speed[*run]);
+            let slope = slope_mean_restitution(runs.restitution[*run].powi(2));
+            sds.restitution_sd[*run] = sds.restitution_sd[*run].hypot(slope * error);
         }
     } else {
         wider_scene.model.noise = NoiseOn::Both;
     }
     if is_ours {
-        let squares: f64 = errors.iter().map(|error| error.of_energy.powi(2)).sum();
+        let squares: f64 = errors.iter().map(|error| error * error).sum();
         let sigma = (squares / errors.len() as f64).sqrt();
         wider_scene.priors.push(PriorChoice {
             parameter: SIGMA_ENERGY.name,
@@ -103,7 +105,7 @@ pub(super) fn fit_beside(
     };
     let told = |pair: [f64; 2]| with_se(pair[0], pair[1]);
     let how = if by_speeds {
-        "as errors of their speeds"
+        "as errors of their restitutions"
     } else {
         "by noise = \"both\""
     };
@@ -190,16 +192,9 @@ fn slow_rebounds(runs: &Runs, form: Form) -> Vec<usize> {
     rebounds.filter(|run| runs.restitution[*run] < SLOW).collect()
 }
 
-/// What errors of speed and film do to the energy that a run keeps.
-struct EnergyError {
-    /// its sd
-    of_energy: f64,
-    /// the viscous loss of the run
-    viscous: f64,
-}
-
-/// What the errors of speed and film that no column tells do to these runs; `None` where that is nothing.
-fn energy_errors(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize]) -> Option<Vec<EnergyError>> {
+/// The sd of the energy kept that errors of speed and film make of these runs where no column tells them; `None` where that is
+/// nothing.
+fn energy_errors(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize]) -> Option<Vec<f64>> {
     let mean = |kind: ParameterKind| {
         let name = kind.name(scene, runs);
         let found = own.findings.parameters.iter().find(|one| one.name == name)?;
@@ -218,11 +213,10 @@ fn energy_errors(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize]) ->
         // an error of the speed that a column tells is in the density already
         let is_told = runs.errors.as_ref().is_some_and(|errors| errors.of(*run)[0] > 0.0);
         let of_speed = if is_told { 0.0 } else { SPEED_ERROR * viscous };
-        let of_energy = of_speed.hypot(FILM_ERROR * (lost - viscous));
-        (viscous > 0.0).then_some(EnergyError { of_energy, viscous })
+        Some(of_speed.hypot(FILM_ERROR * (lost - viscous)))
     };
-    let all: Vec<EnergyError> = slow.iter().map(of_run).collect::<Option<_>>()?;
-    all.iter().any(|error| error.of_energy > 0.0).then_some(all)
+    let all: Vec<f64> = slow.iter().map(of_run).collect::<Option<_>>()?;
+    all.iter().any(|error| *error > 0.0).then_some(all)
 }
 
 /// The main number that differs most between two posteriors, with its mean and sd in both; `None` where none differs by more
