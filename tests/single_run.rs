@@ -175,6 +175,33 @@ fn an_error_of_the_restitution_excuses_no_barely_rebounding_run() {
     assert!(told(&with, "slow_rebounds").is_some(), "{:?}", with.notices);
 }
 
+/// Where a column tells the errors of speeds, what films err by is an error of the restitution: noise on the energy besides
+/// would take minutes.
+#[test]
+fn errors_of_speeds_beside_a_barely_rebounding_run_leave_its_film_to_err() {
+    let rows = table("a_barely_rebounding_run", &SPEEDS);
+    let slow = speed_of(true, 0.1 * 1.04, 0.03);
+    let rows = format!("{rows}{}", line(true, 0.1, slow, 0.03));
+    let mut with_errors = String::new();
+    for (number, row) in rows.lines().enumerate() {
+        let speed = || row.split(',').nth(4).and_then(|cell| cell.parse::<f64>().ok());
+        let more = match number {
+            0 => "impact_speed_sd_m_s".to_owned(),
+            _ => format!("{:.5}", 0.001 * speed().expect("a speed")),
+        };
+        with_errors += &format!("{row},{more}\n");
+    }
+    let with = fit(&with_errors);
+    let text = told(&with, "slow_rebounds").expect("told").1;
+    text.says("as errors of their restitutions");
+    let (at_infinity, _) = law(true, 0.1);
+    let own = st_c(&with);
+    let z = (own.value.expect("a mean") - 2.0 * L / at_infinity) / own.se.expect("an sd");
+    assert!(z.abs() < 3.0, "{own:?}");
+    let posterior = with.posterior.as_ref().expect("sampled");
+    assert!(posterior.parameters.iter().all(|own| own.name != "sigma_energy"));
+}
+
 #[test]
 fn a_run_that_carries_a_number_is_named_among_the_first() {
     // all wet runs but one at nearly one speed: what speed does, that one says
