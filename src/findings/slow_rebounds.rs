@@ -60,7 +60,7 @@ pub(super) fn fit_beside(
     let model = &scene.model;
     let is_asked = model.noise == NoiseOn::Restitution && model.sticking != Sticking::Truncated;
     let slow = slow_rebounds(runs, own.setup.form);
-    if !is_asked || slow.is_empty() || runs.all_measured() > MOST_RUNS {
+    if !is_asked || slow.is_empty() {
         return Ok(Beside::Same);
     }
     let Some(errors) = energy_errors(scene, runs, own, &slow) else {
@@ -183,9 +183,10 @@ fn fit_moves(own: &EnergyBalance, other: &EnergyBalance) -> Option<(f64, String,
     each.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// The rebounds with a small restitution, where the liquid takes energy; none of tables of which a sample is kept.
+/// The rebounds with a small restitution, where the liquid takes energy; none of many runs, which no few of them carry.
 fn slow_rebounds(runs: &Runs, form: Form) -> Vec<usize> {
-    if runs.sample.is_some() || !runs.count.is_empty() || !Term::Viscous.is_held(form) {
+    let are_many = runs.sample.is_some() || !runs.count.is_empty() || runs.all_measured() > MOST_RUNS;
+    if are_many || !Term::Viscous.is_held(form) {
         return vec![];
     }
     let rebounds = runs.series.iter().flat_map(|series| series.rebounds.clone());
