@@ -3,7 +3,8 @@
 //! Where e is small, e² is known to 2 e σ: a run of e = 0.03 fixes the energy kept to 0.001 if all noise is on e, and by that
 //! the critical Stokes number. An error of 1 % in its speed or of 3 % in its film moves that energy by several times as much.
 //! So the noise that such errors make is allowed for; where it moves a main number by more than one ±, the wider posterior
-//! stands.
+//! stands. Where columns tell errors of speeds, that noise is an error of the restitution of these runs. Least squares alone
+//! is held against itself without them.
 
 use super::balance::{fit_balance, BalanceSetup, EnergyBalance};
 use super::checks::{self, Check};
@@ -37,7 +38,7 @@ const LN_SD: f64 = 0.5;
 /// Where the prior of that spread comes from.
 const SOURCE: &str = "errors of 1 % in speed and 3 % in film of the runs that barely rebound";
 
-/// Runs up to which the second posterior is sampled: it integrates every run, and takes minutes of more.
+/// Runs up to which slow ones are asked about: the second posterior integrates every run, and takes minutes of more.
 const MOST_RUNS: usize = 600;
 
 /// What the second posterior says.

@@ -99,7 +99,7 @@ pub struct StuckCount {
 struct RunPrediction {
     /// probability of a smaller restitution; of sticking, where the run stuck
     below: f64,
-    /// mean residual in σ
+    /// mean residual in σ; of other than normal noise, the normal z that is as improbable
     residual: f64,
 }
 
