@@ -61,10 +61,10 @@ fn cells(report: &str, first: &str) -> Vec<String> {
         .collect()
 }
 
-/// What a report opens with: its sentences, each in its list, before the verdict; all of that and the main numbers in few
-/// words.
+/// A report opens with its verdict, the main numbers and two figures; then come the sentences of what the runs tell, and all
+/// of that is short.
 #[test]
-fn the_report_opens_with_what_was_learnt_and_is_short_before_its_appendix() {
+fn the_report_opens_with_the_verdict_and_is_short_before_its_appendix() {
     const MOST_WORDS: [usize; 2] = [1200, 7000];
     let reports = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports");
     for name in ["mueller2016", "sticking"] {
@@ -79,8 +79,11 @@ fn the_report_opens_with_what_was_learnt_and_is_short_before_its_appendix() {
             .collect();
         assert!(learnt.len() >= 4, "{learnt:?}");
         let listed: Vec<String> = learnt.iter().map(|sentence| format!("* {sentence}\n")).collect();
-        let opening = format!("\n\n**What was learnt.**\n\n{}\n**Verdict: ", listed.concat());
-        assert!(report.contains(&opening), "{name}: {opening}");
+        let told = format!("\n\n## What the runs tell\n\n{}\n## Cautions\n", listed.concat());
+        assert!(report.contains(&told), "{name}: {told}");
+        let mut lines = report.lines().filter(|line| !line.is_empty());
+        let verdict = lines.nth(1).unwrap_or_default();
+        assert!(verdict.starts_with("**Verdict: "), "{name}: {verdict}");
         let (front, rest) = report.split_once("\n## Appendix\n").expect("an appendix");
         let words = [front, &report].map(|part| part.split_whitespace().count());
         assert!(
@@ -294,9 +297,10 @@ fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows()
     let scene = scene_text() + "\n[sampler]\nwarmup = 5\ndraws = 5\n";
     let written = fit(&scene, "--stages least_squares,posterior,figures", all);
     assert_eq!(written.status, Some(1));
-    let first = written.report.lines().nth(2).unwrap_or_default();
-    assert!(first.starts_with("**Verdict: not to be quoted:"), "{first}");
-    assert!(first.contains("effective draws"), "{first}");
+    let (opening, _) = written.report.split_once("\n## Main numbers").expect("main numbers");
+    let first = opening.lines().nth(2).unwrap_or_default();
+    assert!(first.starts_with("**Verdict: not to be quoted; these checks failed.**"), "{first}");
+    assert!(opening.contains("effective draws"), "{opening}");
     assert!(written.report.contains("* Not to be quoted: "));
     let good = fit(&scene_text(), "--stages least_squares,posterior", all);
     let digits = |report: &str| {

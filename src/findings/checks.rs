@@ -581,7 +581,8 @@ pub const FILM_TREND: Criterion = row(
     AtMost(GAIN),
     GATES,
     "log density of runs left out one by one; a trend 3.2 sds from zero gains 4, as chance makes 1 in 700",
-    "fit films apart by [data] min_film_um and max_film_ratio, or try another [model] inertia or viscous",
+    "fit films apart by [data] min_film_um and max_film_ratio, or try another [model] inertia or viscous; where series lie \
+     apart for another reason, series_offsets = true",
 );
 
 /// Shape of the leave-one-out weights, against what so many draws bear.

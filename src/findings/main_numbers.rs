@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::balance::DerivedEstimate;
 use super::checks::{self, Check, BIAS};
+use super::constants::Sensitivity;
 use super::estimate::Estimate;
 use super::fit_verdict::Verdict;
 use super::least_squares::LeastSquares;
@@ -240,7 +241,28 @@ fn judge(checks: &[Check]) -> Verdict {
     }
 }
 
+impl MainPlace {
+    /// The number of a quantity here that a sensitivity is of, by the fit that it comes from or is checked by.
+    pub fn of_result(&self, result: &Sensitivity) -> Option<(Quantity, &MainNumber)> {
+        let both = [(Quantity::EInf, &self.e_inf), (Quantity::StC, &self.st_c)];
+        let is_here = result.particle.as_ref() == Some(&self.particle)
+            && result.film_ratio == Some(self.film_ratio)
+            && result.diameter_m == self.diameter_m
+            && result.is_of_balance() == (self.source != Source::SquareRootLaw);
+        both.into_iter()
+            .find(|(quantity, _)| is_here && result.result == quantity.describe().name)
+    }
+}
+
 impl MainNumbers {
+    /// The main numbers that a sensitivity is of: one of a parameter, of a film ratio one for each liquid.
+    pub fn of_result<'a>(&'a self, result: &'a Sensitivity) -> impl Iterator<Item = &'a MainNumber> {
+        let parameters = self.parameters.iter();
+        let parameters = parameters.filter(|own| result.is_of_balance() && result.result == own.name);
+        let places = self.at.iter().filter_map(|place| Some(place.of_result(result)?.1));
+        parameters.map(|own| &own.number).chain(places)
+    }
+
     /// Before any is picked.
     pub(super) fn none() -> MainNumbers {
         MainNumbers {

@@ -94,6 +94,7 @@ use crate::error::Error;
 use crate::inference::nuts::Watcher;
 use crate::model::parameters::ModelParameters;
 use crate::notice::Notice;
+use crate::physics::form::Term;
 use crate::physics::inertia::Inertia;
 use crate::physics::Form;
 use crate::runs::{Runs, Table};
@@ -133,7 +134,7 @@ pub fn fit_least_squares_watched(
     let runs = &table.runs;
     let mut fits = LeastSquaresFits::new(scene, runs);
     let balance = fits.energy_balance.as_ref();
-    let ((constants, constants_notice), noise) = rayon::join(
+    let (constants, noise) = rayon::join(
         || constants::find_sensitivities(scene, runs.sample(), &fits.dry, &fits.scaling, balance),
         || noise::analyse_noise(scene, runs.sample(), &fits.dry, balance, fits.form),
     );
@@ -170,7 +171,6 @@ pub fn fit_least_squares_watched(
     notices.extend(fits.notices(scene, table, watcher.is_some()));
     notices.extend(notices::viscous_form(fits.form, runs.wet_measured()));
     notices.extend(bootstrap_notices.into_iter().flatten());
-    notices.extend(constants_notice);
     notices.extend(noise::noise_notices(scene, noise.as_ref()));
     let published = published::compare_with_published(published::OwnFits {
         scene,
@@ -424,6 +424,13 @@ impl Findings {
                 for notice in &mut self.notices {
                     notices::after_sampling(notice, scene.model.sticking);
                 }
+                // the posterior holds an inertial loss, whatever least squares made of it
+                if posterior.findings.inertia != Inertia::None {
+                    for sized in self.terms.iter_mut().filter(|sized| sized.term == Term::Inertia) {
+                        sized.held = true;
+                    }
+                    self.notices.retain(|notice| !notices::leaves_out_inertia(notice));
+                }
                 self.posterior = Some(posterior.findings.clone());
                 if let Some(check) = plausible::check_results(scene, runs, self) {
                     self.verdicts.retain(|before| before.check != check.check);
@@ -487,6 +494,10 @@ impl Findings {
         self.blame_the_prior();
         self.main.judge(&self.verdicts);
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
+        self.notices
+            .retain(|notice| notice.code != notices::CONSTANTS_EXACT_CODE);
+        let exact = constants::exact_constants_notice(scene, runs.sample(), &self.constants, &self.main);
+        self.notices.extend(exact);
     }
 
     /// Compares the forms of the law, asks whether L and C are constant, and adds what that says.

@@ -133,7 +133,9 @@ const BOOTSTRAP_ONE_SERIES: Entry = informing(
     "bootstrap_one_series",
     "choose scheme = \"cases\" for their bootstrap interval",
 );
-const CONSTANTS_EXACT: Entry = entry("constants_exact", "say how well it is known, and the report adds it");
+/// The code of constants taken as exact whose errors matter.
+pub(super) const CONSTANTS_EXACT_CODE: &str = "constants_exact";
+const CONSTANTS_EXACT: Entry = entry(CONSTANTS_EXACT_CODE, "say how well it is known, and the report adds it");
 const UNSEEN: Entry = entry("unseen", "add the runs it names");
 const PRIOR_RULES: Entry = entry("prior_rules", "quote it beside its prior, or add runs that tell it");
 const COMPARE_LEFT_OUT: Entry = informing("compare_left_out", "compare on a part of the runs");
@@ -255,6 +257,12 @@ pub(crate) fn stands_in_a_table(notice: &Notice) -> bool {
         .any(|entry| entry.code == notice.code)
 }
 
+/// Whether a notice says that the inertial loss is not in the model.
+pub(super) fn leaves_out_inertia(notice: &Notice) -> bool {
+    let is_of_term = [TERM_NOT_HELD.code, TERM_LEFT_OUT.code].contains(&notice.code);
+    is_of_term && notice.text.starts_with(Term::Inertia.in_words())
+}
+
 /// Whether a notice says what the runs tell less of than priors do.
 pub(super) fn is_of_priors(notice: &Notice) -> bool {
     [UNSEEN.code, PRIOR_RULES.code].contains(&notice.code)
@@ -289,7 +297,7 @@ pub(super) fn series_failed(failed: &[String], all: usize) -> Notice {
 /// Particles with wet runs but no dry ones; `own_speed`: the scene wants e_dry at each run's own speed.
 pub(super) fn no_dry_runs(particles: &[String], own_speed: bool) -> Notice {
     let mut text = format!(
-        "no dry runs of {}: the inertial loss cannot be told from the dry loss",
+        "no dry runs of {}: films alone tell the inertial loss from the dry loss",
         particles.join(", ")
     );
     if own_speed {
@@ -672,8 +680,7 @@ pub(super) struct ExactConstant<'a> {
 /// Constants whose uncertainty nobody gave.
 pub(super) fn constants_exact(found: &ExactConstant) -> Notice {
     let text = format!(
-        "the {} is taken as exact: were it off by {} %, {} would be off by {:.1} %, {:.1} times its ±, which is of the runs \
-         alone",
+        "the {} is taken as exact: were it off by {} %, {} would be off by {:.1} %, {:.1} times its ±",
         found.constant,
         100.0 * found.error,
         found.result,

@@ -213,9 +213,9 @@ pub fn independent_runs(scene: &Scene, noise: &Noise) -> Option<Check> {
         .affected_standard_error()
         .filter(|_| offsets.test.p < checks::BEYOND_CHANCE)?;
     let text = format!(
-        "series lie apart by an sd of {:.4} in e, {:.2} of the spread of single runs: the standard error of {} is too small by \
-         a factor of {:.2}",
-        offsets.sd, offsets.share, worst.parameter, worst.ratio
+        "series lie apart by an sd of {:.4} in e, {:.2} of the spread of single runs, {} most of all: the standard error of {} \
+         is too small by a factor of {:.2}",
+        offsets.sd, offsets.share, offsets.farthest, worst.parameter, worst.ratio
     );
     Some(checks::INDEPENDENT_RUNS.check(worst.ratio, text).with_advice())
 }

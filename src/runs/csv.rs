@@ -6,7 +6,7 @@ use super::checked_rows::{Cell, CheckedRows, Holds};
 use super::collect::{Collected, Gathering};
 use super::columns::{Header, TableLayout};
 use super::decimals::separator_of;
-use super::records::{Record, Records};
+use super::records::{separator_named, Record, Records};
 use super::refusals::{whole_file, CellPlace, Refused};
 use super::survey::Survey;
 use super::written_units::{is_row_of_units, units_above};
@@ -15,14 +15,20 @@ use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
 use crate::scene::{Naming, Scene};
 
-/// What separates the columns of a text, by the line that names them: the one that the scene says, else the first that is
-/// not blank.
+/// What separates the columns of a text: what a first line `sep=;` says, else by the line that names them, the one that the
+/// scene says or the first that is not blank.
 pub(super) fn separator(source: impl Read, naming: &Naming) -> std::io::Result<u8> {
     let mut lines = BufReader::new(source.take(MOST_OF_LINE as u64));
     let mut line = vec![];
     let mut number = 0;
     while lines.read_until(b'\n', &mut line)? > 0 {
         number += 1;
+        let start = line
+            .strip_prefix(BYTE_ORDER_MARK.to_string().as_bytes())
+            .unwrap_or(&line);
+        if let Some((named, _)) = separator_named(start).filter(|_| number == 1) {
+            return Ok(named);
+        }
         let is_named = naming.header_row.is_none_or(|row| number >= row);
         if is_named && !line.trim_ascii().is_empty() {
             break;

@@ -1,43 +1,66 @@
-//! Says which constant without an uncertainty would widen the results most.
+//! Says which constant without an uncertainty would widen the main numbers most.
 
-use super::constant::Constant;
+use super::constant::{Constant, MaterialsInUse};
 use super::sensitivity::Sensitivity;
 use crate::findings::checks::BIAS;
+use crate::findings::main_numbers::{MainNumber, MainNumbers};
 use crate::findings::notices::{self, ExactConstant};
 use crate::notice::Notice;
+use crate::runs::Runs;
 use crate::scene::Scene;
 
 /// An error of a constant that nobody would call large.
 const ERROR: f64 = 0.01;
 
-/// The constant whose error of 1 % moves some result by most of its standard errors, among those whose uncertainty is
-/// not given; `None` where no such error would spoil an interval.
-pub(super) fn exact_constants_notice(
+/// What an error of a constant does to a main number.
+struct Shift<'a> {
+    /// in ± of that number
+    in_se: f64,
+    /// as a share of it
+    share: f64,
+    result: &'a Sensitivity,
+    constant: Constant,
+}
+
+/// The constant whose error of 1 % moves some main number by most of its ±, among those whose uncertainty is not given;
+/// `None` where no such error would spoil an interval.
+pub fn exact_constants_notice(
     scene: &Scene,
-    not_given: &[Constant],
-    constants: &[Constant],
-    sensitivities: &[(Sensitivity, Vec<f64>)],
+    runs: &Runs,
+    sensitivities: &[Sensitivity],
+    main: &MainNumbers,
 ) -> Option<Notice> {
-    let worst = |constant: &Constant| {
-        let column = constants.iter().position(|other| other == constant)?;
-        let rows = sensitivities.iter().map(|(sensitivity, elasticities)| {
-            let shift = ERROR * elasticities[column];
-            let in_se = (shift * sensitivity.value).abs() / sensitivity.scale;
-            (in_se, shift, sensitivity)
+    let in_use = MaterialsInUse::new(scene, runs);
+    let worst = |constant: Constant| {
+        let name = constant.name(scene);
+        let shifts = sensitivities.iter().flat_map(|result| {
+            let moves = result.by.iter().find(|moves| moves.constant == name);
+            let share = moves.map_or(0.0, |moves| ERROR * moves.elasticity);
+            let in_se =
+                move |number: &MainNumber| Some((share * number.value?).abs() / number.se.filter(|se| *se > 0.0)?);
+            let sizes = main.of_result(result).filter_map(in_se);
+            sizes.map(move |in_se| Shift {
+                in_se,
+                share,
+                result,
+                constant,
+            })
         });
-        let (in_se, shift, sensitivity) = rows.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (in_se > BIAS).then_some((in_se, shift, sensitivity, *constant))
+        let worst = shifts.max_by(|a, b| a.in_se.total_cmp(&b.in_se))?;
+        (worst.in_se > BIAS).then_some(worst)
     };
-    let above: Vec<(f64, f64, &Sensitivity, Constant)> = not_given.iter().filter_map(worst).collect();
+    let properties = in_use.properties(scene).into_iter();
+    let not_given = properties.flat_map(|property| in_use.not_given(scene, property));
+    let above: Vec<Shift> = not_given.filter_map(worst).collect();
     // of equal ones the first: viscosities are known worse than densities
-    let (in_se, shift, sensitivity, constant) = above.iter().reduce(|a, b| if b.0 > a.0 { b } else { a })?;
+    let most = above.iter().reduce(|a, b| if b.in_se > a.in_se { b } else { a })?;
     Some(notices::constants_exact(&ExactConstant {
         matter: above.len(),
-        constant: &constant.words(scene),
-        key: constant.key(),
+        constant: &most.constant.words(scene),
+        key: most.constant.key(),
         error: ERROR,
-        result: &sensitivity.label(),
-        moved: *shift,
-        in_se: *in_se,
+        result: &most.result.subject(),
+        moved: most.share,
+        in_se: most.in_se,
     }))
 }

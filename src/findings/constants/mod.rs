@@ -7,7 +7,7 @@
 //! | `linearised.rs` | moves the energy balance with the constants, from its linearisation at the fit |
 //! | `results.rs` | which results there are, each with its value where the constants have changed |
 //! | `sensitivity.rs` | how one result moves with the constants |
-//! | `exact_constants.rs` | which constant without an uncertainty would widen the results most |
+//! | `exact_constants.rs` | which constant without an uncertainty would widen the main numbers most |
 
 mod constant;
 mod exact_constants;
@@ -21,10 +21,10 @@ use rayon::prelude::*;
 use super::balance::EnergyBalance;
 use super::dry::FittedDry;
 use super::scaling::FittedScaling;
-use crate::notice::Notice;
 use crate::runs::Runs;
 use crate::scene::Scene;
 use constant::{Constant, MaterialsInUse};
+pub use exact_constants::exact_constants_notice;
 use linearised::LinearisedBalance;
 use results::{results, Changed, SensitiveResult};
 use sample::RunSample;
@@ -41,18 +41,18 @@ pub const MOST_REBOUNDS: usize = 10_000;
 const PARTS: f64 = 1e5;
 
 /// The sensitivity of what the energy balance gives and, at the film ratio shown of each particle, of e_inf and St_c; a
-/// fit that may not be quoted has none. With it, what the reader should look at.
+/// fit that may not be quoted has none.
 pub fn find_sensitivities(
     scene: &Scene,
     runs: &Runs,
     dry: &[FittedDry],
     scaling: &[FittedScaling],
     balance: Option<&EnergyBalance>,
-) -> (Vec<Sensitivity>, Option<Notice>) {
+) -> Vec<Sensitivity> {
     let balance = balance.filter(|balance| balance.verdict.passed);
     let results = results(scene, runs, dry, scaling, balance);
     if results.is_empty() {
-        return (vec![], None);
+        return vec![];
     }
     let in_use = MaterialsInUse::new(scene, runs);
     let sample = RunSample::of(runs, MOST_REBOUNDS);
@@ -68,7 +68,7 @@ pub fn find_sensitivities(
             elasticities(&results, settings, balance.as_ref())
         })
         .collect();
-    let sensitivities: Vec<(Sensitivity, Vec<f64>)> = results
+    results
         .into_iter()
         .enumerate()
         .filter_map(|(row, SensitiveResult { blank, .. })| {
@@ -78,25 +78,16 @@ pub fn find_sensitivities(
                 .collect();
             // where a fit gives no number, what its constant does is not known, nor is the sum
             elasticities.iter().all(|x| x.is_finite()).then(|| {
-                let by = constants.iter().zip(&elasticities).filter(|(_, x)| **x != 0.0);
+                let by = constants.iter().zip(elasticities).filter(|(_, x)| *x != 0.0);
                 let by = by.map(|(constant, elasticity)| Elasticity {
                     constant: constant.name(scene),
-                    elasticity: *elasticity,
+                    elasticity,
                     rel_sd: in_use.rel_sd(scene, *constant),
                 });
-                (combine(blank, by.collect()), elasticities)
+                combine(blank, by.collect())
             })
         })
-        .collect();
-    let not_given = properties
-        .iter()
-        .flat_map(|property| in_use.not_given(scene, *property));
-    let not_given: Vec<Constant> = not_given.collect();
-    let notice = exact_constants::exact_constants_notice(scene, &not_given, &constants, &sensitivities);
-    (
-        sensitivities.into_iter().map(|(sensitivity, _)| sensitivity).collect(),
-        notice,
-    )
+        .collect()
 }
 
 /// d ln(result)/d ln(constant) of every result, from scenes and runs where the constant is smaller and larger; NaN where a

@@ -30,9 +30,6 @@ pub struct Sensitivity {
     pub value: f64,
     /// its statistical standard error, by least squares; `None` where the curvature of the fit forbids one
     pub se: Option<f64>,
-    /// the same, where there is none by its interval
-    #[serde(skip)]
-    pub(super) scale: f64,
     /// the constants that move it; any other moves it by less than 5e-6 of its own share
     pub by: Vec<Elasticity>,
     /// √Σ (value · elasticity · rel_sd)² over the constants whose uncertainty is given; `None` where none is
@@ -63,7 +60,7 @@ impl Sensitivity {
         fit: &'static str,
         (estimate, factor): (&Estimate, f64),
     ) -> Option<Sensitivity> {
-        let (value, scale) = estimate.value_and_scale().filter(|(value, _)| *value != 0.0)?;
+        let (value, _) = estimate.value_and_scale().filter(|(value, _)| *value != 0.0)?;
         Some(Sensitivity {
             result: result.to_owned(),
             particle: subject.particle,
@@ -72,15 +69,28 @@ impl Sensitivity {
             fit,
             value: factor * value,
             se: estimate.se.map(|se| factor * se),
-            scale: factor * scale,
             by: vec![],
             constants_sd: None,
             combined: None,
         })
     }
 
-    /// Its name in a sentence or a table.
+    /// Its name in a table, with the fit that it is of.
     pub fn label(&self) -> String {
+        let law = match (self.film_ratio, self.fit) {
+            (None, _) => None,
+            (_, BALANCE) => Some("energy balance"),
+            _ => Some("square root"),
+        };
+        self.named(law)
+    }
+
+    /// Its name in a sentence, whichever fit it is of.
+    pub fn subject(&self) -> String {
+        self.named(None)
+    }
+
+    fn named(&self, law: Option<&str>) -> String {
         let coefficients = Coefficient::ALL.map(Quantity::Shared);
         let all = coefficients
             .into_iter()
@@ -89,13 +99,9 @@ impl Sensitivity {
             .map(Quantity::describe)
             .find(|quantity| quantity.name == self.result);
         let name = own.map_or(self.result.as_str(), |own| own.symbol);
-        let law = self.film_ratio.map(|_| match self.fit {
-            BALANCE => "energy balance".to_owned(),
-            _ => "square root".to_owned(),
-        });
         let ratio = self.film_ratio.map(|ratio| format!("δ/D = {}", rounded(ratio)));
         let diameter = self.diameter_m.map(|d| format!("D = {} mm", rounded(millimetres(d))));
-        let about: Vec<String> = [self.particle.clone(), ratio, diameter, law]
+        let about: Vec<String> = [self.particle.clone(), ratio, diameter, law.map(str::to_owned)]
             .into_iter()
             .flatten()
             .collect();

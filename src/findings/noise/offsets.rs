@@ -35,6 +35,8 @@ pub struct Offsets {
     pub sd: f64,
     /// the same over the sd of wet runs about the fit
     pub share: f64,
+    /// particle, liquid, diameter and film ratio of the series farthest from the others, in its standard errors
+    pub farthest: String,
     /// what the standard errors lack by it
     pub standard_errors: Vec<StandardErrorRatio>,
 }
@@ -102,6 +104,11 @@ pub(super) fn test_offsets(
     // in units of e², since the offsets' slopes are those of e
     let of_offsets = (explained - df_between as f64 * variance) / expected;
     let of_offsets = if expected > 0.0 { of_offsets.max(0.0) } else { 0.0 };
+    let from_others = |part: &usize| {
+        let offset = SharedOffset::of(&sums[*part]);
+        offset.gradient.abs() / offset.weight.sqrt()
+    };
+    let farthest = wet().max_by(|a, b| from_others(a).total_cmp(&from_others(b)))?;
     let mut scores = rows.together(sums, |part| {
         if is_wet(&part) {
             weight(part) * variance
@@ -123,6 +130,7 @@ pub(super) fn test_offsets(
         },
         sd: of_offsets.sqrt(),
         share: of_offsets.sqrt() / sd,
+        farthest: rows.part_name(&rows.parts[farthest]),
         standard_errors: standard_error_ratios(rows, &one.widening(&scores.information)),
     })
 }

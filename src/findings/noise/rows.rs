@@ -8,8 +8,10 @@ use super::point::LinearisationPoint;
 use crate::inference::joint::{Joint, JointRow, Part};
 use crate::inference::linearised_joint::LinearisedJoint;
 use crate::inference::sums::Sums;
+use crate::rounding::short;
 use crate::runs::Runs;
 use crate::scene::{NoiseOn, Scene};
+use crate::units::millimetres;
 
 /// Dry runs have one spread, wet runs another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,6 +105,20 @@ impl<'a> Rows<'a> {
 
     pub(super) fn kind(&self, part: &GroupedPart) -> RunKind {
         self.groups[part.group].kind
+    }
+
+    /// Particle, liquid, diameter and film ratio of a part in a sentence.
+    pub(super) fn part_name(&self, part: &GroupedPart) -> String {
+        let RunGroup {
+            sphere,
+            liquid,
+            film_ratio,
+            ..
+        } = self.groups[part.group];
+        let particle = &self.scene.particles[self.runs.spheres[sphere].particle].name;
+        let liquid = liquid.map(|liquid| self.scene.liquids[liquid].name.as_str());
+        let diameter = format!("{} mm", short(millimetres(part.diameter)));
+        group_name(particle, liquid, Some(&diameter), film_ratio)
     }
 
     /// Whether the energy kept scatters, too, so that wet restitutions near the threshold scatter more.

@@ -1,4 +1,4 @@
-//! Writes how runs were resampled for the intervals of the laws.
+//! Writes how runs were resampled for the intervals of the laws of single film ratios.
 
 use super::super::ReportInput;
 use super::page::Page;
@@ -6,7 +6,7 @@ use crate::findings::bootstrap::{Resampling, MOST_RESAMPLED};
 use crate::findings::notices::SERIES_SCHEME_CHANGES;
 use crate::scene::ResamplingScheme;
 
-/// A paragraph; nothing where nothing was resampled.
+/// The section; nothing where nothing was resampled.
 pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
     let resampling = input.findings.bootstrap.as_ref();
     let Some(resampling) = resampling.filter(|own| own.by_sandwich || own.resampled_fits > 0) else {
@@ -17,8 +17,9 @@ pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
     } else {
         by_replicates(input.scene.bootstrap.scheme, resampling)
     };
+    page.heading("Bootstrap");
     page.paragraph(&format!(
-        "Bootstrap: {made} `findings.json` has the intervals beside the delta method's, and the `method` of each that is quoted."
+        "{made} `findings.json` has the intervals beside the delta method's, and the `method` of each that is quoted."
     ));
 }
 
@@ -44,7 +45,7 @@ fn by_sandwich(resampling: &Resampling) -> String {
         ),
     };
     format!(
-        "of more than {MOST_RESAMPLED} runs the standard error is that of the sandwich covariance, which resampling inside \
+        "Of more than {MOST_RESAMPLED} runs the standard error is that of the sandwich covariance, which resampling inside \
          each series and impact speed tends to; the intervals are normal.{rest}"
     )
 }

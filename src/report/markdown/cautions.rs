@@ -64,13 +64,7 @@ pub(super) fn checks(page: &mut Page, input: ReportInput) {
     let (gating, cautioning): (Vec<&Check>, Vec<&Check>) = felt.into_iter().partition(|check| check.gates);
     let lines: Vec<String> = gating
         .into_iter()
-        .map(|check| {
-            format!(
-                "Not to be quoted: {} Why this line: {}.",
-                told(&found(check), check.advice),
-                check.source
-            )
-        })
+        .map(|check| format!("Not to be quoted: {}. Why this line: {}.", found(check), check.source))
         .collect();
     page.list(&lines);
     for (what, checks) in [

@@ -77,8 +77,9 @@ pub(super) fn interval_header(input: ReportInput) -> String {
 }
 
 /// The runs of a posterior.
-pub(super) fn fitted_runs(sticking: Sticking) -> &'static str {
-    match sticking {
+pub(super) fn fitted_runs(input: ReportInput) -> &'static str {
+    match input.scene.model.sticking {
+        Sticking::Censored if input.runs.stuck() == 0 => "all runs",
         Sticking::Censored => "all runs, stuck runs included",
         Sticking::Truncated => "the runs that rebounded, since those that stuck were not logged",
         Sticking::Excluded => "all runs that rebounded",

@@ -5,7 +5,7 @@ use super::cells::place_name;
 use super::page::Page;
 use super::table::ReportTable;
 use crate::findings::constants::{Sensitivity, MOST_REBOUNDS};
-use crate::findings::main_numbers::{MainNumber, MainPlace, Source};
+use crate::findings::main_numbers::MainNumber;
 use crate::physics::Quantity;
 
 pub(super) fn constants(page: &mut Page, input: ReportInput) {
@@ -74,32 +74,19 @@ pub(super) fn combined(input: ReportInput) -> Option<String> {
         ))
     });
     let places = main.at.iter().flat_map(|place| {
-        [(Quantity::EInf, &place.e_inf), (Quantity::StC, &place.st_c)].map(|(quantity, number)| {
-            let row = rows.iter().find(|row| is_of(row, quantity, place))?;
-            Some(format!(
-                "{} ({}) {}",
-                quantity.describe().symbol,
-                place_name(place),
-                widened(row, number)?
-            ))
+        rows.iter().filter_map(move |row| {
+            let (quantity, number) = place.of_result(row)?;
+            let (symbol, place) = (quantity.describe().symbol, place_name(place));
+            Some(format!("{symbol} ({place}) {}", widened(row, number)?))
         })
     });
-    let texts: Vec<String> = parameters.chain(places.flatten()).collect();
+    let texts: Vec<String> = parameters.chain(places).collect();
     (!texts.is_empty()).then(|| {
         format!(
             "With what the scene says of its constants, ± is (combined, see Constants taken as exact): {}.",
             texts.join("; ")
         )
     })
-}
-
-/// Whether a sensitivity is that of a quantity at a place, by the fit that its number comes from or is checked by.
-fn is_of(row: &Sensitivity, quantity: Quantity, place: &MainPlace) -> bool {
-    row.result == quantity.describe().name
-        && row.particle.as_ref() == Some(&place.particle)
-        && row.film_ratio == Some(place.film_ratio)
-        && row.diameter_m == place.diameter_m
-        && row.is_of_balance() == (place.source != Source::SquareRootLaw)
 }
 
 /// A number with what the constants add to its ±, as a share of it that all fits have in common.

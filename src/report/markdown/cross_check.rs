@@ -32,16 +32,24 @@ pub(super) fn cross_check(page: &mut Page, input: ReportInput) {
     let Some(balance) = &input.findings.energy_balance else {
         return;
     };
-    page.section("Least squares over all rebounds", &format!(
-        "All rebounds and dry runs at once by least squares, without stuck runs and priors{}: a check of the posterior. \
-         ± is one standard error by the delta method. The fit: {}.",
-        if input.scene.model.series_offsets {
-            ", and without the offsets of series"
-        } else {
-            ""
-        },
-        balance.verdict.reason
-    ));
+    let offsets = if input.scene.model.series_offsets {
+        ", and without the offsets of series"
+    } else {
+        ""
+    };
+    let purpose = if input.posterior.is_some() {
+        ": a check of the posterior"
+    } else {
+        ""
+    };
+    page.section(
+        "Least squares over all rebounds",
+        &format!(
+            "All rebounds and dry runs at once by least squares, without stuck runs and priors{offsets}{purpose}. ± is one \
+             standard error by the delta method. The fit: {}.",
+            balance.verdict.reason
+        ),
+    );
     let sampled = |row: &ParameterEstimate| {
         let main = &input.findings.main;
         let mut all = main.parameters.iter().filter(|_| !main.provisional);

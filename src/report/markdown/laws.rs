@@ -9,6 +9,7 @@ use super::cells::{
 use super::errors::of_speed;
 use super::page::Page;
 use super::table::ReportTable;
+use crate::distributions::normal_quantile;
 use crate::findings::dry::{Dry, DryOfDiameter};
 use crate::findings::energy::Energy;
 use crate::findings::estimate::Estimate;
@@ -19,7 +20,7 @@ use crate::inference::nested::FTest;
 use crate::physics::{DrySpeed, Inertia, Quantity};
 use crate::rounding::by_number;
 use crate::runs::{sphere_words, Sphere};
-use crate::scene::{DryKOf, WetLaw};
+use crate::scene::{DryKOf, LikelihoodFamily, WetLaw};
 use crate::units::{micrometres, millimetres};
 
 /// Over the number of rebounds, and of the runs that stuck.
@@ -166,10 +167,15 @@ fn without_law(failed: Vec<&SeriesFit>) -> ReportTable<&SeriesFit> {
 /// Restitution against speed.
 fn against_speed(page: &mut Page, input: ReportInput, sphere: Sphere) {
     let (label, name) = (sphere.label(input.scene), sphere.words(input.scene));
+    let shown = if input.runs.series.is_empty() {
+        "restitution of dry runs against impact speed. Points are means of repeated speeds with their standard errors, the curve the dry law."
+    } else {
+        "restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the square-root law of each series and the dry law (as figs. 2a and 2c of Müller & Huang 2016). Stuck runs are hollow marks at e = 0."
+    };
     page.figure(
         &figures::Names::of(input.scene, input.runs).speed(&label),
         &format!("{name}: e against v"),
-        &format!("{name}: restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the square-root law of each series and the dry law (as figs. 2a and 2c of Müller & Huang 2016). Stuck runs are hollow marks at e = 0.{}", bands(input)),
+        &format!("{name}: {shown}{}", bands(input)),
     );
 }
 
@@ -247,11 +253,11 @@ fn scaling_table<'i>(input: ReportInput<'i>, over_all: bool) -> ReportTable<&'i 
         .column(REBOUNDS, |row| rebounds_and_stuck(row.runs, row.stuck))
         .estimate_and_interval(Quantity::EInf, |row| (row.verdict.passed, &row.e_inf), &interval)
         .estimate_and_interval(Quantity::StC, |row| (row.verdict.passed, &row.st_c), &interval)
-        .column("corr", |row| numbers::optional(row.correlation, 2))
-        .column("bias of e_inf", |row| {
+        .column_if_any("corr", |row| numbers::optional(row.correlation, 2))
+        .column_if_any("bias of e_inf", |row| {
             row.bias.map(|bias| numbers::shift(bias.e_inf, row.e_inf.se))
         })
-        .column("bias of St_c", |row| {
+        .column_if_any("bias of St_c", |row| {
             row.bias.map(|bias| numbers::shift(bias.st_c, row.st_c.se))
         })
         .column("residual sd", |row| numbers::optional(row.residual_sd, 2));
@@ -316,11 +322,45 @@ pub(super) fn film(page: &mut Page, input: ReportInput) {
         "The same laws at each film ratio. Bias: what the square root, which takes liquids of different density ratio as one, gets \
          wrong without noise against the energy balance; of a linear law, against the square root.",
     );
+    if input.posterior.is_some() && input.scene.model.likelihood != LikelihoodFamily::Normal {
+        page.paragraph(
+            "These laws are fitted by least squares, which outliers move: where the likelihood allows for outliers, the main numbers \
+             are the posterior's.",
+        );
+    }
     against_film(page, input);
     page.table(&table);
+    let long = long_intervals(table.rows());
+    if !long.is_empty() {
+        page.paragraph(&format!(
+            "Longer than their ± says, since a few runs decide the law: the intervals of {}.",
+            long.join(", ")
+        ));
+    }
     if let Some(text) = of_speed(input) {
         page.paragraph(&text);
     }
+}
+
+/// The estimates of usable laws whose interval is more than twice as long as their ± makes one.
+fn long_intervals(laws: &[&Scaling]) -> Vec<String> {
+    let is_long = |estimate: &Estimate| {
+        let z = normal_quantile(0.5 + 0.5 * estimate.level);
+        let both = estimate.se.zip(estimate.interval);
+        both.is_some_and(|(se, [lo, hi])| hi - lo > 4.0 * z * se)
+    };
+    let usable = laws.iter().filter(|law| law.verdict.passed);
+    let of_law = |law: &&Scaling| {
+        let both = [(Quantity::EInf, &law.e_inf), (Quantity::StC, &law.st_c)].into_iter();
+        let at = law
+            .film_ratio
+            .map_or(String::new(), |ratio| format!(", δ/D = {}", numbers::short(ratio)));
+        let words = law.words();
+        let long = both.filter(|(_, estimate)| is_long(estimate));
+        long.map(|(quantity, _)| format!("{} ({words}{at})", quantity.describe().symbol))
+            .collect::<Vec<_>>()
+    };
+    usable.flat_map(of_law).collect()
 }
 
 pub(super) fn energy(page: &mut Page, input: ReportInput) {

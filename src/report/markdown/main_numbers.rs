@@ -17,7 +17,7 @@ use crate::physics::loss::{Film, Loss};
 use crate::physics::quantity::Place;
 use crate::physics::{Coefficient, Inertia, Quantity};
 use crate::runs::Sphere;
-use crate::scene::{DryKOf, Sticking, WetLaw};
+use crate::scene::{DryKOf, WetLaw};
 
 pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
@@ -28,12 +28,18 @@ pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
         "Main numbers"
     });
     let viscous = findings.form.viscous.definition("δ/D");
+    let wet = match input.runs.series.is_empty() {
+        true => String::new(),
+        false => format!(
+            " and e² = {}, with St = ρp D v/(9 η){}",
+            findings.form.formula("δ/D"),
+            viscous.map_or(String::new(), |l| format!(" and {l}")),
+        ),
+    };
     page.paragraph(&format!(
-        "e_dry = {} and e² = {}, with St = ρp D v/(9 η){}. {}",
+        "e_dry = {}{wet}. {}",
         findings.form.dry.formula("v"),
-        findings.form.formula("δ/D"),
-        viscous.map_or(String::new(), |l| format!(" and {l}")),
-        &what_parameters_are(main, input.scene.model.sticking),
+        &what_parameters_are(main, input),
     ));
     if let Some(choice) = &findings.inertia {
         let by = match choice.by {
@@ -123,7 +129,7 @@ pub(super) fn others(choice: &InertiaChoice) -> String {
 }
 
 /// Where the parameters come from, and what their ± is.
-fn what_parameters_are(main: &MainNumbers, sticking: Sticking) -> String {
+fn what_parameters_are(main: &MainNumbers, input: ReportInput) -> String {
     if main.provisional {
         return "The posterior was not sampled: least squares stands in for it. ± is one standard error by the delta method; k \
                 comes from the dry runs, the others from every rebound at once, together with what the dry runs say of k."
@@ -136,7 +142,7 @@ fn what_parameters_are(main: &MainNumbers, sticking: Sticking) -> String {
     } else {
         ""
     };
-    let runs = fitted_runs(sticking);
+    let runs = fitted_runs(input);
     format!("Posterior means ± one standard deviation, from a joint fit to {runs}.{of_few}")
 }
 

@@ -32,6 +32,7 @@ pub fn report(input: ReportInput, figures: &[&str]) -> String {
     verdict::opening(&mut page, input);
     main_numbers::main_numbers(&mut page, input);
     laws::first_figures(&mut page, input);
+    verdict::learnt(&mut page, input);
     cautions::cautions(&mut page, input);
     cautions::reproduce(&mut page, input);
     page.appendix();

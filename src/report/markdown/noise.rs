@@ -13,10 +13,16 @@ pub(super) fn noise(page: &mut Page, input: ReportInput) {
     let Some(noise) = &input.findings.noise else {
         return;
     };
+    let has_offsets = input.scene.model.series_offsets;
     page.section(
         "Noise",
-        "Every interval takes the runs as independent, with one spread for all dry and one for all wet runs. What was \
-         found about the joint fit of dry law and energy balance:",
+        if has_offsets {
+            "Least squares takes the runs as independent, with one spread for all dry and one for all wet runs; the posterior \
+             gives each series an offset. What was found about the joint fit of dry law and energy balance by least squares:"
+        } else {
+            "Every interval takes the runs as independent, with one spread for all dry and one for all wet runs. What was \
+             found about the joint fit of dry law and energy balance:"
+        },
     );
     let mut lines = vec![];
     if input.scene.model.likelihood == LikelihoodFamily::Normal {
@@ -24,16 +30,14 @@ pub(super) fn noise(page: &mut Page, input: ReportInput) {
     }
     lines.extend(noise.spread.as_ref().map(spreads));
     lines.extend(noise.growth.as_ref().and_then(growth));
-    lines.extend(noise.offsets.as_ref().map(offsets));
+    let of_offsets = noise.offsets.as_ref();
+    lines.extend(of_offsets.map(|own| offsets(own, has_offsets)));
     page.list(&lines);
     let spread = noise
         .spread
         .as_ref()
         .filter(|spread| spread.affected_standard_error().is_some());
-    let offsets = noise
-        .offsets
-        .as_ref()
-        .filter(|offsets| offsets.affected_standard_error().is_some());
+    let offsets = of_offsets.filter(|own| own.affected_standard_error().is_some() && !has_offsets);
     if spread.is_some() || offsets.is_some() {
         let all = [
             spread.map(|one| &one.standard_errors),
@@ -96,7 +100,11 @@ fn growth(growth: &NoiseGrowth) -> Option<String> {
     Some(line)
 }
 
-fn offsets(offsets: &Offsets) -> String {
+fn offsets(offsets: &Offsets, are_held: bool) -> String {
+    let lacking = match are_held {
+        true => " The posterior holds them.".to_owned(),
+        false => by(offsets.affected_standard_error()),
+    };
     format!(
         "Offsets shared by the runs of a series: sd {} in e, {} of the spread of single runs, over {} series; so large by \
          chance with probability {} (F({}, {})).{}",
@@ -106,7 +114,7 @@ fn offsets(offsets: &Offsets) -> String {
         numbers::probability(offsets.test.p),
         offsets.test.df_between,
         offsets.test.df_within,
-        by(offsets.affected_standard_error())
+        lacking
     )
 }
 

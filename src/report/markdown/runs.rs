@@ -20,15 +20,15 @@ fn materials(materials: &[Material]) -> ReportTable<&Material> {
         .column("liquid", |row| &row.liquid)
         .column("runs", |row| row.runs)
         .column("stuck", |row| row.stuck)
-        .column("D / mm", |row| list(&row.diameters_m, millimetres))
-        .column("δ/D", |row| {
+        .column_if_any("D / mm", |row| list(&row.diameters_m, millimetres))
+        .column_if_any("δ/D", |row| {
             let ratios = &row.film_ratios;
             (!ratios.is_empty()).then(|| list(ratios, |x| x))
         })
-        .column("δ / µm", |row| range(row.film_m.map(|film| film.map(micrometres))))
+        .column_if_any("δ / µm", |row| range(row.film_m.map(|film| film.map(micrometres))))
         .column("v / (m/s)", |row| numbers::range(row.impact_speed_m_s))
-        .column("St", |row| range(row.stokes))
-        .column("Re", |row| range(row.reynolds))
+        .column_if_any("St", |row| range(row.stokes))
+        .column_if_any("Re", |row| range(row.reynolds))
         .column("e", |row| range(row.restitution))
 }
 
@@ -51,9 +51,12 @@ pub(super) fn data(page: &mut Page, input: ReportInput) {
     let counts = &input.findings.counts;
     page.heading("Data");
     let screened: usize = counts.screened.iter().map(|s| s.runs).sum();
+    let ranges = match input.runs.series.is_empty() {
+        true => "",
+        false => " St and Re = ρl δ v/η are ranges over the runs, e over the rebounds.",
+    };
     page.paragraph(&format!(
-        "{} runs read{}, {screened} screened, {} stuck, {} used by least squares. \
-         St and Re = ρl δ v/η are ranges over the runs, e over the rebounds.",
+        "{} runs read{}, {screened} screened, {} stuck, {} used by least squares.{ranges}",
         counts.runs,
         from_sheets(&counts.sheets),
         counts.stuck,

@@ -59,10 +59,10 @@ impl<R: Copy> ReportTable<R> {
         self
     }
 
-    /// The same, where the cell of any row is not empty.
+    /// The same, where something stands in the cell of any row.
     pub(super) fn column_if_any<C: Cell>(self, header: impl Into<String>, cell: impl Fn(R) -> C) -> ReportTable<R> {
         let mut table = self.column(header, cell);
-        let is_empty = |column: &mut Column| column.cells.iter().all(String::is_empty);
+        let is_empty = |column: &mut Column| column.cells.iter().all(|cell| cell.is_empty() || cell == NONE);
         table.columns.pop_if(is_empty);
         table
     }
@@ -84,7 +84,7 @@ impl<R: Copy> ReportTable<R> {
             (true, estimate) => quantities::beside_interval(quantity, estimate),
             (false, estimate) => quantities::value(quantity, estimate),
         })
-        .column(interval, |row| match of(row) {
+        .column_if_any(interval, |row| match of(row) {
             (true, estimate) => quantities::interval(quantity, estimate),
             (false, _) => String::new(),
         })

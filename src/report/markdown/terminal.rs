@@ -5,10 +5,9 @@ use std::collections::HashSet;
 use textwrap::core::display_width;
 
 use super::super::{quantities, ReportInput};
-use super::cells::{found, place_name};
+use super::cells::place_name;
 use super::main_numbers::{others, places_shown, source};
-use super::verdict::{carried, cautions_line, verdict_line};
-use crate::findings::checks::Check;
+use super::verdict::{carried, cautions_line, verdict};
 use crate::findings::learnt::capital;
 use crate::findings::main_numbers::{MainPlace, Source};
 use crate::findings::Findings;
@@ -17,7 +16,7 @@ use crate::physics::Quantity;
 /// The main numbers as lines for a terminal.
 pub fn summary(input: ReportInput) -> String {
     let main = &input.findings.main;
-    let mut text = verdict(input.findings);
+    let mut text = verdict_lines(input.findings);
     if let Some(carried) = carried(input.findings) {
         text.push_str(&format!("{}.\n", capital(&carried.text)));
     }
@@ -67,23 +66,10 @@ pub fn summary(input: ReportInput) -> String {
 }
 
 /// Whether the main numbers may be quoted; where not, a line for each check that forbids it, with what to do.
-fn verdict(findings: &Findings) -> String {
-    if findings.main.verdict.passed {
-        return format!("{}\n", verdict_line(findings).replace("**", ""));
-    }
-    let failed = findings.verdicts.iter().filter(|check| check.gates && !check.passed);
-    let lines: Vec<String> = failed.map(one_check).collect();
-    let checks = if lines.len() == 1 { "one check" } else { "these checks" };
-    let cautions = cautions_line(findings);
-    format!(
-        "Verdict: not to be quoted; {checks} failed.{cautions}\n{}",
-        lines.concat()
-    )
-}
-
-/// What one check found, with what to do about it.
-fn one_check(check: &Check) -> String {
-    format!("- {}. Next: {}.\n", found(check), check.advice)
+fn verdict_lines(findings: &Findings) -> String {
+    let (lead, checks) = verdict(findings);
+    let lines: Vec<String> = checks.iter().map(|check| format!("- {check}\n")).collect();
+    format!("Verdict: {lead}.{}\n{}", cautions_line(findings), lines.concat())
 }
 
 /// The places that stand for the others; where the square-root law serves, the posterior of each liquid stands in the
@@ -133,7 +119,6 @@ fn first_of(lines: Vec<String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::findings::checks::{RHAT, RUNS_TO_SPARE};
 
     #[test]
     fn columns_stand_below_each_other_whatever_the_letters() {
@@ -142,18 +127,6 @@ mod tests {
         assert_eq!(
             lines,
             ["k[球] = 0.18 ± 0.01 (a)\n", "L     = 2           (posterior)\n"]
-        );
-    }
-
-    #[test]
-    fn a_check_that_failed_says_what_was_found_and_what_to_do_once() {
-        let few = RUNS_TO_SPARE.check(0.0, "5 runs for 5 parameters").with_advice();
-        let advice = few.advice;
-        assert_eq!(one_check(&few), format!("- 5 runs for 5 parameters. Next: {advice}.\n"));
-        let apart = one_check(&RHAT.check(1.25, "largest R-hat (k)"));
-        assert!(
-            apart.starts_with("- largest R-hat (k) (1.25; the line is 1.01). Next: "),
-            "{apart}"
         );
     }
 }

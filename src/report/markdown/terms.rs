@@ -1,7 +1,6 @@
 //! Writes which terms the energy balance holds, what each matters, and why it is held or not.
 
 use super::super::numbers;
-use super::super::quantities::parameter_label;
 use super::super::ReportInput;
 use super::page::Page;
 use super::table::ReportTable;
@@ -19,18 +18,14 @@ pub(super) fn terms(page: &mut Page, input: ReportInput) {
          interval still covers 94 %). The runs show: the share ± standard error of its full effect that they show of a term \
          that is not held. Widens by: the factor by which holding the term widens the standard error of another parameter."
     ));
-    let fitted = || {
-        input
-            .findings
-            .energy_balance
-            .iter()
-            .flat_map(|balance| &balance.parameters)
-    };
     let symbol = |name: &str| {
-        let own = fitted().find(|own| own.name == name);
-        own.map_or(name.to_owned(), |own| {
-            parameter_label(input.scene, input.runs, own.kind, own.kind.symbol())
-        })
+        let mut parameters = input.findings.main.parameters.iter();
+        let Some(own) = parameters.find(|own| own.name == name) else {
+            return name.to_owned();
+        };
+        let symbol = own.quantity.describe().symbol;
+        let sphere = own.sphere.map(|sphere| input.runs.spheres[sphere].words(input.scene));
+        sphere.map_or(symbol.to_owned(), |sphere| format!("{symbol}, {sphere}"))
     };
     let table = ReportTable::of(terms)
         .column("term", |sized| sized.term.in_words())
@@ -39,11 +34,11 @@ pub(super) fn terms(page: &mut Page, input: ReportInput) {
         .column("size", |sized| sized.size.map(|size| numbers::significant(size, 2)))
         .column("moves most", |sized| symbol(sized.moves.as_deref().unwrap_or_default()))
         .column("effect on e", |sized| numbers::significant(sized.largest_effect, 2))
-        .column("the runs show", |sized| {
+        .column_if_any("the runs show", |sized| {
             let share = sized.runs_show.zip(sized.runs_show_se);
             share.map_or(String::new(), |(share, se)| numbers::with_se(share, se))
         })
-        .column("widens by", |sized| {
+        .column_if_any("widens by", |sized| {
             sized.widens.map_or(String::new(), |factor| format!("{factor:.2}"))
         });
     page.table(&table);

@@ -1,6 +1,7 @@
-//! Writes what a report opens with: what was learnt, and whether the main numbers may be quoted.
+//! Writes whether the main numbers may be quoted, and what was learnt.
 
 use super::super::ReportInput;
+use super::cells::found;
 use super::escape::literal;
 use super::page::Page;
 use crate::findings::learnt::capital;
@@ -8,48 +9,50 @@ use crate::findings::notices::SINGLE_RUN_CODE;
 use crate::findings::Findings;
 use crate::notice::Notice;
 
-/// What was learnt, and the verdict: first where nothing may be quoted.
+/// Whether the main numbers may be quoted, and what carries them.
 pub(super) fn opening(page: &mut Page, input: ReportInput) {
-    let main = &input.findings.main;
-    let verdict = verdict_line(input.findings);
-    if !main.verdict.passed {
-        page.paragraph(&verdict);
-    }
+    let (lead, checks) = verdict(input.findings);
+    page.paragraph(&format!("**Verdict: {}.**{}", lead, cautions_line(input.findings)));
+    page.list(&checks);
     if let Some(carried) = carried(input.findings) {
         let next = literal(&carried.next_step);
         page.paragraph(&format!("**{}.** Next: {next}.", literal(&capital(&carried.text))));
-    }
-    if !main.learnt.is_empty() {
-        page.paragraph(if main.verdict.passed {
-            "**What was learnt.**"
-        } else {
-            "What the runs would say, if these numbers could be quoted:"
-        });
-        let sentences: Vec<String> = main.learnt.iter().map(|sentence| literal(sentence)).collect();
-        page.list(&sentences);
-    }
-    if main.verdict.passed {
-        page.paragraph(&verdict);
     }
     if let Some(source) = &input.scene.source {
         page.paragraph(&format!("Runs: {}", literal(source)));
     }
 }
 
-/// The line that says whether the main numbers may be quoted.
-pub(super) fn verdict_line(findings: &Findings) -> String {
-    let see = cautions_line(findings);
-    let verdict = &findings.main.verdict;
-    if verdict.passed {
+/// What the runs tell of the law, a sentence each.
+pub(super) fn learnt(page: &mut Page, input: ReportInput) {
+    let main = &input.findings.main;
+    if main.learnt.is_empty() {
+        return;
+    }
+    page.heading("What the runs tell");
+    if !main.verdict.passed {
+        page.paragraph("What they would tell, if these numbers could be quoted:");
+    }
+    let sentences: Vec<String> = main.learnt.iter().map(|sentence| literal(sentence)).collect();
+    page.list(&sentences);
+}
+
+/// Whether the main numbers may be quoted; where not, each check that forbids it, with what to do.
+pub(super) fn verdict(findings: &Findings) -> (String, Vec<String>) {
+    if findings.main.verdict.passed {
         let open = undetermined(findings);
         let except = match open.len() {
             0 => String::new(),
             _ => format!(", except {}, which these runs do not determine", open.join(", ")),
         };
-        format!("**Verdict: the main numbers may be quoted{except}.**{see}")
-    } else {
-        format!("**Verdict: not to be quoted: {}.**{see}", verdict.reason)
+        return (format!("the main numbers may be quoted{except}"), vec![]);
     }
+    let failed = findings.verdicts.iter().filter(|check| check.gates && !check.passed);
+    let checks: Vec<String> = failed
+        .map(|check| format!("{}. Next: {}.", found(check), check.advice))
+        .collect();
+    let failed = if checks.len() == 1 { "one check" } else { "these checks" };
+    (format!("not to be quoted; {failed} failed"), checks)
 }
 
 /// Which single runs carry a main number; `None` where none does.

@@ -42,7 +42,7 @@ pub(super) fn posterior(page: &mut Page, input: ReportInput) {
         &format!(
             "A joint fit to {}, in the order of the Bayesian Analysis Reporting Guidelines (Kruschke 2021, Nature Human \
              Behaviour 5, 1282).",
-            fitted_runs(input.scene.model.sticking)
+            fitted_runs(input)
         ),
     );
     model::model(page, input, posterior);

@@ -55,25 +55,25 @@ fn priors(questions: &[Question]) -> String {
 fn table(questions: &[Question]) -> ReportTable<&Question> {
     ReportTable::of(questions)
         .column("question", |question| question.question)
-        .column("wet runs", |question| (question.runs > 0).then_some(question.runs))
-        .column("film ratios", |question| question.film_ratios)
-        .column("gain ± se", |question| match (question.gain, question.gain_se) {
+        .column_if_any("wet runs", |question| (question.runs > 0).then_some(question.runs))
+        .column_if_any("film ratios", |question| question.film_ratios)
+        .column_if_any("gain ± se", |question| match (question.gain, question.gain_se) {
             (Some(gain), Some(se)) => numbers::with_se(gain, se),
             (gain, _) => numbers::optional(gain, 3),
         })
-        .column("trend, mean ± sd", |question| {
+        .column_if_any("trend, mean ± sd", |question| {
             let trend = question.trend.as_ref()?;
             Some(format!("{} = {}", trend.symbol, numbers::with_se(trend.mean, trend.sd)))
         })
-        .column("its 95 % interval", |question| {
+        .column_if_any("its 95 % interval", |question| {
             let trend = question.trend.as_ref()?;
             Some(numbers::between(trend.interval[0], trend.interval[1], trend.sd))
         })
-        .column("it moves e_inf or St_c by up to / %", |question| {
+        .column_if_any("it moves e_inf or St_c by up to / %", |question| {
             let change = question.trend.as_ref()?.largest_change?;
             Some(numbers::significant(100.0 * change, 2))
         })
-        .column("largest k-hat", |question| {
+        .column_if_any("largest k-hat", |question| {
             let khat = question.models.iter().filter_map(|model| model.khat_max);
             numbers::optional(khat.reduce(f64::max), 2)
         })
