@@ -24,20 +24,24 @@ fn not_utf8(line: u64, byte: Option<&u8>) -> Problem {
     }
 }
 
-/// What a file is that starts so or holds such a byte, if it is no UTF-8 for that.
-fn no_text(bytes: &[u8], at_start: bool) -> Option<Problem> {
+/// What a file is that starts so or holds such a byte, if it is no UTF-8 for that; the bytes begin on a line.
+fn no_text(bytes: &[u8], at_start: bool, first_line: u64) -> Option<Problem> {
     if at_start && (bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF])) {
         Some(whole_file("the file is UTF-16"))
-    } else if memchr::memchr(0, bytes).is_some() {
-        Some(whole_file("the file is binary"))
     } else {
-        None
+        let zero = memchr::memchr(0, bytes)?;
+        Some(Problem {
+            line: Some(first_line + line_of(bytes, zero) - 1),
+            place: "the file is binary".to_owned(),
+            found: Some("byte 0x00".to_owned()),
+            expected: EXPECTED.to_owned(),
+        })
     }
 }
 
 /// The text of a file without its byte-order mark.
 pub(crate) fn decode(bytes: &[u8]) -> Result<&str, Problem> {
-    if let Some(problem) = no_text(bytes, true) {
+    if let Some(problem) = no_text(bytes, true, 1) {
         return Err(problem);
     }
     let text = std::str::from_utf8(bytes).map_err(|error| {
@@ -62,7 +66,7 @@ pub(crate) fn check(mut source: impl Read, longest_line: usize) -> std::io::Resu
         let fetched = source.by_ref().take(PIECE as u64).read_to_end(&mut piece)?;
         let is_last = fetched < PIECE;
         bytes += fetched;
-        if let Some(problem) = no_text(&piece, at_start) {
+        if let Some(problem) = no_text(&piece, at_start, lines.line()) {
             return Ok(Err(problem));
         }
         let (valid, broken) = match std::str::from_utf8(&piece) {
@@ -155,7 +159,10 @@ mod tests {
             "line 2, not valid UTF-8: found byte 0xFC, expected a text file saved as UTF-8"
         );
         assert!(problem(b"\xff\xfea\0").starts_with("the file is UTF-16"));
-        assert!(problem(b"PK\x03\x04\0").starts_with("the file is binary"));
+        assert_eq!(
+            problem(b"a\r\nPK\x03\x04\0"),
+            "line 2, the file is binary: found byte 0x00, expected a text file saved as UTF-8"
+        );
         assert_eq!(decode("\u{feff}δ".as_bytes()), Ok("δ"));
     }
 

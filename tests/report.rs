@@ -299,7 +299,10 @@ fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows()
     assert_eq!(written.status, Some(1));
     let (opening, _) = written.report.split_once("\n## Main numbers").expect("main numbers");
     let first = opening.lines().nth(2).unwrap_or_default();
-    assert!(first.starts_with("**Verdict: not to be quoted; these checks failed.**"), "{first}");
+    assert!(
+        first.starts_with("**Verdict: not to be quoted; these checks failed.**"),
+        "{first}"
+    );
     assert!(opening.contains("effective draws"), "{opening}");
     assert!(written.report.contains("* Not to be quoted: "));
     let good = fit(&scene_text(), "--stages least_squares,posterior", all);

@@ -175,7 +175,7 @@ fn d08_sparse_tables_and_scenes_are_refused_without_being_read() {
     sparse(&place, "runs.csv", "");
     check(&place).assert_refused(
         "zero bytes",
-        &["the file is binary: expected a text file saved as UTF-8"],
+        &["line 1, the file is binary: found byte 0x00, expected a text file saved as UTF-8"],
     );
     let place = Place::plain();
     sparse(&place, "runs.csv", &place.read("runs.csv"));
