@@ -156,7 +156,14 @@ impl<'p> Joined<'p> {
         ];
         self.unknown.push((file_name(path), table.unknown_columns().to_vec()));
         self.compared.extend(table.compared_columns(self.all.rows));
-        self.notices.extend(notices.into_iter().flatten());
+        for notice in notices.into_iter().flatten() {
+            // what is so of several sheets of a file is said once
+            let mut before = self.notices.iter_mut();
+            match before.find(|own| own.code == notice.code && own.text == notice.text) {
+                Some(own) => own.count += notice.count,
+                None => self.notices.push(notice),
+            }
+        }
         self.hashes.push(sha256);
         let sheet = table.sheet.take();
         let sheet_name = sheet.as_ref().map(|sheet| sheet.name.as_str());
