@@ -7,20 +7,23 @@
 //! | `curves.rs` | gathers the restitution of every pair against the impact speed |
 //! | `picker.rs` | writes the part in which a reader picks a pair |
 //! | `picker.js` | draws the picked pair |
+//! | `scripts.rs` | sets symbols with what stands below and above the line |
 //! | `style.css` | how it looks: on a screen by day and night, on a telephone, on paper |
 
 mod curves;
 mod picker;
+mod scripts;
 
 use std::collections::HashMap;
 
-use pulldown_cmark::{html, CowStr, Event, HeadingLevel, Options, Parser, Tag, TagEnd};
+use pulldown_cmark::{html, CowStr, Event, HeadingLevel, Options, Parser, Tag, TagEnd, TextMergeStream};
 
 use super::figures::Figure;
 use super::markdown::{escape, CAUTIONS};
 use super::markup::escaped;
 use crate::error::Error;
 pub(super) use curves::Curves;
+use scripts::{pieces, Piece};
 
 /// What a page may load: nothing but what stands in it.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
@@ -28,7 +31,8 @@ const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 
 /// The report as a page: its Markdown, the figures it shows, and the curves a reader may pick from.
 pub(super) fn page(markdown: &str, figures: &[Figure], curves: &Curves) -> Result<String, Error> {
     let picker = picker::section(curves)?;
-    let events: Vec<Event> = Parser::new_ext(markdown, Options::ENABLE_TABLES).collect();
+    let parser = Parser::new_ext(markdown, Options::ENABLE_TABLES);
+    let events: Vec<Event> = TextMergeStream::new(parser).collect();
     let headings = headings(&events);
     let figures = figures
         .iter()
@@ -151,6 +155,10 @@ fn shown<'a>(
                 shown.push(Event::End(TagEnd::TableCell));
             }
             (Event::Html(text) | Event::InlineHtml(text), None) => shown.push(Event::Text(text)),
+            (Event::Text(text), None) => shown.extend(pieces(&text).into_iter().map(|piece| match piece {
+                Piece::Plain(text) => Event::Text(text.to_owned().into()),
+                Piece::Set(html) => raw(html),
+            })),
             (event, None) => shown.push(event),
         }
     }
