@@ -23,7 +23,7 @@ pub(crate) const MOST_OF_PIPE: u64 = 64 * MIB;
 pub(crate) const MOST_OF_WORKBOOK: u64 = 64 * MIB;
 pub(crate) const MOST_UNPACKED: u64 = 1024 * MIB;
 
-/// Bytes of the longest Parquet table, or part of one, that is held as a whole.
+/// Bytes of the longest Parquet table of which every run is kept.
 pub(crate) const MOST_OF_PARQUET: u64 = 2048 * MIB;
 
 /// Bytes of the longest line of a table, and of the longest row, which a quote may carry over several lines.
@@ -87,9 +87,7 @@ pub(crate) fn read_file(
     most: u64,
     doing: &'static str,
 ) -> Result<Vec<u8>, Error> {
-    if length > most {
-        return Err(too_large(path, &format!("{length} bytes"), most));
-    }
+    check_length(path, length, most)?;
     let fail = |error: IoError| Error::io(path, doing, error);
     let mut bytes = vec![];
     let room = bytes.try_reserve_exact(usize::try_from(length).unwrap_or(usize::MAX));
@@ -100,6 +98,14 @@ pub(crate) fn read_file(
         return Err(too_large(path, "more", most));
     }
     Ok(bytes)
+}
+
+/// Fails where a file of such a length has more than so many bytes.
+pub(crate) fn check_length(path: &Path, length: u64, most: u64) -> Result<(), Error> {
+    match length > most {
+        true => Err(too_large(path, &format!("{length} bytes"), most)),
+        false => Ok(()),
+    }
 }
 
 fn too_large(path: &Path, found: &str, most: u64) -> Error {

@@ -1,5 +1,7 @@
 //! Checks rows of cells one after the other, and gathers their runs or what is wrong with them.
 
+use std::borrow::Cow;
+
 use super::collect::{Collected, Gathering, SheetRead};
 use super::columns::{ColumnPlace, TableLayout};
 use super::decimals::{parse_number, Decimals};
@@ -12,21 +14,23 @@ use crate::scene::{RunColumn, Scene};
 
 /// A cell that is not empty.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cell<'c> {
-    /// as a message shows it
-    pub text: &'c str,
-    pub holds: Holds,
-}
-
-/// What a cell holds.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Holds {
-    /// its text, which may be a number
-    Text,
+pub(super) enum Cell<'c> {
+    /// a text, which may be a number
+    Text(&'c str),
     /// a number
     Number(f64),
-    /// what is neither; what is amiss with it
-    Neither(&'static str),
+    /// what is neither, as a message shows it, and what is amiss with it
+    Other(&'c str, &'static str),
+}
+
+impl<'c> Cell<'c> {
+    /// As a message shows it.
+    fn text(self) -> Cow<'c, str> {
+        match self {
+            Cell::Text(text) | Cell::Other(text, _) => text.into(),
+            Cell::Number(number) => number.to_string().into(),
+        }
+    }
 }
 
 /// The runs of a table as far as it was read, and what is wrong with them.
@@ -49,14 +53,15 @@ impl<'s> CheckedRows<'s> {
             layout,
             words: RunColumn::words().filter_map(placed).collect(),
             numbers: RunColumn::numbers().filter_map(placed).collect(),
-            collected: Collected::with_capacity(0, checker.has_film_ratio, &layout.remarks),
+            collected: Collected::new(checker.has_film_ratio, &layout.remarks),
             checker,
             decimals: Decimals::default(),
             refusals: Refusals::new(layout),
         }
     }
 
-    /// Adds the row at a place of the file; `texts` are all its cells, `cell` gives what it has in a column of the table.
+    /// Adds the row at a place of the file; `texts` are all its cells that may say that it is no run, `cell` gives what it has
+    /// in a column of the table.
     pub fn add<'c>(
         &mut self,
         at: CellPlace,
@@ -64,10 +69,13 @@ impl<'s> CheckedRows<'s> {
         cell: impl Fn(&ColumnPlace) -> Option<Cell<'c>>,
     ) {
         let layout = self.layout;
+        let mut words: [Option<Cow<str>>; RunColumn::ALL.len()] = Default::default();
+        for (word, (_, place)) in words.iter_mut().zip(&self.words) {
+            *word = cell(place).map(Cell::text);
+        }
         let mut row: RawRow<'_> = layout.row_before_its_cells();
-        for (column, place) in self.words.iter().copied() {
-            let text = cell(place).map(|cell| cell.text);
-            row.set_word(column, text.and_then(|text| layout.read(column, text)));
+        for (word, (column, _)) in words.iter().zip(&self.words) {
+            row.set_word(*column, word.as_deref().and_then(|text| layout.read(*column, text)));
         }
         self.collected.count(at.number(), row.run);
         // of a run that is left out nothing else is read
@@ -76,7 +84,7 @@ impl<'s> CheckedRows<'s> {
             return;
         }
         let runs = layout.place(RunColumn::Runs).and_then(&cell);
-        let is_mean_of_runs = runs.is_some_and(|cell| parse_number(cell.text).is_ok_and(|runs| runs.value > 1.0));
+        let is_mean_of_runs = runs.is_some_and(|cell| parse_number(&cell.text()).is_ok_and(|runs| runs.value > 1.0));
         let names_spheres = |index| layout.place(RunColumn::Particle).is_some_and(|at| at.index == index);
         let marks_no_run = |(index, text): &(usize, &str)| {
             if self.knows(*index, text, &row) {
@@ -112,8 +120,8 @@ impl<'s> CheckedRows<'s> {
         }
         for bad in bad {
             self.refusals.cell(at, bad, |column| {
-                let text = cell(layout.place(column)?)?.text.trim();
-                (!text.is_empty()).then(|| quoted(text))
+                let text = cell(layout.place(column)?)?.text();
+                (!text.trim().is_empty()).then(|| quoted(text.trim()))
             });
         }
     }
@@ -131,16 +139,14 @@ impl<'s> CheckedRows<'s> {
 
     /// The number in a cell, or what was expected of it.
     fn number(&mut self, column: RunColumn, cell: Option<Cell>, at: CellPlace) -> Result<Option<f64>, String> {
-        let Some(cell) = cell else {
-            return Ok(None);
-        };
-        match cell.holds {
-            Holds::Text => {
-                let text = self.layout.read(column, cell.text);
+        match cell {
+            None => Ok(None),
+            Some(Cell::Text(text)) => {
+                let text = self.layout.read(column, text);
                 text.map(|text| self.decimals.read(text, column, at)).transpose()
             }
-            Holds::Number(value) => Ok(self.layout.read_number(column, value)),
-            Holds::Neither(why) => Err(format!("expected a number{why}")),
+            Some(Cell::Number(value)) => Ok(self.layout.read_number(column, value)),
+            Some(Cell::Other(_, why)) => Err(format!("expected a number{why}")),
         }
     }
 

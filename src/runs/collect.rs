@@ -94,24 +94,6 @@ pub(super) struct RunsAsRead {
 impl RunsAsRead {
     pub const NO_LIQUID: u32 = u32::MAX;
 
-    /// Room for so many runs.
-    pub fn with_capacity(runs: usize, has_film_ratio: bool) -> RunsAsRead {
-        let numbers = || Vec::with_capacity(runs);
-        RunsAsRead {
-            particle: Vec::with_capacity(runs),
-            liquid: Vec::with_capacity(runs),
-            diameter: numbers(),
-            film: numbers(),
-            impact_speed: numbers(),
-            restitution: numbers(),
-            film_ratio: if has_film_ratio { numbers() } else { vec![] },
-            row: Vec::with_capacity(runs),
-            errors: MeasurementErrors::default(),
-            count: vec![],
-            stuck: vec![],
-        }
-    }
-
     /// Whether a run stuck, where restitutions up to `limit` do.
     pub fn is_stuck(&self, run: usize, limit: f64) -> bool {
         self.stuck.get(run).copied().unwrap_or(self.restitution[run] <= limit)
@@ -294,7 +276,7 @@ pub(super) fn too_many_rows(rows: usize, scene: &Scene) -> Option<Problem> {
 const CLEAR_EXCLUDE: &str = "clear the word in the column `exclude` to use those excluded";
 
 /// Runs of a block, at least.
-pub(super) const BLOCK: usize = 1 << 19;
+const BLOCK: usize = 1 << 19;
 
 impl Gathering<'_> {
     /// Whether all runs are held.
@@ -302,20 +284,11 @@ impl Gathering<'_> {
         matches!(self, Gathering::Whole)
     }
 
-    /// How many of so many rows are held at once, about.
-    pub fn held(&self, rows: usize) -> usize {
-        match self {
-            Gathering::Whole => rows,
-            Gathering::Blocks(_) => rows.min(BLOCK),
-        }
-    }
-
     /// Gives away what was gathered, where that is enough.
     pub fn after(&mut self, collected: &mut Collected) {
         if let Gathering::Blocks(take) = self {
             if collected.columns.restitution.len() >= BLOCK {
-                let next = RunsAsRead::with_capacity(BLOCK, collected.has_film_ratio);
-                take(std::mem::replace(&mut collected.columns, next));
+                take(std::mem::take(&mut collected.columns));
             }
         }
     }
@@ -352,10 +325,9 @@ pub(super) struct Collected {
 const NAMED: usize = 5;
 
 impl Collected {
-    pub fn with_capacity(rows: usize, has_film_ratio: bool, remarks: &HeaderRemarks) -> Self {
+    /// Of a table of which no row was read yet.
+    pub fn new(has_film_ratio: bool, remarks: &HeaderRemarks) -> Self {
         Collected {
-            columns: RunsAsRead::with_capacity(rows, has_film_ratio),
-            rows: 0,
             has_film_ratio,
             remarks: remarks.clone(),
             ..Collected::default()

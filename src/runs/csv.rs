@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read};
 
-use super::checked_rows::{Cell, CheckedRows, Holds};
+use super::checked_rows::{Cell, CheckedRows};
 use super::collect::{Collected, Gathering};
 use super::columns::{Header, TableLayout};
 use super::decimals::separator_of;
@@ -163,10 +163,7 @@ impl<R: Read> Csv<R> {
                 continue;
             }
             rows.add(CellPlace::Line(line), record.cells(), |place| {
-                Some(Cell {
-                    text: record.cell(place.index)?,
-                    holds: Holds::Text,
-                })
+                record.cell(place.index).map(Cell::Text)
             });
             rows.give_away(gathering);
         }

@@ -13,9 +13,10 @@ use serde::{Deserialize, Serialize};
 use super::collect::{Collected, RunsAsRead, CONDENSED_RUNS};
 use super::film_groups::FilmGroup;
 use super::impacts::arrange_part;
-use super::pieces::{sha256_of, Piece, Pieces};
+use super::pieces::{Piece, Pieces};
 use super::series::{ClassCells, DryGroup, Runs, Series};
 use super::slabs::Slabs;
+use super::source::TableSource;
 use super::spheres::check_spheres;
 use super::stated_errors::check_stated_errors;
 use super::table::{read, AllTables, Joined, Table};
@@ -78,8 +79,8 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
     let (outlines, hashes) = rayon::join(
         || few_at_once(&own_pieces, |piece| outline(scene, pieces, piece, share)),
         || {
-            let own = own_tables.iter();
-            own.map(|file| sha256_of(&tables[*file as usize])).collect()
+            let own = own_tables.iter().map(|file| tables[*file as usize].path.as_path());
+            own.map(|path| TableSource::open(path)?.sha256(path)).collect()
         },
     );
     let hashes: Result<Vec<String>, Error> = hashes;
@@ -307,7 +308,7 @@ impl<'c> Tree<'c> {
 impl Runs {
     /// The columns of a table again, in this order.
     fn as_read(&self, has_film_ratio: bool) -> RunsAsRead {
-        let mut all = RunsAsRead::with_capacity(self.len(), has_film_ratio);
+        let mut all = RunsAsRead::default();
         for group in &self.dry {
             for _ in group.runs() {
                 all.particle.push(group.particle as u32);

@@ -24,9 +24,8 @@
 //! | `records.rs` | cuts a CSV into records and their cells with csv-core; the only file that names it |
 //! | `csv.rs` | reads CSV in the order of the file, its runs or what is wrong with them |
 //! | `parquet_footer.rs` | checks the counts a Parquet file states before memory is allocated by them |
-//! | `parquet_parts.rs` | takes a part of a Parquet file as a file of its own |
 //! | `new_run.rs` | holds one run to be written |
-//! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` and `parquet_parts.rs` the only file that names it |
+//! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` the only file that names it |
 //! | `hidden_rows.rs` | finds the rows of a sheet that its workbook hides |
 //! | `workbook.rs` | reads a sheet of a spreadsheet with calamine; the only file that names it |
 //! | `source.rs` | opens a table, and reads no more of it than a format may have |
@@ -74,7 +73,6 @@ mod new_run;
 mod other_quantities;
 mod parquet;
 mod parquet_footer;
-mod parquet_parts;
 mod part;
 mod pieces;
 mod places;
@@ -130,6 +128,7 @@ use survey::Survey;
 use workbook::Workbook;
 
 use crate::error::{quoted, Error, Problem};
+use crate::files::MOST_OF_PARQUET;
 use crate::scene::{HiddenRows, Naming, Scene, TableFile};
 
 /// Puts simulated runs in order, as [`read`] does those of a file.
@@ -161,7 +160,7 @@ pub fn draft_scene(file: &TableFile, runs: &str) -> Result<Draft, Error> {
     let refused = |problems: Vec<Problem>| Error::input(&file.shown(), problems);
     let mut source = TableSource::open(path)?;
     let mut survey = if file.ends_with(".parquet") {
-        parquet::survey_parquet(&source.parquet(path)?).map_err(refused)?
+        parquet::survey_parquet(source.parquet(path, MOST_OF_PARQUET)?).map_err(refused)?
     } else if file.ends_with(TableFile::WORKBOOK) {
         survey_workbook(&source.workbook(path)?, file.sheet.as_deref()).map_err(refused)?
     } else {

@@ -1,66 +1,144 @@
-//! Reads and writes Parquet with polars. The only file that names polars.
+//! Reads and writes Parquet with polars; with `parquet_footer.rs` the only file that names it.
 
 use std::fs::File;
 use std::io::{Cursor, Write};
+use std::ops::Range;
 
+use polars::io::mmap::MmapBytesReader;
 use polars::prelude::*;
 
+use super::checked_rows::{Cell, CheckedRows};
 use super::collect::{too_many_rows, Collected, Gathering};
 use super::columns::{ColumnPlace, Header, TableLayout};
 use super::csv::too_many_columns;
-use super::decimals::Decimals;
 use super::new_run::NewRun;
-use super::parquet_footer;
-use super::parquet_parts::ParquetParts;
-use super::raw_row::BadCell;
+use super::parquet_footer::{check_counts, check_footer, check_mark};
 use super::refusals::{readable, unreadable, CellPlace, Refusals, Refused};
-use super::row::{check_row, RowChecker};
 use super::survey::Survey;
-use crate::error::{quoted, Problem};
+use crate::error::Problem;
 use crate::files::MOST_COLUMNS;
 use crate::scene::{Naming, RunColumn, Scene};
 
-/// Checks the last bytes of a Parquet file, before it is read as a whole.
-pub(super) fn parquet_ends(end: &[u8]) -> Result<(), Vec<Problem>> {
-    polars(|| parquet_footer::check_mark(end))
+/// Where the bytes of a Parquet table are.
+#[derive(Clone, Copy)]
+pub(super) enum ParquetBytes<'b> {
+    /// of which no more is read than the values that are asked for
+    File(&'b File),
+    /// what a pipe held
+    Held(&'b [u8]),
 }
 
-/// The columns of a Parquet file with their types.
-fn schema_of(bytes: &[u8]) -> Result<(Arc<ArrowSchema>, Vec<String>), Vec<Problem>> {
-    polars(|| parquet_footer::check_footer(bytes))?;
-    let schema = polars(|| ParquetReader::new(Cursor::new(bytes)).schema())?;
-    let header: Vec<String> = schema.iter_names().map(|name| name.to_string()).collect();
-    if header.len() > MOST_COLUMNS {
-        return Err(vec![too_many_columns(header.len(), None)]);
+impl<'b> ParquetBytes<'b> {
+    /// Checks that its end is one of Parquet, before anything else is read.
+    pub fn check_mark(self) -> Result<(), Vec<Problem>> {
+        polars(|| check_mark(self.reader()?))
     }
-    Ok((schema, header))
+
+    fn reader(self) -> std::io::Result<Box<dyn MmapBytesReader + 'b>> {
+        Ok(match self {
+            ParquetBytes::File(file) => Box::new(file.try_clone()?),
+            ParquetBytes::Held(bytes) => Box::new(Cursor::new(bytes)),
+        })
+    }
 }
 
-/// Reads a Parquet file for what stands in its columns; of a column of a type that runs cannot have, only its name is told.
-pub(super) fn survey_parquet(bytes: &[u8]) -> Result<Survey, Vec<Problem>> {
-    let (schema, header) = schema_of(bytes)?;
+/// A Parquet table whose footer could be read.
+pub(super) struct ParquetTable<'b> {
+    bytes: ParquetBytes<'b>,
+    schema: Arc<ArrowSchema>,
+    /// how many rows it says it has
+    pub rows: usize,
+}
+
+impl<'b> ParquetTable<'b> {
+    pub fn open(bytes: ParquetBytes<'b>) -> Result<ParquetTable<'b>, Vec<Problem>> {
+        polars(|| check_footer(bytes.reader()?))?;
+        let (schema, rows) = polars(|| {
+            let mut reader = ParquetReader::new(bytes.reader()?);
+            Ok((reader.schema()?, reader.num_rows()?))
+        })?;
+        if schema.len() > MOST_COLUMNS {
+            return Err(vec![too_many_columns(schema.len(), None)]);
+        }
+        Ok(ParquetTable { bytes, schema, rows })
+    }
+
+    fn header(&self) -> Header {
+        Header {
+            names: self.schema.iter_names().map(|name| name.to_string()).collect(),
+            ..Header::default()
+        }
+    }
+
+    fn type_of(&self, column: &str) -> Option<&ArrowDataType> {
+        self.schema.get(column).map(|field| &field.dtype)
+    }
+
+    /// Whether a number is to be read from a text: what separates its decimals all rows tell together.
+    pub fn has_number_texts(&self, naming: &Naming) -> Result<bool, Vec<Problem>> {
+        let header = self.header();
+        let layout = TableLayout::new(&header, naming)?;
+        let is_number_text = |(column, place): &(RunColumn, &ColumnPlace)| {
+            column.is_number() && self.type_of(&place.name).is_some_and(is_text)
+        };
+        Ok(wanted(&layout).iter().any(is_number_text))
+    }
+
+    /// Refuses columns of a type that runs cannot have.
+    fn check_types(&self, layout: &TableLayout) -> Result<(), Refused> {
+        let mut refusals = Refusals::new(layout);
+        for (column, place) in wanted(layout) {
+            let is_number = column.is_number();
+            let is_yes_or_no = |given: &ArrowDataType| column == RunColumn::Exclude && given == &ArrowDataType::Boolean;
+            let given = self.type_of(&place.name);
+            if let Some(given) = given.filter(|given| !is_readable(given, is_number) && !is_yes_or_no(given)) {
+                let expected = if is_number { "32- or 64-bit numbers" } else { "texts" };
+                refusals.other(Problem {
+                    line: None,
+                    place: format!("column {}", place.name),
+                    found: Some(format!("type {given:?}")),
+                    expected: format!("expected {expected}"),
+                });
+            }
+        }
+        refusals.or(())
+    }
+
+    /// Checks that some columns hold the rows that are said to be there.
+    fn check_counts(&self, columns: &[String], rows: &Range<usize>) -> Result<(), Vec<Problem>> {
+        polars(|| check_counts(self.bytes.reader()?, columns, rows))
+    }
+
+    /// Some columns from a row on, of as many rows as are in memory at once.
+    fn read(&self, columns: &[String], first: usize, end: usize) -> Result<DataFrame, Vec<Problem>> {
+        polars(|| {
+            let reader = ParquetReader::new(self.bytes.reader()?).with_columns(Some(columns.to_vec()));
+            let rows = ROWS_AT_ONCE.min(end - first);
+            reader.with_slice(Some((first, rows))).set_rechunk(true).finish()
+        })
+    }
+}
+
+/// Rows that are in memory at once as the file has them: a few of the blocks that `simulate` writes.
+const ROWS_AT_ONCE: usize = 1 << 19;
+
+/// Reads a Parquet table for what stands in its columns; of a column of a type that runs cannot have, only its name is told.
+pub(super) fn survey_parquet(bytes: ParquetBytes) -> Result<Survey, Vec<Problem>> {
+    let table = ParquetTable::open(bytes)?;
+    let header = table.header();
     let is_known = |name: &&String| {
-        let field = schema.get(name.as_str());
-        field.is_some_and(|field| is_readable(&field.dtype, true) || is_readable(&field.dtype, false))
+        let given = table.type_of(name);
+        given.is_some_and(|given| is_readable(given, true) || is_readable(given, false))
     };
-    let known: Vec<String> = header.iter().filter(is_known).cloned().collect();
-    polars(|| parquet_footer::check_counts(bytes, &known))?;
-    let mut survey = Survey::new(Header {
-        names: header,
-        ..Header::default()
-    });
-    let rows_of_file = polars(|| ParquetReader::new(Cursor::new(bytes)).num_rows())?;
+    let known: Vec<String> = header.names.iter().filter(is_known).cloned().collect();
+    table.check_counts(&known, &(0..table.rows))?;
+    let mut survey = Survey::new(header);
     if known.is_empty() {
-        survey.rows = rows_of_file;
+        survey.rows = table.rows;
         return Ok(survey);
     }
-    let to_read = rows_of_file;
-    for first in (0..to_read).step_by(ROWS_AT_ONCE) {
-        let frame = polars(|| {
-            let reader = ParquetReader::new(Cursor::new(bytes)).with_columns(Some(known.clone()));
-            let rows = ROWS_AT_ONCE.min(rows_of_file - first);
-            reader.with_slice(Some((first, rows))).finish()
-        })?;
+    for first in (0..table.rows).step_by(ROWS_AT_ONCE) {
+        let frame = table.read(&known, first, table.rows)?;
         let mut columns = vec![];
         for column in &survey.columns {
             let texts = match frame.column(&column.name) {
@@ -80,159 +158,91 @@ pub(super) fn survey_parquet(bytes: &[u8]) -> Result<Survey, Vec<Problem>> {
     Ok(survey)
 }
 
-/// The parts of a Parquet file, of so many rows each or a few more.
-///
-/// `None` where it is to be read as a whole, as what separates the decimals of a text is told by all of them.
-/// Fails where there is no telling.
-pub(super) fn parts(
-    file: &mut File,
-    length: u64,
-    rows: usize,
-    naming: &Naming,
-) -> Result<Option<ParquetParts>, Vec<Problem>> {
-    let footer = polars(|| Ok(parquet_footer::footer(file, length)?))?;
-    let (schema, header) = schema_of(&footer)?;
-    let layout = layout(header, naming)?;
-    let is_in_parts = !has_number_texts(&schema, &layout);
-    Ok(is_in_parts
-        .then(|| ParquetParts::of(&footer, length, rows, names(&layout)))
-        .flatten())
-}
-
-fn layout(names: Vec<String>, naming: &Naming) -> Result<TableLayout<'_>, Vec<Problem>> {
-    let header = Header {
-        names,
-        ..Header::default()
-    };
-    TableLayout::new(&header, naming)
-}
-
-/// Whether a number is to be read from a text.
-fn has_number_texts(schema: &ArrowSchema, layout: &TableLayout) -> bool {
-    wanted(layout).into_iter().any(|(column, place)| {
-        let given = schema.get(&place.name).map(|field| &field.dtype);
-        column.is_number() && given.is_some_and(is_text)
-    })
-}
-
-/// Reads a Parquet file, or a part of one after so many rows of it. Fails with every bad cell named by row and column.
+/// Reads some rows of a Parquet table. Fails with every bad cell named by row and column.
 pub(super) fn read_parquet(
-    bytes: &[u8],
+    table: &ParquetTable,
     scene: &Scene,
-    rows_before: usize,
+    rows: Range<usize>,
     gathering: &mut Gathering,
 ) -> Result<Collected, Refused> {
-    let (schema, header) = schema_of(bytes)?;
-    let layout = layout(header, &scene.data.naming)?;
-    let wanted = wanted(&layout);
-    let mut refusals = Refusals::new(&layout);
-    for (column, place) in &wanted {
-        let is_number = column.is_number();
-        let given = schema.get(&place.name).map(|field| &field.dtype);
-        let is_yes_or_no = |given: &ArrowDataType| *column == RunColumn::Exclude && given == &ArrowDataType::Boolean;
-        if let Some(given) = given.filter(|given| !is_readable(given, is_number) && !is_yes_or_no(given)) {
-            let expected = if is_number { "32- or 64-bit numbers" } else { "texts" };
-            refusals.other(Problem {
-                line: None,
-                place: format!("column {}", place.name),
-                found: Some(format!("type {given:?}")),
-                expected: format!("expected {expected}"),
-            });
-        }
-    }
-    refusals.or(())?;
+    let header = table.header();
+    let layout = TableLayout::new(&header, &scene.data.naming)?;
+    table.check_types(&layout)?;
     // only what is used: another column may have a type this reader does not know
-    let names = names(&layout);
-    polars(|| parquet_footer::check_counts(bytes, &names))?;
-    let rows = polars(|| ParquetReader::new(Cursor::new(bytes)).num_rows())?;
+    let names: Vec<String> = wanted(&layout).iter().map(|(_, place)| place.name.clone()).collect();
+    table.check_counts(&names, &rows)?;
     // what a few bytes may claim is not kept to be refused then
-    if let Some(problem) = gathering.is_whole().then(|| too_many_rows(rows, scene)).flatten() {
+    if let Some(problem) = gathering.is_whole().then(|| too_many_rows(rows.len(), scene)).flatten() {
         return Err(vec![problem].into());
     }
-    let at_once = if has_number_texts(&schema, &layout) {
-        rows.max(1)
-    } else {
-        ROWS_AT_ONCE
+    let mut checked = CheckedRows::new(&layout, scene);
+    let read = |first: usize| {
+        (first < rows.end)
+            .then(|| table.read(&names, first, rows.end))
+            .transpose()
     };
-    let has_film_ratio = layout.gives(RunColumn::FilmRatio);
-    let mut checker = RowChecker::new(scene, has_film_ratio);
-    let mut collected = Collected::with_capacity(gathering.held(rows), has_film_ratio, &layout.remarks);
-    let mut refusals = Refusals::new(&layout);
-    let read = |first: usize| -> Result<DataFrame, Vec<Problem>> {
-        polars(|| {
-            let reader = ParquetReader::new(Cursor::new(bytes)).with_columns(Some(names.clone()));
-            let rows = at_once.min(rows.saturating_sub(first));
-            reader.with_slice(Some((first, rows))).finish()
-        })
-    };
-    let (mut first, mut next) = (0, read(0)?);
-    loop {
-        let frame = typed(next, &layout)?;
-        let after = first + at_once;
-        let (collecting, following) = rayon::join(
+    let (mut first, mut next) = (rows.start, read(rows.start)?);
+    while let Some(frame) = next {
+        let after = first + ROWS_AT_ONCE;
+        let (added, following) = rayon::join(
             || {
-                let before = rows_before + first;
-                collect(&frame, &layout, &mut checker, &mut collected, (before, &mut refusals))?;
-                gathering.after(&mut collected);
-                Ok::<(), Vec<Problem>>(())
+                let added = add_rows(&mut checked, &layout, frame, first);
+                checked.give_away(gathering);
+                added
             },
-            || (after < rows).then(|| read(after)).transpose(),
+            || read(after),
         );
-        collecting?;
-        match following? {
-            Some(frame) => (first, next) = (after, frame),
-            None => return refusals.or(collected),
-        }
+        added?;
+        (first, next) = (after, following?);
     }
+    checked.finish()
 }
 
-/// Rows that are in memory at once as the file has them: a few of the blocks that `simulate` writes.
-const ROWS_AT_ONCE: usize = 1 << 19;
+type Numbers = <Float64Type as PolarsDataType>::Array;
+type Texts = <StringType as PolarsDataType>::Array;
 
-/// The columns in use as numbers and texts; fails with every text that is no number.
-fn typed(frame: DataFrame, layout: &TableLayout) -> Result<DataFrame, Refused> {
-    let mut refusals = Refusals::new(layout);
+/// The values of a column.
+enum Values<'f> {
+    Numbers(&'f Numbers),
+    Texts(&'f Texts),
+}
+
+/// Adds the rows of a frame that begins after so many rows of the file.
+fn add_rows(
+    checked: &mut CheckedRows,
+    layout: &TableLayout,
+    frame: DataFrame,
+    before: usize,
+) -> Result<(), Vec<Problem>> {
     let mut columns = vec![];
-    let mut decimals = Decimals::default();
     for (column, place) in wanted(layout) {
         let given = polars(|| frame.column(&place.name))?;
-        let is_number = column.is_number();
-        columns.push(if is_number && given.dtype() == &DataType::String {
-            numbers(given, (column, layout), &mut decimals, &mut refusals)
-        } else if is_number {
-            polars(|| given.cast(&DataType::Float64))?
-        } else {
-            polars(|| given.cast(&DataType::String))?
-        });
+        let is_number = column.is_number() && given.dtype() != &DataType::String;
+        let wanted = if is_number { DataType::Float64 } else { DataType::String };
+        columns.push((place.index, polars(|| given.cast(&wanted))?));
     }
-    decimals.finish(&mut refusals);
-    refusals.or(())?;
-    let mut frame = polars(|| DataFrame::new(frame.height(), columns))?;
-    frame.align_chunks_par();
-    Ok(frame)
+    let mut values: Vec<Option<Values>> = (0..layout.width).map(|_| None).collect();
+    for (index, column) in &columns {
+        // the frame is in memory: a panic here is none of a damaged file
+        let own = match column.dtype() {
+            DataType::Float64 => column.f64().map(|own| Values::Numbers(own.downcast_as_array())),
+            _ => column.str().map(|own| Values::Texts(own.downcast_as_array())),
+        };
+        values[*index] = Some(own.map_err(|error| unreadable(PARQUET, &error))?);
+    }
+    for row in 0..frame.height() {
+        let cell = |place: &ColumnPlace| match values[place.index].as_ref()? {
+            Values::Numbers(numbers) => number_at(numbers, row).map(Cell::Number),
+            Values::Texts(texts) => texts.get(row).map(Cell::Text),
+        };
+        checked.add(CellPlace::Row(before + row + 1), std::iter::empty(), cell);
+    }
+    Ok(())
 }
 
-/// Collects the checked runs of a frame that begins with this row of the file.
-fn collect(
-    frame: &DataFrame,
-    layout: &TableLayout,
-    checker: &mut RowChecker,
-    collected: &mut Collected,
-    (first, refusals): (usize, &mut Refusals),
-) -> Result<(), Vec<Problem>> {
-    let mut refused = |row: usize, bad: BadCell| {
-        refusals.cell(CellPlace::Row(first + row + 1), bad, |column| {
-            let cell = frame.column(&layout.place(column)?.name).ok()?.get(row).ok()?;
-            match cell {
-                AnyValue::Null => None,
-                AnyValue::String(text) => (!text.trim().is_empty()).then(|| quoted(text)),
-                AnyValue::Float64(value) => Some(quoted(&value.to_string())),
-                value => Some(quoted(&value.to_string())),
-            }
-        });
-    };
-    // the frame is in memory: a panic here is none of a damaged file
-    collect_rows(frame, layout, checker, collected, &mut refused).map_err(|error| unreadable(PARQUET, &error))
+fn number_at(numbers: &Numbers, row: usize) -> Option<f64> {
+    let present = numbers.validity().is_none_or(|present| present.get(row) == Some(true));
+    numbers.values().get(row).copied().filter(|_| present)
 }
 
 /// What a file is called that is to be Parquet.
@@ -269,101 +279,6 @@ fn wanted<'l>(layout: &'l TableLayout) -> Vec<(RunColumn, &'l ColumnPlace)> {
         .filter(|column| *column != RunColumn::Run)
         .filter_map(|column| layout.place(column).map(|place| (column, place)))
         .collect()
-}
-
-/// The names in the file of the columns in use.
-fn names(layout: &TableLayout) -> Vec<String> {
-    let wanted = wanted(layout).into_iter();
-    wanted.map(|(_, place)| place.name.clone()).collect()
-}
-
-/// Numbers that a column holds as text, by the rules of a text file.
-fn numbers(
-    given: &Column,
-    (column, layout): (RunColumn, &TableLayout),
-    decimals: &mut Decimals,
-    refusals: &mut Refusals,
-) -> Column {
-    let texts = given
-        .str()
-        .map(|texts| texts.iter().collect::<Vec<_>>())
-        .unwrap_or_default();
-    let mut values: Vec<Option<f64>> = Vec::with_capacity(texts.len());
-    for (row, text) in texts.into_iter().enumerate() {
-        let place = CellPlace::Row(row + 1);
-        let cell = text.and_then(|text| layout.read(column, text));
-        match cell.map(|cell| decimals.read(cell, column, place)).transpose() {
-            Ok(value) => values.push(value),
-            Err(expected) => {
-                values.push(None);
-                refusals.cell(place, BadCell { column, expected }, |_| cell.map(quoted));
-            }
-        }
-    }
-    Column::new(given.name().clone(), values)
-}
-
-type NumberArray = <Float64Type as PolarsDataType>::Array;
-
-fn number_at(array: &NumberArray, row: usize) -> Option<f64> {
-    let present = array.validity().is_none_or(|present| present.get(row) == Some(true));
-    array.values().get(row).copied().filter(|_| present)
-}
-
-/// Checks every row of a frame whose chunks are aligned. Every wrong cell goes to `refused` with its row.
-fn collect_rows(
-    frame: &DataFrame,
-    layout: &TableLayout,
-    checker: &mut RowChecker,
-    collected: &mut Collected,
-    refused: &mut dyn FnMut(usize, BadCell),
-) -> PolarsResult<()> {
-    let mut words = vec![];
-    let mut numbers = vec![];
-    for (column, place) in wanted(layout) {
-        let given = frame.column(&place.name)?;
-        if column.is_number() {
-            numbers.push((column, place, given.f64()?.downcast_iter().collect::<Vec<_>>()));
-        } else {
-            words.push((column, given.str()?.downcast_iter().collect::<Vec<_>>()));
-        }
-    }
-    let has_film_ratio = layout.gives(RunColumn::FilmRatio);
-    let before = layout.row_before_its_cells();
-    let mut bad = vec![];
-    let mut rows_before = 0;
-    let lengths = frame
-        .columns()
-        .first()
-        .map(|column| column.as_materialized_series().chunk_lengths().collect::<Vec<_>>());
-    for (chunk, rows) in lengths.unwrap_or_default().into_iter().enumerate() {
-        for row in 0..rows {
-            let mut raw = before;
-            for (column, chunks) in &words {
-                raw.set_word(
-                    *column,
-                    chunks[chunk].get(row).and_then(|cell| layout.read(*column, cell)),
-                );
-            }
-            for (column, place, chunks) in &numbers {
-                let number = number_at(chunks[chunk], row).and_then(|x| layout.read_number(*column, x));
-                raw.set(*column, number.map(|x| place.to_si(x)));
-            }
-            collected.count(collected.rows as u64 + 1, None);
-            if let Some(reason) = raw.exclude {
-                collected.exclude(reason);
-                continue;
-            }
-            if let Some(row) = check_row(&raw, checker, &mut bad) {
-                collected.push(&row, has_film_ratio, checker.scene);
-            }
-            for bad in bad.drain(..) {
-                refused(rows_before + row, bad);
-            }
-        }
-        rows_before += rows;
-    }
-    Ok(())
 }
 
 /// A block of runs as columns.

@@ -3,39 +3,23 @@
 //! A damaged page that states more values than its column has makes polars ask for them all, and a refused allocation
 //! ends the process: no error, and no panic that could be caught.
 
-use std::fs::File;
-use std::io::{Cursor, Read, Seek, SeekFrom};
+use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::ops::Range;
 
+use polars::io::mmap::MmapBytesReader;
 use polars::prelude::{ParquetReader, PolarsError, PolarsResult, SerReader};
 use polars_parquet_format::thrift::protocol::TCompactInputProtocol;
 use polars_parquet_format::{PageHeader, PageType};
 
 /// What every Parquet file ends with.
-pub(super) const MARK: &[u8] = b"PAR1";
+const MARK: &[u8] = b"PAR1";
 
 /// Bytes of a file's end after the footer: its length, and the mark of the format.
-const END: usize = 8;
+const END: u64 = 8;
 
-/// The last bytes of a file of some length, as many as say what it is.
-pub(super) fn last_bytes(file: &mut File, length: u64) -> std::io::Result<Vec<u8>> {
-    let mut end = vec![];
-    file.seek(SeekFrom::Start(length.saturating_sub(END as u64)))?;
-    file.by_ref().take(END as u64).read_to_end(&mut end)?;
-    Ok(end)
-}
-
-/// The footer of a file of some length with what ends it, as far as there is one.
-pub(super) fn footer(file: &mut File, length: u64) -> std::io::Result<Vec<u8>> {
-    let end = last_bytes(file, length)?;
-    let own = end.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes)).into();
-    let mut footer = vec![];
-    file.seek(SeekFrom::Start(length.saturating_sub(END as u64).saturating_sub(own)))?;
-    file.by_ref().take(END as u64 + own).read_to_end(&mut footer)?;
-    Ok(footer)
-}
-
-/// Checks that the end of a file is one of Parquet; nothing at all is for the reader to name.
-pub(super) fn check_mark(end: &[u8]) -> PolarsResult<()> {
+/// Checks that a file ends with the mark of the format; nothing at all is for the reader to name.
+pub(super) fn check_mark(mut file: impl Read + Seek) -> PolarsResult<()> {
+    let end = last_bytes(&mut file)?;
     if end.is_empty() || end.ends_with(MARK) {
         Ok(())
     } else {
@@ -43,23 +27,31 @@ pub(super) fn check_mark(end: &[u8]) -> PolarsResult<()> {
     }
 }
 
+/// The last bytes of a file, as many as say what it is.
+fn last_bytes(file: &mut (impl Read + Seek)) -> PolarsResult<Vec<u8>> {
+    let length = file.seek(SeekFrom::End(0))?;
+    let mut end = vec![];
+    file.seek(SeekFrom::Start(length.saturating_sub(END)))?;
+    file.read_to_end(&mut end)?;
+    Ok(end)
+}
+
 /// Checks that a file's footer is a structure whose lists have no more elements than it has bytes left. A file without a
 /// footer is for the reader to name.
-pub(super) fn check_footer(bytes: &[u8]) -> PolarsResult<()> {
-    let Some(end) = bytes.len().checked_sub(END) else {
+pub(super) fn check_footer(mut file: impl Read + Seek) -> PolarsResult<()> {
+    let end = last_bytes(&mut file)?;
+    let length = file.stream_position()?;
+    let [a, b, c, d, mark @ ..] = end.as_slice() else {
         return Ok(());
     };
-    let [a, b, c, d, mark @ ..] = &bytes[end..] else {
+    let own = u64::from(u32::from_le_bytes([*a, *b, *c, *d]));
+    let Some(start) = length.checked_sub(END + own).filter(|_| mark == MARK) else {
         return Ok(());
     };
-    if mark != MARK {
-        return Ok(());
-    }
-    let length = usize::try_from(u32::from_le_bytes([*a, *b, *c, *d])).unwrap_or(usize::MAX);
-    let Some(footer) = end.checked_sub(length).and_then(|start| bytes.get(start..end)) else {
-        return Ok(());
-    };
-    match (ThriftReader { left: footer }).structure(0) {
+    let mut footer = vec![];
+    file.seek(SeekFrom::Start(start))?;
+    file.take(own).read_to_end(&mut footer)?;
+    match (ThriftReader { left: &footer }).structure(0) {
         Ok(()) => Ok(()),
         Err(ThriftError::TooLong) => refuse("its footer claims more parts than it holds".to_owned()),
         Err(ThriftError::Broken) => refuse("its footer is broken".to_owned()),
@@ -188,34 +180,45 @@ impl ThriftReader<'_> {
     }
 }
 
-/// Checks that in some columns, all of single values, the pages hold what their row groups state and these what the file
-/// states, and that so many values fit into memory.
-pub(super) fn check_counts(bytes: &[u8], columns: &[String]) -> PolarsResult<()> {
-    let mut reader = ParquetReader::new(Cursor::new(bytes));
-    let file = reader.get_metadata()?;
-    let rows = file
+/// Checks that some columns, all of single values, hold some rows of a file: that its row groups have as many rows as it
+/// states, that the pages of those with such rows have as many values, and that so many fit into memory.
+pub(super) fn check_counts(
+    mut file: impl MmapBytesReader,
+    columns: &[String],
+    wanted: &Range<usize>,
+) -> PolarsResult<()> {
+    /// bytes that are fetched at once: a page header has a few dozen, and statistics may hold two texts more
+    const FETCHED: usize = 1 << 9;
+    let about = ParquetReader::new(&mut file).get_metadata()?.clone();
+    let rows = about
         .row_groups
         .iter()
         .try_fold(0_usize, |rows, group| rows.checked_add(group.num_rows()));
-    if rows != Some(file.num_rows) {
+    if rows != Some(about.num_rows) {
         return refuse(format!(
             "its row groups do not hold the {} rows it claims",
-            file.num_rows
+            about.num_rows
         ));
     }
     let mut room: Vec<[f64; 2]> = vec![];
-    if room.try_reserve_exact(file.num_rows).is_err() {
-        return refuse(format!("{} rows, as it claims, do not fit into memory", file.num_rows));
+    if room.try_reserve_exact(wanted.len()).is_err() {
+        return refuse(format!("{} rows, as it claims, do not fit into memory", wanted.len()));
     }
+    let length = file.seek(SeekFrom::End(0))?;
+    let mut file = BufReader::with_capacity(FETCHED, file);
     for column in columns {
-        for group in &file.row_groups {
+        let mut after = 0;
+        for group in &about.row_groups {
+            let first = after;
+            after += group.num_rows();
+            if first >= wanted.end || after <= wanted.start {
+                continue;
+            }
             for chunk in group.columns_under_root_iter(column).into_iter().flatten() {
                 let rows = group.num_rows() as u64;
-                let counts = (
-                    u64::try_from(chunk.num_values()),
-                    values(bytes, chunk.byte_range(), rows),
-                );
-                if counts != (Ok(rows), Some(rows)) {
+                let pages = Some(chunk.byte_range()).filter(|pages| pages.end <= length);
+                let held = pages.and_then(|pages| values(&mut file, pages, rows));
+                if (u64::try_from(chunk.num_values()), held) != (Ok(rows), Some(rows)) {
                     return refuse(format!("the pages of column {column} do not hold its {rows} values"));
                 }
             }
@@ -230,16 +233,15 @@ fn refuse(reason: String) -> PolarsResult<()> {
 
 /// How many values the pages of a column hold by their own headers; `None` where one cannot be, or a dictionary is longer
 /// than its page.
-fn values(bytes: &[u8], pages: std::ops::Range<u64>, expected: u64) -> Option<u64> {
-    // a polars page header has a few dozen bytes; statistics may hold two texts more
+fn values(file: &mut (impl Read + Seek), pages: Range<u64>, expected: u64) -> Option<u64> {
     const LONGEST_HEADER: usize = 1 << 24;
-    let mut at = Cursor::new(bytes.get(..usize::try_from(pages.end).ok()?)?);
-    at.set_position(pages.start);
-    let mut held = 0_u64;
+    let (mut at, mut held) = (pages.start, 0_u64);
     // as polars reads them: until there are enough values, whatever follows
     while held < expected {
-        let header =
-            PageHeader::read_from_in_protocol(&mut TCompactInputProtocol::new(&mut at, LONGEST_HEADER)).ok()?;
+        file.seek(SeekFrom::Start(at)).ok()?;
+        let mut page = file.by_ref().take(pages.end.checked_sub(at)?);
+        let mut protocol = TCompactInputProtocol::new(&mut page, LONGEST_HEADER);
+        let header = PageHeader::read_from_in_protocol(&mut protocol).ok()?;
         let stated = match header.type_ {
             PageType::DATA_PAGE => header.data_page_header?.num_values,
             PageType::DATA_PAGE_V2 => header.data_page_header_v2?.num_values,
@@ -252,10 +254,8 @@ fn values(bytes: &[u8], pages: std::ops::Range<u64>, expected: u64) -> Option<u6
             _ => 0,
         };
         held = held.checked_add(u64::try_from(stated).ok()?)?;
-        at.set_position(
-            at.position()
-                .checked_add(u64::try_from(header.compressed_page_size).ok()?)?,
-        );
+        let length = u64::try_from(header.compressed_page_size).ok()?;
+        at = (pages.end - page.limit()).checked_add(length)?;
     }
     Some(held)
 }

@@ -1,17 +1,17 @@
 //! Divides tables into pieces that can be read each by itself.
 
+use std::ops::Range;
 use std::time::SystemTime;
 
 use super::collect::{Collected, Gathering, RunsAsRead};
 use super::csv::about_rows;
-use super::parquet;
+use super::parquet::{read_parquet, ParquetTable};
 use super::source::{TableSource, READ};
 use super::table::{read_workbook, refuse};
 use crate::error::Error;
 use crate::scene::{Scene, TableFile};
-use crate::seed::Hashed;
 
-/// Rows of a piece of a Parquet file, about; a table of another format is one piece.
+/// Rows of a piece of a Parquet file, at most; a table of another format is one piece.
 const ROWS_OF_PIECE: usize = 1 << 21;
 
 /// A piece of a table.
@@ -19,8 +19,8 @@ const ROWS_OF_PIECE: usize = 1 << 21;
 pub(super) struct Piece {
     /// which of the scene's tables
     pub file: usize,
-    /// and which part of it
-    part: usize,
+    /// of a Parquet table, its rows
+    rows: Range<usize>,
 }
 
 /// The pieces of the tables of a scene, in their order.
@@ -52,7 +52,11 @@ impl Pieces {
         for (file, table) in scene.data.runs.iter().enumerate() {
             let (parts, rows) = parts_with_rows(table, scene)?;
             pieces.rows += rows;
-            pieces.all.extend((0..parts).map(|part| Piece { file, part }));
+            // of equal length, as whoever reads them may take turns
+            pieces.all.extend((0..parts).map(|part| Piece {
+                file,
+                rows: part * rows / parts..(part + 1) * rows / parts,
+            }));
         }
         Some(pieces)
     }
@@ -76,15 +80,20 @@ fn changed(table: &TableFile) -> Error {
 fn parts_with_rows(table: &TableFile, scene: &Scene) -> Option<(usize, usize)> {
     /// a workbook has no more
     const MOST_OF_SHEET: usize = 1 << 20;
+    /// polars counts no more
+    const MOST_OF_PARQUET: usize = u32::MAX as usize;
     // a pipe can be read only once
     let is_file = std::fs::metadata(&table.path).is_ok_and(|about| about.is_file());
     let mut source = is_file.then(|| TableSource::open(&table.path).ok()).flatten()?;
     let length = source.length();
     let (parts, rows) = if table.ends_with(TableFile::WORKBOOK) {
         (1, MOST_OF_SHEET)
-    } else if let (TableSource::File(file, _), true) = (&mut source, table.ends_with(".parquet")) {
-        let parts = parquet::parts(file, length, ROWS_OF_PIECE, &scene.data.naming).ok()??;
-        (parts.all.len(), parts.all.iter().map(|part| part.rows).sum())
+    } else if table.ends_with(".parquet") {
+        let parquet = ParquetTable::open(source.parquet(&table.path, u64::MAX).ok()?).ok()?;
+        if parquet.rows > MOST_OF_PARQUET || parquet.has_number_texts(&scene.data.naming).ok()? {
+            return None;
+        }
+        (parquet.rows.div_ceil(ROWS_OF_PIECE), parquet.rows)
     } else {
         (1, about_rows(source.reader().ok()?, length).ok()?)
     };
@@ -102,25 +111,15 @@ impl Piece {
     ) -> Result<Option<Collected>, Error> {
         let table = &scene.data.runs[self.file];
         let path = table.path.as_path();
-        let fail = |error: std::io::Error| Error::io(path, READ, error);
         let mut gathering = Gathering::Blocks(&mut take);
         let mut source = TableSource::open(path)?;
-        let length = source.length();
         let read = if table.ends_with(TableFile::WORKBOOK) {
             Some(read_workbook(source, table, scene)?.0)
-        } else if let (TableSource::File(file, _), true) = (&mut source, table.ends_with(".parquet")) {
-            let parts = parquet::parts(file, length, ROWS_OF_PIECE, &scene.data.naming)
-                .ok()
-                .flatten();
-            let part = parts
-                .as_ref()
-                .and_then(|parts| Some((parts, parts.all.get(self.part)?)));
-            let read = part.map(|(parts, part)| {
-                let bytes = parts.read(part, file).map_err(fail)?;
-                let read = parquet::read_parquet(&bytes, scene, part.rows_before, &mut gathering);
-                read.map_err(|refused| refuse(path, refused))
-            });
-            read.transpose()?
+        } else if table.ends_with(".parquet") {
+            let parquet = ParquetTable::open(source.parquet(path, u64::MAX)?);
+            let parquet = parquet.map_err(|problems| Error::input(path, problems))?;
+            let read = read_parquet(&parquet, scene, self.rows.clone(), &mut gathering);
+            Some(read.map_err(|refused| refuse(path, refused))?)
         } else {
             let table = source.csv(path, &scene.data.naming).ok();
             let read = table.and_then(|table| table.runs(scene, &mut gathering).ok());
@@ -137,13 +136,4 @@ impl Piece {
     pub fn changed(&self, scene: &Scene) -> Error {
         changed(&scene.data.runs[self.file])
     }
-}
-
-/// SHA-256 of a table.
-pub(super) fn sha256_of(table: &TableFile) -> Result<String, Error> {
-    let fail = |error: std::io::Error| Error::io(&table.path, READ, error);
-    let mut source = TableSource::open(&table.path)?;
-    let mut hashed = Hashed::new(source.reader().map_err(fail)?);
-    std::io::copy(&mut hashed, &mut std::io::sink()).map_err(fail)?;
-    Ok(hashed.sha256())
 }

@@ -14,7 +14,7 @@ pub(super) struct RowLines {
     /// labels with their rows, in order
     labels: Vec<(u32, String)>,
     /// last line that was read
-    pub last: u64,
+    last: u64,
 }
 
 impl RowLines {
@@ -35,10 +35,9 @@ impl RowLines {
 
     /// Adds the rows of the next part of the file, of which so many rows come before.
     pub fn extend(&mut self, part: &RowLines, rows_before: usize) {
-        let lines_before = self.last;
         let moved = |row: u32| short(rows_before).saturating_add(row);
         for (row, line) in &part.breaks {
-            let (row, line) = (moved(*row), lines_before + line);
+            let (row, line) = (moved(*row), *line);
             let before = row.checked_sub(1).and_then(|row| self.line(row));
             if before.is_none_or(|before| before + 1 != line) {
                 self.breaks.push((row, line));
@@ -48,7 +47,7 @@ impl RowLines {
         let labels = part.labels.iter().take(room);
         self.labels
             .extend(labels.map(|(row, label)| (moved(*row), label.clone())));
-        self.last = lines_before + part.last;
+        self.last = part.last;
     }
 
     /// The line of a row.
@@ -165,16 +164,11 @@ mod tests {
     #[test]
     fn a_row_is_told_by_its_line_across_parts_and_tables() {
         // line 1 is the header, line 4 is blank
-        let mut lines = RowLines {
-            last: 1,
-            ..RowLines::default()
-        };
-        let mut first = RowLines::default();
-        first.push(1, 1, Some("a"));
-        first.push(2, 2, None);
+        let mut lines = RowLines::default();
+        lines.push(1, 2, Some("a"));
+        lines.push(2, 3, None);
         let mut second = RowLines::default();
-        second.push(1, 2, Some("c"));
-        lines.extend(&first, 0);
+        second.push(1, 5, Some("c"));
         lines.extend(&second, 2);
         let mut places = RowPlaces::default();
         places.add(0, ("May.csv", None), true, lines);

@@ -5,12 +5,13 @@ use std::io::{Read, Seek};
 use std::path::Path;
 
 use super::csv::{separator, Csv};
+use super::parquet::ParquetBytes;
 use super::refusals::whole_file;
-use super::{parquet, parquet_footer};
 use crate::encoding;
 use crate::error::Error;
-use crate::files::{self, Input, MOST_OF_LINE, MOST_OF_PARQUET, MOST_OF_PIPE, MOST_OF_WORKBOOK};
+use crate::files::{self, Input, MOST_OF_LINE, MOST_OF_PIPE, MOST_OF_WORKBOOK};
 use crate::scene::Naming;
+use crate::seed::Hashed;
 
 /// What is being done, as a verb.
 pub(super) const READ: &str = "read the runs";
@@ -81,24 +82,28 @@ impl TableSource {
         Ok(())
     }
 
-    /// All of a Parquet file.
-    pub fn parquet(self, path: &Path) -> Result<Vec<u8>, Error> {
-        let bytes = match self {
-            TableSource::File(mut file, length) => {
-                // the end of the file says whether it is worth reading
-                let end =
-                    parquet_footer::last_bytes(&mut file, length).map_err(|error| Error::io(path, READ, error))?;
-                parquet::parquet_ends(&end).map_err(|problems| Error::input(path, problems))?;
-                file.rewind().map_err(|error| Error::io(path, READ, error))?;
-                files::read_file(&file, length, path, MOST_OF_PARQUET, READ)?
-            }
-            TableSource::Held(bytes) => bytes,
-        };
-        if bytes.is_empty() {
+    /// As a Parquet table of at most so many bytes.
+    pub fn parquet(&self, path: &Path, most: u64) -> Result<ParquetBytes<'_>, Error> {
+        if self.length() == 0 {
             let problem = whole_file("the file is empty", "a Parquet table with one row a run");
             return Err(Error::input(path, vec![problem]));
         }
+        let bytes = match self {
+            TableSource::File(file, _) => ParquetBytes::File(file),
+            TableSource::Held(bytes) => ParquetBytes::Held(bytes),
+        };
+        // the end of the file says whether it is worth reading
+        bytes.check_mark().map_err(|problems| Error::input(path, problems))?;
+        files::check_length(path, self.length(), most)?;
         Ok(bytes)
+    }
+
+    /// The SHA-256 of all of it.
+    pub fn sha256(&mut self, path: &Path) -> Result<String, Error> {
+        let fail = |error: std::io::Error| Error::io(path, READ, error);
+        let mut hashed = Hashed::new(self.reader().map_err(fail)?);
+        std::io::copy(&mut hashed, &mut std::io::sink()).map_err(fail)?;
+        Ok(hashed.sha256())
     }
 
     /// All of a workbook.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::averaged::MOST_AVERAGED;
 use super::collect::{columns_not_read, too_many_rows, Collected, Gathering, Screened, SheetRead, SHEETS_NOT_READ};
 use super::impacts;
+use super::parquet::{self, ParquetTable};
 use super::places::RowPlaces;
 use super::refusals::{whole_file, Refused};
 use super::series::Runs;
@@ -13,8 +14,9 @@ use super::source::TableSource;
 use super::spheres::check_spheres;
 use super::stated_errors::check_stated_errors;
 use super::told_twice::ComparedColumns;
-use super::{parquet, workbook};
+use super::workbook;
 use crate::error::{file_name, quoted, Error, Problem};
+use crate::files::MOST_OF_PARQUET;
 use crate::notice::Notice;
 use crate::scene::{RunColumn, Scene, TableFile, MISSING};
 use crate::seed::sha256;
@@ -309,16 +311,14 @@ fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Col
     Ok((collected, sha256))
 }
 
-fn read_parquet(source: TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
-    let bytes = source.parquet(path)?;
-    let read = || {
-        read_by_exclude(scene, |scene| {
-            let read = parquet::read_parquet(&bytes, scene, 0, &mut Gathering::Whole);
-            read.map_err(|refused| refuse(path, refused))
-        })
-    };
-    let (collected, sha256) = rayon::join(read, || sha256(&bytes));
-    Ok((collected?, sha256))
+fn read_parquet(mut source: TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
+    let bytes = source.parquet(path, MOST_OF_PARQUET)?;
+    let table = ParquetTable::open(bytes).map_err(|problems| Error::input(path, problems))?;
+    let collected = read_by_exclude(scene, |scene| {
+        let read = parquet::read_parquet(&table, scene, 0..table.rows, &mut Gathering::Whole);
+        read.map_err(|refused| refuse(path, refused))
+    })?;
+    Ok((collected, source.sha256(path)?))
 }
 
 pub(super) fn read_workbook(

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use rand::RngExt;
 
 use super::collect::{Collected, Gathering};
+use super::parquet::{ParquetBytes, ParquetTable};
 use super::refusals::Refused;
 use super::*;
 use crate::scene;
@@ -20,7 +21,8 @@ fn plain() -> (Scene, String) {
 }
 
 fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
-    parquet::read_parquet(bytes, scene, 0, &mut Gathering::Whole)
+    let table = ParquetTable::open(ParquetBytes::Held(bytes))?;
+    parquet::read_parquet(&table, scene, 0..table.rows, &mut Gathering::Whole)
 }
 
 /// A source that hands out few bytes at a time: what is fetched at once then ends anywhere.
@@ -164,12 +166,12 @@ fn a_damaged_parquet_file_is_refused_or_read_but_never_panics() {
             let at = rng.random_range(damaged.len() / 3..damaged.len());
             damaged[at] = rng.random();
         }
-        let in_parts = parts_of(&damaged, 1, &scene);
+        let in_parts = parts_of(&damaged, 5, &scene);
         match read_parquet(&damaged, &scene) {
             Ok(collected) => {
                 whole += 1;
-                // or it is to be read whole
-                assert!(in_parts.is_none_or(|parts| format!("{parts:?}") == format!("{collected:?}")));
+                let parts = in_parts.unwrap_or_else(|refused| panic!("{refused:?}"));
+                assert_eq!(format!("{parts:?}"), format!("{collected:?}"));
             }
             Err(_) => refused += 1,
         }
@@ -177,19 +179,18 @@ fn a_damaged_parquet_file_is_refused_or_read_but_never_panics() {
     assert!(refused > 300 && whole > 10, "{refused} refused, {whole} not");
 }
 
-/// What is read of a Parquet file a part of so many rows after the other; `None` where it is to be read whole.
-fn parts_of(bytes: &[u8], rows: usize, scene: &Scene) -> Option<Collected> {
+/// What is read of a Parquet file so many rows after the other.
+fn parts_of(bytes: &[u8], rows: usize, scene: &Scene) -> Result<Collected, Refused> {
     let mut file = tempfile::tempfile().expect("a file");
     file.write_all(bytes).expect("room for it");
-    let length = bytes.len() as u64;
-    let parts = parquet::parts(&mut file, length, rows, &scene.data.naming).ok()??;
+    let table = ParquetTable::open(ParquetBytes::File(&file))?;
     let mut collected = Collected::default();
-    for part in &parts.all {
-        let bytes = parts.read(part, &file).ok()?;
-        let read = parquet::read_parquet(&bytes, scene, part.rows_before, &mut Gathering::Whole);
-        collected.append(read.ok()?);
+    // no more parts than a damaged file may claim
+    for first in (0..table.rows).step_by(rows).take(100) {
+        let part = first..table.rows.min(first + rows);
+        collected.append(parquet::read_parquet(&table, scene, part, &mut Gathering::Whole)?);
     }
-    Some(collected)
+    Ok(collected)
 }
 
 #[test]
@@ -215,21 +216,15 @@ fn a_parquet_file_in_parts_holds_what_the_whole_does() {
     writer.finish().expect("a footer");
     let whole = read_parquet(&bytes, &scene).unwrap_or_else(|refused| panic!("{refused:?}"));
     assert_eq!(whole.rows, 50);
-    let in_parts = [1, 10, 1000].map(|rows| parts_of(&bytes, rows, &scene));
-    for parts in in_parts {
-        assert_eq!(parts.map(|parts| format!("{parts:?}")), Some(format!("{whole:?}")));
+    for rows in [1, 10, 1000] {
+        let parts = parts_of(&bytes, rows, &scene).unwrap_or_else(|refused| panic!("{refused:?}"));
+        assert_eq!(format!("{parts:?}"), format!("{whole:?}"));
     }
-    // a refusal names the row of the file: nothing in the third part of two groups is right
+    // a refusal names the row of the file: nothing is right in rows of two groups
     let mut scene = scene;
     scene.particles.clear();
-    let mut file = tempfile::tempfile().expect("a file");
-    file.write_all(&bytes).expect("room for it");
-    let parts = parquet::parts(&mut file, bytes.len() as u64, 10, &scene.data.naming).expect("a footer");
-    let parts = parts.expect("parts");
-    let rows: Vec<[usize; 2]> = parts.all.iter().map(|part| [part.rows_before, part.rows]).collect();
-    assert_eq!(rows, [[0, 14], [14, 14], [28, 14], [42, 8]]);
-    let third = parts.read(&parts.all[2], &file).expect("it is there");
-    let refused = parquet::read_parquet(&third, &scene, parts.all[2].rows_before, &mut Gathering::Whole);
+    let table = ParquetTable::open(ParquetBytes::Held(&bytes)).expect("a footer");
+    let refused = parquet::read_parquet(&table, &scene, 28..42, &mut Gathering::Whole);
     let refused = refused.expect_err("no such particle");
     assert_eq!(
         (refused.count, refused.problems[0].place.as_str()),

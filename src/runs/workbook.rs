@@ -6,7 +6,7 @@ use std::io::Cursor;
 use calamine::{DataRef, Reader, SheetType, SheetVisible, Xlsx, XlsxCellReader};
 use zip::result::ZipError;
 
-use super::checked_rows::{Cell, CheckedRows, Holds};
+use super::checked_rows::{Cell, CheckedRows};
 use super::collect::{rows_in_words, Collected, SheetRead};
 use super::columns::{Header, TableLayout};
 use super::csv::too_many_columns;
@@ -93,13 +93,11 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, R
         }
         let in_order = texts.iter().map(|text| text.as_deref().unwrap_or_default());
         checked.add(CellPlace::Row(row.number as usize), in_order, |place| {
-            let text = texts.get(place.index)?.as_deref()?;
-            let holds = match row.held(place.index)? {
-                Held::Number(value) => Holds::Number(*value),
-                Held::Other(_, why) => Holds::Neither(why),
-                Held::Text(_) => Holds::Text,
-            };
-            Some(Cell { text, holds })
+            Some(match row.held(place.index)? {
+                Held::Number(value) => Cell::Number(*value),
+                Held::Other(text, why) => Cell::Other(text, why),
+                Held::Text(text) => Cell::Text(text),
+            })
         });
     }
     if let Err(problems) = sheet.refuse_hidden_rows() {
