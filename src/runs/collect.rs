@@ -11,7 +11,7 @@ use super::places::{RowLines, RowPlaces};
 use super::row::CheckedRow;
 use super::screen::{screen, Reason};
 use super::told_twice::{ComparedColumns, Comparison, RowSetting, TOLD_TWICE};
-use super::yes_or_no::words_for_no;
+use super::words::words_for_no;
 use crate::error::{file_name, quoted, Problem};
 use crate::notice::{Level, Notice};
 use crate::scene::{RunColumn, Scene};

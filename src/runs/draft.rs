@@ -2,6 +2,7 @@
 
 use super::guess::{guess, marks_bad_runs, may_hold_names, may_hold_reasons, why_not, Guess};
 use super::survey::{LabelledRow, Survey, SurveyedColumn};
+use super::words::is_among;
 use super::written_units::{unit_of, StatedUnit};
 use crate::error::{is_unseen, plain, quoted};
 use crate::scene::{self, name_is_allowed, wrapped, KeyGuide, RunColumn, Section, Without, DRY, FILL_IN, MISSING};
@@ -28,9 +29,7 @@ pub struct Draft {
 }
 
 /// How tables mark runs without liquid besides our own word, in small letters.
-const WITHOUT_LIQUID: [&str; 10] = [
-    "none", "no", "without", "air", "trocken", "ohne", "keine", "luft", "-", "–",
-];
+const WITHOUT_LIQUID: &str = "none no without air trocken ohne keine luft - –";
 
 /// The one name of all particles, or of all liquids, of a table that names none.
 const SPHERE: &str = "sphere";
@@ -61,7 +60,7 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
         // the `dry` of `dry, no oil`
         let lower = word.to_lowercase();
         let first = lower.split(|c: char| c.is_whitespace() || ",;:(/".contains(c)).next();
-        first.is_some_and(|first| first == DRY || WITHOUT_LIQUID.contains(&first))
+        first.is_some_and(|first| first == DRY || is_among(WITHOUT_LIQUID, first))
     };
     // sheets of one liquid each, or of one kind of sphere
     let is_wet = naming.has(RunColumn::Film) || survey.sheets.iter().any(|sheet| is_dry(sheet));

@@ -1,6 +1,7 @@
 //! Guesses which column of runs a column of somebody's table is, and in which unit.
 
 use super::survey::SurveyedColumn;
+use super::words::is_among;
 use super::written_units::{unit_in_brackets, unit_in_name, unit_of, unit_of_cell, StatedUnit};
 use crate::error::quoted;
 use crate::scene::RunColumn;
@@ -17,305 +18,111 @@ pub(super) struct Guess {
 
 /// What laboratories call columns: letters and digits alone, without a unit. Of a name that is in several lists the first
 /// that is free is meant. No column is taken for one of reasons to leave runs out: it may say `no` in each row.
-const CALLED: [(RunColumn, &[&str]); 15] = [
+const CALLED: [(RunColumn, &str); 15] = [
     (
         RunColumn::Particle,
-        &[
-            "particle",
-            "sphere",
-            "ball",
-            "bead",
-            "material",
-            "kugel",
-            "teilchen",
-            "partikel",
-            "werkstoff",
-        ],
+        "particle sphere ball bead material kugel teilchen partikel werkstoff",
     ),
     (
         RunColumn::Liquid,
-        &[
-            "liquid",
-            "fluid",
-            "oil",
-            "medium",
-            "flüssigkeit",
-            "fluessigkeit",
-            "öl",
-            "oel",
-            "liquide",
-            "fluide",
-            "huile",
-        ],
+        "liquid fluid oil medium flüssigkeit fluessigkeit öl oel liquide fluide huile",
     ),
     (
         RunColumn::Diameter,
-        &[
-            "d",
-            "dia",
-            "diam",
-            "diameter",
-            "spherediameter",
-            "particlediameter",
-            "balldiameter",
-            "durchmesser",
-            "kugeldurchmesser",
-        ],
+        "d dia diam diameter spherediameter particlediameter balldiameter durchmesser kugeldurchmesser",
     ),
     (
         RunColumn::Film,
-        &[
-            "film",
-            "filmthickness",
-            "filmheight",
-            "liquidfilm",
-            "thickness",
-            "layer",
-            "layerthickness",
-            "liquidheight",
-            "delta",
-            "δ",
-            "hfilm",
-            "liquidlayer",
-            "schicht",
-            "schichthöhe",
-            "filmhöhe",
-            "filmdicke",
-            "schichtdicke",
-            "dicke",
-        ],
+        "film filmthickness filmheight liquidfilm thickness layer layerthickness liquidheight delta δ hfilm \
+         liquidlayer schicht schichthöhe filmhöhe filmdicke schichtdicke dicke",
     ),
     (
         RunColumn::ImpactSpeed,
-        &[
-            "vi",
-            "vin",
-            "vimp",
-            "vimpact",
-            "v0",
-            "v1",
-            "impactspeed",
-            "impactvelocity",
-            "incomingspeed",
-            "incomingvelocity",
-            "speedbefore",
-            "velocitybefore",
-            "aufprallgeschwindigkeit",
-            "auftreffgeschwindigkeit",
-            "vein",
-            "v",
-            "speed",
-            "velocity",
-            "geschwindigkeit",
-        ],
+        "vi vin vimp vimpact v0 v1 impactspeed impactvelocity incomingspeed incomingvelocity speedbefore \
+         velocitybefore aufprallgeschwindigkeit auftreffgeschwindigkeit vein v speed velocity geschwindigkeit",
     ),
     (
         RunColumn::ReboundSpeed,
-        &[
-            "vr",
-            "vout",
-            "vreb",
-            "vrebound",
-            "v2",
-            "reboundspeed",
-            "reboundvelocity",
-            "outgoingspeed",
-            "outgoingvelocity",
-            "speedafter",
-            "velocityafter",
-            "rückprallgeschwindigkeit",
-            "rueckprallgeschwindigkeit",
-            "vaus",
-        ],
+        "vr vout vreb vrebound v2 reboundspeed reboundvelocity outgoingspeed outgoingvelocity speedafter \
+         velocityafter rückprallgeschwindigkeit rueckprallgeschwindigkeit vaus",
     ),
     (
         RunColumn::Restitution,
-        &[
-            "e",
-            "en",
-            "cor",
-            "coefficientofrestitution",
-            "restitutioncoefficient",
-            "normalrestitution",
-            "stoßzahl",
-            "stosszahl",
-            "restitutionskoeffizient",
-        ],
+        "e en cor coefficientofrestitution restitutioncoefficient normalrestitution stoßzahl stosszahl \
+         restitutionskoeffizient",
     ),
     (
         RunColumn::DropHeight,
-        &[
-            "hdrop",
-            "dropheight",
-            "fallheight",
-            "releaseheight",
-            "dropheightofball",
-            "initialheight",
-            "fallhöhe",
-            "fallhoehe",
-            "abwurfhöhe",
-            "hauteurdechute",
-        ],
+        "hdrop dropheight fallheight releaseheight dropheightofball initialheight fallhöhe fallhoehe abwurfhöhe \
+         hauteurdechute",
     ),
     (
         RunColumn::ReboundHeight,
-        &[
-            "hrebound",
-            "bounceheight",
-            "reboundheight",
-            "rücksprunghöhe",
-            "ruecksprunghoehe",
-            "rückprallhöhe",
-            "rueckprallhoehe",
-            "steighöhe",
-            "steighoehe",
-            "sprunghöhe",
-            "hauteurderebond",
-        ],
+        "hrebound bounceheight reboundheight rücksprunghöhe ruecksprunghoehe rückprallhöhe rueckprallhoehe \
+         steighöhe steighoehe sprunghöhe hauteurderebond",
     ),
-    (RunColumn::Stokes, &["st", "stokesnumber", "stokeszahl"]),
-    (
-        RunColumn::FilmRatio,
-        &["nominalfilmratio", "relativefilm", "deltaoverd", "δd"],
-    ),
+    (RunColumn::Stokes, "st stokesnumber stokeszahl"),
+    (RunColumn::FilmRatio, "nominalfilmratio relativefilm deltaoverd δd"),
     (
         RunColumn::Runs,
-        &[
-            "n",
-            "count",
-            "repeats",
-            "repetitions",
-            "numberofruns",
-            "nruns",
-            "anzahl",
-            "wiederholungen",
-            "anzahlversuche",
-        ],
+        "n count repeats repetitions numberofruns nruns anzahl wiederholungen anzahlversuche",
     ),
     (
         RunColumn::RestitutionSdOfRuns,
-        &[
-            "sd",
-            "sde",
-            "esd",
-            "std",
-            "stde",
-            "stdev",
-            "stabw",
-            "standardabweichung",
-            "sderestitution",
-        ],
+        "sd sde esd std stde stdev stabw standardabweichung sderestitution",
     ),
     (
         RunColumn::RestitutionSe,
-        &["se", "see", "ese", "sem", "stderr", "standarderror", "standardfehler"],
+        "se see ese sem stderr standarderror standardfehler",
     ),
-    (
-        RunColumn::Run,
-        &[
-            "nr", "no", "id", "index", "number", "nummer", "versuch", "lauf", "trial",
-        ],
-    ),
+    (RunColumn::Run, "nr no id index number nummer versuch lauf trial"),
 ];
 
 /// What stands in longer names of columns of particles and liquids: of such the first that is free is meant.
-const CALLED_LIKE: [(RunColumn, &[&str]); 2] = [
+const CALLED_LIKE: [(RunColumn, &str); 2] = [
     (
         RunColumn::Particle,
-        &[
-            "sphere",
-            "ball",
-            "bead",
-            "particle",
-            "grain",
-            "kugel",
-            "teilchen",
-            "partikel",
-            "sample",
-            "probe",
-            "material",
-            "werkstoff",
-        ],
+        "sphere ball bead particle grain kugel teilchen partikel sample probe material werkstoff",
     ),
     (
         RunColumn::Liquid,
-        &["liquid", "fluid", "wetting", "flüssigkeit", "fluessigkeit", "oil", "öl"],
+        "liquid fluid wetting flüssigkeit fluessigkeit oil öl",
     ),
 ];
 
 /// What stands in names of columns that may say which runs to leave out.
-const CALLED_LIKE_REASONS: [&str; 14] = [
-    "exclu",
-    "ausgeschl",
-    "outlier",
-    "ausrei",
-    "bad",
-    "valid",
-    "gültig",
-    "comment",
-    "kommentar",
-    "bemerkung",
-    "note",
-    "notiz",
-    "remark",
-    "flag",
-];
+const CALLED_LIKE_REASONS: &str =
+    "exclu ausgeschl outlier ausrei bad valid gültig comment kommentar bemerkung note notiz remark flag";
 
 /// What columns are called that mark bad runs and say nothing of good ones.
-const CALLED_BAD: [&str; 16] = [
-    "ungültig",
-    "ungueltig",
-    "invalid",
-    "bad",
-    "badrun",
-    "exclude",
-    "excluded",
-    "discard",
-    "discarded",
-    "reject",
-    "rejected",
-    "outlier",
-    "ausreißer",
-    "ausreisser",
-    "verworfen",
-    "ausgeschlossen",
-];
+const CALLED_BAD: &str =
+    "ungültig ungueltig invalid bad badrun exclude excluded discard discarded reject rejected outlier ausreißer \
+     ausreisser verworfen ausgeschlossen";
 
 /// Marks in such a column.
-const MARKS: [&str; 9] = ["x", "X", "xx", "×", "*", "!", "✗", "✘", "✓"];
+const MARKS: &str = "x X xx × * ! ✗ ✘ ✓";
 
 /// Whether a column marks bad runs: by its name, and by marks in it and nothing else.
 pub(super) fn marks_bad_runs(column: &SurveyedColumn) -> bool {
-    let marks = column.words.iter().all(|word| MARKS.contains(&word.as_str()));
-    CALLED_BAD.contains(&letters(&column.name).as_str()) && marks && !column.words.is_empty()
+    let marks = column.words.iter().all(|word| is_among(MARKS, word));
+    is_among(CALLED_BAD, &letters(&column.name)) && marks && !column.words.is_empty()
 }
 
 /// Whether a column that is not read may say which runs to leave out.
 pub(super) fn may_hold_reasons(name: &str) -> bool {
     let name = letters(name);
-    CALLED_LIKE_REASONS.iter().any(|part| name.contains(part))
+    CALLED_LIKE_REASONS.split(' ').any(|part| name.contains(part))
 }
 
 /// Whether a column that is not read holds a few words, as one of particles or liquids does.
 pub(super) fn may_hold_names(column: &SurveyedColumn) -> bool {
-    let holds_days = CALLED_DAYS.contains(&letters(&column.name).as_str());
+    let holds_days = is_among(CALLED_DAYS, &letters(&column.name));
     let is_of_words = column.largest.is_none() && (1..=MOST_KINDS).contains(&column.words.len());
     is_of_words && !holds_days && !may_hold_reasons(&column.name)
 }
 
 /// What columns of days and times are called, which are words to a reader of cells.
-const CALLED_DAYS: [&str; 10] = [
-    "date",
-    "day",
-    "time",
-    "datum",
-    "tag",
-    "zeit",
-    "uhrzeit",
-    "heure",
-    "jour",
-    "timestamp",
-];
+const CALLED_DAYS: &str = "date day time datum tag zeit uhrzeit heure jour timestamp";
 
 /// Kinds of particles, or liquids, that one table may well have.
 const MOST_KINDS: usize = 20;
@@ -381,16 +188,16 @@ fn candidate(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Op
         (name.clone(), stated.clone()),
         (letters(&column.name), unit_of_cell(&column.unit)),
     ];
-    let called = |(candidate, names): &(RunColumn, &[&str])| {
+    let called = |(candidate, names): &(RunColumn, &str)| {
         let fits = |(name, stated): &&(String, Option<StatedUnit>)| {
-            let is_called = names.contains(&name.as_str()) || letters(candidate.base()) == *name;
+            let is_called = is_among(names, name) || letters(candidate.base()) == *name;
             is_called && is_free(*candidate) && column_may_be(column, *candidate, stated.as_ref())
         };
         let (_, stated) = readings.iter().find(fits)?;
         Some((*candidate, stated.clone()))
     };
-    let called_like = |(candidate, parts): &(RunColumn, &[&str])| {
-        let fits = parts.iter().any(|part| name.contains(part)) && may_hold_names(column);
+    let called_like = |(candidate, parts): &(RunColumn, &str)| {
+        let fits = parts.split(' ').any(|part| name.contains(part)) && may_hold_names(column);
         (fits && is_free(*candidate) && stated.is_none()).then_some((*candidate, None))
     };
     CALLED

@@ -1,5 +1,10 @@
 //! Knows the words by which a table marks a row as the mean, the total or the spread of others.
 
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
+use super::words::is_among;
+
 /// What a label says that a row is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Label {
@@ -8,92 +13,27 @@ pub(super) enum Label {
     Other,
 }
 
-const MEANS: [&str; 19] = [
-    "mean",
-    "average",
-    "avg",
-    "ave",
-    "mw",
-    "ø",
-    "moy",
-    "medel",
-    "平均",
-    "среднее",
-    "средн",
-    "mittelwert",
-    "mittel",
-    "durchschnitt",
-    "moyenne",
-    "media",
-    "promedio",
-    "gemiddelde",
-    "média",
-];
+const MEANS: &str =
+    "mean average avg ave mw ø moy medel 平均 среднее средн mittelwert mittel durchschnitt moyenne media \
+     promedio gemiddelde média";
 
-const OTHERS: [&str; 28] = [
-    "total",
-    "totals",
-    "sum",
-    "subtotal",
-    "std",
-    "stdev",
-    "stddev",
-    "sd",
-    "rms",
-    "σ",
-    "cv",
-    "var",
-    "variance",
-    "varianz",
-    "min",
-    "max",
-    "stdabw",
-    "summe",
-    "gesamt",
-    "standardabweichung",
-    "stabw",
-    "écart",
-    "ecart",
-    "somme",
-    "suma",
-    "totale",
-    "desviación",
-    "median",
-];
+const OTHERS: &str =
+    "total totals sum subtotal std stdev stddev sd rms σ cv var variance varianz min max stdabw summe gesamt \
+     standardabweichung stabw écart ecart somme suma totale desviación median";
+
+/// Each of these: it is asked for in many cells.
+static LABELS: LazyLock<HashMap<&str, Label>> = LazyLock::new(|| {
+    let of = |list: &'static str, label: Label| list.split(' ').map(move |word| (word, label));
+    of(MEANS, Label::Mean).chain(of(OTHERS, Label::Other)).collect()
+});
 
 /// What may follow such a word, besides numbers and single letters, without making a remark of it.
-const AFTER: [&str; 27] = [
-    "of",
-    "the",
-    "all",
-    "runs",
-    "series",
-    "block",
-    "value",
-    "values",
-    "dev",
-    "deviation",
-    "error",
-    "von",
-    "der",
-    "des",
-    "aus",
-    "reihe",
-    "serie",
-    "de",
-    "du",
-    "type",
-    "di",
-    "del",
-    "standard",
-    "mean",
-    "wert",
-    "sd",
-    "std",
-];
+const AFTER: &str =
+    "of the all runs series block value values dev deviation error von der des aus reihe serie de du type di \
+     del standard mean wert sd std";
 
 /// What may stand before such a word.
-const BEFORE: [&str; 7] = ["set", "series", "block", "group", "overall", "grand", "arithmetic"];
+const BEFORE: &str = "set series block group overall grand arithmetic";
 
 /// Letters of the longest cell that is looked at.
 const LONGEST: usize = 60;
@@ -109,18 +49,12 @@ pub(super) fn label(cell: &str) -> Option<Label> {
     let mut words = lower
         .split(|c: char| !c.is_alphanumeric())
         .filter(|word| !word.is_empty());
-    let first = words.by_ref().find(|word| !BEFORE.contains(word))?;
+    let first = words.by_ref().find(|word| !is_among(BEFORE, word))?;
     let first = first.trim_end_matches(|c: char| c.is_ascii_digit());
-    let label = if MEANS.contains(&first) {
-        Label::Mean
-    } else if OTHERS.contains(&first) {
-        Label::Other
-    } else {
-        return None;
-    };
+    let label = *LABELS.get(first)?;
     let is_remark = words.any(|word| {
         let is_counted = word.chars().all(|c| c.is_ascii_digit()) || word.chars().count() == 1;
-        !is_counted && !AFTER.contains(&word)
+        !is_counted && !is_among(AFTER, word)
     });
     (!is_remark).then_some(label)
 }

@@ -6,8 +6,8 @@
 //! | `raw_row.rs` | holds one run as a file has it, and how its heights and Stokes number become speeds |
 //! | `averaged.rs` | reads a row that is the mean of several runs as those runs |
 //! | `told_twice.rs` | compares columns that tell the same thing of a run |
+//! | `words.rs` | tells the words of a list, and knows those of a column that says yes or no of each run |
 //! | `labels.rs` | knows the words that mark a row as the mean, total or spread of others |
-//! | `yes_or_no.rs` | knows the words of a column that says yes or no of each run |
 //! | `places.rs` | says where a row stands as a person sees it |
 //! | `row.rs` | checks one run and says which cell is wrong |
 //! | `other_quantities.rs` | knows headers that name another quantity than that of their column |
@@ -91,10 +91,10 @@ mod survey;
 mod table;
 mod told_twice;
 mod true_speeds;
+mod words;
 mod workbook;
 mod write;
 mod written_units;
-mod yes_or_no;
 
 pub(crate) use cells::{each_row, CellNumbers, TakesRows};
 pub use collect::Screened;
@@ -116,8 +116,8 @@ pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere, MOST_SPHER
 pub use table::{read, Table};
 pub use told_twice::{ComparedBlock, ComparedColumns};
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP};
+pub(crate) use words::words_for_no;
 pub use write::{free_place, EncodedRuns, Existing, RunWriter, TableFormat, TableParts, WholeTable};
-pub(crate) use yes_or_no::words_for_no;
 
 use std::path::Path;
 

@@ -1,60 +1,26 @@
 //! Knows headers that name another quantity than that of the column they are read as.
 
+use super::words::is_among;
 use crate::scene::RunColumn;
 use crate::units::Dimension;
 
 /// What a radius is called, in small letters.
-const RADII: [&str; 8] = [
-    "radius",
-    "radii",
-    "halbmesser",
-    "rayon",
-    "raggio",
-    "radio",
-    "straal",
-    "r",
-];
+const RADII: &str = "radius radii halbmesser rayon raggio radio straal r";
 
 /// What a diameter is called, in small letters.
-const DIAMETERS: [&str; 11] = [
-    "d",
-    "dia",
-    "diam",
-    "diameter",
-    "diameters",
-    "durchmesser",
-    "diamètre",
-    "diametre",
-    "diametro",
-    "diámetro",
-    "∅",
-];
+const DIAMETERS: &str = "d dia diam diameter diameters durchmesser diamètre diametre diametro diámetro ∅";
 
 /// Words that say that a quantity is squared.
-const SQUARES: [&str; 13] = [
-    "squared",
-    "square",
-    "sq",
-    "quadrat",
-    "quadriert",
-    "quadratisch",
-    "carré",
-    "carre",
-    "quadrato",
-    "cuadrado",
-    "e2",
-    "en2",
-    "cor2",
-];
+const SQUARES: &str = "squared square sq quadrat quadriert quadratisch carré carre quadrato cuadrado e2 en2 cor2";
 
 /// Words and signs of a square root.
-const ROOTS: [&str; 6] = ["sqrt", "√", "root", "wurzel", "racine", "^0.5"];
+const ROOTS: &str = "sqrt √ root wurzel racine ^0.5";
 
 /// What beginnings of words say that a column is of energies.
-const ENERGIES: [&str; 4] = ["energ", "énerg", "kinetic", "kinetisch"];
+const ENERGIES: &str = "energ énerg kinetic kinetisch";
 
 /// Words for what an impact takes.
-const LOSSES: [&str; 7] = ["loss", "losses", "lost", "verlust", "verluste", "perte", "dissipation"];
+const LOSSES: &str = "loss losses lost verlust verluste perte dissipation";
 
 /// Signs of a product.
 const TIMES: [char; 5] = ['*', '×', '·', '⋅', 'x'];
@@ -116,7 +82,7 @@ pub(super) fn has_factor(name: &str) -> bool {
 }
 
 fn is_radius(name: &str, words: &[&str]) -> bool {
-    if words.iter().any(|word| DIAMETERS.contains(word)) {
+    if words.iter().any(|word| is_among(DIAMETERS, word)) {
         // the 2R of `D (2R)` says no radius
         return is_halved(name, words);
     }
@@ -134,7 +100,7 @@ fn is_over_radius(name: &str, words: &[&str]) -> bool {
 /// Whether a word says radius, by itself or at its end as in `Kugelradius`.
 fn is_of_radius(word: &str) -> bool {
     let is_end = |radius: &str| radius.len() > "radio".len() && word.ends_with(radius);
-    RADII.contains(&word) || RADII.iter().any(|radius| is_end(radius))
+    is_among(RADII, word) || RADII.split(' ').any(is_end)
 }
 
 /// Whether half of a quantity is named, as in `D/2`; a date as 12/24 halves nothing.
@@ -161,18 +127,18 @@ fn is_loss(name: &str, words: &[&str]) -> bool {
     let is_rest = ["1-", "1−", "1–", "(1-", "(1−"]
         .iter()
         .any(|start| tight.starts_with(start));
-    is_rest || words.iter().any(|word| LOSSES.contains(word))
+    is_rest || words.iter().any(|word| is_among(LOSSES, word))
 }
 
 fn is_square(name: &str, words: &[&str]) -> bool {
-    if ROOTS.iter().any(|root| name.contains(root)) {
+    if ROOTS.split(' ').any(|root| name.contains(root)) {
         return false;
     }
     let by_sign = ["²", "^2", "**2"].iter().any(|sign| name.contains(sign));
-    let by_word = words.iter().any(|word| SQUARES.contains(word));
+    let by_word = words.iter().any(|word| is_among(SQUARES, word));
     let of_energy = words
         .iter()
-        .any(|word| ENERGIES.iter().any(|energy| word.starts_with(energy)));
+        .any(|word| ENERGIES.split(' ').any(|energy| word.starts_with(energy)));
     by_sign || by_word || of_energy
 }
 

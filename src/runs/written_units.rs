@@ -1,6 +1,7 @@
 //! Reads the units that headers state: in the name of a column, or in the row below or above the names.
 
 use super::other_quantities::has_factor;
+use super::words::is_among;
 use crate::units::Dimension;
 
 /// A unit that a header states.
@@ -12,113 +13,26 @@ pub(super) enum StatedUnit {
     Other(String),
 }
 
-/// How units are written, in small letters and without blanks, with what our names end with in them.
-const UNITS: [(&str, Option<&str>); 104] = [
-    ("mm", Some("_mm")),
-    ("millimeter", Some("_mm")),
-    ("millimetre", Some("_mm")),
-    ("millimeters", Some("_mm")),
-    ("millimetres", Some("_mm")),
-    ("µm", Some("_um")),
-    ("μm", Some("_um")),
-    ("um", Some("_um")),
-    ("micron", Some("_um")),
-    ("microns", Some("_um")),
-    ("mikrometer", Some("_um")),
-    ("micrometer", Some("_um")),
-    ("micrometre", Some("_um")),
-    ("micrometers", Some("_um")),
-    ("micrometres", Some("_um")),
-    ("cm", Some("_cm")),
-    ("centimeter", Some("_cm")),
-    ("centimetre", Some("_cm")),
-    ("zentimeter", Some("_cm")),
-    ("centimeters", Some("_cm")),
-    ("centimetres", Some("_cm")),
-    ("m", Some("_m")),
-    ("meter", Some("_m")),
-    ("metre", Some("_m")),
-    ("meters", Some("_m")),
-    ("metres", Some("_m")),
-    ("m/s", Some("_m_s")),
-    ("m/sec", Some("_m_s")),
-    ("ms", Some("_m_s")),
-    ("cm/s", Some("_cm_s")),
-    ("cm/sec", Some("_cm_s")),
-    ("cms", Some("_cm_s")),
-    ("mm/s", Some("_mm_s")),
-    ("mm/sec", Some("_mm_s")),
-    ("mms", Some("_mm_s")),
-    ("%", Some("_percent")),
-    ("percent", Some("_percent")),
-    ("percents", Some("_percent")),
-    ("pct", Some("_percent")),
-    ("prozent", Some("_percent")),
-    ("in", None),
-    ("in.", None),
-    ("inch", None),
-    ("inches", None),
-    ("zoll", None),
-    ("pouce", None),
-    ("pouces", None),
-    ("\"", None),
-    ("″", None),
-    ("”", None),
-    ("''", None),
-    ("ft", None),
-    ("ft.", None),
-    ("foot", None),
-    ("feet", None),
-    ("'", None),
-    ("′", None),
-    ("yd", None),
-    ("mil", None),
-    ("mils", None),
-    ("thou", None),
-    ("nm", None),
-    ("dm", None),
-    ("km", None),
-    ("mph", None),
-    ("km/h", None),
-    ("kmh", None),
-    ("kph", None),
-    ("ft/s", None),
-    ("fps", None),
-    ("in/s", None),
-    ("ips", None),
-    ("m/min", None),
-    ("°", None),
-    ("°c", None),
-    ("deg", None),
-    ("degree", None),
-    ("degrees", None),
-    ("grad", None),
-    ("rad", None),
-    ("px", None),
-    ("px/s", None),
-    ("px/frame", None),
-    ("pixels/frame", None),
-    ("pixel", None),
-    ("pixels", None),
-    ("‰", None),
-    ("sec", None),
-    ("hz", None),
-    ("mv", None),
-    ("kg", None),
-    ("mg", None),
-    ("ml", None),
-    ("µl", None),
-    ("μl", None),
-    ("ul", None),
-    ("mm²", None),
-    ("mm³", None),
-    ("cm²", None),
-    ("cm³", None),
-    ("m²", None),
-    ("m³", None),
-    ("m/s²", None),
-    ("m²/s²", None),
+/// What our names end with in each unit, with the ways that it is written in, in small letters and without blanks.
+const UNITS: [(&str, &str); 8] = [
+    ("_mm", "mm millimeter millimetre millimeters millimetres"),
+    (
+        "_um",
+        "µm μm um micron microns mikrometer micrometer micrometre micrometers micrometres",
+    ),
+    ("_cm", "cm centimeter centimetre zentimeter centimeters centimetres"),
+    ("_m", "m meter metre meters metres"),
+    ("_m_s", "m/s m/sec ms"),
+    ("_cm_s", "cm/s cm/sec cms"),
+    ("_mm_s", "mm/s mm/sec mms"),
+    ("_percent", "% percent percents pct prozent"),
 ];
+
+/// Units that no column of runs can have, written in the same way.
+const OTHER_UNITS: &str =
+    "in in. inch inches zoll pouce pouces \" ″ ” '' ft ft. foot feet ' ′ yd mil mils thou nm dm km mph km/h kmh \
+     kph ft/s fps in/s ips m/min ° °c deg degree degrees grad rad px px/s px/frame pixels/frame pixel pixels ‰ \
+     sec hz mv kg mg ml µl μl ul mm² mm³ cm² cm³ m² m³ m/s² m²/s²";
 
 /// The unit that is written so, perhaps with a power of ten before it; `None` where none is.
 pub(super) fn unit_of(text: &str) -> Option<StatedUnit> {
@@ -134,8 +48,9 @@ fn plain_unit(text: &str) -> Option<StatedUnit> {
         .filter(|c| !c.is_whitespace() && !"_^-⁻¹1·⋅".contains(*c))
         .flat_map(char::to_lowercase)
         .collect();
-    let (_, suffix) = UNITS.iter().find(|(written, _)| *written == plain)?;
-    Some(suffix.map_or_else(|| StatedUnit::Other(text.trim().to_owned()), StatedUnit::Ours))
+    let mut ours = UNITS.iter().filter(|(_, written)| is_among(written, &plain));
+    let other = || is_among(OTHER_UNITS, &plain).then(|| StatedUnit::Other(text.trim().to_owned()));
+    ours.next().map(|(suffix, _)| StatedUnit::Ours(suffix)).or_else(other)
 }
 
 /// A unit with a power of ten before it, as `1e-5 m`, `10^-5 m` or `10⁻⁵ m`: ours where it is one, as 1e-6 m is µm.

@@ -1,26 +1,24 @@
-//! Knows the words of a column that says yes or no of each run.
+//! Tells the words of a list, and knows those of a column that says yes or no of each run.
 
 /// What says no, in small letters.
-const NO: [&str; 11] = [
-    "0", "0.0", "0,0", "no", "n", "false", "f", "nein", "falsch", "non", "faux",
-];
+const NO: &str = "0 0.0 0,0 no n false f nein falsch non faux";
 
 /// What says yes, in small letters.
-const YES: [&str; 16] = [
-    "1", "1.0", "1,0", "yes", "y", "true", "t", "ja", "j", "wahr", "oui", "vrai", "si", "sí", "x", "✓",
-];
+const YES: &str = "1 1.0 1,0 yes y true t ja j wahr oui vrai si sí x ✓";
 
-fn is_one_of(words: &[&str], cell: &str) -> bool {
-    words.contains(&cell.to_lowercase().as_str())
+/// Whether a word is one of a list, in which a blank stands between each two.
+pub(super) fn is_among(list: &str, word: &str) -> bool {
+    list.split(' ').any(|own| own == word)
 }
 
 /// The words that say no among all that a column holds; none where one of them says neither yes nor no.
 pub(crate) fn words_for_no<'w>(words: impl Iterator<Item = &'w str> + Clone) -> Vec<String> {
-    let all_are_known = words.clone().all(|word| is_one_of(&NO, word) || is_one_of(&YES, word));
+    let says = |list: &str, word: &str| is_among(list, &word.to_lowercase());
+    let all_are_known = words.clone().all(|word| says(NO, word) || says(YES, word));
     if !all_are_known {
         return vec![];
     }
-    words.filter(|word| is_one_of(&NO, word)).map(str::to_owned).collect()
+    words.filter(|word| says(NO, word)).map(str::to_owned).collect()
 }
 
 #[cfg(test)]
