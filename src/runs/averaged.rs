@@ -1,6 +1,6 @@
 //! Reads a row that is the mean of several runs as those runs.
 
-use super::raw_row::{bad_cell, BadCell, RawRow, LARGEST_RESTITUTION};
+use super::raw_row::{bad_cell, BadCell, RawRow, LARGEST_RESTITUTION, MEASUREMENT_SDS};
 use crate::distributions::normal_quantile;
 use crate::scene::RunColumn;
 
@@ -49,26 +49,24 @@ impl MeanOf {
 /// What a row says of the runs that it is the mean of; `None` of a single run, and where a cell is wrong. Restitutions up to
 /// `limit` stuck.
 pub(super) fn mean_of(raw: &RawRow, restitution: f64, limit: f64, problems: &mut Vec<BadCell>) -> Option<MeanOf> {
-    let runs = raw.runs.unwrap_or(1.0);
+    let runs = raw[RunColumn::Runs].unwrap_or(1.0);
     if !(runs >= 1.0 && runs <= f64::from(MOST_IN_ROW) && runs.fract() == 0.0) {
         let expected = format!("expected how many runs the row is the mean of, a whole number from 1 to {MOST_IN_ROW}");
         problems.push(bad_cell(RunColumn::Runs, expected));
         return None;
     }
-    let of_runs = [
-        (RunColumn::RestitutionSdOfRuns, raw.sd_of_runs),
-        (RunColumn::RestitutionSe, raw.se),
-    ];
-    for (column, given) in of_runs {
-        if given.is_some_and(|sd| !(0.0..=LARGEST_RESTITUTION).contains(&sd)) {
+    let of_runs = [RunColumn::RestitutionSdOfRuns, RunColumn::RestitutionSe];
+    let is_above_zero = |column: RunColumn| raw[column].is_some_and(|sd| sd > 0.0);
+    for column in of_runs {
+        if raw[column].is_some_and(|sd| !(0.0..=LARGEST_RESTITUTION).contains(&sd)) {
             let expected = format!("expected a spread of restitutions, from 0 to {LARGEST_RESTITUTION}");
             problems.push(bad_cell(column, expected));
             return None;
         }
     }
     if runs == 1.0 {
-        for (column, given) in of_runs {
-            if given.is_some_and(|sd| sd > 0.0) {
+        for column in of_runs {
+            if is_above_zero(column) {
                 let expected =
                     "expected nothing or 0, since the row is one run: an error of its measurement goes into \
                                 `restitution_sd`";
@@ -77,21 +75,16 @@ pub(super) fn mean_of(raw: &RawRow, restitution: f64, limit: f64, problems: &mut
         }
         return None;
     }
-    let errors = [
-        (RunColumn::ImpactSpeedSd, raw.sds[0]),
-        (RunColumn::ReboundSpeedSd, raw.sds[1]),
-        (RunColumn::RestitutionSd, raw.sds[2]),
-    ];
-    for (column, given) in errors {
-        if given.is_some_and(|sd| sd > 0.0) {
+    for column in MEASUREMENT_SDS {
+        if is_above_zero(column) {
             let expected = "expected nothing, since the row is the mean of several runs: the sd of these runs goes into \
                             `restitution_sd_of_runs`, or the standard error of their mean into `restitution_se`; it holds \
                             the errors of measurement";
             problems.push(bad_cell(column, expected));
         }
     }
-    let of_se = raw.se.map(|se| se * runs.sqrt());
-    let sd = match (raw.sd_of_runs, of_se) {
+    let of_se = raw[RunColumn::RestitutionSe].map(|se| se * runs.sqrt());
+    let sd = match (raw[RunColumn::RestitutionSdOfRuns], of_se) {
         (Some(sd), Some(of_se)) if (sd - of_se).abs() > ROUNDING * sd.max(of_se) => {
             let expected = format!(
                 "expected `restitution_sd_of_runs` over the square root of `runs` ({:.2e}), or one of the two alone",
@@ -127,12 +120,10 @@ mod tests {
     use super::*;
 
     fn of(runs: f64, [sd, se]: [Option<f64>; 2], restitution: f64) -> Result<Option<MeanOf>, Vec<BadCell>> {
-        let raw = RawRow {
-            runs: Some(runs),
-            sd_of_runs: sd,
-            se,
-            ..RawRow::default()
-        };
+        let mut raw = RawRow::default();
+        raw.set(RunColumn::Runs, Some(runs));
+        raw.set(RunColumn::RestitutionSdOfRuns, sd);
+        raw.set(RunColumn::RestitutionSe, se);
         let mut problems = vec![];
         let found = mean_of(&raw, restitution, 0.0, &mut problems);
         match problems.is_empty() {

@@ -77,9 +77,9 @@ impl<'s> CheckedRows<'s> {
         for (word, (column, _)) in words.iter().zip(&self.words) {
             row.set_word(*column, word.as_deref().and_then(|text| layout.read(*column, text)));
         }
-        self.collected.count(at.number(), row.run);
+        self.collected.count(at.number(), row.word(RunColumn::Run));
         // of a run that is left out nothing else is read
-        if let Some(reason) = row.exclude {
+        if let Some(reason) = row.word(RunColumn::Exclude) {
             self.collected.exclude(reason);
             return;
         }
@@ -115,8 +115,7 @@ impl<'s> CheckedRows<'s> {
             }
         }
         if let Some(row) = check_row(&row, &mut self.checker, &mut bad) {
-            self.collected
-                .push(&row, self.checker.has_film_ratio, self.checker.scene);
+            self.collected.push(&row, self.checker.scene);
         }
         for bad in bad {
             self.refusals.cell(at, bad, |column| {
@@ -130,8 +129,8 @@ impl<'s> CheckedRows<'s> {
     fn knows(&self, index: usize, text: &str, row: &RawRow) -> bool {
         let column = self.words.iter().find(|(_, place)| place.index == index);
         match column.map(|(column, _)| *column) {
-            Some(RunColumn::Particle) => self.checker.knows_particle(row.particle),
-            Some(RunColumn::Liquid) => row.is_dry() || self.checker.knows_liquid(row.liquid),
+            Some(RunColumn::Particle) => self.checker.knows_particle(row.word(RunColumn::Particle)),
+            Some(RunColumn::Liquid) => row.is_dry() || self.checker.knows_liquid(row.word(RunColumn::Liquid)),
             Some(column) => self.layout.read(column, text).is_some_and(|word| label(word).is_none()),
             None => false,
         }

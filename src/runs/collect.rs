@@ -166,9 +166,14 @@ impl RunsAsRead {
         comparison
     }
 
-    /// Adds some runs of another part.
-    pub fn extend_by(&mut self, part: &RunsAsRead, runs: impl Iterator<Item = usize>) {
+    /// Adds some runs of another part of the table, of which so many rows come before.
+    pub fn extend(&mut self, part: &RunsAsRead, runs: impl Iterator<Item = usize>, rows_before: u32) {
         for run in runs {
+            if !part.errors.is_empty() {
+                self.push_error(part.errors.error(run));
+            } else if !self.errors.is_empty() {
+                self.push_error(RunError::default());
+            }
             self.particle.push(part.particle[run]);
             self.liquid.push(part.liquid[run]);
             self.diameter.push(part.diameter[run]);
@@ -176,37 +181,18 @@ impl RunsAsRead {
             self.impact_speed.push(part.impact_speed[run]);
             self.restitution.push(part.restitution[run]);
             self.film_ratio.extend(part.film_ratio.get(run));
-            self.row.push(part.row[run]);
+            self.row.push(rows_before.saturating_add(part.row[run]));
+            self.count.extend(part.count.get(run));
+            self.stuck.extend(part.stuck.get(run));
         }
     }
 
-    /// Adds the runs of a later part of the file, of which so many rows come before.
-    pub fn extend(&mut self, part: &RunsAsRead, rows_before: usize) {
-        if !part.errors.is_empty() && self.errors.is_empty() {
+    /// Adds the error of the run that is added next; those before it have none unless they have theirs.
+    fn push_error(&mut self, error: RunError) {
+        if self.errors.is_empty() {
             self.errors = MeasurementErrors::none(self.restitution.len());
         }
-        if !part.errors.is_empty() || !self.errors.is_empty() {
-            for run in 0..part.restitution.len() {
-                let error = if part.errors.is_empty() {
-                    RunError::default()
-                } else {
-                    part.errors.error(run)
-                };
-                self.errors.push(error);
-            }
-        }
-        self.particle.extend_from_slice(&part.particle);
-        self.liquid.extend_from_slice(&part.liquid);
-        self.diameter.extend_from_slice(&part.diameter);
-        self.film.extend_from_slice(&part.film);
-        self.impact_speed.extend_from_slice(&part.impact_speed);
-        self.restitution.extend_from_slice(&part.restitution);
-        self.film_ratio.extend_from_slice(&part.film_ratio);
-        self.count.extend_from_slice(&part.count);
-        self.stuck.extend_from_slice(&part.stuck);
-        let rows_before = u32::try_from(rows_before).unwrap_or(u32::MAX);
-        self.row
-            .extend(part.row.iter().map(|row| rows_before.saturating_add(*row)));
+        self.errors.push(error);
     }
 }
 
@@ -343,7 +329,7 @@ impl Collected {
 
     /// Adds the run of the row that was counted last.
     #[inline]
-    pub fn push(&mut self, row: &CheckedRow, has_film_ratio: bool, scene: &Scene) {
+    pub fn push(&mut self, row: &CheckedRow, scene: &Scene) {
         for (comparison, ratio) in self.told_twice.iter_mut().zip(row.ratios) {
             if let Some(ratio) = ratio {
                 let setting = RowSetting {
@@ -368,22 +354,19 @@ impl Collected {
             // beyond, the table is refused
             Some(mean) if self.averaged[1] <= MOST_AVERAGED => {
                 for restitution in mean.restitutions(row.restitution) {
-                    self.push_run(&CheckedRow { restitution, ..*row }, has_film_ratio);
+                    self.push_run(&CheckedRow { restitution, ..*row });
                 }
             }
-            _ => self.push_run(row, has_film_ratio),
+            _ => self.push_run(row),
         }
     }
 
     #[inline]
-    fn push_run(&mut self, row: &CheckedRow, has_film_ratio: bool) {
+    fn push_run(&mut self, row: &CheckedRow) {
         self.above_one += usize::from(row.restitution > 1.0);
         let columns = &mut self.columns;
         if row.errors != RunError::default() || !columns.errors.is_empty() {
-            if columns.errors.is_empty() {
-                columns.errors = MeasurementErrors::none(columns.restitution.len());
-            }
-            columns.errors.push(row.errors);
+            columns.push_error(row.errors);
         }
         columns.particle.push(row.particle);
         columns.liquid.push(row.liquid.unwrap_or(RunsAsRead::NO_LIQUID));
@@ -392,7 +375,7 @@ impl Collected {
         columns.impact_speed.push(row.impact_speed);
         columns.restitution.push(row.restitution);
         columns.row.push(u32::try_from(self.rows).unwrap_or(u32::MAX));
-        if has_film_ratio {
+        if self.has_film_ratio {
             columns.film_ratio.push(row.film_ratio.unwrap_or(f64::NAN));
         }
     }
@@ -466,7 +449,8 @@ impl Collected {
             *all += own;
         }
         if self.averaged[1] <= MOST_AVERAGED {
-            self.columns.extend(&part.columns, self.rows);
+            let runs = 0..part.columns.restitution.len();
+            self.columns.extend(&part.columns, runs, rows_before);
         }
         self.lines.extend(&part.lines, self.rows);
         self.rows += part.rows;

@@ -6,7 +6,6 @@
 //! is exact.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -88,8 +87,8 @@ impl Runs {
     /// Few of the runs that stand for all, by slabs.
     pub(super) fn condensed_in(&self, slabs: &Slabs) -> Runs {
         let of_dry = |group: &DryGroup| {
-            [&group.rebounds, &group.stuck].map(|range| {
-                let ends = self.ends(range);
+            group.kinds().map(|range| {
+                let ends = self.ends(&range);
                 let (ends, between) = (0..range.len()).partition(|place| ends.contains(&(range.start + place)));
                 let slabs =
                     [(ends, true), (between, range.len() < MANY)].map(|(places, is_kept)| Slab { places, is_kept });
@@ -109,27 +108,13 @@ impl Runs {
             of_kinds.map(|own| members.stand_ins(&own))
         };
         let wet: Vec<[Vec<StandIn>; 2]> = self.series.par_iter().map(of_series).collect();
-        let mut few = Runs {
-            spheres: self.spheres.clone(),
-            places: Arc::clone(&self.places),
-            film_groups: self.film_groups.clone(),
-            ..Runs::default()
-        };
+        let mut few = self.emptied();
+        few.film_groups.clone_from(&self.film_groups);
         for (group, stand_ins) in self.dry.iter().zip(dry) {
-            let [rebounds, stuck] = stand_ins.map(|some| few.take_stand_ins(self, &some));
-            few.dry.push(DryGroup {
-                rebounds,
-                stuck,
-                ..group.clone()
-            });
+            few.add_dry(group, stand_ins, |few, some| few.take_stand_ins(self, &some));
         }
         for (series, stand_ins) in self.series.iter().zip(wet) {
-            let [rebounds, stuck] = stand_ins.map(|some| few.take_stand_ins(self, &some));
-            few.series.push(Series {
-                rebounds,
-                stuck,
-                ..series.clone()
-            });
+            few.add_series(series, stand_ins, |few, some| few.take_stand_ins(self, &some));
         }
         few
     }

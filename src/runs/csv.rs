@@ -129,15 +129,15 @@ impl<R: Read> Csv<R> {
         Ok(survey)
     }
 
-    /// Reads every run, or names all that is wrong; with the SHA-256 of the file.
-    pub fn runs(mut self, scene: &Scene, gathering: &mut Gathering) -> Result<(Collected, String), Refused> {
+    /// Reads every run, or names all that is wrong.
+    pub fn runs(mut self, scene: &Scene, gathering: &mut Gathering) -> Result<Collected, Refused> {
         let header = self.header(scene.data.naming.header_row)?;
         let layout = TableLayout::new(&header, &scene.data.naming)?;
         let mut rows = CheckedRows::new(&layout, scene);
         if let Err(problem) = self.add_rows(&mut rows, layout.width, gathering) {
             rows.refuse(problem);
         }
-        Ok((rows.finish()?, self.records.sha256()))
+        rows.finish()
     }
 
     /// Adds every record below the header, or refuses it. Fails where the rest of the file cannot be read.

@@ -19,7 +19,7 @@ use super::slabs::Slabs;
 use super::source::TableSource;
 use super::spheres::check_spheres;
 use super::stated_errors::check_stated_errors;
-use super::table::{read, AllTables, Joined, Table};
+use super::table::{read, Joined, Table};
 use crate::error::Error;
 use crate::notice::{Level, Notice};
 use crate::physics::numbers::same_diameter;
@@ -105,17 +105,9 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
     for ((table, collected), hash) in tables.iter().zip(of_files).zip(hashes) {
         joined.add((collected, hash), table)?;
     }
-    let compared = std::mem::take(&mut joined.compared);
-    let AllTables {
-        collected,
-        places,
-        sheets,
-        mut notices,
-        sha256,
-    } = joined.finish();
-    let (rows, screened) = (collected.runs(), collected.screened());
+    let (collected, mut table) = joined.finish();
     let mut sample = arrange_part(collected.columns, &cells, scene);
-    sample.places = Arc::new(places);
+    sample.places = std::mem::take(&mut table.runs.places);
     check_spheres(scene, &sample.spheres)?;
     let slabs = Slabs::of(&sample, scene.data.smallest_restitution);
     let condensing = Condensing {
@@ -131,17 +123,10 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
     runs.film_groups.iter_mut().for_each(|group| group.measure_by(&sample));
     check_stated_errors(scene, &runs)?;
     let sample = runs.alike(&sample);
-    notices.push(condensed_notice(&runs, &sample));
+    table.notices.push(condensed_notice(&runs, &sample));
     runs.sample = Some(Box::new(sample));
-    Ok(Some(Table {
-        runs,
-        rows,
-        sheets,
-        screened,
-        compared,
-        notices,
-        sha256,
-    }))
+    table.runs = runs;
+    Ok(Some(table))
 }
 
 fn condensed_notice(runs: &Runs, sample: &Runs) -> Notice {
@@ -184,19 +169,14 @@ fn outline(scene: &Scene, pieces: &Pieces, piece: u64, share: f64) -> Result<Out
         outline.cells = std::mem::take(&mut outline.cells).with(ClassCells::of(&block, scene));
         let runs = block.restitution.len();
         let is_sampled = |run: &usize| even(piece, before + *run as u64) < share;
-        sample.extend_by(&block, (0..runs).filter(is_sampled));
+        sample.extend(&block, (0..runs).filter(is_sampled), 0);
         before += runs as u64;
     };
-    let read = pieces.all[piece as usize].read(scene, &mut take)?;
-    match read {
-        Some(collected) => {
-            // whether a word excludes the whole column tells, of which this may be a part
-            outline.is_whole |= !collected.words_for_no().is_empty();
-            outline.collected = collected;
-            outline.collected.columns = sample;
-        }
-        None => outline.is_whole = true,
-    }
+    let collected = pieces.all[piece as usize].read(scene, &mut take)?;
+    // whether a word excludes the whole column tells, of which this may be a part
+    outline.is_whole |= !collected.words_for_no().is_empty();
+    outline.collected = collected;
+    outline.collected.columns = sample;
     Ok(outline)
 }
 
@@ -245,9 +225,7 @@ impl Condensing<'_> {
         for piece in pieces {
             let mut take = |block: RunsAsRead| tree.add(self.few(block));
             // what it says besides is known from the first reading
-            piece
-                .read(self.scene, &mut take)?
-                .ok_or_else(|| piece.changed(self.scene))?;
+            piece.read(self.scene, &mut take)?;
         }
         Ok(tree.finish())
     }
@@ -290,7 +268,7 @@ impl<'c> Tree<'c> {
         if parts.len() == 0 {
             return all;
         }
-        parts.for_each(|part| all.extend(&part, 0));
+        parts.for_each(|part| all.extend(&part, 0..part.restitution.len(), 0));
         self.condensing.few(all)
     }
 
@@ -340,33 +318,19 @@ impl Runs {
 impl Runs {
     /// Some of the runs that these stand for, in the same series; of a series of which they have none, these.
     fn alike(&self, some: &Runs) -> Runs {
-        let mut alike = Runs {
-            spheres: self.spheres.clone(),
-            places: Arc::clone(&self.places),
-            film_groups: self.film_groups.clone(),
-            ..Runs::default()
-        };
+        let mut alike = self.emptied();
+        alike.film_groups.clone_from(&self.film_groups);
         for group in &self.dry {
             let is_same =
                 |own: &&DryGroup| own.particle == group.particle && same_diameter(own.diameter, group.diameter);
             let own = some.dry.iter().find(is_same);
             let (from, of) = own.map_or((self, group), |own| (some, own));
-            let [rebounds, stuck] = [&of.rebounds, &of.stuck].map(|range| alike.take(from, range.clone(), |_| true));
-            alike.dry.push(DryGroup {
-                rebounds,
-                stuck,
-                ..group.clone()
-            });
+            alike.add_dry(group, of.kinds(), |alike, range| alike.take(from, range));
         }
         for series in &self.series {
             let own = some.series.iter().find(|own| own.is_same(series));
             let (from, of) = own.map_or((self, series), |own| (some, own));
-            let [rebounds, stuck] = [&of.rebounds, &of.stuck].map(|range| alike.take(from, range.clone(), |_| true));
-            alike.series.push(Series {
-                rebounds,
-                stuck,
-                ..series.clone()
-            });
+            alike.add_series(series, of.kinds(), |alike, range| alike.take(from, range));
         }
         // as runs by themselves
         alike.count.clear();

@@ -48,26 +48,52 @@ pub(super) struct ParquetTable<'b> {
     schema: Arc<ArrowSchema>,
     /// how many rows it says it has
     pub rows: usize,
+    /// and how many each of its row groups
+    groups: Vec<usize>,
 }
 
 impl<'b> ParquetTable<'b> {
     pub fn open(bytes: ParquetBytes<'b>) -> Result<ParquetTable<'b>, Vec<Problem>> {
         polars(|| check_footer(bytes.reader()?))?;
-        let (schema, rows) = polars(|| {
+        polars(|| {
             let mut reader = ParquetReader::new(bytes.reader()?);
-            Ok((reader.schema()?, reader.num_rows()?))
-        })?;
-        if schema.len() > MOST_COLUMNS {
-            return Err(vec![too_many_columns(schema.len(), None)]);
-        }
-        Ok(ParquetTable { bytes, schema, rows })
+            let schema = reader.schema()?;
+            let about = reader.get_metadata()?;
+            Ok(ParquetTable {
+                bytes,
+                schema,
+                rows: about.num_rows,
+                groups: about.row_groups.iter().map(|group| group.num_rows()).collect(),
+            })
+        })
     }
 
-    fn header(&self) -> Header {
-        Header {
+    /// Ranges of rows of equal length, or of as few more as row groups allow.
+    pub fn ranges(&self, rows: usize) -> Vec<Range<usize>> {
+        // of equal length, as whoever reads them may take turns
+        let length = self.rows.div_ceil(self.rows.div_ceil(rows).max(1));
+        let mut ranges: Vec<Range<usize>> = vec![];
+        for own in &self.groups {
+            // one without rows is no range of its own
+            match ranges.last_mut().filter(|last| last.len() < length || *own == 0) {
+                Some(last) => last.end = last.end.saturating_add(*own),
+                None => {
+                    let first = ranges.last().map_or(0, |last| last.end);
+                    ranges.push(first..first.saturating_add(*own));
+                }
+            }
+        }
+        ranges
+    }
+
+    fn header(&self) -> Result<Header, Vec<Problem>> {
+        if self.schema.len() > MOST_COLUMNS {
+            return Err(vec![too_many_columns(self.schema.len(), None)]);
+        }
+        Ok(Header {
             names: self.schema.iter_names().map(|name| name.to_string()).collect(),
             ..Header::default()
-        }
+        })
     }
 
     fn type_of(&self, column: &str) -> Option<&ArrowDataType> {
@@ -76,7 +102,7 @@ impl<'b> ParquetTable<'b> {
 
     /// Whether a number is to be read from a text: what separates its decimals all rows tell together.
     pub fn has_number_texts(&self, naming: &Naming) -> Result<bool, Vec<Problem>> {
-        let header = self.header();
+        let header = self.header()?;
         let layout = TableLayout::new(&header, naming)?;
         let is_number_text = |(column, place): &(RunColumn, &ColumnPlace)| {
             column.is_number() && self.type_of(&place.name).is_some_and(is_text)
@@ -125,7 +151,7 @@ const ROWS_AT_ONCE: usize = 1 << 19;
 /// Reads a Parquet table for what stands in its columns; of a column of a type that runs cannot have, only its name is told.
 pub(super) fn survey_parquet(bytes: ParquetBytes) -> Result<Survey, Vec<Problem>> {
     let table = ParquetTable::open(bytes)?;
-    let header = table.header();
+    let header = table.header()?;
     let is_known = |name: &&String| {
         let given = table.type_of(name);
         given.is_some_and(|given| is_readable(given, true) || is_readable(given, false))
@@ -165,7 +191,7 @@ pub(super) fn read_parquet(
     rows: Range<usize>,
     gathering: &mut Gathering,
 ) -> Result<Collected, Refused> {
-    let header = table.header();
+    let header = table.header()?;
     let layout = TableLayout::new(&header, &scene.data.naming)?;
     table.check_types(&layout)?;
     // only what is used: another column may have a type this reader does not know

@@ -18,35 +18,24 @@ impl Runs {
     ///
     /// A film group keeps its name, also where some of its runs are gone.
     pub fn with_films_below(&self, film_ratio: f64) -> Runs {
-        let mut part = Runs {
-            spheres: self.spheres.clone(),
-            places: Arc::clone(&self.places),
-            ..Runs::default()
-        };
-        let thin = |run: usize| self.film[run] / self.diameter[run] < film_ratio;
-        self.dry.iter().for_each(|group| part.take_dry(self, group));
-        for group in &self.film_groups {
+        // a dry run has a film of 0
+        let mut part = self.with_runs(|run| self.film[run] / self.diameter[run] < film_ratio);
+        let all = std::mem::take(&mut part.series);
+        for group in std::mem::take(&mut part.film_groups) {
             let first = part.series.len();
-            for series in &self.series[group.series.clone()] {
-                let rebounds = part.take(self, series.rebounds.clone(), thin);
-                let stuck = part.take(self, series.stuck.clone(), thin);
-                let runs = rebounds.start..stuck.end;
+            for series in &all[group.series.clone()] {
+                let runs = series.runs();
                 if !runs.is_empty() {
                     part.series.push(Series {
                         diameter: mean(&part.diameter[runs.clone()]),
                         film: mean(&part.film[runs]),
-                        rebounds,
-                        stuck,
                         ..series.clone()
                     });
                 }
             }
             let series = first..part.series.len();
             if !series.is_empty() {
-                part.film_groups.push(FilmGroup {
-                    series,
-                    ..group.clone()
-                });
+                part.film_groups.push(FilmGroup { series, ..group });
             }
         }
         part
@@ -74,27 +63,16 @@ impl Runs {
     /// The runs that `keep` selects by their places. Spheres, film groups and series keep theirs, with their mean diameters and
     /// films, also where none of their runs is left.
     pub fn with_runs(&self, keep: impl Fn(usize) -> bool) -> Runs {
-        let mut part = Runs {
-            spheres: self.spheres.clone(),
-            places: Arc::clone(&self.places),
-            film_groups: self.film_groups.clone(),
-            ..Runs::default()
-        };
+        let mut part = self.emptied();
+        part.film_groups.clone_from(&self.film_groups);
         for group in &self.dry {
-            let [rebounds, stuck] = [&group.rebounds, &group.stuck].map(|range| part.take(self, range.clone(), &keep));
-            part.dry.push(DryGroup {
-                rebounds,
-                stuck,
-                ..group.clone()
+            part.add_dry(group, group.kinds(), |part, range| {
+                part.take(self, range.filter(|run| keep(*run)))
             });
         }
         for series in &self.series {
-            let [rebounds, stuck] =
-                [&series.rebounds, &series.stuck].map(|range| part.take(self, range.clone(), &keep));
-            part.series.push(Series {
-                rebounds,
-                stuck,
-                ..series.clone()
+            part.add_series(series, series.kinds(), |part, range| {
+                part.take(self, range.filter(|run| keep(*run)))
             });
         }
         part
@@ -102,27 +80,18 @@ impl Runs {
 
     /// The dry runs, and the runs of each film group, as tables of their own.
     pub fn parts(&self) -> impl Iterator<Item = Runs> + '_ {
-        let empty = || Runs {
-            spheres: self.spheres.clone(),
-            places: Arc::clone(&self.places),
-            ..Runs::default()
-        };
         let dry = std::iter::once(&self.dry).filter(|groups| !groups.is_empty());
-        let dry = dry.map(move |groups| {
-            let mut part = empty();
-            groups.iter().for_each(|group| part.take_dry(self, group));
+        let dry = dry.map(|groups| {
+            let mut part = self.emptied();
+            for group in groups {
+                part.add_dry(group, group.kinds(), |part, range| part.take(self, range));
+            }
             part
         });
-        let wet = self.film_groups.iter().map(move |group| {
-            let mut part = empty();
+        let wet = self.film_groups.iter().map(|group| {
+            let mut part = self.emptied();
             for series in &self.series[group.series.clone()] {
-                let [rebounds, stuck] =
-                    [&series.rebounds, &series.stuck].map(|range| part.take(self, range.clone(), |_| true));
-                part.series.push(Series {
-                    rebounds,
-                    stuck,
-                    ..series.clone()
-                });
+                part.add_series(series, series.kinds(), |part, range| part.take(self, range));
             }
             part.film_groups.push(FilmGroup {
                 series: 0..part.series.len(),
@@ -143,21 +112,50 @@ impl Runs {
         self.series.iter().map(|series| self.measured(series.runs())).sum()
     }
 
-    /// Appends some runs of another table, and says where they are.
-    pub(super) fn take(&mut self, from: &Runs, range: Range<usize>, keep: impl Fn(usize) -> bool) -> Range<usize> {
-        let first = self.len();
-        range.filter(|run| keep(*run)).for_each(|run| self.take_run(from, run));
-        first..self.len()
+    /// A table of the same spheres without runs.
+    pub(super) fn emptied(&self) -> Runs {
+        Runs {
+            spheres: self.spheres.clone(),
+            places: Arc::clone(&self.places),
+            ..Runs::default()
+        }
     }
 
-    /// Appends the dry runs of a group of another table, as a group.
-    pub(super) fn take_dry(&mut self, from: &Runs, group: &DryGroup) {
-        let [rebounds, stuck] = [&group.rebounds, &group.stuck].map(|range| self.take(from, range.clone(), |_| true));
+    /// Adds a group of dry runs like that of another table; `take` appends first its rebounds, then its stuck runs.
+    pub(super) fn add_dry<T>(
+        &mut self,
+        group: &DryGroup,
+        of: [T; 2],
+        mut take: impl FnMut(&mut Runs, T) -> Range<usize>,
+    ) {
+        let [rebounds, stuck] = of.map(|of| take(self, of));
         self.dry.push(DryGroup {
             rebounds,
             stuck,
             ..group.clone()
         });
+    }
+
+    /// Adds a series like that of another table; `take` appends first its rebounds, then its stuck runs.
+    pub(super) fn add_series<T>(
+        &mut self,
+        series: &Series,
+        of: [T; 2],
+        mut take: impl FnMut(&mut Runs, T) -> Range<usize>,
+    ) {
+        let [rebounds, stuck] = of.map(|of| take(self, of));
+        self.series.push(Series {
+            rebounds,
+            stuck,
+            ..series.clone()
+        });
+    }
+
+    /// Appends some runs of another table, and says where they are.
+    pub(super) fn take(&mut self, from: &Runs, runs: impl Iterator<Item = usize>) -> Range<usize> {
+        let first = self.len();
+        runs.for_each(|run| self.take_run(from, run));
+        first..self.len()
     }
 
     /// Appends a run of another table, with what it stands for there.

@@ -1,79 +1,63 @@
 //! Holds one run as a file has it, and how its heights and Stokes number become speeds.
 
+use std::ops::Index;
+
 use crate::physics::numbers::speed_at_stokes;
 use crate::scene::{HeightsOf, HeightsTo, RunColumn, Scene, DRY};
 
 /// Largest restitution that is kept, with a notice above one; larger ones cannot be a measurement of a rebound.
 pub(crate) const LARGEST_RESTITUTION: f64 = 1.1;
 
-/// One run as the file has it: numbers in SI, missing cells as `None`.
+/// One run as the file has it: what stands in each column.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct RawRow<'a> {
-    pub particle: Option<&'a str>,
-    pub liquid: Option<&'a str>,
-    pub diameter: Option<f64>,
-    pub film: Option<f64>,
-    pub impact_speed: Option<f64>,
-    pub rebound_speed: Option<f64>,
-    pub restitution: Option<f64>,
-    pub film_ratio: Option<f64>,
-    /// standard deviations of impact speed, rebound speed and restitution
-    pub sds: [Option<f64>; 3],
-    /// of the errors of both speeds
-    pub speed_correlation: Option<f64>,
-    pub drop_height: Option<f64>,
-    pub rebound_height: Option<f64>,
-    pub stokes: Option<f64>,
-    /// how many runs it is the mean of, with their sd and the standard error of their mean
-    pub runs: Option<f64>,
-    pub sd_of_runs: Option<f64>,
-    pub se: Option<f64>,
-    /// why it is left out
-    pub exclude: Option<&'a str>,
-    /// its label
-    pub run: Option<&'a str>,
+    words: [Option<&'a str>; RunColumn::ALL.len()],
+    /// in SI
+    numbers: [Option<f64>; RunColumn::ALL.len()],
 }
 
 impl<'a> RawRow<'a> {
     /// Takes the word of a column that holds no numbers.
     pub fn set_word(&mut self, column: RunColumn, word: Option<&'a str>) {
-        match column {
-            RunColumn::Particle => self.particle = word,
-            RunColumn::Liquid => self.liquid = word,
-            RunColumn::Exclude => self.exclude = word,
-            RunColumn::Run => self.run = word,
-            _ => {}
-        }
+        self.words[column as usize] = word;
     }
 
-    /// Takes the number of a column that holds such.
+    /// Takes the number of a column that holds such, in SI.
     pub fn set(&mut self, column: RunColumn, value: Option<f64>) {
-        match column {
-            RunColumn::Diameter => self.diameter = value,
-            RunColumn::Film => self.film = value,
-            RunColumn::ImpactSpeed => self.impact_speed = value,
-            RunColumn::ReboundSpeed => self.rebound_speed = value,
-            RunColumn::Restitution => self.restitution = value,
-            RunColumn::FilmRatio => self.film_ratio = value,
-            RunColumn::ImpactSpeedSd => self.sds[0] = value,
-            RunColumn::ReboundSpeedSd => self.sds[1] = value,
-            RunColumn::RestitutionSd => self.sds[2] = value,
-            RunColumn::SpeedCorrelation => self.speed_correlation = value,
-            RunColumn::DropHeight => self.drop_height = value,
-            RunColumn::ReboundHeight => self.rebound_height = value,
-            RunColumn::Stokes => self.stokes = value,
-            RunColumn::Runs => self.runs = value,
-            RunColumn::RestitutionSdOfRuns => self.sd_of_runs = value,
-            RunColumn::RestitutionSe => self.se = value,
-            RunColumn::Particle | RunColumn::Liquid | RunColumn::Exclude | RunColumn::Run => {}
-        }
+        self.numbers[column as usize] = value;
+    }
+
+    /// The word in a column; `None` of a missing cell.
+    pub fn word(&self, column: RunColumn) -> Option<&'a str> {
+        self.words[column as usize]
+    }
+
+    /// Whether there is a number in any of some columns.
+    pub fn has_any(&self, columns: &[RunColumn]) -> bool {
+        columns.iter().any(|column| self[*column].is_some())
     }
 
     /// Whether the run had no liquid.
     pub fn is_dry(&self) -> bool {
-        matches!(self.liquid, None | Some(DRY))
+        matches!(self.word(RunColumn::Liquid), None | Some(DRY))
     }
 }
+
+/// The number in a column, in SI; `None` of a missing cell.
+impl Index<RunColumn> for RawRow<'_> {
+    type Output = Option<f64>;
+
+    fn index(&self, column: RunColumn) -> &Option<f64> {
+        &self.numbers[column as usize]
+    }
+}
+
+/// The columns of the standard deviations of measurement: of impact speed, rebound speed and restitution.
+pub(super) const MEASUREMENT_SDS: [RunColumn; 3] = [
+    RunColumn::ImpactSpeedSd,
+    RunColumn::ReboundSpeedSd,
+    RunColumn::RestitutionSd,
+];
 
 /// A wrong cell.
 #[derive(Debug, PartialEq)]

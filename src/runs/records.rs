@@ -17,7 +17,6 @@ use super::refusals::whole_file;
 use crate::encoding::{line_ends, LineCount, BYTE_ORDER_MARK};
 use crate::error::Problem;
 use crate::files::MOST_OF_LINE;
-use crate::seed::Hashed;
 
 /// Bytes that are fetched at once.
 const FETCHED: usize = 1 << 16;
@@ -64,7 +63,7 @@ impl<'r> Record<'r> {
 
 /// The records of a source, one after the other.
 pub(super) struct Records<R> {
-    source: BufReader<Hashed<R>>,
+    source: BufReader<R>,
     separator: u8,
     parser: Reader,
     lines: LineCount,
@@ -82,7 +81,7 @@ pub(super) struct Records<R> {
 
 impl<R: Read> Records<R> {
     pub fn new(source: R, separator: u8) -> std::io::Result<Records<R>> {
-        let mut source = BufReader::with_capacity(FETCHED, Hashed::new(source));
+        let mut source = BufReader::with_capacity(FETCHED, source);
         let mut mark = [0; 4];
         let mark = BYTE_ORDER_MARK.encode_utf8(&mut mark).as_bytes();
         if source.fill_buf()?.starts_with(mark) {
@@ -128,11 +127,6 @@ impl<R: Read> Records<R> {
     /// Lets the next record be the one at hand again.
     pub fn put_back(&mut self) {
         self.is_put_back = true;
-    }
-
-    /// The SHA-256 of what was read.
-    pub fn sha256(self) -> String {
-        self.source.into_inner().sha256()
     }
 
     /// Goes on to the next record that is not blank; whether there is one.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::averaged::{mean_of, MeanOf};
 use super::errors::{self, RunError};
-use super::raw_row::{bad_cell, BadCell, RawRow, StokesScale, Surface, LARGEST_RESTITUTION};
+use super::raw_row::{bad_cell, BadCell, RawRow, StokesScale, Surface, LARGEST_RESTITUTION, MEASUREMENT_SDS};
 use super::told_twice::{speed_ratios, SpeedRatios};
 use crate::error::PROBLEMS_SHOWN;
 use crate::physics::numbers::free_fall_speed;
@@ -114,7 +114,11 @@ fn is_bad(column: RunColumn, problems: &[BadCell]) -> bool {
     problems.iter().any(|bad| bad.column == column)
 }
 
-fn positive(column: RunColumn, value: Option<f64>, what: &str, problems: &mut Vec<BadCell>) -> Option<f64> {
+fn positive(raw: &RawRow, column: RunColumn, what: &str, problems: &mut Vec<BadCell>) -> Option<f64> {
+    positive_value(column, raw[column], what, problems)
+}
+
+fn positive_value(column: RunColumn, value: Option<f64>, what: &str, problems: &mut Vec<BadCell>) -> Option<f64> {
     let good = value.filter(|x| MAGNITUDES.contains(x));
     if good.is_none() {
         refuse_as_not_positive(column, value, what, problems);
@@ -139,7 +143,7 @@ fn refuse_as_not_positive(column: RunColumn, value: Option<f64>, what: &str, pro
 #[inline(always)]
 pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut Vec<BadCell>) -> Option<CheckedRow> {
     let is_dry = raw.is_dry();
-    let particle = match raw.particle {
+    let particle = match raw.word(RunColumn::Particle) {
         Some(name) => {
             let index = checker.particles.find(name);
             if index.is_none() {
@@ -154,7 +158,7 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
             None
         }
     };
-    let liquid = match raw.liquid {
+    let liquid = match raw.word(RunColumn::Liquid) {
         Some(name) if !is_dry => {
             let index = checker.liquids.find(name);
             if index.is_none() {
@@ -167,22 +171,22 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
         }
         _ => None,
     };
-    let diameter = positive(RunColumn::Diameter, raw.diameter, "a diameter", problems);
-    let has_speed = raw.impact_speed.is_some() || (raw.drop_height.is_none() && raw.stokes.is_none());
+    let diameter = positive(raw, RunColumn::Diameter, "a diameter", problems);
+    let has_speed = raw[RunColumn::ImpactSpeed].is_some() || !raw.has_any(&[RunColumn::DropHeight, RunColumn::Stokes]);
     let mut impact_speed = None;
     if has_speed {
-        impact_speed = positive(RunColumn::ImpactSpeed, raw.impact_speed, "an impact speed", problems);
+        impact_speed = positive(raw, RunColumn::ImpactSpeed, "an impact speed", problems);
     }
     let film = if is_dry {
         Some(0.0)
     } else {
-        let film = positive(RunColumn::Film, raw.film, "a film thickness", problems);
+        let film = positive(raw, RunColumn::Film, "a film thickness", problems);
         if film.zip(diameter).is_some_and(|(film, diameter)| film > diameter) {
             problems.push(bad_cell(RunColumn::Film, "expected a film no thicker than the sphere"));
         }
         film
     };
-    let film_ratio = raw.film_ratio.filter(|_| !is_dry);
+    let film_ratio = raw[RunColumn::FilmRatio].filter(|_| !is_dry);
     if checker.has_film_ratio && !is_dry && film_ratio.is_none() && !is_bad(RunColumn::FilmRatio, problems) {
         let expected = "expected the film ratio the run belongs to, as every wet run of a file with this column has";
         problems.push(bad_cell(RunColumn::FilmRatio, expected));
@@ -195,7 +199,7 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
     }
     let surface = Surface::of(checker.scene, film, diameter);
     let mut ratios = SpeedRatios::default();
-    if raw.drop_height.is_some() || raw.stokes.is_some() || raw.rebound_height.is_some() {
+    if raw.has_any(&[RunColumn::DropHeight, RunColumn::Stokes, RunColumn::ReboundHeight]) {
         let of_stokes = StokesScale::of(checker.scene, particle, liquid, diameter);
         ratios = surface
             .as_ref()
@@ -207,15 +211,21 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
     let rebound = rebound_speed(raw, surface.as_ref(), problems);
     let restitution = restitution(raw, impact_speed, rebound, problems);
     let mut row_mean_of = None;
-    if raw.runs.is_some() || raw.sd_of_runs.is_some() || raw.se.is_some() {
+    if raw.has_any(&[
+        RunColumn::Runs,
+        RunColumn::RestitutionSdOfRuns,
+        RunColumn::RestitutionSe,
+    ]) {
         let limit = checker.scene.data.smallest_restitution;
         row_mean_of = restitution.and_then(|restitution| mean_of(raw, restitution, limit, problems));
     }
-    let has_sd = raw.sds.iter().any(Option::is_some);
+    let sds = MEASUREMENT_SDS.map(|column| raw[column]);
+    let has_sd = sds.iter().any(Option::is_some);
     if has_sd {
-        check_sds(raw, problems);
+        check_sds(sds, problems);
     }
-    if raw.speed_correlation.is_some_and(|rho| !(-1.0..=1.0).contains(&rho)) {
+    let correlation = raw[RunColumn::SpeedCorrelation];
+    if correlation.is_some_and(|rho| !(-1.0..=1.0).contains(&rho)) {
         problems.push(bad_cell(
             RunColumn::SpeedCorrelation,
             "expected a correlation from -1 to 1",
@@ -234,7 +244,7 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
         restitution,
         film_ratio,
         errors: if has_sd {
-            errors::of_run(raw.sds, raw.speed_correlation.unwrap_or(0.0), impact_speed, restitution)
+            errors::of_run(sds, correlation.unwrap_or(0.0), impact_speed, restitution)
         } else {
             RunError::default()
         },
@@ -245,13 +255,8 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
 
 /// Checks a run's standard deviations. One far below its quantity is no mistake; one beyond every magnitude would
 /// overflow.
-fn check_sds(raw: &RawRow, problems: &mut Vec<BadCell>) {
-    let columns = [
-        RunColumn::ImpactSpeedSd,
-        RunColumn::ReboundSpeedSd,
-        RunColumn::RestitutionSd,
-    ];
-    for (column, sd) in columns.into_iter().zip(raw.sds) {
+fn check_sds(sds: [Option<f64>; 3], problems: &mut Vec<BadCell>) {
+    for (column, sd) in MEASUREMENT_SDS.into_iter().zip(sds) {
         if sd.is_some_and(|sd| !(sd >= 0.0 && sd.is_finite())) {
             problems.push(bad_cell(column, "expected a finite standard deviation of 0 or more"));
         } else if sd.is_some_and(|sd| sd > *MAGNITUDES.end()) {
@@ -271,8 +276,8 @@ fn derived_speed(
     of_stokes: StokesScale,
     problems: &mut Vec<BadCell>,
 ) -> Option<f64> {
-    let (column, speed) = if raw.drop_height.is_some() {
-        let height = positive(RunColumn::DropHeight, raw.drop_height, "a drop height", problems)?;
+    let (column, speed) = if raw[RunColumn::DropHeight].is_some() {
+        let height = positive(raw, RunColumn::DropHeight, "a drop height", problems)?;
         let surface = surface?;
         let Some(fall) = surface.fall(height) else {
             let expected = format!(
@@ -284,7 +289,7 @@ fn derived_speed(
         };
         (RunColumn::DropHeight, free_fall_speed(fall))
     } else {
-        let stokes = positive(RunColumn::Stokes, raw.stokes, "a Stokes number", problems)?;
+        let stokes = positive(raw, RunColumn::Stokes, "a Stokes number", problems)?;
         match of_stokes {
             StokesScale::Known(scale) => (RunColumn::Stokes, stokes * scale),
             StokesScale::Dry => {
@@ -295,16 +300,16 @@ fn derived_speed(
             StokesScale::Unknown => return None,
         }
     };
-    positive(column, Some(speed), "an impact speed", problems)
+    positive_value(column, Some(speed), "an impact speed", problems)
 }
 
 /// The rebound speed and the column it stands in; that of a rebound height at the surface of the film, which a sphere that
 /// turned below it did not reach.
 fn rebound_speed(raw: &RawRow, surface: Option<&Surface>, problems: &mut Vec<BadCell>) -> Option<(RunColumn, f64)> {
-    if let Some(speed) = raw.rebound_speed {
+    if let Some(speed) = raw[RunColumn::ReboundSpeed] {
         return Some((RunColumn::ReboundSpeed, speed));
     }
-    let height = raw.rebound_height?;
+    let height = raw[RunColumn::ReboundHeight]?;
     if height.is_nan() || height < 0.0 {
         let expected = "expected a rebound height of 0 or more";
         problems.push(bad_cell(RunColumn::ReboundHeight, expected));
@@ -322,7 +327,7 @@ fn restitution(
     problems: &mut Vec<BadCell>,
 ) -> Option<f64> {
     let in_range = |e: f64| (0.0..=LARGEST_RESTITUTION).contains(&e);
-    let given = raw.restitution;
+    let given = raw[RunColumn::Restitution];
     if let Some(e) = given.filter(|e| !in_range(*e)) {
         let is_percent = e > LEAST_OF_PERCENT && in_range(e / 100.0);
         let hint = if is_percent {
@@ -341,7 +346,8 @@ fn restitution(
             RunColumn::ReboundHeight,
         ];
         // a height that says nothing was refused, or what it is counted from
-        let refused = raw.rebound_height.is_some() || could_say.into_iter().any(|column| is_bad(column, problems));
+        let refused =
+            raw[RunColumn::ReboundHeight].is_some() || could_say.into_iter().any(|column| is_bad(column, problems));
         if given.is_none() && !refused {
             problems.push(bad_cell(RunColumn::Restitution, REBOUND_EXPECTED));
         }

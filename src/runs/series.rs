@@ -101,6 +101,11 @@ impl DryGroup {
     pub fn runs(&self) -> Range<usize> {
         self.rebounds.start..self.stuck.end
     }
+
+    /// Its rebounds, and its stuck runs.
+    pub(super) fn kinds(&self) -> [Range<usize>; 2] {
+        [self.rebounds.clone(), self.stuck.clone()]
+    }
 }
 
 impl Series {
@@ -114,6 +119,11 @@ impl Series {
     /// Every run of the series.
     pub fn runs(&self) -> Range<usize> {
         self.rebounds.start..self.stuck.end
+    }
+
+    /// Its rebounds, and its stuck runs.
+    pub(super) fn kinds(&self) -> [Range<usize>; 2] {
+        [self.rebounds.clone(), self.stuck.clone()]
     }
 }
 

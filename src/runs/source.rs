@@ -1,8 +1,10 @@
 //! Opens a table of runs, and reads no more of it than a table of its format may have.
 
-use std::fs::File;
+use std::borrow::Cow;
+use std::fs::{File, Metadata};
 use std::io::{Read, Seek};
 use std::path::Path;
+use std::time::SystemTime;
 
 use super::csv::{separator, Csv};
 use super::parquet::ParquetBytes;
@@ -14,12 +16,12 @@ use crate::scene::Naming;
 use crate::seed::Hashed;
 
 /// What is being done, as a verb.
-pub(super) const READ: &str = "read the runs";
+const READ: &str = "read the runs";
 
 /// A table that can be read from its start more than once.
 pub(super) enum TableSource {
-    /// a regular file, with its length
-    File(File, u64),
+    /// a regular file, with what was said of it when it was opened
+    File(File, Metadata),
     /// what a pipe held
     Held(Vec<u8>),
 }
@@ -27,7 +29,10 @@ pub(super) enum TableSource {
 impl TableSource {
     pub fn open(path: &Path) -> Result<TableSource, Error> {
         Ok(match files::open(path, READ)? {
-            Input::File(file, length) => TableSource::File(file, length),
+            Input::File(file, _) => {
+                let about = file.metadata().map_err(|error| Error::io(path, READ, error))?;
+                TableSource::File(file, about)
+            }
             Input::Pipe(pipe) => TableSource::Held(pipe.read(path, MOST_OF_PIPE, READ)?),
         })
     }
@@ -35,7 +40,7 @@ impl TableSource {
     /// About how many bytes it has.
     pub fn length(&self) -> u64 {
         match self {
-            TableSource::File(_, length) => *length,
+            TableSource::File(_, about) => about.len(),
             TableSource::Held(bytes) => bytes.len() as u64,
         }
     }
@@ -98,19 +103,39 @@ impl TableSource {
         Ok(bytes)
     }
 
-    /// The SHA-256 of all of it.
+    /// The SHA-256 of all of it. Fails where it is no longer what it was when it was opened: what was read may then be of
+    /// something else.
     pub fn sha256(&mut self, path: &Path) -> Result<String, Error> {
         let fail = |error: std::io::Error| Error::io(path, READ, error);
         let mut hashed = Hashed::new(self.reader().map_err(fail)?);
         std::io::copy(&mut hashed, &mut std::io::sink()).map_err(fail)?;
-        Ok(hashed.sha256())
+        let sha256 = hashed.sha256();
+        match self {
+            TableSource::File(file, before) if state(&file.metadata().map_err(fail)?) != state(before) => {
+                Err(changed(path))
+            }
+            _ => Ok(sha256),
+        }
     }
 
     /// All of a workbook.
-    pub fn workbook(self, path: &Path) -> Result<Vec<u8>, Error> {
-        match self {
-            TableSource::File(file, length) => files::read_file(&file, length, path, MOST_OF_WORKBOOK, READ),
-            TableSource::Held(bytes) => Ok(bytes),
-        }
+    pub fn workbook(&mut self, path: &Path) -> Result<Cow<'_, [u8]>, Error> {
+        Ok(match self {
+            TableSource::File(file, about) => {
+                file.rewind().map_err(|error| Error::io(path, READ, error))?;
+                files::read_file(file, about.len(), path, MOST_OF_WORKBOOK, READ)?.into()
+            }
+            TableSource::Held(bytes) => bytes.as_slice().into(),
+        })
     }
+}
+
+/// Length of a file and when it was last written, where that is known.
+pub(super) fn state(about: &Metadata) -> (u64, Option<SystemTime>) {
+    (about.len(), about.modified().ok())
+}
+
+/// Says that a table was written while it was read.
+pub(super) fn changed(path: &Path) -> Error {
+    Error::io(path, READ, std::io::Error::other("it changed while it was read"))
 }

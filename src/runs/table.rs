@@ -1,12 +1,13 @@
 //! Reads the tables of a scene, every run of them.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
 use super::averaged::MOST_AVERAGED;
 use super::collect::{columns_not_read, too_many_rows, Collected, Gathering, Screened, SheetRead, SHEETS_NOT_READ};
 use super::impacts;
-use super::parquet::{self, ParquetTable};
+use super::parquet::{read_parquet, ParquetTable};
 use super::places::RowPlaces;
 use super::refusals::{whole_file, Refused};
 use super::series::Runs;
@@ -14,7 +15,7 @@ use super::source::TableSource;
 use super::spheres::check_spheres;
 use super::stated_errors::check_stated_errors;
 use super::told_twice::ComparedColumns;
-use super::workbook;
+use super::workbook::{read_sheet, Workbook};
 use crate::error::{file_name, quoted, Error, Problem};
 use crate::files::MOST_OF_PARQUET;
 use crate::notice::Notice;
@@ -55,29 +56,16 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
         }
         joined.add((table, sha256), file)?;
     }
-    let compared = std::mem::take(&mut joined.compared);
-    let AllTables {
-        mut collected,
-        places,
-        sheets,
-        mut notices,
-        sha256,
-    } = joined.finish();
-    let (rows, screened) = (collected.runs(), collected.screened());
-    notices.extend(collected.drop_own_film_ratios(scene.data.film_ratio_gap));
-    let mut runs = impacts::arrange(collected.columns, scene);
-    runs.places = Arc::new(places);
-    check_spheres(scene, &runs.spheres)?;
-    check_stated_errors(scene, &runs)?;
-    Ok(Table {
-        rows,
-        sheets,
-        screened,
-        notices,
-        compared,
-        runs,
-        sha256,
-    })
+    let (mut collected, mut table) = joined.finish();
+    table
+        .notices
+        .extend(collected.drop_own_film_ratios(scene.data.film_ratio_gap));
+    let places = std::mem::take(&mut table.runs.places);
+    table.runs = impacts::arrange(collected.columns, scene);
+    table.runs.places = places;
+    check_spheres(scene, &table.runs.spheres)?;
+    check_stated_errors(scene, &table.runs)?;
+    Ok(table)
 }
 
 impl Table {
@@ -98,24 +86,47 @@ impl Table {
 /// Reads and checks one table; gives the SHA-256 of the file, too.
 fn read_table(file: &TableFile, scene: &Scene) -> Result<(Collected, String), Error> {
     let path = file.path.as_path();
-    let (parquet, workbook) = (file.ends_with(".parquet"), file.ends_with(TableFile::WORKBOOK));
     let mut source = TableSource::open(path)?;
-    let read = if parquet {
-        read_parquet(source, path, scene)?
-    } else if workbook {
-        read_workbook(source, file, scene)?
-    } else {
-        read_csv(&mut source, path, scene)?
-    };
-    if read.0.rows == 0 {
-        let problem = if parquet || workbook {
+    let collected = read_by_exclude(scene, |scene| {
+        read_rows(&mut source, file, scene, None, &mut Gathering::Whole)
+    })?;
+    if collected.rows == 0 {
+        let problem = if file.ends_with(".parquet") || file.ends_with(TableFile::WORKBOOK) {
             whole_file("the table has no rows", "one row a run")
         } else {
             whole_file("no runs below the header", "one line a run")
         };
         return Err(Error::input(path, vec![problem]));
     }
-    Ok(read)
+    Ok((collected, source.sha256(path)?))
+}
+
+/// Reads and checks the rows of a table, of one in Parquet perhaps only some.
+pub(super) fn read_rows(
+    source: &mut TableSource,
+    file: &TableFile,
+    scene: &Scene,
+    rows: Option<Range<usize>>,
+    gathering: &mut Gathering,
+) -> Result<Collected, Error> {
+    let path = file.path.as_path();
+    if file.ends_with(".parquet") {
+        let most = if rows.is_some() { u64::MAX } else { MOST_OF_PARQUET };
+        let table = ParquetTable::open(source.parquet(path, most)?);
+        let table = table.map_err(|problems| refuse(path, problems.into()))?;
+        let read = read_parquet(&table, scene, rows.unwrap_or(0..table.rows), gathering);
+        return read.map_err(|refused| refuse(path, refused));
+    }
+    if file.ends_with(TableFile::WORKBOOK) {
+        let bytes = source.workbook(path)?;
+        let refused = |problems: Vec<Problem>| refuse(&file.shown(), problems.into());
+        let mut book = Workbook::open(&bytes).map_err(refused)?;
+        let sheet = book.sheet(file.sheet.as_deref()).map_err(refused)?;
+        let shown = file.of_sheet(sheet.name()).shown();
+        return read_sheet(sheet, scene).map_err(|refused| refuse(&shown, refused));
+    }
+    let table = source.csv(path, &scene.data.naming)?;
+    table.runs(scene, gathering).map_err(|refused| refuse(path, refused))
 }
 
 /// All tables as one, whose rows count on from table to table.
@@ -130,20 +141,9 @@ pub(super) struct Joined<'p> {
     /// the columns of each table that were not read
     unknown: Vec<(String, Vec<String>)>,
     /// columns that tell the same thing, of each table
-    pub compared: Vec<ComparedColumns>,
+    compared: Vec<ComparedColumns>,
     /// SHA-256 of each file
     hashes: Vec<String>,
-}
-
-/// The runs of all tables, with what is to be said of them.
-pub(super) struct AllTables {
-    pub collected: Collected,
-    pub places: RowPlaces,
-    /// the sheets that were read
-    pub sheets: Vec<String>,
-    pub notices: Vec<Notice>,
-    /// SHA-256 of the file or, of several, that of their SHA-256, a line each
-    pub sha256: String,
 }
 
 impl<'p> Joined<'p> {
@@ -200,8 +200,8 @@ impl<'p> Joined<'p> {
         check_averaged(&self.all, path)
     }
 
-    /// The runs, and what is to be said of them.
-    pub fn finish(mut self) -> AllTables {
+    /// The runs as they were read; and what is to be said of them, with the places of their rows.
+    pub fn finish(mut self) -> (Collected, Table) {
         let mut notices: Vec<Notice> = self.sheets_not_read().collect();
         notices.append(&mut self.notices);
         notices.extend(self.all.labelled_rows(&self.places));
@@ -212,17 +212,23 @@ impl<'p> Joined<'p> {
             [only] => only.clone(),
             several => {
                 let lines: String = several.iter().map(|hash| format!("{hash}\n")).collect();
-                crate::seed::sha256(lines.as_bytes())
+                sha256(lines.as_bytes())
             }
         };
         let shown = |(file, sheet): &(&TableFile, SheetRead)| format!("{}#{}", file_name(&file.path), sheet.name);
-        AllTables {
+        let table = Table {
+            runs: Runs {
+                places: Arc::new(self.places),
+                ..Runs::default()
+            },
+            rows: self.all.runs(),
             sheets: self.sheets.iter().map(shown).collect(),
-            collected: self.all,
-            places: self.places,
+            screened: self.all.screened(),
+            compared: self.compared,
             notices,
             sha256,
-        }
+        };
+        (self.all, table)
     }
 
     /// Says of a workbook whose sheet the scene does not name which one was read and which were not, and of a hidden sheet
@@ -300,46 +306,7 @@ fn read_by_exclude(
     Ok(collected)
 }
 
-fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
-    let mut sha256 = String::new();
-    let collected = read_by_exclude(scene, |scene| {
-        let read = source.csv(path, &scene.data.naming)?.runs(scene, &mut Gathering::Whole);
-        let (collected, hash) = read.map_err(|refused| refuse(path, refused))?;
-        sha256 = hash;
-        Ok(collected)
-    })?;
-    Ok((collected, sha256))
-}
-
-fn read_parquet(mut source: TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
-    let bytes = source.parquet(path, MOST_OF_PARQUET)?;
-    let table = ParquetTable::open(bytes).map_err(|problems| Error::input(path, problems))?;
-    let collected = read_by_exclude(scene, |scene| {
-        let read = parquet::read_parquet(&table, scene, 0..table.rows, &mut Gathering::Whole);
-        read.map_err(|refused| refuse(path, refused))
-    })?;
-    Ok((collected, source.sha256(path)?))
-}
-
-pub(super) fn read_workbook(
-    source: TableSource,
-    file: &TableFile,
-    scene: &Scene,
-) -> Result<(Collected, String), Error> {
-    let bytes = source.workbook(&file.path)?;
-    let read_once = |scene: &Scene| {
-        let mut book = workbook::Workbook::open(&bytes).map_err(|problems| refuse(&file.shown(), problems.into()))?;
-        let sheet = book.sheet(file.sheet.as_deref());
-        let sheet = sheet.map_err(|problems| refuse(&file.shown(), problems.into()))?;
-        let shown = file.of_sheet(sheet.name()).shown();
-        workbook::read_sheet(sheet, scene).map_err(|refused| refuse(&shown, refused))
-    };
-    let read = || read_by_exclude(scene, read_once);
-    let (collected, sha256) = rayon::join(read, || sha256(&bytes));
-    Ok((collected?, sha256))
-}
-
-pub(super) fn refuse(path: &Path, refused: Refused) -> Error {
+fn refuse(path: &Path, refused: Refused) -> Error {
     Error::Input {
         file: path.to_path_buf(),
         problems: refused.problems,

@@ -27,21 +27,21 @@ const NAMED: usize = 5;
 
 /// Those of a run.
 pub(super) fn speed_ratios(raw: &RawRow, surface: &Surface, of_stokes: &StokesScale) -> SpeedRatios {
-    let by_height = |height: Option<f64>| Some(free_fall_speed(surface.fall(height?)?));
+    let by_height = |column: RunColumn| Some(free_fall_speed(surface.fall(raw[column]?)?));
     let by_stokes = match of_stokes {
-        StokesScale::Known(scale) => raw.stokes.map(|stokes| stokes * scale),
+        StokesScale::Known(scale) => raw[RunColumn::Stokes].map(|stokes| stokes * scale),
         _ => None,
     };
-    let dropped = by_height(raw.drop_height);
+    let (impact, dropped) = (raw[RunColumn::ImpactSpeed], by_height(RunColumn::DropHeight));
     let ratio = |one: Option<f64>, other: Option<f64>| {
         let ratio = one? / other?;
         (ratio > 0.0 && ratio.is_finite()).then_some(ratio)
     };
     [
-        ratio(dropped, raw.impact_speed),
-        ratio(by_stokes, raw.impact_speed),
-        ratio(by_stokes.filter(|_| raw.impact_speed.is_none()), dropped),
-        ratio(by_height(raw.rebound_height), raw.rebound_speed),
+        ratio(dropped, impact),
+        ratio(by_stokes, impact),
+        ratio(by_stokes.filter(|_| impact.is_none()), dropped),
+        ratio(by_height(RunColumn::ReboundHeight), raw[RunColumn::ReboundSpeed]),
     ]
 }
 
