@@ -73,45 +73,35 @@ pub(super) struct Cells(Vec<Cell>);
 impl Cells {
     pub fn new(grid: Grid, mut numbers: Vec<f64>) -> Cells {
         numbers.sort_by(f64::total_cmp);
-        let places = numbers.iter().map(|number| grid.place(*number));
-        let mut cells: Vec<Cell> = vec![];
-        for (number, place) in numbers.iter().zip(places) {
-            match cells.last_mut().filter(|last| last.place == place) {
-                Some(last) => {
-                    last.hi = *number;
-                    last.count += 1.0;
-                    last.above += number - last.lo;
-                }
-                None => cells.push(Cell {
-                    place,
-                    lo: *number,
-                    hi: *number,
-                    count: 1.0,
-                    above: 0.0,
-                }),
-            }
-        }
-        Cells(cells)
+        let of_one = |number: f64| Cell {
+            place: grid.place(number),
+            lo: number,
+            hi: number,
+            count: 1.0,
+            above: 0.0,
+        };
+        Cells::joined(numbers.into_iter().map(of_one))
     }
 
     /// Those of this part and of another.
     pub fn with(self, other: Cells) -> Cells {
-        let mut all: Vec<Cell> = Vec::with_capacity(self.0.len().max(other.0.len()));
-        let (mut ours, mut theirs) = (self.0.into_iter().peekable(), other.0.into_iter().peekable());
-        loop {
-            let next = match (ours.peek(), theirs.peek()) {
-                (Some(own), Some(other)) if own.place == other.place => {
-                    ours.next().zip(theirs.next()).map(|(own, other)| own.with(other))
-                }
-                (Some(own), Some(other)) if own.place > other.place => theirs.next(),
-                (None, _) => theirs.next(),
-                _ => ours.next(),
-            };
-            let Some(cell) = next else {
-                return Cells(all);
-            };
-            all.push(cell);
+        let mut all = self.0;
+        all.extend(other.0);
+        // two orders one after the other, which this sort only merges
+        all.sort_by_key(|cell| cell.place);
+        Cells::joined(all.into_iter())
+    }
+
+    /// Cells in increasing order, neighbours of one place as one.
+    fn joined(cells: impl Iterator<Item = Cell>) -> Cells {
+        let mut all: Vec<Cell> = vec![];
+        for cell in cells {
+            match all.last_mut().filter(|last| last.place == cell.place) {
+                Some(last) => *last = last.with(cell),
+                None => all.push(cell),
+            }
         }
+        Cells(all)
     }
 
     pub fn all(&self) -> &[Cell] {

@@ -17,7 +17,7 @@ pub(super) fn present(cell: &str) -> Option<&str> {
 }
 
 /// The names in a table's header, with what stands around them.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Header {
     pub names: Vec<String>,
     /// units in the row below the names; empty without such a row
@@ -36,8 +36,10 @@ pub(super) struct TableLayout<'s> {
     places: [Option<ColumnPlace>; RunColumn::ALL.len()],
     /// what a reader of the table should know of its header
     pub remarks: HeaderRemarks,
-    /// what to say of a missing column of films, which only wet runs need
-    missing_film: Problem,
+    /// names that are no column's
+    unread: Vec<String>,
+    /// the line of the header
+    line: Option<u64>,
     /// how many columns the table has
     pub width: usize,
     naming: &'s Naming,
@@ -60,12 +62,12 @@ pub(super) struct HeaderRemarks {
     pub assumes_lowest_point: bool,
 }
 
-/// A column's place in the table.
+/// A column's place in a table.
 #[derive(Debug, Clone)]
-pub(super) struct ColumnPlace {
+pub(crate) struct ColumnPlace {
     pub index: usize,
     pub name: String,
-    unit: &'static Unit,
+    pub unit: &'static Unit,
 }
 
 impl ColumnPlace {
@@ -77,9 +79,22 @@ impl ColumnPlace {
 impl<'s> TableLayout<'s> {
     /// Matches a header.
     pub fn new(header: &Header, naming: &'s Naming) -> Result<TableLayout<'s>, Vec<Problem>> {
-        let constants = naming.constants_of(header.sheet.as_deref());
-        let mut matched = MatchedHeader::of(header, naming, &constants);
-        if matched.has_no_column() {
+        let layout = TableLayout {
+            places: Default::default(),
+            remarks: HeaderRemarks::default(),
+            unread: vec![],
+            line: header.line,
+            width: header.names.len(),
+            naming,
+            constants: naming.constants_of(header.sheet.as_deref()),
+        };
+        let mut matching = Matching {
+            layout,
+            misnamed: vec![],
+            problems: vec![],
+        };
+        matching.match_names(header);
+        if matching.misnamed.is_empty() && matching.layout.places.iter().all(Option::is_none) {
             let expected =
                 "expected the names of columns, among them particle, diameter_mm, impact_speed_m_s and restitution";
             let hint = match naming.header_row {
@@ -93,29 +108,39 @@ impl<'s> TableLayout<'s> {
                 expected: format!("{expected}{hint}"),
             }]);
         }
-        matched.require_columns();
-        if matched.problems.is_empty() {
-            let unheeded = matched.unheeded();
-            let told_twice = TOLD_TWICE.map(|both| both.map(|column| matched.name(column)));
-            let films = [RunColumn::FilmRatio, RunColumn::Film].map(|column| matched.name(column));
-            let assumes_lowest_point = matched.reads_heights() && !naming.heights_of_is_told;
-            Ok(TableLayout {
-                missing_film: matched.missing_column(RunColumn::Film, " (wet runs need it)"),
-                places: matched.places,
-                remarks: HeaderRemarks {
-                    unheeded,
-                    told_twice,
-                    films,
-                    assumes_lowest_point,
-                    unknown: matched.unknown,
-                },
-                width: header.names.len(),
-                naming,
-                constants,
-            })
-        } else {
-            Err(matched.problems)
+        matching.require_columns();
+        let Matching {
+            mut layout, problems, ..
+        } = matching;
+        layout.remark();
+        match problems.is_empty() {
+            true => Ok(layout),
+            false => Err(problems),
         }
+    }
+
+    /// Notes which columns are read only where others have nothing, and what columns that tell the same are called.
+    fn remark(&mut self) {
+        let told = |column: RunColumn| Some(quoted(&self.place(column)?.name));
+        let unheeded = TOLD_TWICE
+            .into_iter()
+            .filter_map(|[column, other]| Some([told(column)?, told(other)?]));
+        let unheeded = unheeded.collect();
+        let only = |height: RunColumn, others: [RunColumn; 2]| {
+            self.gives(height) && !others.into_iter().any(|column| self.gives(column))
+        };
+        let reads_heights = only(RunColumn::DropHeight, [RunColumn::ImpactSpeed, RunColumn::Stokes])
+            || only(
+                RunColumn::ReboundHeight,
+                [RunColumn::ReboundSpeed, RunColumn::Restitution],
+            );
+        self.remarks = HeaderRemarks {
+            unheeded,
+            told_twice: TOLD_TWICE.map(|both| both.map(|column| self.name(column))),
+            films: [RunColumn::FilmRatio, RunColumn::Film].map(|column| self.name(column)),
+            assumes_lowest_point: reads_heights && !self.naming.heights_of_is_told,
+            unknown: std::mem::take(&mut self.remarks.unknown),
+        };
     }
 
     pub fn place(&self, column: RunColumn) -> Option<&ColumnPlace> {
@@ -182,7 +207,7 @@ impl<'s> TableLayout<'s> {
 
     /// What to say to a wet run in a table without films.
     pub fn missing_film(&self) -> Problem {
-        self.missing_film.clone()
+        self.missing_column(RunColumn::Film, " (wet runs need it)")
     }
 
     /// The name a column has in this table.
@@ -190,34 +215,38 @@ impl<'s> TableLayout<'s> {
         self.place(column)
             .map_or_else(|| column.usual_name(), |place| place.name.clone())
     }
+
+    /// Says that a column is missing, and which name in the header is nearest.
+    fn missing_column(&self, column: RunColumn, also: &str) -> Problem {
+        let name = column.usual_name();
+        let hint = match closest(&name, self.unread.iter().map(String::as_str)) {
+            Some(near) => format!("; the nearest is {}", quoted(near)),
+            None if self.unread.is_empty() => String::new(),
+            None => {
+                let unread: Vec<String> = self.unread.iter().map(|name| quoted(name)).collect();
+                format!("; columns not known: {}", unread.join(", "))
+            }
+        };
+        Problem {
+            line: self.line,
+            place: format!("column {name}"),
+            found: None,
+            expected: format!("missing column{also}{hint}"),
+        }
+    }
 }
 
-/// The names of a header, each with the column it stands for, and what is wrong with the others.
-struct MatchedHeader<'h> {
-    /// where the header stands in the file
-    line: Option<u64>,
-    constants: &'h [&'h Constant],
-    places: [Option<ColumnPlace>; RunColumn::ALL.len()],
-    /// names that are no column's
-    unread: Vec<&'h str>,
-    /// columns that are not used, as a message shows them
-    unknown: Vec<String>,
+/// A header that is being matched, and what is wrong with it.
+struct Matching<'s> {
+    layout: TableLayout<'s>,
     /// columns whose name is misspelt or lacks its unit
     misnamed: Vec<RunColumn>,
     problems: Vec<Problem>,
 }
 
-impl<'h> MatchedHeader<'h> {
-    fn of(header: &'h Header, naming: &'h Naming, constants: &'h [&'h Constant]) -> MatchedHeader<'h> {
-        let mut matched = MatchedHeader {
-            line: header.line,
-            constants,
-            places: Default::default(),
-            unread: vec![],
-            unknown: vec![],
-            misnamed: vec![],
-            problems: vec![],
-        };
+impl Matching<'_> {
+    fn match_names(&mut self, header: &Header) {
+        let naming = self.layout.naming;
         for (index, name) in header.names.iter().enumerate() {
             let told = naming.columns.iter().find(|(_, theirs)| theirs == name);
             match RunColumn::named(told.map_or(name, |(ours, _)| ours)) {
@@ -231,38 +260,34 @@ impl<'h> MatchedHeader<'h> {
                         (below, "the row below its name"),
                         (above, "the row above its name"),
                     ] {
-                        matched.refuse_another_unit((column, unit), name, stated, by);
+                        self.refuse_another_unit((column, unit), name, stated, by);
                     }
                     if let Some(expected) = told.and_then(|_| other_quantity(name, column)) {
-                        matched.refuse(format!("column {name}"), expected.to_owned());
+                        self.refuse(format!("column {name}"), expected.to_owned());
                     }
                     let name = name.clone();
-                    matched.add_column(column, ColumnPlace { index, name, unit });
+                    self.add_column(column, ColumnPlace { index, name, unit });
                 }
-                None => matched.add_other_name(index, name),
+                None => self.add_other_name(index, name),
             }
         }
         for (ours, theirs) in &naming.columns {
             if !header.names.contains(theirs) {
-                matched.refuse_absent(ours, theirs);
+                self.refuse_absent(ours, theirs);
             }
         }
-        for Constant { column, name, .. } in constants.iter().copied() {
-            if let Some(place) = &matched.places[*column as usize] {
+        for Constant { column, name, .. } in self.layout.constants.clone() {
+            if let Some(place) = self.layout.place(*column) {
+                let place = format!("column {}", place.name);
                 let expected = format!("expected no such column: by the scene `{name}` is the same in every row");
-                matched.refuse(format!("column {}", place.name), expected);
+                self.refuse(place, expected);
             }
         }
-        matched
-    }
-
-    fn has_no_column(&self) -> bool {
-        self.misnamed.is_empty() && self.places.iter().all(Option::is_none)
     }
 
     fn refuse(&mut self, place: String, expected: String) {
         self.problems.push(Problem {
-            line: self.line,
+            line: self.layout.line,
             place,
             found: None,
             expected,
@@ -272,7 +297,7 @@ impl<'h> MatchedHeader<'h> {
     /// Puts a column in its place, once and in one unit.
     fn add_column(&mut self, column: RunColumn, place: ColumnPlace) {
         let name = &place.name;
-        match &self.places[column as usize] {
+        match &self.layout.places[column as usize] {
             Some(first) if first.name == *name => {
                 self.refuse(format!("column {name}"), "the column is there twice".to_owned());
             }
@@ -284,7 +309,7 @@ impl<'h> MatchedHeader<'h> {
                 );
                 self.refuse(format!("column {name}"), expected);
             }
-            None => self.places[column as usize] = Some(place),
+            None => self.layout.places[column as usize] = Some(place),
         }
     }
 
@@ -323,76 +348,33 @@ impl<'h> MatchedHeader<'h> {
     }
 
     /// Refuses a name that is nearly a column's; any other column is not used.
-    fn add_other_name(&mut self, index: usize, name: &'h str) {
+    fn add_other_name(&mut self, index: usize, name: &str) {
         if let Some((column, expected)) = RunColumn::nearly(name) {
             self.refuse(format!("column {name}"), expected);
             self.misnamed.push(column);
         } else if name.is_empty() {
-            self.unknown.push(unnamed_column(index));
+            self.layout.remarks.unknown.push(unnamed_column(index));
         } else {
-            self.unread.push(name);
-            self.unknown.push(quoted(name));
+            self.layout.unread.push(name.to_owned());
+            self.layout.remarks.unknown.push(quoted(name));
         }
     }
 
     /// Refuses a header without a column that the scene names.
     fn refuse_absent(&mut self, ours: &str, theirs: &str) {
-        let near = closest(theirs, self.unread.iter().copied());
+        let near = closest(theirs, self.layout.unread.iter().map(String::as_str));
         let hint = near.map_or(String::new(), |near| format!("; the nearest is {}", quoted(near)));
         let expected = format!("missing column, which by the scene is `{ours}`{hint}");
         self.refuse(format!("column {theirs}"), expected);
         self.misnamed.extend(RunColumn::named(ours).map(|(column, _)| column));
     }
 
-    /// The columns that are read only where another has nothing.
-    fn unheeded(&self) -> Vec<[String; 2]> {
-        let name = |column: RunColumn| Some(quoted(&self.places[column as usize].as_ref()?.name));
-        let named = TOLD_TWICE
-            .into_iter()
-            .filter_map(|[column, other]| Some([name(column)?, name(other)?]));
-        named.collect()
-    }
-
-    /// What the table calls a column; its usual name where the scene says what it holds.
-    fn name(&self, column: RunColumn) -> String {
-        let place = self.places[column as usize].as_ref();
-        place.map_or_else(|| column.usual_name(), |place| place.name.clone())
-    }
-
     fn lacks(&self, column: RunColumn) -> bool {
-        let is_constant = self.constants.iter().any(|constant| constant.column == column);
-        self.places[column as usize].is_none() && !is_constant && !self.misnamed.contains(&column)
-    }
-
-    /// Whether only heights tell a speed.
-    fn reads_heights(&self) -> bool {
-        let rebounds = [RunColumn::ReboundSpeed, RunColumn::Restitution];
-        let impacts = [RunColumn::ImpactSpeed, RunColumn::Stokes];
-        !self.lacks(RunColumn::DropHeight) && self.lacks_all(&impacts)
-            || !self.lacks(RunColumn::ReboundHeight) && self.lacks_all(&rebounds)
+        !self.layout.gives(column) && !self.misnamed.contains(&column)
     }
 
     fn lacks_all(&self, columns: &[RunColumn]) -> bool {
         columns.iter().all(|column| self.lacks(*column))
-    }
-
-    /// Says that a column is missing, and which name in the header is nearest.
-    fn missing_column(&self, column: RunColumn, also: &str) -> Problem {
-        let name = column.usual_name();
-        let hint = match closest(&name, self.unread.iter().copied()) {
-            Some(near) => format!("; the nearest is {}", quoted(near)),
-            None if self.unread.is_empty() => String::new(),
-            None => {
-                let unread: Vec<String> = self.unread.iter().map(|name| quoted(name)).collect();
-                format!("; columns not known: {}", unread.join(", "))
-            }
-        };
-        Problem {
-            line: self.line,
-            place: format!("column {name}"),
-            found: None,
-            expected: format!("missing column{also}{hint}"),
-        }
     }
 
     /// Refuses a header without the columns that every table needs.
@@ -424,7 +406,7 @@ impl<'h> MatchedHeader<'h> {
             required.push((RunColumn::Runs, " (how many runs each row is the mean of)"));
         }
         for (column, also) in required {
-            let problem = self.missing_column(column, also);
+            let problem = self.layout.missing_column(column, also);
             self.problems.push(problem);
         }
     }

@@ -6,7 +6,7 @@ use super::checked_rows::{Cell, CheckedRows};
 use super::collect::{Collected, Gathering};
 use super::columns::{Header, TableLayout};
 use super::decimals::separator_of;
-use super::records::{separator_named, Record, Records};
+use super::records::{separator_named, Records};
 use super::refusals::{whole_file, CellPlace, Refused};
 use super::survey::Survey;
 use super::written_units::{is_row_of_units, units_above};
@@ -50,17 +50,7 @@ pub(super) fn about_rows(source: impl Read, length: u64) -> std::io::Result<usiz
     Ok((1.05 * lines as f64 * length as f64 / start.len() as f64) as usize)
 }
 
-/// A CSV that is read from its start to its end.
-pub(super) struct Csv<R> {
-    records: Records<R>,
-}
-
-impl<R: Read> Csv<R> {
-    pub fn new(source: R, separator: u8) -> std::io::Result<Csv<R>> {
-        let records = Records::new(source, separator)?;
-        Ok(Csv { records })
-    }
-
+impl<R: Read> Records<R> {
     /// Reads the header: the names, and a row of units below them where there is one.
     pub fn header(&mut self, header_row: Option<u64>) -> Result<Header, Vec<Problem>> {
         let mut header = self.names(header_row)?;
@@ -68,7 +58,7 @@ impl<R: Read> Csv<R> {
             if below.width() == header.names.len() && is_row_of_units(below.cells()) {
                 header.units = below.cells().map(str::to_owned).collect();
             } else {
-                self.records.put_back();
+                self.put_back();
             }
         }
         Ok(header)
@@ -101,11 +91,6 @@ impl<R: Read> Csv<R> {
         Err(vec![whole_file(&found, "a header line and one line a run")])
     }
 
-    /// The next record that is not blank.
-    pub fn next_record(&mut self) -> Result<Option<Record<'_>>, Vec<Problem>> {
-        self.records.next_record().map_err(|problem| vec![problem])
-    }
-
     /// The cells of the first records that are not blank, with their lines.
     pub fn first_rows(mut self, most: usize) -> Result<Vec<(u64, Vec<String>)>, Vec<Problem>> {
         let mut rows = vec![];
@@ -134,18 +119,23 @@ impl<R: Read> Csv<R> {
         let header = self.header(scene.data.naming.header_row)?;
         let layout = TableLayout::new(&header, &scene.data.naming)?;
         let mut rows = CheckedRows::new(&layout, scene);
-        if let Err(problem) = self.add_rows(&mut rows, layout.width, gathering) {
-            rows.refuse(problem);
+        if let Err(problems) = self.add_rows(&mut rows, layout.width, gathering) {
+            problems.into_iter().for_each(|problem| rows.refuse(problem));
         }
         rows.finish()
     }
 
     /// Adds every record below the header, or refuses it. Fails where the rest of the file cannot be read.
-    fn add_rows(&mut self, rows: &mut CheckedRows, width: usize, gathering: &mut Gathering) -> Result<(), Problem> {
-        let separator = self.records.separator();
+    fn add_rows(
+        &mut self,
+        rows: &mut CheckedRows,
+        width: usize,
+        gathering: &mut Gathering,
+    ) -> Result<(), Vec<Problem>> {
+        let separator = self.separator();
         // lines of separators, which are none below the last run
         let mut empty = vec![];
-        while let Some(record) = self.records.next_record()? {
+        while let Some(record) = self.next_record()? {
             if record.is_empty() {
                 empty.push(record.line);
                 continue;

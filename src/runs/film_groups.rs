@@ -106,11 +106,6 @@ struct FilmClass {
     outside: bool,
 }
 
-pub(super) struct FilmLookup<'a> {
-    classes: &'a FilmClasses,
-    last: (u32, u64, u32),
-}
-
 impl FilmClasses {
     /// The film ratios of the wet runs of each particle in a part of a table: the nominal ones, where the file has them.
     pub(super) fn cells(columns: &RunsAsRead, scene: &Scene) -> Vec<Cells> {
@@ -174,11 +169,12 @@ impl FilmClasses {
         }
     }
 
-    pub(super) fn lookup(&self) -> FilmLookup<'_> {
-        FilmLookup {
-            classes: self,
-            last: (u32::MAX, 0, 0),
-        }
+    /// The group of a wet run, by its place among those of its particle.
+    pub(super) fn of(&self, columns: &RunsAsRead, row: usize) -> u32 {
+        let ratio = ratio_of(columns, row, self.by_column);
+        let classes = &self.groups[columns.particle[row] as usize];
+        let group = classes.partition_point(|class| class.lower_end <= ratio);
+        group.saturating_sub(1) as u32
     }
 }
 
@@ -233,19 +229,6 @@ fn split_by_nominal(ratios: &[Cell], nominal: &[f64]) -> Vec<FilmClass> {
         }
     });
     classes.collect()
-}
-
-impl FilmLookup<'_> {
-    pub(super) fn of(&mut self, columns: &RunsAsRead, row: usize) -> u32 {
-        let particle = columns.particle[row];
-        let ratio = ratio_of(columns, row, self.classes.by_column);
-        if (self.last.0, self.last.1) != (particle, ratio.to_bits()) {
-            let classes = &self.classes.groups[particle as usize];
-            let group = classes.partition_point(|class| class.lower_end <= ratio);
-            self.last = (particle, ratio.to_bits(), group.saturating_sub(1) as u32);
-        }
-        self.last.2
-    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! Matches the header of a table with the columns it may have, whatever their units.
 
+use super::columns::ColumnPlace;
 use crate::error::{quoted, Problem};
 use crate::scene::{closest, letters_apart};
-use crate::units::{names_in_words, Dimension, Unit};
+use crate::units::{names_in_words, Dimension};
 
 /// A column that a table may have.
 #[derive(Debug, Clone, Copy)]
@@ -23,24 +24,10 @@ pub(crate) const fn column(base: &'static str, dimension: Dimension, needed: boo
     }
 }
 
-/// A column with its place in a table.
-#[derive(Debug, Clone)]
-pub(crate) struct FoundColumn {
-    pub index: usize,
-    pub name: String,
-    unit: &'static Unit,
-}
-
-impl FoundColumn {
-    pub fn to_si(&self, value: f64) -> f64 {
-        self.unit.to_si(value)
-    }
-}
-
 /// The columns that were asked for, in their order, and the names of those that nobody reads.
 #[derive(Debug, Default)]
 pub(crate) struct FoundColumns {
-    pub columns: Vec<Option<FoundColumn>>,
+    pub columns: Vec<Option<ColumnPlace>>,
     pub unread: Vec<String>,
 }
 
@@ -92,7 +79,7 @@ pub(crate) fn find(names: &[String], line: u64, wanted: &[Column]) -> Result<Fou
             problems.push(problem(Some(name), expected));
             continue;
         }
-        found.columns[place] = Some(FoundColumn {
+        found.columns[place] = Some(ColumnPlace {
             index,
             name: name.clone(),
             unit,

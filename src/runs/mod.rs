@@ -237,29 +237,19 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
             Err(problems) if only => return Err(problems),
             // an empty sheet
             Err(_) => continue,
-            Ok(header) => header,
-        };
-        let is_alike = |known: &columns::Header| {
-            (&known.names, &known.units, &known.units_above, known.line)
-                == (&header.names, &header.units, &header.units_above, header.line)
+            Ok(header) => columns::Header { sheet: None, ..header },
         };
         let width = header.names.len();
         let survey = match &mut found {
-            Some((known, survey)) if is_alike(known) => survey,
+            Some((known, survey)) if *known == header => survey,
             Some((_, survey)) if survey.is_table() && survey.has_rows() => {
                 left.push(sheet.name().to_owned());
                 continue;
             }
             // what came before is a cover
             cover => {
-                left.extend(cover.take().and_then(|(known, _)| known.sheet));
-                let mut survey = Survey::new(columns::Header {
-                    names: header.names.clone(),
-                    units: header.units.clone(),
-                    units_above: header.units_above.clone(),
-                    line: header.line,
-                    sheet: None,
-                });
+                left.extend(cover.take().map(|(_, survey)| survey.sheets).unwrap_or_default());
+                let mut survey = Survey::new(header.clone());
                 survey.take_titles(first);
                 &mut cover.insert((header, survey)).1
             }

@@ -335,21 +335,14 @@ pub(super) struct ParquetRuns<W: Write> {
     writer: polars::io::parquet::write::BatchedWriter<W>,
 }
 
-fn schema() -> Schema {
-    let text = ["particle", "liquid"].map(|name| (name, DataType::String));
-    let numbers = NewRun::NUMBERS.map(|name| (name, DataType::Float64));
-    text.into_iter()
-        .chain(numbers)
-        .map(|(name, dtype)| (PlSmallStr::from_static(name), dtype))
-        .collect()
-}
-
 impl<W: Write> ParquetRuns<W> {
     pub fn new(sink: W) -> Result<Self, String> {
+        let ParquetBlock(columns) = ParquetBlock::of(&[]);
+        let none = DataFrame::new(0, columns).map_err(|error| error.to_string())?;
         // nobody asks such a table for its smallest value
         let writer = ParquetWriter::new(sink)
             .with_statistics(StatisticsOptions::empty())
-            .batched(&schema())
+            .batched(none.schema())
             .map_err(|error| error.to_string())?;
         Ok(ParquetRuns { writer })
     }

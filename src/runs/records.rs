@@ -107,7 +107,7 @@ impl<R: Read> Records<R> {
     }
 
     /// The next record that is not blank. Fails where it is longer than any row, or the source cannot be read.
-    pub fn next_record(&mut self) -> Result<Option<Record<'_>>, Problem> {
+    pub fn next_record(&mut self) -> Result<Option<Record<'_>>, Vec<Problem>> {
         if !std::mem::take(&mut self.is_put_back) && !self.advance()? {
             return Ok(None);
         }
@@ -130,7 +130,7 @@ impl<R: Read> Records<R> {
     }
 
     /// Goes on to the next record that is not blank; whether there is one.
-    fn advance(&mut self) -> Result<bool, Problem> {
+    fn advance(&mut self) -> Result<bool, Vec<Problem>> {
         loop {
             self.pass_line_ends()?;
             self.line = self.lines.line();
@@ -144,7 +144,7 @@ impl<R: Read> Records<R> {
     }
 
     /// Passes the rest of a line end and blank lines.
-    fn pass_line_ends(&mut self) -> Result<(), Problem> {
+    fn pass_line_ends(&mut self) -> Result<(), Vec<Problem>> {
         loop {
             let bytes = self.source.fill_buf().map_err(unreadable)?;
             let blank = bytes.iter().take_while(|byte| matches!(byte, b'\n' | b'\r')).count();
@@ -157,7 +157,7 @@ impl<R: Read> Records<R> {
     }
 
     /// Cuts the next record, which may be blank; whether there is one.
-    fn cut(&mut self) -> Result<bool, Problem> {
+    fn cut(&mut self) -> Result<bool, Vec<Problem>> {
         (self.length, self.width) = (0, 0);
         let mut bytes_read = 0;
         loop {
@@ -195,8 +195,8 @@ impl<R: Read> Records<R> {
 }
 
 /// Says that a table was not to be read to its end.
-fn unreadable(why: impl Display) -> Problem {
-    whole_file("the table cannot be read", &why.to_string())
+fn unreadable(why: impl Display) -> Vec<Problem> {
+    vec![whole_file("the table cannot be read", &why.to_string())]
 }
 
 /// What a first line `sep=;` names as separator, as Excel reads and writes it, and the length of that line.
@@ -210,25 +210,25 @@ pub(super) fn separator_named(start: &[u8]) -> Option<(u8, usize)> {
 
 /// Says that the rest of the file stands in one cell.
 #[cold]
-fn open_quote(line: u64) -> Problem {
-    Problem {
+fn open_quote(line: u64) -> Vec<Problem> {
+    vec![Problem {
         line: Some(line),
         place: "row".to_owned(),
         found: Some("a quote that is not closed".to_owned()),
         expected: "expected a second quote where its cell ends".to_owned(),
-    }
+    }]
 }
 
 #[cold]
-fn longer_row(line: u64) -> Problem {
-    Problem {
+fn longer_row(line: u64) -> Vec<Problem> {
+    vec![Problem {
         line: Some(line),
         place: "row".to_owned(),
         found: Some("a longer row".to_owned()),
         expected: format!(
             "expected rows of at most {MOST_OF_LINE} bytes; a cell may go on over the end of the line: is a quote not closed?"
         ),
-    }
+    }]
 }
 
 #[cfg(test)]
@@ -381,14 +381,14 @@ mod tests {
             while let Some(record) = records.next_record()? {
                 lines.push(record.line);
             }
-            Ok::<_, Problem>(lines)
+            Ok::<_, Vec<Problem>>(lines)
         };
         assert_eq!(
             read(&long(MOST_OF_LINE)),
             Ok(vec![1, 2, 1 + MOST_OF_LINE as u64 / 2 + 1])
         );
         assert_eq!(
-            read(&long(MOST_OF_LINE + 2)).map_err(|problem| problem.line),
+            read(&long(MOST_OF_LINE + 2)).map_err(|problems| problems[0].line),
             Err(Some(2))
         );
     }

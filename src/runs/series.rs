@@ -327,7 +327,6 @@ pub(super) fn arrange(columns: RunsAsRead, cells: &ClassCells, scene: &Scene) ->
     let mut last_diameter = (f64::NAN, 0);
     let mut counts: Vec<usize> = vec![];
     let by_diameter = scene.model.dry_k == DryKOf::Diameter;
-    let mut film_classes = groups.lookup();
     for row in 0..columns.restitution.len() {
         let wet = columns.liquid[row] != RunsAsRead::NO_LIQUID;
         let diameter = columns.diameter[row];
@@ -339,7 +338,7 @@ pub(super) fn arrange(columns: RunsAsRead, cells: &ClassCells, scene: &Scene) ->
             wet,
             particle: columns.particle[row],
             sphere: if by_diameter { diameter } else { 0 },
-            film_group: if wet { film_classes.of(&columns, row) } else { 0 },
+            film_group: if wet { groups.of(&columns, row) } else { 0 },
             liquid: if wet { columns.liquid[row] } else { 0 },
             diameter,
             stuck: columns.is_stuck(row, scene.data.smallest_restitution),

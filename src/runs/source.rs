@@ -6,8 +6,9 @@ use std::io::{Read, Seek};
 use std::path::Path;
 use std::time::SystemTime;
 
-use super::csv::{separator, Csv};
+use super::csv::separator;
 use super::parquet::ParquetBytes;
+use super::records::Records;
 use super::refusals::whole_file;
 use crate::encoding;
 use crate::error::Error;
@@ -57,7 +58,7 @@ impl TableSource {
     }
 
     /// As a CSV from its start, once it is known to be text; its columns are separated as the line that names them tells.
-    pub fn csv(&mut self, path: &Path, naming: &Naming) -> Result<Csv<Box<dyn Read + '_>>, Error> {
+    pub fn csv(&mut self, path: &Path, naming: &Naming) -> Result<Records<Box<dyn Read + '_>>, Error> {
         self.check_text(path)?;
         let separator = self.separator(path, naming)?;
         self.separated_by(separator, path)
@@ -70,9 +71,9 @@ impl TableSource {
     }
 
     /// As a CSV from its start, with this between its columns.
-    pub fn separated_by(&mut self, separator: u8, path: &Path) -> Result<Csv<Box<dyn Read + '_>>, Error> {
+    pub fn separated_by(&mut self, separator: u8, path: &Path) -> Result<Records<Box<dyn Read + '_>>, Error> {
         let fail = |error: std::io::Error| Error::io(path, READ, error);
-        Csv::new(self.reader().map_err(fail)?, separator).map_err(fail)
+        Records::new(self.reader().map_err(fail)?, separator).map_err(fail)
     }
 
     /// Checks that it is text, and not none at all.

@@ -38,7 +38,7 @@ impl Read for InSevens<'_> {
 fn read_csv(text: &str, scene: &Scene) -> Result<Collected, Refused> {
     let separator = csv::separator(text.as_bytes(), &scene.data.naming).expect("a line");
     let read = |source: &mut dyn Read| {
-        let table = csv::Csv::new(source, separator).expect("it is read");
+        let table = records::Records::new(source, separator).expect("it is read");
         table.runs(scene, &mut Gathering::Whole)
     };
     let [whole, in_sevens] = [read(&mut text.as_bytes()), read(&mut InSevens(text.as_bytes()))];

@@ -52,12 +52,6 @@ impl SheetRow {
             .collect()
     }
 
-    /// The last column that holds something, where it lies beyond so many.
-    pub fn column_beyond(&self, width: usize) -> Option<usize> {
-        let (column, _) = self.cells.last()?;
-        Some(*column).filter(|column| *column >= width)
-    }
-
     /// Columns up to the last that holds something.
     pub fn width(&self) -> usize {
         self.cells.last().map_or(0, |(column, _)| column + 1)
@@ -179,7 +173,7 @@ impl Sheet<'_, '_> {
         let mut header = self.names(naming)?;
         let width = header.names.len();
         self.fill(1)?;
-        let below = self.ahead.front().filter(|row| row.column_beyond(width).is_none());
+        let below = self.ahead.front().filter(|row| row.width() <= width);
         let units = below.map(|row| row.trimmed(width));
         let units = units.filter(|units| is_row_of_units(units.iter().map(String::as_str)));
         if let Some(units) = units {
