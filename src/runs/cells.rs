@@ -117,8 +117,3 @@ impl CellNumbers {
         })
     }
 }
-
-/// What a cell holds, without the blanks around it; `None` where it is missing.
-pub(crate) fn word(cell: &str) -> Option<&str> {
-    present(cell)
-}

@@ -1,6 +1,7 @@
 //! Reads the cells of a row by the columns that its header has, and gathers what is wrong.
 
-use super::cells::{word, CellNumbers};
+use super::cells::CellNumbers;
+use super::columns::present;
 use super::header::{find, Column, FoundColumns};
 use crate::error::{quoted, Problem};
 use crate::scene::{name_is_allowed, NAME_RULE};
@@ -71,7 +72,7 @@ impl Fields {
     /// A word; `None` where it is missing.
     pub fn word<'c>(&self, field: usize, cells: &[&'c str]) -> Option<&'c str> {
         let column = self.found.columns[field].as_ref()?;
-        word(cells.get(column.index)?)
+        present(cells.get(column.index)?)
     }
 
     /// A number in SI; `None` where it is missing, and a problem where it is none above zero.

@@ -75,7 +75,7 @@ enum ThriftError {
 }
 
 impl ThriftReader<'_> {
-    /// Structures inside structures beyond which no footer goes.
+    /// Structures and lists inside one another beyond which no footer goes.
     const DEEPEST: usize = 64;
 
     fn byte(&mut self) -> Result<u8, ThriftError> {
@@ -101,14 +101,6 @@ impl ThriftReader<'_> {
             }
         }
         Err(ThriftError::Broken)
-    }
-
-    fn fits(&self, elements: u64) -> Result<(), ThriftError> {
-        if elements > self.left.len() as u64 {
-            Err(ThriftError::TooLong)
-        } else {
-            Ok(())
-        }
     }
 
     fn structure(&mut self, depth: usize) -> Result<(), ThriftError> {
@@ -140,6 +132,9 @@ impl ThriftReader<'_> {
     }
 
     fn value(&mut self, kind: u8, depth: usize) -> Result<(), ThriftError> {
+        if depth > Self::DEEPEST {
+            return Err(ThriftError::Broken);
+        }
         match kind {
             // truth inside a list, a byte
             1..=3 => self.skip(1),
@@ -151,30 +146,20 @@ impl ThriftReader<'_> {
                 let length = self.number()?;
                 self.skip(length)
             }
-            // a list or a set
-            9 | 10 => {
+            // a list
+            9 => {
                 let head = self.byte()?;
                 let elements = match head >> 4 {
                     15 => self.number()?,
                     few => u64::from(few),
                 };
-                self.fits(elements)?;
-                (0..elements).try_for_each(|_| self.value(head & 0x0f, depth))
-            }
-            11 => {
-                let pairs = self.number()?;
-                self.fits(pairs)?;
-                if pairs == 0 {
-                    return Ok(());
+                if elements > self.left.len() as u64 {
+                    return Err(ThriftError::TooLong);
                 }
-                let kinds = self.byte()?;
-                (0..pairs).try_for_each(|_| {
-                    self.value(kinds >> 4, depth)?;
-                    self.value(kinds & 0x0f, depth)
-                })
+                (0..elements).try_for_each(|_| self.value(head & 0x0f, depth + 1))
             }
-            13 => self.skip(16),
-            12 if depth < Self::DEEPEST => self.structure(depth + 1),
+            12 => self.structure(depth + 1),
+            // sets and maps, which Parquet has nowhere and polars does not skip either
             _ => Err(ThriftError::Broken),
         }
     }

@@ -82,7 +82,7 @@ fn rows_of_pieces(table: &TableFile, scene: &Scene) -> Option<(Vec<Range<usize>>
         MOST_OF_SHEET
     } else {
         let length = source.length();
-        about_rows(source.reader().ok()?, length).ok()?
+        about_rows(source.reader(&table.path).ok()?, length).ok()?
     };
     (rows > 0).then(|| (vec![0..rows], rows))
 }

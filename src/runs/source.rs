@@ -47,10 +47,10 @@ impl TableSource {
     }
 
     /// From its start.
-    pub fn reader(&mut self) -> std::io::Result<Box<dyn Read + '_>> {
+    pub fn reader(&mut self, path: &Path) -> Result<Box<dyn Read + '_>, Error> {
         Ok(match self {
             TableSource::File(file, _) => {
-                file.rewind()?;
+                file.rewind().map_err(|error| Error::io(path, READ, error))?;
                 Box::new(file)
             }
             TableSource::Held(bytes) => Box::new(bytes.as_slice()),
@@ -66,20 +66,18 @@ impl TableSource {
 
     /// What separates the columns of a text.
     pub fn separator(&mut self, path: &Path, naming: &Naming) -> Result<u8, Error> {
-        let fail = |error: std::io::Error| Error::io(path, READ, error);
-        separator(self.reader().map_err(fail)?, naming).map_err(fail)
+        separator(self.reader(path)?, naming).map_err(|error| Error::io(path, READ, error))
     }
 
     /// As a CSV from its start, with this between its columns.
     pub fn separated_by(&mut self, separator: u8, path: &Path) -> Result<Records<Box<dyn Read + '_>>, Error> {
-        let fail = |error: std::io::Error| Error::io(path, READ, error);
-        Records::new(self.reader().map_err(fail)?, separator).map_err(fail)
+        Records::new(self.reader(path)?, separator).map_err(|error| Error::io(path, READ, error))
     }
 
     /// Checks that it is text, and not none at all.
     pub fn check_text(&mut self, path: &Path) -> Result<(), Error> {
-        let fail = |error: std::io::Error| Error::io(path, READ, error);
-        let checked = encoding::check(self.reader().map_err(fail)?, MOST_OF_LINE).map_err(fail)?;
+        let checked = encoding::check(self.reader(path)?, MOST_OF_LINE);
+        let checked = checked.map_err(|error| Error::io(path, READ, error))?;
         let bytes = checked.map_err(|problem| Error::input(path, vec![problem]))?;
         if bytes == 0 {
             let problem = whole_file("the file is empty", "a header line and one line a run");
@@ -108,7 +106,7 @@ impl TableSource {
     /// something else.
     pub fn sha256(&mut self, path: &Path) -> Result<String, Error> {
         let fail = |error: std::io::Error| Error::io(path, READ, error);
-        let mut hashed = Hashed::new(self.reader().map_err(fail)?);
+        let mut hashed = Hashed::new(self.reader(path)?);
         std::io::copy(&mut hashed, &mut std::io::sink()).map_err(fail)?;
         let sha256 = hashed.sha256();
         match self {

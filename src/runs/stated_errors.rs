@@ -1,6 +1,8 @@
 //! Refuses runs whose measurement errors are said to be all that scatters them, where some state none.
 
-use super::series::Runs;
+use std::ops::Range;
+
+use super::series::{DryGroup, Runs, Series};
 use crate::error::{Error, Problem};
 use crate::scene::{NoiseOn, Scene, Sticking, SIGMA_DRY, SIGMA_WET};
 
@@ -42,18 +44,15 @@ pub(super) fn check_stated_errors(scene: &Scene, runs: &Runs) -> Result<(), Erro
 impl NoiseOfRuns {
     fn of(runs: &Runs, dry: bool) -> NoiseOfRuns {
         let mut noise = NoiseOfRuns::default();
-        let dry_groups = runs.dry.iter().map(|group| (&group.rebounds, &group.stuck));
-        let series = runs.series.iter().map(|series| (&series.rebounds, &series.stuck));
-        let states = |run: usize| runs.errors.as_ref().is_some_and(|errors| errors.of(run)[1] > 0.0);
-        let mut add = |(rebounds, stuck): (&std::ops::Range<usize>, &std::ops::Range<usize>)| {
-            noise.rebounds += rebounds.len();
-            noise.without_errors += rebounds.clone().filter(|run| !states(*run)).count();
-            noise.stuck += stuck.len();
+        let kinds: Vec<[Range<usize>; 2]> = match dry {
+            true => runs.dry.iter().map(DryGroup::kinds).collect(),
+            false => runs.series.iter().map(Series::kinds).collect(),
         };
-        if dry {
-            dry_groups.for_each(&mut add);
-        } else {
-            series.for_each(&mut add);
+        let states = |run: &usize| runs.errors.as_ref().is_some_and(|errors| errors.of(*run)[1] > 0.0);
+        for [rebounds, stuck] in kinds {
+            noise.rebounds += rebounds.len();
+            noise.without_errors += rebounds.filter(|run| !states(run)).count();
+            noise.stuck += stuck.len();
         }
         noise
     }

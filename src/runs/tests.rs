@@ -176,6 +176,17 @@ fn a_damaged_parquet_file_is_refused_or_read_but_never_panics() {
     assert!(refused > 300 && whole > 10, "{refused} refused, {whole} not");
 }
 
+/// Else each would take room on the stack, which ends the process.
+#[test]
+fn lists_within_lists_without_end_are_a_broken_footer() {
+    let (scene, _) = plain();
+    let lists = vec![0x19; 1 << 20];
+    let length = (lists.len() as u32).to_le_bytes();
+    let bytes = [&b"PAR1"[..], &lists, &length, b"PAR1"].concat();
+    let refused = read_parquet(&bytes, &scene).expect_err("no footer");
+    assert_eq!(refused.problems[0].expected, "its footer is broken");
+}
+
 /// What is read of a Parquet file a part of so many rows after the other.
 fn parts_of(bytes: &[u8], rows: usize, scene: &Scene) -> Result<Collected, Refused> {
     let mut file = tempfile::tempfile().expect("a file");
