@@ -33,6 +33,9 @@ impl<'c> Cell<'c> {
     }
 }
 
+/// Columns that hold words: room for more would be cleared in every row.
+const WORDS: usize = 4;
+
 /// The runs of a table as far as it was read, and what is wrong with them.
 pub(super) struct CheckedRows<'s> {
     layout: &'s TableLayout<'s>,
@@ -69,7 +72,7 @@ impl<'s> CheckedRows<'s> {
         cell: impl Fn(&ColumnPlace) -> Option<Cell<'c>>,
     ) {
         let layout = self.layout;
-        let mut words: [Option<Cow<str>>; RunColumn::ALL.len()] = Default::default();
+        let mut words: [Option<Cow<str>>; WORDS] = Default::default();
         for (word, (_, place)) in words.iter_mut().zip(&self.words) {
             *word = cell(place).map(Cell::text);
         }
@@ -169,5 +172,15 @@ impl<'s> CheckedRows<'s> {
     pub fn finish(mut self) -> Result<Collected, Refused> {
         self.decimals.finish(&mut self.refusals);
         self.refusals.or(self.collected)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_is_room_for_every_column_of_words() {
+        assert_eq!(RunColumn::words().count(), WORDS);
     }
 }
