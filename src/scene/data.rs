@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::expect::{ABOVE_ZERO, FILM_RATIO, LARGEST_FILM_RATIO, NOT_NEGATIVE, SHARE};
-use super::keys::{guides, DefaultsTo, Key, Optional, Required, Section};
+use super::keys::{DefaultsTo, Key, Optional, Required, Section};
 use super::naming::{self, naming, Naming, SceneNames};
-use super::table::{Located, Number, Numbers, SceneTable, TextOrTexts};
+use super::table::{guides, Located, Number, Numbers, SceneTable, TextOrTexts};
 use super::table_file::TableFile;
 use crate::error::quoted;
 use crate::units::Dimension;
@@ -45,86 +45,58 @@ pub struct Screens {
     pub max_impact_speed: Option<f64>,
 }
 
-const RUNS: Key<TextOrTexts, Required> = Key {
-    base: "runs",
-    takes: TextOrTexts,
-    absent: Required,
-    meaning:
-        "table of runs, beside the scene: .csv, .tsv, .txt, .parquet, .xlsx (first visible sheet, or \"book.xlsx#May\")",
-    example: "\"runs.csv\"",
-};
+const RUNS: Key<TextOrTexts, Required> = Key::new("runs", TextOrTexts)
+    .means(
+        "table of runs, beside the scene: .csv, .tsv, .txt, .parquet, .xlsx (first visible sheet, or \
+         \"book.xlsx#May\")",
+    )
+    .example("\"runs.csv\"");
 
-const SMALLEST_RESTITUTION: Key<Number, DefaultsTo<f64>> = Key {
-    base: "smallest_restitution",
-    takes: Number(Dimension::One, SHARE),
-    absent: DefaultsTo(0.0),
-    meaning: "a run with this restitution or less stuck",
-    example: "0.02",
-};
+const SMALLEST_RESTITUTION: Key<Number, DefaultsTo<f64>> =
+    Key::new("smallest_restitution", Number(Dimension::One, SHARE))
+        .means("a run with this restitution or less stuck")
+        .example("0.02")
+        .defaults_to(0.0);
 
-const FILM_RATIOS: Key<Numbers, Optional> = Key {
-    base: "film_ratios",
-    takes: Numbers(Dimension::One, FILM_RATIO),
-    absent: Optional("groups are found"),
-    meaning: "nominal film ratios δ/D; a run within 15 % of one belongs to it",
-    example: "[0.03, 0.06]",
-};
+const FILM_RATIOS: Key<Numbers, Optional> = Key::new("film_ratios", Numbers(Dimension::One, FILM_RATIO))
+    .means("nominal film ratios δ/D; a run within 15 % of one belongs to it")
+    .example("[0.03, 0.06]")
+    .optional("groups are found");
 
-const FILM_RATIO_GAP: Key<Number, DefaultsTo<f64>> = Key {
-    base: "film_ratio_gap",
-    takes: Number(Dimension::One, ABOVE_ZERO),
-    absent: DefaultsTo(0.004),
-    meaning: "where groups are found: wider gaps between film ratios part them",
-    example: "0.01",
-};
+const FILM_RATIO_GAP: Key<Number, DefaultsTo<f64>> = Key::new("film_ratio_gap", Number(Dimension::One, ABOVE_ZERO))
+    .means("where groups are found: wider gaps between film ratios part them")
+    .example("0.01")
+    .defaults_to(0.004);
 
-const MIN_FILM: Key<Number, Optional> = Key {
-    base: "min_film",
-    takes: Number(Dimension::Thickness, ABOVE_ZERO),
-    absent: Optional("no film is too thin"),
-    meaning: "runs on thinner films are left out, and counted",
-    example: "200",
-};
+const MIN_FILM: Key<Number, Optional> = Key::new("min_film", Number(Dimension::Thickness, ABOVE_ZERO))
+    .means("runs on thinner films are left out, and counted")
+    .example("200")
+    .optional("no film is too thin");
 
-const MAX_FILM_RATIO: Key<Number, DefaultsTo<f64>> = Key {
-    base: "max_film_ratio",
-    takes: Number(Dimension::One, FILM_RATIO),
-    absent: DefaultsTo(LARGEST_FILM_RATIO),
-    meaning: "runs at larger film ratios are left out, and counted",
-    example: "0.2",
-};
+const MAX_FILM_RATIO: Key<Number, DefaultsTo<f64>> = Key::new("max_film_ratio", Number(Dimension::One, FILM_RATIO))
+    .means("runs at larger film ratios are left out, and counted")
+    .example("0.2")
+    .defaults_to(LARGEST_FILM_RATIO);
 
-const MIN_IMPACT_SPEED: Key<Number, Optional> = Key {
-    base: "min_impact_speed",
-    takes: Number(Dimension::Speed, ABOVE_ZERO),
-    absent: Optional("no impact is too slow"),
-    meaning: "slower runs are left out, and counted",
-    example: "0.3",
-};
+const MIN_IMPACT_SPEED: Key<Number, Optional> = Key::new("min_impact_speed", Number(Dimension::Speed, ABOVE_ZERO))
+    .means("slower runs are left out, and counted")
+    .example("0.3")
+    .optional("no impact is too slow");
 
-const MAX_IMPACT_SPEED: Key<Number, Optional> = Key {
-    base: "max_impact_speed",
-    takes: Number(Dimension::Speed, ABOVE_ZERO),
-    absent: Optional("no impact is too fast"),
-    meaning: "faster runs are left out, and counted",
-    example: "2.5",
-};
+const MAX_IMPACT_SPEED: Key<Number, Optional> = Key::new("max_impact_speed", Number(Dimension::Speed, ABOVE_ZERO))
+    .means("faster runs are left out, and counted")
+    .example("2.5")
+    .optional("no impact is too fast");
 
-const FILM_SD: Key<Number, Optional> = Key {
-    base: "film_sd",
-    takes: Number(Dimension::Thickness, NOT_NEGATIVE),
-    absent: Optional("films are taken as exact"),
-    meaning: "sd of an error of the film that all runs share",
-    example: "10",
-};
+const FILM_SD: Key<Number, Optional> = Key::new("film_sd", Number(Dimension::Thickness, NOT_NEGATIVE))
+    .means("sd of an error of the film that all runs share")
+    .example("10")
+    .optional("films are taken as exact");
 
-const SPEED_REL_SD: Key<Number, Optional> = Key {
-    base: "speed_rel_sd",
-    takes: Number(Dimension::One, SHARE),
-    absent: Optional("their scale is taken as exact"),
-    meaning: "sd over value of an error that all speeds share",
-    example: "0.01",
-};
+const SPEED_REL_SD: Key<Number, Optional> = Key::new("speed_rel_sd", Number(Dimension::One, SHARE))
+    .means("sd over value of an error that all speeds share")
+    .example("0.01")
+    .optional("their scale is taken as exact");
 
 /// What is to be said of the table of the data.
 pub(super) fn guide() -> Section {

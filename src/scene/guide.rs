@@ -98,18 +98,12 @@ fn other_suffixes(key: &KeyGuide) -> impl Iterator<Item = &'static str> {
 
 /// A text in lines of at most 100 letters, where no word is longer, each after some blanks.
 pub(crate) fn wrapped(text: &str, indent: &str) -> String {
-    const WIDTH: usize = 100;
-    let mut lines: Vec<String> = vec![];
-    for word in text.split(' ') {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= WIDTH => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(format!("{indent}{word}")),
-        }
-    }
-    lines.join("\n")
+    let options = textwrap::Options::new(100)
+        .initial_indent(indent)
+        .subsequent_indent(indent)
+        .break_words(false)
+        .word_splitter(textwrap::WordSplitter::NoHyphenation);
+    textwrap::fill(text, options)
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 //!
 //! The reader reads by a [`Key`], and every text about scenes is made of the same ones.
 
+use std::borrow::Cow;
+
 use crate::units::Dimension;
 
 /// A key of a table of a scene.
@@ -18,24 +20,47 @@ pub(super) struct Key<K, A> {
     pub example: &'static str,
 }
 
-/// What is taken under a key.
-pub(super) trait Takes {
-    /// What kind of quantity it is, and so which units its name may end with.
-    fn dimension(&self) -> Dimension {
-        Dimension::One
+impl<K> Key<K, Required> {
+    /// A key under which this is taken, and which must be there unless it is said what holds without it.
+    pub const fn new(base: &'static str, takes: K) -> Key<K, Required> {
+        Key {
+            base,
+            takes,
+            absent: Required,
+            meaning: "",
+            example: "",
+        }
     }
-
-    /// What a message names as expected.
-    fn in_words(&self) -> String;
 }
 
-/// A value that can stand as what holds without a key.
-pub(super) trait Writes: Takes {
-    /// what is read
-    type Value;
+impl<K: Copy, A: Copy> Key<K, A> {
+    pub const fn means(self, meaning: &'static str) -> Key<K, A> {
+        Key { meaning, ..self }
+    }
 
-    /// A value as a scene gives it, in the usual unit.
-    fn written(&self, value: &Self::Value) -> String;
+    pub const fn example(self, example: &'static str) -> Key<K, A> {
+        Key { example, ..self }
+    }
+
+    /// The same that may be absent; in words what then.
+    pub const fn optional(self, without: &'static str) -> Key<K, Optional> {
+        self.without(Optional(without))
+    }
+
+    /// The same with what holds in its absence.
+    pub const fn defaults_to<T>(self, value: T) -> Key<K, DefaultsTo<T>> {
+        self.without(DefaultsTo(value))
+    }
+
+    const fn without<B>(self, absent: B) -> Key<K, B> {
+        Key {
+            base: self.base,
+            takes: self.takes,
+            absent,
+            meaning: self.meaning,
+            example: self.example,
+        }
+    }
 }
 
 /// What holds without a key.
@@ -50,9 +75,11 @@ pub(super) trait Absence<T> {
 }
 
 /// The key must be there.
+#[derive(Clone, Copy)]
 pub(super) struct Required;
 
 /// Without the key there is no such thing; in words what then.
+#[derive(Clone, Copy)]
 pub(super) struct Optional(pub &'static str);
 
 /// Without the key this holds.
@@ -91,13 +118,13 @@ pub struct KeyGuide {
     /// its units
     pub dimension: Dimension,
     /// what is taken under it
-    pub takes: String,
+    pub takes: Cow<'static, str>,
     /// what holds without it
     pub without: Without,
     /// what it means, in a few words
     pub meaning: &'static str,
     /// what a scene may give, in the usual unit
-    pub example: String,
+    pub example: Cow<'static, str>,
 }
 
 /// What holds without a key, to be said.
@@ -112,6 +139,35 @@ pub enum Without {
 }
 
 impl KeyGuide {
+    /// What is to be said of a key that must be there.
+    pub(super) fn new(
+        base: &'static str,
+        dimension: Dimension,
+        takes: impl Into<Cow<'static, str>>,
+        example: impl Into<Cow<'static, str>>,
+    ) -> KeyGuide {
+        KeyGuide {
+            base,
+            dimension,
+            takes: takes.into(),
+            without: Without::Refused,
+            meaning: "",
+            example: example.into(),
+        }
+    }
+
+    pub(super) fn means(self, meaning: &'static str) -> KeyGuide {
+        KeyGuide { meaning, ..self }
+    }
+
+    /// The same of one that may be absent; in words what then.
+    pub(super) fn without(self, words: &'static str) -> KeyGuide {
+        KeyGuide {
+            without: Without::Words(words),
+            ..self
+        }
+    }
+
     /// Its name in the usual unit.
     pub fn usual_name(&self) -> String {
         format!("{}{}", self.base, self.dimension.units()[0].suffix)
@@ -137,44 +193,4 @@ pub struct Section {
     pub may_be_empty: bool,
     /// its keys, in the order they are told
     pub keys: Vec<KeyGuide>,
-}
-
-/// A key whose guide can be made, whatever it takes.
-pub(super) trait Guided {
-    /// What is to be said of it.
-    fn guide(&self) -> KeyGuide;
-}
-
-fn guide_with<K: Takes, A>(key: &Key<K, A>, without: Without) -> KeyGuide {
-    KeyGuide {
-        base: key.base,
-        dimension: key.takes.dimension(),
-        takes: key.takes.in_words(),
-        without,
-        meaning: key.meaning,
-        example: key.example.to_owned(),
-    }
-}
-
-impl<K: Takes> Guided for Key<K, Required> {
-    fn guide(&self) -> KeyGuide {
-        guide_with(self, Without::Refused)
-    }
-}
-
-impl<K: Takes> Guided for Key<K, Optional> {
-    fn guide(&self) -> KeyGuide {
-        guide_with(self, Without::Words(self.absent.0))
-    }
-}
-
-impl<K: Writes> Guided for Key<K, DefaultsTo<K::Value>> {
-    fn guide(&self) -> KeyGuide {
-        guide_with(self, Without::Value(self.takes.written(&self.absent.0)))
-    }
-}
-
-/// What is to be said of some keys.
-pub(super) fn guides(keys: &[&dyn Guided]) -> Vec<KeyGuide> {
-    keys.iter().map(|key| key.guide()).collect()
 }

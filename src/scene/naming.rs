@@ -1,10 +1,10 @@
 //! Reads what a table of runs calls its columns and its words, and what it leaves unsaid.
 
 use super::expect::{ABOVE_ZERO, FINITE};
-use super::keys::{guides, DefaultsTo, Key, KeyGuide, Optional};
+use super::keys::{DefaultsTo, Key, KeyGuide, Optional};
 use super::names::{closest, DRY, FILL_IN, MISSING};
 use super::run_columns::RunColumn;
-use super::table::{Count, Inner, OneOf, SceneTable};
+use super::table::{guides, Count, Inner, OneOf, SceneTable};
 use super::table_file::TableFile;
 
 /// What a table of runs calls its columns and its words, and what it leaves unsaid.
@@ -94,69 +94,54 @@ pub(super) struct SceneNames<'n> {
     pub liquids: Vec<&'n str>,
 }
 
-const COLUMNS: Key<Inner, Optional> = Key {
-    base: "columns",
-    takes: Inner("a table of our names and theirs"),
-    absent: Optional("columns have our names"),
-    meaning: "columns that the table calls otherwise, ours = theirs; the unit is that of our name",
-    example: "{ impact_speed_m_s = \"v_i\", particle = \"Kugel\" }",
-};
+const COLUMNS: Key<Inner, Optional> = Key::new("columns", Inner("a table of our names and theirs"))
+    .means("columns that the table calls otherwise, ours = theirs; the unit is that of our name")
+    .example("{ impact_speed_m_s = \"v_i\", particle = \"Kugel\" }")
+    .optional("columns have our names");
 
-const VALUES: Key<Inner, Optional> = Key {
-    base: "values",
-    takes: Inner("for each column a table of their words and ours"),
-    absent: Optional("cells have our words"),
-    meaning: "words of cells that mean ours, theirs = ours",
-    example: "{ liquid = { trocken = \"dry\" } }",
-};
+const VALUES: Key<Inner, Optional> = Key::new("values", Inner("for each column a table of their words and ours"))
+    .means("words of cells that mean ours, theirs = ours")
+    .example("{ liquid = { trocken = \"dry\" } }")
+    .optional("cells have our words");
 
-const CONSTANTS: Key<Inner, Optional> = Key {
-    base: "constants",
-    takes: Inner("a table of columns with a value each"),
-    absent: Optional("every column stands in the table"),
-    meaning: "columns that are the same in every row",
-    example: "{ diameter_mm = 4.762 }",
-};
+const CONSTANTS: Key<Inner, Optional> = Key::new("constants", Inner("a table of columns with a value each"))
+    .means("columns that are the same in every row")
+    .example("{ diameter_mm = 4.762 }")
+    .optional("every column stands in the table");
 
-const HEIGHTS_TO: Key<OneOf<HeightsTo>, DefaultsTo<HeightsTo>> = Key {
-    base: "heights_to",
-    takes: OneOf(|| vec![("plate", HeightsTo::Plate), ("film", HeightsTo::Film)]),
-    absent: DefaultsTo(HeightsTo::Plate),
-    meaning: "where drop and rebound heights are counted from",
-    example: "\"film\"",
-};
+const HEIGHTS_TO: Key<OneOf<HeightsTo>, DefaultsTo<HeightsTo>> = Key::new(
+    "heights_to",
+    OneOf::of(|| vec![("plate", HeightsTo::Plate), ("film", HeightsTo::Film)]),
+)
+.means("where drop and rebound heights are counted from")
+.example("\"film\"")
+.defaults_to(HeightsTo::Plate);
 
-const HEIGHTS_OF: Key<OneOf<HeightsOf>, DefaultsTo<HeightsOf>> = Key {
-    base: "heights_of",
-    takes: OneOf(|| vec![("lowest", HeightsOf::Lowest), ("centre", HeightsOf::Centre)]),
-    absent: DefaultsTo(HeightsOf::Lowest),
-    meaning: "point of the sphere whose heights they are: its lowest point or its centre",
-    example: "\"centre\"",
-};
+const HEIGHTS_OF: Key<OneOf<HeightsOf>, DefaultsTo<HeightsOf>> = Key::new(
+    "heights_of",
+    OneOf::of(|| vec![("lowest", HeightsOf::Lowest), ("centre", HeightsOf::Centre)]),
+)
+.means("point of the sphere whose heights they are: its lowest point or its centre")
+.example("\"centre\"")
+.defaults_to(HeightsOf::Lowest);
 
-const SHEETS: Key<Inner, Optional> = Key {
-    base: "sheets",
-    takes: Inner("for each sheet a table of columns with a value each"),
-    absent: Optional("sheets differ in what their columns say alone"),
-    meaning: "columns that are the same in every row of a sheet",
-    example: "{ \"Öl 10\" = { liquid = \"AK10\" } }",
-};
+const SHEETS: Key<Inner, Optional> = Key::new("sheets", Inner("for each sheet a table of columns with a value each"))
+    .means("columns that are the same in every row of a sheet")
+    .example("{ \"Öl 10\" = { liquid = \"AK10\" } }")
+    .optional("sheets differ in what their columns say alone");
 
-const HEADER_ROW: Key<Count, Optional> = Key {
-    base: "header_row",
-    takes: Count(1, 1 << 20),
-    absent: Optional("the first that is not blank"),
-    meaning: "row that names the columns, as an editor or a spreadsheet counts; titles above it are not read",
-    example: "5",
-};
+const HEADER_ROW: Key<Count, Optional> = Key::new("header_row", Count(1, 1 << 20))
+    .means("row that names the columns, as an editor or a spreadsheet counts; titles above it are not read")
+    .example("5")
+    .optional("the first that is not blank");
 
-const HIDDEN_ROWS: Key<OneOf<HiddenRows>, Optional> = Key {
-    base: "hidden_rows",
-    takes: OneOf(|| vec![("take", HiddenRows::Take), ("leave", HiddenRows::Leave)]),
-    absent: Optional("a sheet that hides rows with runs is refused"),
-    meaning: "rows that a workbook hides, by a filter or by hand: read them or leave them out",
-    example: "\"leave\"",
-};
+const HIDDEN_ROWS: Key<OneOf<HiddenRows>, Optional> = Key::new(
+    "hidden_rows",
+    OneOf::of(|| vec![("take", HiddenRows::Take), ("leave", HiddenRows::Leave)]),
+)
+.means("rows that a workbook hides, by a filter or by hand: read them or leave them out")
+.example("\"leave\"")
+.optional("a sheet that hides rows with runs is refused");
 
 /// What is to be said of the keys that name things.
 pub(super) fn guide() -> Vec<KeyGuide> {
@@ -174,7 +159,7 @@ pub(super) fn guide() -> Vec<KeyGuide> {
 
 /// Reads the naming from the table of the data.
 pub(super) fn naming(data: &SceneTable, names: &SceneNames, runs: &[TableFile]) -> Naming {
-    let everywhere = data.inner_table(&CONSTANTS);
+    let everywhere = data.table(CONSTANTS.base);
     let constants = everywhere.map_or_else(Vec::new, |table| constants(&table, names, &[]));
     Naming {
         columns: columns(data).unwrap_or_default(),
@@ -195,7 +180,7 @@ fn sheets(
     everywhere: &[Constant],
     runs: &[TableFile],
 ) -> Option<Vec<(String, Vec<Constant>)>> {
-    let table = data.inner_table(&SHEETS)?;
+    let table = data.table(SHEETS.base)?;
     // the name of a sheet that is not named is not known yet
     let all_are_named = runs.iter().all(|file| file.sheet.is_some());
     let named = || runs.iter().filter_map(|file| file.sheet.as_deref());
@@ -214,7 +199,7 @@ fn sheets(
 }
 
 fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
-    let table = data.inner_table(&COLUMNS)?;
+    let table = data.table(COLUMNS.base)?;
     let mut columns: Vec<(String, String)> = vec![];
     for ours in table.keys() {
         if RunColumn::named(&ours).is_none() {
@@ -238,7 +223,7 @@ fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
 }
 
 fn words(data: &SceneTable, names: &SceneNames) -> Option<Vec<(RunColumn, Vec<[String; 2]>)>> {
-    let table = data.inner_table(&VALUES)?;
+    let table = data.table(VALUES.base)?;
     let mut words = vec![];
     for name in table.keys() {
         let of_base = || RunColumn::ALL.into_iter().find(|column| column.base() == name);

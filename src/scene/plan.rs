@@ -5,11 +5,12 @@ use super::choices::{
     SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET, TERMS_TAKES, VISCOUS_TAKES,
 };
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
-use super::keys::{guides, DefaultsTo, Guided, Key, Optional, Section};
+use super::keys::{DefaultsTo, Key, Optional, Section};
 use super::materials::{Liquid, Particle};
 use super::naming::SceneNames;
 use super::table::{
-    Count, Inner, Located, Number, NumberOr, Numbers, NumbersByParticle, OneOf, SceneTable, SomeOf, Texts, MOST_COUNTED,
+    guides, Count, Guided, Inner, Number, NumberOr, Numbers, NumbersByParticle, OneOf, SceneTable, SomeOf, Texts,
+    MOST_COUNTED,
 };
 use crate::physics::balance::Balance;
 use crate::physics::coefficient::Coefficients;
@@ -151,13 +152,13 @@ pub struct Design {
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignSpeeds(pub Vec<f64>);
 
-const TRUE_DRY_K: Key<Inner, Optional> = Key {
-    base: DRY_K.name,
-    takes: Inner("a table of particles, each with a number of 0 or more or a table by diameter in mm"),
-    absent: Optional(WANTED),
-    meaning: "k of each particle",
-    example: "{ PTFE = 0.183, PE = { \"3.175\" = 0.12, \"4.762\" = 0.13 } }",
-};
+const TRUE_DRY_K: Key<Inner, Optional> = Key::new(
+    DRY_K.name,
+    Inner("a table of particles, each with a number of 0 or more or a table by diameter in mm"),
+)
+.means("k of each particle")
+.example("{ PTFE = 0.183, PE = { \"3.175\" = 0.12, \"4.762\" = 0.13 } }")
+.optional(WANTED);
 
 /// What is to be said of a parameter of the truth that has no default.
 const WANTED: &str = "a simulation that needs it is refused";
@@ -165,24 +166,21 @@ const WANTED: &str = "a simulation that needs it is refused";
 /// The key of a parameter that particles share.
 fn shared(coefficient: Coefficient) -> Key<Number, Optional> {
     let own = coefficient.describe();
-    Key {
-        base: own.name,
-        takes: Number(Dimension::One, if own.must_be_positive { ABOVE_ZERO } else { FINITE }),
-        absent: Optional(WANTED),
-        meaning: own.meaning,
-        example: own.example,
-    }
+    Key::new(
+        own.name,
+        Number(Dimension::One, if own.must_be_positive { ABOVE_ZERO } else { FINITE }),
+    )
+    .means(own.meaning)
+    .example(own.example)
+    .optional(WANTED)
 }
 
 /// The key of a spread of the noise.
 const fn spread(own: &NoiseParameter, absent: &'static str) -> Key<Number, Optional> {
-    Key {
-        base: own.name,
-        takes: Number(Dimension::One, NOT_NEGATIVE),
-        absent: Optional(absent),
-        meaning: own.meaning,
-        example: own.example,
-    }
+    Key::new(own.name, Number(Dimension::One, NOT_NEGATIVE))
+        .means(own.meaning)
+        .example(own.example)
+        .optional(absent)
 }
 
 const TRUE_SIGMA_DRY: Key<Number, Optional> = spread(&SIGMA_DRY, WANTED);
@@ -195,20 +193,17 @@ fn shapes() -> impl Iterator<Item = (LikelihoodFamily, Key<Number, Optional>)> {
     LikelihoodFamily::NAMED.into_iter().filter_map(|(_, family)| {
         let own = family.shape()?;
         let expected = if own.least < 0.0 { FINITE } else { ABOVE_ZERO };
-        let key = Key {
-            base: own.name,
-            takes: Number(Dimension::One, expected),
-            absent: Optional(WANTED),
-            meaning: own.meaning,
-            example: own.example,
-        };
+        let key = Key::new(own.name, Number(Dimension::One, expected))
+            .means(own.meaning)
+            .example(own.example)
+            .optional(WANTED);
         Some((family, key))
     })
 }
 
-const NOISE: Key<OneOf<NoiseShape>, DefaultsTo<NoiseShape>> = Key {
-    base: "noise",
-    takes: OneOf(|| {
+const NOISE: Key<OneOf<NoiseShape>, DefaultsTo<NoiseShape>> = Key::new(
+    "noise",
+    OneOf::of(|| {
         let families = LikelihoodFamily::NAMED.map(|(name, family)| (name, NoiseShape::Family(family)));
         let others = [
             ("skewed", NoiseShape::Skewed),
@@ -216,117 +211,83 @@ const NOISE: Key<OneOf<NoiseShape>, DefaultsTo<NoiseShape>> = Key {
         ];
         families.into_iter().chain(others).collect()
     }),
-    absent: DefaultsTo(NoiseShape::Family(LikelihoodFamily::Normal)),
-    meaning: "shape of the noise",
-    example: "\"skewed\"",
-};
+)
+.means("shape of the noise")
+.example("\"skewed\"")
+.defaults_to(NoiseShape::Family(LikelihoodFamily::Normal));
 
 /// What holds without a key that [model] has, too.
 const AS_THE_MODEL: &str = "as in [model]";
 
-const TRUE_INERTIA: Key<OneOf<Inertia>, Optional> = Key {
-    base: "inertia",
-    takes: OneOf(|| Inertia::ALL.map(|form| (form.name(), form)).to_vec()),
-    absent: Optional("as in [model], there stepwise where it is open"),
-    meaning: "form of the inertial loss",
-    example: "\"saturating\"",
-};
+const TRUE_INERTIA: Key<OneOf<Inertia>, Optional> = Key::new(
+    "inertia",
+    OneOf::of(|| Inertia::ALL.map(|form| (form.name(), form)).to_vec()),
+)
+.means("form of the inertial loss")
+.example("\"saturating\"")
+.optional("as in [model], there stepwise where it is open");
 
-const TRUE_VISCOUS: Key<OneOf<Viscous>, Optional> = Key {
-    base: "viscous",
-    takes: VISCOUS_TAKES,
-    absent: Optional(AS_THE_MODEL),
-    meaning: "form of the viscous loss",
-    example: "\"film\"",
-};
+const TRUE_VISCOUS: Key<OneOf<Viscous>, Optional> = Key::new("viscous", VISCOUS_TAKES)
+    .means("form of the viscous loss")
+    .example("\"film\"")
+    .optional(AS_THE_MODEL);
 
-const TRUE_DRY_SPEED: Key<NumberOr, Optional> = Key {
-    base: "dry_speed",
-    takes: DRY_SPEED_TAKES,
-    absent: Optional(AS_THE_MODEL),
-    meaning: "impact speed at which e_dry enters",
-    example: "\"impact\"",
-};
+const TRUE_DRY_SPEED: Key<NumberOr, Optional> = Key::new("dry_speed", DRY_SPEED_TAKES)
+    .means("impact speed at which e_dry enters")
+    .example("\"impact\"")
+    .optional(AS_THE_MODEL);
 
-const TRUE_TERMS: Key<SomeOf<Term>, Optional> = Key {
-    base: "terms",
-    takes: TERMS_TAKES,
-    absent: Optional("inertia and viscous"),
-    meaning: "terms that the truth holds",
-    example: "[\"inertia\", \"viscous\", \"bridge\"]",
-};
+const TRUE_TERMS: Key<SomeOf<Term>, Optional> = Key::new("terms", TERMS_TAKES)
+    .means("terms that the truth holds")
+    .example("[\"inertia\", \"viscous\", \"bridge\"]")
+    .optional("inertia and viscous");
 
-const DIAMETER: Key<NumbersByParticle, Optional> = Key {
-    base: "diameter",
-    takes: NumbersByParticle(Dimension::Length, ABOVE_ZERO),
-    absent: Optional(WANTED),
-    meaning: "diameters of each particle",
-    example: "{ PTFE = [3.175, 4.762] }",
-};
+const DIAMETER: Key<NumbersByParticle, Optional> =
+    Key::new("diameter", NumbersByParticle(Dimension::Length, ABOVE_ZERO))
+        .means("diameters of each particle")
+        .example("{ PTFE = [3.175, 4.762] }")
+        .optional(WANTED);
 
-const FILM_RATIOS: Key<NumbersByParticle, Optional> = Key {
-    base: "film_ratio",
-    takes: NumbersByParticle(Dimension::One, FILM_RATIO),
-    absent: Optional(WANTED),
-    meaning: "film ratios of each particle",
-    example: "[0.03, 0.06]",
-};
+const FILM_RATIOS: Key<NumbersByParticle, Optional> =
+    Key::new("film_ratio", NumbersByParticle(Dimension::One, FILM_RATIO))
+        .means("film ratios of each particle")
+        .example("[0.03, 0.06]")
+        .optional(WANTED);
 
-const LIQUIDS: Key<Texts, Optional> = Key {
-    base: "liquids",
-    takes: Texts,
-    absent: Optional("every run is dry"),
-    meaning: "liquids, names in [liquids]",
-    example: "[\"AK10\"]",
-};
+const LIQUIDS: Key<Texts, Optional> = Key::new("liquids", Texts)
+    .means("liquids, names in [liquids]")
+    .example("[\"AK10\"]")
+    .optional("every run is dry");
 
-const HEIGHT: Key<Numbers, Optional> = Key {
-    base: "height",
-    takes: Numbers(Dimension::Length, ABOVE_ZERO),
-    absent: Optional("impact_speed says it"),
-    meaning: "heights that wet runs fall from, v = √(2 g h)",
-    example: "[30, 50, 100, 150]",
-};
+const HEIGHT: Key<Numbers, Optional> = Key::new("height", Numbers(Dimension::Length, ABOVE_ZERO))
+    .means("heights that wet runs fall from, v = √(2 g h)")
+    .example("[30, 50, 100, 150]")
+    .optional("impact_speed says it");
 
-const IMPACT_SPEED: Key<Numbers, Optional> = Key {
-    base: "impact_speed",
-    takes: Numbers(Dimension::Speed, ABOVE_ZERO),
-    absent: Optional("height says it"),
-    meaning: "impact speeds of the wet runs",
-    example: "[0.5, 1.0, 2.0]",
-};
+const IMPACT_SPEED: Key<Numbers, Optional> = Key::new("impact_speed", Numbers(Dimension::Speed, ABOVE_ZERO))
+    .means("impact speeds of the wet runs")
+    .example("[0.5, 1.0, 2.0]")
+    .optional("height says it");
 
-const DRY_IMPACT_SPEED: Key<Numbers, Optional> = Key {
-    base: "dry_impact_speed",
-    takes: Numbers(Dimension::Speed, ABOVE_ZERO),
-    absent: Optional("no run is dry"),
-    meaning: "impact speeds of the dry runs",
-    example: "[0.5, 1.0, 2.0]",
-};
+const DRY_IMPACT_SPEED: Key<Numbers, Optional> = Key::new("dry_impact_speed", Numbers(Dimension::Speed, ABOVE_ZERO))
+    .means("impact speeds of the dry runs")
+    .example("[0.5, 1.0, 2.0]")
+    .optional("no run is dry");
 
-const FILM_REL_SD: Key<Number, Optional> = Key {
-    base: "film_rel_sd",
-    takes: Number(Dimension::One, SHARE),
-    absent: Optional("every film is that of its setting"),
-    meaning: "gives every wet run a film of its own: sd of its logarithm about that of the setting",
-    example: "0.02",
-};
+const FILM_REL_SD: Key<Number, Optional> = Key::new("film_rel_sd", Number(Dimension::One, SHARE))
+    .means("gives every wet run a film of its own: sd of its logarithm about that of the setting")
+    .example("0.02")
+    .optional("every film is that of its setting");
 
-const IMPACT_SPEED_REL_SD: Key<Number, Optional> = Key {
-    base: "impact_speed_rel_sd",
-    takes: Number(Dimension::One, SHARE),
-    absent: Optional("every speed is that of its setting"),
-    meaning: "gives every run an impact speed of its own, in the same way",
-    example: "0.05",
-};
+const IMPACT_SPEED_REL_SD: Key<Number, Optional> = Key::new("impact_speed_rel_sd", Number(Dimension::One, SHARE))
+    .means("gives every run an impact speed of its own, in the same way")
+    .example("0.05")
+    .optional("every speed is that of its setting");
 
-const REPEATS: Key<Count, DefaultsTo<u64>> = Key {
-    base: "repeats",
-    takes: Count(1, MOST_COUNTED),
-    absent: DefaultsTo(1),
-    meaning: "runs at each setting",
-    example: "5",
-};
+const REPEATS: Key<Count, DefaultsTo<u64>> = Key::new("repeats", Count(1, MOST_COUNTED))
+    .means("runs at each setting")
+    .example("5")
+    .defaults_to(1);
 
 /// What is to be said of the tables of a simulation.
 pub(super) fn guide() -> [Section; 2] {
@@ -377,10 +338,7 @@ pub(super) fn truth(
     model: &ModelChoices,
 ) -> Option<Truth> {
     let table = root.table("truth")?;
-    let TrueK {
-        dry_k,
-        dry_k_by_diameter,
-    } = true_k(&table, names);
+    let (dry_k, dry_k_by_diameter) = true_k(&table, names);
     let inertia = table.read(&TRUE_INERTIA).or(model.inertia);
     let viscous = table.read(&TRUE_VISCOUS);
     let viscous = viscous.map(|form| checked_viscous(&table, form, particles));
@@ -412,30 +370,22 @@ pub(super) fn truth(
     Some(truth)
 }
 
-/// k of each particle, as [`Truth`] has it.
-struct TrueK {
-    dry_k: Vec<Option<f64>>,
-    dry_k_by_diameter: Vec<Vec<KOfDiameter>>,
-}
-
-/// k of each particle: one for every diameter, or where the file has a table of them by diameter, each of these.
-fn true_k(table: &SceneTable, particles: &[&str]) -> TrueK {
-    let mut found = TrueK {
-        dry_k: vec![None; particles.len()],
-        dry_k_by_diameter: vec![vec![]; particles.len()],
-    };
-    let Some(by_particle) = table.inner_table(&TRUE_DRY_K) else {
-        return found;
+/// k of each particle, as [`Truth`] has it: one for every diameter, or where the file has a table of them by diameter, each
+/// of these.
+fn true_k(table: &SceneTable, particles: &[&str]) -> (Vec<Option<f64>>, Vec<Vec<KOfDiameter>>) {
+    let (mut of_all, mut of_each) = (vec![None; particles.len()], vec![vec![]; particles.len()]);
+    let Some(by_particle) = table.table(TRUE_DRY_K.base) else {
+        return (of_all, of_each);
     };
     for (particle, name) in particles.iter().enumerate() {
         if !by_particle.holds_table(name) {
-            found.dry_k[particle] = by_particle.number(name, NOT_NEGATIVE);
+            of_all[particle] = by_particle.number(name, NOT_NEGATIVE);
         } else if let Some(table) = by_particle.table(name) {
-            found.dry_k_by_diameter[particle] = by_diameter(&table);
+            of_each[particle] = by_diameter(&table);
         }
     }
     by_particle.finish();
-    found
+    (of_all, of_each)
 }
 
 /// The k of a table whose keys are diameters in mm.
@@ -471,11 +421,7 @@ pub(super) fn design(root: &SceneTable, names: &SceneNames) -> Option<Design> {
             Some(liquid) => used.push(liquid),
             None => {
                 let names = names.liquids.iter().copied();
-                let name = Located {
-                    value: name.value.as_str(),
-                    at: name.at,
-                };
-                table.refuse_name(LIQUIDS.base, &name, "a name in [liquids]", names);
+                table.refuse_name(LIQUIDS.base, (&name.value, name.at), "a name in [liquids]", names);
             }
         }
     }

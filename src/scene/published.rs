@@ -1,15 +1,16 @@
 //! Reads numbers from the literature that are set beside ours.
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE};
-use super::keys::{guides, Key, Optional, Required, Section};
-use super::table::{Located, Number, OneOf, SceneTable, Text};
+use super::keys::{Key, Optional, Required, Section};
+use super::table::{guides, Number, OneOf, SceneTable, Text};
 use crate::physics::Quantity;
 use crate::units::Dimension;
 
 /// One of the two laws of the wet restitution.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum WetLaw {
     /// e = e_inf (1 − St_c/St)
     Linear,
@@ -24,12 +25,6 @@ impl WetLaw {
             WetLaw::Linear => "linear",
             WetLaw::Sqrt => "sqrt",
         }
-    }
-}
-
-impl Serialize for WetLaw {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
     }
 }
 
@@ -79,64 +74,44 @@ pub struct Published {
     pub source: String,
 }
 
-const QUANTITY: Key<OneOf<PublishedQuantity>, Required> = Key {
-    base: "quantity",
-    takes: OneOf(|| {
+const QUANTITY: Key<OneOf<PublishedQuantity>, Required> = Key::new(
+    "quantity",
+    OneOf::of(|| {
         let all = [PublishedQuantity::EInf, PublishedQuantity::StC, PublishedQuantity::DryK];
         all.map(|quantity| (quantity.name(), quantity)).to_vec()
     }),
-    absent: Required,
-    meaning: "what it is",
-    example: "\"e_inf\"",
-};
+)
+.means("what it is")
+.example("\"e_inf\"");
 
-const PARTICLE: Key<Text, Required> = Key {
-    base: "particle",
-    takes: Text,
-    absent: Required,
-    meaning: "the particle it is of, a name in [particles]",
-    example: "\"PTFE\"",
-};
+const PARTICLE: Key<Text, Required> = Key::new("particle", Text)
+    .means("the particle it is of, a name in [particles]")
+    .example("\"PTFE\"");
 
-const OF_FILM_RATIO: Key<Number, Optional> = Key {
-    base: "film_ratio",
-    takes: Number(Dimension::One, FILM_RATIO),
-    absent: Optional("all of them"),
-    meaning: "the film ratio it holds for",
-    example: "0.06",
-};
+const OF_FILM_RATIO: Key<Number, Optional> = Key::new("film_ratio", Number(Dimension::One, FILM_RATIO))
+    .means("the film ratio it holds for")
+    .example("0.06")
+    .optional("all of them");
 
-const LAW: Key<OneOf<WetLaw>, Optional> = Key {
-    base: "law",
-    takes: OneOf(|| [WetLaw::Linear, WetLaw::Sqrt].map(|law| (law.name(), law)).to_vec()),
-    absent: Optional("linear"),
-    meaning: "the law it was fitted with; not of dry_k",
-    example: "\"linear\"",
-};
+const LAW: Key<OneOf<WetLaw>, Optional> = Key::new(
+    "law",
+    OneOf::of(|| [WetLaw::Linear, WetLaw::Sqrt].map(|law| (law.name(), law)).to_vec()),
+)
+.means("the law it was fitted with; not of dry_k")
+.example("\"linear\"")
+.optional("linear");
 
-const VALUE: Key<Number, Required> = Key {
-    base: "value",
-    takes: Number(Dimension::One, FINITE),
-    absent: Required,
-    meaning: "its value",
-    example: "0.718",
-};
+const VALUE: Key<Number, Required> = Key::new("value", Number(Dimension::One, FINITE))
+    .means("its value")
+    .example("0.718");
 
-const SE: Key<Number, Required> = Key {
-    base: "se",
-    takes: Number(Dimension::One, ABOVE_ZERO),
-    absent: Required,
-    meaning: "its standard error",
-    example: "0.004",
-};
+const SE: Key<Number, Required> = Key::new("se", Number(Dimension::One, ABOVE_ZERO))
+    .means("its standard error")
+    .example("0.004");
 
-const SOURCE: Key<Text, Required> = Key {
-    base: "source",
-    takes: Text,
-    absent: Required,
-    meaning: "where it stands",
-    example: "\"Müller & Huang 2016, fig. 2\"",
-};
+const SOURCE: Key<Text, Required> = Key::new("source", Text)
+    .means("where it stands")
+    .example("\"Müller & Huang 2016, fig. 2\"");
 
 /// What is to be said of a table of a number from the literature.
 pub(super) fn guide() -> Section {
@@ -155,12 +130,8 @@ pub(super) fn published(table: &SceneTable, particles: &[&str]) -> Option<Publis
     let particle = name.as_deref().and_then(|name| {
         let index = particles.iter().position(|particle| *particle == name);
         if index.is_none() {
-            let names = particles.iter().copied();
-            let name = Located {
-                value: name,
-                at: table.at(PARTICLE.base),
-            };
-            table.refuse_name(PARTICLE.base, &name, "a name in [particles]", names);
+            let (names, at) = (particles.iter().copied(), table.at(PARTICLE.base));
+            table.refuse_name(PARTICLE.base, (name, at), "a name in [particles]", names);
         }
         index
     });

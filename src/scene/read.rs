@@ -5,11 +5,11 @@ use std::path::Path;
 use super::contents::Scene;
 use super::data::data;
 use super::document::Document;
-use super::keys::{guides, Key, Optional, Section};
+use super::keys::{Key, Optional, Section};
 use super::materials::{liquids, particles, LIQUIDS, PARTICLES};
 use super::naming::SceneNames;
 use super::published::published;
-use super::table::{SceneTable, Text};
+use super::table::{guides, SceneTable, Text};
 use super::table_file::TableFile;
 use super::{choices, plan, table};
 use crate::encoding::decode;
@@ -17,21 +17,15 @@ use crate::error::{named, Error};
 use crate::files;
 use crate::seed::sha256;
 
-const TITLE: Key<Text, Optional> = Key {
-    base: "title",
-    takes: Text,
-    absent: Optional("the name of the scene's folder"),
-    meaning: "title of the report",
-    example: "\"PTFE and PE spheres on wetted glass\"",
-};
+const TITLE: Key<Text, Optional> = Key::new("title", Text)
+    .means("title of the report")
+    .example("\"PTFE and PE spheres on wetted glass\"")
+    .optional("the name of the scene's folder");
 
-const SOURCE: Key<Text, Optional> = Key {
-    base: "source",
-    takes: Text,
-    absent: Optional("not told"),
-    meaning: "where the runs come from, in words",
-    example: "\"measured in May, films by weight\"",
-};
+const SOURCE: Key<Text, Optional> = Key::new("source", Text)
+    .means("where the runs come from, in words")
+    .example("\"measured in May, films by weight\"")
+    .optional("not told");
 
 /// What is to be said of the keys above all tables.
 pub(super) fn guide() -> Section {
@@ -122,12 +116,7 @@ fn assemble(root: &SceneTable, path: &Path, sha256: String) -> Option<Scene> {
 
 /// The name of the folder the scene lies in.
 fn scene_name(path: &Path) -> String {
-    let folder = path
-        .canonicalize()
-        .ok()
-        .and_then(|full| full.parent().map(Path::to_path_buf));
-    folder
-        .as_deref()
-        .and_then(Path::file_name)
-        .map_or_else(|| "scene".to_owned(), |name| name.to_string_lossy().into_owned())
+    let full = path.canonicalize().unwrap_or_default();
+    let name = full.parent().and_then(Path::file_name);
+    name.map_or_else(|| "scene".to_owned(), |name| name.to_string_lossy().into_owned())
 }

@@ -1,6 +1,6 @@
 //! Holds the columns that a table of runs can have.
 
-use super::keys::{KeyGuide, Without};
+use super::keys::KeyGuide;
 use super::names::letters_apart;
 use crate::units::{names_in_words, Dimension, Unit};
 
@@ -50,7 +50,17 @@ pub enum RunColumn {
 }
 
 /// What holds without a column of errors.
-const NO_ERROR: Without = Without::Words("taken as exact, but for what scatters the runs");
+const NO_ERROR: &str = "taken as exact, but for what scatters the runs";
+
+/// A column of words.
+fn word(base: &'static str, example: &'static str) -> KeyGuide {
+    KeyGuide::new(base, Dimension::One, "a word", example)
+}
+
+/// A column of numbers.
+fn number(base: &'static str, dimension: Dimension, example: &'static str) -> KeyGuide {
+    KeyGuide::new(base, dimension, "a number", example)
+}
 
 impl RunColumn {
     /// Every column.
@@ -76,6 +86,7 @@ impl RunColumn {
         RunColumn::Exclude,
         RunColumn::Run,
     ];
+
     /// The columns that hold numbers.
     pub fn numbers() -> impl Iterator<Item = RunColumn> {
         RunColumn::ALL.into_iter().filter(|column| column.is_number())
@@ -86,150 +97,76 @@ impl RunColumn {
         RunColumn::ALL.into_iter().filter(|column| !column.is_number())
     }
 
+    /// What is to be said of it.
+    pub fn guide(self) -> KeyGuide {
+        match self {
+            RunColumn::Particle => word("particle", "PTFE").means("name of the sphere's material, one in [particles]"),
+            RunColumn::Liquid => word("liquid", "AK10")
+                .means("name of the liquid, one in [liquids]; empty or `dry` without liquid")
+                .without("every run is dry"),
+            RunColumn::Diameter => number("diameter", Dimension::Length, "4.762").means("diameter of the sphere"),
+            RunColumn::Film => number("film", Dimension::Thickness, "287")
+                .means("thickness of the film; not read of dry runs")
+                .without("no run may be wet"),
+            RunColumn::ImpactSpeed => number("impact_speed", Dimension::Speed, "1.41")
+                .means("normal speed before the impact")
+                .without("drop_height or stokes gives it"),
+            RunColumn::ReboundSpeed => number("rebound_speed", Dimension::Speed, "0.92")
+                .means("normal speed after the impact; 0: the run stuck")
+                .without("restitution or rebound_height gives it"),
+            RunColumn::Restitution => number("restitution", Dimension::Share, "0.652")
+                .means("rebound over impact speed; 0: the run stuck")
+                .without("rebound_speed or rebound_height gives it"),
+            RunColumn::DropHeight => number("drop_height", Dimension::Length, "100")
+                .means("where the sphere's lowest point falls from (its centre: heights_of), v = √(2 g h)")
+                .without("impact_speed or stokes gives the speed"),
+            RunColumn::ReboundHeight => number("rebound_height", Dimension::Length, "43")
+                .means("how high its lowest point rebounds; see heights_of, heights_to")
+                .without("rebound_speed or restitution gives the speed"),
+            RunColumn::Stokes => number("stokes", Dimension::One, "52")
+                .means("Stokes number St = ρp D v/(9 η) of a wet run")
+                .without("impact_speed or drop_height gives the speed"),
+            RunColumn::FilmRatio => number("film_ratio", Dimension::Share, "0.06")
+                .means("nominal film ratio δ/D that the run belongs to")
+                .without("by film_ratios in [data], else groups are found"),
+            RunColumn::ImpactSpeedSd => number("impact_speed_sd", Dimension::Speed, "0.004")
+                .means("sd of the error of the impact speed")
+                .without(NO_ERROR),
+            RunColumn::ReboundSpeedSd => number("rebound_speed_sd", Dimension::Speed, "0.004")
+                .means("sd of the error of the rebound speed")
+                .without(NO_ERROR),
+            RunColumn::RestitutionSd => number("restitution_sd", Dimension::Share, "0.01")
+                .means("sd of the error of the restitution as a whole")
+                .without(NO_ERROR),
+            RunColumn::SpeedCorrelation => number("speed_correlation", Dimension::One, "0.5")
+                .means("correlation of the errors of both speeds, from -1 to 1")
+                .without("0"),
+            RunColumn::Runs => number("runs", Dimension::One, "5")
+                .means("how many runs at one setting the row is the mean of")
+                .without("each row is one run"),
+            RunColumn::RestitutionSdOfRuns => number("restitution_sd_of_runs", Dimension::One, "0.012")
+                .means("of a mean: sd of its single runs")
+                .without("restitution_se says how the runs of a mean scatter"),
+            RunColumn::RestitutionSe => number("restitution_se", Dimension::One, "0.005")
+                .means("of a mean: its standard error, sd/√runs")
+                .without("restitution_sd_of_runs says how the runs of a mean scatter"),
+            RunColumn::Exclude => word("exclude", "touched the wall")
+                .means("why the run is left out; counted under these words; a no among yes and no (0 and 1) keeps it")
+                .without("every run is used"),
+            RunColumn::Run => word("run", "17")
+                .means("a label, shown in messages about the row")
+                .without("rows are counted"),
+        }
+    }
+
     /// Its name without a unit.
     pub fn base(self) -> &'static str {
-        match self {
-            RunColumn::Particle => "particle",
-            RunColumn::Liquid => "liquid",
-            RunColumn::Diameter => "diameter",
-            RunColumn::Film => "film",
-            RunColumn::ImpactSpeed => "impact_speed",
-            RunColumn::ReboundSpeed => "rebound_speed",
-            RunColumn::Restitution => "restitution",
-            RunColumn::FilmRatio => "film_ratio",
-            RunColumn::ImpactSpeedSd => "impact_speed_sd",
-            RunColumn::ReboundSpeedSd => "rebound_speed_sd",
-            RunColumn::RestitutionSd => "restitution_sd",
-            RunColumn::SpeedCorrelation => "speed_correlation",
-            RunColumn::DropHeight => "drop_height",
-            RunColumn::ReboundHeight => "rebound_height",
-            RunColumn::Stokes => "stokes",
-            RunColumn::Runs => "runs",
-            RunColumn::RestitutionSdOfRuns => "restitution_sd_of_runs",
-            RunColumn::RestitutionSe => "restitution_se",
-            RunColumn::Exclude => "exclude",
-            RunColumn::Run => "run",
-        }
+        self.guide().base
     }
 
     /// What it holds.
     pub fn dimension(self) -> Dimension {
-        match self {
-            RunColumn::Diameter | RunColumn::DropHeight | RunColumn::ReboundHeight => Dimension::Length,
-            RunColumn::Film => Dimension::Thickness,
-            RunColumn::ImpactSpeed | RunColumn::ReboundSpeed | RunColumn::ImpactSpeedSd | RunColumn::ReboundSpeedSd => {
-                Dimension::Speed
-            }
-            RunColumn::Restitution | RunColumn::FilmRatio | RunColumn::RestitutionSd => Dimension::Share,
-            RunColumn::Particle
-            | RunColumn::Liquid
-            | RunColumn::SpeedCorrelation
-            | RunColumn::Stokes
-            | RunColumn::Runs
-            | RunColumn::RestitutionSdOfRuns
-            | RunColumn::RestitutionSe
-            | RunColumn::Exclude
-            | RunColumn::Run => Dimension::One,
-        }
-    }
-
-    /// What is to be said of it.
-    pub fn guide(self) -> KeyGuide {
-        let (without, example, meaning) = match self {
-            RunColumn::Particle => (
-                Without::Refused,
-                "PTFE",
-                "name of the sphere's material, one in [particles]",
-            ),
-            RunColumn::Liquid => (
-                Without::Words("every run is dry"),
-                "AK10",
-                "name of the liquid, one in [liquids]; empty or `dry` without liquid",
-            ),
-            RunColumn::Diameter => (Without::Refused, "4.762", "diameter of the sphere"),
-            RunColumn::Film => (
-                Without::Words("no run may be wet"),
-                "287",
-                "thickness of the film; not read of dry runs",
-            ),
-            RunColumn::ImpactSpeed => (
-                Without::Words("drop_height or stokes gives it"),
-                "1.41",
-                "normal speed before the impact",
-            ),
-            RunColumn::ReboundSpeed => (
-                Without::Words("restitution or rebound_height gives it"),
-                "0.92",
-                "normal speed after the impact; 0: the run stuck",
-            ),
-            RunColumn::Restitution => (
-                Without::Words("rebound_speed or rebound_height gives it"),
-                "0.652",
-                "rebound over impact speed; 0: the run stuck",
-            ),
-            RunColumn::DropHeight => (
-                Without::Words("impact_speed or stokes gives the speed"),
-                "100",
-                "where the sphere's lowest point falls from (its centre: heights_of), v = √(2 g h)",
-            ),
-            RunColumn::ReboundHeight => (
-                Without::Words("rebound_speed or restitution gives the speed"),
-                "43",
-                "how high its lowest point rebounds; see heights_of, heights_to",
-            ),
-            RunColumn::Stokes => (
-                Without::Words("impact_speed or drop_height gives the speed"),
-                "52",
-                "Stokes number St = ρp D v/(9 η) of a wet run",
-            ),
-            RunColumn::FilmRatio => (
-                Without::Words("by film_ratios in [data], else groups are found"),
-                "0.06",
-                "nominal film ratio δ/D that the run belongs to",
-            ),
-            RunColumn::ImpactSpeedSd => (NO_ERROR, "0.004", "sd of the error of the impact speed"),
-            RunColumn::ReboundSpeedSd => (NO_ERROR, "0.004", "sd of the error of the rebound speed"),
-            RunColumn::RestitutionSd => (NO_ERROR, "0.01", "sd of the error of the restitution as a whole"),
-            RunColumn::SpeedCorrelation => (
-                Without::Words("0"),
-                "0.5",
-                "correlation of the errors of both speeds, from -1 to 1",
-            ),
-            RunColumn::Runs => (
-                Without::Words("each row is one run"),
-                "5",
-                "how many runs at one setting the row is the mean of",
-            ),
-            RunColumn::RestitutionSdOfRuns => (
-                Without::Words("restitution_se says how the runs of a mean scatter"),
-                "0.012",
-                "of a mean: sd of its single runs",
-            ),
-            RunColumn::RestitutionSe => (
-                Without::Words("restitution_sd_of_runs says how the runs of a mean scatter"),
-                "0.005",
-                "of a mean: its standard error, sd/√runs",
-            ),
-            RunColumn::Exclude => (
-                Without::Words("every run is used"),
-                "touched the wall",
-                "why the run is left out; counted under these words; a no among yes and no (0 and 1) keeps it",
-            ),
-            RunColumn::Run => (
-                Without::Words("rows are counted"),
-                "17",
-                "a label, shown in messages about the row",
-            ),
-        };
-        let takes = if self.is_number() { "a number" } else { "a word" };
-        KeyGuide {
-            base: self.base(),
-            dimension: self.dimension(),
-            takes: takes.to_owned(),
-            without,
-            meaning,
-            example: example.to_owned(),
-        }
+        self.guide().dimension
     }
 
     /// Whether its cells are numbers.
@@ -240,7 +177,7 @@ impl RunColumn {
 
     /// Its name in the usual unit, to ask for it.
     pub fn usual_name(self) -> String {
-        format!("{}{}", self.base(), self.dimension().units()[0].suffix)
+        self.guide().usual_name()
     }
 
     /// Every name a column can have, with its unit.

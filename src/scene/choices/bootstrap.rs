@@ -1,9 +1,8 @@
 //! Reads how a scene has its intervals made.
 
-use super::unused::note_unused;
 use crate::scene::expect::INSIDE_ONE;
-use crate::scene::keys::{guides, DefaultsTo, Key, Optional, Section};
-use crate::scene::table::{Count, Number, OneOf, OneOfToday, SceneTable};
+use crate::scene::keys::{DefaultsTo, Key, Optional, Section};
+use crate::scene::table::{guides, Count, Number, OneOf, SceneTable};
 use crate::units::Dimension;
 
 /// How intervals are made.
@@ -29,12 +28,13 @@ pub enum ResamplingScheme {
 }
 
 impl ResamplingScheme {
+    /// Every one with its word in scenes.
+    const NAMED: [(&str, ResamplingScheme); 2] =
+        [("cases", ResamplingScheme::Cases), ("series", ResamplingScheme::Series)];
+
     /// Its word in a scene.
     pub fn name(self) -> &'static str {
-        match self {
-            ResamplingScheme::Cases => "cases",
-            ResamplingScheme::Series => "series",
-        }
+        Self::NAMED[self as usize].0
     }
 }
 
@@ -50,13 +50,16 @@ pub enum IntervalMethod {
 }
 
 impl IntervalMethod {
+    /// Every one with its word in scenes.
+    const NAMED: [(&str, IntervalMethod); 3] = [
+        ("bca", IntervalMethod::Bca),
+        ("percentile", IntervalMethod::Percentile),
+        ("delta", IntervalMethod::Delta),
+    ];
+
     /// Its word in a scene.
     pub fn name(self) -> &'static str {
-        match self {
-            IntervalMethod::Bca => "bca",
-            IntervalMethod::Percentile => "percentile",
-            IntervalMethod::Delta => "delta",
-        }
+        Self::NAMED[self as usize].0
     }
 }
 
@@ -64,49 +67,31 @@ impl IntervalMethod {
 /// these are listed.
 pub const MOST_REPLICATES: u64 = 1_000_000;
 
-const REPLICATES: Key<Count, DefaultsTo<u64>> = Key {
-    base: "replicates",
-    takes: Count(1, MOST_REPLICATES),
-    absent: DefaultsTo(10_000),
-    meaning: "how many times the runs are resampled",
-    example: "2000",
-};
+const REPLICATES: Key<Count, DefaultsTo<u64>> = Key::new("replicates", Count(1, MOST_REPLICATES))
+    .means("how many times the runs are resampled")
+    .example("2000")
+    .defaults_to(10_000);
 
-const SCHEME: Key<OneOfToday<ResamplingScheme>, DefaultsTo<ResamplingScheme>> = Key {
-    base: "scheme",
-    takes: OneOfToday {
-        words: OneOf(|| {
-            let all = [ResamplingScheme::Cases, ResamplingScheme::Series];
-            all.map(|scheme| (scheme.name(), scheme)).to_vec()
-        }),
-        replaced: &[("residuals", "cases"), ("parametric", "cases")],
-    },
-    absent: DefaultsTo(ResamplingScheme::Cases),
-    meaning: "what is resampled: runs, or whole series",
-    example: "\"series\"",
-};
+const SCHEME: Key<OneOf<ResamplingScheme>, DefaultsTo<ResamplingScheme>> = Key::new(
+    "scheme",
+    OneOf::of(|| ResamplingScheme::NAMED.to_vec()).replacing(&[("residuals", "cases"), ("parametric", "cases")]),
+)
+.means("what is resampled: runs, or whole series")
+.example("\"series\"")
+.defaults_to(ResamplingScheme::Cases);
 
-const INTERVAL: Key<OneOfToday<IntervalMethod>, Optional> = Key {
-    base: "interval",
-    takes: OneOfToday {
-        words: OneOf(|| {
-            let all = [IntervalMethod::Bca, IntervalMethod::Percentile, IntervalMethod::Delta];
-            all.map(|method| (method.name(), method)).to_vec()
-        }),
-        replaced: &[("studentized", "bca")],
-    },
-    absent: Optional("percentile; of few runs that of least squares"),
-    meaning: "the interval to quote",
-    example: "\"bca\"",
-};
+const INTERVAL: Key<OneOf<IntervalMethod>, Optional> = Key::new(
+    "interval",
+    OneOf::of(|| IntervalMethod::NAMED.to_vec()).replacing(&[("studentized", "bca")]),
+)
+.means("the interval to quote")
+.example("\"bca\"")
+.optional("percentile; of few runs that of least squares");
 
-const LEVEL: Key<Number, DefaultsTo<f64>> = Key {
-    base: "level",
-    takes: Number(Dimension::One, INSIDE_ONE),
-    absent: DefaultsTo(0.95),
-    meaning: "probability of the intervals",
-    example: "0.9",
-};
+const LEVEL: Key<Number, DefaultsTo<f64>> = Key::new("level", Number(Dimension::One, INSIDE_ONE))
+    .means("probability of the intervals")
+    .example("0.9")
+    .defaults_to(0.95);
 
 /// What is to be said of the table of the bootstrap.
 pub(in crate::scene) fn guide() -> Section {
@@ -127,9 +112,9 @@ pub fn bootstrap(root: &SceneTable, unused: &mut Vec<String>) -> Bootstrap {
         level: table.read(&LEVEL),
     };
     table.finish();
-    note_unused("bootstrap", &table, &[REPLICATES.base, SCHEME.base], unused);
+    unused.extend(table.given(&[REPLICATES.base, SCHEME.base]));
     if bootstrap.interval.is_some_and(|method| method != IntervalMethod::Delta) {
-        unused.push("bootstrap.interval".to_owned());
+        unused.extend(table.given(&[INTERVAL.base]));
     }
     bootstrap
 }

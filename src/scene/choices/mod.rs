@@ -2,7 +2,6 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `unused.rs` | the keys that nothing reads yet |
 //! | `model.rs` | the terms of the energy balance, the noise on a run, what stuck runs are |
 //! | `noise.rs` | the parameters of the noise |
 //! | `priors.rs` | the priors set for parameters |
@@ -14,7 +13,6 @@ mod model;
 mod noise;
 mod priors;
 mod sampler;
-mod unused;
 
 pub use bootstrap::{Bootstrap, IntervalMethod, ResamplingScheme};
 pub use model::{DryKOf, LikelihoodFamily, ModelChoices, NoiseOn, Sticking};

@@ -5,9 +5,9 @@ use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::{DrySpeed, Form, Inertia, Viscous};
 use crate::scene::expect::ABOVE_ZERO;
-use crate::scene::keys::{guides, DefaultsTo, Key, Section};
+use crate::scene::keys::{DefaultsTo, Key, Section};
 use crate::scene::materials::{Liquid, Particle};
-use crate::scene::table::{NumberOr, OneOf, QuantityOrWord, SceneTable, SomeOf, Switch};
+use crate::scene::table::{guides, NumberOr, OneOf, QuantityOrWord, SceneTable, SomeOf, Switch};
 use crate::units::Dimension;
 
 /// What the model holds.
@@ -142,93 +142,80 @@ pub enum Sticking {
     Excluded,
 }
 
-const DRY_SPEED: Key<NumberOr, DefaultsTo<QuantityOrWord>> = Key {
-    base: "dry_speed",
-    takes: DRY_SPEED_TAKES,
-    absent: DefaultsTo(QuantityOrWord::Quantity(REFERENCE_SPEED)),
-    meaning: "impact speed at which e_dry enters; \"impact\": each run's own, e_inf and St_c then still at the default",
-    example: "\"impact\"",
-};
+const DRY_SPEED: Key<NumberOr, DefaultsTo<QuantityOrWord>> = Key::new("dry_speed", DRY_SPEED_TAKES)
+    .means("impact speed at which e_dry enters; \"impact\": each run's own, e_inf and St_c then still at the default")
+    .example("\"impact\"")
+    .defaults_to(QuantityOrWord::Quantity(REFERENCE_SPEED));
 pub const DRY_SPEED_TAKES: NumberOr = NumberOr(Dimension::Speed, ABOVE_ZERO, "impact");
 
-const INERTIA: Key<OneOf<Option<Inertia>>, DefaultsTo<Option<Inertia>>> = Key {
-    base: "inertia",
-    takes: OneOf(|| {
+const INERTIA: Key<OneOf<Option<Inertia>>, DefaultsTo<Option<Inertia>>> = Key::new(
+    "inertia",
+    OneOf::of(|| {
         let forms = Inertia::ALL.map(|form| (form.name(), Some(form)));
         forms.into_iter().chain([("auto", None)]).collect()
     }),
-    absent: DefaultsTo(None),
-    meaning: "form of the inertial loss; auto: as the runs require, by comparison",
-    example: "\"saturating\"",
-};
+)
+.means("form of the inertial loss; auto: as the runs require, by comparison")
+.example("\"saturating\"")
+.defaults_to(None);
 
-const VISCOUS: Key<OneOf<Viscous>, DefaultsTo<Viscous>> = Key {
-    base: "viscous",
-    takes: VISCOUS_TAKES,
-    absent: DefaultsTo(Viscous::Constant),
-    meaning: "form of the viscous loss: one L, or L of each film, without δc",
-    example: "\"film\"",
-};
-pub const VISCOUS_TAKES: OneOf<Viscous> = OneOf(|| Viscous::NAMED.map(|form| (form.name(), form)).to_vec());
+const VISCOUS: Key<OneOf<Viscous>, DefaultsTo<Viscous>> = Key::new("viscous", VISCOUS_TAKES)
+    .means("form of the viscous loss: one L, or L of each film, without δc")
+    .example("\"film\"")
+    .defaults_to(Viscous::Constant);
+pub const VISCOUS_TAKES: OneOf<Viscous> = OneOf::of(|| Viscous::NAMED.map(|form| (form.name(), form)).to_vec());
 
-const TERMS: Key<SomeOf<Term>, DefaultsTo<Option<Vec<Term>>>> = Key {
-    base: "terms",
-    takes: TERMS_TAKES,
-    absent: DefaultsTo(None),
-    meaning: "terms of the energy balance; auto: inertia and viscous, unless the runs do not require one",
-    example: "[\"inertia\", \"viscous\", \"bridge\"]",
-};
+const TERMS: Key<SomeOf<Term>, DefaultsTo<Option<Vec<Term>>>> = Key::new("terms", TERMS_TAKES)
+    .means("terms of the energy balance; auto: inertia and viscous, unless the runs do not require one")
+    .example("[\"inertia\", \"viscous\", \"bridge\"]")
+    .defaults_to(None);
 pub const TERMS_TAKES: SomeOf<Term> = SomeOf {
     words: || Term::LISTED.map(|term| (term.name(), term)).to_vec(),
     instead: "auto",
 };
 
-const LIKELIHOOD: Key<OneOf<LikelihoodFamily>, DefaultsTo<LikelihoodFamily>> = Key {
-    base: "likelihood",
-    takes: OneOf(|| LikelihoodFamily::NAMED.to_vec()),
-    absent: DefaultsTo(LikelihoodFamily::Normal),
-    meaning:
-        "distribution of the noise; student: with outliers; asymmetric_laplace: two exponentials, one to each side",
-    example: "\"student\"",
-};
+const LIKELIHOOD: Key<OneOf<LikelihoodFamily>, DefaultsTo<LikelihoodFamily>> =
+    Key::new("likelihood", OneOf::of(|| LikelihoodFamily::NAMED.to_vec()))
+        .means(
+            "distribution of the noise; student: with outliers; asymmetric_laplace: two exponentials, one to each side",
+        )
+        .example("\"student\"")
+        .defaults_to(LikelihoodFamily::Normal);
 
-const DRY_K: Key<OneOf<DryKOf>, DefaultsTo<DryKOf>> = Key {
-    base: "dry_k",
-    takes: OneOf(|| vec![("particle", DryKOf::Particle), ("diameter", DryKOf::Diameter)]),
-    absent: DefaultsTo(DryKOf::Particle),
-    meaning: "what has a k of its own; a fit takes at most 300 k",
-    example: "\"diameter\"",
-};
+const DRY_K: Key<OneOf<DryKOf>, DefaultsTo<DryKOf>> = Key::new(
+    "dry_k",
+    OneOf::of(|| vec![("particle", DryKOf::Particle), ("diameter", DryKOf::Diameter)]),
+)
+.means("what has a k of its own; a fit takes at most 300 k")
+.example("\"diameter\"")
+.defaults_to(DryKOf::Particle);
 
-const STICKING: Key<OneOf<Sticking>, DefaultsTo<Sticking>> = Key {
-    base: "sticking",
-    takes: OneOf(|| {
+const STICKING: Key<OneOf<Sticking>, DefaultsTo<Sticking>> = Key::new(
+    "sticking",
+    OneOf::of(|| {
         vec![
             ("censored", Sticking::Censored),
             ("truncated", Sticking::Truncated),
             ("excluded", Sticking::Excluded),
         ]
     }),
-    absent: DefaultsTo(Sticking::Censored),
-    meaning: "runs that stuck: censored are data, truncated were not logged, excluded are left out",
-    example: "\"truncated\"",
-};
+)
+.means("runs that stuck: censored are data, truncated were not logged, excluded are left out")
+.example("\"truncated\"")
+.defaults_to(Sticking::Censored);
 
-const NOISE_ON: Key<OneOf<NoiseOn>, DefaultsTo<NoiseOn>> = Key {
-    base: "noise",
-    takes: OneOf(|| vec![("restitution", NoiseOn::Restitution), ("both", NoiseOn::Both)]),
-    absent: DefaultsTo(NoiseOn::Restitution),
-    meaning: "what scatters; both: the energy that a wet run keeps, too",
-    example: "\"both\"",
-};
+const NOISE_ON: Key<OneOf<NoiseOn>, DefaultsTo<NoiseOn>> = Key::new(
+    "noise",
+    OneOf::of(|| vec![("restitution", NoiseOn::Restitution), ("both", NoiseOn::Both)]),
+)
+.means("what scatters; both: the energy that a wet run keeps, too")
+.example("\"both\"")
+.defaults_to(NoiseOn::Restitution);
 
-const SERIES_OFFSETS: Key<Switch, DefaultsTo<bool>> = Key {
-    base: "series_offsets",
-    takes: Switch,
-    absent: DefaultsTo(false),
-    meaning: "whether every series of runs has an offset of the energy kept",
-    example: "true",
-};
+const SERIES_OFFSETS: Key<Switch, DefaultsTo<bool>> = Key::new("series_offsets", Switch)
+    .means("whether every series of runs has an offset of the energy kept")
+    .example("true")
+    .defaults_to(false);
 
 /// What is to be said of the table of the model.
 pub(in crate::scene) fn guide() -> Section {

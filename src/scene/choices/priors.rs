@@ -2,7 +2,6 @@
 
 use super::model::LikelihoodFamily;
 use super::noise::NOISE;
-use super::unused::note_unused;
 use crate::error::quoted;
 use crate::physics::coefficient::LogNormal;
 use crate::physics::dry::DRY_K;
@@ -107,7 +106,7 @@ pub fn priors(
         .into_iter()
         .filter(|(_, family)| *family != likelihood);
     for shape in others.filter_map(|(_, family)| family.shape()) {
-        note_unused("priors", &table, &[shape.name], unused);
+        unused.extend(table.given(&[shape.name]));
     }
     choices
 }
@@ -132,20 +131,13 @@ pub(in crate::scene) fn guide() -> Section {
     let prefactor = Coefficient::InertialPrefactor;
     let saturating = Form::new(Inertia::Saturating, DrySpeed::Impact);
     let families = FAMILIES.map(|(name, takes)| format!("`{{ {name} = {takes} }}`"));
-    let mut keys: Vec<KeyGuide> = vec![];
-    for parameter in parameters() {
-        keys.push(KeyGuide {
-            base: parameter.name,
-            dimension: Dimension::One,
-            takes: PRIOR.to_owned(),
-            meaning: parameter.meaning,
-            example: parameter.example,
-            without: Without::Value(parameter.default.written()),
-        });
-    }
+    let keys = parameters().map(|parameter| KeyGuide {
+        without: Without::Value(parameter.default.written()),
+        ..KeyGuide::new(parameter.name, Dimension::One, "a prior", parameter.example).means(parameter.meaning)
+    });
     Section {
         head: "[priors]",
-            may_be_empty: true,
+        may_be_empty: true,
         about: format!(
             "What is believed of the parameters before the runs. A prior is one of {}. `\"{}.NAME\"`, in quotes, is that of \
              one particle. Those of the noise are read where [model] asks for them. {} of the saturating form has the default `{}`",
@@ -154,12 +146,9 @@ pub(in crate::scene) fn guide() -> Section {
             prefactor.describe().symbol,
             log_normal(saturating.prior(prefactor)).written(),
         ),
-        keys,
+        keys: keys.collect(),
     }
 }
-
-/// What a prior's key takes.
-const PRIOR: &str = "a prior";
 
 fn prior(parameter: &Parameter, table: &SceneTable) -> Option<Prior> {
     let at = table.at("");

@@ -1,7 +1,7 @@
 //! Reads how much sampling a scene asks for.
 
-use crate::scene::keys::{guides, DefaultsTo, Key, Section};
-use crate::scene::table::{Count, SceneTable};
+use crate::scene::keys::{DefaultsTo, Key, Section};
+use crate::scene::table::{guides, Count, SceneTable};
 
 /// How a posterior is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,29 +22,20 @@ const MOST_DRAWS: u64 = 1_000_000;
 /// are listed.
 pub const MOST_KEPT: u64 = 10_000_000;
 
-const CHAINS: Key<Count, DefaultsTo<u64>> = Key {
-    base: "chains",
-    takes: Count(1, MOST_CHAINS),
-    absent: DefaultsTo(4),
-    meaning: "chains",
-    example: "8",
-};
+const CHAINS: Key<Count, DefaultsTo<u64>> = Key::new("chains", Count(1, MOST_CHAINS))
+    .means("chains")
+    .example("8")
+    .defaults_to(4);
 
-const WARMUP: Key<Count, DefaultsTo<u64>> = Key {
-    base: "warmup",
-    takes: Count(1, MOST_DRAWS),
-    absent: DefaultsTo(1000),
-    meaning: "draws that a chain spends adapting",
-    example: "2000",
-};
+const WARMUP: Key<Count, DefaultsTo<u64>> = Key::new("warmup", Count(1, MOST_DRAWS))
+    .means("draws that a chain spends adapting")
+    .example("2000")
+    .defaults_to(1000);
 
-const DRAWS: Key<Count, DefaultsTo<u64>> = Key {
-    base: "draws",
-    takes: Count(1, MOST_DRAWS),
-    absent: DefaultsTo(1000),
-    meaning: "draws that a chain keeps",
-    example: "5000",
-};
+const DRAWS: Key<Count, DefaultsTo<u64>> = Key::new("draws", Count(1, MOST_DRAWS))
+    .means("draws that a chain keeps")
+    .example("5000")
+    .defaults_to(1000);
 
 /// What is to be said of the table of the sampler.
 pub(in crate::scene) fn guide() -> Section {

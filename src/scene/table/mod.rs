@@ -3,15 +3,15 @@
 //! | file | job |
 //! |---|---|
 //! | `values.rs` | words, texts and plain numbers, one or a list |
-//! | `quantities.rs` | quantities whose unit stands in the key, and whatever a [`Key`](super::keys::Key) takes |
+//! | `quantities.rs` | quantities whose unit stands in the key, and whatever a [`Key`](super::keys::Key) takes; what is to be said of it |
 //!
 //! The only file that names the TOML crate; the others take its types from here.
 
 mod quantities;
 mod values;
 
-pub(super) use quantities::{Inner, Number, NumberOr, Numbers, NumbersByParticle, QuantityOrWord};
-pub(super) use values::{Count, OneOf, OneOfToday, SomeOf, Switch, Text, TextOrTexts, Texts, MOST_COUNTED};
+pub(super) use quantities::{guides, Guided, Inner, Number, NumberOr, Numbers, NumbersByParticle, QuantityOrWord};
+pub(super) use values::{Count, OneOf, SomeOf, Switch, Text, TextOrTexts, Texts, MOST_COUNTED};
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -84,6 +84,7 @@ pub(super) struct Located<T> {
 }
 
 impl<'a, 'i> SceneTable<'a, 'i> {
+    /// The table at the top of a document.
     pub fn root(document: Rc<Document<'i>>, entries: &'a DeTable<'i>) -> Self {
         SceneTable {
             document,
@@ -91,6 +92,16 @@ impl<'a, 'i> SceneTable<'a, 'i> {
             at: 0,
             entries,
             read_keys: RefCell::default(),
+        }
+    }
+
+    /// A table that stands under a key of this one.
+    fn below(&self, key: &str, at: usize, entries: &'a DeTable<'i>) -> Self {
+        let path = if self.name.is_empty() { "" } else { "." };
+        SceneTable {
+            name: format!("{}{path}{key}", self.name),
+            at,
+            ..SceneTable::root(Rc::clone(&self.document), entries)
         }
     }
 
@@ -104,47 +115,40 @@ impl<'a, 'i> SceneTable<'a, 'i> {
 
     /// Says that the value of `key` is not what was expected.
     pub fn refuse(&self, key: &str, at: usize, found: Option<String>, expected: impl Into<String>) {
-        let line = Some(self.document.line(at));
-        let place = self.place(key);
-        let expected = expected.into();
-        self.document.report(
-            at,
-            Problem {
-                line,
-                place,
-                found,
-                expected,
-            },
-        );
+        let problem = Problem {
+            line: Some(self.document.line(at)),
+            place: self.place(key),
+            found,
+            expected: expected.into(),
+        };
+        self.document.report(at, problem);
     }
 
     /// Says that a name is not one of some, and which may have been meant; among very many problems only the former.
     pub fn refuse_name<'n>(
         &self,
         key: &str,
-        name: &Located<&str>,
+        (name, at): (&str, usize),
         what: &str,
         names: impl IntoIterator<Item = &'n str>,
     ) {
         let expected = if self.document.is_full() {
             format!("expected {what}")
         } else {
-            name_expected(what, name.value, names)
+            name_expected(what, name, names)
         };
-        self.refuse(key, name.at, Some(quoted(name.value)), expected);
+        self.refuse(key, at, Some(quoted(name)), expected);
     }
 
     /// Says what the file as a whole lacks.
     pub fn refuse_whole(&self, expected: &str) {
-        self.document.report(
-            0,
-            Problem {
-                line: None,
-                place: String::new(),
-                found: None,
-                expected: expected.to_owned(),
-            },
-        );
+        let problem = Problem {
+            line: None,
+            place: String::new(),
+            found: None,
+            expected: expected.to_owned(),
+        };
+        self.document.report(0, problem);
     }
 
     fn refuse_value(&self, key: &str, value: &Spanned<DeValue<'i>>, expected: &str) {
@@ -187,6 +191,12 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         self.entries.contains_key(key)
     }
 
+    /// Those of some keys that the file sets, as `table.key`.
+    pub fn given(&self, keys: &[&str]) -> Vec<String> {
+        let given = keys.iter().filter(|key| self.has(key));
+        given.map(|key| format!("{}.{key}", self.name)).collect()
+    }
+
     /// Whether the value of a key is a table.
     pub fn holds_table(&self, key: &str) -> bool {
         let value = self.entries.get(key);
@@ -205,23 +215,11 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     }
 
     fn inner(&self, key: &str, value: &'a Spanned<DeValue<'i>>) -> Option<SceneTable<'a, 'i>> {
-        match value.get_ref().as_table() {
-            Some(entries) => Some(SceneTable {
-                document: Rc::clone(&self.document),
-                name: if self.name.is_empty() {
-                    key.to_owned()
-                } else {
-                    format!("{}.{key}", self.name)
-                },
-                at: value.span().start,
-                entries,
-                read_keys: RefCell::default(),
-            }),
-            None => {
-                self.refuse_value(key, value, "a table");
-                None
-            }
+        let entries = value.get_ref().as_table();
+        if entries.is_none() {
+            self.refuse_value(key, value, "a table");
         }
+        entries.map(|entries| self.below(key, value.span().start, entries))
     }
 
     pub fn table(&self, key: &str) -> Option<SceneTable<'a, 'i>> {
@@ -232,13 +230,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     /// The table under a key, without any key where there is none.
     pub fn table_or_empty(&self, key: &str) -> SceneTable<'a, 'i> {
         static EMPTY: LazyLock<DeTable<'static>> = LazyLock::new(DeTable::default);
-        self.table(key).unwrap_or_else(|| SceneTable {
-            document: Rc::clone(&self.document),
-            name: key.to_owned(),
-            at: 0,
-            entries: &EMPTY,
-            read_keys: RefCell::default(),
-        })
+        self.table(key).unwrap_or_else(|| self.below(key, 0, &EMPTY))
     }
 
     /// The tables of an array of tables, `[[key]]`.

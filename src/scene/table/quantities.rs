@@ -1,11 +1,11 @@
-//! Reads by keys, and quantities whose unit stands in the key, which it takes to SI.
+//! Reads by keys and says what is to be said of them; reads quantities whose unit stands in the key, which it takes to SI.
 
 use std::cell::Cell;
 
-use super::values::{as_number, Reads, ToSi};
+use super::values::{as_number, Reads, Takes, ToSi};
 use super::{DeValue, SceneTable, Spanned};
 use crate::scene::expect::Expect;
-use crate::scene::keys::{Absence, Key, Takes, Writes};
+use crate::scene::keys::{Absence, DefaultsTo, Key, KeyGuide, Optional, Required, Without};
 use crate::units::{Dimension, Unit, MAGNITUDES, MAGNITUDE_EXPECTED};
 
 /// What stands where a quantity or one word is expected.
@@ -18,14 +18,19 @@ pub enum QuantityOrWord {
 }
 
 /// A number, in SI.
+#[derive(Clone, Copy)]
 pub(in crate::scene) struct Number(pub Dimension, pub Expect);
 /// A number, in SI, or one word in its place.
+#[derive(Clone, Copy)]
 pub(in crate::scene) struct NumberOr(pub Dimension, pub Expect, pub &'static str);
 /// A list of numbers, in SI.
+#[derive(Clone, Copy)]
 pub(in crate::scene) struct Numbers(pub Dimension, pub Expect);
 /// For each particle a list of numbers, in SI: one list for all, or a table of lists by particle.
+#[derive(Clone, Copy)]
 pub(in crate::scene) struct NumbersByParticle(pub Dimension, pub Expect);
 /// A table, whose keys are described in these words.
+#[derive(Clone, Copy)]
 pub(in crate::scene) struct Inner(pub &'static str);
 
 /// A number in SI as a scene gives it in the usual unit.
@@ -44,19 +49,15 @@ impl Takes for Number {
     }
 }
 
-impl Writes for Number {
-    type Value = f64;
-
-    fn written(&self, value: &f64) -> String {
-        in_usual_unit(self.0, *value)
-    }
-}
-
 impl Reads for Number {
     type Value = f64;
 
     fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<f64> {
         table.checked_number(key, value, self.1).map(to_si)
+    }
+
+    fn written(&self, value: &f64) -> String {
+        in_usual_unit(self.0, *value)
     }
 }
 
@@ -67,17 +68,6 @@ impl Takes for NumberOr {
 
     fn in_words(&self) -> String {
         format!("{} or \"{}\"", self.1.words, self.2)
-    }
-}
-
-impl Writes for NumberOr {
-    type Value = QuantityOrWord;
-
-    fn written(&self, value: &QuantityOrWord) -> String {
-        match value {
-            QuantityOrWord::Quantity(value) => in_usual_unit(self.0, *value),
-            QuantityOrWord::Word => format!("\"{}\"", self.2),
-        }
     }
 }
 
@@ -93,6 +83,13 @@ impl Reads for NumberOr {
             table.refuse_value(key, value, &self.in_words());
         }
         number.map(|x| QuantityOrWord::Quantity(to_si(x)))
+    }
+
+    fn written(&self, value: &QuantityOrWord) -> String {
+        match value {
+            QuantityOrWord::Quantity(value) => in_usual_unit(self.0, *value),
+            QuantityOrWord::Word => format!("\"{}\"", self.2),
+        }
     }
 }
 
@@ -149,11 +146,6 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     pub fn gives<K: Takes, A>(&self, key: &Key<K, A>) -> bool {
         let mut units = key.takes.dimension().units().iter();
         units.any(|unit| self.has(&format!("{}{}", key.base, unit.suffix)))
-    }
-
-    /// The table under a key.
-    pub fn inner_table<A>(&self, key: &Key<Inner, A>) -> Option<SceneTable<'a, 'i>> {
-        self.table(key.base)
     }
 
     /// For each of the particles what a key gives it.
@@ -232,4 +224,41 @@ impl<'a, 'i> SceneTable<'a, 'i> {
             .map(|item| self.checked_number(key, item, expect).map(to_si))
             .collect()
     }
+}
+
+/// A key whose guide can be made, whatever it takes.
+pub(in crate::scene) trait Guided {
+    /// What is to be said of it.
+    fn guide(&self) -> KeyGuide;
+}
+
+fn guide_with<K: Takes, A>(key: &Key<K, A>, without: Without) -> KeyGuide {
+    let guide = KeyGuide::new(key.base, key.takes.dimension(), key.takes.in_words(), key.example);
+    KeyGuide {
+        without,
+        ..guide.means(key.meaning)
+    }
+}
+
+impl<K: Takes> Guided for Key<K, Required> {
+    fn guide(&self) -> KeyGuide {
+        guide_with(self, Without::Refused)
+    }
+}
+
+impl<K: Takes> Guided for Key<K, Optional> {
+    fn guide(&self) -> KeyGuide {
+        guide_with(self, Without::Words(self.absent.0))
+    }
+}
+
+impl<K: Reads> Guided for Key<K, DefaultsTo<K::Value>> {
+    fn guide(&self) -> KeyGuide {
+        guide_with(self, Without::Value(self.takes.written(&self.absent.0)))
+    }
+}
+
+/// What is to be said of some keys.
+pub(in crate::scene) fn guides(keys: &[&dyn Guided]) -> Vec<KeyGuide> {
+    keys.iter().map(|key| key.guide()).collect()
 }

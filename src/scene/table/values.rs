@@ -3,10 +3,21 @@
 use super::{DeValue, Located, SceneTable, Spanned};
 use crate::error::quoted;
 use crate::scene::expect::Expect;
-use crate::scene::keys::{Takes, Writes};
+use crate::units::Dimension;
 
 /// Takes a number of a file to SI.
 pub(in crate::scene) type ToSi<'f> = &'f dyn Fn(f64) -> f64;
+
+/// What is taken under a key.
+pub(in crate::scene) trait Takes {
+    /// What kind of quantity it is, and so which units its name may end with.
+    fn dimension(&self) -> Dimension {
+        Dimension::One
+    }
+
+    /// What a message names as expected.
+    fn in_words(&self) -> String;
+}
 
 /// Reads what stands under a key that is given.
 pub(in crate::scene) trait Reads: Takes {
@@ -15,27 +26,37 @@ pub(in crate::scene) trait Reads: Takes {
 
     /// The value, if it is what is taken; else it is refused. `key` is the name the file gives, `to_si` what its unit does.
     fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<Self::Value>;
+
+    /// A value as a scene gives it in the usual unit; nothing of what never stands as a default.
+    fn written(&self, _: &Self::Value) -> String {
+        String::new()
+    }
 }
 
 /// A text.
+#[derive(Clone, Copy)]
 pub(in crate::scene) struct Text;
 /// Texts with their places, at least one, a single one without brackets, too.
+#[derive(Clone, Copy)]
 pub(in crate::scene) struct TextOrTexts;
 /// A list of texts with their places.
+#[derive(Clone, Copy)]
 pub(in crate::scene) struct Texts;
 /// Yes or no.
+#[derive(Clone, Copy)]
 pub(in crate::scene) struct Switch;
 /// A whole number from the first to the second.
+#[derive(Clone, Copy)]
 pub(in crate::scene) struct Count(pub u64, pub u64);
 /// One of some words, each with what it stands for.
-pub(in crate::scene) struct OneOf<T>(pub fn() -> Vec<(&'static str, T)>);
-/// One of some words; a word of earlier versions is refused with the one that replaces it.
-pub(in crate::scene) struct OneOfToday<T> {
-    pub words: OneOf<T>,
-    /// the word of before, and the one that replaces it
-    pub replaced: &'static [(&'static str, &'static str)],
+#[derive(Clone, Copy)]
+pub(in crate::scene) struct OneOf<T> {
+    words: fn() -> Vec<(&'static str, T)>,
+    /// words of earlier versions, each refused with the one that replaces it
+    replaced: &'static [(&'static str, &'static str)],
 }
 /// Some of some words, or one word that stands for no list.
+#[derive(Clone, Copy)]
 pub(in crate::scene) struct SomeOf<T> {
     pub words: fn() -> Vec<(&'static str, T)>,
     pub instead: &'static str,
@@ -106,19 +127,15 @@ impl Takes for Switch {
     }
 }
 
-impl Writes for Switch {
-    type Value = bool;
-
-    fn written(&self, value: &bool) -> String {
-        value.to_string()
-    }
-}
-
 impl Reads for Switch {
     type Value = bool;
 
     fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<bool> {
         table.or_refused(value.get_ref().as_bool(), key, value, self)
+    }
+
+    fn written(&self, value: &bool) -> String {
+        value.to_string()
     }
 }
 
@@ -132,14 +149,6 @@ impl Takes for Count {
     }
 }
 
-impl Writes for Count {
-    type Value = u64;
-
-    fn written(&self, value: &u64) -> String {
-        value.to_string()
-    }
-}
-
 impl Reads for Count {
     type Value = u64;
 
@@ -149,66 +158,53 @@ impl Reads for Count {
         let count = count.filter(|count| (self.0..=self.1).contains(count));
         table.or_refused(count, key, value, self)
     }
+
+    fn written(&self, value: &u64) -> String {
+        value.to_string()
+    }
 }
 
 fn quoted_words<T>(words: &[(&'static str, T)]) -> Vec<String> {
     words.iter().map(|(name, _)| format!("\"{name}\"")).collect()
 }
 
+impl<T> OneOf<T> {
+    /// One of the words that a function lists.
+    pub const fn of(words: fn() -> Vec<(&'static str, T)>) -> OneOf<T> {
+        OneOf { words, replaced: &[] }
+    }
+
+    /// The same, where earlier versions had other words.
+    pub const fn replacing(self, replaced: &'static [(&'static str, &'static str)]) -> OneOf<T> {
+        OneOf { replaced, ..self }
+    }
+}
+
 impl<T> Takes for OneOf<T> {
     fn in_words(&self) -> String {
-        quoted_words(&(self.0)()).join(" or ")
+        quoted_words(&(self.words)()).join(" or ")
     }
 }
 
-impl<T: PartialEq> Writes for OneOf<T> {
-    type Value = T;
-
-    fn written(&self, value: &T) -> String {
-        let words = (self.0)();
-        let word = words.iter().find(|(_, stands_for)| stands_for == value);
-        word.map_or_else(String::new, |(name, _)| format!("\"{name}\""))
-    }
-}
-
-impl<T> Reads for OneOf<T> {
+impl<T: PartialEq> Reads for OneOf<T> {
     type Value = T;
 
     fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<T> {
         let word = value.get_ref().as_str();
-        let mut words = (self.0)().into_iter();
+        if let Some((old, new)) = self.replaced.iter().find(|(old, _)| Some(*old) == word) {
+            let expected = format!("expected \"{new}\", which replaces it");
+            table.refuse(key, value.span().start, Some(quoted(old)), expected);
+            return None;
+        }
+        let mut words = (self.words)().into_iter();
         let choice = words.find(|(name, _)| Some(*name) == word).map(|(_, choice)| choice);
         table.or_refused(choice, key, value, self)
     }
-}
-
-impl<T> Takes for OneOfToday<T> {
-    fn in_words(&self) -> String {
-        self.words.in_words()
-    }
-}
-
-impl<T: PartialEq> Writes for OneOfToday<T> {
-    type Value = T;
 
     fn written(&self, value: &T) -> String {
-        self.words.written(value)
-    }
-}
-
-impl<T> Reads for OneOfToday<T> {
-    type Value = T;
-
-    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<T> {
-        let replaced = self.replaced.iter();
-        match replaced.copied().find(|(old, _)| value.get_ref().as_str() == Some(old)) {
-            Some((old, new)) => {
-                let expected = format!("expected \"{new}\", which replaces it");
-                table.refuse(key, value.span().start, Some(quoted(old)), expected);
-                None
-            }
-            None => self.words.read(table, key, value, to_si),
-        }
+        let words = (self.words)();
+        let word = words.iter().find(|(_, stands_for)| stands_for == value);
+        word.map_or_else(String::new, |(name, _)| format!("\"{name}\""))
     }
 }
 
@@ -216,15 +212,6 @@ impl<T> Takes for SomeOf<T> {
     fn in_words(&self) -> String {
         let words = quoted_words(&(self.words)()).join(", ");
         format!("\"{}\" or a list out of {words}", self.instead)
-    }
-}
-
-impl<T> Writes for SomeOf<T> {
-    type Value = Option<Vec<T>>;
-
-    /// Only no list stands as what holds without a key.
-    fn written(&self, _: &Option<Vec<T>>) -> String {
-        format!("\"{}\"", self.instead)
     }
 }
 
@@ -244,6 +231,11 @@ impl<T: Copy> Reads for SomeOf<T> {
         let items = value.get_ref().as_array();
         let words = items.and_then(|items| items.iter().map(word).collect::<Option<Vec<T>>>());
         table.or_refused(words.map(Some), key, value, self)
+    }
+
+    /// Only no list stands as what holds without a key.
+    fn written(&self, _: &Option<Vec<T>>) -> String {
+        format!("\"{}\"", self.instead)
     }
 }
 
