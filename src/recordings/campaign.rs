@@ -1,7 +1,7 @@
 //! Goes from recordings to runs: one gravity for all of them, a scale each, a verdict each.
 
 use super::air::SphereInAir;
-use super::contacts::{After, Contact, NoContact};
+use super::contacts::{Contact, NoContact};
 use super::flights::Flights;
 use super::gravity::{is_off, shared, FlightFit, Gravity, GRAVITY};
 use super::impact::ContactSpeeds;
@@ -171,16 +171,12 @@ impl GravityCheck {
 }
 
 /// A recording on its way.
-struct Underway {
-    place: usize,
+struct Underway<'r> {
+    recording: &'r Recording,
     flights: Flights,
     scale: ImageScale,
-    diameter: f64,
-    film: f64,
-    frame_rate: Option<f64>,
     /// gravity of the flight that tells it best, before the flights were fitted with that of all
     own_gravity: f64,
-    air: Option<SphereInAir>,
 }
 
 /// All recordings with what they gave, in their order; those that show nothing carry the reason.
@@ -189,53 +185,22 @@ pub(super) fn analyse(
     shown: Vec<Result<Shown, Refusal>>,
     all_rebounds: bool,
 ) -> (Vec<Outcome>, GravityCheck) {
-    let mut reasons: Vec<Option<Refusal>> = shown.iter().map(|shown| shown.as_ref().err().cloned()).collect();
-    let mut underway = vec![];
-    for (place, (recording, shown)) in recordings.iter().zip(&shown).enumerate() {
-        let Ok(shown) = shown else {
-            continue;
-        };
-        let scale = scale(recording, shown);
-        match Flights::of(shown.track.clone(), all_rebounds) {
-            Ok(flights) => underway.push(Underway {
-                place,
-                own_gravity: own_gravity(&flights) / scale.value,
-                flights: flights.over(scale.value),
-                air: recording.density.map(|density| SphereInAir {
-                    diameter: recording.diameter,
-                    density,
-                }),
-                scale,
-                diameter: recording.diameter,
-                film: recording.film,
-                frame_rate: recording.frame_rate,
-            }),
-            // frames have their ground below whatever the list says of tables
-            Err(NoContact::FallsUpwards) if shown.diameter.is_some() => {
-                reasons[place] = Some(Refusal::Shows(NoContact::BendsUpwards));
-            }
-            Err(reason) => reasons[place] = Some(Refusal::Shows(reason)),
-        }
-    }
-    let check = settle(&mut underway, &mut reasons);
-    let mut tracked: Vec<Option<Tracked>> = recordings.iter().map(|_| None).collect();
-    for of in underway {
-        match finish(&of, check) {
-            Ok(found) => tracked[of.place] = Some(found),
-            Err(reason) => reasons[of.place] = Some(Refusal::Shows(reason)),
-        }
-    }
-    let outcomes =
-        recordings
-            .into_iter()
-            .zip(shown)
-            .zip(tracked)
-            .zip(reasons)
-            .map(|(((recording, shown), tracked), reason)| Outcome {
-                recording,
-                shown: shown.ok(),
-                tracked: tracked.ok_or_else(|| reason.unwrap_or(Refusal::Shows(NoContact::NeverFalls))),
-            });
+    let begun = recordings.iter().zip(&shown).map(|(recording, shown)| match shown {
+        Ok(shown) => Underway::of(recording, shown, all_rebounds).map_err(Refusal::Shows),
+        Err(refusal) => Err(refusal.clone()),
+    });
+    let mut underway: Vec<Result<Underway, Refusal>> = begun.collect();
+    let check = settle(&mut underway);
+    let finished = underway
+        .into_iter()
+        .map(|of| of.and_then(|of| finish(&of, check).map_err(Refusal::Shows)));
+    let finished: Vec<Result<Tracked, Refusal>> = finished.collect();
+    let outcomes = recordings.into_iter().zip(shown).zip(finished);
+    let outcomes = outcomes.map(|((recording, shown), tracked)| Outcome {
+        recording,
+        shown: shown.ok(),
+        tracked,
+    });
     (outcomes.collect(), check)
 }
 
@@ -263,7 +228,7 @@ fn scale(recording: &Recording, shown: &Shown) -> ImageScale {
 }
 
 /// Lets flights, contacts, gravity and the scale by gravity follow each other; what fails leaves with its reason.
-fn settle(underway: &mut Vec<Underway>, reasons: &mut [Option<Refusal>]) -> GravityCheck {
+fn settle(underway: &mut [Result<Underway, Refusal>]) -> GravityCheck {
     let mut check = GravityCheck {
         measured: None,
         scale: None,
@@ -272,7 +237,8 @@ fn settle(underway: &mut Vec<Underway>, reasons: &mut [Option<Refusal>]) -> Grav
     for round in 0..=ROUNDS {
         check.measured = gravity_of(underway, &ScaleSource::MEASURED);
         if let Some(g) = gravity_of(underway, &[ScaleSource::Gravity]) {
-            for of in underway.iter_mut().filter(|of| of.scale.source == ScaleSource::Gravity) {
+            let by_gravity = underway.iter_mut().flatten();
+            for of in by_gravity.filter(|of| of.scale.source == ScaleSource::Gravity) {
                 of.flights = of.flights.over(g.value / GRAVITY);
                 of.scale.value *= g.value / GRAVITY;
                 check.scale = Some([of.scale.value, of.scale.value * g.se / g.value]);
@@ -281,19 +247,12 @@ fn settle(underway: &mut Vec<Underway>, reasons: &mut [Option<Refusal>]) -> Grav
         if round == ROUNDS {
             break;
         }
-        underway.retain_mut(|of| {
-            // lengths are metres from here on
-            of.flights.air = of.air;
-            let Some(gravity) = gravity_for(of, check) else {
-                return false;
-            };
-            let film = of.film;
-            let refined = of.flights.refine(gravity, film);
+        for place in underway.iter_mut() {
+            let refined = place.as_mut().map_or(Ok(()), |of| of.refine(check));
             if let Err(reason) = refined {
-                reasons[of.place] = Some(Refusal::Shows(reason));
+                *place = Err(Refusal::Shows(reason));
             }
-            refined.is_ok()
-        });
+        }
     }
     let each = ScaleSource::MEASURED
         .iter()
@@ -303,8 +262,11 @@ fn settle(underway: &mut Vec<Underway>, reasons: &mut [Option<Refusal>]) -> Grav
 }
 
 /// The gravity of recordings whose scale is of these kinds.
-fn gravity_of(underway: &[Underway], sources: &[ScaleSource]) -> Option<Gravity> {
-    let of_kind = underway.iter().filter(|of| sources.contains(&of.scale.source));
+fn gravity_of(underway: &[Result<Underway, Refusal>], sources: &[ScaleSource]) -> Option<Gravity> {
+    let of_kind = underway
+        .iter()
+        .flatten()
+        .filter(|of| sources.contains(&of.scale.source));
     let fits: Vec<FlightFit> = of_kind.flat_map(|of| of.flights.fits()).collect();
     shared(&fits)
 }
@@ -325,16 +287,12 @@ fn gravity_for(of: &Underway, check: GravityCheck) -> Option<Gravity> {
 fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, NoContact> {
     let gravity = gravity_for(of, check).ok_or(NoContact::NeverFalls)?;
     let flights = &of.flights;
-    let met: Vec<(Contact, ContactSpeeds)> = flights
-        .contacts
-        .iter()
-        .filter(|contact| flights.has_frames(**contact))
-        .filter_map(|contact| Some((*contact, flights.speeds(*contact, gravity)?)))
-        .collect();
+    let mut met = flights.met(gravity);
+    met.retain(|(contact, _)| flights.has_frames(*contact));
     let (first, at) = met.first().copied().ok_or(NoContact::Unclear)?;
     let impacts = met.iter().map(|(contact, speeds)| {
-        let stuck = matches!(contact.after, After::Rest(_));
-        let lost = 2.0 * gravity.value * of.film;
+        let stuck = contact.rebound().is_none();
+        let lost = 2.0 * gravity.value * of.recording.film;
         let at_film = [speeds.impact_speed, speeds.rebound_speed].map(|v| (v * v - lost).max(0.0).sqrt());
         Impact {
             speeds: ContactSpeeds {
@@ -396,7 +354,34 @@ fn verdict(
         .or_else(|| of.run_verdict(contact, speeds))
 }
 
-impl Underway {
+impl Underway<'_> {
+    fn of<'r>(recording: &'r Recording, shown: &Shown, all_rebounds: bool) -> Result<Underway<'r>, NoContact> {
+        let scale = scale(recording, shown);
+        let flights = Flights::of(shown.track.clone(), all_rebounds).map_err(|reason| match reason {
+            // frames have their ground below whatever the list says of tables
+            NoContact::FallsUpwards if shown.diameter.is_some() => NoContact::BendsUpwards,
+            other => other,
+        })?;
+        Ok(Underway {
+            recording,
+            own_gravity: own_gravity(&flights) / scale.value,
+            flights: flights.over(scale.value),
+            scale,
+        })
+    }
+
+    /// Fits its flights anew, with the gravity that is known by now.
+    fn refine(&mut self, check: GravityCheck) -> Result<(), NoContact> {
+        let gravity = gravity_for(self, check).ok_or(NoContact::NeverFalls)?;
+        let recording = self.recording;
+        // lengths are metres from here on
+        self.flights.air = recording.density.map(|density| SphereInAir {
+            diameter: recording.diameter,
+            density,
+        });
+        self.flights.refine(gravity, recording.film)
+    }
+
     /// Whether the sphere can be as wide as its scale says: wider than its positions scatter, and as the frames show it.
     fn width_verdict(&self) -> Option<String> {
         /// pixels that a tracker needs
@@ -407,7 +392,7 @@ impl Underway {
         const APART: f64 = 0.1;
         let scale = self.scale.value;
         if self.scale.source == ScaleSource::Gravity {
-            let (width, scatter) = (self.diameter * scale, self.flights.sigma * scale);
+            let (width, scatter) = (self.recording.diameter * scale, self.flights.sigma * scale);
             return (width < LEAST_WIDTH.max(LEAST_SDS * scatter)).then(|| {
                 format!(
                     "by gravity the scale is {} px/mm and its sphere {width:.1} px wide, where positions scatter by \
@@ -441,14 +426,8 @@ impl Underway {
                 self.what_is_wrong(g.value / GRAVITY)
             ));
         }
-        let places = [
-            Some(contact.before),
-            match contact.after {
-                After::Flight(after) => Some(after),
-                After::Rest(_) => None,
-            },
-        ];
-        places.into_iter().flatten().find_map(|place| {
+        let places = std::iter::once(contact.before).chain(contact.rebound());
+        places.into_iter().find_map(|place| {
             let flights = &self.flights;
             let [own, se] = flights.fit(place, flights.segments[place].parabola.time).own();
             let off = is_off(own, se.hypot(gravity.se), gravity.value);
@@ -467,7 +446,7 @@ impl Underway {
 
     /// What the frame rate or the scale would be if the other is right, where things fall so many times too fast.
     fn what_is_wrong(&self, times: f64) -> String {
-        let rate = self.frame_rate.filter(|_| times > 0.0);
+        let rate = self.recording.frame_rate.filter(|_| times > 0.0);
         let rate = rate.map(|rate| format!("frame_rate_Hz would be {}", significant(rate / times.sqrt(), 3)));
         let scale = (self.scale.source == ScaleSource::Stated && times > 0.0)
             .then(|| pixels_per_millimetre(self.scale.value * times))
@@ -485,16 +464,14 @@ impl Underway {
         const OTHERS: usize = 2;
         /// frames about the contact, whose exposure may hold it
         const ABOUT: f64 = 0.6;
-        let After::Flight(after) = contact.after else {
-            return None;
-        };
+        let after = contact.rebound()?;
         let flights = &self.flights;
         let last = *flights.segments[contact.before].frames.last()?;
         let first = *flights.segments[after].frames.first()?;
         let near = ABOUT * flights.track.frame_time();
         let is_left = |place: &usize| {
             let (time, height) = (flights.track.times[*place], flights.track.heights[*place]);
-            (time - speeds.time).abs() > near && height > speeds.height + self.film
+            (time - speeds.time).abs() > near && height > speeds.height + self.recording.film
         };
         let left = (last + 1..first).filter(is_left).count();
         let most = if flights.jumps.is_empty() { OTHERS } else { 0 };
@@ -506,7 +483,7 @@ impl Underway {
     /// Whether a table of runs takes it.
     fn run_verdict(&self, contact: Contact, speeds: ContactSpeeds) -> Option<String> {
         let (v, v_r) = (speeds.impact_speed, speeds.rebound_speed);
-        if self.film > self.diameter {
+        if self.recording.film > self.recording.diameter {
             return Some("film_um is more than the diameter".to_owned());
         }
         if v_r > LARGEST_RESTITUTION * v {
@@ -515,7 +492,7 @@ impl Underway {
                 significant(v_r / v, 3)
             ));
         }
-        let stuck = matches!(contact.after, After::Rest(_));
+        let stuck = contact.rebound().is_none();
         let usual = |number: f64| MAGNITUDES.contains(&number);
         let sds = [speeds.impact_speed_sd, speeds.rebound_speed_sd];
         let taken = usual(v) && (stuck || usual(v_r)) && sds.into_iter().all(|sd| sd == 0.0 || usual(sd));

@@ -21,6 +21,16 @@ pub(super) enum After {
     Rest(usize),
 }
 
+impl Contact {
+    /// The flight after it; `None` where the sphere stayed.
+    pub fn rebound(self) -> Option<usize> {
+        match self.after {
+            After::Flight(after) => Some(after),
+            After::Rest(_) => None,
+        }
+    }
+}
+
 /// Why a track gives no run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoContact {

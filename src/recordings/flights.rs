@@ -76,29 +76,25 @@ impl Flights {
 
     /// A flight as it would be without air: what the air takes is taken off from an instant on, before and after.
     pub fn fit(&self, place: usize, instant: f64) -> FlightFit {
-        FlightFit {
-            parabola: self.without_air(place, instant),
-            sigma: self.sigma,
-        }
-    }
-
-    fn without_air(&self, place: usize, instant: f64) -> Parabola {
         let segment = &self.segments[place];
         let seen = segment.parabola;
-        let Some(sphere) = self.air else {
-            return seen;
-        };
-        let acceleration = seen.acceleration();
-        let velocity = seen.velocity_under(acceleration, instant);
-        let mut track = Track::default();
-        for frame in &segment.frames {
-            let t = self.track.times[*frame];
-            track.times.push(t);
-            let moved = sphere.moved(t - instant, velocity, -acceleration);
-            track.heights.push(self.track.heights[*frame] - moved.height);
+        let without_air = self.air.and_then(|sphere| {
+            let acceleration = seen.acceleration();
+            let velocity = seen.velocity_under(acceleration, instant);
+            let mut track = Track::default();
+            for frame in &segment.frames {
+                let t = self.track.times[*frame];
+                track.times.push(t);
+                let moved = sphere.moved(t - instant, velocity, -acceleration);
+                track.heights.push(self.track.heights[*frame] - moved.height);
+            }
+            let all: Vec<usize> = (0..track.times.len()).collect();
+            Parabola::through(&track, &all)
+        });
+        FlightFit {
+            parabola: without_air.unwrap_or(seen),
+            sigma: self.sigma,
         }
-        let all: Vec<usize> = (0..track.times.len()).collect();
-        Parabola::through(&track, &all).unwrap_or(seen)
     }
 
     /// Every flight of the recording, each as it would be without air.
@@ -112,7 +108,7 @@ impl Flights {
     /// Heights less the parabola of this gravity and what the air moved, a frame each.
     pub fn residuals(&self, place: usize, gravity: Gravity) -> Vec<f64> {
         let instant = self.segments[place].parabola.time;
-        let fit = self.without_air(place, instant);
+        let fit = self.fit(place, instant).parabola;
         let frames = self.segments[place].frames.iter();
         frames
             .map(|frame| {
@@ -131,6 +127,13 @@ impl Flights {
         self.air.map_or(0.0, moved)
     }
 
+    /// The contacts at which its flights meet, each with the speeds there.
+    pub fn met(&self, gravity: Gravity) -> Vec<(Contact, ContactSpeeds)> {
+        let contacts = self.contacts.iter();
+        let met = contacts.filter_map(|contact| Some((*contact, self.speeds(*contact, gravity)?)));
+        met.collect()
+    }
+
     /// The speeds at a contact, with what frames that are repeated or missing do to them; `None` where its flights do not
     /// meet.
     pub fn speeds(&self, contact: Contact, gravity: Gravity) -> Option<ContactSpeeds> {
@@ -147,23 +150,15 @@ impl Flights {
         let all: i32 = self.jumps.iter().map(|jump| jump.missing.abs()).sum();
         let often = (f64::from(all) / frames).sqrt();
         let late = gravity.value * self.track.frame_time() * often / (v + v_r);
-        let (late_v, late_v_r) = match contact.after {
-            After::Flight(_) => (late * v_r, late * v),
-            After::Rest(_) => (0.0, 0.0),
-        };
-        Some(
-            found
-                .with_error_along([rate * v, rate * v_r])
-                .with_error_along([late_v, late_v_r]),
-        )
+        let late = contact.rebound().map_or([0.0, 0.0], |_| [late * v_r, late * v]);
+        Some(found.with_error_along([rate * v, rate * v_r]).with_error_along(late))
     }
 
     fn speeds_on_time(&self, contact: Contact, gravity: Gravity) -> Option<ContactSpeeds> {
         let end = self.segments[contact.before].parabola.ends[1];
-        let start = match contact.after {
-            After::Flight(after) => self.segments[after].parabola.ends[0],
-            After::Rest(_) => end,
-        };
+        let start = contact
+            .rebound()
+            .map_or(end, |after| self.segments[after].parabola.ends[0]);
         let about = self.meeting(contact, Some([end, start]), gravity)?;
         if self.air.is_none() {
             return Some(about);
@@ -213,36 +208,25 @@ impl Flights {
     /// Gives each flight the frames that are its own once its contacts are known: up to them, but for those whose exposure
     /// may hold the contact and those in a film of this thickness. Then what rose no higher than the film stayed.
     pub fn refine(&mut self, gravity: Gravity, film: f64) -> Result<(), NoContact> {
-        let met: Vec<(Contact, ContactSpeeds)> = self
-            .contacts
-            .iter()
-            .filter_map(|contact| Some((*contact, self.speeds(*contact, gravity)?)))
-            .collect();
+        let met = self.met(gravity);
         for place in self.places().collect::<Vec<_>>() {
-            let from = met.iter().find(|(contact, _)| contact.after == After::Flight(place));
+            let from = met.iter().find(|(contact, _)| contact.rebound() == Some(place));
             let to = met.iter().find(|(contact, _)| contact.before == place);
-            let frames = self.own_frames(
-                place,
-                gravity,
-                [from, to].map(|met| met.map(|(_, speeds)| *speeds)),
-                film,
-            );
+            let ends = [from, to].map(|met| met.map(|(_, speeds)| *speeds));
+            let frames = self.own_frames(place, gravity, ends, film);
             if let Some(parabola) = Parabola::through(&self.track, &frames) {
                 self.segments[place].frames = frames;
                 self.segments[place].parabola = parabola;
             }
         }
         let fits = self.fits();
-        let leaves: Vec<f64> = fits
-            .iter()
-            .map(|fit| fit.parabola.squares_under(-gravity.value))
-            .collect();
+        let leaves = fits.iter().map(|fit| fit.parabola.squares_under(-gravity.value));
         let free: usize = self
             .places()
             .map(|place| self.segments[place].frames.len().saturating_sub(2))
             .sum();
         if free > 0 {
-            self.sigma = (leaves.iter().sum::<f64>() / free as f64).sqrt().max(f64::MIN_POSITIVE);
+            self.sigma = (leaves.sum::<f64>() / free as f64).sqrt().max(f64::MIN_POSITIVE);
         }
         self.settle(gravity, film)
     }
@@ -254,7 +238,7 @@ impl Flights {
         let segment = &self.segments[place];
         let [first, last] = segment.span(&self.track);
         let instant = segment.parabola.time;
-        let fit = self.without_air(place, instant);
+        let fit = self.fit(place, instant).parabola;
         // of a flight that is no parabola to a pixel, as under a wrong scale, by what it is off
         let free = fit.frames.saturating_sub(2).max(1);
         let off = (fit.squares_under(-gravity.value) / free as f64).sqrt();
@@ -321,10 +305,6 @@ impl Flights {
     /// Whether the flights about a contact have frames enough.
     pub fn has_frames(&self, contact: Contact) -> bool {
         let enough = |place: usize| self.segments[place].frames.len() >= LEAST_FRAMES;
-        enough(contact.before)
-            && match contact.after {
-                After::Flight(after) => enough(after),
-                After::Rest(_) => true,
-            }
+        enough(contact.before) && contact.rebound().is_none_or(enough)
     }
 }

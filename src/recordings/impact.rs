@@ -5,6 +5,7 @@
 //! Where the sphere stayed, v is that at the height it rests at. All errors are to first order.
 
 use super::gravity::{FlightFit, Gravity};
+use super::parabola::Parabola;
 
 /// Speeds at the contact, with their errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,13 +35,18 @@ impl ContactSpeeds {
         ContactSpeeds {
             impact_speed_sd: sd,
             rebound_speed_sd: sd_r,
-            correlation: if correlation.is_finite() {
-                correlation.clamp(-1.0, 1.0)
-            } else {
-                0.0
-            },
+            correlation: usable(correlation),
             ..self
         }
+    }
+}
+
+/// A correlation without what rounding adds; 0 where one of both has no error.
+fn usable(correlation: f64) -> f64 {
+    if correlation.is_finite() {
+        correlation.clamp(-1.0, 1.0)
+    } else {
+        0.0
     }
 }
 
@@ -52,14 +58,11 @@ pub(super) struct Level {
 }
 
 /// What a speed moves by with the errors that are independent: c and u of both flights, and g.
-#[derive(Clone, Copy)]
-struct Slopes([f64; 5]);
+type Slopes = [f64; 5];
 
-impl Slopes {
-    fn covariance(&self, other: &Slopes, variances: &[f64; 5]) -> f64 {
-        let products = self.0.iter().zip(&other.0).zip(variances);
-        products.map(|((a, b), variance)| a * b * variance).sum()
-    }
+fn covariance(one: &Slopes, other: &Slopes, variances: &[f64; 5]) -> f64 {
+    let products = one.iter().zip(other).zip(variances);
+    products.map(|((a, b), variance)| a * b * variance).sum()
 }
 
 /// Variances of c and u of a flight with g known.
@@ -88,21 +91,21 @@ pub(super) fn rebound(before: &FlightFit, after: &FlightFit, gravity: Gravity) -
     }
     // heights by c, by u and by g
     let [xa, xb] = [time - a.time, time - b.time];
-    let by_g = |flight: &super::parabola::Parabola| flight.height_under(-1.0, time) - flight.height_under(0.0, time);
+    let by_g = |flight: &Parabola| flight.height_under(-1.0, time) - flight.height_under(0.0, time);
     // dt = −d(gap)/gain
-    let of_time = Slopes([1.0, xa, -1.0, -xb, by_g(a) - by_g(b)].map(|slope| slope / gain));
-    let of_velocity = |flight: &super::parabola::Parabola, own: usize| {
-        let mut slopes = of_time.0.map(|slope| acceleration * slope);
+    let of_time = [1.0, xa, -1.0, -xb, by_g(a) - by_g(b)].map(|slope| slope / gain);
+    let of_velocity = |flight: &Parabola, own: usize| {
+        let mut slopes: Slopes = of_time.map(|slope| acceleration * slope);
         slopes[own] += 1.0;
         slopes[4] += flight.velocity_under(-1.0, time) - flight.velocity_under(0.0, time);
-        Slopes(slopes)
+        slopes
     };
     let (v, v_r) = (of_velocity(a, 1), of_velocity(b, 3));
     let ([ca, ua], [cb, ub]) = (variances(before), variances(after));
     let of = [ca, ua, cb, ub, gravity.se * gravity.se];
-    let (variance, variance_r) = (v.covariance(&v, &of), v_r.covariance(&v_r, &of));
+    let (variance, variance_r) = (covariance(&v, &v, &of), covariance(&v_r, &v_r, &of));
     // v is −ẏ
-    let correlation = -v.covariance(&v_r, &of) / (variance * variance_r).sqrt();
+    let correlation = -covariance(&v, &v_r, &of) / (variance * variance_r).sqrt();
     Some(ContactSpeeds {
         time,
         height: a.height_under(acceleration, time),
@@ -110,11 +113,7 @@ pub(super) fn rebound(before: &FlightFit, after: &FlightFit, gravity: Gravity) -
         impact_speed_sd: variance.sqrt(),
         rebound_speed: rising,
         rebound_speed_sd: variance_r.sqrt(),
-        correlation: if correlation.is_finite() {
-            correlation.clamp(-1.0, 1.0)
-        } else {
-            0.0
-        },
+        correlation: usable(correlation),
     })
 }
 
@@ -137,14 +136,14 @@ pub(super) fn stayed(before: &FlightFit, level: Level, gravity: Gravity) -> Opti
         a.height_under(-1.0, a.time) - a.height_under(0.0, a.time),
     ];
     let of_g = (velocity * by_g[0] + g * by_g[1] + (height - level.height)) / v;
-    let slopes = Slopes([g / v, velocity / v, -g / v, 0.0, of_g]);
+    let slopes = [g / v, velocity / v, -g / v, 0.0, of_g];
     let [c, u] = variances(before);
     let of = [c, u, level.sd * level.sd, 0.0, gravity.se * gravity.se];
     Some(ContactSpeeds {
         time: a.time + (velocity + v) / g,
         height: level.height,
         impact_speed: v,
-        impact_speed_sd: slopes.covariance(&slopes, &of).sqrt(),
+        impact_speed_sd: covariance(&slopes, &slopes, &of).sqrt(),
         rebound_speed: 0.0,
         rebound_speed_sd: 0.0,
         correlation: 0.0,

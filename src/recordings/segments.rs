@@ -145,26 +145,17 @@ impl Segment {
 }
 
 /// What segments of a track are compared with.
+#[derive(Clone, Copy)]
 pub(super) struct Beside<'t> {
     pub track: &'t Track,
     /// the fall that is seen best
-    fall: Parabola,
+    pub fall: Parabola,
     pub sigma: f64,
     /// of the heights of its parts
-    range: f64,
+    pub range: f64,
 }
 
 impl Beside<'_> {
-    /// The same on another track.
-    pub fn on<'o>(&self, track: &'o Track) -> Beside<'o> {
-        Beside {
-            track,
-            fall: self.fall,
-            sigma: self.sigma,
-            range: self.range,
-        }
-    }
-
     /// How far the heights of two parts of one flight may be apart: by positions that scatter, and by a share of the heights
     /// that are seen, since the drag of the air, or a lens, makes a fall no parabola to a pixel.
     pub fn step(&self) -> f64 {

@@ -86,7 +86,10 @@ fn missing_between(beside: &Beside, a: &Segment, b: &Segment) -> Option<i32> {
     for time in &mut moved.times[first..] {
         *time += missing * frame_time;
     }
-    let beside = beside.on(&moved);
+    let beside = Beside {
+        track: &moved,
+        ..*beside
+    };
     let later = beside.segment(b.frames.clone())?;
     let whole = beside.as_one(a, &later)?;
     // what is no parabola to a pixel may jump by as much as it is off

@@ -22,66 +22,48 @@ const COLUMNS: [&str; 11] = [
 
 /// The runs as CSV, a line an impact; a recording that gave none has a line with the reason.
 pub fn runs_table(outcomes: &[Outcome]) -> Result<Vec<u8>, Error> {
-    let mut writer = csv::Writer::from_writer(vec![]);
-    let mut lines = vec![COLUMNS.map(str::to_owned)];
+    let mut lines = vec![COLUMNS.map(str::to_owned).to_vec()];
     for Outcome { recording, tracked, .. } in outcomes {
-        let begin = [
-            recording.particle.clone(),
-            recording.liquid.clone().unwrap_or_else(|| DRY.to_owned()),
-            shown(millimetres(recording.diameter)),
-            recording
-                .liquid
-                .as_ref()
-                .map_or(String::new(), |_| shown(micrometres(recording.film))),
-        ];
-        let line = |run: String, numbers: [String; 5], exclude: String| {
-            let [particle, liquid, diameter, film] = begin.clone();
-            let [v, v_sd, r, r_sd, correlation] = numbers;
-            [
+        let line = |run: String, numbers: [String; 5], exclude: &str| {
+            let film = recording.liquid.as_ref().map(|_| shown(micrometres(recording.film)));
+            let begin = [
                 run,
-                particle,
-                liquid,
-                diameter,
-                film,
-                v,
-                v_sd,
-                r,
-                r_sd,
-                correlation,
-                exclude,
-            ]
+                recording.particle.clone(),
+                recording.liquid.as_deref().unwrap_or(DRY).to_owned(),
+                shown(millimetres(recording.diameter)),
+                film.unwrap_or_default(),
+            ];
+            [begin.as_slice(), &numbers, &[exclude.to_owned()]].concat()
         };
-        match tracked {
-            Err(reason) => lines.push(line(
-                recording.run.clone(),
-                Default::default(),
-                reason.words().to_owned(),
-            )),
-            Ok(tracked) => {
-                for (place, impact) in tracked.impacts.iter().enumerate() {
-                    let run = if place == 0 {
-                        recording.run.clone()
-                    } else {
-                        format!("{} rebound {}", recording.run, place + 1)
-                    };
-                    let speeds = &impact.speeds;
-                    let of_rebound = |value: f64| if impact.stuck { String::new() } else { shown(value) };
-                    let numbers = [
-                        shown(speeds.impact_speed),
-                        shown(speeds.impact_speed_sd),
-                        shown(speeds.rebound_speed),
-                        of_rebound(speeds.rebound_speed_sd),
-                        of_rebound(speeds.correlation),
-                    ];
-                    lines.push(line(run, numbers, impact.verdict.clone().unwrap_or_default()));
-                }
+        let impacts = match tracked {
+            Ok(tracked) => tracked.impacts.as_slice(),
+            Err(reason) => {
+                lines.push(line(recording.run.clone(), Default::default(), reason.words()));
+                continue;
             }
+        };
+        for (place, impact) in impacts.iter().enumerate() {
+            let run = match place {
+                0 => recording.run.clone(),
+                _ => format!("{} rebound {}", recording.run, place + 1),
+            };
+            let speeds = &impact.speeds;
+            let of_rebound = |value: f64| if impact.stuck { String::new() } else { shown(value) };
+            let numbers = [
+                shown(speeds.impact_speed),
+                shown(speeds.impact_speed_sd),
+                shown(speeds.rebound_speed),
+                of_rebound(speeds.rebound_speed_sd),
+                of_rebound(speeds.correlation),
+            ];
+            lines.push(line(run, numbers, impact.verdict.as_deref().unwrap_or_default()));
         }
     }
     let fail = |reason: String| Error::Internal {
         doing: "write the runs",
         reason,
     };
+    let mut writer = csv::Writer::from_writer(vec![]);
     for line in lines {
         writer.write_record(line).map_err(|error| fail(error.to_string()))?;
     }

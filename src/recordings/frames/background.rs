@@ -123,10 +123,9 @@ fn brightness(levels: &[u16], reference: &[f32]) -> f32 {
 
 /// The mean of those within three robust sd of the median: rounded levels make the median itself coarse.
 fn trimmed_mean(values: &mut [f32]) -> f32 {
-    let middle = values.len() / 2;
-    let median = kth(values, middle);
+    let median = upper_median(values);
     let mut away: Vec<f32> = values.iter().map(|value| (value - median).abs()).collect();
-    let within = 3.0 * 1.4826 * kth(&mut away, middle) + f32::EPSILON;
+    let within = 3.0 * 1.4826 * upper_median(&mut away) + f32::EPSILON;
     let (mut sum, mut count) = (0.0, 0.0);
     for value in values.iter().filter(|value| (**value - median).abs() <= within) {
         sum += value;
@@ -145,6 +144,10 @@ fn kth(values: &mut [f32], k: usize) -> f32 {
         return 0.0;
     }
     *values.select_nth_unstable_by(k, f32::total_cmp).1
+}
+
+fn upper_median(values: &mut [f32]) -> f32 {
+    kth(values, values.len() / 2)
 }
 
 fn prime_stride(pixels: usize) -> usize {
@@ -167,12 +170,10 @@ fn noise(sample: &[Grey], gains: &[f32]) -> f32 {
             let mut away: Vec<f32> = levels
                 .map(|(a, b)| (f32::from(*a) * gain - f32::from(*b) * other_gain).abs())
                 .collect();
-            let middle = away.len() / 2;
-            Some(1.4826 * kth(&mut away, middle) / std::f32::consts::SQRT_2)
+            Some(1.4826 * upper_median(&mut away) / std::f32::consts::SQRT_2)
         })
         .collect();
-    let middle = each.len() / 2;
-    kth(&mut each, middle)
+    upper_median(&mut each)
 }
 
 /// The level that a pixel shows most often, and a second one that lasts as well, if any.

@@ -68,6 +68,10 @@ impl Rays {
                 .map(|edge| f64::from(edge.distance)),
         )?;
         let rough = (ROUGH * radius.unwrap_or(typical)).max(0.5);
+        let refitted = |points: &[Point], circle: &Trial, scatter: f64| {
+            let weigh = |point: &Point| tukey(point.away(circle) / (TUKEY * scatter));
+            step(points, circle, radius, weigh)
+        };
         let mut circle = consensus(&points, radius, rough)?;
         let mut scatter = rough;
         for _ in 0..ROUNDS {
@@ -75,9 +79,7 @@ impl Rays {
             let away = near.map(|point| point.away(&circle).abs()).filter(|away| *away < rough);
             // a scatter that shrinks by half at most keeps the arc in view while the centre still moves
             scatter = (1.4826 * median(away)?).clamp(LEAST_SCATTER.max(0.5 * scatter), rough);
-            let next = step(&points, &circle, radius, |point| {
-                tukey(point.away(&circle) / (TUKEY * scatter))
-            })?;
+            let next = refitted(&points, &circle, scatter)?;
             let moved = (next.x - circle.x).hypot(next.y - circle.y) + (next.radius - circle.radius).abs();
             circle = next;
             if moved < 1e-4 && scatter < rough {
@@ -86,9 +88,7 @@ impl Rays {
         }
         let points = without_wrong_arcs(points, &circle, OUTSIDE * scatter);
         for _ in 0..ROUNDS {
-            let next = step(&points, &circle, radius, |point| {
-                tukey(point.away(&circle) / (TUKEY * scatter))
-            })?;
+            let next = refitted(&points, &circle, scatter)?;
             let moved = (next.x - circle.x).hypot(next.y - circle.y);
             circle = next;
             if moved < 1e-6 {

@@ -5,7 +5,7 @@ use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
-use image::{ColorType, ImageDecoder};
+use image::ImageDecoder;
 use tiff::decoder::{Decoder, DecodingResult};
 
 use crate::error::Error;
@@ -70,13 +70,6 @@ pub(super) struct Room {
     pub levels: Vec<u16>,
 }
 
-/// The samples of a pixel: how many, and how many of them are colours.
-#[derive(Clone, Copy)]
-enum Samples {
-    Grey(usize),
-    Colours(usize),
-}
-
 /// Reads the only image of a file.
 pub(super) fn file(path: &Path, format: Format, room: &mut Room) -> Result<Grey, String> {
     if format == Format::Tiff {
@@ -132,17 +125,13 @@ fn image(
     unreadable: impl Fn(image::ImageError) -> String,
 ) -> Result<Grey, String> {
     let (width, height) = decoder.dimensions();
-    let pixels = checked_pixels(width, height)?;
-    let (samples, wide) = match decoder.color_type() {
-        ColorType::L8 => (Samples::Grey(1), false),
-        ColorType::La8 => (Samples::Grey(2), false),
-        ColorType::Rgb8 => (Samples::Colours(3), false),
-        ColorType::Rgba8 => (Samples::Colours(4), false),
-        ColorType::L16 => (Samples::Grey(1), true),
-        ColorType::La16 => (Samples::Grey(2), true),
-        ColorType::Rgb16 => (Samples::Colours(3), true),
-        ColorType::Rgba16 => (Samples::Colours(4), true),
-        other => return Err(format!("pixels are {other:?}; expected grey or RGB of 8 or 16 bits")),
+    check_size(width, height)?;
+    let colour = decoder.color_type();
+    let each = usize::from(colour.channel_count());
+    let wide = match usize::from(colour.bytes_per_pixel()) / each {
+        1 => false,
+        2 => true,
+        _ => return Err(format!("pixels are {colour:?}; expected grey or RGB of 8 or 16 bits")),
     };
     let bytes = decoder.total_bytes();
     if bytes > MOST_DECODED {
@@ -150,27 +139,16 @@ fn image(
     }
     room.decoded.resize(bytes as usize, 0);
     decoder.read_image(&mut room.decoded).map_err(unreadable)?;
-    let mut levels = std::mem::take(&mut room.levels);
-    levels.clear();
-    levels.reserve(pixels);
+    let levels = std::mem::take(&mut room.levels);
     if wide {
         // the decoder leaves samples in the order of this machine's bytes
-        let words = room
-            .decoded
-            .as_chunks::<2>()
-            .0
-            .iter()
-            .map(|pair| u16::from_ne_bytes(*pair));
-        to_grey(words, samples, 1, &mut levels);
+        let pairs = room.decoded.as_chunks::<2>().0.iter();
+        let words = pairs.map(|pair| u16::from_ne_bytes(*pair));
+        grey((width, height), words, each, 1, levels)
     } else {
-        to_grey(
-            room.decoded.iter().map(|byte| u16::from(*byte)),
-            samples,
-            256,
-            &mut levels,
-        );
+        let bytes = room.decoded.iter().map(|byte| u16::from(*byte));
+        grey((width, height), bytes, each, 256, levels)
     }
-    checked_grey(width, height, levels, if wide { 1 } else { 256 })
 }
 
 /// A reader of a TIFF's pages.
@@ -189,61 +167,53 @@ pub(super) fn tiff_page(reader: &mut Decoder<BufReader<File>>, room: &mut Room) 
     let unreadable =
         |error: tiff::TiffError| format!("not a TIFF page that can be read ({error}); expected a whole one");
     let (width, height) = reader.dimensions().map_err(unreadable)?;
-    let pixels = checked_pixels(width, height)?;
-    let samples = match reader.colortype().map_err(unreadable)? {
-        tiff::ColorType::Gray(_) => Samples::Grey(1),
-        tiff::ColorType::GrayA(_) => Samples::Grey(2),
-        tiff::ColorType::RGB(_) => Samples::Colours(3),
-        tiff::ColorType::RGBA(_) => Samples::Colours(4),
+    check_size(width, height)?;
+    let each = match reader.colortype().map_err(unreadable)? {
+        tiff::ColorType::Gray(_) => 1,
+        tiff::ColorType::GrayA(_) => 2,
+        tiff::ColorType::RGB(_) => 3,
+        tiff::ColorType::RGBA(_) => 4,
         other => return Err(format!("pixels are {other:?}; expected grey or RGB of 8 or 16 bits")),
     };
-    let mut levels = std::mem::take(&mut room.levels);
-    levels.clear();
-    levels.reserve(pixels);
-    let unit = match reader.read_image().map_err(unreadable)? {
+    let levels = std::mem::take(&mut room.levels);
+    match reader.read_image().map_err(unreadable)? {
         DecodingResult::U8(bytes) => {
-            to_grey(bytes.iter().map(|byte| u16::from(*byte)), samples, 256, &mut levels);
-            256
+            let bytes = bytes.into_iter().map(u16::from);
+            grey((width, height), bytes, each, 256, levels)
         }
-        DecodingResult::U16(words) => {
-            to_grey(words.iter().copied(), samples, 1, &mut levels);
-            1
-        }
-        _ => return Err("samples are neither of 8 nor of 16 bits; expected grey or RGB of 8 or 16 bits".to_owned()),
-    };
-    checked_grey(width, height, levels, unit)
+        DecodingResult::U16(words) => grey((width, height), words.into_iter(), each, 1, levels),
+        _ => Err("samples are neither of 8 nor of 16 bits; expected grey or RGB of 8 or 16 bits".to_owned()),
+    }
 }
 
-/// Luminance of Rec. 709; a frame's transparency says nothing of light.
-fn to_grey(samples: impl ExactSizeIterator<Item = u16>, each: Samples, unit: u16, levels: &mut Vec<u16>) {
+/// A frame by the samples of its pixels, of which `each` pixel has so many: one or two of grey, three or four of colours. They
+/// become luminance of Rec. 709; transparency, the second or fourth, says nothing of light. `levels` is room that is filled
+/// anew.
+fn grey(
+    (width, height): (u32, u32),
+    mut samples: impl Iterator<Item = u16>,
+    each: usize,
+    unit: u16,
+    mut levels: Vec<u16>,
+) -> Result<Grey, String> {
     /// Parts of 65,536 that red, green and blue have in the luminance.
     const PARTS: [u64; 3] = [13_933, 46_871, 4_732];
-    let mut samples = samples;
+    let (width, height) = (width as usize, height as usize);
+    levels.clear();
+    levels.reserve(width * height);
     match each {
-        Samples::Grey(1) => levels.extend(samples.map(|level| level * unit)),
-        Samples::Grey(step) => levels.extend(samples.step_by(step).map(|level| level * unit)),
-        Samples::Colours(step) => {
+        1 => levels.extend(samples.map(|level| level * unit)),
+        2 => levels.extend(samples.step_by(2).map(|level| level * unit)),
+        _ => {
             while let (Some(red), Some(green), Some(blue)) = (samples.next(), samples.next(), samples.next()) {
                 let sum = PARTS[0] * u64::from(red) + PARTS[1] * u64::from(green) + PARTS[2] * u64::from(blue);
                 levels.push(((sum * u64::from(unit)) >> 16) as u16);
-                if step > 3 {
+                if each > 3 {
                     samples.next();
                 }
             }
         }
     }
-}
-
-fn checked_pixels(width: u32, height: u32) -> Result<usize, String> {
-    let pixels = u64::from(width) * u64::from(height);
-    if pixels == 0 || pixels > MOST_PIXELS {
-        return Err(too_large(width, height));
-    }
-    Ok(pixels as usize)
-}
-
-fn checked_grey(width: u32, height: u32, levels: Vec<u16>, unit: u16) -> Result<Grey, String> {
-    let (width, height) = (width as usize, height as usize);
     if levels.len() != width * height {
         return Err(format!("{} pixels; expected {width} × {height}", levels.len()));
     }
@@ -253,6 +223,14 @@ fn checked_grey(width: u32, height: u32, levels: Vec<u16>, unit: u16) -> Result<
         levels,
         unit,
     })
+}
+
+fn check_size(width: u32, height: u32) -> Result<(), String> {
+    let pixels = u64::from(width) * u64::from(height);
+    if pixels == 0 || pixels > MOST_PIXELS {
+        return Err(too_large(width, height));
+    }
+    Ok(())
 }
 
 #[cold]

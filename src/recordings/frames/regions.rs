@@ -21,22 +21,18 @@ impl TwoLevels {
             bits.filter(|(_, value)| (**value - level).abs() <= reach)
                 .fold(0u64, |times, (k, _)| times | 1 << (k as u32 % u64::BITS))
         };
-        let (of_usual, of_other) = (near(usual), near(other));
-        if middle(of_usual) <= middle(of_other) {
-            TwoLevels {
-                pixel,
-                levels: [usual, other],
-                times: [of_usual, of_other],
-                usual: 0,
-            }
-        } else {
-            TwoLevels {
-                pixel,
-                levels: [other, usual],
-                times: [of_other, of_usual],
-                usual: 1,
-            }
+        let mut two = TwoLevels {
+            pixel,
+            levels: [usual, other],
+            times: [near(usual), near(other)],
+            usual: 0,
+        };
+        if middle(two.times[0]) > middle(two.times[1]) {
+            two.levels.reverse();
+            two.times.reverse();
+            two.usual = 1;
         }
+        two
     }
 
     /// Frames in which one of two pixels is in its first state and the other in its second.
@@ -83,26 +79,22 @@ pub(super) struct Shows {
 pub(super) fn settle(levels: &[f32], width: usize, changed: &[TwoLevels]) -> Vec<Shows> {
     let mut region_of = vec![usize::MAX; changed.len()];
     let mut waiting = vec![];
-    let mut region: Vec<usize> = vec![];
+    let mut region: Vec<&TwoLevels> = vec![];
     let find = |pixel: usize| changed.binary_search_by_key(&pixel, |two| two.pixel).ok();
     let mut settled = vec![];
-    for start in 0..changed.len() {
-        if region_of.get(start) != Some(&usize::MAX) {
+    for (start, seed) in changed.iter().enumerate() {
+        if region_of[start] != usize::MAX {
             continue;
         }
         region.clear();
         waiting.push(start);
         region_of[start] = start;
         while let Some(at) = waiting.pop() {
-            region.push(at);
-            let (Some(two), Some(seed)) = (changed.get(at), changed.get(start)) else {
-                continue;
-            };
+            let two = &changed[at];
+            region.push(two);
             for beside in neighbours(two.pixel, width, levels.len(), 1).into_iter().flatten() {
                 let Some(next) = find(beside) else { continue };
-                let joins = region_of.get(next) == Some(&usize::MAX)
-                    && changed.get(next).is_some_and(|other| belongs(other, two, seed));
-                if joins {
+                if region_of[next] == usize::MAX && belongs(&changed[next], two, seed) {
                     region_of[next] = start;
                     waiting.push(next);
                 }
@@ -111,11 +103,13 @@ pub(super) fn settle(levels: &[f32], width: usize, changed: &[TwoLevels]) -> Vec
         if region.len() < SMALLEST_REGION {
             continue;
         }
-        if let Some(state) = choose(&region, start, changed, &region_of, levels, width, &find) {
-            let times = times_of_most(region.iter().filter_map(|at| changed.get(*at)), state);
-            let pixels = region.iter().filter_map(|at| changed.get(*at)).map(|two| two.pixel);
-            let free = |pixel: usize| find(pixel).is_none_or(|at| region_of.get(at) == Some(&start));
-            let pixels = with_rim(pixels.collect(), width, levels.len(), free);
+        let inside = |pixel: usize| find(pixel).filter(|at| region_of[*at] == start).map(|at| &changed[at]);
+        let changes = |pixel: usize| find(pixel).is_some();
+        if let Some(state) = choose(&region, (levels, width), inside, changes) {
+            let times = times_of_most(&region, state);
+            let pixels = region.iter().map(|two| two.pixel).collect();
+            let free = |pixel: usize| !changes(pixel) || inside(pixel).is_some();
+            let pixels = with_rim(pixels, width, levels.len(), free);
             settled.extend(pixels.into_iter().map(|pixel| Shows { pixel, times }));
         }
     }
@@ -123,16 +117,10 @@ pub(super) fn settle(levels: &[f32], width: usize, changed: &[TwoLevels]) -> Vec
 }
 
 /// The frames in which at least half of the pixels show a state.
-fn times_of_most<'t>(region: impl Iterator<Item = &'t TwoLevels>, state: usize) -> u64 {
-    let (mut counts, mut pixels) = ([0usize; u64::BITS as usize], 0);
-    for two in region {
-        pixels += 1;
-        for (bit, count) in counts.iter_mut().enumerate() {
-            *count += usize::from(two.times[state] >> bit & 1 == 1);
-        }
-    }
-    let most = counts.iter().enumerate().filter(|(_, count)| 2 * **count >= pixels);
-    most.fold(0, |times, (bit, _)| times | 1 << bit)
+fn times_of_most(region: &[&TwoLevels], state: usize) -> u64 {
+    let shown = |bit: u32| region.iter().filter(|two| two.times[state] >> bit & 1 == 1).count();
+    let most = (0..u64::BITS).filter(|bit| 2 * shown(*bit) >= region.len());
+    most.fold(0, |times, bit| times | 1 << bit)
 }
 
 /// A region with the free pixels near it, in their order.
@@ -150,37 +138,33 @@ fn with_rim(mut region: Vec<usize>, width: usize, pixels: usize, free: impl Fn(u
     region
 }
 
-/// The state whose picture continues what is beside the region; `None` where nothing tells.
-fn choose(
-    region: &[usize],
-    number: usize,
-    changed: &[TwoLevels],
-    region_of: &[usize],
-    levels: &[f32],
-    width: usize,
-    find: &impl Fn(usize) -> Option<usize>,
+/// The state whose picture continues what is beside the region; `None` where nothing tells. `inside` gives the pixels of the
+/// region, `changes` says whether a pixel shows two levels.
+fn choose<'t>(
+    region: &[&TwoLevels],
+    (levels, width): (&[f32], usize),
+    inside: impl Fn(usize) -> Option<&'t TwoLevels>,
+    changes: impl Fn(usize) -> bool,
 ) -> Option<usize> {
-    let inside = |pixel: usize| find(pixel).filter(|at| region_of.get(*at) == Some(&number));
     let mut steps: [Vec<f32>; 2] = [vec![], vec![]];
     let mut usual = [0usize; 2];
-    for two in region.iter().filter_map(|at| changed.get(*at)) {
+    for two in region {
         usual[two.usual] += 1;
         let beside = neighbours(two.pixel, width, levels.len(), 1);
         // a pixel on the outline shows part of both: one step further in is compared with two steps out
         let further = neighbours(two.pixel, width, levels.len(), 3);
         for direction in 0..4 {
-            let (Some(out), Some(far), Some(back)) = (beside[direction], further[direction], beside[3 - direction])
+            let (Some(out), Some(far)) = (beside[direction], further[direction]) else {
+                continue;
+            };
+            let Some(within) = beside[3 - direction]
+                .filter(|_| !changes(out) && !changes(far))
+                .and_then(&inside)
             else {
                 continue;
             };
-            let (None, None, Some(back)) = (find(out), find(far), inside(back)) else {
-                continue;
-            };
-            let (Some(level), Some(within)) = (levels.get(far), changed.get(back)) else {
-                continue;
-            };
             for (state, steps) in steps.iter_mut().enumerate() {
-                steps.push((within.levels[state] - level).abs());
+                steps.push((within.levels[state] - levels[far]).abs());
             }
         }
     }

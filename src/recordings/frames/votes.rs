@@ -126,18 +126,19 @@ impl EdgeCells {
             return;
         }
         for y in 1..height - 1 {
-            let rows = votes.get((y - 1) * width..(y + 2) * width).unwrap_or_default();
-            let (above, rest) = rows.split_at(width);
-            let (line, below) = rest.split_at(width);
-            let columns = above.windows(3).zip(line.windows(3)).zip(below.windows(3));
-            let Some(into) = sums.get_mut(y * width + 1..(y + 1) * width - 1) else {
-                continue;
-            };
-            for (into, ((a, b), c)) in into.iter_mut().zip(columns) {
-                *into = a.iter().chain(b).chain(c).sum();
+            let into = &mut sums[y * width + 1..(y + 1) * width - 1];
+            for (into, [above, line, below]) in into.iter_mut().zip(about(votes, width, y)) {
+                *into = above.iter().chain(line).chain(below).sum();
             }
         }
     }
+}
+
+/// The three by three cells about each inner cell of a row that is neither the first nor the last.
+fn about<T>(cells: &[T], width: usize, y: usize) -> impl Iterator<Item = [&[T]; 3]> {
+    let row = |y: usize| cells[y * width..(y + 1) * width].windows(3);
+    let rows = row(y - 1).zip(row(y)).zip(row(y + 1));
+    rows.map(|((above, line), below)| [above, line, below])
 }
 
 /// Cells that are steeper than those beside them along their slope, by more than noise.
@@ -152,15 +153,9 @@ fn voters(means: &[f32], slopes: &mut Vec<(f32, f32)>, width: usize, height: usi
     slopes.clear();
     slopes.resize(width * height, (0.0, 0.0));
     for y in 1..height - 1 {
-        let rows = means.get((y - 1) * width..(y + 2) * width).unwrap_or_default();
-        let (above, rest) = rows.split_at(width);
-        let (line, below) = rest.split_at(width);
-        let columns = above.windows(3).zip(line.windows(3)).zip(below.windows(3));
-        let Some(into) = slopes.get_mut(y * width + 1..(y + 1) * width - 1) else {
-            continue;
-        };
-        for (into, columns) in into.iter_mut().zip(columns) {
-            let (([a, b, c], [d, _, e]), [f, g, h]) = columns else {
+        let into = &mut slopes[y * width + 1..(y + 1) * width - 1];
+        for (into, rows) in into.iter_mut().zip(about(means, width, y)) {
+            let [[a, b, c], [d, _, e], [f, g, h]] = rows else {
                 continue;
             };
             let x = (c + 2.0 * e + h - a - 2.0 * d - f) / 8.0;
