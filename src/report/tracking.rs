@@ -1,6 +1,8 @@
 //! Writes the report of tracked recordings: a page, a figure each, and `tracking.json`.
 
-use serde::Serialize;
+use std::collections::BTreeSet;
+
+use serde_json::json;
 
 use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::folder::{Files, TRACKING_SCHEMA};
@@ -8,12 +10,13 @@ use super::json;
 use super::markdown::escape::literal;
 use super::markdown::page::Page;
 use super::markdown::table::ReportTable;
-use super::numbers::{significant, with_se, NONE};
+use super::numbers::{significant, with_se};
 use crate::error::Error;
 use crate::recordings::{
-    Campaign, FreeFlight, GravityCheck, Impact, Jump, Outcome, Recording, ScaleSource, Shown, SphereInAir, Tracked,
-    FAR, GRAVITY, OFF,
+    Campaign, FreeFlight, GravityCheck, Impact, Jump, Outcome, Recording, Refusal, ScaleSource, Shown, SphereInAir,
+    Track, Tracked, FAR, GRAVITY, OFF,
 };
+use crate::scene::DRY;
 use crate::units::{micrometres, millimetres, milliseconds, pixels_per_millimetre};
 
 /// Points of a kind that a figure shows; of more, evenly spaced ones.
@@ -24,32 +27,22 @@ const MOST_ON_PARABOLAS: usize = 120;
 
 /// Every file of the report; `title` is what the list is called.
 pub fn files(title: &str, campaign: &Campaign) -> Result<Files<'static>, Error> {
-    let figures: Vec<(String, String)> = campaign
-        .outcomes
-        .iter()
-        .filter_map(|outcome| {
-            let figure = match &outcome.tracked {
-                Ok(tracked) => figure(tracked),
-                Err(_) => figure_of_heights(outcome.shown.as_ref()?),
-            };
-            Some((figure_name(&outcome.recording), figure))
-        })
-        .collect();
+    let mut figures = vec![];
+    for outcome in &campaign.outcomes {
+        let figure = match (&outcome.tracked, &outcome.shown) {
+            (Ok(tracked), _) => figure(tracked),
+            (Err(_), Some(shown)) => figure_of_heights(shown),
+            (Err(_), None) => continue,
+        };
+        figures.push((figure_name(&outcome.recording), figure));
+    }
     let names: Vec<&str> = figures.iter().map(|(name, _)| name.as_str()).collect();
-    let mut whole = vec![
-        ("report.md".to_owned(), page(title, campaign, &names).into_bytes()),
-        (
-            "tracking.json".to_owned(),
-            summary_json(title, campaign, &names)?.into_bytes(),
-        ),
-    ];
-    whole.extend(
-        figures
-            .into_iter()
-            .map(|(name, svg)| (format!("figures/{name}"), svg.into_bytes())),
-    );
+    let (page, json) = (page(title, campaign, &names), summary_json(title, campaign, &names)?);
+    let figures = figures.into_iter().map(|(name, svg)| (format!("figures/{name}"), svg));
+    let texts = [("report.md".to_owned(), page), ("tracking.json".to_owned(), json)];
+    let whole = texts.into_iter().chain(figures);
     Ok(Files {
-        whole,
+        whole: whole.map(|(name, text)| (name, text.into_bytes())).collect(),
         ..Files::default()
     })
 }
@@ -59,30 +52,42 @@ fn figure_name(recording: &Recording) -> String {
     format!("line_{}.svg", recording.line)
 }
 
+/// The recordings that gave runs.
+fn tracked(campaign: &Campaign) -> impl Iterator<Item = (&Recording, &Tracked)> {
+    let outcomes = campaign.outcomes.iter();
+    outcomes.filter_map(|outcome| Some((&outcome.recording, outcome.tracked.as_ref().ok()?)))
+}
+
+/// Why the others gave none.
+fn refused(campaign: &Campaign) -> impl Iterator<Item = &Refusal> {
+    campaign
+        .outcomes
+        .iter()
+        .filter_map(|outcome| outcome.tracked.as_ref().err())
+}
+
+/// The impacts, each with the recording it is of.
+fn rows(campaign: &Campaign) -> impl Iterator<Item = (&Recording, &Impact)> {
+    tracked(campaign).flat_map(|(recording, tracked)| tracked.impacts.iter().map(move |impact| (recording, impact)))
+}
+
+/// The least and the largest of some numbers; `None` of none.
+fn ends(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    numbers
+        .map(|x| [x, x])
+        .reduce(|[least, most], [x, _]| [least.min(x), most.max(x)])
+}
+
 /// How many recordings gave runs, what became of the others, and the gravity, a line each.
 pub fn summary(campaign: &Campaign) -> String {
-    let impacts = || {
-        campaign
-            .outcomes
-            .iter()
-            .filter_map(|outcome| outcome.tracked.as_ref().ok())
-            .flat_map(|of| &of.impacts)
-    };
-    let used = impacts().filter(|impact| impact.verdict.is_none());
-    let stuck = used.clone().filter(|impact| impact.stuck).count();
-    let verdicts = impacts().count() - used.clone().count();
-    let refused = || {
-        campaign
-            .outcomes
-            .iter()
-            .filter_map(|outcome| outcome.tracked.as_ref().err())
-    };
-    let mistakes = refused().filter(|refusal| refusal.is_mistake()).count();
+    let used = || rows(campaign).filter(|(_, impact)| impact.verdict.is_none());
+    let mistakes = refused(campaign).filter(|refusal| refusal.is_mistake()).count();
     let mut text = format!(
-        "{} recordings: {} runs, {stuck} of them stuck; {} left out with a reason",
+        "{} recordings: {} runs, {} of them stuck; {} left out with a reason",
         campaign.outcomes.len(),
-        used.count(),
-        verdicts + refused().count()
+        used().count(),
+        used().filter(|(_, impact)| impact.stuck).count(),
+        rows(campaign).count() - used().count() + refused(campaign).count()
     );
     if mistakes > 0 {
         text.push_str(&format!(", {mistakes} of them unread or without a fall"));
@@ -97,9 +102,8 @@ pub fn summary(campaign: &Campaign) -> String {
 
 /// Whether every recording is one that was meant, and any gives a run that is used.
 pub fn is_usable(campaign: &Campaign) -> bool {
-    let is_mistake = |outcome: &Outcome| outcome.tracked.as_ref().is_err_and(|refusal| refusal.is_mistake());
-    let is_used = |(.., impact): Row| impact.verdict.is_none();
-    !campaign.outcomes.iter().any(is_mistake) && rows(campaign).any(is_used)
+    let is_used = |(_, impact): (_, &Impact)| impact.verdict.is_none();
+    !refused(campaign).any(Refusal::is_mistake) && rows(campaign).any(is_used)
 }
 
 /// Each recording with frames that are repeated or missing, and which.
@@ -138,16 +142,16 @@ fn uneven_frames(recording: &Recording, shown: &Shown, jumps: &[Jump]) -> Option
 pub fn left_out(campaign: &Campaign) -> Vec<String> {
     let mut lines = vec![];
     for Outcome { recording, tracked, .. } in &campaign.outcomes {
-        let begin = |reason: &str| format!("line {}, {}: {reason}", recording.line, recording.run);
-        match tracked {
-            Err(refusal) => lines.push(begin(refusal.words())),
-            Ok(tracked) => lines.extend(
-                tracked
-                    .impacts
-                    .iter()
-                    .filter_map(|impact| Some(begin(impact.verdict.as_deref()?))),
-            ),
-        }
+        let reasons: Vec<&str> = match tracked {
+            Err(refusal) => vec![refusal.words()],
+            Ok(tracked) => tracked
+                .impacts
+                .iter()
+                .filter_map(|impact| impact.verdict.as_deref())
+                .collect(),
+        };
+        let line = |reason| format!("line {}, {}: {reason}", recording.line, recording.run);
+        lines.extend(reasons.into_iter().map(line));
     }
     lines
 }
@@ -182,17 +186,11 @@ fn gravity_lines(campaign: &Campaign) -> Vec<String> {
 
 /// How wide the spheres are by the scale that gravity gives: what shows a wrong frame rate to whoever saw the images.
 fn widths_by_gravity(campaign: &Campaign) -> String {
-    let by_gravity = campaign.outcomes.iter().filter_map(|outcome| {
-        let scale = outcome.tracked.as_ref().ok()?.scale;
-        (scale.source == ScaleSource::Gravity).then_some(scale.value * outcome.recording.diameter)
-    });
-    let widths: Vec<f64> = by_gravity.collect();
-    let least = widths.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = widths.iter().copied().fold(0.0, f64::max);
-    if !least.is_finite() {
+    let by_gravity = tracked(campaign).filter(|(_, tracked)| tracked.scale.source == ScaleSource::Gravity);
+    let Some(widths) = ends(by_gravity.map(|(recording, tracked)| tracked.scale.value * recording.diameter)) else {
         return String::new();
-    }
-    let [least, most] = [least, most].map(|width| significant(width, 2));
+    };
+    let [least, most] = widths.map(|width| significant(width, 2));
     let widths = if least == most {
         least
     } else {
@@ -258,7 +256,8 @@ fn page(title: &str, campaign: &Campaign, figures: &[&str]) -> String {
         let object = shown
             .object
             .as_ref()
-            .map_or(String::new(), |object| format!(", object {}", literal(object)));
+            .map(|object| format!(", object {}", literal(object)));
+        let object = object.unwrap_or_default();
         let caption = format!("{}{object}: {told}.", literal(&outcome.recording.run));
         page.figure(&figure_name(&outcome.recording), "heights over time", &caption);
     }
@@ -278,117 +277,74 @@ fn caption(tracked: &Tracked) -> String {
     )
 }
 
-/// An impact with the recording it is of.
-type Row<'c> = (&'c Recording, &'c Tracked, &'c Impact);
-
-fn rows(campaign: &Campaign) -> impl Iterator<Item = Row<'_>> {
-    campaign.outcomes.iter().flat_map(|outcome| {
-        let tracked = outcome.tracked.as_ref().ok();
-        tracked.into_iter().flat_map(move |tracked| {
-            tracked
-                .impacts
-                .iter()
-                .map(move |impact| (&outcome.recording, tracked, impact))
-        })
-    })
-}
-
 fn runs(page: &mut Page, campaign: &Campaign) {
-    let rebound = |impact: &Impact| {
-        if impact.stuck {
-            "stuck".to_owned()
-        } else {
-            with_se(impact.speeds.rebound_speed, impact.speeds.rebound_speed_sd)
-        }
-    };
     let table = ReportTable::of(rows(campaign))
         .whole()
-        .column("run", |(recording, ..): Row| literal(&recording.run))
-        .column("particle", |(recording, ..): Row| literal(&recording.particle))
-        .column("liquid", |(recording, ..): Row| {
-            recording
-                .liquid
-                .as_deref()
-                .map_or(crate::scene::DRY.to_owned(), literal)
+        .column("run", |(recording, _)| literal(&recording.run))
+        .column("particle", |(recording, _)| literal(&recording.particle))
+        .column("liquid", |(recording, _)| {
+            literal(recording.liquid.as_deref().unwrap_or(DRY))
         })
-        .column("v / (m/s)", |(.., impact): Row| {
-            with_se(impact.speeds.impact_speed, impact.speeds.impact_speed_sd)
+        .column("v / (m/s)", |(_, Impact { speeds, .. })| {
+            with_se(speeds.impact_speed, speeds.impact_speed_sd)
         })
-        .column("v_r / (m/s)", |(.., impact): Row| rebound(impact))
-        .column("correlation", |(.., impact): Row| {
-            if impact.stuck {
-                NONE.to_owned()
-            } else {
-                format!("{:.2}", impact.speeds.correlation)
-            }
+        .column("v_r / (m/s)", |(_, impact)| match impact.speeds {
+            _ if impact.stuck => "stuck".to_owned(),
+            speeds => with_se(speeds.rebound_speed, speeds.rebound_speed_sd),
         })
-        .column("e", |(.., impact): Row| {
-            significant(impact.speeds.rebound_speed / impact.speeds.impact_speed, 4)
+        .column("correlation", |(_, impact)| {
+            (!impact.stuck).then(|| format!("{:.2}", impact.speeds.correlation))
         })
-        .column("v, v_r at the film", |(recording, _, impact): Row| {
-            let [v, v_r] = impact.at_film.map(|v| significant(v, 4));
-            if recording.liquid.is_some() {
-                format!("{v}, {v_r}")
-            } else {
-                NONE.to_owned()
-            }
+        .column("e", |(_, Impact { speeds, .. })| {
+            significant(speeds.rebound_speed / speeds.impact_speed, 4)
         })
-        .column("verdict", |(.., impact): Row| {
+        .column("v, v_r at the film", |(recording, impact)| {
+            let at_film = impact.at_film.map(|v| significant(v, 4));
+            recording.liquid.as_ref().map(|_| at_film.join(", "))
+        })
+        .column("verdict", |(_, impact)| {
             impact.verdict.as_deref().map_or("used".to_owned(), literal)
         });
     page.table(&table);
 }
 
 fn scales(page: &mut Page, campaign: &Campaign) {
-    let of = campaign
-        .outcomes
-        .iter()
-        .filter_map(|outcome| Some((&outcome.recording, outcome.tracked.as_ref().ok()?)));
-    let of: Vec<(&Recording, &Tracked)> = of.collect();
     let source = |tracked: &Tracked| match tracked.scale.source {
         ScaleSource::Lengths => "positions are lengths",
         ScaleSource::Stated => "the list",
         ScaleSource::Diameter => "the diameter",
         ScaleSource::Gravity => "gravity",
     };
-    let own = |tracked: &Tracked| {
-        let best = tracked
-            .flights
-            .iter()
-            .min_by(|a, b| a.own_gravity[1].total_cmp(&b.own_gravity[1]));
-        best.map_or(NONE.to_owned(), |flight| {
-            with_se(flight.own_gravity[0], flight.own_gravity[1])
-        })
-    };
-    let table = ReportTable::of(of)
+    let table = ReportTable::of(tracked(campaign))
         .whole()
-        .column("run", |(recording, _): (&Recording, &Tracked)| literal(&recording.run))
-        .column("px/mm used", |(_, tracked): (&Recording, &Tracked)| {
-            match tracked.scale.source {
-                ScaleSource::Lengths => NONE.to_owned(),
-                _ => significant(pixels_per_millimetre(tracked.scale.value), 5),
-            }
+        .column("run", |(recording, _)| literal(&recording.run))
+        .column("px/mm used", |(_, tracked)| {
+            scale_of(tracked).map(|scale| significant(pixels_per_millimetre(scale), 5))
         })
-        .column("from", |(_, tracked): (&Recording, &Tracked)| source(tracked))
-        .column("by the diameter", |(_, tracked): (&Recording, &Tracked)| {
-            tracked.scale.by_diameter.map_or(NONE.to_owned(), |[value, se]| {
-                with_se(pixels_per_millimetre(value), pixels_per_millimetre(se))
-            })
+        .column("from", |(_, tracked)| source(tracked))
+        .column("by the diameter", |(_, tracked)| {
+            let in_mm = tracked.scale.by_diameter.map(|of| of.map(pixels_per_millimetre));
+            in_mm.map(|[value, se]| with_se(value, se))
         })
-        .column("own gravity / (m/s²)", |(_, tracked): (&Recording, &Tracked)| {
-            own(tracked)
+        .column("own gravity / (m/s²)", |(_, tracked)| {
+            let own = tracked.flights.iter().map(|flight| flight.own_gravity);
+            let best = own.min_by(|[_, a], [_, b]| a.total_cmp(b));
+            best.map(|[value, se]| with_se(value, se))
         });
     page.table(&table);
+}
+
+/// Pixels per m; `None` where positions are lengths.
+fn scale_of(tracked: &Tracked) -> Option<f64> {
+    (tracked.scale.source != ScaleSource::Lengths).then_some(tracked.scale.value)
 }
 
 /// What is to be said of runs whose drag is not taken off; nothing where it is, or is less than matters.
 pub fn drag_left(campaign: &Campaign) -> Option<String> {
     /// of the weight: e is then off by a thousandth
     const MATTERS: f64 = 0.003;
-    let left = rows(campaign).filter(|(recording, ..)| recording.density.is_none());
-    let most = left
-        .map(|(recording, _, impact)| drag(recording, impact))
-        .fold(0.0, f64::max);
+    let left = rows(campaign).filter(|(recording, _)| recording.density.is_none());
+    let most = left.map(drag).fold(0.0, f64::max);
     (most > MATTERS).then(|| {
         format!(
             "the drag of the air is not taken off, since the list has no density_kg_m3: of a sphere of {LIGHT} kg/m³ it is up to \
@@ -402,7 +358,7 @@ pub fn drag_left(campaign: &Campaign) -> Option<String> {
 const LIGHT: f64 = 1000.0;
 
 /// Drag at the impact speed over the weight.
-fn drag(recording: &Recording, impact: &Impact) -> f64 {
+fn drag((recording, impact): (&Recording, &Impact)) -> f64 {
     let sphere = SphereInAir {
         diameter: recording.diameter,
         density: recording.density.unwrap_or(LIGHT),
@@ -411,20 +367,14 @@ fn drag(recording: &Recording, impact: &Impact) -> f64 {
 }
 
 fn air(page: &mut Page, campaign: &Campaign) {
-    let known = rows(campaign).filter(|(recording, ..)| recording.density.is_some());
-    let shares: Vec<f64> = known.map(|(recording, _, impact)| drag(recording, impact)).collect();
-    let least = shares.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = shares.iter().copied().fold(0.0, f64::max);
-    if least.is_finite() {
-        page.paragraph(&format!(
-            "{} to {} % of the weight was taken off.",
-            significant(100.0 * least, 2),
-            significant(100.0 * most, 2)
-        ));
+    let known = rows(campaign).filter(|(recording, _)| recording.density.is_some());
+    let shares = ends(known.map(drag)).map(|ends| ends.map(|share| significant(100.0 * share, 2)));
+    if let Some([least, most]) = &shares {
+        page.paragraph(&format!("{least} to {most} % of the weight was taken off."));
     }
     match drag_left(campaign) {
         Some(left) => page.paragraph(&format!("Notice: {left}.")),
-        None if shares.is_empty() => page.paragraph("It is too small to matter here."),
+        None if shares.is_none() => page.paragraph("It is too small to matter here."),
         None => {}
     }
 }
@@ -432,83 +382,73 @@ fn air(page: &mut Page, campaign: &Campaign) {
 /// Heights with the parabolas, and what these leave.
 fn figure(tracked: &Tracked) -> String {
     let track = &tracked.track;
-    let start = track.times.first().copied().unwrap_or(0.0);
-    let time = |t: f64| milliseconds(t - start);
-    let point = |x: f64, y: f64| ChartPoint { x, y, y_se: None };
-    let positions = |name: &str, frames: &[usize], (group, most): (usize, usize)| Layer::Points {
-        name: Some(name.to_owned()),
-        points: thinned(frames, most)
-            .map(|frame| point(time(track.times[*frame]), millimetres(track.heights[*frame])))
-            .collect(),
-        style: Style::group(group).open(),
+    let at = |frame: &usize| {
+        (
+            since_start(track, track.times[*frame]),
+            millimetres(track.heights[*frame]),
+        )
     };
-    let fitted: Vec<usize> = tracked
-        .flights
-        .iter()
-        .flat_map(|flight| flight.frames.iter().copied())
-        .collect();
-    let is_fitted: std::collections::BTreeSet<usize> = fitted.iter().copied().collect();
+    let flown = |flight: &FreeFlight| flight.frames.clone();
+    let fitted: Vec<usize> = tracked.flights.iter().flat_map(flown).collect();
+    let is_fitted: BTreeSet<usize> = fitted.iter().copied().collect();
     let others: Vec<usize> = (0..track.times.len())
         .filter(|frame| !is_fitted.contains(frame))
         .collect();
-    let mut heights = vec![positions("fitted", &fitted, (0, MOST_ON_PARABOLAS))];
+    let mut heights = vec![points(Some("fitted"), 0, thinned(&fitted, MOST_ON_PARABOLAS).map(at))];
     if !others.is_empty() {
-        heights.push(positions("not fitted", &others, (2, MOST_POINTS)));
+        heights.push(points(Some("not fitted"), 2, thinned(&others, MOST_POINTS).map(at)));
     }
     let mut residuals = vec![];
     for flight in &tracked.flights {
-        heights.push(parabola(track.times.as_slice(), flight, time));
-        let left: Vec<(usize, f64)> = flight
+        heights.push(parabola(track, flight));
+        let left: Vec<(f64, f64)> = flight
             .frames
             .iter()
-            .copied()
-            .zip(flight.residuals.iter().copied())
+            .zip(&flight.residuals)
+            .map(|(frame, left)| (since_start(track, track.times[*frame]), micrometres(*left)))
             .collect();
-        residuals.push(Layer::Points {
-            name: None,
-            points: thinned(&left, MOST_POINTS)
-                .map(|(frame, left)| point(time(track.times[*frame]), micrometres(*left)))
-                .collect(),
-            style: Style::group(0).open(),
-        });
+        residuals.push(points(None, 0, thinned(&left, MOST_POINTS).copied()));
     }
-    let chart = |label: &str, layers: Vec<Layer>| Chart {
-        title: None,
-        x: Axis::new("time / ms"),
-        y: Axis::new(label),
-        layers,
-    };
     svg(&[
-        chart("height over the contact / mm", heights),
-        chart("residual / µm", residuals),
+        over_time("height over the contact / mm", heights),
+        over_time("residual / µm", residuals),
     ])
 }
 
 /// Heights of a recording that gives no run, as they were seen.
 fn figure_of_heights(shown: &Shown) -> String {
     let track = &shown.track;
-    let start = track.times.first().copied().unwrap_or(0.0);
     let (label, scale): (&str, fn(f64) -> f64) = if shown.in_pixels {
         ("height / px", |height| height)
     } else {
         ("height / mm", millimetres)
     };
     let frames: Vec<usize> = (0..track.times.len()).collect();
-    let point = |frame: &usize| ChartPoint {
-        x: milliseconds(track.times[*frame] - start),
-        y: scale(track.heights[*frame]),
-        y_se: None,
-    };
-    svg(&[Chart {
+    let at = |frame: &usize| (since_start(track, track.times[*frame]), scale(track.heights[*frame]));
+    let seen = points(Some("not fitted"), 2, thinned(&frames, MOST_POINTS).map(at));
+    svg(&[over_time(label, vec![seen])])
+}
+
+/// Milliseconds since a track begins.
+fn since_start(track: &Track, time: f64) -> f64 {
+    milliseconds(time - track.times.first().copied().unwrap_or(0.0))
+}
+
+fn over_time(label: &str, layers: Vec<Layer>) -> Chart {
+    Chart {
         title: None,
         x: Axis::new("time / ms"),
         y: Axis::new(label),
-        layers: vec![Layer::Points {
-            name: Some("not fitted".to_owned()),
-            points: thinned(&frames, MOST_POINTS).map(point).collect(),
-            style: Style::group(2).open(),
-        }],
-    }])
+        layers,
+    }
+}
+
+fn points(name: Option<&str>, group: usize, at: impl Iterator<Item = (f64, f64)>) -> Layer {
+    Layer::Points {
+        name: name.map(str::to_owned),
+        points: at.map(|(x, y)| ChartPoint { x, y, y_se: None }).collect(),
+        style: Style::group(group).open(),
+    }
 }
 
 /// At most so many, evenly spaced.
@@ -517,15 +457,16 @@ fn thinned<T>(all: &[T], most: usize) -> impl Iterator<Item = &T> {
 }
 
 /// The parabola of a flight over its frames.
-fn parabola(times: &[f64], flight: &FreeFlight, time: impl Fn(f64) -> f64) -> Layer {
+fn parabola(track: &Track, flight: &FreeFlight) -> Layer {
     const STEPS: usize = 60;
-    let at = |frame: Option<&usize>| frame.map_or(f64::NAN, |frame| times[*frame]);
+    let at = |frame: Option<&usize>| frame.map_or(f64::NAN, |frame| track.times[*frame]);
     let (first, last) = (at(flight.frames.first()), at(flight.frames.last()));
     let [middle, height, velocity, gravity] = flight.parabola;
     let xy = (0..=STEPS).map(|step| {
         let t = first + (last - first) * step as f64 / STEPS as f64;
         let x = t - middle;
-        (time(t), millimetres(height + velocity * x - 0.5 * gravity * x * x))
+        let y = height + velocity * x - 0.5 * gravity * x * x;
+        (since_start(track, t), millimetres(y))
     });
     Layer::Line {
         name: Some("parabolas of one gravity".to_owned()),
@@ -536,102 +477,51 @@ fn parabola(times: &[f64], flight: &FreeFlight, time: impl Fn(f64) -> f64) -> La
 }
 
 fn summary_json(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<String, Error> {
-    #[derive(Serialize)]
-    struct Estimate {
-        value: f64,
-        se: f64,
-    }
-    #[derive(Serialize)]
-    struct RecordingRow<'c> {
-        run: &'c str,
-        line: u64,
-        reason: Option<&'c str>,
-        scale_px_per_m: Option<f64>,
-        noise_m: Option<f64>,
-        rest_m: Option<f64>,
-        frames: Option<usize>,
-        positions: Option<usize>,
-        object: Option<&'c str>,
-        frames_repeated: i32,
-        frames_missing: i32,
-        own_gravity: Vec<Estimate>,
-        impacts: Vec<ImpactRow<'c>>,
-    }
-    #[derive(Serialize)]
-    struct ImpactRow<'c> {
-        time_s: f64,
-        impact_speed: Estimate,
-        rebound_speed: Option<Estimate>,
-        speed_correlation: Option<f64>,
-        stuck: bool,
-        verdict: Option<&'c str>,
-    }
-    #[derive(Serialize)]
-    struct TrackingFile<'c> {
-        schema: &'c str,
-        title: &'c str,
-        wetcor: &'c str,
-        gravity: Option<Estimate>,
-        scale_px_per_m: Option<Estimate>,
-        speed_rel_sd: f64,
-        recordings: Vec<RecordingRow<'c>>,
-        figures: &'c [&'c str],
-    }
-    let estimate = |value: f64, se: f64| Estimate { value, se };
-    fn impact_row(impact: &Impact) -> ImpactRow<'_> {
-        let speeds = impact.speeds;
-        let rebounded = !impact.stuck;
-        ImpactRow {
-            time_s: speeds.time,
-            impact_speed: Estimate {
-                value: speeds.impact_speed,
-                se: speeds.impact_speed_sd,
-            },
-            rebound_speed: rebounded.then_some(Estimate {
-                value: speeds.rebound_speed,
-                se: speeds.rebound_speed_sd,
-            }),
-            speed_correlation: rebounded.then_some(speeds.correlation),
-            stuck: impact.stuck,
-            verdict: impact.verdict.as_deref(),
-        }
-    }
-    let rows = campaign.outcomes.iter().map(|outcome| {
-        let (recording, shown) = (&outcome.recording, outcome.shown.as_ref());
-        let tracked = outcome.tracked.as_ref();
-        let of = tracked.ok();
+    let estimate = |[value, se]: [f64; 2]| json!({"value": value, "se": se});
+    let impact = |impact: &Impact| {
+        let (speeds, rebounded) = (impact.speeds, !impact.stuck);
+        json!({
+            "time_s": speeds.time,
+            "impact_speed": estimate([speeds.impact_speed, speeds.impact_speed_sd]),
+            "rebound_speed": rebounded.then(|| estimate([speeds.rebound_speed, speeds.rebound_speed_sd])),
+            "speed_correlation": rebounded.then_some(speeds.correlation),
+            "stuck": impact.stuck,
+            "verdict": impact.verdict,
+        })
+    };
+    let recording = |Outcome {
+                         recording,
+                         shown,
+                         tracked,
+                     }: &Outcome| {
+        let (of, shown) = (tracked.as_ref().ok(), shown.as_ref());
         let jumps = || of.iter().flat_map(|of| &of.jumps).map(|jump| jump.missing);
-        RecordingRow {
-            run: &recording.run,
-            line: recording.line,
-            reason: tracked.err().map(|refusal| refusal.words()),
-            scale_px_per_m: of
-                .filter(|of| of.scale.source != ScaleSource::Lengths)
-                .map(|of| of.scale.value),
-            noise_m: of.map(|of| of.noise),
-            rest_m: of.and_then(|of| of.rest),
-            frames: shown.map(|shown| shown.frames),
-            positions: shown.map(|shown| shown.track.times.len()),
-            object: shown.and_then(|shown| shown.object.as_deref()),
-            frames_repeated: -jumps().filter(|missing| *missing < 0).sum::<i32>(),
-            frames_missing: jumps().filter(|missing| *missing > 0).sum(),
-            own_gravity: of.map_or(vec![], |of| {
-                of.flights
-                    .iter()
-                    .map(|flight| estimate(flight.own_gravity[0], flight.own_gravity[1]))
-                    .collect()
-            }),
-            impacts: of.map_or(vec![], |of| of.impacts.iter().map(impact_row).collect()),
-        }
-    });
-    json::text(&TrackingFile {
-        schema: TRACKING_SCHEMA,
-        title,
-        wetcor: env!("CARGO_PKG_VERSION"),
-        gravity: campaign.gravity.measured.map(|g| estimate(g.value, g.se)),
-        scale_px_per_m: campaign.gravity.scale.map(|[value, se]| estimate(value, se)),
-        speed_rel_sd: campaign.gravity.shared_error(),
-        recordings: rows.collect(),
-        figures,
-    })
+        let gravities = of.iter().flat_map(|of| &of.flights).map(|flight| flight.own_gravity);
+        json!({
+            "run": recording.run,
+            "line": recording.line,
+            "reason": tracked.as_ref().err().map(Refusal::words),
+            "scale_px_per_m": of.and_then(scale_of),
+            "noise_m": of.map(|of| of.noise),
+            "rest_m": of.and_then(|of| of.rest),
+            "frames": shown.map(|shown| shown.frames),
+            "positions": shown.map(|shown| shown.track.times.len()),
+            "object": shown.and_then(|shown| shown.object.as_deref()),
+            "frames_repeated": -jumps().filter(|missing| *missing < 0).sum::<i32>(),
+            "frames_missing": jumps().filter(|missing| *missing > 0).sum::<i32>(),
+            "own_gravity": gravities.map(estimate).collect::<Vec<_>>(),
+            "impacts": of.iter().flat_map(|of| &of.impacts).map(impact).collect::<Vec<_>>(),
+        })
+    };
+    let gravity = campaign.gravity;
+    json::text(&json!({
+        "schema": TRACKING_SCHEMA,
+        "title": title,
+        "wetcor": env!("CARGO_PKG_VERSION"),
+        "gravity": gravity.measured.map(|g| estimate([g.value, g.se])),
+        "scale_px_per_m": gravity.scale.map(estimate),
+        "speed_rel_sd": gravity.shared_error(),
+        "recordings": campaign.outcomes.iter().map(recording).collect::<Vec<_>>(),
+        "figures": figures,
+    }))
 }
