@@ -168,7 +168,7 @@ fn report() -> Vec<File> {
     ];
     let attributes = Map::from_iter([("model".to_owned(), json!("stepwise/2"))]);
     let mut files = store("draws/draws.zarr", attributes, groups).expect("values as the shapes ask");
-    let columns: Vec<DrawArray> = parameters.iter().map(|(name, values)| each(name, values)).collect();
+    let columns = parameters.map(|(name, values)| (name, values.clone()));
     let table = csv::table(size, &columns).expect("as many values as draws");
     files.push(("draws/draws.csv".to_owned(), table.into_bytes()));
     files.push(("findings.json".to_owned(), findings.to_string().into_bytes()));

@@ -152,13 +152,6 @@ impl ArrayValues {
     pub fn held(&self) -> Option<usize> {
         Some(self.bytes.as_ref()?.len() / self.value_type.size())
     }
-
-    /// The real numbers; nothing where they are of another type.
-    pub fn as_reals(&self) -> impl Iterator<Item = f64> + '_ {
-        let bytes = self.bytes.as_deref().filter(|_| self.value_type == ValueType::Real);
-        let numbers = bytes.unwrap_or_default().as_chunks().0;
-        numbers.iter().map(|number| f64::from_le_bytes(*number))
-    }
 }
 
 /// A named array. One that bears the name of its only dimension is that dimension's coordinate.
@@ -222,8 +215,20 @@ impl ArrayGroup {
         self.add(dimension.name, &[dimension], ArrayValues::indices(dimension.length));
     }
 
-    /// Whether it has an array of this name.
-    pub fn has(&self, name: &str) -> bool {
-        self.arrays.iter().any(|array| array.name == name)
+    /// Adds draws of a quantity that each of some labels has, a column of chains each; the labels are the coordinate of their
+    /// dimension, which is called `by`.
+    pub fn add_labelled(
+        &mut self,
+        name: &str,
+        size: DrawSize,
+        (by, labels): (&'static str, &[String]),
+        columns: &[&[Vec<f64>]],
+    ) {
+        let [chain, draw] = size.dimensions();
+        let label = ArrayDimension::new(by, labels.len());
+        if !self.arrays.iter().any(|array| array.name == by) {
+            self.add(by, &[label], ArrayValues::texts(labels));
+        }
+        self.add(name, &[chain, draw, label], ArrayValues::interleaved(columns));
     }
 }

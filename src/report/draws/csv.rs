@@ -4,54 +4,39 @@ use std::fmt::Write;
 
 use csv::{ReaderBuilder, StringRecord, Writer};
 
-use super::arrays::{DrawArray, DrawSize};
+use super::arrays::DrawSize;
 use crate::error::{quoted, Error, Problem};
 
-/// Draws of some quantities: `.chain`, `.iteration`, `.draw` (each from 1), then a column each.
+/// Draws of some quantities: `.chain`, `.iteration`, `.draw` (each from 1), then a named column each.
 ///
-/// A column holds a real number for each draw, chain after chain, else the table cannot be written. Numbers have the
-/// digits that bring the same f64 back; a name with a comma is quoted.
-pub fn table(size: DrawSize, columns: &[DrawArray]) -> Result<String, Error> {
+/// A column holds a number for each draw, chain after chain, else the table cannot be written. Numbers have the digits that
+/// bring the same f64 back; a name with a comma is quoted.
+pub fn table(size: DrawSize, columns: &[(&str, Vec<f64>)]) -> Result<String, Error> {
     let fail = |reason: String| Error::Internal {
         doing: "write draws.csv",
         reason,
     };
-    let mut reals = vec![];
-    for column in columns {
-        let values: Vec<f64> = column.values.as_reals().collect();
-        if values.len() != size.total() {
-            let DrawSize { chains, draws } = size;
-            let found = format!("{}: {} values", column.name, values.len());
-            return Err(fail(format!("{found} for {chains} x {draws} draws")));
-        }
-        reals.push(values);
+    if let Some((name, values)) = columns.iter().find(|(_, values)| values.len() != size.total()) {
+        let DrawSize { chains, draws } = size;
+        let found = format!("{name}: {} values", values.len());
+        return Err(fail(format!("{found} for {chains} x {draws} draws")));
     }
-    let bytes = encode(size, columns, &reals).map_err(|error| fail(error.to_string()))?;
-    String::from_utf8(bytes).map_err(|error| fail(error.to_string()))
-}
-
-/// The table of columns as long as they should be.
-fn encode(size: DrawSize, columns: &[DrawArray], reals: &[Vec<f64>]) -> Result<Vec<u8>, csv::Error> {
-    let mut writer = Writer::from_writer(vec![]);
-    let names = columns.iter().map(|column| column.name.as_str());
-    writer.write_record([".chain", ".iteration", ".draw"].into_iter().chain(names))?;
-    let mut cell = String::new();
+    let names = columns.iter().map(|(name, _)| *name);
+    let mut header = Writer::from_writer(vec![]);
+    let written = header.write_record([".chain", ".iteration", ".draw"].into_iter().chain(names));
+    written.map_err(|error| fail(error.to_string()))?;
+    let header = header.into_inner().map_err(|error| fail(error.to_string()))?;
+    let mut text = String::from_utf8(header).map_err(|error| fail(error.to_string()))?;
     for draw in 0..size.total() {
-        for number in [draw / size.draws, draw % size.draws, draw] {
-            cell.clear();
-            // a String takes whatever is written to it
-            let _ = write!(cell, "{}", number + 1);
-            writer.write_field(&cell)?;
+        let (chain, iteration) = (draw / size.draws + 1, draw % size.draws + 1);
+        // a String takes whatever is written to it
+        let _ = write!(text, "{chain},{iteration},{}", draw + 1);
+        for (_, values) in columns {
+            let _ = write!(text, ",{:?}", values[draw]);
         }
-        for values in reals {
-            cell.clear();
-            let _ = write!(cell, "{:?}", values[draw]);
-            writer.write_field(&cell)?;
-        }
-        // ends the record
-        writer.write_record(None::<&[u8]>)?;
+        text.push('\n');
     }
-    writer.into_inner().map_err(|error| error.into_error().into())
+    Ok(text)
 }
 
 /// The values of some columns of a table of ours with so many draws.
@@ -110,14 +95,12 @@ pub fn read(text: &str, columns: &[&str], draws: usize) -> Result<Vec<Vec<f64>>,
 
 #[cfg(test)]
 mod tests {
-    use super::super::arrays::ArrayValues;
     use super::*;
 
     const SIZE: DrawSize = DrawSize { chains: 2, draws: 2 };
 
-    fn column(name: &str, values: &[f64]) -> DrawArray {
-        let values = ArrayValues::reals(values.iter().copied());
-        DrawArray::new(name, &SIZE.dimensions(), values)
+    fn column<'n>(name: &'n str, values: &[f64]) -> (&'n str, Vec<f64>) {
+        (name, values.to_vec())
     }
 
     #[test]

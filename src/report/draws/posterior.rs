@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{json, Map, Value};
 
-use super::arrays::{ArrayDimension, ArrayGroup, ArrayValues, DrawArray, DrawSize};
+use super::arrays::{ArrayDimension, ArrayGroup, ArrayValues, DrawSize};
 use super::csv;
 use super::every_run::EveryRun;
 use super::tie::{Tie, STORE, TABLE};
@@ -14,7 +14,7 @@ use crate::findings::compare::model_name;
 use crate::findings::left_out::MOST_DENSITIES;
 use crate::findings::posterior::Posterior;
 use crate::inference::nuts::Chain;
-use crate::model::parameters::{ModelParameter, ParameterKind, SERIES_OFFSET};
+use crate::model::parameters::{ParameterKind, SERIES_OFFSET};
 use crate::report::folder::{Files, Streamed};
 use crate::report::ReportInput;
 use crate::runs::Runs;
@@ -59,11 +59,12 @@ pub fn gather<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Gathe
     };
     let every_run = || stores_every_run(runs, posterior).then(|| EveryRun::new(input, posterior));
     let labels: Vec<String> = runs.spheres.iter().map(|sphere| sphere.label(scene)).collect();
+    let series: Vec<String> = runs.series.iter().map(|series| series.label(scene)).collect();
     let rest = || {
         let groups = vec![
             with_offsets(
                 parameters("posterior", &labels, posterior, size, |_, values| values.to_vec()),
-                runs.series.iter().map(|series| series.label(scene)).collect(),
+                &series,
                 posterior,
                 size,
             ),
@@ -126,18 +127,11 @@ impl<'a> Gathered<'a> {
 /// The sampled parameters, and the offsets of series after them, as one table.
 fn table(posterior: &Posterior, size: DrawSize) -> Result<String, Error> {
     let sampled = &posterior.sampled;
-    let of_each = sampled.parameters.sampled.iter().zip(&sampled.values);
-    let column = |(parameter, chains): (&ModelParameter, &Vec<Vec<f64>>)| {
-        let values = ArrayValues::reals(chains.iter().flatten().copied());
-        DrawArray::new(&parameter.name, &size.dimensions(), values)
-    };
-    let offsets = sampled.parameters.series_offsets.iter().zip(&sampled.series_offsets);
-    let of_offset = |(name, chains): (&String, &Vec<Vec<f64>>)| {
-        let values = ArrayValues::reals(chains.iter().flatten().copied());
-        DrawArray::new(name, &size.dimensions(), values)
-    };
-    let columns: Vec<DrawArray> = of_each.map(column).chain(offsets.map(of_offset)).collect();
-    csv::table(size, &columns)
+    let parameters = sampled.parameters.sampled.iter().map(|parameter| &parameter.name);
+    let names = parameters.chain(&sampled.parameters.series_offsets);
+    let draws = sampled.values.iter().chain(&sampled.series_offsets);
+    let columns = names.zip(draws).map(|(name, chains)| (name.as_str(), chains.concat()));
+    csv::table(size, &columns.collect::<Vec<_>>())
 }
 
 /// One variable a parameter, chain after chain; the k of all spheres, of these labels, are one variable.
@@ -149,41 +143,30 @@ fn parameters(
     of: impl Fn(usize, &[f64]) -> Vec<f64>,
 ) -> ArrayGroup {
     let mut group = ArrayGroup::of_draws(group, size);
-    let [chain, draw] = size.dimensions();
     let (mut particles, mut dry_k) = (vec![], vec![]);
     let sampled = &posterior.sampled;
     for (place, parameter) in sampled.parameters.sampled.iter().enumerate() {
-        let values = of(place, &sampled.values[place].concat());
+        let chains: Vec<Vec<f64>> = sampled.values[place].iter().map(|chain| of(place, chain)).collect();
         match parameter.kind {
             ParameterKind::DryK(sphere) => {
                 particles.push(labels[sphere].clone());
-                dry_k.push([values]);
+                dry_k.push(chains);
             }
-            _ => group.add(&parameter.name, &[chain, draw], ArrayValues::reals(values)),
+            _ => group.add(&parameter.name, &size.dimensions(), ArrayValues::reals(chains.concat())),
         }
     }
     if !particles.is_empty() {
-        let particle = ArrayDimension::new("particle", particles.len());
-        let columns: Vec<&[Vec<f64>]> = dry_k.iter().map(|column| column.as_slice()).collect();
-        group.add("particle", &[particle], ArrayValues::texts(&particles));
-        group.add("dry_k", &[chain, draw, particle], ArrayValues::interleaved(&columns));
+        let columns: Vec<&[Vec<f64>]> = dry_k.iter().map(Vec::as_slice).collect();
+        group.add_labelled("dry_k", size, ("particle", &particles), &columns);
     }
     group
 }
 
 /// Adds the offsets of series, of these labels, as one variable, where series have them.
-fn with_offsets(mut group: ArrayGroup, labels: Vec<String>, posterior: &Posterior, size: DrawSize) -> ArrayGroup {
-    let offsets = &posterior.sampled.series_offsets;
+fn with_offsets(mut group: ArrayGroup, labels: &[String], posterior: &Posterior, size: DrawSize) -> ArrayGroup {
+    let offsets: Vec<&[Vec<f64>]> = posterior.sampled.series_offsets.iter().map(Vec::as_slice).collect();
     if !offsets.is_empty() {
-        let [chain, draw] = size.dimensions();
-        let series = ArrayDimension::new("series", offsets.len());
-        let columns: Vec<&[Vec<f64>]> = offsets.iter().map(Vec::as_slice).collect();
-        group.add("series", &[series], ArrayValues::texts(&labels));
-        group.add(
-            SERIES_OFFSET,
-            &[chain, draw, series],
-            ArrayValues::interleaved(&columns),
-        );
+        group.add_labelled(SERIES_OFFSET, size, ("series", labels), &offsets);
     }
     group
 }
@@ -216,19 +199,15 @@ fn sample_stats(chains: &[Chain], size: DrawSize) -> ArrayGroup {
 /// them as parameters.
 fn derived(posterior: &Posterior, size: DrawSize) -> ArrayGroup {
     let mut group = ArrayGroup::of_draws("derived", size);
-    let mut dimensions = size.dimensions().to_vec();
     for of_one in posterior.derived.chunk_by(|a, b| a.quantity == b.quantity) {
         let labels: Vec<String> = of_one.iter().filter_map(|derived| derived.label.clone()).collect();
         let columns: Vec<&[Vec<f64>]> = of_one.iter().map(|derived| derived.values.as_slice()).collect();
-        let by_setting = of_one[0].setting.is_some();
-        let by = ArrayDimension::new(if by_setting { "setting" } else { "particle" }, of_one.len());
-        dimensions.truncate(2);
-        if !labels.is_empty() {
-            dimensions.push(by);
-        }
-        group.add(of_one[0].quantity, &dimensions, ArrayValues::interleaved(&columns));
-        if !labels.is_empty() && !group.has(by.name) {
-            group.add(by.name, &[by], ArrayValues::texts(&labels));
+        let (name, by_setting) = (of_one[0].quantity, of_one[0].setting.is_some());
+        if labels.is_empty() {
+            group.add(name, &size.dimensions(), ArrayValues::interleaved(&columns));
+        } else {
+            let by = if by_setting { "setting" } else { "particle" };
+            group.add_labelled(name, size, (by, &labels), &columns);
         }
     }
     group
