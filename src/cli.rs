@@ -34,10 +34,8 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use wetcor::error::Error;
-use wetcor::findings::posterior::MethodChoice;
 use wetcor::interruption;
 use wetcor::ranks::Ranks;
-use wetcor::runs::Existing;
 
 use arguments::{Arguments, Verb};
 use messages::{complain, print_result, warn};
@@ -61,18 +59,19 @@ pub fn run() -> ExitCode {
             ExitCode::SUCCESS
         };
     }
-    match ranks.end(started.and_then(|()| run_verb(arguments, &ranks))) {
+    match ranks.end(started.and_then(|()| run_verb(&arguments, &ranks))) {
         Ok(status) => ExitCode::from(status),
         Err(error) => could_not_run(&error),
     }
 }
 
 /// Runs a verb on this rank; the first alone tells what came out.
-fn run_verb(arguments: Arguments, ranks: &Ranks) -> Result<u8, Error> {
-    let is_divided = matches!(
-        arguments.verb,
-        Verb::Fit { .. } | Verb::Calibrate { .. } | Verb::Simulate { parts: Some(_), .. }
-    );
+fn run_verb(arguments: &Arguments, ranks: &Ranks) -> Result<u8, Error> {
+    let is_divided = match &arguments.verb {
+        Verb::Fit(_) | Verb::Calibrate(_) => true,
+        Verb::Simulate(request) => request.parts.is_some(),
+        _ => false,
+    };
     if ranks.count() > 1 && !is_divided {
         return Err(Error::Usage(format!(
             "a launcher started {} processes; only `fit`, `calibrate` and `simulate --parts` divide their work among several",
@@ -91,67 +90,17 @@ fn run_verb(arguments: Arguments, ranks: &Ranks) -> Result<u8, Error> {
     if let Err(error) = interruption::watch(interrupted) {
         warn(&format!("an interruption may leave a temporary folder: {error}"));
     }
-    let verb = arguments.verb;
-    let result = defect::caught(|| match verb {
-        Verb::Fit {
-            scene,
-            out,
-            seed,
-            stages,
-            exact_rows,
-            accuracy,
-            verbose,
-        } => {
-            let method = match accuracy {
-                Some(accuracy) => MethodChoice::Accuracy(accuracy),
-                None if exact_rows => MethodChoice::Rows,
-                None => MethodChoice::Sampler,
-            };
-            let options = fit::FitOptions {
-                scene_file: &scene,
-                out,
-                seed,
-                stages: &stages,
-                method,
-                said: match (quiet, verbose) {
-                    (true, _) => messages::Said::Errors,
-                    (false, true) => messages::Said::Everything,
-                    (false, false) => messages::Said::Most,
-                },
-            };
-            fit::fit(options, ranks)
-        }
-        Verb::Track(request) => track::track(&request, quiet),
-        Verb::New { table, out } => new::new(&table, out, quiet),
-        Verb::Check { scene, json } => check::check(&scene, json, quiet),
-        Verb::Simulate {
-            scene,
-            out,
-            parts,
-            runs,
-            seed,
-            force,
-        } => {
-            let existing = if force { Existing::Replaced } else { Existing::Kept };
-            let order = simulate::RunsOrder {
-                scene_file: &scene,
-                out: &out,
-                runs,
-                seed,
-            };
-            match parts {
-                Some(parts) => simulate::simulate_parts(&order, parts, ranks, quiet),
-                None => simulate::simulate(&order, existing, quiet),
-            }
-        }
-        Verb::Predict(request) => predict::predict(&request, quiet),
-        Verb::Handoff(request) => handoff::handoff(&request, quiet),
-        Verb::Trade { scene, out, seed } => trade::run_trade(&scene, out, seed, quiet),
-        Verb::Calibrate { out, sets, seed } => {
-            let order = calibrate::PageOrder { out: &out, sets, seed };
-            calibrate::calibrate(&order, ranks, quiet)
-        }
-        Verb::Completions { shell } => completions::completions(shell),
+    let result = defect::caught(|| match &arguments.verb {
+        Verb::Track(request) => track::track(request, quiet),
+        Verb::New(request) => new::new(request, quiet),
+        Verb::Fit(request) => fit::fit(request, ranks, quiet),
+        Verb::Check(request) => check::check(request, quiet),
+        Verb::Simulate(request) => simulate::simulate(request, ranks, quiet),
+        Verb::Predict(request) => predict::predict(request, quiet),
+        Verb::Handoff(request) => handoff::handoff(request, quiet),
+        Verb::Trade(request) => trade::trade(request, quiet),
+        Verb::Calibrate(request) => calibrate::calibrate(request, ranks, quiet),
+        Verb::Completions { shell } => completions::completions(*shell),
         Verb::Man { command } => man::man(command.as_deref()),
         Verb::Help { .. } => Ok(0),
     });

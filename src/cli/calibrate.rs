@@ -1,9 +1,9 @@
 //! Runs `wetcor calibrate`: how often the intervals cover the truth, on simulated data.
 
-use std::io::Write;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
+use clap::Args;
 use wetcor::error::{named, Error};
 use wetcor::ranks::Ranks;
 use wetcor::staging::{self, Staging};
@@ -12,16 +12,27 @@ use wetcor::study::{calibration, main_coverage};
 use super::messages::print_after_writing;
 use crate::progress::Progress;
 
-/// The page to make.
-pub(super) struct PageOrder<'p> {
-    pub out: &'p Path,
-    /// data sets a design
-    pub sets: u64,
-    pub seed: u64,
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  wetcor calibrate --out reports/calibration.md
+  mpirun -n 4 wetcor calibrate --out reports/calibration.md
+
+With mpirun, in a build with the feature `mpi`, the ranks take a share of the data sets each; the page is the same.")]
+pub(super) struct Calibrate {
+    /// File to write
+    #[arg(long)]
+    out: PathBuf,
+    /// Data sets a design
+    #[arg(long, default_value_t = calibration::SETS, value_parser = clap::value_parser!(u64).range(1..=calibration::MOST_SETS))]
+    sets: u64,
+    /// Seed of every use of chance
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
 }
 
-pub(super) fn calibrate(order: &PageOrder, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
-    let PageOrder { out, sets, seed } = *order;
+pub(super) fn calibrate(request: &Calibrate, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
+    let Calibrate { ref out, sets, seed } = *request;
     let of_main = main_coverage::SETS.min(sets);
     let own = |pieces: u64| ranks.own(pieces).len() as u64;
     let all = own(sets) * calibration::DESIGNS + own(of_main) * main_coverage::DESIGNS;
@@ -43,10 +54,7 @@ pub(super) fn calibrate(order: &PageOrder, ranks: &Ranks, quiet: bool) -> Result
     };
     let text = calibration::markdown(&table) + "\n" + &main_coverage::markdown(&main);
     let staging = Staging::beside(&place)?;
-    let result = staging
-        .create_itself()
-        .and_then(|mut file| file.write_all(text.as_bytes()));
-    result.map_err(|error| Error::io(out, "write", error))?;
+    staging.write(text.as_bytes())?;
     staging.put(calibration::may_replace)?;
     drop(progress);
     if !quiet {

@@ -1,7 +1,8 @@
 //! Runs `wetcor check`: what was read, and what it can identify.
 
-use std::path::Path;
+use std::path::PathBuf;
 
+use clap::Args;
 use wetcor::error::Error;
 use wetcor::findings::{self, overview};
 use wetcor::model::parameters::ModelParameters;
@@ -12,8 +13,20 @@ use wetcor::{runs, scene};
 use super::messages::{print_notices, print_result};
 use crate::progress::Progress;
 
-pub(super) fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
-    let scene = scene::read(path)?;
+#[derive(Args)]
+#[command(after_help = "\
+Example:
+  wetcor check datasets/mueller2016/scene.toml --json")]
+pub(super) struct Check {
+    /// The scene file
+    scene: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn check(request: &Check, quiet: bool) -> Result<u8, Error> {
+    let scene = scene::read(&request.scene)?;
     let progress = Progress::spinner("read", quiet);
     let table = runs::read_any_number(&scene, runs::MOST_KEPT, &Ranks::alone());
     drop(progress);
@@ -22,7 +35,7 @@ pub(super) fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
     // a prior that leaves a parameter no room would fail the fit
     ModelParameters::of(&scene, &table.runs, least_squares.form)?;
     let overview = overview::summarise_runs(&scene, &table, &least_squares);
-    if json {
+    if request.json {
         print_result(&report::json::text(&overview)?)?;
     } else {
         print_notices(&overview.notices, quiet);

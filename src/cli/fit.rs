@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clap::ValueEnum;
+use clap::{Args, ValueEnum};
 use wetcor::error::{named, Error};
 use wetcor::findings::posterior::{ExpectedSampling, MethodChoice, Posterior};
 use wetcor::findings::{self, overview, verdicts, Findings};
+use wetcor::inference::accuracy::RANGE;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::ranks::Ranks;
 use wetcor::report::folder::{Contents, Destination};
@@ -14,27 +15,80 @@ use wetcor::report::{self, markdown, ReportInput};
 use wetcor::runs::{self, Runs};
 use wetcor::scene::{self, Scene};
 
-use super::arguments::Stage;
 use super::draws::Draws;
-use super::messages::{print_after_writing, print_cautions, say, Said, NOT_QUOTABLE};
+use super::messages::{print_after_writing, print_cautions, say, status, Said};
 use super::timing::Timing;
 
 /// Models that are sampled besides the scene's own: forms of the law, and trends with the film.
 const COMPARED: u64 = 10;
 
-/// What a fit is to do.
-pub(super) struct FitOptions<'a> {
-    pub scene_file: &'a Path,
-    /// folder to write; `None`: one of the scene's name under `reports`
-    pub out: Option<PathBuf>,
-    pub seed: u64,
-    /// stages to run; none named: all
-    pub stages: &'a [Stage],
-    pub method: MethodChoice,
-    pub said: Said,
+#[derive(Args)]
+#[command(after_help = "\
+Example:
+  wetcor fit datasets/mueller2016/scene.toml --out reports/mueller2016
+
+Writes report.md, the same as report.html for a browser, figures/, findings.json, laws.csv and laws_table.csv (e_n(v) of every \
+pair), draws/ and timing.json. An existing folder is replaced only if it holds an earlier \
+report of the same title and nothing else. With mpirun, in a build with the feature `mpi`, the ranks share the reading of a \
+table of more than 2,500,000 runs; the report is the same.")]
+pub(super) struct Fit {
+    /// The scene file
+    scene: PathBuf,
+    /// Folder to write [default: reports/<the scene's folder name>]
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Seed of every use of chance
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Stages to run [default: all]
+    #[arg(long, value_delimiter = ',')]
+    stages: Vec<Stage>,
+    /// Sample with every run, however many, where few would stand for more than 100,000
+    #[arg(long, conflicts_with = "accuracy")]
+    exact_rows: bool,
+    /// Largest error of any posterior mean, in posterior sds, and of any sd, relative, from 0.005 to 1: take the
+    /// cheapest method that can vouch for it [default: trajectories as [sampler] says]
+    #[arg(long, value_name = "X", value_parser = read_accuracy)]
+    accuracy: Option<f64>,
+    /// Print every notice, not only the three that bear most on the main numbers
+    #[arg(long, conflicts_with = "quiet")]
+    verbose: bool,
 }
 
-impl FitOptions<'_> {
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum Stage {
+    /// Every fit and its intervals
+    LeastSquares,
+    /// Bootstrap intervals beside those of least squares
+    Bootstrap,
+    /// Parameters from all runs at once, under the scene's priors
+    Posterior,
+    /// Which form of the law predicts the runs best
+    Compare,
+    /// The report's figures
+    Figures,
+}
+
+/// An accuracy inside the range that may be requested.
+fn read_accuracy(text: &str) -> Result<f64, String> {
+    let (least, most) = RANGE;
+    let expected = || format!("expected a number from {least} to {most}");
+    let value: f64 = text.parse().map_err(|_| expected())?;
+    Some(value)
+        .filter(|value| (least..=most).contains(value))
+        .ok_or_else(expected)
+}
+
+impl Fit {
+    fn method(&self) -> MethodChoice {
+        match self.accuracy {
+            Some(accuracy) => MethodChoice::Accuracy(accuracy),
+            None if self.exact_rows => MethodChoice::Rows,
+            None => MethodChoice::Sampler,
+        }
+    }
+
     fn wants(&self, stage: Stage) -> bool {
         self.stages.is_empty() || self.stages.contains(&stage)
     }
@@ -59,7 +113,7 @@ impl FitOptions<'_> {
         let mut words = vec![
             "wetcor".to_owned(),
             "fit".to_owned(),
-            shell_word(&self.scene_file.to_string_lossy()),
+            shell_word(&self.scene.to_string_lossy()),
         ];
         let mut flag = |name: &str, value: String| words.extend([name.to_owned(), value]);
         if let Some(out) = &self.out {
@@ -71,10 +125,11 @@ impl FitOptions<'_> {
             let names: Vec<String> = names.map(|stage| stage.get_name().to_owned()).collect();
             flag("--stages", names.join(","));
         }
-        match self.method {
-            MethodChoice::Accuracy(accuracy) => flag("--accuracy", accuracy.to_string()),
-            MethodChoice::Rows => words.push("--exact-rows".to_owned()),
-            MethodChoice::Sampler => {}
+        if let Some(accuracy) = self.accuracy {
+            flag("--accuracy", accuracy.to_string());
+        }
+        if self.exact_rows {
+            words.push("--exact-rows".to_owned());
         }
         words.join(" ")
     }
@@ -86,19 +141,20 @@ impl FitOptions<'_> {
         runs: &Runs,
         findings: &mut Findings,
         timing: &mut Timing,
+        quiet: bool,
     ) -> Result<Option<Posterior>, Error> {
-        let quiet = self.said == Said::Errors;
+        let method = self.method();
         let mut posterior = None;
         if self.wants(Stage::Posterior) {
             if !quiet {
                 say_how_long(
-                    findings.expected_sampling(scene, runs, self.method),
+                    findings.expected_sampling(scene, runs, method),
                     self.wants(Stage::Compare) && findings::is_compared(scene, runs),
                 );
             }
             let draws = Draws::of(scene, quiet, "posterior", 1);
             posterior = timing.stage("posterior", true, || {
-                findings.add_posterior(scene, runs, self.method, &|kept, diverging| draws.one(kept, diverging))
+                findings.add_posterior(scene, runs, method, &|kept, diverging| draws.one(kept, diverging))
             })?;
             drop(draws);
             if let Some(posterior) = &posterior {
@@ -147,22 +203,18 @@ fn say_how_long(expected: Option<ExpectedSampling>, is_compared: bool) {
 }
 
 /// Fits a scene; ranks share the reading of a table of more runs than are kept, and the first does the rest.
-pub(super) fn fit(fit: FitOptions, ranks: &Ranks) -> Result<u8, Error> {
+pub(super) fn fit(fit: &Fit, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
     let mut timing = Timing {
         started: Instant::now(),
         stages: vec![],
     };
     fit.check_stages()?;
-    let quiet = fit.said == Said::Errors;
-    let scene = scene::read(fit.scene_file)?;
+    let scene = scene::read(&fit.scene)?;
     let default_out = || Path::new("reports").join(&scene.name);
     let out = fit.out.clone().unwrap_or_else(default_out);
     let prepare = || Destination::prepare(&out, Contents::Fit, &scene.title, &scene.inputs());
     let destination = ranks.is_first().then(prepare).transpose()?;
-    let most_kept = match fit.method {
-        MethodChoice::Rows => usize::MAX,
-        _ => runs::MOST_KEPT,
-    };
+    let most_kept = if fit.exact_rows { usize::MAX } else { runs::MOST_KEPT };
     let table = timing.stage("read", quiet, || runs::read_any_number(&scene, most_kept, ranks))?;
     let Some(destination) = destination else {
         return Ok(0);
@@ -176,7 +228,7 @@ pub(super) fn fit(fit: FitOptions, ranks: &Ranks) -> Result<u8, Error> {
         findings::fit_least_squares_watched(&scene, &table, fit.seed, watcher)
     });
     let overview = overview::summarise_runs(&scene, &table, &findings);
-    let posterior = fit.sample(&scene, &table.runs, &mut findings, &mut timing)?;
+    let posterior = fit.sample(&scene, &table.runs, &mut findings, &mut timing, quiet)?;
     let command = fit.command();
     let input = ReportInput {
         command: &command,
@@ -207,12 +259,13 @@ pub(super) fn fit(fit: FitOptions, ranks: &Ranks) -> Result<u8, Error> {
         );
         print_after_writing(&report, &text)?;
     }
-    print_cautions(&findings, fit.said);
-    Ok(if verdicts::quotable(&findings.verdicts) {
-        0
-    } else {
-        NOT_QUOTABLE
-    })
+    let said = match (quiet, fit.verbose) {
+        (true, _) => Said::Errors,
+        (false, true) => Said::Everything,
+        (false, false) => Said::Most,
+    };
+    print_cautions(&findings, said);
+    Ok(status(verdicts::quotable(&findings.verdicts)))
 }
 
 #[cfg(test)]
@@ -221,24 +274,26 @@ mod tests {
 
     #[test]
     fn the_report_is_made_again_by_the_command_that_was_given() {
-        let given = FitOptions {
-            scene_file: Path::new("drops/May's drops.toml"),
+        let given = Fit {
+            scene: PathBuf::from("drops/May's drops.toml"),
             out: Some(PathBuf::from("reports/drops")),
             seed: 7,
-            stages: &[Stage::LeastSquares, Stage::Figures],
-            method: MethodChoice::Accuracy(0.1),
-            said: Said::Errors,
+            stages: vec![Stage::LeastSquares, Stage::Figures],
+            exact_rows: false,
+            accuracy: Some(0.1),
+            verbose: false,
         };
         let command = "wetcor fit 'drops/May'\\''s drops.toml' --out reports/drops --seed 7 --stages \
                        least_squares,figures --accuracy 0.1";
         assert_eq!(given.command(), command);
-        let plain = FitOptions {
-            scene_file: Path::new("drops/scene.toml"),
+        let plain = Fit {
+            scene: PathBuf::from("drops/scene.toml"),
             out: None,
             seed: 1,
-            stages: &[],
-            method: MethodChoice::Rows,
-            said: Said::Most,
+            stages: vec![],
+            exact_rows: true,
+            accuracy: None,
+            verbose: true,
         };
         assert_eq!(plain.command(), "wetcor fit drops/scene.toml --seed 1 --exact-rows");
     }

@@ -3,14 +3,15 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::Args;
 use wetcor::error::{named, Error};
 use wetcor::handoff::{self, Code, Handoff, HandoffFile, Wetting};
 use wetcor::report::finished::{DrawnFrom, Finished};
 use wetcor::staging::{self, OutputPlace, Staging};
 
-use super::messages::{print_after_writing, print_result, warn, NOT_QUOTABLE};
-use super::setting::{find_law, positive, SettingArguments};
+use super::messages::{print_after_writing, print_result, status, warn};
+use super::setting::{find_law, positive, warn_of, SettingArguments};
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -30,8 +31,8 @@ pub struct HandoffArguments {
     #[arg(long = "speed-m-s", value_name = "V", value_parser = positive, allow_negative_numbers = true)]
     speed: f64,
     /// The simulation code, or a table of e at many speeds
-    #[arg(long, value_enum)]
-    to: CodeName,
+    #[arg(long, value_parser = code())]
+    to: Code,
     /// Folder to write; one that is there is kept
     #[arg(long)]
     out: Option<PathBuf>,
@@ -40,27 +41,10 @@ pub struct HandoffArguments {
     anyway: bool,
 }
 
-/// A code by its word.
-#[derive(Clone, Copy)]
-struct CodeName(Code);
-
-impl ValueEnum for CodeName {
-    fn value_variants<'a>() -> &'a [CodeName] {
-        const ALL: [CodeName; Code::ALL.len()] = {
-            let mut all = [CodeName(Code::Table); Code::ALL.len()];
-            let mut place = 0;
-            while place < all.len() {
-                all[place] = CodeName(Code::ALL[place]);
-                place += 1;
-            }
-            all
-        };
-        &ALL
-    }
-
-    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
-        Some(clap::builder::PossibleValue::new(self.0.word()))
-    }
+/// Reads a code by its word.
+fn code() -> impl TypedValueParser<Value = Code> {
+    let named = |word: String| Code::ALL.into_iter().find(|code| code.word() == word);
+    PossibleValuesParser::new(Code::ALL.map(Code::word)).try_map(move |word| named(word).ok_or("no such code"))
 }
 
 /// Writes the files, or prints the first.
@@ -70,11 +54,10 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
     let finished = Finished::read(&request.folder)?;
     let found = find_law(&asked, &finished, false)?;
     let curve = found.law.curve(found.wet.as_ref());
-    let drawn_from = finished.drawn_from();
     let source = format!(
         "posterior median of the energy balance, {} draws{}{}",
         found.law.draws.len(),
-        match drawn_from {
+        match finished.drawn_from() {
             DrawnFrom::Posterior => "",
             DrawnFrom::NormalApproximation => " of the normal with the posterior's means and covariance",
         },
@@ -92,7 +75,7 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
         film: wet.film,
     });
     let files = handoff::files(
-        request.to.0,
+        request.to,
         &Handoff {
             title: &finished.title,
             source: &source,
@@ -112,30 +95,18 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
         },
     )?;
     if !quiet {
-        tell(request, &finished, drawn_from, curve.at(request.speed).extrapolated);
+        tell(request, &finished, curve.at(request.speed).extrapolated);
     }
     match (&request.out, place) {
         (Some(out), Some(place)) => write(&place, out, &files, quiet)?,
         _ => print_first(&files, quiet)?,
     }
-    Ok(if finished.failed.is_empty() || request.anyway {
-        0
-    } else {
-        NOT_QUOTABLE
-    })
+    Ok(status(finished.failed.is_empty() || request.anyway))
 }
 
 /// Says what to mind.
-fn tell(request: &HandoffArguments, finished: &Finished, drawn_from: DrawnFrom, extrapolated: bool) {
-    for check in &finished.failed {
-        warn(&format!("the fit is not to be quoted, and this not either: {check}"));
-    }
-    if drawn_from == DrawnFrom::NormalApproximation {
-        warn(
-            "the folder is kept without its draws: the law is that of a normal approximation, from the means and the covariance in \
-             findings.json",
-        );
-    }
+fn tell(request: &HandoffArguments, finished: &Finished, extrapolated: bool) {
+    warn_of(finished, "the law is that");
     if extrapolated {
         let v = request.speed;
         warn(&format!(

@@ -13,8 +13,10 @@ use wetcor::error::{plain, plain_lines, Error};
 use wetcor::findings::{by_weight, Findings};
 use wetcor::notice::Notice;
 
-/// Exit status: it ran, and a gating verdict failed.
-pub const NOT_QUOTABLE: u8 = 1;
+/// The exit status of what ran: 1 where what came out is not to be quoted.
+pub(super) fn status(is_quotable: bool) -> u8 {
+    u8::from(!is_quotable)
+}
 
 /// A word before a message, coloured on a terminal only.
 fn label(word: &str, colour: &str) -> String {

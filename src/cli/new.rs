@@ -1,8 +1,8 @@
 //! Runs `wetcor new`: drafts a scene from a table of runs.
 
-use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 
+use clap::Args;
 use wetcor::error::{named, plain, quoted, Error};
 use wetcor::runs::{draft_scene, Draft};
 use wetcor::scene::TableFile;
@@ -17,7 +17,23 @@ const SCENE: &str = "scene.toml";
 /// Columns that the summary names of those that are not read.
 const MOST_SHOWN: usize = 20;
 
-pub(super) fn new(table: &Path, out: Option<PathBuf>, quiet: bool) -> Result<u8, Error> {
+#[derive(Args)]
+#[command(after_help = "\
+Example:
+  wetcor new runs.csv
+
+Names the particles and liquids of the table, guesses its columns and says so, and lists every key with its default. What \
+must be filled in is marked; `wetcor check` names it. An existing file is kept.")]
+pub(super) struct New {
+    /// The table: .csv, .tsv, .txt, .parquet or .xlsx (`book.xlsx#May` for another than the first sheet)
+    table: PathBuf,
+    /// File to write [default: scene.toml beside the table]
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
+
+pub(super) fn new(request: &New, quiet: bool) -> Result<u8, Error> {
+    let table = request.table.as_path();
     if table.to_str().is_none() {
         let text = "a scene cannot name it: expected a path that is UTF-8";
         return Err(Error::Usage(format!("{}: {text}", named(table))));
@@ -27,6 +43,7 @@ pub(super) fn new(table: &Path, out: Option<PathBuf>, quiet: bool) -> Result<u8,
         let text = format!("{}: expected {}", named(&table.path), TableFile::ENDING_EXPECTED);
         return Err(Error::Usage(text));
     }
+    let out = request.out.clone();
     let out = out.unwrap_or_else(|| table.path.with_file_name(SCENE));
     let place = staging::prepare(&out)?;
     // a scene is somebody's work
@@ -45,10 +62,7 @@ pub(super) fn new(table: &Path, out: Option<PathBuf>, quiet: bool) -> Result<u8,
     drop(progress);
     let draft = draft?;
     let staging = Staging::beside(&place)?;
-    let written = staging
-        .create_itself()
-        .and_then(|mut file| file.write_all(draft.text.as_bytes()));
-    written.map_err(|error| Error::io(&out, "write", error))?;
+    staging.write(draft.text.as_bytes())?;
     staging.put(|place| place.check_free("file"))?;
     if !quiet {
         print_after_writing(&out, &summary(&draft, &out))?;

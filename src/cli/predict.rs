@@ -6,13 +6,13 @@ use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use wetcor::error::{named, Error};
 use wetcor::findings::predict::PredictedSeries;
-use wetcor::report::finished::{DrawnFrom, Finished};
+use wetcor::report::finished::Finished;
 use wetcor::report::prediction::{self, Origin, Pair, Prediction};
 use wetcor::runs::{read_settings, AskedSetting};
 use wetcor::scene::DRY;
 
-use super::messages::{print_result, warn, NOT_QUOTABLE};
-use super::setting::{find_law, positive, AskedLiquid, AskedPair, FoundLaw, SettingArguments};
+use super::messages::{print_result, status, warn};
+use super::setting::{find_law, positive, warn_of, AskedLiquid, AskedPair, FoundLaw, SettingArguments};
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -232,15 +232,7 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
         }
     };
     if !quiet {
-        for check in &finished.failed {
-            warn(&format!("the fit is not to be quoted, and this not either: {check}"));
-        }
-        if drawn_from == DrawnFrom::NormalApproximation {
-            warn(
-                "the folder is kept without its draws: bands are those of a normal approximation, from the means and the covariance \
-                 in findings.json",
-            );
-        }
+        warn_of(&finished, "bands are those");
         if let Some(grows) = &finished.noise_grows {
             warn(&format!(
                 "run_q05 to run_q95 and stuck_probability take one spread for every run, and {grows}"
@@ -249,11 +241,7 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
         tell_beyond(&outside);
     }
     print_result(&text)?;
-    Ok(if finished.failed.is_empty() || request.anyway {
-        0
-    } else {
-        NOT_QUOTABLE
-    })
+    Ok(status(finished.failed.is_empty() || request.anyway))
 }
 
 /// Says of the first few settings how far beyond the runs they are.

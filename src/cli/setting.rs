@@ -7,9 +7,11 @@ use wetcor::error::{quoted, Error};
 use wetcor::findings::predict::{LiquidBasis, ParticleLaw};
 use wetcor::physics::form::Term;
 use wetcor::physics::Setting;
-use wetcor::report::finished::Finished;
+use wetcor::report::finished::{DrawnFrom, Finished};
 use wetcor::scene::{name_expected, DRY, LARGEST_FILM_RATIO};
 use wetcor::units::Dimension;
+
+use super::messages::warn;
 
 /// A sphere, and what it falls on.
 #[derive(Args)]
@@ -122,6 +124,19 @@ impl SettingArguments {
             }),
             _ => Err(Error::Usage(format!("expected {} as well", missing.join(", ")))),
         }
+    }
+}
+
+/// Says what to mind of a fit; `what` of a normal approximation stands in where it is kept without its draws.
+pub(super) fn warn_of(finished: &Finished, what: &str) {
+    for check in &finished.failed {
+        warn(&format!("the fit is not to be quoted, and this not either: {check}"));
+    }
+    if finished.drawn_from() == DrawnFrom::NormalApproximation {
+        warn(&format!(
+            "the folder is kept without its draws: {what} of a normal approximation, from the means and the covariance in \
+             findings.json"
+        ));
     }
 }
 

@@ -1,10 +1,11 @@
 //! Runs `wetcor simulate`: runs drawn from a scene's truth and design.
 
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use wetcor::error::{named, Error};
-use wetcor::model::simulate::{SimulatedRuns, Simulation, BLOCK};
+use wetcor::model::simulate::{SimulatedRuns, Simulation, BLOCK, MOST_RUNS};
 use wetcor::ranks::Ranks;
 use wetcor::runs::{Existing, RunWriter, TableFormat, TableParts};
 use wetcor::scene;
@@ -13,33 +14,63 @@ use wetcor::staging::{self, OutputPlace, Staging};
 use super::messages::{print_after_writing, warn};
 use crate::progress::Progress;
 
-/// The runs to draw.
-pub(super) struct RunsOrder<'p> {
-    pub scene_file: &'p Path,
-    /// file or folder to write
-    pub out: &'p Path,
-    /// in all; absent: the design's
-    pub runs: Option<u64>,
-    pub seed: u64,
+#[derive(Args)]
+#[command(after_help = "\
+Example:
+  wetcor simulate datasets/mueller2016/scene.toml --runs 100000 --out runs.parquet
+  mpirun -n 4 wetcor simulate datasets/mueller2016/scene.toml --runs 100000000 --parts 16 --out runs
+
+An existing file is kept unless --force is given; a scene, and the runs of a scene beside it, are never replaced. With \
+mpirun, in a build with the feature `mpi`, the ranks write a share of the parts each; the files are the same.")]
+pub(super) struct Simulate {
+    /// The scene file
+    scene: PathBuf,
+    /// File to write, .csv or .parquet; with --parts, folder
+    #[arg(long)]
+    out: PathBuf,
+    /// Write so many Parquet files, part-000.parquet and so on, into a new folder
+    #[arg(long, value_name = "N", conflicts_with = "force", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    pub(super) parts: Option<u64>,
+    /// Runs in all, spread evenly over the design [default: the design's repeats]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=MOST_RUNS))]
+    runs: Option<u64>,
+    /// Seed of every use of chance
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Replace an existing file
+    #[arg(long)]
+    force: bool,
 }
 
-/// Writes one file.
-pub(super) fn simulate(order: &RunsOrder, existing: Existing, quiet: bool) -> Result<u8, Error> {
-    let out = order.out;
+/// Writes one file, or a folder of them.
+pub(super) fn simulate(request: &Simulate, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
+    match request.parts {
+        Some(parts) => write_parts(request, parts, ranks, quiet),
+        None => write_one(request, quiet),
+    }
+}
+
+fn write_one(request: &Simulate, quiet: bool) -> Result<u8, Error> {
+    let out = request.out.as_path();
     if TableFormat::of(out).is_none() {
         let text = format!("{}: expected a file ending in .csv or .parquet", out.display());
         return Err(Error::Usage(text));
     }
-    let scene = scene::read(order.scene_file)?;
+    let scene = scene::read(&request.scene)?;
     if let Some(reason) = scene::why_not_overwritten(out, &scene) {
         return Err(Error::Out {
             path: out.to_path_buf(),
             reason,
         });
     }
-    let simulation = Simulation::new(&scene, order.runs)?;
+    let simulation = Simulation::new(&scene, request.runs)?;
+    let existing = if request.force {
+        Existing::Replaced
+    } else {
+        Existing::Kept
+    };
     let mut writer = RunWriter::create(out, existing)?;
-    let runs = simulation.under(order.seed);
+    let runs = simulation.under(request.seed);
     let progress = Progress::bar("simulate", simulation.runs(), quiet);
     let mut blocks = 0..;
     runs.encode(0..runs.blocks(), writer.format(), |block| {
@@ -52,11 +83,11 @@ pub(super) fn simulate(order: &RunsOrder, existing: Existing, quiet: bool) -> Re
 }
 
 /// Writes a folder of files; the ranks take a share of them each.
-pub(super) fn simulate_parts(order: &RunsOrder, parts: u64, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
-    let out = order.out;
-    let scene = scene::read(order.scene_file)?;
-    let simulation = Simulation::new(&scene, order.runs)?;
-    let runs = simulation.under(order.seed);
+fn write_parts(request: &Simulate, parts: u64, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
+    let out = request.out.as_path();
+    let scene = scene::read(&request.scene)?;
+    let simulation = Simulation::new(&scene, request.runs)?;
+    let runs = simulation.under(request.seed);
     if parts > runs.blocks() {
         return Err(Error::Usage(format!(
             "--parts: found {parts}, expected at most {} for {} runs: all parts but the last have {BLOCK} runs or more",

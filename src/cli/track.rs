@@ -9,7 +9,7 @@ use wetcor::report::folder::{Contents, Destination};
 use wetcor::report::tracking;
 use wetcor::runs::{free_place, Existing, WholeTable};
 
-use super::messages::{print_after_writing, print_notices, warn, NOT_QUOTABLE};
+use super::messages::{print_after_writing, print_notices, status, warn};
 use crate::progress::Progress;
 
 /// Recordings of a kind that are named on the terminal; the report has all.
@@ -118,11 +118,7 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
         report.put()?;
     }
     table.put()?;
-    let status = if tracking::is_usable(&campaign) {
-        0
-    } else {
-        NOT_QUOTABLE
-    };
+    let status = status(tracking::is_usable(&campaign));
     print_notices(&campaign.notices, quiet);
     if quiet {
         return Ok(status);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
+use clap::Args;
 use wetcor::error::{named, Error};
 use wetcor::report::folder::{Contents, Destination};
 use wetcor::study::trade;
@@ -11,14 +12,34 @@ use wetcor::{runs, scene};
 use super::messages::{print_after_writing, print_notices};
 use crate::progress::Progress;
 
-pub(super) fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: bool) -> Result<u8, Error> {
-    let scene = scene::read(path)?;
-    let out = out.unwrap_or_else(|| Path::new("reports").join(format!("{}-trade", scene.name)));
+#[derive(Args)]
+#[command(after_help = "\
+Example:
+  wetcor trade datasets/mueller2016/scene.toml --out reports/mueller2016-trade
+
+Writes trade.md, trade.json and trade.svg. The other methods are held against a long run that evaluates every run.")]
+pub(super) struct Trade {
+    /// The scene file
+    scene: PathBuf,
+    /// Folder to write [default: reports/<the scene's folder name>-trade]
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Seed of every use of chance
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+pub(super) fn trade(request: &Trade, quiet: bool) -> Result<u8, Error> {
+    let scene = scene::read(&request.scene)?;
+    let usual = || Path::new("reports").join(format!("{}-trade", scene.name));
+    let out = request.out.clone().unwrap_or_else(usual);
     let destination = Destination::prepare(&out, Contents::Trade, &scene.title, &scene.inputs())?;
     let table = runs::read(&scene)?;
     let progress = Progress::bar("trade", trade::STEPS, quiet);
     let done = AtomicU64::new(0);
-    let measured = trade::measure(&scene, &table, seed, &|| progress.at(1 + done.fetch_add(1, Relaxed)))?;
+    let measured = trade::measure(&scene, &table, request.seed, &|| {
+        progress.at(1 + done.fetch_add(1, Relaxed))
+    })?;
     drop(progress);
     let files = trade::report::files(&scene, &measured)?;
     destination.write(files)?;

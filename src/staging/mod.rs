@@ -18,7 +18,7 @@ pub use place::OutputPlace;
 pub use rename::take_two_steps;
 
 use std::fs::File;
-use std::io::{self, ErrorKind};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{PoisonError, RwLock, RwLockWriteGuard};
 
@@ -109,6 +109,12 @@ impl Staging {
     /// Creates the file that is made.
     pub fn create_itself(&self) -> io::Result<File> {
         self.create_at(&self.made)
+    }
+
+    /// Writes the file that is made.
+    pub fn write(&self, bytes: &[u8]) -> Result<(), Error> {
+        let written = self.create_itself().and_then(|mut file| file.write_all(bytes));
+        written.map_err(|error| Error::io(&self.place.named, "write", error))
     }
 
     /// Creates the folder that is made, and gives where it is, for others to write in as well.
