@@ -5,8 +5,9 @@ use serde::Serialize;
 use super::dry::{self, FittedDry};
 use super::estimate::Estimate;
 use super::scaling::FittedScaling;
+use crate::physics::Quantity;
 use crate::runs::Runs;
-use crate::scene::{Published, PublishedQuantity, Scene, WetLaw};
+use crate::scene::{Published, Scene, WetLaw};
 
 /// A published number beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -62,8 +63,8 @@ fn compare(own: OwnFits, published: &Published) -> PublishedComparison {
     let several = spheres.len() > 1;
     let sphere = Some(spheres.start).filter(|_| !several);
     let ours = sphere.and_then(|sphere| match published.quantity {
-        PublishedQuantity::DryK => dry::fit_of_sphere(dry, sphere).map(|d| &d.dry.dry_k),
-        quantity => group(own, sphere, published).and_then(|fitted| fitted.scaling.estimate(quantity.of_fit())),
+        Quantity::DryK => dry::fit_of_sphere(dry, sphere).map(|d| &d.dry.dry_k),
+        quantity => group(own, sphere, published).and_then(|fitted| fitted.scaling.estimate(quantity)),
     });
     let pair = ours.and_then(Estimate::pair);
     let difference = pair.map(|(value, se)| (value - published.value) / published.se.hypot(se));
@@ -74,7 +75,7 @@ fn compare(own: OwnFits, published: &Published) -> PublishedComparison {
         (None, None) => Some("no runs of this particle and film ratio".to_owned()),
     };
     PublishedComparison {
-        quantity: published.quantity.name(),
+        quantity: published.quantity.describe().name,
         particle: scene.particles[published.particle].name.clone(),
         film_ratio: published.film_ratio,
         law: published.law,

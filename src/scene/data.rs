@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::expect::{ABOVE_ZERO, FILM_RATIO, LARGEST_FILM_RATIO, NOT_NEGATIVE, SHARE};
-use super::keys::{DefaultsTo, Key, Optional, Required, Section};
+use super::keys::{DefaultsTo, Key, Section};
 use super::naming::{self, naming, Naming, SceneNames};
 use super::table::{guides, Located, Number, Numbers, SceneTable, TextOrTexts};
 use super::table_file::TableFile;
@@ -45,7 +45,7 @@ pub struct Screens {
     pub max_impact_speed: Option<f64>,
 }
 
-const RUNS: Key<TextOrTexts, Required> = Key::new("runs", TextOrTexts)
+const RUNS: Key<TextOrTexts> = Key::new("runs", TextOrTexts)
     .means(
         "table of runs, beside the scene: .csv, .tsv, .txt, .parquet, .xlsx (first visible sheet, or \
          \"book.xlsx#May\")",
@@ -58,7 +58,7 @@ const SMALLEST_RESTITUTION: Key<Number, DefaultsTo<f64>> =
         .example("0.02")
         .defaults_to(0.0);
 
-const FILM_RATIOS: Key<Numbers, Optional> = Key::new("film_ratios", Numbers(Dimension::One, FILM_RATIO))
+const FILM_RATIOS: Key<Numbers> = Key::new("film_ratios", Numbers(Dimension::One, FILM_RATIO))
     .means("nominal film ratios δ/D; a run within 15 % of one belongs to it")
     .example("[0.03, 0.06]")
     .optional("groups are found");
@@ -68,7 +68,7 @@ const FILM_RATIO_GAP: Key<Number, DefaultsTo<f64>> = Key::new("film_ratio_gap", 
     .example("0.01")
     .defaults_to(0.004);
 
-const MIN_FILM: Key<Number, Optional> = Key::new("min_film", Number(Dimension::Thickness, ABOVE_ZERO))
+const MIN_FILM: Key<Number> = Key::new("min_film", Number(Dimension::Thickness, ABOVE_ZERO))
     .means("runs on thinner films are left out, and counted")
     .example("200")
     .optional("no film is too thin");
@@ -78,22 +78,22 @@ const MAX_FILM_RATIO: Key<Number, DefaultsTo<f64>> = Key::new("max_film_ratio", 
     .example("0.2")
     .defaults_to(LARGEST_FILM_RATIO);
 
-const MIN_IMPACT_SPEED: Key<Number, Optional> = Key::new("min_impact_speed", Number(Dimension::Speed, ABOVE_ZERO))
+const MIN_IMPACT_SPEED: Key<Number> = Key::new("min_impact_speed", Number(Dimension::Speed, ABOVE_ZERO))
     .means("slower runs are left out, and counted")
     .example("0.3")
     .optional("no impact is too slow");
 
-const MAX_IMPACT_SPEED: Key<Number, Optional> = Key::new("max_impact_speed", Number(Dimension::Speed, ABOVE_ZERO))
+const MAX_IMPACT_SPEED: Key<Number> = Key::new("max_impact_speed", Number(Dimension::Speed, ABOVE_ZERO))
     .means("faster runs are left out, and counted")
     .example("2.5")
     .optional("no impact is too fast");
 
-const FILM_SD: Key<Number, Optional> = Key::new("film_sd", Number(Dimension::Thickness, NOT_NEGATIVE))
+const FILM_SD: Key<Number> = Key::new("film_sd", Number(Dimension::Thickness, NOT_NEGATIVE))
     .means("sd of an error of the film that all runs share")
     .example("10")
     .optional("films are taken as exact");
 
-const SPEED_REL_SD: Key<Number, Optional> = Key::new("speed_rel_sd", Number(Dimension::One, SHARE))
+const SPEED_REL_SD: Key<Number> = Key::new("speed_rel_sd", Number(Dimension::One, SHARE))
     .means("sd over value of an error that all speeds share")
     .example("0.01")
     .optional("their scale is taken as exact");
@@ -132,7 +132,7 @@ pub(super) fn data(root: &SceneTable, path: &Path, names: &SceneNames) -> Option
     let runs = runs(&table, path);
     let screens = Screens {
         min_film: table.read(&MIN_FILM),
-        max_film_ratio: table.read(&MAX_FILM_RATIO),
+        max_film_ratio: table.read_or(&MAX_FILM_RATIO),
         min_impact_speed: table.read(&MIN_IMPACT_SPEED),
         max_impact_speed: table.read(&MAX_IMPACT_SPEED),
     };
@@ -142,9 +142,9 @@ pub(super) fn data(root: &SceneTable, path: &Path, names: &SceneNames) -> Option
     let data = Data {
         naming: naming(&table, names, &runs),
         runs,
-        smallest_restitution: table.read(&SMALLEST_RESTITUTION),
+        smallest_restitution: table.read_or(&SMALLEST_RESTITUTION),
         film_ratios,
-        film_ratio_gap: table.read(&FILM_RATIO_GAP),
+        film_ratio_gap: table.read_or(&FILM_RATIO_GAP),
         film_sd: table.read(&FILM_SD),
         speed_rel_sd: table.read(&SPEED_REL_SD),
         screens,

@@ -7,106 +7,68 @@ use std::borrow::Cow;
 use crate::units::Dimension;
 
 /// A key of a table of a scene.
-pub(super) struct Key<K, A> {
+#[derive(Clone, Copy)]
+pub(super) struct Key<K, D = NoDefault> {
     /// its name, to which the dimension adds a unit
     pub base: &'static str,
     /// what is taken under it
     pub takes: K,
-    /// what holds without it
-    pub absent: A,
+    /// what holds without it, in words; `None` of one that must be there, or has a default
+    pub without: Option<&'static str>,
+    /// what holds without it, as a value
+    pub default: D,
     /// what it means, in a few words
     pub meaning: &'static str,
     /// what a scene may give, in the usual unit
     pub example: &'static str,
 }
 
-impl<K> Key<K, Required> {
-    /// A key under which this is taken, and which must be there unless it is said what holds without it.
-    pub const fn new(base: &'static str, takes: K) -> Key<K, Required> {
-        Key {
-            base,
-            takes,
-            absent: Required,
-            meaning: "",
-            example: "",
-        }
-    }
-}
-
-impl<K: Copy, A: Copy> Key<K, A> {
-    pub const fn means(self, meaning: &'static str) -> Key<K, A> {
-        Key { meaning, ..self }
-    }
-
-    pub const fn example(self, example: &'static str) -> Key<K, A> {
-        Key { example, ..self }
-    }
-
-    /// The same that may be absent; in words what then.
-    pub const fn optional(self, without: &'static str) -> Key<K, Optional> {
-        self.without(Optional(without))
-    }
-
-    /// The same with what holds in its absence.
-    pub const fn defaults_to<T>(self, value: T) -> Key<K, DefaultsTo<T>> {
-        self.without(DefaultsTo(value))
-    }
-
-    const fn without<B>(self, absent: B) -> Key<K, B> {
-        Key {
-            base: self.base,
-            takes: self.takes,
-            absent,
-            meaning: self.meaning,
-            example: self.example,
-        }
-    }
-}
-
-/// What holds without a key.
-pub(super) trait Absence<T> {
-    /// what the reader gets
-    type Read;
-    /// whether the key must be there
-    const IS_REQUIRED: bool = false;
-
-    /// What the reader gets of what the file gives, if it gives something that can be read.
-    fn settle(&self, given: Option<T>) -> Self::Read;
-}
-
-/// The key must be there.
+/// Nothing holds without the key.
 #[derive(Clone, Copy)]
-pub(super) struct Required;
-
-/// Without the key there is no such thing; in words what then.
-#[derive(Clone, Copy)]
-pub(super) struct Optional(pub &'static str);
+pub(super) struct NoDefault;
 
 /// Without the key this holds.
 pub(super) struct DefaultsTo<T>(pub T);
 
-impl<T> Absence<T> for Required {
-    type Read = Option<T>;
-    const IS_REQUIRED: bool = true;
-
-    fn settle(&self, given: Option<T>) -> Option<T> {
-        given
+impl<K: Copy> Key<K> {
+    /// A key under which this is taken, and which must be there unless it is said what holds without it.
+    pub const fn new(base: &'static str, takes: K) -> Key<K> {
+        Key {
+            base,
+            takes,
+            without: None,
+            default: NoDefault,
+            meaning: "",
+            example: "",
+        }
     }
-}
 
-impl<T> Absence<T> for Optional {
-    type Read = Option<T>;
-
-    fn settle(&self, given: Option<T>) -> Option<T> {
-        given
+    pub const fn means(self, meaning: &'static str) -> Key<K> {
+        Key { meaning, ..self }
     }
-}
 
-impl<T: Clone> Absence<T> for DefaultsTo<T> {
-    type Read = T;
+    pub const fn example(self, example: &'static str) -> Key<K> {
+        Key { example, ..self }
+    }
 
-    fn settle(&self, given: Option<T>) -> T {
-        given.unwrap_or_else(|| self.0.clone())
+    /// The same that may be absent; in words what then.
+    pub const fn optional(self, without: &'static str) -> Key<K> {
+        Key {
+            without: Some(without),
+            ..self
+        }
+    }
+
+    /// The same with what holds in its absence.
+    pub const fn defaults_to<T>(self, value: T) -> Key<K, DefaultsTo<T>> {
+        Key {
+            base: self.base,
+            takes: self.takes,
+            without: None,
+            default: DefaultsTo(value),
+            meaning: self.meaning,
+            example: self.example,
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Reads the kinds of particles and the liquids of a scene.
 
 use super::expect::{ABOVE_ZERO, SHARE};
-use super::keys::{Key, Optional, Required, Section};
+use super::keys::{Key, Section};
 use super::names::{name_is_allowed, DRY, MISSING, NAME_RULE};
 use super::table::{guides, Number, SceneTable};
 use crate::error::quoted;
@@ -44,43 +44,42 @@ pub(super) const PARTICLES: &str = "particles";
 /// What the tables of liquids stand under.
 pub(super) const LIQUIDS: &str = "liquids";
 
-const PARTICLE_DENSITY: Key<Number, Required> = Key::new("density", Number(Dimension::Density, ABOVE_ZERO))
+const PARTICLE_DENSITY: Key<Number> = Key::new("density", Number(Dimension::Density, ABOVE_ZERO))
     .means("density ρp of the sphere")
     .example("2150");
 
-const DENSITY_REL_SD: Key<Number, Optional> = Key::new("density_rel_sd", Number(Dimension::One, SHARE))
+const DENSITY_REL_SD: Key<Number> = Key::new("density_rel_sd", Number(Dimension::One, SHARE))
     .means("sd of the density over its value")
     .example("0.005")
     .optional("taken as exact");
 
-const ROUGHNESS: Key<Number, Optional> = Key::new("roughness", Number(Dimension::Thickness, ABOVE_ZERO))
+const ROUGHNESS: Key<Number> = Key::new("roughness", Number(Dimension::Thickness, ABOVE_ZERO))
     .means("roughness ε of its surface")
     .example("5")
     .optional("there is no δc in metres, nor viscous = \"film\"");
 
-const ROUGHNESS_REL_SD: Key<Number, Optional> = Key::new("roughness_rel_sd", Number(Dimension::One, SHARE))
+const ROUGHNESS_REL_SD: Key<Number> = Key::new("roughness_rel_sd", Number(Dimension::One, SHARE))
     .means("sd of the roughness over its value")
     .example("0.3")
     .optional("taken as exact");
 
-const LIQUID_DENSITY: Key<Number, Required> = Key::new("density", Number(Dimension::Density, ABOVE_ZERO))
+const LIQUID_DENSITY: Key<Number> = Key::new("density", Number(Dimension::Density, ABOVE_ZERO))
     .means("density ρl")
     .example("930");
 
-const VISCOSITY: Key<Number, Required> = Key::new("viscosity", Number(Dimension::Viscosity, ABOVE_ZERO))
+const VISCOSITY: Key<Number> = Key::new("viscosity", Number(Dimension::Viscosity, ABOVE_ZERO))
     .means("dynamic viscosity η")
     .example("9.3");
 
-const VISCOSITY_REL_SD: Key<Number, Optional> = Key::new("viscosity_rel_sd", Number(Dimension::One, SHARE))
+const VISCOSITY_REL_SD: Key<Number> = Key::new("viscosity_rel_sd", Number(Dimension::One, SHARE))
     .means("sd of the viscosity over its value")
     .example("0.02")
     .optional("taken as exact");
 
-const SURFACE_TENSION: Key<Number, Optional> =
-    Key::new("surface_tension", Number(Dimension::SurfaceTension, ABOVE_ZERO))
-        .means("surface tension γ")
-        .example("20.1")
-        .optional("the bridge's rupture is neither sized nor modelled");
+const SURFACE_TENSION: Key<Number> = Key::new("surface_tension", Number(Dimension::SurfaceTension, ABOVE_ZERO))
+    .means("surface tension γ")
+    .example("20.1")
+    .optional("the bridge's rupture is neither sized nor modelled");
 
 /// What is to be said of the tables of particles and liquids.
 pub(super) fn guide() -> [Section; 2] {

@@ -60,7 +60,7 @@ pub use naming::{Constant, ConstantValue, HeightsOf, HeightsTo, HiddenRows, Nami
 pub use overwriting::why_not_overwritten;
 pub use plan::{Design, DesignSpeeds, KOfDiameter, NoiseShape, Truth};
 pub use prior::Prior;
-pub use published::{Published, PublishedQuantity, WetLaw};
+pub use published::{Published, WetLaw};
 pub use read::{parse, read};
 pub use run_columns::RunColumn;
 pub use table_file::TableFile;

@@ -1,7 +1,7 @@
 //! Reads what a table of runs calls its columns and its words, and what it leaves unsaid.
 
 use super::expect::{ABOVE_ZERO, FINITE};
-use super::keys::{DefaultsTo, Key, KeyGuide, Optional};
+use super::keys::{DefaultsTo, Key, KeyGuide};
 use super::names::{closest, DRY, FILL_IN, MISSING};
 use super::run_columns::RunColumn;
 use super::table::{guides, Count, Inner, OneOf, SceneTable};
@@ -94,17 +94,17 @@ pub(super) struct SceneNames<'n> {
     pub liquids: Vec<&'n str>,
 }
 
-const COLUMNS: Key<Inner, Optional> = Key::new("columns", Inner("a table of our names and theirs"))
+const COLUMNS: Key<Inner> = Key::new("columns", Inner("a table of our names and theirs"))
     .means("columns that the table calls otherwise, ours = theirs; the unit is that of our name")
     .example("{ impact_speed_m_s = \"v_i\", particle = \"Kugel\" }")
     .optional("columns have our names");
 
-const VALUES: Key<Inner, Optional> = Key::new("values", Inner("for each column a table of their words and ours"))
+const VALUES: Key<Inner> = Key::new("values", Inner("for each column a table of their words and ours"))
     .means("words of cells that mean ours, theirs = ours")
     .example("{ liquid = { trocken = \"dry\" } }")
     .optional("cells have our words");
 
-const CONSTANTS: Key<Inner, Optional> = Key::new("constants", Inner("a table of columns with a value each"))
+const CONSTANTS: Key<Inner> = Key::new("constants", Inner("a table of columns with a value each"))
     .means("columns that are the same in every row")
     .example("{ diameter_mm = 4.762 }")
     .optional("every column stands in the table");
@@ -125,17 +125,17 @@ const HEIGHTS_OF: Key<OneOf<HeightsOf>, DefaultsTo<HeightsOf>> = Key::new(
 .example("\"centre\"")
 .defaults_to(HeightsOf::Lowest);
 
-const SHEETS: Key<Inner, Optional> = Key::new("sheets", Inner("for each sheet a table of columns with a value each"))
+const SHEETS: Key<Inner> = Key::new("sheets", Inner("for each sheet a table of columns with a value each"))
     .means("columns that are the same in every row of a sheet")
     .example("{ \"Öl 10\" = { liquid = \"AK10\" } }")
     .optional("sheets differ in what their columns say alone");
 
-const HEADER_ROW: Key<Count, Optional> = Key::new("header_row", Count(1, 1 << 20))
+const HEADER_ROW: Key<Count> = Key::new("header_row", Count(1, 1 << 20))
     .means("row that names the columns, as an editor or a spreadsheet counts; titles above it are not read")
     .example("5")
     .optional("the first that is not blank");
 
-const HIDDEN_ROWS: Key<OneOf<HiddenRows>, Optional> = Key::new(
+const HIDDEN_ROWS: Key<OneOf<HiddenRows>> = Key::new(
     "hidden_rows",
     OneOf::of(|| vec![("take", HiddenRows::Take), ("leave", HiddenRows::Leave)]),
 )
@@ -168,8 +168,8 @@ pub(super) fn naming(data: &SceneTable, names: &SceneNames, runs: &[TableFile]) 
         constants,
         header_row: data.read(&HEADER_ROW),
         hidden_rows: data.read(&HIDDEN_ROWS),
-        heights_to: data.read(&HEIGHTS_TO),
-        heights_of: data.read(&HEIGHTS_OF),
+        heights_to: data.read_or(&HEIGHTS_TO),
+        heights_of: data.read_or(&HEIGHTS_OF),
         heights_of_is_told: data.has(HEIGHTS_OF.base),
     }
 }

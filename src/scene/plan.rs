@@ -5,7 +5,7 @@ use super::choices::{
     SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET, TERMS_TAKES, VISCOUS_TAKES,
 };
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
-use super::keys::{DefaultsTo, Key, Optional, Section};
+use super::keys::{DefaultsTo, Key, Section};
 use super::materials::{Liquid, Particle};
 use super::naming::SceneNames;
 use super::table::{
@@ -152,7 +152,7 @@ pub struct Design {
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignSpeeds(pub Vec<f64>);
 
-const TRUE_DRY_K: Key<Inner, Optional> = Key::new(
+const TRUE_DRY_K: Key<Inner> = Key::new(
     DRY_K.name,
     Inner("a table of particles, each with a number of 0 or more or a table by diameter in mm"),
 )
@@ -164,7 +164,7 @@ const TRUE_DRY_K: Key<Inner, Optional> = Key::new(
 const WANTED: &str = "a simulation that needs it is refused";
 
 /// The key of a parameter that particles share.
-fn shared(coefficient: Coefficient) -> Key<Number, Optional> {
+fn shared(coefficient: Coefficient) -> Key<Number> {
     let own = coefficient.describe();
     Key::new(
         own.name,
@@ -176,20 +176,20 @@ fn shared(coefficient: Coefficient) -> Key<Number, Optional> {
 }
 
 /// The key of a spread of the noise.
-const fn spread(own: &NoiseParameter, absent: &'static str) -> Key<Number, Optional> {
+const fn spread(own: &NoiseParameter, absent: &'static str) -> Key<Number> {
     Key::new(own.name, Number(Dimension::One, NOT_NEGATIVE))
         .means(own.meaning)
         .example(own.example)
         .optional(absent)
 }
 
-const TRUE_SIGMA_DRY: Key<Number, Optional> = spread(&SIGMA_DRY, WANTED);
-const TRUE_SIGMA_WET: Key<Number, Optional> = spread(&SIGMA_WET, WANTED);
-const TRUE_SIGMA_ENERGY: Key<Number, Optional> = spread(&SIGMA_ENERGY, "none");
-const TRUE_SIGMA_SERIES: Key<Number, Optional> = spread(&SIGMA_SERIES, "none");
+const TRUE_SIGMA_DRY: Key<Number> = spread(&SIGMA_DRY, WANTED);
+const TRUE_SIGMA_WET: Key<Number> = spread(&SIGMA_WET, WANTED);
+const TRUE_SIGMA_ENERGY: Key<Number> = spread(&SIGMA_ENERGY, "none");
+const TRUE_SIGMA_SERIES: Key<Number> = spread(&SIGMA_SERIES, "none");
 
 /// The keys of the shapes of the families, each with its family.
-fn shapes() -> impl Iterator<Item = (LikelihoodFamily, Key<Number, Optional>)> {
+fn shapes() -> impl Iterator<Item = (LikelihoodFamily, Key<Number>)> {
     LikelihoodFamily::NAMED.into_iter().filter_map(|(_, family)| {
         let own = family.shape()?;
         let expected = if own.least < 0.0 { FINITE } else { ABOVE_ZERO };
@@ -219,7 +219,7 @@ const NOISE: Key<OneOf<NoiseShape>, DefaultsTo<NoiseShape>> = Key::new(
 /// What holds without a key that [model] has, too.
 const AS_THE_MODEL: &str = "as in [model]";
 
-const TRUE_INERTIA: Key<OneOf<Inertia>, Optional> = Key::new(
+const TRUE_INERTIA: Key<OneOf<Inertia>> = Key::new(
     "inertia",
     OneOf::of(|| Inertia::ALL.map(|form| (form.name(), form)).to_vec()),
 )
@@ -227,59 +227,57 @@ const TRUE_INERTIA: Key<OneOf<Inertia>, Optional> = Key::new(
 .example("\"saturating\"")
 .optional("as in [model], there stepwise where it is open");
 
-const TRUE_VISCOUS: Key<OneOf<Viscous>, Optional> = Key::new("viscous", VISCOUS_TAKES)
+const TRUE_VISCOUS: Key<OneOf<Viscous>> = Key::new("viscous", VISCOUS_TAKES)
     .means("form of the viscous loss")
     .example("\"film\"")
     .optional(AS_THE_MODEL);
 
-const TRUE_DRY_SPEED: Key<NumberOr, Optional> = Key::new("dry_speed", DRY_SPEED_TAKES)
+const TRUE_DRY_SPEED: Key<NumberOr> = Key::new("dry_speed", DRY_SPEED_TAKES)
     .means("impact speed at which e_dry enters")
     .example("\"impact\"")
     .optional(AS_THE_MODEL);
 
-const TRUE_TERMS: Key<SomeOf<Term>, Optional> = Key::new("terms", TERMS_TAKES)
+const TRUE_TERMS: Key<SomeOf<Term>> = Key::new("terms", TERMS_TAKES)
     .means("terms that the truth holds")
     .example("[\"inertia\", \"viscous\", \"bridge\"]")
     .optional("inertia and viscous");
 
-const DIAMETER: Key<NumbersByParticle, Optional> =
-    Key::new("diameter", NumbersByParticle(Dimension::Length, ABOVE_ZERO))
-        .means("diameters of each particle")
-        .example("{ PTFE = [3.175, 4.762] }")
-        .optional(WANTED);
+const DIAMETER: Key<NumbersByParticle> = Key::new("diameter", NumbersByParticle(Dimension::Length, ABOVE_ZERO))
+    .means("diameters of each particle")
+    .example("{ PTFE = [3.175, 4.762] }")
+    .optional(WANTED);
 
-const FILM_RATIOS: Key<NumbersByParticle, Optional> =
-    Key::new("film_ratio", NumbersByParticle(Dimension::One, FILM_RATIO))
-        .means("film ratios of each particle")
-        .example("[0.03, 0.06]")
-        .optional(WANTED);
+const FILM_RATIOS: Key<NumbersByParticle> = Key::new("film_ratio", NumbersByParticle(Dimension::One, FILM_RATIO))
+    .means("film ratios of each particle")
+    .example("[0.03, 0.06]")
+    .optional(WANTED);
 
-const LIQUIDS: Key<Texts, Optional> = Key::new("liquids", Texts)
+const LIQUIDS: Key<Texts> = Key::new("liquids", Texts)
     .means("liquids, names in [liquids]")
     .example("[\"AK10\"]")
     .optional("every run is dry");
 
-const HEIGHT: Key<Numbers, Optional> = Key::new("height", Numbers(Dimension::Length, ABOVE_ZERO))
+const HEIGHT: Key<Numbers> = Key::new("height", Numbers(Dimension::Length, ABOVE_ZERO))
     .means("heights that wet runs fall from, v = √(2 g h)")
     .example("[30, 50, 100, 150]")
     .optional("impact_speed says it");
 
-const IMPACT_SPEED: Key<Numbers, Optional> = Key::new("impact_speed", Numbers(Dimension::Speed, ABOVE_ZERO))
+const IMPACT_SPEED: Key<Numbers> = Key::new("impact_speed", Numbers(Dimension::Speed, ABOVE_ZERO))
     .means("impact speeds of the wet runs")
     .example("[0.5, 1.0, 2.0]")
     .optional("height says it");
 
-const DRY_IMPACT_SPEED: Key<Numbers, Optional> = Key::new("dry_impact_speed", Numbers(Dimension::Speed, ABOVE_ZERO))
+const DRY_IMPACT_SPEED: Key<Numbers> = Key::new("dry_impact_speed", Numbers(Dimension::Speed, ABOVE_ZERO))
     .means("impact speeds of the dry runs")
     .example("[0.5, 1.0, 2.0]")
     .optional("no run is dry");
 
-const FILM_REL_SD: Key<Number, Optional> = Key::new("film_rel_sd", Number(Dimension::One, SHARE))
+const FILM_REL_SD: Key<Number> = Key::new("film_rel_sd", Number(Dimension::One, SHARE))
     .means("gives every wet run a film of its own: sd of its logarithm about that of the setting")
     .example("0.02")
     .optional("every film is that of its setting");
 
-const IMPACT_SPEED_REL_SD: Key<Number, Optional> = Key::new("impact_speed_rel_sd", Number(Dimension::One, SHARE))
+const IMPACT_SPEED_REL_SD: Key<Number> = Key::new("impact_speed_rel_sd", Number(Dimension::One, SHARE))
     .means("gives every run an impact speed of its own, in the same way")
     .example("0.05")
     .optional("every speed is that of its setting");
@@ -343,7 +341,7 @@ pub(super) fn truth(
     let viscous = table.read(&TRUE_VISCOUS);
     let viscous = viscous.map(|form| checked_viscous(&table, form, particles));
     let terms = table.read(&TRUE_TERMS).flatten();
-    let noise = table.read(&NOISE);
+    let noise = table.read_or(&NOISE);
     let mut shape = None;
     for (family, key) in shapes() {
         let value = table.read(&key);
@@ -440,7 +438,7 @@ pub(super) fn design(root: &SceneTable, names: &SceneNames) -> Option<Design> {
         dry_speeds: table.read(&DRY_IMPACT_SPEED).unwrap_or_default(),
         film_rel_sd: table.read(&FILM_REL_SD),
         impact_speed_rel_sd: table.read(&IMPACT_SPEED_REL_SD),
-        repeats: table.read(&REPEATS),
+        repeats: table.read_or(&REPEATS),
     };
     table.finish();
     Some(design)

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE};
-use super::keys::{Key, Optional, Required, Section};
+use super::keys::{Key, Section};
 use super::table::{guides, Number, OneOf, SceneTable, Text};
 use crate::physics::Quantity;
 use crate::units::Dimension;
@@ -28,38 +28,11 @@ impl WetLaw {
     }
 }
 
-/// A quantity the literature gives a number for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PublishedQuantity {
-    /// e_inf of one law
-    EInf,
-    /// St_c of one law
-    StC,
-    /// k of the dry law
-    DryK,
-}
-
-impl PublishedQuantity {
-    /// What it is of a fit.
-    pub fn of_fit(self) -> Quantity {
-        match self {
-            PublishedQuantity::EInf => Quantity::EInf,
-            PublishedQuantity::StC => Quantity::StC,
-            PublishedQuantity::DryK => Quantity::DryK,
-        }
-    }
-
-    /// The word a scene file uses.
-    pub fn name(self) -> &'static str {
-        self.of_fit().describe().name
-    }
-}
-
 /// A number from the literature.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Published {
-    /// what it is
-    pub quantity: PublishedQuantity,
+    /// what it is: e_inf or St_c of one law, or k of the dry law
+    pub quantity: Quantity,
     /// index into [`super::Scene::particles`]
     pub particle: usize,
     /// the film ratio it holds for; absent: all of them
@@ -74,26 +47,26 @@ pub struct Published {
     pub source: String,
 }
 
-const QUANTITY: Key<OneOf<PublishedQuantity>, Required> = Key::new(
-    "quantity",
-    OneOf::of(|| {
-        let all = [PublishedQuantity::EInf, PublishedQuantity::StC, PublishedQuantity::DryK];
-        all.map(|quantity| (quantity.name(), quantity)).to_vec()
-    }),
-)
-.means("what it is")
-.example("\"e_inf\"");
+const QUANTITY: Key<OneOf<Quantity>> = Key::new("quantity", OneOf::of(quantities))
+    .means("what it is")
+    .example("\"e_inf\"");
 
-const PARTICLE: Key<Text, Required> = Key::new("particle", Text)
+/// What the literature gives numbers for.
+fn quantities() -> Vec<(&'static str, Quantity)> {
+    let all = [Quantity::EInf, Quantity::StC, Quantity::DryK];
+    all.map(|quantity| (quantity.describe().name, quantity)).to_vec()
+}
+
+const PARTICLE: Key<Text> = Key::new("particle", Text)
     .means("the particle it is of, a name in [particles]")
     .example("\"PTFE\"");
 
-const OF_FILM_RATIO: Key<Number, Optional> = Key::new("film_ratio", Number(Dimension::One, FILM_RATIO))
+const OF_FILM_RATIO: Key<Number> = Key::new("film_ratio", Number(Dimension::One, FILM_RATIO))
     .means("the film ratio it holds for")
     .example("0.06")
     .optional("all of them");
 
-const LAW: Key<OneOf<WetLaw>, Optional> = Key::new(
+const LAW: Key<OneOf<WetLaw>> = Key::new(
     "law",
     OneOf::of(|| [WetLaw::Linear, WetLaw::Sqrt].map(|law| (law.name(), law)).to_vec()),
 )
@@ -101,15 +74,15 @@ const LAW: Key<OneOf<WetLaw>, Optional> = Key::new(
 .example("\"linear\"")
 .optional("linear");
 
-const VALUE: Key<Number, Required> = Key::new("value", Number(Dimension::One, FINITE))
+const VALUE: Key<Number> = Key::new("value", Number(Dimension::One, FINITE))
     .means("its value")
     .example("0.718");
 
-const SE: Key<Number, Required> = Key::new("se", Number(Dimension::One, ABOVE_ZERO))
+const SE: Key<Number> = Key::new("se", Number(Dimension::One, ABOVE_ZERO))
     .means("its standard error")
     .example("0.004");
 
-const SOURCE: Key<Text, Required> = Key::new("source", Text)
+const SOURCE: Key<Text> = Key::new("source", Text)
     .means("where it stands")
     .example("\"Müller & Huang 2016, fig. 2\"");
 
@@ -146,7 +119,7 @@ pub(super) fn published(table: &SceneTable, particles: &[&str]) -> Option<Publis
         quantity,
         particle: particle?,
         film_ratio,
-        law: (quantity != PublishedQuantity::DryK).then(|| law.unwrap_or(WetLaw::Linear)),
+        law: (quantity != Quantity::DryK).then(|| law.unwrap_or(WetLaw::Linear)),
         value: value?,
         se: se?,
         source: source?,

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::contents::Scene;
 use super::data::data;
 use super::document::Document;
-use super::keys::{Key, Optional, Section};
+use super::keys::{Key, Section};
 use super::materials::{liquids, particles, LIQUIDS, PARTICLES};
 use super::naming::SceneNames;
 use super::published::published;
@@ -17,12 +17,12 @@ use crate::error::{named, Error};
 use crate::files;
 use crate::seed::sha256;
 
-const TITLE: Key<Text, Optional> = Key::new("title", Text)
+const TITLE: Key<Text> = Key::new("title", Text)
     .means("title of the report")
     .example("\"PTFE and PE spheres on wetted glass\"")
     .optional("the name of the scene's folder");
 
-const SOURCE: Key<Text, Optional> = Key::new("source", Text)
+const SOURCE: Key<Text> = Key::new("source", Text)
     .means("where the runs come from, in words")
     .example("\"measured in May, films by weight\"")
     .optional("not told");

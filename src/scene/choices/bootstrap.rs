@@ -1,7 +1,7 @@
 //! Reads how a scene has its intervals made.
 
 use crate::scene::expect::INSIDE_ONE;
-use crate::scene::keys::{DefaultsTo, Key, Optional, Section};
+use crate::scene::keys::{DefaultsTo, Key, Section};
 use crate::scene::table::{guides, Count, Number, OneOf, SceneTable};
 use crate::units::Dimension;
 
@@ -80,7 +80,7 @@ const SCHEME: Key<OneOf<ResamplingScheme>, DefaultsTo<ResamplingScheme>> = Key::
 .example("\"series\"")
 .defaults_to(ResamplingScheme::Cases);
 
-const INTERVAL: Key<OneOf<IntervalMethod>, Optional> = Key::new(
+const INTERVAL: Key<OneOf<IntervalMethod>> = Key::new(
     "interval",
     OneOf::of(|| IntervalMethod::NAMED.to_vec()).replacing(&[("studentized", "bca")]),
 )
@@ -106,10 +106,10 @@ pub(in crate::scene) fn guide() -> Section {
 pub fn bootstrap(root: &SceneTable, unused: &mut Vec<String>) -> Bootstrap {
     let table = root.table_or_empty("bootstrap");
     let bootstrap = Bootstrap {
-        replicates: table.read(&REPLICATES),
-        scheme: table.read(&SCHEME),
+        replicates: table.read_or(&REPLICATES),
+        scheme: table.read_or(&SCHEME),
         interval: table.read(&INTERVAL),
-        level: table.read(&LEVEL),
+        level: table.read_or(&LEVEL),
     };
     table.finish();
     unused.extend(table.given(&[REPLICATES.base, SCHEME.base]));

@@ -240,15 +240,15 @@ pub(in crate::scene) fn guide() -> Section {
 pub fn model(root: &SceneTable, particles: &[Particle], liquids: &[Liquid]) -> ModelChoices {
     let table = root.table_or_empty("model");
     let choices = ModelChoices {
-        dry_speed: dry_speed(table.read(&DRY_SPEED)),
-        inertia: table.read(&INERTIA),
-        viscous: checked_viscous(&table, table.read(&VISCOUS), particles),
-        terms: checked_terms(&table, table.read(&TERMS), liquids),
-        likelihood: table.read(&LIKELIHOOD),
-        dry_k: table.read(&DRY_K),
-        sticking: table.read(&STICKING),
-        noise: table.read(&NOISE_ON),
-        series_offsets: table.read(&SERIES_OFFSETS),
+        dry_speed: dry_speed(table.read_or(&DRY_SPEED)),
+        inertia: table.read_or(&INERTIA),
+        viscous: checked_viscous(&table, table.read_or(&VISCOUS), particles),
+        terms: checked_terms(&table, table.read_or(&TERMS), liquids),
+        likelihood: table.read_or(&LIKELIHOOD),
+        dry_k: table.read_or(&DRY_K),
+        sticking: table.read_or(&STICKING),
+        noise: table.read_or(&NOISE_ON),
+        series_offsets: table.read_or(&SERIES_OFFSETS),
     };
     if choices.noise == NoiseOn::Both && !choices.likelihood.is_smooth() {
         let expected =

@@ -50,9 +50,9 @@ pub(in crate::scene) fn guide() -> Section {
 pub fn sampler(root: &SceneTable) -> Sampler {
     let table = root.table_or_empty("sampler");
     let sampler = Sampler {
-        chains: table.read(&CHAINS),
-        warmup: table.read(&WARMUP),
-        draws: table.read(&DRAWS),
+        chains: table.read_or(&CHAINS),
+        warmup: table.read_or(&WARMUP),
+        draws: table.read_or(&DRAWS),
     };
     if sampler.chains * sampler.draws > MOST_KEPT {
         let key = if table.has(DRAWS.base) { DRAWS.base } else { CHAINS.base };

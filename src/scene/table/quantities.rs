@@ -5,7 +5,7 @@ use std::cell::Cell;
 use super::values::{as_number, Reads, Takes, ToSi};
 use super::{DeValue, SceneTable, Spanned};
 use crate::scene::expect::Expect;
-use crate::scene::keys::{Absence, DefaultsTo, Key, KeyGuide, Optional, Required, Without};
+use crate::scene::keys::{DefaultsTo, Key, KeyGuide, Without};
 use crate::units::{Dimension, Unit, MAGNITUDES, MAGNITUDE_EXPECTED};
 
 /// What stands where a quantity or one word is expected.
@@ -131,15 +131,26 @@ impl Takes for Inner {
 }
 
 impl<'a, 'i> SceneTable<'a, 'i> {
-    /// What the file gives under a key, or what holds without it; what is not taken there is refused.
-    pub fn read<K: Reads, A: Absence<K::Value>>(&self, key: &Key<K, A>) -> A::Read {
-        if A::IS_REQUIRED && !self.gives(key) {
+    /// What the file gives under a key; what is not taken there is refused.
+    pub fn read<K: Reads>(&self, key: &Key<K>) -> Option<K::Value> {
+        if key.without.is_none() && !self.gives(key) {
             let units = key.takes.dimension().units().iter();
             let names = units.map(|unit| format!("{}{}", key.base, unit.suffix)).collect();
             self.read_keys.borrow_mut().missing(names);
         }
-        let given = self.with_unit(key, |name, value, to_si| key.takes.read(self, name, value, to_si));
-        key.absent.settle(given)
+        self.read_given(key)
+    }
+
+    /// The same, or what holds without the key.
+    pub fn read_or<K: Reads>(&self, key: &Key<K, DefaultsTo<K::Value>>) -> K::Value
+    where
+        K::Value: Clone,
+    {
+        self.read_given(key).unwrap_or_else(|| key.default.0.clone())
+    }
+
+    fn read_given<K: Reads, D>(&self, key: &Key<K, D>) -> Option<K::Value> {
+        self.with_unit(key, |name, value, to_si| key.takes.read(self, name, value, to_si))
     }
 
     /// Whether the file gives a key, in whichever unit.
@@ -149,7 +160,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     }
 
     /// For each of the particles what a key gives it.
-    pub fn by_particle<A>(&self, key: &Key<NumbersByParticle, A>, particles: &[&str]) -> Option<Vec<Vec<f64>>> {
+    pub fn by_particle(&self, key: &Key<NumbersByParticle>, particles: &[&str]) -> Option<Vec<Vec<f64>>> {
         let expect = key.takes.1;
         self.with_unit(key, |name, value, to_si| {
             if value.get_ref().is_array() {
@@ -240,21 +251,15 @@ fn guide_with<K: Takes, A>(key: &Key<K, A>, without: Without) -> KeyGuide {
     }
 }
 
-impl<K: Takes> Guided for Key<K, Required> {
+impl<K: Takes> Guided for Key<K> {
     fn guide(&self) -> KeyGuide {
-        guide_with(self, Without::Refused)
-    }
-}
-
-impl<K: Takes> Guided for Key<K, Optional> {
-    fn guide(&self) -> KeyGuide {
-        guide_with(self, Without::Words(self.absent.0))
+        guide_with(self, self.without.map_or(Without::Refused, Without::Words))
     }
 }
 
 impl<K: Reads> Guided for Key<K, DefaultsTo<K::Value>> {
     fn guide(&self) -> KeyGuide {
-        guide_with(self, Without::Value(self.takes.written(&self.absent.0)))
+        guide_with(self, Without::Value(self.takes.written(&self.default.0)))
     }
 }
 
