@@ -248,22 +248,12 @@ impl Rows {
     /// Refuses two recordings of one name: messages and figures are told apart by it.
     fn twins(&mut self) {
         let mut named = std::collections::BTreeMap::new();
-        let mut twins = vec![];
-        for recording in &self.recordings {
-            match named.get(recording.run.as_str()) {
-                Some(first) => twins.push((recording.line, recording.run.clone(), *first)),
-                None => {
-                    named.insert(recording.run.as_str(), recording.line);
-                }
+        for Recording { run, line, .. } in &self.recordings {
+            let first = *named.entry(run).or_insert(*line);
+            if first != *line {
+                let expected = format!("expected another name than that of line {first}");
+                self.fields.problem(*line, "run", Some(run), expected);
             }
-        }
-        for (line, run, first) in twins {
-            self.fields.problem(
-                line,
-                "run",
-                Some(&run),
-                format!("expected another name than that of line {first}"),
-            );
         }
     }
 }

@@ -84,19 +84,17 @@ pub fn track(list: &Path, options: TrackOptions, progress: &(dyn Fn(f64) + Sync)
             None => show(recording, options.axis, &share, &mut notices).map_err(Refusal::Unread),
         });
     }
-    let unread = shown
-        .iter()
-        .zip(&recordings)
-        .filter_map(|(shown, recording)| match shown {
-            Err(Refusal::Unread(reason)) => Some(Problem {
+    let mut unread = vec![];
+    for (shown, recording) in shown.iter().zip(&recordings) {
+        if let Err(Refusal::Unread(reason)) = shown {
+            unread.push(Problem {
                 line: Some(recording.line),
                 place: recording.run.clone(),
                 found: None,
                 expected: reason.clone(),
-            }),
-            _ => None,
-        });
-    let unread: Vec<Problem> = unread.collect();
+            });
+        }
+    }
     if !unread.is_empty() && shown.iter().all(Result::is_err) {
         return Err(Error::input(list, unread));
     }
@@ -118,19 +116,12 @@ fn show(
     if positions::is_table(&recording.file) {
         let positions = positions::read(recording, axis).map_err(on_one_line)?;
         if positions.falling > 1 {
-            let taken = positions.shown.object.as_deref().unwrap_or_default();
-            notices.push(Notice::new(
-                "several_objects_fall",
-                positions.falling,
-                format!(
-                    "line {}, {}: {} objects fall; object {} is taken, which falls farthest",
-                    recording.line,
-                    recording.run,
-                    positions.falling,
-                    quoted(taken)
-                ),
-                "leave only the sphere in the table if it is another",
-            ));
+            let (Recording { line, run, .. }, falling) = (recording, positions.falling);
+            let taken = quoted(positions.shown.object.as_deref().unwrap_or_default());
+            let text =
+                format!("line {line}, {run}: {falling} objects fall; object {taken} is taken, which falls farthest");
+            let todo = "leave only the sphere in the table if it is another";
+            notices.push(Notice::new("several_objects_fall", falling, text, todo));
         }
         return Ok(positions.shown);
     }
@@ -147,11 +138,9 @@ fn on_one_line(error: Error) -> String {
         return error.to_string();
     };
     let told: Vec<String> = problems.iter().take(TOLD).map(ToString::to_string).collect();
-    let more = count - told.len();
-    let more = if more > 0 {
-        format!("; and {more} more")
-    } else {
-        String::new()
+    let more = match count - told.len() {
+        0 => String::new(),
+        more => format!("; and {more} more"),
     };
     format!("{}: {}{more}", file_name(&file), told.join("; "))
 }

@@ -190,22 +190,13 @@ impl TakesRows for Rows<'_> {
             self.words += 1;
             return;
         }
-        let field = if self.has(Field::Time) {
-            Field::Time
-        } else {
-            Field::Frame
-        };
-        let time = self
-            .number(field, line, cells)
-            .map(|value| match (field, self.frame_rate) {
-                (Field::Frame, Some(rate)) => value / rate,
-                _ => value,
-            });
-        let of_height = if self.has(Field::Pixels) {
-            Field::Pixels
-        } else {
-            Field::Height
-        };
+        let (of_time, of_height) = (
+            self.first_of(Field::Time, Field::Frame),
+            self.first_of(Field::Pixels, Field::Height),
+        );
+        let rate = self.frame_rate.filter(|_| matches!(of_time, Field::Frame));
+        let time = self.number(of_time, line, cells);
+        let time = time.map(|value| value / rate.unwrap_or(1.0));
         // a frame in which nothing was found has no position
         if let (Some(time), Some(height)) = (time, self.number(of_height, line, cells)) {
             let object = self.found.columns[Field::Object as usize].as_ref();
@@ -235,6 +226,14 @@ fn shown(names: &[String]) -> String {
 impl Rows<'_> {
     fn has(&self, field: Field) -> bool {
         matches!(self.found.columns.get(field as usize), Some(Some(_)))
+    }
+
+    fn first_of(&self, first: Field, second: Field) -> Field {
+        if self.has(first) {
+            first
+        } else {
+            second
+        }
     }
 
     /// The names of a header as ours, where they are those of a program that tracks.

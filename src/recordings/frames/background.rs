@@ -56,7 +56,7 @@ impl Background {
                 let (mut row, mut changed) = (Vec::with_capacity(width), vec![]);
                 for pixel in y * width..(y + 1) * width {
                     for ((value, grey), gain) in series.iter_mut().zip(sample).zip(&gains) {
-                        *value = grey.levels.get(pixel).map_or(0.0, |level| f32::from(*level) * gain);
+                        *value = f32::from(grey.levels[pixel]) * gain;
                     }
                     let (level, other) = lasting_levels(&series, &mut sorted, noise);
                     row.push(level);
@@ -72,18 +72,12 @@ impl Background {
             changed.extend(of_row);
         }
         for shows in regions::settle(&levels, width, &changed) {
-            let Some(level) = levels.get_mut(shows.pixel) else {
-                continue;
-            };
-            let shown = sample
-                .iter()
-                .zip(&gains)
-                .enumerate()
-                .filter(|(k, _)| shows.times >> k & 1 == 1);
-            let series = shown.filter_map(|(_, (grey, gain))| Some(f32::from(*grey.levels.get(shows.pixel)?) * gain));
+            let frames = sample.iter().zip(&gains).enumerate();
+            let shown = frames.filter(|(k, _)| shows.times >> k & 1 == 1);
+            let series = shown.map(|(_, (grey, gain))| f32::from(grey.levels[shows.pixel]) * gain);
             let mut series: Vec<f32> = series.collect();
             if !series.is_empty() {
-                *level = trimmed_mean(&mut series);
+                levels[shows.pixel] = trimmed_mean(&mut series);
             }
         }
         Some(Background { levels, noise, unit })
@@ -196,24 +190,21 @@ fn lasting_levels(series: &[f32], sorted: &mut [f32], noise: f32) -> (f32, Optio
     sorted.copy_from_slice(series);
     sorted.sort_unstable_by(f32::total_cmp);
     let (start, end) = densest(sorted, SPAN * noise);
-    let first = mean(sorted.get(start..end));
+    let first = mean(&sorted[start..end]);
     // what stands beside the first state belongs to neither
     let below = sorted.iter().take_while(|value| **value < first - SPAN * noise).count();
     let above = sorted
         .iter()
         .take_while(|value| **value <= first + SPAN * noise)
         .count();
-    let second = [sorted.get(..below), sorted.get(above..)]
-        .into_iter()
-        .flatten()
-        .map(|part| {
-            let (start, end) = densest(part, SPAN * noise);
-            (end - start, mean(part.get(start..end)))
-        })
-        .max_by_key(|(count, _)| *count);
+    let others = [&sorted[..below], &sorted[above..]].map(|part| {
+        let (start, end) = densest(part, SPAN * noise);
+        &part[start..end]
+    });
+    let second = others.into_iter().max_by_key(|levels| levels.len());
     let lasting = (LASTS * series.len() as f32).max(2.0);
-    let second = second.filter(|(count, _)| *count as f32 >= lasting);
-    (first, second.map(|(_, level)| level))
+    let second = second.filter(|levels| levels.len() as f32 >= lasting);
+    (first, second.map(mean))
 }
 
 /// Where most of sorted values stand within a span.
@@ -230,9 +221,6 @@ fn densest(sorted: &[f32], span: f32) -> (usize, usize) {
     best
 }
 
-fn mean(values: Option<&[f32]>) -> f32 {
-    match values {
-        Some(values) if !values.is_empty() => values.iter().sum::<f32>() / values.len() as f32,
-        _ => 0.0,
-    }
+fn mean(values: &[f32]) -> f32 {
+    values.iter().sum::<f32>() / values.len() as f32
 }

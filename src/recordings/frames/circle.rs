@@ -178,14 +178,8 @@ fn consensus(points: &[Point], radius: Option<f64>, rough: f64) -> Option<Trial>
     let mut best: Option<(f64, Trial)> = None;
     for (first, second) in steps {
         for start in 0..STARTS {
-            let a = start * count / STARTS;
-            let (b, c) = (
-                (a + count / first) % count,
-                (a + count / first + count / second) % count,
-            );
-            let (Some(a), Some(b), Some(c)) = (points.get(a), points.get(b), points.get(c)) else {
-                continue;
-            };
+            let turns = [0, count / first, count / first + count / second];
+            let [a, b, c] = turns.map(|turn| &points[(start * count / STARTS + turn) % count]);
             if a.weight * b.weight * c.weight == 0.0 {
                 continue;
             }
@@ -279,17 +273,14 @@ fn without_wrong_arcs(points: Vec<Point>, circle: &Trial, outside: f64) -> Vec<P
     let count = points.len();
     let wrong = |point: &Point| point.weight <= 0.0 || point.away(circle).abs() > outside;
     let wrongs: Vec<bool> = points.iter().map(wrong).collect();
-    let is_wrong = |at: usize| wrongs.get(at % count.max(1)).copied().unwrap_or(true);
     /// Points of a turn that make a wrong arc, and points beside it that go with it.
     const ARC: usize = 40;
     let (long, beside) = ((count / ARC).max(2), (count / ARC).max(2));
     let mut kept = vec![true; count];
     for start in 0..count {
-        if (0..long).all(|k| is_wrong(start + k)) {
+        if (0..long).all(|k| wrongs[(start + k) % count]) {
             for at in start + count - beside..start + count + long + beside {
-                if let Some(keeps) = kept.get_mut(at % count) {
-                    *keeps = false;
-                }
+                kept[at % count] = false;
             }
         }
     }

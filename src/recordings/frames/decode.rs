@@ -1,12 +1,14 @@
 //! Decodes a frame to grey levels, within limits of size.
 
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
-use image::ImageDecoder;
+use image::{ImageDecoder, ImageResult};
 use tiff::decoder::{Decoder, DecodingResult};
+use tiff::TiffError;
 
 use crate::error::Error;
 use crate::files::{self, Input};
@@ -84,20 +86,18 @@ pub(super) fn file(path: &Path, format: Format, room: &mut Room) -> Result<Grey,
         return Err(format!("{size} bytes; expected a frame of at most {MOST_BYTES}"));
     }
     let bytes = files::read_file(&file, size, path, MOST_BYTES, READ).map_err(reason)?;
-    let unreadable = |kind: &str, error: image::ImageError| {
-        format!("not a {kind} image that can be read ({error}); expected a whole one")
-    };
     if format == Format::Png {
         let mut limits = image::Limits::no_limits();
         limits.max_alloc = Some(MOST_DECODED);
-        PngDecoder::with_limits(Cursor::new(&bytes), limits)
-            .map_err(|error| unreadable("PNG", error))
-            .and_then(|decoder| image(decoder, room, |error| unreadable("PNG", error)))
+        image(PngDecoder::with_limits(Cursor::new(&bytes), limits), room, "PNG image")
     } else {
-        JpegDecoder::new(Cursor::new(&bytes))
-            .map_err(|error| unreadable("JPEG", error))
-            .and_then(|decoder| image(decoder, room, |error| unreadable("JPEG", error)))
+        image(JpegDecoder::new(Cursor::new(&bytes)), room, "JPEG image")
     }
+}
+
+/// Says that an image of a kind is damaged.
+pub(super) fn unreadable(kind: &str, error: impl Display) -> String {
+    format!("not a {kind} that can be read ({error}); expected a whole one")
 }
 
 /// What is being done, as a verb.
@@ -119,11 +119,8 @@ fn reason(error: Error) -> String {
     }
 }
 
-fn image(
-    decoder: impl ImageDecoder,
-    room: &mut Room,
-    unreadable: impl Fn(image::ImageError) -> String,
-) -> Result<Grey, String> {
+fn image<D: ImageDecoder>(decoder: ImageResult<D>, room: &mut Room, kind: &str) -> Result<Grey, String> {
+    let decoder = decoder.map_err(|error| unreadable(kind, error))?;
     let (width, height) = decoder.dimensions();
     check_size(width, height)?;
     let colour = decoder.color_type();
@@ -138,7 +135,8 @@ fn image(
         return Err(too_large(width, height));
     }
     room.decoded.resize(bytes as usize, 0);
-    decoder.read_image(&mut room.decoded).map_err(unreadable)?;
+    let read = decoder.read_image(&mut room.decoded);
+    read.map_err(|error| unreadable(kind, error))?;
     let levels = std::mem::take(&mut room.levels);
     if wide {
         // the decoder leaves samples in the order of this machine's bytes
@@ -159,13 +157,12 @@ pub(super) fn open_tiff(path: &Path) -> Result<Decoder<BufReader<File>>, String>
     limits.intermediate_buffer_size = MOST_DECODED as usize;
     Decoder::new(BufReader::new(file))
         .map(|reader| reader.with_limits(limits))
-        .map_err(|error| format!("not a TIFF image that can be read ({error}); expected a whole one"))
+        .map_err(|error| unreadable("TIFF image", error))
 }
 
 /// The page a reader stands at.
 pub(super) fn tiff_page(reader: &mut Decoder<BufReader<File>>, room: &mut Room) -> Result<Grey, String> {
-    let unreadable =
-        |error: tiff::TiffError| format!("not a TIFF page that can be read ({error}); expected a whole one");
+    let unreadable = |error: TiffError| unreadable("TIFF page", error);
     let (width, height) = reader.dimensions().map_err(unreadable)?;
     check_size(width, height)?;
     let each = match reader.colortype().map_err(unreadable)? {

@@ -104,7 +104,7 @@ fn page(path: &Path, frame: usize, idle: &Mutex<Vec<Pages>>, room: &mut Room) ->
     };
     reader
         .seek_to_image(frame)
-        .map_err(|error| format!("not a TIFF page that can be read ({error}); expected a whole one"))?;
+        .map_err(|error| decode::unreadable("TIFF page", error))?;
     let grey = decode::tiff_page(&mut reader, room)?;
     idle.lock().unwrap_or_else(PoisonError::into_inner).push(reader);
     Ok(grey)
@@ -138,13 +138,9 @@ fn of_file(path: &Path) -> Result<Frames, String> {
     let mut reader = decode::open_tiff(path).map_err(|problem| format!("{name}: {problem}"))?;
     let mut count = 1;
     while reader.more_images() {
-        reader.next_image().map_err(|error| {
-            format!(
-                "{name}: page {}: not a TIFF page that can be read ({error}); expected a whole one",
-                count + 1
-            )
-        })?;
         count += 1;
+        let next = reader.next_image();
+        next.map_err(|error| format!("{name}: page {count}: {}", decode::unreadable("TIFF page", error)))?;
     }
     if count == 1 {
         return Err(format!("{name}: a TIFF of a single page; {EXPECTED}"));

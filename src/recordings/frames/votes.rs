@@ -92,9 +92,7 @@ impl EdgeCells {
             for y in row.saturating_sub(around)..(row + around + 1).min(self.height) {
                 let line = y * self.width;
                 let ends = (column.saturating_sub(around), (column + around + 1).min(self.width));
-                if let Some(cells) = sums.get_mut(line + ends.0..line + ends.1) {
-                    cells.fill(0);
-                }
+                sums[line + ends.0..line + ends.1].fill(0);
             }
         }
         places
@@ -113,10 +111,8 @@ impl EdgeCells {
                     continue;
                 }
                 let (x, y) = ((x + 0.5) as usize, (y + 0.5) as usize);
-                if x < width {
-                    if let Some(vote) = votes.get_mut(y * width + x) {
-                        *vote += 1;
-                    }
+                if x < width && y < height {
+                    votes[y * width + x] += 1;
                 }
             }
         }
