@@ -1,7 +1,7 @@
 //! Makes the log likelihood of every run and a new draw of it, at every draw of a chain, while they are written.
 
 use std::fs::File;
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -42,6 +42,9 @@ impl<'a> EveryRun<'a> {
 
     /// Writes some draws one after another, the runs of each as they come: log likelihoods to one file, new runs to
     /// another; both filled up with zeros to as many draws as `whole`.
+    ///
+    /// Numbers are f32, little end first. The digits that are left out are less than chance leaves to any sum over draws:
+    /// 10⁻⁷ of a log likelihood, which Monte Carlo errors of 10⁻² hide.
     pub fn write(
         &self,
         draws: Range<usize>,
@@ -49,64 +52,27 @@ impl<'a> EveryRun<'a> {
         likelihood: &mut File,
         predictive: &mut File,
     ) -> io::Result<()> {
-        let mut likely = Singles::new(likelihood, self.informative.len());
-        let mut predicted = Singles::new(predictive, self.pointwise.len());
+        let mut likely = BufWriter::with_capacity(BLOCK, &*likelihood);
+        let mut predicted = BufWriter::with_capacity(BLOCK, &*predictive);
         for draw in draws {
             let at = self.pointwise.at(&self.full[draw]);
-            let densities: Vec<f64> = self.informative.iter().map(|run| at.ln_likelihood(*run)).collect();
-            likely.put(&densities)?;
-            predicted.put(&at.predictions(&mut self.streams.at(draw as u64)))?;
+            for run in &self.informative {
+                likely.write_all(&single(at.ln_likelihood(*run)))?;
+            }
+            for restitution in at.predictions(&mut self.streams.at(draw as u64)) {
+                predicted.write_all(&single(restitution))?;
+            }
         }
-        likely.end(whole)?;
-        predicted.end(whole)
+        likely.flush()?;
+        predicted.flush()?;
+        let size = |numbers: usize| (whole * numbers * size_of::<f32>()) as u64;
+        likelihood.set_len(size(self.informative.len()))?;
+        predictive.set_len(size(self.pointwise.len()))
     }
 }
 
-/// A file of rows of numbers as f32, little end first. The digits that are left out are less than chance leaves to any sum
-/// over draws: 10⁻⁷ of a log likelihood, which Monte Carlo errors of 10⁻² hide.
-struct Singles<'f> {
-    file: &'f mut File,
-    numbers: usize,
-    /// room for as many rows as are written at once
-    bytes: Vec<u8>,
-    filled: usize,
-}
-
-impl<'f> Singles<'f> {
-    fn new(file: &'f mut File, numbers: usize) -> Singles<'f> {
-        let row = numbers * size_of::<f32>();
-        let rows = BLOCK.checked_div(row).unwrap_or(0).max(1);
-        Singles {
-            file,
-            numbers,
-            bytes: vec![0; rows * row],
-            filled: 0,
-        }
-    }
-
-    fn put(&mut self, row: &[f64]) -> io::Result<()> {
-        if self.filled == self.bytes.len() {
-            self.flush()?;
-        }
-        let bytes = &mut self.bytes[self.filled..];
-        for (bytes, number) in bytes.as_chunks_mut().0.iter_mut().zip(row) {
-            *bytes = (*number as f32).to_le_bytes();
-        }
-        self.filled += row.len() * size_of::<f32>();
-        Ok(())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.write_all(&self.bytes[..self.filled])?;
-        self.filled = 0;
-        Ok(())
-    }
-
-    /// Writes what is left, and fills up to so many rows.
-    fn end(mut self, rows: usize) -> io::Result<()> {
-        self.flush()?;
-        self.file.set_len((rows * self.numbers * size_of::<f32>()) as u64)
-    }
+fn single(number: f64) -> [u8; 4] {
+    (number as f32).to_le_bytes()
 }
 
 /// The runs that are not as likely under every draw.
@@ -121,12 +87,8 @@ fn informative(pointwise: &Pointwise, full: &[Vec<f64>]) -> Vec<usize> {
         }
         let mut row = vec![0.0; at.len()];
         at.ln_likelihoods(*run..run + 1, &mut row);
-        let range = row
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi): (f64, f64), ln| {
-                (lo.min(*ln), hi.max(*ln))
-            });
-        range.1 - range.0 > SAME
+        let most = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        most - row.iter().copied().fold(f64::INFINITY, f64::min) > SAME
     };
     (0..pointwise.len()).into_par_iter().filter(differs).collect()
 }
