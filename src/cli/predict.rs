@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use wetcor::error::{named, Error};
-use wetcor::findings::predict::PredictedSeries;
+use wetcor::findings::predict::{Covered, PredictedSeries};
 use wetcor::report::finished::Finished;
 use wetcor::report::prediction::{self, Origin, Pair, Prediction};
 use wetcor::runs::{read_settings, AskedSetting};
@@ -257,29 +257,27 @@ fn tell_beyond(outside: &[String]) {
 fn beyond_the_runs(asked: &Asked, found: &FoundLaw, beyond: usize) -> String {
     let (of, particle) = (asked.speeds.len(), &asked.pair.particle);
     let (law, wet) = (&found.law, found.wet.is_some());
-    if let Some(own) = found.wet.as_ref().and_then(|wet| law.range_in(wet)) {
-        let ([slowest, fastest], covered) = (own.impact_speed, own.covered);
-        let liquid = asked.pair.liquid.name().unwrap_or("this liquid");
-        return format!(
-            "{beyond} of {of} speeds extrapolated: runs of {particle} in {liquid} covered {slowest:.3} to {fastest:.3} m/s, \
-             Stokes numbers {:.1} to {:.1} and film ratios {:.3} to {:.3}",
-            covered.stokes[0], covered.stokes[1], covered.film_ratio[0], covered.film_ratio[1]
-        );
-    }
-    let covered = match (law.covered.filter(|_| wet), law.dry_speeds.filter(|_| !wet)) {
-        (Some(covered), _) if !law.ranges.is_empty() => format!(
-            "no run of {particle} was made in this liquid; in others they covered Stokes numbers {:.1} to {:.1} and film \
-             ratios {:.3} to {:.3}",
-            covered.stokes[0], covered.stokes[1], covered.film_ratio[0], covered.film_ratio[1]
+    let covering = |covered: &Covered| {
+        let ([least, most], [thinnest, thickest]) = (covered.stokes, covered.film_ratio);
+        format!("Stokes numbers {least:.1} to {most:.1} and film ratios {thinnest:.3} to {thickest:.3}")
+    };
+    let own = found.wet.as_ref().and_then(|wet| law.range_in(wet));
+    let covered = match (own, law.covered.filter(|_| wet), law.dry_speeds.filter(|_| !wet)) {
+        (Some(own), ..) => {
+            let [slowest, fastest] = own.impact_speed;
+            let liquid = asked.pair.liquid.name().unwrap_or("this liquid");
+            let rest = covering(&own.covered);
+            format!("runs of {particle} in {liquid} covered {slowest:.3} to {fastest:.3} m/s, {rest}")
+        }
+        (None, Some(covered), _) if !law.ranges.is_empty() => format!(
+            "no run of {particle} was made in this liquid; in others they covered {}",
+            covering(&covered)
         ),
-        (Some(covered), _) => format!(
-            "runs of {particle} covered Stokes numbers {:.1} to {:.1} and film ratios {:.3} to {:.3}",
-            covered.stokes[0], covered.stokes[1], covered.film_ratio[0], covered.film_ratio[1]
-        ),
-        (None, Some([slowest, fastest])) => {
+        (None, Some(covered), _) => format!("runs of {particle} covered {}", covering(&covered)),
+        (None, None, Some([slowest, fastest])) => {
             format!("dry runs of {particle} covered speeds from {slowest:.3} to {fastest:.3} m/s")
         }
-        (None, None) => {
+        (None, None, None) => {
             let kind = if wet { "wet" } else { "dry" };
             return format!("all speeds extrapolated: {particle} has no {kind} runs");
         }

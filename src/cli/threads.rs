@@ -81,7 +81,10 @@ pub(super) fn start(requested: Option<u16>, quiet: bool) -> Result<(), Error> {
             "{wanted} in place of {requested} threads: this machine runs {machine} at once, more would only wait"
         ));
     }
-    let (mut idle, refused) = start_idle(2 * wanted + BESIDE);
+    // as many as the system gives, and why not more
+    let mut refused = None;
+    let started = (0..2 * wanted + BESIDE).map_while(|_| Idle::new().map_err(|error| refused = Some(error)).ok());
+    let mut idle: Vec<Idle> = started.collect();
     let each = idle.len().saturating_sub(BESIDE) / 2;
     let reason = refused.map(|error| error.to_string()).unwrap_or_default();
     if each == 0 {
@@ -118,16 +121,4 @@ pub(super) fn start(requested: Option<u16>, quiet: bool) -> Result<(), Error> {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     Ok(())
-}
-
-/// As many as the system gives, and why not more.
-fn start_idle(most: usize) -> (Vec<Idle>, Option<io::Error>) {
-    let mut idle = vec![];
-    for _ in 0..most {
-        match Idle::new() {
-            Ok(one) => idle.push(one),
-            Err(refused) => return (idle, Some(refused)),
-        }
-    }
-    (idle, None)
 }
