@@ -56,10 +56,7 @@ pub(super) struct Track {
 }
 
 fn read_axis(word: &str) -> Result<Axis, String> {
-    let known = Axis::WORDS.iter().find(|(name, _)| *name == word);
-    known
-        .map(|(_, axis)| *axis)
-        .ok_or_else(|| "expected up or down".to_owned())
+    Axis::named(word).ok_or_else(|| "expected up or down".to_owned())
 }
 
 pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {

@@ -148,7 +148,7 @@ impl Refusal {
 }
 
 /// The gravity of the recordings that share a kind of scale.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct GravityCheck {
     /// g in m/s² by scales that were measured; `None` where none was
     pub measured: Option<Gravity>,
@@ -229,11 +229,7 @@ fn scale(recording: &Recording, shown: &Shown) -> ImageScale {
 
 /// Lets flights, contacts, gravity and the scale by gravity follow each other; what fails leaves with its reason.
 fn settle(underway: &mut [Result<Underway, Refusal>]) -> GravityCheck {
-    let mut check = GravityCheck {
-        measured: None,
-        scale: None,
-        off: 0.0,
-    };
+    let mut check = GravityCheck::default();
     for round in 0..=ROUNDS {
         check.measured = gravity_of(underway, &ScaleSource::MEASURED);
         if let Some(g) = gravity_of(underway, &[ScaleSource::Gravity]) {
