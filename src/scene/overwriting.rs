@@ -2,29 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
-
 use super::contents::Scene;
 use super::table_file::TableFile;
 use crate::files;
-
-/// What every scene has, whatever else is right or wrong with it.
-#[derive(Deserialize)]
-struct RunsOfScene {
-    data: DataPaths,
-}
-
-#[derive(Deserialize)]
-struct DataPaths {
-    runs: OneOrMore,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum OneOrMore {
-    One(String),
-    More(Vec<String>),
-}
 
 /// Why nothing may be written to a file: it is a scene, or holds the runs of this scene or of one that lies beside it.
 /// `None` where it belongs to no scene, or is not there.
@@ -55,10 +35,12 @@ pub fn why_not_overwritten(file: &Path, scene: &Scene) -> Option<String> {
 /// Where the runs of a scene lie; `None` for what is no scene.
 fn runs_of(path: &Path) -> Option<Vec<PathBuf>> {
     let bytes = files::read(path, files::MOST_OF_SCENE, "read").ok()?;
-    let sketch: RunsOfScene = toml::from_slice(&bytes).ok()?;
-    let names = match sketch.data.runs {
-        OneOrMore::One(name) => vec![name],
-        OneOrMore::More(names) => names,
+    let scene: toml::Table = toml::from_slice(&bytes).ok()?;
+    // what every scene has, whatever else is right or wrong with it
+    let names: Vec<&str> = match scene.get("data")?.get("runs")? {
+        toml::Value::String(name) => vec![name],
+        toml::Value::Array(names) => names.iter().map(toml::Value::as_str).collect::<Option<_>>()?,
+        _ => return None,
     };
     let files = names.iter().map(|name| TableFile::named(path.parent(), name).path);
     Some(files.collect())
