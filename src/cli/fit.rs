@@ -95,17 +95,14 @@ impl Fit {
 
     /// Checks that every stage has the one it starts from.
     fn check_stages(&self) -> Result<(), Error> {
-        if !self.wants(Stage::LeastSquares) {
-            return Err(Error::Usage(
-                "every stage starts from the fits: add least_squares to --stages".to_owned(),
-            ));
-        }
-        if self.wants(Stage::Compare) && !self.wants(Stage::Posterior) {
-            return Err(Error::Usage(
-                "compare starts from the posterior: add posterior to --stages".to_owned(),
-            ));
-        }
-        Ok(())
+        let lacks = if !self.wants(Stage::LeastSquares) {
+            "every stage starts from the fits: add least_squares to --stages"
+        } else if self.wants(Stage::Compare) && !self.wants(Stage::Posterior) {
+            "compare starts from the posterior: add posterior to --stages"
+        } else {
+            return Ok(());
+        };
+        Err(Error::Usage(lacks.to_owned()))
     }
 
     /// The command that makes the report again: what was given, without what changes no number.

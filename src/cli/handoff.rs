@@ -50,7 +50,10 @@ fn code() -> impl TypedValueParser<Value = Code> {
 /// Writes the files, or prints the first.
 pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
     let asked = request.setting.pair()?;
-    let place = request.out.as_deref().map(free_folder).transpose()?;
+    let place = request.out.as_deref().map(staging::prepare).transpose()?;
+    if let Some(place) = &place {
+        place.check_free("folder")?;
+    }
     let finished = Finished::read(&request.folder)?;
     let found = find_law(&asked, &finished, false)?;
     let curve = found.law.curve(found.wet.as_ref());
@@ -124,13 +127,6 @@ fn print_first(files: &[HandoffFile], quiet: bool) -> Result<(), Error> {
         warn(&format!("with --out there is {} as well", names.join(", ")));
     }
     print_result(&first.text)
-}
-
-/// Fails where something stands already.
-fn free_folder(out: &Path) -> Result<OutputPlace, Error> {
-    let place = staging::prepare(out)?;
-    place.check_free("folder")?;
-    Ok(place)
 }
 
 fn write(place: &OutputPlace, out: &Path, files: &[HandoffFile], quiet: bool) -> Result<(), Error> {

@@ -174,11 +174,6 @@ impl DrawArray {
             values,
         }
     }
-
-    /// How many values the dimensions ask for.
-    pub fn expected_len(&self) -> usize {
-        self.dimensions.iter().map(|dimension| dimension.length).product()
-    }
 }
 
 /// A group of arrays: for ArviZ posterior, sample_stats, log_likelihood and so on.

@@ -81,7 +81,7 @@ fn agree(group: &ArrayGroup) -> Result<(), Error> {
         if !(plain(group.name) && plain(&array.name)) {
             return fail("is no name of letters, digits and `_`".to_owned());
         }
-        let expected = array.expected_len();
+        let expected: usize = shape(array).iter().product();
         if let Some(values) = array.values.held().filter(|values| *values != expected) {
             return fail(format!("{values} values for {:?}", shape(array)));
         }
