@@ -217,16 +217,6 @@ struct CandidateParameter {
     why_not: Option<NotSampled>,
 }
 
-impl CandidateParameter {
-    fn positive(kind: ParameterKind, why_not: Option<NotSampled>) -> CandidateParameter {
-        CandidateParameter {
-            kind,
-            bounds: (0.0, f64::INFINITY),
-            why_not,
-        }
-    }
-}
-
 /// The parameters of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelParameters {
@@ -261,57 +251,41 @@ impl ModelParameters {
             value: None,
             reason: text.to_owned(),
         };
-        for sphere in 0..runs.spheres.len() {
+        let dry_k = |sphere: usize| {
             let fastest = fastest(runs, sphere, form);
-            let why_not = fastest.is_none().then(|| unread("the particle has no runs in use"));
             // e_dry is positive and falls at every speed in use; beyond, e_dry² grows again and a second mode appears
             let most = fastest.map_or(f64::INFINITY, |v| form.dry.largest_loss() / speed_root(v));
-            let dry_k = CandidateParameter {
+            CandidateParameter {
                 kind: ParameterKind::DryK(sphere),
                 bounds: (0.0, most),
-                why_not,
-            };
-            parameters.add(scene, runs, form, dry_k)?;
-        }
-        let no_wet = || (!wet).then(|| unread("no wet runs in use"));
-        let viscous = ParameterKind::LUBRICATION_LOG;
+                why_not: fastest.is_none().then(|| unread("the particle has no runs in use")),
+            }
+        };
+        let of_wet = |kind: ParameterKind| CandidateParameter {
+            kind,
+            bounds: (0.0, f64::INFINITY),
+            why_not: (!wet).then(|| unread("no wet runs in use")),
+        };
+        let mut candidates: Vec<CandidateParameter> = (0..runs.spheres.len()).map(dry_k).collect();
         if !Term::Viscous.is_held(form) {
-            let left_out = NotSampled {
+            let mut viscous = of_wet(ParameterKind::LUBRICATION_LOG);
+            let left_out = || NotSampled {
                 value: Some(0.0),
                 reason: "the viscous loss is left out of the model".to_owned(),
             };
-            parameters.add(
-                scene,
-                runs,
-                form,
-                CandidateParameter::positive(viscous, no_wet().or(Some(left_out))),
-            )?;
+            viscous.why_not.get_or_insert_with(left_out);
+            candidates.push(viscous);
         }
         // what the runs cannot tell keeps its prior: held, it would make another look known
-        for coefficient in form.coefficients() {
-            let kind = ParameterKind::Shared(coefficient);
-            parameters.add(scene, runs, form, CandidateParameter::positive(kind, no_wet()))?;
-        }
-        let no_dry = || (!dry).then(|| unread("no dry runs in use"));
-        parameters.add(
-            scene,
-            runs,
-            form,
-            CandidateParameter::positive(ParameterKind::SigmaDry, no_dry()),
-        )?;
-        parameters.add(
-            scene,
-            runs,
-            form,
-            CandidateParameter::positive(ParameterKind::SigmaWet, no_wet()),
-        )?;
+        candidates.extend(form.coefficients().map(|own| of_wet(ParameterKind::Shared(own))));
+        candidates.push(CandidateParameter {
+            kind: ParameterKind::SigmaDry,
+            bounds: (0.0, f64::INFINITY),
+            why_not: (!dry).then(|| unread("no dry runs in use")),
+        });
+        candidates.push(of_wet(ParameterKind::SigmaWet));
         if scene.model.noise == NoiseOn::Both {
-            parameters.add(
-                scene,
-                runs,
-                form,
-                CandidateParameter::positive(ParameterKind::SigmaEnergy, no_wet()),
-            )?;
+            candidates.push(of_wet(ParameterKind::SigmaEnergy));
         }
         let family = scene.model.likelihood;
         let errors = runs.errors.as_ref();
@@ -322,17 +296,18 @@ impl ModelParameters {
                     .to_owned(),
             ));
         }
-        if let Some(own) = family.shape() {
-            let shape = CandidateParameter {
-                kind: ParameterKind::Shape(family),
-                bounds: (own.least, f64::INFINITY),
-                why_not: runs.is_empty().then(|| unread("no runs in use")),
-            };
-            parameters.add(scene, runs, form, shape)?;
+        candidates.extend(family.shape().map(|own| CandidateParameter {
+            kind: ParameterKind::Shape(family),
+            bounds: (own.least, f64::INFINITY),
+            why_not: runs.is_empty().then(|| unread("no runs in use")),
+        }));
+        if scene.model.series_offsets {
+            candidates.push(of_wet(ParameterKind::SigmaSeries));
+        }
+        for candidate in candidates {
+            parameters.add(scene, runs, form, candidate)?;
         }
         if scene.model.series_offsets {
-            let spread = CandidateParameter::positive(ParameterKind::SigmaSeries, no_wet());
-            parameters.add(scene, runs, form, spread)?;
             parameters.add_series_offsets(scene, runs)?;
         }
         Ok(parameters)
