@@ -89,27 +89,6 @@ struct DesignPoint {
     impact_speed: f64,
 }
 
-/// What makes two wet points one series.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct SeriesOfPoint {
-    particle: usize,
-    liquid: usize,
-    diameter: f64,
-    film_ratio: f64,
-}
-
-impl DesignPoint {
-    fn series(&self) -> Option<SeriesOfPoint> {
-        let (liquid, film_ratio) = self.wet?;
-        Some(SeriesOfPoint {
-            particle: self.particle,
-            liquid,
-            diameter: self.diameter,
-            film_ratio,
-        })
-    }
-}
-
 /// Runs of a block.
 pub const BLOCK: u64 = 1 << 16;
 
@@ -271,7 +250,7 @@ impl<'s> Simulation<'s> {
         // points of one series follow one another
         let mut last = (None, 0.0);
         let of_point = |point: &DesignPoint| {
-            let series = point.series();
+            let series = point.wet.map(|wet| (point.particle, point.diameter, wet));
             if series != last.0 {
                 let z: f64 = StandardNormal.sample(rng);
                 last = (series, sigma * z);
@@ -390,34 +369,27 @@ fn points(scene: &Scene, truth: &Truth, design: &Design) -> Result<(Vec<DesignPo
             let text = format!("[truth] dry_k has no value for {name}, which [design] uses");
             return Err(Error::Usage(text));
         }
-        for &diameter in diameters {
-            let dry = design.dry_speeds.iter();
-            points.extend(dry.map(|&impact_speed| DesignPoint {
+        let mut add = |diameter: f64, wet: Option<(usize, f64)>, speeds: &[f64]| {
+            points.extend(speeds.iter().map(|&impact_speed| DesignPoint {
                 particle,
                 diameter,
-                wet: None,
+                wet,
                 impact_speed,
             }));
+        };
+        for &diameter in diameters {
+            add(diameter, None, &design.dry_speeds);
         }
         for &film_ratio in &design.film_ratios[particle] {
-            for &diameter in diameters {
+            let is_made = |diameter: &f64| {
                 let thin = screens.min_film.is_some_and(|least| film_ratio * diameter < least);
-                left_out += usize::from(thin || film_ratio > screens.max_film_ratio);
-            }
+                !thin && film_ratio <= screens.max_film_ratio
+            };
+            let made: Vec<f64> = diameters.iter().copied().filter(is_made).collect();
+            left_out += diameters.len() - made.len();
             for &liquid in &design.liquids {
-                for &diameter in diameters {
-                    let thin = screens.min_film.is_some_and(|least| film_ratio * diameter < least);
-                    if thin || film_ratio > screens.max_film_ratio {
-                        continue;
-                    }
-                    let wet = Some((liquid, film_ratio));
-                    let speeds = design.speeds.0.iter();
-                    points.extend(speeds.map(|&impact_speed| DesignPoint {
-                        particle,
-                        diameter,
-                        wet,
-                        impact_speed,
-                    }));
+                for &diameter in &made {
+                    add(diameter, Some((liquid, film_ratio)), &design.speeds.0);
                 }
             }
         }
