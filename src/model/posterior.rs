@@ -117,24 +117,14 @@ impl LogDensity for PosteriorDensity {
     }
 
     fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
-        /// more parameters than any scene has without a heap of particles or series
-        const STACK: usize = 32;
-        let length = self.parameters.template.len();
-        let mut stack = [[0.0; STACK]; 2];
-        let mut heap: [Vec<f64>; 2];
-        let [full, full_slopes] = if length <= STACK {
-            stack.each_mut().map(|part| &mut part[..length])
-        } else {
-            heap = [vec![0.0; length], vec![0.0; length]];
-            heap.each_mut().map(Vec::as_mut_slice)
-        };
-        full.copy_from_slice(&self.parameters.template);
+        let mut full = self.parameters.template.clone();
+        let mut full_slopes = vec![0.0; full.len()];
         for ((parameter, transform), u) in self.parameters.sampled.iter().zip(&self.transforms).zip(point) {
             full[parameter.kind.slot()] = transform.at(*u).value;
         }
-        self.fill_offsets(point, full);
-        let mut value = self.likelihood.ln_density(full, full_slopes)?;
-        value += self.add_offsets(point, full, full_slopes, slopes);
+        self.fill_offsets(point, &mut full);
+        let mut value = self.likelihood.ln_density(&full, &mut full_slopes)?;
+        value += self.add_offsets(point, &full, &mut full_slopes, slopes);
         let each = self.parameters.sampled.iter().zip(&self.transforms);
         for ((parameter, transform), (u, slope)) in each.zip(point.iter().zip(slopes.iter_mut())) {
             let mapped = transform.at(*u);
