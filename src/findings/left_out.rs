@@ -231,7 +231,7 @@ impl Model<'_> {
 /// What is left out: each run or, where series have offsets, each dry run and series, since a run would leave its series'
 /// offset known, which takes what a form misfits between series.
 enum Units<'r> {
-    Runs(Box<Pointwise<'r>>),
+    Runs(Box<Pointwise>),
     Series(Box<SeriesDensities<'r>>),
 }
 

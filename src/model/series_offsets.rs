@@ -75,35 +75,15 @@ impl OffsetCoordinate {
 ///
 /// A series whose runs have no density there is taken to tell nothing.
 pub fn coordinates_about(parameters: &ModelParameters, likelihood: &Likelihood, full: &[f64]) -> Vec<OffsetCoordinate> {
-    /// steps of Newton's, all series at once: no run reads two offsets
-    const STEPS: usize = 8;
-    /// far below any spread of a mean, far above rounding
-    const NEAR: f64 = 1e-6;
-    /// no step is longer, in r
-    const LONGEST: f64 = 0.1;
     let offsets = parameters.first_offset()..full.len();
-    let mut at = full.to_vec();
-    let (mut slopes, mut beyond) = (vec![0.0; full.len()], vec![0.0; full.len()]);
-    let mut variances = vec![WIDEST * WIDEST; offsets.len()];
-    for _ in 0..STEPS {
-        let mut shifted = at.clone();
-        shifted[offsets.clone()].iter_mut().for_each(|offset| *offset += NEAR);
-        let told =
-            likelihood.ln_density(&at, &mut slopes).is_ok() && likelihood.ln_density(&shifted, &mut beyond).is_ok();
-        if !told {
-            return vec![OffsetCoordinate::UNTOLD; offsets.len()];
-        }
-        for (place, variance) in offsets.clone().zip(&mut variances) {
-            let strength = ((slopes[place] - beyond[place]) / NEAR).max(0.0);
-            *variance = 1.0 / (strength + 1.0 / (WIDEST * WIDEST));
-            let step = (slopes[place] - at[place] / (WIDEST * WIDEST)) * *variance;
-            at[place] += step.clamp(-LONGEST, LONGEST);
-        }
-    }
-    let each = at[offsets].iter().zip(variances);
-    each.map(|(estimate, variance)| OffsetCoordinate {
+    let weakest = 1.0 / (WIDEST * WIDEST);
+    let Ok((at, strengths)) = likelihood.highest_offsets(full, offsets.clone(), WIDEST * WIDEST) else {
+        return vec![OffsetCoordinate::UNTOLD; offsets.len()];
+    };
+    let each = at[offsets].iter().zip(strengths);
+    each.map(|(estimate, strength)| OffsetCoordinate {
         estimate: *estimate,
-        variance,
+        variance: 1.0 / (strength + weakest),
     })
     .collect()
 }

@@ -148,11 +148,6 @@ impl<'r> Conditions<'r> {
         }
     }
 
-    /// Whether there are shares that no parameter moves.
-    pub fn has_fixed(&self) -> bool {
-        !self.fixed.is_empty()
-    }
-
     /// A dry run.
     pub fn dry(&self, run: usize) -> Impact {
         Impact {

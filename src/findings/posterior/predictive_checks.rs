@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::distributions::normal_quantile;
-use crate::model::likelihood::normal::normal_cdf;
+use crate::model::likelihood::normal::{ln_normal_cdf, normal_cdf};
 use crate::model::likelihood::pointwise::{EvaluatedLaw, Pointwise};
 use crate::model::likelihood::tails::Tails;
 use crate::physics::Form;
@@ -180,18 +180,19 @@ fn predict_run(pointwise: &Pointwise, run: usize, e: f64, draws: &[EvaluatedLaw]
             _ => normal_quantile(tails.probability(z).clamp(FARTHEST, 1.0 - FARTHEST)),
         };
         let z = score(if stuck { at.limit_z(run) } else { at.z(run, e) });
-        let tails = Tails::Normal;
+        // mean of what lies below a normal z
+        let mean_below = |z: f64| -ln_normal_cdf(z).1;
         if stuck {
-            below += tails.probability(z);
-            residual += tails.mean_below(z);
+            below += normal_cdf(z);
+            residual += mean_below(z);
         } else if at.is_truncated() {
             // of those that rebound: 1 − F(−z)/F(−l), about their mean, which mirrors that of those below
             let limit = -score(at.limit_z(run));
-            let ln = |z| tails.ln_probability_and_slope(z).0;
+            let ln = |z| ln_normal_cdf(z).0;
             below += -(ln(-z) - ln(limit)).exp_m1();
-            residual += z + tails.mean_below(limit);
+            residual += z + mean_below(limit);
         } else {
-            below += tails.probability(z);
+            below += normal_cdf(z);
             residual += z;
         }
     }

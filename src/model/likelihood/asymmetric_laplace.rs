@@ -6,12 +6,15 @@
 //! n standard normal. Mean 0 and variance 1 ask for m = a − b and a² + b² + τ² = 1; η = ln(b/a) is the asymmetry.
 //!
 //! With s = z − m, T₁ = exp(τ²/(2b²) − s/b) Φ(s/τ − τ/b) and T₂ = exp(τ²/(2a²) + s/a) Φ(−s/τ − τ/a) the density is
-//! (T₁ + T₂)/(a + b), and T₁′ = −T₁/b + φ(s/τ)/τ, T₂′ = T₂/a − φ(s/τ)/τ give the rest.
+//! (T₁ + T₂)/(a + b) and the probability Φ(s/τ) + (a T₂ − b T₁)/(a + b); T₁′ = −T₁/b + φ(s/τ)/τ, T₂′ = T₂/a − φ(s/τ)/τ. Of
+//! a and b T₁ has the slope (s − τ²/b) T₁/b² + τ φ(s/τ)/b² in b, T₂ the mirrored one in a; a′ = −a b²/(a² + b²) and
+//! b′ = b a²/(a² + b²) in η.
 
 use rand::Rng;
 use rand_distr::{Distribution, Exp1, StandardNormal};
 
 use super::normal::{ln_normal_cdf, ln_scaled_tail};
+use super::run_density::LnOfNoise;
 use crate::distributions::LN_ROOT_TWO_PI;
 
 /// τ, the standard deviation of the normal part.
@@ -24,14 +27,6 @@ pub struct AsymmetricLaplace {
     below: f64,
     /// b, that of the one above it
     above: f64,
-}
-
-/// Φ(s/τ), T₁ and T₂, divided by the exponential of the largest of their logarithms.
-struct Parts {
-    top: f64,
-    normal: f64,
-    falls: f64,
-    rises: f64,
 }
 
 impl AsymmetricLaplace {
@@ -57,9 +52,15 @@ impl AsymmetricLaplace {
         }
     }
 
-    /// ln T₁ and ln T₂ at z.
-    fn ln_parts(&self, z: f64) -> [f64; 2] {
-        let s = z - self.kink();
+    /// Slopes of a and b in η.
+    fn slopes(&self) -> [f64; 2] {
+        let AsymmetricLaplace { below, above } = self;
+        let both = below * below + above * above;
+        [-below * above * above / both, above * below * below / both]
+    }
+
+    /// ln T₁ and ln T₂.
+    fn ln_parts(&self, s: f64) -> [f64; 2] {
         let part = |mean: f64, s: f64| {
             let (steep, apart) = (ROUNDING / mean, s / ROUNDING);
             // of a steep side both parts of the first are large, and all but equal
@@ -72,57 +73,69 @@ impl AsymmetricLaplace {
         [part(self.above, s), part(self.below, -s)]
     }
 
-    /// ln f(z) and its slope.
-    pub fn ln_density(&self, z: f64) -> [f64; 2] {
-        let parts = self.ln_parts(z);
-        let top = parts[0].max(parts[1]);
-        let [falls, rises] = parts.map(|part| (part - top).exp());
-        let sum = falls + rises;
+    /// Slopes of ln T₁ and ln T₂ in η, but for those of Φ in them.
+    fn slopes_of_parts(&self, s: f64) -> [f64; 2] {
+        let [of_below, of_above] = self.slopes();
+        let part = |mean: f64, of_mean: f64, s: f64, of_s: f64| {
+            (of_mean * (s - ROUNDING * ROUNDING / mean) / mean - of_s) / mean
+        };
+        let of_s = of_above - of_below;
         [
-            top + (sum / (self.below + self.above)).ln(),
-            (rises / self.below - falls / self.above) / sum,
+            part(self.above, of_above, s, of_s),
+            part(self.below, of_below, -s, -of_s),
         ]
     }
 
-    /// ln F(z).
-    pub fn ln_probability(&self, z: f64) -> f64 {
+    /// ln f(z), with its slopes.
+    pub(super) fn ln_density(&self, z: f64) -> LnOfNoise {
+        let (a, b, s) = (self.below, self.above, z - self.kink());
+        let parts = self.ln_parts(s);
+        let top = parts[0].max(parts[1]);
+        let [falls, rises] = parts.map(|part| (part - top).exp());
+        let sum = falls + rises;
+        let ([of_falls, of_rises], [of_a, of_b]) = (self.slopes_of_parts(s), self.slopes());
+        let of_rounding = ROUNDING * scaled_normal(s, top) * (of_a / (a * a) + of_b / (b * b));
+        LnOfNoise {
+            value: top + (sum / (a + b)).ln(),
+            z: (rises / a - falls / b) / sum,
+            shape: (falls * of_falls + rises * of_rises + of_rounding) / sum - (of_a + of_b) / (a + b),
+        }
+    }
+
+    /// ln F(z), with its slopes.
+    pub(super) fn ln_probability(&self, z: f64) -> LnOfNoise {
         if z > 0.0 {
-            (-self.mirrored().ln_lower_tail(-z).exp()).ln_1p()
+            // F(z) is 1 less F(−z) with the sides, and so η, the other way round
+            let above = self.mirrored().ln_lower_tail(-z);
+            let value = (-above.value.exp()).ln_1p();
+            let odds = (above.value - value).exp();
+            LnOfNoise {
+                value,
+                z: above.z * odds,
+                shape: above.shape * odds,
+            }
         } else {
             self.ln_lower_tail(z)
         }
     }
 
-    /// ln F(z), to rounding where F is small.
-    fn ln_lower_tail(&self, z: f64) -> f64 {
-        let parts = self.parts_of_probability(z);
-        parts.top + self.probability(&parts).ln()
-    }
-
-    /// Mean of what lies below z: z less ∫ F up to z over F(z).
-    pub fn mean_below(&self, z: f64) -> f64 {
-        let (a, b) = (self.below, self.above);
-        let parts = self.parts_of_probability(z);
-        let apart = (z - self.kink()) / ROUNDING;
-        let density = (-0.5 * apart * apart - LN_ROOT_TWO_PI - parts.top).exp();
-        let integral = z * parts.normal + ROUNDING * density + (b * b * parts.falls + a * a * parts.rises) / (a + b);
-        z - integral / self.probability(&parts)
-    }
-
-    /// F of these parts.
-    fn probability(&self, parts: &Parts) -> f64 {
-        parts.normal + (self.below * parts.rises - self.above * parts.falls) / (self.below + self.above)
-    }
-
-    fn parts_of_probability(&self, z: f64) -> Parts {
-        let [falls, rises] = self.ln_parts(z);
-        let normal = ln_normal_cdf((z - self.kink()) / ROUNDING).0;
+    /// ln F(z), with its slopes, to rounding where F is small.
+    fn ln_lower_tail(&self, z: f64) -> LnOfNoise {
+        let (a, b, s) = (self.below, self.above, z - self.kink());
+        let [falls, rises] = self.ln_parts(s);
+        let normal = ln_normal_cdf(s / ROUNDING).0;
         let top = normal.max(rises).max(falls);
-        Parts {
-            top,
-            normal: (normal - top).exp(),
-            falls: (falls - top).exp(),
-            rises: (rises - top).exp(),
+        let [normal, falls, rises] = [normal, falls, rises].map(|part| (part - top).exp());
+        let ([of_falls, of_rises], [of_a, of_b]) = (self.slopes_of_parts(s), self.slopes());
+        let both = a + b;
+        let sides = (a * rises - b * falls) / both;
+        let of_sides =
+            of_a * rises + a * rises * of_rises - of_b * falls - b * falls * of_falls - sides * (of_a + of_b);
+        let probability = normal + sides;
+        LnOfNoise {
+            value: top + probability.ln(),
+            z: (falls + rises) / both / probability,
+            shape: (of_sides - ROUNDING * scaled_normal(s, top)) / both / probability,
         }
     }
 
@@ -132,4 +145,9 @@ impl AsymmetricLaplace {
         let normal: f64 = StandardNormal.sample(rng);
         self.kink() + self.above * above - self.below * below + ROUNDING * normal
     }
+}
+
+/// φ(s/τ) over the exponential of this.
+fn scaled_normal(s: f64, top: f64) -> f64 {
+    (-0.5 * (s / ROUNDING).powi(2) - LN_ROOT_TWO_PI - top).exp()
 }

@@ -13,14 +13,14 @@ use crate::runs::Runs;
 
 /// What is left out together where series have offsets: a series, or a dry run.
 pub struct SeriesDensities<'r> {
-    pointwise: Pointwise<'r>,
+    pointwise: Pointwise,
     likelihood: Likelihood,
     runs: &'r Runs,
 }
 
 impl<'r> SeriesDensities<'r> {
     /// The runs of a likelihood with offsets, run by run and all at once.
-    pub fn new(pointwise: Pointwise<'r>, likelihood: Likelihood, runs: &'r Runs) -> SeriesDensities<'r> {
+    pub fn new(pointwise: Pointwise, likelihood: Likelihood, runs: &'r Runs) -> SeriesDensities<'r> {
         SeriesDensities {
             pointwise,
             likelihood,
@@ -58,11 +58,11 @@ impl<'r> SeriesDensities<'r> {
     pub fn ln_densities(&self, full: &[f64]) -> Result<Vec<f64>, OutsideDomain> {
         let sigma = full[ParameterKind::SigmaSeries.slot()];
         let variance = sigma * sigma;
-        let (at, strengths) = self.highest(full, variance)?;
+        let first = offset_slot(self.runs, 0);
+        let (at, strengths) = self.likelihood.highest_offsets(full, first..full.len(), variance)?;
         let law = self.pointwise.at(&at);
         let dry = self.runs.len() - self.runs.wet();
         let mut densities: Vec<f64> = (0..dry).map(|run| law.ln_likelihood(run)).collect();
-        let first = offset_slot(self.runs, 0);
         let each = self.runs.series.iter().zip(strengths).zip(&at[first..]);
         densities.extend(each.map(|((series, strength), offset)| {
             let runs = law.ln_likelihood_of(series.runs());
@@ -70,11 +70,19 @@ impl<'r> SeriesDensities<'r> {
         }));
         Ok(densities)
     }
+}
 
-    /// The full vector with each offset where the density of its series is highest, and the curvature of its runs there.
+impl Likelihood {
+    /// The full vector with each offset where the density of its series is highest, under a normal of this variance about 0,
+    /// and the curvature of its runs there. `offsets` are their places.
     ///
     /// Fails where that is not found.
-    fn highest(&self, full: &[f64], variance: f64) -> Result<(Vec<f64>, Vec<f64>), OutsideDomain> {
+    pub(in crate::model) fn highest_offsets(
+        &self,
+        full: &[f64],
+        offsets: Range<usize>,
+        variance: f64,
+    ) -> Result<(Vec<f64>, Vec<f64>), OutsideDomain> {
         /// of Newton's; from an offset of the posterior two do where noise is normal
         const STEPS: usize = 100;
         /// no step is longer, in r
@@ -83,16 +91,15 @@ impl<'r> SeriesDensities<'r> {
         const STILL: f64 = 1e-4;
         /// far below any spread of a mean, far above rounding
         const NEAR: f64 = 1e-6;
-        let offsets = offset_slot(self.runs, 0)..full.len();
         let mut at = full.to_vec();
         let (mut slopes, mut beyond) = (vec![0.0; full.len()], vec![0.0; full.len()]);
         let mut strengths = vec![0.0; offsets.len()];
         // where the density is known to rise and to fall: near the threshold Newton's steps alone may go back and forth
         let mut between = vec![(f64::NEG_INFINITY, f64::INFINITY); offsets.len()];
         for _ in 0..STEPS {
-            self.likelihood.ln_density(&at, &mut slopes)?;
+            self.ln_density(&at, &mut slopes)?;
             at[offsets.clone()].iter_mut().for_each(|offset| *offset += NEAR);
-            self.likelihood.ln_density(&at, &mut beyond)?;
+            self.ln_density(&at, &mut beyond)?;
             let mut longest = 0.0;
             for (place, (strength, (low, high))) in offsets.clone().zip(strengths.iter_mut().zip(&mut between)) {
                 at[place] -= NEAR;

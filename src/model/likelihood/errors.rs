@@ -1,6 +1,6 @@
 //! Holds what the measurement of a run errs by.
 
-use crate::runs::{MeasurementErrors, Runs, SharedSpeed, TrueSpeed, TrueSpeeds};
+use crate::runs::{Runs, SharedSpeed, TrueSpeed, TrueSpeeds};
 use crate::scene::Scene;
 
 /// What the measurement of a run errs by.
@@ -47,6 +47,16 @@ impl Errors {
         noise * noise + (1.0 - self.correlation * self.correlation) * self.restitution * self.restitution
     }
 
+    /// S, without a root where nothing is added to the noise.
+    #[inline(always)]
+    pub fn spread(&self, noise: f64) -> f64 {
+        if self.restitution > 0.0 {
+            self.variance(noise).sqrt()
+        } else {
+            noise
+        }
+    }
+
     /// c = ρ u v/s: by how much of 1 − v_t/v the restitution errs with the impact speed; 0 where that does not err.
     pub fn shared(&self) -> f64 {
         if self.speed > 0.0 {
@@ -57,45 +67,25 @@ impl Errors {
     }
 }
 
-/// The errors of all runs, each with what is known of its true speed.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct RunErrors {
-    measured: MeasurementErrors,
-    true_speeds: TrueSpeeds,
-    /// whether other runs have the same true speed
-    is_shared: Vec<bool>,
-}
-
-impl RunErrors {
-    /// `None` where no run has any.
-    pub fn of(scene: &Scene, runs: &Runs) -> Option<RunErrors> {
-        let measured = runs.errors_with_medians()?;
-        let true_speeds = runs.true_speeds(scene, &measured);
-        let mut is_shared = vec![false; runs.len()];
-        for run in true_speeds.shared.iter().flat_map(SharedSpeed::runs) {
-            is_shared[run] = true;
-        }
-        Some(RunErrors {
-            measured,
-            true_speeds,
-            is_shared,
-        })
-    }
-
-    /// Those of a run with this measured impact speed.
-    pub fn at(&self, run: usize, impact_speed: f64) -> Errors {
-        let [speed, restitution] = self.measured.of(run);
+/// The errors of every run, with what is known of its true speed, and the groups that share one; none where no run has any.
+pub(super) fn errors_of(scene: &Scene, runs: &Runs) -> (Vec<Errors>, Vec<SharedSpeed>) {
+    let Some(measured) = runs.errors_with_medians() else {
+        return (vec![], vec![]);
+    };
+    let TrueSpeeds { of_run, shared } = runs.true_speeds(scene, &measured);
+    let of = |(run, true_speed): (usize, TrueSpeed)| {
+        let [speed, restitution] = measured.of(run);
         Errors {
-            speed: speed / impact_speed,
+            speed: speed / runs.impact_speed[run],
             restitution,
-            correlation: self.measured.correlation(run),
-            true_speed: self.true_speeds.of_run[run],
-            is_shared: self.is_shared[run],
+            correlation: measured.correlation(run),
+            true_speed,
+            is_shared: false,
         }
+    };
+    let mut errors: Vec<Errors> = of_run.into_iter().enumerate().map(of).collect();
+    for run in shared.iter().flat_map(SharedSpeed::runs) {
+        errors[run].is_shared = true;
     }
-
-    /// Groups of runs that have one true speed.
-    pub fn shared_speeds(&self) -> &[SharedSpeed] {
-        &self.true_speeds.shared
-    }
+    (errors, shared)
 }

@@ -54,24 +54,16 @@ pub(super) struct Hidden<'b> {
     pub settings: &'b [SettingRuns<'b>],
 }
 
-/// Slopes of a log density in what a setting keeps.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct SettingSlopes {
-    /// in r; in e_dry of dry runs
-    pub kept: f64,
-    /// in −L
-    pub viscous: f64,
-    /// in k
-    pub dry_k: f64,
-}
+/// Slopes of a log density in what a setting keeps: in r, or in e_dry of dry runs, in −L and in k.
+pub(super) type SettingSlopes = [f64; 3];
 
 impl RunDensity {
     /// With these slopes in what is kept.
-    pub fn with(self, of: SettingSlopes) -> RunDensity {
+    pub fn with(self, [kept, viscous, dry_k]: SettingSlopes) -> RunDensity {
         RunDensity {
-            kept: of.kept,
-            viscous: of.viscous,
-            dry_k: of.dry_k,
+            kept,
+            viscous,
+            dry_k,
             ..self
         }
     }
@@ -142,7 +134,20 @@ struct Sums<'s> {
     nodes: AtNodes,
 }
 
-impl Sums<'_> {
+impl<'s> Sums<'s> {
+    /// None yet, with room for each setting.
+    fn of(settings: &'s mut [SettingSlopes], at: &'s mut [SettingNodes]) -> Sums<'s> {
+        let mut sums = Sums {
+            reference: f64::NEG_INFINITY,
+            of: [0.0; 4],
+            settings,
+            at,
+            nodes: AtNodes::NONE,
+        };
+        sums.clear();
+        sums
+    }
+
     fn clear(&mut self) {
         self.reference = f64::NEG_INFINITY;
         self.of = [0.0; 4];
@@ -173,12 +178,8 @@ impl Sums<'_> {
     }
 
     fn scale(&mut self, factor: f64) {
-        self.of.iter_mut().for_each(|sum| *sum *= factor);
-        for of in self.settings.iter_mut() {
-            for sum in [&mut of.kept, &mut of.viscous, &mut of.dry_k] {
-                *sum *= factor;
-            }
-        }
+        let each = self.of.iter_mut().chain(self.settings.iter_mut().flatten());
+        each.for_each(|sum| *sum *= factor);
     }
 }
 
@@ -216,17 +217,10 @@ impl Hidden<'_> {
     }
 
     fn integrate_with(&self, of_settings: &mut [SettingSlopes], at: &mut [SettingNodes]) -> RunDensity {
-        of_settings.fill(SettingSlopes::default());
+        let mut sums = Sums::of(of_settings, at);
         if self.is_certain() {
             return RunDensity::default();
         }
-        let mut sums = Sums {
-            reference: f64::NEG_INFINITY,
-            of: [0.0; 4],
-            settings: of_settings,
-            at,
-            nodes: AtNodes::NONE,
-        };
         let is_whole = self.over_bell(&mut sums)
             || match self.moves {
                 Moves::Energy => self.over_energy(&mut sums),
@@ -262,14 +256,9 @@ impl Hidden<'_> {
         const FAR: f64 = 2.0 * FALL;
         /// a run that is farther off than this leaves them where all together have nothing
         const OFF: f64 = 12.0;
-        let settings = self.settings.len();
-        let mut sums = Sums {
-            reference: f64::NEG_INFINITY,
-            of: [0.0; 4],
-            settings: &mut vec![SettingSlopes::default(); settings],
-            at: &mut vec![SettingNodes::NONE; settings],
-            nodes: AtNodes::NONE,
-        };
+        let mut slopes = vec![SettingSlopes::default(); self.settings.len()];
+        let mut at = vec![SettingNodes::NONE; self.settings.len()];
+        let mut sums = Sums::of(&mut slopes, &mut at);
         let count = self.runs().count();
         let Some(panels) = self.panels(FAR, &mut sums) else {
             return vec![f64::NAN; count];

@@ -1,110 +1,73 @@
-//! Computes what each run contributes to the log likelihood, its expected restitution, and a new draw of it.
+//! Holds the runs of a scene one by one, and says what each adds to the log likelihood, its expected restitution, and a new
+//! draw of it.
 
 mod at_draws;
 
 pub use at_draws::AtDraws;
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::OnceLock;
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::errors::{Errors, RunErrors};
+use super::errors::{errors_of, Errors};
 use super::hidden::Hidden;
+use super::nodes::{Block, Film, RunSetting};
 use super::normal::normal_score;
-use super::run_density::{Seen, Side, Spreads};
+use super::run_density::{RunDensity, Seen, Side};
 use super::run_law::RunImpact;
-use super::run_noise::RunNoise;
-use super::shared_speed::SharedRuns;
+use super::run_noise::{MeasuredRun, NoiseModel, RunNoise};
+use super::shared_speed::{SharedRuns, SharedSetting};
 use super::tails::Tails;
-use super::trend::{middle_film_ratio, FilmParameters};
-use crate::model::parameters::{offset_slot, ParameterKind, COMMON_SLOTS, SHAPE_SLOT};
-use crate::physics::balance::{Balance, Impact};
-use crate::physics::loss::Share;
-use crate::physics::{rebound, Form};
-use crate::runs::{Conditions, Runs};
-use crate::scene::{LikelihoodFamily, NoiseOn, Scene, Sticking};
+use super::trend::{middle_film_ratio, FilmLaw, FilmParameters};
+use crate::model::parameters::offset_slot;
+use crate::physics::balance::Balance;
+use crate::physics::Form;
+use crate::runs::{Conditions, Runs, SharedSpeed};
+use crate::scene::{NoiseOn, Scene, Sticking};
 
 /// The runs of a scene, in the order of [`Runs`], ready for one run at a time.
-#[derive(Debug)]
-pub struct Pointwise<'r> {
+#[derive(Debug, Clone)]
+pub struct Pointwise {
     form: Form,
-    limit: f64,
-    /// whether runs that stuck were not logged
-    truncated: bool,
-    /// whether noise acts on the energy kept, too
-    both: bool,
-    /// what distribution noise has
-    family: LikelihoodFamily,
+    /// at or below this e* the run stuck
+    pub(super) limit: f64,
+    /// whether runs that stuck were not logged, so that a rebound's density is that of runs that rebound
+    pub(super) truncated: bool,
+    pub(super) noise: NoiseModel,
+    pub(super) blocks: Vec<Block>,
     /// runs of one setting that follow one another share an entry
     settings: Vec<RunSetting>,
     /// the setting of each run
     setting: Vec<u32>,
     /// runs without a liquid, which come first
-    dry: usize,
+    pub(super) dry: usize,
     stuck: Vec<bool>,
-    runs: &'r Runs,
-    /// of the measurement of each run
-    errors: Option<RunErrors>,
-    /// runs that share a true speed, by their settings
-    shared: Vec<SharedRuns<usize>>,
-}
-
-/// What a run's restitution depends on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct RunSetting {
-    sphere: usize,
-    impact: Impact,
-    wet: Option<WetConditions>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct WetConditions {
-    density_ratio: f64,
-    film_ratio: f64,
-    /// its logarithm over the middle one of the runs
-    ln_film: f64,
-    /// place in a full vector of the offset of its series, where series have one
-    offset: Option<usize>,
+    pub(super) restitution: Vec<f64>,
+    /// how many runs each stands for; empty where that is itself
+    count: Vec<f64>,
+    /// of the measurement of each run; empty where no run has any
+    pub(super) errors: Vec<Errors>,
+    /// runs that share a true speed
+    pub(super) shared: Vec<SharedRuns>,
 }
 
 /// The law at one full vector of parameters, for runs of some settings that follow one another.
 #[derive(Debug, Clone)]
-pub struct EvaluatedLaw<'p, 'r> {
-    pointwise: &'p Pointwise<'r>,
+pub struct EvaluatedLaw<'p> {
+    pointwise: &'p Pointwise,
     /// the first of the settings
     first: usize,
-    /// mean of e* at each setting
-    means: Vec<f64>,
     /// the energy balance of each setting
     balances: Vec<Balance>,
-    noise: Noise,
+    /// of dry and of wet runs
+    noise: [RunNoise; 2],
+    /// ln of their spreads
+    ln_sigma: [f64; 2],
     /// log density of each run given those that share its true speed, where some do
     given_the_others: OnceLock<Vec<f64>>,
-}
-
-/// The noise of all runs at one full vector of parameters.
-#[derive(Debug, Clone, Copy)]
-struct Noise {
-    tails: Tails,
-    dry: NoiseSd,
-    wet: NoiseSd,
-    /// σ_r, where noise acts on the energy kept, too
-    energy: Option<f64>,
-}
-
-/// A spread with its logarithm.
-#[derive(Debug, Clone, Copy)]
-struct NoiseSd {
-    sigma: f64,
-    ln: f64,
-}
-
-impl NoiseSd {
-    fn of(sigma: f64) -> NoiseSd {
-        NoiseSd { sigma, ln: sigma.ln() }
-    }
 }
 
 /// Whether the density of a run is an integral: over the noise on the energy kept, or over the true impact speed.
@@ -112,65 +75,80 @@ pub fn is_integrated(scene: &Scene, runs: &Runs) -> bool {
     runs.errors.is_some() || scene.model.noise == NoiseOn::Both
 }
 
-impl<'r> Pointwise<'r> {
+impl Pointwise {
     /// The runs under this form of the energy balance.
-    pub fn new(scene: &Scene, runs: &'r Runs, form: Form) -> Pointwise<'r> {
+    pub fn new(scene: &Scene, runs: &Runs, form: Form) -> Pointwise {
+        /// film ratios differ beyond the rounding of a quotient
+        const ROUNDING: f64 = 1e-14;
+        let (errors, shared) = errors_of(scene, runs);
         let mut pointwise = Pointwise {
             form,
             limit: scene.data.smallest_restitution,
             truncated: scene.model.sticking == Sticking::Truncated,
-            both: scene.model.noise == NoiseOn::Both,
-            family: scene.model.likelihood,
+            noise: NoiseModel::of(scene),
+            blocks: vec![],
             settings: vec![],
             setting: Vec::with_capacity(runs.len()),
             dry: 0,
             stuck: Vec::with_capacity(runs.len()),
-            runs,
-            errors: RunErrors::of(scene, runs),
+            restitution: runs.restitution.clone(),
+            count: runs.count.clone(),
+            errors,
             shared: vec![],
         };
         let conditions = Conditions::new(scene, runs, form);
         for group in &runs.dry {
-            for run in group.rebounds.start..group.stuck.end {
+            let block = pointwise.block(Block {
+                sphere: group.sphere,
+                wet: false,
+                density_ratio: 0.0,
+                offset: None,
+            });
+            for run in group.runs() {
                 let setting = RunSetting {
-                    sphere: group.sphere,
+                    block,
+                    film: Film::default(),
                     impact: conditions.dry(run),
-                    wet: None,
                 };
                 pointwise.add(setting, group.stuck.contains(&run));
             }
         }
         pointwise.dry = pointwise.len();
         let middle = middle_film_ratio(runs);
-        // neighbours mostly share a film ratio
-        let mut film = (f64::NAN, f64::NAN);
+        let mut films = HashMap::new();
         for (index, series) in runs.series.iter().enumerate() {
-            let offset = scene.model.series_offsets.then(|| offset_slot(runs, index));
-            let density_ratio = series.density_ratio(scene);
+            let block = pointwise.block(Block {
+                sphere: series.sphere,
+                wet: true,
+                density_ratio: series.density_ratio(scene),
+                offset: scene.model.series_offsets.then(|| offset_slot(runs, index)),
+            });
             for run in series.runs() {
-                let film_ratio = runs.impacts.film_ratio[run];
-                if film.0 != film_ratio {
-                    film = (film_ratio, (film_ratio / middle).ln());
-                }
+                let ratio = runs.impacts.film_ratio[run];
+                let film = films.entry((ratio / ROUNDING).round() as i64).or_insert_with(|| Film {
+                    ratio,
+                    ln: (ratio / middle).ln(),
+                    shape: (!form.inertia.has_film_scale()).then(|| form.inertia.shape(ratio, 0.0)),
+                });
                 let setting = RunSetting {
-                    sphere: series.sphere,
+                    block,
+                    film: *film,
                     impact: conditions.wet(run),
-                    wet: Some(WetConditions {
-                        density_ratio,
-                        film_ratio,
-                        ln_film: film.1,
-                        offset,
-                    }),
                 };
                 pointwise.add(setting, series.stuck.contains(&run));
             }
         }
-        if let Some(errors) = &pointwise.errors {
-            let setting = |run: usize| pointwise.setting[run] as usize;
-            let place = |run: usize| Some((setting(run), pointwise.settings[setting(run)].impact));
-            pointwise.shared = errors.shared_runs(scene, runs, place);
-        }
+        pointwise.shared = pointwise.shared_runs(&shared);
         pointwise
+    }
+
+    /// The place of a block among those there are, or at their end.
+    fn block(&mut self, block: Block) -> usize {
+        let known = self.blocks.iter().position(|other| *other == block);
+        known.unwrap_or_else(|| {
+            self.blocks.push(block);
+            self.blocks.len() - 1
+        })
     }
 
     fn add(&mut self, setting: RunSetting, stuck: bool) {
@@ -181,6 +159,37 @@ impl<'r> Pointwise<'r> {
         self.setting
             .push(u32::try_from(self.settings.len() - 1).unwrap_or(u32::MAX));
         self.stuck.push(stuck);
+    }
+
+    /// The groups that share a true speed.
+    fn shared_runs(&self, groups: &[SharedSpeed]) -> Vec<SharedRuns> {
+        let setting = |of: Vec<usize>, seen: &dyn Fn(usize) -> Seen| SharedSetting {
+            impact: self.setting(of[0]).impact,
+            known: of
+                .iter()
+                .map(|run| MeasuredRun {
+                    seen: seen(*run),
+                    errors: self.errors[*run],
+                })
+                .collect(),
+            runs: of,
+        };
+        let mut found = vec![];
+        for group in groups {
+            let all = group.settings.iter().cloned();
+            found.push(SharedRuns {
+                sign: 1.0,
+                settings: all.clone().map(|of| setting(of, &|run| self.seen(run))).collect(),
+            });
+            let logged = all.map(|of| of.into_iter().filter(|run| !self.stuck[*run]).collect());
+            let logged = logged.filter(|of: &Vec<usize>| self.truncated && !of.is_empty());
+            found.push(SharedRuns {
+                sign: -1.0,
+                settings: logged.map(|of| setting(of, &|_| self.rebounded())).collect(),
+            });
+        }
+        found.retain(|shared| !shared.settings.is_empty());
+        found
     }
 
     /// Runs.
@@ -195,7 +204,7 @@ impl<'r> Pointwise<'r> {
 
     /// Whether a run's density is an integral over what is hidden of it.
     pub fn is_integrated(&self) -> bool {
-        self.errors.is_some() || self.both
+        !self.errors.is_empty() || self.noise.both
     }
 
     /// Whether a run stuck.
@@ -203,132 +212,113 @@ impl<'r> Pointwise<'r> {
         self.stuck[run]
     }
 
-    /// The energy balance at each setting in turn.
-    fn balances<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&RunSetting) -> Balance + 'f {
-        // neighbours mostly share a film ratio, and an exponential costs more than the rest
-        let mut film: Option<(f64, Share)> = None;
-        let parameters = FilmParameters::new(self.form, full);
-        move |setting| {
-            let k = full[COMMON_SLOTS + setting.sphere];
-            let Some(wet) = setting.wet else {
-                return Balance::dry(self.form.dry, k);
-            };
-            let share = match film {
-                Some((ratio, share)) if ratio == wet.film_ratio => share,
-                _ => {
-                    let new = parameters.share(wet.film_ratio, wet.ln_film);
-                    film.insert((wet.film_ratio, new)).1
-                }
-            };
-            let balance = Balance::at(self.form, k, share, wet.density_ratio);
-            wet.offset.map_or(balance, |slot| balance.with_offset(full[slot]))
-        }
+    /// How many runs one stands for.
+    pub(super) fn count(&self, run: usize) -> f64 {
+        self.count.get(run).copied().unwrap_or(1.0)
     }
 
-    /// The law at a full vector of parameters.
-    pub fn at<'p>(&'p self, full: &[f64]) -> EvaluatedLaw<'p, 'r> {
-        self.at_settings(full, self.noise(full), 0..self.settings.len())
-    }
-
-    /// The same for the runs of some settings, with the noise at these parameters.
-    fn at_settings<'p>(&'p self, full: &[f64], noise: Noise, settings: Range<usize>) -> EvaluatedLaw<'p, 'r> {
-        let first = settings.start;
-        let settings = &self.settings[settings];
-        let balances: Vec<Balance> = settings.iter().map(self.balances(full)).collect();
-        let mean = |(setting, balance): (&RunSetting, &Balance)| match setting.wet {
-            None => balance.e_dry(setting.impact.dry_root)[0],
-            Some(_) => rebound::mean_restitution(balance.kept(&setting.impact).0),
-        };
-        EvaluatedLaw {
-            pointwise: self,
-            first,
-            means: settings.iter().zip(&balances).map(mean).collect(),
-            balances,
-            noise,
-            given_the_others: OnceLock::new(),
-        }
-    }
-
-    fn noise(&self, full: &[f64]) -> Noise {
-        let of = |kind: ParameterKind| full[kind.slot()];
-        Noise {
-            tails: Tails::of(self.family, full[SHAPE_SLOT]),
-            dry: NoiseSd::of(of(ParameterKind::SigmaDry)),
-            wet: NoiseSd::of(of(ParameterKind::SigmaWet)),
-            energy: self.both.then(|| of(ParameterKind::SigmaEnergy)),
-        }
-    }
-}
-
-impl EvaluatedLaw<'_, '_> {
-    fn spread(&self, run: usize) -> NoiseSd {
-        if run < self.pointwise.dry {
-            self.noise.dry
-        } else {
-            self.noise.wet
-        }
-    }
-
-    /// The place of a run's setting among those of the law.
-    fn place(&self, run: usize) -> usize {
-        self.pointwise.setting[run] as usize - self.first
-    }
-
-    fn mean_and_spread(&self, run: usize) -> (f64, NoiseSd) {
-        (self.means[self.place(run)], self.spread(run))
-    }
-
-    /// σ_r, where noise acts on the energy this run keeps, too.
-    fn energy(&self, run: usize) -> Option<f64> {
-        self.noise.energy.filter(|_| run >= self.pointwise.dry)
-    }
-
-    fn impact(&self, run: usize) -> Impact {
-        self.pointwise.settings[self.pointwise.setting[run] as usize].impact
+    pub(super) fn setting(&self, run: usize) -> &RunSetting {
+        &self.settings[self.setting[run] as usize]
     }
 
     /// What a run's measurement errs by; nothing where no run's does.
     fn errors_of(&self, run: usize) -> Errors {
-        let runs = self.pointwise.runs;
-        let errors = self.pointwise.errors.as_ref();
-        errors.map_or(Errors::NONE, |errors| errors.at(run, runs.impact_speed[run]))
+        self.errors.get(run).copied().unwrap_or(Errors::NONE)
     }
 
-    fn run_noise(&self, run: usize) -> RunNoise {
-        RunNoise {
-            tails: self.noise.tails,
-            spreads: Spreads {
-                sigma: self.spread(run).sigma,
-                energy: self.energy(run).unwrap_or(0.0),
-            },
-            wet: run >= self.pointwise.dry,
-        }
-    }
-
-    /// Log density or probability of what is known of a run, integrated over what is hidden of it.
-    fn integrated(&self, run: usize, seen: Seen) -> f64 {
-        let at = RunImpact {
-            balance: &self.balances[self.place(run)],
-            impact: self.impact(run),
-            errors: self.errors_of(run),
-        };
-        at.density(self.run_noise(run), seen).value
+    /// Whether a run shares its true speed with others.
+    pub(super) fn is_shared(&self, run: usize) -> bool {
+        self.errors.get(run).is_some_and(|errors| errors.is_shared)
     }
 
     /// What is known of a run: its restitution, or that it stuck.
     fn seen(&self, run: usize) -> Seen {
-        if self.pointwise.stuck[run] {
-            Seen::On(Side::Below, self.pointwise.limit)
+        if self.stuck[run] {
+            Seen::On(Side::Below, self.limit)
         } else {
-            Seen::Rebound(self.pointwise.runs.restitution[run])
+            Seen::Rebound(self.restitution[run])
         }
     }
 
+    /// What is known of a run where all that is known is that it rebounded.
+    fn rebounded(&self) -> Seen {
+        Seen::On(Side::Above, self.limit)
+    }
+
+    pub(super) fn impact<'b>(&self, run: usize, balance: &'b Balance) -> RunImpact<'b> {
+        RunImpact {
+            balance,
+            impact: self.setting(run).impact,
+            errors: self.errors_of(run),
+        }
+    }
+
+    /// What a run adds to the log likelihood that shares its true speed with none; `found` where its density is known.
+    #[inline]
+    pub(super) fn alone(&self, run: usize, at: RunImpact, noise: &RunNoise, found: Option<RunDensity>) -> RunDensity {
+        let mut all = found.unwrap_or_else(|| at.density(noise, self.seen(run)));
+        if self.truncated && !self.stuck[run] {
+            all.add(at.density(noise, self.rebounded()), -1.0);
+        }
+        all
+    }
+
+    /// The energy balance at each setting in turn.
+    pub(super) fn laws<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&RunSetting) -> FilmLaw + 'f {
+        // neighbours mostly share a film, and an exponential costs more than the rest
+        let mut last: Option<((usize, Film), FilmLaw)> = None;
+        let films = FilmParameters::new(self.form, full);
+        move |setting| match last {
+            Some((same, law)) if same == (setting.block, setting.film) => law,
+            _ => {
+                let law = self.blocks[setting.block].law(films, full).at(setting.film);
+                last = Some(((setting.block, setting.film), law));
+                law
+            }
+        }
+    }
+
+    /// The law at a full vector of parameters.
+    pub fn at<'p>(&'p self, full: &[f64]) -> EvaluatedLaw<'p> {
+        self.at_settings(full, self.noise.at(full), 0..self.settings.len())
+    }
+
+    /// The same for the runs of some settings, with the noise at these parameters.
+    fn at_settings<'p>(&'p self, full: &[f64], noise: [RunNoise; 2], settings: Range<usize>) -> EvaluatedLaw<'p> {
+        let mut laws = self.laws(full);
+        EvaluatedLaw {
+            pointwise: self,
+            first: settings.start,
+            balances: self.settings[settings].iter().map(|of| laws(of).balance).collect(),
+            noise,
+            ln_sigma: noise.map(|of| of.spreads.sigma.ln()),
+            given_the_others: OnceLock::new(),
+        }
+    }
+}
+
+impl EvaluatedLaw<'_> {
+    /// 0 of a dry run, 1 of a wet one.
+    fn kind(&self, run: usize) -> usize {
+        usize::from(run >= self.pointwise.dry)
+    }
+
+    fn noise(&self, run: usize) -> &RunNoise {
+        &self.noise[self.kind(run)]
+    }
+
+    fn balance(&self, run: usize) -> &Balance {
+        &self.balances[self.pointwise.setting[run] as usize - self.first]
+    }
+
+    fn impact(&self, run: usize) -> RunImpact<'_> {
+        self.pointwise.impact(run, self.balance(run))
+    }
+
     /// Gives runs that share a true speed to a function of their integral.
-    fn hidden<T>(&self, shared: &SharedRuns<usize>, of: impl FnOnce(Hidden) -> T) -> T {
-        let first = &shared.settings[0];
-        let balances: Vec<&Balance> = shared.settings.iter().map(|of| &self.balances[of.place]).collect();
-        shared.hidden(self.run_noise(first.runs[0]), &balances, of)
+    fn hidden<T>(&self, shared: &SharedRuns, of: impl FnOnce(Hidden) -> T) -> T {
+        let balances: Vec<Balance> = shared.firsts().map(|run| *self.balance(run)).collect();
+        shared.hidden(*self.noise(shared.settings[0].runs[0]), &balances, of)
     }
 
     /// Log density of each run given those that share its true speed; 0 of a run that shares it with none.
@@ -350,10 +340,10 @@ impl EvaluatedLaw<'_, '_> {
     /// of as large a normal probability.
     fn score(&self, run: usize, restitution: f64, seen: fn(Side, f64) -> Seen) -> f64 {
         if !self.pointwise.is_integrated() {
-            let (mean, spread) = self.mean_and_spread(run);
-            return (restitution - mean) / spread.sigma;
+            let (mean, sigma) = self.mean_and_sigma(run);
+            return (restitution - mean) / sigma;
         }
-        let on = |side: Side| self.integrated(run, seen(side, restitution));
+        let on = |side: Side| self.impact(run).density(self.noise(run), seen(side, restitution)).value;
         normal_score(on(Side::Below), on(Side::Above))
     }
 
@@ -362,7 +352,7 @@ impl EvaluatedLaw<'_, '_> {
         if self.pointwise.is_integrated() {
             Tails::Normal
         } else {
-            self.noise.tails
+            self.noise[0].tails
         }
     }
 
@@ -379,14 +369,15 @@ impl EvaluatedLaw<'_, '_> {
 
     /// Mean of e* and its spread σ: m(r) and σ_wet, or e_dry and σ_dry.
     pub fn mean_and_sigma(&self, run: usize) -> (f64, f64) {
-        let (mean, spread) = self.mean_and_spread(run);
-        (mean, spread.sigma)
+        let noise = self.noise(run);
+        let (kept, _) = self.impact(run).kept(noise.wet);
+        (noise.mean(kept).0, noise.spreads.sigma)
     }
 
     /// Log likelihood of a run: a density where it rebounded, a probability where it stuck; given the other runs where some
     /// share its true speed.
     pub fn ln_likelihood(&self, run: usize) -> f64 {
-        if self.errors_of(run).is_shared {
+        if self.pointwise.is_shared(run) {
             self.given_the_others()[run]
         } else {
             self.ln_likelihood_alone(run)
@@ -395,31 +386,20 @@ impl EvaluatedLaw<'_, '_> {
 
     /// The same of a run that shares its true speed with none.
     fn ln_likelihood_alone(&self, run: usize) -> f64 {
-        let restitution = self.pointwise.runs.restitution[run];
-        if self.pointwise.is_integrated() {
-            let density = self.integrated(run, self.seen(run));
-            return if self.pointwise.truncated && !self.pointwise.stuck[run] {
-                density - self.integrated(run, Seen::On(Side::Above, self.pointwise.limit))
-            } else {
-                density
-            };
+        let Pointwise {
+            truncated, restitution, ..
+        } = self.pointwise;
+        let noise = self.noise(run);
+        if *truncated || self.pointwise.is_integrated() || self.pointwise.is_stuck(run) {
+            return self.pointwise.alone(run, self.impact(run), noise, None).value;
         }
-        let tails = self.noise.tails;
-        let ln_below = |z| tails.ln_probability_and_slope(z).0;
-        if self.pointwise.stuck[run] {
-            return ln_below(self.limit_z(run));
-        }
-        let density = tails.ln_unit_density(self.z(run, restitution)) - self.spread(run).ln;
-        if self.pointwise.truncated {
-            density - ln_below(-self.limit_z(run))
-        } else {
-            density
-        }
+        // where runs are left out very many of these are asked for, and no slope: with them it takes nearly twice as long
+        noise.tails.ln_unit_density(self.z(run, restitution[run])) - self.ln_sigma[self.kind(run)]
     }
 
     /// Log likelihood of some runs together, of which none shares its true speed with another one.
     pub fn ln_likelihood_of(&self, runs: Range<usize>) -> f64 {
-        let alone = runs.clone().filter(|run| !self.errors_of(*run).is_shared);
+        let alone = runs.clone().filter(|run| !self.pointwise.is_shared(*run));
         let alone: f64 = alone.map(|run| self.ln_likelihood(run)).sum();
         let shared = self.pointwise.shared.iter();
         let together = shared.filter(|shared| runs.contains(&shared.settings[0].runs[0]));
@@ -462,12 +442,8 @@ impl EvaluatedLaw<'_, '_> {
     /// A new draw of e* as it would be measured. Where the impact speed errs, at a true speed drawn from what is known of
     /// it, and measured with the impact speed that the run has.
     fn draw<R: Rng + ?Sized>(&self, run: usize, rng: &mut R) -> f64 {
-        let (mean, sigma) = self.mean_and_sigma(run);
-        let noise = sigma * self.noise.tails.draw(rng);
-        if !self.pointwise.is_integrated() {
-            return mean + noise;
-        }
-        let errors = self.errors_of(run);
+        let (noise, mut at) = (self.noise(run), self.impact(run));
+        let scatter = noise.spreads.sigma * noise.tails.draw(rng);
         let mut normal = |sd: f64| {
             if sd > 0.0 {
                 let z: f64 = StandardNormal.sample(rng);
@@ -476,19 +452,14 @@ impl EvaluatedLaw<'_, '_> {
                 0.0
             }
         };
-        let (balance, mut at) = (&self.balances[self.place(run)], self.impact(run));
+        let errors = at.errors;
         let mut ratio = 1.0;
         if errors.speed > 0.0 {
             ratio = (errors.true_speed.mean + normal(errors.true_speed.sd)).max(0.01);
-            at = balance.at_speed_ratio(&at, ratio);
+            at.impact = at.balance.at_speed_ratio(&at.impact, ratio);
         }
-        let mean = if run < self.pointwise.dry {
-            balance.e_dry(at.dry_root)[0]
-        } else {
-            let lucky = normal(self.energy(run).unwrap_or(0.0));
-            rebound::mean_restitution(balance.kept(&at).0 + lucky)
-        };
-        let e = mean + noise;
+        let kept = at.kept(noise.wet).0 + normal(noise.spreads.energy);
+        let e = noise.mean(kept).0 + scatter;
         if e <= self.pointwise.limit {
             return e;
         }

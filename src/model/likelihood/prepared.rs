@@ -1,57 +1,105 @@
-//! Holds the runs of a scene as the likelihood reads them: wet ones as nodes in blocks, dry ones as sums.
+//! Holds the runs of a scene as the likelihood reads them: wet ones as nodes, dry ones as sums, and one by one those of which
+//! these do not say enough.
 
-use super::dry_sums::DryRuns;
-use super::nodes::{Nodes, WetBlock};
-use super::own_rows::ByRow;
-use super::tails::Tails;
-use super::trend::{BlockLaw, FilmParameters};
-use crate::model::parameters::{COMMON_SLOTS, SHAPE_SLOT};
+use super::dry::DryRuns;
+use super::nodes::{Block, Nodes};
+use super::pointwise::Pointwise;
+use super::run_noise::NoiseModel;
 use crate::physics::Form;
+use crate::runs::Runs;
+use crate::scene::{LikelihoodFamily, Scene};
 
 /// The log likelihood of the runs of a scene as a function of a full vector of parameters.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Likelihood {
     pub(super) form: Form,
     /// at or below this e* the run stuck
     pub(super) limit: f64,
-    /// whether runs that stuck were not logged, so that a rebound's density is that of runs that rebound
+    /// whether runs that stuck were not logged
     pub(super) truncated: bool,
-    pub(super) blocks: Vec<WetBlock>,
+    pub(super) noise: NoiseModel,
+    /// runs of one k, density ratio and offset
+    pub(super) blocks: Vec<Block>,
     pub(super) rebounds: Nodes,
     pub(super) stuck: Nodes,
-    /// what runs have of their own, where they are taken one at a time
-    pub(super) own: Option<ByRow>,
-    /// wet runs that rebounded
-    pub(super) wet_rebounds: f64,
-    /// sum of squares of the wet rebounds about the means of their settings
+    /// runs that the nodes stand for, of those that rebounded
+    pub(super) rebounds_of_nodes: f64,
+    /// sum of squares of these about the means of their settings
     pub(super) leftover: f64,
+    /// of each sphere; empty where dry runs are taken one by one
     pub(super) dry: Vec<DryRuns>,
+    /// the runs, where some have spreads or tails that neither says
+    pub(super) rows: Option<Pointwise>,
 }
 
 impl Likelihood {
-    /// Whether it takes one run at a time, because these have spreads or tails of their own.
-    pub fn needs_rows(&self) -> bool {
-        self.own.is_some()
+    /// The likelihood of the runs of a scene.
+    pub fn new(scene: &Scene, runs: &Runs, form: Form) -> Likelihood {
+        let rows = Pointwise::new(scene, runs, form);
+        let needs_rows = scene.model.has_own_noise() || !rows.errors.is_empty();
+        // the rebounds with Student's noise of one spread are nodes, too, each by itself
+        let is_student = rows.noise.family == LikelihoodFamily::Student;
+        let rebounds_are_nodes = !needs_rows || is_student && !rows.is_integrated() && !rows.truncated;
+        let mut of_blocks = vec![[vec![], vec![]]; rows.blocks.len()];
+        for run in rows.dry..rows.len() {
+            let is_stuck = rows.is_stuck(run);
+            if rebounds_are_nodes && !(is_stuck && needs_rows) {
+                of_blocks[rows.setting(run).block][usize::from(is_stuck)].push(run);
+            }
+        }
+        let (mut rebounds, mut stuck, mut leftover) = (Nodes::default(), Nodes::default(), 0.0);
+        for [of_rebounds, of_stuck] in of_blocks {
+            leftover += rebounds.add(&rows, of_rebounds, !needs_rows);
+            stuck.add(&rows, of_stuck, !needs_rows);
+        }
+        let dry = if needs_rows { 0 } else { runs.spheres.len() };
+        Likelihood {
+            form,
+            limit: rows.limit,
+            truncated: rows.truncated,
+            blocks: rows.blocks.clone(),
+            rebounds_of_nodes: rebounds.count.iter().sum(),
+            rebounds,
+            stuck,
+            leftover,
+            dry: (0..dry).map(|sphere| DryRuns::of(scene, runs, sphere)).collect(),
+            noise: rows.noise,
+            rows: needs_rows.then_some(rows),
+        }
     }
 
-    /// Nodes of wet runs, rebounded and stuck: different settings, or runs where these are taken one at a time.
+    /// Whether the likelihood of a scene's runs is one of rows, because they have spreads or tails of their own.
+    pub fn needs_every_row(scene: &Scene, runs: &Runs) -> bool {
+        scene.model.has_own_noise() || runs.errors_with_medians().is_some()
+    }
+
+    /// Nodes of wet runs, rebounded and stuck: different settings, or runs where these are not joined.
     pub fn nodes(&self) -> usize {
         self.rebounds.len() + self.stuck.len()
     }
 
-    /// The energy balance of a block at a full vector of parameters, which `films` has read.
-    pub(super) fn law(&self, block: &WetBlock, full: &[f64], films: FilmParameters) -> BlockLaw {
-        BlockLaw {
-            films,
-            dry_k: full[COMMON_SLOTS + block.sphere],
-            density_ratio: block.density_ratio,
-            offset: block.offset.map_or(0.0, |slot| full[slot]),
-        }
+    /// Whether it takes one run at a time, because these have spreads or tails of their own.
+    pub fn needs_rows(&self) -> bool {
+        self.rows.is_some()
     }
+}
 
-    /// The tails of noise at a full vector of parameters.
-    pub(super) fn tails(&self, full: &[f64]) -> Tails {
-        let own = self.own.as_ref();
-        own.map_or(Tails::Normal, |own| Tails::of(own.family, full[SHAPE_SLOT]))
+impl Nodes {
+    /// Adds the runs of a block, those of one setting as one node where they are joined; gives the sum of their squares about
+    /// the means of their nodes.
+    fn add(&mut self, rows: &Pointwise, mut runs: Vec<usize>, are_joined: bool) -> f64 {
+        // stable: runs of one setting keep their order
+        runs.sort_by(|a, b| rows.setting(*a).order(rows.setting(*b)));
+        let first = self.len();
+        let mut leftover = 0.0;
+        for of_one in runs.chunk_by(|a, b| are_joined && rows.setting(*a) == rows.setting(*b)) {
+            let each = || of_one.iter().map(|run| (rows.count(*run), rows.restitution[*run]));
+            let count: f64 = each().map(|(count, _)| count).sum();
+            let mean = each().map(|(count, e)| count * e).sum::<f64>() / count;
+            leftover += each().map(|(count, e)| count * (e - mean).powi(2)).sum::<f64>();
+            self.push(*rows.setting(of_one[0]), mean, count);
+        }
+        self.blocks.push(first..self.len());
+        leftover
     }
 }

@@ -39,6 +39,29 @@ pub struct Spreads {
     pub energy: f64,
 }
 
+/// The logarithm of the density of noise at a z, or of the probability of less, with its slopes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct LnOfNoise {
+    pub value: f64,
+    /// in z
+    pub z: f64,
+    /// in the shape of the noise
+    pub shape: f64,
+}
+
+/// What sums over rebounds of one spread read of their noise.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Summed {
+    /// ν; `None` of normal noise
+    pub nu: Option<f64>,
+    /// c, and the slope of ln c in ν
+    pub stretch: f64,
+    pub stretch_slope: f64,
+    /// ln of the density at 0, and its slope in ν
+    pub peak: f64,
+    pub peak_slope: f64,
+}
+
 /// The log density or log probability of a run, with its slopes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct RunDensity {
@@ -58,16 +81,14 @@ pub(super) struct RunDensity {
 }
 
 impl RunDensity {
-    /// Of so many runs alike.
-    pub fn times(self, count: f64) -> RunDensity {
-        RunDensity {
-            value: count * self.value,
-            sigma: count * self.sigma,
-            energy: count * self.energy,
-            shape: count * self.shape,
-            kept: count * self.kept,
-            viscous: count * self.viscous,
-            dry_k: count * self.dry_k,
-        }
+    /// Adds so many runs alike.
+    pub fn add(&mut self, more: RunDensity, count: f64) {
+        self.value += count * more.value;
+        self.sigma += count * more.sigma;
+        self.energy += count * more.energy;
+        self.shape += count * more.shape;
+        self.kept += count * more.kept;
+        self.viscous += count * more.viscous;
+        self.dry_k += count * more.dry_k;
     }
 }

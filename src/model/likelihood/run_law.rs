@@ -17,7 +17,7 @@ pub(super) struct RunImpact<'b> {
 
 impl RunImpact<'_> {
     /// r, or e_dry of a dry run, with its slope in k.
-    fn kept(&self, wet: bool) -> (f64, f64) {
+    pub fn kept(&self, wet: bool) -> (f64, f64) {
         if wet {
             return self.balance.kept(&self.impact);
         }
@@ -25,41 +25,42 @@ impl RunImpact<'_> {
         (e_dry, slope)
     }
 
-    /// What a wet run adds, with the slopes that follow from that in r.
-    pub fn with_slopes(&self, of: RunDensity) -> RunDensity {
+    /// The same with the slopes that follow from that in what is kept, whose slope in k is this.
+    pub fn with_slopes(&self, of: RunDensity, slope_k: f64) -> RunDensity {
         RunDensity {
             viscous: of.kept * self.impact.over_stokes,
-            dry_k: of.kept * self.kept(true).1,
+            dry_k: of.kept * slope_k,
             ..of
         }
     }
 
     /// What a run adds of which this is known, integrated over what is hidden of it.
-    pub fn density(&self, noise: RunNoise, seen: Seen) -> RunDensity {
+    #[inline]
+    pub fn density(&self, noise: &RunNoise, seen: Seen) -> RunDensity {
         let run = MeasuredRun {
             seen,
             errors: self.errors,
         };
-        let (kept, of_k) = self.kept(noise.wet);
-        let moves = match () {
-            () if self.errors.speed > 0.0 => Moves::Speed,
-            () if noise.acts_on_energy(kept) => Moves::Energy,
-            () => {
-                let of = noise.density(&run, kept, 1.0);
-                return RunDensity {
-                    viscous: of.kept * self.impact.over_stokes,
-                    dry_k: of.kept * of_k,
-                    ..of
-                };
-            }
-        };
+        let (kept, slope_k) = self.kept(noise.wet);
+        if self.errors.speed > 0.0 {
+            self.integrated(noise, &run, Moves::Speed)
+        } else if noise.acts_on_energy(kept) {
+            self.integrated(noise, &run, Moves::Energy)
+        } else {
+            self.with_slopes(noise.density(&run, kept, 1.0), slope_k)
+        }
+    }
+
+    /// The same where something is hidden. A function of its own, so that the other runs wait for none of it.
+    #[inline(never)]
+    fn integrated(&self, noise: &RunNoise, run: &MeasuredRun, moves: Moves) -> RunDensity {
         let hidden = Hidden {
-            noise,
+            noise: *noise,
             moves,
             settings: &[SettingRuns {
                 balance: self.balance,
                 impact: self.impact,
-                runs: &[run],
+                runs: std::slice::from_ref(run),
             }],
         };
         let mut slopes = [SettingSlopes::default()];
@@ -85,8 +86,16 @@ impl BelowRestitution {
             wet: true,
         };
         let of = |seen: Seen| {
-            let errors = Errors::NONE;
-            Hidden::of_energy(noise, r, &MeasuredRun { seen, errors }).value.exp()
+            Hidden::of_energy(
+                noise,
+                r,
+                &MeasuredRun {
+                    seen,
+                    errors: Errors::NONE,
+                },
+            )
+            .value
+            .exp()
         };
         BelowRestitution {
             probability: of(Seen::On(Side::Below, restitution)),

@@ -4,7 +4,18 @@ use super::errors::Errors;
 use super::normal::CERTAIN;
 use super::run_density::{RunDensity, Seen, Spreads};
 use super::tails::Tails;
+use crate::model::parameters::{ParameterKind, SHAPE_SLOT};
 use crate::physics::rebound::{mean_and_slope, slope_mean_restitution};
+use crate::scene::{LikelihoodFamily, NoiseOn, Scene};
+
+/// What noise the runs of a scene have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct NoiseModel {
+    /// its distribution
+    pub family: LikelihoodFamily,
+    /// whether it acts on the energy kept, too
+    pub both: bool,
+}
 
 /// The noise of the runs of a kind, wet or dry, at a full vector of parameters.
 #[derive(Debug, Clone, Copy)]
@@ -25,6 +36,35 @@ pub(super) struct MeasuredRun {
 /// What noise on the energy kept moves e by, over σ, below which it is none: σ² + (m′σ_r)² is then σ² to rounding.
 const NOTICED: f64 = 1e-7;
 
+impl NoiseModel {
+    /// That of a scene.
+    pub fn of(scene: &Scene) -> NoiseModel {
+        NoiseModel {
+            family: scene.model.likelihood,
+            both: scene.model.noise == NoiseOn::Both,
+        }
+    }
+
+    /// The noise of dry runs and that of wet ones at a full vector of parameters.
+    pub fn at(self, full: &[f64]) -> [RunNoise; 2] {
+        let tails = Tails::of(self.family, full[SHAPE_SLOT]);
+        let of = |kind: ParameterKind| full[kind.slot()];
+        let energy = if self.both { of(ParameterKind::SigmaEnergy) } else { 0.0 };
+        let kinds = [
+            (ParameterKind::SigmaDry, 0.0, false),
+            (ParameterKind::SigmaWet, energy, true),
+        ];
+        kinds.map(|(sigma, energy, wet)| RunNoise {
+            tails,
+            spreads: Spreads {
+                sigma: of(sigma),
+                energy,
+            },
+            wet,
+        })
+    }
+}
+
 impl RunNoise {
     /// m(r) and its slope; of a dry run what is kept is its mean restitution already.
     #[inline(always)]
@@ -38,7 +78,8 @@ impl RunNoise {
 
     /// Whether noise on the energy kept moves a run that keeps this by more than a rounding of its σ.
     pub fn acts_on_energy(&self, kept: f64) -> bool {
-        self.wet && slope_mean_restitution(kept) * self.spreads.energy > NOTICED * self.spreads.sigma
+        let Spreads { sigma, energy } = self.spreads;
+        self.wet && energy > 0.0 && slope_mean_restitution(kept) * energy > NOTICED * sigma
     }
 
     /// Whether normal noise on the energy kept moves every run by more than that.
@@ -54,39 +95,33 @@ impl RunNoise {
         let (mean, slope) = self.mean(kept);
         let sigma = self.spreads.sigma;
         // of the rebound speed over the measured impact speed
-        let measured = |e: f64| e - errors.shared() * (1.0 - ratio);
-        let on_side = |sign: f64, distance: f64, ratio: f64, spread: f64| {
-            let z = sign * distance / spread;
-            if self.tails == Tails::Normal && z > CERTAIN {
-                return RunDensity::default();
-            }
-            let probability = self.tails.ln_probability(z);
-            RunDensity {
-                value: probability.value,
-                sigma: -probability.z * z * sigma * ratio * ratio / (spread * spread),
-                shape: probability.shape,
-                kept: -sign * probability.z * ratio / spread * slope,
-                ..RunDensity::default()
-            }
+        let measured = |sign: f64, e: f64| {
+            let distance = e - errors.shared() * (1.0 - ratio) - mean * ratio;
+            (sign, distance, ratio, errors.spread(sigma * ratio))
         };
-        match *seen {
-            Seen::Rebound(e) => {
-                let variance = errors.variance(sigma * ratio);
-                let density = self.tails.ln_density(measured(e) - mean * ratio, variance, 1.0);
-                RunDensity {
-                    value: density.value,
-                    sigma: 2.0 * density.variance * sigma * ratio * ratio,
-                    shape: density.shape,
-                    kept: density.mean * ratio * slope,
-                    ..RunDensity::default()
-                }
-            }
+        let (sign, distance, ratio, spread) = match *seen {
+            Seen::Rebound(e) => measured(1.0, e),
+            Seen::Measured(side, e) => measured(side.sign(), e),
             // what sticks is not measured
-            Seen::On(side, limit) => on_side(side.sign(), limit - mean, 1.0, sigma),
-            Seen::Measured(side, e) => {
-                let spread = errors.variance(sigma * ratio).sqrt();
-                on_side(side.sign(), measured(e) - mean * ratio, ratio, spread)
-            }
+            Seen::On(side, limit) => (side.sign(), limit - mean, 1.0, sigma),
+        };
+        let z = sign * distance / spread;
+        let is_density = matches!(seen, Seen::Rebound(_));
+        if !is_density && self.tails == Tails::Normal && z > CERTAIN {
+            return RunDensity::default();
+        }
+        // a density is per unit of e, not of z
+        let (of, per_spread) = if is_density {
+            (self.tails.ln_density(z), 1.0)
+        } else {
+            (self.tails.ln_probability(z), 0.0)
+        };
+        RunDensity {
+            value: of.value - per_spread * spread.ln(),
+            sigma: -(of.z * z + per_spread) * sigma * ratio * ratio / (spread * spread),
+            shape: of.shape,
+            kept: -sign * of.z * ratio / spread * slope,
+            ..RunDensity::default()
         }
     }
 }

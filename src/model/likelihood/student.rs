@@ -1,6 +1,137 @@
-//! Computes the density and the tails of Student's t.
+//! Computes the density and the tails of Student's t, stretched so that its spread is that of the normal (`tails.rs`).
 
-use crate::distributions::student_t_peak;
+use rand::Rng;
+use rand_distr::{ChiSquared, Distribution, StandardNormal};
+
+use super::run_density::{LnOfNoise, Summed};
+use crate::distributions::{student_t_peak, student_t_peak_slope};
+
+/// Student's t of the central 68.3 % of the normal, with its constants.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Student {
+    /// ν
+    pub(super) nu: f64,
+    /// t itself
+    pub(super) t: StudentT,
+    /// t of a little less and a little more ν
+    pub(super) beside: [StudentT; 2],
+    /// c, the quantile of t that as much lies below as below 1 of the standard normal
+    pub(super) quantile: f64,
+    /// slope of ln c in ν
+    pub(super) quantile_slope: f64,
+    /// ln of the density at 0
+    pub(super) peak: f64,
+    /// its slope in ν
+    pub(super) peak_slope: f64,
+}
+
+/// Step of a difference in ν, as a share of it: what the third order leaves is below 1e-6 of a slope, and what rounding takes
+/// far below.
+const STEP: f64 = 1e-4;
+
+impl Student {
+    /// Of so many degrees of freedom.
+    pub fn new(nu: f64) -> Student {
+        let step = STEP * nu;
+        let t = StudentT::new(nu);
+        let beside = [nu - step, nu + step].map(StudentT::new);
+        let quantile = t.quantile_of_one();
+        // as much stays above
+        let [less, more] = beside.map(|t| t.above(quantile));
+        let quantile_slope = (more - less) / (2.0 * step) / t.density(quantile) / quantile;
+        Student {
+            nu,
+            t,
+            beside,
+            quantile,
+            quantile_slope,
+            peak: t.peak + quantile.ln(),
+            peak_slope: student_t_peak_slope(nu) + quantile_slope,
+        }
+    }
+
+    /// What sums over rebounds read of it.
+    pub(super) fn summed(&self) -> Summed {
+        Summed {
+            nu: Some(self.nu),
+            stretch: self.quantile,
+            stretch_slope: self.quantile_slope,
+            peak: self.peak,
+            peak_slope: self.peak_slope,
+        }
+    }
+
+    /// Log density at z, of a spread of 1, with its slopes.
+    pub(super) fn ln_density(&self, z: f64) -> LnOfNoise {
+        let (nu, stretched) = (self.nu, self.quantile * self.quantile);
+        let square = stretched * z * z;
+        let ln_tail = (square / nu).ln_1p();
+        // falls with the square of the distance, so that what lies far out pulls less the farther it is
+        let weight = (nu + 1.0) / (nu + square);
+        LnOfNoise {
+            value: self.peak - 0.5 * (nu + 1.0) * ln_tail,
+            z: -weight * stretched * z,
+            shape: self.peak_slope - 0.5 * ln_tail + weight * square * (0.5 / nu - self.quantile_slope),
+        }
+    }
+
+    /// Log of the probability of less than z, with its slopes.
+    pub(super) fn ln_probability(&self, z: f64) -> LnOfNoise {
+        if self.is_certain(z) {
+            return LnOfNoise {
+                value: 0.0,
+                z: 0.0,
+                shape: 0.0,
+            };
+        }
+        let at = self.quantile * z;
+        let [less, more] = self.beside;
+        let all = [self.t, less, more];
+        let densities = StudentT::density_of_each(all, at);
+        let [above, less, more] = StudentT::above_of_each(all, at.abs(), densities);
+        let above_nu = (more / less).ln() / (2.0 * STEP * self.nu);
+        let (value, probability, of_nu) = if at > 0.0 {
+            let below = 1.0 - above;
+            ((-above).ln_1p(), below, -above_nu * above / below)
+        } else {
+            (above.ln(), above, above_nu)
+        };
+        let slope = densities[0] * self.quantile / probability;
+        LnOfNoise {
+            value,
+            z: slope,
+            shape: of_nu + slope * z * self.quantile_slope,
+        }
+    }
+
+    /// Probability of less than z.
+    pub(super) fn probability(&self, z: f64) -> f64 {
+        let beyond = self.t.above(self.quantile * z.abs());
+        if z > 0.0 {
+            1.0 - beyond
+        } else {
+            beyond
+        }
+    }
+
+    /// Whether what lies above z is lost in rounding beside 1: z Q(z) is less than the mean f(z) (ν + z²)/(ν − 1) of what
+    /// lies there.
+    fn is_certain(&self, z: f64) -> bool {
+        /// nearer, not even the normal has so little
+        const FAR: f64 = 9.0;
+        const LOST: f64 = 1e-18;
+        let at = self.quantile * z;
+        z > FAR && self.t.density(at) * self.quantile * (self.nu + at * at) < LOST * (self.nu - 1.0) * at
+    }
+
+    /// A draw of z.
+    pub(super) fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> f64 {
+        // ν lies above 2 wherever there is one
+        let squares = ChiSquared::new(self.nu).map_or(f64::NAN, |squares| squares.sample(rng));
+        let z: f64 = StandardNormal.sample(rng);
+        (self.nu / squares).sqrt() / self.quantile * z
+    }
+}
 
 /// Student's t of some degrees of freedom.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -8,27 +139,23 @@ pub(super) struct StudentT {
     /// ν
     nu: f64,
     /// ln of the density at 0
-    pub peak: f64,
+    peak: f64,
 }
 
 impl StudentT {
-    pub fn new(nu: f64) -> StudentT {
+    fn new(nu: f64) -> StudentT {
         StudentT {
             nu,
             peak: student_t_peak(nu),
         }
     }
 
-    pub fn ln_density(self, t: f64) -> f64 {
-        self.peak - 0.5 * (self.nu + 1.0) * (t * t / self.nu).ln_1p()
-    }
-
-    pub fn density(self, t: f64) -> f64 {
-        self.ln_density(t).exp()
+    fn density(self, t: f64) -> f64 {
+        (self.peak - 0.5 * (self.nu + 1.0) * (t * t / self.nu).ln_1p()).exp()
     }
 
     /// The densities of some whose ν differ by no more than a thousandth, with one logarithm.
-    pub fn density_of_each<const N: usize>(all: [StudentT; N], t: f64) -> [f64; N] {
+    fn density_of_each<const N: usize>(all: [StudentT; N], t: f64) -> [f64; N] {
         let square = t * t;
         let Some(first) = all.first().map(|of| square / of.nu) else {
             return [0.0; N];
@@ -43,7 +170,7 @@ impl StudentT {
     }
 
     /// The probability of more than t, for t at or above 0; no number where t or ν is none.
-    pub fn above(self, t: f64) -> f64 {
+    fn above(self, t: f64) -> f64 {
         let [above] = StudentT::above_of_each([self], t, [self.density(t)]);
         above
     }
@@ -52,7 +179,7 @@ impl StudentT {
     ///
     /// Half of I_x(ν/2, 1/2) at x = ν/(ν + t²), or half of what I_(1−x)(1/2, ν/2) leaves of one, whichever fraction is short;
     /// the power before either holds the density.
-    pub fn above_of_each<const N: usize>(all: [StudentT; N], t: f64, density: [f64; N]) -> [f64; N] {
+    fn above_of_each<const N: usize>(all: [StudentT; N], t: f64, density: [f64; N]) -> [f64; N] {
         let square = t * t;
         if square.is_infinite() {
             // below the smallest number for any ν in use
@@ -74,17 +201,8 @@ impl StudentT {
         found
     }
 
-    /// Log of the probability of less than t.
-    pub fn ln_below(self, t: f64) -> f64 {
-        if t > 0.0 {
-            (-self.above(t)).ln_1p()
-        } else {
-            self.above(-t).ln()
-        }
-    }
-
     /// The quantile with as much above it as above 1 of the standard normal.
-    pub fn quantile_of_one(self) -> f64 {
+    fn quantile_of_one(self) -> f64 {
         const ABOVE_ONE: f64 = 0.158_655_253_931_457_05;
         /// from the start used here the fourth step is below rounding for any ν above 2
         const STEPS: usize = 4;

@@ -1,110 +1,163 @@
-//! Sums distances and slopes over the rebounds of a block where the spread is one for all: step by step over some nodes at a
-//! time, in loops that are compiled for the widest registers there are.
+//! Sums the log density over the nodes of each block where the spread is one for all: step by step over some nodes at a time,
+//! in loops that are compiled for the widest registers there are.
 
 use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::block_sums::BlockSums;
 use super::nodes::Nodes;
-use super::trend::{BlockLaw, FilmColumns, CHUNK};
+use super::normal::{ln_normal_cdf_and_slope, CERTAIN};
+use super::run_density::{RunDensity, Side, Summed};
+use super::totals::{BlockSums, Totals};
+use super::trend::{BlockLaw, CHUNK};
 use crate::exponential::{is_fused, logarithm};
 use crate::lanes::sums;
 use crate::physics::dry::Order;
-use crate::physics::rebound::mean_and_slope;
+use crate::physics::rebound::{kept_of_mean_restitution, mean_and_slope};
 
-/// Student's tails of one spread.
+/// What is asked of the runs of the nodes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct HeavyTails {
-    /// q over the square of a distance
-    pub steepness: f64,
-    /// ν
-    pub nu: f64,
+pub(super) enum Asked {
+    /// the density of their restitutions; with Student's noise each node is one run
+    Rebounds(Summed),
+    /// the probability that they came out on this side of a restitution, of normal noise
+    Side(Side, f64),
 }
 
-/// A range of the nodes with its energy balance.
-#[derive(Debug, Clone)]
-pub(super) struct NodeRange {
-    pub nodes: Range<usize>,
-    pub law: BlockLaw,
+/// Sums over the nodes of all blocks.
+pub(super) struct NodeSums<'a> {
+    pub nodes: &'a Nodes,
+    /// of each block
+    pub laws: &'a [BlockLaw],
+    pub order: Order,
+    /// σ
+    pub sigma: f64,
+    pub asked: Asked,
+    /// each counts so many times
+    pub times: f64,
 }
 
-/// The sums over each of some ranges of the nodes.
-///
-/// With heavy tails each node is one run, and counts by the weight its distance leaves it.
-pub(super) fn rebound_sums(
-    nodes: &Nodes,
-    order: Order,
-    heavy: Option<HeavyTails>,
-    ranges: &[NodeRange],
-) -> Vec<BlockSums> {
-    // one call for all: a range of a few nodes costs no more than its roots
-    Arch::new().dispatch(Rebounds {
-        nodes,
-        order,
-        heavy,
-        ranges,
-    })
-}
-
-struct Rebounds<'a> {
-    nodes: &'a Nodes,
-    order: Order,
-    heavy: Option<HeavyTails>,
-    ranges: &'a [NodeRange],
-}
-
-impl WithSimd for Rebounds<'_> {
-    type Output = Vec<BlockSums>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Vec<BlockSums> {
-        let mut columns = Columns::default();
-        // loops, since what is given to an iterator may not be compiled for these registers
-        let mut all = Vec::with_capacity(self.ranges.len());
-        for range in self.ranges {
-            let mut sums = BlockSums::default();
-            for chunk in range.chunks() {
-                columns.read(self.nodes, range, chunk.clone(), self.order, is_fused::<S>());
-                self.add(&mut columns, chunk, is_fused::<S>(), &mut sums);
-            }
-            all.push(sums);
-        }
-        all
+impl NodeSums<'_> {
+    /// Adds them to the totals of wet runs.
+    pub fn add_to(self, totals: &mut Totals) {
+        // one call for all: a block of a few nodes costs no more than its roots
+        Arch::new().dispatch(Dispatched { of: self, totals });
     }
 }
 
-impl Rebounds<'_> {
-    /// Adds the nodes of a chunk that was read.
+struct Dispatched<'a, 't> {
+    of: NodeSums<'a>,
+    totals: &'t mut Totals,
+}
+
+impl WithSimd for Dispatched<'_, '_> {
+    type Output = ();
+
     #[inline(always)]
-    fn add(&self, columns: &mut Columns, chunk: Range<usize>, fused: bool, all: &mut BlockSums) {
-        let (e, n) = (&self.nodes.restitution[chunk.clone()], &self.nodes.count[chunk.clone()]);
-        // n d², n d m′
-        let (mut squares, mut weighted) = ([0.0; CHUNK], [0.0; CHUNK]);
-        let [squares, weighted] = [&mut squares, &mut weighted].map(|column| &mut column[..chunk.len()]);
-        // slices of one length, so that no place has to be held against the end
-        let to = squares.iter_mut().zip(weighted.iter_mut());
-        for ((square, weighted), (kept, (e, n))) in to.zip(columns.kept[..chunk.len()].iter().zip(e.iter().zip(n))) {
-            let (mean, slope) = mean_and_slope(*kept);
-            let distance = e - mean;
-            *square = n * distance * distance;
-            *weighted = n * distance * slope;
-        }
-        let squares = &*squares;
-        if let Some(HeavyTails { steepness, nu }) = self.heavy {
-            let [of_weight, ln_tails] = sums([squares], |[square]| {
-                let q = steepness * square;
-                [(nu + 1.0) * q / (nu + q), ln_one_and(q / nu, fused)]
-            });
-            all.weighted += of_weight;
-            all.ln_tails += ln_tails;
-            for (weighted, square) in weighted.iter_mut().zip(squares) {
-                *weighted *= (nu + 1.0) / (nu + steepness * square);
+    fn with_simd<S: Simd>(self, _: S) {
+        let Dispatched { of, totals } = self;
+        let fused = is_fused::<S>();
+        let mut columns = Columns::default();
+        let mut all = RunDensity::default();
+        // loops, since what is given to an iterator may not be compiled for these registers
+        for ((law, nodes), sums) in of.laws.iter().zip(&of.nodes.blocks).zip(&mut totals.blocks) {
+            for first in nodes.clone().step_by(CHUNK) {
+                let chunk = first..nodes.end.min(first + CHUNK);
+                columns.read(of.nodes, law, chunk.clone(), of.order, fused);
+                match of.asked {
+                    Asked::Rebounds(noise) => of.add_rebounds(noise, &mut columns, chunk.clone(), fused, &mut all),
+                    Asked::Side(side, limit) => {
+                        if of.are_certain(side, limit, &columns.kept[..chunk.len()]) {
+                            continue;
+                        }
+                        of.add_side(side, limit, &mut columns, chunk.clone(), fused, &mut all);
+                    }
+                }
+                columns.add_slopes(of.nodes, chunk, of.times, sums);
             }
         }
-        let [of_squares] = sums([squares], |[square]| [square]);
-        all.squares += of_squares;
-        columns.add_slopes(self.nodes, chunk, weighted, all);
+        totals.of_kind[1].add(all, of.times);
+    }
+}
+
+impl NodeSums<'_> {
+    /// Adds the density of the rebounds of a chunk that was read but for what is the same of each, and writes its slope in r.
+    #[inline(always)]
+    fn add_rebounds(
+        &self,
+        noise: Summed,
+        columns: &mut Columns,
+        chunk: Range<usize>,
+        fused: bool,
+        all: &mut RunDensity,
+    ) {
+        let (e, n) = (&self.nodes.restitution[chunk.clone()], &self.nodes.count[chunk.clone()]);
+        let steepness = (noise.stretch / self.sigma).powi(2);
+        // q, the square of a distance in units of the noise, n times
+        let mut squares = [0.0; CHUNK];
+        let squares = &mut squares[..chunk.len()];
+        let Columns { kept, in_kept, .. } = columns;
+        let in_kept = &mut in_kept[..chunk.len()];
+        // slices of one length, so that no place has to be held against the end
+        let to = squares.iter_mut().zip(in_kept.iter_mut());
+        for ((square, in_kept), (kept, (e, n))) in to.zip(kept[..chunk.len()].iter().zip(e.iter().zip(n))) {
+            let (mean, slope) = mean_and_slope(*kept);
+            let distance = e - mean;
+            let weighted = steepness * n * distance;
+            *square = weighted * distance;
+            *in_kept = weighted * slope;
+        }
+        let squares = &*squares;
+        let Some(nu) = noise.nu else {
+            let [square] = sums([squares], |[square]| [square]);
+            all.value -= 0.5 * square;
+            all.sigma += square / self.sigma;
+            return;
+        };
+        let [of_weight, ln_tails] = sums([squares], |[q]| [(nu + 1.0) * q / (nu + q), ln_one_and(q / nu, fused)]);
+        all.value -= 0.5 * (nu + 1.0) * ln_tails;
+        all.sigma += of_weight / self.sigma;
+        all.shape += of_weight * (0.5 / nu - noise.stretch_slope) - 0.5 * ln_tails;
+        for (in_kept, q) in in_kept.iter_mut().zip(squares) {
+            *in_kept *= (nu + 1.0) / (nu + q);
+        }
+    }
+
+    /// Whether all that keep this come out on the side for certain; not where it is no number.
+    #[inline(always)]
+    fn are_certain(&self, side: Side, limit: f64, kept: &[f64]) -> bool {
+        let certain = kept_of_mean_restitution(limit - side.sign() * CERTAIN * self.sigma);
+        kept.iter().all(|r| side.sign() * (*r - certain) < 0.0)
+    }
+
+    /// Adds the probability that the runs of a chunk came out on a side, and writes its slope in r.
+    #[inline(always)]
+    fn add_side(
+        &self,
+        side: Side,
+        limit: f64,
+        columns: &mut Columns,
+        chunk: Range<usize>,
+        fused: bool,
+        all: &mut RunDensity,
+    ) {
+        let over_sigma = side.sign() / self.sigma;
+        let n = &self.nodes.count[chunk.clone()];
+        let Columns { kept, in_kept, .. } = columns;
+        let (mut z, mut slope, mut ln, mut of_z) = ([0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK]);
+        for ((z, slope), r) in z.iter_mut().zip(&mut slope).zip(&kept[..chunk.len()]) {
+            let (mean, of_kept) = mean_and_slope(*r);
+            (*z, *slope) = ((limit - mean) * over_sigma, of_kept);
+        }
+        for ((ln, of_z), z) in ln.iter_mut().zip(&mut of_z).zip(&z[..chunk.len()]) {
+            [*ln, *of_z] = ln_normal_cdf_and_slope(*z, fused);
+        }
+        let [value, in_z] = sums([n, &ln, &of_z, &z], |[n, ln, of_z, z]| [n * ln, n * of_z * z]);
+        all.value += value;
+        all.sigma -= in_z / self.sigma;
+        for (place, n) in n.iter().enumerate() {
+            in_kept[place] = -n * of_z[place] * over_sigma * slope[place];
+        }
     }
 }
 
@@ -117,87 +170,63 @@ fn ln_one_and(x: f64, fused: bool) -> f64 {
 }
 
 /// What the sums read of a chunk of nodes beside the nodes' own columns.
-pub(super) struct Columns {
+struct Columns {
     /// r
-    pub kept: [f64; CHUNK],
-    /// e_dry times its fall with k
-    pub dry: [f64; CHUNK],
+    kept: [f64; CHUNK],
+    /// its slope in k
+    dry_k: [f64; CHUNK],
     /// g exp(C′ f), and its slope in δ̃0 where it has one
     shapes: [[f64; CHUNK]; 2],
+    /// slope of the log density in r
+    in_kept: [f64; CHUNK],
 }
 
 impl Default for Columns {
     fn default() -> Columns {
         Columns {
             kept: [0.0; CHUNK],
-            dry: [0.0; CHUNK],
+            dry_k: [0.0; CHUNK],
             shapes: [[0.0; CHUNK]; 2],
+            in_kept: [0.0; CHUNK],
         }
     }
 }
 
 impl Columns {
-    /// Computes those of a chunk of a range.
+    /// Computes those of a chunk of a block, but for the last.
     #[inline(always)]
-    pub fn read(&mut self, nodes: &Nodes, range: &NodeRange, chunk: Range<usize>, order: Order, fused: bool) {
-        let law = &range.law;
-        law.films.shapes(nodes.film_columns(&chunk), fused, &mut self.shapes);
-        let (k, inertial) = (law.dry_k, law.density_ratio * law.films.prefactor);
+    fn read(&mut self, nodes: &Nodes, law: &BlockLaw, chunk: Range<usize>, order: Order, fused: bool) {
+        law.films.shapes(nodes, chunk.clone(), fused, &mut self.shapes);
+        let (k, inertial) = (law.dry_k, law.block.density_ratio * law.films.prefactor);
         let (viscous, trend) = (law.films.viscous(), law.films.lubrication_trend);
-        let [x, p, f] = [&nodes.over_stokes, &nodes.dry_root, &nodes.ln_film].map(|column| &column[chunk.clone()]);
-        let Columns { kept, dry, shapes } = self;
-        let [kept, dry, g] = [kept, dry, &mut shapes[0]].map(|column| &mut column[..chunk.len()]);
-        let own = x.iter().zip(p).zip(f.iter().zip(&*g));
-        for ((kept, dry), ((x, p), (f, g))) in kept.iter_mut().zip(dry).zip(own) {
+        let [x, p, b, f] =
+            [&nodes.over_stokes, &nodes.dry_root, &nodes.fixed, &nodes.ln_film].map(|column| &column[chunk.clone()]);
+        let Columns {
+            kept, dry_k, shapes, ..
+        } = self;
+        let [kept, dry_k, g] = [kept, dry_k, &mut shapes[0]].map(|column| &mut column[..chunk.len()]);
+        let own = x.iter().zip(p).zip(b).zip(f.iter().zip(&*g));
+        for ((kept, dry_k), (((x, p), b), (f, g))) in kept.iter_mut().zip(dry_k).zip(own) {
             let [e_dry, in_loss, _] = order.of_loss(k * p);
-            *dry = -e_dry * in_loss * p;
-            *kept = e_dry * e_dry - inertial * g - (viscous + trend * f) * x + law.offset;
-        }
-        for (kept, fixed) in self.kept.iter_mut().zip(nodes.fixed.get(chunk).unwrap_or(&[])) {
-            *kept -= fixed;
+            *dry_k = 2.0 * e_dry * in_loss * p;
+            *kept = e_dry * e_dry - inertial * g - (viscous + trend * f) * x - b + law.offset;
         }
     }
 
-    /// Adds the sums of slopes of a chunk from those in r.
+    /// Adds so many times the sums of slopes of a chunk from those in r.
     #[inline(always)]
-    pub fn add_slopes(&self, nodes: &Nodes, chunk: Range<usize>, in_kept: &[f64], all: &mut BlockSums) {
-        let own = [&nodes.over_stokes, &nodes.ln_film].map(|column| &column[chunk.clone()]);
-        let [x, f] = own;
+    fn add_slopes(&self, nodes: &Nodes, chunk: Range<usize>, times: f64, all: &mut BlockSums) {
+        let [x, f] = [&nodes.over_stokes, &nodes.ln_film].map(|column| &column[chunk.clone()]);
         let [g, h] = &self.shapes;
-        let [kept, viscous, dry, shape, scale, viscous_trend, inertial_trend] =
-            sums([in_kept, x, &self.dry, g, h, f], |[w, x, dry, g, h, f]| {
+        let found = sums(
+            [&self.in_kept[..chunk.len()], x, &self.dry_k, g, h, f],
+            |[w, x, of_k, g, h, f]| {
                 let (of_x, of_g) = (w * x, w * g);
-                [w, of_x, w * dry, of_g, w * h, of_x * f, of_g * f]
-            });
-        let more = BlockSums {
-            kept,
-            viscous,
-            dry,
-            shape,
-            scale,
-            viscous_trend,
-            inertial_trend,
-            ..BlockSums::default()
-        };
-        all.add_slopes(more, 1.0);
-    }
-}
-
-impl NodeRange {
-    /// The nodes, some at a time.
-    pub fn chunks(&self) -> impl Iterator<Item = Range<usize>> {
-        let end = self.nodes.end;
-        let firsts = self.nodes.clone().step_by(CHUNK);
-        firsts.map(move |first| first..end.min(first + CHUNK))
-    }
-}
-
-impl Nodes {
-    fn film_columns(&self, chunk: &Range<usize>) -> FilmColumns<'_> {
-        FilmColumns {
-            ratio: &self.film_ratio[chunk.clone()],
-            ln: &self.ln_film[chunk.clone()],
-            shape: self.shape.get(chunk.clone()).unwrap_or(&[]),
+                [w, of_x, w * of_k, of_g, w * h, of_x * f, of_g * f]
+            },
+        );
+        for (sum, more) in all.iter_mut().zip(found) {
+            *sum += times * more;
         }
     }
 }

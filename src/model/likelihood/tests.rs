@@ -11,6 +11,7 @@ use rand::RngExt;
 use super::normal::ln_normal_cdf;
 use super::pointwise::Pointwise;
 use super::*;
+use crate::distributions::LN_ROOT_TWO_PI;
 use crate::model::parameters::{physical, COMMON_SLOTS};
 use crate::physics::form::Term;
 use crate::physics::{kept_energy, rebound, Coefficient, DrySpeed, Form, Inertia, Setting};

@@ -8,8 +8,10 @@
 //! diameter L = ln(δc/ε) has the slope L′ = p; C′ is the power of the film ratio by which the inertial loss departs from
 //! its form. Empirical: neither is in the paper, which asks whether they vanish.
 
-use super::block_sums::BlockSums;
-use super::nodes::{NodeFilm, Nodes, WetBlock};
+use std::ops::Range;
+
+use super::nodes::{Block, Film, Nodes};
+use super::totals::BlockSums;
 use crate::exponential::exponential;
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Balance;
@@ -73,21 +75,6 @@ impl FilmParameters {
         self.viscous.share.viscous
     }
 
-    /// What the losses take at a film ratio with this f.
-    #[inline]
-    pub fn share(&self, film_ratio: f64, ln_film: f64) -> Share {
-        let shape = self.form.inertia.shape(film_ratio, self.film_scale);
-        self.share_of_shape(shape * self.grown(ln_film), ln_film)
-    }
-
-    #[inline]
-    fn share_of_shape(&self, grown_shape: f64, ln_film: f64) -> Share {
-        Share {
-            inertial: self.prefactor * grown_shape,
-            viscous: self.viscous() + self.lubrication_trend * ln_film,
-        }
-    }
-
     /// exp(C′ f)
     #[inline]
     fn grown(&self, ln_film: f64) -> f64 {
@@ -101,18 +88,18 @@ impl FilmParameters {
 
     /// Writes g exp(C′ f) of some nodes, and its slope in δ̃0 where it has one.
     #[inline(always)]
-    pub fn shapes(&self, films: FilmColumns, fused: bool, to: &mut [[f64; CHUNK]; 2]) {
-        let count = films.ratio.len();
-        let [shapes, slopes] = to.each_mut().map(|buffer| &mut buffer[..count]);
+    pub fn shapes(&self, nodes: &Nodes, chunk: Range<usize>, fused: bool, to: &mut [[f64; CHUNK]; 2]) {
+        let [shapes, slopes] = to.each_mut().map(|buffer| &mut buffer[..chunk.len()]);
         if self.form.inertia.has_film_scale() {
-            for ((shape, slope), ratio) in shapes.iter_mut().zip(slopes.iter_mut()).zip(films.ratio) {
+            let ratios = &nodes.film_ratio[chunk.clone()];
+            for ((shape, slope), ratio) in shapes.iter_mut().zip(slopes.iter_mut()).zip(ratios) {
                 (*shape, *slope) = Inertia::saturating_shape_and_slope(*ratio, self.film_scale, fused);
             }
         } else {
-            shapes.copy_from_slice(films.shape);
+            shapes.copy_from_slice(&nodes.shape[chunk.clone()]);
         }
         if self.inertial_trend != 0.0 {
-            for ((shape, slope), ln) in shapes.iter_mut().zip(slopes.iter_mut()).zip(films.ln) {
+            for ((shape, slope), ln) in shapes.iter_mut().zip(slopes.iter_mut()).zip(&nodes.ln_film[chunk]) {
                 let grown = exponential(self.inertial_trend * ln, fused);
                 *shape *= grown;
                 *slope *= grown;
@@ -124,23 +111,12 @@ impl FilmParameters {
 /// Nodes whose shapes are computed at a time.
 pub(super) const CHUNK: usize = 64;
 
-/// The films of some nodes, as columns.
-#[derive(Clone, Copy)]
-pub(super) struct FilmColumns<'n> {
-    /// δ̃
-    pub ratio: &'n [f64],
-    /// f
-    pub ln: &'n [f64],
-    /// g(δ̃); empty where a parameter moves it
-    pub shape: &'n [f64],
-}
-
 /// The energy balance of the runs of a block, whatever their films.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BlockLaw {
+    pub block: Block,
     pub films: FilmParameters,
     pub dry_k: f64,
-    pub density_ratio: f64,
     /// that of the series, 0 where series have none
     pub offset: f64,
 }
@@ -155,10 +131,29 @@ pub(super) struct FilmLaw {
     shape: [f64; 2],
 }
 
+impl Block {
+    /// The energy balance at a full vector of parameters, which `films` has read.
+    pub fn law(&self, films: FilmParameters, full: &[f64]) -> BlockLaw {
+        BlockLaw {
+            block: *self,
+            films,
+            dry_k: full[COMMON_SLOTS + self.sphere],
+            offset: self.offset.map_or(0.0, |slot| full[slot]),
+        }
+    }
+}
+
 impl BlockLaw {
-    /// At the film of a node.
-    pub fn at(&self, film: NodeFilm) -> FilmLaw {
+    /// At a film; a dry block has none.
+    pub fn at(&self, film: Film) -> FilmLaw {
         let films = &self.films;
+        if !self.block.wet {
+            return FilmLaw {
+                balance: Balance::dry(films.form.dry, self.dry_k),
+                ln_film: 0.0,
+                shape: [0.0; 2],
+            };
+        }
         let grown = films.grown(film.ln);
         let (shape, slope) = match film.shape {
             Some(shape) => (shape, 0.0),
@@ -167,77 +162,52 @@ impl BlockLaw {
                 .inertia
                 .shape_and_slope_film_scale(film.ratio, films.film_scale),
         };
-        let shape = [shape * grown, slope * grown];
-        let share = films.share_of_shape(shape[0], film.ln);
+        let share = Share {
+            inertial: films.prefactor * shape * grown,
+            viscous: films.viscous() + films.lubrication_trend * film.ln,
+        };
         FilmLaw {
-            balance: Balance::at(films.form, self.dry_k, share, self.density_ratio).with_offset(self.offset),
+            balance: Balance::at(films.form, self.dry_k, share, self.block.density_ratio).with_offset(self.offset),
             ln_film: film.ln,
-            shape,
+            shape: [shape * grown, slope * grown],
         }
     }
 
     /// Turns the slopes of r, summed over the runs of a block, into those of the parameters.
-    pub fn add_slopes(&self, block: &WetBlock, sums: &BlockSums, slopes: &mut [f64]) {
-        let films = &self.films;
-        let inertial = self.density_ratio * films.prefactor;
+    pub fn add_slopes(&self, sums: &BlockSums, slopes: &mut [f64]) {
+        let (block, films) = (&self.block, &self.films);
+        let [kept, viscous, dry_k, shape, scale, viscous_trend, inertial_trend] = *sums;
+        slopes[COMMON_SLOTS + block.sphere] += dry_k;
+        if !block.wet {
+            return;
+        }
+        let inertial = block.density_ratio * films.prefactor;
         if films.form.inertia != Inertia::None {
-            slopes[Coefficient::InertialPrefactor as usize] -= self.density_ratio * sums.shape;
-            slopes[ParameterKind::InertialTrend.slot()] -= inertial * sums.inertial_trend;
+            slopes[Coefficient::InertialPrefactor as usize] -= block.density_ratio * shape;
+            slopes[ParameterKind::InertialTrend.slot()] -= inertial * inertial_trend;
         }
         if films.form.inertia.has_film_scale() {
-            slopes[Coefficient::FilmScale as usize] -= inertial * sums.scale;
+            slopes[Coefficient::FilmScale as usize] -= inertial * scale;
         }
         for of_viscous in films.viscous.slopes.into_iter().flatten() {
-            slopes[of_viscous.of as usize] -= sums.viscous * of_viscous.share.viscous;
+            slopes[of_viscous.of as usize] -= viscous * of_viscous.share.viscous;
         }
-        slopes[ParameterKind::LubricationTrend.slot()] -= sums.viscous_trend;
-        slopes[COMMON_SLOTS + block.sphere] -= 2.0 * sums.dry;
+        slopes[ParameterKind::LubricationTrend.slot()] -= viscous_trend;
         if let Some(slot) = block.offset {
-            slopes[slot] += sums.kept;
-        }
-    }
-}
-
-/// The films of nodes one after the other: neighbours mostly share one, and an exponential costs more than the rest.
-pub(super) struct NodeFilms<'n> {
-    nodes: &'n Nodes,
-    law: &'n BlockLaw,
-    last: Option<(NodeFilm, FilmLaw)>,
-}
-
-impl Nodes {
-    /// The energy balance of a block at the films of its nodes.
-    pub(super) fn films<'n>(&'n self, law: &'n BlockLaw) -> NodeFilms<'n> {
-        NodeFilms {
-            nodes: self,
-            law,
-            last: None,
-        }
-    }
-}
-
-impl NodeFilms<'_> {
-    /// At the film of a node.
-    pub fn at(&mut self, node: usize) -> FilmLaw {
-        let film = self.nodes.film(node);
-        match self.last {
-            Some((same, law)) if same == film => law,
-            _ => self.last.insert((film, self.law.at(film))).1,
+            slopes[slot] += kept;
         }
     }
 }
 
 impl FilmLaw {
-    /// Adds the slopes of runs at this film: in r, in −L, and in k, the last by 2 e_dry.
+    /// Adds so many times the slopes of runs at this film: in r, in −L and in k.
     #[inline]
-    pub fn add(&self, sums: &mut BlockSums, kept: f64, viscous: f64, dry: f64) {
+    pub fn add(&self, sums: &mut BlockSums, [kept, viscous, dry_k]: [f64; 3], count: f64) {
         let [shape, scale] = self.shape.map(|of_film| kept * of_film);
-        sums.kept += kept;
-        sums.viscous += viscous;
-        sums.dry += dry;
-        sums.shape += shape;
-        sums.scale += scale;
-        sums.viscous_trend += viscous * self.ln_film;
-        sums.inertial_trend += shape * self.ln_film;
+        let trends = [viscous, shape].map(|slope| slope * self.ln_film);
+        let terms = [kept, viscous, dry_k, shape, scale, trends[0], trends[1]];
+        for (sum, term) in sums.iter_mut().zip(terms) {
+            *sum += count * term;
+        }
     }
 }

@@ -17,8 +17,8 @@ const BLOCK: usize = 1 << 16;
 
 /// The law at every draw, ready for every run. Runs times draws are too many numbers to hold.
 #[derive(Debug)]
-pub(super) struct EveryRun<'a> {
-    pointwise: Pointwise<'a>,
+pub(super) struct EveryRun {
+    pointwise: Pointwise,
     /// parameters of each draw, chain after chain
     full: Vec<Vec<f64>>,
     /// the runs whose log likelihood is written, see [`informative`]
@@ -26,8 +26,8 @@ pub(super) struct EveryRun<'a> {
     streams: Streams,
 }
 
-impl<'a> EveryRun<'a> {
-    pub fn new(input: ReportInput<'a>, posterior: &Posterior) -> EveryRun<'a> {
+impl EveryRun {
+    pub fn new(input: ReportInput, posterior: &Posterior) -> EveryRun {
         let form = posterior.setup.form;
         let pointwise = Pointwise::new(input.scene, input.runs, form);
         let full = posterior.sampled.full_draws();

@@ -233,7 +233,7 @@ fn every_run_groups(every_run: &EveryRun, runs: usize, size: DrawSize) -> [Array
 }
 
 /// The files of those numbers, pairs of the same draws.
-fn every_run_files(every_run: EveryRun, size: DrawSize) -> Vec<Streamed> {
+fn every_run_files(every_run: EveryRun, size: DrawSize) -> Vec<Streamed<'static>> {
     let every_run = Arc::new(every_run);
     let parts = (0..size.chains).flat_map(|chain| (0..size.draws.div_ceil(PART)).map(move |part| (chain, part)));
     let of_part = |(chain, part): (usize, usize)| {

@@ -5,10 +5,12 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{Column, Hidden, Moves, SettingNodes, SettingRuns, Sums, MOST_NODES};
+use crate::distributions::LN_ROOT_TWO_PI;
 use crate::exponential::{exponential, is_fused, logarithm};
+use crate::lanes;
 use crate::model::likelihood::normal::{ln_normal_cdf_and_slope, CERTAIN};
 use crate::model::likelihood::run_density::Seen;
-use crate::model::likelihood::tails::{normal_density, Tails};
+use crate::model::likelihood::tails::Tails;
 use crate::physics::dry::{Order, POWER};
 use crate::physics::rebound::{kept_and_slope, mean_and_slope, mean_restitution, TURN};
 
@@ -216,11 +218,12 @@ impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
                             let ratio = errors.ratio(*z);
                             let variance = errors.variance(sigma * ratio);
                             let distance = e - shared * (1.0 - ratio) - mean * ratio;
-                            let density = normal_density(distance, variance, 0.0);
-                            *ln += density.value;
+                            let inverse = 1.0 / variance;
+                            let square = distance * distance * inverse;
+                            *ln -= 0.5 * square + LN_ROOT_TWO_PI;
                             *variances *= variance;
-                            *of_kept += density.mean * ratio * slope;
-                            *of_sigma += 2.0 * density.variance * sigma * ratio * ratio;
+                            *of_kept += distance * inverse * ratio * slope;
+                            *of_sigma += (square - 1.0) * inverse * sigma * ratio * ratio;
                         }
                         factors += 1;
                         if factors == MOST_FACTORS {
@@ -266,13 +269,17 @@ impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
         }
         let of_parts = &parts[..count];
         // no number where a logarithm is none, whose exponential is one here
-        let terms = |part: f64, ln: f64, of_sigma: f64| [part, ln, part * of_sigma];
-        let [mass, no_number, of_sigma] = totals([of_parts, &ln[..count], &of_sigma[..count]], terms);
+        let [mass, no_number, of_sigma] =
+            lanes::sums([of_parts, &ln[..count], &of_sigma[..count]], |[part, ln, of_sigma]| {
+                [part, ln, part * of_sigma]
+            });
         sums.of[0] += mass + 0.0 * no_number;
         sums.of[1] += of_sigma;
         if !is_plain {
-            let terms = |part: f64, of_energy: f64, of_shape: f64| [part * of_energy, part * of_shape, 0.0];
-            let [of_energy, of_shape, _] = totals([of_parts, &of_energy[..count], &of_shape[..count]], terms);
+            let [of_energy, of_shape] = lanes::sums(
+                [of_parts, &of_energy[..count], &of_shape[..count]],
+                |[part, of_energy, of_shape]| [part * of_energy, part * of_shape],
+            );
             sums.of[2] += of_energy;
             sums.of[3] += of_shape;
         }
@@ -283,13 +290,13 @@ impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
             }
             if hidden.moves == Moves::Energy {
                 // r + σ_r z
-                sums.of[2] += totals([of_kept, z, z], |of_kept, z, _| [of_kept * z, 0.0, 0.0])[0];
+                sums.of[2] += lanes::sums([of_kept, z], |[of_kept, z]| [of_kept * z])[0];
             }
             let columns = [&of.of_kept, &of.over_stokes, &of.slope_k].map(|column| &column[..count]);
-            let [kept, viscous, dry_k] = totals(columns, |of_kept, x, of_k| [of_kept, of_kept * x, of_kept * of_k]);
-            sum.kept += kept;
-            sum.viscous += viscous;
-            sum.dry_k += dry_k;
+            let slopes = lanes::sums(columns, |[of_kept, x, of_k]| [of_kept, of_kept * x, of_kept * of_k]);
+            for (sum, more) in sum.iter_mut().zip(slopes) {
+                *sum += more;
+            }
         }
         let at = &mut sums.nodes;
         for (to, of) in [(&mut at.ln, &ln), (&mut at.stretch, &stretch), (&mut at.parts, &parts)] {
@@ -370,25 +377,4 @@ fn largest(numbers: &[f64]) -> f64 {
         }
     }
     lanes.into_iter().fold(f64::NEG_INFINITY, larger)
-}
-
-/// The sums of three terms of as many numbers as the shortest column has, a multiple of [`LANES`]; halves first.
-#[inline(always)]
-fn totals([a, b, c]: [&[f64]; 3], terms: impl Fn(f64, f64, f64) -> [f64; 3]) -> [f64; 3] {
-    let mut lanes = [[0.0; LANES]; 3];
-    let [a, b, c] = [a, b, c].map(|column| column.as_chunks::<LANES>().0);
-    for ((a, b), c) in a.iter().zip(b).zip(c) {
-        for lane in 0..LANES {
-            let found = terms(a[lane], b[lane], c[lane]);
-            for (sums, term) in lanes.iter_mut().zip(found) {
-                sums[lane] += term;
-            }
-        }
-    }
-    lanes.map(of_lanes)
-}
-
-#[inline(always)]
-fn of_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
-    ((a + e) + (c + g)) + ((b + f) + (d + h))
 }

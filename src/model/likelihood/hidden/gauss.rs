@@ -10,92 +10,54 @@ pub(super) const GAUSS: [[f64; 2]; 6] = [
     [0.981_560_634_246_719_2, 0.047_175_336_386_511_8],
 ];
 
-/// A Gauss–Hermite rule for the standard normal: its positive nodes, each with its weight over the density there.
-type Hermite<const PAIRS: usize> = [[f64; 2]; PAIRS];
-
-const OF_EIGHT: Hermite<4> = [
-    [0.539_079_811_351_375_2, 1.081228675771996],
-    [1.6365190424351082, 1.121_315_859_898_708],
-    [2.802_485_861_287_542, 1.2257732914241648],
-    [4.1445471861258945, 1.5159381479120442],
-];
-
-const OF_SIXTEEN: Hermite<8> = [
-    [0.386_760_604_500_557_4, 0.774_105_438_671_272_6],
-    [1.1638291005549648, 0.7812709085330003],
-    [1.9519803457163336, 0.796_510_292_466_864_3],
-    [2.760_245_047_630_702, 0.822_007_779_964_311_7],
-    [3.6008736241715487, 0.862_298_275_845_749_4],
-    [4.492955302520012, 0.927_378_566_184_503_8],
-    [5.472_225_705_949_343, 1.044_036_971_387_66],
-    [6.6308781983931295, 1.3249406140780624],
-];
-
-/// The orthonormal Hermite polynomial of a degree one below the number of nodes, at the positive nodes.
-type LastPolynomial<const PAIRS: usize> = [f64; PAIRS];
-
-const LAST_OF_EIGHT: LastPolynomial<4> = [
-    -0.5788865440839135,
-    1.03256469711088,
-    -3.60183808695513,
-    33.31637763122326,
-];
-
-const LAST_OF_SIXTEEN: LastPolynomial<8> = [
-    -0.4670095561284675,
-    0.6282708642457472,
-    -1.1496865463116694,
-    2.9326774049780835,
-    -10.900674194737352,
-    63.91368189342793,
-    -690.862625518613,
-    20427.299714857567,
-];
-
-/// Nodes of a Gauss–Hermite rule.
+/// A Gauss–Hermite rule for the standard normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Order {
-    Eight,
-    Sixteen,
+pub(super) struct Hermite {
+    /// its positive nodes, in order, each with its weight over the standard normal density there and with the orthonormal
+    /// Hermite polynomial of a degree one below the number of nodes
+    pub pairs: &'static [[f64; 3]],
+    /// the largest last coefficient, of the mass: the integral is then off by less than 1e-7
+    pub most_of_last: f64,
 }
 
-impl Order {
-    /// Positive nodes, in order, each with its weight over the standard normal density there.
-    pub fn pairs(self) -> &'static [[f64; 2]] {
-        match self {
-            Order::Eight => &OF_EIGHT,
-            Order::Sixteen => &OF_SIXTEEN,
-        }
-    }
+impl Hermite {
+    /// The rule of eight nodes.
+    pub const EIGHT: Hermite = Hermite {
+        pairs: &[
+            [0.539_079_811_351_375_2, 1.081228675771996, -0.5788865440839135],
+            [1.6365190424351082, 1.121_315_859_898_708, 1.03256469711088],
+            [2.802_485_861_287_542, 1.2257732914241648, -3.60183808695513],
+            [4.1445471861258945, 1.5159381479120442, 33.31637763122326],
+        ],
+        most_of_last: 1e-4,
+    };
 
-    /// The orthonormal Hermite polynomial of a degree one below the number of nodes, at the positive nodes.
-    pub fn last_polynomial(self) -> &'static [f64] {
-        match self {
-            Order::Eight => &LAST_OF_EIGHT,
-            Order::Sixteen => &LAST_OF_SIXTEEN,
-        }
-    }
+    /// The rule of sixteen nodes.
+    pub const SIXTEEN: Hermite = Hermite {
+        pairs: &[
+            [0.386_760_604_500_557_4, 0.774_105_438_671_272_6, -0.4670095561284675],
+            [1.1638291005549648, 0.7812709085330003, 0.6282708642457472],
+            [1.9519803457163336, 0.796_510_292_466_864_3, -1.1496865463116694],
+            [2.760_245_047_630_702, 0.822_007_779_964_311_7, 2.9326774049780835],
+            [3.6008736241715487, 0.862_298_275_845_749_4, -10.900674194737352],
+            [4.492955302520012, 0.927_378_566_184_503_8, 63.91368189342793],
+            [5.472_225_705_949_343, 1.044_036_971_387_66, -690.862625518613],
+            [6.6308781983931295, 1.3249406140780624, 20427.299714857567],
+        ],
+        most_of_last: 1e-5,
+    };
 
     /// The larger coefficient of an integrand over the normal density in the last two orthonormal Hermite polynomials that
     /// the rule tells apart, from the parts that each pair of nodes, the negative one first, adds to the integral.
     pub fn last_coefficient(self, parts: &[[f64; 2]]) -> f64 {
-        let last = self.last_polynomial();
-        let degree = (2 * last.len() - 1) as f64;
+        let degree = (2 * self.pairs.len() - 1) as f64;
         let (mut odd, mut even) = (0.0, 0.0);
-        for (([node, _], last), [below, above]) in self.pairs().iter().zip(last).zip(parts) {
+        for ([node, _, last], [below, above]) in self.pairs.iter().zip(parts) {
             odd += last * (above - below);
             // at a node the polynomial of the degree before is this one times x/√degree
             even += last * node * (above + below);
         }
         odd.abs().max(even.abs() / degree.sqrt())
-    }
-}
-
-/// The largest last coefficient of a rule, of the mass: the integral is then off by less than 1e-7.
-pub(super) fn most_of_last(order: Order) -> f64 {
-    match order {
-        Order::Eight => 1e-4,
-        Order::Sixteen => 1e-5,
     }
 }
 
@@ -105,27 +67,27 @@ mod tests {
     use crate::distributions::LN_ROOT_TWO_PI;
 
     /// What each pair of nodes adds to the integral of a function times the standard normal density.
-    fn parts(order: Order, of: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
-        let pair = |[node, weight]: &[f64; 2]| {
+    fn parts(rule: Hermite, of: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+        let pair = |[node, weight, _]: &[f64; 3]| {
             let weight = weight * (-0.5 * node * node - LN_ROOT_TWO_PI).exp();
             [weight * of(-node), weight * of(*node)]
         };
-        order.pairs().iter().map(pair).collect()
+        rule.pairs.iter().map(pair).collect()
     }
 
     #[test]
     fn the_last_coefficient_is_that_of_the_last_two_polynomials() {
-        for order in [Order::Eight, Order::Sixteen] {
-            let degree = 2 * order.pairs().len() as i32 - 1;
+        for rule in [Hermite::EIGHT, Hermite::SIXTEEN] {
+            let degree = 2 * rule.pairs.len() as i32 - 1;
             // x to a power has the root of its factorial of the polynomial of that degree, and none of those above
             let root = |power: i32| (1..=power).map(f64::from).product::<f64>().sqrt();
             for power in [degree, degree - 1] {
-                let found = order.last_coefficient(&parts(order, |x| x.powi(power) / root(power)));
-                assert!((found - 1.0).abs() < 1e-12, "{order:?} {power}: {found}");
+                let found = rule.last_coefficient(&parts(rule, |x| x.powi(power) / root(power)));
+                assert!((found - 1.0).abs() < 1e-12, "{rule:?} {power}: {found}");
             }
             for power in 0..degree - 1 {
-                let found = order.last_coefficient(&parts(order, |x| x.powi(power) / root(power)));
-                assert!(found < 1e-12, "{order:?} {power}: {found:e}");
+                let found = rule.last_coefficient(&parts(rule, |x| x.powi(power) / root(power)));
+                assert!(found < 1e-12, "{rule:?} {power}: {found:e}");
             }
         }
     }

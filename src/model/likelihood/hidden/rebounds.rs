@@ -5,7 +5,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::gauss::{most_of_last, Order};
+use super::gauss::Hermite;
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::exponential::{exponential, is_fused, logarithm};
 use crate::model::likelihood::run_density::{RunDensity, Spreads};
@@ -25,9 +25,6 @@ pub(in crate::model::likelihood) struct Rebounds {
     /// r
     kept: Column,
 }
-
-/// Nodes of the rule to either side.
-const PAIRS: usize = 4;
 
 impl Rebounds {
     pub const NONE: Rebounds = Rebounds {
@@ -83,8 +80,8 @@ impl WithSimd for ByLanes<'_> {
             let (a, b) = ((place * place.abs() - r) * of_energy, (e - place) * own);
             (*x, *width, *reference) = (place, variance.sqrt(), -0.5 * (a * a + b * b));
         }
-        let last = Order::Eight.last_polynomial();
-        for ([node, weight], last) in Order::Eight.pairs().iter().zip(last).take(PAIRS) {
+        let rule = Hermite::EIGHT;
+        for [node, weight, last] in rule.pairs {
             for rebound in 0..count {
                 let (e, r) = (restitution[rebound], kept[rebound]);
                 let mut parts = [0.0; 2];
@@ -104,13 +101,13 @@ impl WithSimd for ByLanes<'_> {
                 even[rebound] += last * node * (above + below);
             }
         }
-        let degree = (2 * PAIRS - 1) as f64;
+        let degree = (2 * rule.pairs.len() - 1) as f64;
         let ln_scale = (own * of_energy).ln() - 2.0 * LN_ROOT_TWO_PI;
         let mut found = [None; MOST_REBOUNDS];
         for (rebound, found) in found.iter_mut().enumerate().take(self.of.count) {
             let mass = mass[rebound];
             let largest = odd[rebound].abs().max(even[rebound].abs() / degree.sqrt());
-            let is_bell = x[rebound] > FAR * width[rebound] && largest < most_of_last(Order::Eight) * mass;
+            let is_bell = x[rebound] > FAR * width[rebound] && largest < rule.most_of_last * mass;
             if !is_bell || !MASS.contains(&mass) {
                 continue;
             }

@@ -6,7 +6,7 @@
 //! smooth as the rest; where several settings turn, from each of them half the way to the next.
 
 use super::at_nodes::{Path, RuleNodes};
-use super::gauss::{most_of_last, Order, GAUSS};
+use super::gauss::{Hermite, GAUSS};
 use super::{AtNodes, Hidden, Moves, SettingRuns, Sums, FALL, MOST_NODES, REACH};
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::model::likelihood::run_density::Seen;
@@ -99,28 +99,28 @@ impl Hidden<'_> {
         /// of a step, in widths, and of the ratio of two widths: what follows is as good as it gets
         const NEAR: f64 = 0.2;
         let mut bell = self.start(path);
-        let mut order = Order::Eight;
+        let mut rule = Hermite::EIGHT;
         for _ in 0..STEPS {
             if !bell.is_clear(path) {
                 return false;
             }
             sums.clear();
-            self.at_hermite(path, bell, order, sums);
+            self.at_hermite(path, bell, rule, sums);
             let parts = sums.nodes.parts.as_chunks::<2>().0;
-            if order.last_coefficient(parts) < most_of_last(order) * sums.of[0] && self.keeps_its_sign(order, sums) {
+            if rule.last_coefficient(parts) < rule.most_of_last * sums.of[0] && self.keeps_its_sign(rule, sums) {
                 return true;
             }
-            let (step, ratio) = match bell.towards(order, &sums.nodes) {
+            let (step, ratio) = match bell.towards(rule, &sums.nodes) {
                 Some(towards) => towards,
                 None => return false,
             };
             bell.x += step * bell.width;
             bell.width *= ratio;
             if step.abs() < NEAR && (ratio - 1.0).abs() < NEAR {
-                if order == Order::Sixteen {
+                if rule == Hermite::SIXTEEN {
                     return false;
                 }
-                order = Order::Sixteen;
+                rule = Hermite::SIXTEEN;
             }
         }
         false
@@ -160,9 +160,9 @@ impl Hidden<'_> {
         }
     }
 
-    fn at_hermite(&self, path: Path, Bell { x, width }: Bell, order: Order, sums: &mut Sums) {
+    fn at_hermite(&self, path: Path, Bell { x, width }: Bell, rule: Hermite, sums: &mut Sums) {
         let mut nodes = RuleNodes::along(path);
-        for [node, weight] in order.pairs() {
+        for [node, weight, _] in rule.pairs {
             nodes.push(x - width * node, width * weight);
             nodes.push(x + width * node, width * weight);
         }
@@ -170,17 +170,14 @@ impl Hidden<'_> {
     }
 
     /// Whether no setting turns within the nodes that were asked for last, nor as far beyond as a bell has something.
-    fn keeps_its_sign(&self, order: Order, sums: &Sums) -> bool {
+    fn keeps_its_sign(&self, rule: Hermite, sums: &Sums) -> bool {
         /// of the way between the last two nodes
         const BEYOND: f64 = 1.4;
         if !self.noise.wet {
             return true;
         }
-        let count = 2 * order.pairs().len();
-        let beyond = match order {
-            Order::Eight => BEYOND,
-            Order::Sixteen => 0.0,
-        };
+        let count = 2 * rule.pairs.len();
+        let beyond = if rule == Hermite::EIGHT { BEYOND } else { 0.0 };
         sums.at.iter().all(|setting| {
             let ends = [0, 1].map(|side| {
                 let [inner, outer] = [count - 4 + side, count - 2 + side].map(|node| setting.kept[node]);
@@ -233,24 +230,14 @@ impl Hidden<'_> {
         sums.clear();
         sums.reference = best;
         let mut all: Vec<RuleNodes> = vec![];
-        for Panel {
-            path,
-            ends: [lo, hi],
-            ln,
-        } in panels
-        {
+        for Panel { path, ends, ln } in panels {
             if ln.iter().all(|ln| *ln < best - fall) {
                 continue;
             }
-            let (half, middle) = (0.5 * (hi - lo), 0.5 * (lo + hi));
-            for [node, weight] in GAUSS {
-                for x in [middle - half * node, middle + half * node] {
-                    match all.last_mut() {
-                        Some(nodes) if nodes.is_along(path) && !nodes.is_full() => nodes.push(x, half * weight),
-                        _ => all.push(RuleNodes::along(path).with(x, half * weight)),
-                    }
-                }
-            }
+            for_nodes_of_panel(ends, |x, weight| match all.last_mut() {
+                Some(nodes) if nodes.is_along(path) && !nodes.is_full() => nodes.push(x, weight),
+                _ => all.push(RuleNodes::along(path).with(x, weight)),
+            });
         }
         all.iter_mut().for_each(RuleNodes::fill);
         Some(all)
@@ -264,7 +251,7 @@ impl Hidden<'_> {
         let sigma = self.noise.spreads.sigma;
         let (near, sd) = match run.seen {
             Seen::On(_, limit) => (limit, sigma),
-            Seen::Rebound(e) | Seen::Measured(_, e) => (e, self.errors(run).variance(sigma).sqrt()),
+            Seen::Rebound(e) | Seen::Measured(_, e) => (e, self.errors(run).spread(sigma)),
         };
         let is_normal = self.noise.tails == Tails::Normal;
         let places = [0.0, path.at(near)[0], path.at(self.start(path).x)[0]];
@@ -285,40 +272,32 @@ impl Hidden<'_> {
             }
             (lo, hi) = (lo.max(near - far * sd), hi.min(near + far * sd));
         }
-        // as in `panels_of`; Student's pole is as far off as the place is from what is known
-        let widths = if is_normal { WIDTHS_NORMAL } else { WIDTHS_STUDENT };
+        // Student's pole is as far off as the place is from what is known
         let narrowness = |x: f64| {
             let own = if is_normal { sd } else { sd.hypot(x - near) };
             path.at(x)[1].hypot(1.0 / own)
         };
-        let inner = 0f64.clamp(lo, hi.max(lo));
+        hi = hi.max(lo);
+        let inner = 0f64.clamp(lo, hi);
         let mut nodes = RuleNodes::along(path);
         let mut panels = 0;
-        for (end, sign) in [(lo, -1.0), (hi, 1.0)] {
+        for end in [lo, hi] {
             let mut from = inner;
-            while sign * (end - from) > 0.0 {
-                let mut length = (widths / narrowness(from)).min(path.longest(from));
-                // the width mostly falls outwards
-                length = length.min(widths / narrowness(from + sign * length));
-                let next = if sign * (end - from) > length {
-                    from + sign * length
-                } else {
-                    end
-                };
+            while from != end {
+                // anew at each place: what is known of a run may be passed on the way, where Student's noise is narrowest
+                let mut narrow = narrowness(from);
+                let next = self.panel_end([from, end], path.longest(from), &mut narrow, narrowness);
                 panels += 1;
-                if panels > MOST_PANELS || next == from {
+                if panels > MOST_PANELS || next.is_nan() || next == from {
                     return false;
                 }
-                let (half, middle) = (0.5 * (next - from).abs(), 0.5 * (next + from));
-                for [node, weight] in GAUSS {
-                    for x in [middle - half * node, middle + half * node] {
-                        if nodes.is_full() {
-                            self.at_nodes(&nodes, sums);
-                            nodes = RuleNodes::along(path);
-                        }
-                        nodes.push(x, half * weight);
+                for_nodes_of_panel([from.min(next), from.max(next)], |x, weight| {
+                    if nodes.is_full() {
+                        self.at_nodes(&nodes, sums);
+                        nodes = RuleNodes::along(path);
                     }
-                }
+                    nodes.push(x, weight);
+                });
                 from = next;
             }
         }
@@ -327,32 +306,42 @@ impl Hidden<'_> {
         true
     }
 
-    /// Adds panels between two places, from the turn outwards until there is nothing and less follows; `None` where there is no end of them.
-    fn panels_of(&self, path: Path, [lo, hi]: [f64; 2], sums: &mut Sums, to: &mut Panels) -> Option<()> {
+    /// Where a panel ends that begins at a place, on the way to an end, and is no longer than this; `narrow` says how narrow the
+    /// integrand is there and, afterwards, at the farthest that the panel might have reached.
+    fn panel_end(&self, [from, end]: [f64; 2], longest: f64, narrow: &mut f64, narrowness: impl Fn(f64) -> f64) -> f64 {
         let widths = if self.noise.tails == Tails::Normal {
             WIDTHS_NORMAL
         } else {
             WIDTHS_STUDENT
         };
+        let (rest, sign) = ((end - from).abs(), (end - from).signum());
+        let mut length = (widths / *narrow).min(longest);
+        // the width mostly falls outwards
+        *narrow = narrowness(from + sign * length);
+        length = length.min(widths / *narrow);
+        if length < rest {
+            from + sign * length
+        } else {
+            end
+        }
+    }
+
+    /// Adds panels between two places, from the turn outwards until there is nothing and less follows; `None` where there is no end of them.
+    fn panels_of(&self, path: Path, [lo, hi]: [f64; 2], sums: &mut Sums, to: &mut Panels) -> Option<()> {
         if lo.is_nan() || hi.is_nan() {
             return None;
         }
         let inner = 0f64.clamp(lo, hi.max(lo));
-        for (end, sign) in [(lo, -1.0), (hi, 1.0)] {
+        for end in [lo, hi] {
             let mut places = vec![inner];
             let mut narrow = self.narrowness(path, inner);
             let mut is_done = inner == end;
             while !is_done {
                 while places.len() < MOST_NODES && !is_done {
                     let from = places[places.len() - 1];
-                    let rest = sign * (end - from);
-                    let mut length = (widths / narrow).min(path.longest(from)).min(rest);
-                    // the width mostly falls outwards
-                    narrow = self.narrowness(path, from + sign * length);
-                    length = length.min(widths / narrow);
-                    let next = if length < rest { from + sign * length } else { end };
-                    // also where it is no number
-                    if (sign * (next - from)).is_nan() || next == from {
+                    let longest = path.longest(from).min((end - from).abs());
+                    let next = self.panel_end([from, end], longest, &mut narrow, |x| self.narrowness(path, x));
+                    if next.is_nan() || next == from {
                         return None;
                     }
                     places.push(next);
@@ -460,10 +449,7 @@ impl Hidden<'_> {
             Seen::Rebound(_) => {
                 let errors = self.errors(run);
                 let least = errors.variance(self.noise.spreads.sigma * errors.ratio(-REACH));
-                self.noise
-                    .tails
-                    .ln_density(0.0, least.max(f64::MIN_POSITIVE), 1.0)
-                    .value
+                self.noise.tails.ln_unit_density(0.0) - 0.5 * least.max(f64::MIN_POSITIVE).ln()
             }
             Seen::On(..) | Seen::Measured(..) => 0.0,
         }
@@ -481,10 +467,10 @@ impl Bell {
 
     /// A step in widths and the ratio of the widths, by the parabola through the logarithm at the innermost nodes; `None` where
     /// that has no largest value.
-    fn towards(&self, order: Order, at: &AtNodes) -> Option<(f64, f64)> {
+    fn towards(&self, rule: Hermite, at: &AtNodes) -> Option<(f64, f64)> {
         /// of a step: farther away another parabola fits
         const FARTHEST: f64 = 4.0;
-        let [[a, _], [b, _], ..] = order.pairs() else {
+        let [[a, ..], [b, ..], ..] = rule.pairs else {
             return None;
         };
         // with the stretch of the path, which is a factor of what is integrated
@@ -494,5 +480,15 @@ impl Bell {
         let bend = (inner[0] + inner[1] - outer[0] - outer[1]) / (b * b - a * a);
         // nor where it is no number
         (bend > 0.0).then(|| ((slope / bend).clamp(-FARTHEST, FARTHEST), 1.0 / bend.sqrt()))
+    }
+}
+
+/// Gives Gauss's nodes of a panel, with their weights.
+fn for_nodes_of_panel([lo, hi]: [f64; 2], mut each: impl FnMut(f64, f64)) {
+    let (half, middle) = (0.5 * (hi - lo), 0.5 * (lo + hi));
+    for [node, weight] in GAUSS {
+        for x in [middle - half * node, middle + half * node] {
+            each(x, half * weight);
+        }
     }
 }

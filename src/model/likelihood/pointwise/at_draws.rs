@@ -4,12 +4,13 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Noise, Pointwise};
+use super::Pointwise;
+use crate::model::likelihood::run_noise::RunNoise;
 
 /// Many draws of the parameters, ready for some runs at a time.
 #[derive(Debug)]
-pub struct AtDraws<'p, 'r> {
-    pointwise: &'p Pointwise<'r>,
+pub struct AtDraws<'p> {
+    pointwise: &'p Pointwise,
     draws: Vec<Draw<'p>>,
 }
 
@@ -18,17 +19,18 @@ pub struct AtDraws<'p, 'r> {
 struct Draw<'p> {
     /// the full vector of parameters
     full: &'p [f64],
-    noise: Noise,
+    /// of dry and of wet runs
+    noise: [RunNoise; 2],
     /// log density of each run given those that share its true speed; empty where none does
     given_the_others: Vec<f64>,
 }
 
-impl<'r> Pointwise<'r> {
+impl Pointwise {
     /// The runs at some draws, full vectors of parameters.
-    pub fn at_draws<'p>(&'p self, draws: Vec<&'p [f64]>) -> AtDraws<'p, 'r> {
+    pub fn at_draws<'p>(&'p self, draws: Vec<&'p [f64]>) -> AtDraws<'p> {
         let draw = |full: &'p [f64]| Draw {
             full,
-            noise: self.noise(full),
+            noise: self.noise.at(full),
             given_the_others: if self.shared.is_empty() {
                 vec![]
             } else {
@@ -42,7 +44,7 @@ impl<'r> Pointwise<'r> {
     }
 }
 
-impl AtDraws<'_, '_> {
+impl AtDraws<'_> {
     /// Draws.
     pub fn len(&self) -> usize {
         self.draws.len()
@@ -61,7 +63,7 @@ impl AtDraws<'_, '_> {
         for (place, draw) in self.draws.iter().enumerate() {
             let law = self.pointwise.at_settings(draw.full, draw.noise, first..last + 1);
             for (run, row) in runs.clone().zip(rows.chunks_exact_mut(self.len())) {
-                row[place] = if law.errors_of(run).is_shared {
+                row[place] = if self.pointwise.is_shared(run) {
                     draw.given_the_others[run]
                 } else {
                     law.ln_likelihood_alone(run)

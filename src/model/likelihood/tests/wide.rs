@@ -3,9 +3,10 @@
 use rand::rngs::ChaCha8Rng;
 use rand::RngExt;
 
-use super::super::block_sums::BlockSums;
-use super::super::nodes::{NodeFilm, Nodes};
-use super::super::sums::{rebound_sums, HeavyTails, NodeRange};
+use super::super::nodes::{Block, Film, Nodes, RunSetting};
+use super::super::run_density::{RunDensity, Summed};
+use super::super::sums::{Asked, NodeSums};
+use super::super::totals::Totals;
 use super::super::trend::{BlockLaw, FilmParameters};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Impact;
@@ -52,52 +53,56 @@ fn trends(rng: &mut ChaCha8Rng, form: Form) -> [f64; 2] {
     ]
 }
 
-fn each(sums: &BlockSums) -> [f64; 10] {
-    let BlockSums {
-        squares,
-        kept,
-        viscous,
-        dry,
-        shape,
-        scale,
-        viscous_trend,
-        inertial_trend,
-        weighted,
-        ln_tails,
-    } = *sums;
+/// Log density, its slopes in σ and in the shape, and those in what is kept.
+fn each(totals: &Totals) -> [f64; 10] {
+    let RunDensity {
+        value, sigma, shape, ..
+    } = totals.of_kind[1];
+    let [kept, viscous, dry_k, of_shape, scale, viscous_trend, inertial_trend] = totals.blocks[0];
     [
-        squares,
+        value,
+        sigma,
+        shape,
         kept,
         viscous,
-        dry,
-        shape,
+        dry_k,
+        of_shape,
         scale,
         viscous_trend,
         inertial_trend,
-        weighted,
-        ln_tails,
     ]
 }
 
+fn nothing() -> Totals {
+    Totals {
+        of_kind: [RunDensity::default(); 2],
+        blocks: vec![[0.0; 7]],
+    }
+}
+
 /// The sums as they are written, run by run, with the sum of the magnitudes of their terms.
-fn plainly(nodes: &Nodes, range: &NodeRange, heavy: Option<HeavyTails>) -> [(f64, f64); 10] {
+fn plainly(settings: &[RunSetting], nodes: &Nodes, law: &BlockLaw, noise: Summed) -> [(f64, f64); 10] {
     let mut all = [(0.0, 0.0); 10];
-    for node in range.nodes.clone() {
-        let at = nodes.impact(node);
-        let film = range.law.at(nodes.film(node));
+    for (node, setting) in settings.iter().enumerate() {
+        let at = setting.impact;
+        let film = law.at(setting.film);
         let (r, of_k) = film.balance.kept(&at);
         let (e, n) = (nodes.restitution[node], nodes.count[node]);
-        let distance = e - mean_restitution(r);
-        let q = heavy.map_or(0.0, |heavy| n * distance * distance * heavy.steepness);
-        let weight = heavy.map_or(1.0, |heavy| (heavy.nu + 1.0) / (heavy.nu + q));
-        let kept = n * distance * slope_mean_restitution(r) * weight;
-        let mut own = BlockSums {
-            squares: n * distance * distance,
-            weighted: if heavy.is_some() { weight * q } else { 0.0 },
-            ln_tails: heavy.map_or(0.0, |heavy| (q / heavy.nu).ln_1p()),
-            ..BlockSums::default()
+        let z = (e - mean_restitution(r)) / SIGMA;
+        let q = n * (noise.stretch * z).powi(2);
+        let weight = noise.nu.map_or(1.0, |nu| (nu + 1.0) / (nu + q));
+        let ln_tail = noise.nu.map_or(0.0, |nu| (q / nu).ln_1p());
+        let mut own = nothing();
+        own.of_kind[1] = RunDensity {
+            value: -0.5 * noise.nu.map_or(q, |nu| (nu + 1.0) * ln_tail),
+            sigma: weight * q / SIGMA,
+            shape: noise
+                .nu
+                .map_or(0.0, |nu| weight * q * (0.5 / nu - noise.stretch_slope) - 0.5 * ln_tail),
+            ..RunDensity::default()
         };
-        film.add(&mut own, kept, kept * at.over_stokes, -0.5 * kept * of_k);
+        let kept = n * weight * noise.stretch.powi(2) * z / SIGMA * slope_mean_restitution(r);
+        film.add(&mut own.blocks[0], [kept, kept * at.over_stokes, kept * of_k], 1.0);
         for ((sum, size), term) in all.iter_mut().zip(each(&own)) {
             *sum += term;
             *size += term.abs();
@@ -105,6 +110,8 @@ fn plainly(nodes: &Nodes, range: &NodeRange, heavy: Option<HeavyTails>) -> [(f64
     }
     all
 }
+
+const SIGMA: f64 = 0.03;
 
 /// Largest difference of the wide sums from the plain ones, in the size of their terms.
 fn largest_difference(wrong: impl Fn(&mut BlockLaw), seed: &str) -> f64 {
@@ -131,12 +138,17 @@ fn largest_difference(wrong: impl Fn(&mut BlockLaw), seed: &str) -> f64 {
         full[ParameterKind::LubricationTrend.slot()] = of_l;
         full[ParameterKind::InertialTrend.slot()] = of_c;
         let law = BlockLaw {
+            block: Block {
+                sphere: 0,
+                wet: true,
+                density_ratio: setting.density_ratio(),
+                offset: None,
+            },
             films: FilmParameters::new(form, &full),
             dry_k: parameters.dry_k,
-            density_ratio: setting.density_ratio(),
             offset: 0.0,
         };
-        let mut nodes = Nodes::default();
+        let (mut nodes, mut settings) = (Nodes::default(), vec![]);
         // films of their own, of which some have neighbours
         let mut own = setting;
         for node in 0..rng.random_range(1..200) {
@@ -146,7 +158,7 @@ fn largest_difference(wrong: impl Fn(&mut BlockLaw), seed: &str) -> f64 {
             let v = rng.random_range(0.05..5.0);
             let at = Impact::new(&own, form, v);
             let ln = (own.film / setting.film).ln();
-            let film = NodeFilm {
+            let film = Film {
                 ratio: own.film_ratio(),
                 ln,
                 shape: (!inertia.has_film_scale()).then(|| inertia.shape(own.film_ratio(), 0.0)),
@@ -159,22 +171,37 @@ fn largest_difference(wrong: impl Fn(&mut BlockLaw), seed: &str) -> f64 {
             let kept = law.at(film).balance.kept(&at).0;
             assert!((kept - simulated).abs() <= 1e-13 * (1.0 + simulated.abs()), "{form:?}");
             let count = f64::from(rng.random_range(1..4));
-            nodes.push(at, film, form.fixed(&own).is_some(), rng.random_range(0.0..1.0), count);
+            settings.push(RunSetting {
+                block: 0,
+                film,
+                impact: at,
+            });
+            nodes.push(settings[node], rng.random_range(0.0..1.0), count);
         }
-        let heavy = (rng.random_range(0.0..1.0) < 0.3).then(|| HeavyTails {
-            steepness: rng.random_range(100.0..1e4),
-            nu: rng.random_range(2.0..50.0),
-        });
-        let range = NodeRange {
-            nodes: 0..nodes.len(),
-            law,
+        nodes.blocks.push(0..nodes.len());
+        let is_heavy = rng.random_range(0.0..1.0) < 0.3;
+        let noise = Summed {
+            nu: is_heavy.then(|| rng.random_range(2.0..50.0)),
+            stretch: if is_heavy { rng.random_range(1.0..1.5) } else { 1.0 },
+            stretch_slope: -0.01,
+            peak: 0.0,
+            peak_slope: 0.0,
         };
-        let plain = plainly(&nodes, &range, heavy);
-        let mut other = range.clone();
-        wrong(&mut other.law);
-        let wide = rebound_sums(&nodes, form.dry, heavy, &[other])[0];
+        let plain = plainly(&settings, &nodes, &law, noise);
+        let mut other = law;
+        wrong(&mut other);
+        let mut wide = nothing();
+        let sums = NodeSums {
+            nodes: &nodes,
+            laws: &[other],
+            order: form.dry,
+            sigma: SIGMA,
+            asked: Asked::Rebounds(noise),
+            times: 1.0,
+        };
+        sums.add_to(&mut wide);
         // of a form without a film scale nothing reads the slope in it
-        let places = (0..10).filter(|place| *place != 5 || inertia.has_film_scale());
+        let places = (0..10).filter(|place| *place != 7 || inertia.has_film_scale());
         for place in places {
             let ((sum, size), wide) = (plain[place], each(&wide)[place]);
             let difference = (wide - sum).abs() / size.max(1e-300);
@@ -195,7 +222,7 @@ fn wide_sums_are_those_of_the_one_statement() {
 #[test]
 fn wide_sums_of_another_statement_are_found() {
     let largest = largest_difference(
-        |law| law.density_ratio *= 1.0 + 1e-9,
+        |law| law.block.density_ratio *= 1.0 + 1e-9,
         "wide_sums_of_another_statement_are_found",
     );
     assert!(largest > 1e-10, "{largest:e}");
