@@ -153,21 +153,6 @@ impl Check {
     }
 }
 
-/// What a failure means.
-#[derive(Clone, Copy)]
-enum Failure {
-    /// the main numbers may not be quoted
-    Forbids,
-    /// a main number, or what may be concluded from it, wants a look
-    Cautions,
-    /// no main number rests on it
-    Informs,
-}
-
-const GATES: Failure = Failure::Forbids;
-const CAUTIONS: Failure = Failure::Cautions;
-const INFORMS: Failure = Failure::Informs;
-
 const USABLE: &str = "every fit must converge, with a standard error and the sign the physics has";
 const COVERS: &str = "a bias of 0.25 standard errors leaves a 95 % interval covering 94 %";
 const NESTED: &str = "F test of nested fits; probability of so large a difference by chance";
@@ -184,177 +169,171 @@ const OTHER_NOISE: &str = "try [model] likelihood = \"student\" or noise = \"bot
 /// A bias above this share of the standard error spoils a 95 % interval by more than a point of coverage.
 pub const BIAS: f64 = 0.25;
 
-const fn row(
-    code: &'static str,
-    line: Line,
-    failure: Failure,
-    source: &'static str,
-    advice: &'static str,
-) -> Criterion {
+/// A check whose failure forbids quoting the main numbers.
+const fn gates(code: &'static str, line: Line, source: &'static str, advice: &'static str) -> Criterion {
     Criterion {
         code,
         line,
-        gates: matches!(failure, Failure::Forbids),
-        informs: matches!(failure, Failure::Informs),
+        gates: true,
+        informs: false,
         source,
         advice,
     }
 }
 
+/// A check whose failure tells that a main number, or what may be concluded from it, wants a look.
+const fn cautions(code: &'static str, line: Line, source: &'static str, advice: &'static str) -> Criterion {
+    Criterion {
+        gates: false,
+        ..gates(code, line, source, advice)
+    }
+}
+
+/// A check that no main number rests on.
+const fn informs(code: &'static str, line: Line, source: &'static str, advice: &'static str) -> Criterion {
+    Criterion {
+        informs: true,
+        ..cautions(code, line, source, advice)
+    }
+}
+
 /// Dry laws without a usable k.
-pub const DRY_LAW: Criterion = row(
+pub const DRY_LAW: Criterion = gates(
     "dry_law",
     AtMost(0.0),
-    GATES,
     USABLE,
     "check the dry runs of the particle, or add some at other speeds",
 );
 
 /// Square-root laws of a film ratio that are not usable; gates only where none is.
-pub const SCALING_LAW: Criterion = row(
+pub const SCALING_LAW: Criterion = gates(
     "scaling_law",
     AtMost(0.0),
-    GATES,
     USABLE,
     "add rebounds over a wider range of speeds at these film ratios",
 );
 
 /// Constants, diameters and films outside what such experiments have.
-pub const PLAUSIBLE_INPUT: Criterion = row(
+pub const PLAUSIBLE_INPUT: Criterion = gates(
     "plausible_input",
     AtMost(0.0),
-    GATES,
     "no experiment with spheres on wetted plates has such",
     "correct the number, or the unit in its name",
 );
 
 /// Probability that so many rebounds, or such a block of rows, repeat others in every measured cell by chance.
-pub const REPEATED_ROWS: Criterion = row(
+pub const REPEATED_ROWS: Criterion = gates(
     "repeated_rows",
     AtLeast(BEYOND_CHANCE),
-    GATES,
     "two runs at one setting agree to the last digit with a probability that their scatter and that digit tell",
     "take out what was pasted or listed twice, or give the digits that tell the runs apart",
 );
 
 /// Probability that so many rows are the mean of other rows of their setting by chance.
-pub const MEAN_ROWS: Criterion = row(
+pub const MEAN_ROWS: Criterion = gates(
     "mean_rows",
     AtLeast(BEYOND_CHANCE),
-    GATES,
     "another run seldom equals the mean of the others to the last digit",
     "leave them out by a reason in the column `exclude`; a mean of runs that the table does not have is read with a column `runs`",
 );
 
 /// Distance of the speeds that one column gives from those of another, as a share.
-pub const COLUMNS_AGREE: Criterion = row(
+pub const COLUMNS_AGREE: Criterion = gates(
     "columns_agree",
     AtMost(0.03),
-    GATES,
     "both are of one impact, and air slows a falling sphere by 2 % at most; a nominal δ/D is near that of its runs",
     "correct the unit of one of them, or take the wrong one out of the table",
 );
 
 /// Results outside what such experiments have.
-pub const PLAUSIBLE_RESULT: Criterion = row(
+pub const PLAUSIBLE_RESULT: Criterion = gates(
     "plausible_result",
     AtMost(0.0),
-    GATES,
     "no experiment with spheres on wetted plates gives such",
     "check the units of densities, viscosities, films, roughness and speeds",
 );
 
 /// Film groups without a film ratio of their own; gates only where there are no others and nothing else to quote.
-pub const FILM_GROUPS: Criterion = row(
+pub const FILM_GROUPS: Criterion = cautions(
     "film_groups",
     AtMost(0.0),
-    CAUTIONS,
     "a law at one film ratio takes the films of its runs as one",
     "name the film ratios that were meant, as film_ratios in [data] or in a column film_ratio; the energy balance and the \
      posterior use each run's own film and stand",
 );
 
 /// Whether the energy balance over all rebounds has no usable fit.
-pub const ENERGY_BALANCE: Criterion = row(
+pub const ENERGY_BALANCE: Criterion = gates(
     "energy_balance",
     AtMost(0.0),
-    GATES,
     USABLE,
     "add runs at other film ratios and speeds, or name fewer terms in [model]",
 );
 
 /// Root mean square over the wet runs of what the true impact speed is not known by, as a share of it: beyond this L comes
 /// out low where speeds are not repeated.
-pub const SPEED_ERRORS: Criterion = row(
+pub const SPEED_ERRORS: Criterion = gates(
     "speed_errors",
     AtMost(0.03),
-    GATES,
     "bias of L on simulated runs: a third of a standard deviation or less at 2 %, a whole one at 5 %",
     "measure speeds better, or repeat each and give the errors in impact_speed_sd_m_s",
 );
 
 /// Distance of the wet runs' k from the dry runs', in combined standard errors: further off it is another k.
-pub const DRY_CONSISTENCY: Criterion = row(
+pub const DRY_CONSISTENCY: Criterion = gates(
     "dry_consistency",
     AtMost(3.0),
-    GATES,
     LEAKS,
     "the wet law does not fit: try another form of inertia or dry_speed_m_s",
 );
 
 /// Distance of what the runs alone say of a parameter from its prior, in sds of the two together, on the scale of the prior;
 /// gates where the posterior then lies more than [`FELT`] of its ± from what the runs say.
-pub const PRIOR_CONFLICT: Criterion = row(
+pub const PRIOR_CONFLICT: Criterion = cautions(
     "prior_conflict",
     AtMost(3.0),
-    CAUTIONS,
     "chance puts 1 in 370 so far apart",
     "widen or drop the prior in [priors], or look for what is wrong in all runs: a unit, the films, a constant",
 );
 
 /// Distance of a main number with noise on the energy, too, from that without, in the smaller ±: beyond this the wider
 /// stands, and where it could not be sampled nothing is quoted.
-pub const SLOW_REBOUNDS: Criterion = row(
+pub const SLOW_REBOUNDS: Criterion = gates(
     "slow_rebounds",
     AtMost(1.0),
-    GATES,
     "an error of 1 % in speed or of 3 % in film moves the energy of a run of e < 0.15 by more than its noise",
     "give impact_speed_sd_m_s and film_sd_um, or leave out these rows",
 );
 
 /// Runs that were not screened.
-pub const RUNS_IN_USE: Criterion = row(
+pub const RUNS_IN_USE: Criterion = gates(
     "runs_in_use",
     AtLeast(1.0),
-    GATES,
     "no runs, no numbers",
     "widen the limits in [data], or clear the column `exclude`",
 );
 
 /// Series without a square-root law of their own.
-pub const SERIES: Criterion = row(
+pub const SERIES: Criterion = informs(
     "series",
     AtMost(0.0),
-    INFORMS,
     USABLE,
     "nothing: their runs count in every fit of several series; more speeds or rebounds would give each its own law",
 );
 
 /// Probability of so large a difference between diameters by chance; gates where it is below [`BEYOND_CHANCE`] and moves k
 /// by more than [`FELT`].
-pub const ONE_DRY_K: Criterion = row(
+pub const ONE_DRY_K: Criterion = cautions(
     "one_dry_k_for_all_diameters",
     AtLeast(BEYOND_CHANCE),
-    CAUTIONS,
     NESTED,
     "write [model] dry_k = \"diameter\", which gives each diameter its own k",
 );
 
 /// Probability of so large a misfit of the dry law to its own runs by chance; gates as [`ONE_DRY_K`] does.
-pub const DRY_LAW_HOLDS: Criterion = row(
+pub const DRY_LAW_HOLDS: Criterion = cautions(
     "dry_law_holds",
     AtLeast(BEYOND_CHANCE),
-    CAUTIONS,
     NESTED,
     "keep to speeds at which it holds ([data] min_impact_speed_m_s, max_impact_speed_m_s), or try \"dry_second_order\" in \
      [model] terms",
@@ -362,10 +341,9 @@ pub const DRY_LAW_HOLDS: Criterion = row(
 
 /// Probability of so large a misfit of the wet law inside a particle, liquid and film by chance; a failure gates where it
 /// moves a parameter by more than [`FELT`].
-pub const WET_LAW_HOLDS: Criterion = row(
+pub const WET_LAW_HOLDS: Criterion = cautions(
     "wet_law_holds",
     AtLeast(BEYOND_CHANCE),
-    CAUTIONS,
     NESTED,
     "leave out the films or speeds at which it does not hold ([data] min_film_um, min_impact_speed_m_s, a column exclude), \
      or try another [model] dry_speed_m_s, viscous or terms",
@@ -376,10 +354,9 @@ const TOO_SMALL: f64 = 1.5;
 
 /// Factor by which the standard errors of independent runs are too small, where series differ beyond chance
 /// (p < [`BEYOND_CHANCE`]).
-pub const INDEPENDENT_RUNS: Criterion = row(
+pub const INDEPENDENT_RUNS: Criterion = gates(
     "independent_runs",
     AtMost(TOO_SMALL),
-    GATES,
     "above it a 95 % interval covers less than 81 %",
     "set [model] series_offsets = true, which gives each series an offset; look first whether another form of the law, or the \
      films, make it",
@@ -389,10 +366,10 @@ const STATED: &str = "χ² against the stated measurement errors; probability of
 const ESTIMATED: &str = "let the spread be estimated: take its `fixed = 0` out of [priors]";
 
 /// Whether the stated errors of dry runs explain their scatter, where they are said to be all that scatters them.
-pub const DRY_ERRORS: Criterion = row("stated_errors_dry", AtLeast(BEYOND_CHANCE), GATES, STATED, ESTIMATED);
+pub const DRY_ERRORS: Criterion = gates("stated_errors_dry", AtLeast(BEYOND_CHANCE), STATED, ESTIMATED);
 
 /// The same of the wet runs.
-pub const WET_ERRORS: Criterion = row("stated_errors_wet", AtLeast(BEYOND_CHANCE), GATES, STATED, ESTIMATED);
+pub const WET_ERRORS: Criterion = gates("stated_errors_wet", AtLeast(BEYOND_CHANCE), STATED, ESTIMATED);
 
 /// A probability below which a difference is not chance.
 pub const BEYOND_CHANCE: f64 = 0.001;
@@ -401,195 +378,175 @@ pub const BEYOND_CHANCE: f64 = 0.001;
 pub const FELT: f64 = 0.5;
 
 /// Bias of the square-root law by pooling liquids, in standard errors.
-pub const SQUARE_ROOT_LAW_BIAS: Criterion = row(
+pub const SQUARE_ROOT_LAW_BIAS: Criterion = informs(
     "square_root_law_bias",
     AtMost(BIAS),
-    INFORMS,
     COVERS,
     "nothing: where the liquids of a film ratio differ so much, its main numbers are not this law's",
 );
 
 /// Bias of the linear law at a film ratio, in standard errors.
-pub const LINEAR_LAW_BIAS: Criterion = row(
+pub const LINEAR_LAW_BIAS: Criterion = informs(
     "linear_law_bias",
     AtMost(BIAS),
-    INFORMS,
     COVERS,
     "nothing: no main number is the linear law's",
 );
 
 /// Share of the replicates of a main number without a number.
-pub const BOOTSTRAP_FAILURES: Criterion = row(
+pub const BOOTSTRAP_FAILURES: Criterion = gates(
     "bootstrap_failures",
     AtMost(0.01),
-    GATES,
     "an interval is made of the replicates that gave a number",
     "add runs there, or screen them",
 );
 
 /// Parameters left to be sampled.
-pub const PARAMETERS_LEFT: Criterion = row(
+pub const PARAMETERS_LEFT: Criterion = gates(
     "posterior",
     AtLeast(1.0),
-    GATES,
     "a posterior needs parameters",
     "widen the limits in [data], or leave a prior open",
 );
 
 /// Runs beyond the parameters that they have to tell.
-pub const RUNS_TO_SPARE: Criterion = row(
+pub const RUNS_TO_SPARE: Criterion = gates(
     "runs_to_spare",
     AtLeast(1.0),
-    GATES,
     "parameters that can pass through every run leave no spread to tell their uncertainty by",
     "add runs, at other speeds or again at the same",
 );
 
 /// Draws of a sampling that could begin.
-pub const DRAWS_MADE: Criterion = row(
+pub const DRAWS_MADE: Criterion = gates(
     "posterior",
     AtLeast(1.0),
-    GATES,
     "a posterior needs draws",
     "give the parameters narrower priors, or quote least squares",
 );
 
 /// Smallest spread of the runs: below it there is no noise to speak of.
-pub const NOISE: Criterion = row(
+pub const NOISE: Criterion = gates(
     "noise",
     AtLeast(1e-12),
-    GATES,
     "a likelihood needs a spread",
     "quote least squares",
 );
 
 /// Runs that rebounded.
-pub const REBOUNDS: Criterion = row(
+pub const REBOUNDS: Criterion = gates(
     "rebounds",
     AtLeast(1.0),
-    GATES,
     "stuck runs alone give one bound only",
     "add faster runs",
 );
 
 /// Error of the log density of the few runs that stand for very many, against what it may be.
-pub const COMPRESSION_ERROR: Criterion = row(
+pub const COMPRESSION_ERROR: Criterion = gates(
     "compression_error",
     AtMost(GIVEN),
-    GATES,
     "an error of the log density below 0.001 moves no probability by 0.1 %",
     "run again with --exact-rows",
 );
 
 /// Largest R-hat of chains that have mixed.
-pub const RHAT: Criterion = row(
+pub const RHAT: Criterion = gates(
     "rhat",
     AtMost(LARGEST_RHAT),
-    GATES,
     VEHTARI,
     "raise draws and warmup in [sampler], or give it a narrower prior",
 );
 
 /// Effective draws for the centre; the line is for one chain.
-pub const ESS_BULK: Criterion = row("ess_bulk", AtLeast(FEWEST_EFFECTIVE), GATES, VEHTARI, LONGER);
+pub const ESS_BULK: Criterion = gates("ess_bulk", AtLeast(FEWEST_EFFECTIVE), VEHTARI, LONGER);
 
 /// Effective draws for the 5 % and 95 % points; the line is for one chain.
-pub const ESS_TAIL: Criterion = row("ess_tail", AtLeast(FEWEST_EFFECTIVE), GATES, VEHTARI, LONGER);
+pub const ESS_TAIL: Criterion = gates("ess_tail", AtLeast(FEWEST_EFFECTIVE), VEHTARI, LONGER);
 
 /// Energy fraction of a chain that explores its energies.
-pub const E_BFMI: Criterion = row(
+pub const E_BFMI: Criterion = gates(
     "e_bfmi",
     AtLeast(0.3),
-    GATES,
     "Betancourt 2016",
     "the posterior has heavy tails; narrower priors help",
 );
 
 /// Kept draws whose trajectory diverged.
-pub const DIVERGENCES: Criterion = row(
+pub const DIVERGENCES: Criterion = gates(
     "divergences",
     AtMost(0.0),
-    GATES,
     "Betancourt 2017",
     "a region of the posterior is too sharp to be followed even in short steps; a narrower prior may help",
 );
 
 /// Kept draws whose trajectory was cut.
-pub const TRAJECTORIES_CUT: Criterion = row(
+pub const TRAJECTORIES_CUT: Criterion = informs(
     "trajectories_cut",
     AtMost(0.0),
-    INFORMS,
     "slow, not wrong",
     "nothing, if R-hat and the effective draws hold; narrower priors shorten the trajectories",
 );
 
 /// Shape of the weights of the normal about the mode, against what so many draws bear.
-pub const KHAT: Criterion = row(
+pub const KHAT: Criterion = gates(
     "khat",
     AtMost(GIVEN),
-    GATES,
     VEHTARI_PSIS,
     "leave --accuracy out: the posterior is then sampled by trajectories",
 );
 
 /// Error that a method vouches for, against what was asked.
-pub const ACCURACY: Criterion = row(
+pub const ACCURACY: Criterion = gates(
     "accuracy",
     AtMost(GIVEN),
-    GATES,
     "what was asked for",
     "no method could vouch for what was asked; ask for less",
 );
 
 /// Distance of the 50 % band's coverage from its level; the line is for many runs.
-pub const PREDICTIVE_50: Criterion = row("predictive_50", AtMost(0.05), GATES, FEW_RUNS, OTHER_NOISE);
+pub const PREDICTIVE_50: Criterion = gates("predictive_50", AtMost(0.05), FEW_RUNS, OTHER_NOISE);
 
 /// Distance of the 90 % band's coverage from its level; the line is for many runs.
-pub const PREDICTIVE_90: Criterion = row("predictive_90", AtMost(0.05), GATES, FEW_RUNS, OTHER_NOISE);
+pub const PREDICTIVE_90: Criterion = gates("predictive_90", AtMost(0.05), FEW_RUNS, OTHER_NOISE);
 
 /// Mean residual of a group, in σ; the line is for many runs.
-pub const PREDICTIVE_RESIDUAL: Criterion = row(
+pub const PREDICTIVE_RESIDUAL: Criterion = gates(
     "predictive_residual",
     AtMost(0.5),
-    GATES,
     "half σ, or 3.5 standard errors where there are too few runs to tell",
     "the law does not hold there: try another form of inertia, or screen it",
 );
 
 /// Probability of so many stuck runs in the worst series; the line is for one series.
-pub const PREDICTIVE_STUCK: Criterion = row(
+pub const PREDICTIVE_STUCK: Criterion = gates(
     "predictive_stuck",
     AtLeast(0.01),
-    GATES,
     "1 %, shared among the series that could stick",
     OTHER_NOISE,
 );
 
 /// What another form of the law gains in log density over the scene's own; fails where it is also more than
 /// [`super::form_choice::GAIN_IN_SE`] of its standard errors.
-pub const BETTER_FORM: Criterion = row(
+pub const BETTER_FORM: Criterion = gates(
     "better_form",
     AtMost(GAIN),
-    GATES,
     BETTER,
     "hold the form that predicts better",
 );
 
 /// What a trend of L or C with the film gains in log density; fails where the trend is answered to be there.
-pub const FILM_TREND: Criterion = row(
+pub const FILM_TREND: Criterion = gates(
     "film_trend",
     AtMost(GAIN),
-    GATES,
     "log density of runs left out one by one; a trend 3.2 sds from zero gains 4, as chance makes 1 in 700",
     "fit films apart by [data] min_film_um and max_film_ratio, or try another [model] inertia or viscous; where series lie \
      apart for another reason, series_offsets = true",
 );
 
 /// Shape of the leave-one-out weights, against what so many draws bear.
-pub const LOO_KHAT: Criterion = row(
+pub const LOO_KHAT: Criterion = informs(
     "loo_khat",
     AtMost(GIVEN),
-    INFORMS,
     VEHTARI_PSIS,
     "take the comparison of forms as rough, and check the runs of largest weight",
 );
