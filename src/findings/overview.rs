@@ -70,10 +70,6 @@ pub struct Material {
     pub restitution: Option<[f64; 2]>,
 }
 
-fn join(first: Option<[f64; 2]>, second: Option<[f64; 2]>) -> Option<[f64; 2]> {
-    range(first.into_iter().chain(second).flatten())
-}
-
 /// Summarises what was read, beside what least squares found in it.
 pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) -> Overview {
     let runs = &table.runs;
@@ -153,23 +149,15 @@ fn of_wet(scene: &Scene, runs: &Runs, series: &[&Series]) -> Material {
     let first = series[0];
     let particle = &scene.particles[first.particle];
     let liquid = &scene.liquids[first.liquid];
-    let (mut film, mut speed, mut stokes, mut reynolds, mut e) = (None, None, None, None, None);
-    for one in series {
-        let v = |run: usize| runs.impact_speed[run];
-        film = join(film, range(one.runs().map(|run| runs.film[run])));
-        speed = join(speed, range(one.runs().map(v)));
-        stokes = join(stokes, range(one.runs().map(|run| 1.0 / runs.inverse_stokes(run))));
-        reynolds = join(
-            reynolds,
-            range(one.runs().map(|run| runs.setting(scene, one, run).reynolds(v(run)))),
-        );
-    }
+    let over = |of: &dyn Fn(&Series, usize) -> f64| {
+        let each = series.iter().flat_map(|one| one.runs().map(move |run| of(one, run)));
+        range(each)
+    };
     // what stands for runs may lie beyond them
     let some = runs.sample();
     let is_alike = |own: &&Series| own.particle == first.particle && own.liquid == first.liquid;
-    for one in some.series.iter().filter(is_alike) {
-        e = join(e, range(one.rebounds.clone().map(|run| some.restitution[run])));
-    }
+    let alike = some.series.iter().filter(is_alike);
+    let rebounds = alike.flat_map(|one| &some.restitution[one.rebounds.clone()]);
     let distinct = |of: fn(&Series) -> f64| {
         let mut values: Vec<f64> = series.iter().map(|s| of(s)).collect();
         values.sort_by(f64::total_cmp);
@@ -184,10 +172,10 @@ fn of_wet(scene: &Scene, runs: &Runs, series: &[&Series]) -> Material {
         stuck: series.iter().map(|s| runs.measured(s.stuck.clone())).sum(),
         diameters_m: distinct(|s| s.diameter),
         film_ratios: distinct(|s| s.film_ratio),
-        film_m: film,
-        impact_speed_m_s: speed.unwrap_or_default(),
-        stokes,
-        reynolds,
-        restitution: e,
+        film_m: over(&|_, run| runs.film[run]),
+        impact_speed_m_s: over(&|_, run| runs.impact_speed[run]).unwrap_or_default(),
+        stokes: over(&|_, run| 1.0 / runs.inverse_stokes(run)),
+        reynolds: over(&|one, run| runs.setting(scene, one, run).reynolds(runs.impact_speed[run])),
+        restitution: range(rebounds.copied()),
     }
 }

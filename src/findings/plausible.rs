@@ -2,12 +2,13 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::checks::{self, Check};
+use super::checks::{self, Check, Criterion};
 use super::document::Findings;
 use super::notices::shortened;
 use super::posterior::QuantitySummary;
 use super::range::range;
 use crate::model::parameters::ParameterKind;
+use crate::rounding::to_digits;
 use crate::runs::{Runs, Series};
 use crate::scene::{Liquid, Particle, Scene};
 use crate::units::Dimension;
@@ -66,8 +67,7 @@ const SURE: f64 = 2.0;
 
 /// A number in few digits.
 fn short(x: f64) -> String {
-    let rounded: f64 = format!("{x:.2e}").parse().unwrap_or(x);
-    rounded.to_string()
+    to_digits(x, 3).to_string()
 }
 
 fn between([from, to]: [f64; 2]) -> String {
@@ -160,11 +160,18 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Check> {
             questions.extend(VISCOSITY.question(name, [*viscosity].into_iter()));
         }
     }
-    let criterion = checks::PLAUSIBLE_INPUT;
-    (!runs.is_empty()).then(|| match questions.as_slice() {
-        [] => criterion.check(0.0, "constants, diameters and films are such as experiments have"),
-        some => criterion.check(some.len() as f64, shortened(some)),
-    })
+    let plain = "constants, diameters and films are such as experiments have";
+    (!runs.is_empty()).then(|| check(checks::PLAUSIBLE_INPUT, &questions, plain))
+}
+
+/// The check of what was questioned; `plain` is said where nothing was.
+fn check(criterion: Criterion, questions: &[String], plain: &str) -> Check {
+    let text = if questions.is_empty() {
+        plain.to_owned()
+    } else {
+        shortened(questions)
+    };
+    criterion.check(questions.len() as f64, text)
 }
 
 /// What to say of films of a particle and a liquid that are in another unit than their neighbours.
@@ -293,11 +300,8 @@ pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> 
         };
         questions.extend(side.map(|side| format!("St of every wet run is {side} ({})", between([least, most]))));
     }
-    let criterion = checks::PLAUSIBLE_RESULT;
-    (!runs.is_empty()).then(|| match questions.as_slice() {
-        [] => criterion.check(0.0, "k, L, δc, St and the spreads are such as experiments have"),
-        some => criterion.check(some.len() as f64, shortened(some)),
-    })
+    let plain = "k, L, δc, St and the spreads are such as experiments have";
+    (!runs.is_empty()).then(|| check(checks::PLAUSIBLE_RESULT, &questions, plain))
 }
 
 /// A parameter by least squares and by the posterior, as far as there is one.
