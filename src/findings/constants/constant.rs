@@ -1,13 +1,13 @@
-//! Names the constants of a scene, and changes one of them by a little.
+//! Lists the constants of a scene, and changes one of them by a little.
 
 use std::borrow::Cow;
 
 use crate::runs::{Runs, Series};
-use crate::scene::Scene;
+use crate::scene::{Liquid, Particle, Scene};
 
 /// What is taken as exact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Property {
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Property {
     /// η of a liquid
     Viscosity,
     /// ρl of a liquid
@@ -18,137 +18,94 @@ pub(super) enum Property {
     Roughness,
     /// δ of all runs, by one factor
     Film,
-    /// δ of all runs, by one length, in units of their mean
-    FilmOffset,
+    /// δ of all runs, by one length, in units of this mean in m
+    FilmOffset(f64),
     /// all speeds, by one factor; restitutions stay
     Speed,
 }
 
+impl Property {
+    /// Its name in files, its name in a sentence, and the key of a scene that gives its uncertainty.
+    fn names(self) -> [&'static str; 3] {
+        match self {
+            Property::Viscosity => ["viscosity", "viscosity", "viscosity_rel_sd in [liquids]"],
+            Property::LiquidDensity => ["liquid_density", "density", "density_rel_sd in [liquids]"],
+            Property::ParticleDensity => ["particle_density", "density", "density_rel_sd in [particles]"],
+            Property::Roughness => ["roughness", "roughness", "roughness_rel_sd in [particles]"],
+            Property::Film => ["film", "film thickness", "film_sd_um in [data]"],
+            Property::FilmOffset(_) => ["film_offset", "film thickness", "film_sd_um in [data]"],
+            Property::Speed => ["speed", "the scale of all speeds", "speed_rel_sd in [data]"],
+        }
+    }
+
+    /// Of one material or all at once: `of` names it.
+    fn constant(self, materials: Vec<usize>, name: String, of: &str, rel_sd: Option<f64>) -> Constant {
+        let [_, words, key] = self.names();
+        Constant {
+            property: self,
+            materials,
+            name,
+            words: format!("{words} of {of}"),
+            key,
+            rel_sd,
+        }
+    }
+
+    /// Of these materials, each with its name and its uncertainty; `together` names all of them.
+    fn of_materials(self, together: &str, materials: Vec<(usize, &str, Option<f64>)>) -> Constants {
+        let [name, ..] = self.names();
+        let of = |(index, of, rel_sd): &(usize, &str, Option<f64>)| {
+            self.constant(vec![*index], format!("{name}[{of}]"), of, *rel_sd)
+        };
+        let each: Vec<Constant> = materials.iter().map(of).collect();
+        let rel_sd = match each.as_slice() {
+            [only] => only.rel_sd,
+            _ => None,
+        };
+        let indices = materials.iter().map(|(index, ..)| *index).collect();
+        Constants {
+            all: self.constant(indices, name.to_owned(), together, rel_sd),
+            is_given: rel_sd.is_some(),
+            each,
+        }
+    }
+
+    /// Of all runs.
+    fn of_runs(self, rel_sd: Option<f64>, is_given: bool) -> Constants {
+        let [name, words, _] = self.names();
+        Constants {
+            all: Constant {
+                words: words.to_owned(),
+                ..self.constant(vec![], name.to_owned(), "", rel_sd)
+            },
+            is_given,
+            each: vec![],
+        }
+    }
+}
+
 /// A property of one material, or of all at once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Constant {
     property: Property,
-    /// index of the liquid or particle; `None` for all
-    material: Option<usize>,
+    /// indices of the liquids or particles; none of a property of the runs
+    materials: Vec<usize>,
+    /// its name in files
+    pub(super) name: String,
+    /// its name in a sentence
+    pub(super) words: String,
+    /// the key of a scene that gives its uncertainty
+    pub(super) key: &'static str,
+    /// its sd over its value, as the scene gives it; `None` for all of several at once
+    pub(super) rel_sd: Option<f64>,
 }
 
-/// Liquids and particles that have rebounds, and the mean film of these.
-pub(super) struct MaterialsInUse {
-    liquids: Vec<usize>,
-    particles: Vec<usize>,
-    /// those of the particles whose roughness is given
-    with_roughness: Vec<usize>,
-    /// m
-    mean_film: f64,
-}
-
-impl MaterialsInUse {
-    pub(super) fn new(scene: &Scene, runs: &Runs) -> MaterialsInUse {
-        let with_rebounds = || runs.series.iter().filter(|series| !series.rebounds.is_empty());
-        let has = |of: &dyn Fn(&Series) -> usize, count: usize| {
-            let mut found = vec![false; count];
-            with_rebounds().for_each(|series| found[of(series)] = true);
-            (0..count).filter(|index| found[*index]).collect()
-        };
-        let films = || with_rebounds().flat_map(|series| &runs.film[series.rebounds.clone()]);
-        let particles = has(&|series| series.particle, scene.particles.len());
-        let has_roughness = |index: &usize| scene.particles[*index].roughness.is_some();
-        MaterialsInUse {
-            liquids: has(&|series| series.liquid, scene.liquids.len()),
-            with_roughness: particles.iter().copied().filter(has_roughness).collect(),
-            particles,
-            mean_film: films().sum::<f64>() / films().count().max(1) as f64,
-        }
-    }
-
-    /// The properties that are varied. An offset of films or a scale of speeds is one of the runs, not of a material: it is
-    /// varied where the scene says that it errs.
-    pub(super) fn properties(&self, scene: &Scene) -> Vec<Property> {
-        let varied = |property: &Property| match property {
-            Property::Roughness => !self.with_roughness.is_empty(),
-            Property::FilmOffset => scene.data.film_sd.is_some(),
-            Property::Speed => scene.data.speed_rel_sd.is_some(),
-            _ => true,
-        };
-        Property::ALL.into_iter().filter(varied).collect()
-    }
-
-    /// The materials in use that have a property.
-    fn with(&self, property: Property) -> &[usize] {
-        match property {
-            Property::Viscosity | Property::LiquidDensity => &self.liquids,
-            Property::ParticleDensity => &self.particles,
-            Property::Roughness => &self.with_roughness,
-            Property::Film | Property::FilmOffset | Property::Speed => &[],
-        }
-    }
-
-    fn each(&self, property: Property) -> impl Iterator<Item = Constant> + Clone + '_ {
-        self.with(property).iter().map(move |index| Constant {
-            property,
-            material: Some(*index),
-        })
-    }
-
-    /// The constants of a property to vary: all at once, and each where that says more.
-    pub(super) fn varied(&self, scene: &Scene, property: Property) -> Vec<Constant> {
-        let mut varied = vec![Constant::all(property)];
-        let mut each = self.each(property);
-        let several = self.with(property).len() > 1;
-        if several && (property == Property::Viscosity || each.clone().any(|one| self.rel_sd(scene, one).is_some())) {
-            varied.extend(&mut each);
-        }
-        varied
-    }
-
-    /// The constants of a property that the scene gives no uncertainty of.
-    pub(super) fn not_given(&self, scene: &Scene, property: Property) -> Vec<Constant> {
-        let all = Constant::all(property);
-        if self.rel_sd(scene, all).is_some() || property == Property::Film && scene.data.film_sd.is_some() {
-            return vec![];
-        }
-        let open: Vec<Constant> = self
-            .each(property)
-            .filter(|one| self.rel_sd(scene, *one).is_none())
-            .collect();
-        if open.len() == self.with(property).len() {
-            vec![all]
-        } else {
-            open
-        }
-    }
-
-    /// sd of a constant over its value as the scene gives it; `None` for all of several at once.
-    pub(super) fn rel_sd(&self, scene: &Scene, constant: Constant) -> Option<f64> {
-        let material = constant.material.or(match self.with(constant.property) {
-            [only] => Some(*only),
-            _ => None,
-        });
-        match constant.property {
-            Property::Viscosity => scene.liquids[material?].viscosity_rel_sd,
-            Property::LiquidDensity => scene.liquids[material?].density_rel_sd,
-            Property::ParticleDensity => scene.particles[material?].density_rel_sd,
-            Property::Roughness => scene.particles[material?].roughness_rel_sd,
-            Property::Film => None,
-            Property::FilmOffset => scene.data.film_sd.map(|sd| sd / self.mean_film),
-            Property::Speed => scene.data.speed_rel_sd,
-        }
-    }
-
-    /// The scene and the runs with a constant changed by this share of itself, as an exponent.
-    pub(super) fn perturbed<'a>(
-        &self,
-        scene: &Scene,
-        runs: &'a Runs,
-        constant: Constant,
-        share: f64,
-    ) -> (Scene, Cow<'a, Runs>) {
+impl Constant {
+    /// The scene and the runs with it changed by this share of itself, as an exponent.
+    pub(super) fn changed<'a>(&self, scene: &Scene, runs: &'a Runs, share: f64) -> (Scene, Cow<'a, Runs>) {
         let (mut scene, mut runs) = (scene.clone(), Cow::Borrowed(runs));
         let factor = share.exp();
-        let property = constant.property;
-        let meant = |index: &&usize| constant.material.is_none_or(|material| material == **index);
-        for index in self.with(property).iter().filter(meant) {
-            match property {
+        for index in &self.materials {
+            match self.property {
                 Property::Viscosity => scene.liquids[*index].viscosity *= factor,
                 Property::LiquidDensity => scene.liquids[*index].density *= factor,
                 Property::ParticleDensity => scene.particles[*index].density *= factor,
@@ -158,91 +115,84 @@ impl MaterialsInUse {
                     .for_each(|own| *own *= factor),
             }
         }
-        match property {
+        match self.property {
             // the film ratios that name the groups stay: a result keeps the film ratio it is reported at
             Property::Film => runs.to_mut().film.iter_mut().for_each(|film| *film *= factor),
-            Property::FilmOffset => {
-                let offset = share * self.mean_film;
+            Property::FilmOffset(mean) => {
+                let offset = share * mean;
                 runs.to_mut().film.iter_mut().for_each(|film| *film += offset);
             }
             Property::Speed => runs.to_mut().impact_speed.iter_mut().for_each(|speed| *speed *= factor),
             _ => {}
         }
-        if property != Property::Roughness {
+        if self.property != Property::Roughness {
             runs.to_mut().compute_impacts(&scene);
         }
         (scene, runs)
     }
 }
 
-impl Property {
-    const ALL: [Property; 7] = [
-        Property::Viscosity,
-        Property::LiquidDensity,
-        Property::ParticleDensity,
-        Property::Roughness,
-        Property::Film,
-        Property::FilmOffset,
-        Property::Speed,
-    ];
+/// The constants of one property: of all materials at once, and of each.
+pub(super) struct Constants {
+    all: Constant,
+    /// whether the scene gives the uncertainty of all at once
+    is_given: bool,
+    each: Vec<Constant>,
+}
 
-    /// Its name in files, and in a sentence.
-    fn names(self) -> [&'static str; 2] {
-        match self {
-            Property::Viscosity => ["viscosity", "viscosity"],
-            Property::LiquidDensity => ["liquid_density", "density"],
-            Property::ParticleDensity => ["particle_density", "density"],
-            Property::Roughness => ["roughness", "roughness"],
-            Property::Film => ["film", "film thickness"],
-            Property::FilmOffset => ["film_offset", "film thickness"],
-            Property::Speed => ["speed", "the scale of all speeds"],
+impl Constants {
+    /// Those to vary: all at once, and each where that says more.
+    pub(super) fn varied(&self) -> impl Iterator<Item = &Constant> {
+        let any_is_given = || self.each.iter().any(|one| one.rel_sd.is_some());
+        let say_more = self.each.len() > 1 && (self.all.property == Property::Viscosity || any_is_given());
+        let each = self.each.iter().filter(move |_| say_more);
+        std::iter::once(&self.all).chain(each)
+    }
+
+    /// Those that the scene gives no uncertainty of.
+    pub(super) fn not_given(&self) -> Vec<&Constant> {
+        let open: Vec<&Constant> = self.each.iter().filter(|one| one.rel_sd.is_none()).collect();
+        if self.is_given {
+            vec![]
+        } else if open.len() == self.each.len() {
+            vec![&self.all]
+        } else {
+            open
         }
     }
 }
 
-impl Constant {
-    fn all(property: Property) -> Constant {
-        Constant {
-            property,
-            material: None,
-        }
-    }
-
-    /// The name of its material.
-    fn material(self, scene: &Scene) -> Option<&str> {
-        Some(match self.property {
-            Property::Viscosity | Property::LiquidDensity => &scene.liquids[self.material?].name,
-            _ => &scene.particles[self.material?].name,
-        })
-    }
-
-    /// Its name in files.
-    pub(super) fn name(self, scene: &Scene) -> String {
-        let [name, _] = self.property.names();
-        let of = self.material(scene);
-        of.map_or(name.to_owned(), |of| format!("{name}[{of}]"))
-    }
-
-    /// The key of a scene that gives its uncertainty.
-    pub(super) fn key(self) -> &'static str {
-        match self.property {
-            Property::Viscosity => "viscosity_rel_sd in [liquids]",
-            Property::LiquidDensity => "density_rel_sd in [liquids]",
-            Property::ParticleDensity => "density_rel_sd in [particles]",
-            Property::Roughness => "roughness_rel_sd in [particles]",
-            Property::Film | Property::FilmOffset => "film_sd_um in [data]",
-            Property::Speed => "speed_rel_sd in [data]",
-        }
-    }
-
-    /// Its name in a sentence.
-    pub(super) fn words(self, scene: &Scene) -> String {
-        let [_, words] = self.property.names();
-        let of = match self.property {
-            Property::Viscosity | Property::LiquidDensity => self.material(scene).unwrap_or("the liquids"),
-            Property::ParticleDensity | Property::Roughness => self.material(scene).unwrap_or("the particles"),
-            Property::Film | Property::FilmOffset | Property::Speed => return words.to_owned(),
-        };
-        format!("{words} of {of}")
-    }
+/// The constants of the liquids and particles that have rebounds, property by property, and of the runs. An offset of films or
+/// a scale of speeds is there where the scene says that it errs.
+pub(super) fn list_constants(scene: &Scene, runs: &Runs) -> Vec<Constants> {
+    let with_rebounds = || runs.series.iter().filter(|series| !series.rebounds.is_empty());
+    let of_liquids = |property: Property, rel_sd: fn(&Liquid) -> Option<f64>| {
+        let all = scene.liquids.iter().enumerate();
+        let in_use = all.filter(|(index, _)| with_rebounds().any(|series: &Series| series.liquid == *index));
+        let each = in_use.map(|(index, own)| (index, own.name.as_str(), rel_sd(own)));
+        property.of_materials("the liquids", each.collect())
+    };
+    let of_particles = |property: Property, rel_sd: fn(&Particle) -> Option<f64>| {
+        let all = scene.particles.iter().enumerate();
+        let in_use = all.filter(|(index, _)| with_rebounds().any(|series: &Series| series.particle == *index));
+        let has_it = |own: &Particle| property != Property::Roughness || own.roughness.is_some();
+        let having = in_use.filter(|(_, own)| has_it(own));
+        let each = having.map(|(index, own)| (index, own.name.as_str(), rel_sd(own)));
+        property.of_materials("the particles", each.collect())
+    };
+    let films = || with_rebounds().flat_map(|series| &runs.film[series.rebounds.clone()]);
+    let mean_film = films().sum::<f64>() / films().count().max(1) as f64;
+    let (film_sd, speed_rel_sd) = (scene.data.film_sd, scene.data.speed_rel_sd);
+    let roughness = of_particles(Property::Roughness, |own| own.roughness_rel_sd);
+    let film_offset = Property::FilmOffset(mean_film);
+    let mut all = vec![
+        of_liquids(Property::Viscosity, |own| own.viscosity_rel_sd),
+        of_liquids(Property::LiquidDensity, |own| own.density_rel_sd),
+        of_particles(Property::ParticleDensity, |own| own.density_rel_sd),
+    ];
+    all.extend((!roughness.each.is_empty()).then_some(roughness));
+    all.push(Property::Film.of_runs(None, film_sd.is_some()));
+    all.extend(film_sd.map(|sd| film_offset.of_runs(Some(sd / mean_film), true)));
+    all.extend(speed_rel_sd.map(|sd| Property::Speed.of_runs(Some(sd), true)));
+    all
 }

@@ -1,6 +1,6 @@
 //! Says which constant without an uncertainty would widen the main numbers most.
 
-use super::constant::{Constant, MaterialsInUse};
+use super::constant::{list_constants, Constant, Constants};
 use super::sensitivity::Sensitivity;
 use crate::findings::checks::BIAS;
 use crate::findings::main_numbers::{MainNumber, MainNumbers};
@@ -19,7 +19,7 @@ struct Shift<'a> {
     /// as a share of it
     share: f64,
     result: &'a Sensitivity,
-    constant: Constant,
+    constant: &'a Constant,
 }
 
 /// The constant whose error of 1 % moves some main number by most of its ±, among those whose uncertainty is not given;
@@ -30,11 +30,11 @@ pub fn exact_constants_notice(
     sensitivities: &[Sensitivity],
     main: &MainNumbers,
 ) -> Option<Notice> {
-    let in_use = MaterialsInUse::new(scene, runs);
-    let worst = |constant: Constant| {
-        let name = constant.name(scene);
+    let listed = list_constants(scene, runs);
+    let not_given = listed.iter().flat_map(Constants::not_given);
+    let above = not_given.filter_map(|constant| {
         let shifts = sensitivities.iter().flat_map(|result| {
-            let moves = result.by.iter().find(|moves| moves.constant == name);
+            let moves = result.by.iter().find(|moves| moves.constant == constant.name);
             let share = moves.map_or(0.0, |moves| ERROR * moves.elasticity);
             let in_se =
                 move |number: &MainNumber| Some((share * number.value?).abs() / number.se.filter(|se| *se > 0.0)?);
@@ -48,16 +48,14 @@ pub fn exact_constants_notice(
         });
         let worst = shifts.max_by(|a, b| a.in_se.total_cmp(&b.in_se))?;
         (worst.in_se > BIAS).then_some(worst)
-    };
-    let properties = in_use.properties(scene).into_iter();
-    let not_given = properties.flat_map(|property| in_use.not_given(scene, property));
-    let above: Vec<Shift> = not_given.filter_map(worst).collect();
+    });
+    let above: Vec<Shift> = above.collect();
     // of equal ones the first: viscosities are known worse than densities
     let most = above.iter().reduce(|a, b| if b.in_se > a.in_se { b } else { a })?;
     Some(notices::constants_exact(&ExactConstant {
         matter: above.len(),
-        constant: &most.constant.words(scene),
-        key: most.constant.key(),
+        constant: &most.constant.words,
+        key: most.constant.key,
         error: ERROR,
         result: &most.result.subject(),
         moved: most.share,

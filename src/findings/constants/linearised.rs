@@ -7,7 +7,6 @@
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::sample::RunSample;
 use crate::findings::balance::{
     at_place, problem_of, spheres_with_known_k, EnergyBalance, FittedPoint, WetPlaceValues,
 };
@@ -18,7 +17,7 @@ use crate::inference::joint::{Joint, JointFit};
 use crate::inference::joint_squares::JointSquares;
 use crate::inference::profile::Squares;
 use crate::inference::sums::Sums;
-use crate::runs::Runs;
+use crate::runs::{is_in_even_share, Runs};
 use crate::scene::Scene;
 
 /// Share of a parameter, or of its standard error where that is larger, over which g is differenced: the curves this is
@@ -27,6 +26,35 @@ const APART: f64 = 1e-7;
 
 /// A fall of the squares by this share of them moves no parameter by a noticeable part of its standard error.
 const SMALL: f64 = 1e-14;
+
+/// The dry rebounds of a table and some of the wet ones.
+pub(super) struct RunSample {
+    pub(super) runs: Runs,
+    /// share of the wet rebounds that is in it
+    pub(super) share: f64,
+    /// the share that was wanted
+    wanted: f64,
+}
+
+impl RunSample {
+    /// The dry rebounds and about `most` of the wet ones, spread over each series; at least one a series.
+    pub(super) fn of(runs: &Runs, most: usize) -> RunSample {
+        let rebounds = |runs: &Runs| runs.series.iter().map(|series| series.rebounds.len()).sum::<usize>();
+        let all = rebounds(runs);
+        let wanted = if all > most { most as f64 / all as f64 } else { 1.0 };
+        let sample = runs.with_rebounds(|place| is_in_even_share(place, wanted));
+        RunSample {
+            share: rebounds(&sample) as f64 / all.max(1) as f64,
+            runs: sample,
+            wanted,
+        }
+    }
+
+    /// Whether it has the rebound at this place of a series.
+    pub(super) fn holds(&self, place: usize) -> bool {
+        is_in_even_share(place, self.wanted)
+    }
+}
 
 /// The balance at the fit, its form and the weights of the runs kept.
 pub(super) struct LinearisedBalance<'h> {

@@ -3,8 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `constant.rs` | which constants there are, and how one is changed |
-//! | `sample.rs` | as many rebounds as an elasticity needs |
-//! | `linearised.rs` | moves the energy balance with the constants, from its linearisation at the fit |
+//! | `linearised.rs` | moves the energy balance with the constants, from its linearisation at the fit to some of the rebounds |
 //! | `results.rs` | which results there are, each with its value where the constants have changed |
 //! | `sensitivity.rs` | how one result moves with the constants |
 //! | `exact_constants.rs` | which constant without an uncertainty would widen the main numbers most |
@@ -13,7 +12,6 @@ mod constant;
 mod exact_constants;
 mod linearised;
 mod results;
-mod sample;
 mod sensitivity;
 
 use rayon::prelude::*;
@@ -23,11 +21,10 @@ use super::dry::FittedDry;
 use super::scaling::FittedScaling;
 use crate::runs::Runs;
 use crate::scene::Scene;
-use constant::{Constant, MaterialsInUse};
+use constant::{list_constants, Constant, Constants};
 pub use exact_constants::exact_constants_notice;
-use linearised::LinearisedBalance;
+use linearised::{LinearisedBalance, RunSample};
 use results::{results, Changed, SensitiveResult};
-use sample::RunSample;
 pub use sensitivity::{Elasticity, Sensitivity};
 
 /// Share of itself by which a constant is changed each way. The error of a central difference falls with its square and is
@@ -54,16 +51,14 @@ pub fn find_sensitivities(
     if results.is_empty() {
         return vec![];
     }
-    let in_use = MaterialsInUse::new(scene, runs);
+    let listed = list_constants(scene, runs);
+    let constants: Vec<&Constant> = listed.iter().flat_map(Constants::varied).collect();
     let sample = RunSample::of(runs, MOST_REBOUNDS);
     let balance = balance.and_then(|balance| LinearisedBalance::new(scene, runs, &sample, dry, balance));
-    let properties = in_use.properties(scene);
-    let varied = properties.iter().flat_map(|property| in_use.varied(scene, *property));
-    let constants: Vec<Constant> = varied.collect();
     let columns: Vec<Vec<f64>> = constants
         .par_iter()
         .map(|constant| {
-            let sides = [-STEP, STEP].map(|share| in_use.perturbed(scene, &sample.runs, *constant, share));
+            let sides = [-STEP, STEP].map(|share| constant.changed(scene, &sample.runs, share));
             let settings = sides.each_ref().map(|(scene, runs)| (scene, &**runs));
             elasticities(&results, settings, balance.as_ref())
         })
@@ -80,9 +75,9 @@ pub fn find_sensitivities(
             elasticities.iter().all(|x| x.is_finite()).then(|| {
                 let by = constants.iter().zip(elasticities).filter(|(_, x)| *x != 0.0);
                 let by = by.map(|(constant, elasticity)| Elasticity {
-                    constant: constant.name(scene),
+                    constant: constant.name.clone(),
                     elasticity,
-                    rel_sd: in_use.rel_sd(scene, *constant),
+                    rel_sd: constant.rel_sd,
                 });
                 combine(blank, by.collect())
             })

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::linearised::MovedBalance;
-use super::sensitivity::{Sensitivity, Subject, BALANCE};
+use super::sensitivity::{Sensitivity, BALANCE};
 use crate::findings::balance::EnergyBalance;
 use crate::findings::dry::FittedDry;
 use crate::findings::estimate::Estimate;
@@ -39,17 +39,23 @@ struct Results<'a> {
 }
 
 impl<'a> Results<'a> {
-    /// Adds a result by its estimate times a factor.
+    /// Adds a result by its name and its estimate times a factor, unless that has no uncertainty, or is zero, which has no
+    /// share to move by.
     fn add(
         &mut self,
-        (result, subject): (&str, Subject),
-        fit: &'static str,
-        estimate: (&Estimate, f64),
+        named: Sensitivity,
+        (estimate, factor): (&Estimate, f64),
         at: impl Fn(&Changed) -> Option<f64> + Sync + 'a,
     ) {
-        let blank = Sensitivity::without_constants(result, subject, fit, estimate);
-        let at = Box::new(at);
-        self.all.extend(blank.map(|blank| SensitiveResult { blank, at }));
+        let found = estimate.value_and_scale().filter(|(value, _)| *value != 0.0);
+        self.all.extend(found.map(|(value, _)| SensitiveResult {
+            blank: Sensitivity {
+                value: factor * value,
+                se: estimate.se.map(|se| factor * se),
+                ..named
+            },
+            at: Box::new(at),
+        }));
     }
 
     /// The parameters of the energy balance, and δc of those of its particles whose roughness is given.
@@ -58,19 +64,24 @@ impl<'a> Results<'a> {
         let of_k = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(_));
         let wet = balance.parameters.iter().enumerate().filter(|(_, own)| !of_k(own.kind));
         for (index, parameter) in wet {
-            let named = (parameter.name.as_str(), Subject::default());
+            let named = Sensitivity {
+                result: parameter.name.clone(),
+                fit: BALANCE,
+                ..Sensitivity::default()
+            };
             let value = move |changed: &Changed| changed.balance.as_ref()?.parameters.get(index).copied();
-            self.add(named, BALANCE, (&parameter.estimate, 1.0), value);
+            self.add(named, (&parameter.estimate, 1.0), value);
         }
         let held: HashSet<&String> = balance.particles.iter().collect();
         let particles = scene.particles.iter().enumerate();
         for (index, particle) in particles.filter(|(_, particle)| held.contains(&particle.name)) {
             let Some(roughness) = particle.roughness else { continue };
-            let subject = Subject {
+            let named = Sensitivity {
+                result: Quantity::DeltaC.describe().name.to_owned(),
                 particle: Some(particle.name.clone()),
-                ..Subject::default()
+                fit: BALANCE,
+                ..Sensitivity::default()
             };
-            let named = (Quantity::DeltaC.describe().name, subject);
             let value = move |changed: &Changed| {
                 let at = Place {
                     roughness: changed.scene.particles[index].roughness,
@@ -79,7 +90,7 @@ impl<'a> Results<'a> {
                 let l = *changed.balance.as_ref()?.parameters.first()?;
                 Some(Quantity::DeltaC.value(&at, &Wetted::of_balance(f64::NAN, l)))
             };
-            self.add(named, BALANCE, (&balance.delta_c_over_roughness, roughness), value);
+            self.add(named, (&balance.delta_c_over_roughness, roughness), value);
         }
     }
 }
@@ -98,13 +109,13 @@ pub(super) fn results<'a>(
         let Some(film_ratio) = film_ratio::reference_film_ratio(scene, runs, sphere) else {
             continue;
         };
-        let named = |quantity: Quantity, diameter: Option<f64>| {
-            let subject = Subject {
-                particle: Some(scene.particles[of_sphere.particle].name.clone()),
-                film_ratio: Some(film_ratio),
-                diameter,
-            };
-            (quantity.describe().name, subject)
+        let named = |quantity: Quantity, diameter_m: Option<f64>, fit: &'static str| Sensitivity {
+            result: quantity.describe().name.to_owned(),
+            particle: Some(scene.particles[of_sphere.particle].name.clone()),
+            film_ratio: Some(film_ratio),
+            diameter_m,
+            fit,
+            ..Sensitivity::default()
         };
         let derived = balance.iter().flat_map(|balance| &balance.derived);
         for row in derived.filter(|row| row.sphere == sphere && row.film_ratio == film_ratio) {
@@ -114,7 +125,7 @@ pub(super) fn results<'a>(
                     let at_place = changed.balance.as_ref()?.at_places.get(place)?.as_ref();
                     Some(at_place?.value(quantity))
                 };
-                results.add(named(quantity, row.diameter_m), BALANCE, (estimate, 1.0), value);
+                results.add(named(quantity, row.diameter_m, BALANCE), (estimate, 1.0), value);
             }
         }
         let direct = scaling.iter().find(|fitted| {
@@ -130,8 +141,8 @@ pub(super) fn results<'a>(
                 let series = &changed.runs.series[series.clone()];
                 Some(square_root_of(changed.scene, changed.runs, dry, sphere, series)?[place])
             };
-            let named = named(quantity, of_sphere.diameter);
-            results.add(named, WetLaw::Sqrt.name(), (estimate, 1.0), value);
+            let named = named(quantity, of_sphere.diameter, WetLaw::Sqrt.name());
+            results.add(named, (estimate, 1.0), value);
         }
     }
     results.all

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use crate::findings::estimate::Estimate;
 use crate::physics::{Coefficient, Quantity};
 use crate::runs::rounded_film_ratio as rounded;
 use crate::units::millimetres;
@@ -11,7 +10,7 @@ use crate::units::millimetres;
 pub(super) const BALANCE: &str = "balance";
 
 /// How one result moves with the constants.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Sensitivity {
     /// the name of a shared parameter, `delta_c_m`, `e_inf` or `st_c`
     pub result: String,
@@ -38,41 +37,10 @@ pub struct Sensitivity {
     pub combined: Option<f64>,
 }
 
-/// What a result belongs to, as far as it does.
-#[derive(Default)]
-pub(super) struct Subject {
-    pub(super) particle: Option<String>,
-    pub(super) film_ratio: Option<f64>,
-    pub(super) diameter: Option<f64>,
-}
-
 impl Sensitivity {
     /// Whether it is of the energy balance.
     pub fn is_of_balance(&self) -> bool {
         self.fit == BALANCE
-    }
-
-    /// A result still without the constants, from its estimate times a factor; `None` where that has no uncertainty, and at
-    /// zero, which has no share to move by.
-    pub(super) fn without_constants(
-        result: &str,
-        subject: Subject,
-        fit: &'static str,
-        (estimate, factor): (&Estimate, f64),
-    ) -> Option<Sensitivity> {
-        let (value, _) = estimate.value_and_scale().filter(|(value, _)| *value != 0.0)?;
-        Some(Sensitivity {
-            result: result.to_owned(),
-            particle: subject.particle,
-            film_ratio: subject.film_ratio,
-            diameter_m: subject.diameter,
-            fit,
-            value: factor * value,
-            se: estimate.se.map(|se| factor * se),
-            by: vec![],
-            constants_sd: None,
-            combined: None,
-        })
     }
 
     /// Its name in a table, with the fit that it is of.
