@@ -59,12 +59,8 @@ pub(super) fn check_rows(runs: &Runs) -> Questioned {
     }
     let rebounds = rebounds(runs);
     let grids = Grids::of(&rebounds);
-    if let Some(repeats) = Repeats::of(&rebounds, &grids) {
-        repeats.question(&runs.places, &mut questioned);
-    }
-    if let Some(means) = Means::of(&rebounds, &grids) {
-        means.question(&runs.places, &mut questioned);
-    }
+    question_repeats(&rebounds, &grids, &runs.places, &mut questioned);
+    question_means(&rebounds, &grids, &runs.places, &mut questioned);
     questioned
 }
 
@@ -103,8 +99,8 @@ struct Grids {
     speed: f64,
     restitution: f64,
     rebound_speed: f64,
-    rebound_height: f64,
-    height_above_plate: f64,
+    /// of the rebound, above the film or the plate
+    height: f64,
 }
 
 impl Grids {
@@ -128,16 +124,14 @@ impl Grids {
             speed: of_speed,
             restitution: of_restitution,
             rebound_speed: coarsest(&speed, &|_| 1.0),
-            rebound_height: coarsest(&height, &to_height),
-            height_above_plate: coarsest(&|one| height(one) + one.film, &to_height),
+            height: coarsest(&height, &to_height).max(coarsest(&|one| height(one) + one.film, &to_height)),
         }
     }
 
     /// By how much the restitution of a rebound changes with the last digit that was written of it.
     fn of_restitution(&self, one: &Rebound) -> f64 {
         let height_to_restitution = GRAVITY / (one.speed * one.speed * one.restitution);
-        let height = self.rebound_height.max(self.height_above_plate);
-        let by_rebound = (self.rebound_speed / one.speed).max(height * height_to_restitution);
+        let by_rebound = (self.rebound_speed / one.speed).max(self.height * height_to_restitution);
         self.restitution.max(by_rebound)
     }
 }
@@ -167,67 +161,46 @@ fn grid(rebounds: &[Rebound], value: impl Fn(&Rebound) -> f64, left: impl Fn(&Re
 }
 
 /// How restitutions scatter at one setting, for each group.
-struct Scatter {
-    of_group: Vec<f64>,
-}
-
-impl Scatter {
-    fn of(rebounds: &[&Rebound]) -> Scatter {
-        /// speeds of one setting, as a share
-        const CLOSE: f64 = 0.02;
-        /// pairs that tell a scatter
-        const ENOUGH: usize = 10;
-        /// what no experiment scatters less than; only where the rows cannot tell
-        const LEAST: f64 = 0.002;
-        let groups = rebounds.iter().map(|one| one.group + 1).max().unwrap_or_default();
-        let mut of_groups: Vec<Vec<&Rebound>> = vec![vec![]; groups];
-        for one in rebounds {
-            of_groups[one.group].push(one);
-        }
-        let squares_of = |group: &mut Vec<&Rebound>| -> Vec<f64> {
-            // stable: at one speed in the order of the table
-            group.sort_by(|one, other| one.speed.total_cmp(&other.speed));
-            let pairs = group.windows(2);
-            let close = pairs.filter(|pair| pair[1].speed <= (1.0 + CLOSE) * pair[0].speed);
-            close
-                .map(|pair| (pair[1].restitution - pair[0].restitution).powi(2))
-                .collect()
-        };
-        let squares: Vec<Vec<f64>> = of_groups.iter_mut().map(squares_of).collect();
-        let is_wet = |group: usize| of_groups[group].first().is_some_and(|one| one.wet);
-        let sd = |mut squares: Vec<f64>| {
-            squares.sort_by(f64::total_cmp);
-            // without what outliers add
-            squares.truncate(squares.len() - squares.len() / 10);
-            (0.5 * squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
-        };
-        let of_all = [false, true].map(|wet| {
-            let own = (0..groups).filter(|group| is_wet(*group) == wet);
-            let all: Vec<f64> = own.flat_map(|group| squares[group].clone()).collect();
-            let differing = all.iter().filter(|square| **square > 0.0).count();
-            sd(all).max(if differing < ENOUGH { LEAST } else { 0.0 })
-        });
-        let of_group = |group: usize| match squares[group].len() >= ENOUGH {
-            true => sd(squares[group].clone()),
-            false => of_all[usize::from(is_wet(group))],
-        };
-        Scatter {
-            of_group: (0..groups).map(of_group).collect(),
-        }
+fn scatter_of_groups(rebounds: &[&Rebound]) -> Vec<f64> {
+    /// speeds of one setting, as a share
+    const CLOSE: f64 = 0.02;
+    /// pairs that tell a scatter
+    const ENOUGH: usize = 10;
+    /// what no experiment scatters less than; only where the rows cannot tell
+    const LEAST: f64 = 0.002;
+    let groups = rebounds.iter().map(|one| one.group + 1).max().unwrap_or_default();
+    let mut of_groups: Vec<Vec<&Rebound>> = vec![vec![]; groups];
+    for one in rebounds {
+        of_groups[one.group].push(one);
     }
-}
-
-/// Rows that have the cells of earlier ones, each with the one it repeats, in blocks.
-struct Repeats {
-    blocks: Vec<Block>,
-    rebounds: usize,
-    repeated: usize,
-    /// how many would by rounding
-    expected: f64,
-    /// probability of so many, or of such a block, by chance
-    p: f64,
-    /// whether it is the block that is rarer
-    by_order: bool,
+    let squares_of = |group: &mut Vec<&Rebound>| -> Vec<f64> {
+        // stable: at one speed in the order of the table
+        group.sort_by(|one, other| one.speed.total_cmp(&other.speed));
+        let pairs = group.windows(2);
+        let close = pairs.filter(|pair| pair[1].speed <= (1.0 + CLOSE) * pair[0].speed);
+        close
+            .map(|pair| (pair[1].restitution - pair[0].restitution).powi(2))
+            .collect()
+    };
+    let squares: Vec<Vec<f64>> = of_groups.iter_mut().map(squares_of).collect();
+    let is_wet = |group: usize| of_groups[group].first().is_some_and(|one| one.wet);
+    let sd = |mut squares: Vec<f64>| {
+        squares.sort_by(f64::total_cmp);
+        // without what outliers add
+        squares.truncate(squares.len() - squares.len() / 10);
+        (0.5 * squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+    };
+    let of_all = [false, true].map(|wet| {
+        let own = (0..groups).filter(|group| is_wet(*group) == wet);
+        let all: Vec<f64> = own.flat_map(|group| squares[group].clone()).collect();
+        let differing = all.iter().filter(|square| **square > 0.0).count();
+        sd(all).max(if differing < ENOUGH { LEAST } else { 0.0 })
+    });
+    let of_group = |group: usize| match squares[group].len() >= ENOUGH {
+        true => sd(squares[group].clone()),
+        false => of_all[usize::from(is_wet(group))],
+    };
+    (0..groups).map(of_group).collect()
 }
 
 /// Rows in the order of others that they repeat.
@@ -266,86 +239,75 @@ fn copied_blocks(rebounds: &[Rebound]) -> Vec<Vec<[usize; 2]>> {
     blocks
 }
 
-impl Repeats {
-    /// `None` where no row repeats another.
-    ///
-    /// Of two runs at one setting the restitutions are the same to the last digit r written with the probability
-    /// r/(2 √π s), where they scatter by s.
-    fn of(rebounds: &[Rebound], grids: &Grids) -> Option<Repeats> {
-        /// rather too likely than too rare: no scatter is normal, nor the same everywhere
-        const CAUTIOUS: f64 = 1.5;
-        let two_root_pi = 2.0 * std::f64::consts::PI.sqrt();
-        let copied = copied_blocks(rebounds);
-        // copies scatter by nothing, and would make themselves likely
-        let in_order = copied.iter().filter(|block| block.len() >= IN_ORDER).flatten();
-        let in_order: HashSet<usize> = in_order.map(|[place, _]| *place).collect();
-        let others = rebounds
-            .iter()
-            .enumerate()
-            .filter(|(place, _)| !in_order.contains(place));
-        let others: Vec<&Rebound> = others.map(|(_, one)| one).collect();
-        let scatter = Scatter::of(&others);
-        let chance = |one: &Rebound| {
-            let step = grids.of_restitution(one);
-            let spread = (scatter.of_group[one.group].powi(2) + step * step / 12.0).sqrt();
-            (CAUTIOUS * step / (two_root_pi * spread)).min(1.0)
-        };
-        let mut at_setting: HashMap<(usize, [i64; 6]), usize> = HashMap::new();
-        let mut expected = 0.0;
-        for one in rebounds {
-            let before = at_setting.entry((one.group, one.setting)).or_default();
-            expected += (*before as f64 * chance(one)).min(1.0);
-            *before += 1;
-        }
-        let block = |pairs: &Vec<[usize; 2]>| {
-            let (first, last) = (pairs.first()?, pairs.last()?);
-            Some(Block {
-                rows: [rebounds[first[0]].row, rebounds[last[0]].row],
-                repeats: [rebounds[first[1]].row, rebounds[last[1]].row],
-                length: pairs.len(),
-                chance: pairs.iter().map(|[place, _]| chance(&rebounds[*place])).product(),
-            })
-        };
-        let mut blocks: Vec<Block> = copied.iter().filter_map(block).collect();
-        let repeated = copied.iter().map(Vec::len).sum();
-        let pairs = 0.5 * (rebounds.len() as f64).powi(2);
-        let in_order = blocks.iter().filter(|block| block.length >= IN_ORDER);
-        let of_blocks = in_order.map(|block| pairs * block.chance).fold(1.0, f64::min);
-        // the rarer of two
-        let of_all = at_least(repeated, expected);
-        let p = (2.0 * of_blocks.min(of_all)).min(1.0);
-        blocks.sort_by_key(|block| std::cmp::Reverse(block.length));
-        (repeated > 0).then_some(Repeats {
-            blocks,
-            rebounds: rebounds.len(),
-            repeated,
-            expected,
-            p,
-            by_order: of_blocks < of_all,
-        })
+/// Questions rows that have the cells of earlier ones.
+///
+/// Of two runs at one setting the restitutions are the same to the last digit r written with the probability r/(2 √π s), where
+/// they scatter by s.
+fn question_repeats(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, questioned: &mut Questioned) {
+    /// rather too likely than too rare: no scatter is normal, nor the same everywhere
+    const CAUTIOUS: f64 = 1.5;
+    let two_root_pi = 2.0 * std::f64::consts::PI.sqrt();
+    let copied = copied_blocks(rebounds);
+    if copied.is_empty() {
+        return;
     }
-
-    fn question(&self, places: &RowPlaces, questioned: &mut Questioned) {
-        let words: Vec<String> = self.blocks.iter().map(|block| block.words(places)).collect();
-        let by_rounding = if self.by_order {
-            "in the order of these".to_owned()
-        } else {
-            format!("where rounding alone would make it {:.1}", self.expected)
-        };
-        let text = format!(
-            "{} of {} rebounds {} another in every measured cell, {by_rounding}: {}",
-            self.repeated,
-            self.rebounds,
-            by_number(self.repeated, "repeats", "repeat"),
-            shortened(&words)
-        );
-        if self.p < checks::BEYOND_CHANCE {
-            questioned
-                .checks
-                .push(checks::REPEATED_ROWS.check(self.p, text).with_advice());
-        } else if self.p < UNLIKELY {
-            questioned.notices.push(notices::repeated_rows(self.repeated, text));
+    // copies scatter by nothing, and would make themselves likely
+    let in_order = copied.iter().filter(|block| block.len() >= IN_ORDER).flatten();
+    let in_order: HashSet<usize> = in_order.map(|[place, _]| *place).collect();
+    let others = rebounds
+        .iter()
+        .enumerate()
+        .filter(|(place, _)| !in_order.contains(place));
+    let others: Vec<&Rebound> = others.map(|(_, one)| one).collect();
+    let scatter = scatter_of_groups(&others);
+    let chance = |one: &Rebound| {
+        let step = grids.of_restitution(one);
+        let spread = (scatter[one.group].powi(2) + step * step / 12.0).sqrt();
+        (CAUTIOUS * step / (two_root_pi * spread)).min(1.0)
+    };
+    let mut at_setting: HashMap<(usize, [i64; 6]), usize> = HashMap::new();
+    let mut expected = 0.0;
+    for one in rebounds {
+        let before = at_setting.entry((one.group, one.setting)).or_default();
+        expected += (*before as f64 * chance(one)).min(1.0);
+        *before += 1;
+    }
+    let block = |pairs: &Vec<[usize; 2]>| {
+        let ends = |which: usize| [pairs[0], pairs[pairs.len() - 1]].map(|pair| rebounds[pair[which]].row);
+        Block {
+            rows: ends(0),
+            repeats: ends(1),
+            length: pairs.len(),
+            chance: pairs.iter().map(|[place, _]| chance(&rebounds[*place])).product(),
         }
+    };
+    let mut blocks: Vec<Block> = copied.iter().map(block).collect();
+    let repeated: usize = copied.iter().map(Vec::len).sum();
+    let pairs = 0.5 * (rebounds.len() as f64).powi(2);
+    let in_order = blocks.iter().filter(|block| block.length >= IN_ORDER);
+    let of_blocks = in_order.map(|block| pairs * block.chance).fold(1.0, f64::min);
+    // the rarer of two
+    let of_all = at_least(repeated, expected);
+    let p = (2.0 * of_blocks.min(of_all)).min(1.0);
+    blocks.sort_by_key(|block| std::cmp::Reverse(block.length));
+    let words: Vec<String> = blocks.iter().map(|block| block.words(places)).collect();
+    let by_rounding = if of_blocks < of_all {
+        "in the order of these".to_owned()
+    } else {
+        format!("where rounding alone would make it {expected:.1}")
+    };
+    let text = format!(
+        "{repeated} of {} rebounds {} another in every measured cell, {by_rounding}: {}",
+        rebounds.len(),
+        by_number(repeated, "repeats", "repeat"),
+        shortened(&words)
+    );
+    if p < checks::BEYOND_CHANCE {
+        questioned
+            .checks
+            .push(checks::REPEATED_ROWS.check(p, text).with_advice());
+    } else if p < UNLIKELY {
+        questioned.notices.push(notices::repeated_rows(repeated, text));
     }
 }
 
@@ -387,26 +349,40 @@ enum MeanOf {
     All,
 }
 
-impl Means {
-    /// The least likely of all ways in which means may stand in a table; `None` where there are none.
-    fn of(rebounds: &[Rebound], grids: &Grids) -> Option<Means> {
-        /// digits to which means are rounded at least
-        const COARSE: f64 = 0.01;
-        let near = Neighbours::of(rebounds);
-        let places = [MeanOf::Above, MeanOf::Below, MeanOf::All];
-        // to the digits of the runs, or to fewer
-        let ways = places.into_iter().flat_map(|of| [(of, 0.0), (of, COARSE)]);
-        let found: Vec<Means> = ways
-            .map(|(of, step)| Means::of_one_kind(rebounds, grids, &near, of, step))
-            .collect();
-        let tried = found.len() as f64;
-        let rarest = found.into_iter().min_by(|a, b| a.p.total_cmp(&b.p))?;
-        (!rarest.rows.is_empty()).then_some(Means {
-            p: (tried * rarest.p).min(1.0),
-            ..rarest
-        })
+/// Questions rows that are means of others, by the least likely of all ways in which these may stand in a table.
+fn question_means(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, questioned: &mut Questioned) {
+    /// digits to which means are rounded at least
+    const COARSE: f64 = 0.01;
+    const NAMED: usize = 8;
+    let near = Neighbours::of(rebounds);
+    // to the digits of the runs, or to fewer
+    let ways = [MeanOf::Above, MeanOf::Below, MeanOf::All].into_iter();
+    let ways = ways.flat_map(|of| [(of, 0.0), (of, COARSE)]);
+    let found: Vec<Means> = ways
+        .map(|(of, step)| Means::of_one_kind(rebounds, grids, &near, of, step))
+        .collect();
+    let tried = found.len() as f64;
+    let Some(Means { rows, expected, p }) = found.into_iter().min_by(|a, b| a.p.total_cmp(&b.p)) else {
+        return;
+    };
+    let p = (tried * p).min(1.0);
+    if rows.is_empty() || p >= checks::BEYOND_CHANCE {
+        return;
     }
+    let mut named = places.of_each(&rows[..rows.len().min(NAMED)]);
+    if rows.len() > NAMED {
+        named.push(format!("and {} more", rows.len() - NAMED));
+    }
+    let text = format!(
+        "{} {} the mean of other rows near that speed, in speed and restitution, where chance would make it {expected:.1}: {}",
+        rows.len(),
+        by_number(rows.len(), "row is", "rows are"),
+        named.join(", ")
+    );
+    questioned.checks.push(checks::MEAN_ROWS.check(p, text).with_advice());
+}
 
+impl Means {
     /// Those of one way, their restitutions rounded to this step at least.
     fn of_one_kind(rebounds: &[Rebound], grids: &Grids, near: &Neighbours, of: MeanOf, rounded_to: f64) -> Means {
         /// rows of a block
@@ -448,27 +424,6 @@ impl Means {
         }
         let p = at_least(rows.len(), expected);
         Means { rows, expected, p }
-    }
-
-    fn question(&self, places: &RowPlaces, questioned: &mut Questioned) {
-        if self.p >= checks::BEYOND_CHANCE {
-            return;
-        }
-        const NAMED: usize = 8;
-        let mut named = places.of_each(&self.rows[..self.rows.len().min(NAMED)]);
-        if self.rows.len() > NAMED {
-            named.push(format!("and {} more", self.rows.len() - NAMED));
-        }
-        let text = format!(
-            "{} {} the mean of other rows near that speed, in speed and restitution, where chance would make it {:.1}: {}",
-            self.rows.len(),
-            by_number(self.rows.len(), "row is", "rows are"),
-            self.expected,
-            named.join(", ")
-        );
-        questioned
-            .checks
-            .push(checks::MEAN_ROWS.check(self.p, text).with_advice());
     }
 }
 
