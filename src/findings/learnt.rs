@@ -6,7 +6,7 @@ use super::document::Findings;
 use super::form_choice::{is_gain, ChosenBy};
 use super::identify::Unidentified;
 use super::main_numbers::MainNumber;
-use super::questions::{Answer, Question, Trend};
+use super::questions::Question;
 use crate::inference::diagnostics::loo::Difference;
 use crate::physics::inertia::Inertia;
 use crate::physics::{Coefficient, Quantity};
@@ -14,14 +14,17 @@ use crate::rounding::{short, significant, to_digits, with_se};
 use crate::runs::Runs;
 use crate::scene::{Scene, Sticking, NOISE};
 
-/// What was learnt of a scene's runs: whether one L serves, which form of inertia they prefer, whether the loss levels off,
+/// What was learnt of a scene's runs: whether L and C depend on the film, which form of inertia they prefer, whether the loss levels off,
 /// what stuck runs say, and what is not determined. Of what was not asked nothing is said.
 pub(super) fn what_was_learnt(scene: &Scene, runs: &Runs, findings: &Findings) -> Vec<String> {
     let asked = |question: &&Question| !runs.series.is_empty() && !question.text.is_empty();
     let questions = findings.questions.iter().flatten().filter(asked);
     let (of_l, of_c): (Vec<&Question>, Vec<&Question>) =
-        questions.partition(|question| question.parameter == Coefficient::LubricationLog.describe().name);
-    let constant = |question: &&Question| constancy(question, findings);
+        questions.partition(|question| question.coefficient() == Coefficient::LubricationLog);
+    let constant = |question: &&Question| {
+        let value = shared(findings, question.coefficient()).map(|own| own.rounded(|x| x));
+        format!("{}.", question.told(value))
+    };
     of_l.iter()
         .map(constant)
         .chain(preferred_inertia(findings))
@@ -37,65 +40,6 @@ fn shared(findings: &Findings, coefficient: Coefficient) -> Option<&MainNumber> 
     let mut parameters = findings.main.parameters.iter();
     let own = parameters.find(|own| own.quantity == Quantity::Shared(coefficient) && own.sphere.is_none())?;
     Some(&own.number)
-}
-
-/// Whether one value of a parameter serves at every film ratio.
-fn constancy(question: &Question, findings: &Findings) -> String {
-    let coefficient = if question.film_ratio_below.is_some() {
-        Coefficient::LubricationLog
-    } else {
-        Coefficient::InertialPrefactor
-    };
-    let symbol = coefficient.describe().symbol;
-    let film = match question.film_ratio_below {
-        Some(below) => format!("the film below δ/D = {below:.2}"),
-        None => "the film".to_owned(),
-    };
-    let (Some(trend), None) = (&question.trend, &question.why_open) else {
-        let why = question.why_open.as_ref().unwrap_or(&question.text);
-        return format!("Whether {symbol} is independent of {film} is open: {why}.");
-    };
-    let slope = format!("{} = {}", trend.symbol, with_se(trend.mean, trend.sd));
-    match question.answer {
-        Answer::Constant => {
-            let value = shared(findings, coefficient).map(|own| format!(": {}", own.rounded(|x| x)));
-            format!(
-                "{symbol} is independent of {film}{}. A trend with the film ({slope}) would move no e_inf or St_c \
-                 by more than {}.",
-                value.unwrap_or_default(),
-                percent(trend).unwrap_or_default(),
-            )
-        }
-        Answer::Rises | Answer::Falls => {
-            let goes = if question.answer == Answer::Rises {
-                "rises"
-            } else {
-                "falls"
-            };
-            let gain = match (question.gain, question.gain_se) {
-                (Some(gain), Some(se)) => format!(", which gains {} in log density", with_se(gain, se)),
-                _ => String::new(),
-            };
-            format!("{symbol} {goes} with the film: {slope}{gain}.")
-        }
-        Answer::Open => {
-            let moves = percent(trend).map_or_else(
-                || "leaves no e_inf or St_c at a film of the runs".to_owned(),
-                |share| format!("may move e_inf or St_c by up to {share}"),
-            );
-            let add = trend.add.as_ref();
-            let add = add.map_or(String::new(), |runs| format!(", or more runs of {runs}"));
-            format!(
-                "Whether {symbol} is independent of {film} is open: a trend with the film ({slope}) {moves}; film ratios farther \
-                 apart would tell{add}."
-            )
-        }
-    }
-}
-
-/// By how much a trend may move a number.
-fn percent(trend: &Trend) -> Option<String> {
-    Some(format!("{:.1} %", 100.0 * trend.largest_change?))
 }
 
 /// What a form of the inertial loss is called in a sentence.
@@ -279,6 +223,7 @@ mod tests {
     use crate::findings::fit_least_squares;
     use crate::findings::form_choice::{InertiaChoice, OtherForm};
     use crate::findings::identify::{Directions, Unidentified};
+    use crate::findings::questions::{Answer, Trend};
     use crate::{runs, scene};
 
     /// Least squares of the plain example, to which a test adds what later stages found.
@@ -456,4 +401,3 @@ mod tests {
         assert!(has(&sentences, stuck), "{sentences:?}");
     }
 }
-// y

@@ -528,12 +528,9 @@ impl Findings {
         }
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());
         let context = questions::Context {
-            scene,
-            runs,
-            least_squares: self.least_squares(),
+            comparison: self.comparison_context(scene, runs, watcher),
             own,
             own_loo: found.own.as_ref(),
-            watcher,
         };
         let (questions, checks) = questions::answer_questions(context)?;
         self.verdicts.extend(checks);

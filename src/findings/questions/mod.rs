@@ -35,57 +35,22 @@ pub fn answer_questions(context: Context) -> Result<(Vec<Question>, Vec<Check>),
 
 /// Whether one L holds for the runs with film ratios below a line, under the scene's own form.
 pub fn is_lubrication_constant(context: Context, below: f64) -> Result<Question, Error> {
-    let question = Question {
-        film_ratio_below: Some(below),
-        ..unanswered(
-            "Is L the same at every film ratio below 0.10?",
-            ParameterKind::LUBRICATION_LOG,
-        )
-    };
-    if let Some(why) = context.why_none() {
-        return Ok(question.open(&why));
-    }
-    let part = context.runs.with_films_below(below);
     let models = TrendComparison {
-        // nothing was left out: the scene's own draws are of these runs
-        plain: (part.len() == context.runs.len()).then_some(&context.own.sampled),
         context,
-        runs: &part,
+        runs: &context.comparison.runs.with_films_below(below),
         trend: ParameterKind::LubricationTrend,
         of: ParameterKind::LUBRICATION_LOG,
     };
-    models.answer(question)
+    models.answer("Is L the same at every film ratio below 0.10?", Some(below))
 }
 
 /// Whether one C holds for all runs, under the scene's own form.
 pub fn is_prefactor_constant(context: Context) -> Result<Question, Error> {
-    let question = unanswered("Is C the same at every film ratio?", ParameterKind::INERTIAL_PREFACTOR);
-    if let Some(why) = context.why_none() {
-        return Ok(question.open(&why));
-    }
     let models = TrendComparison {
-        plain: Some(&context.own.sampled),
         context,
-        runs: context.runs,
+        runs: context.comparison.runs,
         trend: ParameterKind::InertialTrend,
         of: ParameterKind::INERTIAL_PREFACTOR,
     };
-    models.answer(question)
-}
-
-fn unanswered(question: &'static str, of: ParameterKind) -> Question {
-    Question {
-        question,
-        parameter: of.key(),
-        film_ratio_below: None,
-        runs: 0,
-        film_ratios: None,
-        models: vec![],
-        gain: None,
-        gain_se: None,
-        trend: None,
-        answer: Answer::Open,
-        text: String::new(),
-        why_open: None,
-    }
+    models.answer("Is C the same at every film ratio?", None)
 }

@@ -1,8 +1,10 @@
-//! Holds a question with its answer, as `findings.json` writes it.
+//! Holds a question with its answer, as `findings.json` writes it, and words it.
 
 use serde::Serialize;
 
 use crate::findings::compare::ComparedModel;
+use crate::physics::Coefficient;
+use crate::rounding::with_se;
 
 /// A question with its answer. Field names are those of `findings.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -79,9 +81,72 @@ impl Question {
     pub(super) fn open(self, why: &str) -> Question {
         Question {
             answer: Answer::Open,
-            text: format!("open: {why}"),
             why_open: Some(why.to_owned()),
             ..self
         }
+        .worded()
+    }
+
+    /// The same with its answer in words.
+    pub(super) fn worded(self) -> Question {
+        Question {
+            text: self.told(None),
+            ..self
+        }
+    }
+
+    /// The parameter it asks of.
+    pub fn coefficient(&self) -> Coefficient {
+        if self.film_ratio_below.is_some() {
+            Coefficient::LubricationLog
+        } else {
+            Coefficient::InertialPrefactor
+        }
+    }
+
+    /// The answer in words, without a full stop; of a parameter that is constant with its value, where one is given.
+    pub fn told(&self, value: Option<String>) -> String {
+        let symbol = self.coefficient().describe().symbol;
+        let film = match self.film_ratio_below {
+            Some(below) => format!("the film below δ/D = {below:.2}"),
+            None => "the film".to_owned(),
+        };
+        if let Some(why) = &self.why_open {
+            return format!("Whether {symbol} is independent of {film} is open: {why}");
+        }
+        let Some(trend) = &self.trend else {
+            return String::new();
+        };
+        let slope = format!("{} = {}", trend.symbol, with_se(trend.mean, trend.sd));
+        let change = trend.largest_change.map(|change| format!("{:.1} %", 100.0 * change));
+        let goes = match self.answer {
+            Answer::Constant => {
+                return format!(
+                    "{symbol} is independent of {film}{}. A trend with the film ({slope}) would move no e_inf or St_c by more \
+                     than {}",
+                    value.map_or(String::new(), |value| format!(": {value}")),
+                    change.unwrap_or_default()
+                )
+            }
+            Answer::Open => {
+                let moves = change.map_or_else(
+                    || "leaves no e_inf or St_c at a film of the runs".to_owned(),
+                    |share| format!("may move e_inf or St_c by up to {share}"),
+                );
+                let add = trend.add.as_ref();
+                let add = add.map_or(String::new(), |runs| format!(", or more runs of {runs}"));
+                return format!(
+                    "Whether {symbol} is independent of {film} is open: a trend with the film ({slope}) {moves}; film ratios \
+                     farther apart would tell{add}"
+                );
+            }
+            Answer::Rises => "rises",
+            Answer::Falls => "falls",
+        };
+        let gain = match (self.gain, self.gain_se) {
+            (Some(gain), Some(se)) => format!(", which gains {} in log density", with_se(gain, se)),
+            _ => String::new(),
+        };
+        format!("{symbol} {goes} with the film: {slope}{gain}")
     }
 }

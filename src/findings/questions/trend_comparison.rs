@@ -1,23 +1,20 @@
 //! Samples a model with and without a trend on the same runs, and leaves each run out of both.
 
-use super::conclusion::{answer_question, TrendEvidence};
+use super::conclusion::answer_question;
 use super::effect::TrendOverFilms;
-use super::question::{Question, Trend};
+use super::question::{Answer, Question, Trend};
 use crate::error::Error;
-use crate::findings::compare::{model_name, summarise_model};
-use crate::findings::least_squares::LeastSquares;
+use crate::findings::compare::{model_name, summarise_model, ComparedModel};
 use crate::findings::left_out::{
     affordable_draws, draw_and_leave_out, leave_out, why_none_beside, ComparisonContext, LeftOutModel,
 };
 use crate::findings::posterior::{Posterior, SamplingSetup};
-use crate::inference::diagnostics::loo::{trusted_difference, Loo};
+use crate::inference::diagnostics::loo::{trusted_difference, Difference, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::quantile;
-use crate::inference::nuts::Watcher;
 use crate::inference::sampling::Sampled;
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::runs::Runs;
-use crate::scene::Scene;
 
 /// A film ratio counts with so many runs: fewer hardly have a mean and a spread.
 const FEWEST_RUNS: usize = 5;
@@ -25,25 +22,12 @@ const FEWEST_RUNS: usize = 5;
 /// What the questions are answered from.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {
-    /// what was held fixed
-    pub scene: &'a Scene,
-    /// every run
-    pub runs: &'a Runs,
-    /// where sampling starts
-    pub least_squares: LeastSquares<'a>,
+    /// what models are drawn from, with every run
+    pub comparison: ComparisonContext<'a>,
     /// the scene's own model, sampled on every run
     pub own: &'a Posterior,
     /// leave-one-out of it; `None` where it has yet to be computed
     pub own_loo: Option<&'a Loo>,
-    /// hears of every draw
-    pub watcher: Watcher<'a>,
-}
-
-impl Context<'_> {
-    /// Why no model with a trend is drawn at all.
-    pub(super) fn why_none(&self) -> Option<String> {
-        why_none_beside(self.scene, self.runs, self.own.sampled.draws())
-    }
 }
 
 /// Two models of the same runs, one with a trend.
@@ -51,17 +35,34 @@ pub(super) struct TrendComparison<'a> {
     pub context: Context<'a>,
     /// the runs of both
     pub runs: &'a Runs,
-    /// draws of the model without the trend, where there are some
-    pub plain: Option<&'a Sampled>,
     pub trend: ParameterKind,
     /// what has the trend
     pub of: ParameterKind,
 }
 
 impl TrendComparison<'_> {
-    /// The question with its answer; it stays open, with the reason, where the runs or the form allow none.
-    pub fn answer(&self, question: Question) -> Result<Question, Error> {
-        let Context { scene, own, .. } = self.context;
+    /// The question, of runs with film ratios below a line or of all, with its answer; it stays open, with the reason, where
+    /// the runs or the form allow none.
+    pub fn answer(&self, question: &'static str, film_ratio_below: Option<f64>) -> Result<Question, Error> {
+        let question = Question {
+            question,
+            parameter: self.of.key(),
+            film_ratio_below,
+            runs: 0,
+            film_ratios: None,
+            models: vec![],
+            gain: None,
+            gain_se: None,
+            trend: None,
+            answer: Answer::Open,
+            text: String::new(),
+            why_open: None,
+        };
+        let Context { comparison, own, .. } = self.context;
+        if let Some(why) = why_none_beside(comparison.scene, comparison.runs, own.sampled.draws()) {
+            return Ok(question.open(&why));
+        }
+        let scene = comparison.scene;
         let question = Question {
             runs: self.runs.wet(),
             film_ratios: Some(film_ratios(self.runs, scene.data.film_ratio_gap)),
@@ -91,18 +92,21 @@ impl TrendComparison<'_> {
             return Ok(question.open(&why));
         }
         Ok(match self.sampled(parameters) {
-            Ok(evidence) => answer_question(question, own.setup.form, evidence),
+            Ok((models, gain, trend)) => answer_question(question, models, gain, trend),
             Err(why) => question.open(&why),
         })
     }
 
     /// Both models sampled and left every run out of; `Err` says why that cannot be done.
-    fn sampled(&self, parameters: ModelParameters) -> Result<TrendEvidence, String> {
+    fn sampled(&self, parameters: ModelParameters) -> Result<([ComparedModel; 2], Difference, Trend), String> {
         let Context { own, own_loo, .. } = self.context;
         let setup = own.setup;
         let model = model_name(setup.form);
+        // where no run was left out, the scene's own draws are of these
+        let plain = (self.runs.len() == self.context.comparison.runs.len()).then_some(&own.sampled);
+        let is_own = plain.is_some();
         let drawn;
-        let (plain, usual, used_plain) = match self.plain {
+        let (plain, usual, used_plain) = match plain {
             Some(plain) => {
                 let used = affordable_draws(self.runs, plain.draws()).ok_or("too many runs to leave each out")?;
                 let loo = match own_loo {
@@ -126,13 +130,13 @@ impl TrendComparison<'_> {
         let gain =
             trusted_difference(&better, &usual, khat_threshold(used)).ok_or("the models differ in their runs")?;
         let mut models = [
-            summarise_model(model.clone(), self.plain.is_some(), plain, &usual, used_plain),
+            summarise_model(model.clone(), is_own, plain, &usual, used_plain),
             summarise_model(format!("{model}+{}", self.trend.key()), false, &bent, &better, used),
         ];
         let behind = &mut models[usize::from(gain.value < 0.0)];
         (behind.delta, behind.delta_se, behind.delta_mcse) = (-gain.value.abs(), gain.se, Some(gain.mcse));
         let trend = self.trend(&bent).ok_or("the trend has no draws")?;
-        Ok(TrendEvidence { models, gain, trend })
+        Ok((models, gain, trend))
     }
 
     fn draw(&self, setup: SamplingSetup, parameters: ModelParameters, which: &str) -> Result<LeftOutModel, String> {
@@ -141,17 +145,9 @@ impl TrendComparison<'_> {
     }
 
     fn comparison(&self) -> ComparisonContext<'_> {
-        let Context {
-            scene,
-            least_squares,
-            watcher,
-            ..
-        } = self.context;
         ComparisonContext {
-            scene,
             runs: self.runs,
-            least_squares,
-            watcher,
+            ..self.context.comparison
         }
     }
 
@@ -163,8 +159,8 @@ impl TrendComparison<'_> {
         let mean = draws.iter().sum::<f64>() / n;
         let squares: f64 = draws.iter().map(|x| (x - mean) * (x - mean)).sum();
         let interval = [0.025, 0.975].map(|probability| quantile::of_sorted(&draws, probability));
-        let Context { scene, own, .. } = self.context;
-        let over_films = TrendOverFilms::new(scene, self.runs, own.setup.form, self.of, sampled)?;
+        let (scene, form) = (self.context.comparison.scene, self.context.own.setup.form);
+        let over_films = TrendOverFilms::new(scene, self.runs, form, self.of, sampled)?;
         (draws.len() > 1).then(|| Trend {
             symbol: parameter.kind.symbol(),
             mean,
