@@ -129,8 +129,26 @@ pub(super) fn rows_apart(compared: &[ComparedColumns], places: &RowPlaces) -> Op
             )
         })
         .collect();
-    (!each.is_empty()).then(|| notices::columns_disagree(count, each.join("; ")))
+    (!each.is_empty()).then(|| notices::COLUMNS_DISAGREE.notice(count, each.join("; ")))
 }
+
+/// What makes a column of heights, of Stokes numbers or of film ratios off by a factor.
+const HEIGHT_SLIPS: [(f64, &str); 3] = [
+    (10.0, "a factor of 10 in the height"),
+    (100.0, "a factor of 100 in the height"),
+    (1000.0, "a factor of 1000 in the height"),
+];
+const STOKES_SLIPS: [(f64, &str); 5] = [
+    (9.0, "as of a Stokes number without its 9"),
+    (2.0, "as of a Stokes number with the radius for the diameter"),
+    (
+        4.5,
+        "as of a Stokes number with the radius for the diameter and without its 9",
+    ),
+    (10.0, "a factor of 10 in St"),
+    (1000.0, "a factor of 1000 in St, as of a viscosity in mPa s for Pa s"),
+];
+const FILM_SLIPS: [(f64, &str); 1] = [(2.0, "as of the film over the radius, or of half the film ratio")];
 
 /// What was likely mistaken, by the factor.
 fn likely_slip(both: &ComparedColumns, ratio: f64) -> Option<String> {
@@ -139,28 +157,10 @@ fn likely_slip(both: &ComparedColumns, ratio: f64) -> Option<String> {
     // h grows as v²
     let factor = if is_height { ratio.powi(2) } else { ratio };
     let is_near = |other: f64| (factor / other).ln().abs() < if is_height { 2.0 * NEAR } else { NEAR };
-    let height = [10.0, 100.0, 1000.0].map(|factor| (factor, format!("a factor of {factor} in the height")));
-    let stokes = [
-        (9.0, "as of a Stokes number without its 9".to_owned()),
-        (2.0, "as of a Stokes number with the radius for the diameter".to_owned()),
-        (
-            4.5,
-            "as of a Stokes number with the radius for the diameter and without its 9".to_owned(),
-        ),
-        (10.0, "a factor of 10 in St".to_owned()),
-        (
-            1000.0,
-            "a factor of 1000 in St, as of a viscosity in mPa s for Pa s".to_owned(),
-        ),
-    ];
-    let films = [(
-        2.0,
-        "as of the film over the radius, or of half the film ratio".to_owned(),
-    )];
-    let slips: &[(f64, String)] = match both.columns[0] {
-        RunColumn::FilmRatio => &films,
-        _ if is_height => &height,
-        _ => &stokes,
+    let slips: &[(f64, &str)] = match both.columns[0] {
+        RunColumn::FilmRatio => &FILM_SLIPS,
+        _ if is_height => &HEIGHT_SLIPS,
+        _ => &STOKES_SLIPS,
     };
     let found = slips
         .iter()

@@ -9,18 +9,20 @@ use super::left_out::{
 };
 use super::notices;
 use super::posterior::{effort, Posterior, SamplingSetup};
+use super::terms::COMPARE_DRY_SPEEDS;
 use crate::error::Error;
 use crate::inference::diagnostics::loo::{difference, trusted_difference, Difference, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::nuts::divergences;
 use crate::inference::sampling::{Method, Sampled};
 use crate::model::parameters::{ModelParameters, ParameterKind};
-use crate::notice::Notice;
+use crate::notice::{Level, Notice};
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::inertia::Inertia;
 use crate::physics::DrySpeed;
 use crate::physics::{Form, Viscous};
+use crate::rounding::with_se;
 
 /// One form of the law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -105,13 +107,9 @@ impl ComparedModel {
 }
 
 impl EvaluatedModel {
-    fn new(form: Form, own: bool, left_out: LeftOutModel) -> EvaluatedModel {
-        let LeftOutModel { sampled, loo, used } = left_out;
-        EvaluatedModel {
-            form,
-            row: summarise_model(model_name(form), own, &sampled, &loo, used),
-            loo,
-        }
+    fn new(form: Form, own: bool, sampled: &Sampled, loo: Loo, used: usize) -> EvaluatedModel {
+        let row = summarise_model(model_name(form), own, sampled, &loo, used);
+        EvaluatedModel { form, row, loo }
     }
 }
 
@@ -177,32 +175,32 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
     let Some(used) = used.filter(|_| why_none.is_none()) else {
         let any_wet = !runs.series.is_empty();
         let why = why_none.unwrap_or_default();
-        found.notices.push(notices::compare_left_out(&why, any_wet));
+        found.notices.push(if any_wet {
+            let text = format!("forms of the law are not compared: {why}");
+            notices::COMPARE_LEFT_OUT.notice(1, text).at(Level::Cautions)
+        } else {
+            let text = "no wet runs: there are no forms of the wet law to compare";
+            notices::COMPARE_LEFT_OUT.with_next_step(1, text.to_owned(), "nothing")
+        });
         return found;
     };
     // the scene's own is left out by its own draws, which a report writes
     let own_loo = match leave_out(context, own.setup, &own.sampled, used) {
         Ok(loo) => loo,
         Err(why) => {
-            let name = model_name(own.setup.form);
-            found.notices.push(notices::form_not_compared(&name, &why));
+            found.notices.push(not_compared(own.setup.form, &why));
             return found;
         }
     };
     let why_no_roughness = context.scene.why_no_roughness(runs.wet_particles());
-    let mut evaluated: Vec<EvaluatedModel> = vec![];
-    for form in alternatives(own.setup.form) {
-        if form == own.setup.form {
-            evaluated.push(EvaluatedModel {
-                form,
-                row: summarise_model(model_name(form), true, &own.sampled, &own_loo, used),
-                loo: own_loo.clone(),
-            });
-            continue;
-        }
+    let own_model = EvaluatedModel::new(own.setup.form, true, &own.sampled, own_loo.clone(), used);
+    let mut evaluated = vec![own_model];
+    for form in alternatives(own.setup.form).filter(|form| *form != own.setup.form) {
         if let Some(why) = why_no_roughness.as_ref().filter(|_| form.viscous.reads_roughness()) {
-            let name = model_name(form);
-            found.notices.push(notices::form_without_roughness(&name, why));
+            found.notices.push(Notice {
+                next_step: "give roughness_um in [particles], and it is compared".into(),
+                ..not_compared(form, why)
+            });
             continue;
         }
         // what was drawn to choose the form of inertia need not be drawn again
@@ -211,7 +209,7 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
         let model = known.map_or_else(|| evaluate_form(context, setup, &own_loo), |known| Ok(known.clone()));
         match model {
             Ok(model) => evaluated.push(model),
-            Err(why) => found.notices.push(notices::form_not_compared(&model_name(form), &why)),
+            Err(why) => found.notices.push(not_compared(form, &why)),
         }
     }
     rank(&mut evaluated);
@@ -226,13 +224,14 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
             .checks
             .push(check_better_form((own.setup.form, row, &own_loo), &evaluated[0]));
     }
-    for EvaluatedModel { row, loo, .. } in evaluated {
-        if row.own {
-            found.own = Some(loo);
-        }
-        found.models.push(row);
-    }
+    found.own = Some(own_loo);
+    found.models = evaluated.into_iter().map(|model| model.row).collect();
     found
+}
+
+/// Says why a form is not compared.
+fn not_compared(form: Form, why: &str) -> Notice {
+    notices::FORM_NOT_COMPARED.notice(1, format!("{} is not compared: {why}", model_name(form)))
 }
 
 /// The forms that a form is compared with, itself among them: every inertia with both dry speeds; and with its own ones
@@ -260,8 +259,8 @@ fn alternatives(own: Form) -> impl Iterator<Item = Form> {
 fn evaluate_form(context: ComparisonContext, setup: SamplingSetup, own: &Loo) -> Result<EvaluatedModel, String> {
     // own dry speeds bound k by the fastest run: what has room in the scene's form may have none in another
     let none = |_| Err("a prior of the scene leaves dry_k no room there".to_owned());
-    let left_out = draw_form(context, setup, Some(own)).unwrap_or_else(none)?;
-    Ok(EvaluatedModel::new(setup.form, false, left_out))
+    let LeftOutModel { sampled, loo, used } = draw_form(context, setup, Some(own)).unwrap_or_else(none)?;
+    Ok(EvaluatedModel::new(setup.form, false, &sampled, loo, used))
 }
 
 /// Puts the best first, and says how far each is behind it.
@@ -335,11 +334,11 @@ pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Res
     let (mut evaluated, mut candidates) = (vec![], vec![]);
     for inertia in Inertia::ALL {
         let setup = of(inertia);
-        let Ok(left_out) = draw_form(context, setup, None)? else {
+        let Ok(LeftOutModel { sampled, loo, used }) = draw_form(context, setup, None)? else {
             continue;
         };
-        let c = geometric_mean(&left_out.sampled, ParameterKind::INERTIAL_PREFACTOR);
-        let model = EvaluatedModel::new(setup.form, false, left_out);
+        let c = geometric_mean(&sampled, ParameterKind::INERTIAL_PREFACTOR);
+        let model = EvaluatedModel::new(setup.form, false, &sampled, loo, used);
         candidates.push(Candidate {
             inertia,
             log_densities: model.loo.runs.iter().map(|run| run.elpd).collect(),
@@ -364,22 +363,40 @@ fn geometric_mean(sampled: &Sampled, kind: ParameterKind) -> Option<f64> {
     Some((logarithms / draws as f64).exp())
 }
 
-/// By how much log density, with its standard error, the best form predicts better than the same with e_dry at each run's
-/// own speed; `None` where the best is not the scene's own, or where that is not clear.
-pub(super) fn own_dry_speed_falls_behind(models: &[ComparedModel]) -> Option<(f64, f64)> {
-    let best = models.first().filter(|best| best.own)?;
-    let mut others = models.iter();
-    let twin =
-        others.find(|other| other.inertia() == best.inertia() && other.model.ends_with("/impact") && !other.own)?;
-    twin.is_clearly_worse().then_some(())?;
-    Some((-twin.delta, twin.delta_se?))
-}
-
-/// Whether the best form predicts clearly better than the scene's own and, other than that, has e_dry at each run's own speed.
-pub(super) fn own_dry_speed_is_better(models: &[ComparedModel]) -> bool {
-    let has = |model: &ComparedModel| model.model.contains("/impact");
-    let own = models.iter().find(|model| model.own && !has(model));
-    own.is_some_and(ComparedModel::is_clearly_worse) && models.first().is_some_and(has)
+/// Settles the notice that e_dry at each run's own speed is not in the model, once forms that have it are compared.
+pub(super) fn settle_dry_speed(notices: &mut Vec<Notice>, models: &[ComparedModel]) {
+    let awaits = |notice: &Notice| notice.next_step == COMPARE_DRY_SPEEDS;
+    let Some(at) = notices.iter().position(awaits) else {
+        return;
+    };
+    let has_it = |model: &ComparedModel| model.model.contains("/impact");
+    let (Some(best), Some(own)) = (models.first(), models.iter().find(|model| model.own)) else {
+        return;
+    };
+    if has_it(best) && !has_it(own) && own.is_clearly_worse() {
+        // the check of the better form says it
+        notices.remove(at);
+        return;
+    }
+    // the best form but for its dry speed, where the best is the scene's own
+    let twin = |other: &&ComparedModel| {
+        best.own && !other.own && other.inertia() == best.inertia() && other.model.ends_with("/impact")
+    };
+    let twin = models.iter().find(twin).filter(|twin| twin.is_clearly_worse());
+    let notice = &mut notices[at];
+    let Some((twin, se)) = twin.and_then(|twin| Some((twin, twin.delta_se?))) else {
+        notice.next_step =
+            "see Other forms of the law: dry_speed_m_s = \"impact\" holds it where it predicts better".into();
+        return;
+    };
+    notice.level = Level::Informs;
+    notice.text = format!(
+        "{}: not in the model, and the comparison of forms speaks against it: with it the runs are predicted worse by {} \
+         in log density",
+        Term::OwnDrySpeed.in_words(),
+        with_se(-twin.delta, se)
+    );
+    notice.next_step = "nothing".into();
 }
 
 /// Whether another form of the law predicts the runs clearly better than the scene's own.
@@ -461,15 +478,34 @@ pub(super) fn summarise_model(model: String, own: bool, sampled: &Sampled, found
 mod tests {
     use super::*;
 
+    /// What the notice of the dry speed says once these forms are compared, the best first; `None` where nothing.
+    fn told(best: (&str, bool), other: (&str, f64)) -> Option<Notice> {
+        let mut notices = vec![Notice::new("term_not_held", 1, "if it acts", COMPARE_DRY_SPEEDS)];
+        let models = [
+            ComparedModel::made_up(best.0, best.1, 0.0, 0.0),
+            ComparedModel::made_up(other.0, !best.1, other.1, 3.0),
+        ];
+        settle_dry_speed(&mut notices, &models);
+        notices.pop()
+    }
+
     #[test]
     fn a_dry_speed_that_a_better_form_has_is_told_by_the_check_of_that_form() {
-        let told = |best: &str, own: &str, delta: f64| {
-            let best = ComparedModel::made_up(best, false, 0.0, 0.0);
-            own_dry_speed_is_better(&[best, ComparedModel::made_up(own, true, delta, 3.0)])
-        };
-        assert!(told("cap/impact", "stepwise/2", -26.0));
-        assert!(!told("cap/impact", "stepwise/2", -3.0));
-        assert!(!told("cap/2", "stepwise/2", -26.0));
-        assert!(!told("cap/impact", "stepwise/impact", -26.0));
+        let is_told = |best: &str, own: &str, delta: f64| told((best, false), (own, delta)).is_none();
+        assert!(is_told("cap/impact", "stepwise/2", -26.0));
+        assert!(!is_told("cap/impact", "stepwise/2", -3.0));
+        assert!(!is_told("cap/2", "stepwise/2", -26.0));
+        assert!(!is_told("cap/impact", "stepwise/impact", -26.0));
+    }
+
+    #[test]
+    fn a_dry_speed_that_the_comparison_rejects_is_no_caution() {
+        let open = told(("cap/2", true), ("cap/impact", -3.0)).expect("it is open");
+        assert!(open.cautions() && open.text == "if it acts", "{open:?}");
+        let beaten = told(("cap/2", true), ("cap/impact", -367.2)).expect("it is said");
+        assert!(
+            !beaten.cautions() && beaten.text.contains("worse by 367.2 ± 3.0"),
+            "{beaten:?}"
+        );
     }
 }

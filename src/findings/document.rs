@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::balance::EnergyBalance;
 use super::bootstrap::Resampling;
-use super::checks::Check;
+use super::checks::{self, Check};
 use super::compare;
 use super::constants::Sensitivity;
 use super::dry::Dry;
@@ -16,7 +16,7 @@ use super::least_squares::LeastSquares;
 use super::main_numbers::MainNumbers;
 use super::measurement_errors::RunsWithErrors;
 use super::noise::Noise;
-use super::notices::{by_weight, says_the_same, SINGLE_RUN_CODE};
+use super::notices::{by_weight, SERIES_OFFSETS, SINGLE_RUN};
 use super::posterior::PosteriorFindings;
 use super::published;
 use super::questions::Question;
@@ -147,10 +147,10 @@ impl Findings {
             text: check.found(),
             next_step: check.advice,
         });
-        let is_told = |notice: &Notice| {
-            let mut failed = self.verdicts.iter().filter(|check| !check.passed);
-            notice.code == SINGLE_RUN_CODE || failed.any(|check| says_the_same(check, notice))
-        };
+        let fails = |check: &Check| !check.passed && check.check == checks::INDEPENDENT_RUNS.code;
+        let offsets_are_told = self.verdicts.iter().any(fails);
+        let is_told =
+            |notice: &Notice| notice.code == SINGLE_RUN.code || offsets_are_told && notice.code == SERIES_OFFSETS.code;
         let notices = by_weight(&self.notices).into_iter();
         let notices = notices.filter(|notice| notice.cautions() && !is_told(notice));
         let of_notices = notices.map(|notice| Caution {

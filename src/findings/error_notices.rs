@@ -1,6 +1,6 @@
 //! Says which measurement errors want a second look: too large for the scatter, or large enough to matter and not given.
 
-use super::notices::{self, SpeedErrors};
+use super::notices;
 use super::scaling::Scaling;
 use crate::notice::Notice;
 use crate::runs::Runs;
@@ -31,13 +31,19 @@ pub(super) fn measurement_error_notices(runs: &Runs, scaling: &[Scaling]) -> Vec
     let given = runs.errors.as_ref().is_some_and(|errors| errors.counts()[1] > 0);
     let count = scaling.iter().filter(below).count();
     if let Some((row, share)) = most_sensitive_to_speed(scaling).filter(|_| count > 0 && !given) {
-        found.push(notices::speed_error_matters(&SpeedErrors {
-            film_ratios: count,
-            line: SPEED_ERROR,
-            particle: &row.words(),
-            film_ratio: row.film_ratio.unwrap_or(f64::NAN),
-            share,
-        }));
+        let at = match count {
+            1 => "one film ratio".to_owned(),
+            some => format!("{some} film ratios"),
+        };
+        let text = format!(
+            "an error of {:.2} % in the impact speeds would move β of the square-root law of {} at film ratio {:.3} by a \
+             tenth of its standard error; at {at} less than {} % would",
+            100.0 * share,
+            row.words(),
+            row.film_ratio.unwrap_or(f64::NAN),
+            100.0 * SPEED_ERROR
+        );
+        found.push(notices::SPEED_ERROR_MATTERS.notice(count, text));
     }
     let weighed = scaling.iter().filter_map(|row| {
         let weighed = row.measurement_errors.filter(|_| row.film_ratio.is_some())?;
@@ -53,8 +59,13 @@ pub(super) fn measurement_error_notices(runs: &Runs, scaling: &[Scaling]) -> Vec
         .collect();
     let least = too_large.iter().map(|(_, weighed, _)| weighed.reduced_chi_squared);
     if let Some(least) = least.reduce(f64::min) {
-        let (fits, of) = (too_large.len(), weighed.count());
-        found.push(notices::measurement_errors_too_large(fits, of, least));
+        let text = format!(
+            "in {} of {} fits to a film ratio the runs scatter less than their measurement errors say (χ² per degree of \
+             freedom down to {least:.2}); the errors are taken as given, and standard errors follow them",
+            too_large.len(),
+            weighed.count()
+        );
+        found.push(notices::MEASUREMENT_ERRORS_TOO_LARGE.notice(too_large.len(), text));
     }
     found
 }

@@ -14,7 +14,7 @@
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
 //! | `measurement_errors.rs` | measurement errors of the runs of a fit |
 //! | `checks.rs` | the table of what must hold: codes, lines, sources, advice |
-//! | `notices.rs` | what wants a second look: codes, sentences, next steps |
+//! | `notices.rs` | what wants a second look: codes, next steps, and in which order |
 //! | `film_groups.rs` | film groups with their width, and why some have no film ratio of their own |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
 //! | `series.rs` | the square-root law of each series |
@@ -93,12 +93,12 @@ pub mod verdicts;
 use crate::error::Error;
 use crate::inference::nuts::Watcher;
 use crate::model::parameters::ModelParameters;
-use crate::notice::Notice;
+use crate::notice::{Level, Notice};
 use crate::physics::form::Term;
 use crate::physics::inertia::Inertia;
 use crate::physics::Form;
 use crate::runs::{Runs, Table};
-use crate::scene::{NoiseOn, Scene};
+use crate::scene::{NoiseOn, Scene, Sticking};
 use balance::EnergyBalance;
 use bootstrap::Resampling;
 use checks::{Check, Criterion};
@@ -146,16 +146,10 @@ pub fn fit_least_squares_watched(
     let film_groups = film_groups::list_film_groups(scene, runs);
     let balance = fits.energy_balance.as_ref();
     let mut verdicts = verdicts::check_least_squares(scene, table, &fits.dry, &fits.series, &fits.scaling, balance);
-    verdicts.extend(
-        noise
-            .as_ref()
-            .and_then(|noise| verdicts::wet_law_holds(noise, &fits.scaling)),
-    );
-    verdicts.extend(
-        noise
-            .as_ref()
-            .and_then(|noise| verdicts::independent_runs(scene, noise)),
-    );
+    if let Some(noise) = &noise {
+        verdicts.extend(verdicts::wet_law_holds(noise, &fits.scaling));
+        verdicts.extend(verdicts::independent_runs(scene, noise));
+    }
     let setup = balance::BalanceSetup {
         scene,
         runs,
@@ -168,8 +162,20 @@ pub fn fit_least_squares_watched(
     let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
     verdicts.extend(film_groups::check(&film_groups, own_films_stand));
     let mut notices = table.notices.clone();
-    notices.extend(fits.notices(scene, table, watcher.is_some()));
-    notices.extend(notices::viscous_form(fits.form, runs.wet_measured()));
+    notices.extend(terms::term_notices(&fits.terms));
+    notices.extend(verdicts::fit_notices(
+        scene,
+        table,
+        &fits.dry,
+        &fits.series,
+        &fits.scaling,
+        watcher.is_some(),
+    ));
+    let viscous = fits.form.viscous;
+    notices.extend(viscous.caution().map(|caution| {
+        let text = format!("viscous loss \"{}\": {caution}", viscous.name());
+        notices::VISCOUS_FORM.notice(runs.wet_measured(), text)
+    }));
     notices.extend(bootstrap_notices.into_iter().flatten());
     notices.extend(noise::noise_notices(scene, noise.as_ref()));
     let published = published::compare_with_published(published::OwnFits {
@@ -305,21 +311,6 @@ impl LeastSquaresFits {
         };
         bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, done)
     }
-
-    /// What of the terms, the runs, the fits and the settings wants a second look.
-    fn notices(&self, scene: &Scene, table: &Table, bootstrap: bool) -> Vec<Notice> {
-        let mut notices = terms::term_notices(&self.terms);
-        notices.extend(verdicts::screened_notice(table));
-        notices.extend(verdicts::fit_notices(
-            scene,
-            &table.runs,
-            &self.dry,
-            &self.series,
-            &self.scaling,
-        ));
-        notices.extend(verdicts::unused_settings_notice(scene, bootstrap));
-        notices
-    }
 }
 
 /// Whether other models are drawn beside the scene's own, to be compared.
@@ -412,25 +403,10 @@ impl Findings {
                     check.gates &= check.check != checks::FILM_GROUPS.code;
                 }
                 self.verdicts.extend(posterior.checks.iter().cloned());
-                // a prior that the runs contradict explains what else fails, and what they seem not to tell
-                if posterior.prior_conflict().is_some() {
-                    self.notices.retain(|notice| !notices::is_of_priors(notice));
-                }
+                // a prior that the runs contradict explains what else fails
                 self.verdicts
                     .sort_by_key(|check| check.check != checks::PRIOR_CONFLICT.code || check.passed);
-                let directions = self.identifies.as_ref();
-                self.notices
-                    .extend(contraction::contraction_notices(&posterior.findings, directions));
-                for notice in &mut self.notices {
-                    notices::after_sampling(notice, scene.model.sticking);
-                }
-                // the posterior holds an inertial loss, whatever least squares made of it
-                if posterior.findings.inertia != Inertia::None {
-                    for sized in self.terms.iter_mut().filter(|sized| sized.term == Term::Inertia) {
-                        sized.held = true;
-                    }
-                    self.notices.retain(|notice| !notices::leaves_out_inertia(notice));
-                }
+                self.settle_notices(scene, &posterior);
                 self.posterior = Some(posterior.findings.clone());
                 if let Some(check) = plausible::check_results(scene, runs, self) {
                     self.verdicts.retain(|before| before.check != check.check);
@@ -451,12 +427,44 @@ impl Findings {
         }
     }
 
+    /// Settles what was said of least squares, now that the posterior is sampled.
+    fn settle_notices(&mut self, scene: &Scene, posterior: &Posterior) {
+        // what the runs seem not to tell follows from a prior that they contradict
+        if posterior.prior_conflict().is_some() {
+            self.notices.retain(|notice| notice.code != notices::UNSEEN.code);
+        }
+        let directions = self.identifies.as_ref();
+        self.notices
+            .extend(contraction::contraction_notice(&posterior.findings, directions));
+        if scene.model.sticking == Sticking::Censored {
+            settle_stuck_runs(&mut self.notices);
+        }
+        // the posterior holds an inertial loss, whatever least squares made of it
+        if posterior.findings.inertia != Inertia::None {
+            for sized in self.terms.iter_mut().filter(|sized| sized.term == Term::Inertia) {
+                sized.held = true;
+            }
+            let is_left_out = |notice: &Notice| {
+                let of_term = [notices::TERM_NOT_HELD.code, notices::TERM_LEFT_OUT.code].contains(&notice.code);
+                of_term && notice.text.starts_with(Term::Inertia.in_words())
+            };
+            self.notices.retain(|notice| !is_left_out(notice));
+        }
+    }
+
     /// Says which form of inertia the runs chose, in place of what was said of it before.
     fn note_chosen_form(&mut self) {
-        self.notices.retain(|notice| notice.code != notices::FORM_CHOSEN_CODE);
-        let chosen = self.inertia.iter();
-        self.notices
-            .extend(chosen.map(|choice| notices::form_chosen(choice.inertia.name(), choice.is_clear())));
+        self.notices.retain(|notice| notice.code != notices::FORM_CHOSEN.code);
+        self.notices.extend(self.inertia.iter().map(|choice| {
+            let name = choice.inertia.name();
+            let text = format!("inertia = \"auto\" took {name}: the intervals ignore that the same runs chose it");
+            let level = if choice.is_clear() {
+                Level::Informs
+            } else {
+                Level::Cautions
+            };
+            notices::FORM_CHOSEN.notice(1, text).at(level)
+        }));
     }
 
     /// Gives what may follow from a prior that the runs contradict no advice of its own.
@@ -495,7 +503,7 @@ impl Findings {
         self.main.judge(&self.verdicts);
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
         self.notices
-            .retain(|notice| notice.code != notices::CONSTANTS_EXACT_CODE);
+            .retain(|notice| notice.code != notices::CONSTANTS_EXACT.code);
         let exact = constants::exact_constants_notice(scene, runs.sample(), &self.constants, &self.main);
         self.notices.extend(exact);
     }
@@ -515,17 +523,7 @@ impl Findings {
         let found = compare::compare_forms(self.comparison_context(scene, runs, watcher), own, &self.sampled_forms);
         self.verdicts.extend(found.checks.iter().cloned());
         self.notices.extend(found.notices.iter().cloned());
-        if !found.models.is_empty() {
-            // the comparison is made: advice to make it would be empty
-            let falls_behind = compare::own_dry_speed_falls_behind(&found.models);
-            // the check of the better form says it
-            if compare::own_dry_speed_is_better(&found.models) {
-                self.notices.retain(|notice| !notices::awaits_comparison(notice));
-            }
-            for notice in &mut self.notices {
-                notices::after_comparison(notice, falls_behind);
-            }
-        }
+        compare::settle_dry_speed(&mut self.notices, &found.models);
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());
         let context = questions::Context {
             comparison: self.comparison_context(scene, runs, watcher),
@@ -551,5 +549,73 @@ impl Findings {
             least_squares: self.least_squares(),
             watcher,
         }
+    }
+}
+
+/// Settles what was said of stuck runs where the posterior counts them.
+fn settle_stuck_runs(notices: &mut [Notice]) {
+    let settled = [
+        (
+            notices::STUCK_LEFT_OUT.code,
+            "nothing: the main numbers of their film ratios come from the posterior, which counts them",
+        ),
+        (
+            notices::BOOTSTRAP_PARTLY_STUCK.code,
+            "nothing: the main numbers of these film ratios come from the posterior",
+        ),
+    ];
+    for notice in notices {
+        if let Some((_, next)) = settled.iter().find(|(code, _)| *code == notice.code) {
+            (notice.level, notice.next_step) = (Level::Informs, (*next).to_owned());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::runs::Screened;
+    use crate::{runs, scene};
+
+    /// What is said of the plain example, of which one run stuck, with these runs left out.
+    fn plain(screened: Vec<Screened>) -> Vec<Notice> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
+        let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let mut table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
+        table.screened = screened;
+        fit_least_squares(&scene, &table, 1, false).notices
+    }
+
+    fn of<'n>(notices: &'n [Notice], code: &str) -> &'n Notice {
+        notices.iter().find(|notice| notice.code == code).expect("it is said")
+    }
+
+    #[test]
+    fn stuck_runs_caution_only_where_no_posterior_counts_them() {
+        let mut notices = plain(vec![]);
+        let before = of(&notices, "stuck_left_out");
+        assert!(before.cautions() && before.text.starts_with("1 of 25 wet runs stuck"));
+        settle_stuck_runs(&mut notices);
+        let counted = of(&notices, "stuck_left_out");
+        assert!(!counted.cautions() && !counted.next_step.contains("quote the square-root law"));
+    }
+
+    #[test]
+    fn advice_on_screened_runs_goes_by_their_reasons() {
+        let screened_for = |reasons: &[&'static str]| {
+            let all = reasons.iter().copied().map(|next_step| Screened {
+                reason: "some reason".to_owned(),
+                runs: 2,
+                next_step,
+            });
+            of(&plain(all.collect()), "screened").next_step.clone()
+        };
+        assert_eq!(screened_for(&["widen"]), "widen");
+        assert_eq!(
+            screened_for(&["widen", "widen", "clear the word"]),
+            "widen; clear the word"
+        );
     }
 }

@@ -307,7 +307,7 @@ fn question_repeats(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, que
             .checks
             .push(checks::REPEATED_ROWS.check(p, text).with_advice());
     } else if p < UNLIKELY {
-        questioned.notices.push(notices::repeated_rows(repeated, text));
+        questioned.notices.push(notices::REPEATED_ROWS.notice(repeated, text));
     }
 }
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::left_out::{affordable_draws, ComparisonContext, Model};
 use super::main_numbers::{MainNumbers, Source};
-use super::notices;
+use super::notices::{self, shortened};
 use super::posterior::{derived, Posterior};
 use super::scaling::{with_scale, Scaling};
 use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
@@ -226,7 +226,13 @@ pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, found: &[SingleRun])
         )
     });
     let told: Vec<String> = told.collect();
-    (!told.is_empty()).then(|| notices::single_run(&told))
+    (!told.is_empty()).then(|| {
+        let text = format!(
+            "one run carries a main number, which moves by more than its ± without it: {}",
+            shortened(&told)
+        );
+        notices::SINGLE_RUN.notice(told.len(), text)
+    })
 }
 
 /// A run by where it stands, what it was made with, and its e.

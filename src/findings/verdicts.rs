@@ -13,7 +13,8 @@ use crate::inference::nested::FTest;
 use crate::model::parameters::ParameterKind;
 use crate::notice::Notice;
 use crate::physics::DrySpeed;
-use crate::runs::{Runs, Table};
+use crate::rounding::by_number;
+use crate::runs::Table;
 use crate::scene::{Scene, WetLaw};
 
 /// Whether the main numbers may be quoted: no gating check failed.
@@ -77,12 +78,8 @@ fn no_runs_in_use(table: &Table) -> Option<Check> {
 fn dry_laws(dry: &[FittedDry]) -> Option<Check> {
     let failed = dry.iter().filter(|d| !d.dry.verdict.passed);
     let names = failed.map(|d| format!("{}: {}", d.dry.words(), d.dry.verdict.reason));
-    let fits = FailedFits {
-        what: "dry law",
-        all: dry.len(),
-        failed: names.collect(),
-    };
-    (!dry.is_empty()).then(|| fits.check(checks::DRY_LAW))
+    let names: Vec<String> = names.collect();
+    (!dry.is_empty()).then(|| check_usable(checks::DRY_LAW, "dry law", dry.len(), &names))
 }
 
 /// The fits of a law at a film ratio each, not those over all film ratios.
@@ -108,30 +105,23 @@ fn scaling_laws(scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> O
             fit.scaling.verdict.reason
         )
     });
-    let fits = FailedFits {
-        what: "square-root law of a film ratio",
-        all,
-        failed: names.collect(),
-    };
+    let names: Vec<String> = names.collect();
     (all > 0).then(|| Check {
         // a film ratio without a law is a gap; only none at all leaves no main number
-        gates: fits.failed.len() == all && !(stands && laws().all(|fit| !fit.scaling.tells_its_spread())),
-        ..fits.check(checks::SCALING_LAW)
+        gates: names.len() == all && !(stands && laws().all(|fit| !fit.scaling.tells_its_spread())),
+        ..check_usable(checks::SCALING_LAW, "square-root law of a film ratio", all, &names)
     })
 }
 
 fn of_balance(balance: &EnergyBalance) -> Vec<Check> {
     let reason = (!balance.verdict.passed).then(|| balance.verdict.reason.clone());
-    let fit = FailedFits {
-        what: "energy balance over all rebounds",
-        all: 1,
-        failed: reason.into_iter().collect(),
-    };
+    let what = "energy balance over all rebounds";
+    let fit = check_usable(checks::ENERGY_BALANCE, what, 1, reason.as_slice());
     let shift = balance.dry_k_shift_in_se.map(|shift| {
         let text = "largest shift of k by the wet runs, in combined standard errors";
         checks::DRY_CONSISTENCY.check(shift, text)
     });
-    [fit.check(checks::ENERGY_BALANCE)].into_iter().chain(shift).collect()
+    [fit].into_iter().chain(shift).collect()
 }
 
 fn of_series(series: &[SeriesFit]) -> Option<Check> {
@@ -286,50 +276,56 @@ fn worst_bias<'a>(rows: impl Iterator<Item = &'a FittedScaling>) -> Vec<(String,
     worst
 }
 
-/// Fits of one kind, and those of them that are not usable.
-struct FailedFits {
-    /// what they are
-    what: &'static str,
-    /// how many there are
-    all: usize,
-    /// name of each that failed, with the reason
-    failed: Vec<String>,
+/// The check that every fit of a kind, of so many, is usable; `failed` names those that are not, each with the reason.
+fn check_usable(criterion: Criterion, what: &str, all: usize, failed: &[String]) -> Check {
+    let text = match failed.len() {
+        0 => format!("{what}: usable"),
+        1 if all == 1 => format!("{what}: not usable ({})", shortened(failed)),
+        n => format!("{what}: {n} of {all} fits not usable ({})", shortened(failed)),
+    };
+    criterion.check(failed.len() as f64, text)
 }
 
-impl FailedFits {
-    fn check(&self, criterion: Criterion) -> Check {
-        let FailedFits { what, all, failed } = self;
-        let text = match failed.len() {
-            0 => format!("{what}: usable"),
-            1 if *all == 1 => format!("{what}: not usable ({})", shortened(failed)),
-            n => format!("{what}: {n} of {all} fits not usable ({})", shortened(failed)),
-        };
-        criterion.check(failed.len() as f64, text)
-    }
-}
-
-/// A notice of the runs that were screened.
-pub fn screened_notice(table: &Table) -> Option<Notice> {
-    (!table.screened.is_empty()).then(|| notices::screened(&table.screened))
-}
-
-/// What a reader of the estimates should look at.
+/// What a reader of the estimates should look at: runs left out, fits that lack something, and settings that no stage reads;
+/// those of the bootstrap wait where it is not run.
 pub fn fit_notices(
     scene: &Scene,
-    runs: &Runs,
+    table: &Table,
     dry: &[FittedDry],
     series: &[SeriesFit],
     scaling: &[FittedScaling],
+    bootstrap: bool,
 ) -> Vec<Notice> {
+    let runs = &table.runs;
     let mut found = vec![];
+    let left_out: usize = table.screened.iter().map(|one| one.runs).sum();
+    if left_out > 0 {
+        let reasons = table
+            .screened
+            .iter()
+            .map(|one| format!("{} with {}", one.runs, one.reason));
+        let reasons = reasons.collect::<Vec<_>>().join(", ");
+        let text = format!("{left_out} {} left out: {reasons}", by_number(left_out, "run", "runs"));
+        let mut next: Vec<&str> = table.screened.iter().map(|one| one.next_step).collect();
+        next.dedup();
+        found.push(notices::SCREENED.with_next_step(left_out, text, next.join("; ")));
+    }
     let stuck: usize = series.iter().map(|s| s.stuck).sum();
-    let wet: usize = stuck + series.iter().map(|s| s.runs).sum::<usize>();
     if stuck > 0 {
-        found.push(notices::stuck_left_out(stuck, wet));
+        let wet = stuck + series.iter().map(|s| s.runs).sum::<usize>();
+        let text = format!(
+            "{stuck} of {wet} wet runs stuck, which least squares leaves out. Where the noise is on the restitution this \
+             leaves the square-root law nearly unbiased and takes the linear law too high in e_inf and St_c; where the \
+             energy balance itself fluctuates, the square-root estimates tend to fall"
+        );
+        found.push(notices::STUCK_LEFT_OUT.notice(stuck, text));
     }
     let dry_stuck: usize = dry.iter().map(|d| d.dry.stuck).sum();
     if dry_stuck > 0 {
-        found.push(notices::dry_run_without_rebound(dry_stuck));
+        let text = format!(
+            "left out, without a rebound: {dry_stuck} of the dry runs; were it noise that kept them down, k is too small"
+        );
+        found.push(notices::DRY_RUN_WITHOUT_REBOUND.notice(dry_stuck, text));
     }
     let of_one_film = || series.iter().filter(|one| !one.is_withheld);
     let failed = of_one_film().filter(|one| !one.verdict.passed);
@@ -337,7 +333,14 @@ pub fn fit_notices(
         .map(|s| format!("{} ({})", s.label(), s.verdict.reason))
         .collect();
     if !failed.is_empty() {
-        found.push(notices::series_failed(&failed, of_one_film().count()));
+        let text = format!(
+            "{} of {} series {} no square-root law: {}",
+            failed.len(),
+            of_one_film().count(),
+            by_number(failed.len(), "gives", "give"),
+            shortened(&failed)
+        );
+        found.push(notices::SERIES_FAILED.notice(failed.len(), text));
     }
     let without: Vec<String> = (0..runs.spheres.len())
         // fits come in the order of the spheres
@@ -346,15 +349,21 @@ pub fn fit_notices(
         .map(|s| runs.spheres[s].words(scene))
         .collect();
     if !without.is_empty() {
-        let own_speed = scene.model.dry_speed == DrySpeed::Impact;
-        found.push(notices::no_dry_runs(&without, own_speed));
+        let own_speed = match scene.model.dry_speed {
+            DrySpeed::Impact => ", and the run's own dry speed is not used for it",
+            DrySpeed::Reference(_) => "",
+        };
+        let text = format!(
+            "no dry runs of {}: films alone tell the inertial loss from the dry loss{own_speed}",
+            without.join(", ")
+        );
+        found.push(notices::NO_DRY_RUNS.notice(without.len(), text));
     }
-    found
-}
-
-/// A notice of the settings that no stage reads; those of the bootstrap wait where it is not run.
-pub fn unused_settings_notice(scene: &Scene, bootstrap: bool) -> Option<Notice> {
     let waits = |key: &&String| !(bootstrap && key.starts_with("bootstrap."));
     let unused: Vec<String> = scene.unused.iter().filter(waits).cloned().collect();
-    (!unused.is_empty()).then(|| notices::settings_unused(&unused))
+    if !unused.is_empty() {
+        let text = format!("settings that no stage of this run reads: {}", unused.join(", "));
+        found.push(notices::SETTINGS_UNUSED.notice(unused.len(), text));
+    }
+    found
 }

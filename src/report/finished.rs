@@ -22,7 +22,7 @@ use super::posterior_record::{odd_value, PosteriorRecord, SeriesRecord};
 use crate::encoding::decode;
 use crate::error::{named, quoted, Error};
 use crate::files;
-use crate::findings::notices::NOISE_GROWS_CODE;
+use crate::findings::notices::NOISE_GROWS;
 use crate::findings::posterior::MOST_NUMBERS;
 use crate::findings::predict::{offset_of_new_series, Basis, Draw, ParticleBasis, ParticleLaw, PredictedSeries};
 use crate::findings::SCHEMA;
@@ -157,7 +157,7 @@ impl Finished {
             sha256: sha256(&bytes),
             title: header.title,
             failed: failed.map(|check| check.text).collect(),
-            noise_grows: notices.find(|own| own.code == NOISE_GROWS_CODE).map(|own| own.text),
+            noise_grows: notices.find(|own| own.code == NOISE_GROWS.code).map(|own| own.text),
             basis: posterior.basis.clone(),
             form,
             posterior,

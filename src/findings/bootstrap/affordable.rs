@@ -14,7 +14,14 @@ pub(super) fn affordable_replicates(wanted: u64, fits: usize) -> usize {
 
 /// Says that fewer replicates were made than the scene asks for; `None` where they were not.
 pub(super) fn fewer_replicates_notice(wanted: u64, made: usize, fits: usize) -> Option<Notice> {
-    (made as u64 != wanted).then(|| notices::bootstrap_fewer_replicates(wanted, made, fits, MOST_HELD))
+    (made as u64 != wanted).then(|| {
+        let text = format!(
+            "[bootstrap] replicates: found {wanted}, of {fits} fits; made {made}, since at most {MOST_HELD} replicates of \
+             all fits together are held at once"
+        );
+        let next = format!("set it to at most {made}, or fit fewer series in one scene");
+        notices::BOOTSTRAP_FEWER_REPLICATES.with_next_step(made, text, next)
+    })
 }
 
 #[cfg(test)]

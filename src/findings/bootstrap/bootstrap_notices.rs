@@ -4,7 +4,8 @@ use super::replicates::FEWEST_RUNS;
 use super::resampling::{Estimates, Resampling};
 use crate::findings::estimate::Bootstrapped;
 use crate::findings::notices;
-use crate::notice::Notice;
+use crate::notice::{Level, Notice};
+use crate::rounding::by_number;
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
@@ -30,20 +31,37 @@ pub(super) fn bootstrap_notices(
         .count();
     if few > 0 {
         let drawn = fits.iter().filter(|(_, estimate)| drawn(&estimate.bootstrap)).count();
-        found.push(notices::bootstrap_few_runs(
-            few,
-            drawn,
-            FEWEST_RUNS,
-            scene.bootstrap.interval.is_some(),
-        ));
+        let (level, so) = if scene.bootstrap.interval.is_some() {
+            (
+                Level::Cautions,
+                "the interval that the scene names may be too short for them",
+            )
+        } else {
+            (
+                Level::Informs,
+                "their interval is that of least squares with Student's t, since resampling so few makes intervals too short",
+            )
+        };
+        let text = format!(
+            "{few} of {drawn} bootstrapped fits {} on fewer than {FEWEST_RUNS} runs: {so}",
+            by_number(few, "rests", "rest")
+        );
+        found.push(notices::BOOTSTRAP_FEW_RUNS.notice(few, text).at(level));
     }
     let partly = runs.series.iter().filter(|series| partly_stuck(runs, series)).count();
     if partly > 0 {
-        found.push(notices::bootstrap_partly_stuck(partly, runs.series.len()));
+        let text = format!(
+            "in {partly} of {} series some runs stuck at speeds at which others rebounded; those left spread less than the \
+             noise, which makes intervals of St_c that rest on them too short",
+            runs.series.len()
+        );
+        found.push(notices::BOOTSTRAP_PARTLY_STUCK.notice(partly, text));
     }
     let single = resampling.single_run_strata;
     if single > 0 {
-        found.push(notices::bootstrap_single_run_strata(single, resampling.strata));
+        let (strata, hold) = (resampling.strata, by_number(single, "holds", "hold"));
+        let text = format!("{single} of {strata} strata {hold} a single run, which no resample can vary");
+        found.push(notices::BOOTSTRAP_SINGLE_RUN_STRATA.notice(single, text));
     }
     let alone = fits
         .iter()
@@ -51,7 +69,10 @@ pub(super) fn bootstrap_notices(
         .filter(|boot| boot.se.is_none() && boot.replicates == 0)
         .count();
     if alone > 0 {
-        found.push(notices::bootstrap_one_series(alone));
+        let rest = by_number(alone, "fit rests", "fits rest");
+        let text =
+            format!("{alone} {rest} on one series, for which none can be drawn: the delta interval stands there");
+        found.push(notices::BOOTSTRAP_ONE_SERIES.notice(alone, text));
     }
     found
 }

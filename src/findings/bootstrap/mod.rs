@@ -122,8 +122,17 @@ pub fn add_bootstrap_intervals(
         fits,
     ));
     found.extend(many.then(|| {
-        let fits = [resampled.len(), targets.len()];
-        notices::bootstrap_by_sandwich(runs.all_measured(), options.most_resampled, fits)
+        let rest = match resampled.len() {
+            0 => String::new(),
+            some => format!("; {some} of {} fits were resampled, which have few runs", targets.len()),
+        };
+        let text = format!(
+            "{} runs, more than the {} that are resampled: the intervals are made with the sandwich covariance, which that \
+             of replicates tends to{rest}",
+            runs.all_measured(),
+            options.most_resampled
+        );
+        notices::BOOTSTRAP_BY_SANDWICH.notice(runs.all_measured(), text)
     }));
     (resampling, found)
 }

@@ -4,7 +4,7 @@ use super::constant::{list_constants, Constant, Constants};
 use super::sensitivity::Sensitivity;
 use crate::findings::checks::BIAS;
 use crate::findings::main_numbers::{MainNumber, MainNumbers};
-use crate::findings::notices::{self, ExactConstant};
+use crate::findings::notices;
 use crate::notice::Notice;
 use crate::runs::Runs;
 use crate::scene::Scene;
@@ -52,13 +52,17 @@ pub fn exact_constants_notice(
     let above: Vec<Shift> = above.collect();
     // of equal ones the first: viscosities are known worse than densities
     let most = above.iter().reduce(|a, b| if b.in_se > a.in_se { b } else { a })?;
-    Some(notices::constants_exact(&ExactConstant {
-        matter: above.len(),
-        constant: &most.constant.words,
-        key: most.constant.key,
-        error: ERROR,
-        result: &most.result.subject(),
-        moved: most.share,
-        in_se: most.in_se,
-    }))
+    let text = format!(
+        "the {} is taken as exact: were it off by {} %, {} would be off by {:.1} %, {:.1} times its ±",
+        most.constant.words,
+        100.0 * ERROR,
+        most.result.subject(),
+        100.0 * most.share.abs(),
+        most.in_se
+    );
+    let next = format!(
+        "say how well it is known ({}), and the report adds it; the others stand under Constants taken as exact",
+        most.constant.key
+    );
+    Some(notices::CONSTANTS_EXACT.with_next_step(above.len(), text, next))
 }

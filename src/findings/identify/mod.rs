@@ -129,5 +129,5 @@ pub fn unidentified_notice(directions: Option<&Directions>) -> Option<Notice> {
     let texts: Vec<String> = unseen.iter().map(describe).collect();
     let next: Vec<&str> = unseen.iter().map(|one| one.add.as_str()).collect();
     let count = unseen.iter().map(|one| one.directions).sum();
-    (count > 0).then(|| notices::unseen(count, &texts, &next))
+    (count > 0).then(|| notices::UNSEEN.with_next_step(count, texts.join("; "), next.join("; ")))
 }

@@ -1,14 +1,13 @@
 //! Says which assumptions of the intervals the scatter of the runs breaks.
 
 use super::rows::{group_name, RunKind};
-use super::{
-    GroupSpread, GrowthTest, GrowthWith, Noise, Offsets, Outlier, SpreadTest, StandardErrorRatio, LEVEL, LINE,
-};
+use super::{GroupSpread, GrowthTest, GrowthWith, Noise, Offsets, Outlier, SpreadTest};
 use crate::findings::checks::BIAS;
-use crate::findings::notices::{self, GrowingNoise, SharedOffsets, UnderstatedError};
-use crate::notice::Notice;
+use crate::findings::notices;
+use crate::notice::{Level, Notice};
+use crate::rounding::{by_number, probability};
 use crate::runs::sphere_words;
-use crate::scene::{NoiseOn, Scene};
+use crate::scene::{NoiseOn, ResamplingScheme, Scene};
 use crate::units::millimetres;
 
 /// Outliers that a notice describes.
@@ -43,30 +42,32 @@ impl GrowthTest {
 
 fn noise_grows(scene: &Scene, found: &GrowthTest) -> Notice {
     let [from, to] = found.ends();
-    let growing = GrowingNoise {
-        of_wet: found.of == RunKind::Wet.word(),
-        with: found.with.words(),
-        ends: [&from, &to],
-        factor: found.factor,
-        largest_over_one: found.largest_over_one,
-        p: found.p,
-        band_holds: found.band_holds,
-        energy_may_scatter: found.with == GrowthWith::InverseStokes && scene.model.noise == NoiseOn::Restitution,
+    let text = format!(
+        "the noise of {} runs grows with {}: their sd is {:.1} times as large at {to} as at {from} (by chance with probability \
+         {}), where every interval takes one; a 90 % band of single runs would hold about {:.0} % of them at {from} and \
+         {:.0} % at {to}",
+        found.of,
+        found.with.words(),
+        found.factor,
+        probability(found.p),
+        100.0 * found.band_holds[0],
+        100.0 * found.band_holds[1]
+    );
+    let entry = if found.of == RunKind::Wet.word() {
+        notices::NOISE_GROWS
+    } else {
+        notices::DRY_NOISE_GROWS
     };
-    notices::noise_grows(found.runs, &growing)
-}
-
-impl SpreadTest {
-    /// The standard error that lacks most, where spreads differ and a 95 % interval therefore covers less than 94 %.
-    pub fn affected_standard_error(&self) -> Option<&StandardErrorRatio> {
-        self.worst().filter(|worst| self.test.p < LEVEL && worst.ratio > LINE)
+    let mut notice = entry.notice(found.runs, text);
+    // noise on the energy kept grows so
+    if found.with == GrowthWith::InverseStokes && scene.model.noise == NoiseOn::Restitution {
+        let both = "try [model] noise = \"both\", which scatters so; else ";
+        notice.next_step.insert_str(0, both);
     }
-}
-
-impl Offsets {
-    /// The standard error that lacks most, where there are offsets and a 95 % interval therefore covers less than 94 %.
-    pub fn affected_standard_error(&self) -> Option<&StandardErrorRatio> {
-        self.worst().filter(|worst| self.test.p < LEVEL && worst.ratio > LINE)
+    if found.largest_over_one > 1.0 + BIAS {
+        notice
+    } else {
+        notice.at(Level::Informs)
     }
 }
 
@@ -75,10 +76,20 @@ fn outliers(noise: &Noise) -> Option<Notice> {
     if found == 0 {
         return None;
     }
-    let first: Vec<String> = noise.outliers.iter().take(SHOWN).map(described).collect();
+    let mut rows: Vec<String> = noise.outliers.iter().take(SHOWN).map(described).collect();
+    if found > rows.len() {
+        rows.push(format!("and {} more", found - rows.len()));
+    }
+    let text = format!(
+        "{found} {} so far from the law that normal noise would take any of {} runs there in one table of a hundred: {}",
+        by_number(found, "run lies", "runs lie"),
+        noise.runs,
+        rows.join("; ")
+    );
     // those that are not described lie nearer, but nobody knows what they move
     let felt = found > noise.outliers.len() || noise.outliers.iter().any(|one| one.moves_in_se.abs() > BIAS);
-    Some(notices::outlier(found, noise.runs, &first, felt))
+    let level = if felt { Level::Cautions } else { Level::Informs };
+    Some(notices::OUTLIER.notice(found, text).at(level))
 }
 
 fn described(one: &Outlier) -> String {
@@ -117,34 +128,31 @@ impl GroupSpread {
 fn unequal_spread(spread: &SpreadTest) -> Option<Notice> {
     let worst = spread.affected_standard_error()?;
     let of = |group: &GroupSpread| format!("{:.4} ({}, {} runs)", group.sd, group.label(), group.runs);
-    let groups = spread.test.df_between + 1;
-    let (narrowest, widest) = (of(&spread.narrowest), of(&spread.widest));
-    Some(notices::unequal_spread(
-        groups,
-        &narrowest,
-        &widest,
-        worst.understated(),
-    ))
-}
-
-impl StandardErrorRatio {
-    fn understated(&self) -> UnderstatedError<'_> {
-        UnderstatedError {
-            parameter: &self.parameter,
-            ratio: self.ratio,
-        }
-    }
+    let text = format!(
+        "the runs do not scatter alike: from {} to {} about the fit, where every interval takes one spread for all dry and \
+         one for all wet runs; the standard error of {} is too small by a factor of {:.2}",
+        of(&spread.narrowest),
+        of(&spread.widest),
+        worst.parameter,
+        worst.ratio
+    );
+    Some(notices::UNEQUAL_SPREAD.notice(spread.test.df_between + 1, text))
 }
 
 fn series_offsets(scene: &Scene, offsets: &Offsets) -> Option<Notice> {
     let worst = offsets.affected_standard_error()?;
-    let found = SharedOffsets {
-        series: offsets.series,
-        sd: offsets.sd,
-        share: offsets.share,
-        worst: worst.understated(),
-    };
-    Some(notices::series_offsets(&found, scene.bootstrap.scheme))
+    let text = format!(
+        "runs of a series share an offset: over {} series it has an sd of {:.4} in e, {:.2} of the spread of single runs; \
+         taking runs as independent makes the standard error of {} too small by a factor of {:.2}. It may be the film or \
+         the alignment, set once for a series, or the law itself where it does not fit",
+        offsets.series, offsets.sd, offsets.share, worst.parameter, worst.ratio
+    );
+    let mut notice = notices::SERIES_OFFSETS.notice(offsets.series, text);
+    if scene.bootstrap.scheme == ResamplingScheme::Series {
+        let changes = format!(". scheme = \"series\" {}", notices::SERIES_SCHEME_CHANGES);
+        notice.next_step.push_str(&changes);
+    }
+    Some(notice)
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::outliers::OutlierSearch;
 use super::rows::{Rows, RunKind};
 use super::scatter::{is_clear, take, RobustFit};
-use super::standard_errors::LEVEL;
+use super::spread::LEVEL;
 use crate::model::likelihood::normal::normal_cdf;
 use crate::physics::numbers;
 
@@ -193,19 +193,16 @@ fn test(kind: RunKind, with: GrowthWith, runs: Vec<(f64, f64)>) -> Option<Growth
         return None;
     }
     let x: Vec<f64> = runs.iter().map(|(value, _)| with.regressor(*value) / range).collect();
-    let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / n;
-    let (middle, one) = (
-        mean(&mut x.iter().copied()),
-        mean(&mut runs.iter().map(|(_, square)| *square)),
-    );
+    let middle = x.iter().sum::<f64>() / n;
+    let one = runs.iter().map(|(_, square)| square).sum::<f64>() / n;
     let centred: Vec<(f64, f64)> = x.iter().zip(&runs).map(|(x, run)| (x - middle, run.1)).collect();
     let score: f64 = centred.iter().map(|(x, square)| x * (square - one)).sum();
     let of_x: f64 = centred.iter().map(|(x, _)| x * x).sum();
-    let of_squares = mean(&mut centred.iter().map(|(_, square)| (square - one).powi(2)));
+    let of_squares = centred.iter().map(|(_, square)| (square - one).powi(2)).sum::<f64>() / n;
     let z = score / (of_x * of_squares).sqrt();
-    let growth = fit_growth(&centred);
+    let [at_middle, slope] = fit_growth(&centred);
     let (from, to) = (with.regressor(lo) / range - middle, with.regressor(hi) / range - middle);
-    let over_one = [from, to].map(|x| (growth.at_middle + growth.slope * x).exp() / one.sqrt());
+    let over_one = [from, to].map(|x| (at_middle + slope * x).exp() / one.sqrt());
     let holds = over_one.map(|over_one| 1.0 - 2.0 * normal_cdf(-EDGE / over_one));
     let found = GrowthTest {
         of: kind.word(),
@@ -214,22 +211,16 @@ fn test(kind: RunKind, with: GrowthWith, runs: Vec<(f64, f64)>) -> Option<Growth
         between: [lo, hi],
         z,
         p: normal_cdf(-z),
-        factor: growth.slope.exp(),
+        factor: slope.exp(),
         largest_over_one: over_one[0].max(over_one[1]),
         band_holds: holds,
     };
     (z.is_finite() && found.largest_over_one.is_finite()).then_some(found)
 }
 
-/// sd = exp(`at_middle` + `slope` x).
-struct Growth {
-    at_middle: f64,
-    slope: f64,
-}
-
-/// The growth of most likelihood under normal noise, of x and squares: Newton's steps on ½ ln mean (u² exp(−2bx)), which
-/// is convex in b where x has mean 0.
-fn fit_growth(runs: &[(f64, f64)]) -> Growth {
+/// a and b of the growth sd = exp(a + b x) of most likelihood under normal noise, of x and squares: Newton's steps on
+/// ½ ln mean (u² exp(−2bx)), which is convex in b where x has mean 0.
+fn fit_growth(runs: &[(f64, f64)]) -> [f64; 2] {
     const STEPS: usize = 50;
     const LONGEST: f64 = 1.0;
     let mut slope = 0.0;
@@ -252,10 +243,7 @@ fn fit_growth(runs: &[(f64, f64)]) -> Growth {
             break;
         }
     }
-    Growth {
-        at_middle: 0.5 * (sums(slope)[0] / runs.len() as f64).ln(),
-        slope,
-    }
+    [0.5 * (sums(slope)[0] / runs.len() as f64).ln(), slope]
 }
 
 #[cfg(test)]
@@ -268,8 +256,8 @@ mod tests {
             .map(|i| f64::from(i) / 100.0 - 0.5)
             .map(|x| (x, (2.0 * (0.3 + 1.1 * x)).exp()))
             .collect();
-        let found = fit_growth(&runs);
-        assert!((found.slope - 1.1).abs() < 1e-9 && (found.at_middle - 0.3).abs() < 1e-9);
+        let [at_middle, slope] = fit_growth(&runs);
+        assert!((slope - 1.1).abs() < 1e-9 && (at_middle - 0.3).abs() < 1e-9);
     }
 
     #[test]

@@ -6,8 +6,7 @@
 //! | `rows.rs` | what each run leaves of the joint fit, with its slopes, and sums of these |
 //! | `scatter.rs` | the scatter about it, found so that outliers do not mislead |
 //! | `outliers.rs` | runs that normal noise would hardly ever take so far |
-//! | `standard_errors.rs` | by how much standard errors are too small |
-//! | `spread.rs` | what unequal spreads of groups do to standard errors |
+//! | `spread.rs` | by how much standard errors are too small, and what unequal spreads of groups do to them |
 //! | `growth.rs` | whether the noise grows with the impact speed, 1/St or the restitution |
 //! | `offsets.rs` | what offsets that the runs of a series share do to them |
 //! | `wet_law.rs` | whether e bends or slopes with v or 1/St, inside a film, as the law does not |
@@ -26,7 +25,6 @@ mod point;
 mod rows;
 mod scatter;
 mod spread;
-mod standard_errors;
 mod wet_law;
 
 use serde::Serialize;
@@ -41,11 +39,9 @@ pub(super) use assumptions::noise_notices;
 pub use growth::{GrowthTest, GrowthWith, NoiseGrowth, LINE_OF_BANDS};
 pub use offsets::Offsets;
 pub use outliers::{Outlier, FALSE_ALARM, MOST_DESCRIBED};
-use point::LinearisationPoint;
 use rows::{Rows, RunKind};
-pub use spread::{GroupSpread, SpreadTest};
-use spread::{GroupVariances, UnequalSpreads};
-pub use standard_errors::{StandardErrorRatio, LEVEL, LINE};
+use spread::{unequal_spreads, GroupVariances};
+pub use spread::{GroupSpread, SpreadTest, StandardErrorRatio, LEVEL, LINE};
 pub use wet_law::{WetAlternative, WetLawTest};
 
 /// What the scatter of the runs is like.
@@ -75,10 +71,11 @@ pub(super) fn analyse_noise(
     balance: Option<&EnergyBalance>,
     form: Form,
 ) -> Option<Noise> {
-    let rows = Rows::new(scene, LinearisationPoint::new(scene, runs, dry, balance, form));
+    let (joint, point) = point::linearisation_point(scene, runs, dry, balance, form);
+    let rows = Rows::new(scene, joint, point);
     let tested = outliers::count_tested(&rows);
     let far = outliers::candidate_distance(tested);
-    let mut robust = scatter::fit_robustly(&rows, far)?;
+    let robust = scatter::fit_robustly(&rows, far)?;
     let mut kinds = RunKind::ALL.map(|kind| -> Vec<Vec<f64>> {
         let of_kind = rows
             .groups
@@ -88,8 +85,8 @@ pub(super) fn analyse_noise(
         of_kind.map(|(_, residuals)| residuals.clone()).collect()
     });
     let test = equal_spreads(&mut kinds, far);
-    let unequal = UnequalSpreads::of(test.as_ref(), &mut robust.residuals);
-    let sorted = outliers::find_outliers(&rows, &robust, unequal.as_ref());
+    let unequal = unequal_spreads(test.as_ref(), &robust.residuals);
+    let sorted = outliers::find_outliers(&rows, &robust, unequal.as_deref());
     let variances = GroupVariances::new(&rows, &sorted.sums);
     // where other things scatter, too, the sds of runs without them
     let sds = robust.scatter.map(scatter::Scatter::least);

@@ -10,8 +10,7 @@ use nalgebra::DMatrix;
 use serde::Serialize;
 
 use super::rows::{Rows, RunKind, SharedOffset};
-use super::spread::GroupVariances;
-use super::standard_errors::{standard_error_ratios, worst, StandardErrorRatio};
+use super::spread::{affected, standard_error_ratios, GroupVariances, StandardErrorRatio};
 use crate::distributions::f_tail;
 use crate::inference::linearised_joint::LinearisedJoint;
 use crate::inference::nested::FTest;
@@ -42,9 +41,9 @@ pub struct Offsets {
 }
 
 impl Offsets {
-    /// The parameter whose standard error lacks most.
-    pub fn worst(&self) -> Option<&StandardErrorRatio> {
-        worst(&self.standard_errors)
+    /// The standard error that lacks most, where there are offsets and a 95 % interval therefore covers less than 94 %.
+    pub fn affected_standard_error(&self) -> Option<&StandardErrorRatio> {
+        affected(&self.test, &self.standard_errors)
     }
 }
 

@@ -11,7 +11,6 @@ use serde::Serialize;
 
 use super::rows::{GroupedPart, Rows, RunGroup};
 use super::scatter::{is_clear, RobustFit};
-use super::spread::UnequalSpreads;
 use crate::distributions::student_t_quantile;
 use crate::inference::joint::{JointRow, RowSlopes};
 use crate::inference::linearised_joint::{LinearisedJoint, RowsLeft};
@@ -84,6 +83,7 @@ pub(super) fn candidate_distance(runs: usize) -> f64 {
 /// Standard errors by which the energy of a run near the threshold may be off.
 const OFF: f64 = 4.0;
 
+#[derive(Clone)]
 struct Candidate {
     part: usize,
     row: JointRow,
@@ -108,7 +108,7 @@ pub(super) struct OutlierSearch {
 }
 
 /// Sorts every run by whether it is an outlier.
-pub(super) fn find_outliers(rows: &Rows, robust: &RobustFit, unequal: Option<&UnequalSpreads>) -> OutlierSearch {
+pub(super) fn find_outliers(rows: &Rows, robust: &RobustFit, unequal: Option<&[f64]>) -> OutlierSearch {
     let runs = count_tested(rows);
     let (mut sums, mut candidates) = gather(rows, robust, unequal, candidate_distance(runs));
     candidates.sort_by(|a, b| a.sds.abs().total_cmp(&b.sds.abs()));
@@ -145,14 +145,14 @@ pub(super) fn find_outliers(rows: &Rows, robust: &RobustFit, unequal: Option<&Un
 }
 
 /// Sums of the runs near the fit, and those far from it.
-fn gather(rows: &Rows, robust: &RobustFit, unequal: Option<&UnequalSpreads>, far: f64) -> (Vec<Sums>, Vec<Candidate>) {
+fn gather(rows: &Rows, robust: &RobustFit, unequal: Option<&[f64]>, far: f64) -> (Vec<Sums>, Vec<Candidate>) {
     let limit = rows.scene.data.smallest_restitution;
     let censored = rows.scene.model.sticking == Sticking::Censored;
     let of_part = |(index, part): (usize, &GroupedPart)| {
         let mut sums = rows.blank();
         let mut candidates = vec![];
         let scatter = robust.scatter[rows.kind(part) as usize];
-        let own = unequal.map_or(1.0, |unequal| unequal.factor(part.group));
+        let own = unequal.map_or(1.0, |unequal| unequal[part.group]);
         let candidate = |row: JointRow, restitution: f64, fits: bool| {
             let sd = scatter.sd(&row);
             let stretch = sd / scatter.sd_to(&row, restitution);
@@ -189,17 +189,8 @@ fn gather(rows: &Rows, robust: &RobustFit, unequal: Option<&UnequalSpreads>, far
         }
         (sums, candidates)
     };
-    let parts: Vec<(Vec<Candidate>, Sums)> = rows
-        .parts
-        .par_iter()
-        .enumerate()
-        .map(|part| {
-            let (sums, candidates) = of_part(part);
-            (candidates, sums)
-        })
-        .collect();
-    let (candidates, sums): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
-    (sums, candidates.into_iter().flatten().collect())
+    let (sums, candidates): (Vec<_>, Vec<_>) = rows.parts.par_iter().enumerate().map(of_part).unzip();
+    (sums, candidates.concat())
 }
 
 /// The fit a candidate is held against.
@@ -213,7 +204,7 @@ struct ReferenceFit<'r> {
 }
 
 impl<'r> ReferenceFit<'r> {
-    fn new(rows: &'r Rows<'r>, sums: &[Sums], unequal: Option<&UnequalSpreads>) -> ReferenceFit<'r> {
+    fn new(rows: &'r Rows<'r>, sums: &[Sums], unequal: Option<&[f64]>) -> ReferenceFit<'r> {
         let fitted = rows.fit(sums);
         let mut kinds = [RowsLeft::default(); 2];
         let mut groups = vec![RowsLeft::default(); rows.groups.len()];

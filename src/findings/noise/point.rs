@@ -9,50 +9,34 @@ use crate::physics::Form;
 use crate::runs::Runs;
 use crate::scene::Scene;
 
-/// A point of the joint fit.
-pub(super) struct LinearisationPoint<'r> {
-    /// the runs of the fit, and its parameters
-    pub(super) joint: Joint<'r>,
-    /// their values
-    pub(super) values: Vec<f64>,
-    /// their names
-    pub(super) names: Vec<String>,
-}
-
-impl<'r> LinearisationPoint<'r> {
-    /// The energy balance's own point where it holds every sphere that rebounds; else that of a balance which takes
-    /// unknown k from their priors. Spheres with dry runs alone follow.
-    pub(super) fn new(
-        scene: &Scene,
-        runs: &'r Runs,
-        dry: &[FittedDry],
-        balance: Option<&EnergyBalance>,
-        form: Form,
-    ) -> LinearisationPoint<'r> {
-        let all: Vec<usize> = (0..runs.spheres.len()).filter(|s| rebounds(runs, *s)).collect();
-        let of_balance = balance.filter(|_| spheres_with_known_k(runs, dry).len() == all.len());
-        let found = match of_balance {
-            Some(balance) => Some((balance.form(), balance.fitted_point.point.clone(), balance.stop)),
-            None => with_priors(scene, runs, dry, form, &all),
-        };
-        // a direction the runs cannot see is left out later, and makes the residuals no worse
-        let ended = [Stop::Converged, Stop::Degenerate].map(Stop::as_str);
-        let found = found.filter(|(_, values, stop)| ended.contains(stop) && values.iter().all(|x| x.is_finite()));
-        let (form, mut values, wet) = match found {
-            Some((form, values, _)) => (form, values, all),
-            None => (form, vec![], vec![]),
-        };
-        let usable = || dry.iter().filter_map(|fitted| Some((fitted.sphere, fitted.usable?)));
-        let dried: Vec<usize> = usable().map(|(sphere, _)| sphere).collect();
-        let joint = Joint::new(scene, runs, form, &wet, &dried);
-        let alone = usable().filter(|(sphere, _)| wet.binary_search(sphere).is_err());
-        values.extend(alone.map(|(_, (k, _))| k));
-        LinearisationPoint {
-            names: joint.kinds().map(|kind| kind.name(scene, runs)).collect(),
-            joint,
-            values,
-        }
-    }
+/// The joint fit, and the values of its parameters: the energy balance's own where it holds every sphere that rebounds;
+/// else those of a balance which takes unknown k from their priors. Spheres with dry runs alone follow.
+pub(super) fn linearisation_point<'r>(
+    scene: &Scene,
+    runs: &'r Runs,
+    dry: &[FittedDry],
+    balance: Option<&EnergyBalance>,
+    form: Form,
+) -> (Joint<'r>, Vec<f64>) {
+    let all: Vec<usize> = (0..runs.spheres.len()).filter(|s| rebounds(runs, *s)).collect();
+    let of_balance = balance.filter(|_| spheres_with_known_k(runs, dry).len() == all.len());
+    let found = match of_balance {
+        Some(balance) => Some((balance.form(), balance.fitted_point.point.clone(), balance.stop)),
+        None => with_priors(scene, runs, dry, form, &all),
+    };
+    // a direction the runs cannot see is left out later, and makes the residuals no worse
+    let ended = [Stop::Converged, Stop::Degenerate].map(Stop::as_str);
+    let found = found.filter(|(_, values, stop)| ended.contains(stop) && values.iter().all(|x| x.is_finite()));
+    let (form, mut values, wet) = match found {
+        Some((form, values, _)) => (form, values, all),
+        None => (form, vec![], vec![]),
+    };
+    let usable = || dry.iter().filter_map(|fitted| Some((fitted.sphere, fitted.usable?)));
+    let dried: Vec<usize> = usable().map(|(sphere, _)| sphere).collect();
+    let joint = Joint::new(scene, runs, form, &wet, &dried);
+    let alone = usable().filter(|(sphere, _)| wet.binary_search(sphere).is_err());
+    values.extend(alone.map(|(_, (k, _))| k));
+    (joint, values)
 }
 
 /// Spread against which a prior's k is weighed: so small that it decides only what the runs leave open.

@@ -4,7 +4,6 @@ use std::ops::{Deref, Range};
 
 use nalgebra::{DMatrix, DVector};
 
-use super::point::LinearisationPoint;
 use crate::inference::joint::{Joint, JointRow, Part};
 use crate::inference::linearised_joint::LinearisedJoint;
 use crate::inference::sums::Sums;
@@ -72,8 +71,8 @@ pub(super) struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     /// Dry runs of every usable k, and wet runs of the spheres with a place in the energy balance.
-    pub(super) fn new(scene: &'a Scene, point: LinearisationPoint<'a>) -> Rows<'a> {
-        let LinearisationPoint { joint, values, names } = point;
+    pub(super) fn new(scene: &'a Scene, joint: Joint<'a>, point: Vec<f64>) -> Rows<'a> {
+        let names = joint.kinds().map(|kind| kind.name(scene, joint.runs)).collect();
         let (mut groups, mut parts): (Vec<RunGroup>, Vec<GroupedPart>) = (vec![], vec![]);
         for part in joint.dry_parts().chain(joint.wet_parts()) {
             let series = part.series.map(|index| &joint.runs.series[index]);
@@ -96,7 +95,7 @@ impl<'a> Rows<'a> {
             scene,
             runs: joint.runs,
             joint,
-            point: values,
+            point,
             names,
             parts,
             groups,

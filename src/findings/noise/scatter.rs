@@ -145,23 +145,16 @@ pub(super) fn take(rows: &Rows, point: &[f64]) -> Vec<SampledRun> {
         let all: usize = of_kind().map(|(_, part)| part.rebounds.len()).sum();
         let share = MOST_RUNS as f64 / all.max(1) as f64;
         for (index, part) in of_kind() {
-            let keep = |row| {
-                taken.push(SampledRun {
-                    part: index,
-                    row,
-                    clear: true,
-                    accepted: true,
-                });
-            };
-            if share >= 1.0 {
-                rows.each(part, part.rebounds.clone(), point, keep);
-            } else {
-                let mut keep = keep;
-                let is_sampled = |run: &usize| is_in_even_share(run - part.rebounds.start, share);
-                for run in part.rebounds.clone().filter(is_sampled) {
-                    rows.each(part, run..run + 1, point, &mut keep);
+            rows.each(part, part.rebounds.clone(), point, |row| {
+                if is_in_even_share(row.run - part.rebounds.start, share) {
+                    taken.push(SampledRun {
+                        part: index,
+                        row,
+                        clear: true,
+                        accepted: true,
+                    });
                 }
-            }
+            });
         }
     }
     taken

@@ -1,13 +1,47 @@
-//! Says how far unequal spreads of the groups carry the standard errors off.
+//! Says by how much standard errors are too small, and how far unequal spreads of the groups carry them off.
 
 use serde::Serialize;
 
 use super::rows::{Rows, RunKind, SharedOffset};
-use super::standard_errors::{standard_error_ratios, worst, StandardErrorRatio, LEVEL};
 use crate::inference::linearised_joint::{LinearisedJoint, RowsLeft};
 use crate::inference::nested::FTest;
 use crate::inference::spreads::{median, LEAST_RESIDUALS, SD_OF_MEDIAN_DISTANCE};
 use crate::inference::sums::Sums;
+
+/// Standard errors too small by more than this factor matter: a 95 % interval then covers less than 94 %.
+///
+/// An interval of ± 1.960 standard errors that are too small by c reaches ± 1.960/c of the right ones, and covers 94 %
+/// where that is 1.881: c = 1.042. It is the line of 0.25 for a bias, for a width.
+pub const LINE: f64 = 1.042;
+
+/// Probability below which groups or series are taken to differ.
+pub const LEVEL: f64 = 0.01;
+
+/// By how much the standard error of a parameter is too small.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StandardErrorRatio {
+    /// its name
+    pub parameter: String,
+    /// the standard error that allows for what was found over the one that does not; below 1 it is too large
+    pub ratio: f64,
+}
+
+/// The parameters the runs see, with what their standard errors lack.
+pub(super) fn standard_error_ratios(rows: &Rows, widening: &[Option<f64>]) -> Vec<StandardErrorRatio> {
+    let named = |(name, ratio): (&String, &Option<f64>)| {
+        Some(StandardErrorRatio {
+            parameter: name.clone(),
+            ratio: (*ratio)?,
+        })
+    };
+    rows.names.iter().zip(widening).filter_map(named).collect()
+}
+
+/// The one that lacks most, where a test sees a difference and a 95 % interval therefore covers less than 94 %.
+pub(super) fn affected<'a>(test: &FTest, all: &'a [StandardErrorRatio]) -> Option<&'a StandardErrorRatio> {
+    let worst = all.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    worst.filter(|worst| test.p < LEVEL && worst.ratio > LINE)
+}
 
 /// Spreads of the groups against one spread for all dry and one for all wet runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -24,9 +58,9 @@ pub struct SpreadTest {
 }
 
 impl SpreadTest {
-    /// The parameter whose standard error lacks most.
-    pub fn worst(&self) -> Option<&StandardErrorRatio> {
-        worst(&self.standard_errors)
+    /// The standard error that lacks most, where spreads differ and a 95 % interval therefore covers less than 94 %.
+    pub fn affected_standard_error(&self) -> Option<&StandardErrorRatio> {
+        affected(&self.test, &self.standard_errors)
     }
 }
 
@@ -48,32 +82,16 @@ pub struct GroupSpread {
     pub sd: f64,
 }
 
-/// Groups whose spreads differ.
-pub(super) struct UnequalSpreads {
-    /// spread of each group over that of its kind, by medians
-    factors: Vec<f64>,
-}
-
-impl UnequalSpreads {
-    /// `None` where the test sees no difference.
-    pub(super) fn of(test: Option<&FTest>, residuals: &mut [Vec<f64>]) -> Option<UnequalSpreads> {
-        test.filter(|test| test.p < LEVEL)?;
-        let factor = |group: &mut Vec<f64>| {
-            let mut distances: Vec<f64> = group.iter().map(|x| x.abs()).collect();
-            let middle = median(&mut distances).filter(|_| group.len() >= 2 * LEAST_RESIDUALS);
-            middle
-                .map(|middle| SD_OF_MEDIAN_DISTANCE * middle)
-                .filter(|factor| *factor > 1e-6)
-                .unwrap_or(1.0)
-        };
-        Some(UnequalSpreads {
-            factors: residuals.iter_mut().map(factor).collect(),
-        })
-    }
-
-    pub(super) fn factor(&self, group: usize) -> f64 {
-        self.factors[group]
-    }
+/// Spread of each group over that of its kind, by medians; `None` where the test sees no difference.
+pub(super) fn unequal_spreads(test: Option<&FTest>, residuals: &[Vec<f64>]) -> Option<Vec<f64>> {
+    test.filter(|test| test.p < LEVEL)?;
+    let factor = |group: &Vec<f64>| {
+        let mut distances: Vec<f64> = group.iter().map(|x| x.abs()).collect();
+        let middle = median(&mut distances).filter(|_| group.len() >= 2 * LEAST_RESIDUALS);
+        let factor = middle.map(|middle| SD_OF_MEDIAN_DISTANCE * middle);
+        factor.filter(|factor| *factor > 1e-6).unwrap_or(1.0)
+    };
+    Some(residuals.iter().map(factor).collect())
 }
 
 /// Variances of the runs about the fit, in units of those in which the sums are counted.

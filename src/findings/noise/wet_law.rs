@@ -230,24 +230,14 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[
     by_film.sort_by(|a, b| a.film_ratio.total_cmp(&b.film_ratio));
     each_film(by_film, |row, film, _| row.film = film);
     let mut left = vec![];
-    for mut of_group in split(wet) {
+    for of_group in wet.chunk_by(|a, b| a.group == b.group) {
+        let mut of_group = of_group.to_vec();
         leave_out_outliers(&mut of_group);
         if of_group.len() > 1 {
             left.extend(of_group);
         }
     }
     left
-}
-
-fn split(wet: Vec<WetRow>) -> Vec<Vec<WetRow>> {
-    let mut groups: Vec<Vec<WetRow>> = vec![];
-    for row in wet {
-        match groups.last_mut().filter(|group| group[0].group == row.group) {
-            Some(group) => group.push(row),
-            None => groups.push(vec![row]),
-        }
-    }
-    groups
 }
 
 /// Largest over smallest of one film ratio recorded with an error of 4 %.

@@ -16,29 +16,26 @@ fn share_left(quantity: &QuantitySummary) -> Option<f64> {
     quantity.prior.as_ref().filter(|prior| prior.leads())?.sd_ratio
 }
 
-/// Parameters that keep more than the line.
-pub(in crate::findings) fn contraction_notices(
+/// Parameters that keep more than half of their prior sd, with the runs that would tell one of them.
+pub(in crate::findings) fn contraction_notice(
     found: &PosteriorFindings,
     directions: Option<&Directions>,
-) -> Vec<Notice> {
+) -> Option<Notice> {
     let wide = found.parameters.iter().enumerate();
     let wide: Vec<(usize, f64)> = wide.filter_map(|(place, q)| Some((place, share_left(q)?))).collect();
-    let mut all = vec![];
-    if !wide.is_empty() {
-        let parameters: Vec<String> = wide
-            .iter()
-            .map(|(place, left)| describe(found, *place, *left))
-            .collect();
-        let directions = directions.into_iter().flat_map(|directions| &directions.unseen);
-        let names = |place: &usize| found.parameters[*place].name.as_str();
-        let known = directions.filter(|unseen| {
-            wide.iter()
-                .any(|(at, _)| unseen.parameters.iter().any(|p| p == names(at)))
-        });
-        let add = known.map(|unseen| unseen.add.as_str()).next();
-        all.push(notices::prior_rules(&parameters, add));
+    if wide.is_empty() {
+        return None;
     }
-    all
+    let each = wide.iter().map(|(place, left)| describe(found, *place, *left));
+    let text = format!(
+        "more than half of the prior sd is left of {}",
+        each.collect::<Vec<_>>().join(", ")
+    );
+    let is_wide = |name: &String| wide.iter().any(|(place, _)| found.parameters[*place].name == *name);
+    let mut unseen = directions.into_iter().flat_map(|directions| &directions.unseen);
+    let known = unseen.find(|unseen| unseen.parameters.iter().any(is_wide));
+    let next = known.map_or(notices::PRIOR_RULES.next_step, |unseen| unseen.add.as_str());
+    Some(notices::PRIOR_RULES.with_next_step(wide.len(), text, next))
 }
 
 /// Whether the runs contradict a prior; `None` where they alone say nothing of any parameter.

@@ -6,16 +6,17 @@
 //! cannot see has a standard error.
 
 mod size;
-mod sized;
 
 use self::size::term_sizes;
-pub use self::sized::{SizedTerm, LINE};
+pub use self::size::{SizedTerm, LINE};
 use super::balance::{self, BalanceSetup, EnergyBalance};
-use super::notices::{self, LeavingOut};
+use super::form_choice::GAIN;
+use super::notices;
 use super::scaling::FittedScaling;
-use crate::notice::Notice;
+use crate::notice::{Level, Notice};
 use crate::physics::form::Term;
 use crate::physics::Form;
+use crate::rounding::with_se;
 
 /// Fits the energy balance, sizes its terms, and with `terms = "auto"` leaves out what is too small to matter.
 ///
@@ -63,23 +64,86 @@ pub(super) fn choose_terms(
 /// What of the terms wants a second look: one that matters and is not held, one that is held by name and does not, one
 /// that was left out.
 pub(super) fn term_notices(terms: &[SizedTerm]) -> Vec<Notice> {
-    let of = |sized: &SizedTerm| {
-        let out = LeavingOut {
-            term: sized.term,
-            moves: sized.moves.as_deref(),
-            size: sized.size?,
-            largest_effect: sized.largest_effect,
-            shown: sized.runs_show.zip(sized.runs_show_se),
-            gain_without: sized.gain_without(),
-        };
-        match (sized.held, out.size >= LINE, sized.chosen_by) {
-            (false, true, _) => Some(notices::term_not_held(out)),
-            (false, false, "auto") => Some(notices::term_left_out(out, LINE)),
-            (true, false, "scene") if sized.term != Term::OwnDrySpeed => {
-                Some(notices::term_too_small(out, sized.widens.unwrap_or(1.0)))
+    terms.iter().filter_map(term_notice).collect()
+}
+
+/// What is to be done about e_dry at each run's own speed until forms that have it are compared.
+pub(super) const COMPARE_DRY_SPEEDS: &str = "compare the forms: dry_speed_m_s = \"impact\" holds it";
+
+fn term_notice(sized: &SizedTerm) -> Option<Notice> {
+    let (name, size) = (sized.term.in_words(), sized.size?);
+    let digits = if size < 10.0 { 2 } else { 0 };
+    let far = format!(
+        "{} by {size:.digits$} standard errors, a restitution by up to {:.3}",
+        sized.moves.as_deref().unwrap_or("no parameter"),
+        sized.largest_effect
+    );
+    match (sized.held, size >= LINE, sized.chosen_by) {
+        (false, true, _) => {
+            let shown = sized.runs_show.zip(sized.runs_show_se).map(|(share, se)| {
+                format!(
+                    "; the runs show {} of its full effect (0: it is absent, 1: it acts in full)",
+                    with_se(share, se)
+                )
+            });
+            let shown = shown.unwrap_or_default();
+            if sized.gain_without().is_some_and(|gain| gain > GAIN) {
+                let text = format!("{name}: not in the model, and the runs speak against it{shown}");
+                let told = notices::TERM_NOT_HELD.with_next_step(1, text, "nothing");
+                return Some(told.at(Level::Informs));
             }
-            _ => None,
+            let text = format!("{name}: not in the model; if it acts, leaving it out moves {far}{shown}");
+            let next = match sized.term {
+                Term::OwnDrySpeed => COMPARE_DRY_SPEEDS,
+                _ => notices::TERM_NOT_HELD.next_step,
+            };
+            Some(notices::TERM_NOT_HELD.with_next_step(1, text, next))
         }
-    };
-    terms.iter().filter_map(of).collect()
+        (false, false, "auto") => {
+            let text = format!("{name}: left out, since that moves {far}: less than {LINE}");
+            Some(notices::TERM_LEFT_OUT.notice(1, text))
+        }
+        (true, false, "scene") if sized.term != Term::OwnDrySpeed => {
+            let text = format!(
+                "{name}: held as the scene asks; leaving it out moves {far}, holding it makes another standard error {:.2} \
+                 times as wide",
+                sized.widens.unwrap_or(1.0)
+            );
+            Some(notices::TERM_TOO_SMALL.notice(1, text))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_term_that_the_runs_reject_is_no_caution() {
+        let left_out = |share: f64| {
+            let sized = SizedTerm {
+                term: Term::DrySecondOrder,
+                held: false,
+                chosen_by: "default",
+                size: Some(15.0),
+                moves: Some("dry_k[PTFE]".to_owned()),
+                largest_effect: 0.15,
+                runs_show: Some(share),
+                runs_show_se: Some(0.1),
+                widens: None,
+            };
+            term_notice(&sized).expect("it matters")
+        };
+        let rejected = left_out(0.02);
+        assert!(
+            !rejected.cautions() && rejected.text.contains("speak against it; the runs show"),
+            "{rejected:?}"
+        );
+        let open = left_out(0.47);
+        assert!(
+            open.cautions() && open.text.contains("leaving it out moves dry_k[PTFE] by 15"),
+            "{open:?}"
+        );
+    }
 }

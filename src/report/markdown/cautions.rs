@@ -7,7 +7,7 @@ use super::page::Page;
 use super::table::ReportTable;
 use crate::findings::by_weight;
 use crate::findings::checks::Check;
-use crate::findings::notices::stands_in_a_table;
+use crate::findings::notices::IN_TABLES;
 
 /// The heading over what bears on the main numbers.
 pub(in crate::report) const CAUTIONS: &str = "Cautions";
@@ -39,7 +39,7 @@ fn told(text: &str, next_step: &str) -> String {
 pub(super) fn also_noted(page: &mut Page, input: ReportInput) {
     let informing = by_weight(&input.findings.notices)
         .into_iter()
-        .filter(|notice| !notice.cautions() && !stands_in_a_table(notice));
+        .filter(|notice| !notice.cautions() && !IN_TABLES.contains(&notice.code));
     let lines: Vec<String> = informing.map(|notice| told(&notice.text, &notice.next_step)).collect();
     if !lines.is_empty() {
         page.section(ALSO_NOTED, "What moves no main number by more than a quarter of its ±.");

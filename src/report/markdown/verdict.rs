@@ -5,7 +5,7 @@ use super::cells::found;
 use super::escape::literal;
 use super::page::Page;
 use crate::findings::learnt::capital;
-use crate::findings::notices::SINGLE_RUN_CODE;
+use crate::findings::notices::SINGLE_RUN;
 use crate::findings::Findings;
 use crate::notice::Notice;
 
@@ -57,7 +57,7 @@ pub(super) fn verdict(findings: &Findings) -> (String, Vec<String>) {
 
 /// Which single runs carry a main number; `None` where none does.
 pub(super) fn carried(findings: &Findings) -> Option<&Notice> {
-    findings.notices.iter().find(|notice| notice.code == SINGLE_RUN_CODE)
+    findings.notices.iter().find(|notice| notice.code == SINGLE_RUN.code)
 }
 
 /// The main parameters that the runs do not tell, or not apart from others.
