@@ -34,6 +34,7 @@
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
 //! | `posterior/` | parameters from all runs at once, with priors |
 //! | `main_numbers.rs` | the main numbers, each from the source that serves it |
+//! | `exact_constants.rs` | which constant without an uncertainty would widen the main numbers most |
 //! | `left_out.rs` | draws from a model, each run predicted from the others |
 //! | `single_run.rs` | the runs without which a main number moves |
 //! | `slow_rebounds.rs` | whether barely rebounding runs may be taken at their word |
@@ -58,6 +59,7 @@ pub mod dry;
 pub mod energy;
 pub mod error_notices;
 pub mod estimate;
+mod exact_constants;
 pub mod film_groups;
 pub mod film_ratio;
 mod fit_verdict;
@@ -504,7 +506,7 @@ impl Findings {
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
         self.notices
             .retain(|notice| notice.code != notices::CONSTANTS_EXACT.code);
-        let exact = constants::exact_constants_notice(scene, runs.sample(), &self.constants, &self.main);
+        let exact = exact_constants::exact_constants_notice(scene, runs.sample(), &self.constants, &self.main);
         self.notices.extend(exact);
     }
 

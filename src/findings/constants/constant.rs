@@ -85,16 +85,16 @@ impl Property {
 }
 
 /// A property of one material, or of all at once.
-pub(super) struct Constant {
+pub(in crate::findings) struct Constant {
     property: Property,
     /// indices of the liquids or particles; none of a property of the runs
     materials: Vec<usize>,
     /// its name in files
-    pub(super) name: String,
+    pub(in crate::findings) name: String,
     /// its name in a sentence
-    pub(super) words: String,
+    pub(in crate::findings) words: String,
     /// the key of a scene that gives its uncertainty
-    pub(super) key: &'static str,
+    pub(in crate::findings) key: &'static str,
     /// its sd over its value, as the scene gives it; `None` for all of several at once
     pub(super) rel_sd: Option<f64>,
 }
@@ -133,7 +133,7 @@ impl Constant {
 }
 
 /// The constants of one property: of all materials at once, and of each.
-pub(super) struct Constants {
+pub(in crate::findings) struct Constants {
     all: Constant,
     /// whether the scene gives the uncertainty of all at once
     is_given: bool,
@@ -150,7 +150,7 @@ impl Constants {
     }
 
     /// Those that the scene gives no uncertainty of.
-    pub(super) fn not_given(&self) -> Vec<&Constant> {
+    pub(in crate::findings) fn not_given(&self) -> Vec<&Constant> {
         let open: Vec<&Constant> = self.each.iter().filter(|one| one.rel_sd.is_none()).collect();
         if self.is_given {
             vec![]
@@ -164,7 +164,7 @@ impl Constants {
 
 /// The constants of the liquids and particles that have rebounds, property by property, and of the runs. An offset of films or
 /// a scale of speeds is there where the scene says that it errs.
-pub(super) fn list_constants(scene: &Scene, runs: &Runs) -> Vec<Constants> {
+pub(in crate::findings) fn list_constants(scene: &Scene, runs: &Runs) -> Vec<Constants> {
     let with_rebounds = || runs.series.iter().filter(|series| !series.rebounds.is_empty());
     let of_liquids = |property: Property, rel_sd: fn(&Liquid) -> Option<f64>| {
         let all = scene.liquids.iter().enumerate();

@@ -6,10 +6,8 @@
 //! | `linearised.rs` | moves the energy balance with the constants, from its linearisation at the fit to some of the rebounds |
 //! | `results.rs` | which results there are, each with its value where the constants have changed |
 //! | `sensitivity.rs` | how one result moves with the constants |
-//! | `exact_constants.rs` | which constant without an uncertainty would widen the main numbers most |
 
 mod constant;
-mod exact_constants;
 mod linearised;
 mod results;
 mod sensitivity;
@@ -21,8 +19,7 @@ use super::dry::FittedDry;
 use super::scaling::FittedScaling;
 use crate::runs::Runs;
 use crate::scene::Scene;
-use constant::{list_constants, Constant, Constants};
-pub use exact_constants::exact_constants_notice;
+pub(super) use constant::{list_constants, Constant, Constants};
 use linearised::{LinearisedBalance, RunSample};
 use results::{results, Changed, SensitiveResult};
 pub use sensitivity::{Elasticity, Sensitivity};

@@ -1,10 +1,9 @@
 //! Says which constant without an uncertainty would widen the main numbers most.
 
-use super::constant::{list_constants, Constant, Constants};
-use super::sensitivity::Sensitivity;
-use crate::findings::checks::BIAS;
-use crate::findings::main_numbers::{MainNumber, MainNumbers};
-use crate::findings::notices;
+use super::checks::BIAS;
+use super::constants::{list_constants, Constant, Constants, Sensitivity};
+use super::main_numbers::{MainNumber, MainNumbers};
+use super::notices;
 use crate::notice::Notice;
 use crate::runs::Runs;
 use crate::scene::Scene;
@@ -24,7 +23,7 @@ struct Shift<'a> {
 
 /// The constant whose error of 1 % moves some main number by most of its ±, among those whose uncertainty is not given;
 /// `None` where no such error would spoil an interval.
-pub fn exact_constants_notice(
+pub(super) fn exact_constants_notice(
     scene: &Scene,
     runs: &Runs,
     sensitivities: &[Sensitivity],
