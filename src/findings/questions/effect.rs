@@ -109,18 +109,15 @@ impl<'a> TrendOverFilms<'a> {
                 .series
                 .iter()
                 .filter(|series| (ratio(series) - end).abs() <= gap);
-            let felt = near.filter_map(|series| self.most_felt(series));
-            felt.max_by(|a, b| a.slope.total_cmp(&b.slope))
+            let felt = near.filter_map(|series| Some((series, self.most_felt(series)?)));
+            felt.max_by(|(_, a), (_, b)| a[1].total_cmp(&b[1]))
         };
-        let both: Vec<String> = [at(thinnest)?, at(thickest)?]
-            .iter()
-            .map(|run| self.words(run))
-            .collect();
+        let both = [at(thinnest)?, at(thickest)?].map(|(series, [speed, _])| self.words(series, speed));
         Some(both.join(" and "))
     }
 
-    /// The run of a series, clear of sticking, whose restitution the parameter moves most.
-    fn most_felt<'s>(&self, series: &'s Series) -> Option<FeltRun<'s>> {
+    /// Speed of the run of a series, clear of sticking, whose restitution the parameter moves most, and the slope of that.
+    fn most_felt(&self, series: &Series) -> Option<[f64; 2]> {
         let setting = series.setting(self.scene);
         let parameters = physical(&self.full, series.sphere);
         let of_run = |run: usize| {
@@ -128,29 +125,19 @@ impl<'a> TrendOverFilms<'a> {
             let kept = kept_energy(&setting, self.form, &parameters, speed);
             let slopes = kept_energy_slopes(&setting, self.form, &parameters, speed);
             let slope = (slopes.shared[self.of as usize] * slope_mean_restitution(kept)).abs();
-            (kept > CLEAR).then_some(FeltRun { series, speed, slope })
+            (kept > CLEAR).then_some([speed, slope])
         };
         let all = series.rebounds.clone().filter_map(of_run);
-        all.max_by(|a, b| a.slope.total_cmp(&b.slope))
+        all.max_by(|a, b| a[1].total_cmp(&b[1]))
     }
 
-    fn words(&self, run: &FeltRun) -> String {
-        let series = run.series;
+    fn words(&self, series: &Series, speed: f64) -> String {
         format!(
-            "{} in {}, D = {} mm, film ratio {:.3}, at {:.2} m/s",
+            "{} in {}, D = {} mm, film ratio {:.3}, at {speed:.2} m/s",
             sphere_words(&self.scene.particles[series.particle].name, None),
             self.scene.liquids[series.liquid].name,
             short(millimetres(series.diameter)),
-            series.film / series.diameter,
-            run.speed
+            series.film / series.diameter
         )
     }
-}
-
-/// A run, and how much its restitution feels a parameter.
-struct FeltRun<'s> {
-    series: &'s Series,
-    /// m/s
-    speed: f64,
-    slope: f64,
 }

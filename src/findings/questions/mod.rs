@@ -2,12 +2,10 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `question.rs` | a question with its answer, in fields |
+//! | `question.rs` | a question, what answers it, and the answer in fields and words |
 //! | `effect.rs` | how far a trend moves what is quoted, and which runs would tell more of it |
-//! | `conclusion.rs` | concludes from a model with and one without a trend |
-//! | `trend_comparison.rs` | samples the two on the same runs, and leaves each run out of both |
+//! | `trend_comparison.rs` | samples a model with and one without a trend on the same runs, and leaves each run out of both |
 
-mod conclusion;
 mod effect;
 mod question;
 mod trend_comparison;
@@ -17,8 +15,7 @@ use crate::error::Error;
 use crate::model::parameters::ParameterKind;
 use trend_comparison::TrendComparison;
 
-pub use conclusion::SMALL;
-pub use question::{Answer, Question, Trend};
+pub use question::{Answer, Question, Trend, SMALL};
 pub use trend_comparison::Context;
 
 /// The paper takes L as constant for film ratios below this one (text of its summary).
@@ -29,7 +26,7 @@ pub const THIN: f64 = 0.10;
 /// Fails where a prior leaves a parameter no room.
 pub fn answer_questions(context: Context) -> Result<(Vec<Question>, Vec<Check>), Error> {
     let questions = vec![is_lubrication_constant(context, THIN)?, is_prefactor_constant(context)?];
-    let checks = questions.iter().filter_map(conclusion::check_trend).collect();
+    let checks = questions.iter().filter_map(question::check_trend).collect();
     Ok((questions, checks))
 }
 

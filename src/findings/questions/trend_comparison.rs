@@ -1,8 +1,7 @@
 //! Samples a model with and without a trend on the same runs, and leaves each run out of both.
 
-use super::conclusion::answer_question;
 use super::effect::TrendOverFilms;
-use super::question::{Answer, Question, Trend};
+use super::question::{answer_question, Answer, Question, Trend};
 use crate::error::Error;
 use crate::findings::compare::{model_name, summarise_model, ComparedModel};
 use crate::findings::left_out::{
