@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::Args;
 use wetcor::error::{named, Error};
 use wetcor::handoff::{self, Code, Handoff, HandoffFile, Wetting};
@@ -31,7 +31,7 @@ pub struct HandoffArguments {
     #[arg(long = "speed-m-s", value_name = "V", value_parser = positive, allow_negative_numbers = true)]
     speed: f64,
     /// The simulation code, or a table of e at many speeds
-    #[arg(long, value_parser = code())]
+    #[arg(long, value_parser = codes())]
     to: Code,
     /// Folder to write; one that is there is kept
     #[arg(long)]
@@ -41,10 +41,18 @@ pub struct HandoffArguments {
     anyway: bool,
 }
 
-/// Reads a code by its word.
-fn code() -> impl TypedValueParser<Value = Code> {
-    let named = |word: String| Code::ALL.into_iter().find(|code| code.word() == word);
-    PossibleValuesParser::new(Code::ALL.map(Code::word)).try_map(move |word| named(word).ok_or("no such code"))
+/// Codes that nobody has run the lines of.
+const NEVER_RUN: [&str; 2] = ["mercurydpm", "mfix"];
+
+/// Reads the word of a code, and refuses those that were never run.
+fn codes() -> impl TypedValueParser<Value = Code> {
+    let words = Code::ALL.map(|code| PossibleValue::new(code.word()));
+    let never_run = NEVER_RUN.map(|word| PossibleValue::new(word).hide(true));
+    let all = PossibleValuesParser::new(words.into_iter().chain(never_run));
+    all.try_map(|word| {
+        let code = Code::ALL.into_iter().find(|code| code.word() == word);
+        code.ok_or("expected `table`; docs/simulation-codes.md has lines to paste for this code, which were never run")
+    })
 }
 
 /// Writes the files, or prints the first.

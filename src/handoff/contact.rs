@@ -21,7 +21,7 @@ pub(super) enum End {
 const HALVINGS: usize = 200;
 
 /// Where a monotonic function changes its sign between two ends, in either order.
-fn bisect(mut negative: f64, mut positive: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn bisect(mut negative: f64, mut positive: f64, f: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (negative + positive);
         if middle == negative || middle == positive {

@@ -2,8 +2,9 @@
 //!
 //! They are plain ASCII but for the user's own names, as some codes complain of anything else.
 
-use super::law::{Code, Handoff, CONSTANT_WITHIN, FARTHEST};
+use super::law::{Handoff, CONSTANT_WITHIN, FARTHEST};
 use super::numbers::{number, restitution};
+use super::template::filled;
 use crate::error::plain;
 
 /// Characters of a name or title that a file repeats.
@@ -14,9 +15,8 @@ const GRAVITY: f64 = 9.81;
 
 /// A user's text on one line, without what ends a comment, carries it on, or is looked for in one.
 ///
-/// A backslash or `&` at the end of a line joins the next to it in C++, LAMMPS and LIGGGHTS; `??/` is a backslash in C++ before
-/// C++17; `"""` opens a text of several lines and `$` a variable in LAMMPS; and a spreadsheet takes a cell that begins with
-/// one of `=+-@` for a formula.
+/// A backslash or `&` at the end of a line joins the next to it in LAMMPS and LIGGGHTS; `"""` opens a text of several lines
+/// and `$` a variable in LAMMPS; and a spreadsheet takes a cell that begins with one of `=+-@` for a formula.
 fn name(text: &str) -> String {
     let mut shown = String::new();
     let mut begins_cell = false;
@@ -31,126 +31,91 @@ fn name(text: &str) -> String {
         if begins_cell && matches!(c, '=' | '+' | '-' | '@') {
             shown.push('\'');
         }
-        if !(c == '?' && shown.ends_with('?')) {
-            shown.push(c);
-        }
+        shown.push(c);
         begins_cell = matches!(c, ',' | ';') || begins_cell && c == ' ';
     }
     shown
 }
 
-/// Lines as comments.
-pub(super) fn commented(mark: &str, lines: &[String]) -> String {
-    lines.iter().map(|line| format!("{mark} {line}\n")).collect()
-}
+/// Bars the numbers from being quoted.
+const NOT_QUOTABLE: &str = "\n# NOT TO BE QUOTED: the fit failed a verdict, and what is here rests on it";
+/// Warns of a reference speed or a film that no run had.
+const EXTRAPOLATED: &str =
+    "\n# EXTRAPOLATED: the reference speed or the film lies outside what the runs of this particle on this plate covered";
 
-/// The lines that are the same for every code, then those of this one.
-pub(super) fn heading(code: Code, handoff: &Handoff, own: Vec<String>) -> Vec<String> {
-    let mut lines = vec![format!(
-        "{}: restitution of {} spheres on a plate, handed over by wetcor {}",
-        code.name(),
-        name(handoff.particle),
-        env!("CARGO_PKG_VERSION")
-    )];
-    lines.extend(marks(handoff));
-    lines.extend(provenance(handoff));
-    lines.extend(reference(handoff));
-    lines.extend(stokes(handoff));
-    lines.extend(own);
-    lines
-}
-
-/// What forbids to quote the numbers.
-fn marks(handoff: &Handoff) -> Vec<String> {
-    let mut lines = Vec::new();
-    if !handoff.quotable {
-        lines.push("NOT TO BE QUOTED: the fit failed a verdict, and what is here rests on it".to_owned());
-    }
-    if handoff.predicted().extrapolated {
-        lines.push(
-            "EXTRAPOLATED: the reference speed or the film lies outside what the runs of this particle on this plate covered"
-                .to_owned(),
-        );
-    }
-    lines
-}
-
-fn provenance(handoff: &Handoff) -> Vec<String> {
-    let mut lines = vec![
-        format!("Fit: {}", name(handoff.title)),
-        format!("Law: {}", name(handoff.source)),
-        format!(
-            "Sphere: {}, density {} kg/m3, diameter {} m, mass {} kg",
-            name(handoff.particle),
-            number(handoff.density),
-            number(handoff.diameter),
-            number(handoff.mass())
-        ),
-    ];
-    lines.push(match &handoff.wetting {
-        Some(wetting) => format!(
-            "Liquid on the plate: {}, density {} kg/m3, viscosity {} Pa s, film {} m",
-            name(wetting.liquid),
-            number(wetting.density),
-            number(wetting.viscosity),
-            number(wetting.film)
-        ),
-        None => "Dry plate".to_owned(),
-    });
-    lines.push(match (handoff.speeds.map(|speeds| speeds.map(number)), handoff.stokes) {
-        (Some([slowest, fastest]), Some(stokes)) => {
-            let [lo, hi] = stokes.map(number);
-            format!(
-                "Runs of this particle in this liquid covered {slowest} to {fastest} m/s, St {lo} to {hi}; outside is extrapolation"
-            )
-        }
-        (Some([slowest, fastest]), None) => {
-            format!("Dry runs of this particle covered {slowest} to {fastest} m/s; outside is extrapolation")
-        }
-        (None, _) => "No run of this particle was made on this plate; everything here is extrapolation".to_owned(),
-    });
-    lines
-}
-
-fn reference(handoff: &Handoff) -> Vec<String> {
-    let v = handoff.reference_speed;
-    let at = handoff.predicted();
+/// The lines that are the same for every code, as comments; the first stands behind the code's name.
+pub(super) fn heading(handoff: &Handoff) -> String {
+    let (v, at) = (handoff.reference_speed, handoff.predicted());
     let end = |speed: Option<f64>, beyond: f64| match speed {
         Some(speed) => number(speed),
         None => format!("(or beyond) {}", number(v * beyond)),
     };
     let [slowest, fastest] = handoff.constant_holds();
     let height = v * v / (2.0 * GRAVITY);
-    vec![
-        format!(
-            "Reference speed: {} m/s, normal to the plate, where e = {} (90 % band {} to {}) and d ln e/d ln v = {:.4}",
-            number(v),
-            restitution(at.q50),
-            restitution(at.q05),
-            restitution(at.q95),
-            handoff.log_slope
-        ),
-        format!(
-            "A constant e is within {} % of the law from {} to {} m/s",
-            number(CONSTANT_WITHIN * 100.0),
-            end(slowest, 1.0 / FARTHEST),
-            end(fastest, FARTHEST)
-        ),
-        format!(
-            "Check in one run: dropped from {} m (g = {GRAVITY} m/s2) it rises to e^2 times that, {} m",
-            number(height),
-            number(height * at.q50 * at.q50)
-        ),
-    ]
+    let (stokes, two_spheres) = stokes(handoff);
+    let marked = |mark: &str, holds: bool| if holds { mark.to_owned() } else { String::new() };
+    let places = [
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("not_quotable", marked(NOT_QUOTABLE, !handoff.quotable)),
+        ("extrapolated", marked(EXTRAPOLATED, at.extrapolated)),
+        ("title", name(handoff.title)),
+        ("source", name(handoff.source)),
+        ("particle", name(handoff.particle)),
+        ("density", number(handoff.density)),
+        ("diameter", number(handoff.diameter)),
+        ("mass", number(handoff.mass())),
+        ("plate", plate(handoff)),
+        ("runs", runs(handoff)),
+        ("speed", number(v)),
+        ("e", restitution(at.q50)),
+        ("e_q05", restitution(at.q05)),
+        ("e_q95", restitution(at.q95)),
+        ("log_slope", format!("{:.4}", handoff.log_slope)),
+        ("within", number(CONSTANT_WITHIN * 100.0)),
+        ("slowest", end(slowest, 1.0 / FARTHEST)),
+        ("fastest", end(fastest, FARTHEST)),
+        ("height", number(height)),
+        ("gravity", GRAVITY.to_string()),
+        ("rise", number(height * at.q50 * at.q50)),
+        ("stokes", stokes),
+        ("two_spheres", two_spheres),
+    ];
+    filled(include_str!("templates/heading.txt").trim_end(), &places)
 }
 
-/// How St is counted, for a plate and for two spheres.
-fn stokes(handoff: &Handoff) -> Vec<String> {
-    let measured = "The law was measured for a sphere on a plate.";
+/// What wets the plate.
+fn plate(handoff: &Handoff) -> String {
+    let Some(wetting) = &handoff.wetting else {
+        return "Dry plate".to_owned();
+    };
+    format!(
+        "Liquid on the plate: {}, density {} kg/m3, viscosity {} Pa s, film {} m",
+        name(wetting.liquid),
+        number(wetting.density),
+        number(wetting.viscosity),
+        number(wetting.film)
+    )
+}
+
+/// What the runs covered.
+fn runs(handoff: &Handoff) -> String {
+    let Some([slowest, fastest]) = handoff.speeds.map(|speeds| speeds.map(number)) else {
+        return "No run of this particle was made on this plate; everything here is extrapolation".to_owned();
+    };
+    let covered = match handoff.stokes.map(|stokes| stokes.map(number)) {
+        Some([lo, hi]) => {
+            format!("Runs of this particle in this liquid covered {slowest} to {fastest} m/s, St {lo} to {hi}")
+        }
+        None => format!("Dry runs of this particle covered {slowest} to {fastest} m/s"),
+    };
+    format!("{covered}; outside is extrapolation")
+}
+
+/// How St is counted, for a plate and for two spheres, and which e two spheres have.
+fn stokes(handoff: &Handoff) -> (String, String) {
     let Some(stokes) = handoff.stokes_at(handoff.reference_speed) else {
-        return vec![format!(
-            "{measured} Two spheres were not measured: here they have the plate's e"
-        )];
+        let e = "Two spheres were not measured: here they have the plate's e";
+        return (String::new(), e.to_owned());
     };
     let two = handoff.for_two_spheres();
     let mark = if two.extrapolated { " (extrapolated)" } else { "" };
@@ -159,50 +124,39 @@ fn stokes(handoff: &Handoff) -> Vec<String> {
     } else {
         "; being 0, it is not used: here they have the plate's e"
     };
-    vec![
-        format!(
-            "St = rho D v/(9 eta) = m_eff v/(6 pi eta R_eff^2). On a plate m_eff = m, R_eff = R: {} at the reference speed",
-            number(stokes)
-        ),
-        format!(
-            "Two equal spheres that meet at that speed have m_eff = m/2, R_eff = R/2: {}, twice the plate's",
-            number(2.0 * stokes)
-        ),
-        format!(
-            "{measured} If St alone decides, those two spheres have its e at {} m/s, {}{mark}{spared}",
-            number(2.0 * handoff.reference_speed),
-            restitution(two.q50)
-        ),
-    ]
+    let places = [("plate", number(stokes)), ("pair", number(2.0 * stokes))];
+    let e = format!(
+        "If St alone decides, those two spheres have its e at {} m/s, {}{mark}{spared}",
+        number(2.0 * handoff.reference_speed),
+        restitution(two.q50)
+    );
+    (filled(include_str!("templates/stokes.txt"), &places), e)
 }
 
-/// A contact beside the law over the speeds of the runs, and the largest distance.
-pub(super) fn beside_the_law(handoff: &Handoff, contact: &dyn Fn(f64) -> f64) -> Vec<String> {
-    let [slowest, fastest] = handoff.compared_speeds();
-    let mut lines = vec!["  v, m/s       e of the law  e of this contact  difference".to_owned()];
-    let mut largest: f64 = 0.0;
-    for speed in spaced([slowest, fastest], 9) {
-        let (law, contact) = ((handoff.law)(speed), contact(speed));
+/// A contact beside the law over the speeds of the runs, and the largest distance, as comments.
+pub(super) fn beside_the_law(handoff: &Handoff, contact: &dyn Fn(f64) -> f64) -> String {
+    let ends = handoff.compared_speeds();
+    let mut lines = "#   v, m/s       e of the law  e of this contact  difference\n".to_owned();
+    let off = |speed: f64| contact(speed) - (handoff.law)(speed).q50;
+    for speed in spaced(ends, 9) {
+        let law = (handoff.law)(speed);
         let mark = if law.extrapolated { "  extrapolated" } else { "" };
-        largest = largest.max((contact - law.q50).abs());
-        let (speed, off) = (number(speed), contact - law.q50);
-        lines.push(format!(
-            "  {speed:<12} {:<13.5} {contact:<18.5} {off:+.5}{mark}",
-            law.q50
-        ));
+        lines += &format!(
+            "#   {:<12} {:<13.5} {:<18.5} {:+.5}{mark}\n",
+            number(speed),
+            law.q50,
+            contact(speed),
+            off(speed)
+        );
     }
-    for speed in spaced([slowest, fastest], 65) {
-        largest = largest.max((contact(speed) - (handoff.law)(speed).q50).abs());
-    }
-    let over = if handoff.speeds.is_some() {
-        "over the speeds of the runs"
-    } else {
-        "over these speeds, there being no runs"
+    // every eighth of these is a line above
+    let largest = spaced(ends, 65).into_iter().map(|speed| off(speed).abs());
+    let over = match handoff.speeds {
+        Some(_) => "over the speeds of the runs",
+        None => "over these speeds, there being no runs",
     };
-    lines.push(format!(
-        "Largest distance of this contact from the law {over}: {largest:.5}"
-    ));
-    lines
+    let largest = largest.fold(0.0, f64::max);
+    lines + &format!("# Largest distance of this contact from the law {over}: {largest:.5}")
 }
 
 /// Speeds from the first to the last, both included, in equal ratios.
@@ -222,7 +176,6 @@ mod tests {
     #[test]
     fn a_title_cannot_leave_its_comment() {
         assert_eq!(name("a\nvariable x \"\"\" $x \\ &"), "a/nvariable x ''' Sx / +");
-        assert_eq!(name("a ???/ ??\\"), "a ?/ ?/");
         assert_eq!(name("a,=1+1; @b, -5"), "a,'=1+1; '@b, '-5");
     }
 }

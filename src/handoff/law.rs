@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use super::contact::bisect;
 use super::numbers::number;
 use crate::error::Error;
 use crate::findings::predict::PredictedPoint;
@@ -18,22 +19,11 @@ pub enum Code {
     Liggghts,
     /// YADE
     Yade,
-    /// MercuryDPM
-    MercuryDpm,
-    /// MFiX-DEM
-    Mfix,
 }
 
 impl Code {
     /// Every code, in the order of the command's help.
-    pub const ALL: [Code; 6] = [
-        Code::Table,
-        Code::Lammps,
-        Code::Liggghts,
-        Code::Yade,
-        Code::MercuryDpm,
-        Code::Mfix,
-    ];
+    pub const ALL: [Code; 4] = [Code::Table, Code::Lammps, Code::Liggghts, Code::Yade];
 
     /// The word of the command line.
     pub fn word(self) -> &'static str {
@@ -42,20 +32,6 @@ impl Code {
             Code::Lammps => "lammps",
             Code::Liggghts => "liggghts",
             Code::Yade => "yade",
-            Code::MercuryDpm => "mercurydpm",
-            Code::Mfix => "mfix",
-        }
-    }
-
-    /// The name its authors give it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Code::Table => "Table",
-            Code::Lammps => "LAMMPS",
-            Code::Liggghts => "LIGGGHTS",
-            Code::Yade => "YADE",
-            Code::MercuryDpm => "MercuryDPM",
-            Code::Mfix => "MFiX-DEM",
         }
     }
 }
@@ -149,16 +125,8 @@ impl Handoff<'_> {
             let steps = 460;
             let at = |step: f64| (direction * step / f64::from(steps) * FARTHEST.ln()).exp();
             let first = (1..=steps).map(f64::from).find(|step| off(at(*step)) > 0.0)?;
-            let (mut inside, mut outside) = (first - 1.0, first);
-            for _ in 0..50 {
-                let middle = 0.5 * (inside + outside);
-                if off(at(middle)) > 0.0 {
-                    outside = middle;
-                } else {
-                    inside = middle;
-                }
-            }
-            Some(self.reference_speed * at(inside))
+            let end = bisect(first - 1.0, first, |step| off(at(step)));
+            Some(self.reference_speed * at(end))
         })
     }
 

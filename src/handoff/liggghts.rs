@@ -1,15 +1,11 @@
 //! Writes the drop test for LIGGGHTS-PUBLIC: one restitution a pair, and wet the contact that reads Stokes numbers.
 
 use super::contact::{rebound, share_for, End, StokesKeywords};
-use super::drop::{places, stiffness, POISSON};
-use super::heading::{beside_the_law, commented, heading, spaced};
-use super::law::{Code, Handoff, HandoffFile};
+use super::deck::{deck, stiffness, POISSON};
+use super::heading::{beside_the_law, spaced};
+use super::law::{Handoff, HandoffFile};
 use super::numbers::{input, number, restitution};
-use super::template::filled;
 use crate::error::Error;
-
-const CONSTANT: &str = "drop_liggghts.in";
-const STOKES: &str = "drop_liggghts_stokes.in";
 
 /// `coefficientRestitution` must be above this (LIGGGHTS-PUBLIC 3.8.0, global_properties.cpp).
 const LEAST_INPUT: f64 = 0.05;
@@ -36,46 +32,30 @@ fn spring(handoff: &Handoff) -> (f64, f64) {
     (young, factor * (young / both).powf(0.8))
 }
 
-/// What both decks fill in alike; `own` is what this one's heading says besides.
-fn places_of(handoff: &Handoff, name: &'static str, own: Vec<String>) -> Vec<(&'static str, String)> {
-    let (young, stiffness) = spring(handoff);
-    let heading = commented("#", &heading(Code::Liggghts, handoff, own));
-    let mut places = places(handoff, name, stiffness);
-    places.extend([("heading", heading.trim_end().to_owned()), ("young", number(young))]);
-    places
-}
-
 fn constant(handoff: &Handoff, two_spheres: f64) -> HandoffFile {
     let e = handoff.predicted().q50;
     let given = |restitution_or_none: Option<f64>| restitution_or_none.map_or("none".to_owned(), input);
-    let (plate_on, pair_on) = (input_with_limit(e), input_with_limit(two_spheres));
-    let least = rebound(share_for(LEAST_INPUT, End::Overlap), End::Force);
+    let plate_on = input_with_limit(e);
     let with_limit = match plate_on {
         Some(input) => format!(
-            "limitForce on: the force never pulls, and coefficientRestitution {} would give {}; {input:.6} gives the e asked for",
+            ", and coefficientRestitution {} would give {}; {input:.6} gives the e asked for",
             restitution(e),
             restitution(rebound(share_for(e, End::Overlap), End::Force)),
         ),
-        None => format!("limitForce on: the force never pulls; this e cannot be had, the least is {}", restitution(least)),
+        None => {
+            let least = rebound(share_for(LEAST_INPUT, End::Overlap), End::Force);
+            format!("; this e cannot be had, the least is {}", restitution(least))
+        }
     };
+    let (young, stiffness) = spring(handoff);
     let own = vec![
-        "LIGGGHTS takes one e a pair of types, whatever the speed: coefficientRestitution peratomtypepair 2 e11 e12 e21 e22".to_owned(),
-        "(LIGGGHTS-PUBLIC 3.8.0, global_properties.cpp: 0.05 < e <= 1; contacts hooke and hertz give the same e)".to_owned(),
-        format!("limitForce off (its default): the damping may pull at the end, and coefficientRestitution {e:.6} gives the e asked for"),
-        with_limit,
-        "Wet bridges (cohesion washino, easo) act between spheres alone, not on a wall".to_owned(),
-    ];
-    let mut places = places_of(handoff, CONSTANT, own);
-    places.extend([
-        ("plate_off", format!("{e:.6}")),
-        ("pair_off", input(two_spheres)),
+        ("young", number(young)),
+        ("with_limit", with_limit),
         ("plate_on", given(plate_on)),
-        ("pair_on", given(pair_on)),
-    ]);
-    HandoffFile {
-        name: CONSTANT,
-        text: filled(include_str!("templates/liggghts.in"), &places),
-    }
+        ("pair_on", given(input_with_limit(two_spheres))),
+    ];
+    let template = include_str!("templates/liggghts.in");
+    deck("drop_liggghts.in", template, handoff, stiffness, own)
 }
 
 /// The keywords nearest to the law over the speeds of the runs.
@@ -101,28 +81,18 @@ fn with_stokes(handoff: &Handoff) -> Option<HandoffFile> {
         let stokes = handoff.stokes_at(speed).unwrap_or(f64::INFINITY);
         keywords.rebound(stokes, End::Overlap)
     };
-    let mut own: Vec<String> = [
-        "viscous on: at each time step LIGGGHTS takes ln e = ln(MaximumRestitution) + CriticalStokes/St with St at the speed of",
-        "that moment, not of the impact (LIGGGHTS-PUBLIC 3.8.0, normal_model_hooke.h; hooke alone has it). So the keywords are not",
-        "e_inf and St_c of a law: those below are fitted, by least squares over the speeds of the runs, to what this contact gives.",
-        "Its St is the one above: m_eff v/(6 pi eta R_eff^2), R_eff = R on a wall, and twice that for two equal spheres. The value",
-        "of the keyword is on or off (its manual says stokes, which is an error). With limitForce on e is another",
-    ]
-    .map(str::to_owned)
-    .to_vec();
-    own.extend(beside_the_law(handoff, &contact));
-    let mut places = places_of(handoff, STOKES, own);
-    places.extend([
+    let (young, stiffness) = spring(handoff);
+    let own = vec![
+        ("young", number(young)),
+        ("beside", beside_the_law(handoff, &contact)),
         ("viscosity", number(viscosity)),
         ("critical", number(keywords.critical_stokes)),
         ("maximum", number(keywords.maximum_restitution)),
         ("contact", restitution(contact(handoff.reference_speed))),
         ("contact_pair", restitution(contact(2.0 * handoff.reference_speed))),
-    ]);
-    Some(HandoffFile {
-        name: STOKES,
-        text: filled(include_str!("templates/liggghts_stokes.in"), &places),
-    })
+    ];
+    let template = include_str!("templates/liggghts_stokes.in");
+    Some(deck("drop_liggghts_stokes.in", template, handoff, stiffness, own))
 }
 
 pub(super) fn files(handoff: &Handoff) -> Result<Vec<HandoffFile>, Error> {

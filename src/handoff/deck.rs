@@ -1,12 +1,14 @@
-//! Lays out the drop test: how stiff, from where, with which time step, for how long.
+//! Writes a drop test: the template of a code with the heading, the sphere, its drop and the code's own numbers in it.
 //!
-//! The restitution of every contact here depends on neither stiffness nor size, so that the test takes a spring as soft as its
+//! The restitution of every contact here depends on neither stiffness nor size, so the test takes a spring as soft as its
 //! overlap allows.
 
 use std::f64::consts::PI;
 
-use super::law::Handoff;
-use super::numbers::{input, number};
+use super::heading::heading;
+use super::law::{Handoff, HandoffFile};
+use super::numbers::{input, number, restitution};
+use super::template::filled;
 
 /// Overlap of sphere and plate, undamped, at the reference speed, as a share of the radius.
 const OVERLAP: f64 = 0.01;
@@ -43,21 +45,27 @@ pub(super) fn young(handoff: &Handoff) -> f64 {
     2.0 * (1.0 - POISSON * POISSON) * effective
 }
 
-/// Time step for a linear spring, s.
-pub(super) fn time_step(handoff: &Handoff, stiffness: f64) -> f64 {
-    PI * (handoff.mass() / stiffness).sqrt() / STEPS_OF_CONTACT
-}
-
-/// The places of a template that tell the sphere and its drop.
-pub(super) fn places(handoff: &Handoff, file: &str, stiffness: f64) -> Vec<(&'static str, String)> {
-    let r = handoff.radius();
-    vec![
-        ("file", file.to_owned()),
+/// The file, whose time step suits a linear spring of this stiffness; `own` are the places that this code alone has.
+pub(super) fn deck(
+    name: &'static str,
+    template: &str,
+    handoff: &Handoff,
+    stiffness: f64,
+    own: Vec<(&str, String)>,
+) -> HandoffFile {
+    let (r, e) = (handoff.radius(), handoff.predicted().q50);
+    let step = PI * (handoff.mass() / stiffness).sqrt() / STEPS_OF_CONTACT;
+    let mut places = vec![
+        ("heading", heading(handoff)),
+        ("file", name.to_owned()),
         ("speed", number(handoff.reference_speed)),
-        ("e", input(handoff.predicted().q50)),
+        ("e", input(e)),
+        ("e_5", restitution(e)),
         ("pair", input(handoff.restitution_of_two())),
         ("density", number(handoff.density)),
         ("diameter", number(handoff.diameter)),
+        ("mass", number(handoff.mass())),
+        ("radius", number(r)),
         ("start", number((1.0 + GAP) * r)),
         ("upper", number((AWAY + 1.0 + GAP) * r)),
         ("lower", number((AWAY - 1.0 - GAP) * r)),
@@ -66,7 +74,12 @@ pub(super) fn places(handoff: &Handoff, file: &str, stiffness: f64) -> Vec<(&'st
         ("above", number(40.0 * r)),
         ("skin", number(r)),
         ("poisson", number(POISSON)),
-        ("step", number(time_step(handoff, stiffness))),
+        ("step", number(step)),
         ("steps", number(CONTACTS * STEPS_OF_CONTACT)),
-    ]
+    ];
+    places.extend(own);
+    HandoffFile {
+        name,
+        text: filled(template, &places),
+    }
 }
