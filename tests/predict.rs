@@ -107,7 +107,7 @@ fn speeds(law: &ParticleLaw) -> Vec<f64> {
         let (mut slow, mut fast) = (1.0, 3.0);
         for _ in 0..40 {
             let v = 0.5 * (slow + fast);
-            if law.predict(&SLOW, &[v])[0].stuck_probability > p {
+            if law.curve(Some(&SLOW)).predict(&[v])[0].stuck_probability > p {
                 slow = v;
             } else {
                 fast = v;
@@ -123,7 +123,7 @@ fn speeds(law: &ParticleLaw) -> Vec<f64> {
 fn a_single_runs_bands_are_those_of_brute_force_sampling() {
     let test = "a_single_runs_bands_are_those_of_brute_force_sampling";
     let law = law(test);
-    let rows = law.predict(&SLOW, &speeds(&law));
+    let rows = law.curve(Some(&SLOW)).predict(&speeds(&law));
     assert!(rows[0].stuck_probability < 1e-6 && rows[5].stuck_probability > 0.999);
     for row in &rows {
         let z = worst_z(&law, row, test);
@@ -137,7 +137,7 @@ fn a_doubled_noise_is_seen() {
     let law = law(test);
     let mut wrong = law.clone();
     wrong.draws.iter_mut().for_each(|draw| draw.sigma_wet *= 2.0);
-    for row in &wrong.predict(&SLOW, &speeds(&law)[..2]) {
+    for row in &wrong.curve(Some(&SLOW)).predict(&speeds(&law)[..2]) {
         let z = worst_z(&law, row, test);
         assert!(z > 40.0, "{z} at {} m/s", row.impact_speed_m_s);
     }
@@ -148,7 +148,7 @@ fn the_curve_is_the_energy_balance_of_the_draws_and_its_bands_hold_their_shares(
     let test = "the_curve_is_the_energy_balance_of_the_draws_and_its_bands_hold_their_shares";
     let law = law(test);
     let n = law.draws.len() as f64;
-    for row in law.predict(&SLOW, &speeds(&law)) {
+    for row in law.curve(Some(&SLOW)).predict(&speeds(&law)) {
         let v = row.impact_speed_m_s;
         let e = |draw: &Draw| {
             let kept = kept_energy(&SLOW, law.form, &draw.parameters, v);
@@ -180,7 +180,7 @@ fn what_the_runs_covered_is_not_extrapolated_and_its_ends_belong_to_it() {
     let covered = |stokes, film_ratio| Some(Covered { stokes, film_ratio });
     let mut flags = |covered, speeds: &[f64]| {
         law.covered = covered;
-        let rows = law.predict(&SLOW, speeds);
+        let rows = law.curve(Some(&SLOW)).predict(speeds);
         rows.iter().map(|row| row.extrapolated).collect::<Vec<bool>>()
     };
     let speeds = [0.999, 1.0, 1.5, 2.0, 2.001];
@@ -210,7 +210,7 @@ fn what_was_covered_in_another_liquid_is_extrapolated_in_this_one() {
     let speeds = [0.5, 1.0, 2.0, 4.0];
     let mut flags = |ranges: Vec<LiquidRange>| {
         law.ranges = ranges;
-        let rows = law.predict(&SLOW, &speeds);
+        let rows = law.curve(Some(&SLOW)).predict(&speeds);
         rows.iter().map(|row| row.extrapolated).collect::<Vec<bool>>()
     };
     let (own, thinner) = (
@@ -254,7 +254,7 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
             );
             let v = run.impact_speed;
             let known = last.take().filter(|(at, speed, _)| (*at, *speed) == (setting, v));
-            let (_, _, row) = known.unwrap_or_else(|| (setting, v, law.predict(&setting, &[v]).remove(0)));
+            let (_, _, row) = known.unwrap_or_else(|| (setting, v, law.curve(Some(&setting)).predict(&[v]).remove(0)));
             assert!(!row.extrapolated, "these very settings were run");
             let own_truth = Parameters {
                 dry_k: truth.dry_k[index].expect("given"),
@@ -619,7 +619,7 @@ fn scatters(sigma_wet: f64, sigma_energy: f64, tails: Tails) {
     };
     let mut rng = stream(seed_of("a_single_run_scatters_with_the_energy_kept"), "predict", 0);
     for v in [1.2, 1.4, 1.9] {
-        let row = law.predict(&SLOW, &[v]).remove(0);
+        let row = law.curve(Some(&SLOW)).predict(&[v]).remove(0);
         let kept = kept_energy(&SLOW, law.form, &truth_parameters(), v);
         let mut drawn: Vec<f64> = (0..40_000)
             .map(|_| {

@@ -292,7 +292,7 @@ fn a_band_is_of_a_new_series_or_of_the_one_that_was_measured() {
                 ..new.clone()
             };
             for (count, law, offset) in [(0, &new, SIGMA * z), (1, &own_law, measured), (2, &own_law, SIGMA * z)] {
-                let band = law.predict(&setting, &[1.2]).remove(0);
+                let band = law.curve(Some(&setting)).predict(&[1.2]).remove(0);
                 let e = (kept_energy(&setting, form, &truth, 1.2) + offset).sqrt();
                 inside[count] += usize::from((band.restitution_q05..=band.restitution_q95).contains(&e));
             }

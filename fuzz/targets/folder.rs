@@ -2,10 +2,10 @@
 //! `zarr.json`, with zero bytes between. Its first byte says whether the parts are tied to each other as ours are.
 #![no_main]
 
-use wetcor::physics::impact::Setting;
+use wetcor::physics::Setting;
 use wetcor::report::draws::tie::{Tie, STORE, TABLE};
 use wetcor::report::finished::Finished;
-use wetcor::report::prediction;
+use wetcor::report::prediction::{self, Prediction};
 use wetcor_fuzz::{folder, is_line};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
@@ -42,12 +42,16 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
                 let setting = Setting {
                     density: 2150.0,
                     diameter: 4e-3,
+                    roughness: Some(5e-6),
                     liquid_density: liquid.density_kg_m3,
                     viscosity: liquid.viscosity_pa_s,
                     film: 2e-4,
                     surface_tension: liquid.surface_tension_n_m,
                 };
-                tables.push(prediction::csv(&law.predict(&setting, &[0.05, 0.3, 2.0]))?);
+                let rows = law.curve(Some(&setting)).predict(&[0.05, 0.3, 2.0]);
+                let name = Some(liquid.name.as_str());
+                let prediction = Prediction::new(particle, name, setting.diameter, Some(&setting), rows);
+                tables.push(prediction::csv(&[prediction], finished.drawn_from(), false)?);
             }
         }
         Ok(tables.concat().to_lowercase())

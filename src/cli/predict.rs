@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use wetcor::error::{named, Error};
 use wetcor::findings::predict::{Covered, PredictedSeries};
 use wetcor::report::finished::Finished;
-use wetcor::report::prediction::{self, Origin, Pair, Prediction};
+use wetcor::report::prediction::{self, Origin, Prediction};
 use wetcor::runs::{read_settings, AskedSetting};
 use wetcor::scene::DRY;
 
@@ -66,31 +66,11 @@ const MOST_SPEEDS: usize = 100_000;
 /// Pairs that are predicted at once.
 const PAIRS_AT_ONCE: usize = 64;
 
-#[derive(Clone, Copy)]
-struct Speeds {
-    first: f64,
-    last: f64,
-    count: usize,
-}
+/// Impact speeds, m/s.
+#[derive(Clone)]
+struct Speeds(Vec<f64>);
 
-impl Speeds {
-    /// Evenly spaced, the ends themselves included.
-    fn all(self) -> Vec<f64> {
-        let last = self.count - 1;
-        let steps = last.max(1) as f64;
-        let speed = |i: usize| match i {
-            0 => self.first,
-            i if i == last => self.last,
-            i => {
-                let between = (self.first * (last - i) as f64 + self.last * i as f64) / steps;
-                // to twelve digits, as one would write it: 0.6:1.8:5 has a 0.9, not a 0.8999999999999999
-                format!("{between:.11e}").parse().unwrap_or(between)
-            }
-        };
-        (0..self.count).map(speed).collect()
-    }
-}
-
+/// So many speeds, evenly spaced, the ends themselves included.
 fn speeds(text: &str) -> Result<Speeds, String> {
     let expected = || {
         format!(
@@ -101,15 +81,24 @@ fn speeds(text: &str) -> Result<Speeds, String> {
     let [first, last, count] = parts[..] else {
         return Err(expected());
     };
-    let (Ok(first), Ok(last), Ok(count)) = (positive(first), positive(last), count.parse()) else {
+    let (Ok(first), Ok(last), Ok(count)) = (positive(first), positive(last), count.parse::<usize>()) else {
         return Err(expected());
     };
     let in_order = if count == 1 { first == last } else { first < last };
-    if in_order && (1..=MOST_SPEEDS).contains(&count) {
-        Ok(Speeds { first, last, count })
-    } else {
-        Err(expected())
+    if !in_order || !(1..=MOST_SPEEDS).contains(&count) {
+        return Err(expected());
     }
+    let end = count - 1;
+    let speed = |i: usize| {
+        let between = (first * (end - i) as f64 + last * i as f64) / end.max(1) as f64;
+        match i {
+            0 => first,
+            i if i == end => last,
+            // to twelve digits, as one would write it: 0.6:1.8:5 has a 0.9, not a 0.8999999999999999
+            _ => format!("{between:.11e}").parse().unwrap_or(between),
+        }
+    };
+    Ok(Speeds((0..count).map(speed).collect()))
 }
 
 /// A pair with the speeds asked for there.
@@ -123,7 +112,7 @@ struct Asked {
 impl Predict {
     /// What is asked for, each pair with its speeds.
     fn asked(&self) -> Result<Vec<Asked>, Error> {
-        let speeds = self.speed.map(Speeds::all);
+        let speeds = self.speed.as_ref().map(|Speeds(all)| all.clone());
         let Some(path) = &self.settings else {
             return Ok(vec![Asked {
                 line: None,
@@ -192,9 +181,9 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
             find_law(&asked.pair, &finished, request.measured_series).map_err(in_table)
         };
         let found: Vec<FoundLaw> = some.iter().map(law_of).collect::<Result<_, _>>()?;
-        let rows_of = |(asked, FoundLaw { wet, law }): (&Asked, &FoundLaw)| match wet {
-            Some(setting) => law.predict(setting, &asked.speeds),
-            None => law.predict_dry(&asked.speeds),
+        let rows_of = |(asked, found): (&Asked, &FoundLaw)| {
+            let curve = found.law.curve(found.wet.as_ref());
+            curve.predict(&asked.speeds)
         };
         let rows: Vec<_> = some.par_iter().zip(&found).map(rows_of).collect();
         for ((asked, found), rows) in some.iter().zip(&found).zip(rows) {
@@ -207,14 +196,16 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
                 Some(_) if request.measured_series => Some(PredictedSeries::Measured),
                 series => series,
             };
-            let pair = Pair {
-                particle: &asked.pair.particle,
-                liquid: asked.pair.liquid.name(),
-                diameter: asked.pair.diameter,
-                wet: found.wet,
+            let AskedPair {
+                particle,
+                liquid,
+                diameter,
+                ..
+            } = &asked.pair;
+            predictions.push(Prediction {
                 series,
-            };
-            predictions.push(Prediction { pair, rows });
+                ..Prediction::new(particle, liquid.name(), *diameter, found.wet.as_ref(), rows)
+            });
         }
     }
     let drawn_from = finished.drawn_from();
@@ -255,32 +246,32 @@ fn tell_beyond(outside: &[String]) {
 
 /// Says how many of the speeds lie beyond the runs, and where these were made.
 fn beyond_the_runs(asked: &Asked, found: &FoundLaw, beyond: usize) -> String {
-    let (of, particle) = (asked.speeds.len(), &asked.pair.particle);
-    let (law, wet) = (&found.law, found.wet.is_some());
-    let covering = |covered: &Covered| {
-        let ([least, most], [thinnest, thickest]) = (covered.stokes, covered.film_ratio);
+    let (particle, law) = (&asked.pair.particle, &found.law);
+    let speeds = |[slowest, fastest]: [f64; 2]| format!("{slowest:.3} to {fastest:.3} m/s");
+    let numbers = |Covered {
+                       stokes: [least, most],
+                       film_ratio: [thinnest, thickest],
+                   }: Covered| {
         format!("Stokes numbers {least:.1} to {most:.1} and film ratios {thinnest:.3} to {thickest:.3}")
     };
-    let own = found.wet.as_ref().and_then(|wet| law.range_in(wet));
-    let covered = match (own, law.covered.filter(|_| wet), law.dry_speeds.filter(|_| !wet)) {
-        (Some(own), ..) => {
-            let [slowest, fastest] = own.impact_speed;
-            let liquid = asked.pair.liquid.name().unwrap_or("this liquid");
-            let rest = covering(&own.covered);
-            format!("runs of {particle} in {liquid} covered {slowest:.3} to {fastest:.3} m/s, {rest}")
-        }
-        (None, Some(covered), _) if !law.ranges.is_empty() => format!(
-            "no run of {particle} was made in this liquid; in others they covered {}",
-            covering(&covered)
-        ),
-        (None, Some(covered), _) => format!("runs of {particle} covered {}", covering(&covered)),
-        (None, None, Some([slowest, fastest])) => {
-            format!("dry runs of {particle} covered speeds from {slowest:.3} to {fastest:.3} m/s")
-        }
-        (None, None, None) => {
-            let kind = if wet { "wet" } else { "dry" };
+    let covered = match (&found.wet, law.covered, law.dry_speeds) {
+        (Some(wet), Some(in_all), _) => match law.range_in(wet) {
+            Some(own) => {
+                let liquid = asked.pair.liquid.name().unwrap_or("this liquid");
+                let (speeds, numbers) = (speeds(own.impact_speed), numbers(own.covered));
+                format!("runs of {particle} in {liquid} covered {speeds}, {numbers}")
+            }
+            None if law.ranges.is_empty() => format!("runs of {particle} covered {}", numbers(in_all)),
+            None => format!(
+                "no run of {particle} was made in this liquid; in others they covered {}",
+                numbers(in_all)
+            ),
+        },
+        (None, _, Some(own)) => format!("dry runs of {particle} covered speeds from {}", speeds(own)),
+        (wet, ..) => {
+            let kind = if wet.is_some() { "wet" } else { "dry" };
             return format!("all speeds extrapolated: {particle} has no {kind} runs");
         }
     };
-    format!("{beyond} of {of} speeds extrapolated: {covered}")
+    format!("{beyond} of {} speeds extrapolated: {covered}", asked.speeds.len())
 }

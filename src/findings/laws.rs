@@ -10,16 +10,14 @@ use serde::Serialize;
 use super::document::Findings;
 use super::main_numbers::Source;
 use super::posterior::Posterior;
-use super::predict::ParticleLaw;
+use super::predict::{Curve, ParticleLaw};
 use super::quantities::{variables, PARAMETERS};
 use super::range::range;
 use super::series::SeriesFit;
 use super::verdicts::quotable;
-use crate::inference::diagnostics::quantile;
 use crate::physics::jet::{Jet, Number};
-use crate::physics::numbers::stokes;
 use crate::physics::quantity::{Place, Quantity, Wetted};
-use crate::physics::{DrySpeed, LawNumbers, Plateau, Restitution};
+use crate::physics::{DrySpeed, LawNumbers, Plateau, Restitution, Setting};
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
@@ -39,17 +37,6 @@ pub enum LawKind {
     Impact,
     /// e = e_dry(v)
     Dry,
-}
-
-impl LawKind {
-    /// Its word in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            LawKind::Reference => "reference",
-            LawKind::Impact => "impact",
-            LawKind::Dry => "dry",
-        }
-    }
 }
 
 /// The law of one pair. Field names are those of `findings.json`.
@@ -141,10 +128,11 @@ pub(crate) fn numbers_of_series(
     }
     let model = &scene.model;
     let (alpha, order) = (fit.alpha.value?, model.form().dry);
-    let own = (model.dry_speed == DrySpeed::Impact).then(|| dry_k(findings, series.sphere));
-    let plateau = match own.flatten() {
+    let mut dry = findings.dry.iter().filter(|_| model.dry_speed == DrySpeed::Impact);
+    let dry = dry.find(|dry| dry.sphere == series.sphere);
+    let plateau = match dry.and_then(|dry| dry.dry_k.value) {
         None => Plateau::Constant(alpha),
-        Some((dry_k, _)) => {
+        Some(dry_k) => {
             let at_reference = LawNumbers::dry(dry_k, order).plateau_at(model.dry_speed.reference());
             let loss = at_reference - alpha;
             Plateau::OfSpeed { dry_k, order, loss }
@@ -157,10 +145,38 @@ pub(crate) fn numbers_of_series(
     })
 }
 
-/// k of a sphere by least squares, with its standard error.
-fn dry_k(findings: &Findings, sphere: usize) -> Option<(f64, Option<f64>)> {
-    let dry = findings.dry.iter().find(|dry| dry.sphere == sphere)?;
-    Some((dry.dry_k.value?, dry.dry_k.se))
+/// A sphere on the dry plate, or in one of its series.
+#[derive(Clone, Copy)]
+pub(crate) struct Pair<'a> {
+    pub sphere: usize,
+    /// with its fit; `None`: the dry plate
+    pub series: Option<(&'a Series, &'a SeriesFit)>,
+}
+
+impl<'a> Pair<'a> {
+    /// The dry pair of a sphere, then those of its series.
+    pub fn of_sphere(sphere: usize, runs: &'a Runs, findings: &'a Findings) -> impl Iterator<Item = Pair<'a>> {
+        let of_series = runs.series.iter().zip(&findings.series);
+        let wet = of_series.filter(move |(series, _)| series.sphere == sphere).map(Some);
+        std::iter::once(None)
+            .chain(wet)
+            .map(move |series| Pair { sphere, series })
+    }
+
+    /// The wetted plate; `None`: the dry one.
+    pub fn setting(&self, scene: &Scene) -> Option<Setting> {
+        let (own, _) = self.series?;
+        Some(scene.setting(own.particle, own.liquid, own.diameter, own.film))
+    }
+
+    /// Its law by least squares; `None` without a usable one.
+    pub fn fitted(&self, scene: &Scene, findings: &Findings) -> Option<LawNumbers> {
+        if let Some((series, fit)) = self.series {
+            return numbers_of_series(scene, findings, series, fit);
+        }
+        let dry = findings.dry.iter().find(|dry| dry.sphere == self.sphere)?;
+        Some(LawNumbers::dry(dry.dry_k.value?, scene.model.form().dry))
+    }
 }
 
 /// The law of every pair: of each sphere the dry one, then those of its series.
@@ -169,17 +185,14 @@ pub fn list_laws(scene: &Scene, runs: &Runs, findings: &Findings, posterior: Opt
         scene,
         runs,
         findings,
+        reference: scene.model.dry_speed.reference(),
         quotable: quotable(&findings.verdicts),
     };
     let of_sphere = |sphere: usize| {
         let law = posterior.map(|posterior| posterior.law(scene, runs, sphere, DRAWS));
-        let of_series = (0..runs.series.len()).filter(|place| runs.series[*place].sphere == sphere);
-        let wet = of_series.map(|place| listing.wet(place, law.as_ref()));
-        listing
-            .dry(sphere, law.as_ref())
-            .into_iter()
-            .chain(wet)
-            .collect::<Vec<PairLaw>>()
+        let pairs = Pair::of_sphere(sphere, runs, findings);
+        let laws = pairs.filter_map(|pair| listing.law(pair, law.as_ref()));
+        laws.collect::<Vec<PairLaw>>()
     };
     let spheres = (0..runs.spheres.len()).into_par_iter();
     spheres.flat_map_iter(of_sphere).collect()
@@ -190,260 +203,175 @@ struct Listing<'a> {
     scene: &'a Scene,
     runs: &'a Runs,
     findings: &'a Findings,
+    /// the reference dry speed, m/s
+    reference: f64,
     quotable: bool,
 }
 
+/// The numbers of a law, from draws or a fit.
+struct Found {
+    numbers: LawNumbers,
+    covariance: Option<LawCovariance>,
+    dry_k_se: Option<f64>,
+}
+
 impl Listing<'_> {
-    /// The dry law of a sphere; `None` where nothing tells its k.
-    fn dry(&self, sphere: usize, law: Option<&ParticleLaw>) -> Option<PairLaw> {
+    /// The law of a series, or the dry one of a sphere; `None` of a sphere where nothing tells its k.
+    fn law(&self, pair: Pair, law: Option<&ParticleLaw>) -> Option<PairLaw> {
         let Listing { scene, runs, .. } = self;
-        let order = scene.model.form().dry;
-        let (k, se, source) = match law {
-            Some(law) => {
-                let k = law.draws.iter().map(|draw| [draw.parameters.dry_k; 2]);
-                let ([k, _], [[variance, _], _]) = moments(k.collect::<Vec<_>>().as_slice());
-                (k, Some(variance.sqrt()), Source::Posterior)
-            }
+        let (own, fit) = pair.series.unzip();
+        let (sphere, setting) = (runs.spheres[pair.sphere], pair.setting(scene));
+        let per_speed = setting.map(|setting| setting.stokes(1.0));
+        let curve = law.map(|law| law.curve(setting.as_ref()));
+        let (found, source, stands) = match &curve {
+            Some(curve) => (Some(self.of_draws(curve, per_speed)), Source::Posterior, true),
+            None => self.of_fits(pair, per_speed)?,
+        };
+        let numbers = found.as_ref().map(|found| found.numbers);
+        let wet = numbers.filter(|_| own.is_some());
+        let of_speed = numbers.and_then(|numbers| match numbers.plateau {
+            Plateau::Constant(_) => None,
+            Plateau::OfSpeed { dry_k, order, loss } => Some((dry_k, order, loss)),
+        });
+        let kind = match (own, numbers) {
+            (None, _) => LawKind::Dry,
+            (Some(_), None) if scene.model.dry_speed == DrySpeed::Impact => LawKind::Impact,
+            (Some(_), _) if of_speed.is_some() => LawKind::Impact,
+            (Some(_), _) => LawKind::Reference,
+        };
+        let alpha = wet.map(|numbers| numbers.plateau_at(self.reference));
+        let [e_inf, st_c] = match wet {
+            Some(numbers) => self
+                .follow(&numbers, per_speed)
+                .map(|x| Some(x).filter(|x| x.is_finite())),
+            None => [None; 2],
+        };
+        let speeds = match own {
+            Some(own) => range(runs.impact_speed[own.runs()].iter().copied()),
             None => {
-                let (k, se) = dry_k(self.findings, sphere)?;
-                (k, se, Source::DryLaw)
+                let groups = runs.dry_of(pair.sphere).iter();
+                range(groups.flat_map(|group| &runs.impact_speed[group.runs()]).copied())
             }
         };
-        let fit = self.findings.dry.iter().find(|dry| dry.sphere == sphere);
-        let stands = law.is_some() || fit.is_some_and(|fit| fit.verdict.passed);
-        let groups = runs.dry_of(sphere).iter();
-        let speeds = range(groups.flat_map(|group| &runs.impact_speed[group.runs()]).copied());
-        let curves = law.map(ParticleLaw::dry_restitutions);
-        let numbers = LawNumbers::dry(k, order);
-        let own = runs.spheres[sphere];
+        let kappa = wet.map(|wet| wet.kappa);
+        let in_table = numbers.filter(|own| kind != LawKind::Reference || own.kappa != 0.0);
+        let order = of_speed.map(|(_, order, _)| order.number());
         Some(PairLaw {
-            diameter_m: own.diameter,
+            particle: scene.particles[sphere.particle].name.clone(),
+            liquid: own.map(|own| scene.liquids[own.liquid].name.clone()),
+            diameter_m: own.map_or(sphere.diameter, |own| Some(own.diameter)),
+            film_m: own.map(|own| own.film),
+            film_ratio: own.map(|own| own.film_ratio),
+            law: kind,
+            formula: formula(kind, order, kappa),
+            dry_k: of_speed.map(|(dry_k, ..)| dry_k),
+            dry_k_se: of_speed.and(found.as_ref()).and_then(|found| found.dry_k_se),
+            dry_order: order,
+            inertial_loss: of_speed.filter(|_| wet.is_some()).map(|(_, _, loss)| loss),
+            alpha,
+            beta: wet.map(|wet| wet.beta),
+            kappa,
+            threshold_speed_m_s: numbers.map(|own| own.threshold_speed()).filter(|v| v.is_finite()),
+            e_inf,
+            st_c,
+            stokes_per_m_s: per_speed,
+            covariance: found.and_then(|found| found.covariance),
+            speeds,
+            stokes: own.and_then(|own| range(own.runs().map(|run| 1.0 / runs.inverse_stokes(run)))),
             source,
             quotable: self.quotable && stands,
-            dry_k: Some(k),
-            dry_k_se: se,
-            dry_order: Some(order.number()),
-            threshold_speed_m_s: Some(0.0),
-            table: table(numbers, curves.as_deref(), speeds),
-            speeds,
-            ..PairLaw::empty(&scene.particles[own.particle].name, LawKind::Dry)
+            why_none: fit.filter(|_| numbers.is_none()).map(|fit| fit.verdict.reason.clone()),
+            table: in_table.map_or(vec![], |numbers| table(numbers, curve.as_ref(), speeds)),
         })
     }
 
-    /// The law of a series.
-    fn wet(&self, place: usize, law: Option<&ParticleLaw>) -> PairLaw {
-        let Listing {
-            scene, runs, findings, ..
-        } = self;
-        let series = &runs.series[place];
-        let particle = &scene.particles[series.particle];
-        let liquid = &scene.liquids[series.liquid];
-        let speeds = range(runs.impact_speed[series.runs()].iter().copied());
-        let kind = match scene.model.dry_speed {
-            DrySpeed::Reference(_) => LawKind::Reference,
-            DrySpeed::Impact => LawKind::Impact,
+    /// What least squares found, where that comes from, and whether it is usable; `None` of a sphere without a k.
+    fn of_fits(&self, pair: Pair, per_speed: Option<f64>) -> Option<(Option<Found>, Source, bool)> {
+        let dry = self.findings.dry.iter().find(|dry| dry.sphere == pair.sphere);
+        let covariance = pair.series.and_then(|(_, fit)| fit.covariance);
+        let found = pair.fitted(self.scene, self.findings).map(|numbers| Found {
+            numbers,
+            covariance: covariance.map(|own| self.carried(numbers, own, per_speed)),
+            dry_k_se: dry.and_then(|dry| dry.dry_k.se),
+        });
+        match pair.series {
+            Some((_, fit)) => Some((found, Source::SquareRootLaw, fit.verdict.passed)),
+            None => Some((Some(found?), Source::DryLaw, dry?.verdict.passed)),
+        }
+    }
+
+    /// e_inf and St_c that follow from α and β.
+    fn follow(&self, numbers: &LawNumbers, per_speed: Option<f64>) -> [f64; 2] {
+        e_inf_and_st_c(
+            numbers.plateau_at(self.reference),
+            numbers.beta,
+            per_speed.unwrap_or(f64::NAN),
+        )
+    }
+
+    /// The covariance of a fit's α and β, and what it carries on to e_inf and St_c.
+    fn carried(&self, numbers: LawNumbers, alpha_beta: [[f64; 2]; 2], per_speed: Option<f64>) -> LawCovariance {
+        let [alpha, beta] = variables([numbers.plateau_at(self.reference), numbers.beta]);
+        let follows = e_inf_and_st_c(alpha, beta, per_speed.unwrap_or(f64::NAN));
+        let slopes = follows.map(|x: Jet<PARAMETERS>| x.slopes);
+        let product = |i: usize, j: usize| {
+            let terms = (0..2).flat_map(|a| (0..2).map(move |b| (a, b)));
+            terms
+                .map(|(a, b)| slopes[i][a] * alpha_beta[a][b] * slopes[j][b])
+                .sum::<f64>()
         };
-        let pair = PairLaw {
-            liquid: Some(liquid.name.clone()),
-            diameter_m: Some(series.diameter),
-            film_m: Some(series.film),
-            film_ratio: Some(series.film_ratio),
-            stokes_per_m_s: Some(stokes(particle.density, series.diameter, 1.0, liquid.viscosity)),
-            stokes: range(series.runs().map(|run| 1.0 / runs.inverse_stokes(run))),
-            speeds,
-            ..PairLaw::empty(&particle.name, kind)
+        let all: [[f64; 2]; 2] = std::array::from_fn(|i| std::array::from_fn(|j| product(i, j)));
+        LawCovariance {
+            alpha_beta,
+            e_inf_st_c: Some(all).filter(|all| all.iter().flatten().all(|x| x.is_finite())),
+        }
+    }
+
+    /// Means and covariances of the numbers of all draws.
+    fn of_draws(&self, curve: &Curve, per_speed: Option<f64>) -> Found {
+        let all = curve.numbers();
+        let kept = |numbers: &LawNumbers| match numbers.plateau {
+            Plateau::Constant(alpha) => [alpha, 0.0],
+            Plateau::OfSpeed { dry_k, loss, .. } => [loss, dry_k],
         };
-        match law {
-            Some(law) => {
-                let setting = scene.setting(series.particle, series.liquid, series.diameter, series.film);
-                let curves = law.restitutions(&setting);
-                let all: Vec<LawNumbers> = curves.iter().map(Restitution::numbers).collect();
-                PairLaw {
-                    quotable: self.quotable,
-                    source: Source::Posterior,
-                    ..pair.with_draws(&all, scene.model.dry_speed.reference(), &curves)
-                }
-            }
-            None => {
-                let fit = &findings.series[place];
-                let pair = PairLaw {
-                    quotable: self.quotable && fit.verdict.passed,
-                    source: Source::SquareRootLaw,
-                    ..pair
-                };
-                let Some(numbers) = numbers_of_series(scene, findings, series, fit) else {
-                    let why_none = fit.verdict.reason.clone();
-                    return PairLaw {
-                        why_none: Some(why_none),
-                        ..pair
-                    };
-                };
-                let se = dry_k(findings, series.sphere).and_then(|(_, se)| se);
-                pair.with_fit(numbers, scene.model.dry_speed.reference(), fit.covariance, se)
-            }
+        let of = |of: &dyn Fn(&LawNumbers) -> [f64; 2]| moments(&all.iter().map(of).collect::<Vec<_>>());
+        let ([kept, dry_k], [_, [_, variance]]) = of(&kept);
+        let ([beta, kappa], _) = of(&|numbers| [numbers.beta, numbers.kappa]);
+        let plateau = match all.first().map(|first| first.plateau) {
+            Some(Plateau::OfSpeed { order, .. }) => Plateau::OfSpeed {
+                dry_k,
+                order,
+                loss: kept,
+            },
+            _ => Plateau::Constant(kept),
+        };
+        let covariance = per_speed.map(|_| LawCovariance {
+            alpha_beta: of(&|numbers| [numbers.plateau_at(self.reference), numbers.beta]).1,
+            e_inf_st_c: Some(of(&|numbers| self.follow(numbers, per_speed)).1)
+                .filter(|all| all.iter().flatten().all(|x| x.is_finite())),
+        });
+        Found {
+            numbers: LawNumbers { plateau, beta, kappa },
+            covariance,
+            dry_k_se: Some(variance.sqrt()),
         }
     }
 }
 
-impl PairLaw {
-    fn empty(particle: &str, law: LawKind) -> PairLaw {
-        PairLaw {
-            particle: particle.to_owned(),
-            liquid: None,
-            diameter_m: None,
-            film_m: None,
-            film_ratio: None,
-            law,
-            formula: String::new(),
-            dry_k: None,
-            dry_k_se: None,
-            dry_order: None,
-            inertial_loss: None,
-            alpha: None,
-            beta: None,
-            kappa: None,
-            threshold_speed_m_s: None,
-            e_inf: None,
-            st_c: None,
-            stokes_per_m_s: None,
-            covariance: None,
-            speeds: None,
-            stokes: None,
-            source: Source::Posterior,
-            quotable: false,
-            why_none: None,
-            table: vec![],
-        }
-        .with_formula()
-    }
-
-    /// The formula in the letters of the other fields.
-    fn with_formula(mut self) -> PairLaw {
-        let kappa = if self.kappa.is_some_and(|kappa| kappa != 0.0) {
-            " - kappa/v^2"
-        } else {
-            ""
-        };
-        let dry = match self.dry_order {
-            Some(2) => "1 - dry_k v^(1/5) + (3/5) dry_k^2 v^(2/5)",
-            _ => "1 - dry_k v^(1/5)",
-        };
-        self.formula = match self.law {
-            LawKind::Dry => format!("e = {dry}"),
-            LawKind::Reference => format!("e = sqrt(alpha + beta/v{kappa})"),
-            LawKind::Impact => format!("e = sqrt(({dry})^2 - inertial_loss + beta/v{kappa})"),
-        };
-        self
-    }
-
-    /// The same with its numbers; those that follow from α and β among them.
-    fn with_numbers(self, numbers: LawNumbers, reference: f64) -> PairLaw {
-        let alpha = numbers.plateau_at(reference);
-        let per_speed = self.stokes_per_m_s.unwrap_or(f64::NAN);
-        let [e_inf, st_c] = e_inf_and_st_c(alpha, numbers.beta, per_speed).map(|x| Some(x).filter(|x| x.is_finite()));
-        let threshold = numbers.threshold_speed();
-        let (law, dry_k, dry_order, inertial_loss) = match numbers.plateau {
-            Plateau::Constant(_) => (LawKind::Reference, None, None, None),
-            Plateau::OfSpeed { dry_k, order, loss } => (LawKind::Impact, Some(dry_k), Some(order.number()), Some(loss)),
-        };
-        PairLaw {
-            law,
-            dry_k,
-            dry_order,
-            inertial_loss,
-            alpha: Some(alpha),
-            beta: Some(numbers.beta),
-            kappa: Some(numbers.kappa),
-            threshold_speed_m_s: Some(threshold).filter(|v| v.is_finite()),
-            e_inf,
-            st_c,
-            ..self
-        }
-        .with_formula()
-    }
-
-    /// The same with the numbers that a fit by least squares has.
-    fn with_fit(
-        self,
-        numbers: LawNumbers,
-        reference: f64,
-        covariance: Option<[[f64; 2]; 2]>,
-        dry_k_se: Option<f64>,
-    ) -> PairLaw {
-        let per_speed = self.stokes_per_m_s.unwrap_or(f64::NAN);
-        let [alpha, beta] = variables([numbers.plateau_at(reference), numbers.beta]);
-        let follows = e_inf_and_st_c(alpha, beta, per_speed);
-        let carried = |covariance: &[[f64; 2]; 2]| {
-            let slopes = follows.map(|x: Jet<PARAMETERS>| x.slopes);
-            let product = |i: usize, j: usize| {
-                let terms = (0..2).flat_map(|a| (0..2).map(move |b| (a, b)));
-                terms
-                    .map(|(a, b)| slopes[i][a] * covariance[a][b] * slopes[j][b])
-                    .sum::<f64>()
-            };
-            let all: [[f64; 2]; 2] = std::array::from_fn(|i| std::array::from_fn(|j| product(i, j)));
-            all.iter().flatten().all(|x| x.is_finite()).then_some(all)
-        };
-        let covariance = covariance.map(|alpha_beta| LawCovariance {
-            alpha_beta,
-            e_inf_st_c: carried(&alpha_beta),
-        });
-        let mut pair = self.with_numbers(numbers, reference);
-        pair.covariance = covariance;
-        pair.dry_k_se = dry_k_se.filter(|_| pair.dry_k.is_some());
-        pair.table = pair.own_table(numbers, None);
-        pair
-    }
-
-    /// The same with the means of the numbers of all draws.
-    fn with_draws(self, all: &[LawNumbers], reference: f64, curves: &[Restitution]) -> PairLaw {
-        let per_speed = self.stokes_per_m_s.unwrap_or(f64::NAN);
-        let mean = |of: &dyn Fn(&LawNumbers) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-        let of_speed = |numbers: &LawNumbers| match numbers.plateau {
-            Plateau::Constant(alpha) => [alpha, 0.0],
-            Plateau::OfSpeed { dry_k, loss, .. } => [loss, dry_k],
-        };
-        let [kept, dry_k] = [0, 1].map(|place| mean(&|numbers| of_speed(numbers)[place]));
-        let numbers = LawNumbers {
-            plateau: match all.first().map(|first| first.plateau) {
-                Some(Plateau::OfSpeed { order, .. }) => Plateau::OfSpeed {
-                    dry_k,
-                    order,
-                    loss: kept,
-                },
-                _ => Plateau::Constant(kept),
-            },
-            beta: mean(&|numbers| numbers.beta),
-            kappa: mean(&|numbers| numbers.kappa),
-        };
-        let alpha_beta: Vec<[f64; 2]> = all
-            .iter()
-            .map(|numbers| [numbers.plateau_at(reference), numbers.beta])
-            .collect();
-        let follows: Vec<[f64; 2]> = alpha_beta
-            .iter()
-            .map(|[alpha, beta]| e_inf_and_st_c(*alpha, *beta, per_speed))
-            .collect();
-        let (_, e_inf_st_c) = moments(&follows);
-        let of_k: Vec<[f64; 2]> = all.iter().map(of_speed).collect();
-        let (_, [_, [_, variance]]) = moments(&of_k);
-        let covariance = LawCovariance {
-            alpha_beta: moments(&alpha_beta).1,
-            e_inf_st_c: Some(e_inf_st_c).filter(|all| all.iter().flatten().all(|x| x.is_finite())),
-        };
-        let mut pair = self.with_numbers(numbers, reference);
-        pair.covariance = Some(covariance);
-        pair.dry_k_se = pair.dry_k.map(|_| variance.sqrt());
-        pair.table = pair.own_table(numbers, Some(curves));
-        pair
-    }
-
-    /// Its table, where e is not √(α + β/v).
-    fn own_table(&self, numbers: LawNumbers, curves: Option<&[Restitution]>) -> Vec<LawPoint> {
-        if self.law == LawKind::Reference && numbers.kappa == 0.0 {
-            return vec![];
-        }
-        table(numbers, curves, self.speeds)
+/// How e depends on the speed, in the names of the columns.
+fn formula(kind: LawKind, dry_order: Option<u8>, kappa: Option<f64>) -> String {
+    let kappa = match kappa {
+        Some(kappa) if kappa != 0.0 => " - kappa/v^2",
+        _ => "",
+    };
+    let dry = match dry_order {
+        Some(2) => "1 - dry_k v^(1/5) + (3/5) dry_k^2 v^(2/5)",
+        _ => "1 - dry_k v^(1/5)",
+    };
+    match kind {
+        LawKind::Dry => format!("e = {dry}"),
+        LawKind::Reference => format!("e = sqrt(alpha + beta/v{kappa})"),
+        LawKind::Impact => format!("e = sqrt(({dry})^2 - inertial_loss + beta/v{kappa})"),
     }
 }
 
@@ -465,20 +393,19 @@ fn moments(pairs: &[[f64; 2]]) -> ([f64; 2], [[f64; 2]; 2]) {
 }
 
 /// A law at even speeds between those of its runs.
-fn table(numbers: LawNumbers, curves: Option<&[Restitution]>, speeds: Option<[f64; 2]>) -> Vec<LawPoint> {
+fn table(numbers: LawNumbers, curve: Option<&Curve>, speeds: Option<[f64; 2]>) -> Vec<LawPoint> {
     let Some([slowest, fastest]) = speeds else {
         return vec![];
     };
     let law = Restitution::from(numbers);
     let count = if slowest < fastest { SPEEDS } else { 1 };
     let point = |place: usize| {
-        let share = place as f64 / (SPEEDS - 1) as f64;
-        let v = slowest + share * (fastest - slowest);
-        let sorted = curves.map(|curves| quantile::sorted(curves.iter().map(|curve| curve.at(v)).collect()));
+        let v = slowest + place as f64 / (SPEEDS - 1) as f64 * (fastest - slowest);
+        let at = curve.map(|curve| curve.at(v));
         LawPoint {
             impact_speed: v,
             restitution: law.at(v),
-            band: sorted.map(|sorted| [0.05, 0.95].map(|p| quantile::of_sorted(&sorted, p))),
+            band: at.map(|at| [at.q05, at.q95]),
         }
     };
     (0..count).map(point).collect()

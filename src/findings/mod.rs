@@ -83,7 +83,7 @@ pub mod predict;
 pub mod published;
 mod quantities;
 pub mod questions;
-mod range;
+pub(crate) mod range;
 mod repeats;
 pub mod scaling;
 pub mod series;

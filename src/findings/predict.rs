@@ -118,15 +118,13 @@ impl Basis {
                 density_kg_m3: particle.density,
                 roughness_m: particle.roughness,
                 dry_k_diameters_m: diameters_with_k(runs, index),
-                covered: covered(runs, index, None),
+                covered: covered(runs, index, None).map(|(covered, _)| covered),
                 covered_in: (0..scene.liquids.len())
                     .filter_map(|liquid| {
-                        let Covered { stokes, film_ratio } = covered(runs, index, Some(liquid))?;
-                        let speeds = series_in(runs, index, Some(liquid))
-                            .flat_map(|series| series.runs().map(|run| runs.impact_speed[run]));
+                        let (Covered { stokes, film_ratio }, speeds) = covered(runs, index, Some(liquid))?;
                         Some(CoveredIn {
                             liquid: scene.liquids[liquid].name.clone(),
-                            impact_speed_m_s: range(speeds)?,
+                            impact_speed_m_s: speeds,
                             stokes,
                             film_ratio,
                         })
@@ -170,18 +168,16 @@ fn diameters_with_k(runs: &Runs, particle: usize) -> Vec<f64> {
     spheres.iter().filter_map(|sphere| sphere.diameter).collect()
 }
 
-/// The series of a particle in a liquid; `None`: in all of them.
-fn series_in(runs: &Runs, particle: usize, liquid: Option<usize>) -> impl Iterator<Item = &Series> + Clone {
-    let all = runs.series_in(runs.spheres_of(particle)).iter();
-    all.filter(move |series| liquid.is_none_or(|liquid| series.liquid == liquid))
-}
-
-fn covered(runs: &Runs, particle: usize, liquid: Option<usize>) -> Option<Covered> {
-    let numbers = |run: usize| (1.0 / runs.inverse_stokes(run), runs.impacts.film_ratio[run]);
-    let all = series_in(runs, particle, liquid).flat_map(|series| series.runs().map(numbers));
-    let stokes = range(all.clone().map(|(stokes, _)| stokes))?;
-    let film_ratio = range(all.map(|(_, film_ratio)| film_ratio))?;
-    Some(Covered { stokes, film_ratio })
+/// What the wet runs of a particle covered in a liquid, and between which speeds, m/s; `None`: in all liquids.
+fn covered(runs: &Runs, particle: usize, liquid: Option<usize>) -> Option<(Covered, [f64; 2])> {
+    let series = runs.series_in(runs.spheres_of(particle)).iter();
+    let own = series.filter(|series| liquid.is_none_or(|liquid| series.liquid == liquid));
+    let range_of = |number: &dyn Fn(usize) -> f64| range(own.clone().flat_map(Series::runs).map(number));
+    let covered = Covered {
+        stokes: range_of(&|run| 1.0 / runs.inverse_stokes(run))?,
+        film_ratio: range_of(&|run| runs.impacts.film_ratio[run])?,
+    };
+    Some((covered, range_of(&|run| runs.impact_speed[run])?))
 }
 
 fn dry_speeds(runs: &Runs, particle: usize) -> impl Iterator<Item = f64> + '_ {
@@ -246,16 +242,6 @@ pub enum PredictedSeries {
     Measured,
 }
 
-impl PredictedSeries {
-    /// Its word in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            PredictedSeries::New => "new",
-            PredictedSeries::Measured => "measured",
-        }
-    }
-}
-
 /// The offset of a new series that a draw is given, by its number from 0: quantiles of the normal of this sd, as evenly
 /// spread over any stretch of the draws as can be.
 pub fn offset_of_new_series(draw: usize, sigma_series: f64) -> f64 {
@@ -298,34 +284,23 @@ pub struct Predicted {
     /// whether the speed, the Stokes number or the film ratio lies outside what the particle's runs in the liquid covered; of
     /// a dry impact the speed
     pub extrapolated: bool,
-}
-
-/// Between which restitutions all but 5 % on each side lie at one impact speed; below 0: 0, no rebound.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PredictedBand {
-    /// v
-    pub impact_speed: f64,
-    /// 5 % and 95 % points of the curve, from the parameters' uncertainty alone
-    pub curve: [f64; 2],
-    /// 5 % and 95 % points of a single run, before the smallest restitution that is told from sticking cuts them
-    pub run: [f64; 2],
+    /// why numbers are missing, if any are
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why_none: Option<&'static str>,
 }
 
 impl ParticleLaw {
-    /// Predictions at impact speeds above zero, m/s, in their order.
-    pub fn predict(&self, setting: &Setting, impact_speeds: &[f64]) -> Vec<Predicted> {
-        let curves = self.curves(setting);
-        let speeds = impact_speeds.par_iter();
-        let numbers = |v: f64| [setting.stokes(v), setting.reynolds(v)];
-        let at = |v: &f64| self.at(&curves, *v, Some(numbers(*v)), self.holds(Some(setting), *v));
-        speeds.map(at).collect()
-    }
-
-    /// Predictions of dry impacts at speeds above zero, m/s, in their order.
-    pub fn predict_dry(&self, impact_speeds: &[f64]) -> Vec<Predicted> {
-        let curves = self.dry_curves();
-        let at = |v: &f64| self.at(&curves, *v, None, self.holds(None, *v));
-        impact_speeds.par_iter().map(at).collect()
+    /// e(v) on a wetted plate; `None`: on the dry one.
+    pub fn curve(&self, wet: Option<&Setting>) -> Curve<'_> {
+        let of = |draw: &Draw| match wet {
+            Some(setting) => Restitution::new(setting, self.form, &draw.parameters).with_offset(draw.series_offset),
+            None => LawNumbers::dry(draw.parameters.dry_k, self.form.dry).into(),
+        };
+        Curve {
+            law: self,
+            wet: wet.copied(),
+            restitutions: self.draws.iter().map(of).collect(),
+        }
     }
 
     /// What the runs in the liquid of a setting covered; `None` where none was made in it.
@@ -347,130 +322,16 @@ impl ParticleLaw {
         let own = self.range_in(setting);
         own.is_some_and(|own| is_within(own.impact_speed, v) && inside(&own.covered))
     }
-
-    /// Bands at impact speeds above zero, m/s, in their order.
-    pub fn bands(&self, setting: &Setting, impact_speeds: &[f64]) -> Vec<PredictedBand> {
-        const ENDS: [f64; 2] = [0.05, 0.95];
-        /// single runs take every so many of the draws: their noise smooths what a curve's quantile needs all draws for
-        const SPARSER: usize = 8;
-        let curves = self.curves(setting);
-        let band = |v: &f64| {
-            let e = quantile::sorted(curves.iter().map(|(curve, _)| curve.at(*v)).collect());
-            let run = SingleRun::new(curves.iter().step_by(SPARSER), *v, 0.0);
-            PredictedBand {
-                impact_speed: *v,
-                curve: ENDS.map(|probability| quantile::of_sorted(&e, probability)),
-                run: ENDS.map(|probability| run.quantile(probability)),
-            }
-        };
-        impact_speeds.par_iter().map(band).collect()
-    }
-
-    /// The curve of each draw.
-    pub fn restitutions(&self, setting: &Setting) -> Vec<Restitution> {
-        self.curves(setting).into_iter().map(|(curve, _)| curve).collect()
-    }
-
-    /// The curve alone, to be read at one speed after the other; `None`: of dry impacts.
-    pub fn curve(&self, wet: Option<&Setting>) -> PredictedCurve<'_> {
-        PredictedCurve {
-            law: self,
-            wet: wet.copied(),
-            curves: match wet {
-                Some(setting) => self.restitutions(setting),
-                None => self.dry_restitutions(),
-            },
-        }
-    }
-
-    /// The curve of dry impacts of each draw.
-    pub fn dry_restitutions(&self) -> Vec<Restitution> {
-        self.dry_curves().into_iter().map(|(curve, _)| curve).collect()
-    }
-
-    /// The curve of dry impacts of each draw, with its noise.
-    fn dry_curves(&self) -> Vec<(Restitution, DrawNoise)> {
-        let of = |draw: &Draw| {
-            let curve = LawNumbers::dry(draw.parameters.dry_k, self.form.dry).into();
-            let noise = DrawNoise {
-                sigma: draw.sigma_dry.max(NO_SPREAD),
-                sigma_energy: 0.0,
-                tails: draw.tails,
-            };
-            (curve, noise)
-        };
-        self.draws.iter().map(of).collect()
-    }
-
-    /// The curve of each draw, with its noise.
-    fn curves(&self, setting: &Setting) -> Vec<(Restitution, DrawNoise)> {
-        let of = |draw: &Draw| {
-            let curve = Restitution::new(setting, self.form, &draw.parameters).with_offset(draw.series_offset);
-            let noise = DrawNoise {
-                sigma: draw.sigma_wet.max(NO_SPREAD),
-                sigma_energy: draw.sigma_energy,
-                tails: draw.tails,
-            };
-            (curve, noise)
-        };
-        self.draws.iter().map(of).collect()
-    }
-
-    fn at(&self, curves: &[(Restitution, DrawNoise)], v: f64, numbers: Option<[f64; 2]>, holds: bool) -> Predicted {
-        let sorted = |of: &dyn Fn(&Restitution) -> f64| quantile::sorted(curves.iter().map(|(c, _)| of(c)).collect());
-        let e = sorted(&|curve| curve.at(v));
-        let slopes = sorted(&|curve| curve.log_slope(v).unwrap_or(f64::INFINITY));
-        let run = SingleRun::new(curves.iter(), v, self.smallest_restitution);
-        Predicted {
-            impact_speed_m_s: v,
-            stokes: numbers.map(|[stokes, _]| stokes),
-            reynolds: numbers.map(|[_, reynolds]| reynolds),
-            restitution: quantile::of_sorted(&e, 0.5),
-            restitution_q05: quantile::of_sorted(&e, 0.05),
-            restitution_q25: quantile::of_sorted(&e, 0.25),
-            restitution_q75: quantile::of_sorted(&e, 0.75),
-            restitution_q95: quantile::of_sorted(&e, 0.95),
-            run_q05: run.quantile(0.05),
-            run_q25: run.quantile(0.25),
-            run_q75: run.quantile(0.75),
-            run_q95: run.quantile(0.95),
-            stuck_probability: run.stuck,
-            log_slope: Some(quantile::of_sorted(&slopes, 0.5)).filter(|slope| slope.is_finite()),
-            extrapolated: !holds,
-        }
-    }
 }
 
-/// The curve of a pair without the scatter of single runs.
+/// e(v) of a particle on a plate under every draw of its law, and single runs about it. Speeds are in m/s and above zero.
 #[derive(Debug)]
-pub struct PredictedCurve<'a> {
+pub struct Curve<'a> {
     law: &'a ParticleLaw,
+    /// the wetted plate; `None`: a dry one
     wet: Option<Setting>,
     /// of each draw
-    curves: Vec<Restitution>,
-}
-
-impl PredictedCurve<'_> {
-    /// Median, ends of the 90 % band and whether that is extrapolated, at an impact speed above zero, m/s.
-    pub fn at(&self, v: f64) -> PredictedPoint {
-        let sorted = quantile::sorted(self.curves.iter().map(|curve| curve.at(v)).collect());
-        let [q05, q50, q95] = [0.05, 0.5, 0.95].map(|p| quantile::of_sorted(&sorted, p));
-        PredictedPoint {
-            q05,
-            q50,
-            q95,
-            extrapolated: !self.law.holds(self.wet.as_ref(), v),
-        }
-    }
-
-    /// Median of d ln e/d ln v there; infinite where half of the draws or more do not rebound.
-    pub fn log_slope(&self, v: f64) -> f64 {
-        let slopes = self
-            .curves
-            .iter()
-            .map(|curve| curve.log_slope(v).unwrap_or(f64::INFINITY));
-        quantile::of_sorted(&quantile::sorted(slopes.collect()), 0.5)
-    }
+    restitutions: Vec<Restitution>,
 }
 
 /// A curve at one speed.
@@ -486,77 +347,133 @@ pub struct PredictedPoint {
     pub extrapolated: bool,
 }
 
-/// A spread that no restitution shows, in place of none: a distribution over the draws stays one that can be solved for.
-const NO_SPREAD: f64 = 1e-9;
+impl Curve<'_> {
+    /// The law of each draw in numbers.
+    pub fn numbers(&self) -> Vec<LawNumbers> {
+        self.restitutions.iter().map(Restitution::numbers).collect()
+    }
 
-/// The noise of single runs under one draw.
-#[derive(Clone, Copy)]
-struct DrawNoise {
-    sigma: f64,
-    sigma_energy: f64,
-    tails: Tails,
+    /// Median and ends of the 90 % band at a speed.
+    pub fn at(&self, v: f64) -> PredictedPoint {
+        let [q05, q50, q95] = self.points([0.05, 0.5, 0.95], |own| own.at(v));
+        PredictedPoint {
+            q05,
+            q50,
+            q95,
+            extrapolated: !self.law.holds(self.wet.as_ref(), v),
+        }
+    }
+
+    /// Median of d ln e/d ln v at a speed; infinite where half of the draws or more do not rebound.
+    pub fn log_slope(&self, v: f64) -> f64 {
+        let [median] = self.points([0.5], |own| own.log_slope(v).unwrap_or(f64::INFINITY));
+        median
+    }
+
+    /// 5 % and 95 % points of a single run at a speed, before the smallest restitution that is told from sticking cuts them.
+    pub fn single_runs(&self, v: f64) -> [f64; 2] {
+        /// every so many of the draws suffice: their noise smooths what a curve's quantile needs all draws for
+        const SPARSER: usize = 8;
+        let run = SingleRun::new(self, v, SPARSER, 0.0);
+        [0.05, 0.95].map(|probability| run.quantile(probability))
+    }
+
+    /// Predictions at some speeds, in their order.
+    pub fn predict(&self, speeds: &[f64]) -> Vec<Predicted> {
+        speeds.par_iter().map(|v| self.predict_at(*v)).collect()
+    }
+
+    fn predict_at(&self, v: f64) -> Predicted {
+        let [q05, q25, q50, q75, q95] = self.points([0.05, 0.25, 0.5, 0.75, 0.95], |own| own.at(v));
+        let run = SingleRun::new(self, v, 1, self.law.smallest_restitution);
+        let log_slope = Some(self.log_slope(v)).filter(|slope| slope.is_finite());
+        Predicted {
+            impact_speed_m_s: v,
+            stokes: self.wet.map(|setting| setting.stokes(v)),
+            reynolds: self.wet.map(|setting| setting.reynolds(v)),
+            restitution: q50,
+            restitution_q05: q05,
+            restitution_q25: q25,
+            restitution_q75: q75,
+            restitution_q95: q95,
+            run_q05: run.quantile(0.05),
+            run_q25: run.quantile(0.25),
+            run_q75: run.quantile(0.75),
+            run_q95: run.quantile(0.95),
+            stuck_probability: run.stuck,
+            log_slope,
+            extrapolated: !self.law.holds(self.wet.as_ref(), v),
+            why_none: match (log_slope, self.wet) {
+                (None, _) => Some("half of the draws or more do not rebound"),
+                (_, None) => Some("a dry impact has no Stokes and no Reynolds number"),
+                _ => None,
+            },
+        }
+    }
+
+    /// Quantiles over the draws.
+    fn points<const N: usize>(&self, probabilities: [f64; N], of: impl Fn(&Restitution) -> f64) -> [f64; N] {
+        let sorted = quantile::sorted(self.restitutions.iter().map(of).collect());
+        probabilities.map(|probability| quantile::of_sorted(&sorted, probability))
+    }
 }
 
-/// The distribution of a run's restitution at one speed: a mixture over the draws, cut at the limit.
+/// The distribution of a run's restitution at one speed: a mixture over the draws, cut at a limit at or below which it sticks.
 struct SingleRun {
     /// each draw's share
     shares: Vec<DrawShare>,
+    limit: f64,
     /// probability of sticking
     stuck: f64,
 }
 
 /// What one draw says of a run.
-#[derive(Clone, Copy)]
 struct DrawShare {
     /// r
     kept: f64,
     /// m(r)
     mean: f64,
-    noise: DrawNoise,
+    spreads: Spreads,
+    tails: Tails,
 }
 
 impl DrawShare {
-    /// Probability of an e* at or below x, and its density there.
-    fn below(&self, x: f64) -> (f64, f64) {
-        let DrawNoise {
-            sigma,
-            sigma_energy,
-            tails,
-        } = self.noise;
-        if sigma_energy == 0.0 {
-            let z = (x - self.mean) / sigma;
-            return (tails.probability(z), tails.ln_unit_density(z).exp() / sigma);
-        }
-        let spreads = Spreads {
-            sigma,
-            energy: sigma_energy,
+    fn new(kept: f64, draw: &Draw, is_wet: bool) -> DrawShare {
+        /// in place of none, so that a distribution over the draws can be solved for; no restitution shows it
+        const NO_SPREAD: f64 = 1e-9;
+        let (sigma, energy) = match is_wet {
+            true => (draw.sigma_wet, draw.sigma_energy),
+            false => (draw.sigma_dry, 0.0),
         };
-        let found = BelowRestitution::of(tails, x, self.kept, spreads);
-        (found.probability, found.density)
+        let sigma = sigma.max(NO_SPREAD);
+        DrawShare {
+            kept,
+            mean: mean_restitution(kept),
+            spreads: Spreads { sigma, energy },
+            tails: draw.tails,
+        }
     }
 
-    /// Between which restitutions all but the tails beyond so many spreads lie.
-    fn within(&self, wide: f64) -> (f64, f64) {
-        let DrawNoise {
-            sigma, sigma_energy, ..
-        } = self.noise;
-        let on = |side: f64| mean_restitution(self.kept + side * sigma_energy) + side * sigma;
-        (on(-wide), on(wide))
+    /// Probability of an e* at or below x, and its density there.
+    fn below(&self, x: f64) -> (f64, f64) {
+        let Spreads { sigma, energy } = self.spreads;
+        if energy == 0.0 {
+            let z = (x - self.mean) / sigma;
+            return (self.tails.probability(z), self.tails.ln_unit_density(z).exp() / sigma);
+        }
+        let found = BelowRestitution::of(self.tails, x, self.kept, self.spreads);
+        (found.probability, found.density)
     }
 }
 
 impl SingleRun {
-    fn new<'c>(curves: impl Iterator<Item = &'c (Restitution, DrawNoise)>, v: f64, limit: f64) -> SingleRun {
-        let share = |(curve, noise): &(Restitution, DrawNoise)| {
-            let kept = curve.kept_energy(v);
-            DrawShare {
-                kept,
-                mean: mean_restitution(kept),
-                noise: *noise,
-            }
-        };
+    /// Of every so many draws of a curve, the first among them.
+    fn new(curve: &Curve, v: f64, every: usize, limit: f64) -> SingleRun {
+        let draws = curve.restitutions.iter().zip(&curve.law.draws).step_by(every);
+        let share = |(own, draw): (&Restitution, &Draw)| DrawShare::new(own.kept_energy(v), draw, curve.wet.is_some());
         let mut run = SingleRun {
-            shares: curves.map(share).collect(),
+            shares: draws.map(share).collect(),
+            limit,
             stuck: 0.0,
         };
         run.stuck = run.below(limit).0;
@@ -565,51 +482,29 @@ impl SingleRun {
 
     /// Probability of an e* at or below x, and its density there.
     fn below(&self, x: f64) -> (f64, f64) {
-        let sum = self
-            .shares
-            .iter()
-            .map(|share| share.below(x))
-            .fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let each = self.shares.iter().map(|share| share.below(x));
+        let sum = each.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
         let n = self.shares.len() as f64;
         (sum.0 / n, sum.1 / n)
     }
 
-    /// About where a quantile lies: where it would if the mixture were normal.
-    fn near(&self, probability: f64) -> f64 {
-        let n = self.shares.len() as f64;
-        let mean = self.shares.iter().map(|share| share.mean).sum::<f64>() / n;
-        let variance = |share: &DrawShare| {
-            let (low, high) = share.within(1.0);
-            0.25 * (high - low).powi(2) + (share.mean - mean).powi(2)
-        };
-        let variance = self.shares.iter().map(variance).sum::<f64>() / n;
-        mean + normal_quantile(probability) * variance.sqrt()
-    }
-
-    /// Quantile at a probability from 0.03 to 0.97; 0 where that is a stuck run.
+    /// Quantile at a probability below 1; 0 where that is a stuck run.
     fn quantile(&self, probability: f64) -> f64 {
-        /// spreads that hold those probabilities of each part, and so of their mixture: of the normal, and of any other
-        /// family
-        const WIDE: [f64; 2] = [2.0, 4.0];
-        /// a bracket halved so often is down to rounding; on average five of Newton's steps do well above the threshold,
-        /// eight or nine close to it
+        /// a bracket halved so often is down to rounding; Newton's steps are fewer than ten
         const STEPS: usize = 60;
         /// far below what a restitution can be measured to
         const ENOUGH: f64 = 1e-13;
         if probability <= self.stuck {
             return 0.0;
         }
-        let other = |share: &DrawShare| share.noise.tails != Tails::Normal;
-        let wide = WIDE[usize::from(self.shares.iter().any(other))];
-        let (mut lo, mut hi) = self
-            .shares
-            .iter()
-            .map(|share| share.within(wide))
-            .fold((f64::MAX, f64::MIN), |(lo, hi), (low, high)| {
-                (lo.min(low), hi.max(high))
-            });
-        let within = |x: f64, (lo, hi): (f64, f64)| if x > lo && x < hi { x } else { 0.5 * (lo + hi) };
-        let mut x = within(self.near(probability), (lo, hi));
+        let (mut lo, mut hi) = (self.limit, 1.0);
+        while self.below(hi).0 < probability {
+            hi *= 2.0;
+        }
+        // a step out of the bracket, or of no length known, is replaced by half the bracket
+        let within = |x: f64, lo: f64, hi: f64| if x > lo && x < hi { x } else { 0.5 * (lo + hi) };
+        let means = self.shares.iter().map(|share| share.mean).sum::<f64>();
+        let mut x = within(means / self.shares.len() as f64, lo, hi);
         for _ in 0..STEPS {
             let (below, density) = self.below(x);
             if below < probability {
@@ -617,9 +512,7 @@ impl SingleRun {
             } else {
                 hi = x;
             }
-            let newton = x + (probability - below) / density;
-            // a step out of the bracket, or of no length known, is replaced by half the bracket
-            let next = within(newton, (lo, hi));
+            let next = within(x + (probability - below) / density, lo, hi);
             let step = (next - x).abs();
             x = next;
             if step < ENOUGH {
@@ -677,13 +570,18 @@ mod tests {
     #[test]
     fn a_posterior_without_spread_leaves_the_curve_and_the_noise() {
         let law = law(vec![draw(1.85); 400]);
-        for at in law.bands(&SETTING, &SPEEDS) {
-            let kept = kept_energy(&SETTING, law.form, &law.draws[0].parameters, at.impact_speed);
+        let curve = law.curve(Some(&SETTING));
+        for v in SPEEDS {
+            let (at, runs) = (curve.at(v), curve.single_runs(v));
+            let kept = kept_energy(&SETTING, law.form, &law.draws[0].parameters, v);
             let mean = mean_restitution(kept);
-            assert!(at.curve.iter().all(|edge| (edge - mean).abs() < 1e-6), "{at:?} {mean}");
+            assert!(
+                [at.q05, at.q95].iter().all(|edge| (edge - mean).abs() < 1e-6),
+                "{at:?} {mean}"
+            );
             // 5 % and 95 % points of the normal
             let half = 1.644_853_626_951 * 0.02;
-            for (edge, expected) in at.run.into_iter().zip([mean - half, mean + half]) {
+            for (edge, expected) in runs.into_iter().zip([mean - half, mean + half]) {
                 assert!((edge - expected).abs() < 1e-6 * half, "{edge} {expected}");
             }
         }
@@ -692,11 +590,13 @@ mod tests {
     #[test]
     fn the_spread_of_a_parameter_widens_both_bands() {
         let draws = (0..400).map(|i| draw(1.0 + f64::from(i) / 200.0)).collect();
-        let wide = law(draws).bands(&SETTING, &SPEEDS);
-        let narrow = law(vec![draw(2.0); 400]).bands(&SETTING, &SPEEDS);
-        for (wide, narrow) in wide.into_iter().zip(narrow) {
-            assert!(wide.curve[0] < narrow.curve[0] && wide.curve[1] > narrow.curve[1]);
-            assert!(wide.run[1] - wide.run[0] > narrow.run[1] - narrow.run[0]);
+        let [wide, narrow] = [law(draws), law(vec![draw(2.0); 400])];
+        let curves = [&wide, &narrow].map(|law| law.curve(Some(&SETTING)));
+        for v in SPEEDS {
+            let [wide, narrow] = curves.each_ref().map(|curve| curve.at(v));
+            assert!(wide.q05 < narrow.q05 && wide.q95 > narrow.q95);
+            let [wide, narrow] = curves.each_ref().map(|curve| curve.single_runs(v));
+            assert!(wide[1] - wide[0] > narrow[1] - narrow[0]);
         }
     }
 
@@ -713,18 +613,19 @@ mod tests {
             ..draw(1.8 + f64::from(i) / 4000.0)
         };
         let law = law((0..400).map(of).collect());
-        for at in law.bands(&SETTING, &[0.1, 0.12, 0.14, 0.17, 0.2, 0.3, 0.8, 1.7]) {
+        let curve = law.curve(Some(&SETTING));
+        for v in [0.1, 0.12, 0.14, 0.17, 0.2, 0.3, 0.8, 1.7] {
             let run = |i: usize| {
                 let one = &law.draws[i % law.draws.len()];
-                let kept = kept_energy(&SETTING, law.form, &one.parameters, at.impact_speed);
+                let kept = kept_energy(&SETTING, law.form, &one.parameters, v);
                 mean_restitution(kept + one.sigma_energy * z()) + one.sigma_wet * z()
             };
             let runs: Vec<f64> = (0..RUNS).map(run).collect();
-            for (edge, probability) in at.run.into_iter().zip([0.05, 0.95]) {
+            for (edge, probability) in curve.single_runs(v).into_iter().zip([0.05, 0.95]) {
                 let below = runs.iter().filter(|e| **e <= edge).count() as f64 / RUNS as f64;
                 // an edge at 0 stands for the runs that stuck, which may be more
                 let holds = (below - probability).abs() < 0.006 || edge == 0.0 && below > probability - 0.006;
-                assert!(holds, "{at:?}: {below} below {edge}");
+                assert!(holds, "{v}: {below} below {edge}");
             }
         }
     }

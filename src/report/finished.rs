@@ -110,24 +110,13 @@ pub enum DrawnFrom {
     NormalApproximation,
 }
 
-impl DrawnFrom {
-    /// Its word in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            DrawnFrom::Posterior => "posterior",
-            DrawnFrom::NormalApproximation => "normal_approximation",
-        }
-    }
-}
-
 impl Finished {
     /// Reads `findings.json` of a folder.
     ///
     /// Fails where the folder is no report, of another version, or of a fit without a posterior.
     pub fn read(folder: &Path) -> Result<Finished, Error> {
-        let path = folder.join(FINDINGS);
-        let bytes = read(&path, "findings of a fit", folder, MOST_BYTES)?;
-        let refuse = |problem: &dyn Display| refuse(folder, &path, problem);
+        let bytes = read(folder, FINDINGS, "findings of a fit", MOST_BYTES)?;
+        let refuse = |problem: &dyn Display| refuse(folder, FINDINGS, problem);
         let no_json = |error: serde_json::Error| refuse(&format!("no findings of wetcor ({error})"));
         let header: FindingsHeader = serde_json::from_slice(&bytes).map_err(no_json)?;
         if header.schema != SCHEMA {
@@ -326,13 +315,13 @@ impl Finished {
     /// not have 0.
     fn draws_of(&self, names: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
         let sampled: Vec<&str> = names.iter().copied().filter(|name| self.is_sampled(name)).collect();
-        let (path, columns) = match self.drawn_from() {
-            DrawnFrom::Posterior => (self.folder.join(TABLE), self.table_columns(&sampled)?),
-            DrawnFrom::NormalApproximation => (self.folder.join(FINDINGS), self.normal_columns(&sampled)?),
+        let (file, columns) = match self.drawn_from() {
+            DrawnFrom::Posterior => (TABLE, self.table_columns(&sampled)?),
+            DrawnFrom::NormalApproximation => (FINDINGS, self.normal_columns(&sampled)?),
         };
         for (name, column) in sampled.iter().zip(&columns) {
             if let Some(odd) = column.iter().find_map(|x| odd_value(name, *x, false)) {
-                return Err(refuse(&self.folder, &path, &odd));
+                return Err(refuse(&self.folder, file, &odd));
             }
         }
         let draws = columns.first().map_or(1, Vec::len);
@@ -368,30 +357,29 @@ impl Finished {
 
     /// Columns of the table of draws, which must be the one that was written with these findings.
     fn table_columns(&self, names: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
-        let path = self.folder.join(TABLE);
-        let bytes = read(&path, "draws to predict from", &self.folder, MOST_BYTES_OF_DRAWS)?;
+        let bytes = read(&self.folder, TABLE, "draws to predict from", MOST_BYTES_OF_DRAWS)?;
         self.check_tie(&bytes)?;
         let PosteriorRecord { chains, draws, .. } = self.posterior;
         let read = decode(&bytes).and_then(|text| csv::read(text, names, chains * draws));
-        read.map_err(|problem| refuse(&self.folder, &path, &problem))
+        read.map_err(|problem| refuse(&self.folder, TABLE, &problem))
     }
 
     /// Fails unless the findings and these draws are what the store beside them was written with.
     fn check_tie(&self, draws: &[u8]) -> Result<(), Error> {
-        let store = self.folder.join(STORE).join("zarr.json");
-        let refuse = |path: &Path, problem: String| Err(refuse(&self.folder, path, &problem));
-        let root = read(&store, "word of what the draws belong to", &self.folder, MOST_BYTES)?;
-        let tie = match Tie::of_store(&root) {
-            Ok(tie) => tie,
-            Err(error) => return refuse(&store, format!("no word of what the draws belong to ({error})")),
-        };
+        let store = format!("{STORE}/zarr.json");
+        let root = read(&self.folder, &store, "word of what the draws belong to", MOST_BYTES)?;
+        let tie = Tie::of_store(&root).map_err(|error| {
+            let problem = format!("no word of what the draws belong to ({error})");
+            refuse(&self.folder, &store, &problem)
+        })?;
         for (name, hash, expected) in [
             (FINDINGS, &self.sha256, tie.findings_sha256),
             (TABLE, &sha256(draws), tie.draws_csv_sha256),
         ] {
             if *hash != expected {
                 let why = "which names another by its hash: changed since, or of another fit";
-                return refuse(&self.folder.join(name), format!("does not belong to {STORE}, {why}"));
+                let problem = format!("does not belong to {STORE}, {why}");
+                return Err(refuse(&self.folder, name, &problem));
             }
         }
         Ok(())
@@ -399,7 +387,7 @@ impl Finished {
 
     /// Columns of draws from the normal with the means and the covariance of these parameters.
     fn normal_columns(&self, names: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
-        let refuse = |problem: String| refuse(&self.folder, &self.folder.join(FINDINGS), &problem);
+        let refuse = |problem: String| refuse(&self.folder, FINDINGS, &problem);
         let all = &self.posterior;
         let known = |name: &&str| {
             let place = all.parameters.iter().position(|own| own.name == **name);
@@ -443,21 +431,21 @@ fn refuse_diameter(particle: &ParticleBasis, diameter: f64) -> Error {
 }
 
 /// The bytes of a file of the folder, which has no more than so many.
-fn read(path: &Path, what: &str, folder: &Path, most: u64) -> Result<Vec<u8>, Error> {
-    files::read(path, most, "read").map_err(|error| match error {
+fn read(folder: &Path, file: &str, what: &str, most: u64) -> Result<Vec<u8>, Error> {
+    files::read(&folder.join(file), most, "read").map_err(|error| match error {
         Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
-            refuse(folder, path, &format!("no {what}"))
+            refuse(folder, file, &format!("no {what}"))
         }
         Error::Input { problems, .. } => {
             let found: Vec<String> = problems.iter().map(ToString::to_string).collect();
-            refuse(folder, path, &found.join(", "))
+            refuse(folder, file, &found.join(", "))
         }
         other => other,
     })
 }
 
 /// Says what is wrong with a file of the folder, and the command that writes a folder predictions can be made from.
-fn refuse(folder: &Path, path: &Path, problem: &dyn Display) -> Error {
+fn refuse(folder: &Path, file: &str, problem: &dyn Display) -> Error {
     let again = format!("run `wetcor fit SCENE --out {}` with every stage", named(folder));
-    Error::Usage(format!("{}: {problem}; {again}", path.display()))
+    Error::Usage(format!("{}: {problem}; {again}", folder.join(file).display()))
 }

@@ -1,7 +1,5 @@
 //! Writes predictions as CSV or JSON, at full precision.
 
-use std::fmt::Write;
-
 use serde::Serialize;
 
 use super::finished::DrawnFrom;
@@ -9,7 +7,6 @@ use super::json;
 use crate::error::Error;
 use crate::findings::predict::{Predicted, PredictedSeries};
 use crate::physics::Setting;
-use crate::scene::DRY;
 
 /// A column's name with what of a row stands in it.
 type NumberColumn = (&'static str, fn(&Predicted) -> Option<f64>);
@@ -45,28 +42,48 @@ pub struct Origin<'a> {
     pub draws: usize,
 }
 
-/// A sphere and what it falls on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair<'a> {
+/// What is predicted of a sphere on a plate. Field names are those of files.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Prediction<'a> {
     /// name of the particle
     pub particle: &'a str,
-    /// name of the liquid, [`DRY`] with none on the plate; `None`: one the scene has not
+    /// name of the liquid, [`DRY`](crate::scene::DRY) with none on the plate; `None`: one the scene has not
     pub liquid: Option<&'a str>,
-    /// D, m
-    pub diameter: f64,
-    /// the wetted plate; `None`: a dry one
-    pub wet: Option<Setting>,
     /// of which series the curve and the runs are; `None` where series have no offsets
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub series: Option<PredictedSeries>,
+    /// D
+    pub diameter_m: f64,
+    /// δ; `None` on the dry plate, as the ratios are
+    pub film_m: Option<f64>,
+    /// δ/D
+    pub film_ratio: Option<f64>,
+    /// ρl/ρp
+    pub density_ratio: Option<f64>,
+    /// a row a speed
+    pub predicted: Vec<Predicted>,
 }
 
-/// What is predicted of a pair.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Prediction<'a> {
-    /// the pair
-    pub pair: Pair<'a>,
-    /// a row a speed
-    pub rows: Vec<Predicted>,
+impl<'a> Prediction<'a> {
+    /// Of a particle of a diameter, m, on a wetted plate, or on the dry one, where series have no offsets.
+    pub fn new(
+        particle: &'a str,
+        liquid: Option<&'a str>,
+        diameter: f64,
+        wet: Option<&Setting>,
+        predicted: Vec<Predicted>,
+    ) -> Prediction<'a> {
+        Prediction {
+            particle,
+            liquid,
+            series: None,
+            diameter_m: diameter,
+            film_m: wet.map(|wet| wet.film),
+            film_ratio: wet.map(Setting::film_ratio),
+            density_ratio: wet.map(Setting::density_ratio),
+            predicted,
+        }
+    }
 }
 
 /// Fails at the first number that is none, with its name: what was asked for is too far from anything that can be computed.
@@ -91,41 +108,38 @@ fn check(rows: &[Predicted]) -> Result<(), Error> {
 ///
 /// Fails where a number is not finite.
 pub fn csv(predictions: &[Prediction], drawn_from: DrawnFrom, name_pairs: bool) -> Result<String, Error> {
-    let has_series = predictions.iter().any(|prediction| prediction.pair.series.is_some());
-    let mut text = String::new();
-    if name_pairs {
-        text.push_str("particle,liquid,diameter_m,film_m,");
-    }
-    text.extend(NUMBERS.iter().map(|(name, _)| format!("{name},")));
-    text.push_str("extrapolated,drawn_from");
-    text.push_str(if has_series { ",series\n" } else { "\n" });
-    for Prediction { pair, rows } in predictions {
-        check(rows)?;
-        let start = if name_pairs { start(pair) } else { String::new() };
-        let series = match (has_series, pair.series) {
-            (false, _) => String::new(),
-            (true, series) => format!(",{}", series.map_or("", PredictedSeries::name)),
+    let has_series = predictions.iter().any(|prediction| prediction.series.is_some());
+    let cell = |number: Option<f64>| number.map_or(String::new(), |number| format!("{number:?}"));
+    let drawn_from = json::word(&drawn_from);
+    let names = NUMBERS.map(|(name, _)| name).join(",");
+    let mut text = format!(
+        "{}{names},extrapolated,drawn_from{}\n",
+        if name_pairs {
+            "particle,liquid,diameter_m,film_m,"
+        } else {
+            ""
+        },
+        if has_series { ",series" } else { "" }
+    );
+    for prediction in predictions {
+        check(&prediction.predicted)?;
+        // names have no comma
+        let (particle, liquid) = (prediction.particle, prediction.liquid.unwrap_or_default());
+        let [diameter, film] = [Some(prediction.diameter_m), prediction.film_m].map(cell);
+        let start = match name_pairs {
+            true => format!("{particle},{liquid},{diameter},{film},"),
+            false => String::new(),
         };
-        for row in rows {
-            text.push_str(&start);
-            for (_, number) in NUMBERS {
-                // a String takes whatever is written to it
-                let _ = match number(row) {
-                    Some(number) => write!(text, "{number:?},"),
-                    None => write!(text, ","),
-                };
-            }
-            let _ = writeln!(text, "{},{}{series}", row.extrapolated, drawn_from.name());
+        let end = match has_series {
+            true => format!(",{}", prediction.series.map_or(String::new(), |own| json::word(&own))),
+            false => String::new(),
+        };
+        for row in &prediction.predicted {
+            let numbers = NUMBERS.map(|(_, number)| cell(number(row))).join(",");
+            text += &format!("{start}{numbers},{},{}{end}\n", row.extrapolated, drawn_from);
         }
     }
     Ok(text)
-}
-
-/// The cells of a pair; its names have no comma.
-fn start(pair: &Pair) -> String {
-    let film = pair.wet.map_or(String::new(), |wet| format!("{:?}", wet.film));
-    let liquid = pair.liquid.unwrap_or_default();
-    format!("{},{liquid},{:?},{film},", pair.particle, pair.diameter)
 }
 
 /// An object with the fit that the predictions were made of and, of one pair, that pair with `predicted`, a list of rows;
@@ -134,72 +148,24 @@ fn start(pair: &Pair) -> String {
 /// Fails where a number is not finite.
 pub fn json(origin: Origin, predictions: &[Prediction], one: bool) -> Result<String, Error> {
     #[derive(Serialize)]
-    struct One<'a> {
-        #[serde(flatten)]
-        origin: Origin<'a>,
-        #[serde(flatten)]
-        prediction: PairFile<'a>,
+    #[serde(untagged)]
+    enum Predictions<'a> {
+        One(&'a Prediction<'a>),
+        Several { predictions: &'a [Prediction<'a>] },
     }
     #[derive(Serialize)]
-    struct Several<'a> {
+    struct File<'a> {
         #[serde(flatten)]
         origin: Origin<'a>,
-        predictions: Vec<PairFile<'a>>,
+        #[serde(flatten)]
+        predictions: Predictions<'a>,
     }
     for prediction in predictions {
-        check(&prediction.rows)?;
+        check(&prediction.predicted)?;
     }
-    let mut files = predictions.iter().map(PairFile::of);
-    match files.next() {
-        Some(prediction) if one => json::text(&One { origin, prediction }),
-        first => json::text(&Several {
-            origin,
-            predictions: first.into_iter().chain(files).collect(),
-        }),
-    }
-}
-
-#[derive(Serialize)]
-struct PairFile<'a> {
-    particle: &'a str,
-    liquid: Option<&'a str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    series: Option<PredictedSeries>,
-    diameter_m: f64,
-    film_m: Option<f64>,
-    film_ratio: Option<f64>,
-    density_ratio: Option<f64>,
-    predicted: Vec<PredictedRow<'a>>,
-}
-
-#[derive(Serialize)]
-struct PredictedRow<'a> {
-    #[serde(flatten)]
-    row: &'a Predicted,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    why_none: Option<&'static str>,
-}
-
-impl<'a> PairFile<'a> {
-    fn of(prediction: &'a Prediction<'a>) -> PairFile<'a> {
-        let Prediction { pair, rows } = prediction;
-        let predicted = rows.iter().map(|row| PredictedRow {
-            row,
-            why_none: match (row.log_slope, pair.liquid) {
-                (None, _) => Some("half of the draws or more do not rebound"),
-                (_, Some(DRY)) => Some("a dry impact has no Stokes and no Reynolds number"),
-                _ => None,
-            },
-        });
-        PairFile {
-            particle: pair.particle,
-            liquid: pair.liquid,
-            series: pair.series,
-            diameter_m: pair.diameter,
-            film_m: pair.wet.map(|wet| wet.film),
-            film_ratio: pair.wet.map(|wet| wet.film_ratio()),
-            density_ratio: pair.wet.map(|wet| wet.density_ratio()),
-            predicted: predicted.collect(),
-        }
-    }
+    let predictions = match predictions {
+        [prediction] if one => Predictions::One(prediction),
+        predictions => Predictions::Several { predictions },
+    };
+    json::text(&File { origin, predictions })
 }

@@ -10,7 +10,7 @@ use wetcor::error::Error;
 use wetcor::physics::Setting;
 use wetcor::report::draws::tie::{Tie, STORE, TABLE};
 use wetcor::report::finished::Finished;
-use wetcor::report::prediction::{self, Pair, Prediction};
+use wetcor::report::prediction::{self, Prediction};
 
 use super::attack::{is_hostile, Outcome, Place};
 
@@ -117,15 +117,9 @@ fn predicted(folder: &Path) -> Result<String, Error> {
         film: 2e-4,
         surface_tension: liquid.surface_tension_n_m,
     };
-    let pair = Pair {
-        particle: "PTFE",
-        liquid: Some("AK10"),
-        diameter: setting.diameter,
-        wet: Some(setting),
-        series: None,
-    };
-    let rows = law.predict(&setting, &[0.05, 0.3, 2.0]);
-    prediction::csv(&[Prediction { pair, rows }], finished.drawn_from(), false)
+    let rows = law.curve(Some(&setting)).predict(&[0.05, 0.3, 2.0]);
+    let prediction = Prediction::new("PTFE", Some("AK10"), setting.diameter, Some(&setting), rows);
+    prediction::csv(&[prediction], finished.drawn_from(), false)
 }
 
 /// It is a table of finite numbers, or a refusal on one line.

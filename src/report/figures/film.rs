@@ -17,11 +17,14 @@ use crate::scene::WetLaw;
 
 const FILM_RATIO: &str = "film ratio δ/D";
 
-/// A layer of a sphere's points, hollow where asked for; nothing without points.
-fn of_sphere(index: usize, name: String, all: impl Iterator<Item = ChartPoint>, open: bool) -> Option<Layer> {
-    let all: Vec<ChartPoint> = all.collect();
-    let style = Style { group: index + 1, open };
-    (!all.is_empty()).then(|| points(name, all, style))
+/// A layer of the points of each sphere that has any.
+fn of_spheres(input: ReportInput, points_of: impl Fn(&Sphere) -> Vec<ChartPoint>) -> Vec<Layer> {
+    let spheres = input.runs.spheres.iter().enumerate();
+    let layer = |(index, sphere): (usize, &Sphere)| {
+        let style = Style::group(index + 1);
+        points(sphere.words(input.scene), points_of(sphere), style)
+    };
+    spheres.filter_map(layer).collect()
 }
 
 fn estimate_point(film_ratio: f64, estimate: &Estimate) -> Option<ChartPoint> {
@@ -52,7 +55,8 @@ pub(super) fn film(input: ReportInput) -> Vec<Chart> {
                 });
                 let all = mine.filter_map(|r| estimate_point(r.film_ratio?, of(r)));
                 let name = format!("{}, {words}", sphere.words(input.scene));
-                layers.extend(of_sphere(index, name, all, law == WetLaw::Linear));
+                let open = law == WetLaw::Linear;
+                layers.extend(points(name, all.collect(), Style { group: index + 1, open }));
             }
         }
         over_film_ratio(quantity, layers)
@@ -108,16 +112,13 @@ fn posterior_curve(input: ReportInput, sphere: usize, quantity: Quantity) -> Opt
 /// The inertial loss with both predictions, and St_c e_inf², against the film ratio, by the square-root law.
 pub(super) fn energy(input: ReportInput) -> Vec<Chart> {
     let rows = || input.findings.energy.iter().filter(|row| row.law == WetLaw::Sqrt);
-    let of_spheres = |of: fn(&Energy) -> &Estimate| -> Vec<Layer> {
-        let spheres = input.runs.spheres.iter().enumerate();
-        let layer = |(index, sphere): (usize, &Sphere)| {
+    let of = |of: fn(&Energy) -> &Estimate| {
+        of_spheres(input, |sphere| {
             let mine = rows().filter(|row| sphere.owns(input.scene, &row.particle, row.diameter_m));
-            let all = mine.filter_map(|row| estimate_point(row.film_ratio, of(row)));
-            of_sphere(index, sphere.words(input.scene), all, false)
-        };
-        spheres.filter_map(layer).collect()
+            mine.filter_map(|row| estimate_point(row.film_ratio, of(row))).collect()
+        })
     };
-    let mut loss = of_spheres(|row| &row.loss_over_density_ratio);
+    let mut loss = of(|row| &row.loss_over_density_ratio);
     if !loss.is_empty() {
         let end = rows().map(|row| row.film_ratio).reduce(f64::max).unwrap_or(0.1) * 1.08;
         for (form, words, dash) in [
@@ -131,7 +132,7 @@ pub(super) fn energy(input: ReportInput) -> Vec<Chart> {
     }
     vec![
         over_film_ratio(Quantity::InertialLoss, loss),
-        over_film_ratio(Quantity::StCEInf2, of_spheres(|row| &row.st_c_e_inf2)),
+        over_film_ratio(Quantity::StCEInf2, of(|row| &row.st_c_e_inf2)),
     ]
 }
 
@@ -145,19 +146,19 @@ pub(super) fn residuals(input: ReportInput) -> Vec<Chart> {
     let end = 1.08 * wet.reduce(f64::max).unwrap_or(0.1);
     let zero = vec![(0.0, 0.0), (end, 0.0)];
     let mut layers = vec![curve("the model", zero, Style::group(0), Dash::Dashed)];
-    for (index, sphere) in input.runs.spheres.iter().enumerate() {
+    layers.extend(of_spheres(input, |sphere| {
         let mine = groups
             .iter()
             .filter(|group| sphere.owns(input.scene, &group.particle, group.diameter_m));
-        let all = mine.filter_map(|group| {
+        let points = mine.filter_map(|group| {
             Some(ChartPoint {
                 x: group.film_ratio?,
                 y: group.mean_residual,
                 y_se: group.mean_residual_se,
             })
         });
-        layers.extend(of_sphere(index, sphere.words(input.scene), all, false));
-    }
+        points.collect()
+    }));
     let x = Axis::new(FILM_RATIO).between(0.0, end);
     vec![chart(x, Axis::new("mean residual in σ"), layers)]
 }

@@ -28,7 +28,7 @@ use crate::physics::numbers::stokes;
 use crate::physics::{Order, Restitution};
 use crate::runs::Series;
 use crate::scene::WetLaw;
-use bands::{speeds, Bands, SeriesBands};
+use bands::Bands;
 pub use figure::{Figure, ENERGY, FILM, PAIRS, RESIDUALS};
 use film::{energy, film, residuals};
 pub use names::Names;
@@ -36,11 +36,8 @@ pub(super) use of_particle::series_name;
 use of_particle::{dry_k, main_film_ratio, scaling_of, series_at, title_at, ShownSeries};
 use pairs::pairs_of_parameters;
 pub(super) use pairs::MOST_PAIRED;
-use points::{chart, curve, largest, means_of, pairs, points, steps};
+use points::{curve, largest, means_of, points, steps};
 pub(super) use points::{means, SAME};
-
-const RESTITUTION: &str = "restitution e_{n}";
-const INVERSE_STOKES: &str = "St^{−1}";
 
 /// Every figure the scene has something to show in.
 pub fn all(input: ReportInput) -> Vec<Figure> {
@@ -72,74 +69,62 @@ fn has_points(layer: &Layer) -> bool {
     matches!(layer, Layer::Points { points, .. } if !points.is_empty())
 }
 
-/// (v, e) of some rebounds.
-fn speeds_and_restitutions(input: ReportInput, rebounds: &Range<usize>) -> Vec<(f64, f64)> {
-    let runs = input.runs;
-    pairs(
-        &runs.impact_speed[rebounds.clone()],
-        &runs.restitution[rebounds.clone()],
-    )
+/// (x, e) of some rebounds; `x` places a run on the horizontal axis.
+fn rebounds(input: ReportInput, rebounds: &Range<usize>, x: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
+    rebounds
+        .clone()
+        .map(|run| (x(run), input.runs.restitution[run]))
+        .collect()
 }
 
 fn against_speed(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Chart {
     let chosen = main_film_ratio(input, sphere);
     let series = series_at(input, sphere, chosen);
-    let of_shown = |shown: &ShownSeries| {
-        let each = shown.series().map(|s| speeds_and_restitutions(input, &s.rebounds));
-        each.flatten().collect::<Vec<(f64, f64)>>()
-    };
-    let mut groups: Vec<Vec<(f64, f64)>> = series.iter().map(of_shown).collect();
+    let of_rebounds = |own: &Range<usize>| rebounds(input, own, |run| input.runs.impact_speed[run]);
+    let of_shown = |shown: &ShownSeries| shown.series().flat_map(|s| of_rebounds(&s.rebounds)).collect();
     let dry = input.runs.dry_of(sphere).iter();
-    groups.push(
-        dry.flat_map(|group| speeds_and_restitutions(input, &group.rebounds))
-            .collect(),
-    );
-    let mut joined = means_of(groups);
+    let dry = dry.flat_map(|group| of_rebounds(&group.rebounds)).collect();
+    let mut joined = means_of(series.iter().map(of_shown).chain([dry]).collect());
     let stuck = stuck_marks(input, &series, |_, v| v);
-    let fastest = largest(&joined)
-        .into_iter()
-        .chain(largest(&stuck))
-        .reduce(f64::max)
-        .unwrap_or(1.0);
+    let fastest = largest(joined.iter().chain(&stuck)).unwrap_or(1.0);
     let mut layers = dry_layers(input, sphere, joined.pop().unwrap_or_default(), fastest);
     for (group, (shown, points_of)) in series.iter().zip(joined).enumerate() {
         let style = Style::group(group + 1);
-        let label = shown.name.clone();
+        let label = &shown.name;
         if let Some((s, fit)) = shown.single() {
-            if let Some((bands, ends)) = bands.zip(speeds(input, s)) {
-                let drawn = SeriesBands {
-                    series: s,
-                    speeds: ends,
-                    name: label.clone(),
-                    style,
-                };
-                layers.extend(bands.layers(input, drawn, |v| v));
-            }
-            if let Some(law) = series_curve(input, (s, fit), fastest) {
-                layers.push(curve(label.clone(), law, style, Dash::Solid));
-            }
+            layers.extend(bands.into_iter().flat_map(|bands| bands.of_series(s, style, |v| v)));
+            let law = series_curve(input, (s, fit), fastest);
+            layers.extend(law.map(|law| curve(label.clone(), law, style, Dash::Solid)));
         }
-        if !points_of.is_empty() {
-            layers.push(points(label, points_of, style));
-        }
+        layers.extend(points(label.clone(), points_of, style));
     }
     layers.extend(stuck_layers(&series, stuck));
-    let mut drawn = chart(
-        Axis::new("impact speed v / (m s^{−1})").between(0.0, 1.05 * fastest),
-        Axis::new(RESTITUTION).between(0.0, 1.0),
+    let x = Axis::new("impact speed v / (m s^{−1})").between(0.0, 1.05 * fastest);
+    of_restitution(title_at(input, sphere, chosen), x, layers)
+}
+
+/// A chart of restitutions; those above one stay in the picture.
+fn of_restitution(title: Option<String>, x: Axis, layers: Vec<Layer>) -> Chart {
+    let highest = layers.iter().filter_map(|layer| match layer {
+        Layer::Points { points, .. } => points.iter().map(|p| p.y + p.y_se.unwrap_or(0.0)).reduce(f64::max),
+        _ => None,
+    });
+    let end = if highest.reduce(f64::max).is_some_and(|y| y > 0.99) {
+        1.15
+    } else {
+        1.0
+    };
+    Chart {
+        title,
+        x,
+        y: Axis::new("restitution e_{n}").between(0.0, end),
         layers,
-    );
-    drawn.title = title_at(input, sphere, chosen);
-    widen_to_data(&mut drawn);
-    drawn
+    }
 }
 
 /// The dry runs and the law fitted to them.
 fn dry_layers(input: ReportInput, sphere: usize, dry_points: Vec<ChartPoint>, fastest: f64) -> Vec<Layer> {
-    let mut layers = vec![];
-    if !dry_points.is_empty() {
-        layers.push(points("dry", dry_points, Style::group(0)));
-    }
+    let mut layers = Vec::from_iter(points("dry", dry_points, Style::group(0)));
     if let Some(k) = dry_k(input, sphere) {
         let order = input.scene.model.form().dry;
         let label = match order {
@@ -154,22 +139,6 @@ fn dry_layers(input: ReportInput, sphere: usize, dry_points: Vec<ChartPoint>, fa
     layers
 }
 
-/// Keeps restitutions above one in the picture.
-fn widen_to_data(chart: &mut Chart) {
-    let highest = chart.layers.iter().filter_map(|layer| match layer {
-        Layer::Points { points, .. } => points.iter().map(|p| p.y + p.y_se.unwrap_or(0.0)).reduce(f64::max),
-        _ => None,
-    });
-    if highest.reduce(f64::max).is_some_and(|y| y > 0.99) {
-        chart.y = chart.y.clone().between(0.0, 1.15);
-    }
-}
-
-/// The law of a series; `None` where it has no usable one.
-pub(super) fn series_law(input: ReportInput, series: &Series, fit: &SeriesFit) -> Option<Restitution> {
-    numbers_of_series(input.scene, input.findings, series, fit).map(Restitution::from)
-}
-
 /// The law of a series from its threshold on; `None` where it has no usable one.
 fn series_curve(input: ReportInput, (series, fit): (&Series, &SeriesFit), fastest: f64) -> Option<Vec<(f64, f64)>> {
     let numbers = numbers_of_series(input.scene, input.findings, series, fit)?;
@@ -182,16 +151,11 @@ fn series_curve(input: ReportInput, (series, fit): (&Series, &SeriesFit), fastes
     (threshold < fastest).then(|| points.collect())
 }
 
-/// 1/St of a sphere of a series at a diameter and a speed.
-fn inverse_stokes_at(input: ReportInput, series: &Series, diameter: f64, speed: f64) -> f64 {
+/// 1/St of a sphere of a series at a speed.
+fn inverse_stokes_at(input: ReportInput, series: &Series, speed: f64) -> f64 {
     let density = input.scene.particles[series.particle].density;
-    1.0 / stokes(density, diameter, speed, input.scene.liquids[series.liquid].viscosity)
-}
-
-/// (1/St, e) of the rebounds of some series.
-fn inverse_stokes(input: ReportInput, series: &Series) -> Vec<(f64, f64)> {
-    let of = |run: usize| (input.runs.inverse_stokes(run), input.runs.restitution[run]);
-    series.rebounds.clone().map(of).collect()
+    let viscosity = input.scene.liquids[series.liquid].viscosity;
+    1.0 / stokes(density, series.diameter, speed, viscosity)
 }
 
 /// Marks at e = 0 for the stuck runs of each series; `x` places a speed on the horizontal axis.
@@ -228,7 +192,11 @@ fn stuck_layers(series: &[ShownSeries], stuck: Vec<Vec<ChartPoint>>) -> Vec<Laye
         .collect();
     if !layers.is_empty() {
         // in the legend, of no series
-        layers.push(points("stuck (hollow)", vec![], Style::group(0).open()));
+        layers.push(Layer::Points {
+            name: Some("stuck (hollow)".to_owned()),
+            points: vec![],
+            style: Style::group(0).open(),
+        });
     }
     layers
 }
@@ -260,34 +228,25 @@ fn laws(input: ReportInput, sphere: usize, ratio: Option<f64>, end: f64) -> Vec<
 fn against_stokes(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Chart {
     let chosen = main_film_ratio(input, sphere);
     let series = series_at(input, sphere, chosen);
-    let of_shown = |shown: &ShownSeries| shown.series().flat_map(|s| inverse_stokes(input, s)).collect();
+    let of_series = |own: &Series| rebounds(input, &own.rebounds, |run| input.runs.inverse_stokes(run));
+    let of_shown = |shown: &ShownSeries| shown.series().flat_map(of_series).collect();
     let joined = means_of(series.iter().map(of_shown).collect());
-    let inverse = |s: &Series, v: f64| inverse_stokes_at(input, s, s.diameter, v);
+    let inverse = |own: &Series, v: f64| inverse_stokes_at(input, own, v);
     let stuck = stuck_marks(input, &series, inverse);
-    let ends = largest(&joined).into_iter().chain(largest(&stuck));
-    let end = 1.1 * ends.reduce(f64::max).unwrap_or(0.1);
+    let end = 1.1 * largest(joined.iter().chain(&stuck)).unwrap_or(0.1);
     let mut layers = laws(input, sphere, chosen, end);
     // of those that are shown by themselves
     let all: Vec<&Series> = series.iter().filter_map(|shown| Some(shown.single()?.0)).collect();
     let bands = bands.filter(|_| all.len() == series.len());
     for (group, (shown, points_of)) in series.iter().zip(joined).enumerate() {
-        let (label, style) = (shown.name.clone(), Style::group(group + 1));
         layers.extend(
             bands
                 .into_iter()
-                .flat_map(|bands| bands.of_liquid(input, &all, group, inverse)),
+                .flat_map(|bands| bands.of_liquid(&all, group, inverse)),
         );
-        if !points_of.is_empty() {
-            layers.push(points(label, points_of, style));
-        }
+        layers.extend(points(shown.name.clone(), points_of, Style::group(group + 1)));
     }
     layers.extend(stuck_layers(&series, stuck));
-    let mut drawn = chart(
-        Axis::new(INVERSE_STOKES).between(0.0, end),
-        Axis::new(RESTITUTION).between(0.0, 1.0),
-        layers,
-    );
-    drawn.title = title_at(input, sphere, chosen);
-    widen_to_data(&mut drawn);
-    drawn
+    let x = Axis::new("St^{−1}").between(0.0, end);
+    of_restitution(title_at(input, sphere, chosen), x, layers)
 }

@@ -4,7 +4,9 @@ use super::super::chart::{grid, Axis, Chart, ChartPoint, Dash, Extent, Layer, St
 use super::super::quantities::{in_scripts, parameter_label};
 use super::super::ReportInput;
 use super::figure::{Figure, PAIRS};
+use super::points::{chart, curve, points};
 use crate::findings::posterior::Posterior;
+use crate::findings::range::range;
 use crate::model::parameters::{ModelParameter, ParameterKind};
 
 /// More parameters than this leave no room to see anything of their pairs.
@@ -40,10 +42,10 @@ fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Vec<Option<Chart>>> 
         .iter()
         .map(|place| posterior.sampled.values[*place].concat())
         .collect();
-    let ranges: Vec<(f64, f64)> = all.iter().map(|draws| range(draws)).collect();
+    let ranges: Vec<(f64, f64)> = all.iter().map(|draws| limits(draws)).collect();
     let names: Vec<String> = places.iter().map(|place| symbol(input, &parameters[*place])).collect();
     let panels = places.len() * places.len().saturating_sub(1) / 2;
-    let (plain, diverging) = points(posterior, MOST_POINTS / panels.max(1));
+    let (plain, diverging) = shown_draws(posterior, MOST_POINTS / panels.max(1));
     let last = places.len().saturating_sub(1);
     let axis = |place: usize, at_edge: bool| {
         let label = if at_edge { names[place].as_str() } else { "" };
@@ -59,37 +61,19 @@ fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Vec<Option<Chart>>> 
                 let (ln, _) = parameters[places[row]].prior.ln_density(x)?;
                 Some(ln.exp())
             });
-            let y = Axis::new("").between(0.0, 1.08 * highest);
-            return Some(Chart {
-                title: None,
-                x,
-                y,
-                layers,
-            });
+            return Some(chart(x, Axis::new("").between(0.0, 1.08 * highest), layers));
         }
-        let cloud = |name: &str, which: &[usize], style: Style| Layer::Points {
-            name: Some(name.to_owned()),
-            points: which
-                .iter()
-                .map(|draw| ChartPoint {
-                    x: all[column][*draw],
-                    y: all[row][*draw],
-                    y_se: None,
-                })
-                .collect(),
-            style,
+        let cloud = |name: &str, which: &[usize], style: Style| {
+            let point = |draw: &usize| ChartPoint {
+                x: all[column][*draw],
+                y: all[row][*draw],
+                y_se: None,
+            };
+            points(name, which.iter().map(point).collect(), style)
         };
-        let mut layers = vec![cloud("draws", &plain, Style::group(1))];
-        if !diverging.is_empty() {
-            layers.push(cloud("divergent draws", &diverging, Style::group(2).open()));
-        }
-        let y = axis(row, column == 0);
-        Some(Chart {
-            title: None,
-            x,
-            y,
-            layers,
-        })
+        let mut layers = Vec::from_iter(cloud("draws", &plain, Style::group(1)));
+        layers.extend(cloud("divergent draws", &diverging, Style::group(2).open()));
+        Some(chart(x, axis(row, column == 0), layers))
     };
     (0..places.len())
         .map(|row| (0..places.len()).map(|column| panel(row, column)).collect())
@@ -113,15 +97,14 @@ fn symbol(input: ReportInput, parameter: &ModelParameter) -> String {
 }
 
 /// Smallest and largest of some numbers, a little apart.
-fn range(values: &[f64]) -> (f64, f64) {
-    let lo = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let hi = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+fn limits(values: &[f64]) -> (f64, f64) {
+    let [lo, hi] = range(values.iter().copied()).unwrap_or_default();
     let margin = 0.03 * (hi - lo);
     (lo - margin, hi + margin)
 }
 
 /// Draws to show in a panel: every so many, and of the diverging ones a quarter of the room.
-fn points(posterior: &Posterior, most: usize) -> (Vec<usize>, Vec<usize>) {
+fn shown_draws(posterior: &Posterior, most: usize) -> (Vec<usize>, Vec<usize>) {
     let flags = posterior.sampled.chains.iter().flat_map(|chain| &chain.diverging);
     let (diverging, plain): (Vec<(usize, &bool)>, _) = flags.enumerate().partition(|(_, diverging)| **diverging);
     let some = |of: Vec<(usize, &bool)>, most: usize| -> Vec<usize> {
@@ -147,11 +130,14 @@ fn histogram(draws: &[f64], (lo, hi): (f64, f64), prior: impl Fn(f64) -> Option<
         [(left, 0.0, height), (left + width, 0.0, height)]
     });
     let edges: Vec<(f64, f64, f64)> = bars.collect();
-    let curve: Vec<(f64, f64)> = (0..=CURVE)
+    let density: Vec<(f64, f64)> = (0..=CURVE)
         .map(|i| lo + (hi - lo) * i as f64 / CURVE as f64)
         .map(|x| (x, prior(x).unwrap_or(0.0)))
         .collect();
-    let heights = edges.iter().map(|edge| edge.2).chain(curve.iter().map(|point| point.1));
+    let heights = edges
+        .iter()
+        .map(|edge| edge.2)
+        .chain(density.iter().map(|point| point.1));
     let highest = heights.filter(|height| height.is_finite()).fold(0.0, f64::max);
     let layers = vec![
         Layer::Band {
@@ -159,12 +145,7 @@ fn histogram(draws: &[f64], (lo, hi): (f64, f64), prior: impl Fn(f64) -> Option<
             edges,
             style: Style::group(1),
         },
-        Layer::Line {
-            name: Some("prior density".to_owned()),
-            xy: curve,
-            style: Style::group(2),
-            dash: Dash::Solid,
-        },
+        curve("prior density", density, Style::group(2), Dash::Solid),
     ];
     (layers, highest)
 }

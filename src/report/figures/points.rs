@@ -11,12 +11,10 @@ pub(in crate::report) const SAME: f64 = 0.001;
 /// Points along a curve.
 const CURVE: usize = 160;
 
-pub(super) fn points(name: impl Into<String>, points: Vec<ChartPoint>, style: Style) -> Layer {
-    Layer::Points {
-        name: Some(name.into()),
-        points,
-        style,
-    }
+/// A layer of points; `None` without any.
+pub(super) fn points(name: impl Into<String>, points: Vec<ChartPoint>, style: Style) -> Option<Layer> {
+    let name = Some(name.into());
+    (!points.is_empty()).then_some(Layer::Points { name, points, style })
 }
 
 pub(super) fn curve(name: impl Into<String>, xy: Vec<(f64, f64)>, style: Style, dash: Dash) -> Layer {
@@ -76,10 +74,6 @@ pub(super) fn steps(lo: f64, hi: f64) -> impl Iterator<Item = f64> {
     (0..=CURVE).map(move |i| lo + (hi - lo) * i as f64 / CURVE as f64)
 }
 
-pub(super) fn largest(points: &[Vec<ChartPoint>]) -> Option<f64> {
-    points.iter().flatten().map(|p| p.x).reduce(f64::max)
-}
-
-pub(super) fn pairs(x: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
-    x.iter().copied().zip(y.iter().copied()).collect()
+pub(super) fn largest<'p>(points: impl Iterator<Item = &'p Vec<ChartPoint>>) -> Option<f64> {
+    points.flatten().map(|p| p.x).reduce(f64::max)
 }

@@ -3,11 +3,12 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::super::figures::{means, series_law, series_name, SAME};
+use super::super::figures::{means, series_name, SAME};
 use super::super::ReportInput;
+use crate::findings::laws::Pair;
 use crate::findings::predict::ParticleLaw;
-use crate::inference::diagnostics::quantile;
-use crate::runs::Series;
+use crate::findings::range::range;
+use crate::physics::Restitution;
 
 /// Draws a curve is made of; `predict` takes all of them.
 const DRAWS: usize = 400;
@@ -26,7 +27,7 @@ pub(in super::super) struct Curves {
     /// where the curves come from, in words
     pub source: String,
     /// each pair
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<PairCurve>,
     /// pairs there was no room for
     #[serde(skip)]
     pub left_out: usize,
@@ -34,7 +35,7 @@ pub(in super::super) struct Curves {
 
 /// The curve of a sphere, dry or in a liquid under a film, and the runs that were made with it.
 #[derive(Debug, Serialize)]
-pub(in super::super) struct Pair {
+pub(in super::super) struct PairCurve {
     /// its words
     pub name: String,
     /// whether it is of wet impacts
@@ -56,24 +57,22 @@ impl Curves {
     pub(in super::super) fn of(input: ReportInput) -> Curves {
         let input = input.of_sample();
         let speeds = speeds(input);
+        let spheres = 0..input.runs.spheres.len();
         let laws: Option<Vec<ParticleLaw>> = input.posterior.map(|posterior| {
-            let spheres = 0..input.runs.spheres.len();
-            spheres
-                .map(|sphere| posterior.law(input.scene, input.runs, sphere, DRAWS))
-                .collect()
+            let law = |sphere: usize| posterior.law(input.scene, input.runs, sphere, DRAWS);
+            spheres.clone().map(law).collect()
         });
-        let law = |sphere: usize| laws.as_ref().map(|laws| &laws[sphere]);
-        let of_sphere = |sphere: usize| {
-            let wet = (0..input.runs.series.len()).filter(move |place| input.runs.series[*place].sphere == sphere);
-            std::iter::once(None)
-                .chain(wet.map(Some))
-                .map(move |place| (sphere, place))
-        };
-        let all: Vec<(usize, Option<usize>)> = (0..input.runs.spheres.len()).flat_map(of_sphere).collect();
+        let pairs = spheres.flat_map(|sphere| Pair::of_sphere(sphere, input.runs, input.findings));
+        let all: Vec<Pair> = pairs.collect();
         let shown = &all[..all.len().min(MOST_PAIRS)];
-        let pair = |&(sphere, series): &(usize, Option<usize>)| match series {
-            None => dry_pair(input, sphere, law(sphere), &speeds),
-            Some(place) => wet_pair(input, place, law(sphere), &speeds),
+        let pair = |pair: &Pair| {
+            let law = laws.as_ref().map(|laws| &laws[pair.sphere]);
+            let (restitution, band) = restitution(input, pair, law, &speeds)?;
+            Some(PairCurve {
+                restitution,
+                band,
+                ..runs_of(input, pair)
+            })
         };
         Curves {
             source: match input.posterior {
@@ -101,88 +100,60 @@ fn speeds(input: ReportInput) -> Vec<f64> {
     (1..=count as usize).map(|i| rounded(step * i as f64)).collect()
 }
 
-fn dry_pair(input: ReportInput, sphere: usize, law: Option<&ParticleLaw>, speeds: &[f64]) -> Option<Pair> {
-    let order = input.scene.model.form().dry;
-    let e_dry = |dry_k: f64, v: f64| order.restitution(dry_k, v).max(0.0);
-    let (restitution, band) = match law {
-        Some(law) => median_and_band(speeds, |v| {
-            law.draws.iter().map(|draw| e_dry(draw.parameters.dry_k, v)).collect()
-        }),
-        None => {
-            let dry_k = input
-                .findings
-                .dry
-                .iter()
-                .find(|dry| dry.sphere == sphere)?
-                .dry_k
-                .value?;
-            (speeds.iter().map(|v| rounded(e_dry(dry_k, *v))).collect(), vec![])
-        }
+/// e at each speed, and with a posterior its 5 % and 95 % points; `None` where no law is usable.
+fn restitution(
+    input: ReportInput,
+    pair: &Pair,
+    law: Option<&ParticleLaw>,
+    speeds: &[f64],
+) -> Option<(Vec<f64>, Vec<[f64; 2]>)> {
+    let Some(law) = law else {
+        let fitted = Restitution::from(pair.fitted(input.scene, input.findings)?);
+        return Some((speeds.iter().map(|v| rounded(fitted.at(*v))).collect(), vec![]));
     };
-    let groups = input.runs.dry_of(sphere).iter();
-    let runs: Vec<usize> = groups.flat_map(|group| group.rebounds.clone()).collect();
-    Some(Pair {
-        name: format!("{}, dry", input.runs.spheres[sphere].words(input.scene)),
-        wet: false,
-        measured: ends(input, &runs),
-        restitution,
-        band,
-        rebounds: points(input, &runs),
-        stuck: vec![],
-    })
+    let curve = law.curve(pair.setting(input.scene).as_ref());
+    let points = speeds.iter().map(|v| curve.at(*v));
+    let rounded = points.map(|at| (rounded(at.q50), [at.q05, at.q95].map(rounded)));
+    Some(rounded.unzip())
 }
 
-fn wet_pair(input: ReportInput, place: usize, law: Option<&ParticleLaw>, speeds: &[f64]) -> Option<Pair> {
-    let series: &Series = &input.runs.series[place];
-    let (restitution, band) = match law {
-        Some(law) => {
-            let setting = input
-                .scene
-                .setting(series.particle, series.liquid, series.diameter, series.film);
-            let curves = law.restitutions(&setting);
-            median_and_band(speeds, |v| curves.iter().map(|curve| curve.at(v)).collect())
+/// The runs of a pair, before its curve is known.
+fn runs_of(input: ReportInput, pair: &Pair) -> PairCurve {
+    let own = input.runs.spheres[pair.sphere];
+    let (name, all, rebounds, stuck) = match pair.series {
+        Some((series, _)) => {
+            // a diameter stands in the words of the series
+            let particle = &input.scene.particles[own.particle].name;
+            let name = format!("{particle}, {}", series_name(input, series));
+            (
+                name,
+                series.runs().collect(),
+                series.rebounds.clone().collect(),
+                series.stuck.clone(),
+            )
         }
         None => {
-            let law = series_law(input, series, &input.findings.series[place])?;
-            (speeds.iter().map(|v| rounded(law.at(*v))).collect(), vec![])
+            let groups = input.runs.dry_of(pair.sphere).iter();
+            let rebounds: Vec<usize> = groups.flat_map(|group| group.rebounds.clone()).collect();
+            let name = format!("{}, dry", own.words(input.scene));
+            (name, rebounds.clone(), rebounds, 0..0)
         }
     };
-    let rebounds: Vec<usize> = series.rebounds.clone().collect();
-    let stuck: Vec<usize> = series.stuck.clone().collect();
-    let sphere = input.runs.spheres[series.sphere];
-    // a diameter stands in the words of the series
-    let particle = &input.scene.particles[sphere.particle].name;
-    Some(Pair {
-        name: format!("{particle}, {}", series_name(input, series)),
-        wet: true,
-        measured: ends(input, &series.runs().collect::<Vec<_>>()),
-        restitution,
-        band,
-        rebounds: points(input, &rebounds),
-        stuck: points(input, &stuck).into_iter().map(|[v, ..]| v).collect(),
-    })
+    let ends = range(all.iter().map(|run: &usize| input.runs.impact_speed[*run]));
+    PairCurve {
+        name,
+        wet: pair.series.is_some(),
+        measured: ends.iter().flatten().copied().map(rounded).collect(),
+        restitution: vec![],
+        band: vec![],
+        rebounds: points(input, rebounds),
+        stuck: points(input, stuck).into_iter().map(|[v, ..]| v).collect(),
+    }
 }
 
-/// The median and the 5 % and 95 % points of a value of every draw, at each speed.
-fn median_and_band(speeds: &[f64], of_draws: impl Fn(f64) -> Vec<f64>) -> (Vec<f64>, Vec<[f64; 2]>) {
-    let at = |v: &f64| {
-        let values = quantile::sorted(of_draws(*v));
-        let [low, median, high] = [0.05, 0.5, 0.95].map(|p| rounded(quantile::of_sorted(&values, p)));
-        (median, [low, high])
-    };
-    speeds.iter().map(at).unzip()
-}
-
-fn ends(input: ReportInput, runs: &[usize]) -> Vec<f64> {
-    let speeds = runs.iter().map(|run| input.runs.impact_speed[*run]);
-    let slowest = speeds.clone().reduce(f64::min);
-    let fastest = speeds.reduce(f64::max);
-    slowest.into_iter().chain(fastest).map(rounded).collect()
-}
-
-fn points(input: ReportInput, runs: &[usize]) -> Vec<[f64; 3]> {
-    let of = |run: &usize| (input.runs.impact_speed[*run], input.runs.restitution[*run]);
-    let mut pairs: Vec<(f64, f64)> = runs.iter().map(of).collect();
+fn points(input: ReportInput, runs: impl IntoIterator<Item = usize>) -> Vec<[f64; 3]> {
+    let of = |run: usize| (input.runs.impact_speed[run], input.runs.restitution[run]);
+    let mut pairs: Vec<(f64, f64)> = runs.into_iter().map(of).collect();
     let points = means(&mut pairs, SAME).into_iter();
     points
         .map(|point| [point.x, point.y, point.y_se.unwrap_or(0.0)].map(rounded))

@@ -39,13 +39,13 @@ pub(super) fn section(curves: &Curves) -> Result<String, Error> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::curves::Pair;
+    use super::super::curves::PairCurve;
     use super::*;
 
     #[test]
     fn no_name_ends_the_script_or_an_option() {
         let name = "</script><b>".to_owned();
-        let pair = Pair {
+        let pair = PairCurve {
             name,
             wet: true,
             measured: vec![0.5, 1.0],
