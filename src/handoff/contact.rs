@@ -225,13 +225,9 @@ impl StokesKeywords {
             let maximum: f64 = [0.4, 0.6, 0.75, 0.9][i % 4];
             [(-maximum.ln()).ln(), first + (last - first) * (i / 4) as f64 / 9.0]
         });
-        let (mut least, mut best) = (f64::INFINITY, [0.0; 2]);
-        for start in starts {
-            let distance = off(start);
-            if distance < least {
-                (least, best) = (distance, start);
-            }
-        }
+        let tried = starts.map(|start| (off(start), start));
+        let nearest = tried.min_by(|a, b| a.0.total_cmp(&b.0));
+        let (mut least, mut best) = nearest.unwrap_or((f64::INFINITY, [0.0; 2]));
         let mut reach = 0.25;
         // a compass search: no slopes, which kink where l changes its sign; a law without St has its best at infinity
         for _ in 0..MOST_MOVES {

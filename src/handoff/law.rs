@@ -155,44 +155,35 @@ impl Handoff<'_> {
 
     /// Fails where the law has no number to hand over.
     pub(super) fn check(&self) -> Result<(), Error> {
-        let positive = |x: f64| x.is_normal() && x > 0.0;
-        for (what, x) in [
+        let wetting = |number: fn(&Wetting) -> f64| self.wetting.as_ref().map_or(1.0, number);
+        let numbers = [
             ("the reference speed", self.reference_speed),
             ("the sphere's density", self.density),
             ("the sphere's diameter", self.diameter),
-            ("the film", self.wetting.map_or(1.0, |wetting| wetting.film)),
-            ("the viscosity", self.wetting.map_or(1.0, |wetting| wetting.viscosity)),
-        ] {
-            if !positive(x) {
-                return Err(Error::Usage(format!(
-                    "{what}: found {x} in SI, expected a number above 0"
-                )));
-            }
+            ("the film", wetting(|own| own.film)),
+            ("the viscosity", wetting(|own| own.viscosity)),
+        ];
+        if let Some((what, x)) = numbers.iter().find(|(_, x)| !(x.is_normal() && *x > 0.0)) {
+            let expected = "expected a number above 0";
+            return Err(Error::Usage(format!("{what}: found {x} in SI, {expected}")));
         }
-        let (v, e) = (self.reference_speed, self.predicted().q50);
-        let [lowest, highest] = self.speeds.unwrap_or([f64::NAN; 2]);
-        let runs = if self.speeds.is_some() {
-            let [lowest, highest] = [lowest, highest].map(number);
-            format!("; runs of this particle covered {lowest} to {highest} m/s")
+        let e = self.predicted().q50;
+        let problem = if !e.is_finite() || e > 1.0 {
+            format!("gives e = {e}, expected 0 < e <= 1: no code takes it")
+        } else if e <= 0.0 {
+            let threshold = self.rebounds_from();
+            let from = threshold.map(|speed| format!("; it rebounds from {} m/s on", number(speed)));
+            format!("gives no rebound, and no code takes e = 0{}", from.unwrap_or_default())
         } else {
-            String::new()
+            return Ok(());
         };
-        if !e.is_finite() || e > 1.0 {
-            return Err(Error::Usage(format!(
-                "--speed-m-s: at {} m/s the law gives e = {e}, expected 0 < e <= 1: no code takes it{runs}",
-                number(v)
-            )));
-        }
-        if e <= 0.0 {
-            let threshold = self.rebounds_from().map_or(String::new(), |speed| {
-                format!("; it rebounds from {} m/s on", number(speed))
-            });
-            return Err(Error::Usage(format!(
-                "--speed-m-s: at {} m/s the law gives no rebound, and no code takes e = 0{threshold}{runs}",
-                number(v)
-            )));
-        }
-        Ok(())
+        let runs = self.speeds.map(|speeds| speeds.map(number));
+        let runs = runs.map(|[lowest, highest]| format!("; runs of this particle covered {lowest} to {highest} m/s"));
+        Err(Error::Usage(format!(
+            "--speed-m-s: at {} m/s the law {problem}{}",
+            number(self.reference_speed),
+            runs.unwrap_or_default()
+        )))
     }
 
     /// Slowest speed above the reference speed at which the law rebounds, m/s.

@@ -50,36 +50,13 @@ pub(super) struct Panel<'a> {
 
 impl<'a> Panel<'a> {
     pub(super) fn new(chart: &'a Chart, look: &'static Look) -> Self {
-        let mut xs = Vec::new();
-        let mut ys = Vec::new();
-        for layer in &chart.layers {
-            match layer {
-                Layer::Points { points, .. } => {
-                    for p in points.iter().filter(|p| drawable(p.x) && drawable(p.y)) {
-                        let se = bar(p).unwrap_or(0.0);
-                        xs.push(p.x);
-                        ys.extend([p.y - se, p.y + se]);
-                    }
-                }
-                Layer::Line { xy, .. } => {
-                    for &(x, y) in xy.iter().filter(|p| drawable(p.0) && drawable(p.1)) {
-                        xs.push(x);
-                        ys.push(y);
-                    }
-                }
-                Layer::Band { edges, .. } => {
-                    for &(x, lower, upper) in edges.iter().filter(|e| edge_drawable(e)) {
-                        xs.push(x);
-                        ys.extend([lower, upper]);
-                    }
-                }
-            }
-        }
+        let reached = chart.layers.iter().flat_map(reach).filter(edge_drawable);
+        let (xs, ys): (Vec<f64>, Vec<[f64; 2]>) = reached.map(|(x, low, high)| (x, [low, high])).unzip();
         Self {
             chart,
             look,
             x: AxisScale::of_axis(&chart.x, &xs, look.ticks),
-            y: AxisScale::of_axis(&chart.y, &ys, look.ticks),
+            y: AxisScale::of_axis(&chart.y, ys.as_flattened(), look.ticks),
         }
     }
 
@@ -280,6 +257,19 @@ fn line(from: Pixel, to: Pixel, colour: &str) -> Element {
         .number("x2", to.0)
         .number("y2", to.1)
         .set("stroke", colour)
+}
+
+/// How far the marks of a layer reach: x, lowest and highest y.
+fn reach(layer: &Layer) -> Vec<(f64, f64, f64)> {
+    let of_point = |p: &ChartPoint| {
+        let se = bar(p).unwrap_or(0.0);
+        (p.x, p.y - se, p.y + se)
+    };
+    match layer {
+        Layer::Points { points, .. } => points.iter().map(of_point).collect(),
+        Layer::Line { xy, .. } => xy.iter().map(|&(x, y)| (x, y, y)).collect(),
+        Layer::Band { edges, .. } => edges.clone(),
+    }
 }
 
 fn edge_drawable(edge: &(f64, f64, f64)) -> bool {

@@ -4,7 +4,7 @@ use super::super::{numbers, ReportInput};
 use crate::findings::film_ratio::reference_film_ratio;
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
-use crate::runs::{FilmGroup, Series};
+use crate::runs::Series;
 use crate::scene::WetLaw;
 use crate::units::{micrometres, millimetres};
 
@@ -37,53 +37,39 @@ impl<'a> ShownSeries<'a> {
 }
 
 /// The series of a sphere at a film ratio, with the fit of each.
-pub(super) fn series_at(input: ReportInput<'_>, sphere: usize, ratio: Option<f64>) -> Vec<ShownSeries<'_>> {
+pub(super) fn series_at<'a>(input: ReportInput<'a>, sphere: usize, ratio: Option<f64>) -> Vec<ShownSeries<'a>> {
     let both = input.runs.series.iter().zip(&input.findings.series);
     let mut all: Vec<(&Series, &SeriesFit)> = both
         .filter(|(s, _)| s.sphere == sphere && ratio.is_none_or(|r| s.film_ratio == r))
         .collect();
     if all.len() <= MOST_SERIES {
-        let own = |one: (&'_ Series, _)| series_name(input, one.0);
-        return all
-            .into_iter()
-            .map(|one| ShownSeries {
-                name: own(one),
-                members: vec![one],
-            })
-            .collect();
+        let single = |one: (&'a Series, &'a SeriesFit)| ShownSeries {
+            name: series_name(input, one.0),
+            members: vec![one],
+        };
+        return all.into_iter().map(single).collect();
     }
     all.sort_by_key(|(series, _)| series.liquid);
-    let of_liquid = all.chunk_by(|a, b| a.0.liquid == b.0.liquid);
-    of_liquid
-        .map(|members| ShownSeries {
-            name: format!(
-                "{}, {} series",
-                input.scene.liquids[members[0].0.liquid].name,
-                members.len()
-            ),
+    let of_liquid = |members: &[(&'a Series, &'a SeriesFit)]| {
+        let liquid = &input.scene.liquids[members[0].0.liquid].name;
+        ShownSeries {
+            name: format!("{liquid}, {} series", members.len()),
             members: members.to_vec(),
-        })
-        .collect()
+        }
+    };
+    all.chunk_by(|a, b| a.0.liquid == b.0.liquid).map(of_liquid).collect()
 }
 
-/// δ/D of a group of series in words: a range where they have no one film ratio.
-fn film_ratio_words(group: &FilmGroup) -> String {
-    if group.has_one_film_ratio() {
-        format!("δ/D = {}", numbers::short(group.film_ratio))
-    } else {
-        format!("δ/D = {}", numbers::range(group.ends))
-    }
-}
-
-/// The title of a figure at a film ratio.
+/// The title of a figure at a film ratio: a range where the series have no one film ratio.
 pub(super) fn title_at(input: ReportInput, sphere: usize, ratio: Option<f64>) -> Option<String> {
     let mut groups = input.runs.film_groups_of(sphere).iter();
     let group = groups.find(|group| Some(group.film_ratio) == ratio)?;
-    Some(format!(
-        "{}, {}",
-        input.runs.spheres[sphere].words(input.scene),
-        film_ratio_words(group)
-    ))
+    let ratio = match group.has_one_film_ratio() {
+        true => numbers::short(group.film_ratio),
+        false => numbers::range(group.ends),
+    };
+    let sphere = input.runs.spheres[sphere].words(input.scene);
+    Some(format!("{sphere}, δ/D = {ratio}"))
 }
 
 pub(in crate::report) fn series_name(input: ReportInput, series: &Series) -> String {
