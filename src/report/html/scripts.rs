@@ -50,7 +50,8 @@ fn symbol(text: &str, before: Option<char>) -> Option<(String, usize)> {
     if let Some((power, _)) = text.strip_prefix("^(").and_then(|rest| rest.split_once(')')) {
         return Some((format!("<sup>{}</sup>", escaped(power)), power.len() + 3));
     }
-    let goes_on = |letter: char| letter.is_alphanumeric() || letter == '_';
+    // not ², which is a power
+    let goes_on = |letter: char| letter.is_alphabetic() || letter.is_ascii_digit() || letter == '_';
     if before.is_some_and(goes_on) {
         return None;
     }
