@@ -84,7 +84,7 @@ fn rows_of_pieces(table: &TableFile, scene: &Scene) -> Option<(Vec<Range<usize>>
         let length = source.length();
         about_rows(source.reader(&table.path).ok()?, length).ok()?
     };
-    (rows > 0).then(|| (vec![0..rows], rows))
+    (rows > 0).then(|| (std::iter::once(0..rows).collect(), rows))
 }
 
 impl Piece {
