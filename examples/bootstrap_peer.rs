@@ -64,7 +64,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .map(|stratum| influence(value, stratum.iter().map(|p| e_inf(*p))))
             .collect();
         let df = degrees_of_freedom(&influences).ok_or("the runs do not vary")?;
-        let mut made = Replicates::new(fits[0].iter().map(|fit| fit.map_or(f64::NAN, e_inf)));
+        let made = Replicates::new(fits[0].iter().map(|fit| fit.map_or(f64::NAN, e_inf)));
         made.bca(value, acceleration(&influences), 0.95, df)
     };
     let threads = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;

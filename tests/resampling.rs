@@ -84,7 +84,7 @@ fn jackknife_and_percentile_limits_are_the_scripts() {
             .iter()
             .map(|stratum| influence(value, stratum.iter().map(|p| of(*p))))
             .collect();
-        let mut made = Replicates::new(weights.iter().map(|w| of(fit(w).expect("determined"))));
+        let made = Replicates::new(weights.iter().map(|w| of(fit(w).expect("determined"))));
         let limits = [0.90, 0.95].map(|level| made.percentile(level, f64::INFINITY).expect("replicates"));
         let mut found = vec![value, acceleration(&influences)];
         found.extend(degrees_of_freedom(&influences));

@@ -4,7 +4,6 @@ use super::replicates::Task;
 use crate::distributions::normal_quantile;
 use crate::findings::estimate::Bootstrapped;
 use crate::inference::bootstrap::sandwich::Sandwich;
-use crate::inference::bootstrap::Target;
 use crate::inference::delta::Interval;
 use crate::scene::IntervalMethod;
 
@@ -24,16 +23,14 @@ const HANGS: &str =
 
 /// Adds an estimate's interval by the sandwiches of its fit and of its k, and quotes it, unless the scene wants that of least
 /// squares; where the fit hangs on a run, it has no uncertainty but a profile's.
-pub(super) fn add_interval(task: Task, method: IntervalMethod, targets: &[Target], sandwiches: &[Sandwich]) {
-    if !sandwiches[task.target].is_near() {
+pub(super) fn add_interval(task: Task, method: IntervalMethod, sandwiches: &[Option<Sandwich>]) {
+    let Some(own) = sandwiches[task.fit] else { return };
+    if !own.is_near() {
         return task.estimate.withhold_uncertainty(HANGS);
     }
-    let fitted = |target: usize| (targets[target].fitted, sandwiches[target].covariance);
-    let of_k = task.dry.map(fitted);
-    let of_k = of_k.map_or((f64::NAN, 0.0), |(parameters, covariance)| {
-        (parameters[0], covariance[0])
-    });
-    let se = task.variance(fitted(task.target), of_k).sqrt();
+    let of_dry = task.dry.and_then(|dry| sandwiches[dry]);
+    let of_k = of_dry.map_or((f64::NAN, 0.0), |dry| (dry.fitted[0], dry.covariance[0]));
+    let se = task.variance((own.fitted, own.covariance), of_k).sqrt();
     let estimate = task.estimate;
     let Some(value) = estimate.value.filter(|_| se > 0.0 && se.is_finite()) else {
         return;

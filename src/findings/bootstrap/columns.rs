@@ -1,18 +1,22 @@
-//! Lays the runs of all fits out as columns, in the order in which the strata are drawn.
+//! Lays the runs of every fit out as columns, in the order in which the strata are drawn.
 
 use std::ops::Range;
 
+use super::resampling::Estimates;
 use crate::findings::dry::{own_dry_speed, FittedDry};
+use crate::findings::own_dry_speed::OwnDrySpeed;
+use crate::findings::scaling::FittedScaling;
+use crate::findings::series::SeriesFit;
 use crate::inference::bootstrap::{strata, Pool, RunErrors, Target};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
 use crate::inference::regression::Regression;
-use crate::physics::dry::Order;
-use crate::runs::{Runs, Series};
+use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
 
-/// Where the runs of a series, or dry runs of a diameter, stand.
-struct SeriesColumns {
+/// Where the rebounds of a series, or the dry ones of a diameter, stand.
+struct Group {
+    /// among those of all groups
     runs: Range<usize>,
     strata: Range<usize>,
     /// empty where nothing rebounded: there is nothing to draw
@@ -21,190 +25,161 @@ struct SeriesColumns {
     first: usize,
 }
 
-/// The runs of all fits as columns in the order of the strata.
-pub(super) struct Columns {
+/// The rebounds of a table, divided into dry groups and then series, and inside these by impact speed.
+pub(super) struct Division<'r> {
     pub(super) pool: Pool,
-    places: Vec<SeriesColumns>,
-    dry_runs: usize,
-    /// where each run stands in the table; empty where none is weighed by its errors
+    runs: &'r Runs,
+    groups: Vec<Group>,
+    /// the rebounds of all groups, those of each by impact speed
     order: Vec<usize>,
-    speed_root: Vec<f64>,
-    dry_restitution: Vec<f64>,
-    inverse_speed: Vec<f64>,
-    inverse_stokes: Vec<f64>,
-    restitution: Vec<f64>,
-    offset: Vec<f64>,
-    /// how many runs each stands for; empty where that is itself
-    dry_count: Vec<f64>,
-    count: Vec<f64>,
 }
 
-impl Columns {
-    pub(super) fn new(scene: &Scene, runs: &Runs, dry: &[FittedDry]) -> Columns {
-        let mut columns = Columns {
+/// The runs that a fit is made to, in the order of their division.
+pub(super) struct FitRuns {
+    law: Law,
+    x: Vec<f64>,
+    /// empty for none
+    offset: Vec<f64>,
+    restitution: Vec<f64>,
+    /// how many runs each stands for; empty where that is itself
+    counts: Vec<f64>,
+    strata: Range<usize>,
+    series: Range<usize>,
+    fitted: [f64; 2],
+    errors: Option<RunErrors>,
+}
+
+impl FitRuns {
+    pub(super) fn target(&self) -> Target<'_> {
+        Target {
+            regression: Regression {
+                offset: &self.offset,
+                counts: &self.counts,
+                ..Regression::new(self.law, &self.x, &self.restitution)
+            },
+            strata: self.strata.clone(),
+            series: self.series.clone(),
+            fitted: self.fitted,
+            errors: self.errors.as_ref(),
+        }
+    }
+}
+
+/// What a law was fitted to, and where the fit ended.
+struct FittedTo<'f> {
+    law: Law,
+    groups: Range<usize>,
+    own: Option<OwnDrySpeed>,
+    fitted: [f64; 2],
+    error_weights: Option<&'f ErrorWeights>,
+}
+
+impl<'r> Division<'r> {
+    pub(super) fn new(runs: &'r Runs) -> Division<'r> {
+        let mut division = Division {
             pool: Pool::default(),
-            places: vec![],
-            dry_runs: 0,
+            runs,
+            groups: vec![],
             order: vec![],
-            speed_root: vec![],
-            dry_restitution: vec![],
-            inverse_speed: vec![],
-            inverse_stokes: vec![],
-            restitution: vec![],
-            offset: vec![],
-            dry_count: vec![],
-            count: vec![],
         };
-        let weighs = runs.errors.is_some();
-        for group in &runs.dry {
-            let order = columns.divide(&runs.impact_speed, &group.rebounds);
-            for run in &order {
-                columns.speed_root.push(runs.impacts.speed_root[*run]);
-                columns.dry_restitution.push(runs.restitution[*run]);
-            }
-            columns
-                .dry_count
-                .extend(order.iter().filter_map(|run| runs.count.get(*run)));
-            columns.order.extend(order.into_iter().filter(|_| weighs));
+        let dry = runs.dry.iter().map(|group| &group.rebounds);
+        for rebounds in dry.chain(runs.series.iter().map(|series| &series.rebounds)) {
+            division.add(rebounds);
         }
-        columns.dry_runs = columns.dry_restitution.len();
-        let own_of = |series: &Series| own_dry_speed(scene, dry, series.sphere);
-        let has_offsets = runs.series.iter().any(|series| own_of(series).is_some());
-        for series in &runs.series {
-            let order = columns.divide(&runs.impact_speed, &series.rebounds);
-            let speeds: Vec<f64> = order.iter().map(|run| runs.impact_speed[*run]).collect();
-            columns.inverse_speed.extend(speeds.iter().map(|v| 1.0 / v));
-            let inverse_stokes = order.iter().map(|run| runs.inverse_stokes(*run));
-            columns.inverse_stokes.extend(inverse_stokes);
-            let restitution = order.iter().map(|run| runs.restitution[*run]);
-            columns.restitution.extend(restitution);
-            columns
-                .count
-                .extend(order.iter().filter_map(|run| runs.count.get(*run)));
-            match own_of(series) {
-                Some(own) => columns.offset.extend(own.offsets(&speeds)),
-                None if has_offsets => columns.offset.extend(std::iter::repeat_n(0.0, speeds.len())),
-                None => {}
-            }
-            columns.order.extend(order.into_iter().filter(|_| weighs));
-        }
-        if columns.offset.iter().all(|offset| *offset == 0.0) {
-            columns.offset.clear();
-        }
-        columns
+        division
     }
 
-    /// Adds a series of the pool, divided by impact speed, and gives its runs in the order of their columns.
-    fn divide(&mut self, speeds: &[f64], rebounds: &Range<usize>) -> Vec<usize> {
-        let mut order: Vec<usize> = rebounds.clone().collect();
-        order.sort_by(|a, b| speeds[*a].total_cmp(&speeds[*b]));
-        let sorted: Vec<f64> = order.iter().map(|run| speeds[*run]).collect();
+    fn add(&mut self, rebounds: &Range<usize>) {
+        let speeds = &self.runs.impact_speed;
+        let first = self.order.len();
+        self.order.extend(rebounds.clone());
+        let own = &mut self.order[first..];
+        own.sort_by(|a, b| speeds[*a].total_cmp(&speeds[*b]));
+        let sorted: Vec<f64> = own.iter().map(|run| speeds[*run]).collect();
         let (strata, series) = (self.pool.strata.len(), self.pool.series.len());
-        let first = self.pool.strata.last().map_or(0, |stratum| stratum.end);
-        let own = strata::by_speed(&sorted).into_iter();
-        let shifted = own.map(|stratum| first + stratum.start..first + stratum.end);
+        let shifted = strata::by_speed(&sorted).into_iter();
+        let shifted = shifted.map(|stratum| first + stratum.start..first + stratum.end);
         self.pool.strata.extend(shifted);
-        let runs = first..first + order.len();
-        self.pool.series.extend((!order.is_empty()).then(|| runs.clone()));
-        self.places.push(SeriesColumns {
+        let runs = first..self.order.len();
+        self.pool.series.extend((!runs.is_empty()).then(|| runs.clone()));
+        self.groups.push(Group {
             runs,
             strata: strata..self.pool.strata.len(),
             series: series..self.pool.series.len(),
             first: rebounds.start,
         });
-        order
     }
 
-    /// The errors by which a fit weighed the runs of some places, in the order of their columns.
-    pub(super) fn run_errors(&self, error_weights: Option<&ErrorWeights>, places: Range<usize>) -> Option<RunErrors> {
-        let own = error_weights?;
-        // where each run stands in the columns of the fit
-        let mut order = vec![];
-        for place in &self.places[places] {
-            let before = order.len();
-            let runs = self.order[place.runs.clone()].iter();
-            order.extend(runs.map(|run| before + run - place.first));
-        }
-        let variance: Vec<f64> = order.iter().map(|run| own.variance[*run]).collect();
-        let left_out: Vec<bool> = variance.iter().map(|variance| variance.is_infinite()).collect();
-        let counted = left_out.iter().filter(|left_out| !**left_out).count();
-        let mean = variance.iter().map(|variance| 1.0 / variance).sum::<f64>() / counted as f64;
-        let bias = |j: usize| own.bias.get(j).copied().unwrap_or(0.0);
-        Some(RunErrors {
-            columns: own.errors.of_runs(&order),
-            left_out,
-            weights: variance.iter().map(|variance| 1.0 / (variance * mean)).collect(),
-            bias: [bias(0), bias(1)],
-        })
+    /// The runs of every fit, of dry laws, series and scaling laws in turn; `None` of a fit without numbers.
+    pub(super) fn fits(&self, scene: &Scene, estimates: &Estimates) -> Vec<Option<FitRuns>> {
+        let (runs, dry) = (self.runs, &*estimates.dry);
+        let wet = |series: Range<usize>| runs.dry.len() + series.start..runs.dry.len() + series.end;
+        let of_dry = |fitted: &FittedDry| {
+            let first = runs.dry.partition_point(|group| group.sphere < fitted.sphere);
+            let to = FittedTo {
+                law: Law::Dry(scene.model.form().dry),
+                groups: first..first + runs.dry_of(fitted.sphere).len(),
+                own: None,
+                fitted: [fitted.dry.dry_k.value?, 0.0],
+                error_weights: fitted.error_weights.as_ref(),
+            };
+            (!to.groups.is_empty()).then(|| self.runs_of(to, |run| runs.impacts.speed_root[run]))
+        };
+        let of_series = |(index, fit): (usize, &SeriesFit)| {
+            let to = FittedTo {
+                law: Law::SQUARE_ROOT,
+                groups: wet(index..index + 1),
+                own: own_dry_speed(scene, dry, runs.series[index].sphere),
+                fitted: [fit.alpha.value?, fit.beta.value?],
+                error_weights: fit.error_weights.as_ref(),
+            };
+            Some(self.runs_of(to, |run| 1.0 / runs.impact_speed[run]))
+        };
+        let of_scaling = |fitted: &FittedScaling| {
+            let to = FittedTo {
+                law: Law::Wet(fitted.law),
+                groups: wet(fitted.series.clone()),
+                own: own_dry_speed(scene, dry, fitted.sphere).filter(|_| fitted.law == WetLaw::Sqrt),
+                fitted: fitted.parameters?,
+                error_weights: fitted.error_weights.as_ref(),
+            };
+            Some(self.runs_of(to, |run| runs.inverse_stokes(run)))
+        };
+        let dry = dry.iter().map(of_dry);
+        let series = estimates.series.iter().enumerate().map(of_series);
+        let scaling = estimates.scaling.iter().map(of_scaling);
+        dry.chain(series).chain(scaling).collect()
     }
 
-    /// What some series cover together.
-    fn joined(&self, places: &Range<usize>, of: fn(&SeriesColumns) -> &Range<usize>) -> Range<usize> {
-        let places = &self.places[places.clone()];
-        let (first, last) = (places.first().map(of), places.last().map(of));
-        first.map_or(0, |range| range.start)..last.map_or(0, |range| range.end)
-    }
-
-    pub(super) fn dry<'k>(
-        &'k self,
-        places: Range<usize>,
-        k: f64,
-        order: Order,
-        errors: Option<&'k RunErrors>,
-    ) -> Target<'k> {
-        let range = self.joined(&places, |place| &place.runs);
-        Target {
-            regression: Regression {
-                counts: self.dry_count.get(range.clone()).unwrap_or(&[]),
-                ..Regression::new(
-                    Law::Dry(order),
-                    &self.speed_root[range.clone()],
-                    &self.dry_restitution[range],
-                )
-            },
-            strata: self.joined(&places, |place| &place.strata),
-            series: self.joined(&places, |place| &place.series),
-            fitted: [k, 0.0],
-            errors,
-        }
-    }
-
-    /// The square-root law of all rebounds over 1/v.
-    pub(super) fn over_speed(&self) -> Regression<'_> {
-        Regression {
-            offset: &self.offset,
-            ..Regression::new(Law::SQUARE_ROOT, &self.inverse_speed, &self.restitution)
-        }
-    }
-
-    /// A law of all rebounds over 1/St.
-    pub(super) fn over_stokes(&self, law: WetLaw) -> Regression<'_> {
-        Regression {
-            offset: if law == WetLaw::Sqrt { &self.offset } else { &[] },
-            ..Regression::new(Law::Wet(law), &self.inverse_stokes, &self.restitution)
-        }
-    }
-
-    /// The fit of a law of all rebounds to those of some places.
-    pub(super) fn wet<'k>(
-        &'k self,
-        all: Regression<'k>,
-        places: Range<usize>,
-        fitted: [f64; 2],
-        errors: Option<&'k RunErrors>,
-    ) -> Target<'k> {
-        let range = self.joined(&places, |place| &place.runs);
-        let range = range.start - self.dry_runs..range.end - self.dry_runs;
-        Target {
-            regression: Regression {
-                offset: all.offset.get(range.clone()).unwrap_or(&[]),
-                counts: self.count.get(range.clone()).unwrap_or(&[]),
-                ..Regression::new(all.law, &all.x[range.clone()], &all.restitution[range])
-            },
-            strata: self.joined(&places, |place| &place.strata),
-            series: self.joined(&places, |place| &place.series),
-            fitted,
-            errors,
+    fn runs_of(&self, to: FittedTo, x: impl Fn(usize) -> f64) -> FitRuns {
+        let groups = &self.groups[to.groups];
+        let joined = |of: fn(&Group) -> &Range<usize>| {
+            let (first, last) = (groups.first().map(of), groups.last().map(of));
+            first.map_or(0, |range| range.start)..last.map_or(0, |range| range.end)
+        };
+        let own = &self.order[joined(|group| &group.runs)];
+        let of = |column: &[f64]| -> Vec<f64> { own.iter().filter_map(|run| column.get(*run)).copied().collect() };
+        // where each run stands among those of the fit, which come as in the table
+        let in_fit = || {
+            let mut places = Vec::with_capacity(own.len());
+            for group in groups {
+                let (before, order) = (places.len(), &self.order[group.runs.clone()]);
+                places.extend(order.iter().map(|run| before + run - group.first));
+            }
+            places
+        };
+        FitRuns {
+            law: to.law,
+            x: own.iter().map(|run| x(*run)).collect(),
+            offset: to
+                .own
+                .map_or_else(Vec::new, |own| own.offsets(&of(&self.runs.impact_speed))),
+            restitution: of(&self.runs.restitution),
+            counts: of(&self.runs.count),
+            strata: joined(|group| &group.strata),
+            series: joined(|group| &group.series),
+            fitted: to.fitted,
+            errors: to.error_weights.map(|weights| RunErrors::new(weights, &in_fit())),
         }
     }
 }

@@ -52,43 +52,6 @@ impl Draws {
     }
 }
 
-/// A number for each member, of which what is drawn has a mean.
-#[derive(Debug, Clone)]
-pub(super) struct DrawnMean {
-    draws: Draws,
-    /// 1 over how many are drawn
-    share: f64,
-    of_member: Vec<f64>,
-    of_pair: Vec<f64>,
-}
-
-impl DrawnMean {
-    pub(super) fn new(of_member: &[f64]) -> DrawnMean {
-        let draws = Draws::new(of_member.len());
-        let paired = if draws.pairs.draws > 0 { of_member } else { &[] };
-        let with_each = |one: &f64| -> Vec<f64> { paired.iter().map(|other| one + other).collect() };
-        DrawnMean {
-            draws,
-            share: draws.weight / draws.members as f64,
-            of_member: of_member.to_vec(),
-            of_pair: paired.iter().flat_map(with_each).collect(),
-        }
-    }
-
-    /// Random words of 32 bits that a replicate uses.
-    pub(super) fn words(&self) -> u64 {
-        self.draws.words()
-    }
-
-    /// Draws the mean.
-    pub(super) fn draw(&self, rng: &mut ChaCha8Rng) -> f64 {
-        let mut sum = 0.0;
-        self.draws.pairs.draw(rng, |pair| sum += self.of_pair[pair]);
-        self.draws.singles.draw(rng, |member| sum += self.of_member[member]);
-        self.share * sum
-    }
-}
-
 /// Some draws, each of as many choices.
 #[derive(Debug, Clone, Copy)]
 struct Choices {
@@ -195,27 +158,6 @@ mod tests {
             let chi_squared: f64 = counts.into_iter().map(apart).sum();
             // mean 35, variance 70
             assert!((chi_squared - 35.0).abs() < 4.5 * 70f64.sqrt(), "{chi_squared}");
-        }
-    }
-
-    #[test]
-    fn a_mean_is_that_of_the_weights_drawn_from_the_same_stream() {
-        let name = "a_mean_is_that_of_the_weights_drawn_from_the_same_stream";
-        for members in [1usize, 2, 3, 4, 7, 32, 33] {
-            let numbers: Vec<f64> = (0..members).map(|member| (3.0 * member as f64).sin()).collect();
-            let (mean, draws) = (DrawnMean::new(&numbers), Draws::new(members));
-            let [mut one, mut other] = [0, 0].map(|index| stream(1, name, index));
-            let mut weights = vec![0.0; members];
-            for _ in 0..20 {
-                draws.weigh(&mut other, &mut weights);
-                let sum: f64 = numbers
-                    .iter()
-                    .zip(&weights)
-                    .map(|(number, weight)| number * weight)
-                    .sum();
-                let apart = mean.draw(&mut one) - sum / members as f64;
-                assert!(apart.abs() < 1e-12, "{members}: {apart}");
-            }
         }
     }
 }

@@ -3,7 +3,7 @@
 //! What `effective_variance.rs` says of a fit to runs holds of one to weighted runs, of which each counts as often as it
 //! weighs. Runs that the fit to all left out, near where nothing rebounds, stay left out.
 
-use crate::inference::effective_variance::{error_variances, intrinsic_variance, ErrorColumns};
+use crate::inference::effective_variance::{error_variances, intrinsic_variance, ErrorColumns, ErrorWeights};
 use crate::inference::kernel::{self, Failure, Sample, WeightedFit};
 use crate::inference::law::{Law, LawInSpeed};
 
@@ -28,6 +28,20 @@ const MOST_ROUNDS: usize = 60;
 const SETTLED: f64 = 1e-5;
 
 impl RunErrors {
+    /// Those of a fit's runs in another order.
+    pub fn new(of_fit: &ErrorWeights, order: &[usize]) -> RunErrors {
+        let variance: Vec<f64> = order.iter().map(|run| of_fit.variance[*run]).collect();
+        let left_out: Vec<bool> = variance.iter().map(|variance| variance.is_infinite()).collect();
+        let counted = left_out.iter().filter(|left_out| !**left_out).count();
+        let mean = variance.iter().map(|variance| 1.0 / variance).sum::<f64>() / counted as f64;
+        RunErrors {
+            columns: of_fit.errors.of_runs(order),
+            left_out,
+            weights: variance.iter().map(|variance| 1.0 / (variance * mean)).collect(),
+            bias: [0, 1].map(|j| of_fit.bias.get(j).copied().unwrap_or(0.0)),
+        }
+    }
+
     /// Weighs and fits in turn until neither changes, from the fit to all runs.
     ///
     /// Fails as [`kernel::fit`] does, and where the weights do not settle.
@@ -180,12 +194,8 @@ mod tests {
             };
             let all = vec![1; x.len()];
             let (fitted, own) = fit_of(&all);
-            let errors = RunErrors {
-                columns: columns.clone(),
-                left_out: own.variance.iter().map(|variance| variance.is_infinite()).collect(),
-                weights: vec![],
-                bias: [own.bias[0], own.bias[1]],
-            };
+            let in_order: Vec<usize> = (0..x.len()).collect();
+            let errors = RunErrors::new(&own, &in_order);
             assert!(own.bias.iter().all(|bias| bias.abs() > 1e-5), "{:?}", own.bias);
             let drawn: Vec<usize> = (0..x.len()).map(|run| run * 7 % 4).collect();
             for counts in [&all, &drawn] {

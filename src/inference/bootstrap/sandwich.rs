@@ -15,9 +15,11 @@ use super::target::{Pool, Target};
 /// 10,000 replicates; in the other ten it was 0.45 and more, and standard errors were 6 to 100 % too small.
 const MOST_LEVERAGE: f64 = 0.05;
 
-/// The covariance that a fit's parameters have over replicates of cases, in the limit of many runs.
+/// A fit's parameters, and the covariance that they have over replicates of cases, in the limit of many runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sandwich {
+    /// the parameters
+    pub fitted: [f64; 2],
     /// entries aa, ab, bb
     pub covariance: [f64; 3],
     /// the largest share of a single run in the fit
@@ -52,15 +54,21 @@ pub fn sandwich(pool: &Pool, target: &Target) -> Sandwich {
             }
         }
     }
-    Sandwich { covariance, leverage }
+    Sandwich {
+        fitted: target.fitted,
+        covariance,
+        leverage,
+    }
 }
 
 /// The sandwich of a fit to many runs from an even sample of them: as much narrower as all are more, and with the leverage of
 /// one run among all.
 pub fn sandwich_of_sample(pool: &Pool, sample: &Target, all: &Target) -> Sandwich {
     let share = sample.regression.x.len() as f64 / all.regression.counts.iter().sum::<f64>();
+    let of_sample = sandwich(pool, sample);
     Sandwich {
-        covariance: sandwich(pool, sample).covariance.map(|entry| share * entry),
+        covariance: of_sample.covariance.map(|entry| share * entry),
         leverage: first_order(all).leverage,
+        ..of_sample
     }
 }
