@@ -697,7 +697,7 @@ pub fn fit_joint(problem: &JointFit) -> Fit {
     let [line, lowered] = problem.starts();
     let (wet, shared) = (problem.joint.wet_rebounds(), problem.joint.shared.len());
     if wet < shared {
-        return Fit::without_enough_runs(line, wet, shared);
+        return Fit::without_enough_runs(&line, wet, shared);
     }
     let first = fit(problem, &line);
     if lowered == line {

@@ -62,24 +62,45 @@ pub(super) struct Model<'a, P> {
     pub(super) met_edge: bool,
 }
 
-impl<'a, P> Model<'a, P> {
-    pub(super) fn new(problem: &'a P) -> Self {
-        Self {
-            problem,
-            evaluations: 0,
-            met_edge: false,
+impl<P: ResidualProblem> Model<'_, P> {
+    /// Sum of squares at `parameters`, the residuals going into `out`; `None` outside the domain,
+    /// which a residual that is not a finite number counts as.
+    pub(super) fn residuals(&mut self, parameters: &DVector<f64>, out: &mut DVector<f64>) -> Option<f64> {
+        if !parameters.iter().all(|b| b.is_finite()) {
+            return None;
         }
+        self.evaluations += 1;
+        let inside = self.problem.residuals(parameters.as_slice(), out.as_mut_slice());
+        let sum = out.norm_squared();
+        let found = Some(sum).filter(|sum| inside.is_ok() && sum.is_finite());
+        self.met_edge |= found.is_none();
+        found
+    }
+
+    /// The triangle at `parameters`, whose `residuals` are known; `None` outside the domain.
+    fn linearise(
+        &mut self,
+        parameters: DVector<f64>,
+        residuals: &DVector<f64>,
+        work: &mut DVector<f64>,
+    ) -> Option<Linearised> {
+        self.evaluations += 1;
+        let mut jacobian = DMatrix::zeros(self.problem.runs(), self.problem.parameters());
+        self.problem.jacobian(parameters.as_slice(), &mut jacobian).ok()?;
+        Linearised::new(parameters, residuals, jacobian, work, self.problem.scale())
     }
 }
 
 /// The state of one attempt.
-pub(super) struct LevenbergMarquardt {
+pub(super) struct LevenbergMarquardt<'a, P> {
+    pub(super) model: Model<'a, P>,
     variant: Variant,
-    /// The current point.
+    /// The current point; `None` if the model is undefined at the start.
     pub(super) current: Option<Linearised>,
     /// its relative offset
     offset: f64,
-    residuals: DVector<f64>,
+    /// its residuals
+    pub(super) residuals: DVector<f64>,
     trial: DVector<f64>,
     work: DVector<f64>,
     yardsticks: DVector<f64>,
@@ -93,29 +114,25 @@ pub(super) struct LevenbergMarquardt {
     pub(super) stop: Option<Stop>,
 }
 
-/// A step of the scaled parameters, before acceleration.
-struct Proposal {
-    velocity: DVector<f64>,
-    /// first-order change of the residuals it makes, in the plane of the slopes
-    change: DVector<f64>,
-}
+/// Whether a step was taken: `None` where it was refused.
+type Taken = Option<()>;
 
-/// What a proposed step led to.
-enum Step {
-    Taken,
-    Refused,
-}
-
-impl LevenbergMarquardt {
-    pub(super) fn new(runs: usize, parameters: usize, variant: Variant) -> Self {
+impl<'a, P: ResidualProblem> LevenbergMarquardt<'a, P> {
+    pub(super) fn new(problem: &'a P, variant: Variant) -> Self {
+        let of_runs = DVector::zeros(problem.runs());
         Self {
+            model: Model {
+                problem,
+                evaluations: 0,
+                met_edge: false,
+            },
             variant,
             current: None,
             offset: f64::INFINITY,
-            residuals: DVector::zeros(runs),
-            trial: DVector::zeros(runs),
-            work: DVector::zeros(runs),
-            yardsticks: DVector::zeros(parameters),
+            residuals: of_runs.clone(),
+            trial: of_runs.clone(),
+            work: of_runs,
+            yardsticks: DVector::zeros(problem.parameters()),
             damping: FIRST_DAMPING,
             growth: 2.0,
             refused_at: f64::INFINITY,
@@ -125,36 +142,41 @@ impl LevenbergMarquardt {
     }
 
     /// Begins at `start`; stopped at once if the model is undefined or nothing is left to gain there.
-    pub(super) fn begin<P: ResidualProblem>(&mut self, model: &mut Model<P>, start: DVector<f64>) {
-        let sum = residuals_at(model, &start, &mut self.trial);
-        match sum.and_then(|_| linearise_at(model, start, &self.trial, &mut self.work)) {
+    pub(super) fn begin(&mut self, start: DVector<f64>) {
+        match self.linearised(start) {
             Some(first) => self.move_to(first),
             None => self.stop = Some(Stop::OutOfDomain),
         }
     }
 
+    /// The triangle at `parameters`, whose residuals go into `trial`; `None` outside the domain.
+    fn linearised(&mut self, parameters: DVector<f64>) -> Option<Linearised> {
+        self.model.residuals(&parameters, &mut self.trial)?;
+        self.model.linearise(parameters, &self.trial, &mut self.work)
+    }
+
     /// Takes one step, or stops.
-    pub(super) fn iterate<P: ResidualProblem>(&mut self, model: &mut Model<P>) {
+    pub(super) fn iterate(&mut self) {
         let Some(here) = self.current.take() else {
             return;
         };
         let offset = self.offset;
-        let mut step = Step::Refused;
+        let mut step = None;
         let near = offset < UNDAMPED_BELOW || here.removable_share() < UNDAMPED_BELOW_SHARE;
         if near && offset < 0.1 * self.refused_at {
-            step = self.undamped_step(model, &here);
-            if matches!(step, Step::Refused) {
+            step = self.undamped_step(&here);
+            if step.is_none() {
                 self.refused_at = offset;
                 if here.scatter() > NEWTON_SCATTER * here.scale {
-                    step = self.newton_step(model, &here);
+                    step = self.newton_step(&here);
                 }
             }
         }
         let settled = here.at_rounding() || offset <= 1e-8;
-        if matches!(step, Step::Refused) && !settled {
-            step = self.damped_step(model, &here);
+        if step.is_none() && !settled {
+            step = self.damped_step(&here);
         }
-        if matches!(step, Step::Refused) {
+        if step.is_none() {
             self.stop = Some(match self.stop {
                 _ if settled || offset <= LOOSE => Stop::Converged,
                 Some(stop) => stop,
@@ -162,7 +184,7 @@ impl LevenbergMarquardt {
             });
         }
         let sum = self.current.get_or_insert(here).residual_sum_of_squares;
-        if model.met_edge && self.stop.is_none() {
+        if self.model.met_edge && self.stop.is_none() {
             let (iterations, before) = self.at_edge.unwrap_or((0, sum));
             self.at_edge = match iterations + 1 {
                 EDGE_PATIENCE if sum > (1.0 - EDGE_GAIN) * before => {
@@ -196,84 +218,56 @@ impl LevenbergMarquardt {
 
     /// Tries the undamped step: it is judged by the slope left, not by the sum of squares,
     /// which no longer feels steps below 1e-8.
-    fn undamped_step<P: ResidualProblem>(&mut self, model: &mut Model<P>, here: &Linearised) -> Step {
-        let Some(step) = here.gauss_newton_step() else {
-            return Step::Refused;
-        };
-        self.take_if_flatter(model, here, &here.parameters + step)
+    fn undamped_step(&mut self, here: &Linearised) -> Taken {
+        let step = here.gauss_newton_step()?;
+        self.take_if_flatter(here, &here.parameters + step)
     }
 
     /// Tries Newton's step, for curves so bent that undamped steps overshoot for ever (runs close
     /// to a square root's edge). What the slopes leave out of the curvature is measured by
     /// differences of the gradient.
-    fn newton_step<P: ResidualProblem>(&mut self, model: &mut Model<P>, here: &Linearised) -> Step {
-        let Some(axes) = here.axes() else {
-            return Step::Refused;
-        };
+    fn newton_step(&mut self, here: &Linearised) -> Taken {
+        let axes = here.axes()?;
         let apart = NEWTON_PROBE * here.scatter();
         let p = here.parameters.len();
         let mut curvature = DMatrix::zeros(p, p);
         for (axis, mut column) in axes.column_iter().zip(curvature.column_iter_mut()) {
-            let probe = &here.parameters + axis * apart;
-            let Some(_) = residuals_at(model, &probe, &mut self.trial) else {
-                return Step::Refused;
-            };
-            let Some(there) = linearise_at(model, probe, &self.trial, &mut self.work) else {
-                return Step::Refused;
-            };
+            let there = self.linearised(&here.parameters + axis * apart)?;
             column.copy_from(&((there.gradient_along(&axes) - &here.removable) / apart));
         }
         let symmetric = (&curvature + curvature.transpose()) * 0.5;
         // Without a positive curvature in every direction there is no minimum to step to.
-        let Some(root) = Cholesky::new(symmetric) else {
-            return Step::Refused;
-        };
+        let root = Cholesky::new(symmetric)?;
         let step = axes * root.solve(&here.removable);
-        self.take_if_flatter(model, here, &here.parameters - step)
+        self.take_if_flatter(here, &here.parameters - step)
     }
 
     /// Moves `there` if that leaves clearly less to remove.
-    fn take_if_flatter<P: ResidualProblem>(
-        &mut self,
-        model: &mut Model<P>,
-        here: &Linearised,
-        there: DVector<f64>,
-    ) -> Step {
-        let Some(sum) = residuals_at(model, &there, &mut self.trial) else {
-            return Step::Refused;
-        };
+    fn take_if_flatter(&mut self, here: &Linearised, there: DVector<f64>) -> Taken {
+        let sum = self.model.residuals(&there, &mut self.trial)?;
         if sum > here.residual_sum_of_squares * 1.1 && !here.at_rounding() {
-            return Step::Refused;
+            return None;
         }
-        let Some(next) = linearise_at(model, there, &self.trial, &mut self.work) else {
-            return Step::Refused;
-        };
+        let next = self.model.linearise(there, &self.trial, &mut self.work)?;
         if next.removable.norm() > UNDAMPED_GAIN * here.removable.norm() {
-            return Step::Refused;
+            return None;
         }
         self.move_to(next);
-        Step::Taken
+        Some(())
     }
 
     /// Tries dampings, each greater than the last, until one lowers the sum of squares.
-    fn damped_step<P: ResidualProblem>(&mut self, model: &mut Model<P>, here: &Linearised) -> Step {
-        let Some(damped) = Damped::new(here, &self.yardsticks) else {
-            return Step::Refused;
-        };
+    fn damped_step(&mut self, here: &Linearised) -> Taken {
+        let damped = Damped::new(here, &self.yardsticks)?;
         let mut left_domain = false;
         for _ in 0..MAX_DAMPINGS {
-            let Some(velocity) = damped.step(&here.removable, self.damping) else {
-                break;
-            };
-            let Some(change) = damped.apply(&velocity) else {
-                break;
-            };
+            let velocity = damped.step(&here.removable, self.damping);
+            let change = damped.apply(&velocity);
             let expected = change.norm_squared() + 2.0 * self.damping * velocity.norm_squared();
-            let accelerated = self.accelerate(model, here, &damped, Proposal { velocity, change });
-            if let Some(scaled) = accelerated {
+            if let Some(scaled) = self.accelerate(here, &damped, velocity, change) {
                 let mut step = scaled.component_div(&self.yardsticks);
                 let part = match self.variant {
-                    Variant::ShortenedSteps => self.part_inside(model, here, &step),
+                    Variant::ShortenedSteps => self.part_inside(here, &step),
                     _ => 1.0,
                 };
                 step *= part;
@@ -282,24 +276,18 @@ impl LevenbergMarquardt {
                 if there == here.parameters {
                     break;
                 }
-                match residuals_at(model, &there, &mut self.trial) {
-                    None => left_domain = true,
-                    Some(sum) => {
-                        left_domain = false;
-                        let gain = (here.residual_sum_of_squares - sum) / expected;
-                        if gain > 1e-4 {
-                            match linearise_at(model, there, &self.trial, &mut self.work) {
-                                None => left_domain = true,
-                                Some(next) => {
-                                    let ease = 1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3);
-                                    self.damping *= ease.max(1.0 / 3.0);
-                                    self.growth = 2.0;
-                                    self.move_to(next);
-                                    return Step::Taken;
-                                }
-                            }
-                        }
+                let sum = self.model.residuals(&there, &mut self.trial);
+                let gain = sum.map(|sum| (here.residual_sum_of_squares - sum) / expected);
+                left_domain = gain.is_none();
+                if let Some(gain) = gain.filter(|gain| *gain > 1e-4) {
+                    if let Some(next) = self.model.linearise(there, &self.trial, &mut self.work) {
+                        let ease = 1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3);
+                        self.damping *= ease.max(1.0 / 3.0);
+                        self.growth = 2.0;
+                        self.move_to(next);
+                        return Some(());
                     }
+                    left_domain = true;
                 }
             }
             self.damping *= self.growth;
@@ -308,15 +296,15 @@ impl LevenbergMarquardt {
         if left_domain {
             self.stop = Some(Stop::OutOfDomain);
         }
-        Step::Refused
+        None
     }
 
     /// The part of `step` that goes at most half the way to the edge of the domain, to a half.
-    fn part_inside<P: ResidualProblem>(&mut self, model: &mut Model<P>, here: &Linearised, step: &DVector<f64>) -> f64 {
+    fn part_inside(&mut self, here: &Linearised, step: &DVector<f64>) -> f64 {
         let mut part = 1.0;
         for _ in 0..MAX_DAMPINGS {
             let beyond = &here.parameters + step * (2.0 * part);
-            if residuals_at(model, &beyond, &mut self.work).is_some() {
+            if self.model.residuals(&beyond, &mut self.work).is_some() {
                 break;
             }
             part *= 0.5;
@@ -324,14 +312,15 @@ impl LevenbergMarquardt {
         part
     }
 
-    /// Bends the step along the curvature measured on its way; `None` if it is bent so far
-    /// that the step reaches beyond where the slopes here hold.
-    fn accelerate<P: ResidualProblem>(
+    /// Bends a step of the scaled parameters, with the first-order `change` of the residuals it makes in the plane of the
+    /// slopes, along the curvature measured on its way; `None` if it is bent so far that the step reaches beyond where the
+    /// slopes here hold.
+    fn accelerate(
         &mut self,
-        model: &mut Model<P>,
         here: &Linearised,
         damped: &Damped,
-        Proposal { velocity, change }: Proposal,
+        velocity: DVector<f64>,
+        change: DVector<f64>,
     ) -> Option<DVector<f64>> {
         if self.variant == Variant::ShortenedSteps {
             // A step refused as too bent is damped more, and so turned after all.
@@ -339,51 +328,15 @@ impl LevenbergMarquardt {
         }
         let h = CURVATURE_PROBE;
         let probe = &here.parameters + velocity.component_div(&self.yardsticks) * h;
-        if residuals_at(model, &probe, &mut self.work).is_none() {
+        if self.model.residuals(&probe, &mut self.work).is_none() {
             return Some(velocity);
         }
         self.work -= &self.residuals;
         let curvature = (here.project(&mut self.work) / h - change) * (2.0 / h);
-        let acceleration = damped.step(&curvature, self.damping)?;
+        let acceleration = damped.step(&curvature, self.damping);
         if acceleration.norm() > MAX_ACCELERATION * velocity.norm() {
             return None;
         }
         Some(velocity + acceleration * 0.5)
     }
-}
-
-/// Sum of squares at `parameters`, the residuals going into `out`; `None` outside the domain,
-/// which a residual that is not a finite number counts as.
-fn residuals_at<P: ResidualProblem>(
-    model: &mut Model<P>,
-    parameters: &DVector<f64>,
-    out: &mut DVector<f64>,
-) -> Option<f64> {
-    if !parameters.iter().all(|b| b.is_finite()) {
-        return None;
-    }
-    model.evaluations += 1;
-    let inside = model.problem.residuals(parameters.as_slice(), out.as_mut_slice());
-    let sum = out.norm_squared();
-    if inside.is_err() || !sum.is_finite() {
-        model.met_edge = true;
-        return None;
-    }
-    Some(sum)
-}
-
-/// The triangle at `parameters`, whose `residuals` are known; `None` outside the domain.
-fn linearise_at<P: ResidualProblem>(
-    model: &mut Model<P>,
-    parameters: DVector<f64>,
-    residuals: &DVector<f64>,
-    work: &mut DVector<f64>,
-) -> Option<Linearised> {
-    model.evaluations += 1;
-    let model = model.problem;
-    let mut jacobian = DMatrix::zeros(model.runs(), model.parameters());
-    if model.jacobian(parameters.as_slice(), &mut jacobian).is_err() {
-        return None;
-    }
-    Linearised::new(parameters, residuals, jacobian, work, model.scale())
 }

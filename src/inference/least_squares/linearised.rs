@@ -1,7 +1,7 @@
 //! Reduces the slopes at one point to a triangle, by Householder reflections of unit columns.
 
 use nalgebra::linalg::SVD;
-use nalgebra::{DMatrix, DVector, DVectorViewMut, Dyn};
+use nalgebra::{DMatrix, DVector, DVectorViewMut};
 
 /// Bound on the sweeps of one singular value decomposition, so that it always ends.
 const SVD_SWEEPS: usize = 500;
@@ -223,7 +223,9 @@ impl Reflections {
 /// The triangle in parameters measured by `yardsticks`, taken apart once so that each damping
 /// afterwards costs p².
 pub(super) struct Damped {
-    svd: SVD<f64, Dyn, Dyn>,
+    u: DMatrix<f64>,
+    singular_values: DVector<f64>,
+    v_t: DMatrix<f64>,
 }
 
 impl Damped {
@@ -234,22 +236,25 @@ impl Damped {
             column *= point.lengths[j] / yardsticks[j];
         }
         let svd = SVD::try_new_unordered(scaled, true, true, f64::EPSILON, SVD_SWEEPS)?;
-        Some(Self { svd })
+        Some(Self {
+            u: svd.u?,
+            singular_values: svd.singular_values,
+            v_t: svd.v_t?,
+        })
     }
 
     /// The scaled u that minimises ‖scaled triangle · u + removable‖² + damping ‖u‖².
-    pub(super) fn step(&self, removable: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
-        let mut along = self.svd.u.as_ref()?.tr_mul(removable);
-        for (a, s) in along.iter_mut().zip(self.svd.singular_values.iter()) {
+    pub(super) fn step(&self, removable: &DVector<f64>, damping: f64) -> DVector<f64> {
+        let mut along = self.u.tr_mul(removable);
+        for (a, s) in along.iter_mut().zip(self.singular_values.iter()) {
             let bottom = s * s + damping;
             *a *= if bottom > 0.0 { -s / bottom } else { 0.0 };
         }
-        Some(self.svd.v_t.as_ref()?.tr_mul(&along))
+        self.v_t.tr_mul(&along)
     }
 
     /// Scaled triangle · u.
-    pub(super) fn apply(&self, u: &DVector<f64>) -> Option<DVector<f64>> {
-        let along = self.svd.v_t.as_ref()? * u;
-        Some(self.svd.u.as_ref()? * along.component_mul(&self.svd.singular_values))
+    pub(super) fn apply(&self, u: &DVector<f64>) -> DVector<f64> {
+        &self.u * (&self.v_t * u).component_mul(&self.singular_values)
     }
 }

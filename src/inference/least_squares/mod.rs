@@ -27,10 +27,11 @@ mod tests;
 
 use nalgebra::DMatrix;
 
+use covariance::fit_of;
 pub use covariance::no_scatter_left;
 use levenberg_marquardt::Variant;
 pub use problem::{OutOfDomain, ResidualProblem, Stop};
-use solver::{attempt, Attempt};
+use solver::attempt;
 
 /// The end of a least-squares fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,45 +91,25 @@ impl Fit {
     }
 
     /// A fit that could not begin, since there are fewer runs than parameters they alone determine.
-    pub fn without_enough_runs(start: Vec<f64>, runs: usize, parameters: usize) -> Fit {
+    pub fn without_enough_runs(start: &[f64], runs: usize, parameters: usize) -> Fit {
+        let why = format!(
+            "{} cannot determine {}",
+            counted(runs, "run"),
+            counted(parameters, "parameter")
+        );
+        Fit::not_begun(start, Stop::Degenerate, why)
+    }
+
+    fn not_begun(start: &[f64], stop: Stop, why: String) -> Fit {
         Fit {
-            parameters: start,
+            parameters: start.to_vec(),
             residual_sum_of_squares: f64::INFINITY,
             residual_sd: None,
             degrees_of_freedom: 0,
             covariance: None,
-            stop: Stop::Degenerate,
-            condition: f64::INFINITY,
-            evaluations: 0,
-            why_no_covariance: Some(cannot_determine(runs, parameters)),
-        }
-    }
-
-    /// A fit that could not begin.
-    fn not_begun<P: ResidualProblem>(problem: &P, start: &[f64], stop: Stop, why: String) -> Self {
-        let (n, p) = (problem.runs(), problem.parameters());
-        let mut residuals = vec![0.0; n];
-        let mut evaluations = 0;
-        let mut sum = f64::INFINITY;
-        // Even where nothing can be fitted, how well the start does is known.
-        if stop == Stop::Degenerate && start.len() == p {
-            evaluations = 1;
-            if problem.residuals(start, &mut residuals).is_ok() {
-                let squares: f64 = residuals.iter().map(|r| r * r).sum();
-                if squares.is_finite() {
-                    sum = squares;
-                }
-            }
-        }
-        Fit {
-            parameters: start.to_vec(),
-            residual_sum_of_squares: sum,
-            residual_sd: None,
-            degrees_of_freedom: n.saturating_sub(p),
-            covariance: None,
             stop,
             condition: f64::INFINITY,
-            evaluations,
+            evaluations: 0,
             why_no_covariance: Some(why),
         }
     }
@@ -142,17 +123,21 @@ impl Fit {
 pub fn fit<P: ResidualProblem>(problem: &P, start: &[f64]) -> Fit {
     let (n, p) = (problem.runs(), problem.parameters());
     if p == 0 || start.len() != p {
-        let why = format!(
-            "{} given for {}",
-            counted(start.len(), "start value"),
-            counted(p, "parameter")
-        );
-        return Fit::not_begun(problem, start, Stop::Degenerate, why);
+        let (given, wanted) = (counted(start.len(), "start value"), counted(p, "parameter"));
+        return Fit::not_begun(start, Stop::Degenerate, format!("{given} given for {wanted}"));
     }
     if n < p {
-        return Fit::not_begun(problem, start, Stop::Degenerate, cannot_determine(n, p));
+        // even where nothing can be fitted, how well the start does is known
+        let mut residuals = vec![0.0; n];
+        let inside = problem.residuals(start, &mut residuals).is_ok();
+        let squares = residuals.iter().map(|r| r * r).sum();
+        let known = Some(squares).filter(|squares: &f64| inside && squares.is_finite());
+        return Fit {
+            residual_sum_of_squares: known.unwrap_or(f64::INFINITY),
+            evaluations: 1,
+            ..Fit::without_enough_runs(start, n, p)
+        };
     }
-
     let mut best: Option<Fit> = None;
     let mut evaluations = 0;
     let mut met_edge = false;
@@ -160,29 +145,30 @@ pub fn fit<P: ResidualProblem>(problem: &P, start: &[f64]) -> Fit {
         if variant == Variant::ShortenedSteps && !met_edge {
             continue;
         }
-        let attempt = attempt(problem, start, variant);
-        evaluations += attempt.evaluations;
-        met_edge |= attempt.met_edge;
-        let Some(other) = fit_of(problem, attempt, met_edge) else {
+        let Some(attempt) = attempt(problem, start, variant) else {
             break;
         };
-        let better = best
-            .as_ref()
-            .is_none_or(|best| other.converged() || other.residual_sum_of_squares < best.residual_sum_of_squares);
-        if better {
+        evaluations += attempt.model.evaluations;
+        met_edge |= attempt.model.met_edge;
+        let Some(other) = fit_of(attempt, met_edge) else {
+            break;
+        };
+        let is_better = |best: &Fit| other.converged() || other.residual_sum_of_squares < best.residual_sum_of_squares;
+        if best.as_ref().is_none_or(is_better) {
             best = Some(other);
         }
         if best.as_ref().is_some_and(Fit::converged) {
             break;
         }
     }
-    if let Some(best) = best.as_mut() {
-        best.evaluations = evaluations;
-    }
-    best.unwrap_or_else(|| {
+    let Some(best) = best else {
         let why = "the law is undefined at the starting values".to_owned();
-        Fit::not_begun(problem, start, Stop::OutOfDomain, why)
-    })
+        return Fit {
+            degrees_of_freedom: n - p,
+            ..Fit::not_begun(start, Stop::OutOfDomain, why)
+        };
+    };
+    Fit { evaluations, ..best }
 }
 
 fn counted(count: usize, one: &str) -> String {
@@ -190,37 +176,4 @@ fn counted(count: usize, one: &str) -> String {
         1 => format!("1 {one}"),
         _ => format!("{count} {one}s"),
     }
-}
-
-fn cannot_determine(runs: usize, parameters: usize) -> String {
-    format!(
-        "{} cannot determine {}",
-        counted(runs, "run"),
-        counted(parameters, "parameter")
-    )
-}
-
-/// The fit an attempt ended in; `None` if it could not begin.
-fn fit_of<P: ResidualProblem>(problem: &P, attempt: Attempt, met_edge: bool) -> Option<Fit> {
-    let end = attempt.end?;
-    let runs = problem.runs();
-    let found = covariance::uncertainty(&end, runs, attempt.stop, |b| {
-        // An end on the edge is only reached by trying to cross it.
-        if !met_edge {
-            return true;
-        }
-        let mut residuals = vec![0.0; runs];
-        problem.residuals(b.as_slice(), &mut residuals).is_ok() && residuals.iter().all(|r| r.is_finite())
-    });
-    Some(Fit {
-        parameters: end.parameters.as_slice().to_vec(),
-        residual_sum_of_squares: end.residual_sum_of_squares,
-        residual_sd: found.residual_sd,
-        degrees_of_freedom: runs - problem.parameters(),
-        covariance: found.covariance,
-        stop: found.stop,
-        condition: found.condition,
-        evaluations: attempt.evaluations,
-        why_no_covariance: found.why_none,
-    })
 }
