@@ -12,9 +12,8 @@ use super::places::WetPlace;
 use super::quantities::scale_of;
 use super::scaling::FittedScaling;
 use crate::inference::delta::Uncertain;
-use crate::inference::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights};
+use crate::inference::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights, SpeedDependent};
 use crate::inference::joint::{fit_joint, Joint, JointFit};
-use crate::inference::joint_squares::JointSquares;
 use crate::inference::least_squares::{Fit, ResidualProblem, Stop};
 use crate::inference::nested::{FTest, Spread};
 use crate::inference::profile::{Limits, ProblemProfile, Region, WithSlopes};
@@ -175,7 +174,7 @@ struct BalanceEstimates<'f, 'r> {
     fitted: &'f FittedBalance<'r>,
     quoting: Quoting,
     /// `None` where there is none, or no run can bend it
-    profile: Option<ProblemProfile<JointSquares<'f, 'r>>>,
+    profile: Option<ProblemProfile<'f>>,
 }
 
 impl<'f, 'r> BalanceEstimates<'f, 'r> {
@@ -187,7 +186,7 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
         }
     }
 
-    fn profile(fitted: &'f FittedBalance<'r>, quoting: Quoting) -> Option<ProblemProfile<JointSquares<'f, 'r>>> {
+    fn profile(fitted: &'f FittedBalance<'r>, quoting: Quoting) -> Option<ProblemProfile<'f>> {
         /// slopes of m(r) are at most 1/τ, and a run weighs at most as 1/τ² = 10⁴ others: it pins no fit of more runs
         const MOST_RUNS: usize = 50_000;
         /// runs times film groups: each limit of the quantities of a group reads all runs
@@ -198,10 +197,11 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
             return None;
         }
         let region = Region::of(&fitted.fit, fitted.error_weights.as_ref(), quoting.level)?;
-        let squares = JointSquares {
-            problem: &fitted.problem,
-            roots: &fitted.roots,
-            bias: fitted.error_weights.as_ref().map_or(&[], |weights| &weights.bias),
+        let bias = fitted.error_weights.as_ref().map_or(&[][..], |weights| &weights.bias);
+        let squares = move |b: &[f64]| {
+            let mut there = b.to_vec();
+            there.iter_mut().zip(bias).for_each(|(b, bias)| *b += bias);
+            fitted.problem.sums_at(&fitted.roots, &there)
         };
         ProblemProfile::new(squares, region)
     }
@@ -431,6 +431,7 @@ pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -
     };
     let roots = joint
         .dry_spheres()
+        .into_iter()
         .filter_map(|sphere| Some((dry::fit_of_sphere(dry, sphere)?, rows(sphere))))
         .flat_map(|(fitted, rows)| fitted.variances(rows))
         .map(|variance| spread / variance.sqrt());

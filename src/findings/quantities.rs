@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::estimate::{Estimate, IntervalScale, Quoting};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::ErrorWeights;
-use crate::inference::law_squares::{Held, LawSquares};
+use crate::inference::law_squares::{self, Held};
 use crate::inference::least_squares::Fit;
 use crate::inference::profile::{Limits, Region, WithSlopes, AGREES};
 use crate::inference::regression::Regression;
@@ -106,7 +106,7 @@ impl LawLimits {
                 .filter(|quantity| law.held(**quantity) == held)
                 .peekable();
             of_held.peek()?;
-            let profile = LawSquares::profile(regression, errors, &region, held)?;
+            let profile = law_squares::profile(regression, errors, &region, held)?;
             if profile.is_straight(WithSlopes::first) && of_held.all(has_straight) {
                 None
             } else {

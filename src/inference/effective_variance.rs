@@ -50,24 +50,24 @@ impl ErrorColumns {
     }
 }
 
-/// Restitutions of all runs and their slopes in the parameters, with derivatives in the speed.
-#[derive(Debug)]
-pub struct SpeedDerivatives {
-    /// restitution of each run
-    pub response: Vec<SpeedResponse>,
-    /// J, slopes in the parameters; a row a run
-    pub jacobian: DMatrix<f64>,
-    /// v J′
-    pub jacobian_slope: DMatrix<f64>,
-}
+/// Takes the restitution of a run with its derivatives in the speed; and for each parameter in which it has a slope J, its
+/// place, J and v J′.
+pub type RunInSpeed<'h> = &'h mut dyn FnMut(SpeedResponse, &[(usize, [f64; 2])]);
 
 /// A least-squares problem whose residuals depend on measured speeds.
 pub trait SpeedDependent: ResidualProblem {
-    /// The restitutions at `b` and at the speeds of the runs, with their derivatives.
+    /// Hands on every run at `b` and at its speed.
     ///
     /// Residuals after those of the runs are prior knowledge of a parameter, in its standard errors. Fails as
     /// [`ResidualProblem::residuals`] does.
-    fn speed_derivatives(&self, b: &[f64], errors: &ErrorColumns) -> Result<SpeedDerivatives, OutOfDomain>;
+    fn each_in_speed(&self, b: &[f64], errors: &ErrorColumns, hand_on: RunInSpeed) -> Result<(), OutOfDomain>;
+
+    /// The restitutions with their derivatives in the speed.
+    fn responses(&self, b: &[f64], errors: &ErrorColumns) -> Result<Vec<SpeedResponse>, OutOfDomain> {
+        let mut all = vec![];
+        self.each_in_speed(b, errors, &mut |response, _| all.push(response))?;
+        Ok(all)
+    }
 
     /// Degrees of freedom that the residuals after those of the runs have by themselves.
     fn own_freedom(&self) -> usize {
@@ -103,12 +103,15 @@ pub struct ErrorWeights {
     pub bias: Vec<f64>,
 }
 
-/// The same residuals, each times a number of its own; as they are without numbers.
-pub struct WeightedProblem<'a, P> {
-    /// what is weighed
-    pub problem: &'a P,
-    /// the root of each residual's weight; empty for none
-    pub roots: &'a [f64],
+/// The same residuals, each times the root of a weight of its own.
+struct WeightedProblem<'a, P> {
+    problem: &'a P,
+    roots: &'a [f64],
+}
+
+/// Fits a problem, each residual times the root of its weight.
+pub fn fit_weighted<P: ResidualProblem>(problem: &P, roots: &[f64], start: &[f64]) -> Fit {
+    fit(&WeightedProblem { problem, roots }, start)
 }
 
 impl<P: ResidualProblem> ResidualProblem for WeightedProblem<'_, P> {
@@ -127,11 +130,9 @@ impl<P: ResidualProblem> ResidualProblem for WeightedProblem<'_, P> {
     }
     fn jacobian(&self, b: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
         self.problem.jacobian(b, jacobian)?;
-        if !self.roots.is_empty() {
-            for mut column in jacobian.column_iter_mut() {
-                for (slope, root) in column.iter_mut().zip(self.roots) {
-                    *slope *= root;
-                }
+        for mut column in jacobian.column_iter_mut() {
+            for (slope, root) in column.iter_mut().zip(self.roots) {
+                *slope *= root;
             }
         }
         Ok(())
@@ -150,8 +151,7 @@ fn roots(variance: &[f64]) -> (Vec<f64>, f64) {
 /// Weighted squares of a law fitted with these variances of all its residuals; infinite where it has no fit.
 pub fn chi_squared<P: ResidualProblem>(problem: &P, variance: &[f64], start: &[f64]) -> f64 {
     let (roots, least) = roots(variance);
-    let weighted = WeightedProblem { problem, roots: &roots };
-    fit(&weighted, start).residual_sum_of_squares / least
+    fit_weighted(problem, &roots, start).residual_sum_of_squares / least
 }
 
 /// Bound on the rounds of weights and fits; each brings both nearer by orders of magnitude.
@@ -178,37 +178,34 @@ pub fn reweight<P: SpeedDependent>(
     excluding: impl Fn(Vec<bool>) -> P,
 ) -> (Fit, Option<ErrorWeights>) {
     match settle(errors, &unweighted, excluding) {
-        Ok(Some((fit, weights))) => (fit, Some(weights)),
-        Ok(None) => (unweighted, None),
-        Err(unsettled) => (*unsettled, None),
+        Ok((fit, weights)) => (fit, Some(weights)),
+        Err(unsettled) => (unsettled.map_or(unweighted, |fit| *fit), None),
     }
 }
 
-/// Weighs and fits in turn until neither changes; `None` where no run has an error or the law is undefined, and a fit
+/// Weighs and fits in turn until neither changes. Fails where no run has an error or the law is undefined, and with a fit
 /// without covariance where this does not come to an end.
 fn settle<P: SpeedDependent>(
     errors: &ErrorColumns,
     unweighted: &Fit,
     excluding: impl Fn(Vec<bool>) -> P,
-) -> Result<Option<(Fit, ErrorWeights)>, Box<Fit>> {
+) -> Result<(Fit, ErrorWeights), Option<Box<Fit>>> {
     let any = |sds: &[f64]| sds.iter().any(|sd| *sd > 0.0);
     if !any(&errors.relative_speed_sd) && !any(&errors.restitution_sd) {
-        return Ok(None);
+        return Err(None);
     }
-    let Some((problem, start, excluded)) = exclude_near(errors, unweighted, excluding) else {
-        return Ok(None);
-    };
+    let (problem, start, excluded) = exclude_near(errors, unweighted, excluding).ok_or(None)?;
+    if start.covariance.is_none() {
+        return Err(Some(Box::new(start)));
+    }
     let unsettled = |why: &str| {
-        Box::new(Fit {
+        Some(Box::new(Fit {
             covariance: None,
             stop: Stop::MaxIterations,
             why_no_covariance: Some(why.to_owned()),
             ..start.clone()
-        })
+        }))
     };
-    if start.covariance.is_none() {
-        return Err(Box::new(start));
-    }
     let left_out = excluded.iter().filter(|excluded| **excluded).count();
     let determined = problem.parameters() + problem.own_freedom() + left_out;
     let freedom = problem.runs().checked_sub(determined).filter(|df| *df > 0);
@@ -220,20 +217,17 @@ fn settle<P: SpeedDependent>(
     };
     let mut parameters = start.parameters.clone();
     for _ in 0..MOST_ROUNDS {
-        let Ok(variances) = reweighting.variances_at(&parameters) else {
-            return Err(unsettled("the law is undefined where its runs would be weighed"));
-        };
-        let Some(variances) = variances else {
-            return Ok(None);
-        };
+        let variances = reweighting.variances_at(&parameters);
+        let undefined = |OutOfDomain| unsettled("the law is undefined where its runs would be weighed");
+        let variances = variances.map_err(undefined)?.ok_or(None)?;
         let (fitted, squares) = reweighting.fit(&variances.total, &parameters);
         let Some(covariance) = &fitted.covariance else {
-            return Err(Box::new(fitted));
+            return Err(Some(Box::new(fitted)));
         };
         let change = |j: usize| (fitted.parameters[j] - parameters[j]).abs() / covariance[(j, j)].sqrt();
         let largest = (0..parameters.len()).map(change).fold(0.0, f64::max);
         if largest <= SETTLED {
-            return Ok(Some(reweighting.without_bias(fitted, squares, variances)));
+            return Ok(reweighting.without_bias(fitted, squares, variances));
         }
         parameters = fitted.parameters;
     }
@@ -252,20 +246,14 @@ fn exclude_near<P: SpeedDependent>(
     let mut problem = excluding(excluded.clone());
     let mut start = unweighted.clone();
     for _ in 0..ROUNDS {
-        let near = too_near(&problem.speed_derivatives(&start.parameters, errors).ok()?, errors);
+        let near = too_near(&problem.responses(&start.parameters, errors).ok()?, errors);
         if near == excluded {
             break;
         }
         problem = excluding(near.clone());
-        let mut roots = vec![1.0; problem.runs()];
-        for (root, near) in roots.iter_mut().zip(&near) {
-            *root = if *near { 0.0 } else { 1.0 };
-        }
-        let weighted = WeightedProblem {
-            problem: &problem,
-            roots: &roots,
-        };
-        start = fit(&weighted, &start.parameters);
+        let mut roots: Vec<f64> = near.iter().map(|near| if *near { 0.0 } else { 1.0 }).collect();
+        roots.resize(problem.runs(), 1.0);
+        start = fit_weighted(&problem, &roots, &start.parameters);
         excluded = near;
     }
     Some((problem, start, excluded))
@@ -273,8 +261,8 @@ fn exclude_near<P: SpeedDependent>(
 
 /// The runs whose error of v may take them to where nothing rebounds: about these a law is no straight line, and its slope
 /// does not give the error of the residual.
-fn too_near(derivatives: &SpeedDerivatives, errors: &ErrorColumns) -> Vec<bool> {
-    let runs = derivatives.response.iter().zip(&errors.relative_speed_sd);
+fn too_near(responses: &[SpeedResponse], errors: &ErrorColumns) -> Vec<bool> {
+    let runs = responses.iter().zip(&errors.relative_speed_sd);
     // e² falls by 2 m m′ for a unit of v
     runs.map(|(at, sd)| *sd > 0.0 && at.value < 2.0 * NEAR * sd * at.slope.abs())
         .collect()
@@ -291,7 +279,6 @@ struct Reweighting<'a, P> {
 
 /// Variances of the residuals at some parameters.
 struct Variances {
-    derivatives: SpeedDerivatives,
     /// τ² of each run; infinite where it is excluded
     of_errors: Vec<f64>,
     runs_with_errors: usize,
@@ -313,10 +300,9 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
 
     /// `None` where no run carries an error there.
     fn variances_at(&self, b: &[f64]) -> Result<Option<Variances>, OutOfDomain> {
-        let derivatives = self.problem.speed_derivatives(b, self.errors)?;
+        let responses = self.problem.responses(b, self.errors)?;
         let residuals = self.residuals_at(b)?;
-        let Some((of_errors, runs_with_errors)) = error_variances(&derivatives.response, self.errors, self.excluded)
-        else {
+        let Some((of_errors, runs_with_errors)) = error_variances(&responses, self.errors, self.excluded) else {
             return Ok(None);
         };
         let (of_runs, prior) = residuals.split_at(of_errors.len());
@@ -331,7 +317,6 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
         let mut total: Vec<f64> = of_errors.iter().map(|tau| intrinsic + tau).collect();
         total.resize(residuals.len(), 1.0);
         Ok(Some(Variances {
-            derivatives,
             of_errors,
             runs_with_errors,
             intrinsic,
@@ -344,11 +329,7 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
     /// the scatter must not set again.
     fn fit(&self, variance: &[f64], start: &[f64]) -> (Fit, f64) {
         let (roots, least) = roots(variance);
-        let weighted = WeightedProblem {
-            problem: self.problem,
-            roots: &roots,
-        };
-        let mut fitted = fit(&weighted, start);
+        let mut fitted = fit_weighted(self.problem, &roots, start);
         let squares = fitted.residual_sum_of_squares / least;
         if let (Some(covariance), Some(sd)) = (fitted.covariance.as_mut(), fitted.residual_sd) {
             *covariance *= least / (sd * sd);
@@ -356,13 +337,27 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
         (fitted, squares)
     }
 
+    /// (JᵀWJ)⁻¹ Σ w E[r J] with these variances; 0 of a fit without covariance.
+    fn bias(&self, fitted: &Fit, variance: &[f64]) -> Vec<f64> {
+        let mut pull = DVector::zeros(fitted.parameters.len());
+        let mut runs = self.errors.relative_speed_sd.iter().zip(variance);
+        let add = &mut |response: SpeedResponse, slopes: &[(usize, [f64; 2])]| {
+            let Some((sd, variance)) = runs.next() else { return };
+            for (place, [slope, in_speed]) in slopes {
+                pull[*place] += sd * sd / variance * response.second_order_bias(*slope, *in_speed);
+            }
+        };
+        let inside = self.problem.each_in_speed(&fitted.parameters, self.errors, add);
+        match &fitted.covariance {
+            Some(covariance) if inside.is_ok() => (covariance * pull).as_slice().to_vec(),
+            _ => vec![0.0; fitted.parameters.len()],
+        }
+    }
+
     /// Takes the bias by errors of v off a fit, unless that leads out of the domain, and completes it.
     fn without_bias(&self, mut fitted: Fit, squares: f64, variances: Variances) -> (Fit, ErrorWeights) {
         let runs = variances.of_errors.len();
-        let mut bias = match &fitted.covariance {
-            Some(covariance) => bias(&variances, self.errors, covariance),
-            None => vec![0.0; fitted.parameters.len()],
-        };
+        let mut bias = self.bias(&fitted, &variances.total);
         let corrected: Vec<f64> = fitted.parameters.iter().zip(&bias).map(|(b, bias)| b - bias).collect();
         let residuals = match self.residuals_at(&corrected) {
             Ok(residuals) => {
@@ -460,22 +455,4 @@ pub(super) fn intrinsic_variance(residuals: &[f64], errors: &[f64], wanted: f64)
         }
     }
     sigma2
-}
-
-/// (JᵀWJ)⁻¹ Σ w E[r J].
-fn bias(variances: &Variances, errors: &ErrorColumns, covariance: &DMatrix<f64>) -> Vec<f64> {
-    let Variances { derivatives, total, .. } = variances;
-    let SpeedDerivatives {
-        response,
-        jacobian,
-        jacobian_slope,
-    } = derivatives;
-    let projected = DVector::from_fn(covariance.ncols(), |j, _| {
-        let runs = response.iter().zip(&errors.relative_speed_sd).enumerate();
-        runs.map(|(run, (at, sd))| {
-            sd * sd / total[run] * at.second_order_bias(jacobian[(run, j)], jacobian_slope[(run, j)])
-        })
-        .sum()
-    });
-    (covariance * projected).as_slice().to_vec()
 }

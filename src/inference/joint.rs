@@ -8,18 +8,19 @@
 
 use std::ops::{Deref, Range};
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
-use super::effective_variance::{ErrorColumns, SpeedDependent, SpeedDerivatives};
+use super::effective_variance::{ErrorColumns, RunInSpeed, SpeedDependent};
 use super::law::SpeedResponse;
 use super::least_squares::{fit, no_scatter_left, Fit, OutOfDomain, ResidualProblem, Stop};
-use super::sums::Sums;
+use super::linearised_joint::Inverse;
+use super::sums::{add_square, Sums};
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::{Balance, BalanceAtFilm, Impact, Lost};
 use crate::physics::coefficient::Coefficients;
 use crate::physics::loss::{Loss, MOST_PARAMETERS};
 use crate::physics::{rebound, Coefficient, Form, Parameters};
-use crate::runs::{by_film, Conditions, DryGroup, Runs, Series};
+use crate::runs::{by_film, Conditions, Runs};
 use crate::scene::Scene;
 
 /// Most slopes a run has: in k and in the shared parameters.
@@ -162,50 +163,43 @@ impl<'r> Joint<'r> {
         for (place, sphere) in joint.spheres.iter().enumerate() {
             joint.places[*sphere] = Some(joint.shared.len() + place);
         }
+        let place = |joint: &Joint, sphere: usize, of: &[usize]| joint.places[sphere].filter(|_| of.contains(&sphere));
         for (index, series) in runs.series.iter().enumerate() {
-            let place = joint.places[series.sphere].filter(|_| wet.binary_search(&series.sphere).is_ok());
-            if let Some(place) = place {
-                joint.add_wet(scene, series, index, place);
-            }
+            let Some(place) = place(&joint, series.sphere, wet) else {
+                continue;
+            };
+            joint.parts.push(Part {
+                sphere: series.sphere,
+                series: Some(index),
+                diameter: series.diameter,
+                density_ratio: series.density_ratio(scene),
+                rebounds: series.rebounds.clone(),
+                stuck: series.stuck.clone(),
+                places: std::iter::once(place).chain(0..joint.shared.len()).collect(),
+            });
         }
         for group in &runs.dry {
-            let place = joint.places[group.sphere].filter(|_| dry.binary_search(&group.sphere).is_ok());
-            if let Some(place) = place {
-                joint.add_dry(group, place);
-            }
+            let Some(place) = place(&joint, group.sphere, dry) else {
+                continue;
+            };
+            joint.parts.push(Part {
+                sphere: group.sphere,
+                series: None,
+                diameter: group.diameter,
+                density_ratio: f64::NAN,
+                rebounds: group.rebounds.clone(),
+                stuck: group.stuck.clone(),
+                places: vec![place],
+            });
         }
         joint
     }
 
-    fn add_wet(&mut self, scene: &Scene, series: &Series, index: usize, place: usize) {
-        self.parts.push(Part {
-            sphere: series.sphere,
-            series: Some(index),
-            diameter: series.diameter,
-            density_ratio: series.density_ratio(scene),
-            rebounds: series.rebounds.clone(),
-            stuck: series.stuck.clone(),
-            places: std::iter::once(place).chain(0..self.shared.len()).collect(),
-        });
-    }
-
-    fn add_dry(&mut self, group: &DryGroup, place: usize) {
-        self.parts.push(Part {
-            sphere: group.sphere,
-            series: None,
-            diameter: group.diameter,
-            density_ratio: f64::NAN,
-            rebounds: group.rebounds.clone(),
-            stuck: group.stuck.clone(),
-            places: vec![place],
-        });
-    }
-
     /// The spheres of the dry parts, in their order.
-    pub fn dry_spheres(&self) -> impl Iterator<Item = usize> + '_ {
-        let parts: Vec<&Part> = self.dry_parts().collect();
-        let of_one = parts.chunk_by(|a, b| a.sphere == b.sphere).map(|parts| parts[0].sphere);
-        of_one.collect::<Vec<usize>>().into_iter()
+    pub fn dry_spheres(&self) -> Vec<usize> {
+        let mut spheres: Vec<usize> = self.dry_parts().map(|part| part.sphere).collect();
+        spheres.dedup();
+        spheres
     }
 
     /// How many parameters a point has.
@@ -288,92 +282,68 @@ impl<'r> Joint<'r> {
         point: &[f64],
         mut hand_on: impl FnMut(JointRow, &Impact, &AtSetting),
     ) {
-        let k = point[part.places[0]];
-        if part.series.is_none() {
-            let at_setting = AtSetting {
-                balance: Balance::dry(self.form.dry, k),
+        let parameters = self.of_sphere(point[part.places[0]], point);
+        let is_dry = part.series.is_none();
+        // dry runs have one film ratio, 0
+        let of_film = |run: usize| match is_dry {
+            true => AtSetting {
+                balance: Balance::dry(self.form.dry, parameters.dry_k),
                 slopes: [None; MOST_SLOPES - 1],
-            };
-            for run in range {
-                let at = self.conditions.dry(run);
-                let [model, slope, _] = at_setting.balance.e_dry(at.dry_root);
-                let mut slopes = [0.0; MOST_SLOPES];
-                slopes[0] = slope;
-                let row = JointRow {
-                    run,
-                    kept: 1.0,
-                    model,
-                    residual: model - self.runs.restitution[run],
-                    slopes,
-                    measured: 0.0,
-                };
-                hand_on(row, &at, &at_setting);
-            }
-            return;
-        }
-        let parameters = self.of_sphere(k, point);
-        let of_film = |run: usize| AtSetting::new(self.form, part, self.runs.impacts.film_ratio[run], &parameters);
+            },
+            false => AtSetting::new(self.form, part, self.runs.impacts.film_ratio[run], &parameters),
+        };
         by_film(self.runs, range, of_film, |run, at_setting| {
-            let at = self.conditions.wet(run);
-            let (kept, of_k) = at_setting.balance.kept(&at);
-            let (model, root) = rebound::mean_and_slope(kept);
-            let mut slopes = [0.0; MOST_SLOPES];
-            slopes[0] = root * of_k;
-            for (own, slope) in slopes[1..].iter_mut().zip(at_setting.slopes.iter().flatten()) {
-                *own = root * slope.slope_of_kept(&at);
-            }
-            let row = JointRow {
+            let mut row = JointRow {
                 run,
-                kept,
-                model,
-                residual: model - self.runs.restitution[run],
-                slopes,
+                kept: 1.0,
+                model: 0.0,
+                residual: 0.0,
+                slopes: [0.0; MOST_SLOPES],
                 measured: 0.0,
             };
+            let at = if is_dry {
+                let at = self.conditions.dry(run);
+                [row.model, row.slopes[0], _] = at_setting.balance.e_dry(at.dry_root);
+                at
+            } else {
+                let at = self.conditions.wet(run);
+                let (kept, of_k) = at_setting.balance.kept(&at);
+                let (model, root) = rebound::mean_and_slope(kept);
+                (row.kept, row.model, row.slopes[0]) = (kept, model, root * of_k);
+                for (own, slope) in row.slopes[1..].iter_mut().zip(at_setting.slopes.iter().flatten()) {
+                    *own = root * slope.slope_of_kept(&at);
+                }
+                at
+            };
+            row.residual = row.model - self.runs.restitution[run];
             hand_on(row, &at, at_setting);
         });
     }
 
-    fn in_log_speed(
-        &self,
-        part: &Part,
-        row: &JointRow,
-        at: &Impact,
-        AtSetting {
-            balance,
-            slopes: of_losses,
-        }: &AtSetting,
-    ) -> InLogSpeed {
+    fn in_log_speed(&self, part: &Part, row: &JointRow, at: &Impact, at_setting: &AtSetting) -> InLogSpeed {
+        let balance = &at_setting.balance;
         let mut slopes = [0.0; MOST_SLOPES];
-        if part.series.is_none() {
-            let [slope, bend] = balance.order.in_log_speed(balance.dry_k * at.dry_root);
+        let [slope, bend] = if part.series.is_none() {
             // v d/dv is a fifth of k d/dk
             let [_, first, second] = balance.e_dry(at.dry_root);
             slopes[0] = 0.2 * (first + balance.dry_k * second);
-            let response = SpeedResponse {
-                value: row.model,
-                slope,
-                bend,
-            };
-            return InLogSpeed { response, slopes };
-        }
-        let [first, second] = balance.in_log_speed(at);
-        let (root, turn) = (
-            rebound::slope_mean_restitution(row.kept),
-            rebound::bend_mean_restitution(row.kept),
-        );
-        let (of_k, in_speed_of_k) = (balance.kept(at).1, balance.in_log_speed_slope_k(at));
-        slopes[0] = turn * first * of_k + root * in_speed_of_k;
-        for (own, slope) in slopes[1..].iter_mut().zip(of_losses.iter().flatten()) {
-            // 4/St falls with 1/v
-            *own = turn * first * slope.slope_of_kept(at) + root * slope.over_stokes * at.over_stokes;
-        }
-        let response = SpeedResponse {
-            value: row.model,
-            slope: root * first,
-            bend: turn * first * first + root * second,
+            balance.order.in_log_speed(balance.dry_k * at.dry_root)
+        } else {
+            let [first, second] = balance.in_log_speed(at);
+            let root = rebound::slope_mean_restitution(row.kept);
+            let turn = rebound::bend_mean_restitution(row.kept);
+            slopes[0] = turn * first * balance.kept(at).1 + root * balance.in_log_speed_slope_k(at);
+            for (own, slope) in slopes[1..].iter_mut().zip(at_setting.slopes.iter().flatten()) {
+                // 4/St falls with 1/v
+                *own = turn * first * slope.slope_of_kept(at) + root * slope.over_stokes * at.over_stokes;
+            }
+            [root * first, turn * first * first + root * second]
         };
-        InLogSpeed { response, slopes }
+        let value = row.model;
+        InLogSpeed {
+            response: SpeedResponse { value, slope, bend },
+            slopes,
+        }
     }
 
     /// Sums over the rebounds of some parts about a point, without weights.
@@ -466,66 +436,63 @@ impl JointFit<'_> {
         self.joint.wet_rebounds() + self.dry_roots.len()
     }
 
-    /// A point with each sphere's own k, whose shared parameters no dry run reads.
-    fn own_start(&self) -> Vec<f64> {
-        let mut own = vec![0.0; self.joint.shared.len()];
-        own.extend(&self.own_k);
-        own
-    }
-
-    /// Weighted squares that the dry runs leave of their own k.
-    pub fn own_squares(&self) -> f64 {
-        self.dry_squares(&self.own_start())
-    }
-
-    fn dry_squares(&self, b: &[f64]) -> f64 {
-        let (mut squares, mut row) = (0.0, 0);
-        for part in self.joint.dry_parts() {
-            self.joint.each(part, part.rebounds.clone(), b, |one| {
-                squares += self.joint.runs.count(one.run) * (self.dry_roots[row] * one.residual).powi(2);
-                row += 1;
-            });
+    /// Sums over all residuals about a point, each times a root of its own besides the fit's, without roots times 1; `None`
+    /// outside the domain.
+    ///
+    /// To the information is added what the bend of m(r) has of the squares' curvature where it adds to it: without it,
+    /// steps leap to and fro over a run near r = 0 that rebounded by luck.
+    pub fn sums_at(&self, roots: &[f64], b: &[f64]) -> Option<Sums> {
+        if !self.joint.holds(b) {
+            return None;
         }
-        squares
+        let root_of = |residual: usize| roots.get(residual).copied().unwrap_or(1.0);
+        let mut sums = Sums::new(self.joint.parameters());
+        self.each_rebound(b, |residual, part, root, row| {
+            let root = root * root_of(residual);
+            let slopes = part.slopes(&row, root);
+            sums.add(root * row.residual, &slopes);
+            let bent = row.residual * rebound::bend_mean_restitution(row.kept)
+                / rebound::slope_mean_restitution(row.kept).powi(2);
+            if part.series.is_some() && bent > 0.0 {
+                add_square(&mut sums.information, bent, &slopes);
+            }
+        });
+        for (known, residual) in self.known.iter().zip(self.rebounds()..) {
+            let root = known.root * root_of(residual);
+            sums.add((b[known.place] - known.value) * root, &[(known.place, root)]);
+        }
+        sums.squares.is_finite().then_some(sums)
     }
 
     /// Values to start from: of parameters that enter the energy linearly the best line through e², over a grid of the
     /// others; and the same with the viscous loss lowered until every rebound keeps energy. A run near r = 0 can hold a
     /// fit on its own side of the turn.
     fn starts(&self) -> [Vec<f64>; 2] {
-        let mut best: Option<(Vec<f64>, f64)> = None;
-        for tried in grid(&self.joint.shared) {
-            let (point, squares) = self.line(&tried);
-            if best.as_ref().is_none_or(|(_, least)| squares < *least) {
-                best = Some((point, squares));
-            }
-        }
+        let lines = grid(&self.joint.shared).into_iter().map(|tried| self.line(&tried));
+        let best = lines.min_by(|(_, one), (_, other)| one.total_cmp(other));
         let line = best.map_or_else(|| self.own_k.clone(), |(point, _)| point);
         let lowered = self.lowered(&line);
         [line, lowered]
     }
 
-    /// The best line through e² with some parameters held at tried values; and its residual sum of squares.
+    /// The best line through e² with some parameters held at tried values; and its residual sum of squares. What one film
+    /// ratio and one density ratio cannot tell apart needs no start.
     fn line(&self, tried: &[Option<f64>]) -> (Vec<f64>, f64) {
         let mut point: Vec<f64> = tried.iter().map(|held| held.unwrap_or(0.0)).collect();
         point.extend(&self.own_k);
         let free: Vec<usize> = (0..tried.len()).filter(|place| tried[*place].is_none()).collect();
-        let (mut information, mut pull) = (DMatrix::zeros(free.len(), free.len()), DVector::zeros(free.len()));
-        let mut squares = 0.0;
-        self.each_energy(&point, |left, slopes| {
-            squares += left * left;
-            for (i, row) in free.iter().enumerate() {
-                pull[i] += left * slopes[*row];
-                for (j, column) in free.iter().enumerate() {
-                    information[(i, j)] += slopes[*row] * slopes[*column];
-                }
-            }
+        let mut sums = Sums::new(free.len());
+        self.each_wet_energy(&point, |run, kept, slopes| {
+            let (e, root) = (self.joint.runs.restitution[run], self.joint.runs.count(run).sqrt());
+            let slopes = free.iter().map(|place| root * slopes[*place]);
+            let slopes: Vec<(usize, f64)> = slopes.enumerate().collect();
+            sums.add(root * (e * e - kept), &slopes);
         });
-        let found = solve_leading(&information, &pull);
+        let found = Inverse::of(&sums.information).matrix * &sums.gradient;
         for (place, value) in free.iter().zip(&found) {
             point[*place] = *value;
         }
-        (point, squares - found.dot(&pull))
+        (point, sums.squares - found.dot(&sums.gradient))
     }
 
     /// A point with the parameter that scales the viscous loss as low as every rebound needs to keep energy.
@@ -543,14 +510,14 @@ impl JointFit<'_> {
             if coefficient.describe().grid.is_empty() {
                 let mut without = line.to_vec();
                 without[place] = 0.0;
-                self.each_wet_energy(&without, |kept, slopes| {
+                self.each_wet_energy(&without, |_, kept, slopes| {
                     lowered[place] = lowered[place].min((KEPT - kept) / slopes[place]);
                 });
                 continue;
             }
             for _ in 0..DECADES {
                 let mut least = f64::INFINITY;
-                self.each_wet_energy(&lowered, |kept, _| least = least.min(kept));
+                self.each_wet_energy(&lowered, |_, kept, _| least = least.min(kept));
                 if least >= KEPT {
                     break;
                 }
@@ -560,30 +527,13 @@ impl JointFit<'_> {
         lowered
     }
 
-    /// Hands on e² less the energy kept of every wet rebound, with the slopes of the latter in the shared parameters.
-    fn each_energy(&self, point: &[f64], mut hand_on: impl FnMut(f64, &[f64; MOST_SLOPES - 1])) {
-        let restitution = &self.joint.runs.restitution;
-        let mut runs = self.joint.wet_parts().flat_map(|part| part.rebounds.clone());
-        self.each_wet_energy(point, |kept, slopes| {
-            let (e, count) = runs
-                .next()
-                .map_or((f64::NAN, 1.0), |run| (restitution[run], self.joint.runs.count(run)));
-            let root = count.sqrt();
-            hand_on(root * (e * e - kept), &slopes.map(|slope| root * slope));
-        });
-    }
-
-    /// Hands on r of every wet rebound, and its slopes in the shared parameters.
-    fn each_wet_energy(&self, point: &[f64], mut hand_on: impl FnMut(f64, &[f64; MOST_SLOPES - 1])) {
+    /// Hands on every wet rebound, by its number, with its r and the slopes of that in the shared parameters.
+    fn each_wet_energy(&self, point: &[f64], mut hand_on: impl FnMut(usize, f64, &[f64])) {
         for part in self.joint.wet_parts() {
-            self.joint
-                .each_with(part, part.rebounds.clone(), point, |row, at, at_setting| {
-                    let mut slopes = [0.0; MOST_SLOPES - 1];
-                    for (own, slope) in slopes.iter_mut().zip(at_setting.slopes.iter().flatten()) {
-                        *own = slope.slope_of_kept(at);
-                    }
-                    hand_on(row.kept, &slopes);
-                });
+            self.joint.each(part, part.rebounds.clone(), point, |row| {
+                let root = rebound::slope_mean_restitution(row.kept);
+                hand_on(row.run, row.kept, &row.slopes.map(|slope| slope / root)[1..]);
+            });
         }
     }
 }
@@ -605,25 +555,6 @@ fn grid(shared: &[Coefficient]) -> Vec<Vec<Option<f64>>> {
         };
         so_far.iter().flat_map(each).collect()
     })
-}
-
-/// The solution of normal equations in as many leading unknowns as they tell apart; the others are 0.
-///
-/// One film ratio and one density ratio, say: a line cannot tell the two losses apart, nor need a start.
-fn solve_leading(information: &DMatrix<f64>, pull: &DVector<f64>) -> DVector<f64> {
-    /// share of its square that a slope must have of its own
-    const APART: f64 = 1e-12;
-    let mut found = DVector::zeros(pull.len());
-    for used in (1..=pull.len()).rev() {
-        let part = information.view((0, 0), (used, used)).into_owned();
-        let Some(root) = part.clone().cholesky() else { continue };
-        let own = |j: usize| root.l_dirty()[(j, j)].powi(2) > APART * part[(j, j)];
-        if (0..used).all(own) {
-            found.rows_mut(0, used).copy_from(&root.solve(&pull.rows(0, used)));
-            break;
-        }
-    }
-    found
 }
 
 impl ResidualProblem for JointFit<'_> {
@@ -662,33 +593,36 @@ impl ResidualProblem for JointFit<'_> {
 
 impl SpeedDependent for JointFit<'_> {
     fn own_freedom(&self) -> usize {
-        self.dry_roots.len() - self.joint.dry_spheres().count()
+        self.dry_roots.len() - self.joint.dry_spheres().len()
     }
     fn own_squares(&self) -> f64 {
-        JointFit::own_squares(self)
+        // no dry run reads the shared parameters
+        let mut own = vec![0.0; self.joint.shared.len()];
+        own.extend(&self.own_k);
+        let (mut squares, mut row) = (0.0, 0);
+        for part in self.joint.dry_parts() {
+            self.joint.each(part, part.rebounds.clone(), &own, |one| {
+                squares += self.joint.runs.count(one.run) * (self.dry_roots[row] * one.residual).powi(2);
+                row += 1;
+            });
+        }
+        squares
     }
-    fn speed_derivatives(&self, b: &[f64], _: &ErrorColumns) -> Result<SpeedDerivatives, OutOfDomain> {
+    fn each_in_speed(&self, b: &[f64], _: &ErrorColumns, hand_on: RunInSpeed) -> Result<(), OutOfDomain> {
         if !self.joint.holds(b) {
             return Err(OutOfDomain);
         }
-        let zeros = || DMatrix::zeros(self.runs(), self.joint.parameters());
-        let mut all = SpeedDerivatives {
-            response: vec![],
-            jacobian: zeros(),
-            jacobian_slope: zeros(),
-        };
         for part in self.joint.wet_parts() {
             let range = part.rebounds.clone();
             self.joint.each_in_log_speed(part, range, b, |one, by_speed| {
-                let row = all.response.len();
-                all.response.push(by_speed.response);
-                for (j, place) in part.places.iter().enumerate() {
-                    all.jacobian[(row, *place)] = one.slopes[j];
-                    all.jacobian_slope[(row, *place)] = by_speed.slopes[j];
-                }
+                let both = part.places.iter().zip(one.slopes.iter().zip(&by_speed.slopes));
+                let slopes: Vec<_> = both
+                    .map(|(place, (own, in_speed))| (*place, [*own, *in_speed]))
+                    .collect();
+                hand_on(by_speed.response, &slopes);
             });
         }
-        Ok(all)
+        Ok(())
     }
 }
 

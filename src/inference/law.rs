@@ -37,7 +37,7 @@ pub struct Response {
 }
 
 /// A restitution m at one run with its derivatives in the speed v, primes, made dimensionless by powers of v.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SpeedResponse {
     /// m
     pub value: f64,

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::effective_variance::ErrorWeights;
-use super::profile::{ProblemProfile, Region, Squares};
+use super::profile::{ProblemProfile, Region};
 use super::regression::Regression;
 use super::sums::{add_square, Sums};
 use crate::physics::jet::{Jet, Number};
@@ -51,89 +51,48 @@ impl Held {
     }
 }
 
-/// The weighted squares of a law as a function of a number and the free parameter. They go on beyond the domain of the
-/// law ([`crate::inference::law::Law::continued`]): a fit never leaves that, a profile may.
-pub struct LawSquares<'a> {
+/// The profile of a number about a fit of a law, of which `region` is that of the parameters; the number is its first
+/// parameter, the free one its second. `None` of a law of one parameter.
+///
+/// The weighted squares go on beyond the domain of the law ([`crate::inference::law::Law::continued`]): a fit never leaves
+/// that, a profile may. To the information is added what the law's bend has of the squares' curvature where it adds to it,
+/// as for a joint fit.
+pub fn profile<'a>(
     regression: &'a Regression<'a>,
-    /// weight of each run; empty where all weigh the same
-    weights: Vec<f64>,
-    /// what was taken off the minimum's parameters
-    bias: Vec<f64>,
+    errors: Option<&ErrorWeights>,
+    region: &Region,
     held: Held,
-    /// the fitted parameters
-    fitted: [f64; 2],
-}
-
-impl<'a> LawSquares<'a> {
-    /// The profile of a number about a fit, of which `region` is that of the parameters; the number is its first
-    /// parameter. `None` of a law of one parameter.
-    pub fn profile(
-        regression: &'a Regression<'a>,
-        errors: Option<&ErrorWeights>,
-        region: &Region,
-        held: Held,
-    ) -> Option<ProblemProfile<LawSquares<'a>>> {
-        let fitted = <[f64; 2]>::try_from(region.minimum.as_slice()).ok()?;
-        let number = held.of([0, 1].map(|place| Jet::<2>::variable(fitted[place], place)));
-        let free = Jet::<2>::variable(fitted[held.free()], held.free());
-        let slopes = DMatrix::from_fn(2, 2, |row, column| [number, free][row].slopes[column]);
-        let squares = LawSquares {
-            regression,
-            weights: match errors {
-                Some(errors) => errors.variance.iter().map(|variance| 1.0 / variance).collect(),
-                None => regression.counts.to_vec(),
-            },
-            bias: errors.map_or_else(Vec::new, |errors| errors.bias.clone()),
-            held,
-            fitted,
-        };
-        let region = Region {
-            minimum: vec![number.value, free.value],
-            covariance: &slopes * &region.covariance * slopes.transpose(),
-            ..*region
-        };
-        ProblemProfile::new(squares, region)
-    }
-
-    /// The minimum's parameters at a point, with their slopes; `None` where a number would be that of another sheet of a
-    /// ratio or product.
-    fn parameters(&self, point: &[f64]) -> Option<[Jet<2>; 2]> {
-        let mut parameters = self
-            .held
-            .at([0, 1].map(|place| Jet::<2>::variable(point[place], place)));
-        let one_sheet = matches!(self.held, Held::First | Held::Second) || parameters[0].value * self.fitted[0] > 0.0;
-        for (own, bias) in parameters.iter_mut().zip(&self.bias) {
+) -> Option<ProblemProfile<'a>> {
+    let fitted = <[f64; 2]>::try_from(region.minimum.as_slice()).ok()?;
+    let variables = |point: [f64; 2]| [0, 1].map(|place| Jet::<2>::variable(point[place], place));
+    let number = held.of(variables(fitted));
+    let free = variables(fitted)[held.free()];
+    let slopes = DMatrix::from_fn(2, 2, |row, column| [number, free][row].slopes[column]);
+    let region = Region {
+        minimum: vec![number.value, free.value],
+        covariance: &slopes * &region.covariance * slopes.transpose(),
+        ..*region
+    };
+    let weights: Vec<f64> = match errors {
+        Some(errors) => errors.variance.iter().map(|variance| 1.0 / variance).collect(),
+        None => regression.counts.to_vec(),
+    };
+    let bias = errors.map_or_else(Vec::new, |errors| errors.bias.clone());
+    let squares = move |point: &[f64]| {
+        let [mut a, mut b] = held.at(variables([point[0], point[1]]));
+        // another sheet of a ratio or product
+        if matches!(held, Held::Ratio | Held::Product) && a.value * fitted[0] <= 0.0 {
+            return None;
+        }
+        for (own, bias) in [&mut a, &mut b].into_iter().zip(&bias) {
             own.value += bias;
         }
-        one_sheet.then_some(parameters)
-    }
-
-    fn weight(&self, run: usize) -> f64 {
-        self.weights.get(run).copied().unwrap_or(1.0)
-    }
-}
-
-impl Squares for LawSquares<'_> {
-    fn at(&self, point: &[f64]) -> Option<f64> {
-        let parameters = self.parameters(point)?.map(|own| own.value);
-        let square = |run: usize| {
-            let residual = self.regression.continued(parameters, run).value - self.regression.restitution[run];
-            self.weight(run) * residual * residual
-        };
-        let squares: f64 = (0..self.regression.x.len()).map(square).sum();
-        squares.is_finite().then_some(squares)
-    }
-
-    /// To the information is added what the law's bend has of the squares' curvature where it adds to it, as for a joint
-    /// fit.
-    fn sums_at(&self, point: &[f64]) -> Option<Sums> {
-        let [a, b] = self.parameters(point)?;
         let mut sums = Sums::new(2);
-        for (run, x) in self.regression.x.iter().enumerate() {
-            let (at, weight) = (self.regression.continued([a.value, b.value], run), self.weight(run));
-            let residual = at.value - self.regression.restitution[run];
-            let root = weight.sqrt();
-            let [of_a, of_b] = self.regression.law.design(*x);
+        for (run, x) in regression.x.iter().enumerate() {
+            let at = regression.continued([a.value, b.value], run);
+            let root = weights.get(run).map_or(1.0, |weight| weight.sqrt());
+            let residual = at.value - regression.restitution[run];
+            let [of_a, of_b] = regression.law.design(*x);
             let of_predictor = (a * of_a + b * of_b).slopes;
             let slopes = [0, 1].map(|place| (place, root * at.slope * of_predictor[place]));
             sums.add(root * residual, &slopes);
@@ -143,7 +102,8 @@ impl Squares for LawSquares<'_> {
             }
         }
         sums.squares.is_finite().then_some(sums)
-    }
+    };
+    ProblemProfile::new(squares, region)
 }
 
 #[cfg(test)]
@@ -176,7 +136,7 @@ mod tests {
 
     fn limits(regression: &Regression, fit: &Fit, held: Held) -> Limits {
         let region = Region::of(fit, None, 0.95).unwrap();
-        let profile = LawSquares::profile(regression, None, &Region { t: T, ..region }, held).unwrap();
+        let profile = profile(regression, None, &Region { t: T, ..region }, held).unwrap();
         profile.limits(WithSlopes::first).unwrap()
     }
 

@@ -10,9 +10,8 @@
 //! | `sums.rs` | residuals and slopes summed over rows |
 //! | `descent.rs` | least squares by damped steps from sums over rows |
 //! | `information.rs` | the directions in which runs say more than the priors |
-//! | `joint.rs` | every run in a row of one joint fit: residuals, slopes, sums; the fit itself |
+//! | `joint.rs` | every run in a row of one joint fit: residuals, slopes, sums and squares; the fit itself |
 //! | `linearised_joint.rs` | a joint fit that is linear about a point: step, leverages, what a change of the rows moves |
-//! | `joint_squares.rs` | the squares of a joint fit about its minimum |
 //! | `law_squares.rs` | the squares of a law about its minimum |
 //! | `bootstrap/` | replicates and the intervals they give |
 //! | `laplace.rs` | mode and curvature of a posterior |
@@ -38,7 +37,6 @@ pub mod effective_variance;
 pub mod importance;
 pub mod information;
 pub mod joint;
-pub mod joint_squares;
 pub mod kernel;
 pub mod lack_of_fit;
 pub mod laplace;

@@ -5,10 +5,10 @@
 use nalgebra::DMatrix;
 
 use super::effective_variance::{
-    chi_squared, reweight, ErrorColumns, ErrorWeights, SpeedDependent, SpeedDerivatives, WeightedProblem,
+    chi_squared, fit_weighted, reweight, ErrorColumns, ErrorWeights, RunInSpeed, SpeedDependent,
 };
 use super::kernel::{self, Sample};
-use super::law::{Law, Response};
+use super::law::{Law, LawInSpeed, Response};
 use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem};
 use crate::scene::WetLaw;
 
@@ -47,11 +47,7 @@ impl<'a> Regression<'a> {
             return fit(&problem, start);
         }
         let roots: Vec<f64> = self.counts.iter().map(|count| count.sqrt()).collect();
-        let weighted = WeightedProblem {
-            problem: &problem,
-            roots: &roots,
-        };
-        fit(&weighted, start).of_runs(self.counts.iter().sum())
+        fit_weighted(&problem, &roots, start).of_runs(self.counts.iter().sum())
     }
 
     /// Fits the law, the runs weighed by their measurement errors if there are any; x must move with the speed as the
@@ -97,6 +93,15 @@ impl<'a> Regression<'a> {
         self.law.predictor(parameters, self.x[run], self.offset_of(run))
     }
 
+    /// The law at a run with its derivatives in the speed; `None` outside the law's domain.
+    ///
+    /// `offset_slopes` are v o′ and v² o″ of each run, empty for none.
+    pub fn in_speed(&self, parameters: [f64; 2], run: usize, offset_slopes: &[[f64; 2]]) -> Option<LawInSpeed> {
+        let predictor = Some(self.predictor(parameters, run)).filter(|of| self.law.is_defined(*of))?;
+        let slopes = offset_slopes.get(run).copied().unwrap_or_default();
+        Some(self.law.in_speed(parameters, self.x[run], predictor, slopes))
+    }
+
     fn offset_of(&self, run: usize) -> f64 {
         self.offset.get(run).copied().unwrap_or(0.0)
     }
@@ -107,22 +112,12 @@ impl<'a> Regression<'a> {
     /// `offset_slopes` are v o′ and v² o″ of each run, empty for none; `variance` is that of each residual, empty where
     /// all have the fit's own. `None` where the fit has no covariance or such an error no bias.
     pub fn speed_error_that_matters(&self, fitted: &Fit, offset_slopes: &[[f64; 2]], variance: &[f64]) -> Option<f64> {
-        let covariance = fitted.covariance.as_ref()?;
         let parameters = pair(&fitted.parameters);
-        let mut pull = [0.0; 2];
-        for (run, weight) in self.weights(fitted, variance)? {
-            let predictor = self.predictor(parameters, run);
-            if !self.law.is_defined(predictor) {
-                return None;
-            }
-            let offset_slopes = offset_slopes.get(run).copied().unwrap_or_default();
-            let at = self.law.in_speed(parameters, self.x[run], predictor, offset_slopes);
-            for (j, pull) in pull.iter_mut().enumerate() {
-                *pull += weight * at.response.second_order_bias(at.jacobian[j], at.jacobian_slope[j]);
-            }
-        }
-        let bias = covariance[(1, 0)] * pull[0] + covariance[(1, 1)] * pull[1];
-        let share = (0.1 * fitted.se(1)? / bias.abs()).sqrt();
+        let bias = self.projected(fitted, variance, |run| {
+            let at = self.in_speed(parameters, run, offset_slopes)?;
+            Some([0, 1].map(|j| at.response.second_order_bias(at.jacobian[j], at.jacobian_slope[j])))
+        });
+        let share = (0.1 * fitted.se(1)? / bias?[1].abs()).sqrt();
         share.is_finite().then_some(share)
     }
 
@@ -132,32 +127,33 @@ impl<'a> Regression<'a> {
     /// the covariance; `variance` is that of each residual, empty where all have the fit's own. `None` where the fit has
     /// no covariance.
     pub fn offset_sensitivity(&self, fitted: &Fit, offset_slope: &[f64], variance: &[f64]) -> Option<[f64; 2]> {
-        let covariance = fitted.covariance.as_ref()?;
         let parameters = pair(&fitted.parameters);
-        let mut projected = [0.0; 2];
-        for (run, weight) in self.weights(fitted, variance)? {
-            let predictor = self.predictor(parameters, run);
-            if !self.law.is_defined(predictor) {
-                return None;
-            }
-            let slope = self.law.response(predictor).slope;
-            for (projected, c) in projected.iter_mut().zip(self.law.design(self.x[run])) {
-                *projected += weight * slope * slope * c * offset_slope[run];
-            }
-        }
-        Some([0, 1].map(|j| -(covariance[(j, 0)] * projected[0] + covariance[(j, 1)] * projected[1])))
+        self.projected(fitted, variance, |run| {
+            let jacobian = self.in_speed(parameters, run, &[])?.jacobian;
+            let slope = self.response(parameters, run).slope;
+            Some(jacobian.map(|own| -own * slope * offset_slope[run]))
+        })
     }
 
-    /// The runs that are not left out, each with the inverse of its residual's variance.
-    fn weights<'f>(
-        &'f self,
+    /// (JᵀWJ)⁻¹ Σ w · what each run adds, over those that are not left out; `None` where one of these adds nothing.
+    fn projected(
+        &self,
         fitted: &Fit,
-        variance: &'f [f64],
-    ) -> Option<impl Iterator<Item = (usize, f64)> + use<'a, 'f>> {
-        let (common, counts) = (fitted.residual_sd? * fitted.residual_sd?, self.counts);
-        let of_run = move |run: usize| 1.0 / variance.get(run).copied().unwrap_or(common);
-        let runs = (0..self.x.len()).map(move |run| (run, of_run(run) * counts.get(run).copied().unwrap_or(1.0)));
-        Some(runs.filter(|(_, weight)| *weight != 0.0))
+        variance: &[f64],
+        of_run: impl Fn(usize) -> Option<[f64; 2]>,
+    ) -> Option<[f64; 2]> {
+        let covariance = fitted.covariance.as_ref()?;
+        let common = fitted.residual_sd?.powi(2);
+        let mut sum = [0.0; 2];
+        for run in 0..self.x.len() {
+            let count = self.counts.get(run).copied().unwrap_or(1.0);
+            let weight = count / variance.get(run).copied().unwrap_or(common);
+            if weight != 0.0 {
+                let added = of_run(run)?;
+                sum = [0, 1].map(|j| sum[j] + weight * added[j]);
+            }
+        }
+        Some([0, 1].map(|j| covariance[(j, 0)] * sum[0] + covariance[(j, 1)] * sum[1]))
     }
 
     /// Parameters at the minimum or near it, inside the domain of the law at every run.
@@ -269,24 +265,15 @@ impl ResidualProblem for RegressionProblem<'_> {
 }
 
 impl SpeedDependent for RegressionProblem<'_> {
-    fn speed_derivatives(&self, b: &[f64], errors: &ErrorColumns) -> Result<SpeedDerivatives, OutOfDomain> {
-        let (law, parameters) = (self.regression.law, pair(b));
-        let (runs, number) = (self.runs(), self.parameters());
-        let mut all = SpeedDerivatives {
-            response: Vec::with_capacity(runs),
-            jacobian: DMatrix::zeros(runs, number),
-            jacobian_slope: DMatrix::zeros(runs, number),
-        };
+    fn each_in_speed(&self, b: &[f64], errors: &ErrorColumns, hand_on: RunInSpeed) -> Result<(), OutOfDomain> {
+        let law = self.regression.law;
         for (run, x) in self.regression.x.iter().enumerate() {
-            let predictor = self.predictor(parameters, run)?;
+            let predictor = self.predictor(pair(b), run)?;
             let offset_slopes = errors.offset_slopes.get(run).copied().unwrap_or_default();
-            let at = law.in_speed(parameters, *x, predictor, offset_slopes);
-            all.response.push(at.response);
-            for j in 0..number {
-                all.jacobian[(run, j)] = at.jacobian[j];
-                all.jacobian_slope[(run, j)] = at.jacobian_slope[j];
-            }
+            let at = law.in_speed(pair(b), *x, predictor, offset_slopes);
+            let slopes = [0, 1].map(|j| (j, [at.jacobian[j], at.jacobian_slope[j]]));
+            hand_on(at.response, &slopes[..law.parameters()]);
         }
-        Ok(all)
+        Ok(())
     }
 }

@@ -14,8 +14,6 @@ use crate::findings::dry::FittedDry;
 use crate::findings::places::WetPlace;
 use crate::inference::descent::descend;
 use crate::inference::joint::{Joint, JointFit};
-use crate::inference::joint_squares::JointSquares;
-use crate::inference::profile::Squares;
 use crate::inference::sums::Sums;
 use crate::runs::{is_in_even_share, Runs};
 use crate::scene::Scene;
@@ -92,12 +90,7 @@ impl WeighedBalance<'_> {
 
     /// The squares, and g as their gradient; `None` where the model is undefined.
     fn sums(&self, problem: &JointFit, point: &[f64]) -> Option<Sums> {
-        let squares = JointSquares {
-            problem,
-            roots: &self.roots,
-            bias: &[],
-        };
-        squares.sums_at(point)
+        problem.sums_at(&self.roots, point)
     }
 }
 

@@ -5,7 +5,8 @@
 
 use crate::inference::effective_variance::{error_variances, intrinsic_variance, ErrorColumns, ErrorWeights};
 use crate::inference::kernel::{self, Failure, Sample, WeightedFit};
-use crate::inference::law::{Law, LawInSpeed};
+use crate::inference::law::{Law, LawInSpeed, SpeedResponse};
+use crate::inference::regression::Regression;
 
 /// Measurement errors of the runs of a fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,115 +47,108 @@ impl RunErrors {
     ///
     /// Fails as [`kernel::fit`] does, and where the weights do not settle.
     pub(super) fn fit(&self, law: Law, sample: &Sample, fitted: [f64; 2]) -> WeightedFit {
-        let drawn = self.drawn(sample);
+        let drawn = DrawnRuns {
+            errors: &self.columns,
+            runs: Regression {
+                offset: sample.offset,
+                counts: sample.weights,
+                ..Regression::new(law, sample.x, sample.restitution)
+            },
+            excluded: self
+                .left_out
+                .iter()
+                .zip(sample.weights)
+                .map(|(left_out, w)| *left_out || *w == 0.0)
+                .collect(),
+        };
         let mut parameters = [0, 1].map(|j| fitted[j] + self.bias[j]);
         for _ in 0..MOST_ROUNDS {
-            let weights = drawn.weigh(law, parameters)?;
-            let next = kernel::fit(law, &drawn.weighted(&weights), parameters)?;
+            let weights = &drawn.weigh(parameters)?;
+            let next = kernel::fit(law, &Sample { weights, ..*sample }, parameters)?;
             let change = |j: usize| (next[j] - parameters[j]).abs() / next[j].abs();
             let settled = (0..law.parameters()).all(|j| change(j) <= SETTLED);
             parameters = next;
             if settled {
-                return Ok(drawn.without_bias(law, &weights, parameters));
+                return Ok(drawn.without_bias(weights, parameters));
             }
         }
         Err(Failure::NotConverged)
     }
-
-    /// The runs that count in a replicate.
-    fn drawn(&self, sample: &Sample) -> DrawnRuns {
-        let counts = |run: &usize| sample.weights[*run] > 0.0 && !self.left_out[*run];
-        let runs: Vec<usize> = (0..sample.x.len()).filter(counts).collect();
-        let of = |column: &[f64]| -> Vec<f64> { runs.iter().filter_map(|run| column.get(*run)).copied().collect() };
-        DrawnRuns {
-            x: of(sample.x),
-            offset: of(sample.offset),
-            restitution: of(sample.restitution),
-            counts: of(sample.weights),
-            errors: self.columns.of_runs(&runs),
-        }
-    }
 }
 
 /// The runs of a replicate with their errors.
-struct DrawnRuns {
-    x: Vec<f64>,
-    offset: Vec<f64>,
-    restitution: Vec<f64>,
-    /// how often each counts
-    counts: Vec<f64>,
-    errors: ErrorColumns,
+struct DrawnRuns<'a> {
+    errors: &'a ErrorColumns,
+    /// each counts as often as it was drawn
+    runs: Regression<'a>,
+    /// those that do not count
+    excluded: Vec<bool>,
 }
 
-impl DrawnRuns {
-    fn weighted<'a>(&'a self, weights: &'a [f64]) -> Sample<'a> {
-        Sample {
-            offset: &self.offset,
-            ..Sample::new(&self.x, &self.restitution, weights)
-        }
+impl DrawnRuns<'_> {
+    fn included(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.excluded.len()).filter(|run| !self.excluded[*run])
     }
 
-    /// How often each run counts over its variance σ² + τ² about a law.
-    fn weigh(&self, law: Law, parameters: [f64; 2]) -> Result<Vec<f64>, Failure> {
-        let runs = 0..self.x.len();
-        let responses: Vec<_> = runs.map(|run| self.in_speed(law, parameters, run).response).collect();
-        let included = vec![false; responses.len()];
-        let (of_errors, _) = error_variances(&responses, &self.errors, &included).ok_or(Failure::Degenerate)?;
-        let residuals = self.restitution.iter().zip(&responses).zip(&self.counts);
-        let residuals: Vec<f64> = residuals
-            .map(|((e, at), count)| count.sqrt() * (e - at.value))
-            .collect();
-        let freedom = self.counts.iter().sum::<f64>() - law.parameters() as f64;
+    fn in_speed(&self, parameters: [f64; 2], run: usize) -> Result<LawInSpeed, Failure> {
+        let at = self.runs.in_speed(parameters, run, &self.errors.offset_slopes);
+        at.ok_or(Failure::Degenerate)
+    }
+
+    /// How often each run counts over its variance σ² + τ² about a law; 0 of one that does not count.
+    fn weigh(&self, parameters: [f64; 2]) -> Result<Vec<f64>, Failure> {
+        let Regression {
+            law,
+            restitution,
+            counts,
+            ..
+        } = self.runs;
+        let mut responses = vec![SpeedResponse::default(); counts.len()];
+        let mut residuals = vec![0.0; counts.len()];
+        let mut freedom = -(law.parameters() as f64);
+        for run in self.included() {
+            responses[run] = self.in_speed(parameters, run)?.response;
+            residuals[run] = counts[run].sqrt() * (restitution[run] - responses[run].value);
+            freedom += counts[run];
+        }
+        let of_errors = error_variances(&responses, self.errors, &self.excluded);
+        let (of_errors, _) = of_errors.ok_or(Failure::Degenerate)?;
         let intrinsic = match self.errors.are_all {
             true => 0.0,
             false => intrinsic_variance(&residuals, &of_errors, freedom.max(1.0)),
         };
-        let weights = self.counts.iter().zip(&of_errors);
+        let weights = counts.iter().zip(&of_errors);
         Ok(weights.map(|(count, tau)| count / (intrinsic + tau)).collect())
     }
 
     /// Takes the bias by errors of the speed off a fit, unless that leads out of the domain.
-    fn without_bias(&self, law: Law, weights: &[f64], parameters: [f64; 2]) -> [f64; 2] {
+    fn without_bias(&self, weights: &[f64], parameters: [f64; 2]) -> [f64; 2] {
         let (mut information, mut pull) = ([0.0; 3], [0.0; 2]);
-        for (run, weight) in weights.iter().enumerate() {
-            let LawInSpeed {
-                response,
-                jacobian: [a, b],
-                jacobian_slope,
-            } = self.in_speed(law, parameters, run);
+        for run in self.included() {
+            let Ok(at) = self.in_speed(parameters, run) else {
+                return parameters;
+            };
+            let [a, b] = at.jacobian;
             for (sum, product) in information.iter_mut().zip([a * a, a * b, b * b]) {
-                *sum += weight * product;
+                *sum += weights[run] * product;
             }
             let variance = self.errors.relative_speed_sd[run].powi(2);
             for (j, slope) in [a, b].into_iter().enumerate() {
-                pull[j] += weight * variance * response.second_order_bias(slope, jacobian_slope[j]);
+                pull[j] += weights[run] * variance * at.response.second_order_bias(slope, at.jacobian_slope[j]);
             }
         }
-        let bias = law.solve(information, pull);
+        let bias = self.runs.law.solve(information, pull);
         let corrected = [parameters[0] - bias[0], parameters[1] - bias[1]];
-        let is_defined = |run: usize| law.is_defined(self.predictor(law, corrected, run));
-        if (0..self.x.len()).all(is_defined) {
-            corrected
-        } else {
-            parameters
+        match self.included().all(|run| self.in_speed(corrected, run).is_ok()) {
+            true => corrected,
+            false => parameters,
         }
-    }
-
-    fn in_speed(&self, law: Law, parameters: [f64; 2], run: usize) -> LawInSpeed {
-        let slopes = self.errors.offset_slopes.get(run).copied().unwrap_or_default();
-        law.in_speed(parameters, self.x[run], self.predictor(law, parameters, run), slopes)
-    }
-
-    fn predictor(&self, law: Law, parameters: [f64; 2], run: usize) -> f64 {
-        let offset = self.offset.get(run).copied().unwrap_or(0.0);
-        law.predictor(parameters, self.x[run], offset)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inference::regression::Regression;
     use crate::seed::stream;
     use rand::RngExt;
 

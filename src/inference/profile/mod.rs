@@ -12,7 +12,7 @@
 
 mod of_problem;
 
-pub use of_problem::{Along, ProblemProfile, Region, Squares, WithSlopes};
+pub use of_problem::{Along, ProblemProfile, Region, WithSlopes};
 
 /// A point at which the weighted squares are least among those with its value of the quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,13 +64,6 @@ pub const AGREES: f64 = 0.15;
 /// A distance this near to 1 is a limit; it is off by about as much of the half width.
 const NEAR: f64 = 2e-3;
 
-/// A target and the point it led to; infinitely far where it is out of reach.
-#[derive(Clone, Copy)]
-struct Tried {
-    target: f64,
-    point: ProfilePoint,
-}
-
 /// The limit on the side of a first guess. `profile` gives the point for a target, which lies at or somewhat short of it;
 /// `None` where that is out of reach.
 fn limit(value: f64, first: f64, mut profile: impl FnMut(f64) -> Option<ProfilePoint>) -> Option<f64> {
@@ -79,52 +72,45 @@ fn limit(value: f64, first: f64, mut profile: impl FnMut(f64) -> Option<ProfileP
     const STEPS: usize = 60;
     /// share of the way to its target that a point within reach has come
     const REACHED: f64 = 0.5;
-    let tried = |target: f64, distance: f64| Tried {
-        target,
-        point: ProfilePoint {
-            value: target,
-            distance,
-        },
-    };
-    let mut inside = tried(value, 0.0);
-    let mut outside: Option<Tried> = None;
+    let at = |value: f64, distance: f64| ProfilePoint { value, distance };
+    // targets, each with the point it led to; infinitely far where it is out of reach
+    let mut inside = (value, at(value, 0.0));
+    let mut outside: Option<(f64, ProfilePoint)> = None;
     let (mut target, mut expansions) = (first, 0);
     for step in 0..STEPS {
         let has_come =
             |point: &ProfilePoint| point.distance >= 1.0 || (point.value - value) / (target - value) > REACHED;
-        let found = match profile(target).filter(has_come) {
-            Some(point) => Tried { target, point },
-            None => tried(target, f64::INFINITY),
-        };
-        if (found.point.distance - 1.0).abs() <= NEAR {
-            return Some(found.point.value);
+        let found = profile(target).filter(has_come);
+        let found = found.unwrap_or_else(|| at(target, f64::INFINITY));
+        if (found.distance - 1.0).abs() <= NEAR {
+            return Some(found.value);
         }
-        if found.point.distance < 1.0 {
-            inside = found;
+        if found.distance < 1.0 {
+            inside = (target, found);
         } else {
-            outside = Some(found);
+            outside = Some((target, found));
         }
-        let Some(end) = outside else {
+        let Some((end, point)) = outside else {
             if expansions == EXPANSIONS {
                 return None;
             }
             // mostly a little beyond the straight line does, which leaves a secant next to nothing
             let least = if expansions < 2 { 1.02 } else { 1.5 };
             expansions += 1;
-            target = value + (target - value) * (1.02 / inside.point.distance).clamp(least, 8.0);
+            target = value + (target - value) * (1.02 / inside.1.distance).clamp(least, 8.0);
             continue;
         };
-        let width = end.target - inside.target;
-        if width.abs() <= NEAR * (end.target - value).abs() {
+        let width = end - inside.0;
+        if width.abs() <= NEAR * (end - value).abs() {
             // a jump of the profile is a limit, the end of what the quantity can be is none
-            return end.point.distance.is_finite().then_some(inside.point.value);
+            return point.distance.is_finite().then_some(inside.1.value);
         }
         // secants, and a half in between: profiles turn where runs do
-        let part = match end.point.distance {
+        let part = match point.distance {
             far if (step > 4 && step % 3 == 2) || !far.is_finite() => 0.5,
-            far => (1.0 - inside.point.distance) / (far - inside.point.distance),
+            far => (1.0 - inside.1.distance) / (far - inside.1.distance),
         };
-        target = inside.target + width * part.clamp(0.02, 0.98);
+        target = inside.0 + width * part.clamp(0.02, 0.98);
     }
     None
 }

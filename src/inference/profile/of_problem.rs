@@ -33,15 +33,6 @@ impl WithSlopes {
     }
 }
 
-/// The squares of a problem as a function of its parameters.
-pub trait Squares {
-    /// Σ residual²; `None` outside the domain.
-    fn at(&self, b: &[f64]) -> Option<f64>;
-
-    /// The same with the sums of residuals times slopes and of slopes times slopes.
-    fn sums_at(&self, b: &[f64]) -> Option<Sums>;
-}
-
 /// Where the squares of a fitted problem have risen by no more than t²s².
 #[derive(Debug, Clone)]
 pub struct Region {
@@ -98,43 +89,24 @@ impl Region {
 }
 
 /// A fitted problem about its minimum.
-pub struct ProblemProfile<S> {
-    squares: S,
+pub struct ProblemProfile<'s> {
+    /// the squares with their sums; `None` outside the domain
+    squares: Box<dyn Fn(&[f64]) -> Option<Sums> + Sync + 's>,
     region: Region,
     /// the squares at the minimum
     least: f64,
 }
 
-/// A quantity at the minimum.
-struct AtMinimum {
-    value: f64,
-    along: Along,
-}
-
-/// What draws the squares to a value of a quantity: (root · (q(b) − target))² is added.
-struct Pull {
-    target: f64,
-    root: f64,
-}
-
-impl Pull {
-    /// To a value, much stronger than the squares by the slopes at the minimum.
-    fn to(value: f64, at_minimum: &AtMinimum, region: &Region) -> Pull {
-        /// strength beside the squares' own: a weaker pull leaps over where these bend down, beyond a run near r = 0
-        const PULL: f64 = 1e4;
-        Pull {
-            // it stops short of what it is set to by its share
-            target: value + (value - at_minimum.value) / PULL,
-            root: (PULL * region.variance).sqrt() / at_minimum.along.se,
-        }
-    }
-}
-
-impl<S: Squares> ProblemProfile<S> {
-    /// `None` where the squares have no value at the minimum.
-    pub fn new(squares: S, region: Region) -> Option<ProblemProfile<S>> {
-        let least = squares.at(&region.minimum)?;
-        Some(ProblemProfile { squares, region, least })
+impl<'s> ProblemProfile<'s> {
+    /// `squares` are those of the residuals at some parameters, with the sums of residuals times slopes and of slopes times
+    /// slopes; `None` outside the domain, and so of the whole where that is at the minimum.
+    pub fn new(squares: impl Fn(&[f64]) -> Option<Sums> + Sync + 's, region: Region) -> Option<ProblemProfile<'s>> {
+        let least = squares(&region.minimum)?.squares;
+        Some(ProblemProfile {
+            squares: Box::new(squares),
+            region,
+            least,
+        })
     }
 
     /// Where the limits lie.
@@ -144,75 +116,85 @@ impl<S: Squares> ProblemProfile<S> {
 
     /// Whether the delta method's limits of a function of the parameters are as good, or it has none.
     pub fn is_straight(&self, quantity: impl Fn(&[f64]) -> Option<WithSlopes>) -> bool {
-        self.at_minimum(&quantity).is_none_or(|at_minimum| {
-            [-1.0, 1.0]
-                .iter()
-                .all(|side| self.is_straight_to(&quantity, &at_minimum, *side))
-        })
+        let about = AboutMinimum::new(self, quantity);
+        about.is_none_or(|about| SIDES.iter().all(|side| about.is_straight_to(*side)))
     }
 
     /// The limits of a function of the parameters; `None` where it has no standard error.
     pub fn limits(&self, quantity: impl Fn(&[f64]) -> Option<WithSlopes>) -> Option<Limits> {
-        let at_minimum = self.at_minimum(&quantity)?;
-        let [lo, hi] = [-1.0, 1.0].map(|side| {
-            let by_steps = self.stepped(&quantity, &at_minimum, side);
-            let lowest = by_steps.filter(|point| self.is_lowest(&quantity, &at_minimum, point));
-            match lowest.and_then(|point| quantity(&point)) {
+        let about = AboutMinimum::new(self, quantity)?;
+        let [lo, hi] = SIDES.map(|side| {
+            let lowest = about.stepped(side).filter(|point| about.is_lowest(point));
+            match lowest.and_then(|point| (about.quantity)(&point)) {
                 Some(at) => Some(at.value),
-                None => self.searched(&quantity, &at_minimum, side),
+                None => about.searched(side),
             }
         });
         Some(Limits { lo, hi })
     }
+}
 
-    fn at_minimum(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>) -> Option<AtMinimum> {
-        let at = quantity(&self.region.minimum)?;
-        Some(AtMinimum {
+/// Below the estimate and above it.
+const SIDES: [f64; 2] = [-1.0, 1.0];
+
+/// A quantity about the minimum of a problem.
+struct AboutMinimum<'p, Q> {
+    problem: &'p ProblemProfile<'p>,
+    quantity: Q,
+    /// of the quantity at the minimum
+    value: f64,
+    along: Along,
+}
+
+impl<'p, Q: Fn(&[f64]) -> Option<WithSlopes>> AboutMinimum<'p, Q> {
+    fn new(problem: &'p ProblemProfile, quantity: Q) -> Option<AboutMinimum<'p, Q>> {
+        let at = quantity(&problem.region.minimum)?;
+        Some(AboutMinimum {
+            problem,
+            quantity,
             value: at.value,
-            along: self.region.along(&DVector::from_vec(at.slopes))?,
+            along: problem.region.along(&DVector::from_vec(at.slopes))?,
         })
     }
 
+    fn region(&self) -> &Region {
+        &self.problem.region
+    }
+
+    fn sums_at(&self, point: &[f64]) -> Option<Sums> {
+        (self.problem.squares)(point)
+    }
+
     fn point(&self, value: f64, squares: f64) -> ProfilePoint {
-        ProfilePoint::new(value, squares - self.least, self.region.rise())
+        ProfilePoint::new(value, squares - self.problem.least, self.region().rise())
     }
 
     /// Whether at the end of the region, along the slopes to one side, squares and quantity are what these say.
-    fn is_straight_to(
-        &self,
-        quantity: &impl Fn(&[f64]) -> Option<WithSlopes>,
-        AtMinimum { value, along }: &AtMinimum,
-        side: f64,
-    ) -> bool {
-        let there = self.region.moved(&along.step, side);
-        let (Some(found), Some(squares)) = (quantity(&there), self.squares.at(&there)) else {
+    fn is_straight_to(&self, side: f64) -> bool {
+        let there = self.region().moved(&self.along.step, side);
+        let (Some(found), Some(sums)) = ((self.quantity)(&there), self.sums_at(&there)) else {
             return false;
         };
-        let off = (found.value - value) / (side * self.region.t * along.se) - 1.0;
-        let distance = self.point(found.value, squares).distance;
+        let off = (found.value - self.value) / (side * self.region().t * self.along.se) - 1.0;
+        let distance = self.point(found.value, sums.squares).distance;
         (distance - 1.0).abs() <= AGREES && off.abs() <= AGREES
     }
 
     /// Where a quantity is largest, or on the other side least, among the points with the squares of a limit: by steps
     /// that take these and the quantity for what their sums and slopes say (Venzon and Moolgavkar 1988). `None` where they
     /// come to no end, as about a run near r = 0.
-    fn stepped(
-        &self,
-        quantity: &impl Fn(&[f64]) -> Option<WithSlopes>,
-        at_minimum: &AtMinimum,
-        side: f64,
-    ) -> Option<Vec<f64>> {
+    fn stepped(&self, side: f64) -> Option<Vec<f64>> {
         const STEPS: usize = 12;
         /// a step this long, in radii of the region, leaves the limit off by half its square
         const SHORT: f64 = 1e-2;
-        let rise = self.region.rise();
-        let mut point = self.region.moved(&at_minimum.along.step, side);
+        let rise = self.region().rise();
+        let mut point = self.region().moved(&self.along.step, side);
         for _ in 0..STEPS {
-            let slopes = DVector::from_vec(quantity(&point)?.slopes);
-            let sums = self.squares.sums_at(&point)?;
+            let slopes = DVector::from_vec((self.quantity)(&point)?.slopes);
+            let sums = self.sums_at(&point)?;
             let root = sums.information.clone().cholesky()?;
             let (down, across) = (root.solve(&sums.gradient), root.solve(&slopes));
-            let left = self.least + rise - sums.squares + down.dot(&sums.gradient);
+            let left = self.problem.least + rise - sums.squares + down.dot(&sums.gradient);
             let step = &across * (side * (left / slopes.dot(&across)).sqrt()) - down;
             let length = (step.dot(&(&sums.information * &step)) / rise).sqrt();
             if !length.is_finite() {
@@ -228,76 +210,67 @@ impl<S: Squares> ProblemProfile<S> {
 
     /// Whether the least squares at a limit are found from the minimum, too: a run near r = 0 can hold a point on its own
     /// side.
-    fn is_lowest(
-        &self,
-        quantity: &impl Fn(&[f64]) -> Option<WithSlopes>,
-        at_minimum: &AtMinimum,
-        point: &[f64],
-    ) -> bool {
+    fn is_lowest(&self, point: &[f64]) -> bool {
         /// share of the rise to a limit
         const LOWER: f64 = 1e-3;
-        let Some(at) = quantity(point) else { return false };
-        let pull = Pull::to(at.value, at_minimum, &self.region);
-        let [own, other] = [point, &self.region.minimum].map(|start| self.draw(quantity, &pull, start));
+        let Some(at) = (self.quantity)(point) else { return false };
+        let [own, other] = [point, &self.region().minimum].map(|start| self.draw(at.value, start));
         let costs = own.zip(other).map(|(own, other)| own.squares - other.squares);
-        costs.is_some_and(|more| more <= LOWER * self.region.rise())
+        costs.is_some_and(|more| more <= LOWER * self.region().rise())
     }
 
     /// The limit on one side, by least squares drawn to one value of the quantity after the other.
-    fn searched(
-        &self,
-        quantity: &impl Fn(&[f64]) -> Option<WithSlopes>,
-        at_minimum: &AtMinimum,
-        side: f64,
-    ) -> Option<f64> {
-        let value = at_minimum.value;
-        let half_width = self.region.t * at_minimum.along.se;
+    fn searched(&self, side: f64) -> Option<f64> {
+        let value = self.value;
+        let half_width = self.region().t * self.along.se;
         let mut last: Option<(Vec<f64>, f64)> = None;
         limit(value, value + side * half_width, |target| {
-            let pull = Pull::to(target, at_minimum, &self.region);
             let on_side = last.take().filter(|(_, at)| (at - value) * (target - value) > 0.0);
             let ahead = match &on_side {
                 Some((near, at)) => {
-                    let both = self.region.minimum.iter().zip(near);
+                    let both = self.region().minimum.iter().zip(near);
                     both.map(|(b, near)| b + (near - b) * (target - value) / (at - value))
                         .collect()
                 }
-                None => self.region.moved(&at_minimum.along.step, (target - value) / half_width),
+                None => self.region().moved(&self.along.step, (target - value) / half_width),
             };
-            let mut end = self.draw(quantity, &pull, &ahead);
+            let mut end = self.draw(target, &ahead);
             if on_side.is_none() || !end.as_ref().is_some_and(|end| end.converged) {
                 // a run near r = 0 can hold a fit on its own side
-                let near = on_side.map_or_else(|| self.region.minimum.clone(), |(near, _)| near);
-                let other = self.draw(quantity, &pull, &near);
+                let near = on_side.map_or_else(|| self.region().minimum.clone(), |(near, _)| near);
+                let other = self.draw(target, &near);
                 let is_lower = |other: &Descent| end.as_ref().is_none_or(|end| other.squares < end.squares);
                 if other.as_ref().is_some_and(is_lower) {
                     end = other;
                 }
             }
             let end = end?;
-            let found = quantity(&end.point)?.value;
-            let squares = self.squares.at(&end.point)?;
+            let found = (self.quantity)(&end.point)?.value;
+            let squares = self.sums_at(&end.point)?.squares;
             last = Some((end.point, found));
             Some(self.point(found, squares))
         })
     }
 
-    /// The squares with those of the pull, and their sums.
-    fn pulled(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>, pull: &Pull, b: &[f64]) -> Option<Sums> {
-        let at = quantity(b)?;
-        let mut sums = self.squares.sums_at(b)?;
-        let slopes = at.slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0);
-        let slopes: Vec<(usize, f64)> = slopes.map(|(place, slope)| (place, pull.root * slope)).collect();
-        sums.add(pull.root * (at.value - pull.target), &slopes);
-        sums.squares.is_finite().then_some(sums)
-    }
-
-    /// Least squares with those of the pull; `None` where they cannot begin.
-    fn draw(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>, pull: &Pull, start: &[f64]) -> Option<Descent> {
+    /// Least squares with those of a pull to a value of the quantity, much stronger than the squares by the slopes at the
+    /// minimum; `None` where they cannot begin.
+    fn draw(&self, value: f64, start: &[f64]) -> Option<Descent> {
+        /// strength beside the squares' own: a weaker pull leaps over where these bend down, beyond a run near r = 0
+        const PULL: f64 = 1e4;
         /// a fall by this share of the rise to a limit moves that by half as much of its half-width
         const SMALL: f64 = 1e-6;
-        let pulled = |b: &[f64]| self.pulled(quantity, pull, b);
-        descend(start, SMALL * self.region.rise(), pulled)
+        // it stops short of what it is set to by its share
+        let target = value + (value - self.value) / PULL;
+        let root = (PULL * self.region().variance).sqrt() / self.along.se;
+        let pulled = |b: &[f64]| {
+            let at = (self.quantity)(b)?;
+            let mut sums = self.sums_at(b)?;
+            let slopes = at.slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0);
+            let slopes: Vec<(usize, f64)> = slopes.map(|(place, slope)| (place, root * slope)).collect();
+            sums.add(root * (at.value - target), &slopes);
+            sums.squares.is_finite().then_some(sums)
+        };
+        descend(start, SMALL * self.region().rise(), pulled)
     }
 }
 
@@ -386,10 +359,7 @@ mod tests {
         })
     }
 
-    impl Squares for &Films {
-        fn at(&self, b: &[f64]) -> Option<f64> {
-            Some(self.sums_at(b)?.squares)
-        }
+    impl Films {
         fn sums_at(&self, b: &[f64]) -> Option<Sums> {
             let mut residuals = vec![0.0; self.runs()];
             let mut jacobian = DMatrix::zeros(self.runs(), 3);
@@ -405,9 +375,9 @@ mod tests {
 
     const T: f64 = 2.1;
 
-    fn of<'p>(films: &'p Films, fit: &Fit) -> ProblemProfile<&'p Films> {
+    fn of<'p>(films: &'p Films, fit: &Fit) -> ProblemProfile<'p> {
         let region = Region::of(fit, None, 0.95).unwrap();
-        ProblemProfile::new(films, Region { t: T, ..region }).unwrap()
+        ProblemProfile::new(|b: &[f64]| films.sums_at(b), Region { t: T, ..region }).unwrap()
     }
 
     #[test]
