@@ -131,10 +131,10 @@ fn the_kernels_are_the_full_fit() {
     let roots = |x: &[f64]| -> Vec<f64> { x.iter().map(|x| (100.0 * x).powf(0.2)).collect() };
     let (all_roots, roots) = (roots(&rx), roots(&x));
     let full = Regression::new(Law::Dry(Order::First), &all_roots, &re).fit();
-    let fast = kernel::dry(&Sample::new(&roots, &e, &w)).expect("determined");
+    let fast = kernel::dry(Order::First, &Sample::new(&roots, &e, &w), 0.0).expect("determined");
     same(fast[0], full.parameters[0]);
     let bent = Regression::new(Law::Dry(Order::Second), &all_roots, &re).fit();
-    let fast = kernel::dry_second_order(&Sample::new(&roots, &e, &w), full.parameters[0]).expect("determined");
+    let fast = kernel::dry(Order::Second, &Sample::new(&roots, &e, &w), full.parameters[0]).expect("determined");
     assert!((bent.parameters[0] / full.parameters[0] - 1.0).abs() > 0.01);
     same(fast[0], bent.parameters[0]);
 }

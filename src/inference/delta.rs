@@ -74,25 +74,18 @@ fn bilinear(covariance: &DMatrix<f64>, first: &[f64], second: &[f64]) -> f64 {
 /// value ± t · se at one level; `None` without degrees of freedom.
 pub fn interval(value: f64, se: f64, degrees_of_freedom: usize, level: f64) -> Option<Interval> {
     let t = student_t_quantile(0.5 + 0.5 * level, degrees_of_freedom as f64)?;
-    let (lo, hi) = (value - t * se, value + t * se);
-    (lo.is_finite() && hi.is_finite()).then_some(Interval {
-        method: "delta",
-        level,
-        lo,
-        hi,
-    })
+    finite("delta", level, [value - t * se, value + t * se])
 }
 
 /// The interval of a positive quantity, made on its logarithm: value · exp(± t · se/value).
 pub fn log_interval(value: f64, se: f64, degrees_of_freedom: usize, level: f64) -> Option<Interval> {
     let plain = interval(value.ln(), se / value, degrees_of_freedom, level)?;
-    let (lo, hi) = (plain.lo.exp(), plain.hi.exp());
-    (lo.is_finite() && hi.is_finite()).then_some(Interval {
-        method: "delta_log",
-        level,
-        lo,
-        hi,
-    })
+    finite("delta_log", level, [plain.lo.exp(), plain.hi.exp()])
+}
+
+fn finite(method: &'static str, level: f64, [lo, hi]: [f64; 2]) -> Option<Interval> {
+    let made = Interval { method, level, lo, hi };
+    (lo.is_finite() && hi.is_finite()).then_some(made)
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::law::SpeedResponse;
-use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem, Stop};
+use super::least_squares::{fit_weighted, Fit, OutOfDomain, ResidualProblem, Stop};
 
 /// Measurement errors of the runs of a fit, one number a run in every column; 0 where a run carries none.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -101,45 +101,6 @@ pub struct ErrorWeights {
     pub runs_left_out: usize,
     /// second-order bias of the parameters by errors of v, taken off
     pub bias: Vec<f64>,
-}
-
-/// The same residuals, each times the root of a weight of its own.
-struct WeightedProblem<'a, P> {
-    problem: &'a P,
-    roots: &'a [f64],
-}
-
-/// Fits a problem, each residual times the root of its weight.
-pub fn fit_weighted<P: ResidualProblem>(problem: &P, roots: &[f64], start: &[f64]) -> Fit {
-    fit(&WeightedProblem { problem, roots }, start)
-}
-
-impl<P: ResidualProblem> ResidualProblem for WeightedProblem<'_, P> {
-    fn parameters(&self) -> usize {
-        self.problem.parameters()
-    }
-    fn runs(&self) -> usize {
-        self.problem.runs()
-    }
-    fn residuals(&self, b: &[f64], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
-        self.problem.residuals(b, residuals)?;
-        for (residual, root) in residuals.iter_mut().zip(self.roots) {
-            *residual *= root;
-        }
-        Ok(())
-    }
-    fn jacobian(&self, b: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
-        self.problem.jacobian(b, jacobian)?;
-        for mut column in jacobian.column_iter_mut() {
-            for (slope, root) in column.iter_mut().zip(self.roots) {
-                *slope *= root;
-            }
-        }
-        Ok(())
-    }
-    fn scale(&self) -> f64 {
-        self.problem.scale()
-    }
 }
 
 /// Roots of the weights 1/variance over the largest, and the variance that has it.
@@ -227,7 +188,8 @@ fn settle<P: SpeedDependent>(
         let change = |j: usize| (fitted.parameters[j] - parameters[j]).abs() / covariance[(j, j)].sqrt();
         let largest = (0..parameters.len()).map(change).fold(0.0, f64::max);
         if largest <= SETTLED {
-            return Ok(reweighting.without_bias(fitted, squares, variances));
+            let bias = reweighting.bias(&parameters, covariance, &variances.total);
+            return Ok(reweighting.without_bias(fitted, squares, variances, bias));
         }
         parameters = fitted.parameters;
     }
@@ -337,9 +299,9 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
         (fitted, squares)
     }
 
-    /// (JᵀWJ)⁻¹ Σ w E[r J] with these variances; 0 of a fit without covariance.
-    fn bias(&self, fitted: &Fit, variance: &[f64]) -> Vec<f64> {
-        let mut pull = DVector::zeros(fitted.parameters.len());
+    /// (JᵀWJ)⁻¹ Σ w E[r J] by the slopes at `b` and these variances; 0 outside the domain.
+    fn bias(&self, b: &[f64], covariance: &DMatrix<f64>, variance: &[f64]) -> Vec<f64> {
+        let mut pull = DVector::zeros(b.len());
         let mut runs = self.errors.relative_speed_sd.iter().zip(variance);
         let add = &mut |response: SpeedResponse, slopes: &[(usize, [f64; 2])]| {
             let Some((sd, variance)) = runs.next() else { return };
@@ -347,17 +309,21 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
                 pull[*place] += sd * sd / variance * response.second_order_bias(*slope, *in_speed);
             }
         };
-        let inside = self.problem.each_in_speed(&fitted.parameters, self.errors, add);
-        match &fitted.covariance {
-            Some(covariance) if inside.is_ok() => (covariance * pull).as_slice().to_vec(),
-            _ => vec![0.0; fitted.parameters.len()],
+        match self.problem.each_in_speed(b, self.errors, add) {
+            Ok(()) => (covariance * pull).as_slice().to_vec(),
+            Err(OutOfDomain) => vec![0.0; b.len()],
         }
     }
 
     /// Takes the bias by errors of v off a fit, unless that leads out of the domain, and completes it.
-    fn without_bias(&self, mut fitted: Fit, squares: f64, variances: Variances) -> (Fit, ErrorWeights) {
+    fn without_bias(
+        &self,
+        mut fitted: Fit,
+        squares: f64,
+        variances: Variances,
+        mut bias: Vec<f64>,
+    ) -> (Fit, ErrorWeights) {
         let runs = variances.of_errors.len();
-        let mut bias = self.bias(&fitted, &variances.total);
         let corrected: Vec<f64> = fitted.parameters.iter().zip(&bias).map(|(b, bias)| b - bias).collect();
         let residuals = match self.residuals_at(&corrected) {
             Ok(residuals) => {

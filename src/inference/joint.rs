@@ -8,12 +8,11 @@
 
 use std::ops::{Deref, Range};
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::effective_variance::{ErrorColumns, RunInSpeed, SpeedDependent};
 use super::law::SpeedResponse;
 use super::least_squares::{fit, no_scatter_left, Fit, OutOfDomain, ResidualProblem, Stop};
-use super::linearised_joint::Inverse;
 use super::sums::{add_square, Sums};
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::{Balance, BalanceAtFilm, Impact, Lost};
@@ -383,15 +382,6 @@ impl<'r> Joint<'r> {
             .map(|part| self.runs.measured(part.rebounds.clone()))
             .sum()
     }
-
-    /// Restitution the model gives each wet rebound, in the order of the parts.
-    pub fn wet_model(&self, point: &[f64]) -> Vec<f64> {
-        let mut model = vec![];
-        for part in self.wet_parts() {
-            self.each(part, part.rebounds.clone(), point, |row| model.push(row.model));
-        }
-        model
-    }
 }
 
 /// What is known of one k besides the runs, in a row of its own: (k − value) · root.
@@ -475,8 +465,7 @@ impl JointFit<'_> {
         [line, lowered]
     }
 
-    /// The best line through e² with some parameters held at tried values; and its residual sum of squares. What one film
-    /// ratio and one density ratio cannot tell apart needs no start.
+    /// The best line through e² with some parameters held at tried values; and its residual sum of squares.
     fn line(&self, tried: &[Option<f64>]) -> (Vec<f64>, f64) {
         let mut point: Vec<f64> = tried.iter().map(|held| held.unwrap_or(0.0)).collect();
         point.extend(&self.own_k);
@@ -488,7 +477,7 @@ impl JointFit<'_> {
             let slopes: Vec<(usize, f64)> = slopes.enumerate().collect();
             sums.add(root * (e * e - kept), &slopes);
         });
-        let found = Inverse::of(&sums.information).matrix * &sums.gradient;
+        let found = solve_leading(&sums.information, &sums.gradient);
         for (place, value) in free.iter().zip(&found) {
             point[*place] = *value;
         }
@@ -530,9 +519,13 @@ impl JointFit<'_> {
     /// Hands on every wet rebound, by its number, with its r and the slopes of that in the shared parameters.
     fn each_wet_energy(&self, point: &[f64], mut hand_on: impl FnMut(usize, f64, &[f64])) {
         for part in self.joint.wet_parts() {
-            self.joint.each(part, part.rebounds.clone(), point, |row| {
-                let root = rebound::slope_mean_restitution(row.kept);
-                hand_on(row.run, row.kept, &row.slopes.map(|slope| slope / root)[1..]);
+            let range = part.rebounds.clone();
+            self.joint.each_with(part, range, point, |row, at, at_setting| {
+                let mut slopes = [0.0; MOST_SLOPES - 1];
+                for (own, slope) in slopes.iter_mut().zip(at_setting.slopes.iter().flatten()) {
+                    *own = slope.slope_of_kept(at);
+                }
+                hand_on(row.run, row.kept, &slopes);
             });
         }
     }
@@ -541,20 +534,35 @@ impl JointFit<'_> {
 /// Every combination of the values to try of parameters that do not enter linearly; `None` of one that does.
 fn grid(shared: &[Coefficient]) -> Vec<Vec<Option<f64>>> {
     shared.iter().fold(vec![vec![]], |so_far, coefficient| {
-        let values = coefficient.describe().grid;
-        let with = |start: &Vec<Option<f64>>, value: Option<f64>| {
-            let mut longer = start.clone();
-            longer.push(value);
-            longer
+        let values: Vec<Option<f64>> = match coefficient.describe().grid {
+            [] => vec![None],
+            grid => grid.iter().copied().map(Some).collect(),
         };
-        let each = |start: &Vec<Option<f64>>| -> Vec<Vec<Option<f64>>> {
-            match values {
-                [] => vec![with(start, None)],
-                _ => values.iter().map(|value| with(start, Some(*value))).collect(),
-            }
+        let longer = |start: &Vec<Option<f64>>| -> Vec<_> {
+            let with = |value: &Option<f64>| [&start[..], &[*value]].concat();
+            values.iter().map(with).collect()
         };
-        so_far.iter().flat_map(each).collect()
+        so_far.iter().flat_map(longer).collect()
     })
+}
+
+/// The solution of normal equations in as many leading unknowns as they tell apart; the others are 0.
+///
+/// One film ratio and one density ratio, say: a line cannot tell the two losses apart, nor need a start.
+fn solve_leading(information: &DMatrix<f64>, pull: &DVector<f64>) -> DVector<f64> {
+    /// share of its square that a slope must have of its own
+    const APART: f64 = 1e-12;
+    let mut found = DVector::zeros(pull.len());
+    for used in (1..=pull.len()).rev() {
+        let part = information.view((0, 0), (used, used)).into_owned();
+        let Some(root) = part.clone().cholesky() else { continue };
+        let own = |j: usize| root.l_dirty()[(j, j)].powi(2) > APART * part[(j, j)];
+        if (0..used).all(own) {
+            found.rows_mut(0, used).copy_from(&root.solve(&pull.rows(0, used)));
+            break;
+        }
+    }
+    found
 }
 
 impl ResidualProblem for JointFit<'_> {
@@ -660,13 +668,5 @@ fn with_wet_spread(problem: &JointFit, fit: Fit) -> Fit {
         };
     }
     let squares = (fit.residual_sum_of_squares - problem.own_squares()).max(0.0);
-    let sd = (squares / freedom as f64).sqrt();
-    let over = fit.residual_sd.map_or(1.0, |was| (sd / was).powi(2));
-    Fit {
-        covariance: fit.covariance.map(|covariance| covariance * over),
-        residual_sd: Some(sd),
-        residual_sum_of_squares: squares,
-        degrees_of_freedom: freedom,
-        ..fit
-    }
+    fit.with_spread(squares, freedom)
 }

@@ -66,8 +66,7 @@ const SINGULAR: f64 = 1e-12;
 /// Fits a law to weighted runs, where it needs a start from parameters near those of all runs.
 pub fn fit(law: Law, sample: &Sample, start: [f64; 2]) -> WeightedFit {
     let fitted = match law {
-        Law::Dry(Order::First) => dry(sample),
-        Law::Dry(Order::Second) => dry_second_order(sample, start[0]),
+        Law::Dry(order) => dry(order, sample, start[0]),
         Law::Wet(WetLaw::Linear) => linear(sample),
         Law::Wet(WetLaw::Sqrt) => square_root(sample, start),
     }?;
@@ -75,31 +74,24 @@ pub fn fit(law: Law, sample: &Sample, start: [f64; 2]) -> WeightedFit {
     finite.then_some(fitted).ok_or(Failure::Degenerate)
 }
 
-/// k of e = 1 − k s, s = v^(1/5); fails if every weight is on runs without speed.
-pub fn dry(sample: &Sample) -> WeightedFit {
-    let [ss, sy] = sums([sample.x, sample.restitution, sample.weights], |[s, e, w]| {
-        [w * s * s, w * s * (1.0 - e)]
-    });
-    if ss > 0.0 {
-        Ok([sy / ss, 0.0])
-    } else {
-        Err(Failure::Degenerate)
-    }
-}
-
-/// k of e = 1 − k s + (3/5) k² s² from a start near it; fails if every weight is on runs without speed, or Newton's method
-/// does not settle.
-pub fn dry_second_order(sample: &Sample, start: f64) -> WeightedFit {
+/// k of e = 1 − k s, to second order 1 − k s + (3/5) k² s², with s = v^(1/5); to second order by Newton's method from a start
+/// near it.
+///
+/// Fails if every weight is on runs without speed, or Newton's method does not settle.
+pub fn dry(order: Order, sample: &Sample, start: f64) -> WeightedFit {
     // F = 1 − η + a η²
-    let a = 0.5 * Law::Dry(Order::Second).response(0.0).bend;
+    let a = 0.5 * Law::Dry(order).response(0.0).bend;
     // of runs with y = 1 − e: the squares are a polynomial in k
     let [y1, y2, s2, s3, s4] = sums([sample.x, sample.restitution, sample.weights], |[s, e, w]| {
-        let (y, square) = (1.0 - e, s * s);
-        let ws2 = w * square;
-        [w * s * y, ws2 * y, ws2, ws2 * s, ws2 * square]
+        let (y, ws) = (1.0 - e, w * s);
+        let ws2 = ws * s;
+        [ws * y, ws2 * y, ws2, ws2 * s, ws2 * s * s]
     });
     if s2 <= 0.0 {
         return Err(Failure::Degenerate);
+    }
+    if order == Order::First {
+        return Ok([y1 / s2, 0.0]);
     }
     let mut k = start;
     for _ in 0..MOST_STEPS {
@@ -212,14 +204,13 @@ impl<'a> SquareRoot<'a> {
 
     /// The largest share of a step that leads no run more than most of the way to the edge of the domain.
     fn share_inside(&self, [alpha, beta]: [f64; 2], step: [f64; 2]) -> f64 {
-        let change = |x: f64| step[0] + step[1] * x;
-        let room = |x: f64, o: f64| MOST_OF_THE_WAY * (alpha + beta * x + self.known * o);
-        let [leaving] = sums(self.columns, |[x, o, _, w]| [(w * (-change(x) - room(x, o))).max(0.0)]);
         let mut share: f64 = 1.0;
-        if leaving > 0.0 {
-            let [x, o, _, w] = self.columns;
-            for run in (0..x.len()).filter(|run| w[*run] > 0.0 && -change(x[*run]) - room(x[*run], o[*run]) > 0.0) {
-                share = share.min(room(x[run], o[run]) / -change(x[run]));
+        let [x, o, _, w] = self.columns;
+        for run in 0..x.len() {
+            let fall = -(step[0] + step[1] * x[run]);
+            let room = MOST_OF_THE_WAY * (alpha + beta * x[run] + self.known * o[run]);
+            if w[run] > 0.0 && fall > room {
+                share = share.min(room / fall);
             }
         }
         share

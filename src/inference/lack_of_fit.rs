@@ -66,24 +66,16 @@ pub fn lack_of_fit(rows: &[LawRow]) -> Option<LackOfFit> {
     } else {
         Alternative::NextPower
     };
-    let test = match against {
-        Alternative::RepeatedSpeeds => nested(
-            law,
-            Spread {
-                sum_of_squares: speeds.iter().map(|runs| about_mean(runs)).sum(),
-                parameters: speeds.len(),
-                ..law
-            },
-        ),
-        Alternative::NextPower => nested(
-            law,
-            Spread {
-                sum_of_squares: law.sum_of_squares - explained(&rows)?,
-                parameters: groups + 1,
-                ..law
-            },
-        ),
-    }?;
+    let (sum_of_squares, parameters) = match against {
+        Alternative::RepeatedSpeeds => (speeds.iter().map(|runs| about_mean(runs)).sum(), speeds.len()),
+        Alternative::NextPower => (law.sum_of_squares - explained(&rows)?, groups + 1),
+    };
+    let other = Spread {
+        sum_of_squares,
+        parameters,
+        ..law
+    };
+    let test = nested(law, other)?;
     Some(LackOfFit {
         against,
         test,

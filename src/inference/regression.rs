@@ -4,12 +4,11 @@
 
 use nalgebra::DMatrix;
 
-use super::effective_variance::{
-    chi_squared, fit_weighted, reweight, ErrorColumns, ErrorWeights, RunInSpeed, SpeedDependent,
-};
+use super::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights, RunInSpeed, SpeedDependent};
 use super::kernel::{self, Sample};
 use super::law::{Law, LawInSpeed, Response};
-use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem};
+use super::least_squares::{fit_weighted, Fit, OutOfDomain, ResidualProblem};
+use crate::physics::Order;
 use crate::scene::WetLaw;
 
 /// A law and the runs it is fitted to, one number a run in every column.
@@ -43,9 +42,6 @@ impl<'a> Regression<'a> {
     pub fn fit(&self) -> Fit {
         let problem = self.problem(vec![]);
         let start = &self.start()[..self.law.parameters()];
-        if self.counts.is_empty() {
-            return fit(&problem, start);
-        }
         let roots: Vec<f64> = self.counts.iter().map(|count| count.sqrt()).collect();
         fit_weighted(&problem, &roots, start).of_runs(self.counts.iter().sum())
     }
@@ -165,7 +161,7 @@ impl<'a> Regression<'a> {
             ..Sample::new(self.x, restitution, weights)
         };
         match self.law {
-            Law::Dry(_) => kernel::dry(&sample(self.restitution)).unwrap_or_default(),
+            Law::Dry(_) => kernel::dry(Order::First, &sample(self.restitution), 0.0).unwrap_or_default(),
             Law::Wet(WetLaw::Linear) => {
                 let mean = weighted_mean(self.restitution, weights);
                 kernel::linear(&sample(self.restitution)).unwrap_or([mean, 0.0])

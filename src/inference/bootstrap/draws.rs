@@ -41,9 +41,8 @@ impl Draws {
         (self.pairs.words() + self.singles.words()) as u64
     }
 
-    /// Draws the weights of the members.
-    pub(super) fn weigh(self, rng: &mut ChaCha8Rng, weights: &mut [f64]) {
-        weights.fill(0.0);
+    /// Draws members and adds to their weights.
+    pub(super) fn add_to(self, rng: &mut ChaCha8Rng, weights: &mut [f64]) {
         self.pairs.draw(rng, |pair| {
             weights[pair / self.members] += self.weight;
             weights[pair % self.members] += self.weight;
@@ -111,7 +110,8 @@ mod tests {
             let (mut sums, mut squares, mut products) = (vec![0.0; members], 0.0, 0.0);
             let made = 40_000;
             for _ in 0..made {
-                draws.weigh(&mut rng, &mut weights);
+                weights.fill(0.0);
+                draws.add_to(&mut rng, &mut weights);
                 let total: f64 = weights.iter().sum();
                 assert!((total - members as f64).abs() < 1e-9, "{members}: {total}");
                 for (sum, weight) in sums.iter_mut().zip(&weights) {

@@ -77,11 +77,7 @@ impl Replicates {
 
     /// Between the quantiles of the replicates at Φ(t) for t of (1 ∓ level)/2; `None` without replicates.
     pub fn percentile(&self, level: f64, degrees_of_freedom: f64) -> Option<Interval> {
-        let at = if degrees_of_freedom.is_infinite() {
-            tails(level)
-        } else {
-            wider_tails(level, degrees_of_freedom).map(normal_cdf)
-        };
+        let at = tails(level, degrees_of_freedom).map(normal_cdf);
         self.between("percentile", level, at)
     }
 
@@ -105,7 +101,7 @@ impl Replicates {
         if !acceleration.is_finite() {
             return Err("acceleration not finite");
         }
-        let adjusted = wider_tails(level, degrees_of_freedom).map(|t| {
+        let adjusted = tails(level, degrees_of_freedom).map(|t| {
             let z = z0 + t;
             normal_cdf(z0 + z / (1.0 - acceleration * z))
         });
@@ -117,11 +113,8 @@ impl Replicates {
     }
 }
 
-fn tails(level: f64) -> [f64; 2] {
-    [0.5 - 0.5 * level, 0.5 + 0.5 * level]
-}
-
 /// Student's quantiles at both tails; the normal ones where there are none.
-fn wider_tails(level: f64, degrees_of_freedom: f64) -> [f64; 2] {
-    tails(level).map(|p| student_t_quantile(p, degrees_of_freedom).unwrap_or_else(|| normal_quantile(p)))
+fn tails(level: f64, degrees_of_freedom: f64) -> [f64; 2] {
+    let quantile = |p| student_t_quantile(p, degrees_of_freedom).unwrap_or_else(|| normal_quantile(p));
+    [0.5 - 0.5 * level, 0.5 + 0.5 * level].map(quantile)
 }

@@ -110,18 +110,13 @@ pub fn influence(at: f64, without: impl ExactSizeIterator<Item = f64>) -> Vec<f6
 
 /// a = Σ n_s⁻³ Σ l³ / (6 (Σ n_s⁻² Σ l²)^1.5) from influence values by stratum.
 pub fn acceleration(strata: &[Vec<f64>]) -> f64 {
-    let (mut cubes, mut squares) = (0.0, 0.0);
-    for influence in strata {
-        let n = influence.len() as f64;
-        let (mut cube, mut square) = (0.0, 0.0);
-        for l in influence {
-            square += l * l;
-            cube += l * l * l;
-        }
-        cubes += cube / (n * n * n);
-        squares += square / (n * n);
-    }
-    cubes / (6.0 * squares.powf(1.5))
+    let sum = |power: i32| -> f64 {
+        let of_stratum = |influence: &Vec<f64>| {
+            influence.iter().map(|l| l.powi(power)).sum::<f64>() / (influence.len() as f64).powi(power)
+        };
+        strata.iter().map(of_stratum).sum()
+    };
+    sum(3) / (6.0 * sum(2).powf(1.5))
 }
 
 /// Degrees of freedom of the variance V = Σ V_s with V_s = Σ (l − l̄)²/(n_s (n_s − 1)): V² / Σ V_s²/(n_s − 1).

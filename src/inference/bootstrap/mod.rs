@@ -80,8 +80,9 @@ impl Cases {
 
     /// Draws the weights of the runs of a pool.
     fn draw(&self, rng: &mut ChaCha8Rng, weights: &mut [f64]) {
+        weights.fill(0.0);
         for (runs, draws) in &self.strata {
-            draws.weigh(rng, &mut weights[runs.clone()]);
+            draws.add_to(rng, &mut weights[runs.clone()]);
         }
     }
 }
@@ -153,7 +154,7 @@ fn in_blocks(
 /// Weights of the runs of some series where whole series are drawn: every run weighs as its series does.
 fn series_weights(series: &[Range<usize>], rng: &mut ChaCha8Rng) -> Vec<f64> {
     let mut of_series = vec![0.0; series.len()];
-    Draws::new(series.len()).weigh(rng, &mut of_series);
+    Draws::new(series.len()).add_to(rng, &mut of_series);
     let runs = series.iter().zip(of_series);
     runs.flat_map(|(series, weight)| std::iter::repeat_n(weight, series.len()))
         .collect()

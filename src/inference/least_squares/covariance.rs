@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::fit_end::{no_scatter_left, Fit};
 use super::levenberg_marquardt::LevenbergMarquardt;
 use super::linearised::Linearised;
 use super::problem::{ResidualProblem, Stop};
-use super::Fit;
 
 /// Residuals below this many rounding errors of the model's values are not scatter. The
 /// hardest certified problem (Lanczos1) scatters by 400.
@@ -119,9 +119,4 @@ fn on_edge(end: &Linearised, directions: &DMatrix<f64>, mut inside: impl FnMut(&
             .iter()
             .any(|part| !inside(&(&end.parameters + direction * *part)))
     })
-}
-
-/// Why so many parameters of as many runs have no standard errors.
-pub fn no_scatter_left(parameters: usize) -> String {
-    format!("as many parameters as runs ({parameters}): no run is left to show the scatter")
 }

@@ -57,12 +57,23 @@ pub(super) enum Variant {
 /// fit.)
 pub(super) struct Model<'a, P> {
     problem: &'a P,
+    /// The root of each residual's weight; empty where all weigh the same.
+    roots: &'a [f64],
     pub(super) evaluations: usize,
     /// Whether any point was outside the domain.
     pub(super) met_edge: bool,
 }
 
-impl<P: ResidualProblem> Model<'_, P> {
+impl<'a, P: ResidualProblem> Model<'a, P> {
+    pub(super) fn new(problem: &'a P, roots: &'a [f64]) -> Self {
+        Self {
+            problem,
+            roots,
+            evaluations: 0,
+            met_edge: false,
+        }
+    }
+
     /// Sum of squares at `parameters`, the residuals going into `out`; `None` outside the domain,
     /// which a residual that is not a finite number counts as.
     pub(super) fn residuals(&mut self, parameters: &DVector<f64>, out: &mut DVector<f64>) -> Option<f64> {
@@ -71,6 +82,9 @@ impl<P: ResidualProblem> Model<'_, P> {
         }
         self.evaluations += 1;
         let inside = self.problem.residuals(parameters.as_slice(), out.as_mut_slice());
+        out.iter_mut()
+            .zip(self.roots)
+            .for_each(|(residual, root)| *residual *= root);
         let sum = out.norm_squared();
         let found = Some(sum).filter(|sum| inside.is_ok() && sum.is_finite());
         self.met_edge |= found.is_none();
@@ -87,6 +101,12 @@ impl<P: ResidualProblem> Model<'_, P> {
         self.evaluations += 1;
         let mut jacobian = DMatrix::zeros(self.problem.runs(), self.problem.parameters());
         self.problem.jacobian(parameters.as_slice(), &mut jacobian).ok()?;
+        for mut column in jacobian.column_iter_mut() {
+            column
+                .iter_mut()
+                .zip(self.roots)
+                .for_each(|(slope, root)| *slope *= root);
+        }
         Linearised::new(parameters, residuals, jacobian, work, self.problem.scale())
     }
 }
@@ -118,21 +138,20 @@ pub(super) struct LevenbergMarquardt<'a, P> {
 type Taken = Option<()>;
 
 impl<'a, P: ResidualProblem> LevenbergMarquardt<'a, P> {
-    pub(super) fn new(problem: &'a P, variant: Variant) -> Self {
-        let of_runs = DVector::zeros(problem.runs());
+    pub(super) fn new(model: Model<'a, P>, variant: Variant) -> Self {
+        let (of_runs, of_parameters) = (
+            DVector::zeros(model.problem.runs()),
+            DVector::zeros(model.problem.parameters()),
+        );
         Self {
-            model: Model {
-                problem,
-                evaluations: 0,
-                met_edge: false,
-            },
+            model,
             variant,
             current: None,
             offset: f64::INFINITY,
             residuals: of_runs.clone(),
             trial: of_runs.clone(),
             work: of_runs,
-            yardsticks: DVector::zeros(problem.parameters()),
+            yardsticks: of_parameters,
             damping: FIRST_DAMPING,
             growth: 2.0,
             refused_at: f64::INFINITY,

@@ -3,7 +3,7 @@
 use argmin::core::{Error, Executor, IterState, Problem, Solver, TerminationReason, TerminationStatus, KV};
 use nalgebra::DVector;
 
-use super::levenberg_marquardt::{LevenbergMarquardt, Variant};
+use super::levenberg_marquardt::{LevenbergMarquardt, Model, Variant};
 use super::problem::{ResidualProblem, Stop};
 
 /// Outer iterations of one attempt.
@@ -11,11 +11,11 @@ const MAX_ITERATIONS: u64 = 1000;
 
 /// Runs one attempt from `start` to its end, by argmin's executor unless it ends where it begins.
 pub(super) fn attempt<'a, P: ResidualProblem>(
-    problem: &'a P,
+    model: Model<'a, P>,
     start: &[f64],
     variant: Variant,
 ) -> Option<LevenbergMarquardt<'a, P>> {
-    let mut solver = LevenbergMarquardt::new(problem, variant);
+    let mut solver = LevenbergMarquardt::new(model, variant);
     solver.begin(DVector::from_column_slice(start));
     if solver.stop.is_some() {
         return Some(solver);

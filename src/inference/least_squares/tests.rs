@@ -3,6 +3,7 @@
 mod domain;
 
 use super::*;
+use nalgebra::DMatrix;
 
 /// e = √(α + β u) against u = 1 / speed, undefined where the root's argument is not positive.
 struct SqrtLaw {
