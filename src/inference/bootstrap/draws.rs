@@ -14,11 +14,11 @@ const MOST_SEQUENCES: usize = 1 << 12;
 const MOST_PAIRED: usize = 32;
 
 /// How the members of a stratum are drawn: two at a time where they are few, which halves the time, and what is left singly.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 pub(super) struct Draws {
     members: usize,
-    /// of a member each time it is drawn
-    weight: f64,
+    /// 1 over how many are drawn
+    share: f64,
     pairs: Choices,
     singles: Choices,
 }
@@ -30,29 +30,47 @@ impl Draws {
         let pairs = if members <= MOST_PAIRED { draws / 2 } else { 0 };
         Draws {
             members,
-            weight: members as f64 / draws as f64,
+            share: 1.0 / draws as f64,
             pairs: Choices::new(pairs, members * members),
             singles: Choices::new(draws - 2 * pairs, members),
         }
     }
 
     /// Random words of 32 bits that a replicate uses, always as many.
-    pub(super) fn words(self) -> u64 {
+    pub(super) fn words(&self) -> u64 {
         (self.pairs.words() + self.singles.words()) as u64
     }
 
-    /// Draws members and adds to their weights.
-    pub(super) fn add_to(self, rng: &mut ChaCha8Rng, weights: &mut [f64]) {
+    /// Draws the weights of the members.
+    pub(super) fn weigh(&self, rng: &mut ChaCha8Rng, weights: &mut [f64]) {
+        let weight = self.members as f64 * self.share;
+        weights.fill(0.0);
         self.pairs.draw(rng, |pair| {
-            weights[pair / self.members] += self.weight;
-            weights[pair % self.members] += self.weight;
+            weights[pair / self.members] += weight;
+            weights[pair % self.members] += weight;
         });
-        self.singles.draw(rng, |member| weights[member] += self.weight);
+        self.singles.draw(rng, |member| weights[member] += weight);
+    }
+
+    /// Sums of two numbers of the members, by pair; empty where none is drawn.
+    pub(super) fn sums_of_pairs(&self, numbers: &[f64]) -> Vec<f64> {
+        let paired = if self.pairs.draws > 0 { numbers } else { &[] };
+        let with_each = |one| paired.iter().map(move |other| one + other);
+        paired.iter().flat_map(with_each).collect()
+    }
+
+    /// Draws the mean of numbers of the members, of which the sums of pairs are known.
+    #[inline(always)] // a call takes as long as a few draws
+    pub(super) fn mean(&self, rng: &mut ChaCha8Rng, numbers: &[f64], sums_of_pairs: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        self.pairs.draw(rng, |pair| sum += sums_of_pairs[pair]);
+        self.singles.draw(rng, |member| sum += numbers[member]);
+        self.share * sum
     }
 }
 
 /// Some draws, each of as many choices.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 struct Choices {
     draws: usize,
     choices: usize,
@@ -62,35 +80,32 @@ struct Choices {
 
 impl Choices {
     fn new(draws: usize, choices: usize) -> Choices {
-        let (mut of_word, mut sequences) = (1, choices);
-        while of_word < draws && sequences * choices <= MOST_SEQUENCES {
-            sequences *= choices;
-            of_word += 1;
-        }
+        let few = |draws: &usize| choices.pow(*draws as u32) <= MOST_SEQUENCES;
         Choices {
             draws,
             choices,
-            of_word,
+            of_word: (1..=draws).take_while(few).last().unwrap_or(1),
         }
     }
 
-    fn words(self) -> usize {
+    fn words(&self) -> usize {
         self.draws.div_ceil(self.of_word)
     }
 
     /// Calls `chosen` with each choice that is drawn.
     #[inline(always)] // with what is done with it
-    fn draw(self, rng: &mut ChaCha8Rng, mut chosen: impl FnMut(usize)) {
+    fn draw(&self, rng: &mut ChaCha8Rng, mut chosen: impl FnMut(usize)) {
         let mut left = self.draws;
         while left > 0 {
+            let of_word = left.min(self.of_word);
             let mut word = rng.next_u32();
-            for _ in 0..left.min(self.of_word) {
+            for _ in 0..of_word {
                 // the whole and the broken part of the word's share of 2³² times the choices
                 let scaled = u64::from(word) * self.choices as u64;
                 word = scaled as u32;
                 chosen((scaled >> u32::BITS) as usize);
             }
-            left = left.saturating_sub(self.of_word);
+            left -= of_word;
         }
     }
 }
@@ -110,8 +125,7 @@ mod tests {
             let (mut sums, mut squares, mut products) = (vec![0.0; members], 0.0, 0.0);
             let made = 40_000;
             for _ in 0..made {
-                weights.fill(0.0);
-                draws.add_to(&mut rng, &mut weights);
+                draws.weigh(&mut rng, &mut weights);
                 let total: f64 = weights.iter().sum();
                 assert!((total - members as f64).abs() < 1e-9, "{members}: {total}");
                 for (sum, weight) in sums.iter_mut().zip(&weights) {
@@ -158,6 +172,29 @@ mod tests {
             let chi_squared: f64 = counts.into_iter().map(apart).sum();
             // mean 35, variance 70
             assert!((chi_squared - 35.0).abs() < 4.5 * 70f64.sqrt(), "{chi_squared}");
+        }
+    }
+
+    #[test]
+    fn a_mean_is_that_of_the_weights_drawn_from_the_same_stream() {
+        let name = "a_mean_is_that_of_the_weights_drawn_from_the_same_stream";
+        for members in [1usize, 2, 3, 4, 7, 8, 32, 33, 65] {
+            let numbers: Vec<f64> = (0..members).map(|member| (3.0 * member as f64).sin()).collect();
+            let draws = Draws::new(members);
+            let sums_of_pairs = draws.sums_of_pairs(&numbers);
+            let [mut one, mut other] = [0, 0].map(|index| stream(1, name, index));
+            let mut weights = vec![0.0; members];
+            for made in 1..=20 {
+                draws.weigh(&mut other, &mut weights);
+                let sum: f64 = numbers
+                    .iter()
+                    .zip(&weights)
+                    .map(|(number, weight)| number * weight)
+                    .sum();
+                let apart = draws.mean(&mut one, &numbers, &sums_of_pairs) - sum / members as f64;
+                assert!(apart.abs() < 1e-12, "{members}: {apart}");
+                assert_eq!(one.get_word_pos(), u128::from(made * draws.words()), "{members}");
+            }
         }
     }
 }

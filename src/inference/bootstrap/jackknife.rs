@@ -1,6 +1,6 @@
 //! Leaves out one run at a time, or one series, for the skewness and the degrees of freedom of a quantity.
 
-use super::target::{Nodes, Pool, Target};
+use super::target::{Pool, Target};
 use crate::inference::law::Response;
 use crate::scene::ResamplingScheme;
 
@@ -21,7 +21,7 @@ pub fn leave_one_out(pool: &Pool, target: &Target, scheme: ResamplingScheme) -> 
         pool.strata[target.strata.clone()].iter().map(runs).collect()
     };
     let slopes = (target.regression.x.len() > EXACT).then(|| first_order(target).slopes);
-    let (nodes, mut weights) = (Nodes::new(target), vec![1.0; target.regression.x.len()]);
+    let mut weights = vec![1.0; target.regression.x.len()];
     strata
         .iter()
         .filter(|members| members.len() > 1)
@@ -34,7 +34,7 @@ pub fn leave_one_out(pool: &Pool, target: &Target, scheme: ResamplingScheme) -> 
                     let left = members.iter().map(|member| {
                         weights[whole.clone()].fill(n / (n - 1.0));
                         weights[member.clone()].fill(0.0);
-                        nodes.fit(&weights).unwrap_or([f64::NAN; 2])
+                        target.fit_weighted(&weights).unwrap_or([f64::NAN; 2])
                     });
                     let left = left.collect();
                     weights[whole].fill(1.0);

@@ -11,10 +11,12 @@
 //! | `errors.rs` | fits a law to weighted runs with measurement errors |
 //! | `strata.rs` | divides the runs of a series by impact speed |
 //! | `draws.rs` | draws n − 1 of n members |
+//! | `cases.rs` | draws the runs of every stratum, and gives each fit what it needs of them |
 //! | `jackknife.rs` | leaves out one run at a time: acceleration and degrees of freedom |
 //! | `sandwich.rs` | the covariance of replicates without any, of many runs |
 //! | `intervals.rs` | percentile and BCa intervals from replicates |
 
+mod cases;
 mod draws;
 mod errors;
 pub mod intervals;
@@ -34,8 +36,8 @@ use rayon::prelude::*;
 use crate::inference::kernel::{Failure, WeightedFit};
 use crate::scene::ResamplingScheme;
 use crate::seed::Streams;
+use cases::Cases;
 use draws::Draws;
-use target::Nodes;
 
 /// How replicates are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,59 +56,21 @@ const BLOCK: usize = 64;
 /// The name of the stream of which a replicate of [`ResamplingScheme::Cases`] has its own stretch.
 const CASES: &str = "bootstrap cases";
 
-/// How the runs of some strata are drawn for a replicate of [`ResamplingScheme::Cases`].
-struct Cases {
-    strata: Vec<(Range<usize>, Draws)>,
-    streams: Streams,
-    /// random words of 32 bits that a replicate uses
-    words: u64,
-}
-
-impl Cases {
-    fn new(pool: &Pool, seed: u64, is_drawn: impl Fn(usize) -> bool) -> Cases {
-        let drawn = pool.strata.iter().enumerate().filter(|(stratum, _)| is_drawn(*stratum));
-        let strata: Vec<_> = drawn.map(|(_, runs)| (runs.clone(), Draws::new(runs.len()))).collect();
-        Cases {
-            words: strata.iter().map(|(_, draws)| draws.words()).sum(),
-            streams: Streams::new(seed, CASES),
-            strata,
-        }
-    }
-
-    /// The random stream of some replicates, from one on.
-    fn from(&self, replicate: u64) -> ChaCha8Rng {
-        self.streams.stretch(replicate, self.words)
-    }
-
-    /// Draws the weights of the runs of a pool.
-    fn draw(&self, rng: &mut ChaCha8Rng, weights: &mut [f64]) {
-        weights.fill(0.0);
-        for (runs, draws) in &self.strata {
-            draws.add_to(rng, &mut weights[runs.clone()]);
-        }
-    }
-}
-
 /// Every replicate of every target, in order. `done` is called with the number of replicates just finished.
 ///
 /// A target with a single series has no replicates where series are resampled.
 pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usize) + Sync)) -> Vec<Vec<WeightedFit>> {
     let mut made = vec![vec![Err(Failure::OneSeries); plan.replicates]; targets.len()];
-    let nodes: Vec<Nodes> = targets.iter().map(Nodes::new).collect();
     match plan.scheme {
         ResamplingScheme::Cases => {
-            let mut is_drawn = vec![false; pool.strata.len()];
-            for target in targets {
-                is_drawn[target.strata.clone()].fill(true);
-            }
-            let cases = Cases::new(pool, plan.seed, |stratum| is_drawn[stratum]);
-            let first_runs: Vec<usize> = targets.iter().map(|target| pool.first_run(target)).collect();
+            let cases = Cases::new(pool, targets);
+            let (streams, words) = (Streams::new(plan.seed, CASES), cases.words());
             in_blocks(&mut made, plan.replicates, done, |replicates, fits| {
-                let (mut rng, mut weights) = (cases.from(replicates.start as u64), vec![0.0; pool.runs()]);
+                let (mut rng, mut rows) = (streams.stretch(replicates.start as u64, words), cases.room());
                 for replicate in 0..replicates.len() {
-                    cases.draw(&mut rng, &mut weights);
+                    cases.draw(&mut rng, &mut rows);
                     for (target, fits) in fits.iter_mut().enumerate() {
-                        fits[replicate] = nodes[target].fit(&weights[first_runs[target]..]);
+                        fits[replicate] = cases.fit(target, &rows);
                     }
                 }
             });
@@ -116,10 +80,10 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
             in_blocks(&mut made, plan.replicates, done, |replicates, fits| {
                 for (place, replicate) in replicates.enumerate() {
                     let mut rng = streams.at(replicate as u64);
-                    for (target, fits) in fits.iter_mut().enumerate() {
-                        let series = &pool.series[targets[target].series.clone()];
+                    for (target, fits) in targets.iter().zip(fits.iter_mut()) {
+                        let series = &pool.series[target.series.clone()];
                         if series.len() > 1 {
-                            fits[place] = nodes[target].fit(&series_weights(series, &mut rng));
+                            fits[place] = target.fit_weighted(&series_weights(series, &mut rng));
                         }
                     }
                 }
@@ -154,7 +118,7 @@ fn in_blocks(
 /// Weights of the runs of some series where whole series are drawn: every run weighs as its series does.
 fn series_weights(series: &[Range<usize>], rng: &mut ChaCha8Rng) -> Vec<f64> {
     let mut of_series = vec![0.0; series.len()];
-    Draws::new(series.len()).add_to(rng, &mut of_series);
+    Draws::new(series.len()).weigh(rng, &mut of_series);
     let runs = series.iter().zip(of_series);
     runs.flat_map(|(series, weight)| std::iter::repeat_n(weight, series.len()))
         .collect()
@@ -164,7 +128,11 @@ fn series_weights(series: &[Range<usize>], rng: &mut ChaCha8Rng) -> Vec<f64> {
 /// than those made here.
 pub fn weights(pool: &Pool, seed: u64, number: u64) -> Vec<f64> {
     let mut weights = vec![0.0; pool.runs()];
-    let cases = Cases::new(pool, seed, |_| true);
-    cases.draw(&mut cases.from(number), &mut weights);
+    let draws: Vec<Draws> = pool.strata.iter().map(|stratum| Draws::new(stratum.len())).collect();
+    let words = draws.iter().map(|draws| draws.words()).sum();
+    let mut rng = Streams::new(seed, CASES).stretch(number, words);
+    for (stratum, draws) in pool.strata.iter().zip(draws) {
+        draws.weigh(&mut rng, &mut weights[stratum.clone()]);
+    }
     weights
 }

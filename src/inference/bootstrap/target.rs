@@ -23,65 +23,20 @@ pub struct Target<'a> {
 
 impl Target<'_> {
     /// Fits the law to what was drawn of the runs.
-    fn fit(&self, drawn: &Sample) -> WeightedFit {
+    pub(super) fn fit(&self, drawn: &Sample) -> WeightedFit {
         match self.errors {
             None => kernel::fit(self.regression.law, drawn, self.fitted),
             Some(errors) => errors.fit(self.regression.law, drawn, self.fitted),
         }
     }
-}
-
-/// The runs of a fit, those that follow one another at one abscissa as a single one at their mean: the squares about the
-/// mean are no function of the parameters. Runs with measurement errors have no common mean.
-pub(super) struct Nodes<'a> {
-    target: &'a Target<'a>,
-    /// the runs of each node
-    runs: Vec<Range<usize>>,
-    x: Vec<f64>,
-    offset: Vec<f64>,
-}
-
-impl<'a> Nodes<'a> {
-    pub(super) fn new(target: &'a Target<'a>) -> Nodes<'a> {
-        let Regression { x, offset, .. } = target.regression;
-        let at = |run: usize| (x[run], offset.get(run));
-        let mut runs: Vec<Range<usize>> = vec![];
-        for run in 0..x.len() {
-            match runs.last_mut() {
-                Some(node) if target.errors.is_none() && at(node.start) == at(run) => node.end = run + 1,
-                _ => runs.push(run..run + 1),
-            }
-        }
-        let of = |column: &[f64]| runs.iter().filter_map(|node| column.get(node.start)).copied().collect();
-        Nodes {
-            target,
-            x: of(x),
-            offset: of(offset),
-            runs,
-        }
-    }
 
     /// Fits the law to all runs with these weights.
-    pub(super) fn fit(&self, weights: &[f64]) -> WeightedFit {
-        let (mut restitution, mut of_nodes) = (Vec::with_capacity(self.x.len()), Vec::with_capacity(self.x.len()));
-        for node in &self.runs {
-            let (own, e) = (
-                &weights[node.clone()],
-                &self.target.regression.restitution[node.clone()],
-            );
-            let weight: f64 = own.iter().sum();
-            let sum: f64 = own.iter().zip(e).map(|(weight, e)| weight * e).sum();
-            // without weight any number does
-            restitution.push(if e.len() > 1 && weight > 0.0 {
-                sum / weight
-            } else {
-                e[0]
-            });
-            of_nodes.push(weight);
-        }
-        self.target.fit(&Sample {
-            offset: &self.offset,
-            ..Sample::new(&self.x, &restitution, &of_nodes)
+    pub(super) fn fit_weighted(&self, weights: &[f64]) -> WeightedFit {
+        self.fit(&Sample {
+            x: self.regression.x,
+            offset: self.regression.offset,
+            restitution: self.regression.restitution,
+            weights,
         })
     }
 }
