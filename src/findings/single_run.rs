@@ -1,9 +1,11 @@
 //! Names the single runs that carry a main number: left out, they move it by more than one of its ±.
 //!
 //! A square-root law is fitted anew without each run. A run is left out of the posterior by the weights 1/p(run | draw) of
-//! its draws, smoothed; where their tail is too heavy for that, by draws of the posterior without it.
+//! its draws, smoothed; where their tail is too heavy for that, by draws of the posterior without it. Where each density is
+//! an integral a few draws say first which runs these may be.
 
 use std::collections::HashSet;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -15,7 +17,7 @@ use super::scaling::{with_scale, Scaling};
 use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
 use crate::inference::diagnostics::psis::psis;
 use crate::inference::sampling::Sampled;
-use crate::model::likelihood::pointwise::Pointwise;
+use crate::model::likelihood::pointwise::{AtDraws, Pointwise};
 use crate::notice::Notice;
 use crate::physics::Quantity;
 use crate::rounding::{short, with_se};
@@ -70,6 +72,57 @@ impl SingleRun {
     }
 }
 
+/// Draws of a posterior, with its main numbers at each.
+struct Draws<'p> {
+    at: AtDraws<'p>,
+    numbers: Vec<Number>,
+}
+
+/// A run left out by the weights of draws.
+struct LeftOut {
+    /// the shape of their tail
+    khat: f64,
+    found: SingleRun,
+}
+
+impl Draws<'_> {
+    /// The shape up to which their weights are trusted.
+    fn line(&self) -> f64 {
+        khat_threshold(self.at.len())
+    }
+
+    /// Each of some runs left out, but for those that can move no number far.
+    fn without_each(&self, runs: Range<usize>) -> Vec<LeftOut> {
+        let count = self.at.len();
+        let mut rows = vec![0.0; runs.len() * count];
+        self.at.ln_likelihoods(runs.clone(), &mut rows);
+        let each = runs.zip(rows.chunks_exact_mut(count));
+        each.filter_map(|(run, row)| self.without(run, row)).collect()
+    }
+
+    /// The same of one run, from its log density at each draw.
+    fn without(&self, run: usize, row: &mut [f64]) -> Option<LeftOut> {
+        /// log densities that differ by less leave every weight within a hundredth of the others, whatever their shape
+        const EVEN: f64 = 0.01;
+        let count = row.len();
+        let [least, most] = [f64::min, f64::max].map(|of| row.iter().copied().reduce(of).unwrap_or(0.0));
+        if most - least < EVEN {
+            return None;
+        }
+        row.iter_mut().for_each(|ln| *ln = -*ln);
+        let smoothed = psis(row, tail_length(count, 1.0)).ok()?;
+        let weights: Vec<f64> = smoothed.log_weights.iter().map(|ln| ln.exp()).collect();
+        let khat = smoothed.khat.unwrap_or(0.0);
+        // no mean moves by more of its sds than the weights spread about theirs
+        let [mean, sd] = moments(&weights, &vec![1.0; count]);
+        if sd <= CARRIED * mean && khat <= self.line() {
+            return None;
+        }
+        let found = heaviest(run, &self.numbers, |number| moments(&number.draws, &weights))?;
+        Some(LeftOut { khat, found })
+    }
+}
+
 /// The runs without which a main number of the posterior moves by more than one of its ±, the heaviest first.
 pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior) -> Vec<SingleRun> {
     let ComparisonContext { scene, runs, .. } = context;
@@ -85,44 +138,38 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
     let Some(used) = used.filter(|_| pointwise.len() <= MOST_DENSITIES / FEWEST_DRAWS) else {
         return vec![];
     };
-    let step = all.div_ceil(used.max(1)).max(1);
-    let numbers = numbers_of(&posterior.sampled, &posterior.derived, step);
     let full = posterior.sampled.full_draws();
-    let some: Vec<&[f64]> = full.iter().step_by(step).map(Vec::as_slice).collect();
-    let count = some.len();
-    let at = pointwise.at_draws(some);
-    let line = khat_threshold(count);
-    let of_row = |run: usize, row: &mut [f64]| {
-        row.iter_mut().for_each(|ln| *ln = -*ln);
-        let smoothed = psis(row, tail_length(count, 1.0)).ok()?;
-        let weights: Vec<f64> = smoothed.log_weights.iter().map(|ln| ln.exp()).collect();
-        let khat = smoothed.khat.unwrap_or(0.0);
-        // no mean moves by more of its sds than the weights spread about theirs
-        let [mean, sd] = moments(&weights, &vec![1.0; count]);
-        if sd <= CARRIED * mean && khat <= line {
-            return None;
+    let step = all.div_ceil(used.max(1)).max(1);
+    let draws = |step: usize| {
+        let some: Vec<&[f64]> = full.iter().step_by(step).map(Vec::as_slice).collect();
+        Draws {
+            at: pointwise.at_draws(some),
+            numbers: numbers_of(&posterior.sampled, &posterior.derived, step),
         }
-        let without = |number: &Number| moments(&number.draws, &weights);
-        Some((run, khat, heaviest(run, &numbers, without)?))
     };
-    let of_block = |first: usize| {
-        let some = first..pointwise.len().min(first + BLOCK);
-        let mut rows = vec![0.0; some.len() * count];
-        at.ln_likelihoods(some.clone(), &mut rows);
-        let each = some.zip(rows.chunks_exact_mut(count));
-        each.filter_map(|(run, row)| of_row(run, row)).collect::<Vec<_>>()
-    };
+    let some = draws(step);
     let blocks = (0..pointwise.len()).into_par_iter().step_by(BLOCK);
-    let mut each: Vec<(usize, f64, SingleRun)> = blocks.flat_map_iter(of_block).collect();
-    each.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let of_block = |first: usize| some.without_each(first..pointwise.len().min(first + BLOCK));
+    let mut each: Vec<LeftOut> = blocks.flat_map_iter(of_block).collect();
+    // of those that some draws cannot leave out, all draws may
+    each.sort_by(|a, b| b.khat.total_cmp(&a.khat));
+    let heavy = each.partition_point(|own| own.khat > some.line());
+    if step > 1 && heavy > 0 {
+        let all = draws(1);
+        let again: Vec<usize> = each.drain(..heavy).map(|own| own.found.run).collect();
+        each.extend(again.into_iter().flat_map(|run| all.without_each(run..run + 1)));
+        each.sort_by(|a, b| b.khat.total_cmp(&a.khat));
+    }
+    let line = khat_threshold(all);
     let model = Model {
         context,
         setup: posterior.setup,
         parameters: &posterior.sampled.parameters,
         stream: "single run",
     };
-    for (run, _, found) in each.iter_mut().take(MOST_DRAWN).filter(|(_, khat, _)| *khat > line) {
-        let Ok(others) = model.draw_without(&(*run..*run + 1)) else {
+    for LeftOut { found, .. } in each.iter_mut().take(MOST_DRAWN).filter(|own| own.khat > line) {
+        let run = found.run;
+        let Ok(others) = model.draw_without(&(run..run + 1)) else {
             continue;
         };
         let derived = derived::derived_draws(scene, runs, form, &others);
@@ -131,11 +178,11 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
             let own = others.iter().find(|other| other.name == number.name);
             own.map_or([f64::NAN; 2], |own| moments(&own.draws, &vec![1.0; own.draws.len()]))
         };
-        if let Some(better) = heaviest(*run, &numbers, without) {
+        if let Some(better) = heaviest(run, &some.numbers, without) {
             *found = better;
         }
     }
-    let mut carried: Vec<SingleRun> = each.into_iter().map(|(_, _, found)| found).collect();
+    let mut carried: Vec<SingleRun> = each.into_iter().map(|own| own.found).collect();
     carried.retain(SingleRun::carries);
     carried
 }
