@@ -88,10 +88,12 @@ impl Region {
     }
 }
 
+/// The squares of a problem at some parameters, with their sums; `None` outside the domain.
+type Squares<'s> = Box<dyn Fn(&[f64]) -> Option<Sums> + Sync + 's>;
+
 /// A fitted problem about its minimum.
 pub struct ProblemProfile<'s> {
-    /// the squares with their sums; `None` outside the domain
-    squares: Box<dyn Fn(&[f64]) -> Option<Sums> + Sync + 's>,
+    squares: Squares<'s>,
     region: Region,
     /// the squares at the minimum
     least: f64,
