@@ -88,6 +88,10 @@ impl DryRuns {
 
     /// Their log likelihood under this k, with its slopes in the noise and in k.
     pub fn density(&self, noise: &RunNoise, order: Order, k: f64, limit: f64) -> RunDensity {
+        // without runs σ may be anything
+        if self.rebounds == 0.0 && self.sides.is_empty() {
+            return RunDensity::default();
+        }
         let sigma = noise.spreads.sigma;
         let precision = 1.0 / (sigma * sigma);
         let (squares, slope) = self.squares(order, k);
