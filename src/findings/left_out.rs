@@ -455,8 +455,8 @@ mod tests {
             let shape = mended.runs[run].khat.expect("a shape");
             assert!(shape < khat_threshold(used), "{shape}");
             let gap = mended.runs[run].elpd - expected;
-            // both are of as many draws, and a chain's are worth half as many or more
-            let line = 4.0 * 2.0 * error;
+            // both are of as many draws
+            let line = 4.0 * 2f64.sqrt() * error;
             assert!(gap.abs() < line, "{gap} of {expected}, line {line}");
             // that of draws which have seen the run
             let seen = mean_density(&sampled).0 - expected;
