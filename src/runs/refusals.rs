@@ -36,7 +36,7 @@ impl CellPlace {
 }
 
 /// A problem of the file as a whole.
-pub(super) fn whole_file(found: &str, expected: &str) -> Problem {
+pub(crate) fn whole_file(found: &str, expected: &str) -> Problem {
     Problem {
         line: None,
         place: found.to_owned(),
