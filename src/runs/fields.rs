@@ -1,6 +1,6 @@
 //! Reads the cells of a row by the columns that its header has, and gathers what is wrong.
 
-use super::cells::{each_row, CellNumbers, TakesRows};
+use super::cells::{each_row, TakesRows};
 use super::columns::present;
 use super::header::{find, Column, FoundColumns};
 use crate::error::{quoted, Error, Problem};
@@ -16,7 +16,6 @@ pub(crate) struct Fields {
     found: FoundColumns,
     /// cells of the header
     width: usize,
-    numbers: CellNumbers,
     problems: Vec<Problem>,
 }
 
@@ -37,9 +36,8 @@ pub(crate) fn rows_by_fields<T>(
 ) -> Result<(Fields, Vec<T>), Error> {
     let fields = Fields {
         wanted,
-        found: FoundColumns::default(),
+        found: FoundColumns::none(),
         width: 0,
-        numbers: CellNumbers::default(),
         problems: vec![],
     };
     let mut rows = Rows {
@@ -121,7 +119,7 @@ impl Fields {
     pub fn number(&mut self, field: usize, (line, cells): Row) -> Option<f64> {
         let column = self.found.columns[field].clone()?;
         let cell = cells.get(column.index)?;
-        let expected = match self.numbers.read(cell, (line, &column.name)) {
+        let expected = match self.found.number(field, cell, line) {
             Ok(None) => return None,
             Ok(Some(value)) if value > 0.0 => {
                 let value = column.to_si(value);
@@ -177,9 +175,9 @@ impl Fields {
     }
 
     /// All that was wrong, and the columns that nobody reads.
-    pub fn finish(self) -> (Vec<Problem>, Vec<String>) {
+    pub fn finish(mut self) -> (Vec<Problem>, Vec<String>) {
         let mut problems = self.problems;
-        problems.extend(self.numbers.doubt());
+        problems.extend(self.found.doubt());
         (problems, self.found.unread)
     }
 }

@@ -96,7 +96,7 @@ mod workbook;
 mod write;
 mod written_units;
 
-pub(crate) use cells::{each_row, CellNumbers, TakesRows};
+pub(crate) use cells::{each_row, TakesRows};
 pub use collect::Screened;
 pub(crate) use collect::OF_READING;
 pub use draft::Draft;

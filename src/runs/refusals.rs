@@ -10,7 +10,7 @@ use crate::scene::RunColumn;
 
 /// Where a bad cell stands.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum CellPlace {
+pub(crate) enum CellPlace {
     /// line of a text file, from 1
     Line(u64),
     /// row of a Parquet file or of a sheet, from 1
