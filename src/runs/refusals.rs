@@ -45,6 +45,17 @@ pub(crate) fn whole_file(found: &str, expected: &str) -> Problem {
     }
 }
 
+/// A problem of a line of a text as a whole.
+#[cold]
+pub(super) fn bad_row(line: u64, found: &str, expected: &str) -> Problem {
+    Problem {
+        line: Some(line),
+        place: "row".to_owned(),
+        found: Some(found.to_owned()),
+        expected: format!("expected {expected}"),
+    }
+}
+
 /// Does a step of reading a file of some format by a library. A damaged file may make that panic: it too is only an
 /// unreadable file.
 pub(super) fn readable<T, E: Display>(format: &str, step: impl FnOnce() -> Result<T, E>) -> Result<T, Vec<Problem>> {
