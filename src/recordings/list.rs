@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::frames::{is_video, FFMPEG};
 use crate::error::{Error, Problem};
 use crate::notice::Notice;
-use crate::runs::{column, each_row, words_for_no, Column, Fields, TakesRows};
-use crate::scene::{TableFile, DRY, NAME_RULE};
+use crate::runs::{column, rows_by_fields, whole_file, words_for_no, Column, Fields, Row, SettingFields};
+use crate::scene::TableFile;
 use crate::units::Dimension;
 
 /// A recording, and what is known of it beside what it shows; lengths in m.
@@ -98,6 +98,14 @@ const COLUMNS: [Column; 12] = [
     column("exclude", Dimension::One, false),
 ];
 
+/// Where particle, liquid, diameter and film stand in [`COLUMNS`].
+const SETTING: SettingFields = SettingFields {
+    particle: Field::Particle as usize,
+    liquid: Field::Liquid as usize,
+    diameter: Field::Diameter as usize,
+    film: Field::Film as usize,
+};
+
 /// Reads the list; files in it are beside it. Notices name columns that are not read.
 ///
 /// Fails, too, where what is named is no list but a recording.
@@ -116,23 +124,13 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Recording>, Vec<Notice>), Error> 
         return Err(Error::input(path, vec![problem]));
     }
     let table = TableFile::named(None, &path.to_string_lossy());
-    let mut rows = Rows {
-        folder: path.parent().unwrap_or(Path::new("")).to_path_buf(),
-        fields: Fields::new(&COLUMNS),
-        recordings: vec![],
-    };
-    each_row(&table, &mut rows)?;
-    rows.twins();
-    rows.keep_by_no();
-    let Rows { fields, recordings, .. } = rows;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let (mut fields, mut recordings) = rows_by_fields(&table, &COLUMNS, |fields, row| recording(folder, fields, row))?;
+    refuse_twins(&recordings, &mut fields);
+    keep_by_no(&mut recordings);
     let (mut problems, unread) = fields.finish();
     if recordings.is_empty() && problems.is_empty() {
-        problems.push(Problem {
-            line: None,
-            place: "no recordings below the header".to_owned(),
-            found: None,
-            expected: "expected one line a recording".to_owned(),
-        });
+        problems.push(whole_file("no recordings below the header", "one line a recording"));
     }
     if !problems.is_empty() {
         return Err(Error::input(path, problems));
@@ -148,111 +146,67 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Recording>, Vec<Notice>), Error> 
     Ok((recordings, notice.into_iter().collect()))
 }
 
-struct Rows {
-    folder: PathBuf,
-    fields: Fields,
-    recordings: Vec<Recording>,
+/// The recording of a row; `None`, and a problem, where it cannot be read.
+fn recording(folder: &Path, fields: &mut Fields, row: Row) -> Option<Recording> {
+    let (line, cells) = row;
+    let Some(file) = fields.word(Field::File as usize, cells) else {
+        let expected = "expected a folder of frames, a TIFF or a table of positions";
+        fields.problem(line, "file", None, expected.to_owned());
+        return None;
+    };
+    let run = fields.word(Field::Run as usize, cells).unwrap_or(file).to_owned();
+    let exclude = fields.word(Field::Exclude as usize, cells).map(str::to_owned);
+    let of = fields.setting(SETTING, row)?;
+    let frame_rate = fields.number(Field::FrameRate as usize, row);
+    if let Some(rate) = frame_rate.filter(|rate| !FRAME_RATES.contains(rate)) {
+        let expected = "expected a rate from 0.001 to 1e9 Hz".to_owned();
+        fields.problem(line, "frame_rate", Some(&rate.to_string()), expected);
+    }
+    let scale = fields.number(Field::Scale as usize, row);
+    let density = fields.number(Field::Density as usize, row);
+    let axis = fields.word(Field::YAxis as usize, cells);
+    let read_axis = axis.and_then(Axis::named);
+    if axis.is_some() && read_axis.is_none() {
+        fields.problem(line, "y_axis", axis, "expected `up` or `down`".to_owned());
+    }
+    let y_unit = fields.word(Field::YUnit as usize, cells);
+    if y_unit.is_some_and(|unit| !Y_UNITS.contains(&unit)) {
+        let expected = format!("expected one of {}", Y_UNITS.join(", "));
+        fields.problem(line, "y_unit", y_unit, expected);
+    }
+    Some(Recording {
+        line,
+        run,
+        file: folder.join(file),
+        particle: of.particle.to_owned(),
+        liquid: of.liquid.map(str::to_owned),
+        diameter: of.diameter?,
+        film: of.film.unwrap_or(0.0),
+        frame_rate,
+        scale,
+        density,
+        axis: read_axis,
+        y_unit: y_unit.map(str::to_owned),
+        exclude,
+    })
 }
 
-impl TakesRows for Rows {
-    fn header(&mut self, names: &[String], line: u64) -> Result<(), Vec<Problem>> {
-        self.fields.header(names, line)
-    }
-
-    fn width(&self) -> Option<usize> {
-        Some(self.fields.width())
-    }
-
-    fn refuse(&mut self, problem: Problem) {
-        self.fields.refuse(problem);
-    }
-
-    fn row(&mut self, line: u64, cells: &[&str]) {
-        let before = self.fields.problems();
-        let recording = self.recording(line, cells);
-        if let Some(recording) = recording.filter(|_| self.fields.problems() == before) {
-            self.recordings.push(recording);
-        }
+/// Keeps recordings whose `exclude` says no, where every word there says yes or no.
+fn keep_by_no(recordings: &mut [Recording]) {
+    let no = words_for_no(recordings.iter().filter_map(|recording| recording.exclude.as_deref()));
+    for recording in recordings {
+        recording.exclude = recording.exclude.take().filter(|word| !no.contains(word));
     }
 }
 
-impl Rows {
-    fn recording(&mut self, line: u64, cells: &[&str]) -> Option<Recording> {
-        let row = (line, cells);
-        let fields = &mut self.fields;
-        let Some(file) = fields.word(Field::File as usize, cells) else {
-            let expected = "expected a folder of frames, a TIFF or a table of positions";
-            fields.problem(line, "file", None, expected.to_owned());
-            return None;
-        };
-        let run = fields.word(Field::Run as usize, cells).unwrap_or(file).to_owned();
-        let exclude = fields.word(Field::Exclude as usize, cells).map(str::to_owned);
-        let Some(particle) = fields.name(Field::Particle as usize, row) else {
-            fields.problem(line, "particle", None, format!("expected {NAME_RULE}"));
-            return None;
-        };
-        let liquid = fields.name(Field::Liquid as usize, row).filter(|liquid| *liquid != DRY);
-        let diameter = fields.needed_number(Field::Diameter as usize, row, "");
-        // the film of a dry plate is not read
-        let film = match liquid {
-            Some(_) => fields.needed_number(Field::Film as usize, row, ", since there is a liquid"),
-            None => None,
-        };
-        let frame_rate = fields.number(Field::FrameRate as usize, row);
-        if let Some(rate) = frame_rate.filter(|rate| !FRAME_RATES.contains(rate)) {
-            let expected = "expected a rate from 0.001 to 1e9 Hz".to_owned();
-            fields.problem(line, "frame_rate", Some(&rate.to_string()), expected);
-        }
-        let scale = fields.number(Field::Scale as usize, row);
-        let density = fields.number(Field::Density as usize, row);
-        let axis = fields.word(Field::YAxis as usize, cells);
-        let read_axis = axis.and_then(Axis::named);
-        if axis.is_some() && read_axis.is_none() {
-            fields.problem(line, "y_axis", axis, "expected `up` or `down`".to_owned());
-        }
-        let y_unit = fields.word(Field::YUnit as usize, cells);
-        if y_unit.is_some_and(|unit| !Y_UNITS.contains(&unit)) {
-            let expected = format!("expected one of {}", Y_UNITS.join(", "));
-            fields.problem(line, "y_unit", y_unit, expected);
-        }
-        Some(Recording {
-            line,
-            run,
-            file: self.folder.join(file),
-            particle: particle.to_owned(),
-            liquid: liquid.map(str::to_owned),
-            diameter: diameter?,
-            film: film.unwrap_or(0.0),
-            frame_rate,
-            scale,
-            density,
-            axis: read_axis,
-            y_unit: y_unit.map(str::to_owned),
-            exclude,
-        })
-    }
-
-    /// Keeps recordings whose `exclude` says no, where every word there says yes or no.
-    fn keep_by_no(&mut self) {
-        let words = self
-            .recordings
-            .iter()
-            .filter_map(|recording| recording.exclude.as_deref());
-        let no = words_for_no(words);
-        for recording in &mut self.recordings {
-            recording.exclude = recording.exclude.take().filter(|word| !no.contains(word));
-        }
-    }
-
-    /// Refuses two recordings of one name: messages and figures are told apart by it.
-    fn twins(&mut self) {
-        let mut named = std::collections::BTreeMap::new();
-        for Recording { run, line, .. } in &self.recordings {
-            let first = *named.entry(run).or_insert(*line);
-            if first != *line {
-                let expected = format!("expected another name than that of line {first}");
-                self.fields.problem(*line, "run", Some(run), expected);
-            }
+/// Refuses two recordings of one name: messages and figures are told apart by it.
+fn refuse_twins(recordings: &[Recording], fields: &mut Fields) {
+    let mut named = std::collections::BTreeMap::new();
+    for Recording { run, line, .. } in recordings {
+        let first = *named.entry(run).or_insert(*line);
+        if first != *line {
+            let expected = format!("expected another name than that of line {first}");
+            fields.problem(*line, "run", Some(run), expected);
         }
     }
 }

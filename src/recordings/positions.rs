@@ -9,7 +9,7 @@ use super::parabola::Kind;
 use super::segments::segments;
 use super::track::Track;
 use crate::error::{quoted, Error, Problem};
-use crate::runs::{column, each_row, find, CellNumbers, Column, FoundColumns, TakesRows};
+use crate::runs::{column, each_row, find, Column, FoundColumns, TakesRows};
 use crate::scene::TableFile;
 use crate::units::Dimension;
 
@@ -67,16 +67,15 @@ pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<Position
     let mut rows = Rows {
         frame_rate: recording.frame_rate,
         y_unit: recording.y_unit.as_deref(),
-        found: FoundColumns::default(),
+        found: FoundColumns::none(),
         width: None,
         first_line: None,
         words: 0,
-        numbers: CellNumbers::default(),
         seen: vec![],
         problems: vec![],
     };
     each_row(&table, &mut rows)?;
-    rows.problems.extend(rows.numbers.doubt());
+    rows.problems.extend(rows.found.doubt());
     rows.problems.extend(rows.no_header());
     let mut problems = std::mem::take(&mut rows.problems);
     if problems.is_empty() {
@@ -108,7 +107,6 @@ struct Rows<'r> {
     first_line: Option<Vec<String>>,
     /// lines that hold no numbers
     words: usize,
-    numbers: CellNumbers,
     seen: Vec<Seen>,
     problems: Vec<Problem>,
 }
@@ -286,7 +284,7 @@ impl Rows<'_> {
         if cell.trim().eq_ignore_ascii_case("nan") {
             return None;
         }
-        let expected = match self.numbers.read(cell, (line, &column.name)) {
+        let expected = match self.found.number(field as usize, cell, line) {
             Ok(Some(value)) if value.abs() > LARGEST => format!("expected a number from -{LARGEST:e} to {LARGEST:e}"),
             Ok(value) => return value.map(|value| column.to_si(value)),
             Err(expected) => expected,

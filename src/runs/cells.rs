@@ -1,8 +1,6 @@
 //! Reads a table whose columns are not those of runs: its rows as texts, one after the other.
 
-use super::columns::present;
 use super::csv::other_width;
-use super::decimals::{parse_number, DecimalMarks};
 use super::refusals::whole_file;
 use super::source::TableSource;
 use super::workbook::Workbook;
@@ -72,48 +70,4 @@ pub(crate) fn each_row<T: TakesRows>(file: &TableFile, to: &mut T) -> Result<(),
         }
     }
     Ok(())
-}
-
-/// Reads the numbers of such a table, all of which must have one decimal mark.
-#[derive(Debug, Default)]
-pub(crate) struct CellNumbers {
-    marks: DecimalMarks,
-    /// where the first number stands whose comma may set off thousands
-    ambiguous: Option<(u64, String)>,
-}
-
-impl CellNumbers {
-    /// The number of a cell in a column, `None` of a missing one, or what was expected.
-    pub fn read(&mut self, cell: &str, (line, column): (u64, &str)) -> Result<Option<f64>, String> {
-        let Some(text) = present(cell) else {
-            return Ok(None);
-        };
-        let number = parse_number(text)?;
-        let both = self.marks.and(number.marks);
-        if both.are_mixed() {
-            return Err(format!("expected a {}, as numbers above have", self.marks.word()));
-        }
-        if number.marks.are_ambiguous() {
-            self.ambiguous.get_or_insert_with(|| (line, column.to_owned()));
-        }
-        self.marks = both;
-        if number.value.is_finite() {
-            Ok(Some(number.value))
-        } else {
-            Err("expected a finite number".to_owned())
-        }
-    }
-
-    /// The problem of a number with a comma where none of all commas tells what they set off.
-    pub fn doubt(&self) -> Option<Problem> {
-        let (line, column) = self.ambiguous.as_ref().filter(|_| self.marks.are_ambiguous())?;
-        Some(Problem {
-            line: Some(*line),
-            place: column.clone(),
-            found: None,
-            expected:
-                "expected a decimal point, or elsewhere in the file a decimal comma that cannot set off thousands"
-                    .to_owned(),
-        })
-    }
 }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::collect::{Collected, Gathering, SheetRead};
 use super::columns::{ColumnPlace, TableLayout};
-use super::decimals::{parse_number, Decimals};
+use super::decimals::{parse_number, Decimals, DoubtfulNumber};
 use super::labels::{is_count, label, Label};
 use super::raw_row::{BadCell, RawRow};
 use super::refusals::{CellPlace, Refusals, Refused};
@@ -44,7 +44,7 @@ pub(super) struct CheckedRows<'s> {
     numbers: Vec<(RunColumn, &'s ColumnPlace)>,
     checker: RowChecker<'s>,
     collected: Collected,
-    decimals: Decimals,
+    decimals: Decimals<RunColumn>,
     refusals: Refusals<'s>,
 }
 
@@ -58,7 +58,7 @@ impl<'s> CheckedRows<'s> {
             numbers: RunColumn::numbers().filter_map(placed).collect(),
             collected: Collected::new(checker.has_film_ratio, &layout.remarks),
             checker,
-            decimals: Decimals::default(),
+            decimals: Decimals::new(),
             refusals: Refusals::new(layout),
         }
     }
@@ -170,7 +170,11 @@ impl<'s> CheckedRows<'s> {
 
     /// Every run, unless something is wrong.
     pub fn finish(mut self) -> Result<Collected, Refused> {
-        self.decimals.finish(&mut self.refusals);
+        if let Some(doubt) = self.decimals.doubt() {
+            let DoubtfulNumber { column, expected, .. } = doubt;
+            self.refusals
+                .cell_before_others(doubt.place, BadCell { column, expected }, quoted(&doubt.text));
+        }
         self.refusals.or(self.collected)
     }
 }

@@ -473,10 +473,13 @@ impl Collected {
     }
 
     pub fn screened(&self) -> Vec<Screened> {
-        let by_scene = Reason::ALL.into_iter().map(|reason| Screened {
-            reason: reason.words().to_owned(),
-            runs: self.screened[reason as usize],
-            next_step: reason.next_step(),
+        let by_scene = Reason::ALL.into_iter().zip(self.screened).map(|(reason, runs)| {
+            let [reason, next_step] = reason.about();
+            Screened {
+                reason: reason.to_owned(),
+                runs,
+                next_step,
+            }
         });
         let by_file = self.excluded.iter().map(|(reason, runs)| Screened {
             reason: format!("excluded: {}", quoted(reason)),

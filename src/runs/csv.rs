@@ -7,7 +7,7 @@ use super::collect::{Collected, Gathering};
 use super::columns::{Header, TableLayout};
 use super::decimals::separator_of;
 use super::records::{separator_named, Records};
-use super::refusals::{whole_file, CellPlace, Refused};
+use super::refusals::{bad_row, whole_file, CellPlace, Refused};
 use super::survey::Survey;
 use super::written_units::{is_row_of_units, units_above};
 use crate::encoding::{line_ends, BYTE_ORDER_MARK};
@@ -141,7 +141,7 @@ impl<R: Read> Records<R> {
                 continue;
             }
             for line in empty.drain(..) {
-                rows.refuse(empty_row(line));
+                rows.refuse(bad_row(line, "empty cells only", "a run, or no line at all"));
             }
             let (line, cells) = (record.line, record.width());
             if cells != width {
@@ -149,7 +149,12 @@ impl<R: Read> Records<R> {
                 continue;
             }
             if let Some(cell) = record.cells().find(|cell| holds_a_row(cell, separator, width)) {
-                rows.refuse(swallowed(line, cell));
+                let found = quoted(cell.lines().next().unwrap_or_default());
+                rows.refuse(bad_row(
+                    line,
+                    &found,
+                    "a cell without rows in it: is a quote not closed?",
+                ));
                 continue;
             }
             rows.add(CellPlace::Line(line), record.cells(), |place| {
@@ -169,41 +174,16 @@ fn holds_a_row(cell: &str, separator: u8, width: usize) -> bool {
         .any(|line| cells_of(line) >= width.max(2))
 }
 
-/// Says that a cell has taken the rows below it.
-fn swallowed(line: u64, cell: &str) -> Problem {
-    Problem {
-        line: Some(line),
-        place: "row".to_owned(),
-        found: Some(quoted(cell.lines().next().unwrap_or_default())),
-        expected: "expected a cell without rows in it: is a quote not closed?".to_owned(),
-    }
-}
-
-/// Says that a line of separators stands between runs.
-fn empty_row(line: u64) -> Problem {
-    Problem {
-        line: Some(line),
-        place: "row".to_owned(),
-        found: Some("empty cells only".to_owned()),
-        expected: "expected a run, or no line at all".to_owned(),
-    }
-}
-
 /// Says that a row has more or fewer cells than the header.
 pub(super) fn other_width(line: u64, cells: usize, width: usize, has_line_ends: bool) -> Problem {
-    let mut expected = format!("expected {width} as in the header");
+    let mut expected = format!("{width} as in the header");
     if has_line_ends {
         expected.push_str("; a cell goes on over the end of the line: is a quote not closed?");
     } else if cells > width {
         expected.push_str("; a number takes a decimal point, not a comma");
     }
     let noun = if cells == 1 { "cell" } else { "cells" };
-    Problem {
-        line: Some(line),
-        place: "row".to_owned(),
-        found: Some(format!("{cells} {noun}")),
-        expected,
-    }
+    bad_row(line, &format!("{cells} {noun}"), &expected)
 }
 
 /// Says that a table is wider than any table of runs.

@@ -1,8 +1,6 @@
 //! Finds how a text separates its columns, and reads its numbers, whichever mark their decimals have.
 
-use super::raw_row::BadCell;
-use super::refusals::{CellPlace, Refusals};
-use crate::error::quoted;
+use super::refusals::CellPlace;
 use crate::files::MOST_COLUMNS;
 use crate::scene::{Naming, RunColumn};
 
@@ -126,19 +124,36 @@ fn with_comma(cell: &str) -> Option<WrittenNumber> {
     })
 }
 
-/// Reads the numbers of a table, all of which must have one decimal mark.
-#[derive(Default)]
-pub(super) struct Decimals {
+/// Reads the numbers of a table, all of which must have one decimal mark; `C` says in which column a number stands.
+#[derive(Debug)]
+pub(crate) struct Decimals<C> {
     marks: DecimalMarks,
     /// where the first mark stands
     first: Option<CellPlace>,
     /// the first number with a comma that may set off thousands
-    ambiguous: Option<(CellPlace, RunColumn, String)>,
+    ambiguous: Option<(CellPlace, C, String)>,
 }
 
-impl Decimals {
+/// A number with a comma that may set off its decimals or its thousands.
+pub(crate) struct DoubtfulNumber<C> {
+    pub place: CellPlace,
+    pub column: C,
+    pub text: String,
+    pub expected: String,
+}
+
+impl<C> Decimals<C> {
+    /// Of a table of which no number was read yet.
+    pub fn new() -> Decimals<C> {
+        Decimals {
+            marks: DecimalMarks::default(),
+            first: None,
+            ambiguous: None,
+        }
+    }
+
     /// The number of a cell that is not missing, or what was expected of it.
-    pub fn read(&mut self, cell: &str, column: RunColumn, place: CellPlace) -> Result<f64, String> {
+    pub fn read(&mut self, cell: &str, column: C, place: CellPlace) -> Result<f64, String> {
         let number = parse_number(cell)?;
         let both = self.marks.and(number.marks);
         if let Some(first) = self.first.filter(|_| both.are_mixed()) {
@@ -154,19 +169,22 @@ impl Decimals {
         Ok(number.value)
     }
 
-    /// Refuses the first number with a comma where none of all commas tells what they set off.
-    pub fn finish(self, refusals: &mut Refusals) {
-        let ambiguous = self.ambiguous.filter(|_| self.marks.are_ambiguous());
-        let Some((place, column, text)) = ambiguous else {
-            return;
-        };
+    /// The first number with a comma where none of all commas tells what they set off.
+    pub fn doubt(&mut self) -> Option<DoubtfulNumber<C>> {
+        let marks = self.marks;
+        let (place, column, text) = self.ambiguous.take().filter(|_| marks.are_ambiguous())?;
         let expected = format!(
             "expected a decimal point, or elsewhere in the file a decimal comma that cannot set off thousands: this may be \
              {} or {}",
             text.replacen(',', "", 1),
             text.replacen(',', ".", 1)
         );
-        refusals.cell_before_others(place, BadCell { column, expected }, quoted(&text));
+        Some(DoubtfulNumber {
+            place,
+            column,
+            text,
+            expected,
+        })
     }
 }
 

@@ -1,6 +1,8 @@
 //! Matches the header of a table with the columns it may have, whatever their units.
 
-use super::columns::ColumnPlace;
+use super::columns::{present, ColumnPlace};
+use super::decimals::Decimals;
+use super::refusals::CellPlace;
 use crate::error::{quoted, Problem};
 use crate::scene::{closest, letters_apart};
 use crate::units::{names_in_words, Dimension};
@@ -25,10 +27,46 @@ pub(crate) const fn column(base: &'static str, dimension: Dimension, needed: boo
 }
 
 /// The columns that were asked for, in their order, and the names of those that nobody reads.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct FoundColumns {
     pub columns: Vec<Option<ColumnPlace>>,
     pub unread: Vec<String>,
+    /// by their places among the columns
+    decimals: Decimals<usize>,
+}
+
+impl FoundColumns {
+    /// Those of a header that is yet to come.
+    pub fn none() -> FoundColumns {
+        FoundColumns {
+            columns: vec![],
+            unread: vec![],
+            decimals: Decimals::new(),
+        }
+    }
+
+    /// The number of a cell in a column, in its unit; `None` of a missing one, or what was expected.
+    pub fn number(&mut self, column: usize, cell: &str, line: u64) -> Result<Option<f64>, String> {
+        let Some(text) = present(cell) else {
+            return Ok(None);
+        };
+        let number = self.decimals.read(text, column, CellPlace::Line(line))?;
+        let is_finite = number.is_finite();
+        is_finite
+            .then_some(Some(number))
+            .ok_or("expected a finite number".to_owned())
+    }
+
+    /// The problem of a number with a comma where none of all commas tells what they set off.
+    pub fn doubt(&mut self) -> Option<Problem> {
+        let doubt = self.decimals.doubt()?;
+        Some(Problem {
+            line: Some(doubt.place.number()),
+            place: self.columns[doubt.column].as_ref()?.name.clone(),
+            found: Some(quoted(&doubt.text)),
+            expected: doubt.expected,
+        })
+    }
 }
 
 /// Letters by which the name of a column may differ from a known one and be it misspelt.
@@ -38,7 +76,7 @@ const MISSPELT: usize = 2;
 pub(crate) fn find(names: &[String], line: u64, wanted: &[Column]) -> Result<FoundColumns, Vec<Problem>> {
     let mut found = FoundColumns {
         columns: vec![None; wanted.len()],
-        unread: vec![],
+        ..FoundColumns::none()
     };
     let mut problems = vec![];
     let problem = |named: Option<&str>, expected: String| Problem {

@@ -96,12 +96,12 @@ mod workbook;
 mod write;
 mod written_units;
 
-pub(crate) use cells::{each_row, CellNumbers, TakesRows};
+pub(crate) use cells::{each_row, TakesRows};
 pub use collect::Screened;
 pub(crate) use collect::OF_READING;
 pub use draft::Draft;
 pub use errors::MeasurementErrors;
-pub(crate) use fields::Fields;
+pub(crate) use fields::{rows_by_fields, Fields, Row, SettingFields};
 pub use film_groups::{rounded_film_ratio, FilmGroup, NEAR_NOMINAL, WIDEST};
 pub(crate) use header::{column, find, Column, FoundColumns};
 pub use impacts::{by_film, Conditions};
@@ -110,6 +110,7 @@ pub use new_run::NewRun;
 pub use part::is_in_even_share;
 pub use places::RowPlaces;
 pub(crate) use raw_row::LARGEST_RESTITUTION;
+pub(crate) use refusals::whole_file;
 pub use series::{DryGroup, Impacts, Runs, Series};
 pub use settings::{read_settings, AskedSetting};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere, MOST_SPHERES};
@@ -122,7 +123,6 @@ pub use write::{free_place, EncodedRuns, Existing, RunWriter, TableFormat, Table
 use std::path::Path;
 
 use collect::RunsAsRead;
-use refusals::whole_file;
 use source::TableSource;
 use survey::Survey;
 use workbook::Workbook;

@@ -13,7 +13,7 @@ use std::io::{BufRead, BufReader, Read};
 
 use csv_core::{ReadRecordResult, Reader};
 
-use super::refusals::whole_file;
+use super::refusals::{bad_row, whole_file};
 use crate::encoding::{line_ends, LineCount, BYTE_ORDER_MARK};
 use crate::error::Problem;
 use crate::files::MOST_OF_LINE;
@@ -170,7 +170,8 @@ impl<R: Read> Records<R> {
             self.length += written;
             self.width += ended;
             if is_last && result == ReadRecordResult::InputEmpty {
-                return Err(open_quote(self.line));
+                let expected = "a second quote where its cell ends";
+                return Err(vec![bad_row(self.line, "a quote that is not closed", expected)]);
             }
             if !is_last {
                 self.lines.pass(&bytes[..read]);
@@ -181,7 +182,10 @@ impl<R: Read> Records<R> {
             // a record ends with its line end, or with the file
             let of_row = bytes_read - usize::from(is_record && read > 0);
             if of_row > MOST_OF_LINE {
-                return Err(longer_row(self.line));
+                let expected = format!(
+                    "rows of at most {MOST_OF_LINE} bytes; a cell may go on over the end of the line: is a quote not closed?"
+                );
+                return Err(vec![bad_row(self.line, "a longer row", &expected)]);
             }
             match result {
                 ReadRecordResult::Record => return Ok(true),
@@ -206,29 +210,6 @@ pub(super) fn separator_named(start: &[u8]) -> Option<(u8, usize)> {
         (Some(_), [separator, b'\r' | b'\n', ..]) => Some((*separator, 5)),
         _ => None,
     }
-}
-
-/// Says that the rest of the file stands in one cell.
-#[cold]
-fn open_quote(line: u64) -> Vec<Problem> {
-    vec![Problem {
-        line: Some(line),
-        place: "row".to_owned(),
-        found: Some("a quote that is not closed".to_owned()),
-        expected: "expected a second quote where its cell ends".to_owned(),
-    }]
-}
-
-#[cold]
-fn longer_row(line: u64) -> Vec<Problem> {
-    vec![Problem {
-        line: Some(line),
-        place: "row".to_owned(),
-        found: Some("a longer row".to_owned()),
-        expected: format!(
-            "expected rows of at most {MOST_OF_LINE} bytes; a cell may go on over the end of the line: is a quote not closed?"
-        ),
-    }]
 }
 
 #[cfg(test)]

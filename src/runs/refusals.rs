@@ -10,7 +10,7 @@ use crate::scene::RunColumn;
 
 /// Where a bad cell stands.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum CellPlace {
+pub(crate) enum CellPlace {
     /// line of a text file, from 1
     Line(u64),
     /// row of a Parquet file or of a sheet, from 1
@@ -36,11 +36,22 @@ impl CellPlace {
 }
 
 /// A problem of the file as a whole.
-pub(super) fn whole_file(found: &str, expected: &str) -> Problem {
+pub(crate) fn whole_file(found: &str, expected: &str) -> Problem {
     Problem {
         line: None,
         place: found.to_owned(),
         found: None,
+        expected: format!("expected {expected}"),
+    }
+}
+
+/// A problem of a line of a text as a whole.
+#[cold]
+pub(super) fn bad_row(line: u64, found: &str, expected: &str) -> Problem {
+    Problem {
+        line: Some(line),
+        place: "row".to_owned(),
+        found: Some(found.to_owned()),
         expected: format!("expected {expected}"),
     }
 }

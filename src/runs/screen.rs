@@ -24,25 +24,22 @@ impl Reason {
         Reason::Stuck,
     ];
 
-    pub(super) fn words(self) -> &'static str {
+    /// In words, and what would use such runs.
+    pub(super) fn about(self) -> [&'static str; 2] {
+        const WIDEN: &str = "widen the limits in [data] to use those beyond them";
         match self {
-            Reason::TooSlow => "impact speed below min_impact_speed",
-            Reason::TooFast => "impact speed above max_impact_speed",
-            Reason::FilmTooThin => "film thinner than min_film",
-            Reason::FilmRatioInvalid => "film ratio above 0.5, outside every inertial form",
-            Reason::FilmRatioTooLarge => "film ratio above max_film_ratio",
-            Reason::Stuck => "stuck, which the scene's sticking leaves out",
-        }
-    }
-
-    /// What would use such runs.
-    pub(super) fn next_step(self) -> &'static str {
-        match self {
-            Reason::TooSlow | Reason::TooFast | Reason::FilmTooThin | Reason::FilmRatioTooLarge => {
-                "widen the limits in [data] to use those beyond them"
-            }
-            Reason::FilmRatioInvalid => "nothing uses a film ratio above 0.5",
-            Reason::Stuck => "sticking = \"censored\" in [model] uses those that stuck",
+            Reason::TooSlow => ["impact speed below min_impact_speed", WIDEN],
+            Reason::TooFast => ["impact speed above max_impact_speed", WIDEN],
+            Reason::FilmTooThin => ["film thinner than min_film", WIDEN],
+            Reason::FilmRatioInvalid => [
+                "film ratio above 0.5, outside every inertial form",
+                "nothing uses a film ratio above 0.5",
+            ],
+            Reason::FilmRatioTooLarge => ["film ratio above max_film_ratio", WIDEN],
+            Reason::Stuck => [
+                "stuck, which the scene's sticking leaves out",
+                "sticking = \"censored\" in [model] uses those that stuck",
+            ],
         }
     }
 }
