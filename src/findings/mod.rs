@@ -17,6 +17,7 @@
 //! | `notices.rs` | what wants a second look: codes, next steps, and in which order |
 //! | `film_groups.rs` | film groups with their width, and why some have no film ratio of their own |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
+//! | `wet_fit.rs` | a law of the wet restitution fitted to the rebounds of some series |
 //! | `series.rs` | the square-root law of each series |
 //! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design |
 //! | `error_notices.rs` | notices of measurement errors that matter or are too large |
@@ -91,6 +92,7 @@ mod single_run;
 mod slow_rebounds;
 pub mod terms;
 pub mod verdicts;
+mod wet_fit;
 
 use crate::error::Error;
 use crate::inference::nuts::Watcher;

@@ -1,9 +1,9 @@
 //! Measures what pooling liquids of different density ratio does to the square-root law, without any noise.
 
 use super::balance::{at_place, spheres_with_known_k, BalanceSetup, EnergyBalance};
-use super::dry::own_dry_speed;
 use super::places::WetPlace;
-use super::scaling::{e_inf_and_st_c, two, Bias, FittedScaling, PooledRuns};
+use super::scaling::{e_inf_and_st_c, Bias, FittedScaling};
+use super::wet_fit::{two, WetRuns};
 use crate::inference::joint::{Joint, Part};
 use crate::inference::law::Law;
 use crate::inference::least_squares::Stop;
@@ -70,17 +70,12 @@ fn exact_restitutions(joint: &Joint, parts: &[&Part], point: &[f64], group: &Fil
 /// e_inf and St_c of the square-root law fitted to noise-free restitutions at the rebounds of a film group.
 fn root_of_exact(setup: BalanceSetup, exact: &[f64], group: &FilmGroup) -> Option<[f64; 2]> {
     let series = &setup.runs.series[group.series.clone()];
-    let pool = PooledRuns::new(setup.runs, series, true);
-    let own = own_dry_speed(setup.scene, setup.dry, group.sphere);
+    let pool = WetRuns::over_stokes(setup.scene, setup.runs, setup.dry, series);
     // where the balance keeps no energy, the law is not defined and no run would have rebounded
     let kept: Vec<usize> = (0..exact.len()).filter(|run| exact[*run] > 0.0).collect();
-    let select = |column: &[f64]| -> Vec<f64> { kept.iter().map(|run| column[*run]).collect() };
-    let offset = own.map_or_else(Vec::new, |own| own.offsets(&select(&pool.speeds)));
-    let (x, restitution) = (select(&pool.inverse_stokes), select(exact));
-    let counts = match pool.counts.as_slice() {
-        [] => vec![],
-        counts => select(counts),
-    };
+    let select = |column: &[f64]| -> Vec<f64> { kept.iter().filter_map(|run| column.get(*run)).copied().collect() };
+    let [x, offset, counts] = [&pool.x, &pool.offset, &pool.counts].map(|column| select(column));
+    let restitution = select(exact);
     let regression = Regression {
         offset: &offset,
         counts: &counts,

@@ -49,8 +49,16 @@ pub(super) enum LawOver {
 }
 
 impl LawOver {
+    /// The form of the law.
+    pub fn law(self) -> WetLaw {
+        match self {
+            LawOver::Speed => WetLaw::Sqrt,
+            LawOver::Stokes(law) => law,
+        }
+    }
+
     /// What the law says with these parameters.
-    fn wetted<T: Number>(self, [a, b]: [T; 2]) -> Wetted<T> {
+    pub fn wetted<T: Number>(self, [a, b]: [T; 2]) -> Wetted<T> {
         match self {
             LawOver::Speed => Wetted::of_speed(a, b),
             LawOver::Stokes(law) => wetted_of(law, [a, b]),

@@ -3,14 +3,15 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::dry::{own_dry_speed, FittedDry};
+use super::dry::FittedDry;
 use super::estimate::{Estimate, Quoting};
 use super::film_groups::why_no_laws;
 use super::fit_verdict::{one_against, spread, square_root_verdict, uncertain, why_stopped, Verdict};
-use super::measurement_errors::{wet_columns, ErrorSummary};
+use super::measurement_errors::ErrorSummary;
 use super::quantities::{variables, wetted_of, FittedLaw, LawLimits, LawOver};
+use super::wet_fit::{two, WetFit, WetRuns};
 use crate::inference::delta::Uncertain;
-use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
+use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{FTest, Spread};
@@ -144,52 +145,6 @@ pub struct FittedScaling {
     pub scaling: Scaling,
 }
 
-/// The rebounds of some series, pooled: 1/St, restitution and what the square root needs besides.
-pub(super) struct PooledRuns {
-    pub(super) inverse_stokes: Vec<f64>,
-    pub(super) speeds: Vec<f64>,
-    pub(super) restitution: Vec<f64>,
-    /// how many each stands for; empty where that is itself
-    pub(super) counts: Vec<f64>,
-    /// how many were measured
-    rebounds: usize,
-    stuck: usize,
-}
-
-impl PooledRuns {
-    pub(super) fn new(runs: &Runs, series: &[Series], keep_speeds: bool) -> PooledRuns {
-        let size: usize = series.iter().map(|s| s.rebounds.len()).sum();
-        let mut pool = PooledRuns {
-            inverse_stokes: Vec::with_capacity(size),
-            speeds: Vec::with_capacity(if keep_speeds { size } else { 0 }),
-            restitution: Vec::with_capacity(size),
-            counts: vec![],
-            rebounds: series.iter().map(|s| runs.measured(s.rebounds.clone())).sum(),
-            stuck: series.iter().map(|s| runs.measured(s.stuck.clone())).sum(),
-        };
-        for one in series {
-            let range = one.rebounds.clone();
-            pool.inverse_stokes
-                .extend(range.clone().map(|run| runs.inverse_stokes(run)));
-            if keep_speeds {
-                pool.speeds.extend_from_slice(&runs.impact_speed[range.clone()]);
-            }
-            pool.counts.extend(runs.counts(range.clone()));
-            pool.restitution.extend_from_slice(&runs.restitution[range]);
-        }
-        pool
-    }
-
-    /// A law of these runs; the offset is that of the square root.
-    fn regression<'r>(&'r self, law: WetLaw, offset: &'r [f64]) -> Regression<'r> {
-        Regression {
-            offset: if law == WetLaw::Sqrt { offset } else { &[] },
-            counts: &self.counts,
-            ..Regression::new(Law::Wet(law), &self.inverse_stokes, &self.restitution)
-        }
-    }
-}
-
 /// Runs that one law is fitted to.
 struct ScalingGroup {
     /// index into [`Runs::spheres`]
@@ -290,11 +245,8 @@ fn test_one_for_all(
             }
             let groups = separate.map(|(fitted, fit)| (spread(fit), fitted.error_weights.as_ref()));
             one_against(spread(fit), groups, |variance| {
-                let pool = PooledRuns::new(runs, &runs.series[all.series.clone()], true);
-                let own = own_dry_speed(scene, dry, all.sphere);
-                let offset = own.map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
-                pool.regression(all.law, &offset)
-                    .chi_squared(&variance, &fit.parameters)
+                let pool = WetRuns::over_stokes(scene, runs, dry, &runs.series[all.series.clone()]);
+                pool.regression(all.law).chi_squared(&variance, &fit.parameters)
             })
         })
         .collect();
@@ -321,48 +273,46 @@ fn both_laws(
     group: &ScalingGroup,
 ) -> [(FittedScaling, Fit); 2] {
     let series = &runs.series[group.series.clone()];
-    let own = own_dry_speed(scene, dry, group.sphere);
-    let pool = PooledRuns::new(runs, series, own.is_some());
-    let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
-    let errors = wet_columns(scene, runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
-    let regression = pool.regression(WetLaw::Sqrt, &offset);
-    let straight = pool.regression(WetLaw::Linear, &offset);
-    let root = LawFit::new(&regression, errors.as_ref());
-    let line = LawFit::new(&straight, errors.as_ref());
-    let variance = root.weights.as_ref().map_or(&[][..], |weights| &weights.variance);
-    let mut root_uncertain = uncertain(&root.fit);
-    let shift = own.as_ref().map_or([0.0; 2], |own| {
-        own.shift(&root.fit, &regression, &pool.speeds, variance)
-    });
-    if let Some(own) = &own {
-        own.widen(&mut root_uncertain, shift);
-    }
-    let offset_slopes = own
-        .as_ref()
-        .map_or_else(Vec::new, |own| own.all_offset_slopes(&pool.speeds));
-    let speed_error = regression.speed_error_that_matters(&root.fit, &offset_slopes, variance);
-    let root_known = KnownLaw {
-        uncertain: root_uncertain,
-        limits: root.limits(&regression, quoting),
-        shift_by_dry_k: shift,
-    };
-    let line_known = KnownLaw {
-        uncertain: uncertain(&line.fit),
-        limits: line.limits(&straight, quoting),
-        shift_by_dry_k: [0.0; 2],
-    };
+    let pool = WetRuns::over_stokes(scene, runs, dry, series);
+    let laws = [WetLaw::Sqrt, WetLaw::Linear];
+    let [root, line] = laws.map(|law| pool.fit(LawOver::Stokes(law), &PROFILED, quoting));
+    let [regression, straight] = laws.map(|law| pool.regression(law));
     let advantage = advantage_of_line(
         [&root, &line],
         [&regression, &straight],
         scene.data.smallest_restitution,
     );
     let residual_sds = root.fit.residual_sd.zip(line.fit.residual_sd);
-    let mut of_root = {
-        let verdict = square_root_verdict(&root.fit, regression.x);
-        scaling_of(WetLaw::Sqrt, &root.fit, verdict, &root_known, quoting)
+    let sphere = runs.spheres[group.sphere];
+    let scaling_of = |law: WetLaw, fitted: &WetFit, verdict: Verdict| {
+        let source = fitted.source([NO_FALL; 2], quoting);
+        let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
+        Scaling {
+            particle: scene.particles[sphere.particle].name.clone(),
+            diameter_m: sphere.diameter,
+            film_ratio: group.film_ratio,
+            law,
+            runs: pool.rebounds,
+            stuck: pool.stuck,
+            e_inf: estimate(Quantity::EInf),
+            st_c: estimate(Quantity::StC),
+            st_no_rebound: (law == WetLaw::Sqrt).then(|| estimate(Quantity::StNoRebound)),
+            lubrication_log: estimate(Quantity::Shared(Coefficient::LubricationLog)),
+            correlation: source.correlation(Quantity::EInf, Quantity::StC),
+            bias: None,
+            one_for_all: None,
+            residual_sd: fitted.fit.residual_sd,
+            speed_error_of_a_tenth_se: None,
+            measurement_errors: fitted.weights.as_ref().map(ErrorSummary::of),
+            stop: fitted.fit.stop.as_str(),
+            without: vec![],
+            of_one_series: law == WetLaw::Sqrt && series.len() == 1,
+            is_withheld: false,
+            verdict,
+        }
     };
-    let verdict = linear_verdict(&line.fit);
-    let mut of_line = scaling_of(WetLaw::Linear, &line.fit, verdict, &line_known, quoting);
+    let mut of_root = scaling_of(WetLaw::Sqrt, &root, square_root_verdict(&root.fit, &pool.x));
+    let mut of_line = scaling_of(WetLaw::Linear, &line, linear_verdict(&line.fit));
     match residual_sds.filter(|_| advantage > LIKELIER && of_line.verdict.passed) {
         Some((of_square_root, of_linear)) => {
             let both = format!(
@@ -380,40 +330,33 @@ fn both_laws(
             of_line = biased(of_line);
         }
     }
-    of_root.runs = pool.rebounds;
-    of_root.of_one_series = series.len() == 1;
-    if group.film_ratio.is_some() && errors.is_none() {
+    of_root.speed_error_of_a_tenth_se = root.speed_error.filter(|_| of_root.verdict.passed);
+    if group.film_ratio.is_some() && pool.errors.is_none() {
         of_root.without = without_each(&regression, series, &of_root, quoting);
     }
-    let fitted = |law: WetLaw, LawFit { fit, weights }, known: KnownLaw, scaling: Scaling| {
+    [(root, of_root), (line, of_line)].map(|(own, scaling)| {
         let fitted = FittedScaling {
             sphere: group.sphere,
-            law,
+            law: scaling.law,
             series: group.series.clone(),
-            parameters: Some(two(&fit)).filter(|p| p.iter().all(|p| p.is_finite())),
-            uncertain: known.uncertain,
-            limits: known.limits,
-            shift_by_dry_k: known.shift_by_dry_k,
-            spread: spread(&fit),
-            scaling: Scaling {
-                particle: scene.particles[runs.spheres[group.sphere].particle].name.clone(),
-                diameter_m: runs.spheres[group.sphere].diameter,
-                film_ratio: group.film_ratio,
-                runs: pool.rebounds,
-                stuck: pool.stuck,
-                speed_error_of_a_tenth_se: speed_error.filter(|_| law == WetLaw::Sqrt && scaling.verdict.passed),
-                measurement_errors: weights.as_ref().map(ErrorSummary::of),
-                ..scaling
-            },
-            error_weights: weights,
+            parameters: Some(two(&own.fit)).filter(|p| p.iter().all(|p| p.is_finite())),
+            uncertain: own.uncertain,
+            limits: own.limits,
+            shift_by_dry_k: own.shift_by_dry_k,
+            spread: spread(&own.fit),
+            scaling,
+            error_weights: own.weights,
         };
-        (fitted, fit)
-    };
-    [
-        fitted(WetLaw::Sqrt, root, root_known, of_root),
-        fitted(WetLaw::Linear, line, line_known, of_line),
-    ]
+        (fitted, own.fit)
+    })
 }
+
+/// The quantities whose numbers are profiled.
+const PROFILED: [Quantity; 3] = [
+    Quantity::EInf,
+    Quantity::StC,
+    Quantity::Shared(Coefficient::LubricationLog),
+];
 
 /// A linear law that is not usable where its bias exceeds its error by more than twice.
 fn biased(line: Scaling) -> Scaling {
@@ -430,45 +373,13 @@ fn biased(line: Scaling) -> Scaling {
     }
 }
 
-/// How well a fit knows its parameters.
-struct KnownLaw {
-    uncertain: Uncertain,
-    limits: Option<LawLimits>,
-    shift_by_dry_k: [f64; 2],
-}
-
-/// A law fitted to runs, with the weights by their errors where they carry any.
-struct LawFit {
-    fit: Fit,
-    weights: Option<ErrorWeights>,
-}
-
-impl LawFit {
-    fn new(regression: &Regression, errors: Option<&ErrorColumns>) -> LawFit {
-        let (fit, weights) = regression.fit_with_errors(errors);
-        LawFit { fit, weights }
-    }
-
-    /// Where its profiles say other than the delta method.
-    fn limits(&self, regression: &Regression, quoting: Quoting) -> Option<LawLimits> {
-        let Law::Wet(law) = regression.law else { return None };
-        let own = [
-            Quantity::EInf,
-            Quantity::StC,
-            Quantity::Shared(Coefficient::LubricationLog),
-        ];
-        let fitted = (&self.fit, self.weights.as_ref());
-        LawLimits::find(LawOver::Stokes(law), regression, fitted, &own, quoting)
-    }
-}
-
 /// Log density by which the linear law must describe the runs better before that is said: where the square root holds,
 /// chance gives a ratio of 1000 in less than one table of 1000.
 const LIKELIER: f64 = 6.907_755_278_982_137;
 
 /// By how much the runs' log density about the linear law is above that about the square root; NaN where either was not
 /// fitted. A lucky rebound near sticking has no fair residual: runs that either law expects there are left out.
-fn advantage_of_line(fits: [&LawFit; 2], regressions: [&Regression; 2], limit: f64) -> f64 {
+fn advantage_of_line(fits: [&WetFit; 2], regressions: [&Regression; 2], limit: f64) -> f64 {
     const CLEAR: f64 = 3.0;
     let fitted = [0, 1].map(|law: usize| regressions[law].fitted(two(&fits[law].fit)));
     let sds = fits.map(|law| law.fit.residual_sd.unwrap_or(f64::NAN));
@@ -506,58 +417,13 @@ fn advantage_of_line(fits: [&LawFit; 2], regressions: [&Regression; 2], limit: f
 pub const DIFFERENT: f64 = 0.001;
 
 /// e_inf and St_c of the square-root law at the rebounds of some series of one sphere; `None` where it gives none.
-pub(super) fn square_root_of(
-    scene: &Scene,
-    runs: &Runs,
-    dry: &[FittedDry],
-    sphere: usize,
-    series: &[Series],
-) -> Option<[f64; 2]> {
-    let pool = PooledRuns::new(runs, series, true);
-    let own = own_dry_speed(scene, dry, sphere);
-    let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
-    let errors = wet_columns(scene, runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
-    let (fit, _) = pool.regression(WetLaw::Sqrt, &offset).fit_with_errors(errors.as_ref());
+pub(super) fn square_root_of(scene: &Scene, runs: &Runs, dry: &[FittedDry], series: &[Series]) -> Option<[f64; 2]> {
+    let pool = WetRuns::over_stokes(scene, runs, dry, series);
+    let (fit, _) = pool.regression(WetLaw::Sqrt).fit_with_errors(pool.errors.as_ref());
     e_inf_and_st_c(WetLaw::Sqrt, two(&fit))
 }
 
 pub(super) const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
-
-/// What a fitted law says.
-fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, known: &KnownLaw, quoting: Quoting) -> Scaling {
-    let source = FittedLaw {
-        wetted: wetted_of(law, variables(two(fit))),
-        uncertain: &known.uncertain,
-        limits: known.limits.as_ref(),
-        why_none: (fit.stop != Stop::Converged).then(|| why_stopped(fit)),
-        undefined: [NO_FALL; 2],
-        quoting,
-    };
-    let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
-    Scaling {
-        particle: String::new(),
-        diameter_m: None,
-        film_ratio: None,
-        law,
-        runs: 0,
-        stuck: 0,
-        e_inf: estimate(Quantity::EInf),
-        st_c: estimate(Quantity::StC),
-        st_no_rebound: (law == WetLaw::Sqrt).then(|| estimate(Quantity::StNoRebound)),
-        lubrication_log: estimate(Quantity::Shared(Coefficient::LubricationLog)),
-        correlation: source.correlation(Quantity::EInf, Quantity::StC),
-        bias: None,
-        one_for_all: None,
-        residual_sd: fit.residual_sd,
-        speed_error_of_a_tenth_se: None,
-        measurement_errors: None,
-        stop: fit.stop.as_str(),
-        without: vec![],
-        of_one_series: false,
-        is_withheld: false,
-        verdict,
-    }
-}
 
 /// A square-root law without one of its runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -594,16 +460,20 @@ fn without_each(regression: &Regression, series: &[Series], law: &Scaling, quoti
             ..Regression::new(regression.law, &x, &restitution)
         };
         let fit = without.fit();
-        let known = KnownLaw {
-            uncertain: uncertain(&fit),
+        let uncertain = uncertain(&fit);
+        let source = FittedLaw {
+            wetted: wetted_of(WetLaw::Sqrt, variables(two(&fit))),
+            uncertain: &uncertain,
             limits: None,
-            shift_by_dry_k: [0.0; 2],
+            why_none: (!fit.converged()).then(|| why_stopped(&fit)),
+            undefined: [NO_FALL; 2],
+            quoting,
         };
-        let without = scaling_of(WetLaw::Sqrt, &fit, square_root_verdict(&fit, &x), &known, quoting);
+        let estimate = |quantity: Quantity| with_scale(&source.estimate(quantity, &Place::NONE));
         LawWithoutRun {
             run: *run,
-            e_inf: with_scale(&without.e_inf),
-            st_c: with_scale(&without.st_c),
+            e_inf: estimate(Quantity::EInf),
+            st_c: estimate(Quantity::StC),
         }
     };
     rebounds.iter().enumerate().map(of_place).collect()
@@ -656,13 +526,6 @@ pub(super) fn e_inf_and_st_c(law: WetLaw, parameters: [f64; 2]) -> Option<[f64; 
     let wetted = wetted_of(law, parameters);
     let both = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.value(&Place::NONE, &wetted));
     both.iter().all(|x| x.is_finite()).then_some(both)
-}
-
-pub(super) fn two(fit: &Fit) -> [f64; 2] {
-    match fit.parameters.as_slice() {
-        [a, b] if fit.stop == Stop::Converged => [*a, *b],
-        _ => [f64::NAN; 2],
-    }
 }
 
 /// Fits the linear law to the noise-free square root at the same runs: what it gets wrong without any noise.

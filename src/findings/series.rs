@@ -4,19 +4,15 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::dry::{own_dry_speed, FittedDry};
+use super::dry::FittedDry;
 use super::estimate::{Estimate, Quoting};
 use super::film_groups::why_no_law_of_series;
-use super::fit_verdict::{
-    falls, square_root_verdict, uncertain, why_stopped, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE,
-};
-use super::measurement_errors::{wet_columns, ErrorSummary};
-use super::quantities::{variables, FittedLaw, LawLimits, LawOver};
+use super::fit_verdict::{falls, square_root_verdict, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE};
+use super::measurement_errors::ErrorSummary;
+use super::quantities::LawOver;
+use super::wet_fit::{two, WetRuns};
 use crate::inference::effective_variance::ErrorWeights;
-use crate::inference::law::Law;
-use crate::inference::least_squares::Stop;
-use crate::inference::regression::Regression;
-use crate::physics::quantity::{Place, Quantity, Wetted};
+use crate::physics::quantity::{Place, Quantity};
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
@@ -131,41 +127,12 @@ fn two_by_two(covariance: &DMatrix<f64>) -> [[f64; 2]; 2] {
 }
 
 fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quoting: Quoting) -> SeriesFit {
-    let speeds = &runs.impact_speed[series.rebounds.clone()];
-    let x = Law::SQUARE_ROOT.abscissae(speeds);
-    let own = own_dry_speed(scene, dry, series.sphere);
-    let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(speeds));
-    let errors = wet_columns(scene, runs, std::iter::once(series.rebounds.clone()), own.as_ref());
-    let regression = Regression {
-        offset: &offset,
-        counts: runs.counts(series.rebounds.clone()),
-        ..Regression::new(Law::SQUARE_ROOT, &x, &runs.restitution[series.rebounds.clone()])
-    };
-    let (fit, error_weights) = regression.fit_with_errors(errors.as_ref());
-    let variance = error_weights.as_ref().map_or(&[][..], |weights| &weights.variance);
-    let mut uncertain = uncertain(&fit);
-    if let Some(own) = &own {
-        own.widen(&mut uncertain, own.shift(&fit, &regression, speeds, variance));
-    }
-    let offset_slopes = own.as_ref().map_or_else(Vec::new, |own| own.all_offset_slopes(speeds));
-    let speed_error = regression.speed_error_that_matters(&fit, &offset_slopes, variance);
-    let verdict = square_root_verdict(&fit, &x);
-    let converged = fit.stop == Stop::Converged;
-    let (alpha, beta) = match fit.parameters.as_slice() {
-        [alpha, beta] if converged => (*alpha, *beta),
-        _ => (f64::NAN, f64::NAN),
-    };
-    let [alpha_jet, beta_jet] = variables([alpha, beta]);
-    let fitted = (&fit, error_weights.as_ref());
-    let limits = LawLimits::find(LawOver::Speed, &regression, fitted, &QUANTITIES, quoting);
-    let source = FittedLaw {
-        wetted: Wetted::of_speed(alpha_jet, beta_jet),
-        uncertain: &uncertain,
-        limits: limits.as_ref(),
-        why_none: (!converged).then(|| why_stopped(&fit)),
-        undefined: [ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE],
-        quoting,
-    };
+    let rebounds = WetRuns::over_speed(scene, runs, dry, std::slice::from_ref(series));
+    let law = rebounds.fit(LawOver::Speed, &QUANTITIES, quoting);
+    let (fit, x) = (&law.fit, &rebounds.x);
+    let verdict = square_root_verdict(fit, x);
+    let source = law.source([ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE], quoting);
+    let [alpha, _] = two(fit);
     let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
     SeriesFit {
         particle: scene.particles[series.particle].name.clone(),
@@ -173,23 +140,23 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
         diameter_m: series.diameter,
         film_m: series.film,
         film_ratio: series.film_ratio,
-        runs: runs.measured(series.rebounds.clone()),
-        stuck: runs.measured(series.stuck.clone()),
+        runs: rebounds.rebounds,
+        stuck: rebounds.stuck,
         alpha: estimate(Quantity::Alpha),
         beta: estimate(Quantity::Beta),
         e_inf: estimate(Quantity::EInf),
         // a fall of e² that is rounding is none
-        threshold_speed_m_s: if falls(&fit, &x) || !converged {
+        threshold_speed_m_s: if falls(fit, x) || !fit.converged() {
             estimate(Quantity::ThresholdSpeed)
         } else {
             quoting.none(source.undefined[usize::from(alpha > 0.0)])
         },
         residual_sd: fit.residual_sd,
-        speed_error_of_a_tenth_se: speed_error.filter(|_| verdict.passed),
-        measurement_errors: error_weights.as_ref().map(ErrorSummary::of),
-        error_weights,
-        covariance: uncertain.covariance.as_ref().ok().map(two_by_two),
+        speed_error_of_a_tenth_se: law.speed_error.filter(|_| verdict.passed),
+        measurement_errors: law.weights.as_ref().map(ErrorSummary::of),
+        covariance: law.uncertain.covariance.as_ref().ok().map(two_by_two),
         stop: fit.stop.as_str(),
+        error_weights: law.weights,
         is_withheld: false,
         verdict,
     }

@@ -139,7 +139,7 @@ pub(super) fn results<'a>(
             let series = fitted.series.clone();
             let value = move |changed: &Changed| {
                 let series = &changed.runs.series[series.clone()];
-                Some(square_root_of(changed.scene, changed.runs, dry, sphere, series)?[place])
+                Some(square_root_of(changed.scene, changed.runs, dry, series)?[place])
             };
             let named = named(quantity, of_sphere.diameter, WetLaw::Sqrt.name());
             results.add(named, (estimate, 1.0), value);

@@ -1,0 +1,147 @@
+//! Fits a law of the wet restitution to the rebounds of some series of one sphere.
+
+use super::dry::{own_dry_speed, FittedDry};
+use super::estimate::Quoting;
+use super::fit_verdict::{uncertain, why_stopped};
+use super::measurement_errors::wet_columns;
+use super::own_dry_speed::OwnDrySpeed;
+use super::quantities::{variables, FittedLaw, LawLimits, LawOver};
+use crate::inference::delta::Uncertain;
+use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
+use crate::inference::law::Law;
+use crate::inference::least_squares::Fit;
+use crate::inference::regression::Regression;
+use crate::physics::quantity::Quantity;
+use crate::runs::{Runs, Series};
+use crate::scene::{Scene, WetLaw};
+
+/// The rebounds of some series of one sphere, pooled, in the order of the table.
+pub(super) struct WetRuns {
+    /// 1/St, or 1/v in s/m
+    pub x: Vec<f64>,
+    /// v, m/s
+    speeds: Vec<f64>,
+    pub restitution: Vec<f64>,
+    /// how many runs each stands for; empty where that is itself
+    pub counts: Vec<f64>,
+    /// of the square-root law, where the run's own dry speed enters it
+    pub offset: Vec<f64>,
+    /// how many rebounded
+    pub rebounds: usize,
+    /// how many stuck
+    pub stuck: usize,
+    pub errors: Option<ErrorColumns>,
+    own: Option<OwnDrySpeed>,
+}
+
+impl WetRuns {
+    /// Rebounds with their 1/St.
+    pub fn over_stokes(scene: &Scene, runs: &Runs, dry: &[FittedDry], series: &[Series]) -> WetRuns {
+        WetRuns::new(scene, runs, dry, series, |run| runs.inverse_stokes(run))
+    }
+
+    /// Rebounds with their 1/v.
+    pub fn over_speed(scene: &Scene, runs: &Runs, dry: &[FittedDry], series: &[Series]) -> WetRuns {
+        WetRuns::new(scene, runs, dry, series, |run| {
+            Law::SQUARE_ROOT.abscissa(runs.impact_speed[run])
+        })
+    }
+
+    fn new(
+        scene: &Scene,
+        runs: &Runs,
+        dry: &[FittedDry],
+        series: &[Series],
+        abscissa: impl Fn(usize) -> f64,
+    ) -> WetRuns {
+        let rebounds = || series.iter().flat_map(|one| one.rebounds.clone());
+        let speeds: Vec<f64> = rebounds().map(|run| runs.impact_speed[run]).collect();
+        let sphere = series.first().map(|one| one.sphere);
+        let own = sphere.and_then(|sphere| own_dry_speed(scene, dry, sphere));
+        let ranges = series.iter().map(|one| one.rebounds.clone());
+        WetRuns {
+            x: rebounds().map(abscissa).collect(),
+            restitution: rebounds().map(|run| runs.restitution[run]).collect(),
+            counts: ranges.clone().flat_map(|range| runs.counts(range)).copied().collect(),
+            offset: own.as_ref().map_or_else(Vec::new, |own| own.offsets(&speeds)),
+            rebounds: series.iter().map(|one| runs.measured(one.rebounds.clone())).sum(),
+            stuck: series.iter().map(|one| runs.measured(one.stuck.clone())).sum(),
+            errors: wet_columns(scene, runs, ranges, own.as_ref()),
+            speeds,
+            own,
+        }
+    }
+
+    /// A law of these runs; the offset is that of the square root.
+    pub fn regression(&self, law: WetLaw) -> Regression<'_> {
+        Regression {
+            offset: if law == WetLaw::Sqrt { &self.offset } else { &[] },
+            counts: &self.counts,
+            ..Regression::new(Law::Wet(law), &self.x, &self.restitution)
+        }
+    }
+
+    /// Fits a law, with the profile limits of the numbers that these quantities are functions of.
+    pub fn fit(&self, over: LawOver, quantities: &[Quantity], quoting: Quoting) -> WetFit {
+        let regression = self.regression(over.law());
+        let (fit, weights) = regression.fit_with_errors(self.errors.as_ref());
+        let variance = weights.as_ref().map_or(&[][..], |weights| &weights.variance);
+        let (mut uncertain, mut shift_by_dry_k, mut speed_error) = (uncertain(&fit), [0.0; 2], None);
+        if over.law() == WetLaw::Sqrt {
+            let mut offset_slopes = vec![];
+            if let Some(own) = &self.own {
+                shift_by_dry_k = own.shift(&fit, &regression, &self.speeds, variance);
+                own.widen(&mut uncertain, shift_by_dry_k);
+                offset_slopes = own.all_offset_slopes(&self.speeds);
+            }
+            speed_error = regression.speed_error_that_matters(&fit, &offset_slopes, variance);
+        }
+        WetFit {
+            over,
+            limits: LawLimits::find(over, &regression, (&fit, weights.as_ref()), quantities, quoting),
+            uncertain,
+            shift_by_dry_k,
+            speed_error,
+            fit,
+            weights,
+        }
+    }
+}
+
+/// A law of the wet restitution as it was fitted.
+pub(super) struct WetFit {
+    over: LawOver,
+    pub fit: Fit,
+    /// weights of the runs, where they carry measurement errors
+    pub weights: Option<ErrorWeights>,
+    /// the parameters' covariance, with what k adds to it
+    pub uncertain: Uncertain,
+    /// limits of the profiles, where the law is curved
+    pub limits: Option<LawLimits>,
+    /// how the parameters move with k, where the run's own dry speed enters
+    pub shift_by_dry_k: [f64; 2],
+    /// the error of v, as a share of it, that would bias β by a tenth of its standard error (square root only)
+    pub speed_error: Option<f64>,
+}
+
+impl WetFit {
+    /// What estimates are taken from; `undefined` says why there is none of a quantity without e_inf, and with it.
+    pub fn source(&self, undefined: [&'static str; 2], quoting: Quoting) -> FittedLaw<'_> {
+        FittedLaw {
+            wetted: self.over.wetted(variables(two(&self.fit))),
+            uncertain: &self.uncertain,
+            limits: self.limits.as_ref(),
+            why_none: (!self.fit.converged()).then(|| why_stopped(&self.fit)),
+            undefined,
+            quoting,
+        }
+    }
+}
+
+/// Both parameters of a law; NaN unless its fit converged.
+pub(super) fn two(fit: &Fit) -> [f64; 2] {
+    match fit.parameters.as_slice() {
+        [a, b] if fit.converged() => [*a, *b],
+        _ => [f64::NAN; 2],
+    }
+}
