@@ -14,7 +14,6 @@ use crate::findings::dry::FittedDry;
 use crate::findings::places::WetPlace;
 use crate::inference::descent::descend;
 use crate::inference::joint::{Joint, JointFit};
-use crate::inference::sums::Sums;
 use crate::runs::Runs;
 use crate::scene::Scene;
 
@@ -27,18 +26,12 @@ const SMALL: f64 = 1e-14;
 
 /// The balance at the fit, its form and the weights of the runs kept.
 pub(super) struct LinearisedBalance<'h> {
-    balance: WeighedBalance<'h>,
+    fit: &'h FittedPoint,
+    dry: &'h [FittedDry],
     /// b
     point: Vec<f64>,
     /// ∂g/∂b
     curvature: Cholesky<f64, Dyn>,
-}
-
-/// What stays of a balance where constants change.
-struct WeighedBalance<'h> {
-    fit: &'h FittedPoint,
-    dry: &'h [FittedDry],
-    known: Vec<usize>,
 }
 
 /// A balance at changed constants.
@@ -49,45 +42,37 @@ pub(super) struct MovedBalance {
     pub(super) at_places: Vec<Option<WetPlaceValues>>,
 }
 
-impl WeighedBalance<'_> {
-    fn problem<'r>(&self, scene: &Scene, runs: &'r Runs) -> JointFit<'r> {
-        let joint = Joint::new(scene, runs, self.fit.form, &self.known, &self.known);
-        problem_of(joint, self.dry, self.fit.spread)
-    }
-
-    /// The squares, and g as their gradient; `None` where the model is undefined.
-    fn sums(&self, problem: &JointFit, point: &[f64]) -> Option<Sums> {
-        problem.sums_at(&self.fit.roots, point)
-    }
+/// The balance's problem for a scene and its runs, with the weights that the fit ended with.
+fn problem<'r>(scene: &Scene, runs: &'r Runs, dry: &[FittedDry], fit: &FittedPoint) -> JointFit<'r> {
+    let known = spheres_with_known_k(runs, dry);
+    problem_of(Joint::new(scene, runs, fit.form, &known, &known), dry, fit.spread)
 }
 
 impl<'h> LinearisedBalance<'h> {
     /// `None` where the squares have no proper minimum.
     pub(super) fn new(scene: &Scene, runs: &Runs, dry: &'h [FittedDry], balance: &'h EnergyBalance) -> Option<Self> {
         let fit = &balance.fitted_point;
-        let weighed = WeighedBalance {
-            fit,
-            dry,
-            known: spheres_with_known_k(runs, dry),
-        };
-        let problem = weighed.problem(scene, runs);
+        let problem = problem(scene, runs, dry, fit);
+        // the squares, and g as their gradient
+        let sums = |point: &[f64]| problem.sums_at(&fit.roots, point);
         // where the bias by errors of speeds was taken off, the balance is not at its least squares
-        let small = SMALL * weighed.sums(&problem, &fit.point)?.squares;
-        let point = descend(&fit.point, small, |point| weighed.sums(&problem, point))?.point;
+        let small = SMALL * sums(&fit.point)?.squares;
+        let point = descend(&fit.point, small, sums)?.point;
         let column = |(place, value): (usize, &f64)| {
             let error = balance.parameters[place].estimate.value_and_scale();
             let apart = APART * error.map_or(0.0, |(_, scale)| scale).max(value.abs());
             let at = |step: f64| {
                 let mut there = point.clone();
                 there[place] += step;
-                Some(weighed.sums(&problem, &there)?.gradient)
+                Some(sums(&there)?.gradient)
             };
             Some((at(apart)? - at(-apart)?) / (2.0 * apart))
         };
         let columns: Option<Vec<DVector<f64>>> = point.iter().enumerate().map(column).collect();
         let curvature = DMatrix::from_columns(&columns?);
         Some(LinearisedBalance {
-            balance: weighed,
+            fit,
+            dry,
             point,
             curvature: Cholesky::new((&curvature + curvature.transpose()) * 0.5)?,
         })
@@ -95,10 +80,10 @@ impl<'h> LinearisedBalance<'h> {
 
     /// The balance at two scenes and their runs that lie as far on either side; `None` where the model is undefined.
     pub(super) fn at(&self, settings: [(&Scene, &Runs); 2]) -> Option<[MovedBalance; 2]> {
-        let problems = settings.map(|(scene, runs)| self.balance.problem(scene, runs));
+        let problems = settings.map(|(scene, runs)| problem(scene, runs, self.dry, self.fit));
         let [first, second] = problems
             .each_ref()
-            .map(|problem| self.balance.sums(problem, &self.point));
+            .map(|problem| problem.sums_at(&self.fit.roots, &self.point));
         let apart = self.curvature.solve(&(second?.gradient - first?.gradient));
         let moved = |side: usize, share: f64| {
             let (joint, (scene, runs)) = (&problems[side].joint, settings[side]);
