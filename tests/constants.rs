@@ -2,7 +2,7 @@
 
 use crate::common::scenes::{scene_of, AK10, DESIGN, HEADER, M50, PTFE, SATURATING};
 use crate::common::{normal, seed_of, Place, Says, Told};
-use wetcor::findings::constants::{Sensitivity, MOST_REBOUNDS};
+use wetcor::findings::constants::Sensitivity;
 use wetcor::findings::{self, overview, Findings};
 use wetcor::report::{markdown, ReportInput};
 use wetcor::runs::{Runs, Table};
@@ -238,20 +238,6 @@ fn elasticities_are_those_of_whole_fits() {
         // one constant for another is seen
         let other = by_whole_fits(&place.scene, &table, CHANGES[0].1);
         assert!(worst(&findings, "viscosity[M50]", &other) > 0.5);
-    }
-}
-
-/// Beyond so many rebounds only some are taken.
-#[test]
-fn a_part_of_many_runs_says_what_all_do() {
-    let place = Place::new(&all_given());
-    let table = place.draw(seed_of("a_part_of_many_runs_says_what_all_do"), Some(40_000));
-    let findings = findings::fit_least_squares(&place.scene, &table, 1, false);
-    assert!(findings.counts.used > 3 * MOST_REBOUNDS);
-    for (constant, change) in CHANGES {
-        let by_fits = by_whole_fits(&place.scene, &table, change);
-        let off = worst(&findings, constant, &by_fits);
-        assert!(off < 0.02, "{constant}: {off}");
     }
 }
 

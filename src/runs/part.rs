@@ -41,20 +41,6 @@ impl Runs {
         part
     }
 
-    /// The dry rebounds, and of each series those whose place among its rebounds `keep` selects. What stuck is gone, and a
-    /// series keeps its mean diameter and film.
-    pub fn with_rebounds(&self, keep: impl Fn(usize) -> bool) -> Runs {
-        let mut kept = vec![false; self.len()];
-        self.dry
-            .iter()
-            .for_each(|group| kept[group.rebounds.clone()].fill(true));
-        for series in &self.series {
-            let own = kept[series.rebounds.clone()].iter_mut().enumerate();
-            own.for_each(|(place, kept)| *kept = keep(place));
-        }
-        self.with_runs(|run| kept[run])
-    }
-
     /// All runs but these.
     pub fn without(&self, left_out: &Range<usize>) -> Runs {
         self.with_runs(|run| !left_out.contains(&run))

@@ -14,8 +14,7 @@ use crate::findings::dry::FittedDry;
 use crate::findings::places::WetPlace;
 use crate::inference::descent::descend;
 use crate::inference::joint::{Joint, JointFit};
-use crate::inference::sums::Sums;
-use crate::runs::{is_in_even_share, Runs};
+use crate::runs::Runs;
 use crate::scene::Scene;
 
 /// Share of a parameter, or of its standard error where that is larger, over which g is differenced: the curves this is
@@ -25,53 +24,14 @@ const APART: f64 = 1e-7;
 /// A fall of the squares by this share of them moves no parameter by a noticeable part of its standard error.
 const SMALL: f64 = 1e-14;
 
-/// The dry rebounds of a table and some of the wet ones.
-pub(super) struct RunSample {
-    pub(super) runs: Runs,
-    /// share of the wet rebounds that is in it
-    pub(super) share: f64,
-    /// the share that was wanted
-    wanted: f64,
-}
-
-impl RunSample {
-    /// The dry rebounds and about `most` of the wet ones, spread over each series; at least one a series.
-    pub(super) fn of(runs: &Runs, most: usize) -> RunSample {
-        let rebounds = |runs: &Runs| runs.series.iter().map(|series| series.rebounds.len()).sum::<usize>();
-        let all = rebounds(runs);
-        let wanted = if all > most { most as f64 / all as f64 } else { 1.0 };
-        let sample = runs.with_rebounds(|place| is_in_even_share(place, wanted));
-        RunSample {
-            share: rebounds(&sample) as f64 / all.max(1) as f64,
-            runs: sample,
-            wanted,
-        }
-    }
-
-    /// Whether it has the rebound at this place of a series.
-    pub(super) fn holds(&self, place: usize) -> bool {
-        is_in_even_share(place, self.wanted)
-    }
-}
-
 /// The balance at the fit, its form and the weights of the runs kept.
 pub(super) struct LinearisedBalance<'h> {
-    balance: WeighedBalance<'h>,
+    fit: &'h FittedPoint,
+    dry: &'h [FittedDry],
     /// b
     point: Vec<f64>,
     /// ∂g/∂b
     curvature: Cholesky<f64, Dyn>,
-}
-
-/// What stays of a balance where constants change.
-struct WeighedBalance<'h> {
-    fit: &'h FittedPoint,
-    dry: &'h [FittedDry],
-    known: Vec<usize>,
-    /// the spread that weighs dry runs against the wet ones of the sample
-    spread: f64,
-    /// roots of the runs' weights; empty where they carry no errors
-    roots: Vec<f64>,
 }
 
 /// A balance at changed constants.
@@ -82,58 +42,37 @@ pub(super) struct MovedBalance {
     pub(super) at_places: Vec<Option<WetPlaceValues>>,
 }
 
-impl WeighedBalance<'_> {
-    fn problem<'r>(&self, scene: &Scene, runs: &'r Runs) -> JointFit<'r> {
-        let joint = Joint::new(scene, runs, self.fit.form, &self.known, &self.known);
-        problem_of(joint, self.dry, self.spread)
-    }
-
-    /// The squares, and g as their gradient; `None` where the model is undefined.
-    fn sums(&self, problem: &JointFit, point: &[f64]) -> Option<Sums> {
-        problem.sums_at(&self.roots, point)
-    }
+/// The balance's problem for a scene and its runs, with the weights that the fit ended with.
+fn problem<'r>(scene: &Scene, runs: &'r Runs, dry: &[FittedDry], fit: &FittedPoint) -> JointFit<'r> {
+    let known = spheres_with_known_k(runs, dry);
+    problem_of(Joint::new(scene, runs, fit.form, &known, &known), dry, fit.spread)
 }
 
 impl<'h> LinearisedBalance<'h> {
-    /// Some of the wet rebounds stand for all, which the dry ones are weighed down to. `None` where the squares have no
-    /// proper minimum.
-    pub(super) fn new(
-        scene: &Scene,
-        runs: &Runs,
-        sample: &RunSample,
-        dry: &'h [FittedDry],
-        balance: &'h EnergyBalance,
-    ) -> Option<Self> {
+    /// `None` where the squares have no proper minimum.
+    pub(super) fn new(scene: &Scene, runs: &Runs, dry: &'h [FittedDry], balance: &'h EnergyBalance) -> Option<Self> {
         let fit = &balance.fitted_point;
-        let known = spheres_with_known_k(runs, dry);
-        let wet = runs.series.iter().filter(|series| known.contains(&series.sphere));
-        let places = wet.flat_map(|series| 0..series.rebounds.len());
-        let sampled = places.zip(&fit.roots).filter(|(place, _)| sample.holds(*place));
-        let weighed = WeighedBalance {
-            fit,
-            dry,
-            spread: fit.spread * sample.share.sqrt(),
-            roots: sampled.map(|(_, root)| *root).collect(),
-            known,
-        };
-        let problem = weighed.problem(scene, &sample.runs);
-        // a sample has a minimum of its own, and so have runs whose bias by errors of speeds was taken off
-        let small = SMALL * weighed.sums(&problem, &fit.point)?.squares;
-        let point = descend(&fit.point, small, |point| weighed.sums(&problem, point))?.point;
+        let problem = problem(scene, runs, dry, fit);
+        // the squares, and g as their gradient
+        let sums = |point: &[f64]| problem.sums_at(&fit.roots, point);
+        // where the bias by errors of speeds was taken off, the balance is not at its least squares
+        let small = SMALL * sums(&fit.point)?.squares;
+        let point = descend(&fit.point, small, sums)?.point;
         let column = |(place, value): (usize, &f64)| {
             let error = balance.parameters[place].estimate.value_and_scale();
             let apart = APART * error.map_or(0.0, |(_, scale)| scale).max(value.abs());
             let at = |step: f64| {
                 let mut there = point.clone();
                 there[place] += step;
-                Some(weighed.sums(&problem, &there)?.gradient)
+                Some(sums(&there)?.gradient)
             };
             Some((at(apart)? - at(-apart)?) / (2.0 * apart))
         };
         let columns: Option<Vec<DVector<f64>>> = point.iter().enumerate().map(column).collect();
         let curvature = DMatrix::from_columns(&columns?);
         Some(LinearisedBalance {
-            balance: weighed,
+            fit,
+            dry,
             point,
             curvature: Cholesky::new((&curvature + curvature.transpose()) * 0.5)?,
         })
@@ -141,10 +80,10 @@ impl<'h> LinearisedBalance<'h> {
 
     /// The balance at two scenes and their runs that lie as far on either side; `None` where the model is undefined.
     pub(super) fn at(&self, settings: [(&Scene, &Runs); 2]) -> Option<[MovedBalance; 2]> {
-        let problems = settings.map(|(scene, runs)| self.balance.problem(scene, runs));
+        let problems = settings.map(|(scene, runs)| problem(scene, runs, self.dry, self.fit));
         let [first, second] = problems
             .each_ref()
-            .map(|problem| self.balance.sums(problem, &self.point));
+            .map(|problem| problem.sums_at(&self.fit.roots, &self.point));
         let apart = self.curvature.solve(&(second?.gradient - first?.gradient));
         let moved = |side: usize, share: f64| {
             let (joint, (scene, runs)) = (&problems[side].joint, settings[side]);

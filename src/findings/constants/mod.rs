@@ -3,7 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `constant.rs` | which constants there are, and how one is changed |
-//! | `linearised.rs` | moves the energy balance with the constants, from its linearisation at the fit to some of the rebounds |
+//! | `linearised.rs` | moves the energy balance with the constants, from its linearisation at the fit |
 //! | `results.rs` | which results there are, each with its value where the constants have changed |
 //! | `sensitivity.rs` | how one result moves with the constants |
 
@@ -20,16 +20,13 @@ use super::scaling::FittedScaling;
 use crate::runs::Runs;
 use crate::scene::Scene;
 pub(super) use constant::{list_constants, Constant, Constants};
-use linearised::{LinearisedBalance, RunSample};
+use linearised::LinearisedBalance;
 use results::{results, Changed, SensitiveResult};
 pub use sensitivity::{Elasticity, Sensitivity};
 
 /// Share of itself by which a constant is changed each way. The error of a central difference falls with its square and is
 /// 1e-8 of an elasticity on the example, where it is 1e-4 with a share of 1e-4; rounding grows with its inverse, to as much.
 const STEP: f64 = 1e-6;
-
-/// More rebounds than this say little new of an elasticity: of longer tables about so many are taken.
-pub const MOST_REBOUNDS: usize = 10_000;
 
 /// Elasticities are rounded to so many parts of one: what a difference leaves behind them is its own error.
 const PARTS: f64 = 1e5;
@@ -50,12 +47,11 @@ pub fn find_sensitivities(
     }
     let listed = list_constants(scene, runs);
     let constants: Vec<&Constant> = listed.iter().flat_map(Constants::varied).collect();
-    let sample = RunSample::of(runs, MOST_REBOUNDS);
-    let balance = balance.and_then(|balance| LinearisedBalance::new(scene, runs, &sample, dry, balance));
+    let balance = balance.and_then(|balance| LinearisedBalance::new(scene, runs, dry, balance));
     let columns: Vec<Vec<f64>> = constants
         .par_iter()
         .map(|constant| {
-            let sides = [-STEP, STEP].map(|share| constant.changed(scene, &sample.runs, share));
+            let sides = [-STEP, STEP].map(|share| constant.changed(scene, runs, share));
             let settings = sides.each_ref().map(|(scene, runs)| (scene, &**runs));
             elasticities(&results, settings, balance.as_ref())
         })

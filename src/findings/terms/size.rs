@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::findings::balance::{rebounds, BalanceSetup, EnergyBalance};
 use crate::findings::dry;
 use crate::findings::scaling::FittedScaling;
-use crate::inference::joint::{Joint, Part};
+use crate::inference::joint::{Joint, JointRow, Part};
 use crate::inference::linearised_joint::Inverse;
 use crate::inference::sums::Sums;
 use crate::model::parameters::{prior_of, ParameterKind};
@@ -53,9 +53,6 @@ impl SizedTerm {
         Some((0.5 - share) / (se * se))
     }
 }
-
-/// A term with more than this many runs to see it by is sized on every so manyth of them.
-const MOST_RUNS: usize = 20_000;
 
 /// What a prior without a standard deviation says: nothing.
 const WIDE: f64 = 1e6;
@@ -242,49 +239,41 @@ impl TermSums {
         scene: &Scene,
         joint: &Joint,
         point: &ReferencePoint,
-        parts: impl Iterator<Item = &'p Part> + Clone,
+        parts: impl Iterator<Item = &'p Part>,
         sd: Option<f64>,
     ) {
-        let rows: usize = parts.clone().map(|part| part.rebounds.len()).sum();
-        // every one of those that stand for several
-        let step = match joint.runs.count.is_empty() {
-            true => rows.div_ceil(MOST_RUNS).max(1),
-            false => 1,
-        };
-        let root = sd.map_or(0.0, |sd| (step as f64).sqrt() / sd);
+        let root = sd.map_or(0.0, f64::recip);
         let (runs, form, at) = (joint.runs, self.form, point.of_joint(joint));
         for part in parts {
             let parameters = point.parameters(part.sphere);
             let series = part.series.map(|index| &runs.series[index]);
-            for run in part.rebounds.clone().step_by(step) {
-                let setting = series.map(|series| runs.setting(scene, series, run));
-                let toggled = |term: Term, model: f64| {
-                    let other = term.toggled(form);
-                    match (&setting, term) {
-                        (Some(setting), _) => {
-                            mean_restitution(kept_energy(setting, other, &parameters, runs.impact_speed[run]))
-                        }
-                        (None, Term::DrySecondOrder) => {
-                            other.dry.of_loss(parameters.dry_k * runs.impacts.speed_root[run])[0]
-                        }
-                        // no other term acts on a dry run
-                        (None, _) => model,
+            let toggled = |term: Term, row: &JointRow| {
+                let other = term.toggled(form);
+                match (series, term) {
+                    (Some(series), _) => {
+                        let setting = runs.setting(scene, series, row.run);
+                        mean_restitution(kept_energy(&setting, other, &parameters, runs.impact_speed[row.run]))
                     }
-                };
-                joint.each(part, run..run + 1, &at, |row| {
-                    let root = root * runs.count(run).sqrt();
-                    let own = part.slopes(&row, root);
-                    let of_parameters = own.iter().filter_map(|(j, slope)| Some((self.places[*j]?, *slope)));
-                    let mut slopes: Vec<(usize, f64)> = of_parameters.collect();
-                    for term in Term::ALL {
-                        let effect = toggled(term, row.model) - row.model;
-                        let largest = &mut self.largest_effect[term as usize];
-                        *largest = largest.max(effect.abs());
-                        slopes.push((self.kinds.len() + term as usize, root * effect));
+                    (None, Term::DrySecondOrder) => {
+                        other.dry.of_loss(parameters.dry_k * runs.impacts.speed_root[row.run])[0]
                     }
-                    self.sums.add(root * row.residual, &slopes);
-                });
-            }
+                    // no other term acts on a dry run
+                    (None, _) => row.model,
+                }
+            };
+            joint.each(part, part.rebounds.clone(), &at, |row| {
+                let root = root * runs.count(row.run).sqrt();
+                let own = part.slopes(&row, root);
+                let of_parameters = own.iter().filter_map(|(j, slope)| Some((self.places[*j]?, *slope)));
+                let mut slopes: Vec<(usize, f64)> = of_parameters.collect();
+                for term in Term::ALL {
+                    let effect = toggled(term, &row) - row.model;
+                    let largest = &mut self.largest_effect[term as usize];
+                    *largest = largest.max(effect.abs());
+                    slopes.push((self.kinds.len() + term as usize, root * effect));
+                }
+                self.sums.add(root * row.residual, &slopes);
+            });
         }
     }
 

@@ -4,7 +4,7 @@ use super::super::{numbers, quantities, ReportInput};
 use super::cells::place_name;
 use super::page::Page;
 use super::table::ReportTable;
-use crate::findings::constants::{Sensitivity, MOST_REBOUNDS};
+use crate::findings::constants::Sensitivity;
 use crate::findings::main_numbers::MainNumber;
 use crate::physics::Quantity;
 
@@ -20,17 +20,10 @@ pub(super) fn constants(page: &mut Page, input: ReportInput) {
     } else {
         ""
     };
-    let series = input.runs.series.iter();
-    let rebounds: usize = series.map(|own| input.runs.measured(own.rebounds.clone())).sum();
-    let taken = if rebounds > MOST_REBOUNDS {
-        format!(" Found on about {MOST_REBOUNDS} of the {rebounds} rebounds.")
-    } else {
-        String::new()
-    };
     page.paragraph(&format!(
         "The table has d ln(result)/d ln(constant): −1.00 says that 1 % more of the constant gives 1 % less of the result, an \
          empty cell that it does not move it. A column moves all constants of its kind by one factor, one with a name in \
-         brackets that one alone{offset}.{taken}"
+         brackets that one alone{offset}."
     ));
     let mut table = ReportTable::of(rows).column("result", |row| row.label());
     for own in &names {
