@@ -15,8 +15,8 @@ pub trait LogDensity: Sync {
     /// Fails where there is none; the slopes then mean nothing.
     fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain>;
 
-    /// Whether a point is the one of those that stand for the same parameters that draws about a mode are weighed at.
-    fn is_weighed(&self, _point: &[f64]) -> bool {
+    /// Whether a point lies on the side of a mode, where several points stand for the same parameters.
+    fn is_beside(&self, _mode: &[f64], _point: &[f64]) -> bool {
         true
     }
 }
@@ -123,9 +123,9 @@ impl LogDensity for PosteriorDensity {
         self.parameters.dimension()
     }
 
-    fn is_weighed(&self, point: &[f64]) -> bool {
-        let mut each = self.transforms.iter().zip(point);
-        each.all(|(transform, u)| *transform != Transform::Either || *u >= 0.0)
+    fn is_beside(&self, mode: &[f64], point: &[f64]) -> bool {
+        let mut each = self.transforms.iter().zip(mode.iter().zip(point));
+        each.all(|(transform, (mode, u))| *transform != Transform::Either || (*mode < 0.0) == (*u < 0.0))
     }
 
     fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
