@@ -14,6 +14,11 @@ pub trait LogDensity: Sync {
     ///
     /// Fails where there is none; the slopes then mean nothing.
     fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain>;
+
+    /// Whether a point lies on the side of a mode, where several points stand for the same parameters.
+    fn is_beside(&self, _mode: &[f64], _point: &[f64]) -> bool {
+        true
+    }
 }
 
 /// The posterior of a scene: priors times likelihood, on unbounded parameters.
@@ -29,7 +34,9 @@ pub struct PosteriorDensity {
 impl PosteriorDensity {
     /// The posterior of these parameters under a likelihood of the same scene.
     pub fn new(parameters: ModelParameters, likelihood: Likelihood) -> PosteriorDensity {
-        let transforms = parameters.sampled.iter().map(|p| Transform::of(p.bounds)).collect();
+        let both = likelihood.has_noise_on_energy();
+        let transform = |parameter| Transform::of_parameter(parameter, both);
+        let transforms = parameters.sampled.iter().map(transform).collect();
         PosteriorDensity {
             offsets: vec![OffsetCoordinate::UNTOLD; parameters.series_offsets.len()],
             parameters,
@@ -114,6 +121,11 @@ impl PosteriorDensity {
 impl LogDensity for PosteriorDensity {
     fn dimension(&self) -> usize {
         self.parameters.dimension()
+    }
+
+    fn is_beside(&self, mode: &[f64], point: &[f64]) -> bool {
+        let mut each = self.transforms.iter().zip(mode.iter().zip(point));
+        each.all(|(transform, (mode, u))| *transform != Transform::Either || (*mode < 0.0) == (*u < 0.0))
     }
 
     fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {

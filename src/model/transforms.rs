@@ -1,5 +1,8 @@
 //! Maps a bounded parameter to the whole line and back, with the logarithm of the Jacobian.
 
+use super::parameters::{ModelParameter, ParameterKind};
+use crate::scene::Prior;
+
 /// How a parameter inside (lower, upper) is made unbounded.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Transform {
@@ -9,6 +12,8 @@ pub enum Transform {
     Between(f64, f64),
     /// x = u
     Free,
+    /// x = |u|, for a spread that may be zero: what depends on its square alone goes smoothly through zero
+    Either,
 }
 
 /// A parameter's value with what a density needs of the map.
@@ -25,6 +30,16 @@ pub struct Mapped {
 }
 
 impl Transform {
+    /// The map of a parameter. Of the two spreads of wet runs either may be zero where the other is not, and the likelihood reads
+    /// their squares: with a half-normal prior, which has no slope at zero, the density goes on smoothly below it.
+    pub fn of_parameter(parameter: &ModelParameter, both: bool) -> Transform {
+        let is_either = both && matches!(parameter.kind, ParameterKind::SigmaWet | ParameterKind::SigmaEnergy);
+        match parameter.prior {
+            Prior::HalfNormal(_) if is_either => Transform::Either,
+            _ => Transform::of(parameter.bounds),
+        }
+    }
+
     /// The map for these bounds; no upper bound without a lower one.
     pub fn of((lower, upper): (f64, f64)) -> Transform {
         match (lower.is_finite(), upper.is_finite()) {
@@ -68,6 +83,11 @@ impl Transform {
                 ln_jacobian: 0.0,
                 ln_jacobian_slope: 0.0,
             },
+            Transform::Either => Mapped {
+                value: u.abs(),
+                slope: u.signum(),
+                ..Transform::Free.at(u)
+            },
         }
     }
 
@@ -85,7 +105,7 @@ impl Transform {
                 };
                 (share / (1.0 - share)).ln()
             }
-            Transform::Free => value,
+            Transform::Free | Transform::Either => value,
         }
     }
 }
@@ -113,6 +133,13 @@ mod tests {
                 assert!((transform.inverse(here.value) - u).abs() < 1e-12, "{transform:?} {u}");
             }
         }
+    }
+
+    #[test]
+    fn a_spread_is_the_same_on_either_side_of_zero() {
+        let [below, above] = [-0.3, 0.3].map(|u| Transform::Either.at(u));
+        assert_eq!((below.value, below.slope, above.slope), (above.value, -1.0, 1.0));
+        assert_eq!(Transform::Either.inverse(below.value), 0.3);
     }
 
     #[test]
