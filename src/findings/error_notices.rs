@@ -1,8 +1,8 @@
 //! Says which measurement errors want a second look: too large for the scatter, or large enough to matter and not given.
 
-use super::notices;
+use super::remarks;
 use super::scaling::Scaling;
-use crate::notice::Notice;
+use crate::remark::Remark;
 use crate::runs::Runs;
 
 /// The error of v, as a share of it, below which nothing is said: calibrating a speed better is hard.
@@ -21,7 +21,7 @@ pub fn most_sensitive_to_speed(scaling: &[Scaling]) -> Option<(&Scaling, f64)> {
 }
 
 /// What of the measurement errors wants a second look.
-pub(super) fn measurement_error_notices(runs: &Runs, scaling: &[Scaling]) -> Vec<Notice> {
+pub(super) fn measurement_error_notices(runs: &Runs, scaling: &[Scaling]) -> Vec<Remark> {
     let mut found = vec![];
     let below = |row: &&Scaling| {
         let share = row.speed_error_of_a_tenth_se.filter(|_| row.film_ratio.is_some());
@@ -43,7 +43,7 @@ pub(super) fn measurement_error_notices(runs: &Runs, scaling: &[Scaling]) -> Vec
             row.film_ratio.unwrap_or(f64::NAN),
             100.0 * SPEED_ERROR
         );
-        found.push(notices::SPEED_ERROR_MATTERS.notice(count, text));
+        found.push(remarks::SPEED_ERROR_MATTERS.notice(count, text));
     }
     let weighed = scaling.iter().filter_map(|row| {
         let weighed = row.measurement_errors.filter(|_| row.film_ratio.is_some())?;
@@ -65,7 +65,7 @@ pub(super) fn measurement_error_notices(runs: &Runs, scaling: &[Scaling]) -> Vec
             too_large.len(),
             weighed.count()
         );
-        found.push(notices::MEASUREMENT_ERRORS_TOO_LARGE.notice(too_large.len(), text));
+        found.push(remarks::MEASUREMENT_ERRORS_TOO_LARGE.notice(too_large.len(), text));
     }
     found
 }
