@@ -264,6 +264,16 @@ impl MainNumbers {
         parameters.map(|own| &own.number).chain(places)
     }
 
+    /// Whether e_inf and St_c of a film ratio among them are those of this law.
+    pub(super) fn are_of(&self, law: &Scaling) -> bool {
+        self.at.iter().any(|place| {
+            place.source == Source::SquareRootLaw
+                && place.particle == law.particle
+                && Some(place.film_ratio) == law.film_ratio
+                && place.diameter_m == law.diameter_m
+        })
+    }
+
     /// Before any is picked.
     pub(super) fn none() -> MainNumbers {
         MainNumbers {

@@ -98,7 +98,7 @@ use crate::physics::inertia::Inertia;
 use crate::physics::Form;
 use crate::remark::{Level, Remark};
 use crate::runs::{Runs, Table};
-use crate::scene::{NoiseOn, Scene, Sticking};
+use crate::scene::{NoiseOn, Scene, Sticking, WetLaw};
 use balance::EnergyBalance;
 use bootstrap::Resampling;
 use compare::Comparison;
@@ -215,8 +215,6 @@ pub fn fit_least_squares_watched(
         identifies: None,
         remarks,
     };
-    let of_errors = error_notices::measurement_error_notices(runs, &findings.scaling);
-    findings.remarks.extend(of_errors);
     findings.note_chosen_form();
     findings.identifies = identify::identify_directions(scene, runs, findings.least_squares());
     let unidentified = identify::unidentified_notice(findings.identifies.as_ref());
@@ -496,13 +494,70 @@ impl Findings {
         self.remarks
             .retain(|check| check.code != remarks::BOOTSTRAP_FAILURES.code);
         self.remarks.extend(self.main.check_replicates());
+        self.advise_on_trends();
         self.blame_the_prior();
         self.main.judge(&self.remarks);
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
-        self.remarks
-            .retain(|notice| notice.code != remarks::CONSTANTS_EXACT.code);
+        let picked_anew = [
+            remarks::SPEED_ERROR_MATTERS.code,
+            remarks::MEASUREMENT_ERRORS_TOO_LARGE.code,
+            remarks::CONSTANTS_EXACT.code,
+        ];
+        self.remarks.retain(|remark| !picked_anew.contains(&remark.code));
+        let of_errors = error_notices::measurement_error_notices(runs, &self.scaling, |law| {
+            law.law == WetLaw::Sqrt && self.main.are_of(law)
+        });
+        self.remarks.extend(of_errors);
+        self.settle_second_order();
         let exact = exact_constants::exact_constants_notice(scene, runs.sample(), &self.constants, &self.main);
         self.remarks.extend(exact);
+    }
+
+    /// Lets the second order of the dry law caution only where leaving it out would move a main number by more than a
+    /// quarter of its ±, and the runs have not rejected it.
+    fn settle_second_order(&mut self) {
+        let mut open = self
+            .terms
+            .iter()
+            .filter(|own| own.term == Term::DrySecondOrder && !own.held);
+        let Some(sized) = open.next().filter(|sized| !sized.is_rejected()) else {
+            return;
+        };
+        let shift = || {
+            let name = sized.moves.as_ref()?;
+            let number = &self.main.parameters.iter().find(|own| own.name == *name)?.number;
+            let mut fitted = self.energy_balance.iter().flat_map(|balance| &balance.parameters);
+            let fitted = fitted.find(|own| own.name == *name)?;
+            let (_, scale) = fitted.estimate.value_and_scale()?;
+            Some(sized.size? * scale / number.se?)
+        };
+        let level = match shift() {
+            Some(shift) if shift > remarks::BIAS => Level::Cautions,
+            _ => Level::Informs,
+        };
+        for remark in &mut self.remarks {
+            let is_it = remark.code == remarks::TERM_NOT_HELD.code && remark.text.starts_with(sized.term.in_words());
+            if is_it {
+                remark.level = level;
+            }
+        }
+    }
+
+    /// Gives a trend of L or C the advice to look first at what lets series lie apart, where they do.
+    fn advise_on_trends(&mut self) {
+        let fails = |remark: &Remark, kind: &Kind| remark.code == kind.code && !remark.passed;
+        if !self
+            .remarks
+            .iter()
+            .any(|remark| fails(remark, &remarks::INDEPENDENT_RUNS))
+        {
+            return;
+        }
+        let trends = self
+            .remarks
+            .iter_mut()
+            .filter(|remark| fails(remark, &remarks::FILM_TREND));
+        trends.for_each(|trend| trend.next_step = remarks::TREND_BESIDE_OFFSETS.to_owned());
     }
 
     /// Compares the forms of the law, asks whether L and C are constant, and adds what that says.
@@ -615,5 +670,72 @@ mod tests {
             screened_for(&["widen", "widen", "clear the word"]),
             "widen; clear the word"
         );
+    }
+
+    fn plain_findings() -> Findings {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
+        let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
+        fit_least_squares(&scene, &table, 1, false)
+    }
+
+    #[test]
+    fn the_second_order_cautions_only_where_it_moves_a_main_number() {
+        let mut findings = plain_findings();
+        let text = format!("{}: not in the model", Term::DrySecondOrder.in_words());
+        findings.remarks = vec![remarks::TERM_NOT_HELD.notice(1, text)];
+        let name = findings.main.parameters[0].name.clone();
+        let of = |findings: &mut Findings, size: f64, shows: Option<f64>, se: f64| {
+            findings.remarks[0].level = Level::Cautions;
+            let number = &mut findings.main.parameters[0].number;
+            number.se = Some(se);
+            let terms = findings.terms.iter_mut();
+            for sized in terms.filter(|sized| sized.term == Term::DrySecondOrder) {
+                (sized.held, sized.size, sized.moves) = (false, Some(size), Some(name.clone()));
+                (sized.runs_show, sized.runs_show_se) = (shows, shows.map(|_| 0.05));
+            }
+            findings.settle_second_order();
+            findings.remarks[0].cautions()
+        };
+        let mut balance = findings.energy_balance.iter().flat_map(|balance| &balance.parameters);
+        let fitted = balance.find(|own| own.name == name).expect("k is fitted");
+        let (_, se) = fitted.estimate.value_and_scale().expect("k has a standard error");
+        assert!(of(&mut findings, 3.0, None, se));
+        assert!(!of(&mut findings, 3.0, None, 20.0 * se));
+        assert!(!of(&mut findings, 0.2, None, se));
+    }
+
+    #[test]
+    fn an_error_of_speeds_cautions_only_of_a_law_with_main_numbers() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
+        let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let runs = runs::read(&scene).unwrap_or_else(|error| panic!("{error}")).runs;
+        let mut scaling = plain_findings().scaling;
+        scaling.retain(|row| row.law == WetLaw::Sqrt && row.film_ratio.is_some());
+        for row in &mut scaling {
+            row.verdict = Verdict::passed("");
+            row.speed_error_of_a_tenth_se = Some(0.001);
+        }
+        let level = |is_main: bool| {
+            let found = error_notices::measurement_error_notices(&runs, &scaling, |_| is_main);
+            of(&found, "speed_error_matters").level
+        };
+        assert_eq!([level(true), level(false)], [Level::Cautions, Level::Informs]);
+    }
+
+    #[test]
+    fn a_trend_beside_series_that_lie_apart_is_told_with_the_offsets_first() {
+        let mut findings = plain_findings();
+        let trend = || remarks::FILM_TREND.check(9.0, "L rises with the film");
+        findings.remarks = vec![trend()];
+        findings.advise_on_trends();
+        assert_eq!(findings.remarks, [trend()]);
+        findings
+            .remarks
+            .push(remarks::INDEPENDENT_RUNS.check(3.0, "series lie apart"));
+        findings.advise_on_trends();
+        assert!(findings.remarks.iter().all(Remark::forbids));
+        let first = &findings.remarks[0].next_step;
+        assert!(first.starts_with("set [model] series_offsets = true first"), "{first}");
     }
 }

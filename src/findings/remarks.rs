@@ -453,6 +453,11 @@ pub const FILM_TREND: Kind = forbids(
      apart for another reason, series_offsets = true",
 );
 
+/// What to do about such a trend where series lie apart, too: what a series shares may feign a trend, or hide it.
+pub(super) const TREND_BESIDE_OFFSETS: &str =
+    "set [model] series_offsets = true first, since series lie apart, too; if the trend stays, fit films apart by [data] \
+     min_film_um and max_film_ratio, or try another [model] inertia or viscous";
+
 /// Shape of the leave-one-out weights, against what so many draws bear.
 pub const LOO_KHAT: Kind = informs(
     "loo_khat",

@@ -10,7 +10,6 @@ mod size;
 use self::size::term_sizes;
 pub use self::size::{SizedTerm, LINE};
 use super::balance::{self, BalanceSetup, EnergyBalance};
-use super::form_choice::GAIN;
 use super::remarks;
 use super::scaling::FittedScaling;
 use crate::physics::form::Term;
@@ -87,7 +86,7 @@ fn term_notice(sized: &SizedTerm) -> Option<Remark> {
                 )
             });
             let shown = shown.unwrap_or_default();
-            if sized.gain_without().is_some_and(|gain| gain > GAIN) {
+            if sized.is_rejected() {
                 let text = format!("{name}: not in the model, and the runs speak against it{shown}");
                 let told = remarks::TERM_NOT_HELD.with_next_step(1, text, "nothing");
                 return Some(told.at(Level::Informs));
