@@ -122,7 +122,7 @@ fn one_film_ratio_without_dry_runs_keeps_the_priors_of_k_and_the_prefactor() {
     let led: Vec<(&str, bool)> = led.map(|own| (own.name.as_str(), own.prior_led)).collect();
     assert!(led.contains(&("inertial_prefactor", true)), "{led:?}");
     let notice = findings.notice("prior_rules");
-    assert!(notice.is_some_and(|notice| notice.text.contains("inertial_prefactor")));
+    assert!(notice.is_some_and(|notice| notice.text.contains(" C (")));
 }
 
 #[test]

@@ -269,9 +269,9 @@ fn a_posterior_that_keeps_its_prior_names_the_partner() {
         notices.find(|notice| notice.code == "prior_rules")
     };
     let found = notice(&design).expect("C and the film scale keep their priors");
-    assert!(found.text.contains("inertial_prefactor (0."), "{found:?}");
-    found.text.says("with film_scale)");
-    found.text.says("with inertial_prefactor)");
+    assert!(found.text.contains("C (0."), "{found:?}");
+    found.text.says("with δ̃0)");
+    found.text.says("with C)");
     assert_eq!((found.count(), found.next_step.as_str()), (2, "add thicker films"));
     assert_eq!(
         notice(&Design {

@@ -165,7 +165,7 @@ fn a_prior_that_the_runs_contradict_is_told_and_one_they_bear_out_is_not() {
         !check.passed && check.gates() && !contradicted.main.verdict.passed,
         "{check:?}"
     );
-    check.text.begins("lubrication_log: the runs alone give 1.");
+    check.text.begins("L: the runs alone give 1.");
     assert!(!contradicted.main_number("lubrication_log").prior_led);
     let borne_out = of_prior(1.86);
     assert!(borne_out.check("prior_conflict").passed && borne_out.main.verdict.passed);

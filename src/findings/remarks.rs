@@ -5,6 +5,7 @@
 
 use super::form_choice::GAIN;
 use crate::inference::mixing::{FEWEST_EFFECTIVE, LARGEST_RHAT};
+use crate::physics::{Coefficient, Quantity};
 use crate::remark::Line::{self, AtLeast, AtMost};
 use crate::remark::{Level, Remark};
 use crate::runs::OF_READING;
@@ -605,6 +606,22 @@ pub fn in_order(remarks: &[Remark]) -> Vec<&Remark> {
     sorted
 }
 
+/// A parameter or a main number by its symbol, as tables have it: `dry_k[PTFE]` is k of PTFE; one without keeps its name.
+pub(super) fn in_symbols(name: &str) -> String {
+    let (key, of) = match name.split_once('[') {
+        Some((key, of)) => (key, Some(of.trim_end_matches(']'))),
+        None => (name, None),
+    };
+    let shared = Coefficient::ALL.into_iter().map(Quantity::Shared);
+    let all = shared.chain([Quantity::DryK, Quantity::EInf, Quantity::StC]);
+    let described = all.map(Quantity::describe).find(|quantity| quantity.name == key);
+    match (described, of) {
+        (None, _) => name.to_owned(),
+        (Some(quantity), None) => quantity.symbol.to_owned(),
+        (Some(quantity), Some(of)) => format!("{} of {}", quantity.symbol, of.replace(',', ", ")),
+    }
+}
+
 /// A list cut to what can be read.
 pub(super) fn shortened(items: &[String]) -> String {
     const SHOWN: usize = 3;
@@ -651,6 +668,19 @@ mod tests {
         let of_k = failed().concerning(["dry_k[PTFE]".to_owned()]);
         assert!(of_k.forbids() && of_k.concerns == ["dry_k[PTFE]"]);
         assert!(failed().concerning([]).informs());
+    }
+
+    #[test]
+    fn sentences_name_parameters_by_their_symbols() {
+        let names = [
+            "dry_k[PTFE]",
+            "lubrication_log",
+            "inertial_prefactor",
+            "e_inf[PTFE,AK10,0.06]",
+            "sigma_wet",
+        ];
+        let symbols = ["k of PTFE", "L", "C", "e_inf of PTFE, AK10, 0.06", "sigma_wet"];
+        assert_eq!(names.map(in_symbols), symbols);
     }
 
     #[test]

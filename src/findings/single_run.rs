@@ -267,7 +267,7 @@ pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, found: &[SingleRun])
         format!(
             "{}: {} is {} with it and {} without it",
             run_words(scene, runs, own.run),
-            own.name,
+            remarks::in_symbols(&own.name),
             with_se(with, sd),
             with_se(without, wider)
         )

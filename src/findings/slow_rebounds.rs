@@ -110,8 +110,9 @@ pub(super) fn fit_beside(
     };
     let text = format!(
         "{}: with noise on e alone such runs fix the energy more tightly than errors of 1 % in speed and 3 % in film allow. \
-         With these allowed for, {how}, {name} is {} in place of {}: the numbers here allow for them",
+         With these allowed for, {how}, {} is {} in place of {}: the numbers here allow for them",
         shortened(&rows),
+        remarks::in_symbols(&name),
         with_se(after[0], after[1]),
         with_se(before[0], before[1])
     );
@@ -151,7 +152,8 @@ pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &En
         Some((_, (name, before, after))) => {
             let told = |[value, se]: [f64; 2]| with_se(value, se);
             format!(
-                "{name} is {} with them and {} without them",
+                "{} is {} with them and {} without them",
+                remarks::in_symbols(name),
                 told(*before),
                 told(*after)
             )

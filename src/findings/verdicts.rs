@@ -158,7 +158,7 @@ pub fn wet_law_holds(noise: &Noise, scaling: &[FittedScaling]) -> Option<Remark>
         found.test.df_between,
         found.test.df_within,
         found.test.f,
-        found.moves,
+        remarks::in_symbols(&found.moves),
         found.moves_in_se,
         better.unwrap_or_default()
     );
@@ -176,7 +176,7 @@ pub fn independent_runs(scene: &Scene, noise: &Noise) -> Option<Remark> {
     let text = format!(
         "series lie apart by an sd of {:.4} in e, {:.2} of the spread of single runs, {} most of all: the standard error of {} \
          is too small by a factor of {:.2}",
-        offsets.sd, offsets.share, offsets.farthest, worst.parameter, worst.ratio
+        offsets.sd, offsets.share, offsets.farthest, remarks::in_symbols(&worst.parameter), worst.ratio
     );
     Some(remarks::INDEPENDENT_RUNS.check(worst.ratio, text))
 }

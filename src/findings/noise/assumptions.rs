@@ -111,7 +111,7 @@ fn described(one: &Outlier) -> String {
         one.place,
         one.impact_speed_m_s,
         one.sds.abs(),
-        one.moves,
+        remarks::in_symbols(&one.moves),
         one.moves_in_se
     )
 }
@@ -132,7 +132,7 @@ fn unequal_spread(spread: &SpreadTest) -> Option<Remark> {
          one for all wet runs; the standard error of {} is too small by a factor of {:.2}",
         of(&spread.narrowest),
         of(&spread.widest),
-        worst.parameter,
+        remarks::in_symbols(&worst.parameter),
         worst.ratio
     );
     Some(remarks::UNEQUAL_SPREAD.notice(spread.test.df_between + 1, text))
@@ -144,7 +144,7 @@ fn series_offsets(scene: &Scene, offsets: &Offsets) -> Option<Remark> {
         "runs of a series share an offset: over {} series it has an sd of {:.4} in e, {:.2} of the spread of single runs; \
          taking runs as independent makes the standard error of {} too small by a factor of {:.2}. It may be the film or \
          the alignment, set once for a series, or the law itself where it does not fit",
-        offsets.series, offsets.sd, offsets.share, worst.parameter, worst.ratio
+        offsets.series, offsets.sd, offsets.share, remarks::in_symbols(&worst.parameter), worst.ratio
     );
     let mut notice = remarks::SERIES_OFFSETS.notice(offsets.series, text);
     if scene.bootstrap.scheme == ResamplingScheme::Series {

@@ -71,7 +71,8 @@ pub(super) fn prior_conflict(found: &PosteriorFindings) -> Option<Remark> {
     }
     let told = conflicts.iter().map(|(name, alone, apart)| {
         format!(
-            "{name}: the runs alone give {}, {apart}",
+            "{}: the runs alone give {}, {apart}",
+            remarks::in_symbols(name),
             with_se(alone.value, alone.se)
         )
     });
@@ -99,8 +100,8 @@ fn describe(found: &PosteriorFindings, place: usize, left: f64) -> String {
         format!(
             ", correlation {} with {}",
             signed(*correlation),
-            found.parameters[other].name
+            remarks::in_symbols(&found.parameters[other].name)
         )
     });
-    format!("{name} ({left:.2} of it{partner})")
+    format!("{} ({left:.2} of it{partner})", remarks::in_symbols(name))
 }

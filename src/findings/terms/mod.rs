@@ -74,7 +74,10 @@ fn term_notice(sized: &SizedTerm) -> Option<Remark> {
     let digits = if size < 10.0 { 2 } else { 0 };
     let far = format!(
         "{} by {size:.digits$} standard errors, a restitution by up to {:.3}",
-        sized.moves.as_deref().unwrap_or("no parameter"),
+        sized
+            .moves
+            .as_deref()
+            .map_or("no parameter".to_owned(), remarks::in_symbols),
         sized.largest_effect
     );
     match (sized.held, size >= LINE, sized.chosen_by) {
@@ -141,7 +144,7 @@ mod tests {
         );
         let open = left_out(0.47);
         assert!(
-            open.cautions() && open.text.contains("leaving it out moves dry_k[PTFE] by 15"),
+            open.cautions() && open.text.contains("leaving it out moves k of PTFE by 15"),
             "{open:?}"
         );
     }
