@@ -5,7 +5,7 @@
 //!
 //! | module | question | in → out |
 //! |---|---|---|
-//! | [`units`], [`error`], [`notice`] | how is it written, why is there no answer, what wants a look | |
+//! | [`units`], [`error`], [`remark`] | how is it written, why is there no answer, what wants a look | |
 //! | `rounding` | how many digits are shown | number → text |
 //! | `distributions` | how probable is a number | probability → quantile |
 //! | `exponential` | what is exp x, several at a time | number → number |
@@ -27,7 +27,7 @@
 //! | `report` | how it is told | findings → markdown, figures, JSON |
 //! | `study` | what is asked of the whole | simulated scenes → coverage of the intervals |
 //!
-//! Without the default feature `cli` only [`units`], [`error`], [`notice`] and [`physics`] are built, for a
+//! Without the default feature `cli` only [`units`], [`error`], [`remark`] and [`physics`] are built, for a
 //! simulation code to link.
 //!
 //! # What a sphere does at one speed
@@ -173,12 +173,12 @@ pub mod interruption;
 mod lanes;
 #[cfg(feature = "cli")]
 pub mod model;
-pub mod notice;
 pub mod physics;
 #[cfg(feature = "cli")]
 pub mod ranks;
 #[cfg(feature = "cli")]
 pub mod recordings;
+pub mod remark;
 #[cfg(feature = "cli")]
 pub mod report;
 #[cfg(feature = "cli")]

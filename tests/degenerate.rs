@@ -130,13 +130,13 @@ fn a_failed_series_does_not_gate_but_no_law_at_all_does() {
         .into_iter()
         .flat_map(|v: f64| [0.004, -0.003].map(|noise| (v, (0.5 - 0.1 / v).sqrt() + noise)))
         .collect();
-    let gates = |findings: &Findings| findings.verdicts.iter().any(|check| check.gates && !check.passed);
+    let gates = |findings: &Findings| findings.checks().any(|check| check.gates() && !check.passed);
     assert!(gates(&fit(&[(1.0, 0.70), (1.0, 0.71), (1.0, 0.69)])));
     let findings = fit(&good);
     let scaling = findings.check("scaling_law");
     assert!(scaling.passed, "{scaling:?}");
     // one film ratio and one density ratio: dry runs tell C, so the stepwise balance is determined
-    assert!(!gates(&findings), "{:?}", findings.verdicts);
+    assert!(!gates(&findings), "{:?}", findings.remarks);
 }
 
 #[test]

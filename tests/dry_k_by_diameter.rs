@@ -125,7 +125,7 @@ fn least_squares_find_each_diameters_k_back() {
     let places = findings.scaling.iter().filter(|row| row.film_ratio.is_none()).count();
     assert_eq!(places, 2 * 4, "both laws over all films, of each diameter");
     assert!(findings.dry.iter().all(|dry| dry.heterogeneity.is_none()));
-    let checks: Vec<&str> = findings.verdicts.iter().map(|check| check.check).collect();
+    let checks: Vec<&str> = findings.checks().map(|check| check.code).collect();
     assert!(!checks.contains(&"one_dry_k_for_all_diameters"), "{checks:?}");
 }
 

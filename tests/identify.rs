@@ -265,13 +265,14 @@ fn a_posterior_that_keeps_its_prior_names_the_partner() {
         let (place, table, mut findings) = design.draw(test);
         let sampled = findings.add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ());
         assert!(sampled.is_ok_and(|posterior| posterior.is_some()));
-        findings.notices.into_iter().find(|notice| notice.code == "prior_rules")
+        let mut notices = findings.remarks.into_iter();
+        notices.find(|notice| notice.code == "prior_rules")
     };
     let found = notice(&design).expect("C and the film scale keep their priors");
-    assert!(found.text.contains("inertial_prefactor (0."), "{found:?}");
-    found.text.says("with film_scale)");
-    found.text.says("with inertial_prefactor)");
-    assert_eq!((found.count, found.next_step.as_str()), (2, "add thicker films"));
+    assert!(found.text.contains("C (0."), "{found:?}");
+    found.text.says("with δ̃0)");
+    found.text.says("with C)");
+    assert_eq!((found.count(), found.next_step.as_str()), (2, "add thicker films"));
     assert_eq!(
         notice(&Design {
             more: design.more,

@@ -162,10 +162,10 @@ fn a_prior_that_the_runs_contradict_is_told_and_one_they_bear_out_is_not() {
     let contradicted = of_prior(2.4);
     let check = contradicted.check("prior_conflict");
     assert!(
-        !check.passed && check.gates && !contradicted.main.verdict.passed,
+        !check.passed && check.gates() && !contradicted.main.verdict.passed,
         "{check:?}"
     );
-    check.text.begins("lubrication_log: the runs alone give 1.");
+    check.text.begins("L: the runs alone give 1.");
     assert!(!contradicted.main_number("lubrication_log").prior_led);
     let borne_out = of_prior(1.86);
     assert!(borne_out.check("prior_conflict").passed && borne_out.main.verdict.passed);
@@ -200,12 +200,12 @@ fn a_prior_of_any_kind_is_held_against_the_runs() {
         let findings = fit(key, prior);
         let check = findings.check("prior_conflict");
         assert!(
-            !check.passed && check.gates && !findings.main.verdict.passed,
+            !check.passed && check.gates() && !findings.main.verdict.passed,
             "{key} {prior}: {check:?}"
         );
         // what follows from it comes after it
-        let first = findings.verdicts.iter().find(|check| !check.passed && check.gates);
-        assert_eq!(first.map(|check| check.check), Some("prior_conflict"), "{key} {prior}");
+        let first = findings.checks().find(|check| !check.passed && check.gates());
+        assert_eq!(first.map(|check| check.code), Some("prior_conflict"), "{key} {prior}");
         assert!(check.text.starts_with(key), "{key} {prior}: {}", check.text);
         assert_ne!(own(&findings, key), Some(true), "{key} {prior}");
     }
@@ -213,7 +213,10 @@ fn a_prior_of_any_kind_is_held_against_the_runs() {
     for prior in ["student_t = [3.0, 4.0, 0.02]", "student_t = [2.0, 2.6, 0.0005]"] {
         let heavy = fit("lubrication_log", prior);
         let check = heavy.check("prior_conflict");
-        assert!(!check.passed && !check.gates && heavy.main.verdict.passed, "{check:?}");
+        assert!(
+            !check.passed && !check.gates() && heavy.main.verdict.passed,
+            "{check:?}"
+        );
         assert_eq!(own(&heavy, "lubrication_log"), Some(false));
     }
     for (key, prior) in [
@@ -321,7 +324,7 @@ fn k_that_differs_between_diameters_gates_with_its_advice() {
     let two = fit_dry(|diameter, v| 1.0 - if diameter > 5.0 { 0.19 } else { 0.175 } * v.powf(0.2));
     let check = two.check("one_dry_k_for_all_diameters");
     assert!(
-        check.gates && !check.passed && check.advice.contains("dry_k = \"diameter\""),
+        check.gates() && !check.passed && check.next_step.contains("dry_k = \"diameter\""),
         "{check:?}"
     );
     assert!(!two.main.verdict.passed && two.main.verdict.reason.contains("one k for all diameters"));
@@ -335,7 +338,7 @@ fn a_dry_law_that_fails_its_own_runs_gates() {
     let rising = fit_dry(|_, v| 0.44 + 0.02 * v);
     let failed = rising.check("dry_law_holds");
     assert!(
-        failed.gates && !failed.passed && failed.text.contains("scatter at each speed"),
+        failed.gates() && !failed.passed && failed.text.contains("scatter at each speed"),
         "{failed:?}"
     );
     assert!(!rising.main.verdict.passed);

@@ -20,13 +20,13 @@ fn rows(change: impl Fn(&mut Vec<String>)) -> String {
 
 /// The texts of the checks that question what was read or found; with any, nothing may be quoted.
 fn questions(findings: &Findings) -> String {
-    let asked = findings.verdicts.iter();
-    let asked = asked.filter(|check| check.check.starts_with("plausible") && !check.passed);
+    let asked = findings.checks();
+    let asked = asked.filter(|check| check.code.starts_with("plausible") && !check.passed);
     let texts: Vec<&str> = asked
-        .inspect(|check| assert!(check.gates))
+        .inspect(|check| assert!(check.gates()))
         .map(|check| check.text.as_str())
         .collect();
-    assert!(texts.is_empty() || !quotable(&findings.verdicts), "{texts:?}");
+    assert!(texts.is_empty() || !quotable(&findings.remarks), "{texts:?}");
     texts.join("; ")
 }
 
@@ -45,7 +45,7 @@ fn the_examples_are_not_questioned() {
         let found = findings::fit_least_squares(&scene, &table, 1, false);
         assert_eq!(questions(&found), "");
         for code in ["plausible_input", "plausible_result"] {
-            assert!(found.verdicts.iter().any(|check| check.check == code && check.passed));
+            assert!(found.checks().any(|check| check.code == code && check.passed));
         }
     }
 }
@@ -83,7 +83,7 @@ fn densities_in_grams_are_named_as_such() {
         ],
     );
     // the cause comes before what follows from it
-    assert_eq!(found.verdicts[0].check, "plausible_input");
+    assert_eq!(found.remarks[0].code, "plausible_input");
     let seen = overview::summarise_runs(&place.scene, &place.read(), &found);
     let mut notices = seen.notices.iter();
     assert!(notices.any(|notice| notice.code == "plausible_input" && notice.text.contains("g/cm³")));
@@ -100,7 +100,7 @@ fn what_the_posterior_alone_tells_is_questioned_too() {
     let wet: Vec<&str> = rows.lines().filter(|line| !line.contains(",dry,")).collect();
     let mut found = place.fit_rows(&wet.join("\n"));
     let asked = |found: &Findings| {
-        let check = found.verdicts.iter().filter(|check| check.check == "plausible_result");
+        let check = found.checks().filter(|check| check.code == "plausible_result");
         let texts: Vec<String> = check.map(|check| check.text.clone()).collect();
         assert_eq!(texts.len(), 1, "{texts:?}");
         texts.concat()

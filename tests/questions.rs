@@ -334,9 +334,9 @@ fn the_comparison_asks_and_a_no_is_noticed() {
     compare(&mut least_squares, &fitted.place.scene, &fitted.table.runs, &fitted.own);
     let asked = least_squares.questions.as_ref().expect("asked");
     assert_eq!(asked[0].answer, Answer::Rises);
-    let checks = least_squares.verdicts.iter();
+    let checks = least_squares.checks();
     let failed: Vec<_> = checks
-        .filter(|check| check.check == "film_trend" && !check.passed && check.gates)
+        .filter(|check| check.code == "film_trend" && !check.passed && check.gates())
         .collect();
     assert!(failed.iter().any(|check| check.text == asked[0].text), "{failed:?}");
     assert!(!least_squares.main.verdict.passed);

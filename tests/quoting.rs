@@ -244,8 +244,8 @@ impl Kind {
                 .add_comparison(&place.scene, &table.runs, posterior, &watcher)
                 .unwrap_or_else(|error| panic!("{error}"));
         }
-        let failed = findings.verdicts.iter().filter(|check| check.gates && !check.passed);
-        let failed: Vec<&str> = failed.map(|check| check.check).collect();
+        let failed = findings.checks().filter(|check| check.gates() && !check.passed);
+        let failed: Vec<&str> = failed.map(|check| check.code).collect();
         json!({
             "index": index,
             "quoted": findings.main.verdict.passed,

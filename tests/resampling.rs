@@ -405,7 +405,10 @@ fn one_series_cannot_be_resampled_and_says_so() {
     }
     let pooled = linear(&found);
     assert_eq!(pooled.e_inf.bootstrap.as_ref().map(|boot| boot.replicates), Some(500));
-    assert_eq!(found.notice("bootstrap_one_series").map(|notice| notice.count), Some(2));
+    assert_eq!(
+        found.notice("bootstrap_one_series").map(|notice| notice.count()),
+        Some(2)
+    );
     assert!(fitted("cases", &two).notice("bootstrap_one_series").is_none());
 }
 
@@ -432,7 +435,7 @@ fn failed_replicates_are_counted_with_their_reason_and_gate() {
     );
     assert_eq!(row.e_inf.method, "delta");
     let check = found.check("bootstrap_failures");
-    assert!(check.gates && !check.passed && check.value == Some(1.0), "{check:?}");
+    assert!(check.gates() && !check.passed && check.value == Some(1.0), "{check:?}");
     assert!(
         check
             .concerns
@@ -449,10 +452,10 @@ fn strata_of_one_run_and_fits_of_few_runs_are_counted() {
     let single = found
         .notice("bootstrap_single_run_strata")
         .expect("the single run is said");
-    assert_eq!(single.count, 1);
+    assert_eq!(single.count(), 1);
     let resampling = found.bootstrap.as_ref().expect("resampled");
     assert_eq!((resampling.single_run_strata, resampling.strata), (1, 7));
-    assert!(found.notice("bootstrap_few_runs").is_none(), "{:?}", found.notices);
+    assert!(found.notice("bootstrap_few_runs").is_none(), "{:?}", found.remarks);
     let few = fitted("cases", &series("AK10", 0.5, -0.1, 8));
     // resampling so few makes intervals too short
     assert_eq!(few.series[0].alpha.method, "delta");
@@ -462,13 +465,13 @@ fn strata_of_one_run_and_fits_of_few_runs_are_counted() {
     );
     assert!(few.notice("bootstrap_single_run_strata").is_none());
     // the series and both laws at its film ratio and over all
-    assert_eq!(few.notice("bootstrap_few_runs").map(|notice| notice.count), Some(5));
+    assert_eq!(few.notice("bootstrap_few_runs").map(|notice| notice.count()), Some(5));
     let stuck = fitted(
         "cases",
         &(series("AK10", 0.5, -0.1, 24) + "PTFE,AK10,4.762,286,0.06,0.95,0\n"),
     );
     assert_eq!(
-        stuck.notice("bootstrap_partly_stuck").map(|notice| notice.count),
+        stuck.notice("bootstrap_partly_stuck").map(|notice| notice.count()),
         Some(1)
     );
 }

@@ -131,7 +131,7 @@ fn means_give_what_the_single_runs_give() {
         assert_eq!(found.counts.runs, single.counts.runs);
         assert_eq!(found.counts.used, single.counts.used);
         assert!(far(&found) < 1e-9, "{}", far(&found));
-        let told: Vec<&str> = found.notices.iter().map(|notice| notice.text.as_str()).collect();
+        let told: Vec<&str> = found.notices().map(|notice| notice.text.as_str()).collect();
         let words = format!(
             "{} rows are means and stand for {} runs",
             settings.len(),
@@ -152,7 +152,7 @@ fn means_give_what_the_single_runs_give() {
     let text = means(&settings, "restitution_se", |sd| sd / root);
     let mut averaged = place.fit_rows(&text);
     sample(&text, &mut averaged);
-    assert!(quotable(&single.verdicts) && quotable(&averaged.verdicts));
+    assert!(quotable(&single.remarks) && quotable(&averaged.remarks));
     for (own, other) in estimates(&averaged).iter().zip(estimates(&single)) {
         assert!((own.0 - other.0).abs() < 0.2 * other.1, "{own:?} {other:?}");
         assert!((own.1 / other.1 - 1.0).abs() < 0.15, "{own:?} {other:?}");
@@ -238,7 +238,7 @@ fn a_file_listed_twice_is_not_quoted() {
     let check = found.made("repeated_rows");
     let text = check.map(|check| check.text.clone()).unwrap_or_default();
     text.says("copy.csv, lines 2 to 13 repeat runs.csv, lines 2 to 13");
-    assert!(!quotable(&found.verdicts));
+    assert!(!quotable(&found.remarks));
 }
 
 /// The example's wet runs with each run's own film, and a column of film ratios that a cell is made for.
@@ -261,11 +261,8 @@ fn own_films(ratio: impl Fn(usize, f64) -> f64) -> String {
 fn film_ratios_of_each_run_are_no_nominal_ones() {
     let place = place();
     let own = place.fit_rows(&own_films(|_, ratio| ratio));
-    let notice = own
-        .notices
-        .iter()
-        .filter(|notice| notice.code == "film_ratio_of_each_run");
-    assert_eq!(notice.map(|notice| notice.count).collect::<Vec<_>>(), [120]);
+    let notice = own.notices().filter(|notice| notice.code == "film_ratio_of_each_run");
+    assert_eq!(notice.map(|notice| notice.count()).collect::<Vec<_>>(), [120]);
     assert_eq!(own.film_groups.len(), 2);
     // nominal ratios stay, those that films were made of exactly among them
     for nominal in [[0.05, 0.08], [0.051, 0.082]] {
@@ -277,8 +274,8 @@ fn film_ratios_of_each_run_are_no_nominal_ones() {
 
 /// What is said of columns that contradict each other, which forbids quoting.
 fn contradictions(found: &Findings) -> Vec<String> {
-    let checks = found.verdicts.iter().filter(|check| check.check == "columns_agree");
-    let checks = checks.inspect(|check| assert!(check.gates && !check.passed));
+    let checks = found.checks().filter(|check| check.code == "columns_agree");
+    let checks = checks.inspect(|check| assert!(check.gates() && !check.passed));
     checks.map(|check| check.text.clone()).collect()
 }
 
@@ -323,7 +320,7 @@ fn film_ratios_that_are_nearly_each_runs_own_are_told() {
         place.fit_rows(&text)
     };
     let told = |found: &Findings, code: &str| -> Vec<String> {
-        let own = found.notices.iter().filter(|notice| notice.code == code);
+        let own = found.notices().filter(|notice| notice.code == code);
         own.map(|notice| notice.text.clone()).collect()
     };
     // rounded to three decimals: 41 values of 101 films

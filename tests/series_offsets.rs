@@ -461,8 +461,8 @@ fn offsets_are_advised_where_they_are_not_modelled_and_not_where_they_are() {
         let findings = findings::fit_least_squares(&scene, &table, 1, false);
         let notice = findings.notice("series_offsets");
         // beside a check that fails and says so, it is no caution
-        let mut checks = findings.verdicts.iter();
-        let fails = checks.any(|check| check.check == "independent_runs" && !check.passed);
+        let mut checks = findings.checks();
+        let fails = checks.any(|check| check.code == "independent_runs" && !check.passed);
         let mut cautions = findings.cautions().into_iter();
         let cautioned = notice.is_some_and(|own| cautions.any(|one| one.text == own.text));
         assert_eq!(cautioned, notice.is_some() && !fails);
@@ -484,7 +484,7 @@ fn offsets_that_spoil_standard_errors_forbid_quoting() {
         let table = table(&scene, seed_of("offsets_that_spoil_standard_errors"));
         let findings = findings::fit_least_squares(&scene, &table, 1, false);
         let found = findings.made("independent_runs");
-        found.is_some_and(|check| check.gates && !check.passed && check.advice.contains("series_offsets = true"))
+        found.is_some_and(|check| check.gates() && !check.passed && check.next_step.contains("series_offsets = true"))
     };
     assert!(gates(0.04, ""));
     assert!(!gates(0.0, "") && !gates(0.04, "series_offsets = true"));
@@ -501,8 +501,8 @@ fn forms_are_compared_where_series_have_offsets() {
     assert!(stuck > 10, "{stuck}");
     let (mut findings, posterior) = fit(&scene, &table);
     compare(&mut findings, &scene, &table.runs, &posterior);
-    assert!(findings.verdicts.iter().any(|check| check.check == "better_form"));
-    let mut notices = findings.notices.iter();
+    assert!(findings.checks().any(|check| check.code == "better_form"));
+    let mut notices = findings.notices();
     assert_eq!(notices.find(|notice| notice.code == "form_not_compared"), None);
 }
 

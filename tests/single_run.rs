@@ -3,7 +3,8 @@
 use crate::common::scenes::{scene_of, PE, THIN};
 use crate::common::{normal, sample, seed_of, Place, Says};
 use wetcor::findings::main_numbers::{MainNumber, Source};
-use wetcor::findings::{by_weight, Findings};
+use wetcor::findings::remarks::in_order;
+use wetcor::findings::Findings;
 use wetcor::seed::stream;
 
 fn scene_text() -> String {
@@ -93,7 +94,7 @@ fn fit_with(scene: &str, rows: &str) -> Findings {
 
 /// The place of a notice among all by weight, and its text.
 fn told(findings: &Findings, code: &str) -> Option<(usize, String)> {
-    let all = by_weight(&findings.notices);
+    let all = in_order(&findings.remarks);
     let place = all.iter().position(|notice| notice.code == code)?;
     Some((place, all[place].text.clone()))
 }
@@ -144,7 +145,7 @@ fn least_squares_alone_quotes_nothing_that_a_barely_rebounding_run_pins() {
     let check_of = |e: f64| {
         let slow = 1.02 * speed_of(true, 0.1, e);
         let found = Place::new(&scene_text()).fit_rows(&format!("{rows}{}", line(true, 0.1, slow, e)));
-        let check = found.verdicts.into_iter().find(|check| check.check == "slow_rebounds");
+        let check = found.checks().find(|check| check.code == "slow_rebounds").cloned();
         (check, found.main.verdict)
     };
     let (check, verdict) = check_of(0.03);
@@ -172,7 +173,7 @@ fn an_error_of_the_restitution_excuses_no_barely_rebounding_run() {
         with_errors += &format!("{row},{more}\n");
     }
     let with = fit(&with_errors);
-    assert!(told(&with, "slow_rebounds").is_some(), "{:?}", with.notices);
+    assert!(told(&with, "slow_rebounds").is_some(), "{:?}", with.remarks);
 }
 
 /// Where a column tells the errors of speeds, what films err by is an error of the restitution: noise on the energy besides

@@ -4,8 +4,9 @@ use crate::common::scenes::{scene_of, PTFE, THIN};
 use crate::common::{
     assert_expected, assert_seldom, compare, counts, holds, normal, rows, sample_as_usual, seed_of, Place, Says, Told,
 };
-use wetcor::findings::checks::{Check, BEYOND_CHANCE};
+use wetcor::findings::remarks::BEYOND_CHANCE;
 use wetcor::findings::{self, Findings};
+use wetcor::remark::Remark;
 use wetcor::runs;
 use wetcor::seed::stream;
 
@@ -63,9 +64,9 @@ fn fit(place: &Place, seed: u64, factor: f64) -> Findings {
     place.fit_rows(&table(place, seed, factor, |_, _| ()))
 }
 
-fn of_errors(findings: &Findings) -> Vec<&Check> {
-    let all = findings.verdicts.iter();
-    all.filter(|check| check.check.starts_with("stated_errors")).collect()
+fn of_errors(findings: &Findings) -> Vec<&Remark> {
+    let all = findings.checks();
+    all.filter(|check| check.code.starts_with("stated_errors")).collect()
 }
 
 #[test]
@@ -98,7 +99,9 @@ fn right_errors_pass_and_halved_ones_gate() {
     // the planted fault: errors half of what they are
     for set in 0..50 {
         let findings = fit(&place, seed + set, 2.0);
-        assert!(of_errors(&findings).iter().any(|check| check.gates && !check.passed) && !findings.main.verdict.passed);
+        assert!(
+            of_errors(&findings).iter().any(|check| check.gates() && !check.passed) && !findings.main.verdict.passed
+        );
     }
 }
 

@@ -157,7 +157,7 @@ fn each_term_is_decided_by_its_size() {
             let size = sized.size.expect("the runs scatter");
             assert_eq!(sized.held, by_itself && size >= LINE, "{sized:?}");
             let told = |code: &str| {
-                let mut notices = found.notices.iter();
+                let mut notices = found.notices();
                 notices.any(|own| own.code == code && own.text.starts_with(sized.term.in_words()))
             };
             assert_eq!(told("term_left_out"), by_itself && size < LINE, "{sized:?}");
@@ -244,7 +244,7 @@ fn what_cannot_be_sized_says_so() {
     let row = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\nP,oil,6,300,1.2,0.7\n";
     let found = Place::new(&text).fit_rows(row);
     assert!(found.terms.len() == 5 && found.terms.iter().all(|sized| sized.size.is_none()));
-    assert!(of(&found, "inertia").held && found.notices.iter().all(|notice| !notice.code.starts_with("term_")));
+    assert!(of(&found, "inertia").held && found.notices().all(|notice| !notice.code.starts_with("term_")));
     let found = Place::new(&text.replace("surface_tension_mN_m = 20.1\n", "")).infer(1);
     assert!(found.terms.iter().all(|sized| sized.term.name() != "bridge"));
 }

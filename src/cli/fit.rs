@@ -262,7 +262,7 @@ pub(super) fn fit(fit: &Fit, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
         (false, false) => Said::Most,
     };
     print_cautions(&findings, said);
-    Ok(status(verdicts::quotable(&findings.verdicts)))
+    Ok(status(verdicts::quotable(&findings.remarks)))
 }
 
 #[cfg(test)]

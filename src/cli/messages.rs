@@ -10,8 +10,9 @@ use clap::error::{ContextKind, ContextValue};
 use terminal_size::{terminal_size_of, Height, Width};
 use textwrap::core::display_width;
 use wetcor::error::{plain, plain_lines, Error};
-use wetcor::findings::{by_weight, Findings};
-use wetcor::notice::Notice;
+use wetcor::findings::remarks::in_order;
+use wetcor::findings::Findings;
+use wetcor::remark::Remark;
 
 /// The exit status of what ran: 1 where what came out is not to be quoted.
 pub(super) fn status(is_quotable: bool) -> u8 {
@@ -109,9 +110,9 @@ pub(super) enum Said {
 }
 
 /// Says every notice, unless quiet was asked for, what only informs last.
-pub(super) fn print_notices(notices: &[Notice], quiet: bool) {
+pub(super) fn print_notices(notices: &[Remark], quiet: bool) {
     if !quiet {
-        by_weight(notices).into_iter().for_each(|notice| warn(&notice.text));
+        in_order(notices).into_iter().for_each(|notice| warn(&notice.text));
     }
 }
 
@@ -126,12 +127,13 @@ pub(super) fn print_cautions(findings: &Findings, said: Said) {
         Said::Everything => cautions.len(),
     };
     for caution in &cautions[..shown] {
-        warn(caution.text);
+        warn(&caution.text);
     }
     match (said, cautions.len() - shown) {
         (Said::Everything, _) => {
-            let informing: Vec<Notice> = findings.notices.iter().filter(|one| !one.cautions()).cloned().collect();
-            print_notices(&informing, false);
+            let informing = in_order(&findings.remarks).into_iter();
+            let informing = informing.filter(|one| one.informs() && one.line.is_none());
+            informing.for_each(|one| warn(&one.text));
         }
         (_, 0) => {}
         (_, more) => {

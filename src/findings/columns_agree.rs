@@ -1,18 +1,17 @@
 //! Questions columns that tell the same thing of each run and contradict each other.
 
-use super::checks::{self, Check};
-use super::notices;
-use crate::notice::Notice;
+use super::remarks;
+use crate::remark::Remark;
 use crate::runs::{ComparedColumns, RowPlaces};
 use crate::scene::RunColumn;
 
 /// A failed check of each two columns that tell the same thing and do not: over the whole table, in a block of it, or in many
 /// single rows.
-pub(super) fn check_columns(compared: &[ComparedColumns], places: &RowPlaces) -> Vec<Check> {
+pub(super) fn check_columns(compared: &[ComparedColumns], places: &RowPlaces) -> Vec<Remark> {
     let off = compared
         .iter()
         .filter_map(|both| Some((both, contradiction(both, places)?)));
-    let checks = off.map(|(_, (value, text))| checks::COLUMNS_AGREE.check(value, text).with_advice());
+    let checks = off.map(|(_, (value, text))| remarks::COLUMNS_AGREE.check(value, text));
     checks.collect()
 }
 
@@ -24,7 +23,7 @@ fn contradiction(both: &ComparedColumns, places: &RowPlaces) -> Option<(f64, Str
     }
     let slip = |ratio: f64| likely_slip(both, ratio).unwrap_or_default();
     let value = distance(both.ratio);
-    if !checks::COLUMNS_AGREE.holds(value) {
+    if !remarks::COLUMNS_AGREE.holds(value) {
         let text = format!(
             "`{one}` gives {:.3} times the speeds of `{other}` (median of {} runs, {}){}",
             both.ratio,
@@ -107,7 +106,7 @@ fn distance(ratio: f64) -> f64 {
 }
 
 /// Names the rows in which such columns lie apart, where they agree in the others.
-pub(super) fn rows_apart(compared: &[ComparedColumns], places: &RowPlaces) -> Option<Notice> {
+pub(super) fn rows_apart(compared: &[ComparedColumns], places: &RowPlaces) -> Option<Remark> {
     let agree =
         |both: &&ComparedColumns| both.all_apart > 0 && !is_of_films(both) && contradiction(both, places).is_none();
     let mut count = 0;
@@ -129,7 +128,7 @@ pub(super) fn rows_apart(compared: &[ComparedColumns], places: &RowPlaces) -> Op
             )
         })
         .collect();
-    (!each.is_empty()).then(|| notices::COLUMNS_DISAGREE.notice(count, each.join("; ")))
+    (!each.is_empty()).then(|| remarks::COLUMNS_DISAGREE.notice(count, each.join("; ")))
 }
 
 /// What makes a column of heights, of Stokes numbers or of film ratios off by a factor.

@@ -2,13 +2,12 @@
 
 use serde::Serialize;
 
-use super::checks::{self, Check};
 use super::form_choice::{is_gain, ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
 use super::left_out::{
     affordable_draws, draw_and_leave_out, largest_rhat, leave_out, why_none_beside, ComparisonContext, LeftOutModel,
 };
-use super::notices;
 use super::posterior::{effort, Posterior, SamplingSetup};
+use super::remarks;
 use super::terms::COMPARE_DRY_SPEEDS;
 use crate::error::Error;
 use crate::inference::diagnostics::loo::{difference, trusted_difference, Difference, Loo};
@@ -16,12 +15,12 @@ use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::nuts::divergences;
 use crate::inference::sampling::{Method, Sampled};
 use crate::model::parameters::{ModelParameters, ParameterKind};
-use crate::notice::{Level, Notice};
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::inertia::Inertia;
 use crate::physics::DrySpeed;
 use crate::physics::{Form, Viscous};
+use crate::remark::{Level, Remark};
 use crate::rounding::with_se;
 
 /// One form of the law.
@@ -119,9 +118,9 @@ pub struct Comparison {
     /// the forms, best first
     pub models: Vec<ComparedModel>,
     /// what must hold
-    pub checks: Vec<Check>,
+    pub checks: Vec<Remark>,
     /// what wants a second look
-    pub notices: Vec<Notice>,
+    pub notices: Vec<Remark>,
     /// leave-one-out of the scene's own form
     pub own: Option<Loo>,
 }
@@ -177,10 +176,10 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
         let why = why_none.unwrap_or_default();
         found.notices.push(if any_wet {
             let text = format!("forms of the law are not compared: {why}");
-            notices::COMPARE_LEFT_OUT.notice(1, text).at(Level::Cautions)
+            remarks::COMPARE_LEFT_OUT.notice(1, text).at(Level::Cautions)
         } else {
             let text = "no wet runs: there are no forms of the wet law to compare";
-            notices::COMPARE_LEFT_OUT.with_next_step(1, text.to_owned(), "nothing")
+            remarks::COMPARE_LEFT_OUT.with_next_step(1, text.to_owned(), "nothing")
         });
         return found;
     };
@@ -197,7 +196,7 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
     let mut evaluated = vec![own_model];
     for form in alternatives(own.setup.form).filter(|form| *form != own.setup.form) {
         if let Some(why) = why_no_roughness.as_ref().filter(|_| form.viscous.reads_roughness()) {
-            found.notices.push(Notice {
+            found.notices.push(Remark {
                 next_step: "give roughness_um in [particles], and it is compared".into(),
                 ..not_compared(form, why)
             });
@@ -230,8 +229,8 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
 }
 
 /// Says why a form is not compared.
-fn not_compared(form: Form, why: &str) -> Notice {
-    notices::FORM_NOT_COMPARED.notice(1, format!("{} is not compared: {why}", model_name(form)))
+fn not_compared(form: Form, why: &str) -> Remark {
+    remarks::FORM_NOT_COMPARED.notice(1, format!("{} is not compared: {why}", model_name(form)))
 }
 
 /// The forms that a form is compared with, itself among them: every inertia with both dry speeds; and with its own ones
@@ -281,7 +280,7 @@ fn rank(evaluated: &mut [EvaluatedModel]) {
 }
 
 /// Whether the weights of the scene's own form can be trusted.
-fn check_weights(own: &ComparedModel, used: usize, units: &str) -> Check {
+fn check_weights(own: &ComparedModel, used: usize, units: &str) -> Remark {
     let text = if own.khat_high == 0 {
         "largest shape of the leave-one-out weights".to_owned()
     } else {
@@ -290,10 +289,10 @@ fn check_weights(own: &ComparedModel, used: usize, units: &str) -> Check {
             own.khat_high
         )
     };
-    Check {
+    Remark {
         // a run without a shape may weigh too much, too, and without any run of a shape none does
         passed: own.khat_high == 0,
-        ..checks::LOO_KHAT.at(khat_threshold(used)).check(own.khat_max, text)
+        ..remarks::LOO_KHAT.at(khat_threshold(used)).check(own.khat_max, text)
     }
 }
 
@@ -364,8 +363,8 @@ fn geometric_mean(sampled: &Sampled, kind: ParameterKind) -> Option<f64> {
 }
 
 /// Settles the notice that e_dry at each run's own speed is not in the model, once forms that have it are compared.
-pub(super) fn settle_dry_speed(notices: &mut Vec<Notice>, models: &[ComparedModel]) {
-    let awaits = |notice: &Notice| notice.next_step == COMPARE_DRY_SPEEDS;
+pub(super) fn settle_dry_speed(notices: &mut Vec<Remark>, models: &[ComparedModel]) {
+    let awaits = |notice: &Remark| notice.next_step == COMPARE_DRY_SPEEDS;
     let Some(at) = notices.iter().position(awaits) else {
         return;
     };
@@ -389,7 +388,7 @@ pub(super) fn settle_dry_speed(notices: &mut Vec<Notice>, models: &[ComparedMode
             "see Other forms of the law: dry_speed_m_s = \"impact\" holds it where it predicts better".into();
         return;
     };
-    notice.level = Level::Informs;
+    *notice = notice.clone().at(Level::Informs);
     notice.text = format!(
         "{}: not in the model, and the comparison of forms speaks against it: with it the runs are predicted worse by {} \
          in log density",
@@ -402,7 +401,7 @@ pub(super) fn settle_dry_speed(notices: &mut Vec<Notice>, models: &[ComparedMode
 /// Whether another form of the law predicts the runs clearly better than the scene's own.
 ///
 /// A run that weighs too much makes its form look better than it is: what it gains by such runs alone forbids nothing.
-fn check_better_form((form, own, own_loo): (Form, &ComparedModel, &Loo), best: &EvaluatedModel) -> Check {
+fn check_better_form((form, own, own_loo): (Form, &ComparedModel, &Loo), best: &EvaluatedModel) -> Remark {
     let gain = -own.delta;
     let is_better = own.is_clearly_worse();
     let text = if is_better {
@@ -419,10 +418,10 @@ fn check_better_form((form, own, own_loo): (Form, &ComparedModel, &Loo), best: &
             best.row.model
         )
     };
-    Check {
+    let forbids = trusted_difference(&best.loo, own_loo, khat_threshold(best.row.draws)).is_some_and(is_gain);
+    Remark {
         passed: !is_better,
-        gates: trusted_difference(&best.loo, own_loo, khat_threshold(best.row.draws)).is_some_and(is_gain),
-        ..checks::BETTER_FORM.check(gain, text)
+        ..remarks::BETTER_FORM.check(gain, text).forbidding_if(forbids)
     }
 }
 
@@ -479,8 +478,8 @@ mod tests {
     use super::*;
 
     /// What the notice of the dry speed says once these forms are compared, the best first; `None` where nothing.
-    fn told(best: (&str, bool), other: (&str, f64)) -> Option<Notice> {
-        let mut notices = vec![Notice::new("term_not_held", 1, "if it acts", COMPARE_DRY_SPEEDS)];
+    fn told(best: (&str, bool), other: (&str, f64)) -> Option<Remark> {
+        let mut notices = vec![Remark::new("term_not_held", 1, "if it acts", COMPARE_DRY_SPEEDS)];
         let models = [
             ComparedModel::made_up(best.0, best.1, 0.0, 0.0),
             ComparedModel::made_up(other.0, !best.1, other.1, 3.0),

@@ -1,10 +1,10 @@
 //! Holds all findings of a fit, as `findings.json` writes it.
 
-use serde::Serialize;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 
 use super::balance::EnergyBalance;
 use super::bootstrap::Resampling;
-use super::checks::{self, Check};
 use super::compare;
 use super::constants::Sensitivity;
 use super::dry::Dry;
@@ -16,15 +16,15 @@ use super::least_squares::LeastSquares;
 use super::main_numbers::MainNumbers;
 use super::measurement_errors::RunsWithErrors;
 use super::noise::Noise;
-use super::notices::{by_weight, SERIES_OFFSETS, SINGLE_RUN};
 use super::posterior::PosteriorFindings;
 use super::published;
 use super::questions::Question;
+use super::remarks::{self, in_order, SERIES_OFFSETS, SINGLE_RUN};
 use super::scaling::Scaling;
 use super::series::SeriesFit;
 use super::terms::SizedTerm;
-use crate::notice::Notice;
 use crate::physics::Form;
+use crate::remark::Remark;
 use crate::runs::{Screened, Table};
 
 /// The name and version of the findings file's layout, which `docs/findings.schema.json` describes; the version is raised
@@ -90,10 +90,18 @@ pub struct Findings {
     pub questions: Option<Vec<Question>>,
     /// which parameters the runs identify; `None` without parameters, or where a sum is not finite
     pub identifies: Option<Directions>,
-    /// what must hold before the numbers are quoted
-    pub verdicts: Vec<Check>,
-    /// what wants a second look
-    pub notices: Vec<Notice>,
+    /// what must hold before the numbers are quoted, and what wants a second look
+    #[serde(flatten, serialize_with = "in_two_lists")]
+    pub remarks: Vec<Remark>,
+}
+
+/// Writes what was held against a line as `verdicts`, and the rest as `notices`.
+fn in_two_lists<S: Serializer>(remarks: &[Remark], serializer: S) -> Result<S::Ok, S::Error> {
+    let (checks, notices): (Vec<&Remark>, Vec<&Remark>) = remarks.iter().partition(|remark| remark.line.is_some());
+    let mut lists = serializer.serialize_map(Some(2))?;
+    lists.serialize_entry("verdicts", &checks)?;
+    lists.serialize_entry("notices", &notices)?;
+    lists.end()
 }
 
 /// What was read and used.
@@ -129,35 +137,27 @@ impl Counts {
     }
 }
 
-/// What a reader of the main numbers should look at, with what to do about it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Caution<'a> {
-    /// what was found
-    pub text: &'a str,
-    /// what to do about it
-    pub next_step: &'a str,
-}
-
 impl Findings {
-    /// Everything that bears on a main number without forbidding to quote it: checks that failed, then notices, those
-    /// that bear on it most first, without what the first lines or a failed check say already.
-    pub fn cautions(&self) -> Vec<Caution<'_>> {
-        let failed = self.verdicts.iter().filter(|check| check.cautions());
-        let of_checks = failed.map(|check| Caution {
-            text: check.found(),
-            next_step: check.advice,
-        });
-        let fails = |check: &Check| !check.passed && check.check == checks::INDEPENDENT_RUNS.code;
-        let offsets_are_told = self.verdicts.iter().any(fails);
+    /// What was held against a line, whether it holds or not.
+    pub fn checks(&self) -> impl Iterator<Item = &Remark> + Clone {
+        self.remarks.iter().filter(|remark| remark.line.is_some())
+    }
+
+    /// What was only told where it was found.
+    pub fn notices(&self) -> impl Iterator<Item = &Remark> + Clone {
+        self.remarks.iter().filter(|remark| remark.line.is_none())
+    }
+
+    /// Everything that bears on a main number without forbidding to quote it, in the order in which it is told, without
+    /// what the first lines or a failed check say already.
+    pub fn cautions(&self) -> Vec<&Remark> {
+        let is_apart = |remark: &Remark| remark.code == remarks::INDEPENDENT_RUNS.code && !remark.passed;
+        let offsets_are_told = self.remarks.iter().any(is_apart);
         let is_told =
-            |notice: &Notice| notice.code == SINGLE_RUN.code || offsets_are_told && notice.code == SERIES_OFFSETS.code;
-        let notices = by_weight(&self.notices).into_iter();
-        let notices = notices.filter(|notice| notice.cautions() && !is_told(notice));
-        let of_notices = notices.map(|notice| Caution {
-            text: &notice.text,
-            next_step: &notice.next_step,
-        });
-        of_checks.chain(of_notices).collect()
+            |remark: &Remark| remark.code == SINGLE_RUN.code || offsets_are_told && remark.code == SERIES_OFFSETS.code;
+        let mut told = in_order(&self.remarks);
+        told.retain(|remark| remark.cautions() && !is_told(remark));
+        told
     }
 
     /// What least squares found, for the stages that start from it.

@@ -1,8 +1,8 @@
 //! Says which measurement errors want a second look: too large for the scatter, or large enough to matter and not given.
 
-use super::notices;
+use super::remarks;
 use super::scaling::Scaling;
-use crate::notice::Notice;
+use crate::remark::{Level, Remark};
 use crate::runs::Runs;
 
 /// The error of v, as a share of it, below which nothing is said: calibrating a speed better is hard.
@@ -20,8 +20,12 @@ pub fn most_sensitive_to_speed(scaling: &[Scaling]) -> Option<(&Scaling, f64)> {
     shares.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// What of the measurement errors wants a second look.
-pub(super) fn measurement_error_notices(runs: &Runs, scaling: &[Scaling]) -> Vec<Notice> {
+/// What of the measurement errors wants a second look. A law that `is_main` says no main number of cautions of nothing.
+pub(super) fn measurement_error_notices(
+    runs: &Runs,
+    scaling: &[Scaling],
+    is_main: impl Fn(&Scaling) -> bool,
+) -> Vec<Remark> {
     let mut found = vec![];
     let below = |row: &&Scaling| {
         let share = row.speed_error_of_a_tenth_se.filter(|_| row.film_ratio.is_some());
@@ -29,8 +33,14 @@ pub(super) fn measurement_error_notices(runs: &Runs, scaling: &[Scaling]) -> Vec
     };
     // where they are given they are asked for no more
     let given = runs.errors.as_ref().is_some_and(|errors| errors.counts()[1] > 0);
-    let count = scaling.iter().filter(below).count();
-    if let Some((row, share)) = most_sensitive_to_speed(scaling).filter(|_| count > 0 && !given) {
+    let all: Vec<Scaling> = scaling.iter().filter(below).cloned().collect();
+    let main: Vec<Scaling> = all.iter().filter(|row| is_main(row)).cloned().collect();
+    let (level, told) = match main.is_empty() {
+        true => (Level::Informs, all),
+        false => (Level::Cautions, main),
+    };
+    let count = told.len();
+    if let Some((row, share)) = most_sensitive_to_speed(&told).filter(|_| !given) {
         let at = match count {
             1 => "one film ratio".to_owned(),
             some => format!("{some} film ratios"),
@@ -43,7 +53,7 @@ pub(super) fn measurement_error_notices(runs: &Runs, scaling: &[Scaling]) -> Vec
             row.film_ratio.unwrap_or(f64::NAN),
             100.0 * SPEED_ERROR
         );
-        found.push(notices::SPEED_ERROR_MATTERS.notice(count, text));
+        found.push(remarks::SPEED_ERROR_MATTERS.notice(count, text).at(level));
     }
     let weighed = scaling.iter().filter_map(|row| {
         let weighed = row.measurement_errors.filter(|_| row.film_ratio.is_some())?;
@@ -65,7 +75,7 @@ pub(super) fn measurement_error_notices(runs: &Runs, scaling: &[Scaling]) -> Vec
             too_large.len(),
             weighed.count()
         );
-        found.push(notices::MEASUREMENT_ERRORS_TOO_LARGE.notice(too_large.len(), text));
+        found.push(remarks::MEASUREMENT_ERRORS_TOO_LARGE.notice(too_large.len(), text));
     }
     found
 }

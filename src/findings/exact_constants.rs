@@ -1,10 +1,9 @@
 //! Says which constant without an uncertainty would widen the main numbers most.
 
-use super::checks::BIAS;
 use super::constants::{list_constants, Constant, Constants, Sensitivity};
 use super::main_numbers::{MainNumber, MainNumbers};
-use super::notices;
-use crate::notice::Notice;
+use super::remarks::{self, BIAS};
+use crate::remark::Remark;
 use crate::runs::Runs;
 use crate::scene::Scene;
 
@@ -28,7 +27,7 @@ pub(super) fn exact_constants_notice(
     runs: &Runs,
     sensitivities: &[Sensitivity],
     main: &MainNumbers,
-) -> Option<Notice> {
+) -> Option<Remark> {
     let listed = list_constants(scene, runs);
     let not_given = listed.iter().flat_map(Constants::not_given);
     let above = not_given.filter_map(|constant| {
@@ -63,5 +62,5 @@ pub(super) fn exact_constants_notice(
         "say how well it is known ({}), and the report adds it; the others stand under Constants taken as exact",
         most.constant.key
     );
-    Some(notices::CONSTANTS_EXACT.with_next_step(above.len(), text, next))
+    Some(remarks::CONSTANTS_EXACT.with_next_step(above.len(), text, next))
 }

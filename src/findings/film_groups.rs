@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::checks::{self, Check};
-use super::notices::shortened;
+use super::remarks::{self, shortened};
+use crate::remark::Remark;
 use crate::rounding::by_number;
 use crate::runs::{FilmGroup, Runs, NEAR_NOMINAL, WIDEST};
 use crate::scene::Scene;
@@ -64,7 +64,7 @@ pub(super) fn why_no_law_of_series(runs: &Runs, series: usize) -> Option<String>
 
 /// The check of groups without a film ratio of their own. It gates only where there is no other group, unless a fit stands
 /// that uses each run's own film.
-pub(super) fn check(groups: &[FilmGroupWidth], own_films_stand: bool) -> Option<Check> {
+pub(super) fn check(groups: &[FilmGroupWidth], own_films_stand: bool) -> Option<Remark> {
     let without: Vec<&FilmGroupWidth> = groups.iter().filter(|one| one.why_no_laws.is_some()).collect();
     let name = |one: &&FilmGroupWidth| {
         let [from, to] = one.ends;
@@ -84,8 +84,7 @@ pub(super) fn check(groups: &[FilmGroupWidth], own_films_stand: bool) -> Option<
             shortened(&names)
         ),
     };
-    (!groups.is_empty()).then(|| Check {
-        gates: without.len() == groups.len() && !own_films_stand,
-        ..checks::FILM_GROUPS.check(without.len() as f64, text)
-    })
+    let forbids = without.len() == groups.len() && !own_films_stand;
+    let check = remarks::FILM_GROUPS.check(without.len() as f64, text);
+    (!groups.is_empty()).then(|| check.forbidding_if(forbids))
 }

@@ -186,7 +186,7 @@ pub fn list_laws(scene: &Scene, runs: &Runs, findings: &Findings, posterior: Opt
         runs,
         findings,
         reference: scene.model.dry_speed.reference(),
-        quotable: quotable(&findings.verdicts),
+        quotable: quotable(&findings.remarks),
     };
     let of_sphere = |sphere: usize| {
         let law = posterior.map(|posterior| posterior.law(scene, runs, sphere, DRAWS));

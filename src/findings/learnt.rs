@@ -1,12 +1,12 @@
 //! Says in sentences what was learnt of the law, each made from the numbers of the findings.
 
-use super::checks;
 use super::compare::ComparedModel;
 use super::document::Findings;
 use super::form_choice::{is_gain, ChosenBy};
 use super::identify::Unidentified;
 use super::main_numbers::MainNumber;
 use super::questions::Question;
+use super::remarks;
 use crate::inference::diagnostics::loo::Difference;
 use crate::physics::inertia::Inertia;
 use crate::physics::{Coefficient, Quantity};
@@ -142,9 +142,8 @@ fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
     };
     let in_doubt = &posterior.predictive.stuck;
     let failed = findings
-        .verdicts
-        .iter()
-        .any(|check| check.check == checks::PREDICTIVE_STUCK.code && !check.passed);
+        .checks()
+        .any(|check| check.code == remarks::PREDICTIVE_STUCK.code && !check.passed);
     let Some(worst) = in_doubt.iter().min_by(|a, b| a.p.total_cmp(&b.p)) else {
         return Some(format!("{of_all}, all of them where the law leaves no doubt."));
     };

@@ -9,18 +9,19 @@ use std::collections::HashMap;
 use serde::{Deserialize, Serialize};
 
 use super::balance::DerivedEstimate;
-use super::checks::{self, Check, BIAS};
 use super::constants::Sensitivity;
 use super::estimate::Estimate;
 use super::fit_verdict::Verdict;
 use super::least_squares::LeastSquares;
 use super::posterior::{Posterior, PriorSummary, QuantitySummary};
+use super::remarks::{self, BIAS};
 use super::scaling::{Scaling, FEWEST_DEGREES};
 use crate::distributions::{normal_quantile, student_t_quantile};
 use crate::inference::diagnostics::quantile::central_interval;
 use crate::model::parameters::ParameterKind;
 use crate::physics::form::Term;
 use crate::physics::{Coefficient, Form, Quantity};
+use crate::remark::Remark;
 use crate::rounding::{positive, short, significant, with_sd, with_se, NONE};
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::{NoiseOn, Scene, WetLaw};
@@ -231,8 +232,8 @@ fn se_of_interval(estimate: &Estimate) -> Option<f64> {
 }
 
 /// Whether, and why not, the numbers may be quoted.
-fn judge(checks: &[Check]) -> Verdict {
-    let failed = checks.iter().filter(|check| check.gates && !check.passed);
+fn judge(checks: &[Remark]) -> Verdict {
+    let failed = checks.iter().filter(|check| check.forbids());
     let failed: Vec<&str> = failed.map(|check| check.text.as_str()).collect();
     if failed.is_empty() {
         Verdict::passed("no gating check failed")
@@ -263,6 +264,16 @@ impl MainNumbers {
         parameters.map(|own| &own.number).chain(places)
     }
 
+    /// Whether e_inf and St_c of a film ratio among them are those of this law.
+    pub(super) fn are_of(&self, law: &Scaling) -> bool {
+        self.at.iter().any(|place| {
+            place.source == Source::SquareRootLaw
+                && place.particle == law.particle
+                && Some(place.film_ratio) == law.film_ratio
+                && place.diameter_m == law.diameter_m
+        })
+    }
+
     /// Before any is picked.
     pub(super) fn none() -> MainNumbers {
         MainNumbers {
@@ -275,7 +286,7 @@ impl MainNumbers {
     }
 
     /// Judges whether they may be quoted.
-    pub(super) fn judge(&mut self, checks: &[Check]) {
+    pub(super) fn judge(&mut self, checks: &[Remark]) {
         self.verdict = judge(checks);
     }
 
@@ -293,13 +304,13 @@ impl MainNumbers {
 
     /// Whether replicates of the main numbers gave numbers; `None` where none has replicates. What the replicates of other
     /// estimates did stands in their own tables.
-    pub(super) fn check_replicates(&self) -> Option<Check> {
+    pub(super) fn check_replicates(&self) -> Option<Remark> {
         let with_replicates = || {
             self.named()
                 .filter_map(|(name, own)| Some((own.failed_replicates?, name)))
         };
         let (worst, name) = with_replicates().max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let criterion = checks::BOOTSTRAP_FAILURES;
+        let criterion = remarks::BOOTSTRAP_FAILURES;
         let (text, concerned) = if criterion.holds(worst) {
             let text = format!("largest share of replicates without a number ({name})");
             (text, with_replicates().map(|(_, name)| name).collect::<Vec<_>>())
@@ -311,7 +322,7 @@ impl MainNumbers {
             let failed = with_replicates().filter(|(share, _)| !criterion.holds(*share));
             (text, failed.map(|(_, name)| name).collect())
         };
-        Some(criterion.check(worst, text).with_advice().concerning(concerned))
+        Some(criterion.check(worst, text).concerning(concerned))
     }
 }
 

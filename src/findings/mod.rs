@@ -13,8 +13,7 @@
 //! | `places.rs` | where an energy balance is told: film ratios of particles, and diameters where the form tells them apart |
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
 //! | `measurement_errors.rs` | measurement errors of the runs of a fit |
-//! | `checks.rs` | the table of what must hold: codes, lines, sources, advice |
-//! | `notices.rs` | what wants a second look: codes, next steps, and in which order |
+//! | `remarks.rs` | every remark: code, level, line with its source, next step; and in which order they are told |
 //! | `film_groups.rs` | film groups with their width, and why some have no film ratio of their own |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
 //! | `wet_fit.rs` | a law of the wet restitution fitted to the rebounds of some series |
@@ -51,7 +50,6 @@
 
 pub mod balance;
 pub mod bootstrap;
-pub mod checks;
 mod columns_agree;
 pub mod compare;
 pub mod constants;
@@ -73,7 +71,6 @@ pub mod left_out;
 pub mod main_numbers;
 pub mod measurement_errors;
 pub mod noise;
-pub(crate) mod notices;
 pub mod overview;
 pub mod own_dry_speed;
 mod places;
@@ -85,6 +82,7 @@ pub mod published;
 mod quantities;
 pub mod questions;
 pub(crate) mod range;
+pub mod remarks;
 mod repeats;
 pub mod scaling;
 pub mod series;
@@ -97,15 +95,14 @@ mod wet_fit;
 use crate::error::Error;
 use crate::inference::nuts::Watcher;
 use crate::model::parameters::ModelParameters;
-use crate::notice::{Level, Notice};
 use crate::physics::form::Term;
 use crate::physics::inertia::Inertia;
 use crate::physics::Form;
+use crate::remark::{Level, Remark};
 use crate::runs::{Runs, Table};
-use crate::scene::{NoiseOn, Scene, Sticking};
+use crate::scene::{NoiseOn, Scene, Sticking, WetLaw};
 use balance::EnergyBalance;
 use bootstrap::Resampling;
-use checks::{Check, Criterion};
 use compare::Comparison;
 use dry::{Dry, FittedDry};
 use energy::Energy;
@@ -113,6 +110,7 @@ use estimate::Quoting;
 use left_out::ComparisonContext;
 use main_numbers::{MainNumbers, MainSources};
 use posterior::{contraction, ExpectedSampling, MethodChoice, Posterior, PosteriorRefusal, SamplingSetup};
+use remarks::Kind;
 use scaling::{FittedScaling, Scaling};
 use series::SeriesFit;
 use slow_rebounds::Beside;
@@ -120,7 +118,6 @@ use terms::SizedTerm;
 
 pub use document::{Counts, Findings, SCHEMA};
 pub use fit_verdict::Verdict;
-pub use notices::by_weight;
 
 /// Fits everything least squares can say of a scene's runs; with `bootstrap`, resamples them as the scene says.
 pub fn fit_least_squares(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Findings {
@@ -149,10 +146,10 @@ pub fn fit_least_squares_watched(
     let (resampling, bootstrap_notices) = resampled.unzip();
     let film_groups = film_groups::list_film_groups(scene, runs);
     let balance = fits.energy_balance.as_ref();
-    let mut verdicts = verdicts::check_least_squares(scene, table, &fits.dry, &fits.series, &fits.scaling, balance);
+    let mut remarks = verdicts::check_least_squares(scene, table, &fits.dry, &fits.scaling, balance);
     if let Some(noise) = &noise {
-        verdicts.extend(verdicts::wet_law_holds(noise, &fits.scaling));
-        verdicts.extend(verdicts::independent_runs(scene, noise));
+        remarks.extend(verdicts::wet_law_holds(noise, &fits.scaling));
+        remarks.extend(verdicts::independent_runs(scene, noise));
     }
     let setup = balance::BalanceSetup {
         scene,
@@ -162,12 +159,12 @@ pub fn fit_least_squares_watched(
             level: scene.bootstrap.level,
         },
     };
-    verdicts.extend(balance.and_then(|own| slow_rebounds::check_fit(setup, &fits.scaling, own)));
+    remarks.extend(balance.and_then(|own| slow_rebounds::check_fit(setup, &fits.scaling, own)));
     let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
-    verdicts.extend(film_groups::check(&film_groups, own_films_stand));
-    let mut notices = table.notices.clone();
-    notices.extend(terms::term_notices(&fits.terms));
-    notices.extend(verdicts::fit_notices(
+    remarks.extend(film_groups::check(&film_groups, own_films_stand));
+    remarks.extend(table.notices.iter().cloned());
+    remarks.extend(terms::term_notices(&fits.terms));
+    remarks.extend(verdicts::fit_notices(
         scene,
         table,
         &fits.dry,
@@ -176,12 +173,12 @@ pub fn fit_least_squares_watched(
         watcher.is_some(),
     ));
     let viscous = fits.form.viscous;
-    notices.extend(viscous.caution().map(|caution| {
+    remarks.extend(viscous.caution().map(|caution| {
         let text = format!("viscous loss \"{}\": {caution}", viscous.name());
-        notices::VISCOUS_FORM.notice(runs.wet_measured(), text)
+        remarks::VISCOUS_FORM.notice(runs.wet_measured(), text)
     }));
-    notices.extend(bootstrap_notices.into_iter().flatten());
-    notices.extend(noise::noise_notices(scene, noise.as_ref()));
+    remarks.extend(bootstrap_notices.into_iter().flatten());
+    remarks.extend(noise::noise_notices(scene, noise.as_ref()));
     let published = published::compare_with_published(published::OwnFits {
         scene,
         runs,
@@ -218,27 +215,23 @@ pub fn fit_least_squares_watched(
         compare: None,
         questions: None,
         identifies: None,
-        verdicts,
-        notices,
+        remarks,
     };
-    let of_errors = error_notices::measurement_error_notices(runs, &findings.scaling);
-    findings.notices.extend(of_errors);
     findings.note_chosen_form();
     findings.identifies = identify::identify_directions(scene, runs, findings.least_squares());
     let unidentified = identify::unidentified_notice(findings.identifies.as_ref());
-    findings.notices.extend(unidentified);
+    findings.remarks.extend(unidentified);
     let of_results = plausible::check_results(scene, runs, &findings);
-    findings.verdicts.extend(of_results);
+    findings.remarks.extend(of_results);
     // a wrong unit explains what else fails
     let of_input = plausible::check_input(scene, runs).into_iter();
     let rows = repeats::check_rows(runs);
     let of_table = of_input
         .chain(columns_agree::check_columns(&table.compared, &runs.places))
-        .chain(rows.checks);
-    findings.verdicts.splice(0..0, of_table);
-    findings.notices.extend(rows.notices);
+        .chain(rows);
+    findings.remarks.splice(0..0, of_table);
     findings
-        .notices
+        .remarks
         .extend(columns_agree::rows_apart(&table.compared, &runs.places));
     findings.pick_main_numbers(scene, runs, None);
     findings
@@ -301,7 +294,7 @@ impl LeastSquaresFits {
         runs: &Runs,
         seed: u64,
         done: &(dyn Fn(usize) + Sync),
-    ) -> (Resampling, Vec<Notice>) {
+    ) -> (Resampling, Vec<Remark>) {
         let estimates = bootstrap::Estimates {
             dry: &mut self.dry,
             series: &mut self.series,
@@ -371,16 +364,16 @@ impl Findings {
                         }
                         Beside::Open(check) => (posterior, None, Some(check)),
                     };
-                self.notices.extend(notice);
+                self.remarks.extend(notice);
                 // what least squares made of barely rebounding runs no longer matters
-                self.verdicts.retain(|check| check.check != checks::SLOW_REBOUNDS.code);
-                self.verdicts.extend(open);
+                self.remarks.retain(|check| check.code != remarks::SLOW_REBOUNDS.code);
+                self.remarks.extend(open);
                 let scene = posterior.scene.as_deref().unwrap_or(scene);
                 let context = self.comparison_context(scene, runs, watcher);
                 let mut carried = single_run::find_single_runs(context, &posterior);
                 // the posterior's own check of k against the dry runs takes the place of least squares'
-                let replaced = |check: &Check| posterior.checks.iter().any(|new| new.check == check.check);
-                self.verdicts.retain(|check| !replaced(check));
+                let replaced = |check: &Remark| posterior.checks.iter().any(|new| new.code == check.code);
+                self.remarks.retain(|check| !replaced(check));
                 let other_form =
                     self.energy_balance.as_ref().map(|own| own.inertia) != Some(posterior.findings.inertia);
                 let offsets = scene.model.series_offsets;
@@ -392,39 +385,39 @@ impl Findings {
                     && self.scaling.iter().all(|law| !law.tells_its_spread());
                 // an offset of its only series spoils no law
                 let of_offsets = offsets && !self.scaling.iter().any(Scaling::fails_by_itself);
-                for check in &mut self.verdicts {
+                for remark in &mut self.remarks {
                     // least squares does not know this noise, or holds a form that predicts worse: the posterior is quoted
-                    let of_balance = [checks::ENERGY_BALANCE.code, checks::WET_ERRORS.code].contains(&check.check);
+                    let of_balance = [remarks::ENERGY_BALANCE.code, remarks::WET_ERRORS.code].contains(&remark.code);
+                    let is_law = remark.code == remarks::SCALING_LAW.code;
                     let spared = of_balance && (other_noise || other_form);
-                    check.gates &= !spared;
-                    check.gates &= check.check != checks::SCALING_LAW.code || !(of_offsets || few);
-                    // a film ratio without a law has its numbers from the posterior
-                    let of_law = check.check == checks::SCALING_LAW.code && !check.gates;
-                    if !check.passed && (spared || of_law) {
-                        check.concerns.clear();
-                    }
                     // nor does the posterior need film groups
-                    check.gates &= check.check != checks::FILM_GROUPS.code;
+                    if spared || is_law && (of_offsets || few) || remark.code == remarks::FILM_GROUPS.code {
+                        *remark = remark.clone().forbidding_if(false);
+                    }
+                    // a film ratio without a law has its numbers from the posterior
+                    if !remark.passed && (spared || is_law && !remark.gates()) {
+                        *remark = remark.clone().at(Level::Informs);
+                    }
                 }
-                self.verdicts.extend(posterior.checks.iter().cloned());
+                self.remarks.extend(posterior.checks.iter().cloned());
                 // a prior that the runs contradict explains what else fails
-                self.verdicts
-                    .sort_by_key(|check| check.check != checks::PRIOR_CONFLICT.code || check.passed);
+                self.remarks
+                    .sort_by_key(|check| check.code != remarks::PRIOR_CONFLICT.code || check.passed);
                 self.settle_notices(scene, &posterior);
                 self.posterior = Some(posterior.findings.clone());
                 if let Some(check) = plausible::check_results(scene, runs, self) {
-                    self.verdicts.retain(|before| before.check != check.check);
-                    self.verdicts.push(check);
+                    self.remarks.retain(|before| before.code != check.code);
+                    self.remarks.push(check);
                 }
                 self.pick_main_numbers(scene, runs, Some(&posterior));
                 carried.extend(single_run::carried_laws(&self.main, &self.scaling));
                 let carried = single_run::sorted(carried);
-                self.notices
+                self.remarks
                     .extend(single_run::single_run_notice(scene, runs, &carried));
                 Ok(Some(posterior))
             }
             Err(PosteriorRefusal(check)) => {
-                self.verdicts.push(*check);
+                self.remarks.push(*check);
                 self.pick_main_numbers(scene, runs, None);
                 Ok(None)
             }
@@ -435,31 +428,31 @@ impl Findings {
     fn settle_notices(&mut self, scene: &Scene, posterior: &Posterior) {
         // what the runs seem not to tell follows from a prior that they contradict
         if posterior.prior_conflict().is_some() {
-            self.notices.retain(|notice| notice.code != notices::UNSEEN.code);
+            self.remarks.retain(|notice| notice.code != remarks::UNSEEN.code);
         }
         let directions = self.identifies.as_ref();
-        self.notices
+        self.remarks
             .extend(contraction::contraction_notice(&posterior.findings, directions));
         if scene.model.sticking == Sticking::Censored {
-            settle_stuck_runs(&mut self.notices);
+            settle_stuck_runs(&mut self.remarks);
         }
         // the posterior holds an inertial loss, whatever least squares made of it
         if posterior.findings.inertia != Inertia::None {
             for sized in self.terms.iter_mut().filter(|sized| sized.term == Term::Inertia) {
                 sized.held = true;
             }
-            let is_left_out = |notice: &Notice| {
-                let of_term = [notices::TERM_NOT_HELD.code, notices::TERM_LEFT_OUT.code].contains(&notice.code);
+            let is_left_out = |notice: &Remark| {
+                let of_term = [remarks::TERM_NOT_HELD.code, remarks::TERM_LEFT_OUT.code].contains(&notice.code);
                 of_term && notice.text.starts_with(Term::Inertia.in_words())
             };
-            self.notices.retain(|notice| !is_left_out(notice));
+            self.remarks.retain(|notice| !is_left_out(notice));
         }
     }
 
     /// Says which form of inertia the runs chose, in place of what was said of it before.
     fn note_chosen_form(&mut self) {
-        self.notices.retain(|notice| notice.code != notices::FORM_CHOSEN.code);
-        self.notices.extend(self.inertia.iter().map(|choice| {
+        self.remarks.retain(|notice| notice.code != remarks::FORM_CHOSEN.code);
+        self.remarks.extend(self.inertia.iter().map(|choice| {
             let name = choice.inertia.name();
             let text = format!("inertia = \"auto\" took {name}: the intervals ignore that the same runs chose it");
             let level = if choice.is_clear() {
@@ -467,28 +460,28 @@ impl Findings {
             } else {
                 Level::Cautions
             };
-            notices::FORM_CHOSEN.notice(1, text).at(level)
+            remarks::FORM_CHOSEN.notice(1, text).at(level)
         }));
     }
 
     /// Gives what may follow from a prior that the runs contradict no advice of its own.
     fn blame_the_prior(&mut self) {
-        const FOLLOWS: [Criterion; 7] = [
-            checks::DRY_CONSISTENCY,
-            checks::BETTER_FORM,
-            checks::FILM_TREND,
-            checks::PREDICTIVE_50,
-            checks::PREDICTIVE_90,
-            checks::PREDICTIVE_RESIDUAL,
-            checks::PREDICTIVE_STUCK,
+        const FOLLOWS: [Kind; 7] = [
+            remarks::DRY_CONSISTENCY,
+            remarks::BETTER_FORM,
+            remarks::FILM_TREND,
+            remarks::PREDICTIVE_50,
+            remarks::PREDICTIVE_90,
+            remarks::PREDICTIVE_RESIDUAL,
+            remarks::PREDICTIVE_STUCK,
         ];
-        let contradicts = |check: &Check| check.check == checks::PRIOR_CONFLICT.code && !check.passed && check.gates;
-        if !self.verdicts.iter().any(contradicts) {
+        let contradicts = |check: &Remark| check.code == remarks::PRIOR_CONFLICT.code && check.forbids();
+        if !self.remarks.iter().any(contradicts) {
             return;
         }
-        let follows = |check: &&mut Check| FOLLOWS.iter().any(|own| own.code == check.check) && !check.passed;
-        for check in self.verdicts.iter_mut().filter(follows) {
-            check.advise("mend the prior first: this may come of it");
+        let follows = |check: &&mut Remark| FOLLOWS.iter().any(|own| own.code == check.code) && !check.passed;
+        for check in self.remarks.iter_mut().filter(follows) {
+            check.next_step = "mend the prior first: this may come of it".to_owned();
         }
     }
 
@@ -500,16 +493,73 @@ impl Findings {
             least_squares: self.least_squares(),
             posterior,
         });
-        self.verdicts
-            .retain(|check| check.check != checks::BOOTSTRAP_FAILURES.code);
-        self.verdicts.extend(self.main.check_replicates());
+        self.remarks
+            .retain(|check| check.code != remarks::BOOTSTRAP_FAILURES.code);
+        self.remarks.extend(self.main.check_replicates());
+        self.advise_on_trends();
         self.blame_the_prior();
-        self.main.judge(&self.verdicts);
+        self.main.judge(&self.remarks);
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
-        self.notices
-            .retain(|notice| notice.code != notices::CONSTANTS_EXACT.code);
+        let picked_anew = [
+            remarks::SPEED_ERROR_MATTERS.code,
+            remarks::MEASUREMENT_ERRORS_TOO_LARGE.code,
+            remarks::CONSTANTS_EXACT.code,
+        ];
+        self.remarks.retain(|remark| !picked_anew.contains(&remark.code));
+        let of_errors = error_notices::measurement_error_notices(runs, &self.scaling, |law| {
+            law.law == WetLaw::Sqrt && self.main.are_of(law)
+        });
+        self.remarks.extend(of_errors);
+        self.settle_second_order();
         let exact = exact_constants::exact_constants_notice(scene, runs.sample(), &self.constants, &self.main);
-        self.notices.extend(exact);
+        self.remarks.extend(exact);
+    }
+
+    /// Lets the second order of the dry law caution only where leaving it out would move a main number by more than a
+    /// quarter of its ±, and the runs have not rejected it.
+    fn settle_second_order(&mut self) {
+        let mut open = self
+            .terms
+            .iter()
+            .filter(|own| own.term == Term::DrySecondOrder && !own.held);
+        let Some(sized) = open.next().filter(|sized| !sized.is_rejected()) else {
+            return;
+        };
+        let shift = || {
+            let name = sized.moves.as_ref()?;
+            let number = &self.main.parameters.iter().find(|own| own.name == *name)?.number;
+            let mut fitted = self.energy_balance.iter().flat_map(|balance| &balance.parameters);
+            let fitted = fitted.find(|own| own.name == *name)?;
+            let (_, scale) = fitted.estimate.value_and_scale()?;
+            Some(sized.size? * scale / number.se?)
+        };
+        let level = match shift() {
+            Some(shift) if shift > remarks::BIAS => Level::Cautions,
+            _ => Level::Informs,
+        };
+        for remark in &mut self.remarks {
+            let is_it = remark.code == remarks::TERM_NOT_HELD.code && remark.text.starts_with(sized.term.in_words());
+            if is_it {
+                remark.level = level;
+            }
+        }
+    }
+
+    /// Gives a trend of L or C the advice to look first at what lets series lie apart, where they do.
+    fn advise_on_trends(&mut self) {
+        let fails = |remark: &Remark, kind: &Kind| remark.code == kind.code && !remark.passed;
+        if !self
+            .remarks
+            .iter()
+            .any(|remark| fails(remark, &remarks::INDEPENDENT_RUNS))
+        {
+            return;
+        }
+        let trends = self
+            .remarks
+            .iter_mut()
+            .filter(|remark| fails(remark, &remarks::FILM_TREND));
+        trends.for_each(|trend| trend.next_step = remarks::TREND_BESIDE_OFFSETS.to_owned());
     }
 
     /// Compares the forms of the law, asks whether L and C are constant, and adds what that says.
@@ -525,9 +575,9 @@ impl Findings {
         // forms are compared under the noise that was given: under one on the energy, too, each run is an integral
         let own = posterior.as_given.as_deref().unwrap_or(posterior);
         let found = compare::compare_forms(self.comparison_context(scene, runs, watcher), own, &self.sampled_forms);
-        self.verdicts.extend(found.checks.iter().cloned());
-        self.notices.extend(found.notices.iter().cloned());
-        compare::settle_dry_speed(&mut self.notices, &found.models);
+        self.remarks.extend(found.checks.iter().cloned());
+        self.remarks.extend(found.notices.iter().cloned());
+        compare::settle_dry_speed(&mut self.remarks, &found.models);
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());
         let context = questions::Context {
             comparison: self.comparison_context(scene, runs, watcher),
@@ -535,7 +585,7 @@ impl Findings {
             own_loo: found.own.as_ref(),
         };
         let (questions, checks) = questions::answer_questions(context)?;
-        self.verdicts.extend(checks);
+        self.remarks.extend(checks);
         self.questions = Some(questions);
         self.pick_main_numbers(posterior.scene.as_deref().unwrap_or(scene), runs, Some(posterior));
         Ok(found)
@@ -557,20 +607,21 @@ impl Findings {
 }
 
 /// Settles what was said of stuck runs where the posterior counts them.
-fn settle_stuck_runs(notices: &mut [Notice]) {
+fn settle_stuck_runs(notices: &mut [Remark]) {
     let settled = [
         (
-            notices::STUCK_LEFT_OUT.code,
+            remarks::STUCK_LEFT_OUT.code,
             "nothing: the main numbers of their film ratios come from the posterior, which counts them",
         ),
         (
-            notices::BOOTSTRAP_PARTLY_STUCK.code,
+            remarks::BOOTSTRAP_PARTLY_STUCK.code,
             "nothing: the main numbers of these film ratios come from the posterior",
         ),
     ];
     for notice in notices {
         if let Some((_, next)) = settled.iter().find(|(code, _)| *code == notice.code) {
-            (notice.level, notice.next_step) = (Level::Informs, (*next).to_owned());
+            *notice = notice.clone().at(Level::Informs);
+            notice.next_step = (*next).to_owned();
         }
     }
 }
@@ -584,15 +635,15 @@ mod tests {
     use crate::{runs, scene};
 
     /// What is said of the plain example, of which one run stuck, with these runs left out.
-    fn plain(screened: Vec<Screened>) -> Vec<Notice> {
+    fn plain(screened: Vec<Screened>) -> Vec<Remark> {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
         let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
         let mut table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
         table.screened = screened;
-        fit_least_squares(&scene, &table, 1, false).notices
+        fit_least_squares(&scene, &table, 1, false).remarks
     }
 
-    fn of<'n>(notices: &'n [Notice], code: &str) -> &'n Notice {
+    fn of<'n>(notices: &'n [Remark], code: &str) -> &'n Remark {
         notices.iter().find(|notice| notice.code == code).expect("it is said")
     }
 
@@ -621,5 +672,72 @@ mod tests {
             screened_for(&["widen", "widen", "clear the word"]),
             "widen; clear the word"
         );
+    }
+
+    fn plain_findings() -> Findings {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
+        let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
+        fit_least_squares(&scene, &table, 1, false)
+    }
+
+    #[test]
+    fn the_second_order_cautions_only_where_it_moves_a_main_number() {
+        let mut findings = plain_findings();
+        let text = format!("{}: not in the model", Term::DrySecondOrder.in_words());
+        findings.remarks = vec![remarks::TERM_NOT_HELD.notice(1, text)];
+        let name = findings.main.parameters[0].name.clone();
+        let of = |findings: &mut Findings, size: f64, shows: Option<f64>, se: f64| {
+            findings.remarks[0].level = Level::Cautions;
+            let number = &mut findings.main.parameters[0].number;
+            number.se = Some(se);
+            let terms = findings.terms.iter_mut();
+            for sized in terms.filter(|sized| sized.term == Term::DrySecondOrder) {
+                (sized.held, sized.size, sized.moves) = (false, Some(size), Some(name.clone()));
+                (sized.runs_show, sized.runs_show_se) = (shows, shows.map(|_| 0.05));
+            }
+            findings.settle_second_order();
+            findings.remarks[0].cautions()
+        };
+        let mut balance = findings.energy_balance.iter().flat_map(|balance| &balance.parameters);
+        let fitted = balance.find(|own| own.name == name).expect("k is fitted");
+        let (_, se) = fitted.estimate.value_and_scale().expect("k has a standard error");
+        assert!(of(&mut findings, 3.0, None, se));
+        assert!(!of(&mut findings, 3.0, None, 20.0 * se));
+        assert!(!of(&mut findings, 0.2, None, se));
+    }
+
+    #[test]
+    fn an_error_of_speeds_cautions_only_of_a_law_with_main_numbers() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
+        let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let runs = runs::read(&scene).unwrap_or_else(|error| panic!("{error}")).runs;
+        let mut scaling = plain_findings().scaling;
+        scaling.retain(|row| row.law == WetLaw::Sqrt && row.film_ratio.is_some());
+        for row in &mut scaling {
+            row.verdict = Verdict::passed("");
+            row.speed_error_of_a_tenth_se = Some(0.001);
+        }
+        let level = |is_main: bool| {
+            let found = error_notices::measurement_error_notices(&runs, &scaling, |_| is_main);
+            of(&found, "speed_error_matters").level
+        };
+        assert_eq!([level(true), level(false)], [Level::Cautions, Level::Informs]);
+    }
+
+    #[test]
+    fn a_trend_beside_series_that_lie_apart_is_told_with_the_offsets_first() {
+        let mut findings = plain_findings();
+        let trend = || remarks::FILM_TREND.check(9.0, "L rises with the film");
+        findings.remarks = vec![trend()];
+        findings.advise_on_trends();
+        assert_eq!(findings.remarks, [trend()]);
+        findings
+            .remarks
+            .push(remarks::INDEPENDENT_RUNS.check(3.0, "series lie apart"));
+        findings.advise_on_trends();
+        assert!(findings.remarks.iter().all(Remark::forbids));
+        let first = &findings.remarks[0].next_step;
+        assert!(first.starts_with("set [model] series_offsets = true first"), "{first}");
     }
 }

@@ -2,14 +2,14 @@
 
 use serde::Serialize;
 
-use super::checks::{self, Check};
 use super::document::Findings;
 use super::film_groups::FilmGroupWidth;
 use super::identify::{self, Directions, Identified};
 use super::noise::{self, Noise};
 use super::range::range;
+use super::remarks;
 use super::terms::SizedTerm;
-use crate::notice::Notice;
+use crate::remark::Remark;
 use crate::runs::{Runs, Screened, Series, Table};
 use crate::scene::{Scene, DRY};
 
@@ -40,7 +40,7 @@ pub struct Overview {
     /// what the scatter of the runs is like; `None` without a fit or without scatter
     pub noise: Option<Noise>,
     /// what wants a second look
-    pub notices: Vec<Notice>,
+    pub notices: Vec<Remark>,
 }
 
 /// The runs of one particle and one liquid.
@@ -123,7 +123,7 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
         notices: [
             table.notices.clone(),
             noise::noise_notices(scene, least_squares.noise.as_ref()),
-            least_squares.verdicts.iter().filter_map(of_table).collect(),
+            least_squares.checks().filter_map(of_table).collect(),
         ]
         .concat(),
         noise: least_squares.noise.clone(),
@@ -131,18 +131,18 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
 }
 
 /// A failed check of what the table and its scene hold, as a notice: no fit has to be looked at for it.
-fn of_table(check: &Check) -> Option<Notice> {
+fn of_table(check: &Remark) -> Option<Remark> {
     let of_table = [
-        checks::FILM_GROUPS,
-        checks::PLAUSIBLE_INPUT,
-        checks::PLAUSIBLE_RESULT,
-        checks::COLUMNS_AGREE,
-        checks::REPEATED_ROWS,
-        checks::MEAN_ROWS,
+        remarks::FILM_GROUPS,
+        remarks::PLAUSIBLE_INPUT,
+        remarks::PLAUSIBLE_RESULT,
+        remarks::COLUMNS_AGREE,
+        remarks::REPEATED_ROWS,
+        remarks::MEAN_ROWS,
     ];
-    let is_one = of_table.iter().any(|criterion| criterion.code == check.check);
-    let count = check.value.map_or(0, |value| value as usize);
-    (is_one && !check.passed).then(|| Notice::new(check.check, count, check.text.as_str(), check.advice))
+    let is_one = of_table.iter().any(|kind| kind.code == check.code);
+    let told = || Remark::new(check.code, check.count(), check.text.as_str(), check.next_step.as_str());
+    (is_one && !check.passed).then(told)
 }
 
 fn of_wet(scene: &Scene, runs: &Runs, series: &[&Series]) -> Material {

@@ -2,12 +2,12 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::checks::{self, Check, Criterion};
 use super::document::Findings;
-use super::notices::shortened;
 use super::posterior::QuantitySummary;
 use super::range::range;
+use super::remarks::{self, shortened, Kind};
 use crate::model::parameters::ParameterKind;
+use crate::remark::Remark;
 use crate::rounding::to_digits;
 use crate::runs::{Runs, Series};
 use crate::scene::{Liquid, Particle, Scene};
@@ -116,7 +116,7 @@ impl Bounds {
 }
 
 /// The check of what went in: the constants of the materials in use, diameters and films.
-pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Check> {
+pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Remark> {
     let mut questions = vec![];
     let used: HashSet<usize> = runs.series.iter().map(|series| series.liquid).collect();
     for (index, particle) in scene.particles.iter().enumerate() {
@@ -161,11 +161,11 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Check> {
         }
     }
     let plain = "constants, diameters and films are such as experiments have";
-    (!runs.is_empty()).then(|| check(checks::PLAUSIBLE_INPUT, &questions, plain))
+    (!runs.is_empty()).then(|| check(remarks::PLAUSIBLE_INPUT, &questions, plain))
 }
 
 /// The check of what was questioned; `plain` is said where nothing was.
-fn check(criterion: Criterion, questions: &[String], plain: &str) -> Check {
+fn check(criterion: Kind, questions: &[String], plain: &str) -> Remark {
     let text = if questions.is_empty() {
         plain.to_owned()
     } else {
@@ -251,7 +251,7 @@ impl Uncertain<'_> {
 }
 
 /// The check of what came out, by least squares and where it was sampled by the posterior: L, δc, k, and the Stokes numbers.
-pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<Check> {
+pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<Remark> {
     let mut questions = vec![];
     let sampled = findings.posterior.iter().flat_map(|found| &found.parameters);
     let sampled: HashMap<&str, &QuantitySummary> = sampled.map(|one| (one.name.as_str(), one)).collect();
@@ -301,7 +301,7 @@ pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> 
         questions.extend(side.map(|side| format!("St of every wet run is {side} ({})", between([least, most]))));
     }
     let plain = "k, L, δc, St and the spreads are such as experiments have";
-    (!runs.is_empty()).then(|| check(checks::PLAUSIBLE_RESULT, &questions, plain))
+    (!runs.is_empty()).then(|| check(remarks::PLAUSIBLE_RESULT, &questions, plain))
 }
 
 /// A parameter by least squares and by the posterior, as far as there is one.

@@ -2,11 +2,10 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::checks::{self, Check};
-use super::notices::{self, shortened};
+use super::remarks::{self, shortened};
 use crate::distributions::chi_squared_tail;
-use crate::notice::Notice;
 use crate::physics::numbers::GRAVITY;
+use crate::remark::Remark;
 use crate::rounding::by_number;
 use crate::runs::{RowPlaces, Runs};
 
@@ -43,16 +42,9 @@ fn digits(x: f64) -> i64 {
     }
 }
 
-/// What is known of rows that are no runs of their own.
-#[derive(Default)]
-pub(super) struct Questioned {
-    pub checks: Vec<Check>,
-    pub notices: Vec<Notice>,
-}
-
 /// The checks of a table's rows, and what of them is only named.
-pub(super) fn check_rows(runs: &Runs) -> Questioned {
-    let mut questioned = Questioned::default();
+pub(super) fn check_rows(runs: &Runs) -> Vec<Remark> {
+    let mut questioned = vec![];
     // few that stand for all are no rows
     if !runs.count.is_empty() || runs.len() > MOST {
         return questioned;
@@ -243,7 +235,7 @@ fn copied_blocks(rebounds: &[Rebound]) -> Vec<Vec<[usize; 2]>> {
 ///
 /// Of two runs at one setting the restitutions are the same to the last digit r written with the probability r/(2 √π s), where
 /// they scatter by s.
-fn question_repeats(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, questioned: &mut Questioned) {
+fn question_repeats(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, questioned: &mut Vec<Remark>) {
     /// rather too likely than too rare: no scatter is normal, nor the same everywhere
     const CAUTIOUS: f64 = 1.5;
     let two_root_pi = 2.0 * std::f64::consts::PI.sqrt();
@@ -302,12 +294,10 @@ fn question_repeats(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, que
         by_number(repeated, "repeats", "repeat"),
         shortened(&words)
     );
-    if p < checks::BEYOND_CHANCE {
-        questioned
-            .checks
-            .push(checks::REPEATED_ROWS.check(p, text).with_advice());
+    if p < remarks::BEYOND_CHANCE {
+        questioned.push(remarks::REPEATED_ROWS.check(p, text));
     } else if p < UNLIKELY {
-        questioned.notices.push(notices::REPEATED_ROWS.notice(repeated, text));
+        questioned.push(remarks::REPEATS_PERHAPS.notice(repeated, text));
     }
 }
 
@@ -350,7 +340,7 @@ enum MeanOf {
 }
 
 /// Questions rows that are means of others, by the least likely of all ways in which these may stand in a table.
-fn question_means(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, questioned: &mut Questioned) {
+fn question_means(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, questioned: &mut Vec<Remark>) {
     /// digits to which means are rounded at least
     const COARSE: f64 = 0.01;
     const NAMED: usize = 8;
@@ -366,7 +356,7 @@ fn question_means(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, quest
         return;
     };
     let p = (tried * p).min(1.0);
-    if rows.is_empty() || p >= checks::BEYOND_CHANCE {
+    if rows.is_empty() || p >= remarks::BEYOND_CHANCE {
         return;
     }
     let mut named = places.of_each(&rows[..rows.len().min(NAMED)]);
@@ -379,7 +369,7 @@ fn question_means(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, quest
         by_number(rows.len(), "row is", "rows are"),
         named.join(", ")
     );
-    questioned.checks.push(checks::MEAN_ROWS.check(p, text).with_advice());
+    questioned.push(remarks::MEAN_ROWS.check(p, text));
 }
 
 impl Means {
@@ -567,12 +557,8 @@ mod tests {
 
     fn codes(rows: &[NewRun]) -> Vec<&'static str> {
         let found = check_rows(&arrange(&scene(), rows));
-        found
-            .checks
-            .iter()
-            .filter(|check| !check.passed && check.gates)
-            .map(|check| check.check)
-            .collect()
+        let forbidding = found.iter().filter(|remark| remark.forbids());
+        forbidding.map(|remark| remark.code).collect()
     }
 
     fn kinds() -> Vec<Kind> {
@@ -707,7 +693,7 @@ mod tests {
         };
         let rows = table(kind, 1);
         let found = check_rows(&arrange(&scene(), &[&rows[..], &rows[3..12]].concat()));
-        let texts: Vec<&str> = found.checks.iter().map(|check| check.text.as_str()).collect();
+        let texts: Vec<&str> = found.iter().map(|check| check.text.as_str()).collect();
         assert!(
             texts.len() == 1 && texts[0].contains("rows 46 to 54 repeat rows 4 to 12"),
             "{texts:?}"

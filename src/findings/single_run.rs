@@ -11,15 +11,15 @@ use rayon::prelude::*;
 
 use super::left_out::{affordable_draws, ComparisonContext, Model};
 use super::main_numbers::{MainNumbers, Source};
-use super::notices::{self, shortened};
 use super::posterior::{derived, Posterior};
+use super::remarks::{self, shortened};
 use super::scaling::{with_scale, Scaling};
 use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
 use crate::inference::diagnostics::psis::psis;
 use crate::inference::sampling::Sampled;
 use crate::model::likelihood::pointwise::{AtDraws, Pointwise};
-use crate::notice::Notice;
 use crate::physics::Quantity;
+use crate::remark::Remark;
 use crate::rounding::{short, with_se};
 use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
@@ -261,13 +261,13 @@ fn moments(draws: &[f64], weights: &[f64]) -> [f64; 2] {
 }
 
 /// A notice of these runs; `None` without any.
-pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, found: &[SingleRun]) -> Option<Notice> {
+pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, found: &[SingleRun]) -> Option<Remark> {
     let told = found.iter().map(|own| {
         let [[with, sd], [without, wider]] = [own.with, own.without];
         format!(
             "{}: {} is {} with it and {} without it",
             run_words(scene, runs, own.run),
-            own.name,
+            remarks::in_symbols(&own.name),
             with_se(with, sd),
             with_se(without, wider)
         )
@@ -278,7 +278,7 @@ pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, found: &[SingleRun])
             "one run carries a main number, which moves by more than its ± without it: {}",
             shortened(&told)
         );
-        notices::SINGLE_RUN.notice(told.len(), text)
+        remarks::SINGLE_RUN.notice(told.len(), text)
     })
 }
 

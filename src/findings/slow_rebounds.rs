@@ -7,20 +7,19 @@
 //! is held against itself without them.
 
 use super::balance::{fit_balance, BalanceSetup, EnergyBalance};
-use super::checks::{self, Check};
 use super::estimate::Estimate;
 use super::least_squares::LeastSquares;
-use super::notices::{self, shortened};
 use super::posterior::{fit_posterior, Posterior};
+use super::remarks::{self, shortened};
 use super::scaling::FittedScaling;
 use super::single_run::run_words;
 use crate::error::Error;
 use crate::model::parameters::ParameterKind;
-use crate::notice::Notice;
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::rebound::slope_mean_restitution;
 use crate::physics::{Form, Quantity};
+use crate::remark::Remark;
 use crate::rounding::{short, to_digits, with_se};
 use crate::runs::Runs;
 use crate::scene::{NoiseOn, Prior, PriorChoice, Scene, Sticking, SIGMA_ENERGY};
@@ -46,9 +45,9 @@ pub(super) enum Beside {
     /// no run asks for it, or it says the same
     Same,
     /// it says something else: it stands, and the notice says so
-    Stands(Box<Posterior>, Notice),
+    Stands(Box<Posterior>, Remark),
     /// something else may be true, and it could not be sampled
-    Open(Check),
+    Open(Remark),
 }
 
 /// Samples the second posterior, and holds the first against it.
@@ -99,7 +98,7 @@ pub(super) fn fit_beside(
              errors could not be sampled",
             shortened(&rows)
         );
-        return Ok(Beside::Open(checks::SLOW_REBOUNDS.check(None, text).with_advice()));
+        return Ok(Beside::Open(remarks::SLOW_REBOUNDS.check(None, text)));
     };
     let Some((name, before, after)) = posterior_moves(own, &wider) else {
         return Ok(Beside::Same);
@@ -111,12 +110,13 @@ pub(super) fn fit_beside(
     };
     let text = format!(
         "{}: with noise on e alone such runs fix the energy more tightly than errors of 1 % in speed and 3 % in film allow. \
-         With these allowed for, {how}, {name} is {} in place of {}: the numbers here allow for them",
+         With these allowed for, {how}, {} is {} in place of {}: the numbers here allow for them",
         shortened(&rows),
+        remarks::in_symbols(&name),
         with_se(after[0], after[1]),
         with_se(before[0], before[1])
     );
-    let notice = notices::SLOW_REBOUNDS.notice(slow.len(), text);
+    let notice = remarks::SLOW_REBOUNDS_ALLOWED.notice(slow.len(), text);
     wider.scene = (!by_speeds).then(|| Box::new(wider_scene));
     let mut priors = wider.findings.parameters.iter_mut();
     let energy = priors.find(|one| is_ours && one.name == SIGMA_ENERGY.name);
@@ -125,7 +125,7 @@ pub(super) fn fit_beside(
     }
     // a prior that the runs contradict at their word is no better for reading less from them
     if let Some(before) = own.prior_conflict().filter(|_| wider.prior_conflict().is_none()) {
-        wider.checks.retain(|check| check.check != before.check);
+        wider.checks.retain(|check| check.code != before.code);
         wider.checks.push(before.clone());
         for (now, before) in wider.findings.parameters.iter_mut().zip(&own.findings.parameters) {
             if let (Some(now), Some(before)) = (&mut now.prior, &before.prior) {
@@ -138,7 +138,7 @@ pub(super) fn fit_beside(
 
 /// Whether least squares, which knows no noise on the energy, gives the same numbers without the runs that barely rebound;
 /// `None` where there are none.
-pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &EnergyBalance) -> Option<Check> {
+pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &EnergyBalance) -> Option<Remark> {
     let BalanceSetup { scene, runs, .. } = setup;
     let slow = slow_rebounds(runs, own.form());
     if slow.is_empty() {
@@ -152,7 +152,8 @@ pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &En
         Some((_, (name, before, after))) => {
             let told = |[value, se]: [f64; 2]| with_se(value, se);
             format!(
-                "{name} is {} with them and {} without them",
+                "{} is {} with them and {} without them",
+                remarks::in_symbols(name),
                 told(*before),
                 told(*after)
             )
@@ -163,9 +164,9 @@ pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &En
         "{}: such runs fix the energy more tightly than errors of 1 % in speed or 3 % in film allow: by least squares {found}",
         shortened(&rows)
     );
-    let mut check = checks::SLOW_REBOUNDS.check(moved.map(|(shift, _)| shift), text);
-    check.advise("sample the posterior (no --stages), which allows for such errors");
-    Some(check.with_advice())
+    let mut check = remarks::SLOW_REBOUNDS.check(moved.map(|(shift, _)| shift), text);
+    check.next_step = "sample the posterior (no --stages), which allows for such errors".to_owned();
+    Some(check)
 }
 
 /// A number by its name, with its value and ± in two fits.
@@ -254,5 +255,5 @@ fn posterior_moves(own: &Posterior, wider: &Posterior) -> Option<InBoth> {
         Some((name, before, *after))
     });
     let (shift, most) = moved_most(pairs)?;
-    (!checks::SLOW_REBOUNDS.holds(shift)).then_some(most)
+    (!remarks::SLOW_REBOUNDS.holds(shift)).then_some(most)
 }

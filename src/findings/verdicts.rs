@@ -1,25 +1,24 @@
 //! Judges what must hold before the numbers are quoted, and collects what wants a second look.
 
 use super::balance::EnergyBalance;
-use super::checks::{self, Check, Criterion};
 use super::dry::{self, FittedDry};
 use super::measurement_errors::ErrorSummary;
 use super::noise::Noise;
-use super::notices::{self, shortened};
+use super::remarks::{self, shortened, Kind};
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
 use crate::inference::lack_of_fit::Alternative;
 use crate::inference::nested::FTest;
 use crate::model::parameters::ParameterKind;
-use crate::notice::Notice;
 use crate::physics::DrySpeed;
+use crate::remark::Remark;
 use crate::rounding::by_number;
 use crate::runs::Table;
 use crate::scene::{Scene, WetLaw};
 
 /// Whether the main numbers may be quoted: no gating check failed.
-pub fn quotable(checks: &[Check]) -> bool {
-    checks.iter().all(|check| check.passed || !check.gates)
+pub fn quotable(remarks: &[Remark]) -> bool {
+    !remarks.iter().any(Remark::forbids)
 }
 
 /// Every check of a least-squares analysis.
@@ -27,59 +26,40 @@ pub fn check_least_squares(
     scene: &Scene,
     table: &Table,
     dry: &[FittedDry],
-    series: &[SeriesFit],
     scaling: &[FittedScaling],
     balance: Option<&EnergyBalance>,
-) -> Vec<Check> {
+) -> Vec<Remark> {
     let mut checks = vec![];
     checks.extend(dry_laws(dry));
     checks.extend(scaling_laws(scaling, balance));
     checks.extend(balance.into_iter().flat_map(of_balance));
     checks.extend(no_runs_in_use(table));
-    checks.extend(of_series(series));
     checks.extend(dry.iter().filter_map(one_dry_k));
     checks.extend(dry.iter().filter_map(dry_law_holds));
     checks.extend(stated_errors(scene, dry, balance));
-    let biases = [
-        (
-            WetLaw::Sqrt,
-            checks::SQUARE_ROOT_LAW_BIAS,
-            "largest bias of the square-root law by pooling liquids",
-        ),
-        (
-            WetLaw::Linear,
-            checks::LINEAR_LAW_BIAS,
-            "largest bias of the linear law at a film ratio",
-        ),
-    ];
-    for (law, criterion, text) in biases {
-        for (name, share) in worst_bias(by_film_ratio(scaling, law)) {
-            checks.push(criterion.check(share, format!("{name}: {text}, in its standard errors")));
-        }
-    }
     checks
 }
 
 /// The check of a table whose every run is left out, with what would use those left out for the most frequent reason.
-fn no_runs_in_use(table: &Table) -> Option<Check> {
+fn no_runs_in_use(table: &Table) -> Option<Remark> {
     let most = table.screened.iter().max_by_key(|screened| screened.runs);
     let text = match most {
         Some(most) if table.screened.len() == 1 => format!("every run is left out ({})", most.reason),
         Some(most) => format!("every run is left out, most of them as {}", most.reason),
         None => "no run is in use".to_owned(),
     };
-    let check = checks::RUNS_IN_USE.check(0.0, text);
-    table.runs.is_empty().then(|| Check {
-        advice: most.map_or(check.advice, |most| most.next_step),
+    let check = remarks::RUNS_IN_USE.check(0.0, text);
+    table.runs.is_empty().then(|| Remark {
+        next_step: most.map_or(check.next_step, |most| most.next_step.to_owned()),
         ..check
     })
 }
 
-fn dry_laws(dry: &[FittedDry]) -> Option<Check> {
+fn dry_laws(dry: &[FittedDry]) -> Option<Remark> {
     let failed = dry.iter().filter(|d| !d.dry.verdict.passed);
     let names = failed.map(|d| format!("{}: {}", d.dry.words(), d.dry.verdict.reason));
     let names: Vec<String> = names.collect();
-    (!dry.is_empty()).then(|| check_usable(checks::DRY_LAW, "dry law", dry.len(), &names))
+    (!dry.is_empty()).then(|| check_usable(remarks::DRY_LAW, "dry law", dry.len(), &names))
 }
 
 /// The fits of a law at a film ratio each, not those over all film ratios.
@@ -91,7 +71,7 @@ fn by_film_ratio(scaling: &[FittedScaling], law: WetLaw) -> impl Iterator<Item =
 
 /// The square-root laws of film ratios. None of them at all gates, unless no film ratio has runs enough for its law to be
 /// quoted and the energy balance stands, which takes them together.
-fn scaling_laws(scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> Option<Check> {
+fn scaling_laws(scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> Option<Remark> {
     // groups without a film ratio have a check of their own
     let laws = || by_film_ratio(scaling, WetLaw::Sqrt).filter(|fit| !fit.scaling.is_withheld);
     let all = laws().count();
@@ -106,33 +86,24 @@ fn scaling_laws(scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> O
         )
     });
     let names: Vec<String> = names.collect();
-    (all > 0).then(|| Check {
-        // a film ratio without a law is a gap; only none at all leaves no main number
-        gates: names.len() == all && !(stands && laws().all(|fit| !fit.scaling.tells_its_spread())),
-        ..check_usable(checks::SCALING_LAW, "square-root law of a film ratio", all, &names)
-    })
+    // a film ratio without a law is a gap; only none at all leaves no main number
+    let forbids = names.len() == all && !(stands && laws().all(|fit| !fit.scaling.tells_its_spread()));
+    let check = check_usable(remarks::SCALING_LAW, "square-root law of a film ratio", all, &names);
+    (all > 0).then(|| check.forbidding_if(forbids))
 }
 
-fn of_balance(balance: &EnergyBalance) -> Vec<Check> {
+fn of_balance(balance: &EnergyBalance) -> Vec<Remark> {
     let reason = (!balance.verdict.passed).then(|| balance.verdict.reason.clone());
     let what = "energy balance over all rebounds";
-    let fit = check_usable(checks::ENERGY_BALANCE, what, 1, reason.as_slice());
+    let fit = check_usable(remarks::ENERGY_BALANCE, what, 1, reason.as_slice());
     let shift = balance.dry_k_shift_in_se.map(|shift| {
         let text = "largest shift of k by the wet runs, in combined standard errors";
-        checks::DRY_CONSISTENCY.check(shift, text)
+        remarks::DRY_CONSISTENCY.check(shift, text)
     });
     [fit].into_iter().chain(shift).collect()
 }
 
-fn of_series(series: &[SeriesFit]) -> Option<Check> {
-    let of_one_film = || series.iter().filter(|one| !one.is_withheld);
-    let all = of_one_film().count();
-    let failed = of_one_film().filter(|one| !one.verdict.passed).count();
-    let text = format!("series without a usable square-root law: {failed} of {all}");
-    (all > 0).then(|| checks::SERIES.check(failed as f64, text))
-}
-
-fn one_dry_k(fitted: &FittedDry) -> Option<Check> {
+fn one_dry_k(fitted: &FittedDry) -> Option<Remark> {
     let dry = &fitted.dry;
     let test = dry.heterogeneity.as_ref()?;
     let shift = dry.shift_by_diameter();
@@ -144,10 +115,10 @@ fn one_dry_k(fitted: &FittedDry) -> Option<Check> {
         test.f,
         share(shift)
     );
-    Some(gating_where_felt(checks::ONE_DRY_K, test, shift, text))
+    Some(gating_where_felt(remarks::ONE_DRY_K, test, shift, text))
 }
 
-fn dry_law_holds(fitted: &FittedDry) -> Option<Check> {
+fn dry_law_holds(fitted: &FittedDry) -> Option<Remark> {
     let dry = &fitted.dry;
     let found = dry.lack_of_fit.as_ref()?;
     let shift = dry.shift_by_speed();
@@ -163,11 +134,11 @@ fn dry_law_holds(fitted: &FittedDry) -> Option<Check> {
         found.test.f,
         share(shift)
     );
-    Some(gating_where_felt(checks::DRY_LAW_HOLDS, &found.test, shift, text))
+    Some(gating_where_felt(remarks::DRY_LAW_HOLDS, &found.test, shift, text))
 }
 
 /// Whether the wet law describes the runs of each particle, liquid and film from slow to fast ones.
-pub fn wet_law_holds(noise: &Noise, scaling: &[FittedScaling]) -> Option<Check> {
+pub fn wet_law_holds(noise: &Noise, scaling: &[FittedScaling]) -> Option<Remark> {
     let found = noise.wet_law.as_ref()?;
     let better = scaling
         .iter()
@@ -187,32 +158,32 @@ pub fn wet_law_holds(noise: &Noise, scaling: &[FittedScaling]) -> Option<Check> 
         found.test.df_between,
         found.test.df_within,
         found.test.f,
-        found.moves,
+        remarks::in_symbols(&found.moves),
         found.moves_in_se,
         better.unwrap_or_default()
     );
     let shift = Some(found.moves_in_se);
-    Some(gating_where_felt(checks::WET_LAW_HOLDS, &found.test, shift, text))
+    Some(gating_where_felt(remarks::WET_LAW_HOLDS, &found.test, shift, text))
 }
 
 /// Whether runs are as independent as standard errors take them to be; `None` where the model has offsets of series, or none
 /// are seen beyond chance.
-pub fn independent_runs(scene: &Scene, noise: &Noise) -> Option<Check> {
+pub fn independent_runs(scene: &Scene, noise: &Noise) -> Option<Remark> {
     let offsets = noise.offsets.as_ref().filter(|_| !scene.model.series_offsets)?;
     let worst = offsets
         .affected_standard_error()
-        .filter(|_| offsets.test.p < checks::BEYOND_CHANCE)?;
+        .filter(|_| offsets.test.p < remarks::BEYOND_CHANCE)?;
     let text = format!(
         "series lie apart by an sd of {:.4} in e, {:.2} of the spread of single runs, {} most of all: the standard error of {} \
          is too small by a factor of {:.2}",
-        offsets.sd, offsets.share, offsets.farthest, worst.parameter, worst.ratio
+        offsets.sd, offsets.share, offsets.farthest, remarks::in_symbols(&worst.parameter), worst.ratio
     );
-    Some(checks::INDEPENDENT_RUNS.check(worst.ratio, text).with_advice())
+    Some(remarks::INDEPENDENT_RUNS.check(worst.ratio, text))
 }
 
 /// Whether the stated errors explain the scatter of the runs that nothing else scatters.
-fn stated_errors(scene: &Scene, dry: &[FittedDry], balance: Option<&EnergyBalance>) -> Vec<Check> {
-    let check = |criterion: Criterion, kind: ParameterKind, law: &str, errors: Option<ErrorSummary>| {
+fn stated_errors(scene: &Scene, dry: &[FittedDry], balance: Option<&EnergyBalance>) -> Vec<Remark> {
+    let check = |criterion: Kind, kind: ParameterKind, law: &str, errors: Option<ErrorSummary>| {
         let errors = errors.filter(|_| scene.errors_are_all(kind.key()))?;
         let text = format!(
             "{law} with {} = 0: χ² of {:.2} a degree of freedom ({}) against the stated errors",
@@ -220,12 +191,12 @@ fn stated_errors(scene: &Scene, dry: &[FittedDry], balance: Option<&EnergyBalanc
             errors.reduced_chi_squared,
             errors.degrees_of_freedom
         );
-        Some(criterion.check(errors.p, text).with_advice())
+        Some(criterion.check(errors.p, text))
     };
     let of_dry = dry.iter().filter_map(|fitted| {
         let law = format!("{}: the dry law", fitted.dry.words());
         check(
-            checks::DRY_ERRORS,
+            remarks::DRY_ERRORS,
             ParameterKind::SigmaDry,
             &law,
             fitted.dry.measurement_errors,
@@ -234,7 +205,7 @@ fn stated_errors(scene: &Scene, dry: &[FittedDry], balance: Option<&EnergyBalanc
     let of_wet = balance.and_then(|balance| {
         let law = "the energy balance over all rebounds";
         check(
-            checks::WET_ERRORS,
+            remarks::WET_ERRORS,
             ParameterKind::SigmaWet,
             law,
             balance.measurement_errors,
@@ -248,36 +219,17 @@ fn share(shift: Option<f64>) -> String {
 }
 
 /// A check that forbids quoting where chance does not explain what was found and a main number moves by it.
-fn gating_where_felt(criterion: Criterion, test: &FTest, shift: Option<f64>, text: String) -> Check {
-    let check = Check {
-        gates: test.p < checks::BEYOND_CHANCE && shift.is_none_or(|shift| shift > checks::FELT),
-        ..criterion.check(test.p, text)
-    }
-    .with_advice();
-    if !check.passed && shift.is_some_and(|shift| shift <= checks::BIAS) {
+fn gating_where_felt(criterion: Kind, test: &FTest, shift: Option<f64>, text: String) -> Remark {
+    let forbids = test.p < remarks::BEYOND_CHANCE && shift.is_none_or(|shift| shift > remarks::FELT);
+    let check = criterion.check(test.p, text).forbidding_if(forbids);
+    if !check.passed && shift.is_some_and(|shift| shift <= remarks::BIAS) {
         return check.concerning([]);
     }
     check
 }
 
-/// For each particle, the largest bias in standard errors.
-fn worst_bias<'a>(rows: impl Iterator<Item = &'a FittedScaling>) -> Vec<(String, f64)> {
-    let mut worst: Vec<(String, f64)> = vec![];
-    for fitted in rows {
-        let name = fitted.scaling.words();
-        let Some(share) = fitted.scaling.bias_in_se() else {
-            continue;
-        };
-        match worst.last_mut() {
-            Some((last, most)) if *last == name => *most = most.max(share),
-            _ => worst.push((name, share)),
-        }
-    }
-    worst
-}
-
 /// The check that every fit of a kind, of so many, is usable; `failed` names those that are not, each with the reason.
-fn check_usable(criterion: Criterion, what: &str, all: usize, failed: &[String]) -> Check {
+fn check_usable(criterion: Kind, what: &str, all: usize, failed: &[String]) -> Remark {
     let text = match failed.len() {
         0 => format!("{what}: usable"),
         1 if all == 1 => format!("{what}: not usable ({})", shortened(failed)),
@@ -295,7 +247,7 @@ pub fn fit_notices(
     series: &[SeriesFit],
     scaling: &[FittedScaling],
     bootstrap: bool,
-) -> Vec<Notice> {
+) -> Vec<Remark> {
     let runs = &table.runs;
     let mut found = vec![];
     let left_out: usize = table.screened.iter().map(|one| one.runs).sum();
@@ -308,7 +260,7 @@ pub fn fit_notices(
         let text = format!("{left_out} {} left out: {reasons}", by_number(left_out, "run", "runs"));
         let mut next: Vec<&str> = table.screened.iter().map(|one| one.next_step).collect();
         next.dedup();
-        found.push(notices::SCREENED.with_next_step(left_out, text, next.join("; ")));
+        found.push(remarks::SCREENED.with_next_step(left_out, text, next.join("; ")));
     }
     let stuck: usize = series.iter().map(|s| s.stuck).sum();
     if stuck > 0 {
@@ -318,14 +270,14 @@ pub fn fit_notices(
              leaves the square-root law nearly unbiased and takes the linear law too high in e_inf and St_c; where the \
              energy balance itself fluctuates, the square-root estimates tend to fall"
         );
-        found.push(notices::STUCK_LEFT_OUT.notice(stuck, text));
+        found.push(remarks::STUCK_LEFT_OUT.notice(stuck, text));
     }
     let dry_stuck: usize = dry.iter().map(|d| d.dry.stuck).sum();
     if dry_stuck > 0 {
         let text = format!(
             "left out, without a rebound: {dry_stuck} of the dry runs; were it noise that kept them down, k is too small"
         );
-        found.push(notices::DRY_RUN_WITHOUT_REBOUND.notice(dry_stuck, text));
+        found.push(remarks::DRY_RUN_WITHOUT_REBOUND.notice(dry_stuck, text));
     }
     let of_one_film = || series.iter().filter(|one| !one.is_withheld);
     let failed = of_one_film().filter(|one| !one.verdict.passed);
@@ -340,7 +292,7 @@ pub fn fit_notices(
             by_number(failed.len(), "gives", "give"),
             shortened(&failed)
         );
-        found.push(notices::SERIES_FAILED.notice(failed.len(), text));
+        found.push(remarks::SERIES_FAILED.notice(failed.len(), text));
     }
     let without: Vec<String> = (0..runs.spheres.len())
         // fits come in the order of the spheres
@@ -357,13 +309,13 @@ pub fn fit_notices(
             "no dry runs of {}: films alone tell the inertial loss from the dry loss{own_speed}",
             without.join(", ")
         );
-        found.push(notices::NO_DRY_RUNS.notice(without.len(), text));
+        found.push(remarks::NO_DRY_RUNS.notice(without.len(), text));
     }
     let waits = |key: &&String| !(bootstrap && key.starts_with("bootstrap."));
     let unused: Vec<String> = scene.unused.iter().filter(waits).cloned().collect();
     if !unused.is_empty() {
         let text = format!("settings that no stage of this run reads: {}", unused.join(", "));
-        found.push(notices::SETTINGS_UNUSED.notice(unused.len(), text));
+        found.push(remarks::SETTINGS_UNUSED.notice(unused.len(), text));
     }
     found
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::frames::{is_video, FFMPEG};
 use crate::error::{Error, Problem};
-use crate::notice::Notice;
+use crate::remark::Remark;
 use crate::runs::{column, rows_by_fields, whole_file, words_for_no, Column, Fields, Row, SettingFields};
 use crate::scene::TableFile;
 use crate::units::Dimension;
@@ -106,10 +106,10 @@ const SETTING: SettingFields = SettingFields {
     film: Field::Film as usize,
 };
 
-/// Reads the list; files in it are beside it. Notices name columns that are not read.
+/// Reads the list; files in it are beside it. Remarks name columns that are not read.
 ///
 /// Fails, too, where what is named is no list but a recording.
-pub(super) fn read(path: &Path) -> Result<(Vec<Recording>, Vec<Notice>), Error> {
+pub(super) fn read(path: &Path) -> Result<(Vec<Recording>, Vec<Remark>), Error> {
     if is_video(path) || path.is_dir() {
         let expected = format!(
             "expected a list of recordings, a .csv with columns `file`, `particle`, `diameter_mm` and more, whose `file` is \
@@ -136,7 +136,7 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Recording>, Vec<Notice>), Error> 
         return Err(Error::input(path, problems));
     }
     let notice = (!unread.is_empty()).then(|| {
-        Notice::new(
+        Remark::new(
             "unknown_column",
             unread.len(),
             format!("columns not read: {}", unread.join(", ")),

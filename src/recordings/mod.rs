@@ -47,7 +47,7 @@ use std::path::Path;
 use frames::{find_sphere, Sightings};
 
 use crate::error::{file_name, quoted, Error, Problem};
-use crate::notice::Notice;
+use crate::remark::Remark;
 
 /// Recordings with what they gave.
 #[derive(Debug)]
@@ -57,7 +57,7 @@ pub struct Campaign {
     /// what falls, and how fast
     pub gravity: GravityCheck,
     /// what wants a second look
-    pub notices: Vec<Notice>,
+    pub notices: Vec<Remark>,
 }
 
 /// What is asked of a list of recordings.
@@ -111,7 +111,7 @@ fn show(
     recording: &Recording,
     axis: Option<Axis>,
     progress: &(dyn Fn(f64) + Sync),
-    notices: &mut Vec<Notice>,
+    notices: &mut Vec<Remark>,
 ) -> Result<Shown, String> {
     if positions::is_table(&recording.file) {
         let positions = positions::read(recording, axis).map_err(on_one_line)?;
@@ -121,7 +121,7 @@ fn show(
             let text =
                 format!("line {line}, {run}: {falling} objects fall; object {taken} is taken, which falls farthest");
             let todo = "leave only the sphere in the table if it is another";
-            notices.push(Notice::new("several_objects_fall", falling, text, todo));
+            notices.push(Remark::new("several_objects_fall", falling, text, todo));
         }
         return Ok(positions.shown);
     }

@@ -22,9 +22,9 @@ use super::posterior_record::{odd_value, PosteriorRecord, SeriesRecord};
 use crate::encoding::decode;
 use crate::error::{named, quoted, Error};
 use crate::files;
-use crate::findings::notices::NOISE_GROWS;
 use crate::findings::posterior::MOST_NUMBERS;
 use crate::findings::predict::{offset_of_new_series, Basis, Draw, ParticleBasis, ParticleLaw, PredictedSeries};
+use crate::findings::remarks::NOISE_GROWS;
 use crate::findings::SCHEMA;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::coefficient::Coefficients;
@@ -98,6 +98,18 @@ struct CheckRecord {
     passed: bool,
     gates: bool,
     text: String,
+    #[serde(default)]
+    advice: String,
+}
+
+impl CheckRecord {
+    /// What was found, with what to do.
+    fn told(self) -> String {
+        match self.advice.as_str() {
+            "" => self.text,
+            advice => format!("{}; {advice}", self.text),
+        }
+    }
 }
 
 /// What the draws that predictions are made of were drawn from.
@@ -145,7 +157,7 @@ impl Finished {
             folder: folder.to_path_buf(),
             sha256: sha256(&bytes),
             title: header.title,
-            failed: failed.map(|check| check.text).collect(),
+            failed: failed.map(CheckRecord::told).collect(),
             noise_grows: notices.find(|own| own.code == NOISE_GROWS.code).map(|own| own.text),
             basis: posterior.basis.clone(),
             form,

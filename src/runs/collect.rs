@@ -13,7 +13,7 @@ use super::screen::{screen, Reason};
 use super::told_twice::{ComparedColumns, Comparison, RowSetting, TOLD_TWICE};
 use super::words::words_for_no;
 use crate::error::{file_name, quoted, Problem};
-use crate::notice::{Level, Notice};
+use crate::remark::{Level, Remark};
 use crate::scene::{RunColumn, Scene};
 
 const UNKNOWN_COLUMN: &str = "unknown_column";
@@ -417,10 +417,10 @@ impl Collected {
     }
 
     /// Says which words of the column `exclude` keep a run.
-    pub fn excluded_by_yes(&self, path: &Path) -> Option<Notice> {
+    pub fn excluded_by_yes(&self, path: &Path) -> Option<Remark> {
         let words: Vec<String> = self.kept_by_no.iter().map(|word| quoted(word)).collect();
         (!words.is_empty()).then(|| {
-            Notice::new(
+            Remark::new(
                 EXCLUDE_BY_YES,
                 words.len(),
                 format!(
@@ -519,7 +519,7 @@ impl Collected {
     }
 
     /// Names the rows whose labels say that they are no runs.
-    pub fn labelled_rows(&self, places: &RowPlaces) -> Option<Notice> {
+    pub fn labelled_rows(&self, places: &RowPlaces) -> Option<Remark> {
         let (first, count) = &self.labelled;
         let (rows, labels): (Vec<u32>, Vec<&String>) = first.iter().map(|(row, label)| (*row, label)).unzip();
         let rows = places.of_each(&rows).into_iter().zip(labels);
@@ -533,7 +533,7 @@ impl Collected {
             ["rows", "are", "their labels say that they are"]
         };
         (*count > 0).then(|| {
-            Notice::new(
+            Remark::new(
                 LABELLED_ROWS,
                 *count,
                 format!(
@@ -547,10 +547,10 @@ impl Collected {
     }
 
     /// Says how many runs the rows that are means stand for.
-    pub fn averaged_rows(&self) -> Option<Notice> {
+    pub fn averaged_rows(&self) -> Option<Remark> {
         let [rows, runs] = self.averaged;
         (rows > 0).then(|| {
-            Notice::new(
+            Remark::new(
                 AVERAGED_ROWS,
                 rows,
                 format!(
@@ -565,7 +565,7 @@ impl Collected {
 
     /// Takes film ratios that are each run's own δ/D for no nominal ones, and says so; says as well where there are as many of
     /// them as if they were. Films whose δ/D lies no further apart than `gap` would be one group.
-    pub fn drop_own_film_ratios(&mut self, gap: f64) -> Option<Notice> {
+    pub fn drop_own_film_ratios(&mut self, gap: f64) -> Option<Remark> {
         let found = self.columns.film_ratio_values(gap)?;
         if !found.are_no_nominal_ones() {
             return found
@@ -574,7 +574,7 @@ impl Collected {
         }
         let runs = found.runs;
         self.columns.film_ratio.clear();
-        let notice = Notice::new(
+        let notice = Remark::new(
             FILM_RATIO_OF_EACH_RUN,
             runs,
             format!(
@@ -598,10 +598,10 @@ impl Collected {
     }
 
     /// Says what was done with the hidden rows of a sheet.
-    pub fn hidden_rows(&self, path: &Path) -> Option<Notice> {
+    pub fn hidden_rows(&self, path: &Path) -> Option<Remark> {
         let sheet = self.sheet.as_ref().filter(|sheet| !sheet.hidden_rows.is_empty())?;
         let done = if sheet.are_taken { "are read" } else { "are left out" };
-        Some(Notice::new(
+        Some(Remark::new(
             HIDDEN_ROWS,
             sheet.hidden_rows.len(),
             format!(
@@ -615,9 +615,9 @@ impl Collected {
     }
 
     /// Says which point of the sphere the heights are taken to be of, where the scene does not.
-    pub fn heights_assumed(&self, path: &Path) -> Option<Notice> {
+    pub fn heights_assumed(&self, path: &Path) -> Option<Remark> {
         self.remarks.assumes_lowest_point.then(|| {
-            Notice::new(
+            Remark::new(
                 HEIGHTS_ASSUMED,
                 self.rows,
                 format!(
@@ -631,14 +631,14 @@ impl Collected {
     }
 
     /// Says which columns of a file are read only where another has nothing.
-    pub fn unheeded_columns(&self, path: &Path) -> Option<Notice> {
+    pub fn unheeded_columns(&self, path: &Path) -> Option<Remark> {
         let unheeded = &self.remarks.unheeded;
         let each = unheeded
             .iter()
             .map(|[column, other]| format!("{column} read only where {other} is empty"));
         let each: Vec<String> = each.collect();
         (!each.is_empty()).then(|| {
-            Notice::new(
+            Remark::new(
                 UNHEEDED_COLUMN,
                 each.len(),
                 format!("{}: {}", file_name(path), each.join(", ")),
@@ -649,9 +649,9 @@ impl Collected {
     }
 
     /// Says how many runs rebounded faster than they fell.
-    pub fn above_one(&self) -> Option<Notice> {
+    pub fn above_one(&self) -> Option<Remark> {
         (self.above_one > 0).then(|| {
-            Notice::new(
+            Remark::new(
                 RESTITUTION_ABOVE_ONE,
                 self.above_one,
                 format!(
@@ -665,7 +665,7 @@ impl Collected {
 }
 
 /// Says that each of very many film ratios is a group of its own.
-fn many_film_ratios(found: &FilmRatioValues, name: &str) -> Notice {
+fn many_film_ratios(found: &FilmRatioValues, name: &str) -> Remark {
     let FilmRatioValues {
         rows, values, groups, ..
     } = found;
@@ -674,7 +674,7 @@ fn many_film_ratios(found: &FilmRatioValues, name: &str) -> Notice {
     } else {
         ("groups", "are")
     };
-    Notice::new(
+    Remark::new(
         MANY_FILM_RATIOS,
         *values,
         format!(
@@ -689,7 +689,7 @@ fn many_film_ratios(found: &FilmRatioValues, name: &str) -> Notice {
 }
 
 /// Says once which columns were not read: those of each table by name, tables with the same ones together.
-pub(super) fn columns_not_read(tables: &[(String, Vec<String>)]) -> Option<Notice> {
+pub(super) fn columns_not_read(tables: &[(String, Vec<String>)]) -> Option<Remark> {
     let mut alike: Vec<(Vec<&str>, &[String])> = vec![];
     for (table, columns) in tables.iter().filter(|(_, columns)| !columns.is_empty()) {
         match alike.iter_mut().find(|(_, others)| others == columns) {
@@ -707,7 +707,7 @@ pub(super) fn columns_not_read(tables: &[(String, Vec<String>)]) -> Option<Notic
         })
         .collect();
     (count > 0).then(|| {
-        Notice::new(
+        Remark::new(
             UNKNOWN_COLUMN,
             count,
             each.join("; "),
@@ -740,7 +740,8 @@ mod tests {
     #[test]
     fn columns_that_several_tables_have_are_told_once_and_only_inform() {
         let table = |name: &str, columns: &[&str]| (name.to_owned(), columns.iter().map(|c| (*c).to_owned()).collect());
-        let told = |tables: &[(String, Vec<String>)]| columns_not_read(tables).map(|one| (one.text, one.count));
+        let told =
+            |tables: &[(String, Vec<String>)]| columns_not_read(tables).map(|one| (one.text.clone(), one.count()));
         assert_eq!(told(&[table("a.csv", &[])]), None);
         let sheets = [
             table("b.xlsx", &["ok"]),

@@ -21,9 +21,9 @@ use super::spheres::check_spheres;
 use super::stated_errors::check_stated_errors;
 use super::table::{read, Joined, Table};
 use crate::error::Error;
-use crate::notice::{Level, Notice};
 use crate::physics::numbers::same_diameter;
 use crate::ranks::Ranks;
+use crate::remark::{Level, Remark};
 use crate::scene::Scene;
 
 /// Rows of the longest table whose runs are all kept: of eight values each, twenty million values.
@@ -129,9 +129,9 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
     Ok(Some(table))
 }
 
-fn condensed_notice(runs: &Runs, sample: &Runs) -> Notice {
+fn condensed_notice(runs: &Runs, sample: &Runs) -> Remark {
     let all = runs.all_measured();
-    Notice::new(
+    Remark::new(
         CONDENSED_RUNS,
         all,
         format!(

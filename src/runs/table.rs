@@ -18,7 +18,7 @@ use super::told_twice::ComparedColumns;
 use super::workbook::{read_sheet, Workbook};
 use crate::error::{file_name, quoted, Error, Problem};
 use crate::files::MOST_OF_PARQUET;
-use crate::notice::Notice;
+use crate::remark::Remark;
 use crate::scene::{RunColumn, Scene, TableFile, MISSING};
 use crate::seed::sha256;
 
@@ -36,7 +36,7 @@ pub struct Table {
     /// columns that tell the same thing
     pub compared: Vec<ComparedColumns>,
     /// what wants a second look
-    pub notices: Vec<Notice>,
+    pub notices: Vec<Remark>,
     /// SHA-256 of the file
     pub sha256: String,
 }
@@ -137,7 +137,7 @@ pub(super) struct Joined<'p> {
     places: RowPlaces,
     /// what was read of each workbook, and whether the scene names its sheet
     sheets: Vec<(&'p TableFile, SheetRead)>,
-    notices: Vec<Notice>,
+    notices: Vec<Remark>,
     /// the columns of each table that were not read
     unknown: Vec<(String, Vec<String>)>,
     /// columns that tell the same thing, of each table
@@ -162,7 +162,7 @@ impl<'p> Joined<'p> {
             // what is so of several sheets of a file is said once
             let mut before = self.notices.iter_mut();
             match before.find(|own| own.code == notice.code && own.text == notice.text) {
-                Some(own) => own.count += notice.count,
+                Some(own) => own.value = Some((own.count() + notice.count()) as f64),
                 None => self.notices.push(notice),
             }
         }
@@ -202,7 +202,7 @@ impl<'p> Joined<'p> {
 
     /// The runs as they were read; and what is to be said of them, with the places of their rows.
     pub fn finish(mut self) -> (Collected, Table) {
-        let mut notices: Vec<Notice> = self.sheets_not_read().collect();
+        let mut notices: Vec<Remark> = self.sheets_not_read().collect();
         notices.append(&mut self.notices);
         notices.extend(self.all.labelled_rows(&self.places));
         notices.extend(self.all.averaged_rows());
@@ -233,14 +233,14 @@ impl<'p> Joined<'p> {
 
     /// Says of a workbook whose sheet the scene does not name which one was read and which were not, and of a hidden sheet
     /// that it was read.
-    fn sheets_not_read(&self) -> impl Iterator<Item = Notice> + '_ {
+    fn sheets_not_read(&self) -> impl Iterator<Item = Remark> + '_ {
         self.sheets.iter().filter_map(|(file, sheet)| {
             let book = file_name(&file.path);
             let read = quoted(&sheet.name);
             if sheet.is_hidden {
                 let text = format!("{book}: sheet {read} is hidden; it is read since the scene names it");
                 let next = "nothing, if its runs are meant";
-                return Some(Notice::new(SHEETS_NOT_READ, 1, text, next));
+                return Some(Remark::new(SHEETS_NOT_READ, 1, text, next));
             }
             let is_read = |name: &str| {
                 let mut read = self.sheets.iter();
@@ -263,7 +263,7 @@ impl<'p> Joined<'p> {
                 let not = if visible.is_empty() { "not" } else { "nor" };
                 text.push_str(&format!(", {not} the hidden {}", hidden.join(", ")));
             }
-            Some(Notice::new(
+            Some(Remark::new(
                 SHEETS_NOT_READ,
                 visible.len() + hidden.len(),
                 text,

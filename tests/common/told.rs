@@ -1,22 +1,21 @@
 //! Finds what findings hold by its name.
 
 use wetcor::findings::balance::EnergyBalance;
-use wetcor::findings::checks::Check;
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::main_numbers::MainParameter;
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::Findings;
-use wetcor::notice::Notice;
+use wetcor::remark::Remark;
 use wetcor::scene::WetLaw;
 
 pub trait Told {
     /// A check by its code, if it was made.
-    fn made(&self, code: &str) -> Option<&Check>;
+    fn made(&self, code: &str) -> Option<&Remark>;
     /// A check that must have been made.
-    fn check(&self, code: &str) -> &Check;
+    fn check(&self, code: &str) -> &Remark;
     /// Whether a check failed that forbids quoting.
     fn forbids(&self, code: &str) -> bool;
-    fn notice(&self, code: &str) -> Option<&Notice>;
+    fn notice(&self, code: &str) -> Option<&Remark>;
     fn tells(&self, code: &str) -> bool;
     /// The energy balance of dry and wet runs.
     fn balance(&self) -> &EnergyBalance;
@@ -28,21 +27,21 @@ pub trait Told {
 }
 
 impl Told for Findings {
-    fn made(&self, code: &str) -> Option<&Check> {
-        self.verdicts.iter().find(|check| check.check == code)
+    fn made(&self, code: &str) -> Option<&Remark> {
+        self.checks().find(|check| check.code == code)
     }
 
-    fn check(&self, code: &str) -> &Check {
+    fn check(&self, code: &str) -> &Remark {
         self.made(code).unwrap_or_else(|| panic!("no check {code}"))
     }
 
     fn forbids(&self, code: &str) -> bool {
-        let mut checks = self.verdicts.iter();
-        checks.any(|check| check.check == code && check.gates && !check.passed)
+        let mut checks = self.checks();
+        checks.any(|check| check.code == code && check.gates() && !check.passed)
     }
 
-    fn notice(&self, code: &str) -> Option<&Notice> {
-        self.notices.iter().find(|notice| notice.code == code)
+    fn notice(&self, code: &str) -> Option<&Remark> {
+        self.notices().find(|notice| notice.code == code)
     }
 
     fn tells(&self, code: &str) -> bool {

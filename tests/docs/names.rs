@@ -58,12 +58,12 @@ fn every_name_is_one_of_the_program() {
 
 /// The codes of the checks, with whether a failure forbids quoting, as their list in the program has them.
 fn listed_checks() -> Vec<(String, bool)> {
-    let source = read("src/findings/checks.rs");
-    let entries = source.split(": Criterion = ").skip(1);
+    let source = read("src/findings/remarks.rs");
+    let entries = source.split(": Kind = ").skip(1);
     let entry = |text: &str| {
-        let text = text.split(");").next()?;
+        let text = text.split(");").next().filter(|text| text.contains("At"))?;
         let code = text.split('"').nth(1)?.to_owned();
-        Some((code, text.starts_with("gates(")))
+        Some((code, text.starts_with("forbids(")))
     };
     entries.filter_map(entry).collect()
 }

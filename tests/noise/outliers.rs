@@ -110,7 +110,7 @@ fn outliers_do_not_hide_each_other() {
     }
     let notice = found.notice("outlier").expect("told");
     assert!(
-        notice.count == 12 && notice.text.ends_with("and 9 more"),
+        notice.count() == 12 && notice.text.ends_with("and 9 more"),
         "{}",
         notice.text
     );

@@ -152,7 +152,7 @@ const OF_DRAWS: [&str; 6] = [
 fn tell(scene: &Scene, findings: Findings, sampled: bool) -> Told {
     honest(&findings);
     let balance = findings.energy_balance.as_ref();
-    let passed = |check: &str| findings.verdicts.iter().all(|c| c.check != check || c.passed);
+    let passed = |check: &str| findings.checks().all(|c| c.code != check || c.passed);
     let distance = balance
         .filter(|b| b.verdict.passed && passed("energy_balance"))
         .and_then(|balance| {
@@ -170,10 +170,9 @@ fn tell(scene: &Scene, findings: Findings, sampled: bool) -> Told {
         each.reduce(f64::max)
     });
     let failed: Vec<&str> = findings
-        .verdicts
-        .iter()
-        .filter(|c| c.gates && !c.passed)
-        .map(|c| c.check)
+        .checks()
+        .filter(|c| c.gates() && !c.passed)
+        .map(|c| c.code)
         .collect();
     let chains = failed.iter().any(|check| OF_CHAINS.contains(check));
     let mut parts = vec![];
@@ -206,12 +205,12 @@ fn tell(scene: &Scene, findings: Findings, sampled: bool) -> Told {
         .filter(|check| !(OF_CHAINS.contains(check) || chains && OF_DRAWS.contains(check)))
         .map(|check| format!("`{check}`"))
         .collect();
-    parts.push(match (quotable(&findings.verdicts), told.is_empty()) {
+    parts.push(match (quotable(&findings.remarks), told.is_empty()) {
         (true, _) => "may be quoted".to_owned(),
         (false, false) => format!("not to be quoted: {}", told.join(", ")),
         (false, true) => "not to be quoted".to_owned(),
     });
-    let notices: Vec<String> = findings.notices.iter().map(|n| format!("`{}`", n.code)).collect();
+    let notices: Vec<String> = findings.notices().map(|n| format!("`{}`", n.code)).collect();
     if !notices.is_empty() {
         parts.push(format!("notices: {}", notices.join(", ")));
     }
@@ -287,7 +286,7 @@ fn honest(findings: &Findings) {
             );
         }
     }
-    for check in &findings.verdicts {
+    for check in findings.checks() {
         assert!(
             check.value.is_none_or(f64::is_finite) && !check.text.is_empty(),
             "{check:?}"

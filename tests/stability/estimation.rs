@@ -31,7 +31,7 @@ fn row(case: impl Into<String>, asked: &'static str, told: &Told) -> Row {
     let near = |distance: Option<f64>| distance.is_none_or(|distance| distance < 5.0);
     let case_told = &told.text;
     assert!(
-        !quotable(&told.findings.verdicts) || near(told.distance) && near(told.posterior_distance),
+        !quotable(&told.findings.remarks) || near(told.distance) && near(told.posterior_distance),
         "{case_told}"
     );
     let case = case.into();

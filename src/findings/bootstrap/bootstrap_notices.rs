@@ -3,8 +3,8 @@
 use super::replicates::FEWEST_RUNS;
 use super::resampling::{Estimates, Resampling};
 use crate::findings::estimate::Bootstrapped;
-use crate::findings::notices;
-use crate::notice::{Level, Notice};
+use crate::findings::remarks;
+use crate::remark::{Level, Remark};
 use crate::rounding::by_number;
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
@@ -15,7 +15,7 @@ pub(super) fn bootstrap_notices(
     runs: &Runs,
     resampling: &Resampling,
     estimates: &Estimates,
-) -> Vec<Notice> {
+) -> Vec<Remark> {
     let mut found = vec![];
     let drawn = |boot: &Option<Bootstrapped>| boot.as_ref().is_some_and(|boot| boot.replicates > 0);
     let dry = estimates.dry.iter().map(|fit| (fit.dry.runs, &fit.dry.dry_k));
@@ -46,7 +46,7 @@ pub(super) fn bootstrap_notices(
             "{few} of {drawn} bootstrapped fits {} on fewer than {FEWEST_RUNS} runs: {so}",
             by_number(few, "rests", "rest")
         );
-        found.push(notices::BOOTSTRAP_FEW_RUNS.notice(few, text).at(level));
+        found.push(remarks::BOOTSTRAP_FEW_RUNS.notice(few, text).at(level));
     }
     let partly = runs.series.iter().filter(|series| partly_stuck(runs, series)).count();
     if partly > 0 {
@@ -55,13 +55,13 @@ pub(super) fn bootstrap_notices(
              noise, which makes intervals of St_c that rest on them too short",
             runs.series.len()
         );
-        found.push(notices::BOOTSTRAP_PARTLY_STUCK.notice(partly, text));
+        found.push(remarks::BOOTSTRAP_PARTLY_STUCK.notice(partly, text));
     }
     let single = resampling.single_run_strata;
     if single > 0 {
         let (strata, hold) = (resampling.strata, by_number(single, "holds", "hold"));
         let text = format!("{single} of {strata} strata {hold} a single run, which no resample can vary");
-        found.push(notices::BOOTSTRAP_SINGLE_RUN_STRATA.notice(single, text));
+        found.push(remarks::BOOTSTRAP_SINGLE_RUN_STRATA.notice(single, text));
     }
     let alone = fits
         .iter()
@@ -72,7 +72,7 @@ pub(super) fn bootstrap_notices(
         let rest = by_number(alone, "fit rests", "fits rest");
         let text =
             format!("{alone} {rest} on one series, for which none can be drawn: the delta interval stands there");
-        found.push(notices::BOOTSTRAP_ONE_SERIES.notice(alone, text));
+        found.push(remarks::BOOTSTRAP_ONE_SERIES.notice(alone, text));
     }
     found
 }

@@ -20,12 +20,12 @@ pub use resampling::{Estimates, Resampling};
 
 use rayon::prelude::*;
 
-use super::notices;
 use super::quantities::wetted_of;
+use super::remarks;
 use crate::inference::bootstrap::sandwich::{sandwich, sandwich_of_sample, Sandwich};
 use crate::inference::bootstrap::{Plan, Target};
-use crate::notice::Notice;
 use crate::physics::quantity::{Place, Quantity, Wetted};
+use crate::remark::Remark;
 use crate::runs::Runs;
 use crate::scene::{IntervalMethod, ResamplingScheme, Scene};
 use by_sandwich::FEW_RUNS;
@@ -45,14 +45,14 @@ fn affordable_replicates(wanted: u64, fits: usize) -> usize {
 }
 
 /// Says that fewer replicates were made than the scene asks for; `None` where they were not.
-fn fewer_replicates_notice(wanted: u64, made: usize, fits: usize) -> Option<Notice> {
+fn fewer_replicates_notice(wanted: u64, made: usize, fits: usize) -> Option<Remark> {
     (made as u64 != wanted).then(|| {
         let text = format!(
             "[bootstrap] replicates: found {wanted}, of {fits} fits; made {made}, since at most {MOST_HELD} replicates of \
              all fits together are held at once"
         );
         let next = format!("set it to at most {made}, or fit fewer series in one scene");
-        notices::BOOTSTRAP_FEWER_REPLICATES.with_next_step(made, text, next)
+        remarks::BOOTSTRAP_FEWER_REPLICATES.with_next_step(made, text, next)
     })
 }
 
@@ -78,7 +78,7 @@ pub fn add_bootstrap_intervals(
     mut estimates: Estimates,
     options: Options,
     done: &(dyn Fn(usize) + Sync),
-) -> (Resampling, Vec<Notice>) {
+) -> (Resampling, Vec<Remark>) {
     let number = estimates.dry.len() + estimates.series.len() + estimates.scaling.len();
     let plan = Plan {
         replicates: affordable_replicates(scene.bootstrap.replicates, number),
@@ -156,7 +156,7 @@ pub fn add_bootstrap_intervals(
             runs.all_measured(),
             options.most_resampled
         );
-        notices::BOOTSTRAP_BY_SANDWICH.notice(runs.all_measured(), text)
+        remarks::BOOTSTRAP_BY_SANDWICH.notice(runs.all_measured(), text)
     }));
     (resampling, found)
 }

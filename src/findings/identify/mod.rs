@@ -23,8 +23,8 @@ pub use combinations::IdentifiableCombination;
 pub use each_quantity::{identify_each_quantity, Identified};
 
 use super::least_squares::LeastSquares;
-use super::notices;
-use crate::notice::Notice;
+use super::remarks;
+use crate::remark::Remark;
 use crate::runs::Runs;
 use crate::scene::Scene;
 use identifiability::Identifiability;
@@ -116,7 +116,7 @@ pub fn identify_directions(scene: &Scene, runs: &Runs, least_squares: LeastSquar
 }
 
 /// A notice of what the runs do not identify; `None` where they identify everything.
-pub fn unidentified_notice(directions: Option<&Directions>) -> Option<Notice> {
+pub fn unidentified_notice(directions: Option<&Directions>) -> Option<Remark> {
     let unseen = &directions?.unseen;
     let describe = |one: &Unidentified| {
         let determined: Vec<String> = one.determined.iter().map(IdentifiableCombination::text).collect();
@@ -129,5 +129,5 @@ pub fn unidentified_notice(directions: Option<&Directions>) -> Option<Notice> {
     let texts: Vec<String> = unseen.iter().map(describe).collect();
     let next: Vec<&str> = unseen.iter().map(|one| one.add.as_str()).collect();
     let count = unseen.iter().map(|one| one.directions).sum();
-    (count > 0).then(|| notices::UNSEEN.with_next_step(count, texts.join("; "), next.join("; ")))
+    (count > 0).then(|| remarks::UNSEEN.with_next_step(count, texts.join("; "), next.join("; ")))
 }

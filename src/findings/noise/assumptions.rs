@@ -2,9 +2,8 @@
 
 use super::rows::{group_name, RunKind};
 use super::{GroupSpread, GrowthTest, GrowthWith, Noise, Offsets, Outlier, SpreadTest};
-use crate::findings::checks::BIAS;
-use crate::findings::notices;
-use crate::notice::{Level, Notice};
+use crate::findings::remarks::{self, BIAS};
+use crate::remark::{Level, Remark};
 use crate::rounding::{by_number, probability};
 use crate::runs::sphere_words;
 use crate::scene::{NoiseOn, ResamplingScheme, Scene};
@@ -15,7 +14,7 @@ const SHOWN: usize = 3;
 
 /// A notice for outliers, one for unequal spreads, one for growing noise of dry and of wet runs and one for shared offsets,
 /// each where it matters.
-pub(in crate::findings) fn noise_notices(scene: &Scene, noise: Option<&Noise>) -> Vec<Notice> {
+pub(in crate::findings) fn noise_notices(scene: &Scene, noise: Option<&Noise>) -> Vec<Remark> {
     let Some(noise) = noise else {
         return vec![];
     };
@@ -40,7 +39,7 @@ impl GrowthTest {
     }
 }
 
-fn noise_grows(scene: &Scene, found: &GrowthTest) -> Notice {
+fn noise_grows(scene: &Scene, found: &GrowthTest) -> Remark {
     let [from, to] = found.ends();
     let text = format!(
         "the noise of {} runs grows with {}: their sd is {:.1} times as large at {to} as at {from} (by chance with probability \
@@ -54,9 +53,9 @@ fn noise_grows(scene: &Scene, found: &GrowthTest) -> Notice {
         100.0 * found.band_holds[1]
     );
     let entry = if found.of == RunKind::Wet.word() {
-        notices::NOISE_GROWS
+        remarks::NOISE_GROWS
     } else {
-        notices::DRY_NOISE_GROWS
+        remarks::DRY_NOISE_GROWS
     };
     let mut notice = entry.notice(found.runs, text);
     // noise on the energy kept grows so
@@ -71,7 +70,7 @@ fn noise_grows(scene: &Scene, found: &GrowthTest) -> Notice {
     }
 }
 
-fn outliers(noise: &Noise) -> Option<Notice> {
+fn outliers(noise: &Noise) -> Option<Remark> {
     let found = noise.outliers_found;
     if found == 0 {
         return None;
@@ -89,7 +88,7 @@ fn outliers(noise: &Noise) -> Option<Notice> {
     // those that are not described lie nearer, but nobody knows what they move
     let felt = found > noise.outliers.len() || noise.outliers.iter().any(|one| one.moves_in_se.abs() > BIAS);
     let level = if felt { Level::Cautions } else { Level::Informs };
-    Some(notices::OUTLIER.notice(found, text).at(level))
+    Some(remarks::OUTLIER.notice(found, text).at(level))
 }
 
 fn described(one: &Outlier) -> String {
@@ -112,7 +111,7 @@ fn described(one: &Outlier) -> String {
         one.place,
         one.impact_speed_m_s,
         one.sds.abs(),
-        one.moves,
+        remarks::in_symbols(&one.moves),
         one.moves_in_se
     )
 }
@@ -125,7 +124,7 @@ impl GroupSpread {
     }
 }
 
-fn unequal_spread(spread: &SpreadTest) -> Option<Notice> {
+fn unequal_spread(spread: &SpreadTest) -> Option<Remark> {
     let worst = spread.affected_standard_error()?;
     let of = |group: &GroupSpread| format!("{:.4} ({}, {} runs)", group.sd, group.label(), group.runs);
     let text = format!(
@@ -133,23 +132,23 @@ fn unequal_spread(spread: &SpreadTest) -> Option<Notice> {
          one for all wet runs; the standard error of {} is too small by a factor of {:.2}",
         of(&spread.narrowest),
         of(&spread.widest),
-        worst.parameter,
+        remarks::in_symbols(&worst.parameter),
         worst.ratio
     );
-    Some(notices::UNEQUAL_SPREAD.notice(spread.test.df_between + 1, text))
+    Some(remarks::UNEQUAL_SPREAD.notice(spread.test.df_between + 1, text))
 }
 
-fn series_offsets(scene: &Scene, offsets: &Offsets) -> Option<Notice> {
+fn series_offsets(scene: &Scene, offsets: &Offsets) -> Option<Remark> {
     let worst = offsets.affected_standard_error()?;
     let text = format!(
         "runs of a series share an offset: over {} series it has an sd of {:.4} in e, {:.2} of the spread of single runs; \
          taking runs as independent makes the standard error of {} too small by a factor of {:.2}. It may be the film or \
          the alignment, set once for a series, or the law itself where it does not fit",
-        offsets.series, offsets.sd, offsets.share, worst.parameter, worst.ratio
+        offsets.series, offsets.sd, offsets.share, remarks::in_symbols(&worst.parameter), worst.ratio
     );
-    let mut notice = notices::SERIES_OFFSETS.notice(offsets.series, text);
+    let mut notice = remarks::SERIES_OFFSETS.notice(offsets.series, text);
     if scene.bootstrap.scheme == ResamplingScheme::Series {
-        let changes = format!(". scheme = \"series\" {}", notices::SERIES_SCHEME_CHANGES);
+        let changes = format!(". scheme = \"series\" {}", remarks::SERIES_SCHEME_CHANGES);
         notice.next_step.push_str(&changes);
     }
     Some(notice)

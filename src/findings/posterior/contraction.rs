@@ -2,10 +2,9 @@
 
 use super::runs_alone::RunsAlone;
 use super::summary::{HeldParameter, PosteriorFindings, QuantitySummary};
-use crate::findings::checks::{self, Check};
 use crate::findings::identify::Directions;
-use crate::findings::notices;
-use crate::notice::Notice;
+use crate::findings::remarks;
+use crate::remark::Remark;
 use crate::rounding::{signed, with_se};
 
 /// A correlation below this is no partner.
@@ -20,7 +19,7 @@ fn share_left(quantity: &QuantitySummary) -> Option<f64> {
 pub(in crate::findings) fn contraction_notice(
     found: &PosteriorFindings,
     directions: Option<&Directions>,
-) -> Option<Notice> {
+) -> Option<Remark> {
     let wide = found.parameters.iter().enumerate();
     let wide: Vec<(usize, f64)> = wide.filter_map(|(place, q)| Some((place, share_left(q)?))).collect();
     if wide.is_empty() {
@@ -34,12 +33,12 @@ pub(in crate::findings) fn contraction_notice(
     let is_wide = |name: &String| wide.iter().any(|(place, _)| found.parameters[*place].name == *name);
     let mut unseen = directions.into_iter().flat_map(|directions| &directions.unseen);
     let known = unseen.find(|unseen| unseen.parameters.iter().any(is_wide));
-    let next = known.map_or(notices::PRIOR_RULES.next_step, |unseen| unseen.add.as_str());
-    Some(notices::PRIOR_RULES.with_next_step(wide.len(), text, next))
+    let next = known.map_or(remarks::PRIOR_RULES.next_step, |unseen| unseen.add.as_str());
+    Some(remarks::PRIOR_RULES.with_next_step(wide.len(), text, next))
 }
 
 /// Whether the runs contradict a prior; `None` where they alone say nothing of any parameter.
-pub(super) fn prior_conflict(found: &PosteriorFindings) -> Option<Check> {
+pub(super) fn prior_conflict(found: &PosteriorFindings) -> Option<Remark> {
     let of_prior = |own: &QuantitySummary| {
         let prior = own.prior.as_ref()?;
         let alone = prior.runs_alone?;
@@ -68,22 +67,22 @@ pub(super) fn prior_conflict(found: &PosteriorFindings) -> Option<Check> {
     if conflicts.is_empty() {
         let text =
             format!("largest distance of what the runs alone say from a prior ({worst}), in sds of the two together");
-        return Some(checks::PRIOR_CONFLICT.check(distance, text));
+        return Some(remarks::PRIOR_CONFLICT.check(distance, text));
     }
     let told = conflicts.iter().map(|(name, alone, apart)| {
         format!(
-            "{name}: the runs alone give {}, {apart}",
+            "{}: the runs alone give {}, {apart}",
+            remarks::in_symbols(name),
             with_se(alone.value, alone.se)
         )
     });
     let told: Vec<String> = told.collect();
-    let felt = |alone: &RunsAlone| alone.from_posterior.abs() > checks::FELT;
+    let felt = |alone: &RunsAlone| alone.from_posterior.abs() > remarks::FELT;
+    let forbids = conflicts.iter().any(|(_, alone, _)| felt(alone));
     Some(
-        Check {
-            gates: conflicts.iter().any(|(_, alone, _)| felt(alone)),
-            ..checks::PRIOR_CONFLICT.check(distance, notices::shortened(&told))
-        }
-        .with_advice(),
+        remarks::PRIOR_CONFLICT
+            .check(distance, remarks::shortened(&told))
+            .forbidding_if(forbids),
     )
 }
 
@@ -101,8 +100,8 @@ fn describe(found: &PosteriorFindings, place: usize, left: f64) -> String {
         format!(
             ", correlation {} with {}",
             signed(*correlation),
-            found.parameters[other].name
+            remarks::in_symbols(&found.parameters[other].name)
         )
     });
-    format!("{name} ({left:.2} of it{partner})")
+    format!("{} ({left:.2} of it{partner})", remarks::in_symbols(name))
 }

@@ -26,9 +26,9 @@ mod summary;
 
 use rayon::prelude::*;
 
-use super::checks::{self, Check};
 use super::least_squares::LeastSquares;
 use super::predict::Basis;
+use super::remarks;
 use crate::error::Error;
 use crate::inference::accuracy::{sample_to_accuracy, AccuracyPlan};
 use crate::inference::nuts::Watcher;
@@ -37,6 +37,7 @@ use crate::inference::sampling::{sample_until_mixed, NoPosterior, Sampled, Sampl
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::ModelParameters;
 use crate::physics::Form;
+use crate::remark::Remark;
 use crate::runs::Runs;
 use crate::scene::Scene;
 use crate::seed::StreamName;
@@ -64,7 +65,7 @@ pub struct Posterior {
     /// the draws of what follows
     pub derived: Vec<DerivedDraws>,
     /// what must hold
-    pub checks: Vec<Check>,
+    pub checks: Vec<Remark>,
     /// the scene it was sampled from, where that is not the one that was given: with noise on the energy, too, which barely
     /// rebounding runs ask for
     pub scene: Option<Box<Scene>>,
@@ -79,12 +80,12 @@ impl Posterior {
             .checks
             .iter()
             .filter(|check| posterior_checks::is_of_sampling(check));
-        of_sampling.all(|check| check.passed || !check.gates)
+        !of_sampling.any(Remark::forbids)
     }
 
     /// That the runs contradict a prior; `None` where they do not.
-    pub fn prior_conflict(&self) -> Option<&Check> {
-        let is_conflict = |check: &&Check| check.check == checks::PRIOR_CONFLICT.code && !check.passed;
+    pub fn prior_conflict(&self) -> Option<&Remark> {
+        let is_conflict = |check: &&Remark| check.code == remarks::PRIOR_CONFLICT.code && !check.passed;
         self.checks.iter().find(is_conflict)
     }
 }

@@ -2,13 +2,14 @@
 
 use super::contraction;
 use super::summary::{PosteriorFindings, QuantitySummary};
-use crate::findings::checks::{self, Check, Criterion};
 use crate::findings::least_squares::LeastSquares;
+use crate::findings::remarks::{self, Kind};
 use crate::inference::accuracy::asked_of_draws;
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::mixing::MixingLines;
 use crate::inference::sampling::Method;
 use crate::model::parameters::{ModelParameters, ParameterKind};
+use crate::remark::Remark;
 use crate::runs::{DryGroup, Runs};
 use crate::scene::Scene;
 
@@ -17,38 +18,38 @@ const CHANCE: f64 = 3.5;
 
 /// Names of the checks that stand where nothing was sampled.
 const NOT_SAMPLED: [&str; 5] = [
-    checks::PARAMETERS_LEFT.code,
-    checks::RUNS_TO_SPARE.code,
-    checks::DRAWS_MADE.code,
-    checks::NOISE.code,
-    checks::REBOUNDS.code,
+    remarks::PARAMETERS_LEFT.code,
+    remarks::RUNS_TO_SPARE.code,
+    remarks::DRAWS_MADE.code,
+    remarks::NOISE.code,
+    remarks::REBOUNDS.code,
 ];
 
 /// Names of the checks of how the draws were made.
 const OF_SAMPLING: [&str; 8] = [
-    checks::RHAT.code,
-    checks::ESS_BULK.code,
-    checks::ESS_TAIL.code,
-    checks::E_BFMI.code,
-    checks::DIVERGENCES.code,
-    checks::KHAT.code,
-    checks::ACCURACY.code,
-    checks::COMPRESSION_ERROR.code,
+    remarks::RHAT.code,
+    remarks::ESS_BULK.code,
+    remarks::ESS_TAIL.code,
+    remarks::E_BFMI.code,
+    remarks::DIVERGENCES.code,
+    remarks::KHAT.code,
+    remarks::ACCURACY.code,
+    remarks::COMPRESSION_ERROR.code,
 ];
 
 /// Whether a check asks how the draws were made, and not of the model or the runs.
-pub(super) fn is_of_sampling(check: &Check) -> bool {
-    OF_SAMPLING.contains(&check.check)
+pub(super) fn is_of_sampling(check: &Remark) -> bool {
+    OF_SAMPLING.contains(&check.code)
 }
 
 /// Why no posterior was sampled, though the scene wants one; the check fails and gates.
 #[derive(Debug)]
-pub struct PosteriorRefusal(pub Box<Check>);
+pub struct PosteriorRefusal(pub Box<Remark>);
 
 impl PosteriorRefusal {
     /// Its check among all, if nothing was sampled.
-    pub fn among(checks: &[Check]) -> Option<&Check> {
-        checks.iter().find(|check| NOT_SAMPLED.contains(&check.check))
+    pub fn among(checks: &[Remark]) -> Option<&Remark> {
+        checks.iter().find(|check| NOT_SAMPLED.contains(&check.code))
     }
 }
 
@@ -60,21 +61,21 @@ pub fn why_not_sampled(
 ) -> Option<PosteriorRefusal> {
     if parameters.sampled.is_empty() {
         let text = "no parameter is left to be sampled: no runs in use, or every prior fixed";
-        return Some(PosteriorRefusal(Box::new(checks::PARAMETERS_LEFT.check(0.0, text))));
+        return Some(PosteriorRefusal(Box::new(remarks::PARAMETERS_LEFT.check(0.0, text))));
     }
     if let Some(few) = too_few_runs(runs, parameters) {
         return Some(PosteriorRefusal(Box::new(few)));
     }
-    if let Some(smallest) = smallest_noise(least_squares).filter(|sd| *sd < checks::NOISE.threshold()) {
+    if let Some(smallest) = smallest_noise(least_squares).filter(|sd| *sd < remarks::NOISE.threshold()) {
         let text = format!(
             "the runs have no noise (spread {smallest:.1e}): there is no posterior to sample, and least squares is exact"
         );
-        return Some(PosteriorRefusal(Box::new(checks::NOISE.check(smallest, text))));
+        return Some(PosteriorRefusal(Box::new(remarks::NOISE.check(smallest, text))));
     }
     let rebounds = runs.all_measured() - runs.stuck();
     if rebounds == 0 {
         let text = "every run stuck: nothing bounds the parameters from the other side but their priors";
-        return Some(PosteriorRefusal(Box::new(checks::REBOUNDS.check(0.0, text))));
+        return Some(PosteriorRefusal(Box::new(remarks::REBOUNDS.check(0.0, text))));
     }
     None
 }
@@ -87,7 +88,7 @@ struct Tally {
 
 /// Whether there are as many parameters as runs, of all runs or of the dry or the wet ones by themselves: a spread could
 /// then shrink to nothing, the other parameters passing through every run, and its chains would follow it there.
-fn too_few_runs(runs: &Runs, parameters: &ModelParameters) -> Option<Check> {
+fn too_few_runs(runs: &Runs, parameters: &ModelParameters) -> Option<Remark> {
     let sampled: Vec<ParameterKind> = parameters.sampled.iter().map(|parameter| parameter.kind).collect();
     let is_sampled = |kind: ParameterKind| sampled.contains(&kind);
     let rebounds =
@@ -130,7 +131,7 @@ fn too_few_runs(runs: &Runs, parameters: &ModelParameters) -> Option<Check> {
 }
 
 impl Tally {
-    fn check(&self, what: &str) -> Check {
+    fn check(&self, what: &str) -> Remark {
         let symbols: Vec<&str> = self.parameters.iter().map(|kind| kind.symbol()).collect();
         let text = format!(
             "{} {what} for {} parameters ({}): too few to tell how far they scatter",
@@ -139,7 +140,7 @@ impl Tally {
             symbols.join(", ")
         );
         let spare = self.runs as f64 - symbols.len() as f64;
-        checks::RUNS_TO_SPARE.check(spare, text).with_advice()
+        remarks::RUNS_TO_SPARE.check(spare, text)
     }
 }
 
@@ -156,11 +157,11 @@ fn smallest_noise(least_squares: LeastSquares) -> Option<f64> {
 
 /// The sampling could not even start.
 pub(super) fn sampling_failed(why: &str) -> PosteriorRefusal {
-    PosteriorRefusal(Box::new(checks::DRAWS_MADE.check(0.0, why)))
+    PosteriorRefusal(Box::new(remarks::DRAWS_MADE.check(0.0, why)))
 }
 
 /// Every check of a posterior.
-pub(super) fn check_posterior(found: &PosteriorFindings, least_squares: LeastSquares) -> Vec<Check> {
+pub(super) fn check_posterior(found: &PosteriorFindings, least_squares: LeastSquares) -> Vec<Remark> {
     let mut checks = convergence(found);
     checks.extend(approximations(found));
     checks.extend(compression(found));
@@ -173,29 +174,25 @@ pub(super) fn check_posterior(found: &PosteriorFindings, least_squares: LeastSqu
 }
 
 /// By how much the true speeds of the wet runs are not known, as a share of them; `None` where no speed errs.
-pub fn speed_errors(scene: &Scene, runs: &Runs) -> Option<Check> {
+pub fn speed_errors(scene: &Scene, runs: &Runs) -> Option<Remark> {
     let speeds = runs.true_speeds(scene, &runs.errors_with_medians()?);
     let wet = || runs.series.iter().flat_map(|series| series.runs());
     let squares: f64 = wet().map(|run| speeds.of_run[run].sd.powi(2)).sum();
     let rms = (squares / wet().count().max(1) as f64).sqrt();
     (rms > 0.0).then(|| {
         let text = "true impact speeds of the wet runs, root mean square of their relative standard deviation";
-        checks::SPEED_ERRORS.check(rms, text).with_advice()
+        remarks::SPEED_ERRORS.check(rms, text)
     })
 }
 
-fn compression(found: &PosteriorFindings) -> Option<Check> {
+fn compression(found: &PosteriorFindings) -> Option<Remark> {
     let compression = found.compression.as_ref()?;
     let error = Some(compression.max_log_density_error).filter(|error| error.is_finite());
-    let criterion = checks::COMPRESSION_ERROR.at(compression.bound);
-    Some(
-        criterion
-            .check(
-                error,
-                "largest error of the log density of the few runs that stand for all",
-            )
-            .with_advice(),
-    )
+    let criterion = remarks::COMPRESSION_ERROR.at(compression.bound);
+    Some(criterion.check(
+        error,
+        "largest error of the log density of the few runs that stand for all",
+    ))
 }
 
 /// A parameter's number, and its name.
@@ -216,7 +213,7 @@ fn largest<'a>(found: &'a PosteriorFindings, of: impl Fn(&QuantitySummary) -> Op
     each.max_by(|a, b| a.value.total_cmp(&b.value)).unwrap_or(nothing)
 }
 
-fn convergence(found: &PosteriorFindings) -> Vec<Check> {
+fn convergence(found: &PosteriorFindings) -> Vec<Remark> {
     let mut checks = vec![];
     let requested = found.accuracy.as_ref().map(|accuracy| accuracy.requested);
     let MixingLines { rhat: line, effective } = asked_of_draws(found.method, found.chains, requested);
@@ -224,62 +221,62 @@ fn convergence(found: &PosteriorFindings) -> Vec<Check> {
     let drawn_on = drawn_on.map_or(String::new(), |asked| {
         format!("after {} draws a chain in place of {asked}", found.draws)
     });
-    let told = |check: Check| {
+    let told = |check: Remark| {
         let check = if drawn_on.is_empty() {
             check
         } else {
             check.if_failed(&drawn_on)
         };
-        check.with_advice()
+        check
     };
     if let Some(line) = line {
         let WorstParameter { value: rhat, name } = largest(found, |q| q.rhat);
         let text = format!("largest R-hat ({name}): chains that agree have 1");
         let rhat = Some(rhat).filter(|rhat| rhat.is_finite());
         let apart = format!("the chains do not agree on {name}");
-        checks.push(told(checks::RHAT.at(line).check(rhat, text).if_failed(&apart)));
+        checks.push(told(remarks::RHAT.at(line).check(rhat, text).if_failed(&apart)));
     }
-    let fewest = |criterion: Criterion, what: &str, of: fn(&QuantitySummary) -> Option<f64>| {
+    let fewest = |criterion: Kind, what: &str, of: fn(&QuantitySummary) -> Option<f64>| {
         let WorstParameter { value, name } = largest(found, |q| of(q).map(|ess| -ess));
         let ess = if value.is_finite() { -value } else { 0.0 };
         let text = format!("fewest effective draws for the {what} ({name})");
         told(criterion.at(effective).check(ess, text))
     };
-    checks.push(fewest(checks::ESS_BULK, "centre", |q| q.ess_bulk));
-    checks.push(fewest(checks::ESS_TAIL, "5 % and 95 % points", |q| q.ess_tail));
+    checks.push(fewest(remarks::ESS_BULK, "centre", |q| q.ess_bulk));
+    checks.push(fewest(remarks::ESS_TAIL, "5 % and 95 % points", |q| q.ess_tail));
     if let Some(e_bfmi) = found.e_bfmi.iter().copied().flatten().reduce(f64::min) {
         let text = "smallest energy fraction of a chain: how freely it changes its energy";
-        checks.push(checks::E_BFMI.check(e_bfmi, text).with_advice());
+        checks.push(remarks::E_BFMI.check(e_bfmi, text));
     }
     if found.method == Method::Nuts {
         let diverged = "kept draws whose trajectory diverged";
-        let diverged = checks::DIVERGENCES.check(found.divergences as f64, diverged);
+        let diverged = remarks::DIVERGENCES.check(found.divergences as f64, diverged);
         let cut = "kept draws whose trajectory was cut at 1024 steps";
-        let cut = checks::TRAJECTORIES_CUT.check(found.trajectories_cut as f64, cut);
-        checks.extend([diverged.with_advice(), cut]);
+        let cut = remarks::TRAJECTORIES_CUT.check(found.trajectories_cut as f64, cut);
+        checks.extend([diverged, cut]);
     }
     checks
 }
 
 /// What the normal about the mode, and the method that was chosen for an accuracy, vouch for.
-fn approximations(found: &PosteriorFindings) -> Vec<Check> {
+fn approximations(found: &PosteriorFindings) -> Vec<Remark> {
     let mut checks = vec![];
     if let Some(khat) = found.khat {
         // the normal and its weights are taken only below the line
-        let criterion = checks::KHAT.at(khat_threshold(found.chains * found.draws));
+        let criterion = remarks::KHAT.at(khat_threshold(found.chains * found.draws));
         let text = "shape of the weights of the normal about the mode: whether it reaches the posterior's tails";
         checks.push(criterion.check(khat, text));
     }
     if let Some(accuracy) = &found.accuracy {
-        let criterion = checks::ACCURACY.at(accuracy.requested);
+        let criterion = remarks::ACCURACY.at(accuracy.requested);
         let text = "largest error of a mean, in posterior sds, or of an sd that the method vouches for";
-        checks.push(criterion.check(accuracy.vouched, text).with_advice());
+        checks.push(criterion.check(accuracy.vouched, text));
     }
     checks
 }
 
 /// Misfit of the wet law leaks into k: the pooled k is held against the dry runs' own.
-fn dry_consistency(found: &PosteriorFindings, least_squares: LeastSquares) -> Option<Check> {
+fn dry_consistency(found: &PosteriorFindings, least_squares: LeastSquares) -> Option<Remark> {
     let shifts = least_squares
         .dry
         .iter()
@@ -293,12 +290,12 @@ fn dry_consistency(found: &PosteriorFindings, least_squares: LeastSquares) -> Op
     let (shift, name) = shifts.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let text =
         format!("largest distance of a pooled k from that of the dry runs ({name}), in combined standard errors");
-    Some(checks::DRY_CONSISTENCY.check(shift, text).with_advice())
+    Some(remarks::DRY_CONSISTENCY.check(shift, text))
 }
 
 /// Coverage of the predicted bands.
-fn bands(found: &PosteriorFindings) -> Vec<Check> {
-    let criteria = [checks::PREDICTIVE_50, checks::PREDICTIVE_90];
+fn bands(found: &PosteriorFindings) -> Vec<Remark> {
+    let criteria = [remarks::PREDICTIVE_50, remarks::PREDICTIVE_90];
     let both = found.predictive.bands.iter().zip(criteria);
     both.map(|(band, criterion)| {
         let chance = CHANCE * (band.level * (1.0 - band.level) / band.runs.max(1) as f64).sqrt();
@@ -318,8 +315,8 @@ fn bands(found: &PosteriorFindings) -> Vec<Check> {
 }
 
 /// The group whose mean residual lies worst.
-fn worst_group(found: &PosteriorFindings) -> Option<Check> {
-    let criterion = checks::PREDICTIVE_RESIDUAL;
+fn worst_group(found: &PosteriorFindings) -> Option<Remark> {
+    let criterion = remarks::PREDICTIVE_RESIDUAL;
     let allowed = |runs: usize| criterion.threshold().max(CHANCE / (runs.max(1) as f64).sqrt());
     let share = |group: &super::predictive_checks::GroupResidual| group.mean_residual.abs() / allowed(group.runs);
     let groups = found.predictive.groups.iter();
@@ -330,14 +327,14 @@ fn worst_group(found: &PosteriorFindings) -> Option<Check> {
     };
     let text = format!("mean residual of the group that lies worst ({which}), in σ");
     let criterion = criterion.at(allowed(group.runs));
-    Some(criterion.check(group.mean_residual.abs(), text).with_advice())
+    Some(criterion.check(group.mean_residual.abs(), text))
 }
 
 /// The series whose number of stuck runs is least probable.
-fn stuck_runs(found: &PosteriorFindings) -> Option<Check> {
+fn stuck_runs(found: &PosteriorFindings) -> Option<Remark> {
     let series = &found.predictive.stuck;
     let stuck = series.iter().min_by(|a, b| a.p.total_cmp(&b.p))?;
-    let criterion = checks::PREDICTIVE_STUCK;
+    let criterion = remarks::PREDICTIVE_STUCK;
     let criterion = criterion.at(criterion.threshold() / series.len() as f64);
     let text = format!(
         "{} of {} runs stuck, {:.1} expected ({}, {}, film ratio {:.3}): probability of a number so far out",

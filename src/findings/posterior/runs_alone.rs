@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::sampling::SamplingSetup;
 use crate::distributions::{f_tail, normal_quantile};
-use crate::findings::checks;
+use crate::findings::remarks;
 use crate::inference::diagnostics::summary::summarise;
 use crate::inference::importance::{propose, DrawCounts, ProposalTails};
 use crate::inference::prepared_posterior::{PreparedPosterior, Start};
@@ -50,7 +50,7 @@ fn without(prior: &Prior, mean: f64, sd: f64) -> Option<[f64; 2]> {
 impl RunsAlone {
     /// Whether the runs contradict the prior.
     pub fn contradicts_prior(&self) -> bool {
-        !checks::PRIOR_CONFLICT.holds(self.from_prior.abs())
+        !remarks::PRIOR_CONFLICT.holds(self.from_prior.abs())
     }
 
     /// From the mean and the sd of the posterior in sds of its prior from the prior's centre.

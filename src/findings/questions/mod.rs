@@ -10,9 +10,9 @@ mod effect;
 mod question;
 mod trend_comparison;
 
-use super::checks::Check;
 use crate::error::Error;
 use crate::model::parameters::ParameterKind;
+use crate::remark::Remark;
 use trend_comparison::TrendComparison;
 
 pub use question::{Answer, Question, Trend, SMALL};
@@ -24,7 +24,7 @@ pub const THIN: f64 = 0.10;
 /// Both questions, in the order of the paper's text, and whether a trend that was seen forbids quoting.
 ///
 /// Fails where a prior leaves a parameter no room.
-pub fn answer_questions(context: Context) -> Result<(Vec<Question>, Vec<Check>), Error> {
+pub fn answer_questions(context: Context) -> Result<(Vec<Question>, Vec<Remark>), Error> {
     let questions = vec![is_lubrication_constant(context, THIN)?, is_prefactor_constant(context)?];
     let checks = questions.iter().filter_map(question::check_trend).collect();
     Ok((questions, checks))

@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 
-use crate::findings::checks::{self, Check};
 use crate::findings::compare::ComparedModel;
 use crate::findings::form_choice::is_gain;
+use crate::findings::remarks;
 use crate::inference::diagnostics::loo::Difference;
 use crate::physics::Coefficient;
+use crate::remark::Remark;
 use crate::rounding::with_se;
 
 /// A question with its answer. Field names are those of `findings.json`.
@@ -224,9 +225,9 @@ fn untold(trend: &Trend) -> Option<String> {
 
 /// Whether the runs leave a parameter the same at every film ratio: no number of a law that holds it constant may be quoted
 /// where they do not. `None` where nothing was compared.
-pub(super) fn check_trend(question: &Question) -> Option<Check> {
-    let check = checks::FILM_TREND.check(question.gain?, question.text.as_str());
-    Some(Check {
+pub(super) fn check_trend(question: &Question) -> Option<Remark> {
+    let check = remarks::FILM_TREND.check(question.gain?, question.text.as_str());
+    Some(Remark {
         passed: !matches!(question.answer, Answer::Rises | Answer::Falls),
         ..check
     })

@@ -10,12 +10,11 @@ mod size;
 use self::size::term_sizes;
 pub use self::size::{SizedTerm, LINE};
 use super::balance::{self, BalanceSetup, EnergyBalance};
-use super::form_choice::GAIN;
-use super::notices;
+use super::remarks;
 use super::scaling::FittedScaling;
-use crate::notice::{Level, Notice};
 use crate::physics::form::Term;
 use crate::physics::Form;
+use crate::remark::{Level, Remark};
 use crate::rounding::with_se;
 
 /// Fits the energy balance, sizes its terms, and with `terms = "auto"` leaves out what is too small to matter.
@@ -63,19 +62,22 @@ pub(super) fn choose_terms(
 
 /// What of the terms wants a second look: one that matters and is not held, one that is held by name and does not, one
 /// that was left out.
-pub(super) fn term_notices(terms: &[SizedTerm]) -> Vec<Notice> {
+pub(super) fn term_notices(terms: &[SizedTerm]) -> Vec<Remark> {
     terms.iter().filter_map(term_notice).collect()
 }
 
 /// What is to be done about e_dry at each run's own speed until forms that have it are compared.
 pub(super) const COMPARE_DRY_SPEEDS: &str = "compare the forms: dry_speed_m_s = \"impact\" holds it";
 
-fn term_notice(sized: &SizedTerm) -> Option<Notice> {
+fn term_notice(sized: &SizedTerm) -> Option<Remark> {
     let (name, size) = (sized.term.in_words(), sized.size?);
     let digits = if size < 10.0 { 2 } else { 0 };
     let far = format!(
         "{} by {size:.digits$} standard errors, a restitution by up to {:.3}",
-        sized.moves.as_deref().unwrap_or("no parameter"),
+        sized
+            .moves
+            .as_deref()
+            .map_or("no parameter".to_owned(), remarks::in_symbols),
         sized.largest_effect
     );
     match (sized.held, size >= LINE, sized.chosen_by) {
@@ -87,21 +89,21 @@ fn term_notice(sized: &SizedTerm) -> Option<Notice> {
                 )
             });
             let shown = shown.unwrap_or_default();
-            if sized.gain_without().is_some_and(|gain| gain > GAIN) {
+            if sized.is_rejected() {
                 let text = format!("{name}: not in the model, and the runs speak against it{shown}");
-                let told = notices::TERM_NOT_HELD.with_next_step(1, text, "nothing");
+                let told = remarks::TERM_NOT_HELD.with_next_step(1, text, "nothing");
                 return Some(told.at(Level::Informs));
             }
             let text = format!("{name}: not in the model; if it acts, leaving it out moves {far}{shown}");
             let next = match sized.term {
                 Term::OwnDrySpeed => COMPARE_DRY_SPEEDS,
-                _ => notices::TERM_NOT_HELD.next_step,
+                _ => remarks::TERM_NOT_HELD.next_step,
             };
-            Some(notices::TERM_NOT_HELD.with_next_step(1, text, next))
+            Some(remarks::TERM_NOT_HELD.with_next_step(1, text, next))
         }
         (false, false, "auto") => {
             let text = format!("{name}: left out, since that moves {far}: less than {LINE}");
-            Some(notices::TERM_LEFT_OUT.notice(1, text))
+            Some(remarks::TERM_LEFT_OUT.notice(1, text))
         }
         (true, false, "scene") if sized.term != Term::OwnDrySpeed => {
             let text = format!(
@@ -109,7 +111,7 @@ fn term_notice(sized: &SizedTerm) -> Option<Notice> {
                  times as wide",
                 sized.widens.unwrap_or(1.0)
             );
-            Some(notices::TERM_TOO_SMALL.notice(1, text))
+            Some(remarks::TERM_TOO_SMALL.notice(1, text))
         }
         _ => None,
     }
@@ -142,7 +144,7 @@ mod tests {
         );
         let open = left_out(0.47);
         assert!(
-            open.cautions() && open.text.contains("leaving it out moves dry_k[PTFE] by 15"),
+            open.cautions() && open.text.contains("leaving it out moves k of PTFE by 15"),
             "{open:?}"
         );
     }

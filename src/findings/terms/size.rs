@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::findings::balance::{rebounds, BalanceSetup, EnergyBalance};
 use crate::findings::dry;
+use crate::findings::form_choice::GAIN;
 use crate::findings::scaling::FittedScaling;
 use crate::inference::joint::{Joint, JointRow, Part};
 use crate::inference::linearised_joint::Inverse;
@@ -46,6 +47,11 @@ pub struct SizedTerm {
 }
 
 impl SizedTerm {
+    /// Whether the runs speak clearly against its acting in full.
+    pub fn is_rejected(&self) -> bool {
+        self.gain_without().is_some_and(|gain| gain > GAIN)
+    }
+
     /// By how much log density the runs prefer the model without the term to one in which it acts in full; `None` where
     /// they do not tell.
     pub fn gain_without(&self) -> Option<f64> {

@@ -3,7 +3,7 @@
 use super::super::ReportInput;
 use super::page::Page;
 use crate::findings::bootstrap::{Resampling, MOST_RESAMPLED};
-use crate::findings::notices::SERIES_SCHEME_CHANGES;
+use crate::findings::remarks::SERIES_SCHEME_CHANGES;
 use crate::scene::ResamplingScheme;
 
 /// The section; nothing where nothing was resampled.

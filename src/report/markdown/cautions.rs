@@ -5,9 +5,8 @@ use super::cells::found;
 use super::escape::{code, literal};
 use super::page::Page;
 use super::table::ReportTable;
-use crate::findings::by_weight;
-use crate::findings::checks::Check;
-use crate::findings::notices::IN_TABLES;
+use crate::findings::remarks::{in_order, IN_TABLES};
+use crate::remark::{Level, Remark};
 
 /// The heading over what bears on the main numbers.
 pub(in crate::report) const CAUTIONS: &str = "Cautions";
@@ -19,7 +18,7 @@ pub(super) fn cautions(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
     page.heading(CAUTIONS);
     let cautions = findings.cautions();
-    let cautions: Vec<String> = cautions.iter().map(|one| told(one.text, one.next_step)).collect();
+    let cautions: Vec<String> = cautions.iter().map(|one| told(one)).collect();
     page.list(&cautions);
     if cautions.is_empty() {
         page.paragraph("None.");
@@ -27,7 +26,7 @@ pub(super) fn cautions(page: &mut Page, input: ReportInput) {
 }
 
 /// What was found and what to do about it, where there is anything.
-fn told(text: &str, next_step: &str) -> String {
+fn told(Remark { text, next_step, .. }: &Remark) -> String {
     match next_step.strip_prefix("nothing") {
         None => format!("{text}. Next: {next_step}."),
         Some("") => format!("{text}."),
@@ -37,10 +36,9 @@ fn told(text: &str, next_step: &str) -> String {
 
 /// The notices that move no main number and stand in no table.
 pub(super) fn also_noted(page: &mut Page, input: ReportInput) {
-    let informing = by_weight(&input.findings.notices)
-        .into_iter()
-        .filter(|notice| !notice.cautions() && !IN_TABLES.contains(&notice.code));
-    let lines: Vec<String> = informing.map(|notice| told(&notice.text, &notice.next_step)).collect();
+    let informing = in_order(&input.findings.remarks).into_iter();
+    let informing = informing.filter(|own| own.informs() && own.line.is_none() && !IN_TABLES.contains(&own.code));
+    let lines: Vec<String> = informing.map(told).collect();
     if !lines.is_empty() {
         page.section(ALSO_NOTED, "What moves no main number by more than a quarter of its ±.");
         page.list(&lines);
@@ -49,30 +47,24 @@ pub(super) fn also_noted(page: &mut Page, input: ReportInput) {
 
 /// How many checks hold, and those that do not.
 pub(super) fn checks(page: &mut Page, input: ReportInput) {
-    let all = &input.findings.verdicts;
-    let failed: Vec<&Check> = all.iter().filter(|check| !check.passed).collect();
+    let failed = || input.findings.checks().filter(|check| !check.passed);
+    let all = input.findings.checks().count();
     page.section(
         "Checks",
         &format!(
-            "{} of {} checks hold; `findings.json` has the value and the line of each.",
-            all.len() - failed.len(),
-            all.len()
+            "{} of {all} checks hold; `findings.json` has the value and the line of each.",
+            all - failed().count()
         ),
     );
-    let (felt, informing): (Vec<&Check>, Vec<&Check>) =
-        failed.into_iter().partition(|check| !check.concerns.is_empty());
-    let (gating, cautioning): (Vec<&Check>, Vec<&Check>) = felt.into_iter().partition(|check| check.gates);
-    let lines: Vec<String> = gating
-        .into_iter()
-        .map(|check| format!("Not to be quoted: {}. Why this line: {}.", found(check), check.source))
-        .collect();
-    page.list(&lines);
-    for (what, checks) in [
-        ("These fail and stand under Cautions", cautioning),
-        ("These fail, and no main number rests on them", informing),
+    let forbidding = failed().filter(|check| check.forbids());
+    let lines = forbidding.map(|check| format!("Not to be quoted: {}. Why this line: {}.", found(check), check.source));
+    page.list(&lines.collect::<Vec<String>>());
+    for (what, level) in [
+        ("These fail and stand under Cautions", Level::Cautions),
+        ("These fail, and no main number rests on them", Level::Informs),
     ] {
-        if !checks.is_empty() {
-            let texts: Vec<String> = checks.into_iter().map(found).collect();
+        let texts: Vec<String> = failed().filter(|check| check.level == level).map(found).collect();
+        if !texts.is_empty() {
             page.paragraph(&format!("{what}: {}.", texts.join("; ")));
         }
     }

@@ -1,10 +1,10 @@
 //! Words what tables of several sections have in common.
 
 use super::super::{numbers, ReportInput};
-use crate::findings::checks::Check;
 use crate::findings::main_numbers::MainPlace;
 use crate::findings::scaling::Scaling;
 use crate::findings::{Findings, Verdict};
+use crate::remark::{Line, Remark};
 use crate::runs::Sphere;
 use crate::scene::{Sticking, WetLaw};
 use crate::units::millimetres;
@@ -87,15 +87,18 @@ pub(super) fn fitted_runs(input: ReportInput) -> &'static str {
 }
 
 /// What a check found, with its value and line where the words do not have them.
-pub(super) fn found(check: &Check) -> String {
+pub(super) fn found(check: &Remark) -> String {
     // a count of what failed stands in words
-    let counted = check.threshold == 0.0 || check.threshold == 1.0;
-    match check.value {
-        Some(value) if !counted => {
-            let (value, line) = (numbers::significant(value, 3), numbers::short(check.threshold));
-            format!("{} ({value}; the line is {line})", check.found())
+    let line = check
+        .line
+        .map(Line::threshold)
+        .filter(|line| *line != 0.0 && *line != 1.0);
+    match check.value.zip(line) {
+        Some((value, line)) => {
+            let (value, line) = (numbers::significant(value, 3), numbers::short(line));
+            format!("{} ({value}; the line is {line})", check.text)
         }
-        _ => check.found().to_owned(),
+        None => check.text.clone(),
     }
 }
 

@@ -5,9 +5,9 @@ use super::cells::found;
 use super::escape::literal;
 use super::page::Page;
 use crate::findings::learnt::capital;
-use crate::findings::notices::SINGLE_RUN;
+use crate::findings::remarks::SINGLE_RUN;
 use crate::findings::Findings;
-use crate::notice::Notice;
+use crate::remark::Remark;
 
 /// Whether the main numbers may be quoted, and what carries them.
 pub(super) fn opening(page: &mut Page, input: ReportInput) {
@@ -47,17 +47,17 @@ pub(super) fn verdict(findings: &Findings) -> (String, Vec<String>) {
         };
         return (format!("the main numbers may be quoted{except}"), vec![]);
     }
-    let failed = findings.verdicts.iter().filter(|check| check.gates && !check.passed);
+    let failed = findings.checks().filter(|check| check.forbids());
     let checks: Vec<String> = failed
-        .map(|check| format!("{}. Next: {}.", found(check), check.advice))
+        .map(|check| format!("{}. Next: {}.", found(check), check.next_step))
         .collect();
     let failed = if checks.len() == 1 { "one check" } else { "these checks" };
     (format!("not to be quoted; {failed} failed"), checks)
 }
 
 /// Which single runs carry a main number; `None` where none does.
-pub(super) fn carried(findings: &Findings) -> Option<&Notice> {
-    findings.notices.iter().find(|notice| notice.code == SINGLE_RUN.code)
+pub(super) fn carried(findings: &Findings) -> Option<&Remark> {
+    findings.notices().find(|notice| notice.code == SINGLE_RUN.code)
 }
 
 /// The main parameters that the runs do not tell, or not apart from others.

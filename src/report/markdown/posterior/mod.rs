@@ -32,7 +32,7 @@ use crate::report::draws::posterior::{stores_every_run, stores_runs};
 /// The section; nothing where no posterior was asked for, and the reason where nothing was sampled.
 pub(super) fn posterior(page: &mut Page, input: ReportInput) {
     let Some(posterior) = input.posterior else {
-        if let Some(why) = PosteriorRefusal::among(&input.findings.verdicts) {
+        if let Some(why) = PosteriorRefusal::among(&input.findings.remarks) {
             page.section("Posterior", &format!("Nothing was sampled: {}.", why.text));
         }
         return;

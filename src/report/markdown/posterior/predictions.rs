@@ -6,10 +6,11 @@ use super::super::cells::diameter;
 use super::super::page::Page;
 use super::super::table::ReportTable;
 use super::cells::rhat;
-use crate::findings::checks::LOO_KHAT;
 use crate::findings::compare::ComparedModel;
 use crate::findings::posterior::Posterior;
+use crate::findings::remarks::LOO_KHAT;
 use crate::physics::Viscous;
+use crate::remark::Line;
 
 /// Bands, groups and the number stuck.
 pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
@@ -61,12 +62,10 @@ pub(super) fn forms(page: &mut Page, input: ReportInput) {
         return;
     };
     page.subheading("Other forms of the law");
-    let line = input
-        .findings
-        .verdicts
-        .iter()
-        .find(|check| check.check == LOO_KHAT.code);
-    let line = line.map_or(NONE.to_owned(), |check| numbers::significant(check.threshold, 2));
+    let line = input.findings.checks().find(|check| check.code == LOO_KHAT.code);
+    let line = line.map_or(NONE.to_owned(), |check| {
+        numbers::significant(check.line.map_or(f64::NAN, Line::threshold), 2)
+    });
     let has_roughness = input.scene.why_no_roughness(input.runs.wet_particles()).is_none();
     let unusual = Viscous::NAMED.iter().skip(1);
     let unusual = unusual.filter(|form| has_roughness || !form.reads_roughness());
