@@ -174,9 +174,8 @@ fn too_few_draws_fail_by_name() {
     assert!(findings.forbids("ess_bulk"), "{:?}", failed(&findings));
     assert!(!quotable(&findings.remarks));
     let check = findings.check("ess_bulk");
-    check
-        .text
-        .says("after 40 draws a chain in place of 5; raise draws and warmup in [sampler]");
+    check.text.says("after 40 draws a chain in place of 5");
+    check.next_step.says("raise draws and warmup in [sampler]");
 }
 
 #[test]

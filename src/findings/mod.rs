@@ -364,9 +364,9 @@ impl Findings {
                         }
                         Beside::Open(check) => (posterior, None, Some(check)),
                     };
-                self.remarks.extend(notice);
                 // what least squares made of barely rebounding runs no longer matters
                 self.remarks.retain(|check| check.code != remarks::SLOW_REBOUNDS.code);
+                self.remarks.extend(notice);
                 self.remarks.extend(open);
                 let scene = posterior.scene.as_deref().unwrap_or(scene);
                 let context = self.comparison_context(scene, runs, watcher);

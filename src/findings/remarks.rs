@@ -618,7 +618,13 @@ pub(super) fn in_symbols(name: &str) -> String {
     match (described, of) {
         (None, _) => name.to_owned(),
         (Some(quantity), None) => quantity.symbol.to_owned(),
-        (Some(quantity), Some(of)) => format!("{} of {}", quantity.symbol, of.replace(',', ", ")),
+        (Some(quantity), Some(of)) => {
+            let words = of.split(',').map(|part| match part.parse::<f64>() {
+                Ok(_) => format!("δ/D = {part}"),
+                Err(_) => part.to_owned(),
+            });
+            format!("{} of {}", quantity.symbol, words.collect::<Vec<_>>().join(", "))
+        }
     }
 }
 
@@ -679,7 +685,7 @@ mod tests {
             "e_inf[PTFE,AK10,0.06]",
             "sigma_wet",
         ];
-        let symbols = ["k of PTFE", "L", "C", "e_inf of PTFE, AK10, 0.06", "sigma_wet"];
+        let symbols = ["k of PTFE", "L", "C", "e_inf of PTFE, AK10, δ/D = 0.06", "sigma_wet"];
         assert_eq!(names.map(in_symbols), symbols);
     }
 
