@@ -1,13 +1,12 @@
 //! Holds predictions to brute-force sampling, to the truth of the simulated example, and to their refusals.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use crate::common::{
     binomial_z, fitted_example as example, normal, parameters_of, rows, seed_of, setting, table_of,
     wetcor_here as wetcor, Folder, Ran, Says,
 };
-use crate::laws::{self, Row};
+use crate::laws;
 use rand::RngExt;
 use wetcor::findings::predict::{Covered, Draw, LiquidRange, ParticleLaw, Predicted};
 use wetcor::model::likelihood::tails::Tails;
@@ -15,7 +14,7 @@ use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::{kept_energy, DrySpeed, Form, Inertia, Parameters, Setting};
 use wetcor::report::finished::Finished;
 use wetcor::scene::{self, LikelihoodFamily};
-use wetcor::seed::{sha256, stream};
+use wetcor::seed::stream;
 
 /// PE in M50, δ/D = 0.06: near the threshold at the speeds of the example.
 const SLOW: Setting = Setting {
@@ -239,7 +238,7 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
         let law = finished
             .law(&particle.name, 4.762e-3)
             .unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(law.draws.len(), 4000);
+        assert_eq!(law.draws.len(), 1000);
         let own = runs.iter().filter(|run| run.particle == particle.name);
         let mut last: Option<(Setting, f64, Predicted)> = None;
         for run in own {
@@ -310,18 +309,15 @@ fn both_formats_hold_the_same_numbers_and_reynolds_over_stokes_is_nine_ratios() 
     assert!(err.starts_with(covered), "{err}");
     let (_, json, _) = predict(example(), &format!("{ASKED} --format json"));
     let json: serde_json::Value = serde_json::from_str(&json).expect("valid JSON");
-    assert_eq!((&json["quotable"], &json["draws"]), (&true.into(), &4000.into()));
-    assert_eq!(json["drawn_from"], "posterior");
+    assert_eq!((&json["quotable"], &json["draws"]), (&true.into(), &1000.into()));
     let rows = json["predicted"].as_array().expect("a list");
     let mut lines = csv.lines();
     let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
     assert_eq!(lines.clone().count(), rows.len());
     for (line, row) in lines.zip(rows) {
         let keys = row.as_object().expect("an object").len() - usize::from(row["log_slope"].is_null());
-        // the table says on every line what the object says once
-        let (own, drawn_from) = header.split_at(header.len() - 1);
-        assert_eq!((keys, drawn_from), (own.len(), &["drawn_from"][..]), "{row}");
-        for (name, cell) in own.iter().zip(line.split(',')) {
+        assert_eq!(keys, header.len(), "{row}");
+        for (name, cell) in header.iter().zip(line.split(',')) {
             match &row[*name] {
                 serde_json::Value::Null => assert_eq!((*name, cell), ("log_slope", "")),
                 value => assert_eq!(cell.parse::<serde_json::Value>().expect("a value"), *value, "{name}"),
@@ -356,56 +352,31 @@ fn a_liquid_is_its_density_and_viscosity_and_threads_change_no_byte() {
     }
 }
 
-/// A folder of two draws, as small as it can be.
+/// A folder with two draws, as small as it can be.
 struct Store {
     _place: Folder,
     folder: PathBuf,
 }
 
-const DRAWS: &str = "\
-.chain,.iteration,.draw,dry_k[PTFE],lubrication_log,inertial_prefactor,sigma_dry,sigma_wet,\"e_inf[PTFE,AK10,0.06]\"
-1,1,1,0.183,1.85,0.9,0.01,0.02,0.7
-1,2,2,0.184,1.86,0.8,0.01,0.02,0.7
-";
+/// Its findings, but for the version.
+const FINDINGS: &str = r#"{"schema":"wetcor.findings/2","title":"t","wetcor":"VERSION","verdicts":[],"posterior":{
+"left_out":[{"name":"dry_k[PE]","value":null,"reason":"no runs"}],"terms":["inertia","viscous"],"inertia":"stepwise","viscous":"constant","dry_speed_m_s":2.0,
+"basis":{"smallest_restitution":0.0,"particles":[{"name":"PTFE","density_kg_m3":2150.0,"roughness_m":5e-6,"covered":null},
+{"name":"PE","density_kg_m3":940.0,"roughness_m":5e-6,"covered":null}],"liquids":[{"name":"AK10","density_kg_m3":930.0,"viscosity_Pa_s":0.0093}],
+"draws":{"dry_k[PTFE]":[0.183,0.184],"lubrication_log":[1.85,1.86],"inertial_prefactor":[0.9,0.8],"sigma_dry":[0.01,0.01],"sigma_wet":[0.02,0.02]}}}}"#;
 
 impl Store {
-    fn new(change: impl Fn(&mut String, &mut String)) -> Store {
-        let named = |name: &&str| format!("{{\"name\":\"{name}\"}}");
-        let parameters = [
-            "dry_k[PTFE]",
-            "lubrication_log",
-            "inertial_prefactor",
-            "sigma_dry",
-            "sigma_wet",
-        ];
-        let mut findings = format!(
-            r#"{{"schema":"wetcor.findings/2","title":"t","wetcor":"{}","verdicts":[],"posterior":{{"parameters":[{}],
-"left_out":[{{"name":"dry_k[PE]","value":null,"reason":"no runs"}}],"chains":1,"draws":2,"terms":["inertia","viscous"],"inertia":"stepwise","viscous":"constant","dry_speed_m_s":2.0,
-"basis":{{"smallest_restitution":0.0,"particles":[{{"name":"PTFE","density_kg_m3":2150.0,"roughness_m":5e-6,"covered":null}},
-{{"name":"PE","density_kg_m3":940.0,"roughness_m":5e-6,"covered":null}}],"liquids":[{{"name":"AK10","density_kg_m3":930.0,"viscosity_Pa_s":0.0093}}]}}}}}}"#,
-            env!("CARGO_PKG_VERSION"),
-            parameters.iter().map(named).collect::<Vec<String>>().join(",")
-        );
-        let mut draws = DRAWS.to_owned();
-        change(&mut findings, &mut draws);
+    /// With something replaced in its findings.
+    fn with(replaced: &[(&str, &str)]) -> Store {
+        let ours = FINDINGS.replace("VERSION", env!("CARGO_PKG_VERSION"));
+        Store::of(replaced.iter().fold(ours, |text, (from, to)| text.replace(from, to)))
+    }
+
+    fn of(findings: String) -> Store {
         let place = Folder::new();
         let folder = place.join("r");
-        std::fs::create_dir_all(folder.join("draws/draws.zarr")).expect("writable");
-        let root = format!(
-            r#"{{"attributes":{{"findings_sha256":"{}","draws_csv_sha256":"{}"}}}}"#,
-            sha256(findings.as_bytes()),
-            sha256(draws.as_bytes())
-        );
-        let files = [
-            ("findings.json", findings),
-            ("draws/draws.csv", draws),
-            ("draws/draws.zarr/zarr.json", root),
-        ];
-        for (name, text) in files {
-            if !text.is_empty() {
-                std::fs::write(folder.join(name), text).expect("writable");
-            }
-        }
+        std::fs::create_dir_all(&folder).expect("writable");
+        std::fs::write(folder.join("findings.json"), findings).expect("writable");
         Store { _place: place, folder }
     }
 
@@ -422,25 +393,27 @@ impl Store {
 
 #[test]
 fn a_store_as_small_as_it_can_be_is_predicted_from_and_a_failed_fit_says_so() {
-    let (status, out, err) = Store::new(|_, _| ()).told(ASKED);
+    let (status, out, err) = Store::with(&[]).told(ASKED);
     assert_eq!(status, Some(0), "{err}");
     assert_eq!(out.lines().count(), 7);
     assert_eq!(err, "notice: all speeds extrapolated: PTFE has no wet runs\n");
+    let no_check = r#""verdicts":[]"#;
     let check = r#""verdicts":[{"passed":false,"gates":true,"text":"largest R-hat"},{"passed":false,"gates":false,"text":"x"}]"#;
-    let store = Store::new(|findings, _| *findings = findings.replace(r#""verdicts":[]"#, check));
+    let store = Store::with(&[(no_check, check)]);
     let (status, _, err) = store.told(ASKED);
     assert_eq!(status, Some(1));
     assert_eq!(store.told(&format!("{ASKED} --anyway")).0, Some(0));
     assert!(err.starts_with("notice: the fit is not to be quoted, and this not either: largest R-hat\nnotice: all"));
     // nothing of this form reads the roughness
-    let smooth = Store::new(|findings, _| *findings = findings.replace("5e-6", "null"));
-    assert_eq!(smooth.told(ASKED), (Some(0), out, err_of_right()));
+    assert_eq!(
+        Store::with(&[("5e-6", "null")]).told(ASKED),
+        (Some(0), out, err_of_right())
+    );
     // bands of single runs of a fit whose wet runs scatter unevenly
     let with = |code: &str| {
         let notices =
             format!(r#""verdicts":[],"notices":[{{"code":"{code}","count":9,"text":"they grow","next_step":""}}]"#);
-        let store = Store::new(|findings, _| *findings = findings.replace(r#""verdicts":[]"#, &notices));
-        store.told(ASKED).2
+        Store::with(&[(no_check, &notices)]).told(ASKED).2
     };
     let told = "notice: run_q05 to run_q95 and stuck_probability take one spread for every run, and they grow\n";
     assert!(with("noise_grows").starts_with(told), "{}", with("noise_grows"));
@@ -449,21 +422,21 @@ fn a_store_as_small_as_it_can_be_is_predicted_from_and_a_failed_fit_says_so() {
 
 /// What is said of the smallest store.
 fn err_of_right() -> String {
-    Store::new(|_, _| ()).told(ASKED).2
+    Store::with(&[]).told(ASKED).2
 }
 
 #[test]
 fn a_parameter_held_at_a_value_counts_as_that_value_in_every_draw() {
-    let drawn = Store::new(|_, draws| *draws = draws.replace("0.9,", "0.7,").replace("0.8,", "0.7,"));
-    let held = Store::new(|findings, _| {
-        *findings = findings.replace(r#"{"name":"inertial_prefactor"},"#, "").replace(
+    let drawn = Store::with(&[("[0.9,0.8]", "[0.7,0.7]")]);
+    let held = Store::with(&[
+        (r#""inertial_prefactor":[0.9,0.8],"#, ""),
+        (
             r#""left_out":["#,
             r#""left_out":[{"name":"inertial_prefactor","value":0.7},"#,
-        );
-    });
-    let own =
-        Store::new(|findings, _| *findings = findings.replace(r#""dry_speed_m_s":2.0"#, r#""dry_speed_m_s":null"#));
-    let told = [drawn, held, own, Store::new(|_, _| ())].map(|store| store.told(ASKED));
+        ),
+    ]);
+    let own = Store::with(&[(r#""dry_speed_m_s":2.0"#, r#""dry_speed_m_s":null"#)]);
+    let told = [drawn, held, own, Store::with(&[])].map(|store| store.told(ASKED));
     assert!(told.iter().all(|(status, ..)| *status == Some(0)), "{told:?}");
     assert_eq!(told[0].1, told[1].1);
     assert_ne!(told[0].1, told[3].1);
@@ -479,25 +452,18 @@ fn a_parameter_held_at_a_value_counts_as_that_value_in_every_draw() {
     );
 }
 
-/// The asymmetry of noise may be of either sign: its prior has no lower bound, which JSON writes as null.
+/// The asymmetry of noise may be of either sign.
 #[test]
 fn noise_of_an_asymmetry_without_a_bound_is_predicted_from() {
-    let asymmetric = Store::new(|findings, draws| {
-        let parameter = r#"{"name":"sigma_wet"},{"name":"asymmetry","prior":{"lower":null}}"#;
-        *findings = findings.replace(r#"{"name":"sigma_wet"}"#, parameter);
-        *draws = draws
-            .replace("sigma_wet", "sigma_wet,asymmetry")
-            .replace("0.02,", "0.02,-0.5,");
-    });
+    let asymmetric = Store::with(&[(r#""sigma_wet":"#, r#""asymmetry":[-0.5,-0.5],"sigma_wet":"#)]);
     let (status, out, err) = asymmetric.told(ASKED);
     assert_eq!(status, Some(0), "{err}");
-    assert_ne!(out, Store::new(|_, _| ()).told(ASKED).1);
+    assert_ne!(out, Store::with(&[]).told(ASKED).1);
 }
 
 #[test]
 fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
     const AGAIN: &str = "; run `wetcor fit SCENE --out r` with every stage";
-    type Change = fn(&mut String, &mut String);
     let ours = env!("CARGO_PKG_VERSION");
     let refused = |store: Store, expected: &str| {
         let again = if expected.starts_with("r/") { AGAIN } else { "" };
@@ -505,65 +471,39 @@ fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
         assert_eq!((status, out.as_str()), (Some(2), ""));
         err.reads(&format!("error: {expected}{again}\n"));
     };
-    for [file, from, to, expected] in table_of(
-        r#"findings | findings/2 | findings/7 | r/findings.json: found schema `wetcor.findings/7`, expected `wetcor.findings/2`
-        findings | {"name":"sigma_wet"} | {"name":"sigma_kept"} | r: the fit has the parameter `sigma_kept`, which predict does not know
-        findings | ,{"name":"sigma_wet"} |  | r: the fit has no sigma_wet: it needs wet runs
-        findings | stepwise | stairs | r: the fit has inertia `stairs`, which predict does not know
-        draws | 1.86 | x | r/draws/draws.csv: line 3: found `x`, expected a number
-        draws | 1.86 | NaN | r/draws/draws.csv: lubrication_log: found NaN, expected a number above 0
-        draws | sigma_wet | sigma | r/draws/draws.csv: line 1: found no such column, expected `sigma_wet`"#,
+    for [from, to, expected] in table_of(
+        r#"findings/2 | findings/7 | r/findings.json: found schema `wetcor.findings/7`, expected `wetcor.findings/2`
+        "sigma_wet" | "sigma_kept" | r: the fit has the parameter `sigma_kept`, which predict does not know
+        ,"sigma_wet":[0.02,0.02] |  | r: the fit has no sigma_wet: it needs wet runs
+        stepwise | stairs | r: the fit has inertia `stairs`, which predict does not know
+        1.86 | "x" | r/findings.json: no findings of wetcor (invalid type: string "x", expected f64 at line 5 column 69)
+        1.86 | 0.0 | r/findings.json: lubrication_log: found 0.0, expected a number above 0
+        ,1.86 |  | r/findings.json: lubrication_log: found 1 draws, expected as many of each parameter, at least one"#,
     ) {
-        let change = |text: &mut String| *text = text.replace(from, to);
-        let store = Store::new(|findings, draws| change(if file == "draws" { draws } else { findings }));
-        refused(store, expected);
+        refused(Store::with(&[(from, to)]), expected);
     }
     let other = format!("r/findings.json: written by wetcor `0.0.9`, this is `{ours}`, whose formulas may differ");
+    refused(Store::with(&[(&format!("{ours:?}"), r#""0.0.9""#)]), &other);
+    refused(
+        Store::with(&[("5e-6", "null"), ("\"constant\"", "\"film\"")]),
+        "r/findings.json: roughness of `PTFE`: found none, expected a number above 0",
+    );
     let cut = "r/findings.json: no findings of wetcor (EOF while parsing a string at line 1 column 20)";
-    let cases: [(Change, &str); 10] = [
-        (|findings, _| findings.clear(), "r/findings.json: no findings of a fit"),
-        (|findings, _| findings.truncate(20), cut),
-        (
-            |findings, _| *findings = findings.replace(env!("CARGO_PKG_VERSION"), "0.0.9"),
-            &other,
-        ),
-        (
-            |findings, _| {
-                let start = findings.find("{\"parameters").expect("it is there");
-                findings.replace_range(start.., "null}");
-            },
-            "r/findings.json: the fit has no posterior to predict from",
-        ),
-        (
-            |findings, _| *findings = findings.replace("5e-6", "null").replace("\"constant\"", "\"film\""),
-            "r/findings.json: roughness of `PTFE`: found none, expected a number above 0",
-        ),
-        (|_, draws| draws.clear(), "r/draws/draws.csv: no draws to predict from"),
-        (
-            |_, draws| draws.truncate(DRAWS.len() - 2),
-            "r/draws/draws.csv: found 2 draws, the last one cut, expected 2",
-        ),
-        (
-            |_, draws| draws.truncate(DRAWS.len() - 10),
-            "r/draws/draws.csv: line 3: found 7 cells, expected 9",
-        ),
-        (
-            |_, draws| draws.truncate(DRAWS.rfind("1,2").expect("the last draw")),
-            "r/draws/draws.csv: found 1 draws, expected 2",
-        ),
-        (
-            |_, draws| *draws = draws.replace("1.86", "1,86").replace(",0.7\n", "\n"),
-            "r/draws/draws.csv: line 2: found 8 cells, expected 9",
-        ),
-    ];
-    for (change, expected) in cases {
-        refused(Store::new(change), expected);
-    }
+    refused(Store::of(FINDINGS[..20].to_owned()), cut);
+    let whole = FINDINGS.replace("VERSION", ours);
+    let (before, _) = whole.split_once("{\n\"left_out").expect("it is there");
+    refused(
+        Store::of(format!("{before}null}}")),
+        "r/findings.json: the fit has no posterior to predict from",
+    );
+    let empty = Store::with(&[]);
+    std::fs::remove_file(empty.folder.join("findings.json")).expect("writable");
+    refused(empty, "r/findings.json: no findings of a fit");
 }
 
 #[test]
 fn a_particle_without_k_another_liquid_and_a_film_too_thick_are_refused() {
-    let store = Store::new(|_, _| ());
+    let store = Store::with(&[]);
     let refused = |place: usize, word: &str| {
         let mut asked: Vec<&str> = ASKED.split(' ').collect();
         asked[place] = word;
@@ -652,97 +592,7 @@ fn scatters(sigma_wet: f64, sigma_energy: f64, tails: Tails) {
     }
 }
 
-/// The example's folder as a repository keeps it, and a place to keep it at.
-fn without_draws(change: impl Fn(String) -> String) -> (Folder, PathBuf) {
-    let place = Folder::new();
-    let findings = std::fs::read_to_string(example().join("findings.json")).expect("it is written");
-    place.write("findings.json", change(findings));
-    let folder = place.path().to_path_buf();
-    (place, folder)
-}
-
 const DRY: &str = "--particle PTFE --liquid dry --diameter-mm 4.762";
-
-/// Where the means and the covariance in findings.json stand in for the draws, bands are as wide: over the speeds of every
-/// pair, as far as the draws themselves tell. A width between the 5 % and the 95 % point of 4,000 draws, of which about 3,000
-/// count, has a Monte Carlo error of 1.7 %.
-#[test]
-fn without_draws_bands_are_those_of_the_normal_approximation() {
-    let laws = std::fs::read_to_string(example().join("laws.csv")).expect("it is written");
-    let mut settings = "particle,liquid,diameter_m,film_m,impact_speed_m_s\n".to_owned();
-    for law in laws::rows(&laws) {
-        let [lo, hi] = ["min_speed_m_s", "max_speed_m_s"].map(|name| law[name].parse::<f64>().expect("a speed"));
-        for i in 0..5 {
-            let v = lo + (hi - lo) * f64::from(i) / 4.0;
-            let diameter = if law["diameter_m"].is_empty() {
-                "0.004"
-            } else {
-                &law["diameter_m"]
-            };
-            settings += &format!(
-                "{},{},{diameter},{},{v}\n",
-                law["particle"], law["liquid"], law["film_m"]
-            );
-        }
-    }
-    let (place, folder) = without_draws(|findings| findings);
-    let path = place.join("settings.csv");
-    std::fs::write(&path, settings).expect("writable");
-    let asked = format!("--settings {}", path.display());
-    let (status, drawn, err) = predict(example(), &asked);
-    assert_eq!((status, err.as_str()), (Some(0), ""));
-    let (status, normal, err) = predict(&folder, &asked);
-    assert_eq!(status, Some(0));
-    err.begins("notice: the folder is kept without its draws: bands are those of a normal");
-    let width = |row: &Row| {
-        let [low, high] =
-            ["restitution_q05", "restitution_q95"].map(|name| row[name].parse::<f64>().expect("a number"));
-        (low > 0.05).then_some(high - low)
-    };
-    let off = |normal: &str| {
-        let pairs = laws::rows(&drawn).into_iter().zip(laws::rows(normal));
-        let mut off: Vec<f64> = pairs
-            .filter_map(|(drawn, normal)| {
-                assert_eq!(
-                    (drawn["drawn_from"].as_str(), normal["drawn_from"].as_str()),
-                    ("posterior", "normal_approximation")
-                );
-                Some((width(&normal)? / width(&drawn)? - 1.0).abs())
-            })
-            .collect();
-        off.sort_by(f64::total_cmp);
-        assert!(off.len() > 200, "{}", off.len());
-        [off[off.len() / 2], off[off.len() - 1]]
-    };
-    let [median, most] = off(&normal);
-    println!("widths of bands: {median:.4} off by the median, {most:.4} at most");
-    assert!(median < 0.01 && most < 0.02 + 2.0 * 0.017, "{median} {most}");
-    // the planted fault: parameters that know nothing of each other
-    let (_place, independent) = without_draws(|findings| {
-        let posterior = findings.find("\"posterior\": {").expect("it is there");
-        let start = posterior + findings[posterior..].find("\"correlation\"").expect("it is there");
-        let end = start + findings[start..].find("\"chains\"").expect("it is there");
-        let rows: Vec<String> = (0..7)
-            .map(|i| {
-                format!(
-                    "[{}]",
-                    (0..7)
-                        .map(|j| if i == j { "1.0" } else { "0.0" })
-                        .collect::<Vec<_>>()
-                        .join(",")
-                )
-            })
-            .collect();
-        format!(
-            "{}\"correlation\":[{}],{}",
-            &findings[..start],
-            rows.join(","),
-            &findings[end..]
-        )
-    });
-    let (_, wrong, _) = predict(&independent, &asked);
-    assert!(off(&wrong)[1] > 0.5, "{:?}", off(&wrong));
-}
 
 #[test]
 fn a_dry_impact_is_predicted_from_k_and_the_scatter_of_dry_runs() {
@@ -760,7 +610,7 @@ fn a_dry_impact_is_predicted_from_k_and_the_scatter_of_dry_runs() {
     for row in laws::rows(&out) {
         let number = |name: &str| row[name].parse::<f64>().expect("a number");
         let v = number("impact_speed_m_s");
-        let median = 1.0 - 0.5 * (k[1999] + k[2000]) * v.powf(0.2);
+        let median = 1.0 - 0.5 * (k[499] + k[500]) * v.powf(0.2);
         assert!((number("restitution") - median).abs() < 1e-9, "{v}");
         // k is known to a fiftieth of a run's own scatter
         let half = 0.5 * (number("run_q95") - number("run_q05"));
@@ -774,8 +624,7 @@ fn a_dry_impact_is_predicted_from_k_and_the_scatter_of_dry_runs() {
         json["predicted"][0]["why_none"],
         "a dry impact has no Stokes and no Reynolds number"
     );
-    let (status, _, err) =
-        Store::new(|findings, _| *findings = findings.replace("{\"name\":\"sigma_dry\"},", "")).told(&asked);
+    let (status, _, err) = Store::with(&[("\"sigma_dry\":[0.01,0.01],", "")]).told(&asked);
     assert_eq!(
         (status, err.as_str()),
         (Some(2), "error: r: the fit has no sigma_dry: it needs dry runs\n")
@@ -827,16 +676,4 @@ fn a_table_of_settings_gives_what_each_setting_gives_alone() {
         assert_eq!((status, out.as_str()), (Some(2), ""), "{err}");
         assert!(err.contains(expected), "{err}");
     }
-}
-
-/// A table of 10⁵ settings asks for few laws.
-#[test]
-fn the_draws_of_a_law_are_read_once() {
-    let finished = Finished::read(example()).unwrap_or_else(|error| panic!("{error}"));
-    let law = |diameter: f64| finished.law("PTFE", diameter).unwrap_or_else(|error| panic!("{error}"));
-    let dry = finished
-        .dry_law("PTFE", 4.762e-3)
-        .unwrap_or_else(|error| panic!("{error}"));
-    assert!(Arc::ptr_eq(&law(4.762e-3), &law(8e-3)), "one k at every diameter");
-    assert!(!Arc::ptr_eq(&law(4.762e-3), &dry));
 }

@@ -7,7 +7,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::Args;
 use wetcor::error::{named, Error};
 use wetcor::handoff::{self, Code, Handoff, HandoffFile, Wetting};
-use wetcor::report::finished::{DrawnFrom, Finished};
+use wetcor::report::finished::Finished;
 use wetcor::staging::{self, OutputPlace, Staging};
 
 use super::messages::{print_after_writing, print_result, status, warn};
@@ -66,12 +66,8 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
     let found = find_law(&asked, &finished, false)?;
     let curve = found.law.curve(found.wet.as_ref());
     let source = format!(
-        "posterior median of the energy balance, {} draws{}{}",
+        "posterior median of the energy balance, {} draws{}",
         found.law.draws.len(),
-        match finished.drawn_from() {
-            DrawnFrom::Posterior => "",
-            DrawnFrom::NormalApproximation => " of the normal with the posterior's means and covariance",
-        },
         if finished.series().is_some() && found.wet.is_some() {
             ", of a new series"
         } else {
@@ -117,7 +113,7 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
 
 /// Says what to mind.
 fn tell(request: &HandoffArguments, finished: &Finished, extrapolated: bool) {
-    warn_of(finished, "the law is that");
+    warn_of(finished);
     if extrapolated {
         let v = request.speed;
         warn(&format!(

@@ -25,8 +25,7 @@ A line a speed. restitution is the posterior median of the curve of the energy b
 _q05 to _q95 are the points of its 50 % and 90 % bands, from the parameters' uncertainty alone: what a simulation needs. \
 run_q05 to run_q95 are those of a single run with its scatter, 0 where it sticks: what an experiment will see. log_slope \
 is d ln e/d ln v of the curve. extrapolated: outside the speeds, the Stokes numbers or the film ratios of the particle's runs in that liquid, or the \
-speeds of its dry ones. drawn_from: posterior, or normal_approximation where the folder is kept without its draws and the means and the \
-covariance in findings.json stand in. A table of settings has the columns particle, liquid, diameter, film and, in place of \
+speeds of its dry ones. A table of settings has the columns particle, liquid, diameter, film and, in place of \
 --speed-m-s, impact_speed, in any unit; each line of the output then begins with its setting. Of a fit with [model] \
 series_offsets all bands are those of a new series, unless --measured-series is given; series says which. A fit that is not to be quoted is \
 predicted from with exit status 1, unless --anyway is given.")]
@@ -62,9 +61,6 @@ enum Format {
 
 /// Most speeds of one call.
 const MOST_SPEEDS: usize = 100_000;
-
-/// Pairs that are predicted at once.
-const PAIRS_AT_ONCE: usize = 64;
 
 /// Impact speeds, m/s.
 #[derive(Clone)]
@@ -166,80 +162,66 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
         let text = "--measured-series: expected liquids of the scene, no dry plate among them";
         return Err(Error::Usage(text.to_owned()));
     }
-    let mut draws = 0;
-    let mut outside: Vec<String> = vec![];
-    let mut predictions = vec![];
-    // laws are found one after the other, their rows on every thread; each pair may have a law of its own
-    for some in all.chunks(PAIRS_AT_ONCE) {
-        let law_of = |asked: &Asked| {
-            let in_table = |error| match (error, &request.settings, asked.line) {
-                (Error::Usage(text), Some(path), Some(line)) => {
-                    Error::Usage(format!("{}: line {line}: {text}", named(path)))
-                }
-                (other, ..) => other,
-            };
-            find_law(&asked.pair, &finished, request.measured_series).map_err(in_table)
+    let in_table = |error, asked: &Asked| match (error, &request.settings, asked.line) {
+        (Error::Usage(text), Some(path), Some(line)) => Error::Usage(format!("{}: line {line}: {text}", named(path))),
+        (other, ..) => other,
+    };
+    let predicted = all.par_iter().map(|asked| {
+        let found =
+            find_law(&asked.pair, &finished, request.measured_series).map_err(|error| in_table(error, asked))?;
+        let rows = found.law.curve(found.wet.as_ref()).predict(&asked.speeds);
+        let beyond = rows.iter().filter(|row| row.extrapolated).count();
+        let outside = (beyond > 0).then(|| beyond_the_runs(asked, &found, beyond));
+        let series = match offsets.filter(|_| found.wet.is_some()) {
+            Some(_) if request.measured_series => Some(PredictedSeries::Measured),
+            series => series,
         };
-        let found: Vec<FoundLaw> = some.iter().map(law_of).collect::<Result<_, _>>()?;
-        let rows_of = |(asked, found): (&Asked, &FoundLaw)| {
-            let curve = found.law.curve(found.wet.as_ref());
-            curve.predict(&asked.speeds)
+        let AskedPair {
+            particle,
+            liquid,
+            diameter,
+            ..
+        } = &asked.pair;
+        let prediction = Prediction {
+            series,
+            ..Prediction::new(particle, liquid.name(), *diameter, found.wet.as_ref(), rows)
         };
-        let rows: Vec<_> = some.par_iter().zip(&found).map(rows_of).collect();
-        for ((asked, found), rows) in some.iter().zip(&found).zip(rows) {
-            draws = found.law.draws.len();
-            let beyond = rows.iter().filter(|row| row.extrapolated).count();
-            if beyond > 0 {
-                outside.push(beyond_the_runs(asked, found, beyond));
-            }
-            let series = match offsets.filter(|_| found.wet.is_some()) {
-                Some(_) if request.measured_series => Some(PredictedSeries::Measured),
-                series => series,
-            };
-            let AskedPair {
-                particle,
-                liquid,
-                diameter,
-                ..
-            } = &asked.pair;
-            predictions.push(Prediction {
-                series,
-                ..Prediction::new(particle, liquid.name(), *diameter, found.wet.as_ref(), rows)
-            });
-        }
-    }
-    let drawn_from = finished.drawn_from();
+        Ok((prediction, outside))
+    });
+    let predicted: Vec<Result<_, Error>> = predicted.collect();
+    let predicted: Vec<_> = predicted.into_iter().collect::<Result<_, _>>()?;
+    let (predictions, outside): (Vec<Prediction>, Vec<Option<String>>) = predicted.into_iter().unzip();
     let one = request.settings.is_none();
     let text = match request.format {
-        Format::Csv => prediction::csv(&predictions, drawn_from, !one)?,
+        Format::Csv => prediction::csv(&predictions, !one)?,
         Format::Json => {
             let origin = Origin {
                 title: &finished.title,
                 quotable: finished.failed.is_empty(),
-                drawn_from,
-                draws,
+                draws: finished.basis.draws_kept(),
             };
             prediction::json(origin, &predictions, one)?
         }
     };
     if !quiet {
-        warn_of(&finished, "bands are those");
+        warn_of(&finished);
         if let Some(grows) = &finished.noise_grows {
             warn(&format!(
                 "run_q05 to run_q95 and stuck_probability take one spread for every run, and {grows}"
             ));
         }
-        tell_beyond(&outside);
+        tell_beyond(outside.into_iter().flatten());
     }
     print_result(&text)?;
     Ok(status(finished.failed.is_empty() || request.anyway))
 }
 
 /// Says of the first few settings how far beyond the runs they are.
-fn tell_beyond(outside: &[String]) {
+fn tell_beyond(mut outside: impl Iterator<Item = String>) {
     const SHOWN: usize = 3;
-    outside.iter().take(SHOWN).for_each(|text| warn(text));
-    if let Some(more) = outside.len().checked_sub(SHOWN).filter(|more| *more > 0) {
+    outside.by_ref().take(SHOWN).for_each(|text| warn(&text));
+    let more = outside.count();
+    if more > 0 {
         warn(&format!("{more} more settings with extrapolated speeds"));
     }
 }

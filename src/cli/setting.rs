@@ -1,13 +1,11 @@
 //! Reads the setting of the command line, and finds the law of a finished fit that holds there.
 
-use std::sync::Arc;
-
 use clap::Args;
 use wetcor::error::{quoted, Error};
 use wetcor::findings::predict::{LiquidBasis, ParticleLaw};
 use wetcor::physics::form::Term;
 use wetcor::physics::Setting;
-use wetcor::report::finished::{DrawnFrom, Finished};
+use wetcor::report::finished::Finished;
 use wetcor::scene::{name_expected, DRY, LARGEST_FILM_RATIO};
 use wetcor::units::Dimension;
 
@@ -49,7 +47,7 @@ pub(super) struct AskedPair {
 pub(super) struct FoundLaw {
     /// the wetted plate; `None`: a dry one
     pub wet: Option<Setting>,
-    pub law: Arc<ParticleLaw>,
+    pub law: ParticleLaw,
 }
 
 /// What is on the plate.
@@ -127,16 +125,10 @@ impl SettingArguments {
     }
 }
 
-/// Says what to mind of a fit; `what` of a normal approximation stands in where it is kept without its draws.
-pub(super) fn warn_of(finished: &Finished, what: &str) {
+/// Says what to mind of a fit.
+pub(super) fn warn_of(finished: &Finished) {
     for check in &finished.failed {
         warn(&format!("the fit is not to be quoted, and this not either: {check}"));
-    }
-    if finished.drawn_from() == DrawnFrom::NormalApproximation {
-        warn(&format!(
-            "the folder is kept without its draws: {what} of a normal approximation, from the means and the covariance in \
-             findings.json"
-        ));
     }
 }
 

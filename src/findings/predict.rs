@@ -9,12 +9,15 @@
 //! Where series have offsets of r, both are of one series: of one that was measured with its own offset, of a new one with an
 //! offset that σ_series spreads, the quantiles of which are dealt out evenly over the draws.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::range::range;
 use crate::distributions::normal_quantile;
 use crate::inference::diagnostics::quantile;
+use crate::inference::sampling::Sampled;
 use crate::model::likelihood::tails::Tails;
 use crate::model::likelihood::{BelowRestitution, Spreads};
 use crate::physics::rebound::mean_restitution;
@@ -23,7 +26,10 @@ use crate::physics::{Form, LawNumbers, Parameters, Setting};
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
-/// What a prediction needs of a scene and its runs besides the draws.
+/// Most draws that predictions are made of: quantiles of a band then err by some 3 % of its width.
+const DRAWS_KEPT: usize = 1000;
+
+/// What a prediction needs of a finished fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Basis {
     /// a restitution at or below this counts as stuck
@@ -32,6 +38,9 @@ pub struct Basis {
     pub particles: Vec<ParticleBasis>,
     /// the liquids of the scene
     pub liquids: Vec<LiquidBasis>,
+    /// up to 1,000 draws of each sampled parameter and of each offset of a series, evenly spaced among those of all chains;
+    /// numbers at the same place are of the same draw
+    pub draws: BTreeMap<String, Vec<f64>>,
 }
 
 /// A particle, and where its wet runs were made.
@@ -107,8 +116,8 @@ pub struct LiquidBasis {
 }
 
 impl Basis {
-    /// What these runs leave to predict from.
-    pub fn of(scene: &Scene, runs: &Runs) -> Basis {
+    /// What these runs and draws leave to predict from.
+    pub fn of(scene: &Scene, runs: &Runs, sampled: &Sampled) -> Basis {
         let particles = scene
             .particles
             .iter()
@@ -142,7 +151,13 @@ impl Basis {
             smallest_restitution: scene.data.smallest_restitution,
             particles: particles.collect(),
             liquids: liquids.collect(),
+            draws: draws_kept(sampled),
         }
+    }
+
+    /// How many draws there are of each parameter; 0 of a fit without any.
+    pub fn draws_kept(&self) -> usize {
+        self.draws.values().next().map_or(0, Vec::len)
     }
 
     /// What the runs of one of its particles covered, liquid by liquid.
@@ -161,6 +176,18 @@ impl Basis {
         };
         particle.covered_in.iter().filter_map(of).collect()
     }
+}
+
+fn draws_kept(sampled: &Sampled) -> BTreeMap<String, Vec<f64>> {
+    let parameters = sampled.parameters.sampled.iter().map(|parameter| &parameter.name);
+    let names = parameters.chain(&sampled.parameters.series_offsets);
+    let thinned = |chains: &Vec<Vec<f64>>| {
+        let all = chains.concat();
+        let kept = all.len().min(DRAWS_KEPT);
+        (0..kept).map(|draw| all[draw * all.len() / kept]).collect()
+    };
+    let drawn = sampled.values.iter().chain(&sampled.series_offsets).map(thinned);
+    names.cloned().zip(drawn).collect()
 }
 
 fn diameters_with_k(runs: &Runs, particle: usize) -> Vec<f64> {

@@ -1,28 +1,15 @@
-//! Reads back from a finished report's folder what predictions start from, or says what the folder lacks.
+//! Reads back from a report's `findings.json` what predictions start from, or says what it lacks.
 //!
-//! A folder that is kept without its draws, as one in a repository is, has the posterior's means and covariance in
-//! `findings.json`: draws of the normal with these stand in, and are called so.
-//!
-//! Nothing in a folder is taken on trust: its parts must be those that were written together (see [`Tie`]), and every number
-//! must be one that a fit can have found.
+//! Nothing in it is taken on trust: every number must be one that a fit can have found.
 
-use std::cell::RefCell;
-use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use nalgebra::DMatrix;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
-use super::draws::csv;
-use super::draws::tie::{Tie, STORE, TABLE};
-use super::normal_draws::{normal_draws, Moments};
-use super::posterior_record::{odd_value, PosteriorRecord, SeriesRecord};
-use crate::encoding::decode;
+use super::posterior_record::{PosteriorRecord, SeriesRecord};
 use crate::error::{named, quoted, Error};
 use crate::files;
-use crate::findings::posterior::MOST_NUMBERS;
 use crate::findings::predict::{offset_of_new_series, Basis, Draw, ParticleBasis, ParticleLaw, PredictedSeries};
 use crate::findings::remarks::NOISE_GROWS;
 use crate::findings::SCHEMA;
@@ -33,27 +20,18 @@ use crate::physics::numbers::same_diameter;
 use crate::physics::{Coefficient, Form, Parameters, Setting};
 use crate::runs::{diameter_in_mm, sphere_label};
 use crate::scene::{name_expected, LikelihoodFamily, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
-use crate::seed::sha256;
 use crate::units::micrometres;
 
 /// The findings in a report's folder.
 const FINDINGS: &str = "findings.json";
 
-/// Most bytes of a `findings.json` or a store's `zarr.json`: far more than any has.
+/// Most bytes of a `findings.json`: far more than any has.
 const MOST_BYTES: u64 = 64 << 20;
-
-/// Most bytes of the table of draws, whose numbers have some 20 each.
-const MOST_BYTES_OF_DRAWS: u64 = 32 * MOST_NUMBERS as u64;
-
-/// Draws of all laws together that are kept in case they are asked for again: some 500 MB.
-const MOST_DRAWS_HELD: usize = 4_000_000;
 
 /// A finished fit with a posterior.
 #[derive(Debug)]
 pub struct Finished {
     folder: PathBuf,
-    /// SHA-256 of its `findings.json`
-    sha256: String,
     /// title of the scene
     pub title: String,
     /// the gating checks that failed, in words; empty: the numbers may be quoted
@@ -65,12 +43,7 @@ pub struct Finished {
     pub basis: Basis,
     form: Form,
     posterior: PosteriorRecord,
-    /// the laws asked for before: the draws of each are read once
-    laws: RefCell<HashMap<LawName, Arc<ParticleLaw>>>,
 }
-
-/// The names of a law's k and of its offset; without the latter that of dry runs.
-type LawName = (String, Option<String>);
 
 #[derive(Deserialize)]
 struct FindingsHeader {
@@ -112,23 +85,13 @@ impl CheckRecord {
     }
 }
 
-/// What the draws that predictions are made of were drawn from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum DrawnFrom {
-    /// the posterior itself
-    Posterior,
-    /// the normal with its means and covariance, in the logarithms of what is positive
-    NormalApproximation,
-}
-
 impl Finished {
     /// Reads `findings.json` of a folder.
     ///
     /// Fails where the folder is no report, of another version, or of a fit without a posterior.
     pub fn read(folder: &Path) -> Result<Finished, Error> {
-        let bytes = read(folder, FINDINGS, "findings of a fit", MOST_BYTES)?;
-        let refuse = |problem: &dyn Display| refuse(folder, FINDINGS, problem);
+        let bytes = read_findings(folder)?;
+        let refuse = |problem: &dyn Display| refuse(folder, problem);
         let no_json = |error: serde_json::Error| refuse(&format!("no findings of wetcor ({error})"));
         let header: FindingsHeader = serde_json::from_slice(&bytes).map_err(no_json)?;
         if header.schema != SCHEMA {
@@ -155,14 +118,12 @@ impl Finished {
         let mut notices = file.notices.into_iter();
         Ok(Finished {
             folder: folder.to_path_buf(),
-            sha256: sha256(&bytes),
             title: header.title,
             failed: failed.map(CheckRecord::told).collect(),
             noise_grows: notices.find(|own| own.code == NOISE_GROWS.code).map(|own| own.text),
             basis: posterior.basis.clone(),
             form,
             posterior,
-            laws: RefCell::default(),
         })
     }
 
@@ -198,35 +159,25 @@ impl Finished {
         has_offsets.then_some(PredictedSeries::New)
     }
 
-    /// The law of a particle of a diameter, m, from the folder's draws; the diameter is read where each has its own k. Where
+    /// The law of a particle of a diameter, m, the diameter is read where each has its own k. Where
     /// series have offsets it is that of a new series.
     ///
-    /// Fails for a particle or diameter the fit has no k of, and where the draws are missing, cut short or not to be read.
-    pub fn law(&self, particle: &str, diameter: f64) -> Result<Arc<ParticleLaw>, Error> {
+    /// Fails for a particle or diameter that the fit has no k of, and for a fit without wet runs.
+    pub fn law(&self, particle: &str, diameter: f64) -> Result<ParticleLaw, Error> {
         self.law_with(particle, diameter, Some(SIGMA_SERIES.name))
     }
 
     /// The same for dry impacts: what is of wet runs alone is not asked for.
     ///
     /// Fails as [`Finished::law`] does, and where the fit has no spread of dry runs.
-    pub fn dry_law(&self, particle: &str, diameter: f64) -> Result<Arc<ParticleLaw>, Error> {
+    pub fn dry_law(&self, particle: &str, diameter: f64) -> Result<ParticleLaw, Error> {
         self.law_with(particle, diameter, None)
-    }
-
-    /// What the draws of its laws were drawn from.
-    pub fn drawn_from(&self) -> DrawnFrom {
-        let kept = |name: &str| self.folder.join(name).symlink_metadata().is_ok();
-        if kept(TABLE) || kept(STORE) {
-            DrawnFrom::Posterior
-        } else {
-            DrawnFrom::NormalApproximation
-        }
     }
 
     /// That of the series that was measured on a plate with a liquid of this name.
     ///
     /// Fails as [`Finished::law`] does, and where series have no offsets or none was measured there.
-    pub fn law_of_series(&self, particle: &str, liquid: &str, plate: &Setting) -> Result<Arc<ParticleLaw>, Error> {
+    pub fn law_of_series(&self, particle: &str, liquid: &str, plate: &Setting) -> Result<ParticleLaw, Error> {
         let all = &self.posterior.series_offsets;
         if all.is_empty() {
             let text = "the fit has no offsets of series ([model] series_offsets), so that one law is that of all";
@@ -251,29 +202,15 @@ impl Finished {
         )))
     }
 
-    /// The law of a particle of a diameter, as it was found before or from the draws: of wet runs with this offset, or with
-    /// one of this spread; of dry ones without.
-    fn law_with(&self, particle: &str, diameter: f64, offset: Option<&str>) -> Result<Arc<ParticleLaw>, Error> {
+    /// The law of a particle of a diameter: of wet runs with this offset, or with one of this spread; of dry ones without.
+    fn law_with(&self, particle: &str, diameter: f64, offset: Option<&str>) -> Result<ParticleLaw, Error> {
         let known = self.particle(particle)?;
         let own = &known.dry_k_diameters_m;
         let sphere = own.iter().copied().find(|own| same_diameter(*own, diameter));
         if sphere.is_none() && !own.is_empty() {
             return Err(refuse_diameter(known, diameter));
         }
-        let asked = (name_of_k(particle, sphere), offset.map(str::to_owned));
-        if let Some(before) = self.laws.borrow().get(&asked) {
-            return Ok(Arc::clone(before));
-        }
-        let law = Arc::new(self.law_from_draws(known, &asked.0, offset)?);
-        let mut laws = self.laws.borrow_mut();
-        if (laws.len() + 1) * law.draws.len() > MOST_DRAWS_HELD {
-            laws.clear();
-        }
-        laws.insert(asked, Arc::clone(&law));
-        Ok(law)
-    }
-
-    fn law_from_draws(&self, known: &ParticleBasis, dry_k: &str, offset: Option<&str>) -> Result<ParticleLaw, Error> {
+        let dry_k = name_of_k(particle, sphere);
         let name = |own: Coefficient| own.describe().name;
         let (runs, sigma) = if offset.is_some() {
             ("wet", SIGMA_WET.name)
@@ -281,7 +218,7 @@ impl Finished {
             ("dry", SIGMA_DRY.name)
         };
         let of_terms = self.form.coefficients().map(name).filter(|_| offset.is_some());
-        let mut needed = [dry_k].into_iter().chain(of_terms).chain([sigma]);
+        let mut needed = [dry_k.as_str()].into_iter().chain(of_terms).chain([sigma]);
         if let Some(missing) = needed.find(|name| !self.has(name)) {
             let folder = self.folder.display();
             let text = format!("{folder}: the fit has no {missing}: it needs {runs} runs");
@@ -294,9 +231,9 @@ impl Finished {
         let shape = family.shape().map_or("", |own| own.name);
         let offset = offset.unwrap_or(SIGMA_SERIES.name);
         let noise = [SIGMA_DRY.name, SIGMA_WET.name, SIGMA_ENERGY.name, shape, offset];
-        let columns = self.draws_of(&[&[dry_k][..], &Coefficient::ALL.map(name), &noise].concat())?;
-        let draws = (0..columns[0].len()).map(|draw| {
-            let values: Vec<f64> = columns.iter().map(|column| column[draw]).collect();
+        let names = [&[dry_k.as_str()][..], &Coefficient::ALL.map(name), &noise].concat();
+        let draws = (0..self.basis.draws_kept()).map(|draw| {
+            let values: Vec<f64> = names.iter().map(|name| self.value(name, draw)).collect();
             let (physical, noise) = values.split_at(1 + Coefficient::COUNT);
             Draw {
                 parameters: Parameters {
@@ -323,32 +260,12 @@ impl Finished {
         })
     }
 
-    /// Draws of some parameters, in their order: of one that was not sampled the value it is held at, of one that the fit does
-    /// not have 0.
-    fn draws_of(&self, names: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
-        let sampled: Vec<&str> = names.iter().copied().filter(|name| self.is_sampled(name)).collect();
-        let (file, columns) = match self.drawn_from() {
-            DrawnFrom::Posterior => (TABLE, self.table_columns(&sampled)?),
-            DrawnFrom::NormalApproximation => (FINDINGS, self.normal_columns(&sampled)?),
-        };
-        for (name, column) in sampled.iter().zip(&columns) {
-            if let Some(odd) = column.iter().find_map(|x| odd_value(name, *x, false)) {
-                return Err(refuse(&self.folder, file, &odd));
-            }
+    /// A parameter in a draw: of one that was not sampled the value it is held at, of one that the fit does not have 0.
+    fn value(&self, name: &str, draw: usize) -> f64 {
+        match self.basis.draws.get(name) {
+            Some(drawn) => drawn[draw],
+            None => self.held(name).unwrap_or(0.0),
         }
-        let draws = columns.first().map_or(1, Vec::len);
-        let mut columns = columns.into_iter();
-        let of = |name: &&str| match self.is_sampled(name) {
-            true => columns.next().unwrap_or_default(),
-            false => vec![self.held(name).unwrap_or(0.0); draws],
-        };
-        Ok(names.iter().map(of).collect())
-    }
-
-    /// Whether there are draws of a parameter or an offset.
-    fn is_sampled(&self, name: &str) -> bool {
-        let all = &self.posterior;
-        all.parameters.iter().any(|own| own.name == name) || all.series_offsets.iter().any(|own| own.name == name)
     }
 
     /// The value a parameter is held at.
@@ -357,7 +274,7 @@ impl Finished {
     }
 
     fn has(&self, name: &str) -> bool {
-        self.is_sampled(name) || self.held(name).is_some()
+        self.basis.draws.contains_key(name) || self.held(name).is_some()
     }
 
     /// Whether the fit has a k of a particle, at every diameter or at one.
@@ -365,56 +282,6 @@ impl Finished {
         let own = particle.dry_k_diameters_m.iter().copied().map(Some);
         own.chain([None])
             .any(|diameter| self.has(&name_of_k(&particle.name, diameter)))
-    }
-
-    /// Columns of the table of draws, which must be the one that was written with these findings.
-    fn table_columns(&self, names: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
-        let bytes = read(&self.folder, TABLE, "draws to predict from", MOST_BYTES_OF_DRAWS)?;
-        self.check_tie(&bytes)?;
-        let PosteriorRecord { chains, draws, .. } = self.posterior;
-        let read = decode(&bytes).and_then(|text| csv::read(text, names, chains * draws));
-        read.map_err(|problem| refuse(&self.folder, TABLE, &problem))
-    }
-
-    /// Fails unless the findings and these draws are what the store beside them was written with.
-    fn check_tie(&self, draws: &[u8]) -> Result<(), Error> {
-        let store = format!("{STORE}/zarr.json");
-        let root = read(&self.folder, &store, "word of what the draws belong to", MOST_BYTES)?;
-        let tie = Tie::of_store(&root).map_err(|error| {
-            let problem = format!("no word of what the draws belong to ({error})");
-            refuse(&self.folder, &store, &problem)
-        })?;
-        for (name, hash, expected) in [
-            (FINDINGS, &self.sha256, tie.findings_sha256),
-            (TABLE, &sha256(draws), tie.draws_csv_sha256),
-        ] {
-            if *hash != expected {
-                let why = "which names another by its hash: changed since, or of another fit";
-                let problem = format!("does not belong to {STORE}, {why}");
-                return Err(refuse(&self.folder, name, &problem));
-            }
-        }
-        Ok(())
-    }
-
-    /// Columns of draws from the normal with the means and the covariance of these parameters.
-    fn normal_columns(&self, names: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
-        let refuse = |problem: String| refuse(&self.folder, FINDINGS, &problem);
-        let all = &self.posterior;
-        let known = |name: &&str| {
-            let place = all.parameters.iter().position(|own| own.name == **name);
-            let moments = place.and_then(|place| Some((place, all.parameters[place].moments()?)));
-            moments.ok_or_else(|| refuse(format!("no mean with an sd of {name}, and no draws in the folder")))
-        };
-        let known: Vec<(usize, Moments)> = names.iter().map(known).collect::<Result<_, _>>()?;
-        let (places, moments): (Vec<usize>, Vec<Moments>) = known.into_iter().unzip();
-        let cell = |i: usize, j: usize| *all.correlation.get(places[i])?.get(places[j])?;
-        let correlation = DMatrix::from_fn(places.len(), places.len(), |i, j| cell(i, j).unwrap_or(f64::NAN));
-        if !correlation.iter().all(|rho| rho.abs() <= 1.0 + 1e-9) {
-            let problem = format!("no correlations of {}, and no draws in the folder", names.join(", "));
-            return Err(refuse(problem));
-        }
-        Ok(normal_draws(&moments, &correlation))
     }
 }
 
@@ -442,22 +309,22 @@ fn refuse_diameter(particle: &ParticleBasis, diameter: f64) -> Error {
     ))
 }
 
-/// The bytes of a file of the folder, which has no more than so many.
-fn read(folder: &Path, file: &str, what: &str, most: u64) -> Result<Vec<u8>, Error> {
-    files::read(&folder.join(file), most, "read").map_err(|error| match error {
+/// The bytes of the folder's findings.
+fn read_findings(folder: &Path) -> Result<Vec<u8>, Error> {
+    files::read(&folder.join(FINDINGS), MOST_BYTES, "read").map_err(|error| match error {
         Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
-            refuse(folder, file, &format!("no {what}"))
+            refuse(folder, &"no findings of a fit")
         }
         Error::Input { problems, .. } => {
             let found: Vec<String> = problems.iter().map(ToString::to_string).collect();
-            refuse(folder, file, &found.join(", "))
+            refuse(folder, &found.join(", "))
         }
         other => other,
     })
 }
 
-/// Says what is wrong with a file of the folder, and the command that writes a folder predictions can be made from.
-fn refuse(folder: &Path, file: &str, problem: &dyn Display) -> Error {
+/// Says what is wrong with the findings, and the command that writes a folder predictions can be made from.
+fn refuse(folder: &Path, problem: &dyn Display) -> Error {
     let again = format!("run `wetcor fit SCENE --out {}` with every stage", named(folder));
-    Error::Usage(format!("{}: {problem}; {again}", folder.join(file).display()))
+    Error::Usage(format!("{}: {problem}; {again}", folder.join(FINDINGS).display()))
 }

@@ -14,7 +14,6 @@
 //! | `json.rs` | lays JSON out |
 //! | `laws.rs` | writes the law of every pair as CSV |
 //! | `draws/` | puts draws on disk |
-//! | `normal_draws.rs` | draws parameters from their means and covariance |
 //! | `posterior_record.rs` | holds what predictions read of the posterior in `findings.json` |
 //! | `finished.rs` | reads a report's folder back for predictions |
 //! | `prediction.rs` | writes predictions |
@@ -33,7 +32,6 @@ pub mod json;
 mod laws;
 pub mod markdown;
 mod markup;
-mod normal_draws;
 pub mod numbers;
 mod posterior_record;
 pub mod prediction;
@@ -63,16 +61,14 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
         || {
             let draws = input
                 .posterior
-                .map(|posterior| draws::posterior::gather(input, posterior));
+                .map(|posterior| draws::posterior::files(input, posterior));
             draws.transpose()
         },
     );
-    let findings = findings?.into_bytes();
-    let draws = draws?.map(|draws| draws.files(&findings)).transpose()?;
     let mut whole = vec![
         ("report.md".to_owned(), report.into_bytes()),
         ("report.html".to_owned(), page?.into_bytes()),
-        ("findings.json".to_owned(), findings),
+        ("findings.json".to_owned(), findings?.into_bytes()),
         (laws::LAWS.to_owned(), laws::laws(&of_pairs).into_bytes()),
         (laws::TABLE.to_owned(), laws::table(&of_pairs).into_bytes()),
     ];
@@ -83,7 +79,7 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
         whole,
         ..Files::default()
     };
-    if let Some(draws) = draws {
+    if let Some(draws) = draws? {
         files.whole.extend(draws.whole);
         files.streamed.extend(draws.streamed);
     }

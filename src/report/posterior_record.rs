@@ -3,7 +3,6 @@
 use serde::de::DeserializeOwned;
 use serde::Deserialize;
 
-use super::normal_draws::Moments;
 use crate::error::quoted;
 use crate::findings::predict::{Basis, Covered};
 use crate::model::parameters::SERIES_OFFSET;
@@ -12,18 +11,13 @@ use crate::physics::form::Term;
 use crate::physics::numbers::same_diameter;
 use crate::physics::{Coefficient, DrySpeed, Form, Setting};
 use crate::runs::diameter_in_mm;
-use crate::scene::{MOST_KEPT, NOISE};
+use crate::scene::NOISE;
 use crate::units::micrometres;
 
 /// The posterior, as far as predictions read it.
 #[derive(Debug, Deserialize)]
 pub(super) struct PosteriorRecord {
-    pub parameters: Vec<ParameterRecord>,
-    pub left_out: Vec<ParameterRecord>,
-    #[serde(default)]
-    pub correlation: Vec<Vec<Option<f64>>>,
-    pub chains: usize,
-    pub draws: usize,
+    pub left_out: Vec<HeldRecord>,
     terms: Vec<String>,
     inertia: String,
     viscous: String,
@@ -33,20 +27,11 @@ pub(super) struct PosteriorRecord {
     pub basis: Basis,
 }
 
-/// A parameter: a sampled one with its moments, another with the value it is held at.
+/// A parameter that was not sampled, with the value it is held at.
 #[derive(Debug, Deserialize)]
-pub(super) struct ParameterRecord {
+pub(super) struct HeldRecord {
     pub name: String,
     pub value: Option<f64>,
-    mean: Option<f64>,
-    sd: Option<f64>,
-    prior: Option<PriorRecord>,
-}
-
-#[derive(Debug, Deserialize)]
-struct PriorRecord {
-    /// the parameter lies above this; `None` where it has no such bound
-    lower: Option<f64>,
 }
 
 /// A series with an offset of its own.
@@ -82,21 +67,10 @@ impl SeriesRecord {
     }
 }
 
-impl ParameterRecord {
-    /// Mean, sd and lower bound; `None` where it has no bound, or no spread above it.
-    pub fn moments(&self) -> Option<Moments> {
-        let (mean, sd, lower) = (self.mean?, self.sd?, self.prior.as_ref()?.lower?);
-        let relative_variance = (sd / (mean - lower)).powi(2);
-        let is_spread = mean > lower && sd > 0.0 && relative_variance.is_finite();
-        is_spread.then_some(Moments { mean, sd, lower })
-    }
-}
-
 impl PosteriorRecord {
     /// The energy balance of the fit. Fails with the word, or the parameter, that predictions do not know.
     pub fn form(&self) -> Result<Form, String> {
-        let parameters = self.parameters.iter().chain(&self.left_out).map(|own| &own.name);
-        let mut names = parameters.chain(self.series_offsets.iter().map(|own| &own.name));
+        let mut names = self.basis.draws.keys().chain(self.left_out.iter().map(|own| &own.name));
         if let Some(unknown) = names.find(|name| limit(name).is_none()) {
             return Err(format!("the parameter {}", quoted(unknown)));
         }
@@ -109,13 +83,14 @@ impl PosteriorRecord {
         Ok(form.with_terms(&terms.collect::<Result<Vec<Term>, String>>()?))
     }
 
-    /// What is wrong with a number that predictions with this form start from, the draws apart; `None`: nothing.
+    /// What is wrong with a number that predictions with this form start from; `None`: nothing.
     pub fn odd_number(&self, form: Form) -> Option<String> {
-        let (chains, draws) = (self.chains, self.draws);
-        let in_all = chains.checked_mul(draws).map(|all| all as u64);
-        if !in_all.is_some_and(|all| (1..=MOST_KEPT).contains(&all)) {
+        let kept = self.basis.draws_kept();
+        let other = |drawn: &[f64]| kept == 0 || drawn.len() != kept;
+        if let Some((name, drawn)) = self.basis.draws.iter().find(|(_, drawn)| other(drawn)) {
+            let found = drawn.len();
             return Some(format!(
-                "found {draws} draws of {chains} chains, expected from 1 to {MOST_KEPT} draws of all chains together"
+                "{name}: found {found} draws, expected as many of each parameter, at least one"
             ));
         }
         let smallest = self.basis.smallest_restitution;
@@ -133,8 +108,14 @@ impl PosteriorRecord {
             };
             return Some(format!("{what}: found {found}, expected a number above 0"));
         }
-        let held = |own: &ParameterRecord| odd_value(&own.name, own.value?, true);
-        self.left_out.iter().find_map(held)
+        let held = |own: &HeldRecord| odd_value(&own.name, own.value?, true);
+        let mut drawn = self
+            .basis
+            .draws
+            .iter()
+            .flat_map(|(name, drawn)| drawn.iter().map(move |x| (name, *x)));
+        let odd = self.left_out.iter().find_map(held);
+        odd.or_else(|| drawn.find_map(|(name, x)| odd_value(name, x, false)))
     }
 
     /// Numbers that must be above 0, with their names; NaN where there is none and must be one.
@@ -196,7 +177,7 @@ fn limit(name: &str) -> Option<(f64, bool)> {
 }
 
 /// What is wrong with a parameter's value; `None`: nothing.
-pub(super) fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
+fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
     let (least, may_be_zero) = limit(name)?;
     let holds = x.is_finite() && (x > least || held && may_be_zero && x == 0.0);
     let expected = match least.is_finite() {

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::finished::DrawnFrom;
 use super::json;
 use crate::error::Error;
 use crate::findings::predict::{Predicted, PredictedSeries};
@@ -36,8 +35,6 @@ pub struct Origin<'a> {
     pub title: &'a str,
     /// whether the numbers of the fit may be quoted
     pub quotable: bool,
-    /// what the draws were drawn from
-    pub drawn_from: DrawnFrom,
     /// draws of the parameters
     pub draws: usize,
 }
@@ -107,13 +104,12 @@ fn check(rows: &[Predicted]) -> Result<(), Error> {
 /// offsets, the last column says of which the line is.
 ///
 /// Fails where a number is not finite.
-pub fn csv(predictions: &[Prediction], drawn_from: DrawnFrom, name_pairs: bool) -> Result<String, Error> {
+pub fn csv(predictions: &[Prediction], name_pairs: bool) -> Result<String, Error> {
     let has_series = predictions.iter().any(|prediction| prediction.series.is_some());
     let cell = |number: Option<f64>| number.map_or(String::new(), |number| format!("{number:?}"));
-    let drawn_from = json::word(&drawn_from);
     let names = NUMBERS.map(|(name, _)| name).join(",");
     let mut text = format!(
-        "{}{names},extrapolated,drawn_from{}\n",
+        "{}{names},extrapolated{}\n",
         if name_pairs {
             "particle,liquid,diameter_m,film_m,"
         } else {
@@ -136,7 +132,7 @@ pub fn csv(predictions: &[Prediction], drawn_from: DrawnFrom, name_pairs: bool) 
         };
         for row in &prediction.predicted {
             let numbers = NUMBERS.map(|(_, number)| cell(number(row))).join(",");
-            text += &format!("{start}{numbers},{},{}{end}\n", row.extrapolated, drawn_from);
+            text += &format!("{start}{numbers},{}{end}\n", row.extrapolated);
         }
     }
     Ok(text)

@@ -8,7 +8,6 @@ use std::time::Instant;
 use serde_json::{json, Value};
 use wetcor::error::Error;
 use wetcor::physics::Setting;
-use wetcor::report::draws::tie::{Tie, STORE, TABLE};
 use wetcor::report::finished::Finished;
 use wetcor::report::prediction::{self, Prediction};
 
@@ -16,24 +15,17 @@ use super::attack::{is_hostile, Outcome, Place};
 
 const FINDINGS: &str = "findings.json";
 
-/// What the store says of itself.
-fn root() -> String {
-    format!("{STORE}/zarr.json")
-}
-
-/// Two fits of the same runs with different seeds, as small as they can be, once for all tests.
-fn fits() -> &'static (Place, [PathBuf; 2]) {
-    static FITS: OnceLock<(Place, [PathBuf; 2])> = OnceLock::new();
-    FITS.get_or_init(|| {
+/// A fit as small as it can be, once for all tests.
+fn fit() -> &'static (Place, PathBuf) {
+    static FIT: OnceLock<(Place, PathBuf)> = OnceLock::new();
+    FIT.get_or_init(|| {
         let place = Place::plain();
         place.add_to_scene("[sampler]\nchains = 2\nwarmup = 300\ndraws = 800\n[model]\nlikelihood = \"student\"");
-        let folders = ["1", "2"].map(|seed| {
-            let words = format!("fit scene.toml --seed {seed} --out {seed} --stages least_squares,posterior");
-            let outcome = place.ask(&words, 60.0);
-            assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
-            place.path(seed)
-        });
-        (place, folders)
+        let words = "fit scene.toml --seed 1 --out r --stages least_squares,posterior";
+        let outcome = place.ask(words, 60.0);
+        assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
+        let folder = place.path("r");
+        (place, folder)
     })
 }
 
@@ -43,42 +35,22 @@ struct Copy {
 }
 
 impl Copy {
-    fn of(fit: &Path) -> Copy {
+    fn new() -> Copy {
         let copy = Copy { place: Folder::new() };
-        std::fs::create_dir_all(copy.path(STORE)).expect("writable");
-        for name in [FINDINGS, TABLE, &root()] {
-            std::fs::copy(fit.join(name), copy.path(name)).expect("writable");
-        }
+        std::fs::copy(fit().1.join(FINDINGS), copy.path()).expect("writable");
         copy
     }
 
-    fn first() -> Copy {
-        Copy::of(&fits().1[0])
+    fn path(&self) -> PathBuf {
+        self.place.join(FINDINGS)
     }
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.place.join(name)
-    }
-
-    fn read(&self, name: &str) -> Vec<u8> {
-        std::fs::read(self.path(name)).expect("readable")
-    }
-
-    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
-        std::fs::write(self.path(name), bytes).expect("writable");
+    fn write(&self, bytes: impl AsRef<[u8]>) {
+        std::fs::write(self.path(), bytes).expect("writable");
     }
 
     fn findings(&self) -> Value {
-        serde_json::from_slice(&self.read(FINDINGS)).expect("JSON")
-    }
-
-    /// Ties the parts as they are now, as a forger would.
-    fn tie(&self) {
-        let mut store: Value = serde_json::from_slice(&self.read(&root())).expect("JSON");
-        for (name, hash) in Tie::of(&self.read(FINDINGS), &self.read(TABLE)).attributes() {
-            store["attributes"][name] = hash;
-        }
-        self.write(&root(), store.to_string());
+        serde_json::from_slice(&std::fs::read(self.path()).expect("readable")).expect("JSON")
     }
 
     /// A prediction without a process of its own.
@@ -89,7 +61,7 @@ impl Copy {
     /// A prediction by the command.
     fn run(&self, more: &str) -> Outcome {
         let words = format!("predict {} {ASKED} {more}", self.place.path().display());
-        fits().0.ask(words.trim_end(), 10.0)
+        fit().0.ask(words.trim_end(), 10.0)
     }
 
     fn assert_refused(&self, of: &str, words: &[&str]) {
@@ -119,7 +91,7 @@ fn predicted(folder: &Path) -> Result<String, Error> {
     };
     let rows = law.curve(Some(&setting)).predict(&[0.05, 0.3, 2.0]);
     let prediction = Prediction::new("PTFE", Some("AK10"), setting.diameter, Some(&setting), rows);
-    prediction::csv(&[prediction], finished.drawn_from(), false)
+    prediction::csv(&[prediction], false)
 }
 
 /// It is a table of finite numbers, or a refusal on one line.
@@ -175,21 +147,19 @@ fn extremes() -> Vec<Value> {
     ]
 }
 
-/// The parts that a prediction reads, each value of them replaced by extremes: as it is, and tied anew by a forger.
+/// The parts that a prediction reads, the draws among them, each value of them replaced by extremes.
 #[test]
 fn d13_no_change_of_findings_gives_a_number_that_is_none() {
     let started = Instant::now();
-    let copy = Copy::first();
+    let copy = Copy::new();
     let findings = copy.findings();
     let mut found = vec![];
     for part in ["schema", "title", "wetcor"] {
         found.push(format!("/{part}"));
     }
-    for part in "basis chains draws terms inertia viscous dry_speed_m_s left_out".split(' ') {
+    for part in "basis terms inertia viscous dry_speed_m_s left_out".split(' ') {
         places(&findings["posterior"][part], &format!("/posterior/{part}"), &mut found);
     }
-    let parameters = findings["posterior"]["parameters"].as_array().expect("a list").len();
-    found.extend((0..parameters).map(|index| format!("/posterior/parameters/{index}/name")));
     places(&findings["verdicts"], "/verdicts", &mut found);
     assert!(found.len() > 30, "{found:?}");
     let (mut refused, mut believed, mut forged) = (0, 0, 0);
@@ -202,11 +172,7 @@ fn d13_no_change_of_findings_gives_a_number_that_is_none() {
                 continue;
             }
             *value = extreme;
-            copy.write(FINDINGS, changed.to_string());
-            let outcome = copy.predicted();
-            assert_mannered(&outcome, &of);
-            assert!(outcome.is_err(), "{of} was not tied");
-            copy.tie();
+            copy.write(changed.to_string());
             let outcome = copy.predicted();
             assert_mannered(&outcome, &of);
             forged += 1;
@@ -225,85 +191,11 @@ fn d13_no_change_of_findings_gives_a_number_that_is_none() {
 }
 
 #[test]
-fn d13_no_change_of_draws_gives_a_number_that_is_none() {
-    let copy = Copy::first();
-    let draws = String::from_utf8(copy.read(TABLE)).expect("UTF-8");
-    let header: Vec<&str> = draws.lines().next().expect("a header").split(',').collect();
-    let (mut refused, mut all) = (0, 0);
-    for column in 3..header.len() {
-        for extreme in [
-            "0", "-0.0", "-1", "1", "1e308", "-1e308", "5e-324", "NaN", "inf", "-inf", "", "x", "1e999", "0x1p3",
-        ] {
-            for every in [false, true] {
-                let change = |(row, line): (usize, &str)| {
-                    let mut cells: Vec<&str> = line.split(',').collect();
-                    if row > 0 && (every || row == 7) {
-                        cells[column] = extreme;
-                    }
-                    cells.join(",") + "\n"
-                };
-                let changed: String = draws.lines().enumerate().map(change).collect();
-                let of = format!("{} = {extreme} {every}", header[column]);
-                copy.write(TABLE, changed);
-                let outcome = copy.predicted();
-                assert!(outcome.is_err(), "{of} was not tied");
-                copy.tie();
-                let outcome = copy.predicted();
-                assert_mannered(&outcome, &of);
-                refused += usize::from(outcome.is_err());
-                all += 1;
-                copy.write(&root(), std::fs::read(fits().1[0].join(root())).expect("readable"));
-            }
-        }
-    }
-    assert!(refused > all / 2 && refused < all, "{refused} of {all}");
-}
-
-#[test]
-fn d13_hand_made_counts_are_refused_before_memory_is_asked_for() {
-    let copy = Copy::first();
-    let findings = copy.findings();
-    let count = |key: &str| findings["posterior"][key].as_u64().expect("a count");
-    let (made, of) = (count("chains"), count("draws"));
-    for (chains, draws) in [
-        (1u64, 1_000_000_000_000_000u64),
-        (u64::MAX, u64::MAX),
-        (0, 0),
-        (1 << 32, 1 << 32),
-        (made, of - 1),
-        (made + 1, of),
-        (of, made),
-    ] {
-        let mut changed = findings.clone();
-        changed["posterior"]["chains"] = json!(chains);
-        changed["posterior"]["draws"] = json!(draws);
-        copy.write(FINDINGS, changed.to_string());
-        copy.tie();
-        let outcome = copy.run("");
-        let told = format!("{chains} x {draws}");
-        if chains == of {
-            // as many in all: the table says no other
-            assert!(matches!(outcome.status, Some(0 | 1)), "{told}: {outcome:?}");
-        } else {
-            let in_all = u128::from(chains) * u128::from(draws);
-            let blamed = if (1..=10_000_000).contains(&in_all) {
-                "draws.csv: found "
-            } else {
-                "findings.json: found "
-            };
-            outcome.assert_refused(&told, &[blamed]);
-            assert!(outcome.seconds < 5.0, "{outcome:?}");
-        }
-    }
-}
-
-#[test]
 fn d13_a_viscosity_of_nothing_is_refused_by_its_name() {
-    let copy = Copy::first();
+    let copy = Copy::new();
     let mut findings = copy.findings();
     findings["posterior"]["basis"]["liquids"][0]["viscosity_Pa_s"] = json!(0.0);
-    copy.write(FINDINGS, findings.to_string());
-    copy.tie();
+    copy.write(findings.to_string());
     copy.assert_refused(
         "viscosity 0",
         &["findings.json: viscosity of `AK10`: found 0.0, expected a number above 0"],
@@ -313,7 +205,7 @@ fn d13_a_viscosity_of_nothing_is_refused_by_its_name() {
 /// Numbers of the command line that are too large or too small for any formula.
 #[test]
 fn d13_no_number_that_is_asked_for_gives_one_that_is_none() {
-    let copy = Copy::first();
+    let copy = Copy::new();
     let sizes = ["1e-320", "1e-300", "1", "1e300", "1.7e308"];
     let mut refused = 0;
     for size in sizes {
@@ -331,7 +223,7 @@ fn d13_no_number_that_is_asked_for_gives_one_that_is_none() {
                 let folder = copy.place.path().to_str().expect("a plain path");
                 let fixed = ["predict", folder, "--particle", "PTFE", "--liquid-density-kg-m3", other];
                 let rest = ["--speed-m-s", "1e-300:1e300:3", "--format", format];
-                let outcome = fits().0.run(&[&fixed[..], &flags, &rest].concat(), 10.0);
+                let outcome = fit().0.run(&[&fixed[..], &flags, &rest].concat(), 10.0);
                 outcome.assert_mannered(&format!("{flags:?}"));
                 let text = outcome.out.to_lowercase();
                 assert!(!text.contains("nan") && !text.contains("inf"), "{flags:?}: {text}");
@@ -347,76 +239,45 @@ fn d13_no_number_that_is_asked_for_gives_one_that_is_none() {
 }
 
 #[test]
-fn d13_parts_of_two_fits_do_not_belong_together() {
-    let whole = Copy::first();
-    assert_eq!(whole.run("--anyway").status, Some(0), "as it was written");
-    let other = &fits().1[1];
-    for name in [FINDINGS, TABLE, &root()] {
-        let copy = Copy::first();
-        std::fs::copy(other.join(name), copy.path(name)).expect("writable");
-        let word = if name == TABLE { "draws.csv" } else { FINDINGS };
-        copy.assert_refused(
-            name,
-            &[word, "does not belong to draws/draws.zarr", "wetcor fit SCENE --out"],
-        );
-        // it is the tie that is missed, nothing else
-        copy.tie();
-        assert_eq!(copy.run("--anyway").status, Some(0), "{name}");
+fn d13_a_file_cut_short_gone_or_of_another_kind_is_refused() {
+    let copy = Copy::new();
+    let bytes = std::fs::read(copy.path()).expect("readable");
+    for tenth in 0..10 {
+        copy.write(&bytes[..bytes.len() * tenth / 10]);
+        copy.assert_refused(&format!("{tenth} tenths"), &["wetcor fit SCENE --out"]);
     }
-    let edited = Copy::first();
-    let mut findings = edited.findings();
-    findings["title"] = json!("another");
-    edited.write(FINDINGS, findings.to_string());
-    edited.assert_refused("another title", &["does not belong to draws/draws.zarr"]);
-}
-
-#[test]
-fn d13_files_cut_short_gone_or_of_another_kind_are_refused() {
-    for name in [FINDINGS, TABLE, &root()] {
-        let copy = Copy::first();
-        let bytes = copy.read(name);
-        for tenth in 0..10 {
-            copy.write(name, &bytes[..bytes.len() * tenth / 10]);
-            copy.assert_refused(&format!("{tenth} tenths of {name}"), &["wetcor fit SCENE --out"]);
-        }
-        copy.write(name, [&bytes[..], b" "].concat());
-        let one_more = copy.predicted();
-        // blanks after JSON say nothing, but to the hash
-        assert_eq!(one_more.is_ok(), name == root(), "{name}");
-        copy.write(name, [0xff; 100]);
-        copy.assert_refused(name, &[]);
-        std::fs::remove_file(copy.path(name)).expect("writable");
-        copy.assert_refused(name, &[": no ", "wetcor fit SCENE --out"]);
-        std::fs::create_dir(copy.path(name)).expect("writable");
-        copy.assert_refused(name, &["found a folder"]);
-        #[cfg(target_os = "linux")]
-        {
-            std::fs::remove_dir(copy.path(name)).expect("writable");
-            std::os::unix::fs::symlink("/dev/zero", copy.path(name)).expect("writable");
-            copy.assert_refused(name, &["found a device"]);
-            // a pipe that nobody writes to
-            std::fs::remove_file(copy.path(name)).expect("writable");
-            let made = std::process::Command::new("mkfifo").arg(copy.path(name)).status();
-            assert!(made.is_ok_and(|made| made.success()));
-            copy.assert_refused(name, &["a pipe that nobody writes to"]);
-            // far more than it can have
-            std::fs::remove_file(copy.path(name)).expect("writable");
-            let sparse = std::fs::File::create(copy.path(name)).expect("writable");
-            sparse.set_len(1 << 40).expect("a sparse file");
-            copy.assert_refused(name, &["expected at most"]);
-        }
+    copy.write([0xff; 100]);
+    copy.assert_refused("bytes", &[]);
+    std::fs::remove_file(copy.path()).expect("writable");
+    copy.assert_refused("gone", &[": no ", "wetcor fit SCENE --out"]);
+    std::fs::create_dir(copy.path()).expect("writable");
+    copy.assert_refused("a folder", &["found a folder"]);
+    #[cfg(target_os = "linux")]
+    {
+        std::fs::remove_dir(copy.path()).expect("writable");
+        std::os::unix::fs::symlink("/dev/zero", copy.path()).expect("writable");
+        copy.assert_refused("a device", &["found a device"]);
+        // a pipe that nobody writes to
+        std::fs::remove_file(copy.path()).expect("writable");
+        let made = std::process::Command::new("mkfifo").arg(copy.path()).status();
+        assert!(made.is_ok_and(|made| made.success()));
+        copy.assert_refused("a pipe", &["a pipe that nobody writes to"]);
+        // far more than it can have
+        std::fs::remove_file(copy.path()).expect("writable");
+        let sparse = std::fs::File::create(copy.path()).expect("writable");
+        sparse.set_len(1 << 40).expect("a sparse file");
+        copy.assert_refused("a sparse file", &["expected at most"]);
     }
 }
 
 #[test]
 fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
-    let copy = Copy::first();
+    let copy = Copy::new();
     let hostile = "\u{1b}[2J\n\u{202e}x";
     let mut findings = copy.findings();
     findings["title"] = json!(hostile);
     findings["verdicts"] = json!([{"passed": false, "gates": true, "text": hostile}]);
-    copy.write(FINDINGS, findings.to_string());
-    copy.tie();
+    copy.write(findings.to_string());
     for format in ["csv", "json"] {
         let outcome = copy.run(&format!("--format {format}"));
         outcome.assert_mannered(format);
@@ -430,7 +291,7 @@ fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
     for key in ["schema", "wetcor"] {
         let mut changed = findings.clone();
         changed[key] = json!(hostile);
-        copy.write(FINDINGS, changed.to_string());
+        copy.write(changed.to_string());
         copy.assert_refused(key, &["`\\u{1b}[2J\\n\\u{202e}x`"]);
     }
     for key in ["inertia", "terms"] {
@@ -440,7 +301,7 @@ fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
         } else {
             json!(hostile)
         };
-        copy.write(FINDINGS, changed.to_string());
+        copy.write(changed.to_string());
         copy.assert_refused(key, &["`\\u{1b}[2J\\n\\u{202e}x`"]);
     }
 }

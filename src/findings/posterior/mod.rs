@@ -203,7 +203,7 @@ pub fn fit_posterior(
         derived: &derived,
         predictive,
         series_offsets: series_offsets::summarise_offsets(scene, runs, &sampled),
-        basis: Basis::of(scene, runs),
+        basis: Basis::of(scene, runs, &sampled),
     };
     let mut findings = summarise_posterior(&sampled, source);
     findings.mark_k_of_wet_runs(&sampled.parameters, runs);

@@ -35,7 +35,7 @@ pub(super) struct SummarySource<'p> {
     pub(super) under_defaults: Option<&'p UnderDefaults>,
     /// the offsets of series
     pub(super) series_offsets: Vec<SeriesOffset>,
-    /// what predictions need besides these
+    /// what predictions are made of
     pub(super) basis: Basis,
 }
 

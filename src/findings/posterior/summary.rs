@@ -63,7 +63,7 @@ pub struct PosteriorFindings {
     pub compression: Option<CompressionSummary>,
     /// new runs beside the ones made
     pub predictive: PredictiveChecks,
-    /// what `wetcor predict` needs besides these and the draws
+    /// what `wetcor predict` reads
     pub basis: Basis,
 }
 

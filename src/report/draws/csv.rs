@@ -1,11 +1,11 @@
-//! Writes one line a draw, as R's posterior reads it, and reads such a table back.
+//! Writes one line a draw, as R's posterior reads it.
 
 use std::fmt::Write;
 
-use csv::{ReaderBuilder, StringRecord, Writer};
+use csv::Writer;
 
 use super::arrays::DrawSize;
-use crate::error::{quoted, Error, Problem};
+use crate::error::Error;
 
 /// Draws of some quantities: `.chain`, `.iteration`, `.draw` (each from 1), then a named column each.
 ///
@@ -37,60 +37,6 @@ pub fn table(size: DrawSize, columns: &[(&str, Vec<f64>)]) -> Result<String, Err
         text.push('\n');
     }
     Ok(text)
-}
-
-/// The values of some columns of a table of ours with so many draws.
-///
-/// Fails where the table was cut short or is not ours: a column missing, a line too short, a cell that is no number.
-pub fn read(text: &str, columns: &[&str], draws: usize) -> Result<Vec<Vec<f64>>, Problem> {
-    let problem = |line: Option<u64>, found: String, expected: String| Problem {
-        line,
-        place: String::new(),
-        found: Some(found),
-        expected,
-    };
-    let mut reader = ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .from_reader(text.as_bytes());
-    let mut record = StringRecord::new();
-    let mut next = |record: &mut StringRecord| {
-        let there = reader.read_record(record);
-        there.map_err(|error| problem(None, error.to_string(), "expected a table of draws".to_owned()))
-    };
-    next(&mut record)?;
-    let header = record.len();
-    let mut places = vec![];
-    for column in columns {
-        let place = record.iter().position(|name| name == *column);
-        let expected = || format!("expected {}", quoted(column));
-        places.push(place.ok_or_else(|| problem(Some(1), "no such column".to_owned(), expected()))?);
-    }
-    let mut values = vec![vec![]; columns.len()];
-    let mut found = 0;
-    while next(&mut record)? {
-        let line = record.position().map(csv::Position::line);
-        if record.len() != header {
-            let expected = format!("expected {header}");
-            return Err(problem(line, format!("{} cells", record.len()), expected));
-        }
-        for (column, place) in values.iter_mut().zip(&places) {
-            let cell = &record[*place];
-            let value = cell.parse();
-            column.push(value.map_err(|_| problem(line, quoted(cell), "expected a number".to_owned()))?);
-        }
-        found += 1;
-    }
-    // the end of the last line tells a number from the beginning of one
-    if found != draws || !text.ends_with('\n') {
-        let cut = if text.ends_with('\n') { "" } else { ", the last one cut" };
-        return Err(problem(
-            None,
-            format!("{found} draws{cut}"),
-            format!("expected {draws}"),
-        ));
-    }
-    Ok(values)
 }
 
 #[cfg(test)]
@@ -130,29 +76,5 @@ mod tests {
             table(SIZE, &[column("x", &[1.0; 3])]),
             Err(Error::Internal { .. })
         ));
-    }
-
-    #[test]
-    fn a_table_comes_back_and_a_part_of_it_does_not() {
-        let (k, e) = ([0.1 + 0.2, 1e-300, 0.25, 1.5], [1.0, 0.5, 0.25, 12.25]);
-        let text = table(SIZE, &[column("e[\"a\",b]", &e), column("k", &k)]).expect("as many values");
-        assert_eq!(
-            read(&text, &["k", "e[\"a\",b]"], 4).ok(),
-            Some(vec![k.to_vec(), e.to_vec()])
-        );
-        let why = |text: &str, column: &str| {
-            let problem = read(text, &[column], 4).err();
-            problem.map(|problem| problem.to_string()).unwrap_or_default()
-        };
-        assert_eq!(why(&text, "l"), "line 1: found no such column, expected `l`");
-        for cut in 1..text.len() {
-            assert_ne!(why(&text[..cut], "k"), "", "{cut}");
-        }
-        let (all, _) = text.trim_end().rsplit_once('\n').expect("lines");
-        assert_eq!(why(&format!("{all}\n"), "k"), "found 3 draws, expected 4");
-        assert_eq!(
-            why(&text.replace("0.25", "O.25"), "k"),
-            "line 4: found `O.25`, expected a number"
-        );
     }
 }

@@ -7,11 +7,9 @@
 //! | `every_run.rs` | makes the likelihood and a prediction of every run while they are written |
 //! | `zarr.rs` | lays groups of arrays out as a Zarr store |
 //! | `csv.rs` | writes one line a draw |
-//! | `tie.rs` | ties draws to the findings they were made with |
 
 pub mod arrays;
 pub mod csv;
 mod every_run;
 pub mod posterior;
-pub mod tie;
 pub mod zarr;

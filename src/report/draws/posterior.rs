@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
-use serde_json::{json, Map, Value};
+use serde_json::json;
 
 use super::arrays::{ArrayDimension, ArrayGroup, ArrayValues, DrawSize};
 use super::csv;
 use super::every_run::EveryRun;
-use super::tie::{Tie, STORE, TABLE};
 use super::zarr::{chunk_path, store, PART};
 use crate::error::Error;
 use crate::findings::compare::model_name;
@@ -37,20 +36,17 @@ fn stores(runs: &Runs, numbers: usize) -> bool {
     runs.count.is_empty() && runs.len().saturating_mul(numbers) <= MOST_DENSITIES
 }
 
-/// The draws, ready to be written.
-pub struct Gathered<'a> {
-    groups: Vec<ArrayGroup>,
-    streamed: Vec<Streamed<'a>>,
-    attributes: Map<String, Value>,
-    table: String,
-}
+/// Where the table of draws lies in a report's folder.
+pub const TABLE: &str = "draws/draws.csv";
+/// Where the store lies in a report's folder.
+pub const STORE: &str = "draws/draws.zarr";
 
-/// Gathers the draws: what makes a Zarr store and a table of them.
+/// Every file of the draws: a Zarr store and a table.
 ///
 /// Groups `posterior`, `sample_stats`, `log_prior` and `derived`; while all numbers of the runs are at most
 /// [`MOST_DENSITIES`], `observed_data` and `constant_data`; while runs times draws are, `log_likelihood` and
 /// `posterior_predictive` (new runs), to f32. Runs are in the order of the report.
-pub fn gather<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Gathered<'a>, Error> {
+pub fn files<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Files<'a>, Error> {
     let (scene, runs) = (input.scene, input.runs);
     let sampled = &posterior.sampled;
     let size = DrawSize {
@@ -100,28 +96,13 @@ pub fn gather<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Gathe
     ]
     .into_iter()
     .map(|(key, value)| (key.to_owned(), value));
-    Ok(Gathered {
-        groups,
+    let mut whole = store(STORE, attributes.collect(), groups)?;
+    whole.push((TABLE.to_owned(), table?.into_bytes()));
+    Ok(Files {
+        whole,
         streamed,
-        attributes: attributes.collect(),
-        table: table?,
+        last: None,
     })
-}
-
-impl<'a> Gathered<'a> {
-    /// Every file of the draws, tied to the bytes of `findings.json`.
-    pub fn files(mut self, findings: &[u8]) -> Result<Files<'a>, Error> {
-        let table = self.table.into_bytes();
-        let tie = Tie::of(findings, &table);
-        self.attributes.extend(tie.attributes());
-        let mut whole = store(STORE, self.attributes, self.groups)?;
-        whole.push((TABLE.to_owned(), table));
-        Ok(Files {
-            whole,
-            streamed: self.streamed,
-            last: None,
-        })
-    }
 }
 
 /// The sampled parameters, and the offsets of series after them, as one table.
