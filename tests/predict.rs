@@ -363,7 +363,8 @@ const FINDINGS: &str = r#"{"schema":"wetcor.findings/2","title":"t","wetcor":"VE
 "left_out":[{"name":"dry_k[PE]","value":null,"reason":"no runs"}],"terms":["inertia","viscous"],"inertia":"stepwise","viscous":"constant","dry_speed_m_s":2.0,
 "basis":{"smallest_restitution":0.0,"particles":[{"name":"PTFE","density_kg_m3":2150.0,"roughness_m":5e-6,"covered":null},
 {"name":"PE","density_kg_m3":940.0,"roughness_m":5e-6,"covered":null}],"liquids":[{"name":"AK10","density_kg_m3":930.0,"viscosity_Pa_s":0.0093}],
-"draws":{"dry_k[PTFE]":[0.183,0.184],"lubrication_log":[1.85,1.86],"inertial_prefactor":[0.9,0.8],"sigma_dry":[0.01,0.01],"sigma_wet":[0.02,0.02]}}}}"#;
+"draws":[{"name":"dry_k[PTFE]","values":[0.183,0.184]},{"name":"lubrication_log","values":[1.85,1.86]},
+{"name":"inertial_prefactor","values":[0.9,0.8]},{"name":"sigma_dry","values":[0.01,0.01]},{"name":"sigma_wet","values":[0.02,0.02]}]}}}"#;
 
 impl Store {
     /// With something replaced in its findings.
@@ -429,7 +430,7 @@ fn err_of_right() -> String {
 fn a_parameter_held_at_a_value_counts_as_that_value_in_every_draw() {
     let drawn = Store::with(&[("[0.9,0.8]", "[0.7,0.7]")]);
     let held = Store::with(&[
-        (r#""inertial_prefactor":[0.9,0.8],"#, ""),
+        (r#"{"name":"inertial_prefactor","values":[0.9,0.8]},"#, ""),
         (
             r#""left_out":["#,
             r#""left_out":[{"name":"inertial_prefactor","value":0.7},"#,
@@ -455,7 +456,10 @@ fn a_parameter_held_at_a_value_counts_as_that_value_in_every_draw() {
 /// The asymmetry of noise may be of either sign.
 #[test]
 fn noise_of_an_asymmetry_without_a_bound_is_predicted_from() {
-    let asymmetric = Store::with(&[(r#""sigma_wet":"#, r#""asymmetry":[-0.5,-0.5],"sigma_wet":"#)]);
+    let asymmetric = Store::with(&[(
+        r#"{"name":"sigma_wet""#,
+        r#"{"name":"asymmetry","values":[-0.5,-0.5]},{"name":"sigma_wet""#,
+    )]);
     let (status, out, err) = asymmetric.told(ASKED);
     assert_eq!(status, Some(0), "{err}");
     assert_ne!(out, Store::with(&[]).told(ASKED).1);
@@ -474,9 +478,9 @@ fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
     for [from, to, expected] in table_of(
         r#"findings/2 | findings/7 | r/findings.json: found schema `wetcor.findings/7`, expected `wetcor.findings/2`
         "sigma_wet" | "sigma_kept" | r: the fit has the parameter `sigma_kept`, which predict does not know
-        ,"sigma_wet":[0.02,0.02] |  | r: the fit has no sigma_wet: it needs wet runs
+        ,{"name":"sigma_wet","values":[0.02,0.02]} |  | r: the fit has no sigma_wet: it needs wet runs
         stepwise | stairs | r: the fit has inertia `stairs`, which predict does not know
-        1.86 | "x" | r/findings.json: no findings of wetcor (invalid type: string "x", expected f64 at line 5 column 69)
+        1.86 | "x" | r/findings.json: no findings of wetcor (invalid type: string "x", expected f64 at line 5 column 99)
         1.86 | 0.0 | r/findings.json: lubrication_log: found 0.0, expected a number above 0
         ,1.86 |  | r/findings.json: lubrication_log: found 1 draws, expected as many of each parameter, at least one"#,
     ) {
@@ -624,7 +628,7 @@ fn a_dry_impact_is_predicted_from_k_and_the_scatter_of_dry_runs() {
         json["predicted"][0]["why_none"],
         "a dry impact has no Stokes and no Reynolds number"
     );
-    let (status, _, err) = Store::with(&[("\"sigma_dry\":[0.01,0.01],", "")]).told(&asked);
+    let (status, _, err) = Store::with(&[(r#"{"name":"sigma_dry","values":[0.01,0.01]},"#, "")]).told(&asked);
     assert_eq!(
         (status, err.as_str()),
         (Some(2), "error: r: the fit has no sigma_dry: it needs dry runs\n")

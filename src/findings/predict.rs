@@ -9,8 +9,6 @@
 //! Where series have offsets of r, both are of one series: of one that was measured with its own offset, of a new one with an
 //! offset that σ_series spreads, the quantiles of which are dealt out evenly over the draws.
 
-use std::collections::BTreeMap;
-
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -40,7 +38,16 @@ pub struct Basis {
     pub liquids: Vec<LiquidBasis>,
     /// up to 1,000 draws of each sampled parameter and of each offset of a series, evenly spaced among those of all chains;
     /// numbers at the same place are of the same draw
-    pub draws: BTreeMap<String, Vec<f64>>,
+    pub draws: Vec<ParameterDraws>,
+}
+
+/// Draws of one parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ParameterDraws {
+    /// its name
+    pub name: String,
+    /// its value in each draw
+    pub values: Vec<f64>,
 }
 
 /// A particle, and where its wet runs were made.
@@ -157,7 +164,13 @@ impl Basis {
 
     /// How many draws there are of each parameter; 0 of a fit without any.
     pub fn draws_kept(&self) -> usize {
-        self.draws.values().next().map_or(0, Vec::len)
+        self.draws.first().map_or(0, |own| own.values.len())
+    }
+
+    /// The draws of a parameter; `None` of one that was not sampled.
+    pub fn draws_of(&self, name: &str) -> Option<&[f64]> {
+        let own = self.draws.iter().find(|own| own.name == name)?;
+        Some(&own.values)
     }
 
     /// What the runs of one of its particles covered, liquid by liquid.
@@ -178,7 +191,7 @@ impl Basis {
     }
 }
 
-fn draws_kept(sampled: &Sampled) -> BTreeMap<String, Vec<f64>> {
+fn draws_kept(sampled: &Sampled) -> Vec<ParameterDraws> {
     let parameters = sampled.parameters.sampled.iter().map(|parameter| &parameter.name);
     let names = parameters.chain(&sampled.parameters.series_offsets);
     let thinned = |chains: &Vec<Vec<f64>>| {
@@ -187,7 +200,11 @@ fn draws_kept(sampled: &Sampled) -> BTreeMap<String, Vec<f64>> {
         (0..kept).map(|draw| all[draw * all.len() / kept]).collect()
     };
     let drawn = sampled.values.iter().chain(&sampled.series_offsets).map(thinned);
-    names.cloned().zip(drawn).collect()
+    let named = |(name, values): (&String, Vec<f64>)| ParameterDraws {
+        name: name.clone(),
+        values,
+    };
+    names.zip(drawn).map(named).collect()
 }
 
 fn diameters_with_k(runs: &Runs, particle: usize) -> Vec<f64> {

@@ -111,7 +111,7 @@ impl Draws<'_> {
         }
         row.iter_mut().for_each(|ln| *ln = -*ln);
         let smoothed = psis(row, tail_length(count, 1.0)).ok()?;
-        let weights: Vec<f64> = smoothed.log_weights.iter().map(|ln| ln.exp()).collect();
+        let weights = smoothed.weights;
         let khat = smoothed.khat.unwrap_or(0.0);
         // no mean moves by more of its sds than the weights spread about theirs
         let [mean, sd] = moments(&weights, &vec![1.0; count]);

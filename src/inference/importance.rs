@@ -116,7 +116,7 @@ impl Weights {
         // the draws are independent
         let smoothed = psis(&ln_ratios, tail_length(ln_ratios.len(), 1.0)).ok()?;
         Some(Weights {
-            weights: smoothed.log_weights.iter().map(|log| log.exp()).collect(),
+            weights: smoothed.weights,
             khat: smoothed.khat.unwrap_or(f64::NEG_INFINITY),
         })
     }

@@ -262,7 +262,7 @@ impl Finished {
 
     /// A parameter in a draw: of one that was not sampled the value it is held at, of one that the fit does not have 0.
     fn value(&self, name: &str, draw: usize) -> f64 {
-        match self.basis.draws.get(name) {
+        match self.basis.draws_of(name) {
             Some(drawn) => drawn[draw],
             None => self.held(name).unwrap_or(0.0),
         }
@@ -274,7 +274,7 @@ impl Finished {
     }
 
     fn has(&self, name: &str) -> bool {
-        self.basis.draws.contains_key(name) || self.held(name).is_some()
+        self.basis.draws_of(name).is_some() || self.held(name).is_some()
     }
 
     /// Whether the fit has a k of a particle, at every diameter or at one.

@@ -4,7 +4,7 @@ use serde::de::DeserializeOwned;
 use serde::Deserialize;
 
 use crate::error::quoted;
-use crate::findings::predict::{Basis, Covered};
+use crate::findings::predict::{Basis, Covered, ParameterDraws};
 use crate::model::parameters::SERIES_OFFSET;
 use crate::physics::dry::DRY_K;
 use crate::physics::form::Term;
@@ -70,7 +70,12 @@ impl SeriesRecord {
 impl PosteriorRecord {
     /// The energy balance of the fit. Fails with the word, or the parameter, that predictions do not know.
     pub fn form(&self) -> Result<Form, String> {
-        let mut names = self.basis.draws.keys().chain(self.left_out.iter().map(|own| &own.name));
+        let mut names = self
+            .basis
+            .draws
+            .iter()
+            .map(|own| &own.name)
+            .chain(self.left_out.iter().map(|own| &own.name));
         if let Some(unknown) = names.find(|name| limit(name).is_none()) {
             return Err(format!("the parameter {}", quoted(unknown)));
         }
@@ -86,9 +91,9 @@ impl PosteriorRecord {
     /// What is wrong with a number that predictions with this form start from; `None`: nothing.
     pub fn odd_number(&self, form: Form) -> Option<String> {
         let kept = self.basis.draws_kept();
-        let other = |drawn: &[f64]| kept == 0 || drawn.len() != kept;
-        if let Some((name, drawn)) = self.basis.draws.iter().find(|(_, drawn)| other(drawn)) {
-            let found = drawn.len();
+        let mut drawn = self.basis.draws.iter();
+        if let Some(own) = drawn.find(|own| kept == 0 || own.values.len() != kept) {
+            let (name, found) = (&own.name, own.values.len());
             return Some(format!(
                 "{name}: found {found} draws, expected as many of each parameter, at least one"
             ));
@@ -109,13 +114,9 @@ impl PosteriorRecord {
             return Some(format!("{what}: found {found}, expected a number above 0"));
         }
         let held = |own: &HeldRecord| odd_value(&own.name, own.value?, true);
-        let mut drawn = self
-            .basis
-            .draws
-            .iter()
-            .flat_map(|(name, drawn)| drawn.iter().map(move |x| (name, *x)));
+        let drawn = |own: &ParameterDraws| own.values.iter().find_map(|x| odd_value(&own.name, *x, false));
         let odd = self.left_out.iter().find_map(held);
-        odd.or_else(|| drawn.find_map(|(name, x)| odd_value(name, x, false)))
+        odd.or_else(|| self.basis.draws.iter().find_map(drawn))
     }
 
     /// Numbers that must be above 0, with their names; NaN where there is none and must be one.

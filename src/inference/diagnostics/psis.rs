@@ -8,6 +8,8 @@ use super::WhyNone;
 pub struct Smoothed {
     /// logarithms of the weights, which sum to 1, in the order of the draws
     pub log_weights: Vec<f64>,
+    /// the weights themselves
+    pub weights: Vec<f64>,
     /// shape of the fitted tail, to be held against [`pareto::khat_threshold`]; `None` where no tail could be fitted
     /// (fewer than five draws in it, all of them the same, or its lower quarter tied): the weights are then the raw ones
     pub khat: Option<f64>,
@@ -24,29 +26,35 @@ pub fn psis(log_ratios: &[f64], tail: usize) -> Result<Smoothed, WhyNone> {
     }
     let mut log_weights: Vec<f64> = log_ratios.iter().map(|ratio| ratio - largest).collect();
     let mut order: Vec<usize> = (0..log_weights.len()).collect();
-    order.sort_unstable_by(|&a, &b| log_weights[a].total_cmp(&log_weights[b]));
     let start = order.len() - tail.min(order.len().saturating_sub(1));
-    let values: Vec<f64> = order[start..].iter().map(|&draw| log_weights[draw].exp()).collect();
+    let by_weight = |a: &usize, b: &usize| log_weights[*a].total_cmp(&log_weights[*b]);
+    // which of equal weights begin the tail changes nothing
+    if start > 0 {
+        order.select_nth_unstable_by(start - 1, by_weight);
+    }
+    order[start..].sort_unstable_by(by_weight);
     let cutoff = order[..start].last().map_or(0.0, |&draw| log_weights[draw].exp());
-    let khat = fit_tail(&values, cutoff).map(|pareto| {
+    let above = order[start..].iter().map(|&draw| log_weights[draw].exp() - cutoff);
+    let khat = pareto::fit(&above.collect::<Vec<f64>>()).map(|pareto| {
+        let tail = order.len() - start;
         for (rank, &draw) in order[start..].iter().enumerate() {
-            log_weights[draw] = smoothed(pareto, cutoff, rank, values.len()).ln();
+            log_weights[draw] = smoothed(pareto, cutoff, rank, tail).ln();
         }
         pareto.shape
     });
-    let log_sum = log_weights.iter().map(|log| log.exp()).sum::<f64>().ln();
-    log_weights.iter_mut().for_each(|log| *log -= log_sum);
-    Ok(Smoothed { log_weights, khat })
-}
-
-/// The Pareto tail of weights in increasing order above a cutoff, the largest being 1.
-pub(super) fn fit_tail(weights: &[f64], cutoff: f64) -> Option<Pareto> {
-    let exceedances: Vec<f64> = weights.iter().map(|weight| weight - cutoff).collect();
-    pareto::fit(&exceedances)
+    let mut weights: Vec<f64> = log_weights.iter().map(|log| log.exp()).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.iter_mut().for_each(|weight| *weight /= sum);
+    log_weights.iter_mut().for_each(|log| *log -= sum.ln());
+    Ok(Smoothed {
+        log_weights,
+        weights,
+        khat,
+    })
 }
 
 /// Smoothed weight of the tail's draw of this rank (from 0): never above the largest raw weight, 1.
-pub(super) fn smoothed(pareto: Pareto, cutoff: f64, rank: usize, tail: usize) -> f64 {
+fn smoothed(pareto: Pareto, cutoff: f64, rank: usize, tail: usize) -> f64 {
     let probability = (rank as f64 + 0.5) / tail as f64;
     (cutoff + pareto.quantile(probability)).min(1.0)
 }
