@@ -34,7 +34,7 @@ const MOST_INTEGRATED: usize = 600;
 const FEWEST_DRAWS: usize = 400;
 
 /// Densities, draws a chain times runs, that a model beside the scene's own is judged by, and the draws that this may ask for:
-/// few runs make them cheap, and leave the Monte Carlo error large.
+/// few runs make them cheap, and leave the Monte Carlo error large. Where each density is an integral it is the fewest.
 const DENSITIES_BESIDE: usize = 400_000;
 const DRAWS_BESIDE: [usize; 2] = [500, 2000];
 
@@ -165,7 +165,10 @@ impl Model<'_> {
         let prepared = prepared.map_err(|why| why.to_string())?;
         let stream = StreamName::new(least_squares.seed, stream);
         let Effort { chains, .. } = effort(scene);
-        let draws = (DENSITIES_BESIDE / runs.len().max(1)).clamp(DRAWS_BESIDE[0], DRAWS_BESIDE[1]);
+        let draws = match pointwise::is_integrated(scene, runs) {
+            true => DRAWS_BESIDE[0],
+            false => (DENSITIES_BESIDE / runs.len().max(1)).clamp(DRAWS_BESIDE[0], DRAWS_BESIDE[1]),
+        };
         let weighed = sample_by_importance(&prepared, DrawCounts { chains, draws }, stream);
         let line = khat_threshold(PROPOSED * chains * draws);
         let serves = |sampled: &Sampled| sampled.khat.is_some_and(|khat| khat <= line) || will_do(sampled);
