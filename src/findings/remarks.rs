@@ -615,8 +615,9 @@ pub(super) fn in_symbols(name: &str) -> String {
     let shared = Coefficient::ALL.into_iter().map(Quantity::Shared);
     let all = shared.chain([Quantity::DryK, Quantity::EInf, Quantity::StC]);
     let described = all.map(Quantity::describe).find(|quantity| quantity.name == key);
+    let of_noise = crate::scene::NOISE.iter().find(|own| own.name == key);
     match (described, of) {
-        (None, _) => name.to_owned(),
+        (None, _) => of_noise.map_or(name, |own| own.symbol).to_owned(),
         (Some(quantity), None) => quantity.symbol.to_owned(),
         (Some(quantity), Some(of)) => {
             let words = of.split(',').map(|part| match part.parse::<f64>() {
@@ -685,7 +686,7 @@ mod tests {
             "e_inf[PTFE,AK10,0.06]",
             "sigma_wet",
         ];
-        let symbols = ["k of PTFE", "L", "C", "e_inf of PTFE, AK10, δ/D = 0.06", "sigma_wet"];
+        let symbols = ["k of PTFE", "L", "C", "e_inf of PTFE, AK10, δ/D = 0.06", "σ_wet"];
         assert_eq!(names.map(in_symbols), symbols);
     }
 
