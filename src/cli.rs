@@ -67,14 +67,10 @@ pub fn run() -> ExitCode {
 
 /// Runs a verb on this rank; the first alone tells what came out.
 fn run_verb(arguments: &Arguments, ranks: &Ranks) -> Result<u8, Error> {
-    let is_divided = match &arguments.verb {
-        Verb::Fit(_) | Verb::Calibrate(_) => true,
-        Verb::Simulate(request) => request.parts.is_some(),
-        _ => false,
-    };
+    let is_divided = matches!(arguments.verb, Verb::Fit(_) | Verb::Calibrate(_));
     if ranks.count() > 1 && !is_divided {
         return Err(Error::Usage(format!(
-            "a launcher started {} processes; only `fit`, `calibrate` and `simulate --parts` divide their work among several",
+            "a launcher started {} processes; only `fit` and `calibrate` divide their work among several",
             ranks.count()
         )));
     }
@@ -95,7 +91,7 @@ fn run_verb(arguments: &Arguments, ranks: &Ranks) -> Result<u8, Error> {
         Verb::New(request) => new::new(request, quiet),
         Verb::Fit(request) => fit::fit(request, ranks, quiet),
         Verb::Check(request) => check::check(request, quiet),
-        Verb::Simulate(request) => simulate::simulate(request, ranks, quiet),
+        Verb::Simulate(request) => simulate::simulate(request, quiet),
         Verb::Predict(request) => predict::predict(request, quiet),
         Verb::Handoff(request) => handoff::handoff(request, quiet),
         Verb::Trade(request) => trade::trade(request, quiet),

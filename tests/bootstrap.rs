@@ -15,6 +15,7 @@ use wetcor::physics::dry::Order;
 use wetcor::ranks::Ranks;
 use wetcor::scene::ResamplingScheme;
 use wetcor::study::calibration;
+use wetcor::study::coverage::DrawnSets;
 
 fn table(name: &str) -> Vec<Vec<String>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/boot").join(name);
@@ -343,8 +344,13 @@ fn forgetting_the_strata_spreads_the_replicates() {
 #[test]
 #[ignore = "slow: .ci/run runs it"]
 fn the_committed_coverage_table_is_measured() {
-    let table = calibration::measure(calibration::SETS, calibration::REPLICATES, 1, &Ranks::alone(), &|| ())
-        .unwrap_or_else(|error| panic!("{error}"));
+    let drawn = DrawnSets {
+        sets: calibration::SETS,
+        seed: 1,
+        ranks: &Ranks::alone(),
+        progress: &|| (),
+    };
+    let table = calibration::measure(drawn).unwrap_or_else(|error| panic!("{error}"));
     let measured = calibration::markdown(&table);
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/calibration.md");
     let committed = std::fs::read_to_string(&path).expect("the table is there");

@@ -13,6 +13,7 @@ use wetcor::ranks::Ranks;
 use wetcor::runs::Table;
 use wetcor::scene::WetLaw;
 use wetcor::seed::stream;
+use wetcor::study::coverage::DrawnSets;
 use wetcor::study::main_coverage;
 
 /// Two liquids of one density, so that the law may take them as one.
@@ -617,7 +618,13 @@ fn main_numbers_cover_with_the_form_left_open() {
 #[ignore = "samples 480 posteriors: half a minute"]
 fn main_numbers_cover_on_designs_of_few_runs() {
     let seed = seed_of("main_numbers_cover_on_designs_of_few_runs");
-    let table = main_coverage::measure(60, seed, &Ranks::alone(), &|| ()).unwrap_or_else(|error| panic!("{error}"));
+    let drawn = DrawnSets {
+        sets: 60,
+        seed,
+        ranks: &Ranks::alone(),
+        progress: &|| (),
+    };
+    let table = main_coverage::measure(drawn).unwrap_or_else(|error| panic!("{error}"));
     assert!(table.rows.iter().any(|row| row.design == "dry_3"));
     for row in &table.rows {
         let z = binomial_z(row.covered as usize, row.quoted as usize, 0.95);

@@ -8,7 +8,6 @@ PROGRAM was built with the feature `mpi`; needs mpirun of Open MPI.
 import json
 import os
 import pathlib
-import shutil
 import signal
 import subprocess
 import sys
@@ -53,29 +52,6 @@ def the_page_is_the_same(program, folder):
     assert (folder / "other.md").read_bytes() != pages[1], "a seed changes nothing"
 
 
-def simulate(program, ranks, out, *more, runs=2_000_000):
-    """Runs in five files."""
-    launcher = ["mpirun", "-n", str(ranks)] if ranks else []
-    return [*launcher, program, "simulate", "scene.toml", "--runs", str(runs), "--parts", "5", "--out", out, *more]
-
-
-def the_parts_are_the_same(program, plain, folder):
-    (folder / "scene.toml").write_text(SCENE.read_text())
-    parts = {}
-    for ranks in [0, 1, 2, 3]:
-        out = f"parts{ranks}"
-        done, _ = run(simulate(program if ranks else plain, ranks, out), folder)
-        assert done.returncode == 0, done.stderr
-        assert done.stdout == f"2000000 simulated runs: {out}/part-000.parquet to part-004.parquet\n", done.stdout
-        parts[ranks] = {path.name: path.read_bytes() for path in (folder / out).iterdir()}
-    assert len(parts[0]) == 5 and len(set(parts[0].values())) == 5
-    for ranks in [1, 2, 3]:
-        assert parts[ranks] == parts[0], f"parts of {ranks} ranks differ"
-    done, _ = run(simulate(program, 2, "other", "--seed", "2"), folder)
-    assert done.returncode == 0, done.stderr
-    assert (folder / "other" / "part-000.parquet").read_bytes() not in parts[0].values(), "a seed changes nothing"
-
-
 def fit(program, ranks, scene, out, stages="least_squares"):
     """A fit of a scene of this folder, in which it leaves a report."""
     launcher = ["mpirun", "-n", str(ranks)] if ranks else []
@@ -90,7 +66,9 @@ LONG = "long.toml"
 
 
 def the_report_is_the_same(program, plain, folder):
-    done, _ = run(simulate(program, 0, "many", runs=MANY), folder)
+    (folder / "scene.toml").write_text(SCENE.read_text())
+    simulate = [program, "simulate", "scene.toml", "--runs", str(MANY), "--parts", "5", "--out", "many"]
+    done, _ = run(simulate, folder)
     assert done.returncode == 0, done.stderr
     parts = [f"many/part-{part:03}.parquet" for part in range(5)]
     with (folder / "bad.csv").open("w") as table:
@@ -124,9 +102,8 @@ def a_refusal_is_told_once(program, folder):
     for arguments, expected in [
         (calibrate(program, 3, "notes.md"), "notes.md: exists and is no page"),
         (calibrate(program, 3, "new.md", "--bogus"), "unexpected argument '--bogus'"),
-        (["mpirun", "-n", "3", program, "check", "scene.toml"], "only `fit`, `calibrate` and `simulate --parts` divide"),
+        (["mpirun", "-n", "3", program, "check", "scene.toml"], "only `fit` and `calibrate` divide"),
         (fit(program, 3, BAD, "bad"), "bad.csv"),
-        (simulate(program, 3, "parts1"), "parts1: exists; --out names another folder"),
     ]:
         done, told = run(arguments, folder)
         assert done.returncode == 2, (done.returncode, done.stderr)
@@ -160,14 +137,7 @@ def one_that_is_killed_ends_all(program, folder, place):
     assert set(os.listdir(folder)) == names, set(os.listdir(folder)) - names
     kill_one(fit(program, 2, LONG, "report", "least_squares,posterior"), folder, place)
     assert (folder / "report/findings.json").read_bytes() == report
-    kill_one(simulate(program, 2, "half", runs=100_000_000), folder, place)
-    # the first rank could not clear what it was making; the next command does
-    left = set(os.listdir(folder)) - names
-    assert all(name.startswith(".wetcor-") for name in left) and (left == set() or place == 0), left
-    done, _ = run(simulate(program, 2, "whole"), folder)
-    assert done.returncode == 0, done.stderr
-    assert set(os.listdir(folder)) - names == {"whole"}, set(os.listdir(folder)) - names
-    shutil.rmtree(folder / "whole")
+    assert set(os.listdir(folder)) == names, set(os.listdir(folder)) - names
 
 
 def without_the_feature_it_says_what_to_build(program, folder):
@@ -182,7 +152,6 @@ def main(program, plain):
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         the_page_is_the_same(program, folder)
-        the_parts_are_the_same(program, plain, folder)
         the_report_is_the_same(program, plain, folder)
         a_refusal_is_told_once(program, folder)
         for place in [0, 1]:

@@ -7,6 +7,7 @@ use clap::Args;
 use wetcor::error::{named, Error};
 use wetcor::ranks::Ranks;
 use wetcor::staging::{self, Staging};
+use wetcor::study::coverage::DrawnSets;
 use wetcor::study::{calibration, main_coverage};
 
 use super::messages::print_after_writing;
@@ -47,8 +48,14 @@ pub(super) fn calibrate(request: &Calibrate, ranks: &Ranks, quiet: bool) -> Resu
     let progress = Progress::bar("calibrate", all, quiet);
     let done = AtomicU64::new(0);
     let step = || progress.at(1 + done.fetch_add(1, Relaxed));
-    let table = calibration::measure(sets, calibration::REPLICATES, seed, ranks, &step)?;
-    let main = main_coverage::measure(of_main, seed, ranks, &step)?;
+    let drawn = |sets| DrawnSets {
+        sets,
+        seed,
+        ranks,
+        progress: &step,
+    };
+    let table = calibration::measure(drawn(sets))?;
+    let main = main_coverage::measure(drawn(of_main))?;
     let Some(place) = place else {
         return Ok(0);
     };

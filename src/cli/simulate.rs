@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use wetcor::error::{named, Error};
 use wetcor::model::simulate::{SimulatedRuns, Simulation, BLOCK, MOST_RUNS};
-use wetcor::ranks::Ranks;
-use wetcor::runs::{Existing, RunWriter, TableFormat, TableParts};
+use wetcor::runs::{Existing, NewTable, RunWriter, TableFormat};
 use wetcor::scene;
 use wetcor::staging::{self, OutputPlace, Staging};
 
@@ -18,10 +17,9 @@ use crate::progress::Progress;
 #[command(after_help = "\
 Example:
   wetcor simulate datasets/mueller2016/scene.toml --runs 100000 --out runs.parquet
-  mpirun -n 4 wetcor simulate datasets/mueller2016/scene.toml --runs 100000000 --parts 16 --out runs
+  wetcor simulate datasets/mueller2016/scene.toml --runs 100000000 --parts 16 --out runs
 
-An existing file is kept unless --force is given; a scene, and the runs of a scene beside it, are never replaced. With \
-mpirun, in a build with the feature `mpi`, the ranks write a share of the parts each; the files are the same.")]
+An existing file is kept unless --force is given; a scene, and the runs of a scene beside it, are never replaced.")]
 pub(super) struct Simulate {
     /// The scene file
     scene: PathBuf,
@@ -30,7 +28,7 @@ pub(super) struct Simulate {
     out: PathBuf,
     /// Write so many Parquet files, part-000.parquet and so on, into a new folder
     #[arg(long, value_name = "N", conflicts_with = "force", value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    pub(super) parts: Option<u64>,
+    parts: Option<u64>,
     /// Runs in all, spread evenly over the design [default: the design's repeats]
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=MOST_RUNS))]
     runs: Option<u64>,
@@ -43,9 +41,9 @@ pub(super) struct Simulate {
 }
 
 /// Writes one file, or a folder of them.
-pub(super) fn simulate(request: &Simulate, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
+pub(super) fn simulate(request: &Simulate, quiet: bool) -> Result<u8, Error> {
     match request.parts {
-        Some(parts) => write_parts(request, parts, ranks, quiet),
+        Some(parts) => write_parts(request, parts, quiet),
         None => write_one(request, quiet),
     }
 }
@@ -82,8 +80,8 @@ fn write_one(request: &Simulate, quiet: bool) -> Result<u8, Error> {
     told(&simulation, out, "", quiet)
 }
 
-/// Writes a folder of files; the ranks take a share of them each.
-fn write_parts(request: &Simulate, parts: u64, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
+/// Writes a folder of files, one after another, which together are one table.
+fn write_parts(request: &Simulate, parts: u64, quiet: bool) -> Result<u8, Error> {
     let out = request.out.as_path();
     let scene = scene::read(&request.scene)?;
     let simulation = Simulation::new(&scene, request.runs)?;
@@ -97,42 +95,27 @@ fn write_parts(request: &Simulate, parts: u64, ranks: &Ranks, quiet: bool) -> Re
     }
     let fail = |error| Error::io(out, "write", error);
     let check = |place: &OutputPlace| place.check_free("folder");
-    let making = if ranks.is_first() {
-        let place = staging::prepare(out)?;
-        check(&place)?;
-        Some(Staging::beside(&place)?)
-    } else {
-        None
-    };
-    // the first rank makes the folder, and says where
-    let folder = ranks.gather(1, |_| match &making {
-        Some(making) => Ok(vec![TableParts::of(making, parts).map_err(fail)?]),
-        None => Ok(vec![]),
-    })?;
-    let own = ranks.own(parts).into_iter().map(|part| blocks_of(part, &runs, parts));
-    let own_blocks = own.map(|blocks| blocks.end - blocks.start).sum::<u64>();
-    let progress = Progress::bar("simulate", own_blocks, quiet);
+    let place = staging::prepare(out)?;
+    check(&place)?;
+    let making = Staging::beside(&place)?;
+    // sorted, the names stand in the order of the parts
+    let width = (parts - 1).to_string().len().max(3);
+    let name = |part: u64| format!("part-{part:0width$}.parquet");
+    let progress = Progress::bar("simulate", runs.blocks(), quiet);
     let mut written = 0;
-    ranks.gather(parts, |own| {
-        own.into_iter()
-            .map(|part| {
-                let mut file = folder[0].begin(part).map_err(fail)?;
-                runs.encode(blocks_of(part, &runs, parts), TableFormat::Parquet, |block| {
-                    written += 1;
-                    progress.at(written);
-                    file.write(block).map_err(fail)
-                })?;
-                file.finish().map_err(fail)
-            })
-            .collect()
-    })?;
-    drop(progress);
-    if let Some(making) = making {
-        making.put(check)?;
-        let names = [0, parts - 1].map(|part| folder[0].name(part));
-        told(&simulation, out, &format!("/{} to {}", names[0], names[1]), quiet)?;
+    for part in 0..parts {
+        let file = making.create(&name(part)).map_err(fail)?;
+        let mut table = NewTable::begin(file, TableFormat::Parquet).map_err(fail)?;
+        runs.encode(blocks_of(part, &runs, parts), TableFormat::Parquet, |block| {
+            written += 1;
+            progress.at(written);
+            table.write(block).map_err(fail)
+        })?;
+        table.finish().map_err(fail)?;
     }
-    Ok(0)
+    drop(progress);
+    making.put(check)?;
+    told(&simulation, out, &format!("/{} to {}", name(0), name(parts - 1)), quiet)
 }
 
 /// The blocks of runs that a part holds.

@@ -99,7 +99,7 @@ use crate::physics::form::Term;
 use crate::physics::inertia::Inertia;
 use crate::physics::Form;
 use crate::remark::{Level, Remark};
-use crate::runs::{Runs, Table};
+use crate::runs::{FilmGroup, Runs, Table};
 use crate::scene::{NoiseOn, Scene, Sticking, WetLaw};
 use balance::EnergyBalance;
 use bootstrap::Resampling;
@@ -255,8 +255,10 @@ impl LeastSquaresFits {
             level: scene.bootstrap.level,
         };
         let dry = dry::fit_dry_laws(scene, runs, quoting);
-        // with the form open, models are compared run by run
-        let condensed = match scene.model.inertia_is_open() {
+        // with the form open, models are compared run by run; a law of one film ratio that is fitted over films of all kinds
+        // may have the edge of its square root anywhere among the runs
+        let needs_each = scene.model.inertia_is_open() || !runs.film_groups.iter().all(FilmGroup::has_one_film_ratio);
+        let condensed = match needs_each {
             true => None,
             false => runs.condensed(scene.data.smallest_restitution),
         };

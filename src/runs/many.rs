@@ -2,8 +2,8 @@
 //! themselves.
 //!
 //! They are read twice, a piece after the other. Once for what divides runs into series, and for the sample, which then tells
-//! where slabs lie; and once for what stands for the runs of each slab (`condense.rs`): of a block of rows first, then of
-//! several such together, in a tree over the blocks' places. So it does not matter which process reads which piece.
+//! where slabs lie; and once for what stands for the runs of each slab (`condense.rs`), of each piece and then of all. So it
+//! does not matter which process reads which piece.
 
 use std::sync::Arc;
 
@@ -32,8 +32,8 @@ pub const MOST_KEPT: usize = 2_500_000;
 /// Runs of the sample, about.
 const MOST_SAMPLED: usize = 500_000;
 
-/// What stands for so many blocks is put together at once.
-const AT_ONCE: usize = 8;
+/// Runs that stand for blocks of rows wait to be put together until they are so many.
+const MOST_WAITING: usize = 500_000;
 
 /// Pieces that a process reads at the same time, at most.
 const PIECES_AT_ONCE: usize = 4;
@@ -206,7 +206,7 @@ impl Condensing<'_> {
 
     /// Those of all pieces; each rank reads some of them at a time.
     fn all(&self, pieces: &Pieces, ranks: &Ranks) -> Result<RunsAsRead, Error> {
-        let mut tree = Tree::new(self);
+        let mut waiting = Waiting::default();
         // how many go together does not depend on the ranks
         let units: Vec<&[Piece]> = pieces.all.chunks(pieces.all.len().div_ceil(MOST_UNITS)).collect();
         let all = units.len() as u64;
@@ -215,71 +215,39 @@ impl Condensing<'_> {
             let next = ranks.gather(step.min(all - first), |own| {
                 few_at_once(&own, |place| self.of_unit(units[(first + place) as usize]))
             })?;
-            next.into_iter().for_each(|few| tree.add(few));
+            next.iter().for_each(|few| waiting.add(few, self));
         }
-        Ok(tree.finish())
+        Ok(self.few(waiting.rows))
     }
 
     fn of_unit(&self, pieces: &[Piece]) -> Result<RunsAsRead, Error> {
-        let mut tree = Tree::new(self);
+        let mut waiting = Waiting::default();
         for piece in pieces {
-            let mut take = |block: RunsAsRead| tree.add(self.few(block));
+            let mut take = |block: RunsAsRead| waiting.add(&self.few(block), self);
             // what it says besides is known from the first reading
             piece.read(self.scene, &mut take)?;
         }
-        Ok(tree.finish())
+        Ok(self.few(waiting.rows))
     }
 }
 
-/// Puts together what stands for parts, so many at once, by their places alone.
-struct Tree<'c> {
-    condensing: &'c Condensing<'c>,
-    /// parts that wait for others, those of single parts first
-    waiting: Vec<Vec<RunsAsRead>>,
+/// Runs that stand for others, until they are many enough for few to take their place.
+#[derive(Default)]
+struct Waiting {
+    rows: RunsAsRead,
+    /// how many were left of them when they were last put together
+    few: usize,
 }
 
-impl<'c> Tree<'c> {
-    fn new(condensing: &'c Condensing<'c>) -> Tree<'c> {
-        Tree {
-            condensing,
-            waiting: vec![],
+impl Waiting {
+    /// Adds some behind those that wait.
+    fn add(&mut self, rows: &RunsAsRead, condensing: &Condensing) {
+        self.rows.extend(rows, 0..rows.restitution.len(), 0);
+        // where few are many, they are not put together again before as many have come
+        if self.rows.restitution.len() > MOST_WAITING.max(2 * self.few) {
+            self.rows = condensing.few(std::mem::take(&mut self.rows));
+            self.few = self.rows.restitution.len();
         }
-    }
-
-    fn add(&mut self, part: RunsAsRead) {
-        let mut part = part;
-        for level in 0.. {
-            if level == self.waiting.len() {
-                self.waiting.push(vec![]);
-            }
-            let waiting = &mut self.waiting[level];
-            waiting.push(part);
-            if waiting.len() < AT_ONCE {
-                return;
-            }
-            let full = std::mem::take(waiting);
-            part = self.together(full);
-        }
-    }
-
-    fn together(&self, parts: Vec<RunsAsRead>) -> RunsAsRead {
-        let mut parts = parts.into_iter();
-        let mut all = parts.next().unwrap_or_default();
-        if parts.len() == 0 {
-            return all;
-        }
-        parts.for_each(|part| all.extend(&part, 0..part.restitution.len(), 0));
-        self.condensing.few(all)
-    }
-
-    fn finish(mut self) -> RunsAsRead {
-        let mut rest = None;
-        // earlier rows wait further up
-        for mut parts in std::mem::take(&mut self.waiting) {
-            parts.extend(rest.take());
-            rest = (!parts.is_empty()).then(|| self.together(parts));
-        }
-        rest.unwrap_or_default()
     }
 }
 

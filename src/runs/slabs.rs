@@ -4,13 +4,11 @@
 //! less their variance. Slabs lie along it, narrower towards the turn and the slowest rebound, where the square root of a law
 //! may have its edge.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::film_groups::FilmGroup;
 use super::series::{Runs, Series};
 use crate::condensing::nearest::Nearest;
 use crate::condensing::polynomials::{Axis, Polynomials, Scale};
@@ -37,7 +35,7 @@ const ABOUT_THE_LIMIT: f64 = 6.0;
 /// Reach of a slab in ln δ̃: a shape that rises over δ̃0 is then nearly such a polynomial, too.
 const FILMS: f64 = 0.2;
 
-/// A series of fewer runs is kept as it is, as is one whose films have no film ratio in common.
+/// A series of fewer runs is kept as it is.
 pub(super) const MANY: usize = 1000;
 
 /// Neighbouring runs of a series, by their places in it.
@@ -66,20 +64,13 @@ pub(super) struct Plane {
     slowest: f64,
 }
 
-/// What planes lie over: 1/v, δ̃, D.
-type PlaneAxes<'r> = [Cow<'r, [f64]>; 3];
-
 impl Slabs {
-    /// Those of the series of some runs: of all, or of as many as tell them. A series of few has none, nor has one whose films
-    /// have no film ratio in common: about films of all kinds none is near to e².
+    /// Those of the series of some runs: of all, or of as many as tell them. A series of few has none.
     pub fn of(runs: &Runs, limit: f64) -> Slabs {
-        let of_series = |(place, series): (usize, &Series)| {
-            let is_narrow = runs.film_group_of(place).is_some_and(FilmGroup::has_one_film_ratio);
-            is_narrow.then(|| Plane::of(runs, series, limit)).flatten()
-        };
+        let of_series = |series: &Series| Plane::of(runs, series, limit);
         Slabs {
             limit,
-            planes: runs.series.par_iter().enumerate().filter_map(of_series).collect(),
+            planes: runs.series.par_iter().filter_map(of_series).collect(),
         }
     }
 
@@ -205,9 +196,11 @@ impl Runs {
         ends.flatten().collect()
     }
 
-    fn plane_axes(&self, range: Range<usize>) -> PlaneAxes<'_> {
-        let inverse_speed: Vec<f64> = self.impact_speed[range.clone()].iter().map(|v| 1.0 / v).collect();
-        let [films, diameters] = [&self.impacts.film_ratio, &self.diameter].map(|column| &column[range.clone()]);
-        [inverse_speed.into(), films.into(), diameters.into()]
+    /// What planes lie over: 1/v, δ̃, D.
+    fn plane_axes(&self, range: Range<usize>) -> [Vec<f64>; 3] {
+        let inverse_speed = self.impact_speed[range.clone()].iter().map(|v| 1.0 / v).collect();
+        let [films, diameters] =
+            [&self.impacts.film_ratio, &self.diameter].map(|column| column[range.clone()].to_vec());
+        [inverse_speed, films, diameters]
     }
 }

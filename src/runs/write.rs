@@ -5,8 +5,6 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
-
 use super::new_run::NewRun;
 use super::parquet::{ParquetBlock, ParquetRuns};
 use crate::error::Error;
@@ -51,17 +49,18 @@ enum Encoded {
 }
 
 /// An open file that runs are written to, block after block.
-pub struct TableFile(OpenTable);
+pub struct NewTable(OpenTable);
 
 enum OpenTable {
     Csv(BufWriter<File>),
     Parquet(Box<ParquetRuns<BufWriter<File>>>),
 }
 
-impl TableFile {
-    fn begin(file: File, format: TableFormat) -> io::Result<TableFile> {
+impl NewTable {
+    /// Begins a table in an empty file.
+    pub fn begin(file: File, format: TableFormat) -> io::Result<NewTable> {
         let mut sink = BufWriter::new(file);
-        Ok(TableFile(match format {
+        Ok(NewTable(match format {
             TableFormat::Csv => {
                 writeln!(sink, "particle,liquid,{}", NewRun::NUMBERS.join(","))?;
                 OpenTable::Csv(sink)
@@ -103,7 +102,7 @@ pub struct RunWriter {
     staging: Staging,
     existing: Existing,
     format: TableFormat,
-    table: TableFile,
+    table: NewTable,
 }
 
 /// A whole table of runs that is written beside its place.
@@ -157,7 +156,7 @@ impl RunWriter {
         let format = TableFormat::of(path).unwrap_or(TableFormat::Csv);
         let table = staging
             .create_itself()
-            .and_then(|file| TableFile::begin(file, format))
+            .and_then(|file| NewTable::begin(file, format))
             .map_err(|error| Error::io(path, "write", error))?;
         Ok(RunWriter {
             path: path.to_path_buf(),
@@ -199,34 +198,6 @@ fn allow(place: &OutputPlace, existing: Existing) -> Result<(), Error> {
         Ok(of) if !of.is_file() => refuse("exists and is no file"),
         Ok(_) if existing == Existing::Kept => refuse("exists; --force replaces it"),
         _ => Ok(()),
-    }
-}
-
-/// Several Parquet files in a folder that is being made, which together are one table.
-///
-/// Any process that sees the folder may write some of them; the one that makes it puts it in its place.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct TableParts {
-    folder: PathBuf,
-    count: u64,
-}
-
-impl TableParts {
-    /// So many files.
-    pub fn of(making: &Staging, count: u64) -> io::Result<TableParts> {
-        let folder = making.create_folder()?;
-        Ok(TableParts { folder, count })
-    }
-
-    /// The name of a file, counted from 0; sorted, they stand in their order.
-    pub fn name(&self, part: u64) -> String {
-        let width = (self.count - 1).to_string().len().max(3);
-        format!("part-{part:0width$}.parquet")
-    }
-
-    /// Begins a file.
-    pub fn begin(&self, part: u64) -> io::Result<TableFile> {
-        TableFile::begin(File::create(self.folder.join(self.name(part)))?, TableFormat::Parquet)
     }
 }
 

@@ -117,13 +117,6 @@ impl Staging {
         written.map_err(|error| Error::io(&self.place.named, "write", error))
     }
 
-    /// Creates the folder that is made, and gives where it is, for others to write in as well.
-    pub fn create_folder(&self) -> io::Result<PathBuf> {
-        let _making = MAKING.read().unwrap_or_else(PoisonError::into_inner);
-        std::fs::create_dir_all(&self.made)?;
-        Ok(self.made.clone())
-    }
-
     fn create_at(&self, path: &Path) -> io::Result<File> {
         let _making = MAKING.read().unwrap_or_else(PoisonError::into_inner);
         // by whoever writes there: to make all folders first would keep the others waiting
