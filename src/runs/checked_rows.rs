@@ -83,7 +83,7 @@ impl<'s> CheckedRows<'s> {
         self.collected.count(at.number(), row.word(RunColumn::Run));
         // of a run that is left out nothing else is read
         if let Some(reason) = row.word(RunColumn::Exclude) {
-            self.collected.exclude(reason);
+            self.collected.exclude(reason, 1);
             return;
         }
         let runs = layout.place(RunColumn::Runs).and_then(&cell);
