@@ -494,28 +494,24 @@ impl Text {
         for guessed in &naming.guessed {
             self.written.push_str(&format!("# guessed: {guessed}\n"));
         }
-        let to_fill_in = |pairs: &[(String, String)]| {
-            let open = pairs
-                .iter()
-                .filter(|(_, value)| [FILL_IN, &text_of(FILL_IN)].contains(&value.as_str()));
-            open.map(|(ours, _)| ours.clone()).collect::<Vec<_>>()
-        };
+        let mark = text_of(FILL_IN);
         for key in &section.keys {
-            let words =
-                |(column, words): &(&str, Vec<_>)| ((*column).to_owned(), inline(words.iter().map(quoted_pair)));
-            let (value, open) = match key.base {
-                "runs" => (tables(runs, &survey.sheets), vec![]),
-                "sheets" => (inline(naming.sheets.iter().map(of_sheet)), vec![]),
-                "header_row" if survey.has_titles => {
-                    (survey.header.map_or(String::new(), |row| row.to_string()), vec![])
+            let pairs: Vec<(String, String)> = match key.base {
+                "sheets" => naming.sheets.iter().map(of_sheet).collect(),
+                "columns" => naming.columns.iter().map(quoted_value).collect(),
+                "values" => {
+                    let words = naming.words.iter();
+                    words
+                        .map(|(column, words)| ((*column).to_owned(), inline(words.iter().map(quoted_pair))))
+                        .collect()
                 }
-                "columns" => (
-                    inline(naming.columns.iter().map(quoted_value)),
-                    to_fill_in(&naming.columns),
-                ),
-                "values" => (inline(naming.words.iter().map(words)), vec![]),
-                "constants" => (inline(naming.constants.iter().cloned()), to_fill_in(&naming.constants)),
-                _ => (String::new(), vec![]),
+                "constants" => naming.constants.clone(),
+                _ => vec![],
+            };
+            let value = match (key.base, survey.header) {
+                ("runs", _) => tables(runs, &survey.sheets),
+                ("header_row", Some(row)) if survey.has_titles => row.to_string(),
+                _ => inline(pairs.iter().cloned()),
             };
             let is_open = match key.base {
                 "heights_to" | "heights_of" => naming.needs_heights(),
@@ -530,10 +526,9 @@ impl Text {
                 Line::Value(&value)
             };
             self.key(section.head, key, &line);
-            self.to_fill_in.extend(
-                open.iter()
-                    .map(|column| format!("{} {}.{column}", section.head, key.base)),
-            );
+            let open = pairs.iter().filter(|(_, value)| *value == mark);
+            let open = open.map(|(column, _)| format!("{} {}.{column}", section.head, key.base));
+            self.to_fill_in.extend(open);
         }
     }
 }

@@ -78,6 +78,13 @@ fn sizes(column: RunColumn) -> &'static [(&'static str, f64, f64)] {
     }
 }
 
+/// What a column's name would end with in the unit that its largest number is of.
+fn suffix_by_size(column: RunColumn, largest: f64) -> Option<&'static str> {
+    let mut sizes = sizes(column).iter();
+    let found = sizes.find(|(_, least, most)| (*least..=*most).contains(&largest));
+    found.map(|(suffix, _, _)| *suffix)
+}
+
 /// A column whose name is known but not its unit, or whose unit is one that no column of runs has: what it may be, and why it
 /// is not guessed, in words that follow.
 pub(super) type NotGuessed = (RunColumn, String);
@@ -95,9 +102,7 @@ pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool
             return Err(not_guessed(why));
         }
         None => {
-            let mut sizes = sizes(candidate).iter();
-            let fits = |largest: f64| sizes.find(|(_, least, most)| (*least..=*most).contains(&largest));
-            let suffix = column.largest.and_then(fits).map(|(suffix, _, _)| *suffix);
+            let suffix = column.largest.and_then(|largest| suffix_by_size(candidate, largest));
             let suffix = suffix.or((column.largest.is_some() && units[0].suffix.is_empty()).then_some(""));
             let suffix = suffix.ok_or_else(|| not_guessed("but its unit is not known".to_owned()))?;
             (suffix, !suffix.is_empty())
@@ -148,11 +153,8 @@ fn column_may_be(column: &SurveyedColumn, candidate: RunColumn, stated: Option<&
     if candidate.is_number() {
         // a word among numbers is for the reader to refuse
         let is_known = candidate != RunColumn::Restitution || stated.is_some();
-        let has_size = |largest: f64| {
-            let mut sizes = sizes(candidate).iter();
-            sizes.any(|(_, least, most)| (*least..=*most).contains(&largest))
-        };
-        let fits = column.largest.is_some_and(|largest| is_known || has_size(largest));
+        let has_size = |largest: f64| is_known || suffix_by_size(candidate, largest).is_some();
+        let fits = column.largest.is_some_and(has_size);
         fits && stated.is_none_or(has_unit)
     } else {
         let is_of_names = matches!(candidate, RunColumn::Particle | RunColumn::Liquid);
