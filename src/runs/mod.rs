@@ -18,7 +18,7 @@
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
 //! | `decimals.rs` | finds what separates columns and decimals |
 //! | `survey.rs` | says what each column of an unknown table is called and holds |
-//! | `guess.rs` | guesses which column of runs it is |
+//! | `guess.rs` | guesses which column of runs it is, by the names in `called.txt` |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
 //! | `checked_rows.rs` | checks rows of cells, and gathers their runs or what is wrong |
 //! | `records.rs` | cuts a CSV into records and their cells with csv-core; the only file that names it |
