@@ -46,6 +46,10 @@ fn sources() -> Sources {
                 folders.push(path);
                 continue;
             }
+            // a text that a module takes in is none
+            if path.extension().is_none_or(|ending| ending != "rs") {
+                continue;
+            }
             if parts == ["lib"] || parts.last() == Some(&"mod") {
                 parts.pop();
             }

@@ -9,7 +9,7 @@ use super::parabola::Kind;
 use super::segments::segments;
 use super::track::Track;
 use crate::error::{quoted, Error, Problem};
-use crate::runs::{column, each_row, find, Column, FoundColumns, TakesRows};
+use crate::runs::{column, each_row, Column, Fields, Row, TextRow};
 use crate::scene::TableFile;
 use crate::units::Dimension;
 
@@ -67,26 +67,28 @@ pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<Position
     let mut rows = Rows {
         frame_rate: recording.frame_rate,
         y_unit: recording.y_unit.as_deref(),
-        found: FoundColumns::none(),
-        width: None,
+        fields: Fields::new(&COLUMNS),
         first_line: None,
         words: 0,
         seen: vec![],
-        problems: vec![],
     };
-    each_row(&table, &mut rows)?;
-    rows.problems.extend(rows.found.doubt());
-    rows.problems.extend(rows.no_header());
-    let mut problems = std::mem::take(&mut rows.problems);
-    if problems.is_empty() {
-        let usual = if rows.has(Field::Pixels) { Axis::Down } else { Axis::Up };
-        let axis = recording.axis.or(axis).unwrap_or(usual);
-        match rows.positions(axis) {
-            Ok(positions) => return Ok(positions),
-            Err(problem) => problems.push(problem),
-        }
+    each_row(&table, |row| rows.take(row))?;
+    let refused = |problems: Vec<Problem>| Error::input(&recording.file, problems);
+    if !rows.fields.are_found() {
+        return Err(refused(rows.no_header()));
     }
-    Err(Error::input(&recording.file, problems))
+    let in_pixels = rows.has(Field::Pixels);
+    let usual = if in_pixels { Axis::Down } else { Axis::Up };
+    let axis = recording.axis.or(axis).unwrap_or(usual);
+    let counted_from = (!rows.has(Field::Time)).then_some(0);
+    let (problems, _) = rows.fields.finish();
+    if !problems.is_empty() {
+        return Err(refused(problems));
+    }
+    let mut positions = positions(rows.seen, axis).map_err(|problem| refused(vec![problem]))?;
+    positions.shown.in_pixels = in_pixels;
+    positions.shown.counted_from = counted_from;
+    Ok(positions)
 }
 
 struct Seen {
@@ -99,131 +101,96 @@ struct Seen {
 struct Rows<'r> {
     frame_rate: Option<f64>,
     y_unit: Option<&'r str>,
-    /// of a header that is yet to come without columns
-    found: FoundColumns,
-    /// cells of that header
-    width: Option<usize>,
+    fields: Fields,
     /// the first line, where it is no header
     first_line: Option<Vec<String>>,
     /// lines that hold no numbers
     words: usize,
     seen: Vec<Seen>,
-    problems: Vec<Problem>,
 }
 
-impl TakesRows for Rows<'_> {
-    const MAY_END_BLANK: bool = true;
+impl Rows<'_> {
+    /// Takes a header, or the position of a line. Fails where no line is a header, or it lacks a column.
+    fn take(&mut self, row: TextRow) -> Result<(), Vec<Problem>> {
+        if !self.fields.are_found() {
+            self.words += usize::from(self.first_line.is_some());
+            if self.words > MOST_WORDS {
+                return Err(self.no_header());
+            }
+            let names: Vec<String> = row.cells.iter().map(|cell| cell.trim().to_owned()).collect();
+            return self.header(&names, row.line);
+        }
+        if let Some(cells) = self.fields.cells(row, true) {
+            self.position((row.line, &cells));
+        }
+        Ok(())
+    }
 
     fn header(&mut self, names: &[String], line: u64) -> Result<(), Vec<Problem>> {
         let ours = self.ours(names);
-        let is_known = |name: &String| {
-            let named = |column: &Column| {
-                let units = column.dimension.units().iter();
-                units
-                    .map(|unit| unit.suffix)
-                    .any(|suffix| name.strip_prefix(column.base) == Some(suffix))
-            };
-            name == "y" || COLUMNS.iter().any(named)
-        };
+        let is_known = |name: &String| name == "y" || COLUMNS.iter().any(|column| column.unit_of(name).is_some());
         if !ours.iter().any(is_known) {
             self.first_line.get_or_insert_with(|| names.to_vec());
             return Ok(());
         }
-        self.found = find(&ours, line, &COLUMNS)?;
-        let problem = |expected: &str| Problem {
-            line: Some(line),
-            place: "header".to_owned(),
-            found: Some(shown(names)),
-            expected: expected.to_owned(),
-        };
+        self.fields.find(&ours, line)?;
         let mut problems = vec![];
+        let mut lacks = |expected: &str| {
+            problems.push(Problem {
+                line: Some(line),
+                place: "header".to_owned(),
+                found: Some(shown(names)),
+                expected: expected.to_owned(),
+            });
+        };
         if !self.has(Field::Frame) && !self.has(Field::Time) {
-            problems.push(problem("expected a column `frame`, `time_s` or `time_ms`"));
+            lacks("expected a column `frame`, `time_s` or `time_ms`");
         } else if !self.has(Field::Time) && self.frame_rate.is_none() {
-            problems.push(problem(
-                "expected a column `time_s`, or `frame_rate_Hz` in the list of recordings",
-            ));
+            lacks("expected a column `time_s`, or `frame_rate_Hz` in the list of recordings");
         }
         if self.has(Field::Pixels) == self.has(Field::Height) {
             let without_unit = ours.iter().any(|name| name == "y");
-            problems.push(problem(if without_unit {
+            lacks(if without_unit {
                 "expected the unit of `y`: px, mm, cm or m as `y_unit` in the list of recordings"
             } else {
                 "expected one column of heights: `y_px`, `y_mm` or `y_m`"
-            }));
+            });
         }
-        if problems.is_empty() {
-            self.width = Some(names.len());
-            Ok(())
-        } else {
-            Err(problems)
+        match problems.is_empty() {
+            true => Ok(()),
+            false => Err(problems),
         }
     }
 
-    fn width(&self) -> Option<usize> {
-        self.width
-    }
-
-    fn refuse(&mut self, problem: Problem) {
-        self.problems.push(problem);
-    }
-
-    fn row(&mut self, line: u64, cells: &[&str]) {
-        if !self.problems.is_empty() && self.found.columns.is_empty() {
-            return;
-        }
-        if self.found.columns.is_empty() {
-            self.words += 1;
-            if self.words > MOST_WORDS {
-                self.problems.extend(self.no_header());
-                return;
-            }
-            let names: Vec<String> = cells.iter().map(|cell| cell.trim().to_owned()).collect();
-            if let Err(problems) = self.header(&names, line) {
-                self.problems.extend(problems);
-            }
-            return;
-        }
-        if self.seen.is_empty() && self.words < MOST_WORDS && self.has_no_number(cells) {
+    fn position(&mut self, row: Row) {
+        let (line, cells) = row;
+        let has_no_number = || {
+            let mut read = self.fields.read_cells(cells);
+            read.all(|cell| !cell.contains(|c: char| c.is_ascii_digit()))
+        };
+        // a line of units
+        if self.seen.is_empty() && self.words < MOST_WORDS && has_no_number() {
             self.words += 1;
             return;
         }
-        let (of_time, of_height) = (
-            self.first_of(Field::Time, Field::Frame),
-            self.first_of(Field::Pixels, Field::Height),
-        );
+        let of_time = self.first_of(Field::Time, Field::Frame);
+        let of_height = self.first_of(Field::Pixels, Field::Height);
         let rate = self.frame_rate.filter(|_| matches!(of_time, Field::Frame));
-        let time = self.number(of_time, line, cells);
-        let time = time.map(|value| value / rate.unwrap_or(1.0));
+        let time = self.number(of_time, row);
         // a frame in which nothing was found has no position
-        if let (Some(time), Some(height)) = (time, self.number(of_height, line, cells)) {
-            let object = self.found.columns[Field::Object as usize].as_ref();
-            let object = object
-                .and_then(|column| cells.get(column.index))
-                .map_or("", |cell| cell.trim());
+        if let (Some(time), Some(height)) = (time, self.number(of_height, row)) {
+            let object = self.fields.word(Field::Object as usize, cells);
             self.seen.push(Seen {
                 line,
-                time,
+                time: time / rate.unwrap_or(1.0),
                 height,
-                object: object.to_owned(),
+                object: object.unwrap_or_default().to_owned(),
             });
         }
     }
-}
 
-/// The names of a header in one message.
-fn shown(names: &[String]) -> String {
-    let named: Vec<&str> = names
-        .iter()
-        .map(String::as_str)
-        .filter(|name| !name.is_empty())
-        .collect();
-    quoted(&named.join(", "))
-}
-
-impl Rows<'_> {
     fn has(&self, field: Field) -> bool {
-        matches!(self.found.columns.get(field as usize), Some(Some(_)))
+        self.fields.has(field as usize)
     }
 
     fn first_of(&self, first: Field, second: Field) -> Field {
@@ -255,111 +222,99 @@ impl Rows<'_> {
     }
 
     /// The problem of a table in which no line is a header.
-    fn no_header(&self) -> Option<Problem> {
-        let first = self
-            .first_line
-            .as_ref()
-            .filter(|_| self.found.columns.is_empty() && self.problems.is_empty())?;
-        Some(Problem {
+    fn no_header(&self) -> Vec<Problem> {
+        vec![Problem {
             line: Some(1),
             place: "header".to_owned(),
-            found: Some(shown(first)),
+            found: self.first_line.as_deref().map(shown),
             expected: "expected columns `frame`, `time_s` or `time_ms`, and `y_px`, `y_mm` or `y_m`".to_owned(),
-        })
+        }]
     }
 
-    /// Whether a line holds words alone, as a line of units does.
-    fn has_no_number(&self, cells: &[&str]) -> bool {
-        let columns = self.found.columns.iter().flatten();
-        let cells = columns.filter_map(|column| cells.get(column.index));
-        cells
-            .into_iter()
-            .all(|cell| !cell.contains(|c: char| c.is_ascii_digit()))
-    }
-
-    fn number(&mut self, field: Field, line: u64, cells: &[&str]) -> Option<f64> {
-        let column = self.found.columns[field as usize].clone()?;
-        let cell = cells.get(column.index)?;
+    fn number(&mut self, field: Field, row: Row) -> Option<f64> {
         // what a tracker writes where it found nothing
-        if cell.trim().eq_ignore_ascii_case("nan") {
+        let word = self.fields.word(field as usize, row.1)?;
+        if word.eq_ignore_ascii_case("nan") {
             return None;
         }
-        let expected = match self.found.number(field as usize, cell, line) {
-            Ok(Some(value)) if value.abs() > LARGEST => format!("expected a number from -{LARGEST:e} to {LARGEST:e}"),
-            Ok(value) => return value.map(|value| column.to_si(value)),
-            Err(expected) => expected,
-        };
-        self.problems.push(Problem {
-            line: Some(line),
-            place: column.name,
-            found: Some(quoted(cell.trim())),
-            expected,
-        });
-        None
-    }
-
-    /// The track of the object that falls farthest; where none does, of the one that moves most.
-    fn positions(self, axis: Axis) -> Result<Positions, Problem> {
-        let in_pixels = self.has(Field::Pixels);
-        let counted_from = (!self.has(Field::Time)).then_some(0);
-        let mut objects: BTreeMap<String, Vec<Seen>> = BTreeMap::new();
-        for seen in self.seen {
-            objects.entry(seen.object.clone()).or_default().push(seen);
-        }
-        let several = objects.len() > 1;
-        let mut falls = vec![];
-        let mut best: Option<([f64; 2], Shown)> = None;
-        for (object, mut seen) in objects {
-            seen.sort_by(|a, b| a.time.total_cmp(&b.time));
-            if let Some(pair) = seen.windows(2).find(|pair| pair[0].time == pair[1].time) {
-                return Err(Problem {
-                    line: Some(pair[1].line),
-                    place: String::new(),
-                    found: None,
-                    expected: format!(
-                        "the frame of line {} has another position: expected one, or a column `object` that tells two things apart",
-                        pair[0].line
-                    ),
-                });
-            }
-            let sign = if axis == Axis::Up { 1.0 } else { -1.0 };
-            let track = Track {
-                times: seen.iter().map(|seen| seen.time).collect(),
-                heights: seen.iter().map(|seen| sign * seen.height).collect(),
-            };
-            // one object needs no comparison
-            let fall = if several { farthest_fall(&track) } else { 0.0 };
-            falls.push(fall);
-            let [lowest, highest] = track.ends_of_heights();
-            let moves = [fall, highest - lowest];
-            if best.as_ref().is_none_or(|(most, _)| moves > *most) {
-                let shown = Shown {
-                    frames: track.times.len(),
-                    track,
-                    in_pixels,
-                    diameter: None,
-                    counted_from,
-                    object: several.then_some(object),
-                };
-                best = Some((moves, shown));
-            }
-        }
-        let Some(([farthest, _], shown)) = best else {
-            return Err(Problem {
-                line: None,
-                place: "no positions below the header".to_owned(),
-                found: None,
-                expected: "expected one line a frame".to_owned(),
-            });
-        };
-        /// of the farthest fall, that another object's is no speck's
-        const AS_FAR: f64 = 0.3;
-        let falling = falls.iter().filter(|fall| **fall > 0.0 && **fall > AS_FAR * farthest);
-        Ok(Positions {
-            falling: falling.count(),
-            shown,
+        self.fields.checked_number(field as usize, row, |number, unit| {
+            let is_large = number.abs() > LARGEST;
+            (!is_large)
+                .then(|| unit.to_si(number))
+                .ok_or_else(|| format!("expected a number from -{LARGEST:e} to {LARGEST:e}"))
         })
     }
+}
+
+/// The names of a header in one message.
+fn shown(names: &[String]) -> String {
+    let named: Vec<&str> = names
+        .iter()
+        .map(String::as_str)
+        .filter(|name| !name.is_empty())
+        .collect();
+    quoted(&named.join(", "))
+}
+
+/// The track of the object that falls farthest; where none does, of the one that moves most.
+fn positions(all: Vec<Seen>, axis: Axis) -> Result<Positions, Problem> {
+    let mut objects: BTreeMap<String, Vec<Seen>> = BTreeMap::new();
+    for seen in all {
+        objects.entry(seen.object.clone()).or_default().push(seen);
+    }
+    let several = objects.len() > 1;
+    let mut falls = vec![];
+    let mut best: Option<([f64; 2], Shown)> = None;
+    for (object, mut seen) in objects {
+        seen.sort_by(|a, b| a.time.total_cmp(&b.time));
+        if let Some(pair) = seen.windows(2).find(|pair| pair[0].time == pair[1].time) {
+            return Err(Problem {
+                line: Some(pair[1].line),
+                place: String::new(),
+                found: None,
+                expected: format!(
+                    "the frame of line {} has another position: expected one, or a column `object` that tells two things apart",
+                    pair[0].line
+                ),
+            });
+        }
+        let sign = if axis == Axis::Up { 1.0 } else { -1.0 };
+        let track = Track {
+            times: seen.iter().map(|seen| seen.time).collect(),
+            heights: seen.iter().map(|seen| sign * seen.height).collect(),
+        };
+        // one object needs no comparison
+        let fall = if several { farthest_fall(&track) } else { 0.0 };
+        falls.push(fall);
+        let [lowest, highest] = track.ends_of_heights();
+        let moves = [fall, highest - lowest];
+        if best.as_ref().is_none_or(|(most, _)| moves > *most) {
+            let shown = Shown {
+                frames: track.times.len(),
+                track,
+                in_pixels: false,
+                diameter: None,
+                counted_from: None,
+                object: several.then_some(object),
+            };
+            best = Some((moves, shown));
+        }
+    }
+    let Some(([farthest, _], shown)) = best else {
+        return Err(Problem {
+            line: None,
+            place: "no positions below the header".to_owned(),
+            found: None,
+            expected: "expected one line a frame".to_owned(),
+        });
+    };
+    /// of the farthest fall, that another object's is no speck's
+    const AS_FAR: f64 = 0.3;
+    let falling = falls.iter().filter(|fall| **fall > 0.0 && **fall > AS_FAR * farthest);
+    Ok(Positions {
+        falling: falling.count(),
+        shown,
+    })
 }
 
 /// How far a track falls in one flight; 0 where it has none.

@@ -13,19 +13,29 @@ use crate::error::{quoted, Problem};
 use crate::scene::{RunColumn, Scene};
 
 /// A cell that is not empty.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Cell<'c> {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Cell<T> {
     /// a text, which may be a number
-    Text(&'c str),
+    Text(T),
     /// a number
     Number(f64),
     /// what is neither, as a message shows it, and what is amiss with it
-    Other(&'c str, &'static str),
+    Other(T, &'static str),
 }
 
-impl<'c> Cell<'c> {
+impl Cell<String> {
+    pub fn borrowed(&self) -> Cell<&str> {
+        match self {
+            Cell::Text(text) => Cell::Text(text),
+            Cell::Number(number) => Cell::Number(*number),
+            Cell::Other(text, why) => Cell::Other(text, why),
+        }
+    }
+}
+
+impl<'c> Cell<&'c str> {
     /// As a message shows it.
-    fn text(self) -> Cow<'c, str> {
+    pub fn text(self) -> Cow<'c, str> {
         match self {
             Cell::Text(text) | Cell::Other(text, _) => text.into(),
             Cell::Number(number) => number.to_string().into(),
@@ -69,7 +79,7 @@ impl<'s> CheckedRows<'s> {
         &mut self,
         at: CellPlace,
         texts: impl Iterator<Item = &'c str>,
-        cell: impl Fn(&ColumnPlace) -> Option<Cell<'c>>,
+        cell: impl Fn(&ColumnPlace) -> Option<Cell<&'c str>>,
     ) {
         let layout = self.layout;
         let mut words: [Option<Cow<str>>; WORDS] = Default::default();
@@ -83,7 +93,7 @@ impl<'s> CheckedRows<'s> {
         self.collected.count(at.number(), row.word(RunColumn::Run));
         // of a run that is left out nothing else is read
         if let Some(reason) = row.word(RunColumn::Exclude) {
-            self.collected.exclude(reason);
+            self.collected.exclude(reason, 1);
             return;
         }
         let runs = layout.place(RunColumn::Runs).and_then(&cell);
@@ -140,7 +150,7 @@ impl<'s> CheckedRows<'s> {
     }
 
     /// The number in a cell, or what was expected of it.
-    fn number(&mut self, column: RunColumn, cell: Option<Cell>, at: CellPlace) -> Result<Option<f64>, String> {
+    fn number(&mut self, column: RunColumn, cell: Option<Cell<&str>>, at: CellPlace) -> Result<Option<f64>, String> {
         match cell {
             None => Ok(None),
             Some(Cell::Text(text)) => {

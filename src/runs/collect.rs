@@ -9,7 +9,7 @@ use super::columns::{unnamed_column, HeaderRemarks};
 use super::errors::{MeasurementErrors, RunError};
 use super::places::{RowLines, RowPlaces};
 use super::row::CheckedRow;
-use super::screen::{screen, Reason};
+use super::screen::{screen, REASONS};
 use super::told_twice::{ComparedColumns, Comparison, RowSetting, TOLD_TWICE};
 use super::words::words_for_no;
 use crate::error::{file_name, quoted, Problem};
@@ -289,7 +289,7 @@ pub(super) struct Collected {
     pub has_film_ratio: bool,
     /// of its header
     remarks: HeaderRemarks,
-    screened: [usize; Reason::ALL.len()],
+    screened: [usize; REASONS.len()],
     /// left out by the file itself, by its reasons in the order they come
     excluded: Vec<(String, usize)>,
     /// the first rows whose labels say that they are no runs, with these labels, and how many there are
@@ -389,23 +389,20 @@ impl Collected {
         }
     }
 
-    /// Leaves out the run of the row that was counted last, as the file says.
-    pub fn exclude(&mut self, reason: &str) {
-        self.count_excluded(reason, 1);
-    }
-
-    fn count_excluded(&mut self, reason: &str, runs: usize) {
+    /// Leaves out so many runs of rows that were counted last, as the file says.
+    pub fn exclude(&mut self, reason: &str, runs: usize) {
         /// reasons that are told apart: a report tells them all
         const MOST: usize = 20;
         const OTHER: &str = "another reason";
-        let is_known = self.excluded.iter().any(|(known, _)| known == reason);
-        let reason = if is_known || self.excluded.len() < MOST {
-            reason
-        } else {
+        let place = |reason: &str| self.excluded.iter().position(|(known, _)| known == reason);
+        let is_new = place(reason).is_none();
+        let reason = if is_new && self.excluded.len() >= MOST {
             OTHER
+        } else {
+            reason
         };
-        match self.excluded.iter_mut().find(|(known, _)| known == reason) {
-            Some((_, count)) => *count += runs,
+        match place(reason) {
+            Some(at) => self.excluded[at].1 += runs,
             None => self.excluded.push((reason.to_owned(), runs)),
         }
     }
@@ -459,7 +456,7 @@ impl Collected {
             *all += own;
         }
         for (reason, runs) in &part.excluded {
-            self.count_excluded(reason, *runs);
+            self.exclude(reason, *runs);
         }
     }
 
@@ -473,13 +470,11 @@ impl Collected {
     }
 
     pub fn screened(&self) -> Vec<Screened> {
-        let by_scene = Reason::ALL.into_iter().zip(self.screened).map(|(reason, runs)| {
-            let [reason, next_step] = reason.about();
-            Screened {
-                reason: reason.to_owned(),
-                runs,
-                next_step,
-            }
+        let by_scene = REASONS.into_iter().zip(self.screened);
+        let by_scene = by_scene.map(|([reason, next_step], runs)| Screened {
+            reason: reason.to_owned(),
+            runs,
+            next_step,
         });
         let by_file = self.excluded.iter().map(|(reason, runs)| Screened {
             reason: format!("excluded: {}", quoted(reason)),

@@ -379,35 +379,27 @@ impl Matching<'_> {
 
     /// Refuses a header without the columns that every table needs.
     fn require_columns(&mut self) {
-        let mut required = vec![];
-        for column in [RunColumn::Particle, RunColumn::Diameter] {
-            if self.lacks(column) {
-                required.push((column, ""));
+        use RunColumn::{
+            Diameter, DropHeight, Film, ImpactSpeed, Liquid, Particle, ReboundHeight, ReboundSpeed, Restitution,
+            RestitutionSdOfRuns, RestitutionSe, Runs, Stokes,
+        };
+        let has_films = !self.lacks(Film);
+        let has_means = !self.lacks_all(&[RestitutionSdOfRuns, RestitutionSe]);
+        let speeds = " (or `drop_height_mm`, or `stokes`)";
+        let rebounds = " (or `rebound_speed_m_s`, or `rebound_height_mm`)";
+        // columns of which one must be there, the usual one first
+        for (one_of, also, is_needed) in [
+            (&[Particle][..], "", true),
+            (&[Diameter], "", true),
+            (&[ImpactSpeed, DropHeight, Stokes], speeds, true),
+            (&[Restitution, ReboundSpeed, ReboundHeight], rebounds, true),
+            (&[Liquid], " (runs with a film need it)", has_films),
+            (&[Runs], " (how many runs each row is the mean of)", has_means),
+        ] {
+            if is_needed && self.lacks_all(one_of) {
+                let problem = self.layout.missing_column(one_of[0], also);
+                self.problems.push(problem);
             }
-        }
-        if self.lacks_all(&[RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes]) {
-            required.push((RunColumn::ImpactSpeed, " (or `drop_height_mm`, or `stokes`)"));
-        }
-        if self.lacks_all(&[
-            RunColumn::ReboundSpeed,
-            RunColumn::Restitution,
-            RunColumn::ReboundHeight,
-        ]) {
-            required.push((
-                RunColumn::Restitution,
-                " (or `rebound_speed_m_s`, or `rebound_height_mm`)",
-            ));
-        }
-        if self.lacks(RunColumn::Liquid) && !self.lacks(RunColumn::Film) {
-            required.push((RunColumn::Liquid, " (runs with a film need it)"));
-        }
-        let of_means = [RunColumn::RestitutionSdOfRuns, RunColumn::RestitutionSe];
-        if self.lacks(RunColumn::Runs) && !self.lacks_all(&of_means) {
-            required.push((RunColumn::Runs, " (how many runs each row is the mean of)"));
-        }
-        for (column, also) in required {
-            let problem = self.layout.missing_column(column, also);
-            self.problems.push(problem);
         }
     }
 }

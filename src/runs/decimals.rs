@@ -101,17 +101,11 @@ pub(super) fn parse_number(cell: &str) -> Result<WrittenNumber, String> {
 
 /// A number whose decimals a comma sets off.
 fn with_comma(cell: &str) -> Option<WrittenNumber> {
-    /// digits of an f64 as text, by far
-    const LONGEST: usize = 64;
     let (whole, decimals) = cell.split_once(',')?;
-    if cell.len() > LONGEST || decimals.contains(['.', ',']) || whole.contains('.') {
+    if decimals.contains(['.', ',']) || whole.contains('.') {
         return None;
     }
-    let mut text = [0; LONGEST];
-    let text = &mut text[..cell.len()];
-    text.copy_from_slice(cell.as_bytes());
-    text[whole.len()] = b'.';
-    let value = std::str::from_utf8(text).ok()?.parse().ok()?;
+    let value = format!("{whole}.{decimals}").parse().ok()?;
     let digits = whole.trim_start_matches(['+', '-']);
     let may_be_thousands = decimals.len() == 3 && !digits.is_empty() && !digits.starts_with('0') && digits.len() <= 3;
     Some(WrittenNumber {

@@ -1,6 +1,6 @@
 //! Drafts a scene from a table of runs: its particles and liquids, its columns as far as they can be guessed, and every key.
 
-use super::guess::{guess, marks_bad_runs, may_hold_names, may_hold_reasons, why_not, Guess};
+use super::guess::{guess, marks_bad_runs, may_hold_names, may_hold_reasons};
 use super::survey::{LabelledRow, Survey, SurveyedColumn};
 use super::words::is_among;
 use super::written_units::{unit_of, StatedUnit};
@@ -70,24 +70,12 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
         _ if !naming.has(RunColumn::Particle) => Some(RunColumn::Particle),
         _ => None,
     };
-    let particles = match by_sheet {
-        Some(RunColumn::Particle) => Some(naming.names_of_sheets(RunColumn::Particle, survey, |_| false)),
-        _ => naming.names(RunColumn::Particle, |_| false),
-    };
-    let mut particles = particles.unwrap_or_else(|| naming.only(RunColumn::Particle, "all spheres are of one kind"));
+    let mut particles = naming.names(RunColumn::Particle, survey, by_sheet, |_| false);
     if particles.is_empty() {
         // every cell is empty, which is for the reader to refuse
         particles.push(SPHERE.to_owned());
     }
-    let liquids = match by_sheet {
-        Some(RunColumn::Liquid) => Some(naming.names_of_sheets(RunColumn::Liquid, survey, is_dry)),
-        _ => naming.names(RunColumn::Liquid, is_dry),
-    };
-    let liquids = match liquids {
-        Some(names) => names,
-        None if naming.has(RunColumn::Film) => naming.only(RunColumn::Liquid, "all runs are wet, with one liquid"),
-        None => vec![],
-    };
+    let liquids = naming.names(RunColumn::Liquid, survey, by_sheet, is_dry);
     naming.leave_half_means();
     naming.read_titles(survey);
     naming.leave_rebound_heights();
@@ -121,45 +109,39 @@ impl<'s> Naming<'s> {
     /// Columns with our names are what they say; the others are guessed in the order they stand.
     fn of(survey: &'s Survey) -> Naming<'s> {
         let mut naming = Naming::default();
-        let (ours, others): (Vec<_>, Vec<_>) = survey
-            .columns
-            .iter()
-            .partition(|column| RunColumn::named(&column.name).is_some());
-        for column in ours {
-            let named = RunColumn::named(&column.name).map(|(of_runs, _)| of_runs);
-            naming.places.extend(named.map(|of_runs| (of_runs, column)));
+        let mut others = vec![];
+        for column in &survey.columns {
+            match RunColumn::named(&column.name) {
+                Some((of_runs, _)) => naming.places.push((of_runs, column)),
+                None => others.push(column),
+            }
         }
         for column in others {
-            let guess = guess(column, |candidate| !naming.has(candidate));
-            let Some(Guess {
-                column: of_runs,
-                unit,
-                is_unit_guessed,
-            }) = guess
-            else {
-                if marks_bad_runs(column) {
+            let theirs = quoted(&column.name);
+            let guess = match guess(column, |candidate| !naming.has(candidate)) {
+                Ok(guess) => guess,
+                Err(_) if marks_bad_runs(column) => {
+                    let marks: Vec<String> = column.words.iter().map(|word| quoted(word)).collect();
+                    let marks = marks.join(" or ");
                     naming
                         .columns
                         .push((RunColumn::Exclude.base().to_owned(), column.name.clone()));
-                    let marks: Vec<String> = column.words.iter().map(|word| quoted(word)).collect();
-                    naming.guessed.push(format!(
-                        "{} is exclude: runs marked {} are left out",
-                        quoted(&column.name),
-                        marks.join(" or ")
-                    ));
+                    naming
+                        .guessed
+                        .push(format!("{theirs} is exclude: runs marked {marks} are left out"));
                     continue;
                 }
-                if let Some((of_runs, why)) = why_not(column, |candidate| !naming.has(candidate)) {
-                    let text = format!("{} may be {}, {why}", quoted(&column.name), of_runs.base());
-                    naming.guessed.push(text);
+                Err(why) => {
+                    let why = why.map(|(of_runs, why)| format!("{theirs} may be {}, {why}", of_runs.base()));
+                    naming.guessed.extend(why);
+                    if !column.name.is_empty() {
+                        naming.unused.push(column);
+                    }
+                    continue;
                 }
-                naming
-                    .unused
-                    .extend(Some(column).filter(|column| !column.name.is_empty()));
-                continue;
             };
-            let name = format!("{}{}", of_runs.base(), unit.suffix);
-            let unit = if is_unit_guessed {
+            let name = format!("{}{}", guess.column.base(), guess.unit.suffix);
+            let unit = if guess.is_unit_guessed {
                 ", its unit by the size of its numbers".to_owned()
             } else if !column.unit.is_empty() {
                 let side = if column.is_unit_above { "above" } else { "below" };
@@ -167,9 +149,9 @@ impl<'s> Naming<'s> {
             } else {
                 String::new()
             };
-            naming.guessed.push(format!("{} is {name}{unit}", quoted(&column.name)));
+            naming.guessed.push(format!("{theirs} is {name}{unit}"));
             naming.columns.push((name, column.name.clone()));
-            naming.places.push((of_runs, column));
+            naming.places.push((guess.column, column));
         }
         naming
     }
@@ -183,36 +165,48 @@ impl<'s> Naming<'s> {
         self.column(of_runs).is_some()
     }
 
-    /// The names in a column of the scene's own, without ours for runs that are dry; `None` without the column.
-    fn names(&mut self, of_runs: RunColumn, is_dry: impl Fn(&str) -> bool) -> Option<Vec<String>> {
-        let column = self.column(of_runs)?;
-        let ours = names_of(&column.words, is_dry);
-        let renamed = || ours.iter().filter(|(theirs, ours)| theirs != ours);
-        for (theirs, ours) in renamed() {
-            self.guessed
-                .push(format!("{} in {} is {ours}", quoted(theirs), quoted(&column.name)));
-        }
-        if renamed().next().is_some() {
-            self.words.push((of_runs.base(), renamed().cloned().collect()));
-        }
-        Some(without_dry(ours))
-    }
-
-    /// The same of the names of the sheets, each of which then has one in every row.
-    fn names_of_sheets(&mut self, of_runs: RunColumn, survey: &Survey, is_dry: impl Fn(&str) -> bool) -> Vec<String> {
-        let ours = names_of(&survey.sheets, is_dry);
-        for (sheet, name) in &ours {
-            self.guessed
-                .push(format!("sheet {} is of {} {name}", quoted(sheet), of_runs.base()));
-            self.sheets.push((sheet.clone(), of_runs.base(), name.clone()));
-        }
-        without_dry(ours)
+    /// The names of particles or liquids, without ours for runs that are dry: those in the column of them, those of the sheets
+    /// where these tell them apart, else one for all runs; none of liquids where every run is dry.
+    fn names(
+        &mut self,
+        of_runs: RunColumn,
+        survey: &Survey,
+        by_sheet: Option<RunColumn>,
+        is_dry: impl Fn(&str) -> bool,
+    ) -> Vec<String> {
+        let ours = if by_sheet == Some(of_runs) {
+            let ours = names_of(&survey.sheets, is_dry);
+            for (sheet, name) in &ours {
+                self.guessed
+                    .push(format!("sheet {} is of {} {name}", quoted(sheet), of_runs.base()));
+                self.sheets.push((sheet.clone(), of_runs.base(), name.clone()));
+            }
+            ours
+        } else if let Some(column) = self.column(of_runs) {
+            let ours = names_of(&column.words, is_dry);
+            let renamed: Vec<_> = ours.iter().filter(|(theirs, ours)| theirs != ours).cloned().collect();
+            for (theirs, ours) in &renamed {
+                self.guessed
+                    .push(format!("{} in {} is {ours}", quoted(theirs), quoted(&column.name)));
+            }
+            if !renamed.is_empty() {
+                self.words.push((of_runs.base(), renamed));
+            }
+            ours
+        } else if of_runs == RunColumn::Particle {
+            return self.only(of_runs, SPHERE, "all spheres are of one kind");
+        } else if self.has(RunColumn::Film) {
+            return self.only(of_runs, LIQUID, "all runs are wet, with one liquid");
+        } else {
+            return vec![];
+        };
+        let ours = ours.into_iter().map(|(_, ours)| ours);
+        ours.filter(|name| name != DRY).collect()
     }
 
     /// One name for every run of a table without a column of names; where one that is not known may have them, that is to be
     /// filled in.
-    fn only(&mut self, of_runs: RunColumn, then: &str) -> Vec<String> {
-        let name = if of_runs == RunColumn::Liquid { LIQUID } else { SPHERE };
+    fn only(&mut self, of_runs: RunColumn, name: &str, then: &str) -> Vec<String> {
         let mut unused = self.unused.iter();
         if let Some(column) = unused.find(|column| may_hold_names(column)) {
             self.guessed.push(format!(
@@ -240,48 +234,44 @@ impl<'s> Naming<'s> {
         }
         for of_runs in [RunColumn::Runs].into_iter().chain(spreads) {
             let is_guessed = self.columns.iter().any(|(ours, _)| ours == of_runs.base());
-            let Some(column) = self.column(of_runs).filter(|_| is_guessed) else {
-                continue;
-            };
-            self.columns.retain(|(ours, _)| ours != of_runs.base());
-            self.places.retain(|(place, _)| *place != of_runs);
-            let name = quoted(&column.name);
-            self.guessed
-                .retain(|guessed| *guessed != format!("{name} is {}", of_runs.base()));
-            self.guessed.push(format!(
-                "{name} is not read: where each row is the mean of several runs, their number goes into `runs`, with the sd of \
-                 single runs in `restitution_sd_of_runs` or the standard error of the mean in `restitution_se`"
-            ));
-            self.unused.push(column);
+            if is_guessed {
+                self.leave(
+                    of_runs,
+                    "where each row is the mean of several runs, their number goes into `runs`, with the sd of single runs in \
+                     `restitution_sd_of_runs` or the standard error of the mean in `restitution_se`",
+                );
+            }
         }
+    }
+
+    /// Does not read a column that was guessed to be one of runs.
+    fn leave(&mut self, of_runs: RunColumn, why: &str) {
+        let Some(column) = self.column(of_runs) else {
+            return;
+        };
+        let name = quoted(&column.name);
+        self.columns.retain(|(_, theirs)| *theirs != column.name);
+        self.places.retain(|(place, _)| *place != of_runs);
+        self.guessed.retain(|told| !told.starts_with(&format!("{name} is ")));
+        self.guessed.push(format!("{name} is not read: {why}"));
+        self.unused.push(column);
     }
 
     /// Leaves to be filled in what runs need and nothing gives.
     fn ask_for_columns(&mut self, is_wet: bool) {
-        let has_any = |of_runs: &[RunColumn]| of_runs.iter().any(|column| self.has(*column));
-        let has_speed = has_any(&[RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes]);
-        let has_rebound = has_any(&[
-            RunColumn::Restitution,
-            RunColumn::ReboundSpeed,
-            RunColumn::ReboundHeight,
-        ]);
-        for (of_runs, is_there) in [
-            (RunColumn::ImpactSpeed, has_speed),
-            (RunColumn::Restitution, has_rebound),
+        use RunColumn::{Diameter, DropHeight, Film, ImpactSpeed, ReboundHeight, ReboundSpeed, Restitution, Stokes};
+        for (of_runs, instead) in [
+            (ImpactSpeed, [DropHeight, Stokes]),
+            (Restitution, [ReboundSpeed, ReboundHeight]),
         ] {
-            if !is_there {
+            if !self.has(of_runs) && !instead.into_iter().any(|column| self.has(column)) {
                 self.columns.push((of_runs.usual_name(), FILL_IN.to_owned()));
             }
         }
-        for (of_runs, is_needed) in [(RunColumn::Diameter, true), (RunColumn::Film, is_wet)] {
-            if !is_needed || self.has(of_runs) {
-                continue;
-            }
-            let is_constant = self
-                .constants
-                .iter()
-                .any(|(name, _)| RunColumn::named(name).is_some_and(|(own, _)| own == of_runs));
-            if is_constant {
+        for (of_runs, is_needed) in [(Diameter, true), (Film, is_wet)] {
+            let is_of_it = |name: &str| RunColumn::named(name).is_some_and(|(own, _)| own == of_runs);
+            let is_constant = self.constants.iter().any(|(name, _)| is_of_it(name));
+            if !is_needed || self.has(of_runs) || is_constant {
                 continue;
             }
             // one of the columns of numbers that are not known may be it
@@ -348,11 +338,8 @@ impl Naming<'_> {
         if self.has(RunColumn::Diameter) {
             return;
         }
-        let stated = survey
-            .titles
-            .iter()
-            .find_map(|title| Some((title, diameter_in(title)?)));
-        if let Some((title, (name, value))) = stated {
+        let mut titles = survey.titles.iter();
+        if let Some((title, (name, value))) = titles.find_map(|title| Some((title, diameter_in(title)?))) {
             self.guessed.push(format!("{name} is {value}, by {}", quoted(title)));
             self.constants.push((name, value));
         }
@@ -360,37 +347,33 @@ impl Naming<'_> {
 
     /// Leaves a rebound height where another column says the same of as many runs: a ruler is too coarse to agree with it.
     fn leave_rebound_heights(&mut self) {
-        let filled = |of_runs: RunColumn| self.column(of_runs).map_or(0, |column| column.filled);
         let better = [RunColumn::Restitution, RunColumn::ReboundSpeed];
-        let better = better.into_iter().max_by_key(|of_runs| filled(*of_runs));
-        let Some(better) = better.filter(|of_runs| filled(*of_runs) > 0) else {
+        let better = better.into_iter().max_by_key(|of_runs| self.filled(*of_runs));
+        let Some(better) = better.and_then(|of_runs| self.column(of_runs)) else {
             return;
         };
-        if filled(RunColumn::ReboundHeight) > filled(better) {
-            return;
-        }
-        let (Some(height), Some(better)) = (self.column(RunColumn::ReboundHeight), self.column(better)) else {
-            return;
-        };
+        let is_better = better.filled > 0 && better.filled >= self.filled(RunColumn::ReboundHeight);
+        let height = self.column(RunColumn::ReboundHeight);
         // a column with our name is what it says
-        let Some(at) = self.columns.iter().position(|(_, theirs)| *theirs == height.name) else {
-            return;
-        };
-        self.columns.remove(at);
-        self.places.retain(|(place, _)| *place != RunColumn::ReboundHeight);
-        let [name, by] = [height, better].map(|column| quoted(&column.name));
-        self.guessed.retain(|told| !told.starts_with(&format!("{name} is ")));
-        self.guessed
-            .push(format!("{name} is not read: {by} says the same of more runs"));
-        self.unused.push(height);
+        let is_guessed = |height: &SurveyedColumn| self.columns.iter().any(|(_, theirs)| *theirs == height.name);
+        if is_better && height.is_some_and(is_guessed) {
+            let why = format!("{} says the same of more runs", quoted(&better.name));
+            self.leave(RunColumn::ReboundHeight, &why);
+        }
+    }
+
+    /// Cells of a column that are not empty.
+    fn filled(&self, of_runs: RunColumn) -> usize {
+        self.column(of_runs).map_or(0, |column| column.filled)
     }
 
     /// Whether heights give speeds that no other column gives.
     fn needs_heights(&self) -> bool {
-        let filled = |of_runs: RunColumn| self.column(of_runs).map_or(0, |column| column.filled);
-        let drop = filled(RunColumn::DropHeight) > filled(RunColumn::ImpactSpeed);
-        let rebound = filled(RunColumn::ReboundSpeed).max(filled(RunColumn::Restitution));
-        drop || filled(RunColumn::ReboundHeight) > rebound
+        let rebound = self
+            .filled(RunColumn::ReboundSpeed)
+            .max(self.filled(RunColumn::Restitution));
+        self.filled(RunColumn::DropHeight) > self.filled(RunColumn::ImpactSpeed)
+            || self.filled(RunColumn::ReboundHeight) > rebound
     }
 
     /// Says what a name leaves open: which Stokes number, and which column may say what to leave out.
@@ -511,28 +494,24 @@ impl Text {
         for guessed in &naming.guessed {
             self.written.push_str(&format!("# guessed: {guessed}\n"));
         }
-        let to_fill_in = |pairs: &[(String, String)]| {
-            let open = pairs
-                .iter()
-                .filter(|(_, value)| [FILL_IN, &text_of(FILL_IN)].contains(&value.as_str()));
-            open.map(|(ours, _)| ours.clone()).collect::<Vec<_>>()
-        };
+        let mark = text_of(FILL_IN);
         for key in &section.keys {
-            let words =
-                |(column, words): &(&str, Vec<_>)| ((*column).to_owned(), inline(words.iter().map(quoted_pair)));
-            let (value, open) = match key.base {
-                "runs" => (tables(runs, &survey.sheets), vec![]),
-                "sheets" => (inline(naming.sheets.iter().map(of_sheet)), vec![]),
-                "header_row" if survey.has_titles => {
-                    (survey.header.map_or(String::new(), |row| row.to_string()), vec![])
+            let pairs: Vec<(String, String)> = match key.base {
+                "sheets" => naming.sheets.iter().map(of_sheet).collect(),
+                "columns" => naming.columns.iter().map(quoted_value).collect(),
+                "values" => {
+                    let words = naming.words.iter();
+                    words
+                        .map(|(column, words)| ((*column).to_owned(), inline(words.iter().map(quoted_pair))))
+                        .collect()
                 }
-                "columns" => (
-                    inline(naming.columns.iter().map(quoted_value)),
-                    to_fill_in(&naming.columns),
-                ),
-                "values" => (inline(naming.words.iter().map(words)), vec![]),
-                "constants" => (inline(naming.constants.iter().cloned()), to_fill_in(&naming.constants)),
-                _ => (String::new(), vec![]),
+                "constants" => naming.constants.clone(),
+                _ => vec![],
+            };
+            let value = match (key.base, survey.header) {
+                ("runs", _) => tables(runs, &survey.sheets),
+                ("header_row", Some(row)) if survey.has_titles => row.to_string(),
+                _ => inline(pairs.iter().cloned()),
             };
             let is_open = match key.base {
                 "heights_to" | "heights_of" => naming.needs_heights(),
@@ -547,10 +526,9 @@ impl Text {
                 Line::Value(&value)
             };
             self.key(section.head, key, &line);
-            self.to_fill_in.extend(
-                open.iter()
-                    .map(|column| format!("{} {}.{column}", section.head, key.base)),
-            );
+            let open = pairs.iter().filter(|(_, value)| *value == mark);
+            let open = open.map(|(column, _)| format!("{} {}.{column}", section.head, key.base));
+            self.to_fill_in.extend(open);
         }
     }
 }
@@ -573,11 +551,6 @@ fn names_of(words: &[String], is_dry: impl Fn(&str) -> bool) -> Vec<(String, Str
         names.push((word.clone(), name));
     }
     names
-}
-
-fn without_dry(names: Vec<(String, String)>) -> Vec<String> {
-    let ours = names.into_iter().map(|(_, ours)| ours);
-    ours.filter(|name| name != DRY).collect()
 }
 
 /// A diameter that a title states as `D = 4,762 mm`: our name of it, and its value.

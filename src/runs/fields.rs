@@ -1,29 +1,57 @@
-//! Reads the cells of a row by the columns that its header has, and gathers what is wrong.
+//! Matches the header of a table with the columns it may have, whatever their units, and reads the cells below by these.
 
-use super::cells::{each_row, TakesRows};
-use super::columns::present;
-use super::header::{find, Column, FoundColumns};
+use super::cells::{each_row, TextRow};
+use super::columns::{present, ColumnPlace};
+use super::csv::other_width;
+use super::decimals::Decimals;
+use super::refusals::CellPlace;
 use crate::error::{quoted, Error, Problem};
-use crate::scene::{name_is_allowed, TableFile, DRY, NAME_RULE};
-use crate::units::{MAGNITUDES, MAGNITUDE_EXPECTED};
+use crate::scene::{closest, letters_apart, name_is_allowed, TableFile, DRY, NAME_RULE};
+use crate::units::{names_in_words, Dimension, Unit, MAGNITUDES, MAGNITUDE_EXPECTED};
+
+/// A column that a table may have.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Column {
+    /// its name, without a unit
+    pub base: &'static str,
+    /// `One` of words and plain numbers
+    pub dimension: Dimension,
+    pub needed: bool,
+}
+
+/// A column of such a table.
+pub(crate) const fn column(base: &'static str, dimension: Dimension, needed: bool) -> Column {
+    Column {
+        base,
+        dimension,
+        needed,
+    }
+}
+
+impl Column {
+    /// The unit of a name that is this column's.
+    pub fn unit_of(&self, name: &str) -> Option<&'static Unit> {
+        let suffix = name.strip_prefix(self.base)?;
+        let mut units = self.dimension.units().iter();
+        units.find(|unit| unit.suffix == suffix)
+    }
+}
 
 /// A row: its line from 1, and its cells.
 pub(crate) type Row<'r> = (u64, &'r [&'r str]);
 
-/// The columns of a table, each named by its place in those that were wanted.
+/// The columns of a table, each named by its place in those that were wanted, and what is wrong with its cells.
 pub(crate) struct Fields {
     wanted: &'static [Column],
-    found: FoundColumns,
+    /// where each stands; empty before a header is found
+    columns: Vec<Option<ColumnPlace>>,
+    /// names that nobody reads
+    unread: Vec<String>,
+    /// by the places of columns among those that were wanted
+    decimals: Decimals<usize>,
     /// cells of the header
     width: usize,
     problems: Vec<Problem>,
-}
-
-/// The rows of a table, each read by `read`.
-struct Rows<T, F> {
-    fields: Fields,
-    read: F,
-    all: Vec<T>,
 }
 
 /// Reads every row of a table by the columns that it may have; what `read` gives of a row with a problem is left out.
@@ -32,43 +60,23 @@ struct Rows<T, F> {
 pub(crate) fn rows_by_fields<T>(
     file: &TableFile,
     wanted: &'static [Column],
-    read: impl FnMut(&mut Fields, Row) -> Option<T>,
+    mut read: impl FnMut(&mut Fields, Row) -> Option<T>,
 ) -> Result<(Fields, Vec<T>), Error> {
-    let fields = Fields {
-        wanted,
-        found: FoundColumns::none(),
-        width: 0,
-        problems: vec![],
-    };
-    let mut rows = Rows {
-        fields,
-        read,
-        all: vec![],
-    };
-    each_row(file, &mut rows)?;
-    Ok((rows.fields, rows.all))
-}
-
-impl<T, F: FnMut(&mut Fields, Row) -> Option<T>> TakesRows for Rows<T, F> {
-    fn header(&mut self, names: &[String], line: u64) -> Result<(), Vec<Problem>> {
-        self.fields.found = find(names, line, self.fields.wanted)?;
-        self.fields.width = names.len();
+    let mut fields = Fields::new(wanted);
+    let mut all = vec![];
+    each_row(file, |row| {
+        if !fields.are_found() {
+            let names: Vec<String> = row.cells.iter().map(|cell| (*cell).to_owned()).collect();
+            return fields.find(&names, row.line);
+        }
+        if let Some(cells) = fields.cells(row, false) {
+            let before = fields.problems.len();
+            let read = read(&mut fields, (row.line, &cells));
+            all.extend(read.filter(|_| fields.problems.len() == before));
+        }
         Ok(())
-    }
-
-    fn width(&self) -> Option<usize> {
-        Some(self.fields.width)
-    }
-
-    fn refuse(&mut self, problem: Problem) {
-        self.fields.problems.push(problem);
-    }
-
-    fn row(&mut self, line: u64, cells: &[&str]) {
-        let before = self.fields.problems.len();
-        let row = (self.read)(&mut self.fields, (line, cells));
-        self.all.extend(row.filter(|_| self.fields.problems.len() == before));
-    }
+    })?;
+    Ok((fields, all))
 }
 
 /// What a row is of: particle, liquid, diameter and film, by their places in the columns that were wanted.
@@ -93,10 +101,112 @@ pub(crate) struct RowOfSetting<'c> {
     pub film: Option<f64>,
 }
 
+/// Letters by which the name of a column may differ from a known one and be it misspelt.
+const MISSPELT: usize = 2;
+
 impl Fields {
+    /// Of a table whose header is yet to come.
+    pub fn new(wanted: &'static [Column]) -> Fields {
+        Fields {
+            wanted,
+            columns: vec![],
+            unread: vec![],
+            decimals: Decimals::new(),
+            width: 0,
+            problems: vec![],
+        }
+    }
+
+    /// Finds the columns in a header. Fails where one is missing, stands twice or is misspelt.
+    pub fn find(&mut self, names: &[String], line: u64) -> Result<(), Vec<Problem>> {
+        let mut columns: Vec<Option<ColumnPlace>> = vec![None; self.wanted.len()];
+        let mut problems = vec![];
+        let problem = |named: Option<&str>, expected: String| Problem {
+            line: Some(line),
+            place: "header".to_owned(),
+            found: named.map(quoted),
+            expected,
+        };
+        let known = || {
+            let units_of = |column: &Column| column.dimension.units().iter();
+            let named = |column: &Column, unit: &Unit| format!("{}{}", column.base, unit.suffix);
+            let all = self.wanted.iter();
+            all.flat_map(move |column| units_of(column).map(move |unit| named(column, unit)))
+        };
+        for (index, name) in names.iter().enumerate() {
+            let mut wanted = self.wanted.iter().zip(&mut columns);
+            let named = wanted.find_map(|(column, place)| Some((column.unit_of(name)?, place)));
+            match named {
+                Some((unit, place @ None)) => {
+                    let name = name.clone();
+                    *place = Some(ColumnPlace { index, name, unit });
+                }
+                Some((_, Some(before))) => {
+                    let expected = format!("expected one column for it; {} is there already", quoted(&before.name));
+                    problems.push(problem(Some(name), expected));
+                }
+                None => match known().find(|known| letters_apart(name, known, MISSPELT).is_some()) {
+                    Some(near) if near.len() > 2 * MISSPELT => {
+                        problems.push(problem(Some(name), format!("expected `{near}`")));
+                    }
+                    _ if name.is_empty() => {}
+                    _ => self.unread.push(quoted(name)),
+                },
+            }
+        }
+        for (column, _) in self.wanted.iter().zip(&columns).filter(|(_, place)| place.is_none()) {
+            if column.needed {
+                let names = names_in_words(column.base, column.dimension);
+                let near = closest(column.base, self.unread.iter().map(|name| name.trim_matches('`')));
+                let hint = near.map_or(String::new(), |near| format!("; {} may be it", quoted(near)));
+                problems.push(problem(None, format!("expected a column {names}{hint}")));
+            }
+        }
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        (self.columns, self.width) = (columns, names.len());
+        Ok(())
+    }
+
+    /// Whether a header was found.
+    pub fn are_found(&self) -> bool {
+        !self.columns.is_empty()
+    }
+
+    /// As many cells of a row as the header has; `None`, and a problem, of one that has others. Where words follow numbers, a
+    /// row that goes on with empty cells may as well be shifted by a decimal comma; else it `may_end_blank`.
+    pub fn cells<'r>(&mut self, row: TextRow<'r>, may_end_blank: bool) -> Option<Vec<&'r str>> {
+        let (found, width) = (row.cells.len(), self.width);
+        let ends_blank = || row.cells.iter().skip(width).all(|cell| cell.trim().is_empty());
+        let fits = match row.is_of_sheet {
+            true => found <= width,
+            false => found == width || found > width && may_end_blank && ends_blank(),
+        };
+        if !fits {
+            let goes_on = |cell: &&str| cell.contains(['\n', '\r']);
+            let has_line_ends = !row.is_of_sheet && row.cells.iter().any(goes_on);
+            self.problems.push(other_width(row.line, found, width, has_line_ends));
+            return None;
+        }
+        let mut cells = row.cells.to_vec();
+        cells.resize(width, "");
+        Some(cells)
+    }
+
     /// Whether the table has a column.
     pub fn has(&self, field: usize) -> bool {
-        self.found.columns[field].is_some()
+        self.column(field).is_some()
+    }
+
+    fn column(&self, field: usize) -> Option<&ColumnPlace> {
+        self.columns.get(field)?.as_ref()
+    }
+
+    /// The cells of a row in the columns that were found.
+    pub fn read_cells<'c>(&self, cells: &'c [&'c str]) -> impl Iterator<Item = &'c str> + use<'_, 'c> {
+        let columns = self.columns.iter().flatten();
+        columns.filter_map(|column| cells.get(column.index).copied())
     }
 
     /// Adds what is wrong with a cell, or with a line for want of one.
@@ -111,28 +221,41 @@ impl Fields {
 
     /// A word; `None` where it is missing.
     pub fn word<'c>(&self, field: usize, cells: &[&'c str]) -> Option<&'c str> {
-        let column = self.found.columns[field].as_ref()?;
-        present(cells.get(column.index)?)
+        present(cells.get(self.column(field)?.index)?)
     }
 
-    /// A number in SI; `None` where it is missing, and a problem where it is none above zero.
-    pub fn number(&mut self, field: usize, (line, cells): Row) -> Option<f64> {
-        let column = self.found.columns[field].clone()?;
-        let cell = cells.get(column.index)?;
-        let expected = match self.found.number(field, cell, line) {
-            Ok(None) => return None,
-            Ok(Some(value)) if value > 0.0 => {
-                let value = column.to_si(value);
-                if MAGNITUDES.contains(&value) {
-                    return Some(value);
-                }
-                format!("expected {MAGNITUDE_EXPECTED}")
+    /// A number in SI; `None` where it is missing, and a problem where it is none that `check` takes in its unit.
+    pub fn checked_number(
+        &mut self,
+        field: usize,
+        (line, cells): Row,
+        check: impl Fn(f64, &Unit) -> Result<f64, String>,
+    ) -> Option<f64> {
+        let ColumnPlace { index, name, unit } = self.column(field)?.clone();
+        let text = present(cells.get(index)?)?;
+        let number = self.decimals.read(text, field, CellPlace::Line(line));
+        let finite = number.and_then(|number| {
+            let is_finite = number.is_finite();
+            is_finite.then_some(number).ok_or("expected a finite number".to_owned())
+        });
+        let checked = finite.and_then(|number| check(number, unit));
+        checked
+            .map_err(|expected| self.problem(line, &name, Some(text), expected))
+            .ok()
+    }
+
+    /// A number above zero in SI; `None` where it is missing, and a problem where it is none.
+    pub fn number(&mut self, field: usize, row: Row) -> Option<f64> {
+        self.checked_number(field, row, |number, unit| {
+            let value = unit.to_si(number);
+            if number <= 0.0 {
+                Err("expected a number above 0".to_owned())
+            } else if MAGNITUDES.contains(&value) {
+                Ok(value)
+            } else {
+                Err(format!("expected {MAGNITUDE_EXPECTED}"))
             }
-            Ok(Some(_)) => "expected a number above 0".to_owned(),
-            Err(expected) => expected,
-        };
-        self.problem(line, &column.name, Some(cell.trim()), expected);
-        None
+        })
     }
 
     /// A number that must be there; a problem where it is not, `why` following what was expected.
@@ -174,10 +297,15 @@ impl Fields {
         })
     }
 
-    /// All that was wrong, and the columns that nobody reads.
+    /// All that was wrong, and the columns that nobody reads. A number with a comma is wrong where none of all commas tells
+    /// what they set off.
     pub fn finish(mut self) -> (Vec<Problem>, Vec<String>) {
-        let mut problems = self.problems;
-        problems.extend(self.found.doubt());
-        (problems, self.found.unread)
+        if let Some(doubt) = self.decimals.doubt() {
+            let place = self
+                .column(doubt.column)
+                .map_or(String::new(), |column| column.name.clone());
+            self.problem(doubt.place.number(), &place, Some(&doubt.text), doubt.expected);
+        }
+        (self.problems, self.unread)
     }
 }

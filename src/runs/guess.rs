@@ -16,79 +16,16 @@ pub(super) struct Guess {
     pub is_unit_guessed: bool,
 }
 
-/// What laboratories call columns: letters and digits alone, without a unit. Of a name that is in several lists the first
-/// that is free is meant. No column is taken for one of reasons to leave runs out: it may say `no` in each row.
-const CALLED: [(RunColumn, &str); 15] = [
-    (
-        RunColumn::Particle,
-        "particle sphere ball bead material kugel teilchen partikel werkstoff",
-    ),
-    (
-        RunColumn::Liquid,
-        "liquid fluid oil medium flüssigkeit fluessigkeit öl oel liquide fluide huile",
-    ),
-    (
-        RunColumn::Diameter,
-        "d dia diam diameter spherediameter particlediameter balldiameter durchmesser kugeldurchmesser",
-    ),
-    (
-        RunColumn::Film,
-        "film filmthickness filmheight liquidfilm thickness layer layerthickness liquidheight delta δ hfilm \
-         liquidlayer schicht schichthöhe filmhöhe filmdicke schichtdicke dicke",
-    ),
-    (
-        RunColumn::ImpactSpeed,
-        "vi vin vimp vimpact v0 v1 impactspeed impactvelocity incomingspeed incomingvelocity speedbefore \
-         velocitybefore aufprallgeschwindigkeit auftreffgeschwindigkeit vein v speed velocity geschwindigkeit",
-    ),
-    (
-        RunColumn::ReboundSpeed,
-        "vr vout vreb vrebound v2 reboundspeed reboundvelocity outgoingspeed outgoingvelocity speedafter \
-         velocityafter rückprallgeschwindigkeit rueckprallgeschwindigkeit vaus",
-    ),
-    (
-        RunColumn::Restitution,
-        "e en cor coefficientofrestitution restitutioncoefficient normalrestitution stoßzahl stosszahl \
-         restitutionskoeffizient",
-    ),
-    (
-        RunColumn::DropHeight,
-        "hdrop dropheight fallheight releaseheight dropheightofball initialheight fallhöhe fallhoehe abwurfhöhe \
-         hauteurdechute",
-    ),
-    (
-        RunColumn::ReboundHeight,
-        "hrebound bounceheight reboundheight rücksprunghöhe ruecksprunghoehe rückprallhöhe rueckprallhoehe \
-         steighöhe steighoehe sprunghöhe hauteurderebond",
-    ),
-    (RunColumn::Stokes, "st stokesnumber stokeszahl"),
-    (RunColumn::FilmRatio, "nominalfilmratio relativefilm deltaoverd δd"),
-    (
-        RunColumn::Runs,
-        "n count repeats repetitions numberofruns nruns anzahl wiederholungen anzahlversuche",
-    ),
-    (
-        RunColumn::RestitutionSdOfRuns,
-        "sd sde esd std stde stdev stabw standardabweichung sderestitution",
-    ),
-    (
-        RunColumn::RestitutionSe,
-        "se see ese sem stderr standarderror standardfehler",
-    ),
-    (RunColumn::Run, "nr no id index number nummer versuch lauf trial"),
-];
+/// What laboratories call columns, a line a column.
+const CALLED: &str = include_str!("called.txt");
 
-/// What stands in longer names of columns of particles and liquids: of such the first that is free is meant.
-const CALLED_LIKE: [(RunColumn, &str); 2] = [
-    (
-        RunColumn::Particle,
-        "sphere ball bead particle grain kugel teilchen partikel sample probe material werkstoff",
-    ),
-    (
-        RunColumn::Liquid,
-        "liquid fluid wetting flüssigkeit fluessigkeit oil öl",
-    ),
-];
+/// The columns of the lines that begin with a word, each with what it is called.
+fn called(start: &str) -> impl Iterator<Item = (RunColumn, &'static str)> + '_ {
+    CALLED.lines().filter_map(move |line| {
+        let (column, names) = line.strip_prefix(start)?.split_once(": ")?;
+        Some((RunColumn::of_base(column)?, names))
+    })
+}
 
 /// What stands in names of columns that may say which runs to leave out.
 const CALLED_LIKE_REASONS: &str =
@@ -141,41 +78,41 @@ fn sizes(column: RunColumn) -> &'static [(&'static str, f64, f64)] {
     }
 }
 
-/// What a column may be, of those that are still free; `None` where nothing like it is known.
-pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Option<Guess> {
-    let (candidate, stated) = candidate(column, is_free)?;
+/// What a column's name would end with in the unit that its largest number is of.
+fn suffix_by_size(column: RunColumn, largest: f64) -> Option<&'static str> {
+    let mut sizes = sizes(column).iter();
+    let found = sizes.find(|(_, least, most)| (*least..=*most).contains(&largest));
+    found.map(|(suffix, _, _)| *suffix)
+}
+
+/// A column whose name is known but not its unit, or whose unit is one that no column of runs has: what it may be, and why it
+/// is not guessed, in words that follow.
+pub(super) type NotGuessed = (RunColumn, String);
+
+/// What a column may be, of those that are still free. Fails where nothing like it is known, or its unit leaves it open.
+pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Result<Guess, Option<NotGuessed>> {
+    let (candidate, stated) = candidate(column, is_free).ok_or(None)?;
+    let not_guessed = |why: String| Some((candidate, why));
     let units = candidate.dimension().units();
     let (suffix, is_unit_guessed) = match stated {
         _ if candidate.dimension() == Dimension::One => ("", false),
         Some(StatedUnit::Ours(suffix)) => (suffix, false),
-        Some(StatedUnit::Other(_)) => return None,
+        Some(StatedUnit::Other(written)) => {
+            let why = format!("but is in {}: convert its numbers", quoted(&written));
+            return Err(not_guessed(why));
+        }
         None => {
-            let largest = column.largest?;
-            let mut sizes = sizes(candidate).iter();
-            let found = sizes.find(|(_, least, most)| (*least..=*most).contains(&largest));
-            let (suffix, _, _) = found.or((units[0].suffix.is_empty()).then_some(&("", 0.0, 0.0)))?;
-            (*suffix, !suffix.is_empty())
+            let suffix = column.largest.and_then(|largest| suffix_by_size(candidate, largest));
+            let suffix = suffix.or((column.largest.is_some() && units[0].suffix.is_empty()).then_some(""));
+            let suffix = suffix.ok_or_else(|| not_guessed("but its unit is not known".to_owned()))?;
+            (suffix, !suffix.is_empty())
         }
     };
-    let unit = units.iter().find(|unit| unit.suffix == suffix)?;
-    Some(Guess {
+    let unit = units.iter().find(|unit| unit.suffix == suffix).ok_or(None)?;
+    Ok(Guess {
         column: candidate,
         unit,
         is_unit_guessed,
-    })
-}
-
-/// Why nothing is guessed of a column whose name is known: its unit is one that no column of runs has, or it states none and
-/// its numbers leave several. In words, that follow what it may be.
-pub(super) fn why_not(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Option<(RunColumn, String)> {
-    let (candidate, stated) = candidate(column, is_free)?;
-    Some(match stated {
-        Some(StatedUnit::Other(written)) => (
-            candidate,
-            format!("but is in {}: convert its numbers", quoted(&written)),
-        ),
-        Some(StatedUnit::Ours(_)) => return None,
-        None => (candidate, "but its unit is not known".to_owned()),
     })
 }
 
@@ -188,22 +125,21 @@ fn candidate(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Op
         (name.clone(), stated.clone()),
         (letters(&column.name), unit_of_cell(&column.unit)),
     ];
-    let called = |(candidate, names): &(RunColumn, &str)| {
+    let by_name = |(candidate, names): (RunColumn, &str)| {
         let fits = |(name, stated): &&(String, Option<StatedUnit>)| {
             let is_called = is_among(names, name) || letters(candidate.base()) == *name;
-            is_called && is_free(*candidate) && column_may_be(column, *candidate, stated.as_ref())
+            is_called && is_free(candidate) && column_may_be(column, candidate, stated.as_ref())
         };
         let (_, stated) = readings.iter().find(fits)?;
-        Some((*candidate, stated.clone()))
+        Some((candidate, stated.clone()))
     };
-    let called_like = |(candidate, parts): &(RunColumn, &str)| {
+    let by_part = |(candidate, parts): (RunColumn, &str)| {
         let fits = parts.split(' ').any(|part| name.contains(part)) && may_hold_names(column);
-        (fits && is_free(*candidate) && stated.is_none()).then_some((*candidate, None))
+        (fits && is_free(candidate) && stated.is_none()).then_some((candidate, None))
     };
-    CALLED
-        .iter()
-        .find_map(called)
-        .or_else(|| CALLED_LIKE.iter().find_map(called_like))
+    called("")
+        .find_map(by_name)
+        .or_else(|| called("like ").find_map(by_part))
 }
 
 /// Whether a column may be one of runs by what stands in it, and by the unit that its header states.
@@ -217,11 +153,8 @@ fn column_may_be(column: &SurveyedColumn, candidate: RunColumn, stated: Option<&
     if candidate.is_number() {
         // a word among numbers is for the reader to refuse
         let is_known = candidate != RunColumn::Restitution || stated.is_some();
-        let has_size = |largest: f64| {
-            let mut sizes = sizes(candidate).iter();
-            sizes.any(|(_, least, most)| (*least..=*most).contains(&largest))
-        };
-        let fits = column.largest.is_some_and(|largest| is_known || has_size(largest));
+        let has_size = |largest: f64| is_known || suffix_by_size(candidate, largest).is_some();
+        let fits = column.largest.is_some_and(has_size);
         fits && stated.is_none_or(has_unit)
     } else {
         let is_of_names = matches!(candidate, RunColumn::Particle | RunColumn::Liquid);
@@ -265,11 +198,17 @@ mod tests {
         for cell in cells {
             survey.add(2, [Some(*cell)]);
         }
-        let guess = guess(&survey.columns[0], |_| true)?;
+        let guess = guess(&survey.columns[0], |_| true).ok()?;
         Some((
             format!("{}{}", guess.column.base(), guess.unit.suffix),
             guess.is_unit_guessed,
         ))
+    }
+
+    #[test]
+    fn every_line_of_names_is_of_a_column() {
+        let lines = CALLED.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));
+        assert_eq!(called("").chain(called("like ")).count(), lines.count());
     }
 
     #[test]

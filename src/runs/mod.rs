@@ -18,7 +18,7 @@
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
 //! | `decimals.rs` | finds what separates columns and decimals |
 //! | `survey.rs` | says what each column of an unknown table is called and holds |
-//! | `guess.rs` | guesses which column of runs it is |
+//! | `guess.rs` | guesses which column of runs it is, by the names in `called.txt` |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
 //! | `checked_rows.rs` | checks rows of cells, and gathers their runs or what is wrong |
 //! | `records.rs` | cuts a CSV into records and their cells with csv-core; the only file that names it |
@@ -29,9 +29,8 @@
 //! | `hidden_rows.rs` | finds the rows of a sheet that its workbook hides |
 //! | `workbook.rs` | reads a sheet of a spreadsheet with calamine; the only file that names it |
 //! | `source.rs` | opens a table, and reads no more of it than a format may have |
-//! | `cells.rs` | reads a table whose columns are not those of runs |
-//! | `header.rs` | matches the header of such a table with the columns it may have |
-//! | `fields.rs` | reads the cells of its rows by these columns |
+//! | `cells.rs` | reads a table whose columns are not those of runs, as rows of texts |
+//! | `fields.rs` | matches its header with the columns it may have, and reads its cells by these |
 //! | `settings.rs` | reads the settings that predictions are asked for |
 //! | `draft.rs` | drafts a scene from a table |
 //! | `classes.rs` | puts numbers in classes, a part of them after the other |
@@ -64,7 +63,6 @@ mod errors;
 mod fields;
 mod film_groups;
 mod guess;
-mod header;
 mod hidden_rows;
 mod impacts;
 mod labels;
@@ -96,14 +94,13 @@ mod workbook;
 mod write;
 mod written_units;
 
-pub(crate) use cells::{each_row, TakesRows};
+pub(crate) use cells::{each_row, TextRow};
 pub use collect::Screened;
 pub(crate) use collect::OF_READING;
 pub use draft::Draft;
 pub use errors::MeasurementErrors;
-pub(crate) use fields::{rows_by_fields, Fields, Row, SettingFields};
+pub(crate) use fields::{column, rows_by_fields, Column, Fields, Row, SettingFields};
 pub use film_groups::{rounded_film_ratio, FilmGroup, NEAR_NOMINAL, WIDEST};
-pub(crate) use header::{column, find, Column, FoundColumns};
 pub use impacts::{by_film, Conditions};
 pub use many::{read_any_number, MOST_KEPT};
 pub use new_run::NewRun;

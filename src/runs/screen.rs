@@ -14,35 +14,23 @@ pub(super) enum Reason {
     Stuck,
 }
 
-impl Reason {
-    pub(super) const ALL: [Reason; 6] = [
-        Reason::TooSlow,
-        Reason::TooFast,
-        Reason::FilmTooThin,
-        Reason::FilmRatioInvalid,
-        Reason::FilmRatioTooLarge,
-        Reason::Stuck,
-    ];
+const WIDEN: &str = "widen the limits in [data] to use those beyond them";
 
-    /// In words, and what would use such runs.
-    pub(super) fn about(self) -> [&'static str; 2] {
-        const WIDEN: &str = "widen the limits in [data] to use those beyond them";
-        match self {
-            Reason::TooSlow => ["impact speed below min_impact_speed", WIDEN],
-            Reason::TooFast => ["impact speed above max_impact_speed", WIDEN],
-            Reason::FilmTooThin => ["film thinner than min_film", WIDEN],
-            Reason::FilmRatioInvalid => [
-                "film ratio above 0.5, outside every inertial form",
-                "nothing uses a film ratio above 0.5",
-            ],
-            Reason::FilmRatioTooLarge => ["film ratio above max_film_ratio", WIDEN],
-            Reason::Stuck => [
-                "stuck, which the scene's sticking leaves out",
-                "sticking = \"censored\" in [model] uses those that stuck",
-            ],
-        }
-    }
-}
+/// Each [`Reason`] in words, in their order, and what would use such runs.
+pub(super) const REASONS: [[&str; 2]; 6] = [
+    ["impact speed below min_impact_speed", WIDEN],
+    ["impact speed above max_impact_speed", WIDEN],
+    ["film thinner than min_film", WIDEN],
+    [
+        "film ratio above 0.5, outside every inertial form",
+        "nothing uses a film ratio above 0.5",
+    ],
+    ["film ratio above max_film_ratio", WIDEN],
+    [
+        "stuck, which the scene's sticking leaves out",
+        "sticking = \"censored\" in [model] uses those that stuck",
+    ],
+];
 
 /// Why a checked run is left out; `None` keeps it.
 #[inline]

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use super::fields::{rows_by_fields, SettingFields};
-use super::header::{column, Column};
+use super::fields::{column, rows_by_fields, Column, SettingFields};
 use super::refusals::whole_file;
 use crate::error::{Error, Problem};
 use crate::scene::TableFile;

@@ -17,21 +17,12 @@ use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_UNPACKED};
 use crate::scene::{closest, HiddenRows, Naming, Scene};
 
-/// What a cell holds.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Held {
-    Number(f64),
-    Text(String),
-    /// what is neither, as a spreadsheet shows it, and what is amiss
-    Other(String, &'static str),
-}
-
 /// A row that is not empty.
 pub(super) struct SheetRow {
     /// from 1, as a spreadsheet counts
     pub number: u64,
     /// those that are not empty with their columns, ascending: one far out costs no more than one beside the others
-    pub(super) cells: Vec<(usize, Held)>,
+    pub(super) cells: Vec<(usize, Cell<String>)>,
 }
 
 impl SheetRow {
@@ -39,7 +30,7 @@ impl SheetRow {
     pub fn texts(&self, width: usize) -> Vec<Option<String>> {
         let mut texts = vec![None; width];
         for (column, held) in self.cells.iter().take_while(|(column, _)| *column < width) {
-            texts[*column] = Some(held.text());
+            texts[*column] = Some(held.borrowed().text().into_owned());
         }
         texts
     }
@@ -57,12 +48,12 @@ impl SheetRow {
         self.cells.last().map_or(0, |(column, _)| column + 1)
     }
 
-    fn held(&self, column: usize) -> Option<&Held> {
+    fn held(&self, column: usize) -> Option<&Cell<String>> {
         let at = self.cells.binary_search_by_key(&column, |(column, _)| *column).ok()?;
         Some(&self.cells[at].1)
     }
 
-    fn set(&mut self, column: usize, held: Held) {
+    fn set(&mut self, column: usize, held: Cell<String>) {
         match self.cells.binary_search_by_key(&column, |(column, _)| *column) {
             Ok(at) => self.cells[at].1 = held,
             Err(at) => self.cells.insert(at, (column, held)),
@@ -87,11 +78,7 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, R
         }
         let in_order = texts.iter().map(|text| text.as_deref().unwrap_or_default());
         checked.add(CellPlace::Row(row.number as usize), in_order, |place| {
-            Some(match row.held(place.index)? {
-                Held::Number(value) => Cell::Number(*value),
-                Held::Other(text, why) => Cell::Other(text, why),
-                Held::Text(text) => Cell::Text(text),
-            })
+            row.held(place.index).map(Cell::borrowed)
         });
     }
     if let Err(problems) = sheet.refuse_hidden_rows() {
@@ -277,7 +264,7 @@ impl Sheet<'_, '_> {
                     };
                     let (row, column) = cell.get_position();
                     let (number, column) = (u64::from(row) + 1, column as usize);
-                    let Some(held) = Held::of(cell.get_value()) else {
+                    let Some(held) = held(cell.get_value()) else {
                         continue;
                     };
                     if column >= MOST_COLUMNS {
@@ -369,31 +356,22 @@ fn in_sheet(sheet: &str, found: &str, expected: &str) -> Problem {
     }
 }
 
-impl Held {
-    /// `None` of an empty cell.
-    fn of(cell: &DataRef) -> Option<Held> {
-        let text = |text: &str| Held::Text(text.to_owned());
-        let held = match cell {
-            DataRef::Empty => return None,
-            DataRef::Int(value) => Held::Number(*value as f64),
-            DataRef::Float(value) => Held::Number(*value),
-            DataRef::String(value) => text(value),
-            DataRef::SharedString(value) => text(value),
-            DataRef::Bool(value) => Held::Other(value.to_string(), ""),
-            DataRef::DateTime(value) => Held::Other(format!("day {}", value.as_f64()), DATE),
-            DataRef::DateTimeIso(value) | DataRef::DurationIso(value) => Held::Other(value.clone(), DATE),
-            DataRef::Error(error) => Held::Other(error.to_string(), ": the formula failed"),
-        };
-        let is_blank = matches!(&held, Held::Text(text) if text.trim().is_empty());
-        (!is_blank).then_some(held)
-    }
-
-    fn text(&self) -> String {
-        match self {
-            Held::Number(value) => value.to_string(),
-            Held::Text(text) | Held::Other(text, _) => text.clone(),
-        }
-    }
+/// What a cell holds; `None` of an empty one.
+fn held(cell: &DataRef) -> Option<Cell<String>> {
+    let text = |text: &str| Cell::Text(text.to_owned());
+    let held = match cell {
+        DataRef::Empty => return None,
+        DataRef::Int(value) => Cell::Number(*value as f64),
+        DataRef::Float(value) => Cell::Number(*value),
+        DataRef::String(value) => text(value),
+        DataRef::SharedString(value) => text(value),
+        DataRef::Bool(value) => Cell::Other(value.to_string(), ""),
+        DataRef::DateTime(value) => Cell::Other(format!("day {}", value.as_f64()), DATE),
+        DataRef::DateTimeIso(value) | DataRef::DurationIso(value) => Cell::Other(value.clone(), DATE),
+        DataRef::Error(error) => Cell::Other(error.to_string(), ": the formula failed"),
+    };
+    let is_blank = matches!(&held, Cell::Text(text) if text.trim().is_empty());
+    (!is_blank).then_some(held)
 }
 
 /// What is amiss with a date.

@@ -226,9 +226,8 @@ fn words(data: &SceneTable, names: &SceneNames) -> Option<Vec<(RunColumn, Vec<[S
     let table = data.table(VALUES.base)?;
     let mut words = vec![];
     for name in table.keys() {
-        let of_base = || RunColumn::ALL.into_iter().find(|column| column.base() == name);
         let named = RunColumn::named(&name).map(|(column, _)| column);
-        let Some(column) = named.or_else(of_base) else {
+        let Some(column) = named.or_else(|| RunColumn::of_base(&name)) else {
             refuse_column(&table, &name);
             continue;
         };

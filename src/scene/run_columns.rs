@@ -194,9 +194,14 @@ impl RunColumn {
         names.find_map(|(candidate, column, unit)| (candidate == name).then_some((column, unit)))
     }
 
+    /// The column whose name without a unit this is.
+    pub fn of_base(name: &str) -> Option<RunColumn> {
+        RunColumn::ALL.into_iter().find(|column| column.base() == name)
+    }
+
     /// The column that a name which is none's was to be, because it lacks its unit or is misspelt, with what was expected.
     pub fn nearly(name: &str) -> Option<(RunColumn, String)> {
-        if let Some(column) = RunColumn::ALL.into_iter().find(|column| column.base() == name) {
+        if let Some(column) = RunColumn::of_base(name) {
             let names = names_in_words(name, column.dimension());
             return Some((column, format!("a unit is part of the name; expected {names}")));
         }

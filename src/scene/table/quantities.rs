@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use super::values::{as_number, Reads, Takes, ToSi};
+use super::values::{as_number, Takes, ToSi};
 use super::{DeValue, SceneTable, Spanned};
 use crate::scene::expect::Expect;
 use crate::scene::keys::{DefaultsTo, Key, KeyGuide, Without};
@@ -40,6 +40,8 @@ fn in_usual_unit(dimension: Dimension, value: f64) -> String {
 }
 
 impl Takes for Number {
+    type Value = f64;
+
     fn dimension(&self) -> Dimension {
         self.0
     }
@@ -47,13 +49,10 @@ impl Takes for Number {
     fn in_words(&self) -> String {
         self.1.words.to_owned()
     }
-}
 
-impl Reads for Number {
-    type Value = f64;
-
-    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<f64> {
-        table.checked_number(key, value, self.1).map(to_si)
+    fn taken(&self, value: &Spanned<DeValue>, to_si: ToSi) -> Option<f64> {
+        let number = as_number(value.get_ref())?;
+        (self.1.holds)(number).then(|| to_si(number))
     }
 
     fn written(&self, value: &f64) -> String {
@@ -62,6 +61,8 @@ impl Reads for Number {
 }
 
 impl Takes for NumberOr {
+    type Value = QuantityOrWord;
+
     fn dimension(&self) -> Dimension {
         self.0
     }
@@ -69,20 +70,12 @@ impl Takes for NumberOr {
     fn in_words(&self) -> String {
         format!("{} or \"{}\"", self.1.words, self.2)
     }
-}
 
-impl Reads for NumberOr {
-    type Value = QuantityOrWord;
-
-    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<QuantityOrWord> {
+    fn taken(&self, value: &Spanned<DeValue>, to_si: ToSi) -> Option<QuantityOrWord> {
         if value.get_ref().as_str() == Some(self.2) {
             return Some(QuantityOrWord::Word);
         }
-        let number = as_number(value.get_ref()).filter(|x| (self.1.holds)(*x));
-        if number.is_none() {
-            table.refuse_value(key, value, &self.in_words());
-        }
-        number.map(|x| QuantityOrWord::Quantity(to_si(x)))
+        Number(self.0, self.1).taken(value, to_si).map(QuantityOrWord::Quantity)
     }
 
     fn written(&self, value: &QuantityOrWord) -> String {
@@ -97,6 +90,8 @@ impl Reads for NumberOr {
 const LIST: &str = "a list of numbers";
 
 impl Takes for Numbers {
+    type Value = Vec<f64>;
+
     fn dimension(&self) -> Dimension {
         self.0
     }
@@ -104,10 +99,6 @@ impl Takes for Numbers {
     fn in_words(&self) -> String {
         format!("{LIST}, each {}", self.1.words)
     }
-}
-
-impl Reads for Numbers {
-    type Value = Vec<f64>;
 
     fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<Vec<f64>> {
         table.list(key, value, self.1, to_si)
@@ -115,6 +106,8 @@ impl Reads for Numbers {
 }
 
 impl Takes for NumbersByParticle {
+    type Value = Vec<Vec<f64>>;
+
     fn dimension(&self) -> Dimension {
         self.0
     }
@@ -125,6 +118,8 @@ impl Takes for NumbersByParticle {
 }
 
 impl Takes for Inner {
+    type Value = ();
+
     fn in_words(&self) -> String {
         self.0.to_owned()
     }
@@ -132,7 +127,7 @@ impl Takes for Inner {
 
 impl<'a, 'i> SceneTable<'a, 'i> {
     /// What the file gives under a key; what is not taken there is refused.
-    pub fn read<K: Reads>(&self, key: &Key<K>) -> Option<K::Value> {
+    pub fn read<K: Takes>(&self, key: &Key<K>) -> Option<K::Value> {
         if key.without.is_none() && !self.gives(key) {
             let units = key.takes.dimension().units().iter();
             let names = units.map(|unit| format!("{}{}", key.base, unit.suffix)).collect();
@@ -142,14 +137,14 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     }
 
     /// The same, or what holds without the key.
-    pub fn read_or<K: Reads>(&self, key: &Key<K, DefaultsTo<K::Value>>) -> K::Value
+    pub fn read_or<K: Takes>(&self, key: &Key<K, DefaultsTo<K::Value>>) -> K::Value
     where
         K::Value: Clone,
     {
         self.read_given(key).unwrap_or_else(|| key.default.0.clone())
     }
 
-    fn read_given<K: Reads, D>(&self, key: &Key<K, D>) -> Option<K::Value> {
+    fn read_given<K: Takes, D>(&self, key: &Key<K, D>) -> Option<K::Value> {
         self.with_unit(key, |name, value, to_si| key.takes.read(self, name, value, to_si))
     }
 
@@ -257,7 +252,7 @@ impl<K: Takes> Guided for Key<K> {
     }
 }
 
-impl<K: Reads> Guided for Key<K, DefaultsTo<K::Value>> {
+impl<K: Takes> Guided for Key<K, DefaultsTo<K::Value>> {
     fn guide(&self) -> KeyGuide {
         guide_with(self, Without::Value(self.takes.written(&self.default.0)))
     }

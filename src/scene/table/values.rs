@@ -10,6 +10,9 @@ pub(in crate::scene) type ToSi<'f> = &'f dyn Fn(f64) -> f64;
 
 /// What is taken under a key.
 pub(in crate::scene) trait Takes {
+    /// what is read
+    type Value;
+
     /// What kind of quantity it is, and so which units its name may end with.
     fn dimension(&self) -> Dimension {
         Dimension::One
@@ -17,15 +20,16 @@ pub(in crate::scene) trait Takes {
 
     /// What a message names as expected.
     fn in_words(&self) -> String;
-}
 
-/// Reads what stands under a key that is given.
-pub(in crate::scene) trait Reads: Takes {
-    /// what is read
-    type Value;
+    /// The value, if it is what is taken; `to_si` is what its unit does. Nothing of what is read in another way.
+    fn taken(&self, _: &Spanned<DeValue>, _: ToSi) -> Option<Self::Value> {
+        None
+    }
 
-    /// The value, if it is what is taken; else it is refused. `key` is the name the file gives, `to_si` what its unit does.
-    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<Self::Value>;
+    /// The same; what is not taken is refused. `key` is the name the file gives.
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<Self::Value> {
+        table.taken(self, key, value, to_si)
+    }
 
     /// A value as a scene gives it in the usual unit; nothing of what never stands as a default.
     fn written(&self, _: &Self::Value) -> String {
@@ -66,17 +70,14 @@ pub(in crate::scene) struct SomeOf<T> {
 pub(in crate::scene) const MOST_COUNTED: u64 = 1 << 53;
 
 impl Takes for Text {
+    type Value = String;
+
     fn in_words(&self) -> String {
         "a text in quotes".to_owned()
     }
-}
 
-impl Reads for Text {
-    type Value = String;
-
-    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<String> {
-        let text = value.get_ref().as_str().map(str::to_owned);
-        table.or_refused(text, key, value, self)
+    fn taken(&self, value: &Spanned<DeValue>, _: ToSi) -> Option<String> {
+        value.get_ref().as_str().map(str::to_owned)
     }
 }
 
@@ -87,51 +88,42 @@ fn located(item: &Spanned<DeValue>) -> Option<Located<String>> {
 }
 
 impl Takes for TextOrTexts {
+    type Value = Vec<Located<String>>;
+
     fn in_words(&self) -> String {
         "a text in quotes, or a list of such".to_owned()
     }
-}
 
-impl Reads for TextOrTexts {
-    type Value = Vec<Located<String>>;
-
-    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<Self::Value> {
-        let texts = match value.get_ref().as_array() {
+    fn taken(&self, value: &Spanned<DeValue>, _: ToSi) -> Option<Self::Value> {
+        match value.get_ref().as_array() {
             Some(items) if items.is_empty() => None,
             Some(items) => items.iter().map(located).collect(),
             None => located(value).map(|text| vec![text]),
-        };
-        table.or_refused(texts, key, value, self)
+        }
     }
 }
 
 impl Takes for Texts {
+    type Value = Vec<Located<String>>;
+
     fn in_words(&self) -> String {
         "a list of texts in quotes".to_owned()
     }
-}
 
-impl Reads for Texts {
-    type Value = Vec<Located<String>>;
-
-    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<Self::Value> {
-        let items = value.get_ref().as_array();
-        let texts = items.and_then(|items| items.iter().map(located).collect());
-        table.or_refused(texts, key, value, self)
+    fn taken(&self, value: &Spanned<DeValue>, _: ToSi) -> Option<Self::Value> {
+        value.get_ref().as_array()?.iter().map(located).collect()
     }
 }
 
 impl Takes for Switch {
+    type Value = bool;
+
     fn in_words(&self) -> String {
         "true or false".to_owned()
     }
-}
 
-impl Reads for Switch {
-    type Value = bool;
-
-    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<bool> {
-        table.or_refused(value.get_ref().as_bool(), key, value, self)
+    fn taken(&self, value: &Spanned<DeValue>, _: ToSi) -> Option<bool> {
+        value.get_ref().as_bool()
     }
 
     fn written(&self, value: &bool) -> String {
@@ -140,6 +132,8 @@ impl Reads for Switch {
 }
 
 impl Takes for Count {
+    type Value = u64;
+
     fn in_words(&self) -> String {
         let Count(least, most) = self;
         match *most {
@@ -147,16 +141,11 @@ impl Takes for Count {
             _ => format!("a whole number from {least} to {most}"),
         }
     }
-}
 
-impl Reads for Count {
-    type Value = u64;
-
-    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<u64> {
-        let integer = value.get_ref().as_integer();
-        let count = integer.and_then(|i| u64::from_str_radix(i.as_str(), i.radix()).ok());
-        let count = count.filter(|count| (self.0..=self.1).contains(count));
-        table.or_refused(count, key, value, self)
+    fn taken(&self, value: &Spanned<DeValue>, _: ToSi) -> Option<u64> {
+        let integer = value.get_ref().as_integer()?;
+        let count = u64::from_str_radix(integer.as_str(), integer.radix()).ok()?;
+        (self.0..=self.1).contains(&count).then_some(count)
     }
 
     fn written(&self, value: &u64) -> String {
@@ -180,25 +169,27 @@ impl<T> OneOf<T> {
     }
 }
 
-impl<T> Takes for OneOf<T> {
+impl<T: PartialEq> Takes for OneOf<T> {
+    type Value = T;
+
     fn in_words(&self) -> String {
         quoted_words(&(self.words)()).join(" or ")
     }
-}
 
-impl<T: PartialEq> Reads for OneOf<T> {
-    type Value = T;
-
-    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<T> {
-        let word = value.get_ref().as_str();
-        if let Some((old, new)) = self.replaced.iter().find(|(old, _)| Some(*old) == word) {
-            let expected = format!("expected \"{new}\", which replaces it");
-            table.refuse(key, value.span().start, Some(quoted(old)), expected);
-            return None;
-        }
+    fn taken(&self, value: &Spanned<DeValue>, _: ToSi) -> Option<T> {
+        let word = value.get_ref().as_str()?;
         let mut words = (self.words)().into_iter();
-        let choice = words.find(|(name, _)| Some(*name) == word).map(|(_, choice)| choice);
-        table.or_refused(choice, key, value, self)
+        words.find(|(name, _)| *name == word).map(|(_, choice)| choice)
+    }
+
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<T> {
+        let word = value.get_ref().as_str();
+        let Some((old, new)) = self.replaced.iter().find(|(old, _)| Some(*old) == word) else {
+            return table.taken(self, key, value, to_si);
+        };
+        let expected = format!("expected \"{new}\", which replaces it");
+        table.refuse(key, value.span().start, Some(quoted(old)), expected);
+        None
     }
 
     fn written(&self, value: &T) -> String {
@@ -208,29 +199,26 @@ impl<T: PartialEq> Reads for OneOf<T> {
     }
 }
 
-impl<T> Takes for SomeOf<T> {
+impl<T: Copy> Takes for SomeOf<T> {
+    type Value = Option<Vec<T>>;
+
     fn in_words(&self) -> String {
         let words = quoted_words(&(self.words)()).join(", ");
         format!("\"{}\" or a list out of {words}", self.instead)
     }
-}
 
-impl<T: Copy> Reads for SomeOf<T> {
-    type Value = Option<Vec<T>>;
-
-    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<Option<Vec<T>>> {
+    fn taken(&self, value: &Spanned<DeValue>, _: ToSi) -> Option<Option<Vec<T>>> {
         if value.get_ref().as_str() == Some(self.instead) {
             return Some(None);
         }
         let known = (self.words)();
-        let word = |item: &Spanned<DeValue>| {
+        let choice = |item: &Spanned<DeValue>| {
             let text = item.get_ref().as_str()?;
             let word = known.iter().find(|(name, _)| *name == text);
             word.map(|(_, choice)| *choice)
         };
-        let items = value.get_ref().as_array();
-        let words = items.and_then(|items| items.iter().map(word).collect::<Option<Vec<T>>>());
-        table.or_refused(words.map(Some), key, value, self)
+        let items = value.get_ref().as_array()?;
+        items.iter().map(choice).collect::<Option<Vec<T>>>().map(Some)
     }
 
     /// Only no list stands as what holds without a key.
@@ -240,12 +228,19 @@ impl<T: Copy> Reads for SomeOf<T> {
 }
 
 impl SceneTable<'_, '_> {
-    /// What was read, if it is what is taken; else the value is refused.
-    fn or_refused<T>(&self, read: Option<T>, key: &str, value: &Spanned<DeValue>, takes: &impl Takes) -> Option<T> {
-        if read.is_none() {
+    /// The value, if it is what is taken; else it is refused.
+    pub(super) fn taken<K: Takes + ?Sized>(
+        &self,
+        takes: &K,
+        key: &str,
+        value: &Spanned<DeValue>,
+        to_si: ToSi,
+    ) -> Option<K::Value> {
+        let taken = takes.taken(value, to_si);
+        if taken.is_none() {
             self.refuse_value(key, value, &takes.in_words());
         }
-        read
+        taken
     }
 
     /// The text under a name that the scene gives.
