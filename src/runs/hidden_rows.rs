@@ -1,4 +1,4 @@
-//! Finds the rows of a sheet that its workbook hides, by a filter or by hand. The only file that names quick-xml.
+//! Finds the rows of a sheet that its workbook hides, by a filter, by hand or by a height of 0. The only file that names quick-xml.
 
 use std::io::{BufReader, Cursor};
 
@@ -38,7 +38,9 @@ pub(super) fn hidden_rows(bytes: &[u8], sheet: &str) -> Result<Vec<u64>, Vec<Pro
         each_start(&mut archive, &path, "row", |row| {
             let given = value(row, "r").and_then(|number| number.parse().ok());
             number = given.unwrap_or(number + 1);
-            if value(row, "hidden").is_some_and(|hidden| hidden == "1" || hidden == "true") {
+            let is_hidden = value(row, "hidden").is_some_and(|hidden| hidden == "1" || hidden == "true");
+            let is_flat = value(row, "ht").is_some_and(|height| height.parse() == Ok(0.0));
+            if is_hidden || is_flat {
                 hidden.push(number);
             }
         })?;

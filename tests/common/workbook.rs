@@ -44,10 +44,10 @@ impl Sheet {
         let mut xml =
             String::from(r#"<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>"#);
         for (row, number) in self.rows.iter().zip(1..) {
-            let hidden = if self.hidden_rows.contains(&number) {
-                r#" hidden="1""#
-            } else {
-                ""
+            let hidden = match (self.hidden_rows.contains(&number), number % 2) {
+                (true, 0) => r#" ht="0" customHeight="1""#,
+                (true, _) => r#" hidden="1""#,
+                (false, _) => "",
             };
             xml.push_str(&format!(r#"<row r="{number}"{hidden}>"#));
             for (cell, column) in row.iter().zip(0..) {
