@@ -139,13 +139,8 @@ pub fn overview_text(overview: &Overview) -> String {
         );
         text.push_str(&film_groups(&overview.film_groups).plain());
     }
-    text.push_str("\nWhat these runs can identify\n");
-    for one in &overview.identifies {
-        let answer = if one.identified { "yes" } else { "no " };
-        text.push_str(&format!("  {answer}  {}: {}\n", one.quantity, one.reason));
-    }
     if let Some(directions) = &overview.directions {
-        text.push_str(&format!("{}\n", seen(directions)));
+        text.push_str(&format!("\nWhat these runs can identify\n{}\n", seen(directions)));
         for unseen in &directions.unseen {
             text.push_str(&format!("  no   {}\n", unseen_lines(unseen).join("\n       ")));
         }
