@@ -146,8 +146,8 @@ pub fn overview_text(overview: &Overview) -> String {
         }
     }
     if !overview.terms.is_empty() {
-        text.push_str("\nWhat the terms of the energy balance matter for them\n");
-        text.push_str(&super::terms::text(&overview.terms));
+        text.push_str("\nThe terms of the energy balance; size: the bias in standard errors if a term is left out\n");
+        text.push_str(&super::terms::table(&overview.terms, str::to_owned).plain());
     }
     text
 }
