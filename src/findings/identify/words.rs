@@ -21,11 +21,8 @@ pub(super) fn word(scene: &Scene, runs: &Runs, kind: ParameterKind) -> String {
         ParameterKind::DryK(_) if runs.spheres.len() == 1 => "e_dry".to_owned(),
         ParameterKind::DryK(sphere) => format!("e_dry of {}", runs.spheres[sphere].words(scene)),
         ParameterKind::Shared(coefficient) => coefficient.describe().words.to_owned(),
-        ParameterKind::SigmaDry | ParameterKind::SigmaWet | ParameterKind::SigmaEnergy | ParameterKind::SigmaSeries => {
-            "the spread".to_owned()
-        }
-        ParameterKind::Shape(_) => "the shape of the noise".to_owned(),
-        ParameterKind::LubricationTrend | ParameterKind::InertialTrend => "the trend with the film".to_owned(),
+        // a joint fit has no other
+        _ => kind.key().to_owned(),
     }
 }
 
