@@ -163,7 +163,7 @@ fn gather(rows: &Rows, robust: &RobustFit, unequal: Option<&[f64]>, far: f64) ->
         };
         rows.each(part, part.rebounds.clone(), &robust.point, |row| {
             let sd = scatter.sd(&row);
-            let clear = is_clear(rows, &row, limit, sd);
+            let clear = is_clear(rows, &row, sd);
             // cheap first: nearly every run is near
             let one = (row.residual.abs() > 0.5 * far * sd * own)
                 .then(|| candidate(row, rows.runs.restitution[row.run], clear))
