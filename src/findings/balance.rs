@@ -7,12 +7,12 @@ use super::dry::{self, FittedDry};
 use super::estimate::{Estimate, IntervalScale, Quoting};
 use super::fit_verdict::{one_against, spread, uncertain, why_stopped, Verdict};
 use super::form_choice::{ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
-use super::measurement_errors::{wet_columns, ErrorSummary};
+use super::measurement_errors::{error_columns, ErrorSummary};
 use super::places::WetPlace;
 use super::quantities::scale_of;
 use super::scaling::FittedScaling;
 use crate::inference::delta::Uncertain;
-use crate::inference::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights, SpeedDependent};
+use crate::inference::effective_variance::{chi_squared, reweight, ErrorWeights, SpeedDependent};
 use crate::inference::joint::{fit_joint, Joint, JointFit};
 use crate::inference::least_squares::{Fit, ResidualProblem, Stop};
 use crate::inference::nested::{FTest, Spread};
@@ -283,7 +283,9 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
         spread: spread_of_runs,
         fit,
     } = weighed;
-    let (problem, fit, error_weights) = match error_columns(scene, &problem.joint) {
+    let wet = problem.joint.wet_parts().map(|part| part.rebounds.clone());
+    let errors = error_columns(scene, problem.joint.runs, ParameterKind::SigmaWet, wet, None);
+    let (problem, fit, error_weights) = match errors {
         Some(errors) => {
             let in_errors = problem_of(problem.joint.clone(), dry, 1.0);
             let (fit, error_weights) = reweight(&errors, fit, |_| in_errors.clone());
@@ -446,16 +448,6 @@ pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -
         known: vec![],
         joint,
     }
-}
-
-/// What the wet rebounds of a joint fit err by; `None` where no run of the table does.
-fn error_columns(scene: &Scene, joint: &Joint) -> Option<ErrorColumns> {
-    wet_columns(
-        scene,
-        joint.runs,
-        joint.wet_parts().map(|part| part.rebounds.clone()),
-        None,
-    )
 }
 
 /// Fits the balance, and again with its own spread where that is far below the one that weighed the dry runs: the separate

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::estimate::{Estimate, IntervalScale, Quoting};
 use super::fit_verdict::{one_against, spread, uncertain, why_stopped, Verdict};
-use super::measurement_errors::{dry_columns, ErrorSummary};
+use super::measurement_errors::{error_columns, ErrorSummary};
 use super::own_dry_speed::OwnDrySpeed;
 use crate::distributions::student_t_quantile;
 use crate::inference::effective_variance::ErrorWeights;
@@ -13,6 +13,7 @@ use crate::inference::law::Law;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::FTest;
 use crate::inference::regression::Regression;
+use crate::model::parameters::ParameterKind;
 use crate::physics::dry::{Order, DRY_K};
 use crate::physics::DrySpeed;
 use crate::runs::{sphere_label, sphere_words, DryGroup, Runs};
@@ -174,7 +175,10 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup], quo
     let counts: Vec<f64> = counts.copied().collect();
     let order = scene.model.form().dry;
     let law = Law::Dry(order);
-    let errors_of = |groups: &[&DryGroup]| dry_columns(scene, runs, groups.iter().copied());
+    let errors_of = |groups: &[&DryGroup]| {
+        let ranges = groups.iter().map(|group| group.rebounds.clone());
+        error_columns(scene, runs, ParameterKind::SigmaDry, ranges, None)
+    };
     let speed_roots = law.abscissae(&speeds);
     let regression = Regression {
         counts: &counts,

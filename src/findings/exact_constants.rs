@@ -1,6 +1,6 @@
 //! Says which constant without an uncertainty would widen the main numbers most.
 
-use super::constants::{list_constants, Constant, Constants, Sensitivity};
+use super::constants::{list_constants, Constant, Sensitivity};
 use super::main_numbers::{MainNumber, MainNumbers};
 use super::remarks::{self, BIAS};
 use crate::remark::Remark;
@@ -29,8 +29,8 @@ pub(super) fn exact_constants_notice(
     main: &MainNumbers,
 ) -> Option<Remark> {
     let listed = list_constants(scene, runs);
-    let not_given = listed.iter().flat_map(Constants::not_given);
-    let above = not_given.filter_map(|constant| {
+    let open = listed.iter().filter(|constant| constant.is_open);
+    let above = open.filter_map(|constant| {
         let shifts = sensitivities.iter().flat_map(|result| {
             let moves = result.by.iter().find(|moves| moves.constant == constant.name);
             let share = moves.map_or(0.0, |moves| ERROR * moves.elasticity);

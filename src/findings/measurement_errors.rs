@@ -8,7 +8,7 @@ use super::own_dry_speed::OwnDrySpeed;
 use crate::distributions::chi_squared_tail;
 use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
 use crate::model::parameters::ParameterKind;
-use crate::runs::{DryGroup, Runs};
+use crate::runs::Runs;
 use crate::scene::Scene;
 
 /// Which runs carry measurement errors above 0.
@@ -65,36 +65,12 @@ impl ErrorSummary {
     }
 }
 
-/// The errors of the dry runs of some groups, in the order in which they are fitted; `None` where the table has none.
-pub(super) fn dry_columns<'g>(
+/// The errors of the runs of some ranges, in the order in which they are fitted, with the dry speed that enters a wet law;
+/// `spread` is that of their kind. `None` where the table has none.
+pub(super) fn error_columns(
     scene: &Scene,
     runs: &Runs,
-    groups: impl Iterator<Item = &'g DryGroup> + Clone,
-) -> Option<ErrorColumns> {
-    let ranges = groups.map(|group| group.rebounds.clone());
-    let columns = of_ranges(runs, ranges, None)?;
-    Some(ErrorColumns {
-        are_all: scene.errors_are_all(ParameterKind::SigmaDry.key()),
-        ..columns
-    })
-}
-
-/// The errors of the wet runs of some ranges, with the dry speed that enters their law.
-pub(super) fn wet_columns(
-    scene: &Scene,
-    runs: &Runs,
-    ranges: impl Iterator<Item = Range<usize>> + Clone,
-    own: Option<&OwnDrySpeed>,
-) -> Option<ErrorColumns> {
-    let columns = of_ranges(runs, ranges, own)?;
-    Some(ErrorColumns {
-        are_all: scene.errors_are_all(ParameterKind::SigmaWet.key()),
-        ..columns
-    })
-}
-
-fn of_ranges(
-    runs: &Runs,
+    spread: ParameterKind,
     ranges: impl Iterator<Item = Range<usize>> + Clone,
     own: Option<&OwnDrySpeed>,
 ) -> Option<ErrorColumns> {
@@ -112,6 +88,6 @@ fn of_ranges(
             all().map(|run| errors.correlation(run)).collect()
         },
         offset_slopes: offset_slopes.collect(),
-        are_all: false,
+        are_all: scene.errors_are_all(spread.key()),
     })
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::document::Findings;
 use super::film_groups::FilmGroupWidth;
-use super::identify::{self, Directions, Identified};
+use super::identify::Directions;
 use super::noise::{self, Noise};
 use super::range::range;
 use super::remarks;
@@ -31,9 +31,7 @@ pub struct Overview {
     pub materials: Vec<Material>,
     /// the runs of each particle that belong to one film ratio
     pub film_groups: Vec<FilmGroupWidth>,
-    /// what these runs can identify
-    pub identifies: Vec<Identified>,
-    /// which parameters they identify together; `None` without parameters, or where a sum is not finite
+    /// which parameters these runs can identify; `None` without parameters, or where a sum is not finite
     pub directions: Option<Directions>,
     /// what each term of the energy balance matters for them
     pub terms: Vec<SizedTerm>,
@@ -105,10 +103,6 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
             }
         }
     }
-    let mut identifies = identify::identify_each_quantity(scene, runs);
-    if let Some(directions) = &least_squares.identifies {
-        identify::settle_by_directions(&mut identifies, directions);
-    }
     Overview {
         scene: scene.name.clone(),
         title: scene.title.clone(),
@@ -117,7 +111,6 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
         screened: table.screened.clone(),
         materials,
         film_groups: least_squares.film_groups.clone(),
-        identifies,
         directions: least_squares.identifies.clone(),
         terms: least_squares.terms.clone(),
         notices: [

@@ -3,7 +3,7 @@
 use super::dry::{own_dry_speed, FittedDry};
 use super::estimate::Quoting;
 use super::fit_verdict::{uncertain, why_stopped};
-use super::measurement_errors::wet_columns;
+use super::measurement_errors::error_columns;
 use super::own_dry_speed::OwnDrySpeed;
 use super::quantities::{variables, FittedLaw, LawLimits, LawOver};
 use crate::inference::delta::Uncertain;
@@ -11,6 +11,7 @@ use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
 use crate::inference::law::Law;
 use crate::inference::least_squares::Fit;
 use crate::inference::regression::Regression;
+use crate::model::parameters::ParameterKind;
 use crate::physics::quantity::Quantity;
 use crate::runs::{Runs, Series};
 use crate::scene::{Scene, WetLaw};
@@ -66,7 +67,7 @@ impl WetRuns {
             offset: own.as_ref().map_or_else(Vec::new, |own| own.offsets(&speeds)),
             rebounds: series.iter().map(|one| runs.measured(one.rebounds.clone())).sum(),
             stuck: series.iter().map(|one| runs.measured(one.stuck.clone())).sum(),
-            errors: wet_columns(scene, runs, ranges, own.as_ref()),
+            errors: error_columns(scene, runs, ParameterKind::SigmaWet, ranges, own.as_ref()),
             speeds,
             own,
         }

@@ -152,8 +152,8 @@ pub struct UnseenGroup {
     pub directions: usize,
 }
 
-/// Strength at which runs say as much of a direction as its prior: 1/√2 of the prior's spread is left.
-pub const AS_MUCH: f64 = 1.0;
+/// s² at which runs say as much of a direction as its prior: 1/√2 of the prior's spread is left.
+const AS_MUCH: f64 = 1.0;
 
 /// A parameter is named where an unseen direction leaves it this share of its prior variance (a tenth of its sd), and
 /// at least half of the variance it has left.
@@ -164,16 +164,9 @@ impl DirectionalInformation {
         axes(information).map(|axes| DirectionalInformation { axes })
     }
 
-    /// Covariance of z under runs and prior, or the part of it in the directions of wanted strengths.
+    /// Covariance of z under runs and prior, or the part of it in the directions of wanted s².
     fn covariance(&self, wanted: impl Fn(f64) -> bool) -> DMatrix<f64> {
-        function(&self.axes, |s2| {
-            let s = strength(s2);
-            if wanted(s) {
-                1.0 / (1.0 + s * s)
-            } else {
-                0.0
-            }
-        })
+        function(&self.axes, |s2| if wanted(s2) { left_of_variance(s2) } else { 0.0 })
     }
 
     /// Share of its prior sd that each parameter keeps.
@@ -185,8 +178,8 @@ impl DirectionalInformation {
     pub fn unseen(&self) -> Vec<UnseenGroup> {
         /// correlation from which two parameters move together
         const TOGETHER: f64 = 0.1;
-        let hidden = |s: f64| s < AS_MUCH;
-        if !self.axes.eigenvalues.iter().any(|s2| hidden(strength(*s2))) {
+        let hidden = |s2: f64| s2 < AS_MUCH;
+        if !self.axes.eigenvalues.iter().any(|s2| hidden(*s2)) {
             return vec![];
         }
         let (all, part) = (self.covariance(|_| true), self.covariance(hidden));
@@ -216,7 +209,7 @@ impl DirectionalInformation {
             // the squares of what the hidden directions have of the members
             let weight: f64 = (self.axes.eigenvectors.column_iter())
                 .zip(&self.axes.eigenvalues)
-                .filter(|(_, s2)| hidden(strength(**s2)))
+                .filter(|(_, s2)| hidden(**s2))
                 .map(|(axis, _)| members.iter().map(|place| axis[*place] * axis[*place]).sum::<f64>())
                 .sum();
             UnseenGroup {
@@ -230,7 +223,7 @@ impl DirectionalInformation {
     /// Standard error of a quantity by its slopes in z, under runs and prior.
     pub fn se(&self, slopes: &[f64]) -> f64 {
         let along = self.axes.eigenvectors.tr_mul(&DVector::from_column_slice(slopes));
-        let of_axis = |(along, s2): (&f64, &f64)| along * along / (1.0 + s2.max(0.0));
+        let of_axis = |(along, s2): (&f64, &f64)| along * along * left_of_variance(*s2);
         along
             .iter()
             .zip(&self.axes.eigenvalues)
@@ -240,9 +233,9 @@ impl DirectionalInformation {
     }
 }
 
-/// s of a direction; rounding may leave a zero a little below it.
-fn strength(s2: f64) -> f64 {
-    s2.max(0.0).sqrt()
+/// Share of its prior variance that a direction keeps; rounding may leave an s² of zero a little below it.
+fn left_of_variance(s2: f64) -> f64 {
+    1.0 / (1.0 + s2.max(0.0))
 }
 
 #[cfg(test)]

@@ -38,48 +38,48 @@ impl Property {
         }
     }
 
-    /// Of one material or all at once: `of` names it.
-    fn constant(self, materials: Vec<usize>, name: String, of: &str, rel_sd: Option<f64>) -> Constant {
-        let [_, words, key] = self.names();
-        Constant {
+    /// Of these materials, each with its name and its uncertainty: all at once, under the name `together`, and each.
+    ///
+    /// Each is varied where that says more.
+    fn of_materials(self, together: &str, materials: &[(usize, &str, Option<f64>)]) -> Vec<Constant> {
+        let [name, words, key] = self.names();
+        let all_rel_sd = materials.first().filter(|_| materials.len() == 1).and_then(|own| own.2);
+        let none_given = materials.iter().all(|own| own.2.is_none());
+        let all = Constant {
             property: self,
-            materials,
-            name,
+            materials: materials.iter().map(|own| own.0).collect(),
+            name: name.to_owned(),
+            words: format!("{words} of {together}"),
+            key,
+            rel_sd: all_rel_sd,
+            is_varied: true,
+            is_open: none_given,
+        };
+        let each = materials.iter().map(|(index, of, rel_sd)| Constant {
+            property: self,
+            materials: vec![*index],
+            name: format!("{name}[{of}]"),
             words: format!("{words} of {of}"),
             key,
-            rel_sd,
-        }
-    }
-
-    /// Of these materials, each with its name and its uncertainty; `together` names all of them.
-    fn of_materials(self, together: &str, materials: Vec<(usize, &str, Option<f64>)>) -> Constants {
-        let [name, ..] = self.names();
-        let of = |(index, of, rel_sd): &(usize, &str, Option<f64>)| {
-            self.constant(vec![*index], format!("{name}[{of}]"), of, *rel_sd)
-        };
-        let each: Vec<Constant> = materials.iter().map(of).collect();
-        let rel_sd = match each.as_slice() {
-            [only] => only.rel_sd,
-            _ => None,
-        };
-        let indices = materials.iter().map(|(index, ..)| *index).collect();
-        Constants {
-            all: self.constant(indices, name.to_owned(), together, rel_sd),
-            is_given: rel_sd.is_some(),
-            each,
-        }
+            rel_sd: *rel_sd,
+            is_varied: materials.len() > 1 && (self == Property::Viscosity || !none_given),
+            is_open: rel_sd.is_none() && !none_given,
+        });
+        std::iter::once(all).chain(each).collect()
     }
 
     /// Of all runs.
-    fn of_runs(self, rel_sd: Option<f64>, is_given: bool) -> Constants {
-        let [name, words, _] = self.names();
-        Constants {
-            all: Constant {
-                words: words.to_owned(),
-                ..self.constant(vec![], name.to_owned(), "", rel_sd)
-            },
-            is_given,
-            each: vec![],
+    fn of_runs(self, rel_sd: Option<f64>, is_given: bool) -> Constant {
+        let [name, words, key] = self.names();
+        Constant {
+            property: self,
+            materials: vec![],
+            name: name.to_owned(),
+            words: words.to_owned(),
+            key,
+            rel_sd,
+            is_varied: true,
+            is_open: !is_given,
         }
     }
 }
@@ -97,6 +97,10 @@ pub(in crate::findings) struct Constant {
     pub(in crate::findings) key: &'static str,
     /// its sd over its value, as the scene gives it; `None` for all of several at once
     pub(super) rel_sd: Option<f64>,
+    /// whether results are told with it: all of a property at once are, and each where that says more
+    pub(super) is_varied: bool,
+    /// whether the scene could say how well it is known, and does not
+    pub(in crate::findings) is_open: bool,
 }
 
 impl Constant {
@@ -132,45 +136,15 @@ impl Constant {
     }
 }
 
-/// The constants of one property: of all materials at once, and of each.
-pub(in crate::findings) struct Constants {
-    all: Constant,
-    /// whether the scene gives the uncertainty of all at once
-    is_given: bool,
-    each: Vec<Constant>,
-}
-
-impl Constants {
-    /// Those to vary: all at once, and each where that says more.
-    pub(super) fn varied(&self) -> impl Iterator<Item = &Constant> {
-        let any_is_given = || self.each.iter().any(|one| one.rel_sd.is_some());
-        let say_more = self.each.len() > 1 && (self.all.property == Property::Viscosity || any_is_given());
-        let each = self.each.iter().filter(move |_| say_more);
-        std::iter::once(&self.all).chain(each)
-    }
-
-    /// Those that the scene gives no uncertainty of.
-    pub(in crate::findings) fn not_given(&self) -> Vec<&Constant> {
-        let open: Vec<&Constant> = self.each.iter().filter(|one| one.rel_sd.is_none()).collect();
-        if self.is_given {
-            vec![]
-        } else if open.len() == self.each.len() {
-            vec![&self.all]
-        } else {
-            open
-        }
-    }
-}
-
 /// The constants of the liquids and particles that have rebounds, property by property, and of the runs. An offset of films or
 /// a scale of speeds is there where the scene says that it errs.
-pub(in crate::findings) fn list_constants(scene: &Scene, runs: &Runs) -> Vec<Constants> {
+pub(in crate::findings) fn list_constants(scene: &Scene, runs: &Runs) -> Vec<Constant> {
     let with_rebounds = || runs.series.iter().filter(|series| !series.rebounds.is_empty());
     let of_liquids = |property: Property, rel_sd: fn(&Liquid) -> Option<f64>| {
         let all = scene.liquids.iter().enumerate();
         let in_use = all.filter(|(index, _)| with_rebounds().any(|series: &Series| series.liquid == *index));
         let each = in_use.map(|(index, own)| (index, own.name.as_str(), rel_sd(own)));
-        property.of_materials("the liquids", each.collect())
+        property.of_materials("the liquids", &each.collect::<Vec<_>>())
     };
     let of_particles = |property: Property, rel_sd: fn(&Particle) -> Option<f64>| {
         let all = scene.particles.iter().enumerate();
@@ -178,21 +152,20 @@ pub(in crate::findings) fn list_constants(scene: &Scene, runs: &Runs) -> Vec<Con
         let has_it = |own: &Particle| property != Property::Roughness || own.roughness.is_some();
         let having = in_use.filter(|(_, own)| has_it(own));
         let each = having.map(|(index, own)| (index, own.name.as_str(), rel_sd(own)));
-        property.of_materials("the particles", each.collect())
+        property.of_materials("the particles", &each.collect::<Vec<_>>())
     };
     let films = || with_rebounds().flat_map(|series| &runs.film[series.rebounds.clone()]);
     let mean_film = films().sum::<f64>() / films().count().max(1) as f64;
     let (film_sd, speed_rel_sd) = (scene.data.film_sd, scene.data.speed_rel_sd);
+    let film_offset = |sd: f64| Property::FilmOffset(mean_film).of_runs(Some(sd / mean_film), true);
+    let mut all = of_liquids(Property::Viscosity, |own| own.viscosity_rel_sd);
+    all.extend(of_liquids(Property::LiquidDensity, |own| own.density_rel_sd));
+    all.extend(of_particles(Property::ParticleDensity, |own| own.density_rel_sd));
+    // without any roughness there is none of all at once
     let roughness = of_particles(Property::Roughness, |own| own.roughness_rel_sd);
-    let film_offset = Property::FilmOffset(mean_film);
-    let mut all = vec![
-        of_liquids(Property::Viscosity, |own| own.viscosity_rel_sd),
-        of_liquids(Property::LiquidDensity, |own| own.density_rel_sd),
-        of_particles(Property::ParticleDensity, |own| own.density_rel_sd),
-    ];
-    all.extend((!roughness.each.is_empty()).then_some(roughness));
+    all.extend(roughness.into_iter().filter(|own| !own.materials.is_empty()));
     all.push(Property::Film.of_runs(None, film_sd.is_some()));
-    all.extend(film_sd.map(|sd| film_offset.of_runs(Some(sd / mean_film), true)));
+    all.extend(film_sd.map(film_offset));
     all.extend(speed_rel_sd.map(|sd| Property::Speed.of_runs(Some(sd), true)));
     all
 }

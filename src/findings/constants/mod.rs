@@ -19,7 +19,7 @@ use super::dry::FittedDry;
 use super::scaling::FittedScaling;
 use crate::runs::Runs;
 use crate::scene::Scene;
-pub(super) use constant::{list_constants, Constant, Constants};
+pub(super) use constant::{list_constants, Constant};
 use linearised::LinearisedBalance;
 use results::{results, Changed, SensitiveResult};
 pub use sensitivity::{Elasticity, Sensitivity};
@@ -46,7 +46,7 @@ pub fn find_sensitivities(
         return vec![];
     }
     let listed = list_constants(scene, runs);
-    let constants: Vec<&Constant> = listed.iter().flat_map(Constants::varied).collect();
+    let constants: Vec<&Constant> = listed.iter().filter(|constant| constant.is_varied).collect();
     let balance = balance.and_then(|balance| LinearisedBalance::new(scene, runs, dry, balance));
     let columns: Vec<Vec<f64>> = constants
         .par_iter()

@@ -1,7 +1,5 @@
 //! Lists the results whose sensitivity is told, each with its value where the constants have changed.
 
-use std::collections::HashSet;
-
 use super::linearised::MovedBalance;
 use super::sensitivity::{Sensitivity, BALANCE};
 use crate::findings::balance::EnergyBalance;
@@ -33,66 +31,59 @@ pub(super) struct SensitiveResult<'a> {
 /// The value of a result where a constant has changed.
 type ValueWhereChanged<'a> = dyn Fn(&Changed) -> Option<f64> + Sync + 'a;
 
-/// The results of a scene, none of a fit that may not be quoted.
-struct Results<'a> {
-    all: Vec<SensitiveResult<'a>>,
-}
-
-impl<'a> Results<'a> {
-    /// Adds a result by its name and its estimate times a factor, unless that has no uncertainty, or is zero, which has no
-    /// share to move by.
-    fn add(
-        &mut self,
+impl<'a> SensitiveResult<'a> {
+    /// By its name and its estimate times a factor; `None` where that has no uncertainty, or is zero, which has no share to
+    /// move by.
+    fn of(
         named: Sensitivity,
-        (estimate, factor): (&Estimate, f64),
+        estimate: &Estimate,
+        factor: f64,
         at: impl Fn(&Changed) -> Option<f64> + Sync + 'a,
-    ) {
-        let found = estimate.value_and_scale().filter(|(value, _)| *value != 0.0);
-        self.all.extend(found.map(|(value, _)| SensitiveResult {
+    ) -> Option<SensitiveResult<'a>> {
+        let (value, _) = estimate.value_and_scale().filter(|(value, _)| *value != 0.0)?;
+        Some(SensitiveResult {
             blank: Sensitivity {
                 value: factor * value,
                 se: estimate.se.map(|se| factor * se),
                 ..named
             },
             at: Box::new(at),
-        }));
+        })
     }
+}
 
-    /// The parameters of the energy balance, and δc of those of its particles whose roughness is given.
-    fn add_balance(&mut self, scene: &Scene, balance: &EnergyBalance) {
-        // k comes from the dry runs, which no constant enters
-        let of_k = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(_));
-        let wet = balance.parameters.iter().enumerate().filter(|(_, own)| !of_k(own.kind));
-        for (index, parameter) in wet {
-            let named = Sensitivity {
-                result: parameter.name.clone(),
-                fit: BALANCE,
-                ..Sensitivity::default()
+/// The parameters of the energy balance, and δc of those of its particles whose roughness is given.
+fn of_balance<'a>(scene: &Scene, balance: &EnergyBalance) -> Vec<SensitiveResult<'a>> {
+    let named = |result: &str| Sensitivity {
+        result: result.to_owned(),
+        fit: BALANCE,
+        ..Sensitivity::default()
+    };
+    // k comes from the dry runs, which no constant enters
+    let of_k = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(_));
+    let wet = balance.parameters.iter().enumerate().filter(|(_, own)| !of_k(own.kind));
+    let parameters = wet.filter_map(|(index, own)| {
+        let value = move |changed: &Changed| changed.balance.as_ref()?.parameters.get(index).copied();
+        SensitiveResult::of(named(&own.name), &own.estimate, 1.0, value)
+    });
+    let particles = scene.particles.iter().enumerate();
+    let held = particles.filter(|(_, particle)| balance.particles.contains(&particle.name));
+    let lengths = held.filter_map(|(index, particle)| {
+        let named = Sensitivity {
+            particle: Some(particle.name.clone()),
+            ..named(Quantity::DeltaC.describe().name)
+        };
+        let value = move |changed: &Changed| {
+            let at = Place {
+                roughness: changed.scene.particles[index].roughness,
+                ..Place::NONE
             };
-            let value = move |changed: &Changed| changed.balance.as_ref()?.parameters.get(index).copied();
-            self.add(named, (&parameter.estimate, 1.0), value);
-        }
-        let held: HashSet<&String> = balance.particles.iter().collect();
-        let particles = scene.particles.iter().enumerate();
-        for (index, particle) in particles.filter(|(_, particle)| held.contains(&particle.name)) {
-            let Some(roughness) = particle.roughness else { continue };
-            let named = Sensitivity {
-                result: Quantity::DeltaC.describe().name.to_owned(),
-                particle: Some(particle.name.clone()),
-                fit: BALANCE,
-                ..Sensitivity::default()
-            };
-            let value = move |changed: &Changed| {
-                let at = Place {
-                    roughness: changed.scene.particles[index].roughness,
-                    ..Place::NONE
-                };
-                let l = *changed.balance.as_ref()?.parameters.first()?;
-                Some(Quantity::DeltaC.value(&at, &Wetted::of_balance(f64::NAN, l)))
-            };
-            self.add(named, (&balance.delta_c_over_roughness, roughness), value);
-        }
-    }
+            let l = *changed.balance.as_ref()?.parameters.first()?;
+            Some(Quantity::DeltaC.value(&at, &Wetted::of_balance(f64::NAN, l)))
+        };
+        SensitiveResult::of(named, &balance.delta_c_over_roughness, particle.roughness?, value)
+    });
+    parameters.chain(lengths).collect()
 }
 
 /// What the energy balance gives and, at the film ratio shown of each particle, e_inf and St_c.
@@ -103,8 +94,7 @@ pub(super) fn results<'a>(
     scaling: &[FittedScaling],
     balance: Option<&EnergyBalance>,
 ) -> Vec<SensitiveResult<'a>> {
-    let mut results = Results { all: vec![] };
-    balance.iter().for_each(|balance| results.add_balance(scene, balance));
+    let mut results = balance.map_or_else(Vec::new, |balance| of_balance(scene, balance));
     for (sphere, of_sphere) in runs.spheres.iter().enumerate() {
         let Some(film_ratio) = film_ratio::reference_film_ratio(scene, runs, sphere) else {
             continue;
@@ -125,7 +115,12 @@ pub(super) fn results<'a>(
                     let at_place = changed.balance.as_ref()?.at_places.get(place)?.as_ref();
                     Some(at_place?.value(quantity))
                 };
-                results.add(named(quantity, row.diameter_m, BALANCE), (estimate, 1.0), value);
+                results.extend(SensitiveResult::of(
+                    named(quantity, row.diameter_m, BALANCE),
+                    estimate,
+                    1.0,
+                    value,
+                ));
             }
         }
         let direct = scaling.iter().find(|fitted| {
@@ -142,8 +137,8 @@ pub(super) fn results<'a>(
                 Some(square_root_of(changed.scene, changed.runs, dry, series)?[place])
             };
             let named = named(quantity, of_sphere.diameter, WetLaw::Sqrt.name());
-            results.add(named, (estimate, 1.0), value);
+            results.extend(SensitiveResult::of(named, estimate, 1.0, value));
         }
     }
-    results.all
+    results
 }

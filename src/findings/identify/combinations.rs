@@ -24,6 +24,10 @@ pub struct IdentifiableCombination {
 }
 
 impl IdentifiableCombination {
+    fn new(quantity: String, (value, se): (f64, f64)) -> IdentifiableCombination {
+        IdentifiableCombination { quantity, value, se }
+    }
+
     /// `e_inf[PTFE,0.06] = 0.7180 ± 0.0040`, to two digits of the standard error.
     pub fn text(&self) -> String {
         let decimals = (1.0 - self.se.log10().floor()).clamp(0.0, 12.0) as usize;
@@ -73,10 +77,7 @@ fn best<'e>(
     of: impl Iterator<Item = (&'e Estimate, String)>,
     size: impl Fn(f64, f64) -> f64,
 ) -> Option<IdentifiableCombination> {
-    let known = of.filter_map(|(estimate, quantity)| {
-        let (value, se) = estimate.pair()?;
-        Some(IdentifiableCombination { quantity, value, se })
-    });
+    let known = of.filter_map(|(estimate, quantity)| Some(IdentifiableCombination::new(quantity, estimate.pair()?)));
     known.min_by(|a, b| size(a.value, a.se).total_cmp(&size(b.value, b.se)))
 }
 
@@ -108,12 +109,8 @@ fn loss_of_balance(runs: &Runs, identifiability: &Identifiability) -> Option<Ide
         series.iter().map(|series| series.rebounds.len()).sum()
     };
     let ratio = runs.film_groups.iter().max_by_key(rebounds)?.film_ratio;
-    let (value, se) = identifiability.inertial_loss(ratio)?;
-    Some(IdentifiableCombination {
-        quantity: loss_name(ratio),
-        value,
-        se,
-    })
+    let found = identifiability.inertial_loss(ratio)?;
+    Some(IdentifiableCombination::new(loss_name(ratio), found))
 }
 
 fn loss_name(film_ratio: f64) -> String {
@@ -128,22 +125,16 @@ fn restitution(
     identifiability: &Identifiability,
     sphere: usize,
 ) -> Option<IdentifiableCombination> {
-    let own = runs
-        .series
-        .iter()
-        .enumerate()
-        .filter(|(_, series)| series.sphere == sphere);
+    let all = runs.series.iter().enumerate();
+    let own = all.filter(|(_, series)| series.sphere == sphere);
     let (index, series) = own.max_by_key(|(_, series)| series.rebounds.len())?;
     let mut by_speed: Vec<usize> = series.rebounds.clone().collect();
     by_speed.sort_by(|a, b| runs.impact_speed[*a].total_cmp(&runs.impact_speed[*b]));
     let run = *by_speed.get(by_speed.len() / 2)?;
-    let (value, se) = identifiability.restitution(index, run)?;
-    let (sphere, liquid) = (runs.spheres[sphere].label(scene), &scene.liquids[series.liquid]);
+    let found = identifiability.restitution(index, run)?;
+    let (sphere, liquid) = (runs.spheres[sphere].label(scene), &scene.liquids[series.liquid].name);
     let st = 1.0 / runs.inverse_stokes(run);
     let ratio = rounded_film_ratio(series.film_ratio);
-    Some(IdentifiableCombination {
-        quantity: format!("e[{},{},{ratio}] at St {st:.1}", sphere, liquid.name),
-        value,
-        se,
-    })
+    let quantity = format!("e[{sphere},{liquid},{ratio}] at St {st:.1}");
+    Some(IdentifiableCombination::new(quantity, found))
 }

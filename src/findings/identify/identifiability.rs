@@ -104,15 +104,11 @@ impl<'r> Identifiability<'r> {
         });
         let wider: Vec<LogNormalPrior> = wider.collect();
         let narrowed = wider.iter().zip(&beliefs).any(|(wider, own)| wider.ln_sd > own.ln_sd);
-        let beside_defaults = RunsWithPriors {
+        let beside_defaults = narrowed.then_some(RunsWithPriors {
             beliefs: &wider,
             ..evidence
-        };
-        let beside_defaults = if narrowed {
-            beside_defaults.information(&values)
-        } else {
-            None
-        };
+        });
+        let beside_defaults = beside_defaults.and_then(|evidence| evidence.information(&values));
         let full = whole(&values);
         Some(Identifiability {
             joint,
@@ -145,21 +141,23 @@ impl<'r> Identifiability<'r> {
         Some(self.values[place])
     }
 
+    /// Slopes in the parameters, by their places, as slopes in z.
+    fn in_z(&self, slope: impl Fn(usize) -> f64) -> Vec<f64> {
+        let width = |place: usize| self.values[place] * self.beliefs[place].ln_sd;
+        (0..self.kinds.len()).map(|place| slope(place) * width(place)).collect()
+    }
+
     /// C g(δ̃) at a film ratio with its standard error; `None` where the scene holds C, or the runs say less of it than
     /// the priors.
     pub fn inertial_loss(&self, film_ratio: f64) -> Option<(f64, f64)> {
         self.value(ParameterKind::INERTIAL_PREFACTOR)?;
         let values = self.joint.of_sphere(f64::NAN, &self.full).shared;
         let at = self.joint.form.inertia.at(film_ratio, &values);
-        let slope = |(kind, belief): (&ParameterKind, &LogNormalPrior)| {
+        let in_z = self.in_z(|place| {
             let mut slopes = at.slopes.iter().flatten();
-            let ParameterKind::Shared(coefficient) = kind else {
-                return 0.0;
-            };
-            let own = slopes.find(|slope| slope.of == *coefficient);
-            own.map_or(0.0, |own| own.share.inertial * values[*coefficient] * belief.ln_sd)
-        };
-        let in_z: Vec<f64> = self.kinds.iter().zip(&self.beliefs).map(slope).collect();
+            let own = slopes.find(|slope| ParameterKind::Shared(slope.of) == self.kinds[place]);
+            own.map_or(0.0, |own| own.share.inertial)
+        });
         let believed = in_z.iter().map(|slope| slope * slope).sum::<f64>().sqrt();
         let se = self.information.se(&in_z);
         // below half of the variance is where runs say more than priors
@@ -177,15 +175,7 @@ impl<'r> Identifiability<'r> {
         for (place, slope) in part.places.iter().zip(row.slopes) {
             slopes[*place] = slope;
         }
-        let in_z = |((j, value), belief): ((&usize, &f64), &LogNormalPrior)| slopes[*j] * value * belief.ln_sd;
-        let in_z: Vec<f64> = self
-            .free
-            .iter()
-            .zip(&self.values)
-            .zip(&self.beliefs)
-            .map(in_z)
-            .collect();
-        let se = self.information.se(&in_z);
+        let se = self.information.se(&self.in_z(|place| slopes[self.free[place]]));
         (row.model > 0.0 && se > 0.0 && se.is_finite()).then_some((row.model, se))
     }
 }

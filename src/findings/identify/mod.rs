@@ -1,8 +1,7 @@
-//! Says what the runs can identify: each quantity by itself, and the directions of all parameters together.
+//! Says which directions of the parameters the runs can identify.
 //!
 //! | file | job |
 //! |---|---|
-//! | `each_quantity.rs` | each quantity by itself, by counting runs |
 //! | `identifiability.rs` | the information of the runs at the fit, beside that of the priors |
 //! | `words.rs` | why a direction is not seen, and what would show it |
 //! | `combinations.rs` | the combinations that are determined instead |
@@ -13,14 +12,12 @@
 //! prior that least squares contradicts stands the default one.
 
 mod combinations;
-mod each_quantity;
 mod identifiability;
 mod words;
 
 use serde::Serialize;
 
 pub use combinations::IdentifiableCombination;
-pub use each_quantity::{identify_each_quantity, Identified};
 
 use super::least_squares::LeastSquares;
 use super::remarks;
@@ -61,23 +58,6 @@ pub struct Unidentified {
     pub add: String,
     /// what is determined of them instead
     pub determined: Vec<IdentifiableCombination>,
-}
-
-/// Says no of each quantity that the runs, counted by themselves, would tell, but not apart from others.
-pub fn settle_by_directions(each: &mut [Identified], directions: &Directions) {
-    for unseen in &directions.unseen {
-        let is_of = |own: &Identified| {
-            let name = own.quantity.split('[').next().unwrap_or_default();
-            unseen
-                .parameters
-                .iter()
-                .any(|parameter| *parameter == own.quantity || parameter == name)
-        };
-        for own in each.iter_mut().filter(|own| own.identified && is_of(own)) {
-            own.identified = false;
-            own.reason.clone_from(&unseen.reason);
-        }
-    }
 }
 
 /// Identifiability of the parameters at the fit; `None` without parameters, or where a sum is not finite.

@@ -1,9 +1,9 @@
 //! Says in the field's words why a direction is not seen, and which runs would show it.
 
-use super::each_quantity::stokes_differ;
 use super::identifiability::Identifiability;
+use crate::findings::range::range;
 use crate::model::parameters::ParameterKind;
-use crate::runs::{FilmGroup, Runs};
+use crate::runs::{FilmGroup, Runs, Series};
 use crate::scene::Scene;
 
 /// The spheres whose k is among some parameters.
@@ -21,11 +21,8 @@ pub(super) fn word(scene: &Scene, runs: &Runs, kind: ParameterKind) -> String {
         ParameterKind::DryK(_) if runs.spheres.len() == 1 => "e_dry".to_owned(),
         ParameterKind::DryK(sphere) => format!("e_dry of {}", runs.spheres[sphere].words(scene)),
         ParameterKind::Shared(coefficient) => coefficient.describe().words.to_owned(),
-        ParameterKind::SigmaDry | ParameterKind::SigmaWet | ParameterKind::SigmaEnergy | ParameterKind::SigmaSeries => {
-            "the spread".to_owned()
-        }
-        ParameterKind::Shape(_) => "the shape of the noise".to_owned(),
-        ParameterKind::LubricationTrend | ParameterKind::InertialTrend => "the trend with the film".to_owned(),
+        // a joint fit has no other
+        _ => kind.key().to_owned(),
     }
 }
 
@@ -132,6 +129,18 @@ fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: 
         because(why, "dry runs");
     }
     causes
+}
+
+/// Whether the rebounds of some series of one particle have different Stokes numbers.
+fn stokes_differ(scene: &Scene, runs: &Runs, series: &[Series]) -> bool {
+    let scaled = series.iter().flat_map(|s| {
+        // St up to factors common to the particle
+        let viscosity = scene.liquids[s.liquid].viscosity;
+        s.rebounds
+            .clone()
+            .map(move |run| runs.diameter[run] * runs.impact_speed[run] / viscosity)
+    });
+    range(scaled).is_some_and(|[lo, hi]| hi > lo * (1.0 + 1e-9))
 }
 
 fn rebounds(runs: &Runs, group: &FilmGroup) -> bool {

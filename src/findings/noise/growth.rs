@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::outliers::OutlierSearch;
 use super::rows::{Rows, RunKind};
-use super::scatter::{is_clear, take, RobustFit};
+use super::scatter::{is_clear, take, RobustFit, SampledRun};
 use super::spread::LEVEL;
 use crate::model::likelihood::normal::normal_cdf;
 use crate::physics::numbers;
@@ -152,12 +152,10 @@ fn squared_residuals(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) ->
     /// a run that the fit follows nearly by itself has no residual to speak of
     const LEAST_FREE: f64 = 0.1;
     let fitted = rows.fit(&sorted.sums);
-    let limit = rows.scene.data.smallest_restitution;
-    let of_run = |sampled: &super::scatter::SampledRun| {
+    let of_run = |sampled: &SampledRun| {
         let (part, row) = (&rows.parts[sampled.part], &sampled.row);
-        let kind = rows.kind(part);
-        let sd = robust.scatter[kind as usize].sd(row);
-        if !is_clear(rows, row, limit, sd) || sorted.outlying.binary_search(&row.run).is_ok() {
+        let sd = sampled.sd(&robust.scatter);
+        if !is_clear(rows, row, sd) || sorted.outlying.binary_search(&row.run).is_ok() {
             return None;
         }
         let slopes = part.slopes(row, 1.0 / sd);
@@ -173,7 +171,7 @@ fn squared_residuals(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) ->
             numbers::stokes(density, rows.runs.diameter[row.run], v, viscosity)
         });
         Some(SquaredResidual {
-            kind,
+            kind: sampled.kind,
             square: (row.residual / sd + shift).powi(2) / expected,
             values: [v, 1.0 / stokes, row.model + sd * shift],
         })

@@ -96,7 +96,7 @@ pub(super) fn analyse_noise(
     let sd_wet = sds[RunKind::Wet as usize];
     Some(Noise {
         runs: tested,
-        outliers_found: if normal { sorted.found } else { 0 },
+        outliers_found: if normal { sorted.outlying.len() } else { 0 },
         outliers: if normal { sorted.outliers } else { vec![] },
         spread: spread::test_spreads(&rows, &sorted.sums, &variances, test, sds),
         offsets: offsets::test_offsets(

@@ -101,8 +101,6 @@ pub(super) struct OutlierSearch {
     /// of each part, in units of the sd of its kind
     pub(super) sums: Vec<Sums>,
     pub(super) outliers: Vec<Outlier>,
-    /// how many there are
-    pub(super) found: usize,
     /// all of them, as indices into the columns of the runs, ascending
     pub(super) outlying: Vec<usize>,
 }
@@ -132,13 +130,11 @@ pub(super) fn find_outliers(rows: &Rows, robust: &RobustFit, unequal: Option<&[f
         }
     }
     outlying.sort_by(|a, b| b.sds.abs().total_cmp(&a.sds.abs()).then(a.row.run.cmp(&b.row.run)));
-    let found = outlying.len();
     let mut all: Vec<usize> = outlying.iter().map(|one| one.row.run).collect();
     all.sort_unstable();
     outlying.truncate(MOST_DESCRIBED);
     OutlierSearch {
         outliers: outlying.iter().map(|one| reference.describe(one)).collect(),
-        found,
         outlying: all,
         sums,
     }
@@ -167,7 +163,7 @@ fn gather(rows: &Rows, robust: &RobustFit, unequal: Option<&[f64]>, far: f64) ->
         };
         rows.each(part, part.rebounds.clone(), &robust.point, |row| {
             let sd = scatter.sd(&row);
-            let clear = is_clear(rows, &row, limit, sd);
+            let clear = is_clear(rows, &row, sd);
             // cheap first: nearly every run is near
             let one = (row.residual.abs() > 0.5 * far * sd * own)
                 .then(|| candidate(row, rows.runs.restitution[row.run], clear))

@@ -67,9 +67,17 @@ pub(super) struct RobustFit {
 pub(super) struct SampledRun {
     /// index into [`Rows::parts`]
     pub(super) part: usize,
+    pub(super) kind: RunKind,
     pub(super) row: JointRow,
     clear: bool,
     accepted: bool,
+}
+
+impl SampledRun {
+    /// Its sd, with the scatter of each kind.
+    pub(super) fn sd(&self, scatter: &[Scatter; 2]) -> f64 {
+        scatter[self.kind as usize].sd(&self.row)
+    }
 }
 
 /// Fits, leaves out what lies further than `far` sds, and fits again until the same runs are left out.
@@ -83,7 +91,7 @@ pub(super) fn fit_robustly(rows: &Rows, far: f64) -> Option<RobustFit> {
     let mut taken = take(rows, &point);
     let mut scatter = scatter(rows, &mut taken, None)?;
     for _ in 0..ROUNDS {
-        if !accept(rows, &mut taken, &scatter, far) {
+        if !accept(&mut taken, &scatter, far) {
             break;
         }
         let step = step(rows, &taken, &scatter);
@@ -110,8 +118,7 @@ pub(super) fn fit_robustly(rows: &Rows, far: f64) -> Option<RobustFit> {
     }
     let mut residuals = vec![vec![]; rows.groups.len()];
     for one in taken.iter().filter(|one| one.clear) {
-        let part = &rows.parts[one.part];
-        residuals[part.group].push(one.row.residual / scatter[rows.kind(part) as usize].sd(&one.row));
+        residuals[rows.parts[one.part].group].push(one.row.residual / one.sd(&scatter));
     }
     Some(RobustFit {
         point,
@@ -121,11 +128,10 @@ pub(super) fn fit_robustly(rows: &Rows, far: f64) -> Option<RobustFit> {
 }
 
 /// Accepts what is clear and near; whether that is another set than before.
-fn accept(rows: &Rows, taken: &mut [SampledRun], scatter: &[Scatter; 2], far: f64) -> bool {
+fn accept(taken: &mut [SampledRun], scatter: &[Scatter; 2], far: f64) -> bool {
     let mut changed = false;
     for one in taken {
-        let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(&one.row);
-        let accepted = one.clear && one.row.residual.abs() <= far * sd;
+        let accepted = one.clear && one.row.residual.abs() <= far * one.sd(scatter);
         changed |= accepted != one.accepted;
         one.accepted = accepted;
     }
@@ -136,12 +142,8 @@ fn accept(rows: &Rows, taken: &mut [SampledRun], scatter: &[Scatter; 2], far: f6
 pub(super) fn take(rows: &Rows, point: &[f64]) -> Vec<SampledRun> {
     let mut taken = vec![];
     for kind in RunKind::ALL {
-        let of_kind = || {
-            rows.parts
-                .iter()
-                .enumerate()
-                .filter(|(_, part)| rows.kind(part) == kind)
-        };
+        let parts = || rows.parts.iter().enumerate();
+        let of_kind = || parts().filter(|(_, part)| rows.kind(part) == kind);
         let all: usize = of_kind().map(|(_, part)| part.rebounds.len()).sum();
         let share = MOST_RUNS as f64 / all.max(1) as f64;
         for (index, part) in of_kind() {
@@ -149,6 +151,7 @@ pub(super) fn take(rows: &Rows, point: &[f64]) -> Vec<SampledRun> {
                 if is_in_even_share(row.run - part.rebounds.start, share) {
                     taken.push(SampledRun {
                         part: index,
+                        kind,
                         row,
                         clear: true,
                         accepted: true,
@@ -162,20 +165,8 @@ pub(super) fn take(rows: &Rows, point: &[f64]) -> Vec<SampledRun> {
 
 /// The scatter of each kind by medians, and which runs are clear of sticking with the scatter `before` or without any.
 fn scatter(rows: &Rows, taken: &mut [SampledRun], before: Option<[Scatter; 2]>) -> Option<[Scatter; 2]> {
-    let limit = rows.scene.data.smallest_restitution;
-    let mark = |taken: &mut [SampledRun], scatter: [Scatter; 2]| {
-        for one in taken {
-            let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(&one.row);
-            one.clear = is_clear(rows, &one.row, limit, sd);
-        }
-    };
-    if let Some(before) = before {
-        mark(taken, before);
-    }
     let of_kind = |taken: &[SampledRun], kind: RunKind| -> Vec<JointRow> {
-        let own = taken
-            .iter()
-            .filter(|one| one.clear && rows.kind(&rows.parts[one.part]) == kind);
+        let own = taken.iter().filter(|one| one.clear && one.kind == kind);
         own.map(|one| one.row).collect()
     };
     let both = |taken: &[SampledRun]| -> Option<[Scatter; 2]> {
@@ -185,17 +176,16 @@ fn scatter(rows: &Rows, taken: &mut [SampledRun], before: Option<[Scatter; 2]>) 
         let (first, second) = (dry.or(wet)?, wet.or(dry)?);
         Some([first, second])
     };
-    let found = both(taken)?;
-    if before.is_some() {
-        return Some(found);
+    let before = before.or_else(|| both(taken))?;
+    for one in taken.iter_mut() {
+        one.clear = is_clear(rows, &one.row, one.sd(&before));
     }
-    mark(taken, found);
     both(taken)
 }
 
 /// Whether a rebound belongs to a setting that hardly ever sticks; a lucky one among stuck ones has no fair residual.
-pub(super) fn is_clear(rows: &Rows, row: &JointRow, limit: f64, sd: f64) -> bool {
-    row.residual + rows.runs.restitution[row.run] - limit > CLEAR * sd
+pub(super) fn is_clear(rows: &Rows, row: &JointRow, sd: f64) -> bool {
+    row.residual + rows.runs.restitution[row.run] - rows.scene.data.smallest_restitution > CLEAR * sd
 }
 
 /// σ from the median distance; with the energy's scatter σ and σ_r from the medians of the runs with less and with more
@@ -262,9 +252,7 @@ fn variance(rows: &[JointRow]) -> Option<f64> {
 fn step(rows: &Rows, taken: &[SampledRun], scatter: &[Scatter; 2]) -> nalgebra::DVector<f64> {
     let mut sums = rows.blank();
     for one in taken.iter().filter(|one| one.accepted) {
-        let part = &rows.parts[one.part];
-        let sd = scatter[rows.kind(part) as usize].sd(&one.row);
-        rows.add(&mut sums, part, &one.row, sd);
+        rows.add(&mut sums, &rows.parts[one.part], &one.row, one.sd(scatter));
     }
     rows.fit(&[sums]).step
 }

@@ -176,7 +176,6 @@ fn several(wet: &[WetRow], of: impl Fn(&WetRow) -> usize) -> Vec<usize> {
 
 /// The rebounds clear of sticking, by group; none of a group of one.
 fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[SampledRun]) -> Vec<WetRow> {
-    let limit = rows.scene.data.smallest_restitution;
     let scatter = robust.scatter[RunKind::Wet as usize];
     let mut wet = vec![];
     for one in sampled {
@@ -194,7 +193,7 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[
                 if one.row.measured == 0.0 {
                     sd = sd.hypot(SPEED_ERROR * (row.model + by_speed.response.slope));
                 }
-                if !is_clear(rows, &row, limit, sd) {
+                if !is_clear(rows, &row, sd) {
                     return;
                 }
                 let slopes = part.slopes(&row, 1.0 / sd).to_vec();

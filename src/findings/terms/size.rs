@@ -7,7 +7,7 @@ use crate::findings::balance::{rebounds, BalanceSetup, EnergyBalance};
 use crate::findings::dry;
 use crate::findings::form_choice::GAIN;
 use crate::findings::scaling::FittedScaling;
-use crate::inference::joint::{Joint, JointRow, Part};
+use crate::inference::joint::{Joint, JointRow};
 use crate::inference::linearised_joint::Inverse;
 use crate::inference::sums::Sums;
 use crate::model::parameters::{prior_of, ParameterKind};
@@ -154,10 +154,7 @@ pub(super) fn term_sizes(
     let wet: Vec<usize> = spheres().filter(|s| rebounds(runs, *s)).collect();
     let dry: Vec<usize> = spheres().filter(|s| !runs.dry_of(*s).is_empty()).collect();
     let joint = Joint::new(scene, runs, form, &wet, &dry);
-    let mut sums = TermSums::new(scene, &joint, &point);
-    let [of_dry, of_wet] = point.sigma.map_or([None; 2], |sigma| sigma.map(Some));
-    sums.add(scene, &joint, &point, joint.wet_parts(), of_wet);
-    sums.add(scene, &joint, &point, joint.dry_parts(), of_dry);
+    let sums = TermSums::of(scene, &joint, &point);
     let tension = |series: &Series| scene.liquids[series.liquid].surface_tension.is_some();
     let has_wet = !runs.series.is_empty();
     let applies = |term: &Term| match term {
@@ -203,18 +200,18 @@ struct TermSums {
     weighed: bool,
     /// the parameters of the fit that no prior holds
     kinds: Vec<ParameterKind>,
-    /// where each parameter of the fit stands among them
-    places: Vec<Option<usize>>,
     /// of these parameters, the priors' own information with it, and then of a factor of what each term does
     sums: Sums,
     largest_effect: [f64; Term::ALL.len()],
 }
 
 impl TermSums {
-    fn new(scene: &Scene, joint: &Joint, point: &ReferencePoint) -> TermSums {
+    /// The slopes of every run, and what each term does to its restitution.
+    fn of(scene: &Scene, joint: &Joint, point: &ReferencePoint) -> TermSums {
         let (mut kinds, mut precision, mut places) = (vec![], vec![], vec![]);
+        let (runs, form) = (joint.runs, joint.form);
         for kind in joint.kinds() {
-            let prior = prior_of(scene, joint.runs, kind, joint.form).0;
+            let prior = prior_of(scene, runs, kind, form).0;
             // what a prior holds is no parameter
             if matches!(prior, Prior::Fixed(_)) {
                 places.push(None);
@@ -229,30 +226,14 @@ impl TermSums {
         for (place, precision) in precision.into_iter().enumerate() {
             sums.information[(place, place)] = precision;
         }
-        TermSums {
-            form: joint.form,
-            weighed: point.sigma.is_some(),
-            kinds,
-            places,
-            sums,
-            largest_effect: [0.0; Term::ALL.len()],
-        }
-    }
-
-    /// Adds the runs of some parts, of this spread: their slopes, and what each term does to their restitutions.
-    fn add<'p>(
-        &mut self,
-        scene: &Scene,
-        joint: &Joint,
-        point: &ReferencePoint,
-        parts: impl Iterator<Item = &'p Part>,
-        sd: Option<f64>,
-    ) {
-        let root = sd.map_or(0.0, f64::recip);
-        let (runs, form, at) = (joint.runs, self.form, point.of_joint(joint));
-        for part in parts {
+        let mut largest_effect = [0.0f64; Term::ALL.len()];
+        let at = point.of_joint(joint);
+        for part in joint.wet_parts().chain(joint.dry_parts()) {
             let parameters = point.parameters(part.sphere);
             let series = part.series.map(|index| &runs.series[index]);
+            let root = point
+                .sigma
+                .map_or(0.0, |sigma| sigma[usize::from(series.is_some())].recip());
             let toggled = |term: Term, row: &JointRow| {
                 let other = term.toggled(form);
                 match (series, term) {
@@ -270,16 +251,23 @@ impl TermSums {
             joint.each(part, part.rebounds.clone(), &at, |row| {
                 let root = root * runs.count(row.run).sqrt();
                 let own = part.slopes(&row, root);
-                let of_parameters = own.iter().filter_map(|(j, slope)| Some((self.places[*j]?, *slope)));
+                let of_parameters = own.iter().filter_map(|(j, slope)| Some((places[*j]?, *slope)));
                 let mut slopes: Vec<(usize, f64)> = of_parameters.collect();
                 for term in Term::ALL {
                     let effect = toggled(term, &row) - row.model;
-                    let largest = &mut self.largest_effect[term as usize];
+                    let largest = &mut largest_effect[term as usize];
                     *largest = largest.max(effect.abs());
-                    slopes.push((self.kinds.len() + term as usize, root * effect));
+                    slopes.push((kinds.len() + term as usize, root * effect));
                 }
-                self.sums.add(root * row.residual, &slopes);
+                sums.add(root * row.residual, &slopes);
             });
+        }
+        TermSums {
+            form,
+            weighed: point.sigma.is_some(),
+            kinds,
+            sums,
+            largest_effect,
         }
     }
 

@@ -139,20 +139,15 @@ pub fn overview_text(overview: &Overview) -> String {
         );
         text.push_str(&film_groups(&overview.film_groups).plain());
     }
-    text.push_str("\nWhat these runs can identify\n");
-    for one in &overview.identifies {
-        let answer = if one.identified { "yes" } else { "no " };
-        text.push_str(&format!("  {answer}  {}: {}\n", one.quantity, one.reason));
-    }
     if let Some(directions) = &overview.directions {
-        text.push_str(&format!("{}\n", seen(directions)));
+        text.push_str(&format!("\nWhat these runs can identify\n{}\n", seen(directions)));
         for unseen in &directions.unseen {
             text.push_str(&format!("  no   {}\n", unseen_lines(unseen).join("\n       ")));
         }
     }
     if !overview.terms.is_empty() {
-        text.push_str("\nWhat the terms of the energy balance matter for them\n");
-        text.push_str(&super::terms::text(&overview.terms));
+        text.push_str("\nThe terms of the energy balance; size: the bias in standard errors if a term is left out\n");
+        text.push_str(&super::terms::table(&overview.terms, str::to_owned).plain());
     }
     text
 }

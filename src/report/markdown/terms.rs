@@ -27,7 +27,12 @@ pub(super) fn terms(page: &mut Page, input: ReportInput) {
         let sphere = own.sphere.map(|sphere| input.runs.spheres[sphere].words(input.scene));
         sphere.map_or(symbol.to_owned(), |sphere| format!("{symbol}, {sphere}"))
     };
-    let table = ReportTable::of(terms)
+    page.table(&table(terms, symbol));
+}
+
+/// The terms with their sizes, for the report and the `check` command; `symbol` is what a parameter is called there.
+pub(super) fn table(terms: &[SizedTerm], symbol: impl Fn(&str) -> String) -> ReportTable<&SizedTerm> {
+    ReportTable::of(terms)
         .column("term", |sized| sized.term.in_words())
         .column("held", |sized| if sized.held { "yes" } else { "no" })
         .column("why", why)
@@ -40,8 +45,7 @@ pub(super) fn terms(page: &mut Page, input: ReportInput) {
         })
         .column_if_any("widens by", |sized| {
             sized.widens.map_or(String::new(), |factor| format!("{factor:.2}"))
-        });
-    page.table(&table);
+        })
 }
 
 fn why(sized: &SizedTerm) -> String {
@@ -53,26 +57,4 @@ fn why(sized: &SizedTerm) -> String {
         (_, Term::OwnDrySpeed) => "`dry_speed_m_s`".to_owned(),
         _ => "the scene's `terms`".to_owned(),
     }
-}
-
-/// The terms for a terminal, a line each.
-pub(super) fn text(terms: &[SizedTerm]) -> String {
-    let mut text = String::new();
-    for sized in terms {
-        let name = sized.term.in_words();
-        let held = if sized.held { "held    " } else { "not held" };
-        let size = match (sized.size, &sized.moves) {
-            (Some(size), Some(moves)) => {
-                let size = numbers::significant(size, 2);
-                format!("leaving it out moves {moves} by {size} standard errors")
-            }
-            _ => "no size: the runs leave no spread to measure it by".to_owned(),
-        };
-        let effect = numbers::significant(sized.largest_effect, 2);
-        text.push_str(&format!(
-            "  {held}  {name}: {size}, e by up to {effect} ({})\n",
-            why(sized)
-        ));
-    }
-    text
 }
