@@ -140,7 +140,7 @@ fn wet_runs_that_all_stuck_bound_the_parameters_and_say_so() {
     assert!(posterior.is_some());
     let notice = findings.notice("prior_rules");
     assert!(
-        notice.is_some_and(|notice| notice.text.contains("sigma_wet")),
+        notice.is_some_and(|notice| notice.text.contains("σ_wet")),
         "{:?}",
         findings.remarks
     );

@@ -211,7 +211,8 @@ fn a_prior_of_any_kind_is_held_against_the_runs() {
             "lubrication_log" => "L: ",
             "inertial_prefactor" => "C: ",
             "dry_k" => "k of ",
-            spread => spread,
+            "sigma_wet" => "σ_wet: ",
+            _ => "σ_dry: ",
         };
         assert!(check.text.starts_with(symbol), "{key} {prior}: {}", check.text);
         assert_ne!(own(&findings, key), Some(true), "{key} {prior}");

@@ -218,7 +218,7 @@ fn a_report_says_diameters_beside_critical_stokes_numbers() {
     let place = scene("film", "film", 0.01);
     place.folder.succeed("simulate scene.toml --out runs.csv");
     let (_, overview, _) = place.run("check scene.toml");
-    assert!(overview.contains("yes  rupture_scale: ") && !overview.contains("lubrication_log"));
+    assert!(overview.contains("What these runs can identify") && !overview.contains("lubrication_log"));
     let (code, summary, _) = place.run("fit scene.toml --out r");
     assert!(matches!(code, Some(0 | 1)), "{summary}");
     summary.says("\nrupture_scale ");
