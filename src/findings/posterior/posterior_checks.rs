@@ -221,13 +221,9 @@ fn convergence(found: &PosteriorFindings) -> Vec<Remark> {
     let drawn_on = drawn_on.map_or(String::new(), |asked| {
         format!("after {} draws a chain in place of {asked}", found.draws)
     });
-    let told = |check: Remark| {
-        let check = if drawn_on.is_empty() {
-            check
-        } else {
-            check.if_failed(&drawn_on)
-        };
-        check
+    let told = |check: Remark| match drawn_on.as_str() {
+        "" => check,
+        drawn_on => check.if_failed(drawn_on),
     };
     if let Some(line) = line {
         let WorstParameter { value: rhat, name } = largest(found, |q| q.rhat);
