@@ -3,7 +3,7 @@
 use std::array::from_fn;
 use std::io::Read;
 
-use super::coverage::{covers, CoverageDesign, DrawnSets};
+use super::coverage::{covers, draw, CoverageDesign, DrawnSets};
 use crate::error::Error;
 use crate::findings::estimate::{Estimate, Quoting};
 use crate::findings::scaling::{self, FittedScaling};
@@ -147,10 +147,12 @@ pub fn measure(drawn: DrawnSets) -> Result<CoverageTable, Error> {
     const SIGMA: f64 = 0.02;
     let mut rows = vec![];
     for design in &ALL {
-        let exact = infer(&scene(design, 0.0)?, DrawnSets { seed: 0, ..drawn }, 0, false)?;
+        let exact = infer(&scene(design, 0.0)?, 0, 0, false)?;
         let scene = scene(design, SIGMA)?;
+        // processes of MPI are no thread's to share
+        let seed = drawn.seed;
         let of_set = |set: u64| {
-            let fitted = infer(&scene, drawn, set, true)?;
+            let fitted = infer(&scene, seed, set, true)?;
             let mut told = vec![];
             for (place, (law, quantity, truth_of)) in AIMS.into_iter().enumerate() {
                 let truth = estimate(&exact, truth_of, quantity).and_then(|own| own.value);
@@ -179,8 +181,8 @@ pub fn measure(drawn: DrawnSets) -> Result<CoverageTable, Error> {
 }
 
 /// Both laws at the design's one film ratio, bootstrapped or not.
-fn infer(scene: &Scene, drawn: DrawnSets, set: u64, replicated: bool) -> Result<Vec<FittedScaling>, Error> {
-    let runs = drawn.draw(scene, "calibration", set)?;
+fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<FittedScaling>, Error> {
+    let runs = draw(scene, seed, "calibration", set)?;
     let quoting = Quoting {
         level: scene.bootstrap.level,
     };
@@ -195,7 +197,7 @@ fn infer(scene: &Scene, drawn: DrawnSets, set: u64, replicated: bool) -> Result<
             energy: &mut none,
         };
         let options = bootstrap::Options {
-            seed: drawn.seed.wrapping_add(set),
+            seed: seed.wrapping_add(set),
             keep_all: true,
             most_resampled: usize::MAX,
         };

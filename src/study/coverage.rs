@@ -49,12 +49,12 @@ impl DrawnSets<'_> {
         }
         Ok(counts)
     }
+}
 
-    /// The runs of one data set, from the random stream of this name.
-    pub(super) fn draw(&self, scene: &Scene, name: &'static str, set: u64) -> Result<Runs, Error> {
-        let drawn = Simulation::new(scene, None)?.draw_from(stream(self.seed, name, set));
-        Ok(runs::arrange(scene, &drawn))
-    }
+/// The runs of one data set, from the random stream of this name.
+pub(super) fn draw(scene: &Scene, seed: u64, name: &'static str, set: u64) -> Result<Runs, Error> {
+    let drawn = Simulation::new(scene, None)?.draw_from(stream(seed, name, set));
+    Ok(runs::arrange(scene, &drawn))
 }
 
 /// Whether an interval covers a number.

@@ -1,6 +1,6 @@
 //! Measures how often the main numbers' intervals cover the truth they were simulated from, and how often they are quoted.
 
-use super::coverage::{covers, CoverageDesign, DrawnSets};
+use super::coverage::{covers, draw, CoverageDesign, DrawnSets};
 use crate::error::Error;
 use crate::findings::fit_least_squares;
 use crate::findings::main_numbers::{MainNumber, MainNumbers, Source};
@@ -111,9 +111,11 @@ pub fn measure(drawn: DrawnSets) -> Result<MainCoverageTable, Error> {
     let mut rows = vec![];
     for design in &ALL {
         let scene = design.scene(COMMON)?;
+        // processes of MPI are no thread's to share
+        let seed = drawn.seed;
         let of_set = |set: u64| -> Result<_, Error> {
-            let table = Table::of(drawn.draw(&scene, "main numbers", set)?);
-            let mut findings = fit_least_squares(&scene, &table, drawn.seed.wrapping_add(set), true);
+            let table = Table::of(draw(&scene, seed, "main numbers", set)?);
+            let mut findings = fit_least_squares(&scene, &table, seed.wrapping_add(set), true);
             findings.add_posterior(&scene, &table.runs, MethodChoice::Sampler, &|_, _| ())?;
             Ok(quoted_and_covered(&scene, &findings.main))
         };
