@@ -86,16 +86,15 @@ impl BelowRestitution {
             wet: true,
         };
         let of = |seen: Seen| {
-            Hidden::of_energy(
-                noise,
-                r,
-                &MeasuredRun {
-                    seen,
-                    errors: Errors::NONE,
-                },
-            )
-            .value
-            .exp()
+            let run = MeasuredRun {
+                seen,
+                errors: Errors::NONE,
+            };
+            let found = match noise.acts_on_energy(r) {
+                true => Hidden::of_energy(noise, r, &run),
+                false => noise.density(&run, r, 1.0),
+            };
+            found.value.exp()
         };
         BelowRestitution {
             probability: of(Seen::On(Side::Below, restitution)),
