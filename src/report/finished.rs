@@ -159,7 +159,7 @@ impl Finished {
         has_offsets.then_some(PredictedSeries::New)
     }
 
-    /// The law of a particle of a diameter, m, the diameter is read where each has its own k. Where
+    /// The law of a particle of a diameter, m, which is read where each has its own k. Where
     /// series have offsets it is that of a new series.
     ///
     /// Fails for a particle or diameter that the fit has no k of, and for a fit without wet runs.
@@ -232,8 +232,9 @@ impl Finished {
         let offset = offset.unwrap_or(SIGMA_SERIES.name);
         let noise = [SIGMA_DRY.name, SIGMA_WET.name, SIGMA_ENERGY.name, shape, offset];
         let names = [&[dry_k.as_str()][..], &Coefficient::ALL.map(name), &noise].concat();
+        let columns: Vec<Vec<f64>> = names.iter().map(|name| self.column(name)).collect();
         let draws = (0..self.basis.draws_kept()).map(|draw| {
-            let values: Vec<f64> = names.iter().map(|name| self.value(name, draw)).collect();
+            let values: Vec<f64> = columns.iter().map(|column| column[draw]).collect();
             let (physical, noise) = values.split_at(1 + Coefficient::COUNT);
             Draw {
                 parameters: Parameters {
@@ -260,11 +261,11 @@ impl Finished {
         })
     }
 
-    /// A parameter in a draw: of one that was not sampled the value it is held at, of one that the fit does not have 0.
-    fn value(&self, name: &str, draw: usize) -> f64 {
+    /// A parameter in every draw: of one that was not sampled the value it is held at, of one that the fit does not have 0.
+    fn column(&self, name: &str) -> Vec<f64> {
         match self.basis.draws_of(name) {
-            Some(drawn) => drawn[draw],
-            None => self.held(name).unwrap_or(0.0),
+            Some(drawn) => drawn.to_vec(),
+            None => vec![self.held(name).unwrap_or(0.0); self.basis.draws_kept()],
         }
     }
 
