@@ -344,7 +344,7 @@ struct Counts {
     sets: usize,
     /// refused by the test of the wet law
     refused: usize,
-    /// tables with a film ratio that the linear law is said to describe better
+    /// refused since the linear law describes them better
     linear: usize,
     /// refused for any reason
     by_any: usize,
@@ -353,17 +353,18 @@ struct Counts {
 
 impl Counts {
     fn of(findings: &Findings) -> Counts {
-        let refused = |code: &str| {
-            let gating = findings.checks().filter(|check| !check.passed && check.gates());
-            gating.clone().any(|check| check.code == code || code.is_empty())
+        // runs that rebound barely wait for the posterior
+        let gating = || {
+            findings
+                .checks()
+                .filter(|check| check.forbids() && check.code != "slow_rebounds")
         };
-        let better =
-            |row: &findings::scaling::Scaling| row.verdict.passed && row.verdict.reason.starts_with("describes");
+        let refused = |code: &str| gating().any(|check| check.code == code);
         Counts {
             sets: 1,
             refused: usize::from(refused("wet_law_holds")),
-            linear: usize::from(findings.scaling.iter().any(better)),
-            by_any: usize::from(refused("")),
+            linear: usize::from(refused("linear_law")),
+            by_any: usize::from(gating().next().is_some()),
             stuck: findings.counts.stuck,
         }
     }
@@ -451,19 +452,21 @@ fn runs_of_the_linear_law_are_said_to_follow_it() {
     let check = findings.check("wet_law_holds");
     assert!(!check.passed && check.gates(), "{check:?}");
     assert!(check.text.contains("PTFE, AK10, film ratio 0.063"), "{}", check.text);
+    let check = findings.check("linear_law");
+    assert!(check.forbids() && check.text.contains("residual sd 0.0"), "{check:?}");
     assert!(!findings.main.verdict.passed);
     let at_film = findings.scaling.iter().filter(|row| row.film_ratio.is_some());
     for row in at_film {
         match row.law.name() {
             "linear" => {
-                assert!(row.verdict.passed && row.verdict.reason.starts_with("describes these runs better"));
+                assert!(row.verdict.passed && row.verdict.reason.starts_with("describes the runs better"));
                 let [e_inf, st_c] = [&row.e_inf, &row.st_c].map(|estimate| estimate.value.expect("fitted"));
                 assert!(
                     (e_inf - 0.75).abs() < 0.001 && (st_c - 13.0).abs() < 0.03,
                     "{e_inf} {st_c}"
                 );
             }
-            _ => assert!(row.verdict.reason.contains("residual sd 0.0"), "{}", row.verdict.reason),
+            _ => assert!(!row.verdict.passed, "{}", row.verdict.reason),
         }
         row.verdict.reason.lacks("follows the square root");
     }
@@ -486,8 +489,8 @@ fn the_page_of_the_wet_law() {
         ("Other laws", wrong_designs(), 200),
     ] {
         page += &format!(
-            "\n## {title}\n\n| tables | sets | runs that stuck | `wet_law_holds` refuses | linear law said to describe a film \
-             ratio | refused for any reason |\n| --- | --- | --- | --- | --- | --- |\n"
+            "\n## {title}\n\n| tables | sets | runs that stuck | `wet_law_holds` refuses | `linear_law` refuses | refused \
+             for any reason |\n| --- | --- | --- | --- | --- | --- |\n"
         );
         for design in &designs {
             let begins = format!("| {} | {sets} | ", design.name);
@@ -503,13 +506,16 @@ const ABOUT: &str = "# How often the wet law is doubted\n
 The check `wet_law_holds` looks inside each particle, liquid and film ratio, where every group has an energy of its own: is \
 there a term in (1/St)² or in v^(1/5) that all groups share, a term in 1/St that one group has for itself, or one of \
 either kind that all groups of one liquid share? Without energies of the groups it asks whether one liquid has a term in 1/St \
-for itself. It refuses where chance explains the strongest of these with p < 0.001 (F test, p times the number of terms tried) and a parameter moves by more \
-than half of its standard error. Outliers and rebounds expected within three spreads of sticking are left out; where a table \
-does not say how well speeds are known, runs are weighed as if they erred by 1 %.
+for itself. It refuses where chance explains the strongest of these with p < 0.001 (F test, p times the number of terms tried) and a \
+parameter moves by more than half of its standard error, or with p < 0.01 and one moves by more than three. Outliers and rebounds \
+expected within three spreads of sticking are left out; where a table does not say how well speeds are known, runs are weighed \
+as if they erred by 1 %. The check `linear_law` refuses where the linear law gains more than 4 in log density over the square root, \
+each fitted at every film ratio of a particle.
 
 Tables are drawn from PTFE (or PE) of 3.175 and 4.762 mm in AK10 and M50 (9.3 and 48.3 mPa s), film ratios 0.03, 0.045 and 0.06, \
 recorded with 3 % error each, speeds 0.35 to 1.75 m/s, L = 1.85, C = 0.8 (stepwise), noise 0.015 in e, inertia left open; 12 \
-dry runs unless said. Shares are in per cent of the sets.
+dry runs unless said. Shares are in per cent of the sets; of least squares alone, without what it says of runs that rebound \
+barely, which the posterior decides ([quoting.md](quoting.md) has whole fits).
 
 Made by `UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_the_wet_law`, which goes on where it was \
 interrupted; delete the page to make it all again. `a_law_that_holds_is_let_stand` and `a_law_that_does_not_hold_is_found` hold \

@@ -17,6 +17,7 @@
 //! | `film_groups.rs` | film groups with their width, and why some have no film ratio of their own |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
 //! | `wet_fit.rs` | a law of the wet restitution fitted to the rebounds of some series |
+//! | `which_law.rs` | the linear law against the square root, by all runs together |
 //! | `series.rs` | the square-root law of each series |
 //! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design |
 //! | `error_notices.rs` | notices of measurement errors that matter or are too large |
@@ -91,6 +92,7 @@ mod slow_rebounds;
 pub mod terms;
 pub mod verdicts;
 mod wet_fit;
+mod which_law;
 
 use crate::error::Error;
 use crate::inference::nuts::Watcher;
@@ -115,6 +117,7 @@ use scaling::{FittedScaling, Scaling};
 use series::SeriesFit;
 use slow_rebounds::Beside;
 use terms::SizedTerm;
+use which_law::LineAgainstRoot;
 
 pub use document::{Counts, Findings, SCHEMA};
 pub use fit_verdict::Verdict;
@@ -146,9 +149,10 @@ pub fn fit_least_squares_watched(
     let (resampling, bootstrap_notices) = resampled.unzip();
     let film_groups = film_groups::list_film_groups(scene, runs);
     let balance = fits.energy_balance.as_ref();
-    let mut remarks = verdicts::check_least_squares(scene, table, &fits.dry, &fits.scaling, balance);
+    let line = fits.line.as_ref();
+    let mut remarks = verdicts::check_least_squares(scene, table, &fits.dry, &fits.scaling, balance, line);
     if let Some(noise) = &noise {
-        remarks.extend(verdicts::wet_law_holds(noise, &fits.scaling));
+        remarks.extend(verdicts::wet_law_holds(noise));
         remarks.extend(verdicts::independent_runs(scene, noise));
     }
     let setup = balance::BalanceSetup {
@@ -242,6 +246,7 @@ struct LeastSquaresFits {
     dry: Vec<FittedDry>,
     series: Vec<SeriesFit>,
     scaling: Vec<FittedScaling>,
+    line: Option<LineAgainstRoot>,
     energy: Vec<Energy>,
     /// the energy balance that is held; its form of inertia may still be open
     form: Form,
@@ -277,11 +282,16 @@ impl LeastSquaresFits {
         if let Some(balance) = &energy_balance {
             pooling::add_bias(setup, &mut scaling, balance);
         }
+        let line = LineAgainstRoot::over_all(scene, runs, &dry);
+        if line.is_some_and(|line| line.favours_line()) {
+            scaling::quote_lines(&mut scaling);
+        }
         let energy = energy::estimate_energy(scene, runs, &dry, &scaling, quoting);
         LeastSquaresFits {
             dry,
             series,
             scaling,
+            line,
             energy,
             form,
             energy_balance,
@@ -498,7 +508,7 @@ impl Findings {
         self.remarks
             .retain(|check| check.code != remarks::BOOTSTRAP_FAILURES.code);
         self.remarks.extend(self.main.check_replicates());
-        self.advise_on_trends();
+        self.order_advice();
         self.blame_the_prior();
         self.main.judge(&self.remarks);
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
@@ -547,21 +557,23 @@ impl Findings {
         }
     }
 
-    /// Gives a trend of L or C the advice to look first at what lets series lie apart, where they do.
-    fn advise_on_trends(&mut self) {
-        let fails = |remark: &Remark, kind: &Kind| remark.code == kind.code && !remark.passed;
-        if !self
-            .remarks
-            .iter()
-            .any(|remark| fails(remark, &remarks::INDEPENDENT_RUNS))
-        {
-            return;
+    /// Says what to see to first where several checks fail that one cause may explain: a law that does not hold lets series lie
+    /// apart and feigns trends, and series that lie apart feign trends, too.
+    fn order_advice(&mut self) {
+        let fails = |kind: &Kind| {
+            let mut of_kind = self.remarks.iter().filter(|remark| remark.code == kind.code);
+            of_kind.any(Remark::forbids)
+        };
+        let apart = fails(&remarks::INDEPENDENT_RUNS);
+        let law = [remarks::WET_LAW_HOLDS, remarks::LINEAR_LAW].iter().any(fails);
+        for remark in self.remarks.iter_mut().filter(|remark| !remark.passed) {
+            let is = |kind: Kind| remark.code == kind.code;
+            if law && (is(remarks::INDEPENDENT_RUNS) || is(remarks::FILM_TREND)) {
+                remark.next_step = remarks::LAW_FIRST.to_owned();
+            } else if apart && is(remarks::FILM_TREND) {
+                remark.next_step = remarks::TREND_BESIDE_OFFSETS.to_owned();
+            }
         }
-        let trends = self
-            .remarks
-            .iter_mut()
-            .filter(|remark| fails(remark, &remarks::FILM_TREND));
-        trends.for_each(|trend| trend.next_step = remarks::TREND_BESIDE_OFFSETS.to_owned());
     }
 
     /// Compares the forms of the law, asks whether L and C are constant, and adds what that says.
@@ -732,14 +744,21 @@ mod tests {
         let mut findings = plain_findings();
         let trend = || remarks::FILM_TREND.check(9.0, "L rises with the film");
         findings.remarks = vec![trend()];
-        findings.advise_on_trends();
+        findings.order_advice();
         assert_eq!(findings.remarks, [trend()]);
         findings
             .remarks
             .push(remarks::INDEPENDENT_RUNS.check(3.0, "series lie apart"));
-        findings.advise_on_trends();
+        findings.order_advice();
         assert!(findings.remarks.iter().all(Remark::forbids));
         let first = &findings.remarks[0].next_step;
         assert!(first.starts_with("set [model] series_offsets = true first"), "{first}");
+        // what makes both is seen to before either
+        findings.remarks.push(remarks::LINEAR_LAW.check(9.0, "a line"));
+        findings.order_advice();
+        assert_eq!(
+            [0, 1].map(|n| findings.remarks[n].next_step.as_str()),
+            [remarks::LAW_FIRST; 2]
+        );
     }
 }

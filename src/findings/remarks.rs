@@ -276,6 +276,15 @@ pub const WET_LAW_HOLDS: Kind = cautions(
      or try another [model] dry_speed_m_s, viscous or terms",
 );
 
+/// What the linear law gains in log density over the square root, the parameters of both free at every film ratio.
+pub const LINEAR_LAW: Kind = forbids(
+    "linear_law",
+    AtMost(GAIN),
+    "where the square root holds, chance gains 4 in less than one table of 400",
+    "take e_inf and St_c of the linear laws, which the report has under Film thickness and laws.csv in full; L, C and δc are \
+     those of the square root and say nothing here",
+);
+
 /// Factor by which offsets that series share may make a standard error too small.
 const TOO_SMALL: f64 = 1.5;
 
@@ -303,6 +312,12 @@ pub const BEYOND_CHANCE: f64 = 0.001;
 
 /// Share of its ± by which a main number may move unsaid.
 pub const FELT: f64 = 0.5;
+
+/// A misfit that moves a main number by more than so many of its ± forbids quoting where chance makes it this seldom.
+pub const FAR: f64 = 3.0;
+
+/// See [`FAR`].
+pub const SELDOM: f64 = 0.01;
 
 /// Share of the replicates of a main number without a number.
 pub const BOOTSTRAP_FAILURES: Kind = forbids(
@@ -458,6 +473,11 @@ pub const FILM_TREND: Kind = forbids(
 pub(super) const TREND_BESIDE_OFFSETS: &str =
     "set [model] series_offsets = true first, since series lie apart, too; if the trend stays, fit films apart by [data] \
      min_film_um and max_film_ratio, or try another [model] inertia or viscous";
+
+/// What to do about such a trend, or series that lie apart, where the law itself does not hold: it makes either.
+pub(super) const LAW_FIRST: &str =
+    "see first to what the check of the wet law names, which lets series lie apart and feigns trends; offsets of series would \
+     hide it";
 
 /// Shape of the leave-one-out weights, against what so many draws bear.
 pub const LOO_KHAT: Kind = informs(

@@ -18,7 +18,6 @@ use crate::inference::nested::{FTest, Spread};
 use crate::inference::regression::Regression;
 use crate::physics::quantity::{Place, Quantity};
 use crate::physics::Coefficient;
-use crate::rounding::significant;
 use crate::runs::{sphere_words, FilmGroup, Runs, Series};
 use crate::scene::{Scene, WetLaw};
 
@@ -80,9 +79,6 @@ pub struct Scaling {
 /// covered 76 % (82 simulated sets).
 pub const FEWEST_DEGREES: usize = 10;
 
-/// How the reason begins why a linear law stands.
-const BETTER_LINE: &str = "describes these runs better than the square root";
-
 /// Parameters of the law of a film ratio.
 const PARAMETERS: usize = 2;
 
@@ -90,11 +86,6 @@ impl Scaling {
     /// Whether it has the degrees of freedom to be quoted beside a posterior, which knows the spread from all runs.
     pub fn tells_its_spread(&self) -> bool {
         self.runs >= FEWEST_DEGREES + PARAMETERS
-    }
-
-    /// Whether it is a linear law that describes its runs better than the square root.
-    pub(super) fn is_better_line(&self) -> bool {
-        self.law == WetLaw::Linear && self.verdict.reason.starts_with(BETTER_LINE)
     }
 
     /// Whether it is a square-root law of one series that its own runs, and enough of them, do not bear.
@@ -276,13 +267,7 @@ fn both_laws(
     let pool = WetRuns::over_stokes(scene, runs, dry, series);
     let laws = [WetLaw::Sqrt, WetLaw::Linear];
     let [root, line] = laws.map(|law| pool.fit(LawOver::Stokes(law), &PROFILED, quoting));
-    let [regression, straight] = laws.map(|law| pool.regression(law));
-    let advantage = advantage_of_line(
-        [&root, &line],
-        [&regression, &straight],
-        scene.data.smallest_restitution,
-    );
-    let residual_sds = root.fit.residual_sd.zip(line.fit.residual_sd);
+    let regression = pool.regression(WetLaw::Sqrt);
     let sphere = runs.spheres[group.sphere];
     let scaling_of = |law: WetLaw, fitted: &WetFit, verdict: Verdict| {
         let source = fitted.source([NO_FALL; 2], quoting);
@@ -313,23 +298,8 @@ fn both_laws(
     };
     let mut of_root = scaling_of(WetLaw::Sqrt, &root, square_root_verdict(&root.fit, &pool.x));
     let mut of_line = scaling_of(WetLaw::Linear, &line, linear_verdict(&line.fit));
-    match residual_sds.filter(|_| advantage > LIKELIER && of_line.verdict.passed) {
-        Some((of_square_root, of_linear)) => {
-            let both = format!(
-                "residual sd {} against {}",
-                significant(of_linear, 2),
-                significant(of_square_root, 2)
-            );
-            of_line.verdict = Verdict::passed(format!("{BETTER_LINE}: {both}"));
-            if of_root.verdict.passed {
-                of_root.verdict = Verdict::failed(format!("the linear law describes these runs better: {both}"));
-            }
-        }
-        None => {
-            of_line.bias = linear_bias(&root.fit, &regression);
-            of_line = biased(of_line);
-        }
-    }
+    of_line.bias = linear_bias(&root.fit, &regression);
+    of_line = biased(of_line);
     of_root.speed_error_of_a_tenth_se = root.speed_error.filter(|_| of_root.verdict.passed);
     if group.film_ratio.is_some() && pool.errors.is_none() {
         of_root.without = without_each(&regression, series, &of_root, quoting);
@@ -373,43 +343,19 @@ fn biased(line: Scaling) -> Scaling {
     }
 }
 
-/// Log density by which the linear law must describe the runs better before that is said: where the square root holds,
-/// chance gives a ratio of 1000 in less than one table of 1000.
-const LIKELIER: f64 = 6.907_755_278_982_137;
-
-/// By how much the runs' log density about the linear law is above that about the square root; NaN where either was not
-/// fitted. A lucky rebound near sticking has no fair residual: runs that either law expects there are left out.
-fn advantage_of_line(fits: [&WetFit; 2], regressions: [&Regression; 2], limit: f64) -> f64 {
-    const CLEAR: f64 = 3.0;
-    let fitted = [0, 1].map(|law: usize| regressions[law].fitted(two(&fits[law].fit)));
-    let sds = fits.map(|law| law.fit.residual_sd.unwrap_or(f64::NAN));
-    let runs = 0..regressions[0].x.len();
-    let clear = |run: &usize| {
-        [0, 1]
-            .iter()
-            .all(|law: &usize| fitted[*law][*run] - limit > CLEAR * sds[*law])
-    };
-    let clear: Vec<usize> = runs.filter(clear).collect();
-    let count = |run: usize| regressions[0].counts.get(run).copied().unwrap_or(1.0);
-    let measured: f64 = clear.iter().map(|run| count(*run)).sum();
-    let [of_root, of_line] = [0, 1].map(|law: usize| -> f64 {
-        let square = |run: usize| count(run) * (regressions[law].restitution[run] - fitted[law][run]).powi(2);
-        match &fits[law].weights {
-            // the spread is integrated out
-            None => -0.5 * (measured - 2.0) * clear.iter().map(|run| square(*run)).sum::<f64>().ln(),
-            Some(weights) => {
-                let of_run = |run: &usize| match weights.variance[*run] {
-                    variance if variance.is_finite() => -0.5 * (square(*run) / variance + count(*run) * variance.ln()),
-                    _ => 0.0,
-                };
-                clear.iter().map(of_run).sum()
+/// Says of every law that the linear one is to be quoted, where all film ratios together bear it out.
+pub(super) fn quote_lines(laws: &mut [FittedScaling]) {
+    for fitted in laws {
+        let law = &mut fitted.scaling;
+        match law.law {
+            WetLaw::Sqrt if law.verdict.passed => {
+                law.verdict = Verdict::failed("the linear law describes the runs better")
             }
+            WetLaw::Linear if fitted.parameters.is_some() && law.bias.take().is_some() => {
+                law.verdict = Verdict::passed("describes the runs better than the square root");
+            }
+            _ => {}
         }
-    });
-    if measured > 2.0 {
-        of_line - of_root
-    } else {
-        0.0
     }
 }
 

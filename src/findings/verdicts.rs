@@ -7,12 +7,13 @@ use super::noise::Noise;
 use super::remarks::{self, shortened, Kind};
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
+use super::which_law::LineAgainstRoot;
 use crate::inference::lack_of_fit::Alternative;
 use crate::inference::nested::FTest;
 use crate::model::parameters::ParameterKind;
 use crate::physics::DrySpeed;
 use crate::remark::Remark;
-use crate::rounding::by_number;
+use crate::rounding::{by_number, significant};
 use crate::runs::Table;
 use crate::scene::{Scene, WetLaw};
 
@@ -28,10 +29,17 @@ pub fn check_least_squares(
     dry: &[FittedDry],
     scaling: &[FittedScaling],
     balance: Option<&EnergyBalance>,
+    line: Option<&LineAgainstRoot>,
 ) -> Vec<Remark> {
     let mut checks = vec![];
     checks.extend(dry_laws(dry));
-    checks.extend(scaling_laws(scaling, balance));
+    match line.filter(|line| line.favours_line()) {
+        Some(line) => checks.push(linear_law(line)),
+        None => {
+            checks.extend(scaling_laws(scaling, balance));
+            checks.extend(line.map(linear_law));
+        }
+    }
     checks.extend(balance.into_iter().flat_map(of_balance));
     checks.extend(no_runs_in_use(table));
     checks.extend(dry.iter().filter_map(one_dry_k));
@@ -138,32 +146,44 @@ fn dry_law_holds(fitted: &FittedDry) -> Option<Remark> {
 }
 
 /// Whether the wet law describes the runs of each particle, liquid and film from slow to fast ones.
-pub fn wet_law_holds(noise: &Noise, scaling: &[FittedScaling]) -> Option<Remark> {
+pub fn wet_law_holds(noise: &Noise) -> Option<Remark> {
     let found = noise.wet_law.as_ref()?;
-    let better = scaling
-        .iter()
-        .map(|fitted| &fitted.scaling)
-        .find(|law| law.is_better_line());
-    let better = better.zip(better.and_then(|law| law.film_ratio)).map(|(law, ratio)| {
-        let particle = law.words();
-        format!(
-            "; {particle} at film ratio {ratio:.3}: the linear law {}",
-            law.verdict.reason
-        )
-    });
     let text = format!(
-        "{} beyond the wet law, most of it in {}: F({}, {}) = {:.1}, {} off by up to {:.1} of its ±{}",
+        "{} beyond the wet law, most of it in {}: F({}, {}) = {:.1}, {} off by up to {:.1} of its ±",
         found.against.words(),
         found.group,
         found.test.df_between,
         found.test.df_within,
         found.test.f,
         remarks::in_symbols(&found.moves),
-        found.moves_in_se,
-        better.unwrap_or_default()
+        found.moves_in_se
     );
-    let shift = Some(found.moves_in_se);
-    Some(gating_where_felt(remarks::WET_LAW_HOLDS, &found.test, shift, text))
+    // what moves a number by many of its ± wants no such certainty
+    let criterion = if found.moves_in_se > remarks::FAR {
+        remarks::WET_LAW_HOLDS.at(remarks::SELDOM)
+    } else {
+        remarks::WET_LAW_HOLDS
+    };
+    Some(gating_where_felt(criterion, &found.test, Some(found.moves_in_se), text))
+}
+
+/// The linear law against the square root.
+fn linear_law(found: &LineAgainstRoot) -> Remark {
+    let [line, root] = found.residual_sds.map(|sd| significant(sd, 2));
+    let over = format!(
+        "{} {}",
+        found.groups,
+        by_number(found.groups, "group of runs", "groups of runs")
+    );
+    let text = if found.favours_line() {
+        format!(
+            "the linear law e = e_inf (1 − St_c/St) describes {over} better in log density than the square root: residual sd {line} \
+             against {root}"
+        )
+    } else {
+        format!("the square root serves as well as the linear law over {over}: residual sd {root} against {line}")
+    };
+    remarks::LINEAR_LAW.check(found.gain, text)
 }
 
 /// Whether runs are as independent as standard errors take them to be; `None` where the model has offsets of series, or none
@@ -220,7 +240,7 @@ fn share(shift: Option<f64>) -> String {
 
 /// A check that forbids quoting where chance does not explain what was found and a main number moves by it.
 fn gating_where_felt(criterion: Kind, test: &FTest, shift: Option<f64>, text: String) -> Remark {
-    let forbids = test.p < remarks::BEYOND_CHANCE && shift.is_none_or(|shift| shift > remarks::FELT);
+    let forbids = !criterion.holds(test.p) && shift.is_none_or(|shift| shift > remarks::FELT);
     let check = criterion.check(test.p, text).forbidding_if(forbids);
     if !check.passed && shift.is_some_and(|shift| shift <= remarks::BIAS) {
         return check.concerning([]);

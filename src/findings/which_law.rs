@@ -1,0 +1,134 @@
+//! Holds the linear law of the wet restitution against the square root, by all runs together.
+
+use std::ops::Range;
+
+use super::dry::FittedDry;
+use super::form_choice::GAIN;
+use super::wet_fit::{two, WetRuns};
+use crate::inference::effective_variance::ErrorWeights;
+use crate::runs::Runs;
+use crate::scene::{Scene, WetLaw};
+
+/// The linear law against the square root, each with an e_inf and a St_c of its own at every film ratio of a particle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineAgainstRoot {
+    /// by how much the runs' log density about the linear law is above that about the square root
+    pub gain: f64,
+    /// spread of the runs about the linear law and about the square root
+    pub residual_sds: [f64; 2],
+    /// film ratios, or series where each has an offset
+    pub groups: usize,
+}
+
+impl LineAgainstRoot {
+    /// Compares the laws over the film ratios of each particle, or over the series where each has an offset; `None` where no
+    /// runs are left to tell their spread.
+    ///
+    /// A lucky rebound near sticking has no fair residual: runs that either law expects within three spreads of it are left
+    /// out. Where the square root holds, a gain of 4 comes by chance in less than one table of 400, however far the laws
+    /// are apart: the gain is then normal with a mean of minus half its variance.
+    pub fn over_all(scene: &Scene, runs: &Runs, dry: &[FittedDry]) -> Option<LineAgainstRoot> {
+        let ratios = runs.film_groups.iter().filter(|group| group.has_one_film_ratio());
+        let groups: Vec<Range<usize>> = if scene.model.series_offsets {
+            (0..runs.series.len()).map(|series| series..series + 1).collect()
+        } else {
+            ratios.map(|group| group.series.clone()).collect()
+        };
+        let mut all = Squares::default();
+        let mut told = 0;
+        for group in groups {
+            let pool = WetRuns::over_stokes(scene, runs, dry, &runs.series[group]);
+            if let Some(of_group) = Squares::of(&pool, scene.data.smallest_restitution) {
+                all = all.and(of_group);
+                told += 1;
+            }
+        }
+        let of_spread = |squares: f64| 0.5 * all.freedom * squares.ln();
+        let [of_line, of_root] = all.squares;
+        let gain = if all.freedom > 0.0 {
+            of_spread(of_root) - of_spread(of_line)
+        } else {
+            0.0
+        };
+        (told > 0).then(|| LineAgainstRoot {
+            gain: gain + all.gain_by_errors,
+            residual_sds: all
+                .squares
+                .map(|squares| (squares / all.freedom.max(all.weighed)).sqrt()),
+            groups: told,
+        })
+    }
+
+    /// Whether it is the linear law that describes the runs.
+    pub fn favours_line(&self) -> bool {
+        self.gain > GAIN
+    }
+}
+
+/// What both laws leave of some runs.
+#[derive(Debug, Default, Clone, Copy)]
+struct Squares {
+    /// Σ residual² about the linear law and about the square root
+    squares: [f64; 2],
+    /// runs that tell the spread, less the parameters of either law
+    freedom: f64,
+    /// runs whose spread is known by their measurement errors
+    weighed: f64,
+    /// what the linear law gains by these
+    gain_by_errors: f64,
+}
+
+impl Squares {
+    fn and(self, other: Squares) -> Squares {
+        Squares {
+            squares: [0, 1].map(|law| self.squares[law] + other.squares[law]),
+            freedom: self.freedom + other.freedom,
+            weighed: self.weighed + other.weighed,
+            gain_by_errors: self.gain_by_errors + other.gain_by_errors,
+        }
+    }
+
+    /// Of the runs of one group; `None` where a law could not be fitted.
+    fn of(pool: &WetRuns, limit: f64) -> Option<Squares> {
+        /// in spreads
+        const CLEAR: f64 = 3.0;
+        /// of either law
+        const PARAMETERS: f64 = 2.0;
+        let fits = [WetLaw::Linear, WetLaw::Sqrt].map(|law| {
+            let regression = pool.regression(law);
+            let (fit, weights) = regression.fit_with_errors(pool.errors.as_ref());
+            let fitted = regression.fitted(two(&fit));
+            (fitted, fit.residual_sd.unwrap_or(f64::NAN), weights)
+        });
+        let clear = |run: &usize| fits.iter().all(|(fitted, sd, _)| fitted[*run] - limit > CLEAR * sd);
+        let clear: Vec<usize> = (0..pool.x.len()).filter(clear).collect();
+        let count = |run: usize| pool.counts.get(run).copied().unwrap_or(1.0);
+        let runs: f64 = clear.iter().map(|run| count(*run)).sum();
+        let square = |fitted: &[f64], run: usize| count(run) * (pool.restitution[run] - fitted[run]).powi(2);
+        let by_errors = |(fitted, _, weights): &(Vec<f64>, f64, Option<ErrorWeights>)| -> Option<f64> {
+            let weights = weights.as_ref()?;
+            let of_run = |run: &usize| match weights.variance[*run] {
+                variance if variance.is_finite() => {
+                    -0.5 * (square(fitted, *run) / variance + count(*run) * variance.ln())
+                }
+                _ => 0.0,
+            };
+            Some(clear.iter().map(of_run).sum())
+        };
+        let squares = [0, 1].map(|law: usize| clear.iter().map(|run| square(&fits[law].0, *run)).sum());
+        let densities = by_errors(&fits[0]).zip(by_errors(&fits[1]));
+        (runs > PARAMETERS).then(|| match densities {
+            Some((of_line, of_root)) => Squares {
+                squares,
+                freedom: 0.0,
+                weighed: runs,
+                gain_by_errors: of_line - of_root,
+            },
+            None => Squares {
+                squares,
+                freedom: runs - PARAMETERS,
+                ..Squares::default()
+            },
+        })
+    }
+}
