@@ -433,6 +433,28 @@ fn a_law_that_does_not_hold_is_found() {
     assert!(2 * all.refused > all.sets, "{all:?}");
 }
 
+/// Three series, which an offset each may set apart, of a law that is not the square root.
+#[test]
+fn offsets_of_series_hide_no_law_that_fails() {
+    let design = |name, law: Law, model| Design {
+        name,
+        law,
+        model,
+        sigma: 0.008,
+        runs: [54, 12],
+        liquids: 1,
+        diameters: 1,
+        ..USUAL
+    };
+    let of = |name, law| ["", "series_offsets = true"].map(|model| design(name, law, model).count(40));
+    for found in of("linear, three series", linear) {
+        assert!(found.linear >= 30, "{found:?}");
+    }
+    for found in of("the square root, three series", right) {
+        assert!(found.linear + found.refused <= 1, "{found:?}");
+    }
+}
+
 /// Eight runs that follow the linear law to three digits, the coefficients of another table than any that is fitted elsewhere.
 #[test]
 fn runs_of_the_linear_law_are_said_to_follow_it() {
