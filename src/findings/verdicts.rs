@@ -3,7 +3,7 @@
 use super::balance::EnergyBalance;
 use super::dry::{self, FittedDry};
 use super::measurement_errors::ErrorSummary;
-use super::noise::Noise;
+use super::noise::{Noise, WetAlternative};
 use super::remarks::{self, shortened, Kind};
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
@@ -163,7 +163,29 @@ pub fn wet_law_holds(noise: &Noise, scaling: &[FittedScaling]) -> Option<Remark>
         better.unwrap_or_default()
     );
     let shift = Some(found.moves_in_se);
-    Some(gating_where_felt(remarks::WET_LAW_HOLDS, &found.test, shift, text))
+    let criterion = Kind {
+        next_step: after_wet_law(found.against),
+        ..remarks::WET_LAW_HOLDS
+    };
+    Some(gating_where_felt(criterion, &found.test, shift, text))
+}
+
+/// What to do where the wet law does not hold, by what describes the runs better.
+fn after_wet_law(against: WetAlternative) -> &'static str {
+    match against {
+        WetAlternative::SlopeOfOneLiquid | WetAlternative::FallOfOneLiquid => {
+            "check the viscosity and the films of that liquid, then fit the liquids apart: leave the rows of one out by a reason \
+             in the column exclude, fit, and compare its L with that of the other; where they differ, quote each liquid's own"
+        }
+        WetAlternative::SlopeOfOneGroup => {
+            "check the films and speeds of that group, or leave its rows out by a reason in the column exclude; if other groups \
+             then depart, fit liquids or particles apart"
+        }
+        WetAlternative::FallOfOneFilm => {
+            "check the speeds at that film ratio, or leave it out ([data] min_film_um, max_film_ratio, a column exclude)"
+        }
+        WetAlternative::CurvatureInInverseStokes | WetAlternative::SlopeInSpeed => remarks::WET_LAW_HOLDS.next_step,
+    }
 }
 
 /// Whether runs are as independent as standard errors take them to be; `None` where the model has offsets of series, or none
