@@ -21,21 +21,21 @@ pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
         .iter()
         .map(|band| {
             format!(
-                "the {:.0} % band holds {:.1} % of {} runs",
+                "the {:.0} % band holds {:.1} %",
                 100.0 * band.level,
-                100.0 * band.coverage,
-                band.runs
+                100.0 * band.coverage
             )
         })
         .collect();
     page.paragraph(&format!(
-        "New runs drawn from the posterior at the settings of the runs made{}: {}. A stuck run counts with the share of its \
-         probability that the band holds.",
+        "New runs are drawn from the posterior at the settings of the runs made{}. Of these {} runs {}; a stuck run counts with \
+         the share of its probability that the band holds.",
         if posterior.findings.series_offsets.is_empty() {
             ""
         } else {
             ", with the offsets of their series"
         },
+        found.bands.first().map_or(0, |band| band.runs),
         bands.join(", ")
     ));
     if found.stuck.is_empty() {
@@ -154,8 +154,8 @@ fn verdict(models: &[ComparedModel]) -> Option<String> {
     let by = numbers::significant(-worse.delta, 3);
     Some(match (own.model == best.model, worse.is_clearly_worse()) {
         (true, true) => format!(
-            "This scene's form, {}, predicts best; the next, {}, falls short by {by} ({errors}).",
-            own.model, other.model
+            "This scene's form, {}, predicts best, and clearly: the next lies {errors} behind.",
+            own.model
         ),
         (true, false) => format!(
             "This scene's form, {}, predicts best, but {} is as good as the runs can tell: it falls short by {by} \
@@ -189,7 +189,7 @@ mod tests {
         };
         assert_eq!(
             sentence(true, -263.0, 22.0),
-            "This scene's form, cap/2, predicts best; the next, none/2, falls short by 263 (12.0 standard errors)."
+            "This scene's form, cap/2, predicts best, and clearly: the next lies 12.0 standard errors behind."
         );
         assert!(sentence(true, -3.0, 0.1).contains("as good as the runs can tell"));
         assert!(sentence(true, -30.0, 20.0).contains("as good as the runs can tell"));
