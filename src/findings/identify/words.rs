@@ -105,7 +105,9 @@ fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: 
         .iter()
         .any(|group| stokes_differ(scene, runs, &runs.series[group.series.clone()]));
     // at one film ratio inertia takes as much at every speed, the viscous loss less at a higher one
-    let told_by_speed = kinds.len() == 2 && inertial && kinds.contains(&ParameterKind::LUBRICATION_LOG);
+    let is_loss =
+        |kind: &ParameterKind| [ParameterKind::LUBRICATION_LOG, ParameterKind::INERTIAL_PREFACTOR].contains(kind);
+    let told_by_speed = inertial && kinds.iter().all(is_loss);
     match (films.as_slice(), level) {
         ([_], _) if speeds_differ && told_by_speed => {
             let series = rebounding.iter().flat_map(|group| &runs.series[group.series.clone()]);
@@ -115,8 +117,8 @@ fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: 
             let rebounds = all.len();
             because(
                 format!(
-                    "one film ratio, where only the speed tells them apart, and only {rebounds} rebounds at St {least} to \
-                     {most}"
+                    "one film ratio, where only the speed tells inertia from the viscous loss, and {rebounds} rebounds at \
+                     St {least} to {most} are too few"
                 ),
                 "runs at faster and slower speeds, or at another film ratio",
             );

@@ -98,3 +98,19 @@ pub(super) fn reproduce(page: &mut Page, input: ReportInput) {
         .column("SHA-256", |(_, hash)| hash);
     page.table(&table);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_to_do_is_not_told_as_a_step() {
+        let of = |next_step: &str| told(&Remark::new("code", 1, "found", next_step));
+        assert_eq!(of("nothing"), "found.");
+        for comma in ["nothing: why", "nothing; why", "nothing, why"] {
+            assert_eq!(of(comma), "found; why.");
+        }
+        assert_eq!(of("nothing uses it"), "found. Next: nothing uses it.");
+        assert_eq!(of("look"), "found. Next: look.");
+    }
+}
