@@ -177,12 +177,8 @@ fn after_wet_law(against: WetAlternative) -> &'static str {
             "check the viscosity and the films of that liquid, then fit the liquids apart: leave the rows of one out by a reason \
              in the column exclude, fit, and compare its L with that of the other; where they differ, quote each liquid's own"
         }
-        WetAlternative::SlopeOfOneGroup => {
-            "check the films and speeds of that group, or leave its rows out by a reason in the column exclude; if other groups \
-             then depart, fit liquids or particles apart"
-        }
-        WetAlternative::FallOfOneFilm => {
-            "check the speeds at that film ratio, or leave it out ([data] min_film_um, max_film_ratio, a column exclude)"
+        WetAlternative::SlopeOfOneGroup | WetAlternative::FallOfOneFilm => {
+            "check the films and speeds of these runs, or leave them out ([data] min_film_um, max_film_ratio, a column exclude)"
         }
         WetAlternative::CurvatureInInverseStokes | WetAlternative::SlopeInSpeed => remarks::WET_LAW_HOLDS.next_step,
     }
