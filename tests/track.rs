@@ -336,6 +336,35 @@ fn a_wrong_scale_is_its_own_recordings_alone() {
     stdout.says("no recording shows a fall at 9.81");
 }
 
+/// Nor is a scale by gravity that of the recording with most frames, where the others share another.
+#[test]
+fn a_long_recording_at_another_scale_condemns_no_others() {
+    let mut rng = rng_of("a_long_recording_at_another_scale_condemns_no_others");
+    let mut seen = drops(4, &mut rng);
+    seen.iter_mut().for_each(|seen| seen.more = String::new());
+    for place in [0, 3] {
+        let (folder, path) = written(&seen, CAMERA, "scale_px_per_mm", &mut rng);
+        let near = Camera {
+            frame_rate: 8_000.0,
+            scale: 40_000.0,
+            ..CAMERA
+        };
+        let name = format!("drop{place}.csv");
+        folder.write(&name, positions(&seen[place], near, &mut rng));
+        let list = std::fs::read_to_string(&path).expect("readable");
+        let line = format!("{name},PTFE,dry,4.762,,");
+        let list = list.replace(&format!("{line}1000"), &format!("{line}8000"));
+        std::fs::write(&path, list).expect("writable");
+        for (of, tracked) in each(&tracked(&path)).enumerate() {
+            let impact = &tracked.expect("a run").impacts[0];
+            assert_eq!(impact.verdict.is_some(), of == place, "{of}: {:?}", impact.verdict);
+            if let Some(verdict) = &impact.verdict {
+                verdict.says("by the scale of the others it falls at 19.");
+            }
+        }
+    }
+}
+
 /// What falls faster than any sphere can has a wrong scale or rate: no drag is told of it.
 #[test]
 fn a_drag_beyond_the_weight_is_a_mistake() {
