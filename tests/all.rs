@@ -9,6 +9,7 @@ mod common;
 mod completions;
 mod condensing;
 mod constants;
+mod contradictions;
 mod cooling;
 mod degenerate;
 mod degenerate_posterior;

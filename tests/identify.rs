@@ -1,6 +1,6 @@
 //! Holds that what runs cannot see is named, with a true value for what they determine instead.
 
-use crate::common::scenes::{scene_of, AK10, PTFE};
+use crate::common::scenes::{scene_of, AK10, HEADER, PTFE};
 use crate::common::{seed_of, Place, Says, Told};
 use wetcor::findings::identify::{identify_directions, Directions, IdentifiableCombination, Unidentified};
 use wetcor::findings::posterior::MethodChoice;
@@ -185,6 +185,32 @@ fn forgotten_dry_runs_would_hide_a_direction() {
     table.runs.dry.clear();
     let blind = identify_directions(&place.scene, &table.runs, findings.least_squares()).expect("parameters");
     assert_eq!(only(&blind).parameters, ["inertial_prefactor", "dry_k[PTFE]"]);
+}
+
+/// At one film ratio inertia takes as much at every speed and the viscous loss does not: what is missing is runs, not a film.
+#[test]
+fn a_few_runs_at_one_film_ratio_are_too_few() {
+    let place = Place::new(&scene_of("few", &[PTFE, AK10]));
+    let mut rows = HEADER.to_owned();
+    for (v, e) in [(0.55, 0.852), (1.05, 0.800), (1.45, 0.821), (1.95, 0.785)] {
+        rows += &format!("PTFE,dry,4.762,,{v},{e}\n");
+    }
+    for (v, e) in [(0.7, 0.602), (1.1, 0.686), (1.5, 0.679), (1.9, 0.720)] {
+        rows += &format!("PTFE,AK10,4.762,286,{v},{e}\n");
+    }
+    let seen = place.fit_rows(&rows).identifies.expect("parameters");
+    let unseen = only(&seen);
+    assert!(
+        unseen.parameters.contains(&"inertial_prefactor".to_owned()),
+        "{unseen:?}"
+    );
+    unseen
+        .reason
+        .says("only the speed tells inertia from the viscous loss, and 4 rebounds at St 8");
+    assert_eq!(
+        unseen.add,
+        "add runs at faster and slower speeds, or at another film ratio"
+    );
 }
 
 #[test]

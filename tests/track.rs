@@ -273,6 +273,120 @@ fn what_falls_at_another_rate_is_left_out_with_the_reason() {
         .all(|verdict| verdict.is_some_and(|reason| reason.contains("not 9.81"))));
 }
 
+/// A recording whose scale is wrong is named, and moves neither its neighbours' speeds nor the error that all are to share:
+/// not where it has most of the frames, and not where its heights are of another kind.
+#[test]
+fn a_wrong_scale_is_its_own_recordings_alone() {
+    let mut rng = rng_of("a_wrong_scale_is_its_own_recordings_alone");
+    let mut seen = drops(2, &mut rng);
+    let coarse = Camera {
+        frame_rate: 250.0,
+        ..CAMERA
+    };
+    for scale in [10.0, 18.0, 40.0, 2_000.0] {
+        // its frames are four times as many as those of the right one, of pixels or of lengths
+        seen[1].more = format!("{scale},");
+        seen[0].more = "20,".to_owned();
+        let (folder, path) = written(&seen, CAMERA, "scale_px_per_mm,y_unit", &mut rng);
+        let list = std::fs::read_to_string(&path).expect("readable");
+        for (rows, cells) in [("px", "250,20,"), ("mm", "250,,")] {
+            let heights = positions(&seen[0], coarse, &mut rng);
+            let in_mm = |line: &str| {
+                let (frame, row) = line.split_once(',').expect("two columns");
+                format!("{frame},{}\n", (PLATE_ROW - row.parse::<f64>().expect("a row")) / 20.0)
+            };
+            folder.write(
+                "drop0.csv",
+                match rows {
+                    "px" => heights,
+                    _ => "frame,y_mm\n".to_owned() + &heights.lines().skip(1).map(in_mm).collect::<String>(),
+                },
+            );
+            std::fs::write(&path, list.replacen("1000,20,", cells, 1)).expect("writable");
+            let campaign = tracked(&path);
+            let impacts: Vec<_> = each(&campaign)
+                .map(|of| of.expect("a run").impacts[0].clone())
+                .collect();
+            let [right, wrong] = [&impacts[0], &impacts[1]];
+            assert_eq!(right.verdict, None, "{scale} {rows}");
+            let error = right.speeds.impact_speed - seen[0].bounces.impact_speed;
+            assert!(
+                error.abs() < 4.0 * right.speeds.impact_speed_sd,
+                "{scale} {rows}: {error}"
+            );
+            let verdict = wrong.verdict.as_ref().expect("it is left out");
+            verdict.says("it falls at");
+            verdict.says("scale_px_per_mm would be 20.");
+            // it falls by its own gravity, so that its speeds are wrong by the scale and by nothing else
+            let ratio = wrong.speeds.impact_speed / seen[1].bounces.impact_speed * scale / 20.0;
+            assert!((ratio - 1.0).abs() < 0.01, "{scale} {rows}: {ratio}");
+            let shared = campaign
+                .gravity
+                .shared_error()
+                .expect("one recording falls as things do");
+            assert!(shared < 0.02, "{scale} {rows}: {shared}");
+        }
+    }
+    // none that falls as things do: a mistake is not offered as an error that speeds share
+    seen[0].more = "10,".to_owned();
+    let (folder, _) = written(&seen, CAMERA, "scale_px_per_mm,y_unit", &mut rng);
+    let (status, stdout, stderr) = folder.run("track recordings.csv --out runs.csv");
+    assert_eq!(status, Some(1), "no run is left: {stderr}");
+    assert!(!stdout.contains("speed_rel_sd"), "{stdout}");
+    stdout.says("no recording shows a fall at 9.81");
+}
+
+/// Nor is a scale by gravity that of the recording with most frames, where the others share another.
+#[test]
+fn a_long_recording_at_another_scale_condemns_no_others() {
+    let mut rng = rng_of("a_long_recording_at_another_scale_condemns_no_others");
+    let mut seen = drops(4, &mut rng);
+    seen.iter_mut().for_each(|seen| seen.more = String::new());
+    for place in [0, 3] {
+        let (folder, path) = written(&seen, CAMERA, "scale_px_per_mm", &mut rng);
+        let near = Camera {
+            frame_rate: 8_000.0,
+            scale: 40_000.0,
+            ..CAMERA
+        };
+        let name = format!("drop{place}.csv");
+        folder.write(&name, positions(&seen[place], near, &mut rng));
+        let list = std::fs::read_to_string(&path).expect("readable");
+        let line = format!("{name},PTFE,dry,4.762,,");
+        let list = list.replace(&format!("{line}1000"), &format!("{line}8000"));
+        std::fs::write(&path, list).expect("writable");
+        for (of, tracked) in each(&tracked(&path)).enumerate() {
+            let impact = &tracked.expect("a run").impacts[0];
+            assert_eq!(impact.verdict.is_some(), of == place, "{of}: {:?}", impact.verdict);
+            if let Some(verdict) = &impact.verdict {
+                verdict.says("by the scale of the others it falls at 19.");
+            }
+        }
+    }
+}
+
+/// What falls faster than any sphere can has a wrong scale or rate: no drag is told of it.
+#[test]
+fn a_drag_beyond_the_weight_is_a_mistake() {
+    let mut rng = rng_of("a_drag_beyond_the_weight_is_a_mistake");
+    let mut seen = drops(2, &mut rng);
+    // by gravity twenty times as fast at a twentieth of the rate: a ball of half a metre can be, one of foam cannot
+    for (density, used) in [("1000", "2 runs"), ("5", "0 runs")] {
+        seen.iter_mut().for_each(|seen| seen.more = format!(",{density}"));
+        let (folder, path) = written(&seen, CAMERA, "scale_px_per_mm,density_kg_m3", &mut rng);
+        let list = std::fs::read_to_string(&path).expect("readable");
+        std::fs::write(&path, list.replace("4.762,,1000", "476.2,,50")).expect("writable");
+        let (_, stdout, stderr) = folder.run("track recordings.csv --out runs.csv --report out");
+        stdout.says(used);
+        assert!(!stderr.contains("of the weight,"), "{stderr}");
+        if used == "0 runs" {
+            stderr.says("is wrong");
+            assert!(!folder.read("out/report.md").contains("% of the weight was taken off"));
+            assert!(!stdout.contains("speed_rel_sd"), "{stdout}");
+        }
+    }
+}
+
 #[test]
 fn a_sphere_that_stays_is_a_run_that_stuck() {
     let mut rng = rng_of("a_sphere_that_stays_is_a_run_that_stuck");
@@ -871,7 +985,12 @@ fn whatever_was_seen_the_runs_are_ones_that_check_takes() {
             } else {
                 1.0
             };
-            let scale = 10f64.powf(rng.random_range(-3.0..7.0));
+            // most fall at another rate than things do, which leaves them out
+            let scale = if rng.random_bool(0.3) {
+                1.0
+            } else {
+                10f64.powf(rng.random_range(-3.0..7.0))
+            };
             let rate = 10f64.powf(rng.random_range(1.0..4.5));
             let noise = 10f64.powf(rng.random_range(-4.0..-0.5)) * bounces.impact_speed.powi(2) / 20.0;
             let mut text = "frame,y_m\n".to_owned();

@@ -494,6 +494,36 @@ fn runs_of_the_linear_law_are_said_to_follow_it() {
     }
 }
 
+/// A liquid that departs from the law of the others is to be fitted by itself: no film and no speed is at fault.
+#[test]
+fn a_liquid_with_an_l_of_its_own_is_to_be_fitted_apart() {
+    let place = Place::new(&scene_of("apart", &[PTFE_SPHERE, AK10, M50]));
+    let small = [4.0, -6.0, 5.0, -3.0, 6.0, -5.0, 2.0].map(|own| own * 1e-3);
+    let mut noise = small.iter().cycle();
+    let mut off = move || noise.next().copied().unwrap_or_default();
+    let mut csv = HEADER.to_owned();
+    let e_dry = |v: f64| 1.0 - 0.18 * v.powf(0.2);
+    for v in [0.5, 0.8, 1.1, 1.4, 1.7, 2.0] {
+        csv += &format!("PTFE,dry,4.762,,{v},{:.4}\n", e_dry(v) + off());
+    }
+    for film in [190.0, 286.0, 476.0] {
+        for v in [0.8, 1.0, 1.2, 1.5, 1.8, 2.1] {
+            for (liquid, density, viscosity, l) in [("AK10", 930.0, 9.3e-3, 1.85), ("M50", 965.0, 48.3e-3, 1.3)] {
+                let ratio: f64 = film / 4762.0;
+                let g = ratio * (3.0 - 6.0 * ratio + 4.0 * ratio * ratio);
+                let stokes = 2150.0 * 4.762e-3 * v / (9.0 * viscosity);
+                let kept = e_dry(2.0).powi(2) - 0.9 * density / 2150.0 * g - 4.0 * l / stokes;
+                csv += &format!("PTFE,{liquid},4.762,{film},{v},{:.4}\n", kept.sqrt() + off());
+            }
+        }
+    }
+    let findings = place.fit_rows(&csv);
+    let check = findings.check("wet_law_holds");
+    assert!(!check.passed && check.gates(), "{check:?}");
+    check.text.says("in one liquid");
+    check.next_step.says("fit the liquids apart");
+}
+
 const PAGE: &str = "reports/wet_law.md";
 
 /// Writes `reports/wet_law.md` anew, row by row; rows that stand there with as many sets are kept.

@@ -377,13 +377,18 @@ pub(super) fn settle_dry_speed(notices: &mut Vec<Remark>, models: &[ComparedMode
         notices.remove(at);
         return;
     }
-    // the best form but for its dry speed, where the best is the scene's own
+    // the scene's own form but for its dry speed
     let twin = |other: &&ComparedModel| {
-        best.own && !other.own && other.inertia() == best.inertia() && other.model.ends_with("/impact")
+        let is_viscous_alike = other.model.contains('+') == own.model.contains('+');
+        !other.own && has_it(other) && is_viscous_alike && other.inertia() == own.inertia()
     };
-    let twin = models.iter().find(twin).filter(|twin| twin.is_clearly_worse());
+    let behind = |twin: &ComparedModel| Difference {
+        value: own.delta - twin.delta,
+        ..twin.gain_of_the_best()
+    };
+    let behind = models.iter().find(twin).map(behind).filter(|gain| is_gain(*gain));
     let notice = &mut notices[at];
-    let Some((twin, se)) = twin.and_then(|twin| Some((twin, twin.delta_se?))) else {
+    let Some((behind, se)) = behind.and_then(|gain| Some((gain.value, gain.se?))) else {
         notice.next_step =
             "see Other forms of the law: dry_speed_m_s = \"impact\" holds it where it predicts better".into();
         return;
@@ -393,7 +398,7 @@ pub(super) fn settle_dry_speed(notices: &mut Vec<Remark>, models: &[ComparedMode
         "{}: not in the model, and the comparison of forms speaks against it: with it the runs are predicted worse by {} \
          in log density",
         Term::OwnDrySpeed.in_words(),
-        with_se(-twin.delta, se)
+        with_se(behind, se)
     );
     notice.next_step = "nothing".into();
 }

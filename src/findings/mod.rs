@@ -406,6 +406,14 @@ impl Findings {
                     if spared || is_law && (of_offsets || few) || remark.code == remarks::FILM_GROUPS.code {
                         *remark = remark.clone().forbidding_if(false);
                     }
+                    if spared && !remark.passed {
+                        let why = if other_form {
+                            "holds another form of inertia"
+                        } else {
+                            "does not know the noise of the posterior"
+                        };
+                        remark.text = format!("{} by least squares, which {why}", remark.text);
+                    }
                     // a film ratio without a law has its numbers from the posterior
                     if !remark.passed && (spared || is_law && !remark.gates()) {
                         *remark = remark.clone().at(Level::Informs);

@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::document::Findings;
+use super::noise::Outlier;
 use super::posterior::QuantitySummary;
 use super::range::range;
 use super::remarks::{self, shortened, Kind};
@@ -301,7 +302,24 @@ pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> 
         questions.extend(side.map(|side| format!("St of every wet run is {side} ({})", between([least, most]))));
     }
     let plain = "k, L, δc, St and the spreads are such as experiments have";
-    (!runs.is_empty()).then(|| check(remarks::PLAUSIBLE_RESULT, &questions, plain))
+    let outliers = findings.noise.iter().flat_map(|noise| &noise.outliers);
+    let row = |one: &Outlier| {
+        format!(
+            "{} (e = {:.3}, {:.1} σ off the law)",
+            one.place,
+            one.restitution,
+            one.sds.abs()
+        )
+    };
+    let outliers: Vec<String> = outliers.map(row).collect();
+    (!runs.is_empty()).then(|| {
+        let mut found = check(remarks::PLAUSIBLE_RESULT, &questions, plain);
+        if !found.passed && !outliers.is_empty() {
+            let (first, then) = (shortened(&outliers), remarks::PLAUSIBLE_RESULT.next_step);
+            found.next_step = format!("look first at {first}: one wrong row is enough; then {then}");
+        }
+        found
+    })
 }
 
 /// A parameter by least squares and by the posterior, as far as there is one.

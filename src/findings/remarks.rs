@@ -627,7 +627,7 @@ pub fn in_order(remarks: &[Remark]) -> Vec<&Remark> {
 }
 
 /// A parameter or a main number by its symbol, as tables have it: `dry_k[PTFE]` is k of PTFE; one without keeps its name.
-pub(super) fn in_symbols(name: &str) -> String {
+pub(crate) fn in_symbols(name: &str) -> String {
     let (key, of) = match name.split_once('[') {
         Some((key, of)) => (key, Some(of.trim_end_matches(']'))),
         None => (name, None),
@@ -640,10 +640,18 @@ pub(super) fn in_symbols(name: &str) -> String {
         (None, _) => of_noise.map_or(name, |own| own.symbol).to_owned(),
         (Some(quantity), None) => quantity.symbol.to_owned(),
         (Some(quantity), Some(of)) => {
-            let words = of.split(',').map(|part| match part.parse::<f64>() {
-                Ok(_) => format!("δ/D = {part}"),
-                Err(_) => part.to_owned(),
-            });
+            // a film ratio comes last, a diameter before it; k has no film
+            let last = of.split(',').count() - 1;
+            let words = of
+                .split(',')
+                .enumerate()
+                .map(|(place, part)| match part.parse::<f64>() {
+                    Ok(_) if place == last && quantity.name != Quantity::DryK.describe().name => {
+                        format!("δ/D = {part}")
+                    }
+                    Ok(_) => format!("D = {part} mm"),
+                    Err(_) => part.to_owned(),
+                });
             format!("{} of {}", quantity.symbol, words.collect::<Vec<_>>().join(", "))
         }
     }
@@ -705,8 +713,19 @@ mod tests {
             "inertial_prefactor",
             "e_inf[PTFE,AK10,0.06]",
             "sigma_wet",
+            // where each diameter has its own k
+            "dry_k[PTFE,4.762]",
+            "st_c[PTFE,4.762,AK10,0.06]",
         ];
-        let symbols = ["k of PTFE", "L", "C", "e_inf of PTFE, AK10, δ/D = 0.06", "σ_wet"];
+        let symbols = [
+            "k of PTFE",
+            "L",
+            "C",
+            "e_inf of PTFE, AK10, δ/D = 0.06",
+            "σ_wet",
+            "k of PTFE, D = 4.762 mm",
+            "St_c of PTFE, D = 4.762 mm, AK10, δ/D = 0.06",
+        ];
         assert_eq!(names.map(in_symbols), symbols);
     }
 

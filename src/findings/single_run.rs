@@ -20,7 +20,7 @@ use crate::inference::sampling::Sampled;
 use crate::model::likelihood::pointwise::{AtDraws, Pointwise};
 use crate::physics::Quantity;
 use crate::remark::Remark;
-use crate::rounding::{short, with_se};
+use crate::rounding::{by_number, short, with_se};
 use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
 
@@ -274,10 +274,9 @@ pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, found: &[SingleRun])
     });
     let told: Vec<String> = told.collect();
     (!told.is_empty()).then(|| {
-        let text = format!(
-            "one run carries a main number, which moves by more than its ± without it: {}",
-            shortened(&told)
-        );
+        let one = "one run carries a main number, which moves by more than its ± without it";
+        let several = "single runs carry main numbers, which move by more than their ± without them";
+        let text = format!("{}: {}", by_number(told.len(), one, several), shortened(&told));
         remarks::SINGLE_RUN.notice(told.len(), text)
     })
 }

@@ -3,7 +3,7 @@
 use super::balance::EnergyBalance;
 use super::dry::{self, FittedDry};
 use super::measurement_errors::ErrorSummary;
-use super::noise::Noise;
+use super::noise::{Noise, WetAlternative};
 use super::remarks::{self, shortened, Kind};
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
@@ -159,12 +159,26 @@ pub fn wet_law_holds(noise: &Noise) -> Option<Remark> {
         found.moves_in_se
     );
     // what moves a number by many of its ± wants no such certainty
-    let criterion = if found.moves_in_se > remarks::FAR {
-        remarks::WET_LAW_HOLDS.at(remarks::SELDOM)
-    } else {
-        remarks::WET_LAW_HOLDS
+    let far = found.moves_in_se > remarks::FAR;
+    let criterion = Kind {
+        next_step: after_wet_law(found.against),
+        ..remarks::WET_LAW_HOLDS.at(if far { remarks::SELDOM } else { remarks::BEYOND_CHANCE })
     };
     Some(gating_where_felt(criterion, &found.test, Some(found.moves_in_se), text))
+}
+
+/// What to do where the wet law does not hold, by what describes the runs better.
+fn after_wet_law(against: WetAlternative) -> &'static str {
+    match against {
+        WetAlternative::SlopeOfOneLiquid | WetAlternative::FallOfOneLiquid => {
+            "check the viscosity and the films of that liquid, then fit the liquids apart: leave the rows of one out by a reason \
+             in the column exclude, fit, and compare its L with that of the other; where they differ, quote each liquid's own"
+        }
+        WetAlternative::SlopeOfOneGroup | WetAlternative::FallOfOneFilm => {
+            "check the films and speeds of these runs, or leave them out ([data] min_film_um, max_film_ratio, a column exclude)"
+        }
+        WetAlternative::CurvatureInInverseStokes | WetAlternative::SlopeInSpeed => remarks::WET_LAW_HOLDS.next_step,
+    }
 }
 
 /// The linear law against the square root.
@@ -177,8 +191,8 @@ fn linear_law(found: &LineAgainstRoot) -> Remark {
     );
     let text = if found.favours_line() {
         format!(
-            "the linear law e = e_inf (1 − St_c/St) describes {over} better in log density than the square root: residual sd {line} \
-             against {root}"
+            "the linear law e = e_inf (1 − St_c/St) describes {over} better than the square root: residual sd {line} against {root}, \
+             and a higher log density"
         )
     } else {
         format!("the square root serves as well as the linear law over {over}: residual sd {root} against {line}")

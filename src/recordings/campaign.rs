@@ -147,10 +147,10 @@ impl Refusal {
     }
 }
 
-/// The gravity of the recordings that share a kind of scale.
+/// The gravity of the recordings that share a kind of scale, of those whose own agrees with [`GRAVITY`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct GravityCheck {
-    /// g in m/s² by scales that were measured; `None` where none was
+    /// g in m/s² by scales that were measured; `None` where none was, or none agrees
     pub measured: Option<Gravity>,
     /// the scale, in pixels per m, with its standard error, of the recordings that have it from gravity
     pub scale: Option<[f64; 2]>,
@@ -162,11 +162,15 @@ pub struct GravityCheck {
 pub const LOCAL_GRAVITY: f64 = 0.0015;
 
 impl GravityCheck {
-    /// The relative error that speeds share: by how much g is off, or is known.
-    pub fn shared_error(&self) -> f64 {
-        let measured = self.measured.map_or(0.0, |g| g.se / GRAVITY);
-        let scale = self.scale.map_or(0.0, |[value, se]| se / value);
-        self.off.max(measured).max(scale).max(LOCAL_GRAVITY)
+    /// The relative error that speeds share: by how much g is off, or is known. `None` without a gravity, and of more than
+    /// an error of a scale: a scale or a frame rate is then wrong, or the flights are too short to tell.
+    pub fn shared_error(&self) -> Option<f64> {
+        /// more is no error that speeds share but a mistake
+        const MOST: f64 = 0.1;
+        let measured = self.measured.map(|g| g.se / GRAVITY);
+        let scale = self.scale.map(|[value, se]| se / value);
+        let known = measured.into_iter().chain(scale).reduce(f64::max)?;
+        Some(self.off.max(known).max(LOCAL_GRAVITY)).filter(|error| *error <= MOST)
     }
 }
 
@@ -175,8 +179,8 @@ struct Underway<'r> {
     recording: &'r Recording,
     flights: Flights,
     scale: ImageScale,
-    /// gravity of the flight that tells it best, before the flights were fitted with that of all
-    own_gravity: f64,
+    /// the gravity of its own flights, where it is not that of free fall: no other recording is to share it
+    stray: Option<Gravity>,
 }
 
 /// All recordings with what they gave, in their order; those that show nothing carry the reason.
@@ -204,13 +208,6 @@ pub(super) fn analyse(
     (outcomes.collect(), check)
 }
 
-/// The gravity of the flight that tells it best.
-fn own_gravity(flights: &Flights) -> f64 {
-    let own = flights.fits().into_iter().map(|fit| fit.own());
-    let best = own.min_by(|[_, a], [_, b]| a.total_cmp(b));
-    best.map_or(f64::NAN, |[value, _]| value)
-}
-
 /// The scale of a recording; one by gravity is 1 so far.
 fn scale(recording: &Recording, shown: &Shown) -> ImageScale {
     let by_diameter = shown.diameter.map(|of| of.map(|pixels| pixels / recording.diameter));
@@ -230,9 +227,16 @@ fn scale(recording: &Recording, shown: &Shown) -> ImageScale {
 /// Lets flights, contacts, gravity and the scale by gravity follow each other; what fails leaves with its reason.
 fn settle(underway: &mut [Result<Underway, Refusal>]) -> GravityCheck {
     let mut check = GravityCheck::default();
+    // a long recording at another scale than the others has most of the frames: each counts once
+    let by_gravity = underway
+        .iter()
+        .flatten()
+        .filter(|of| of.scale.source == ScaleSource::Gravity);
+    let mut own: Vec<Gravity> = by_gravity.filter_map(|of| shared(&of.flights.fits())).collect();
+    own.sort_by(|a, b| a.value.total_cmp(&b.value));
+    let mut found = own.get(own.len().saturating_sub(1) / 2).copied();
     for round in 0..=ROUNDS {
-        check.measured = gravity_of(underway, &ScaleSource::MEASURED);
-        if let Some(g) = gravity_of(underway, &[ScaleSource::Gravity]) {
+        if let Some(g) = found {
             let by_gravity = underway.iter_mut().flatten();
             for of in by_gravity.filter(|of| of.scale.source == ScaleSource::Gravity) {
                 of.flights = of.flights.over(g.value / GRAVITY);
@@ -240,6 +244,9 @@ fn settle(underway: &mut [Result<Underway, Refusal>]) -> GravityCheck {
                 check.scale = Some([of.scale.value, of.scale.value * g.se / g.value]);
             }
         }
+        underway.iter_mut().flatten().for_each(Underway::hold_against_free_fall);
+        found = gravity_of(underway, &[ScaleSource::Gravity]);
+        check.measured = gravity_of(underway, &ScaleSource::MEASURED);
         if round == ROUNDS {
             break;
         }
@@ -257,12 +264,12 @@ fn settle(underway: &mut [Result<Underway, Refusal>]) -> GravityCheck {
     check
 }
 
-/// The gravity of recordings whose scale is of these kinds.
+/// The gravity of recordings whose scale is of these kinds and whose own agrees with that of free fall.
 fn gravity_of(underway: &[Result<Underway, Refusal>], sources: &[ScaleSource]) -> Option<Gravity> {
     let of_kind = underway
         .iter()
         .flatten()
-        .filter(|of| sources.contains(&of.scale.source));
+        .filter(|of| of.stray.is_none() && sources.contains(&of.scale.source));
     let fits: Vec<FlightFit> = of_kind.flat_map(|of| of.flights.fits()).collect();
     shared(&fits)
 }
@@ -270,6 +277,9 @@ fn gravity_of(underway: &[Result<Underway, Refusal>], sources: &[ScaleSource]) -
 /// The gravity that a recording is fitted with. Of one whose scale it gives it is known; what the scale errs by is an error
 /// that all speeds share.
 fn gravity_for(of: &Underway, check: GravityCheck) -> Option<Gravity> {
+    if of.stray.is_some() {
+        return of.stray;
+    }
     if of.scale.source == ScaleSource::Gravity {
         return Some(Gravity {
             value: GRAVITY,
@@ -360,10 +370,15 @@ impl Underway<'_> {
         })?;
         Ok(Underway {
             recording,
-            own_gravity: own_gravity(&flights) / scale.value,
+            stray: None,
             flights: flights.over(scale.value),
             scale,
         })
+    }
+
+    /// Sets it apart where its own flights do not fall as things do, so that its mistake is no other recording's.
+    fn hold_against_free_fall(&mut self) {
+        self.stray = shared(&self.flights.fits()).filter(|own| is_off(own.value, own.se, GRAVITY));
     }
 
     /// Fits its flights anew, with the gravity that is known by now.
@@ -411,28 +426,30 @@ impl Underway<'_> {
         })
     }
 
-    /// Whether all flights fall as things do, and this one as all.
+    /// Whether its flights fall as things do, and each as those of all.
     fn fall_verdict(&self, contact: Contact, gravity: Gravity, check: GravityCheck) -> Option<String> {
-        let all = check.measured.filter(|_| gravity.flights > 0);
-        if let Some(g) = all.filter(|g| is_off(g.value, g.se, GRAVITY)) {
+        let it_falls = match self.scale.source {
+            ScaleSource::Gravity => "by the scale of the others it falls",
+            _ => "it falls",
+        };
+        let [by_itself, all] = [(it_falls, self.stray), ("all flights fall", check.measured)];
+        let is_wrong = |g: &Gravity| is_off(g.value, g.se, GRAVITY);
+        let wrong = [by_itself, all].map(|(who, of)| Some((who, of.filter(is_wrong)?)));
+        if let Some((who, g)) = wrong.into_iter().flatten().next() {
             return Some(format!(
-                "all flights fall at {} m/s^2, not {GRAVITY}, {} times as fast as things do: {}",
+                "{who} at {} m/s^2, not {GRAVITY}, {} times as fast as things do: {}",
                 significant(g.value, 3),
                 significant(g.value / GRAVITY, 3),
                 self.what_is_wrong(g.value / GRAVITY)
             ));
         }
-        let places = std::iter::once(contact.before).chain(contact.rebound());
-        places.into_iter().find_map(|place| {
-            let flights = &self.flights;
+        let places = [("before", Some(contact.before)), ("after", contact.rebound())];
+        places.into_iter().find_map(|(side, place)| {
+            let (flights, place) = (&self.flights, place?);
             let [own, se] = flights.fit(place, flights.segments[place].parabola.time).own();
-            let off = is_off(own, se.hypot(gravity.se), gravity.value);
-            off.then(|| {
-                // a flight far off has lost frames to the gravity of all
-                let far = self.scale.source != ScaleSource::Gravity && is_off(self.own_gravity, 0.0, gravity.value);
-                let own = if far { self.own_gravity } else { own };
+            is_off(own, se.hypot(gravity.se), gravity.value).then(|| {
                 format!(
-                    "it falls at {own:.2} m/s^2 by itself, where all fall at {:.2}: {}",
+                    "its flight {side} the contact falls at {own:.2} m/s^2, where all fall at {:.2}: {}",
                     gravity.value,
                     self.what_is_wrong(own / gravity.value)
                 )
@@ -442,12 +459,20 @@ impl Underway<'_> {
 
     /// What the frame rate or the scale would be if the other is right, where things fall so many times too fast.
     fn what_is_wrong(&self, times: f64) -> String {
-        let rate = self.recording.frame_rate.filter(|_| times > 0.0);
-        let rate = rate.map(|rate| format!("frame_rate_Hz would be {}", significant(rate / times.sqrt(), 3)));
-        let scale = (self.scale.source == ScaleSource::Stated && times > 0.0)
-            .then(|| pixels_per_millimetre(self.scale.value * times))
-            .map(|scale| format!("scale_px_per_mm would be {}", significant(scale, 3)));
-        let would: Vec<String> = rate.into_iter().chain(scale).collect();
+        let right = |what: &str, value: f64| format!("{what} would be {}", significant(value, 3));
+        let rate = self
+            .recording
+            .frame_rate
+            .map(|rate| right("frame_rate_Hz", rate / times.sqrt()));
+        let scale = match self.scale.source {
+            ScaleSource::Stated => Some(right(
+                "scale_px_per_mm",
+                pixels_per_millimetre(self.scale.value * times),
+            )),
+            ScaleSource::Lengths => Some(right("lengths", 1.0 / times) + " times as large"),
+            ScaleSource::Diameter | ScaleSource::Gravity => None,
+        };
+        let would: Vec<String> = rate.into_iter().chain(scale).filter(|_| times > 0.0).collect();
         if would.is_empty() {
             return "frame rate or scale is wrong".to_owned();
         }
@@ -478,7 +503,21 @@ impl Underway<'_> {
 
     /// Whether a table of runs takes it.
     fn run_verdict(&self, contact: Contact, speeds: ContactSpeeds) -> Option<String> {
+        /// kg/m³ of the densest sphere there is, where the list has no density
+        const DENSEST: f64 = 22_600.0;
         let (v, v_r) = (speeds.impact_speed, speeds.rebound_speed);
+        let sphere = SphereInAir {
+            diameter: self.recording.diameter,
+            density: self.recording.density.unwrap_or(DENSEST),
+        };
+        let drag = sphere.deceleration(v) / GRAVITY;
+        if drag > 1.0 {
+            return Some(format!(
+                "no fall is as fast as {} m/s: the drag of the air would be {} times the weight: frame rate or scale is wrong",
+                significant(v, 3),
+                significant(drag, 2)
+            ));
+        }
         if self.recording.film > self.recording.diameter {
             return Some("film_um is more than the diameter".to_owned());
         }

@@ -175,11 +175,16 @@ fn gravity_lines(campaign: &Campaign) -> Vec<String> {
             widths_by_gravity(campaign)
         ));
     }
-    if gravity.measured.is_some() || gravity.scale.is_some() {
-        lines.push(format!(
+    let is_any_used = rows(campaign).any(|(_, impact)| impact.verdict.is_none());
+    match gravity.shared_error() {
+        Some(error) if is_any_used => lines.push(format!(
             "an error that all speeds share: `speed_rel_sd = {}` in [data] of the scene",
-            significant(gravity.shared_error(), 2)
-        ));
+            significant(error, 2)
+        )),
+        None if tracked(campaign).next().is_some() => lines.push(format!(
+            "no error that all speeds share can be told: no recording shows a fall at {GRAVITY} m/s² to 10 %"
+        )),
+        _ => {}
     }
     lines
 }
@@ -225,9 +230,9 @@ fn page(title: &str, campaign: &Campaign, figures: &[&str]) -> String {
     page.section(
         "Scale and gravity",
         &format!(
-            "Every flight is fitted with one gravity. A flight whose own is off by more than {:.0} % and {FAR} standard \
-             deviations leaves its run out, since its scale or frame rate is then wrong. What falls faster than {GRAVITY} \
-             m/s² by a measured scale was nearer than it says, or taken at more frames a second.",
+            "A recording falls wrongly where its own gravity is off {GRAVITY} m/s² by more than {:.0} % and {FAR} standard \
+             deviations: its run is left out, since its scale or frame rate is wrong. All others are fitted with one gravity. \
+             What falls too fast by a measured scale was nearer than it says, or taken at more frames a second.",
             100.0 * OFF
         ),
     );
@@ -339,19 +344,29 @@ fn scale_of(tracked: &Tracked) -> Option<f64> {
     (tracked.scale.source != ScaleSource::Lengths).then_some(tracked.scale.value)
 }
 
-/// What is to be said of runs whose drag is not taken off; nothing where it is, or is less than matters.
+/// What is to be said of used runs whose drag is not taken off; nothing where it is, or is less than matters.
 pub fn drag_left(campaign: &Campaign) -> Option<String> {
     /// of the weight: e is then off by a thousandth
     const MATTERS: f64 = 0.003;
-    let left = rows(campaign).filter(|(recording, _)| recording.density.is_none());
-    let most = left.map(drag).fold(0.0, f64::max);
-    (most > MATTERS).then(|| {
-        format!(
-            "the drag of the air is not taken off, since the list has no density_kg_m3: of a sphere of {LIGHT} kg/m³ it is up to \
-             {} % of the weight, and makes e too small by about a third of that share",
+    let most = drags(campaign, |recording| recording.density.is_none()).map_or(0.0, |[_, most]| most);
+    let todo = "the drag of the air is not taken off, since the list has no density_kg_m3";
+    match most {
+        ..=MATTERS => None,
+        ..1.0 => Some(format!(
+            "{todo}: of a sphere of {LIGHT} kg/m³ it is up to {} % of the weight, and makes e too small by about a third of that \
+             share",
             significant(100.0 * most, 2)
-        )
-    })
+        )),
+        _ => Some(format!(
+            "{todo}; no sphere of {LIGHT} kg/m³ can fall so fast: frame rate or scale is wrong, unless it is much denser"
+        )),
+    }
+}
+
+/// The least and the largest drag over the weight of the runs that are used, of these recordings.
+fn drags(campaign: &Campaign, takes: impl Fn(&Recording) -> bool) -> Option<[f64; 2]> {
+    let used = rows(campaign).filter(|(recording, impact)| impact.verdict.is_none() && takes(recording));
+    ends(used.map(drag))
 }
 
 /// Density of a light sphere in kg/m³, where the list has none.
@@ -367,8 +382,8 @@ fn drag((recording, impact): (&Recording, &Impact)) -> f64 {
 }
 
 fn air(page: &mut Page, campaign: &Campaign) {
-    let known = rows(campaign).filter(|(recording, _)| recording.density.is_some());
-    let shares = ends(known.map(drag)).map(|ends| ends.map(|share| significant(100.0 * share, 2)));
+    let known = drags(campaign, |recording| recording.density.is_some());
+    let shares = known.map(|ends| ends.map(|share| significant(100.0 * share, 2)));
     if let Some([least, most]) = &shares {
         page.paragraph(&format!("{least} to {most} % of the weight was taken off."));
     }

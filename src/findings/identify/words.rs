@@ -3,6 +3,7 @@
 use super::identifiability::Identifiability;
 use crate::findings::range::range;
 use crate::model::parameters::ParameterKind;
+use crate::rounding::to_digits;
 use crate::runs::{FilmGroup, Runs, Series};
 use crate::scene::Scene;
 
@@ -100,7 +101,28 @@ fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: 
     let level = identifiability
         .value(ParameterKind::FILM_SCALE)
         .filter(|_| kinds.contains(&ParameterKind::FILM_SCALE));
+    let speeds_differ = rebounding
+        .iter()
+        .any(|group| stokes_differ(scene, runs, &runs.series[group.series.clone()]));
+    // at one film ratio inertia takes as much at every speed, the viscous loss less at a higher one
+    let is_loss =
+        |kind: &ParameterKind| [ParameterKind::LUBRICATION_LOG, ParameterKind::INERTIAL_PREFACTOR].contains(kind);
+    let told_by_speed = inertial && kinds.iter().all(is_loss);
     match (films.as_slice(), level) {
+        ([_], _) if speeds_differ && told_by_speed => {
+            let series = rebounding.iter().flat_map(|group| &runs.series[group.series.clone()]);
+            let all: Vec<usize> = series.flat_map(|series| series.rebounds.clone()).collect();
+            let stokes = range(all.iter().map(|run| 1.0 / runs.inverse_stokes(*run))).unwrap_or_default();
+            let [least, most] = stokes.map(|stokes| to_digits(stokes, 3));
+            let rebounds = all.len();
+            because(
+                format!(
+                    "one film ratio, where only the speed tells inertia from the viscous loss, and {rebounds} rebounds at \
+                     St {least} to {most} are too few"
+                ),
+                "runs at faster and slower speeds, or at another film ratio",
+            );
+        }
         ([_], _) if inertial => because("one film ratio".to_owned(), "another film ratio"),
         ([_, _], Some(_)) if !without_dry.is_empty() => because("two film ratios".to_owned(), "a third film ratio"),
         ([thinnest, .., thickest], Some(level)) => {
@@ -112,11 +134,7 @@ fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: 
         }
         _ => {}
     }
-    if kinds.contains(&ParameterKind::LUBRICATION_LOG)
-        && rebounding
-            .iter()
-            .all(|group| !stokes_differ(scene, runs, &runs.series[group.series.clone()]))
-    {
+    if kinds.contains(&ParameterKind::LUBRICATION_LOG) && !speeds_differ {
         because("one Stokes number".to_owned(), "runs at other speeds");
     }
     if shared && !without_dry.is_empty() {

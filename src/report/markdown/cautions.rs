@@ -27,10 +27,12 @@ pub(super) fn cautions(page: &mut Page, input: ReportInput) {
 
 /// What was found and what to do about it, where there is anything.
 fn told(Remark { text, next_step, .. }: &Remark) -> String {
-    match next_step.strip_prefix("nothing") {
+    // "nothing uses it" is a sentence of its own
+    let why = next_step.strip_prefix("nothing").filter(|why| !why.starts_with(' '));
+    match why.map(|why| why.trim_start_matches([':', ';', ',', ' '])) {
         None => format!("{text}. Next: {next_step}."),
         Some("") => format!("{text}."),
-        Some(why) => format!("{text}; {}.", why.trim_start_matches([':', ' '])),
+        Some(why) => format!("{text}; {why}."),
     }
 }
 
@@ -56,16 +58,25 @@ pub(super) fn checks(page: &mut Page, input: ReportInput) {
             all - failed().count()
         ),
     );
+    // what was found stands under the verdict, or under Cautions
     let forbidding = failed().filter(|check| check.forbids());
-    let lines = forbidding.map(|check| format!("Not to be quoted: {}. Why this line: {}.", found(check), check.source));
+    let lines = forbidding.map(|check| {
+        format!(
+            "Not to be quoted: {}. Why this line: {}.",
+            code(check.code),
+            check.source
+        )
+    });
     page.list(&lines.collect::<Vec<String>>());
-    for (what, level) in [
-        ("These fail and stand under Cautions", Level::Cautions),
-        ("These fail, and no main number rests on them", Level::Informs),
+    let of = |level: Level| failed().filter(move |check| check.level == level);
+    let cautioning: Vec<String> = of(Level::Cautions).map(|check| code(check.code)).collect();
+    let informing: Vec<String> = of(Level::Informs).map(found).collect();
+    for (what, which) in [
+        ("These fail and stand under Cautions", cautioning),
+        ("These fail, and no main number rests on them", informing),
     ] {
-        let texts: Vec<String> = failed().filter(|check| check.level == level).map(found).collect();
-        if !texts.is_empty() {
-            page.paragraph(&format!("{what}: {}.", texts.join("; ")));
+        if !which.is_empty() {
+            page.paragraph(&format!("{what}: {}.", which.join("; ")));
         }
     }
 }
@@ -86,4 +97,20 @@ pub(super) fn reproduce(page: &mut Page, input: ReportInput) {
         .column("input", |(name, _)| name)
         .column("SHA-256", |(_, hash)| hash);
     page.table(&table);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_to_do_is_not_told_as_a_step() {
+        let of = |next_step: &str| told(&Remark::new("code", 1, "found", next_step));
+        assert_eq!(of("nothing"), "found.");
+        for comma in ["nothing: why", "nothing; why", "nothing, why"] {
+            assert_eq!(of(comma), "found; why.");
+        }
+        assert_eq!(of("nothing uses it"), "found. Next: nothing uses it.");
+        assert_eq!(of("look"), "found. Next: look.");
+    }
 }

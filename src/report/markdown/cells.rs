@@ -86,20 +86,24 @@ pub(super) fn fitted_runs(input: ReportInput) -> &'static str {
     }
 }
 
-/// What a check found, with its value and line where the words do not have them.
+/// What a failed check found, with its value where the words do not have it, and the line that it passed.
 pub(super) fn found(check: &Remark) -> String {
     // a count of what failed stands in words
-    let line = check
-        .line
-        .map(Line::threshold)
-        .filter(|line| *line != 0.0 && *line != 1.0);
-    match check.value.zip(line) {
-        Some((value, line)) => {
-            let (value, line) = (numbers::significant(value, 3), numbers::short(line));
-            format!("{} ({value}; the line is {line})", check.text)
-        }
-        None => check.text.clone(),
-    }
+    let line = check.line.filter(|line| ![0.0, 1.0].contains(&line.threshold()));
+    let Some((value, line)) = check.value.zip(line) else {
+        return check.text.clone();
+    };
+    let value = numbers::significant(value, 3);
+    let value = if check.text.contains(&value) {
+        String::new()
+    } else {
+        value + ", "
+    };
+    let side = match line {
+        Line::AtMost(_) => "above",
+        Line::AtLeast(_) => "below",
+    };
+    format!("{} ({value}{side} {})", check.text, numbers::short(line.threshold()))
 }
 
 /// A number of rebounds, and of the runs beside them that stuck.

@@ -175,8 +175,17 @@ fn against_speed(page: &mut Page, input: ReportInput, sphere: Sphere) {
     page.figure(
         &figures::Names::of(input.scene, input.runs).speed(&label),
         &format!("{name}: e against v"),
-        &format!("{name}: {shown}{}", bands(input)),
+        &captioned(input, sphere, &format!("{shown}{}", bands(input))),
     );
+}
+
+/// The caption of one sphere's figure, said once where each has such a figure.
+fn captioned(input: ReportInput, sphere: Sphere, shown: &str) -> String {
+    let name = sphere.words(input.scene);
+    match estimated(input).first() {
+        Some(first) if *first != sphere => format!("{name}: as for {}.", first.words(input.scene)),
+        _ => format!("{name}: {shown}"),
+    }
 }
 
 /// e_inf and St_c against the film ratio.
@@ -298,15 +307,17 @@ pub(super) fn scaling(page: &mut Page, input: ReportInput) {
          stands where it describes the runs better. p: an F test against one law at each film ratio.",
     );
     say_of_diameters(page, input);
-    let (bands, names) = (bands(input), figures::Names::of(input.scene, input.runs));
+    let names = figures::Names::of(input.scene, input.runs);
+    let shown = format!(
+        "restitution against 1/St at one film ratio, with its law where the tables call it usable (as figs. 2b and 2d). Stuck runs are hollow marks at e = 0.{}",
+        bands(input)
+    );
     for sphere in estimated(input) {
         let (label, name) = (sphere.label(input.scene), sphere.words(input.scene));
         page.figure(
             &names.stokes(&label),
             &format!("{name}: e against 1/St"),
-            &format!(
-                "{name}: restitution against 1/St at one film ratio, with the laws fitted to it where the tables call these usable (as figs. 2b and 2d). Stuck runs are hollow marks at e = 0.{bands}"
-            ),
+            &captioned(input, sphere, &shown),
         );
     }
     page.table(&scaling_table(input, true));

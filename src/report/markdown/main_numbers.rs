@@ -316,17 +316,15 @@ pub(super) fn published(page: &mut Page, input: ReportInput) {
         "Difference: ours minus published, in combined standard errors.",
     );
     if input.scene.truth.is_some() {
-        page.paragraph(
-            "For simulated runs, agreement with the literature tells how the truth was chosen, and nothing of spheres.",
-        );
+        page.paragraph("These runs are simulated: agreement only shows how the truth was chosen.");
     }
     if input.scene.model.dry_k == DryKOf::Diameter {
         page.paragraph("A published number is of all diameters; a particle of several has none to set beside it here, where each has its own k.");
     }
     if findings.published.iter().any(|row| row.law == Some(WetLaw::Linear)) {
         page.paragraph(
-            "A published linear law stands beside our linear law, which has the same bias: no main number is its own, and it has no \
-             ± where that bias makes it not usable.",
+            "A published linear law is compared with our linear law, which has the same bias and gives no main number; where that \
+             bias makes it unusable, it has no ±.",
         );
     }
     let table = ReportTable::of(&findings.published)

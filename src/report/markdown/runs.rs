@@ -10,6 +10,7 @@ use crate::findings::film_groups::FilmGroupWidth;
 use crate::findings::identify::{Directions, IdentifiableCombination, Unidentified};
 use crate::findings::learnt::capital;
 use crate::findings::overview::{Material, Overview};
+use crate::findings::remarks::in_symbols;
 use crate::units::{micrometres, millimetres};
 
 /// The table of what was read, for the report and the `check` command.
@@ -100,9 +101,9 @@ pub(super) fn groups(page: &mut Page, input: ReportInput) {
 /// What the runs see of the parameters together.
 fn seen(directions: &Directions) -> String {
     let least = format!(
-        "{} is known least and keeps {} of its prior sd",
-        directions.least_known,
-        numbers::significant(directions.spread_left, 2)
+        "{} is known least and keeps {} % of its prior sd",
+        in_symbols(&directions.least_known),
+        numbers::significant(100.0 * directions.spread_left, 2)
     );
     match directions.unseen.as_slice() {
         [] => format!("The runs see every direction of the parameters: {least}."),
@@ -147,7 +148,7 @@ pub fn overview_text(overview: &Overview) -> String {
     }
     if !overview.terms.is_empty() {
         text.push_str("\nThe terms of the energy balance; size: the bias in standard errors if a term is left out\n");
-        text.push_str(&super::terms::table(&overview.terms, str::to_owned).plain());
+        text.push_str(&super::terms::table(&overview.terms).plain());
     }
     text
 }

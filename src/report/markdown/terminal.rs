@@ -67,7 +67,7 @@ pub fn summary(input: ReportInput) -> String {
 
 /// Whether the main numbers may be quoted; where not, a line for each check that forbids it, with what to do.
 fn verdict_lines(findings: &Findings) -> String {
-    let (lead, checks) = verdict(findings);
+    let (lead, checks) = verdict(findings, str::to_owned);
     let lines: Vec<String> = checks.iter().map(|check| format!("- {check}\n")).collect();
     format!("Verdict: {lead}.{}\n{}", cautions_line(findings), lines.concat())
 }

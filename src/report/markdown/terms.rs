@@ -4,6 +4,7 @@ use super::super::numbers;
 use super::super::ReportInput;
 use super::page::Page;
 use super::table::ReportTable;
+use crate::findings::remarks::in_symbols;
 use crate::findings::terms::{SizedTerm, LINE};
 use crate::physics::form::Term;
 
@@ -18,26 +19,19 @@ pub(super) fn terms(page: &mut Page, input: ReportInput) {
          interval still covers 94 %). The runs show: the share ± standard error of its full effect that they show of a term \
          that is not held. Widens by: the factor by which holding the term widens the standard error of another parameter."
     ));
-    let symbol = |name: &str| {
-        let mut parameters = input.findings.main.parameters.iter();
-        let Some(own) = parameters.find(|own| own.name == name) else {
-            return name.to_owned();
-        };
-        let symbol = own.quantity.describe().symbol;
-        let sphere = own.sphere.map(|sphere| input.runs.spheres[sphere].words(input.scene));
-        sphere.map_or(symbol.to_owned(), |sphere| format!("{symbol}, {sphere}"))
-    };
-    page.table(&table(terms, symbol));
+    page.table(&table(terms));
 }
 
-/// The terms with their sizes, for the report and the `check` command; `symbol` is what a parameter is called there.
-pub(super) fn table(terms: &[SizedTerm], symbol: impl Fn(&str) -> String) -> ReportTable<&SizedTerm> {
+/// The terms with their sizes, for the report and the `check` command.
+pub(super) fn table(terms: &[SizedTerm]) -> ReportTable<&SizedTerm> {
     ReportTable::of(terms)
         .column("term", |sized| sized.term.in_words())
         .column("held", |sized| if sized.held { "yes" } else { "no" })
         .column("why", why)
         .column("size", |sized| sized.size.map(|size| numbers::significant(size, 2)))
-        .column("moves most", |sized| symbol(sized.moves.as_deref().unwrap_or_default()))
+        .column("moves most", |sized| {
+            sized.moves.as_deref().map_or(String::new(), in_symbols)
+        })
         .column("effect on e", |sized| numbers::significant(sized.largest_effect, 2))
         .column_if_any("the runs show", |sized| {
             let share = sized.runs_show.zip(sized.runs_show_se);

@@ -5,13 +5,13 @@ use super::cells::found;
 use super::escape::literal;
 use super::page::Page;
 use crate::findings::learnt::capital;
-use crate::findings::remarks::SINGLE_RUN;
+use crate::findings::remarks::{in_symbols, SINGLE_RUN};
 use crate::findings::Findings;
 use crate::remark::Remark;
 
 /// Whether the main numbers may be quoted, and what carries them.
 pub(super) fn opening(page: &mut Page, input: ReportInput) {
-    let (lead, checks) = verdict(input.findings);
+    let (lead, checks) = verdict(input.findings, in_symbols);
     page.paragraph(&format!("**Verdict: {}.**{}", lead, cautions_line(input.findings)));
     page.list(&checks);
     if let Some(carried) = carried(input.findings) {
@@ -37,10 +37,11 @@ pub(super) fn learnt(page: &mut Page, input: ReportInput) {
     page.list(&sentences);
 }
 
-/// Whether the main numbers may be quoted; where not, each check that forbids it, with what to do.
-pub(super) fn verdict(findings: &Findings) -> (String, Vec<String>) {
+/// Whether the main numbers may be quoted; where not, each check that forbids it, with what to do. `named` is what a parameter
+/// is called beside it.
+pub(super) fn verdict(findings: &Findings, named: fn(&str) -> String) -> (String, Vec<String>) {
     if findings.main.verdict.passed {
-        let open = undetermined(findings);
+        let open: Vec<String> = undetermined(findings).into_iter().map(named).collect();
         let except = match open.len() {
             0 => String::new(),
             _ => format!(", except {}, which these runs do not determine", open.join(", ")),

@@ -43,7 +43,7 @@ pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Poste
             numbers::significant(few.max_log_density_error, 2)
         ),
         None => format!(
-            "Every run entered every evaluation of the likelihood (method `{}`).",
+            "The likelihood takes every run each time (method `{}`).",
             found.method.name()
         ),
     });

@@ -48,7 +48,9 @@ pub(super) fn parameters(page: &mut Page, input: ReportInput, posterior: &Poster
             page.paragraph(&format!("{}: {why}.", one.label));
         }
     }
-    page.paragraph(&deciding(&rows));
+    if let Some(text) = deciding(&rows) {
+        page.paragraph(&text);
+    }
     let of_k = if rows.iter().any(|one| one.is_dry_k) {
         "; that of k keeps e_dry above zero at every speed in use, since e_dry² would grow again beyond"
     } else {
@@ -68,16 +70,13 @@ fn effective(ess: Option<f64>) -> String {
     ess.map_or(numbers::NONE.to_owned(), |ess| format!("{ess:.0}"))
 }
 
-/// Whether the runs or the priors make the parameters what they are.
-fn deciding(rows: &[SampledParameter]) -> String {
+/// Which parameters the priors make what they are; nothing where the runs decide all, as the sd ratios of the table say.
+fn deciding(rows: &[SampledParameter]) -> Option<String> {
     let not_by_runs = rows
         .iter()
         .filter_map(|one| Some(format!("{}: {}", one.label, who_decides(one)?)));
     let not_by_runs: Vec<String> = not_by_runs.collect();
-    match not_by_runs.as_slice() {
-        [] => format!("The runs decide every parameter: each keeps less than {RUNS_DECIDE} of its prior sd."),
-        some => format!("{}. The runs decide the others.", some.join("; ")),
-    }
+    (!not_by_runs.is_empty()).then(|| format!("{}. The runs decide the others.", not_by_runs.join("; ")))
 }
 
 /// What makes a parameter what it is, where that is not the runs alone.
@@ -113,10 +112,20 @@ fn sources(rows: &[SampledParameter]) -> String {
 fn lengths(page: &mut Page, posterior: &Posterior) {
     let both = posterior.derived.iter().zip(&posterior.findings.derived);
     let of_particles = both.filter(|(derived, _)| derived.setting.is_none());
-    let lengths = of_particles.filter_map(|(derived, found)| {
-        let length = mean_and_sd(Quantity::DeltaC, found);
-        Some(format!("{length} µm ({})", derived.label.as_ref()?))
-    });
+    // particles of one roughness have one
+    let mut lengths: Vec<(String, Vec<&str>)> = vec![];
+    for (derived, found) in of_particles {
+        let (length, Some(particle)) = (mean_and_sd(Quantity::DeltaC, found), derived.label.as_deref()) else {
+            continue;
+        };
+        match lengths.iter_mut().find(|(other, _)| *other == length) {
+            Some((_, particles)) => particles.push(particle),
+            None => lengths.push((length, vec![particle])),
+        }
+    }
+    let lengths = lengths
+        .iter()
+        .map(|(length, particles)| format!("{length} µm ({})", particles.join(", ")));
     let lengths: Vec<String> = lengths.collect();
     if !lengths.is_empty() {
         page.paragraph(&format!("δc = ε exp(L) = {}.", lengths.join(", ")));

@@ -21,21 +21,21 @@ pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
         .iter()
         .map(|band| {
             format!(
-                "the {:.0} % band holds {:.1} % of {} runs",
+                "the {:.0} % band holds {:.1} %",
                 100.0 * band.level,
-                100.0 * band.coverage,
-                band.runs
+                100.0 * band.coverage
             )
         })
         .collect();
     page.paragraph(&format!(
-        "New runs drawn from the posterior at the settings of the runs made{}: {}. A stuck run counts with the share of its \
-         probability that the band holds.",
+        "New runs are drawn from the posterior at the settings of the runs made{}. Of these {} runs {}; a stuck run counts with \
+         the share of its probability that the band holds.",
         if posterior.findings.series_offsets.is_empty() {
             ""
         } else {
             ", with the offsets of their series"
         },
+        found.bands.first().map_or(0, |band| band.runs),
         bands.join(", ")
     ));
     if found.stuck.is_empty() {
@@ -94,9 +94,6 @@ pub(super) fn forms(page: &mut Page, input: ReportInput) {
         );
     }
     page.table(&table(models));
-    if let Some(text) = verdict(models) {
-        page.paragraph(&text);
-    }
 }
 
 fn table(models: &[ComparedModel]) -> ReportTable<&ComparedModel> {
@@ -135,68 +132,4 @@ fn drawn(model: &ComparedModel) -> String {
         some => format!(", {some} divergences"),
     };
     format!("{}, R-hat {}{divergences}", model.draws, rhat(model.rhat))
-}
-
-/// What the table says, in a sentence.
-fn verdict(models: &[ComparedModel]) -> Option<String> {
-    let (best, next) = (models.first()?, models.get(1)?);
-    let own = models.iter().find(|model| model.own)?;
-    let (other, worse) = if own.model == best.model {
-        (next, next)
-    } else {
-        (best, own)
-    };
-    let errors = worse
-        .errors_behind()
-        .map_or("of unknown standard error".to_owned(), |n| {
-            format!("{n:.1} standard errors")
-        });
-    let by = numbers::significant(-worse.delta, 3);
-    Some(match (own.model == best.model, worse.is_clearly_worse()) {
-        (true, true) => format!(
-            "This scene's form, {}, predicts best; the next, {}, falls short by {by} ({errors}).",
-            own.model, other.model
-        ),
-        (true, false) => format!(
-            "This scene's form, {}, predicts best, but {} is as good as the runs can tell: it falls short by {by} \
-             ({errors}).",
-            own.model, other.model
-        ),
-        (false, true) => format!(
-            "{} predicts the runs better than this scene's form, {}: by {by} ({errors}).",
-            other.model, own.model
-        ),
-        (false, false) => format!(
-            "{} comes first, but this scene's form, {}, is as good as the runs can tell: it falls short by {by} \
-             ({errors}).",
-            other.model, own.model
-        ),
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_sentence_names_the_better_form_only_where_the_difference_is_clear() {
-        let sentence = |own_first: bool, delta: f64, se: f64| {
-            let models = [
-                ComparedModel::made_up("cap/2", own_first, 0.0, 0.0),
-                ComparedModel::made_up("none/2", !own_first, delta, se),
-            ];
-            verdict(&models).expect("two forms")
-        };
-        assert_eq!(
-            sentence(true, -263.0, 22.0),
-            "This scene's form, cap/2, predicts best; the next, none/2, falls short by 263 (12.0 standard errors)."
-        );
-        assert!(sentence(true, -3.0, 0.1).contains("as good as the runs can tell"));
-        assert!(sentence(true, -30.0, 20.0).contains("as good as the runs can tell"));
-        assert!(
-            sentence(false, -30.0, 5.0).starts_with("cap/2 predicts the runs better than this scene's form, none/2")
-        );
-        assert!(sentence(false, -30.0, 20.0).contains("as good as the runs can tell"));
-        assert_eq!(verdict(&[ComparedModel::made_up("cap/2", true, 0.0, 0.0)]), None);
-    }
 }
