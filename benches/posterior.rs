@@ -9,7 +9,7 @@ use std::path::Path;
 use divan::{black_box, Bencher};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
-use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
+use wetcor::inference::sampling::{sample_until_mixed, SamplingPlan, UntilMixed};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::{LogDensity, PosteriorDensity};
@@ -237,7 +237,13 @@ fn sample(bencher: Bencher, (scene, runs): (Scene, Runs)) {
         stream: StreamName::new(1, "bench"),
     };
     bencher.bench_local(|| {
-        let sampled = sample_posterior(parameters.clone(), &likelihood, &vec![], plan, &|_, _| {});
+        let sampled = sample_until_mixed(
+            parameters.clone(),
+            &likelihood,
+            &vec![],
+            UntilMixed { plan, most_draws: 0 },
+            &|_, _| {},
+        );
         black_box(sampled.expect("a posterior"))
     });
 }

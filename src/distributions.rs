@@ -4,7 +4,7 @@
 //! alone, and only where it was found to come back.
 
 use statrs::distribution::{Continuous, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
-use statrs::function::beta::inv_beta_reg;
+use statrs::function::beta::{checked_beta_reg, inv_beta_reg};
 use statrs::function::gamma::{checked_gamma_lr, checked_gamma_ur, digamma, ln_gamma};
 
 /// ln √(2π)
@@ -102,6 +102,12 @@ pub fn student_t_peak_slope(nu: f64) -> f64 {
         return x * x / 16.0 * (1.0 - x * x / 8.0);
     }
     0.5 * (digamma(half + 0.5) - digamma(half) - 1.0 / nu)
+}
+
+/// Probability that Student's t exceeds t ≥ 0; no number unless it has degrees of freedom above 0.
+pub fn student_t_tail(t: f64, degrees_of_freedom: f64) -> f64 {
+    let share = degrees_of_freedom / (degrees_of_freedom + t * t);
+    checked_beta_reg(0.5 * degrees_of_freedom, 0.5, share).map_or(f64::NAN, |both| 0.5 * both)
 }
 
 /// Quantile of the gamma distribution of a shape > 0 and rate 1 at a probability inside (0, 1).

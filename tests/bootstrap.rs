@@ -121,21 +121,26 @@ fn the_kernels_are_the_full_fit() {
     let full = Regression::new(Law::SQUARE_ROOT, &rx, &re).fit();
     // from a start far from the minimum, too: the problem is convex
     for start in [[0.5, -7.0], [0.9, -1.0], [0.3, 5.0]] {
-        let fast = kernel::square_root(&Sample::new(&x, &e, &w), start).expect("determined");
+        let fast = kernel::fit(Law::SQUARE_ROOT, &Sample::new(&x, &e, &w), start).expect("determined");
         same(fast[0], full.parameters[0]);
         same(fast[1], full.parameters[1]);
     }
     let full = Regression::new(Law::LINEAR, &rx, &re).fit();
-    let fast = kernel::linear(&Sample::new(&x, &e, &w)).expect("determined");
+    let fast = kernel::fit(Law::LINEAR, &Sample::new(&x, &e, &w), [0.5, 0.0]).expect("determined");
     same(fast[0], full.parameters[0]);
     same(fast[1], full.parameters[1]);
     let roots = |x: &[f64]| -> Vec<f64> { x.iter().map(|x| (100.0 * x).powf(0.2)).collect() };
     let (all_roots, roots) = (roots(&rx), roots(&x));
     let full = Regression::new(Law::Dry(Order::First), &all_roots, &re).fit();
-    let fast = kernel::dry(Order::First, &Sample::new(&roots, &e, &w), 0.0).expect("determined");
+    let fast = kernel::fit(Law::Dry(Order::First), &Sample::new(&roots, &e, &w), [0.0; 2]).expect("determined");
     same(fast[0], full.parameters[0]);
     let bent = Regression::new(Law::Dry(Order::Second), &all_roots, &re).fit();
-    let fast = kernel::dry(Order::Second, &Sample::new(&roots, &e, &w), full.parameters[0]).expect("determined");
+    let fast = kernel::fit(
+        Law::Dry(Order::Second),
+        &Sample::new(&roots, &e, &w),
+        [full.parameters[0], 0.0],
+    )
+    .expect("determined");
     assert!((bent.parameters[0] / full.parameters[0] - 1.0).abs() > 0.01);
     same(fast[0], bent.parameters[0]);
 }
@@ -145,15 +150,19 @@ fn a_kernel_refuses_what_the_runs_do_not_determine() {
     let e = [0.6, 0.61, 0.59];
     let w = [1.0, 1.0, 1.0];
     assert_eq!(
-        kernel::square_root(&Sample::new(&[0.02; 3], &e, &w), [0.5, -5.0]),
+        kernel::fit(Law::SQUARE_ROOT, &Sample::new(&[0.02; 3], &e, &w), [0.5, -5.0]),
         Err(Failure::Degenerate)
     );
     assert_eq!(
-        kernel::linear(&Sample::new(&[0.02; 3], &e, &w)),
+        kernel::fit(Law::LINEAR, &Sample::new(&[0.02; 3], &e, &w), [0.5, 0.0]),
         Err(Failure::Degenerate)
     );
     assert_eq!(
-        kernel::square_root(&Sample::new(&[0.01, 0.02, 0.03], &e, &[0.0, 3.0, 0.0]), [0.5, -5.0]),
+        kernel::fit(
+            Law::SQUARE_ROOT,
+            &Sample::new(&[0.01, 0.02, 0.03], &e, &[0.0, 3.0, 0.0]),
+            [0.5, -5.0]
+        ),
         Err(Failure::Degenerate)
     );
 }

@@ -6,7 +6,7 @@ use crate::common::{self, rows, rows_from, seed_of};
 use rayon::prelude::*;
 use wetcor::inference::laplace::laplace;
 use wetcor::inference::nuts::{sample_chains, Effort, TARGET_ACCEPT};
-use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
+use wetcor::inference::sampling::{sample_until_mixed, SamplingPlan, UntilMixed};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::{LogDensity, PosteriorDensity};
@@ -114,8 +114,14 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
                     effort: EFFORT,
                     stream: StreamName::new(seed, &streams),
                 };
-                let sampled = sample_posterior(parameters.clone(), &likelihood, &vec![], plan, &|_, _| {})
-                    .unwrap_or_else(|error| panic!("{error}"));
+                let sampled = sample_until_mixed(
+                    parameters.clone(),
+                    &likelihood,
+                    &vec![],
+                    UntilMixed { plan, most_draws: 0 },
+                    &|_, _| {},
+                )
+                .unwrap_or_else(|error| panic!("{error}"));
                 sampled.values.into_iter().map(|chains| chains.concat()).collect()
             } else {
                 let target = Assembled::new(&scene, &runs::arrange(&scene, &rows), fault);

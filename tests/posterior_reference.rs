@@ -12,7 +12,7 @@ use wetcor::findings::{self};
 use wetcor::inference::diagnostics::summary::{summarise, Summary};
 use wetcor::inference::laplace::laplace;
 use wetcor::inference::nuts::{sample_chains, Effort, TARGET_ACCEPT};
-use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
+use wetcor::inference::sampling::{sample_until_mixed, SamplingPlan, UntilMixed};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::LogDensity;
@@ -98,8 +98,14 @@ fn moments_and_quantiles_agree_with_importance_sampling() {
             ),
         };
         let start = start(least_squares.least_squares());
-        let sampled =
-            sample_posterior(parameters, &rows, &start, plan, &|_, _| {}).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let sampled = sample_until_mixed(
+            parameters,
+            &rows,
+            &start,
+            UntilMixed { plan, most_draws: 0 },
+            &|_, _| {},
+        )
+        .unwrap_or_else(|e| panic!("{name}: {e}"));
         let told = answers["parameters"].as_object().expect("parameters by name");
         assert_eq!(told.len(), sampled.parameters.sampled.len(), "{name}");
         let derived = derived::derived_draws(&scene, &table.runs, form, &sampled);

@@ -73,8 +73,8 @@ fn jackknife_and_percentile_limits_are_the_scripts() {
         let (law, expected) = (row[0].as_str(), numbers(&row[2..]));
         let of = quantity(law, &row[1]);
         let fit = |w: &[f64]| match law {
-            "linear" => kernel::linear(&Sample::new(&x, &e, w)),
-            _ => kernel::square_root(&Sample::new(&x, &e, w), [0.52, -7.4]),
+            "linear" => kernel::fit(Law::LINEAR, &Sample::new(&x, &e, w), [0.5, 0.0]),
+            _ => kernel::fit(Law::SQUARE_ROOT, &Sample::new(&x, &e, w), [0.52, -7.4]),
         };
         let full = fit(&vec![1.0; x.len()]).expect("determined");
         let value = of(full);
@@ -131,7 +131,8 @@ fn covered(test: &str, unit_df: bool, ends: fn(f64, f64) -> (f64, f64)) -> (usiz
             })
             .collect();
         let truth: Vec<f64> = x.iter().map(|x| 0.8 - 5.0 * x - 10.0 * x * x).collect();
-        let slope = |e: &[f64]| kernel::linear(&Sample::new(&x, e, &[1.0; 24])).expect("determined");
+        let slope =
+            |e: &[f64]| kernel::fit(Law::LINEAR, &Sample::new(&x, e, &[1.0; 24]), [0.5, 0.0]).expect("determined");
         let fitted = slope(&e);
         let target = target(Regression::new(Law::LINEAR, &x, &e), 8, fitted);
         let plan = Plan {

@@ -1,7 +1,8 @@
 //! Finds the mode of a log density and the normal distribution that has its curvature there.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
+use super::information::axes;
 use crate::model::likelihood::OutsideDomain;
 use crate::model::posterior::LogDensity;
 
@@ -152,9 +153,6 @@ fn curvature<T: LogDensity + ?Sized>(target: &T, point: &[f64], widths: &[f64]) 
     Ok(0.5 * (&rows + rows.transpose()))
 }
 
-/// Rotations in which the axes of a curvature are found; more are none.
-const TURNS: usize = 1000;
-
 /// S with S Sᵀ the inverse of the curvature, and whether the curvature is positive in every direction.
 fn scale(curvature: &DMatrix<f64>) -> (DMatrix<f64>, bool) {
     if let Some(factor) = curvature.clone().cholesky() {
@@ -166,8 +164,7 @@ fn scale(curvature: &DMatrix<f64>) -> (DMatrix<f64>, bool) {
     const WIDE: f64 = 1.0;
     // with a slope that overflowed no rotation would be the last
     let finite = curvature.iter().all(|strength| strength.is_finite());
-    let found = finite.then(|| SymmetricEigen::try_new(curvature.clone(), f64::EPSILON, TURNS));
-    let Some(eigen) = found.flatten() else {
+    let Some(eigen) = finite.then(|| axes(curvature.clone())).flatten() else {
         return (DMatrix::identity(curvature.nrows(), curvature.ncols()), false);
     };
     let mut scale = eigen.eigenvectors;

@@ -9,8 +9,7 @@
 //! | linear | 1/v or 1/St | a − b x | η |
 //! | square root | 1/v or 1/St | α + β x + o | √η, defined for η > 0 |
 //!
-//! Slopes and bends in the parameters follow by the chain rule: ∂e/∂b_j = F′ c_j and ∂²e/∂b_i∂b_j = F″ c_i c_j. Loops
-//! that must be fast restate sums of these in `kernel.rs`; a test there holds them equal to what stands here.
+//! Slopes and bends in the parameters follow by the chain rule: ∂e/∂b_j = F′ c_j and ∂²e/∂b_i∂b_j = F″ c_i c_j.
 
 use crate::physics::dry::Order;
 use crate::physics::rebound::{bend_mean_restitution, mean_restitution, slope_mean_restitution};
@@ -70,9 +69,6 @@ pub struct LawInSpeed {
     /// v J_j′
     pub jacobian_slope: [f64; 2],
 }
-
-/// Speed in m/s at which v^(1/5) is one: the dry law depends on k and v through k v^(1/5), which is k there.
-const UNIT_SPEED: f64 = 1.0;
 
 impl Law {
     /// e = a − b x.
@@ -152,13 +148,8 @@ impl Law {
     pub fn response(self, predictor: f64) -> Response {
         match self {
             Law::Dry(order) => {
-                let slope = |loss: f64| order.slope_dry_k(loss, UNIT_SPEED);
-                Response {
-                    value: order.restitution(predictor, UNIT_SPEED),
-                    slope: slope(predictor),
-                    // to either order the slope is a straight line
-                    bend: slope(1.0) - slope(0.0),
-                }
+                let [value, slope, bend] = order.of_loss(predictor);
+                Response { value, slope, bend }
             }
             Law::Wet(WetLaw::Linear) => Response {
                 value: predictor,

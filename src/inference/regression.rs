@@ -156,21 +156,16 @@ impl<'a> Regression<'a> {
     fn start(&self) -> [f64; 2] {
         let ones = vec![1.0; self.x.len()];
         let weights = if self.counts.is_empty() { &ones } else { self.counts };
-        let sample = |restitution: &'a [f64]| Sample {
-            offset: self.offset,
-            ..Sample::new(self.x, restitution, weights)
+        let (law, start) = match self.law {
+            Law::Dry(_) => (Law::Dry(Order::First), [0.0; 2]),
+            Law::Wet(WetLaw::Linear) => (Law::LINEAR, [weighted_mean(self.restitution, weights), 0.0]),
+            Law::Wet(WetLaw::Sqrt) => (Law::SQUARE_ROOT, self.start_inside(weights)),
         };
-        match self.law {
-            Law::Dry(_) => kernel::dry(Order::First, &sample(self.restitution), 0.0).unwrap_or_default(),
-            Law::Wet(WetLaw::Linear) => {
-                let mean = weighted_mean(self.restitution, weights);
-                kernel::linear(&sample(self.restitution)).unwrap_or([mean, 0.0])
-            }
-            Law::Wet(WetLaw::Sqrt) => {
-                let start = self.start_inside(weights);
-                kernel::square_root(&sample(self.restitution), start).unwrap_or(start)
-            }
-        }
+        let sample = Sample {
+            offset: self.offset,
+            ..Sample::new(self.x, self.restitution, weights)
+        };
+        kernel::fit(law, &sample, start).unwrap_or(start)
     }
 
     /// The line through e², flattened about its mean until no run keeps less than a margin: inside the domain of the square root.
@@ -182,7 +177,8 @@ impl<'a> Regression<'a> {
         let (centre, mean) = (weighted_mean(self.x, weights), weighted_mean(&left, weights));
         let floor = START_MARGIN * weighted_mean(&squares, weights);
         // of e = a − b x
-        let slope = kernel::linear(&Sample::new(self.x, &left, weights)).map_or(0.0, |[_, fall]| -fall);
+        let line = kernel::fit(Law::LINEAR, &Sample::new(self.x, &left, weights), [mean, 0.0]);
+        let slope = line.map_or(0.0, |[_, fall]| -fall);
         let mut flatten: f64 = 1.0;
         for (run, x) in self.x.iter().enumerate() {
             let flat = mean + self.offset_of(run);

@@ -178,24 +178,11 @@ fn parameter_draws(posterior: &PosteriorDensity, chains: &[Chain]) -> Vec<Vec<Ve
     values
 }
 
-/// Samples the posterior of these parameters under a likelihood by the No-U-Turn sampler.
+/// Samples the posterior of these parameters under a likelihood by the No-U-Turn sampler, and draws the chains on, twice as
+/// far each time, until they have mixed ([`MixingLines`]), the most draws or two million steps are made, or most trajectories
+/// were cut at their largest depth.
 ///
 /// Fails where no start has a density or a chain cannot be sampled; divergent draws are kept and counted.
-pub fn sample_posterior(
-    parameters: ModelParameters,
-    likelihood: &Likelihood,
-    start: &Start,
-    plan: SamplingPlan,
-    watcher: Watcher,
-) -> Result<Sampled, NoPosterior> {
-    let prepared = PreparedPosterior::new(parameters, likelihood, start)?;
-    Ok(sample_by_nuts(&prepared, plan.effort, plan.stream, watcher)?)
-}
-
-/// Samples the posterior as [`sample_posterior`] does, and draws the chains on, twice as far each time, until they have
-/// mixed ([`MixingLines`]), the most draws or two million steps are made, or most trajectories were cut at their largest depth.
-///
-/// Fails as that does.
 pub fn sample_until_mixed(
     parameters: ModelParameters,
     likelihood: &Likelihood,

@@ -18,7 +18,7 @@ use wetcor::findings::compare::Comparison;
 use wetcor::findings::posterior::{start, MethodChoice, Posterior};
 use wetcor::findings::{self, overview, Findings};
 use wetcor::inference::nuts::Effort;
-use wetcor::inference::sampling::{sample_posterior, Sampled, SamplingPlan};
+use wetcor::inference::sampling::{sample_until_mixed, Sampled, SamplingPlan, UntilMixed};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::model::simulate::Simulation;
@@ -133,7 +133,11 @@ pub fn sampled(scene: &Scene, table: &Table, effort: Effort, stream: StreamName)
     let parameters = ModelParameters::of(scene, &table.runs, form).expect("priors with room");
     let rows = Likelihood::new(scene, &table.runs, form);
     let begin = start(least_squares.least_squares());
-    let sampled = sample_posterior(parameters, &rows, &begin, SamplingPlan { effort, stream }, &|_, _| ());
+    let until = UntilMixed {
+        plan: SamplingPlan { effort, stream },
+        most_draws: effort.draws,
+    };
+    let sampled = sample_until_mixed(parameters, &rows, &begin, until, &|_, _| ());
     (least_squares, sampled.unwrap_or_else(|error| panic!("{error}")))
 }
 

@@ -7,7 +7,7 @@ use wetcor::inference::kernel;
 use wetcor::inference::law::Law;
 use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
 use wetcor::inference::regression::Regression;
-use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
+use wetcor::inference::sampling::{sample_until_mixed, SamplingPlan, UntilMixed};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::physics::inertia::Inertia;
@@ -450,7 +450,14 @@ fn few_runs() -> Vec<Row> {
             effort,
             stream: StreamName::new(1, "stability"),
         };
-        let sampled = sample_posterior(parameters, &of_few, &start, plan, &|_, _| {}).expect("a posterior");
+        let sampled = sample_until_mixed(
+            parameters,
+            &of_few,
+            &start,
+            UntilMixed { plan, most_draws: 0 },
+            &|_, _| {},
+        )
+        .expect("a posterior");
         let truth = [0.183, 1.9, 0.6];
         let distances = sampled.values.iter().zip(truth).map(|(chains, truth)| {
             let draws: Vec<f64> = chains.iter().flatten().copied().collect();
@@ -495,7 +502,8 @@ fn ten_million() -> Vec<Row> {
     let e = &table.runs.restitution[range];
     let fit = Regression::new(Law::SQUARE_ROOT, &x, e).fit();
     let ones = vec![1.0; x.len()];
-    let by_kernel = kernel::square_root(
+    let by_kernel = kernel::fit(
+        Law::SQUARE_ROOT,
         &kernel::Sample::new(&x, e, &ones),
         [fit.parameters[0] * 1.01, fit.parameters[1] * 1.02],
     )

@@ -28,7 +28,6 @@ struct Stratum {
     draws: Draws,
     /// of the runs
     restitution: Vec<f64>,
-    sums_of_pairs: Vec<f64>,
 }
 
 /// A target with what its rows hold in all replicates.
@@ -72,12 +71,10 @@ impl<'a> Cases<'a> {
             first_runs.extend(runs.clone().step_by(if is_one { runs.len() } else { 1 }));
             let rows = first..first_runs.len();
             weights.resize(rows.end, runs.len() as f64 / rows.len() as f64);
-            let (draws, own) = (Draws::new(runs.len()), &restitution[runs]);
             strata.push(Stratum {
                 rows,
-                restitution: own.to_vec(),
-                sums_of_pairs: draws.sums_of_pairs(own),
-                draws,
+                draws: Draws::new(runs.len()),
+                restitution: restitution[runs].to_vec(),
             });
         }
         let fits = targets.iter().map(|target| {
@@ -122,11 +119,10 @@ impl<'a> Cases<'a> {
             rows,
             draws,
             restitution,
-            sums_of_pairs,
         } in &self.strata
         {
             if rows.len() == 1 {
-                into.restitution[rows.start] = draws.mean(rng, restitution, sums_of_pairs);
+                into.restitution[rows.start] = draws.mean(rng, restitution);
             } else {
                 draws.weigh(rng, &mut into.weights[rows.clone()]);
             }

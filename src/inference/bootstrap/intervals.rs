@@ -6,11 +6,7 @@
 
 use crate::distributions::{normal_quantile, student_t_quantile};
 use crate::inference::delta::Interval;
-
-/// Φ, by the complementary error function: statrs' own has ten digits only.
-fn normal_cdf(z: f64) -> f64 {
-    0.5 * libm::erfc(-z / std::f64::consts::SQRT_2)
-}
+use crate::model::likelihood::normal::normal_cdf;
 
 /// Finite replicates of one quantity.
 #[derive(Debug, Clone)]

@@ -36,7 +36,7 @@ use rayon::prelude::*;
 use crate::inference::kernel::{Failure, WeightedFit};
 use crate::scene::ResamplingScheme;
 use crate::seed::Streams;
-use cases::Cases;
+use cases::{Cases, Rows};
 use draws::Draws;
 
 /// How replicates are made.
@@ -50,9 +50,6 @@ pub struct Plan {
     pub seed: u64,
 }
 
-/// Replicates handled by one thread at a time.
-const BLOCK: usize = 64;
-
 /// The name of the stream of which a replicate of [`ResamplingScheme::Cases`] has its own stretch.
 const CASES: &str = "bootstrap cases";
 
@@ -60,59 +57,31 @@ const CASES: &str = "bootstrap cases";
 ///
 /// A target with a single series has no replicates where series are resampled.
 pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usize) + Sync)) -> Vec<Vec<WeightedFit>> {
-    let mut made = vec![vec![Err(Failure::OneSeries); plan.replicates]; targets.len()];
-    match plan.scheme {
-        ResamplingScheme::Cases => {
-            let cases = Cases::new(pool, targets);
-            let (streams, words) = (Streams::new(plan.seed, CASES), cases.words());
-            in_blocks(&mut made, plan.replicates, done, |replicates, fits| {
-                let (mut rng, mut rows) = (streams.stretch(replicates.start as u64, words), cases.room());
-                for replicate in 0..replicates.len() {
-                    cases.draw(&mut rng, &mut rows);
-                    for (target, fits) in fits.iter_mut().enumerate() {
-                        fits[replicate] = cases.fit(target, &rows);
-                    }
-                }
-            });
-        }
-        ResamplingScheme::Series => {
-            let streams = Streams::new(plan.seed, "bootstrap");
-            in_blocks(&mut made, plan.replicates, done, |replicates, fits| {
-                for (place, replicate) in replicates.enumerate() {
-                    let mut rng = streams.at(replicate as u64);
-                    for (target, fits) in targets.iter().zip(fits.iter_mut()) {
-                        let series = &pool.series[target.series.clone()];
-                        if series.len() > 1 {
-                            fits[place] = target.fit_weighted(&series_weights(series, &mut rng));
-                        }
-                    }
-                }
-            });
-        }
-    }
-    made
-}
-
-/// Fills the room of all targets in blocks of replicates, each by any thread.
-fn in_blocks(
-    room: &mut [Vec<WeightedFit>],
-    replicates: usize,
-    done: &(dyn Fn(usize) + Sync),
-    fill: impl Fn(Range<usize>, &mut [&mut [WeightedFit]]) + Sync,
-) {
-    let mut rooms: Vec<_> = room.iter_mut().map(|fits| fits.chunks_mut(BLOCK)).collect();
-    let blocks = (0..replicates).step_by(BLOCK).map(|first| {
-        let of_targets: Vec<&mut [WeightedFit]> = rooms.iter_mut().filter_map(Iterator::next).collect();
-        (first..replicates.min(first + BLOCK), of_targets)
-    });
-    blocks
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .for_each(|(replicates, mut fits)| {
-            let made = replicates.len();
-            fill(replicates, &mut fits);
-            done(made);
-        });
+    let cases = Cases::new(pool, targets);
+    let (of_cases, words) = (Streams::new(plan.seed, CASES), cases.words());
+    let of_series = Streams::new(plan.seed, "bootstrap");
+    let one = |rows: &mut Rows, replicate: usize| -> Vec<WeightedFit> {
+        let fits = match plan.scheme {
+            ResamplingScheme::Cases => {
+                cases.draw(&mut of_cases.stretch(replicate as u64, words), rows);
+                (0..targets.len()).map(|target| cases.fit(target, rows)).collect()
+            }
+            ResamplingScheme::Series => {
+                let mut rng = of_series.at(replicate as u64);
+                let fit = |target: &Target| match &pool.series[target.series.clone()] {
+                    [] | [_] => Err(Failure::OneSeries),
+                    series => target.fit_weighted(&series_weights(series, &mut rng)),
+                };
+                targets.iter().map(fit).collect()
+            }
+        };
+        done(1);
+        fits
+    };
+    let replicates = (0..plan.replicates).into_par_iter();
+    let made: Vec<Vec<WeightedFit>> = replicates.map_init(|| cases.room(), one).collect();
+    let of_target = |target: usize| made.iter().map(|fits| fits[target]).collect();
+    (0..targets.len()).map(of_target).collect()
 }
 
 /// Weights of the runs of some series where whole series are drawn: every run weighs as its series does.

@@ -6,34 +6,10 @@
 //! section 3.2, with the refined end of the sum and the bound τ ≥ 1/log10 S for antithetic chains.
 
 use super::halves::Halves;
-use super::ranks::OrderedDraws;
 use super::{check_chains, mean, pool, quantile, variance, WhyNone};
 
 /// Probability of each tail whose ESS is reported.
 pub const TAIL: f64 = 0.05;
-
-/// Effective draws in the bulk: those of the normal scores. Fails as [`WhyNone`] says.
-pub fn bulk(chains: &[&[f64]]) -> Result<f64, WhyNone> {
-    check_chains(chains)?;
-    of_halves(&OrderedDraws::of(&Halves::of(chains)).scores())
-}
-
-/// Effective draws in the tails: the smaller of those at the 5 % and at the 95 % point. Fails as [`WhyNone`] says.
-pub fn tail(chains: &[&[f64]]) -> Result<f64, WhyNone> {
-    Ok(of_quantile(chains, TAIL)?.min(of_quantile(chains, 1.0 - TAIL)?))
-}
-
-/// Effective draws for the mean. Fails as [`WhyNone`] says.
-pub fn of_mean(chains: &[&[f64]]) -> Result<f64, WhyNone> {
-    check_chains(chains)?;
-    of_halves(&Halves::of(chains))
-}
-
-/// Effective draws for the standard deviation: those of (x − mean)². Fails as [`WhyNone`] says.
-pub fn of_sd(chains: &[&[f64]]) -> Result<f64, WhyNone> {
-    check_chains(chains)?;
-    of_sd_about(chains, mean(&pool(chains)))
-}
 
 /// Effective draws for the standard deviation about a mean computed already.
 pub(super) fn of_sd_about(chains: &[&[f64]], centre: f64) -> Result<f64, WhyNone> {

@@ -186,29 +186,20 @@ pub fn loo(
 ///
 /// ArviZ's `compare` divides by n where R's loo and this divide by n − 1. `None` where the numbers of runs differ.
 pub fn difference(first: &Loo, second: &Loo) -> Option<Difference> {
-    if first.runs.len() != second.runs.len() {
-        return None;
-    }
-    let pairs = first.runs.iter().zip(&second.runs);
-    let differences: Vec<f64> = pairs.map(|(a, b)| a.elpd - b.elpd).collect();
-    Some(Difference {
-        mcse: first.mcse.hypot(second.mcse),
-        ..Difference::over_runs(&differences)
-    })
+    trusted_difference(first, second, f64::INFINITY)
 }
 
 /// The same over the runs that both models are left out of reliably: no shape above `line` in either.
 pub fn trusted_difference(first: &Loo, second: &Loo, line: f64) -> Option<Difference> {
-    let all = difference(first, second)?;
+    if first.runs.len() != second.runs.len() {
+        return None;
+    }
     let is_high = |run: &LeftOutRun| run.khat.is_some_and(|khat| khat > line);
     let pairs = first.runs.iter().zip(&second.runs);
     let trusted = pairs.filter(|(a, b)| !is_high(a) && !is_high(b));
     let differences: Vec<f64> = trusted.map(|(a, b)| a.elpd - b.elpd).collect();
-    if differences.len() == first.runs.len() {
-        return Some(all);
-    }
     Some(Difference {
-        mcse: all.mcse,
+        mcse: first.mcse.hypot(second.mcse),
         ..Difference::over_runs(&differences)
     })
 }
@@ -223,7 +214,7 @@ impl Difference {
 
 /// Relative efficiency of the draws as ArviZ takes it: mean over the parameters of ESS of the mean, a draw.
 ///
-/// `ess_of_means` has one entry for each parameter ([`super::ess::of_mean`]), `draws` counts those of all chains. A
+/// `ess_of_means` has one entry for each parameter ([`super::summary::Summary::ess_mean`]), `draws` counts those of all chains. A
 /// single chain has 1, and so has a model without parameters.
 pub fn relative_efficiency(ess_of_means: &[f64], chains: usize, draws: usize) -> f64 {
     if chains < 2 || ess_of_means.is_empty() {

@@ -1,6 +1,6 @@
 //! Gives the Monte Carlo standard error of a mean, a standard deviation and a quantile: what more draws would lower.
 
-use super::{check_chains, ess, mean, pool, quantile, variance, WhyNone};
+use super::{ess, pool, quantile, WhyNone};
 use crate::distributions::beta_quantile;
 
 /// Probabilities between which a normal variable lies within one standard deviation of its mean.
@@ -8,24 +8,9 @@ use crate::distributions::beta_quantile;
 /// Φ(∓1) as the reference implementations round it.
 const ONE_SD: [f64; 2] = [0.158_655_3, 0.841_344_7];
 
-/// Monte Carlo error of the mean, in the draws' unit: sd over the root of its ESS. Fails as [`WhyNone`] says.
-pub fn of_mean(chains: &[&[f64]]) -> Result<f64, WhyNone> {
-    let effective = ess::of_mean(chains)?;
-    Ok((variance(&pool(chains)) / effective).sqrt())
-}
-
-/// Monte Carlo error of the standard deviation, in the draws' unit. Fails as [`WhyNone`] says.
+/// Monte Carlo error of the standard deviation of draws about their mean, with `effective` draws for it.
 ///
 /// By the delta method from the error of the variance, with no normality assumed. Source: Kenney & Keeping 1951.
-pub fn of_sd(chains: &[&[f64]]) -> Result<f64, WhyNone> {
-    check_chains(chains)?;
-    let draws = pool(chains);
-    let centre = mean(&draws);
-    let effective = ess::of_sd_about(chains, centre)?;
-    Ok(from_moments(&draws, centre, effective))
-}
-
-/// Monte Carlo error of the standard deviation of draws about their mean, with `effective` draws for it.
 pub(super) fn from_moments(draws: &[f64], centre: f64, effective: f64) -> f64 {
     let (mut second, mut fourth) = (0.0, 0.0);
     for x in draws {

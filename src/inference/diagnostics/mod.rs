@@ -31,7 +31,7 @@ pub mod pareto;
 pub mod psis;
 pub mod quantile;
 mod ranks;
-pub mod rhat;
+mod rhat;
 pub mod summary;
 
 use std::fmt;

@@ -2,20 +2,14 @@
 
 use super::halves::Halves;
 use super::ranks::OrderedDraws;
-use super::{check_chains, mean, variance, WhyNone};
+use super::{mean, variance, WhyNone};
 
-/// R-hat of one quantity: 1 where all halves of all chains look alike, above 1.01 not reliable.
+/// R-hat of one quantity, by its halves and their normal scores: 1 where all halves of all chains look alike, above 1.01 not
+/// reliable.
 ///
 /// The larger of the split R-hat of the normal scores (do the chains agree in location?) and of the normal scores of
 /// |x − median| (do they agree in spread?). A single chain is compared with itself, half against half. Fails as
 /// [`WhyNone`] says. Source: Vehtari et al. 2021 (Bayesian Analysis 16, 667), section 4.
-pub fn rhat(chains: &[&[f64]]) -> Result<f64, WhyNone> {
-    check_chains(chains)?;
-    let ordered = OrderedDraws::of(&Halves::of(chains));
-    of_scores(&ordered, &ordered.scores())
-}
-
-/// R-hat of halves whose normal scores are computed already.
 pub(super) fn of_scores(ordered: &OrderedDraws, bulk_scores: &Halves) -> Result<f64, WhyNone> {
     let bulk = split_rhat(bulk_scores)?;
     match split_rhat(&ordered.folded().scores()) {
@@ -45,6 +39,12 @@ fn split_rhat(halves: &Halves) -> Result<f64, WhyNone> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inference::diagnostics::summary::summarise;
+
+    fn rhat(chains: &[&[f64]]) -> Result<f64, WhyNone> {
+        let found = summarise(chains);
+        found.rhat.ok_or(found.why_none.expect("a reason"))
+    }
 
     #[test]
     fn chains_that_stand_still_have_no_rhat_but_a_reason() {

@@ -24,17 +24,17 @@ pub struct Summary {
     pub q025: Option<f64>,
     /// 97.5 % point
     pub q975: Option<f64>,
-    /// [`rhat::rhat`]
+    /// R-hat: 1 where all chains look alike, above 1.01 not reliable
     pub rhat: Option<f64>,
-    /// [`ess::bulk`]
+    /// effective draws in the bulk: those of the normal scores
     pub ess_bulk: Option<f64>,
-    /// [`ess::tail`]
+    /// effective draws in the tails: the smaller of those at the 5 % and at the 95 % point
     pub ess_tail: Option<f64>,
-    /// [`ess::of_mean`], of which [`super::loo::relative_efficiency`] is made
+    /// effective draws for the mean, of which [`super::loo::relative_efficiency`] is made
     pub ess_mean: Option<f64>,
-    /// [`mcse::of_mean`]
+    /// Monte Carlo error of the mean: sd over the root of its effective draws
     pub mcse_mean: Option<f64>,
-    /// [`mcse::of_sd`]
+    /// Monte Carlo error of the sd
     pub mcse_sd: Option<f64>,
     /// [`mcse::of_quantile`] at 5 %
     pub mcse_q05: Option<f64>,
@@ -46,7 +46,7 @@ pub struct Summary {
 
 /// Summary of one quantity from its draws, one slice a chain.
 ///
-/// The same numbers as the single functions give, from one sort (two where chains are odd in length) and five sums of
+/// From one sort (two where chains are odd in length) and five sums of
 /// autocovariances.
 pub fn summarise(chains: &[&[f64]]) -> Summary {
     let mut summary = Summary::default();

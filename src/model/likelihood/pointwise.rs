@@ -107,7 +107,10 @@ impl Pointwise {
             for run in group.runs() {
                 let setting = RunSetting {
                     block,
-                    film: Film::default(),
+                    film: Film {
+                        shape: (!form.inertia.has_film_scale()).then_some(0.0),
+                        ..Film::default()
+                    },
                     impact: conditions.dry(run),
                 };
                 pointwise.add(setting, group.stuck.contains(&run));
@@ -253,10 +256,10 @@ impl Pointwise {
         }
     }
 
-    /// What a run adds to the log likelihood that shares its true speed with none; `found` where its density is known.
+    /// What a run adds to the log likelihood that shares its true speed with none.
     #[inline]
-    pub(super) fn alone(&self, run: usize, at: RunImpact, noise: &RunNoise, found: Option<RunDensity>) -> RunDensity {
-        let mut all = found.unwrap_or_else(|| at.density(noise, self.seen(run)));
+    pub(super) fn alone(&self, run: usize, at: RunImpact, noise: &RunNoise) -> RunDensity {
+        let mut all = at.density(noise, self.seen(run));
         if self.truncated && !self.stuck[run] {
             all.add(at.density(noise, self.rebounded()), -1.0);
         }
@@ -391,7 +394,7 @@ impl EvaluatedLaw<'_> {
         } = self.pointwise;
         let noise = self.noise(run);
         if *truncated || self.pointwise.is_integrated() || self.pointwise.is_stuck(run) {
-            return self.pointwise.alone(run, self.impact(run), noise, None).value;
+            return self.pointwise.alone(run, self.impact(run), noise).value;
         }
         // where runs are left out very many of these are asked for, and no slope: with them it takes nearly twice as long
         noise.tails.ln_unit_density(self.z(run, restitution[run])) - self.ln_sigma[self.kind(run)]
