@@ -12,7 +12,10 @@
 
 mod at_nodes;
 mod gauss;
+mod rebounds;
 mod rule;
+
+pub(super) use rebounds::{Rebounds, MOST_REBOUNDS};
 
 use super::errors::Errors;
 use super::normal::CERTAIN;

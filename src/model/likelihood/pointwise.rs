@@ -256,10 +256,10 @@ impl Pointwise {
         }
     }
 
-    /// What a run adds to the log likelihood that shares its true speed with none.
+    /// What a run adds to the log likelihood that shares its true speed with none; `found` where its density is known.
     #[inline]
-    pub(super) fn alone(&self, run: usize, at: RunImpact, noise: &RunNoise) -> RunDensity {
-        let mut all = at.density(noise, self.seen(run));
+    pub(super) fn alone(&self, run: usize, at: RunImpact, noise: &RunNoise, found: Option<RunDensity>) -> RunDensity {
+        let mut all = found.unwrap_or_else(|| at.density(noise, self.seen(run)));
         if self.truncated && !self.stuck[run] {
             all.add(at.density(noise, self.rebounded()), -1.0);
         }
@@ -394,7 +394,7 @@ impl EvaluatedLaw<'_> {
         } = self.pointwise;
         let noise = self.noise(run);
         if *truncated || self.pointwise.is_integrated() || self.pointwise.is_stuck(run) {
-            return self.pointwise.alone(run, self.impact(run), noise).value;
+            return self.pointwise.alone(run, self.impact(run), noise, None).value;
         }
         // where runs are left out very many of these are asked for, and no slope: with them it takes nearly twice as long
         noise.tails.ln_unit_density(self.z(run, restitution[run])) - self.ln_sigma[self.kind(run)]
