@@ -340,7 +340,10 @@ fn pieces(name: &str) -> Vec<Piece<'_>> {
         }
     };
     let all = starts.iter().flat_map(|start| ends.iter().map(|end| (*start, *end)));
-    let all = all.filter(|(start, end)| end > start && !name[*start..*end].starts_with(MARKS));
+    let all = all.filter(|(start, end)| {
+        let text = name.get(*start..*end).unwrap_or_default();
+        !text.is_empty() && !text.starts_with(MARKS) && !text.trim_end_matches('.').ends_with(MARKS)
+    });
     all.map(piece).collect()
 }
 
