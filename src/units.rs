@@ -117,14 +117,6 @@ impl Dimension {
         }
     }
 
-    /// The unit that is so many powers of ten of the one with this suffix; `None` where no such unit is known.
-    pub fn power_of(self, suffix: &str, power: i32) -> Option<&'static Unit> {
-        let units = self.units();
-        let of = units.iter().find(|unit| unit.suffix == suffix)?;
-        let size = of.to_si(10f64.powi(power));
-        units.iter().find(|unit| (unit.to_si(1.0) / size - 1.0).abs() < 1e-9)
-    }
-
     /// The SI value of a number written in the usual unit.
     pub fn usual_to_si(self, value: f64) -> f64 {
         self.units()[0].to_si(value)
@@ -211,16 +203,6 @@ mod tests {
             let there = unit.to_si(4.762);
             assert!((unit.from_si(there) / 4.762 - 1.0).abs() < 1e-15, "{}", unit.suffix);
         }
-    }
-
-    #[test]
-    fn a_power_of_a_unit_may_be_another() {
-        let power_of = |dimension: Dimension, suffix, power| Some(dimension.power_of(suffix, power)?.suffix);
-        assert_eq!(power_of(Dimension::Length, "_m", -3), Some("_mm"));
-        assert_eq!(power_of(Dimension::Thickness, "_mm", -3), Some("_um"));
-        assert_eq!(power_of(Dimension::Speed, "_m_s", -2), Some("_cm_s"));
-        assert_eq!(power_of(Dimension::Length, "_m", -5), None);
-        assert_eq!(power_of(Dimension::Length, "_m_s", 0), None);
     }
 
     /// Equal but for the last bit, which a change of unit may move.

@@ -52,6 +52,12 @@ pub(super) fn check_rows(runs: &Runs) -> Vec<Remark> {
     let rebounds = rebounds(runs);
     let grids = Grids::of(&rebounds);
     question_repeats(&rebounds, &grids, &runs.places, &mut questioned);
+    if !questioned.iter().any(Remark::forbids) {
+        // it says more than a notice of rows that repeat perhaps
+        if let Some(check) = rounded_copies(&rebounds, &runs.places) {
+            questioned = vec![check];
+        }
+    }
     question_means(&rebounds, &grids, &runs.places, &mut questioned);
     questioned
 }
@@ -231,14 +237,18 @@ fn copied_blocks(rebounds: &[Rebound]) -> Vec<Vec<[usize; 2]>> {
     blocks
 }
 
-/// Questions rows that have the cells of earlier ones.
-///
-/// Of two runs at one setting the restitutions are the same to the last digit r written with the probability r/(2 √π s), where
-/// they scatter by s.
-fn question_repeats(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, questioned: &mut Vec<Remark>) {
+/// Probability that of two runs at one setting the restitutions are the same to the last digit r written, which is
+/// r/(2 √π s) where they scatter by s.
+fn chance_of_same(step: f64, scatter: f64) -> f64 {
     /// rather too likely than too rare: no scatter is normal, nor the same everywhere
     const CAUTIOUS: f64 = 1.5;
     let two_root_pi = 2.0 * std::f64::consts::PI.sqrt();
+    let spread = (scatter.powi(2) + step * step / 12.0).sqrt();
+    (CAUTIOUS * step / (two_root_pi * spread)).min(1.0)
+}
+
+/// Questions rows that have the cells of earlier ones.
+fn question_repeats(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, questioned: &mut Vec<Remark>) {
     let copied = copied_blocks(rebounds);
     if copied.is_empty() {
         return;
@@ -252,11 +262,7 @@ fn question_repeats(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, que
         .filter(|(place, _)| !in_order.contains(place));
     let others: Vec<&Rebound> = others.map(|(_, one)| one).collect();
     let scatter = scatter_of_groups(&others);
-    let chance = |one: &Rebound| {
-        let step = grids.of_restitution(one);
-        let spread = (scatter[one.group].powi(2) + step * step / 12.0).sqrt();
-        (CAUTIOUS * step / (two_root_pi * spread)).min(1.0)
-    };
+    let chance = |one: &Rebound| chance_of_same(grids.of_restitution(one), scatter[one.group]);
     let mut at_setting: HashMap<(usize, [i64; 6]), usize> = HashMap::new();
     let mut expected = 0.0;
     for one in rebounds {
@@ -299,6 +305,149 @@ fn question_repeats(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, que
     } else if p < UNLIKELY {
         questioned.push(remarks::REPEATS_PERHAPS.notice(repeated, text));
     }
+}
+
+/// The digits after the point that a block has of speeds and restitutions, beyond which none are told.
+const MOST_DECIMALS: i32 = 6;
+
+/// The fewest decimals that a number is written with.
+fn decimals(x: f64) -> i32 {
+    let is_whole = |decimals: &i32| {
+        let scaled = x * 10f64.powi(*decimals);
+        (scaled - scaled.round()).abs() < 1e-6
+    };
+    (0..MOST_DECIMALS).find(is_whole).unwrap_or(MOST_DECIMALS)
+}
+
+impl Rebound {
+    /// Speed and restitution.
+    fn measured(&self) -> [f64; 2] {
+        [self.speed, self.restitution]
+    }
+
+    /// Whether another may be it with other digits, for steps of speed and restitution.
+    fn may_be(&self, other: &Rebound, steps: [f64; 2]) -> bool {
+        /// films are written with fewer digits, too
+        const SAME_FILM: f64 = 0.03;
+        let is_near = |at: usize| {
+            let apart = (self.measured()[at] - other.measured()[at]).abs();
+            apart <= 0.5 * steps[at] * (1.0 + 1e-6) + 1e-12
+        };
+        self.group == other.group
+            && self.setting[0] == other.setting[0]
+            && (self.film - other.film).abs() <= SAME_FILM * self.film
+            && is_near(0)
+            && is_near(1)
+    }
+}
+
+/// The check of rows that have in the order of others the cells of these, rounded to fewer digits; `None` without such rows
+/// beyond chance.
+fn rounded_copies(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> {
+    /// rebounds of the largest table in which each pair is looked at
+    const MOST: usize = 5000;
+    /// no table has fewer digits of speed or restitution than these steps
+    const COARSEST: [f64; 2] = [0.1, 0.01];
+    /// rows of a block, at least
+    const FEWEST: usize = 6;
+    let count = rebounds.len();
+    let mut blocks: Vec<Block> = vec![];
+    let first = if count <= MOST { FEWEST } else { count };
+    for offset in first..count {
+        let mut start = offset;
+        while start < count {
+            let agree = |place: &usize| rebounds[*place].may_be(&rebounds[*place - offset], COARSEST);
+            let end = (start..count).find(|place| !agree(place)).unwrap_or(count);
+            if end - start >= FEWEST {
+                blocks.extend(rounded_block(rebounds, [start, end], offset, FEWEST));
+            }
+            start = end + 1;
+        }
+    }
+    let pairs = 0.5 * (count as f64).powi(2);
+    blocks.retain(|block| pairs * block.chance < remarks::BEYOND_CHANCE);
+    blocks.sort_by_key(|block| std::cmp::Reverse(block.length));
+    let mut named: Vec<Block> = vec![];
+    for block in blocks {
+        let overlaps = |other: &Block| block.rows[0] <= other.rows[1] && other.rows[0] <= block.rows[1];
+        if !named.iter().any(overlaps) {
+            named.push(block);
+        }
+    }
+    let p = pairs * named.iter().map(|block| block.chance).reduce(f64::min)?;
+    let repeated: usize = named.iter().map(|block| block.length).sum();
+    let words: Vec<String> = named.iter().map(|block| block.words(places)).collect();
+    let text = format!(
+        "{repeated} of {count} rebounds repeat others in every measured cell but for rounding to fewer digits, in the order of \
+         these: {}",
+        shortened(&words)
+    );
+    Some(remarks::REPEATED_ROWS.check(p, text))
+}
+
+/// The longest part of some rows that repeats those so many places before with other digits; `None` where it has the same.
+fn rounded_block(rebounds: &[Rebound], [start, end]: [usize; 2], offset: usize, fewest: usize) -> Option<Block> {
+    let digits_of = |rows: &[Rebound]| {
+        [0, 1].map(|at| {
+            rows.iter()
+                .map(|one| decimals(one.measured()[at]))
+                .max()
+                .unwrap_or(MOST_DECIMALS)
+        })
+    };
+    let digits = [start, start - offset].map(|from| digits_of(&rebounds[from..from + end - start]));
+    if digits[0] == digits[1] {
+        return None;
+    }
+    let steps = [0, 1].map(|at| 0.1f64.powi(digits[0][at].min(digits[1][at])));
+    let is_copy = |place: usize| rebounds[place].may_be(&rebounds[place - offset], steps);
+    let mut longest = [start, start];
+    let mut from = start;
+    for place in start..end {
+        if !is_copy(place) {
+            from = place + 1;
+        } else if place + 1 - from > longest[1] - longest[0] {
+            longest = [from, place + 1];
+        }
+    }
+    let [start, end] = longest;
+    if end - start < fewest {
+        return None;
+    }
+    // the copies would make themselves likely
+    let others = rebounds
+        .iter()
+        .enumerate()
+        .filter(|(place, _)| !(start..end).contains(place));
+    let others: Vec<&Rebound> = others.map(|(_, one)| one).collect();
+    let scatter = scatter_of_groups(&others);
+    let of_speeds = scatter_of_speeds(&others);
+    let chance = |one: &Rebound| {
+        let of_group = scatter.get(one.group).copied().unwrap_or(0.0);
+        chance_of_same(steps[1], of_group) * chance_of_same(steps[0], of_speeds * one.speed)
+    };
+    let ends = |offset: usize| [start, end - 1].map(|place| rebounds[place - offset].row);
+    Some(Block {
+        rows: ends(0),
+        repeats: ends(offset),
+        length: end - start,
+        chance: rebounds[start..end].iter().map(chance).product(),
+    })
+}
+
+/// How speeds scatter from one run to the next at one setting, as a share; 0 where too few runs tell.
+fn scatter_of_speeds(rebounds: &[&Rebound]) -> f64 {
+    const ENOUGH: usize = 10;
+    let next = rebounds
+        .windows(2)
+        .filter(|pair| pair[0].group == pair[1].group && pair[0].is_near(pair[1]));
+    let mut squares: Vec<f64> = next.map(|pair| (pair[1].speed / pair[0].speed).ln().powi(2)).collect();
+    if squares.len() < ENOUGH {
+        return 0.0;
+    }
+    // the median, since steps from one setting to the next may be as small; of squares of a normal it is 0.455
+    squares.sort_by(f64::total_cmp);
+    (0.5 * squares[squares.len() / 2] / 0.455).sqrt()
 }
 
 /// A probability below which repeats that may be chance are named.
@@ -666,6 +815,37 @@ mod tests {
                     !codes(&rows).is_empty()
                 });
                 assert!(alarms.count() <= 1, "{place} {by_height}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_copy_with_fewer_digits_is_one() {
+        let fewer = |run: &NewRun<'static>, speed: f64, restitution: f64| NewRun {
+            impact_speed: rounded(run.impact_speed, speed),
+            restitution: rounded(run.restitution, restitution),
+            ..*run
+        };
+        let is_rounded_copy = |rows: &[NewRun]| {
+            let found = check_rows(&arrange(&scene(), rows));
+            found
+                .iter()
+                .any(|check| check.forbids() && check.text.contains("fewer digits"))
+        };
+        for (place, kind) in kinds().into_iter().enumerate() {
+            let rows = table(kind, 90_000 + place as u64);
+            // where nearly every run of a setting has the same digits then, nobody can tell
+            let is_told = kind.sd > 0.0075 && kind.step < 0.01;
+            let from = [0, rows.len() / 3];
+            for (speed, from) in [(0.01, from[0]), (1e-3, from[0]), (0.01, from[1])] {
+                let copied = rows[from..].iter().map(|run| fewer(run, speed, 0.01));
+                let copied: Vec<NewRun> = copied.collect();
+                let is_found = is_rounded_copy(&[&rows[..], &copied].concat());
+                assert!(is_found || !is_told || copied.len() < 40, "{place} {speed} {from}");
+                // the same design anew, written with fewer digits
+                let anew = table(kind, 95_000 + place as u64);
+                let anew: Vec<NewRun> = anew.iter().map(|run| fewer(run, speed, 0.01)).collect();
+                assert!(!is_rounded_copy(&[&rows[..], &anew].concat()), "{place} {speed}");
             }
         }
     }

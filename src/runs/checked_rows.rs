@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::collect::{Collected, Gathering, SheetRead};
 use super::columns::{ColumnPlace, TableLayout};
-use super::decimals::{parse_number, Decimals, DoubtfulNumber};
+use super::decimals::{parse_number, rounding_of, Decimals, DoubtfulNumber};
 use super::labels::{is_count, label, Label};
 use super::raw_row::{BadCell, RawRow};
 use super::refusals::{CellPlace, Refusals, Refused};
@@ -127,7 +127,11 @@ impl<'s> CheckedRows<'s> {
                 Err(expected) => bad.push(BadCell { column, expected }),
             }
         }
-        if let Some(row) = check_row(&row, &mut self.checker, &mut bad) {
+        let rounding = |column| {
+            let cell = layout.place(column).and_then(&cell);
+            cell.map_or(0.0, |cell| rounding_of(&cell.text()))
+        };
+        if let Some(row) = check_row(&row, &mut self.checker, rounding, &mut bad) {
             self.collected.push(&row, self.checker.scene);
         }
         for bad in bad {

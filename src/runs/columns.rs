@@ -255,6 +255,9 @@ impl Matching<'_> {
                     let below = header.units.get(index).and_then(|cell| unit_of_cell(cell));
                     let above = header.units_above.get(index);
                     let above = above.and_then(|cell| unit_of_cell_above(cell, column.dimension()));
+                    let other = told.and_then(|(ours, _)| other_quantity(name, column, ours));
+                    // the unit of another quantity says no more
+                    let by_name = by_name.filter(|_| other.is_none());
                     for (stated, by) in [
                         (by_name, "its name"),
                         (below, "the row below its name"),
@@ -262,8 +265,8 @@ impl Matching<'_> {
                     ] {
                         self.refuse_another_unit((column, unit), name, stated, by);
                     }
-                    if let Some(expected) = told.and_then(|_| other_quantity(name, column)) {
-                        self.refuse(format!("column {name}"), expected.to_owned());
+                    if let Some(expected) = other {
+                        self.refuse(format!("column {name}"), expected);
                     }
                     let name = name.clone();
                     self.add_column(column, ColumnPlace { index, name, unit });
@@ -416,4 +419,47 @@ fn stated_by_name(name: &str, column: RunColumn) -> Option<StatedUnit> {
 /// A column without a name, as a message shows it.
 pub(super) fn unnamed_column(index: usize) -> String {
     format!("no. {} (without a name)", index + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Headers that laboratories write, each under the key that its numbers are read as.
+    const HEADERS: &str = include_str!("headers.txt");
+
+    #[test]
+    fn headers_are_read_as_they_say_or_refused() {
+        let mut wrong = vec![];
+        let mut counted = [0; 2];
+        for line in HEADERS
+            .lines()
+            .filter(|line| !line.is_empty() && !line.starts_with('#'))
+        {
+            let (expected, rest) = line.split_once(' ').expect("read or refused");
+            let (key, names) = rest.split_once(": ").expect("a key and its names");
+            let (column, _) = RunColumn::named(key).expect("a key");
+            for name in names.split(" | ") {
+                let naming = Naming {
+                    columns: vec![(key.to_owned(), name.to_owned())],
+                    ..Naming::default()
+                };
+                let header = Header {
+                    names: vec![name.to_owned()],
+                    ..Header::default()
+                };
+                let problems = TableLayout::new(&header, &naming).err().unwrap_or_default();
+                let of_name = format!("column {name}");
+                let is_own = |problem: &&Problem| problem.place == of_name && !problem.expected.starts_with("missing");
+                let own: Vec<&Problem> = problems.iter().filter(is_own).collect();
+                let is_refused = expected == "refused";
+                counted[usize::from(is_refused)] += 1;
+                if own.len() != usize::from(is_refused) {
+                    wrong.push(format!("{expected} {} `{name}`: {own:?}", column.base()));
+                }
+            }
+        }
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+        assert!(counted.iter().all(|count| *count >= 60), "{counted:?}");
+    }
 }

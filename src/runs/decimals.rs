@@ -99,6 +99,20 @@ pub(super) fn parse_number(cell: &str) -> Result<WrittenNumber, String> {
     })
 }
 
+/// Half of the last digit that is written, as a share of the number; 0 of no number.
+pub(super) fn rounding_of(cell: &str) -> f64 {
+    let cell = cell.trim();
+    let digits = cell.find(['e', 'E']).map_or(cell, |end| &cell[..end]);
+    let decimals = digits.find(['.', ',']).map_or(0, |mark| digits.len() - mark - 1);
+    let value = parse_number(digits).map_or(0.0, |number| number.value.abs());
+    let decimals = i32::try_from(decimals).unwrap_or(i32::MAX);
+    if value > 0.0 {
+        0.5 * 0.1f64.powi(decimals) / value
+    } else {
+        0.0
+    }
+}
+
 /// A number whose decimals a comma sets off.
 fn with_comma(cell: &str) -> Option<WrittenNumber> {
     let (whole, decimals) = cell.split_once(',')?;
@@ -185,6 +199,19 @@ impl<C> Decimals<C> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_last_digit_written_says_how_a_number_is_rounded() {
+        for (cell, share) in [
+            ("0.50", 0.01),
+            ("0,5", 0.1),
+            ("2", 0.25),
+            ("1.25e-3", 0.004),
+            ("x", 0.0),
+        ] {
+            assert!((rounding_of(cell) - share).abs() < 1e-12, "{cell}");
+        }
+    }
 
     #[test]
     fn the_separator_is_the_one_that_parts_most() {

@@ -1,7 +1,7 @@
 //! Guesses which column of runs a column of somebody's table is, and in which unit.
 
 use super::survey::SurveyedColumn;
-use super::words::is_among;
+use super::words::{is_among, without_brackets};
 use super::written_units::{unit_in_brackets, unit_in_name, unit_of, unit_of_cell, StatedUnit};
 use crate::error::quoted;
 use crate::scene::RunColumn;
@@ -127,7 +127,7 @@ fn candidate(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Op
     ];
     let by_name = |(candidate, names): (RunColumn, &str)| {
         let fits = |(name, stated): &&(String, Option<StatedUnit>)| {
-            let is_called = is_among(names, name) || letters(candidate.base()) == *name;
+            let is_called = is_among(names, name) || letters(candidate.base()) == *name || is_short_for(names, column);
             is_called && is_free(candidate) && column_may_be(column, candidate, stated.as_ref())
         };
         let (_, stated) = readings.iter().find(fits)?;
@@ -160,6 +160,14 @@ fn column_may_be(column: &SurveyedColumn, candidate: RunColumn, stated: Option<&
         let is_of_names = matches!(candidate, RunColumn::Particle | RunColumn::Liquid);
         stated.is_none() && !(is_of_names && column.has_more)
     }
+}
+
+/// Whether a name with a point at its end is one of a list cut short, as `Fallgeschw.` is.
+fn is_short_for(names: &str, column: &SurveyedColumn) -> bool {
+    const FEWEST: usize = 5;
+    let name = without_brackets(&column.name);
+    let start = name.trim_end().strip_suffix('.').map(letters).unwrap_or_default();
+    start.chars().count() >= FEWEST && names.split(' ').any(|own| own.starts_with(&start))
 }
 
 /// The letters and digits of a name, in lower case.
@@ -236,6 +244,9 @@ mod tests {
             ("Fallhöhe (cm)", "10", "drop_height_cm", false),
             ("Impact speed, m/s", "1.2", "impact_speed_m_s", false),
             ("Nr.", "17", "run", false),
+            ("Fallgeschw. (m/s)", "1.2", "impact_speed_m_s", false),
+            ("Filmd. [µm]", "287", "film_um", false),
+            ("Sphere dia (mm)", "4.762", "diameter_mm", false),
         ] {
             assert_eq!(
                 guessed(name, &[cell]),

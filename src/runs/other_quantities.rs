@@ -1,6 +1,6 @@
 //! Knows headers that name another quantity than that of the column they are read as.
 
-use super::words::is_among;
+use super::words::{is_among, without_brackets};
 use crate::scene::RunColumn;
 use crate::units::Dimension;
 
@@ -25,9 +25,254 @@ const LOSSES: &str = "loss losses lost verlust verluste perte dissipation";
 /// Signs of a product.
 const TIMES: [char; 5] = ['*', '×', '·', '⋅', 'x'];
 
-/// What a header names in place of the quantity of a column, and what to do about it; `None` where it names none.
-pub(super) fn other_quantity(name: &str, column: RunColumn) -> Option<&'static str> {
-    let name = name.to_lowercase();
+/// What a header may name.
+struct Quantity {
+    name: &'static str,
+    words: &'static str,
+    /// what the columns that take it are called, the one of the impact first
+    columns: &'static str,
+}
+
+impl Quantity {
+    fn is_of(&self, column: RunColumn) -> bool {
+        is_among(self.columns, column.base())
+    }
+
+    fn columns(&self) -> impl Iterator<Item = RunColumn> {
+        self.columns.split(' ').filter_map(RunColumn::of_base)
+    }
+}
+
+/// Those that the words of a header name.
+fn quantities_in(words: &[&str]) -> Vec<Quantity> {
+    let lines = include_str!("quantities.txt")
+        .lines()
+        .filter(|line| !line.starts_with('#'));
+    let read = lines.filter_map(|line| {
+        let (name, rest) = line.split_once(": ")?;
+        let (words, columns) = rest.split_once(':')?;
+        Some(Quantity {
+            name,
+            words,
+            columns: columns.trim_start(),
+        })
+    });
+    read.filter(|quantity| words.iter().any(|word| is_called(quantity.words, word)))
+        .collect()
+}
+
+/// Symbols of dimensionless numbers, which begin a name.
+const NUMBERS: &str = "We Re Fr Bo Oh St";
+
+/// Columns whose headers name what is measured.
+const MEASURED: [RunColumn; 9] = [
+    RunColumn::Diameter,
+    RunColumn::Film,
+    RunColumn::ImpactSpeed,
+    RunColumn::ReboundSpeed,
+    RunColumn::Restitution,
+    RunColumn::DropHeight,
+    RunColumn::ReboundHeight,
+    RunColumn::Stokes,
+    RunColumn::FilmRatio,
+];
+
+/// Symbols that begin the names of columns of one kind.
+fn symbols(column: RunColumn) -> &'static str {
+    match column {
+        RunColumn::Restitution => "e en ε cr",
+        RunColumn::ImpactSpeed | RunColumn::ReboundSpeed => "v V vi v0 v1 v2 vr vin vout vimp u U",
+        RunColumn::DropHeight | RunColumn::ReboundHeight => "h H h0 z",
+        RunColumn::Diameter => "d D dia diam dp",
+        RunColumn::Film => "h δ delta",
+        _ => "",
+    }
+}
+
+/// Words for a quotient.
+const RATIOS: &str = "ratio ratios quotient verhältnis verhaeltnis rapport";
+
+/// What a length or speed is divided by in a name: no unit is written so.
+const DIVISORS: &str = "d r 2r dp d_p rp r_p ds d_s h0 h_0 v0 v_0 vi v_i diameter durchmesser radius";
+
+/// Words before what a quantity was made from.
+const SOURCES: &str = "from by via aus durch par using";
+
+/// Words for the direction along the plate.
+const ALONG: &str = "tangential tangentiell tangentielle horizontal transverse";
+
+/// Words of what comes before an impact, and of what comes after it.
+const ROLES: [&str; 2] = [
+    "impact incoming incident aufprall auftreff aufprallgeschwindigkeit auftreffgeschwindigkeit drop release fallhöhe",
+    "rebound bounce outgoing rückprall rücksprung rückprallgeschwindigkeit rückprallhöhe rücksprunghöhe rebond out",
+];
+
+/// Words that say before or after which of the two a quantity was taken.
+const MOMENTS: &str = "before after vor nach avant après prior pre post";
+
+/// Words for a standard deviation, and for a standard error.
+const SPREADS: [&str; 2] = [
+    "sd std stdev stdv stddev stabw standardabweichung écarttype",
+    "se sem stderr standardfehler",
+];
+
+/// Words for a spread that is neither.
+const OTHER_SPREADS: &str = "var variance varianz cv rsd ci ci95 confidence konfidenzintervall iqr range spannweite";
+
+/// What a header names in place of the quantity of a column that is read under a key, and what to do about it; `None` where it
+/// names none.
+pub(super) fn other_quantity(name: &str, column: RunColumn, key: &str) -> Option<String> {
+    if let Some(expected) = known_conversion(name, column) {
+        return Some(expected.to_owned());
+    }
+    let (found, right) = named_quantity(name, column)?;
+    let means = column.guide().meaning.trim_start_matches("of a mean: ");
+    let end = means.find([',', ';', '(']).unwrap_or(means.len());
+    let step = match right {
+        Some(right) => format!("name it as `{}` in the scene's columns", right.usual_name()),
+        None => "name the right column, or add one to the table".to_owned(),
+    };
+    Some(format!(
+        "by its name it holds {found}; `{key}` takes {}: {step}",
+        means[..end].trim_end()
+    ))
+}
+
+/// What a header names that its column does not take, with the column that does.
+fn named_quantity(name: &str, column: RunColumn) -> Option<(&'static str, Option<RunColumn>)> {
+    let lower = name.to_lowercase();
+    let words = words_of(&lower);
+    if let Some(found) = other_spread(&lower, &words, column) {
+        return Some(found);
+    }
+    if !MEASURED.contains(&column) {
+        return None;
+    }
+    let has = |list: &str| words.iter().any(|word| is_among(list, word));
+    let is_made = has(SOURCES);
+    let is_of_rebound = column.is_of_rebound();
+    let has_root = ROOTS.split(' ').any(|root| lower.contains(root));
+    if words.first().is_some_and(|word| is_among("ln log lg log10", word)) {
+        return Some(("a logarithm", None));
+    }
+    let is_along = matches!(words[..], ["e" | "cor" | "ε", "t", ..]);
+    if matches!(
+        column,
+        RunColumn::Restitution | RunColumn::ImpactSpeed | RunColumn::ReboundSpeed
+    ) && (has(ALONG) || is_along)
+    {
+        return Some(("what happens along the plate, not normal to it", None));
+    }
+    let is_quotient = has(RATIOS) || lower.contains('/') || has("over");
+    let first = name.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
+    let has_symbol = is_among(symbols(column), first);
+    // behind a symbol, brackets tell more of it, as the `(time of flight)` of a `v`
+    let outside = without_brackets(&lower);
+    let naming = words_of(if has_symbol { &outside } else { &lower });
+    let named = quantities_in(&naming);
+    if column == RunColumn::Restitution && has_root && named.is_empty() && !is_quotient && !is_square_sign(&lower) {
+        return Some(("a square root", None));
+    }
+    let takes_ratios = matches!(
+        column,
+        RunColumn::Restitution | RunColumn::FilmRatio | RunColumn::Stokes
+    );
+    let divisor = lower.split_once('/').map(|(_, after)| after.trim());
+    let is_ratio = has(RATIOS) || divisor.is_some_and(|after| is_among(DIVISORS, after));
+    if !takes_ratios && is_ratio && !is_made {
+        return Some(("a ratio", None));
+    }
+    let is_stokes = first == "St";
+    if is_among(NUMBERS, first) && !name[first.len()..].starts_with('-') && !(is_stokes && column == RunColumn::Stokes)
+    {
+        return Some(("a dimensionless number", is_stokes.then_some(RunColumn::Stokes)));
+    }
+    let is_own = named.iter().any(|quantity| quantity.is_of(column));
+    let has_role = |at: usize| words.iter().any(|word| is_called(ROLES[at], word));
+    let other = usize::from(!is_of_rebound);
+    let is_of_other = column.other_side().filter(|_| has_role(other) && !has_role(1 - other));
+    if let Some(right) = is_of_other.filter(|_| (is_own || named.is_empty()) && !is_made && !has(MOMENTS)) {
+        let found = ["what comes before the impact", "what comes after the impact"][other];
+        return Some((found, Some(right)));
+    }
+    let is_right = is_own || is_made || takes_ratios && (is_quotient || has_symbol);
+    let found = named.first().filter(|_| !is_right)?;
+    let right = found.columns().find(|other| other.is_of_rebound() == is_of_rebound);
+    Some((found.name, right.or(found.columns().next())))
+}
+
+fn words_of(name: &str) -> Vec<&str> {
+    let words = name.split(|c: char| !c.is_alphanumeric());
+    words.filter(|word| !word.is_empty()).collect()
+}
+
+/// Whether a name says that one height or energy is divided by another, which gives the square of a restitution.
+fn is_ratio_of_squares(name: &str) -> bool {
+    let lower = name.to_lowercase();
+    let words = words_of(&lower);
+    let has = |list: &str| words.iter().any(|word| is_called(list, word));
+    let named = quantities_in(&words);
+    let is_named = |column: RunColumn| named.iter().any(|quantity| quantity.is_of(column));
+    let is_told = has(SOURCES) || is_named(RunColumn::Restitution) || ROOTS.split(' ').any(|root| lower.contains(root));
+    let has_symbol = words
+        .first()
+        .is_some_and(|first| is_among(symbols(RunColumn::Restitution), first));
+    let is_quotient = lower.contains('/') || has(RATIOS) || has("over");
+    is_quotient_of(name, 'E')
+        || is_quotient_of(&lower, 'h') && !is_told
+        || is_quotient && is_named(RunColumn::ReboundHeight) && !is_told && !has_symbol
+}
+
+/// A spread that a header names where its column takes another, or the quantity itself.
+fn other_spread(lower: &str, words: &[&str], column: RunColumn) -> Option<(&'static str, Option<RunColumn>)> {
+    let has = |list: &str| words.iter().any(|word| is_among(list, word));
+    let of_mean = lower.contains("of the mean") || lower.contains("√") || lower.contains("sqrt");
+    let is_error = has("err error errors fehler") && has("standard std st");
+    let is_deviation = has(SPREADS[0]) || has("standard") && has("deviation dev");
+    let is_se = has(SPREADS[1]) || is_error || is_deviation && of_mean;
+    let is_sd = is_deviation && !is_se;
+    let se = ("a standard error", Some(RunColumn::RestitutionSe));
+    let sd = ("a standard deviation", Some(RunColumn::RestitutionSdOfRuns));
+    let other = ("a spread that is neither sd nor standard error", None);
+    match column {
+        RunColumn::RestitutionSdOfRuns if is_se => Some(se),
+        RunColumn::RestitutionSe if is_sd => Some(sd),
+        RunColumn::RestitutionSdOfRuns | RunColumn::RestitutionSe => has(OTHER_SPREADS).then_some(other),
+        // the first word or the last, and no `mean and sd`
+        _ if MEASURED.contains(&column) => {
+            let ends = [words.first()?, words.last()?];
+            // a film or sphere is measured by SEM, a microscope
+            let may_be_se = !matches!(column, RunColumn::Film | RunColumn::Diameter);
+            let is_end = |list: &str| ends.iter().any(|word| is_among(list, word));
+            let is_spread = is_error || is_end(SPREADS[0]) || may_be_se && is_end(SPREADS[1]);
+            (is_spread && !has("mean avg average mittel mittelwert"))
+                .then_some(("the spread or error of a quantity", None))
+        }
+        _ => None,
+    }
+}
+
+/// Whether a word is one of a list, or ends with one as `falltime` does.
+fn is_called(list: &str, word: &str) -> bool {
+    let is_end = |own: &str| own.chars().count() >= "time".len() && word.ends_with(own);
+    list.split(' ').any(|own| own == word || is_end(own))
+}
+
+/// Whether both sides of a slash begin with a letter, as in `h2/h1`.
+fn is_quotient_of(name: &str, letter: char) -> bool {
+    let sides = name.split_once('/').map(|(above, below)| [above, below]);
+    sides.is_some_and(|sides| {
+        sides.iter().all(|side| {
+            let side = side.trim().trim_start_matches('(');
+            let is_symbol = side.chars().take_while(|c| c.is_alphabetic()).count() <= 2;
+            side.starts_with(letter) && is_symbol
+        })
+    })
+}
+
+/// What a header says that some power or factor turns into the quantity of its column, and how.
+fn known_conversion(written: &str, column: RunColumn) -> Option<&'static str> {
+    let name = written.to_lowercase();
     let words: Vec<&str> = name.split(|c: char| !c.is_alphanumeric() && c != '∅').collect();
     match column {
         RunColumn::Diameter if is_radius(&name, &words) => Some(
@@ -38,7 +283,7 @@ pub(super) fn other_quantity(name: &str, column: RunColumn) -> Option<&'static s
             "by its name it is the film over the radius; expected δ/D, the film over the diameter: add a column with half its \
              numbers to the table, and name that one",
         ),
-        RunColumn::Restitution if is_square(&name, &words) => Some(
+        RunColumn::Restitution if is_square(&name, &words) || is_ratio_of_squares(written) => Some(
             "by its name it is the square of a restitution or a share of energy; expected e, rebound over impact speed: add \
              a column of e to the table (of e² its square root), and name that one",
         ),
@@ -134,12 +379,16 @@ fn is_square(name: &str, words: &[&str]) -> bool {
     if ROOTS.split(' ').any(|root| name.contains(root)) {
         return false;
     }
-    let by_sign = ["²", "^2", "**2"].iter().any(|sign| name.contains(sign));
+    let by_sign = is_square_sign(name);
     let by_word = words.iter().any(|word| is_among(SQUARES, word));
     let of_energy = words
         .iter()
         .any(|word| ENERGIES.split(' ').any(|energy| word.starts_with(energy)));
     by_sign || by_word || of_energy
+}
+
+fn is_square_sign(name: &str) -> bool {
+    ["²", "^2", "**2"].iter().any(|sign| name.contains(sign))
 }
 
 #[cfg(test)]
@@ -225,13 +474,13 @@ mod tests {
             ),
         ] {
             for name in others {
-                assert!(other_quantity(name, column).is_some(), "{name}");
+                assert!(other_quantity(name, column, "key").is_some(), "{name}");
             }
             for name in own {
-                assert_eq!(other_quantity(name, column), None, "{name}");
+                assert_eq!(other_quantity(name, column, "key"), None, "{name}");
             }
         }
         // a radius of another column is none
-        assert_eq!(other_quantity("radius", RunColumn::Run), None);
+        assert_eq!(other_quantity("radius", RunColumn::Run, "run"), None);
     }
 }

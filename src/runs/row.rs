@@ -14,8 +14,11 @@ use crate::units::{millimetres, MAGNITUDES, MAGNITUDE_EXPECTED};
 /// A restitution above this may be one in per cent.
 const LEAST_OF_PERCENT: f64 = 5.0;
 
-/// Rebound speed over impact speed and a restitution given beside them must agree to this.
+/// Rebound speed over impact speed and a restitution given beside them must agree to this, or to what rounding explains.
 const AGREEMENT: f64 = 0.002;
+
+/// The most that rounding may explain: more is a contradiction, however few digits are written.
+const MOST_BY_ROUNDING: f64 = 0.05;
 
 /// What is expected of a run whose rebound is missing, which is not one that stuck.
 const REBOUND_EXPECTED: &str =
@@ -138,10 +141,16 @@ fn refuse_as_not_positive(column: RunColumn, value: Option<f64>, what: &str, pro
 }
 
 /// Checks a run. Every wrong cell is pushed to `problems`, which may hold cells of this run that were no numbers; the
-/// run is `Some` only if there is none.
+/// run is `Some` only if there is none. `rounding` gives half the last digit that is written in a column, as a share of its
+/// number.
 // called for every row of a table, where a call each took 80 instructions more
 #[inline(always)]
-pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut Vec<BadCell>) -> Option<CheckedRow> {
+pub(super) fn check_row(
+    raw: &RawRow,
+    checker: &mut RowChecker,
+    rounding: impl Fn(RunColumn) -> f64,
+    problems: &mut Vec<BadCell>,
+) -> Option<CheckedRow> {
     let is_dry = raw.is_dry();
     let particle = match raw.word(RunColumn::Particle) {
         Some(name) => {
@@ -209,7 +218,7 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
         }
     }
     let rebound = rebound_speed(raw, surface.as_ref(), problems);
-    let restitution = restitution(raw, impact_speed, rebound, problems);
+    let restitution = restitution(raw, impact_speed, rebound, rounding, problems);
     let mut row_mean_of = None;
     if raw.has_any(&[
         RunColumn::Runs,
@@ -324,6 +333,7 @@ fn restitution(
     raw: &RawRow,
     impact_speed: Option<f64>,
     rebound: Option<(RunColumn, f64)>,
+    rounding: impl Fn(RunColumn) -> f64,
     problems: &mut Vec<BadCell>,
 ) -> Option<f64> {
     let in_range = |e: f64| (0.0..=LARGEST_RESTITUTION).contains(&e);
@@ -364,10 +374,22 @@ fn restitution(
         problems.push(bad_cell(column, expected));
         return None;
     }
+    let by_rounding = |e: f64| {
+        let impact = [RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes];
+        let impact = impact.into_iter().find(|column| raw[*column].is_some());
+        // v grows as √h
+        let share = |column: RunColumn| match column {
+            RunColumn::DropHeight | RunColumn::ReboundHeight => 0.5 * rounding(column),
+            _ => rounding(column),
+        };
+        let shares = [Some(RunColumn::Restitution), Some(column), impact].map(|column| column.map_or(0.0, share));
+        (e * shares.iter().sum::<f64>()).clamp(AGREEMENT, MOST_BY_ROUNDING) * (1.0 + 1e-9)
+    };
     match given {
-        // rounding of the two columns may sit exactly on the limit
-        Some(e) if (e - quotient).abs() > AGREEMENT * (1.0 + 1e-9) => {
-            let expected = format!("expected agreement with rebound over impact speed ({quotient:.4}) to {AGREEMENT}");
+        // what is within needs no look at the digits
+        Some(e) if (e - quotient).abs() > AGREEMENT && (e - quotient).abs() > by_rounding(e) => {
+            let agreement = (1e3 * by_rounding(e)).round() / 1e3;
+            let expected = format!("expected agreement with rebound over impact speed ({quotient:.4}) to {agreement}");
             problems.push(bad_cell(RunColumn::Restitution, expected));
             None
         }

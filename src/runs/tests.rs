@@ -363,6 +363,25 @@ fn dry_runs_alone_need_no_film() {
     assert!(read_csv(wet, &scene).is_err());
 }
 
+/// By the digits that are written, 0.42 over 0.50 may be 0.82 to 0.86.
+#[test]
+fn restitution_and_speeds_may_differ_by_their_rounding() {
+    let (scene, _) = plain();
+    let particle = &scene.particles[0].name;
+    let header = "particle,diameter_mm,impact_speed_m_s,rebound_speed_m_s,restitution";
+    for (row, is_read) in [
+        ("0.50,0.43,0.84", true),
+        ("0.50,0.42,0.86", true),
+        ("0.50,0.42,0.87", false),
+        ("0.500,0.420,0.85", false),
+        ("0.500,0.420,0.842", true),
+        ("0.5,0.4,0.86", false),
+    ] {
+        let table = format!("{header}\n{particle},4.762,{row}\n");
+        assert_eq!(read_csv(&table, &scene).is_ok(), is_read, "{row}");
+    }
+}
+
 #[test]
 fn two_unknown_columns_of_one_name_shift_nothing() {
     let (scene, text) = plain();

@@ -1,4 +1,4 @@
-//! Tells the words of a list, and knows those of a column that says yes or no of each run.
+//! Tells the words of a list and those outside brackets, and knows those of a column that says yes or no of each run.
 
 /// What says no, in small letters.
 const NO: &str = "0 0.0 0,0 no n false f nein falsch non faux";
@@ -9,6 +9,18 @@ const YES: &str = "1 1.0 1,0 yes y true t ja j wahr oui vrai si sí x ✓";
 /// Whether a word is one of a list, in which a blank stands between each two.
 pub(super) fn is_among(list: &str, word: &str) -> bool {
     list.split(' ').any(|own| own == word)
+}
+
+/// A name without what stands in brackets.
+pub(super) fn without_brackets(name: &str) -> String {
+    let mut depth = 0;
+    let mut is_outside = |c: char| {
+        depth += i32::from("([".contains(c));
+        let is_outside = depth == 0;
+        depth -= i32::from(")]".contains(c));
+        is_outside
+    };
+    name.chars().filter(|c| is_outside(*c)).collect()
 }
 
 /// The words that say no among all that a column holds; none where one of them says neither yes nor no.

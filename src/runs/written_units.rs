@@ -1,7 +1,7 @@
 //! Reads the units that headers state: in the name of a column, or in the row below or above the names.
 
 use super::other_quantities::has_factor;
-use super::words::is_among;
+use super::words::{is_among, without_brackets};
 use crate::units::Dimension;
 
 /// A unit that a header states.
@@ -13,65 +13,174 @@ pub(super) enum StatedUnit {
     Other(String),
 }
 
-/// What our names end with in each unit, with the ways that it is written in, in small letters and without blanks.
-const UNITS: [(&str, &str); 8] = [
-    ("_mm", "mm millimeter millimetre millimeters millimetres"),
+/// Powers of metre and second, and of whatever else a unit is made of.
+type Powers = [i32; 3];
+
+const LENGTH: Powers = [1, 0, 0];
+const TIME: Powers = [0, 1, 0];
+const SPEED: Powers = [1, -1, 0];
+const SHARE: Powers = [0, 0, 0];
+const ANOTHER: Powers = [0, 0, 1];
+
+/// What units are made of: how each is written, in small letters, its size in SI (1 where nothing goes by it), and its powers.
+const ATOMS: [(&str, f64, Powers); 28] = [
+    ("m meter metre meters metres mètre mètres metro metri metros м метр метры 米", 1.0, LENGTH),
+    ("dm decimeter decimetre дм", 1e-1, LENGTH),
     (
-        "_um",
-        "µm μm um micron microns mikrometer micrometer micrometre micrometers micrometres",
+        "cm centimeter centimetre zentimeter centimeters centimetres centimètre centimètres см 厘米",
+        1e-2,
+        LENGTH,
     ),
-    ("_cm", "cm centimeter centimetre zentimeter centimeters centimetres"),
-    ("_m", "m meter metre meters metres"),
-    ("_m_s", "m/s m/sec ms"),
-    ("_cm_s", "cm/s cm/sec cms"),
-    ("_mm_s", "mm/s mm/sec mms"),
-    ("_percent", "% percent percents pct prozent"),
+    (
+        "mm millimeter millimetre millimeters millimetres millimètre millimètres millimetri мм 毫米",
+        1e-3,
+        LENGTH,
+    ),
+    (
+        "µm μm um micron microns mikrometer micrometer micrometre micrometers micrometres micromètre micromètres мкм 微米",
+        1e-6,
+        LENGTH,
+    ),
+    ("nm nanometer nanometre nanometers нм", 1e-9, LENGTH),
+    ("å ångström ångstrom angstrom angstroms", 1e-10, LENGTH),
+    ("km", 1e3, LENGTH),
+    ("in inch inches zoll pouce pouces \" ″ ” ''", 0.0254, LENGTH),
+    ("ft foot feet ' ′", 0.3048, LENGTH),
+    ("yd yard yards", 0.9144, LENGTH),
+    ("mil mils thou", 2.54e-5, LENGTH),
+    ("s sec secs second seconds sek sekunde sekunden seconde secondes с сек 秒", 1.0, TIME),
+    ("msec millisecond milliseconds millisekunden мс", 1e-3, TIME),
+    ("µs μs", 1e-6, TIME),
+    ("min minute minutes", 60.0, TIME),
+    ("h hr hour hours", 3600.0, TIME),
+    // the exponent may be lost, and nobody has speeds in milliseconds
+    ("ms mps", 1.0, SPEED),
+    ("cms cmps", 1e-2, SPEED),
+    ("mms mmps", 1e-3, SPEED),
+    ("fps ftps", 0.3048, SPEED),
+    ("ips", 0.0254, SPEED),
+    ("mph", 0.44704, SPEED),
+    ("kmh kph", 1.0 / 3.6, SPEED),
+    ("kn knot knots kt", 0.514, SPEED),
+    (
+        "px pixel pixels frame frames hz khz rpm mv kg g mg µg ml µl μl ul ° °c °f deg degree degrees grad rad ‰ ppm db cst cp mpas \
+         pas mj µj μj nj",
+        1.0,
+        ANOTHER,
+    ),
+    ("% percent percents pct prozent", 1e-2, SHARE),
+    // single letters, and abbreviations that mean plastics by themselves
+    ("n mn pa mpa j w k c l", 1.0, ANOTHER),
 ];
 
-/// Units that no column of runs can have, written in the same way.
-const OTHER_UNITS: &str =
-    "in in. inch inches zoll pouce pouces \" ″ ” '' ft ft. foot feet ' ′ yd mil mils thou nm dm km mph km/h kmh \
-     kph ft/s fps in/s ips m/min ° °c deg degree degrees grad rad px px/s px/frame pixels/frame pixel pixels ‰ \
-     sec hz mv kg mg ml µl μl ul mm² mm³ cm² cm³ m² m³ m/s² m²/s²";
+/// Atoms that are units only with others: `min` is a minimum, `PA` a polyamide, `n` the normal.
+const ONLY_WITH_OTHERS: &str = "h hr hour hours min minute minutes n mn pa mpa j w k c l frame kt";
+
+/// What is a unit only where something sets it off, or nothing else is in the name of a length.
+const UNCLEAR: &str = "in ms sec second seconds min grad deg rad foot";
+
+/// A unit as it is read from a text.
+struct Measure {
+    size: f64,
+    powers: Powers,
+    atoms: usize,
+    /// letters of the first atom
+    letters: usize,
+}
 
 /// The unit that is written so, perhaps with a power of ten before it; `None` where none is.
 pub(super) fn unit_of(text: &str) -> Option<StatedUnit> {
-    plain_unit(text).or_else(|| scaled_unit(text))
-}
-
-fn plain_unit(text: &str) -> Option<StatedUnit> {
-    let plain: String = text
-        .replace(" per ", "/")
-        .replace("^2", "²")
-        .replace("^3", "³")
-        .chars()
-        .filter(|c| !c.is_whitespace() && !"_^-⁻¹1·⋅".contains(*c))
-        .flat_map(char::to_lowercase)
-        .collect();
-    let mut ours = UNITS.iter().filter(|(_, written)| is_among(written, &plain));
-    let other = || is_among(OTHER_UNITS, &plain).then(|| StatedUnit::Other(text.trim().to_owned()));
-    ours.next().map(|(suffix, _)| StatedUnit::Ours(suffix)).or_else(other)
-}
-
-/// A unit with a power of ten before it, as `1e-5 m`, `10^-5 m` or `10⁻⁵ m`: ours where it is one, as 1e-6 m is µm.
-fn scaled_unit(text: &str) -> Option<StatedUnit> {
     let text = text.trim();
-    let plain = with_plain_exponents(text.trim_start_matches(['x', '×', '*', '·', ' ']));
-    let after = ["1e", "1E", "10^", "10**"]
-        .iter()
-        .find_map(|start| plain.strip_prefix(start))?;
-    let end = after.find(|c: char| !(c.is_ascii_digit() || "+-−".contains(c)))?;
-    let power: i32 = after[..end].replace('−', "-").parse().ok()?;
-    let unit = plain_unit(after[end..].trim_start_matches([' ', '·', '×', '*']))?;
-    let StatedUnit::Ours(suffix) = unit else {
-        return Some(StatedUnit::Other(text.to_owned()));
+    let measure = measure(&text.to_lowercase())?;
+    let dimension = match measure.powers {
+        LENGTH => Some(Dimension::Length),
+        SPEED => Some(Dimension::Speed),
+        SHARE => Some(Dimension::Share),
+        _ => None,
     };
-    let own = [Dimension::Length, Dimension::Speed].into_iter();
-    let own = own.filter_map(|dimension| dimension.power_of(suffix, power)).next();
-    Some(own.map_or_else(
+    let units = dimension.map_or(&[][..], Dimension::units);
+    let ours = units
+        .iter()
+        .find(|unit| (unit.to_si(1.0) / measure.size - 1.0).abs() < 1e-9);
+    Some(ours.map_or_else(
         || StatedUnit::Other(text.to_owned()),
         |unit| StatedUnit::Ours(unit.suffix),
     ))
+}
+
+/// Reads a product of units, in small letters: `ft/s`, `ft s-1`, `mm per second`, `10^-3 m`, `g cm⁻³`.
+fn measure(text: &str) -> Option<Measure> {
+    let text = with_plain_exponents(text).replace('−', "-").replace("**", "^");
+    let text = format!(" {text} ")
+        .replace([' ', '_'], "  ")
+        .replace("  per  ", "/")
+        .replace("  pro  ", "/");
+    let mut read = Measure {
+        size: 1.0,
+        powers: [0; 3],
+        atoms: 0,
+        letters: 0,
+    };
+    let mut is_below = false;
+    let mut after = text.as_str();
+    while let Some(start) = after.find(|c: char| !(c.is_whitespace() || "/·⋅*×.-".contains(c))) {
+        is_below |= after[..start].contains('/');
+        let end = after[start..].find(|c: char| c.is_whitespace() || "/·⋅*×.".contains(c));
+        let token = &after[start..end.map_or(after.len(), |end| start + end)];
+        after = &after[start + token.len()..];
+        let sign = if is_below { -1 } else { 1 };
+        if token == "1" || token == "x" {
+            continue;
+        }
+        if let Some(power) = power_of_ten(token).filter(|_| read.atoms == 0) {
+            read.size *= 10f64.powi(power);
+            continue;
+        }
+        let name_ends = token
+            .find(|c: char| c.is_ascii_digit() || "^-+".contains(c))
+            .unwrap_or(token.len());
+        let (name, exponent) = token.split_at(name_ends);
+        let exponent: i32 = match exponent.trim_start_matches('^') {
+            "" => 1,
+            exponent => exponent.parse().ok()?,
+        };
+        let (_, size, powers) = ATOMS.iter().find(|(names, ..)| is_among(names, name))?;
+        // the `ms-1` of metres a second
+        let exponent = if *powers == SPEED && exponent == -1 {
+            1
+        } else {
+            exponent
+        };
+        // the `h cm` of a height is no hour
+        let is_turned = read.powers[1] != 0 && powers[0] != 0;
+        let again = is_turned || (0..2).any(|at| read.powers[at] != 0 && powers[at] != 0);
+        if again || !(1..=3).contains(&exponent.abs()) {
+            return None;
+        }
+        read.size *= size.powi(sign * exponent);
+        (0..3).for_each(|at| read.powers[at] += sign * exponent * powers[at]);
+        read.atoms += 1;
+        if read.atoms == 1 {
+            read.letters = name.chars().count();
+        }
+        // by itself
+        if after.trim().is_empty() && read.atoms == 1 && exponent == 1 && is_among(ONLY_WITH_OTHERS, name) {
+            return None;
+        }
+        // the `m_s` of our own names; metre seconds are nobody's
+        if read.powers == [1, 1, 0] && *powers == TIME {
+            read.powers = SPEED;
+            read.size /= size.powi(2);
+        }
+    }
+    (read.atoms > 0).then_some(read)
+}
+
+/// The power of `10^-5`, `1e-5` or `10-5`.
+fn power_of_ten(token: &str) -> Option<i32> {
+    let bare = || token.strip_prefix("10").filter(|power| power.starts_with('-'));
+    let starts = ["1e", "10^"].iter().find_map(|start| token.strip_prefix(start));
+    starts.or_else(bare)?.parse().ok()
 }
 
 /// A text with `^-5` in place of `⁻⁵`.
@@ -133,10 +242,16 @@ pub(super) fn unit_of_cell_above(cell: &str, dimension: Dimension) -> Option<Sta
     unit_of_cell(cell).filter(|unit| is_meant(unit, dimension))
 }
 
-/// Whether a unit that is written at a quantity is meant as one: at a speed `in` says which speed it is.
+/// Whether a unit that is written at a quantity is meant as one: at a speed `in` says which speed it is, and a letter beside a
+/// plain number is a symbol.
 fn is_meant(unit: &StatedUnit, dimension: Dimension) -> bool {
-    is_length(dimension)
-        || !matches!(unit, StatedUnit::Other(text) if text.trim_end_matches('.').eq_ignore_ascii_case("in"))
+    let StatedUnit::Other(text) = unit else {
+        return true;
+    };
+    let text = text.trim_end_matches('.');
+    let is_plain = matches!(dimension, Dimension::Share | Dimension::One);
+    let is_symbol = text.chars().all(char::is_alphabetic) && text.chars().count() == 1;
+    is_length(dimension) || !(text.eq_ignore_ascii_case("in") || is_plain && is_symbol)
 }
 
 fn is_length(dimension: Dimension) -> bool {
@@ -155,9 +270,8 @@ pub(super) fn unit_in_brackets(name: &str) -> Option<(&str, StatedUnit)> {
 }
 
 /// The unit that the name of a column of some kind states beyond doubt: in brackets, after a slash, a comma or the word
-/// `in`, or at its end where it can be nothing else. The `in` of `v_in`, say, is no inch.
+/// `in`, or among its words where it can be nothing else. The `in` of `v_in`, say, is no inch.
 pub(super) fn unit_in_name(name: &str, dimension: Dimension) -> Option<StatedUnit> {
-    let is_length = is_length(dimension);
     let is_meant = |unit: &StatedUnit| is_meant(unit, dimension);
     if dimension == Dimension::Share && has_factor(&name.to_lowercase()) {
         let is_percent = name.contains("100") && !name.contains("1000");
@@ -171,41 +285,96 @@ pub(super) fn unit_in_name(name: &str, dimension: Dimension) -> Option<StatedUni
     if let Some((_, unit)) = unit_in_brackets(name).filter(|(_, unit)| is_meant(unit)) {
         return Some(unit);
     }
-    let after = |mark: &str| name.split_once(mark).and_then(|(_, after)| unit_of(after));
-    let in_words = name.rsplit_once(" in ").and_then(|(_, after)| unit_of(after));
-    if let Some(unit) = after("/").or_else(|| after(",")).or(in_words).filter(&is_meant) {
-        return Some(unit);
-    }
     let trimmed = name.trim_end();
     if let Some(mark) = trimmed.chars().next_back().filter(|c| "%‰°\"″”".contains(*c)) {
         return unit_of(mark.encode_utf8(&mut [0; 4]));
     }
-    // the `1e-5 m` of `film 1e-5 m`
-    let mut tails = trimmed.match_indices(char::is_whitespace);
-    if let Some(unit) = tails.find_map(|(at, _)| scaled_unit(&trimmed[at..])) {
-        return Some(unit);
-    }
-    let last = trimmed
-        .rsplit(char::is_whitespace)
-        .next()
-        .filter(|last| last.len() < trimmed.len());
-    // apart from the rest, `m` is the metre of a length, and `mil` the mil of one
-    let is_mil = |end: &str| is_length && end.eq_ignore_ascii_case("mil");
-    let is_of_length = |end: &str| is_length && (end.eq_ignore_ascii_case("in") || end == "m");
-    let last = last.filter(|last| is_clear(last) || is_mil(last) || is_of_length(last));
-    let joined = trimmed
-        .match_indices('_')
-        .map(|(at, _)| trimmed[at + 1..].replace('_', "/"));
-    let joined = joined
-        .filter(|tail| is_clear(tail) || is_mil(tail))
-        .find_map(|tail| unit_of(&tail));
-    last.and_then(unit_of).or(joined)
+    // the longest of the pieces between words: the `m/s` of `v_m/s` comes before its `s`
+    let name = without_brackets(trimmed);
+    let mut pieces = pieces(name.trim_end());
+    pieces.sort_by_key(|piece| std::cmp::Reverse(piece.text.len()));
+    let mut stated = pieces.iter().filter(|piece| piece.is_unit(dimension));
+    stated.find_map(|piece| unit_of(piece.text).filter(&is_meant))
 }
 
-/// Whether what ends a name is a unit there, and no index or direction: `m`, `in` and `ms` may be either.
-fn is_clear(end: &str) -> bool {
-    end.chars().count() > 1
-        && !["in", "ms", "mil", "min", "grad", "deg", "rad", "sec", "1", "11"].contains(&end.to_lowercase().as_str())
+/// A part of a name, between two places where words begin or end.
+struct Piece<'n> {
+    text: &'n str,
+    /// whether a slash, a comma or the word `in` sets it off
+    is_set_off: bool,
+    is_whole: bool,
+    is_last: bool,
+    /// whether a number stands before it, of which it is the unit then, as in `4 mm spheres`
+    is_of_number: bool,
+    is_after_blank: bool,
+}
+
+/// Every part of a name between two places where words begin or end: at a mark, or at the capital of `DropHeight`.
+fn pieces(name: &str) -> Vec<Piece<'_>> {
+    /// between words
+    const MARKS: [char; 9] = [' ', '_', '/', ',', ';', ':', '.', '-', '|'];
+    let mut starts = vec![0];
+    let mut ends = vec![name.len()];
+    let mut before = ' ';
+    for (at, c) in name.char_indices() {
+        if c.is_whitespace() || MARKS.contains(&c) {
+            starts.push(at + c.len_utf8());
+            ends.push(at);
+        } else if before.is_lowercase() && c.is_uppercase() {
+            starts.push(at);
+            ends.push(at);
+        }
+        before = c;
+    }
+    let piece = |(start, end): (usize, usize)| {
+        let before = name[..start].trim_end();
+        let word = before.rsplit([' ', '_', '.']).next().unwrap_or_default();
+        Piece {
+            text: &name[start..end],
+            is_set_off: before.ends_with(['/', ',', ';', ':', '|'])
+                || ["in", "en", "em"].contains(&word) && word != before,
+            is_whole: start == 0,
+            is_last: name[end..].trim_start_matches(['.', ' ']).is_empty() || name[end..].starts_with([',', ';']),
+            is_of_number: word.parse::<f64>().is_ok(),
+            is_after_blank: name[..start].ends_with(char::is_whitespace),
+        }
+    };
+    let all = starts.iter().flat_map(|start| ends.iter().map(|end| (*start, *end)));
+    let all = all.filter(|(start, end)| {
+        let text = name.get(*start..*end).unwrap_or_default();
+        !text.is_empty() && !text.starts_with(MARKS) && !text.trim_end_matches('.').ends_with(MARKS)
+    });
+    all.map(piece).collect()
+}
+
+impl Piece<'_> {
+    /// Whether it is a unit where it stands, if it is written as one, and no index, direction or material.
+    fn is_unit(&self, dimension: Dimension) -> bool {
+        let lower = self.text.trim().to_lowercase();
+        let Some(measure) = measure(&lower) else {
+            return false;
+        };
+        let has_power = lower.starts_with(['1', 'x', '×', '*']);
+        if has_power || self.is_of_number {
+            return has_power && self.is_last && !self.is_whole;
+        }
+        if self.is_set_off && self.is_last {
+            return true;
+        }
+        let is_length = is_length(dimension);
+        if self.is_whole {
+            let is_long = lower.chars().count() > 2 || is_among("mm cm µm μm um", &lower);
+            return is_long && !is_among(UNCLEAR, &lower);
+        }
+        // apart from the rest, `m` is the metre of a length, and `in` and `mil` the inch and the mil of one
+        match lower.as_str() {
+            "in" => is_length && self.is_last,
+            "m" => is_length && self.is_last && self.is_after_blank,
+            "mil" => is_length,
+            // the `m_s` of a speed is one, the `s_g` of a sphere in gas none
+            _ => !is_among(UNCLEAR, &lower) && (measure.letters > 1 || measure.atoms > 1 && measure.powers[0] != 0),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -175,6 +175,23 @@ impl RunColumn {
         !matches!(self, Particle | Liquid | Exclude | Run)
     }
 
+    /// The column of the rebound for one of the impact, and the other way round; `None` where there is none.
+    pub fn other_side(self) -> Option<RunColumn> {
+        use RunColumn::{DropHeight, ImpactSpeed, ReboundHeight, ReboundSpeed};
+        let pairs = [(DropHeight, ReboundHeight), (ImpactSpeed, ReboundSpeed)];
+        pairs.into_iter().find_map(|(impact, rebound)| match self {
+            column if column == impact => Some(rebound),
+            column if column == rebound => Some(impact),
+            _ => None,
+        })
+    }
+
+    /// Whether it tells of the rebound.
+    pub fn is_of_rebound(self) -> bool {
+        use RunColumn::{ReboundHeight, ReboundSpeed, Restitution};
+        matches!(self, ReboundHeight | ReboundSpeed | Restitution)
+    }
+
     /// Its name in the usual unit, to ask for it.
     pub fn usual_name(self) -> String {
         self.guide().usual_name()

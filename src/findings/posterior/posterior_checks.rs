@@ -59,8 +59,13 @@ pub fn why_not_sampled(
     least_squares: LeastSquares,
     parameters: &ModelParameters,
 ) -> Option<PosteriorRefusal> {
+    if runs.is_empty() {
+        let mut check = remarks::PARAMETERS_LEFT.check(0.0, "no run is in use");
+        check.next_step = format!("use runs, as the check {} says", remarks::RUNS_IN_USE.code);
+        return Some(PosteriorRefusal(Box::new(check)));
+    }
     if parameters.sampled.is_empty() {
-        let text = "no parameter is left to be sampled: no runs in use, or every prior fixed";
+        let text = "no parameter is left to be sampled: every prior is fixed";
         return Some(PosteriorRefusal(Box::new(remarks::PARAMETERS_LEFT.check(0.0, text))));
     }
     if let Some(few) = too_few_runs(runs, parameters) {
