@@ -476,8 +476,8 @@ pub(super) const TREND_BESIDE_OFFSETS: &str =
 
 /// What to do about such a trend, or series that lie apart, where the law itself does not hold: it makes either.
 pub(super) const LAW_FIRST: &str =
-    "see first to what the check of the wet law names, which lets series lie apart and feigns trends; offsets of series would \
-     hide it";
+    "see first to what the check of the wet law names, which lets series lie apart and feigns trends; [model] series_offsets = \
+     true looks inside the series alone: where that check then holds, it was offsets";
 
 /// Shape of the leave-one-out weights, against what so many draws bear.
 pub const LOO_KHAT: Kind = informs(

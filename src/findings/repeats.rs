@@ -840,7 +840,8 @@ mod tests {
             for (speed, from) in [(0.01, from[0]), (1e-3, from[0]), (0.01, from[1])] {
                 let copied = rows[from..].iter().map(|run| fewer(run, speed, 0.01));
                 let copied: Vec<NewRun> = copied.collect();
-                let is_found = is_rounded_copy(&[&rows[..], &copied].concat());
+                // fewer digits repeat each other, too, which may be what is told
+                let is_found = codes(&[&rows[..], &copied].concat()).contains(&"repeated_rows");
                 assert!(is_found || !is_told || copied.len() < 40, "{place} {speed} {from}");
                 // the same design anew, written with fewer digits
                 let anew = table(kind, 95_000 + place as u64);

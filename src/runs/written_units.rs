@@ -122,7 +122,11 @@ fn measure(text: &str) -> Option<Measure> {
         letters: 0,
     };
     let mut is_below = false;
-    let mut after = text.as_str();
+    let mut after = text.trim_start();
+    // what the slash stands after is no part of the text
+    if after.starts_with('/') {
+        return None;
+    }
     while let Some(start) = after.find(|c: char| !(c.is_whitespace() || "/·⋅*×.-".contains(c))) {
         is_below |= after[..start].contains('/');
         let end = after[start..].find(|c: char| c.is_whitespace() || "/·⋅*×.".contains(c));
