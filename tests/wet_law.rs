@@ -444,6 +444,7 @@ fn offsets_of_series_hide_no_law_that_fails() {
         runs: [54, 12],
         liquids: 1,
         diameters: 1,
+        slow: true,
         ..USUAL
     };
     let of = |name, law| ["", "series_offsets = true"].map(|model| design(name, law, model).count(40));
