@@ -145,15 +145,10 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
     let found = shared.into_iter().chain(of_groups).chain(of_liquids).chain(of_films);
     let found: Vec<Departure> = found.flatten().collect();
     let alternatives = found.len();
+    let least = found.iter().map(|one| one.test.p).reduce(f64::min)?;
     // of two that are the same on these runs the first, whatever rounding says
-    let rarer = |best: Departure, next: Departure| {
-        if next.test.p < best.test.p * (1.0 - 1e-6) {
-            next
-        } else {
-            best
-        }
-    };
-    let mut worst = found.into_iter().reduce(rarer)?;
+    let is_least = |one: &Departure| one.test.p <= least * (1.0 + 1e-6);
+    let mut worst = found.into_iter().find(is_least)?;
     worst.test.p = (worst.test.p * alternatives as f64).min(1.0);
     let (moves, moves_in_se) = worst.law.moves(&worst)?;
     let most = worst.group()?;
