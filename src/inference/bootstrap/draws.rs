@@ -32,7 +32,7 @@ impl Draws {
     fn draw(self, rng: &mut ChaCha8Rng, mut chosen: impl FnMut(usize)) {
         for _ in 0..self.count() {
             // the whole part of the word's share of 2³² times the members
-            chosen((u64::from(rng.next_u32()) * self.members as u64 >> u32::BITS) as usize);
+            chosen(((u64::from(rng.next_u32()) * self.members as u64) >> u32::BITS) as usize);
         }
     }
 
