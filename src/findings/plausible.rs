@@ -49,9 +49,10 @@ const LEAST_LUBRICATION_LOG: f64 = 0.3;
 /// Stokes numbers within which a liquid takes energy and leaves some.
 const STOKES: [f64; 2] = [1.0, 1e4];
 
-/// Spread of wet restitutions about their law, and of the energy kept from series to series, beyond which the law does not
+/// Spread of dry and of wet restitutions about their law, and of the energy kept from series to series, beyond which the law does not
 /// describe the runs: a film off by 10 % moves the energy by 0.01, and repeated runs scatter by 0.005 to 0.05 in e.
-const SPREADS: [(ParameterKind, &str, f64); 2] = [
+const SPREADS: [(ParameterKind, &str, f64); 3] = [
+    (ParameterKind::SigmaDry, "the spread of dry runs about their law", 0.08),
     (ParameterKind::SigmaWet, "the spread of wet runs about their law", 0.08),
     (
         ParameterKind::SigmaSeries,

@@ -16,6 +16,8 @@ const MOST: usize = 100_000;
 /// A rebound with what tells it from others.
 struct Rebound {
     row: u32,
+    /// file or sheet, which has digits of its own
+    table: usize,
     /// dry group or series
     group: usize,
     /// whether it is of a wet run
@@ -75,6 +77,7 @@ fn rebounds(runs: &Runs) -> Vec<Rebound> {
             let (diameter, film, speed) = (runs.diameter[run], runs.film[run], runs.impact_speed[run]);
             all.push(Rebound {
                 row: runs.row[run],
+                table: runs.places.table(runs.row[run]),
                 group,
                 wet,
                 setting: [diameter, film, speed, errors[0], errors[1], correlation].map(digits),
@@ -92,8 +95,11 @@ fn rebounds(runs: &Runs) -> Vec<Rebound> {
     all
 }
 
+/// To how many digits each table has what was measured.
+struct Grids(Vec<Grid>);
+
 /// To how many digits a table has what was measured.
-struct Grids {
+struct Grid {
     speed: f64,
     restitution: f64,
     rebound_speed: f64,
@@ -103,26 +109,43 @@ struct Grids {
 
 impl Grids {
     fn of(rebounds: &[Rebound]) -> Grids {
+        let tables = rebounds.iter().map(|one| one.table + 1).max().unwrap_or_default();
+        let mut of_tables: Vec<Vec<&Rebound>> = vec![vec![]; tables];
+        for one in rebounds {
+            of_tables[one.table].push(one);
+        }
+        Grids(of_tables.iter().map(|rebounds| Grid::of(rebounds)).collect())
+    }
+
+    /// That of the table of a rebound.
+    fn at(&self, one: &Rebound) -> &Grid {
+        &self.0[one.table]
+    }
+}
+
+impl Grid {
+    fn of(rebounds: &[&Rebound]) -> Grid {
         let speed = |one: &Rebound| one.speed * one.restitution;
-        let height = |one: &Rebound| speed(one).powi(2) / (2.0 * GRAVITY);
         let of_speed = grid(rebounds, |one| one.speed, |_| 0.0);
         let of_restitution = grid(rebounds, |one| one.restitution, |_| 0.0);
         // what rounding of e, and of v where e was not made from the v that is written, leaves of what e was made from
         let coarsest = |value: &dyn Fn(&Rebound) -> f64, to_value: &dyn Fn(&Rebound) -> f64| {
             let grids = [0.0, of_speed].map(|of_speed| {
                 let left = |one: &Rebound| 0.5 * (of_restitution * one.speed + of_speed * one.restitution);
-                grid(rebounds, value, |one| {
-                    left(one) * to_value(one) + OF_GRAVITY * value(one)
-                })
+                grid(rebounds, value, |one| left(one) * to_value(one))
             });
             f64::max(grids[0], grids[1])
         };
-        let to_height = |one: &Rebound| speed(one) / GRAVITY;
-        Grids {
+        let of_height = GRAVITIES.map(|gravity| {
+            let height = |one: &Rebound| speed(one).powi(2) / (2.0 * gravity);
+            let to_height = |one: &Rebound| speed(one) / gravity;
+            coarsest(&height, &to_height).max(coarsest(&|one| height(one) + one.film, &to_height))
+        });
+        Grid {
             speed: of_speed,
             restitution: of_restitution,
             rebound_speed: coarsest(&speed, &|_| 1.0),
-            height: coarsest(&height, &to_height).max(coarsest(&|one| height(one) + one.film, &to_height)),
+            height: of_height.into_iter().fold(0.0, f64::max),
         }
     }
 
@@ -134,12 +157,12 @@ impl Grids {
     }
 }
 
-/// By how much gravity may differ from that of a table, as a share.
-const OF_GRAVITY: f64 = 4e-4;
+/// By which tables make speeds from heights.
+const GRAVITIES: [f64; 3] = [GRAVITY, 9.806_65, 9.8];
 
 /// The largest of 1, 0.5, 0.2, 0.1 and so on that nearly all values are multiples of, as far as what rounding left of them
 /// tells; far below every measurement where there is none.
-fn grid(rebounds: &[Rebound], value: impl Fn(&Rebound) -> f64, left: impl Fn(&Rebound) -> f64) -> f64 {
+fn grid(rebounds: &[&Rebound], value: impl Fn(&Rebound) -> f64, left: impl Fn(&Rebound) -> f64) -> f64 {
     const MOST_DECIMALS: i32 = 7;
     const NEARLY_ALL: f64 = 0.95;
     const ROUNDING: f64 = 1e-5;
@@ -148,7 +171,7 @@ fn grid(rebounds: &[Rebound], value: impl Fn(&Rebound) -> f64, left: impl Fn(&Re
     let decimals = (0..=MOST_DECIMALS).map(|decimals| 0.1f64.powi(decimals));
     let steps = decimals.flat_map(|step| [step, 0.5 * step, 0.2 * step]);
     let mut found = steps.filter(|step| {
-        let is_on = |one: &&Rebound| {
+        let is_on = |one: &&&Rebound| {
             let steps = value(one) / step;
             let near = (left(one) / step).max(ROUNDING);
             near < TOLD && (steps - steps.round()).abs() < near
@@ -262,7 +285,7 @@ fn question_repeats(rebounds: &[Rebound], grids: &Grids, places: &RowPlaces, que
         .filter(|(place, _)| !in_order.contains(place));
     let others: Vec<&Rebound> = others.map(|(_, one)| one).collect();
     let scatter = scatter_of_groups(&others);
-    let chance = |one: &Rebound| chance_of_same(grids.of_restitution(one), scatter[one.group]);
+    let chance = |one: &Rebound| chance_of_same(grids.at(one).of_restitution(one), scatter[one.group]);
     let mut at_setting: HashMap<(usize, [i64; 6]), usize> = HashMap::new();
     let mut expected = 0.0;
     for one in rebounds {
@@ -553,8 +576,8 @@ impl Means {
             if !ROWS.contains(&block.len()) || restitutions.sd == 0.0 {
                 continue;
             }
-            let step = grids.of_restitution(one).max(rounded_to);
-            let speed_step = grids.speed.max(rounded_to);
+            let step = grids.at(one).of_restitution(one).max(rounded_to);
+            let speed_step = grids.at(one).speed.max(rounded_to);
             expected += speeds.chance(speed_step) * restitutions.chance(step);
             if speeds.has_mean(one.speed, speed_step) && restitutions.has_mean(one.restitution, step) {
                 rows.push(one.row);

@@ -119,11 +119,22 @@ const SPREADS: [&str; 2] = [
 /// Words for a spread that is neither.
 const OTHER_SPREADS: &str = "var variance varianz cv rsd ci ci95 confidence konfidenzintervall iqr range spannweite";
 
+/// Words of a column that marks the runs to keep.
+const KEPT: &str = "valid valide gültig gueltig ok good gut use used keep kept include included brauchbar bon";
+
 /// What a header names in place of the quantity of a column that is read under a key, and what to do about it; `None` where it
 /// names none.
 pub(super) fn other_quantity(name: &str, column: RunColumn, key: &str) -> Option<String> {
     if let Some(expected) = known_conversion(name, column) {
         return Some(expected.to_owned());
+    }
+    let lower = name.to_lowercase();
+    let words = words_of(&lower);
+    if column == RunColumn::Exclude && words.iter().all(|word| is_among(KEPT, word)) {
+        return Some(format!(
+            "by its name it marks the runs to keep; `{key}` takes why a run is left out: add a column that marks the others, \
+             and name that one"
+        ));
     }
     let (found, right) = named_quantity(name, column)?;
     let means = column.guide().meaning.trim_start_matches("of a mean: ");

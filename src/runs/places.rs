@@ -109,6 +109,12 @@ impl RowPlaces {
         Some((table, table.lines.line(row - table.rows_before)?))
     }
 
+    /// Which table a row is of.
+    pub fn table(&self, row: u32) -> usize {
+        let before = self.tables.partition_point(|table| table.rows_before < row);
+        before.saturating_sub(1)
+    }
+
     /// Where the rows from one to another stand: `runs.csv, lines 18 to 20`; in the table of a row that is named before them,
     /// `lines 18 to 20`.
     pub fn of_range(&self, [from, to]: [u32; 2], named: Option<u32>) -> String {

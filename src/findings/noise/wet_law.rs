@@ -146,11 +146,12 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
     let found: Vec<Departure> = found.flatten().collect();
     let alternatives = found.len();
     let least = found.iter().map(|one| one.test.p).reduce(f64::min)?;
-    // of two that are the same on these runs the first, whatever rounding says
-    let is_least = |one: &Departure| one.test.p <= least * (1.0 + 1e-6);
-    let mut worst = found.into_iter().find(is_least)?;
+    // of those that are the same on these runs, as a loss of the one liquid or of the other, the one that moves most
+    let as_rare = found.into_iter().filter(|one| one.test.p <= least * (1.0 + 1e-6));
+    let moving = as_rare.filter_map(|one| Some((one.law.moves(&one)?, one)));
+    let ((moves, moves_in_se), mut worst) =
+        moving.reduce(|most, next| if next.0 .1 > most.0 .1 { next } else { most })?;
     worst.test.p = (worst.test.p * alternatives as f64).min(1.0);
-    let (moves, moves_in_se) = worst.law.moves(&worst)?;
     let most = worst.group()?;
     let group = rows.groups[most.of];
     let sphere = rows.runs.spheres[group.sphere];
