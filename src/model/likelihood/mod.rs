@@ -17,6 +17,7 @@
 mod asymmetric_laplace;
 mod by_row;
 mod by_series;
+mod dry;
 mod errors;
 mod hidden;
 mod nodes;
@@ -38,13 +39,12 @@ pub use prepared::Likelihood;
 pub use run_density::Spreads;
 pub use run_law::BelowRestitution;
 
-use self::prepared::NodeRebounds;
 use self::run_density::{RunDensity, Side};
 use self::run_noise::RunNoise;
 use self::sums::{Asked, NodeSums};
 use self::totals::Totals;
 use self::trend::{BlockLaw, FilmParameters};
-use super::parameters::{ParameterKind, SHAPE_SLOT};
+use super::parameters::{ParameterKind, COMMON_SLOTS, SHAPE_SLOT};
 
 /// The parameters give no density here: not an error, a place to turn back from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,11 +59,17 @@ impl Likelihood {
         let films = FilmParameters::new(self.form, full);
         let laws: Vec<BlockLaw> = self.blocks.iter().map(|block| block.law(films, full)).collect();
         let noise = self.noise.at(full);
+        let [dry, wet] = &noise;
         let mut totals = Totals {
             of_kind: [RunDensity::default(); 2],
             blocks: vec![Default::default(); laws.len()],
         };
-        self.add_nodes(&noise, &laws, &mut totals);
+        for (runs, place) in self.dry.iter().zip(COMMON_SLOTS..) {
+            let of = runs.density(dry, self.form.dry, full[place], self.limit);
+            totals.of_kind[0].add(of, 1.0);
+            slopes[place] += of.dry_k;
+        }
+        self.add_nodes(wet, &laws, &mut totals);
         if let Some(rows) = &self.rows {
             rows.add_to(full, &noise, self.rebounds.len() > 0, &mut totals);
         }
@@ -86,18 +92,18 @@ impl Likelihood {
         }
     }
 
-    /// Adds the runs that nodes stand for.
-    fn add_nodes(&self, noise: &[RunNoise; 2], laws: &[BlockLaw], totals: &mut Totals) {
-        let Some(summed) = noise[0].tails.summed().filter(|_| self.nodes() > 0) else {
+    /// Adds the wet runs that nodes stand for.
+    fn add_nodes(&self, noise: &RunNoise, laws: &[BlockLaw], totals: &mut Totals) {
+        let Some(summed) = noise.tails.summed().filter(|_| self.nodes() > 0) else {
             return;
         };
-        let sigmas = noise.map(|of| of.spreads.sigma);
+        let sigma = noise.spreads.sigma;
         let mut add = |nodes, asked, times| {
             let sums = NodeSums {
                 nodes,
                 laws,
                 order: self.form.dry,
-                sigmas,
+                sigma,
                 asked,
                 times,
             };
@@ -109,14 +115,11 @@ impl Likelihood {
             // the density of a rebound is that of runs that rebound
             add(&self.rebounds, Asked::Side(Side::Above, self.limit), -1.0);
         }
-        let kinds = totals.of_kind.iter_mut().zip(sigmas).zip(self.rebounds_of_nodes);
-        // without runs σ may be anything
-        for ((all, sigma), NodeRebounds { runs, leftover }) in kinds.filter(|(_, rebounds)| rebounds.runs > 0.0) {
-            let squares = leftover / (sigma * sigma);
-            all.value += runs * (summed.peak - sigma.ln()) - 0.5 * squares;
-            all.sigma += (squares - runs) / sigma;
-            all.shape += runs * summed.peak_slope;
-        }
+        let (runs, squares) = (self.rebounds_of_nodes, self.leftover / (sigma * sigma));
+        let wet = &mut totals.of_kind[1];
+        wet.value += runs * (summed.peak - sigma.ln()) - 0.5 * squares;
+        wet.sigma += (squares - runs) / sigma;
+        wet.shape += runs * summed.peak_slope;
     }
 }
 

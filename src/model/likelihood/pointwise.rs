@@ -107,10 +107,7 @@ impl Pointwise {
             for run in group.runs() {
                 let setting = RunSetting {
                     block,
-                    film: Film {
-                        shape: (!form.inertia.has_film_scale()).then_some(0.0),
-                        ..Film::default()
-                    },
+                    film: Film::default(),
                     impact: conditions.dry(run),
                 };
                 pointwise.add(setting, group.stuck.contains(&run));

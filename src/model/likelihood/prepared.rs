@@ -1,20 +1,13 @@
-//! Holds the runs of a scene as the likelihood reads them: as nodes, and one by one those of which these do not say enough.
+//! Holds the runs of a scene as the likelihood reads them: wet ones as nodes, dry ones as sums, and one by one those of which
+//! these do not say enough.
 
+use super::dry::DryRuns;
 use super::nodes::{Block, Nodes};
 use super::pointwise::Pointwise;
 use super::run_noise::NoiseModel;
 use crate::physics::Form;
 use crate::runs::Runs;
 use crate::scene::{LikelihoodFamily, Scene};
-
-/// Runs that rebounded and that nodes stand for.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct NodeRebounds {
-    /// how many
-    pub runs: f64,
-    /// sum of their squares about the means of their settings
-    pub leftover: f64,
-}
 
 /// The log likelihood of the runs of a scene as a function of a full vector of parameters.
 #[derive(Debug, Clone)]
@@ -29,8 +22,12 @@ pub struct Likelihood {
     pub(super) blocks: Vec<Block>,
     pub(super) rebounds: Nodes,
     pub(super) stuck: Nodes,
-    /// what the nodes stand for, of dry runs and of wet ones
-    pub(super) rebounds_of_nodes: [NodeRebounds; 2],
+    /// runs that the nodes stand for, of those that rebounded
+    pub(super) rebounds_of_nodes: f64,
+    /// sum of squares of these about the means of their settings
+    pub(super) leftover: f64,
+    /// of each sphere; empty where dry runs are taken one by one
+    pub(super) dry: Vec<DryRuns>,
     /// the runs, where some have spreads or tails that neither says
     pub(super) rows: Option<Pointwise>,
 }
@@ -44,28 +41,28 @@ impl Likelihood {
         let is_student = rows.noise.family == LikelihoodFamily::Student;
         let rebounds_are_nodes = !needs_rows || is_student && !rows.is_integrated() && !rows.truncated;
         let mut of_blocks = vec![[vec![], vec![]]; rows.blocks.len()];
-        for run in 0..rows.len() {
+        for run in rows.dry..rows.len() {
             let is_stuck = rows.is_stuck(run);
             if rebounds_are_nodes && !(is_stuck && needs_rows) {
                 of_blocks[rows.setting(run).block][usize::from(is_stuck)].push(run);
             }
         }
-        let (mut rebounds, mut stuck) = (Nodes::default(), Nodes::default());
-        let mut rebounds_of_nodes = [NodeRebounds::default(); 2];
-        for (block, [of_rebounds, of_stuck]) in rows.blocks.iter().zip(of_blocks) {
-            let of_kind = &mut rebounds_of_nodes[usize::from(block.wet)];
-            of_kind.runs += of_rebounds.iter().map(|run| rows.count(*run)).sum::<f64>();
-            of_kind.leftover += rebounds.add(&rows, of_rebounds, !needs_rows);
+        let (mut rebounds, mut stuck, mut leftover) = (Nodes::default(), Nodes::default(), 0.0);
+        for [of_rebounds, of_stuck] in of_blocks {
+            leftover += rebounds.add(&rows, of_rebounds, !needs_rows);
             stuck.add(&rows, of_stuck, !needs_rows);
         }
+        let dry = if needs_rows { 0 } else { runs.spheres.len() };
         Likelihood {
             form,
             limit: rows.limit,
             truncated: rows.truncated,
             blocks: rows.blocks.clone(),
-            rebounds_of_nodes,
+            rebounds_of_nodes: rebounds.count.iter().sum(),
             rebounds,
             stuck,
+            leftover,
+            dry: (0..dry).map(|sphere| DryRuns::of(scene, runs, sphere)).collect(),
             noise: rows.noise,
             rows: needs_rows.then_some(rows),
         }
@@ -76,7 +73,7 @@ impl Likelihood {
         scene.model.has_own_noise() || runs.errors_with_medians().is_some()
     }
 
-    /// Nodes of runs, rebounded and stuck: different settings, or runs where these are not joined.
+    /// Nodes of wet runs, rebounded and stuck: different settings, or runs where these are not joined.
     pub fn nodes(&self) -> usize {
         self.rebounds.len() + self.stuck.len()
     }

@@ -13,7 +13,7 @@ use super::trend::{BlockLaw, CHUNK};
 use crate::exponential::{is_fused, logarithm};
 use crate::lanes::sums;
 use crate::physics::dry::Order;
-use crate::physics::rebound::{kept_and_slope, kept_of_mean_restitution, mean_and_slope};
+use crate::physics::rebound::{kept_of_mean_restitution, mean_and_slope};
 
 /// What is asked of the runs of the nodes.
 #[derive(Debug, Clone, Copy)]
@@ -30,15 +30,15 @@ pub(super) struct NodeSums<'a> {
     /// of each block
     pub laws: &'a [BlockLaw],
     pub order: Order,
-    /// σ of dry and of wet runs
-    pub sigmas: [f64; 2],
+    /// σ
+    pub sigma: f64,
     pub asked: Asked,
     /// each counts so many times
     pub times: f64,
 }
 
 impl NodeSums<'_> {
-    /// Adds them to the totals.
+    /// Adds them to the totals of wet runs.
     pub fn add_to(self, totals: &mut Totals) {
         // one call for all: a block of a few nodes costs no more than its roots
         Arch::new().dispatch(Dispatched { of: self, totals });
@@ -58,29 +58,25 @@ impl WithSimd for Dispatched<'_, '_> {
         let Dispatched { of, totals } = self;
         let fused = is_fused::<S>();
         let mut columns = Columns::default();
-        let mut of_kind = [RunDensity::default(); 2];
+        let mut all = RunDensity::default();
         // loops, since what is given to an iterator may not be compiled for these registers
         for ((law, nodes), sums) in of.laws.iter().zip(&of.nodes.blocks).zip(&mut totals.blocks) {
-            let kind = usize::from(law.block.wet);
-            let (sigma, all) = (of.sigmas[kind], &mut of_kind[kind]);
             for first in nodes.clone().step_by(CHUNK) {
                 let chunk = first..nodes.end.min(first + CHUNK);
                 columns.read(of.nodes, law, chunk.clone(), of.order, fused);
                 match of.asked {
-                    Asked::Rebounds(noise) => of.add_rebounds(noise, sigma, &mut columns, chunk.clone(), fused, all),
+                    Asked::Rebounds(noise) => of.add_rebounds(noise, &mut columns, chunk.clone(), fused, &mut all),
                     Asked::Side(side, limit) => {
-                        if are_certain(side, limit, sigma, &columns.kept[..chunk.len()]) {
+                        if of.are_certain(side, limit, &columns.kept[..chunk.len()]) {
                             continue;
                         }
-                        of.add_side((side, limit), sigma, &mut columns, chunk.clone(), fused, all);
+                        of.add_side(side, limit, &mut columns, chunk.clone(), fused, &mut all);
                     }
                 }
                 columns.add_slopes(of.nodes, chunk, of.times, sums);
             }
         }
-        for (total, all) in totals.of_kind.iter_mut().zip(of_kind) {
-            total.add(all, of.times);
-        }
+        totals.of_kind[1].add(all, of.times);
     }
 }
 
@@ -90,14 +86,13 @@ impl NodeSums<'_> {
     fn add_rebounds(
         &self,
         noise: Summed,
-        sigma: f64,
         columns: &mut Columns,
         chunk: Range<usize>,
         fused: bool,
         all: &mut RunDensity,
     ) {
         let (e, n) = (&self.nodes.restitution[chunk.clone()], &self.nodes.count[chunk.clone()]);
-        let steepness = (noise.stretch / sigma).powi(2);
+        let steepness = (noise.stretch / self.sigma).powi(2);
         // q, the square of a distance in units of the noise, n times
         let mut squares = [0.0; CHUNK];
         let squares = &mut squares[..chunk.len()];
@@ -116,30 +111,37 @@ impl NodeSums<'_> {
         let Some(nu) = noise.nu else {
             let [square] = sums([squares], |[square]| [square]);
             all.value -= 0.5 * square;
-            all.sigma += square / sigma;
+            all.sigma += square / self.sigma;
             return;
         };
         let [of_weight, ln_tails] = sums([squares], |[q]| [(nu + 1.0) * q / (nu + q), ln_one_and(q / nu, fused)]);
         all.value -= 0.5 * (nu + 1.0) * ln_tails;
-        all.sigma += of_weight / sigma;
+        all.sigma += of_weight / self.sigma;
         all.shape += of_weight * (0.5 / nu - noise.stretch_slope) - 0.5 * ln_tails;
         for (in_kept, q) in in_kept.iter_mut().zip(squares) {
             *in_kept *= (nu + 1.0) / (nu + q);
         }
     }
 
+    /// Whether all that keep this come out on the side for certain; not where it is no number.
+    #[inline(always)]
+    fn are_certain(&self, side: Side, limit: f64, kept: &[f64]) -> bool {
+        let certain = kept_of_mean_restitution(limit - side.sign() * CERTAIN * self.sigma);
+        kept.iter().all(|r| side.sign() * (*r - certain) < 0.0)
+    }
+
     /// Adds the probability that the runs of a chunk came out on a side, and writes its slope in r.
     #[inline(always)]
     fn add_side(
         &self,
-        (side, limit): (Side, f64),
-        sigma: f64,
+        side: Side,
+        limit: f64,
         columns: &mut Columns,
         chunk: Range<usize>,
         fused: bool,
         all: &mut RunDensity,
     ) {
-        let over_sigma = side.sign() / sigma;
+        let over_sigma = side.sign() / self.sigma;
         let n = &self.nodes.count[chunk.clone()];
         let Columns { kept, in_kept, .. } = columns;
         let (mut z, mut slope, mut ln, mut of_z) = ([0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK]);
@@ -152,18 +154,11 @@ impl NodeSums<'_> {
         }
         let [value, in_z] = sums([n, &ln, &of_z, &z], |[n, ln, of_z, z]| [n * ln, n * of_z * z]);
         all.value += value;
-        all.sigma -= in_z / sigma;
+        all.sigma -= in_z / self.sigma;
         for (place, n) in n.iter().enumerate() {
             in_kept[place] = -n * of_z[place] * over_sigma * slope[place];
         }
     }
-}
-
-/// Whether all that keep this come out on the side for certain; not where it is no number.
-#[inline(always)]
-fn are_certain(side: Side, limit: f64, sigma: f64, kept: &[f64]) -> bool {
-    let certain = kept_of_mean_restitution(limit - side.sign() * CERTAIN * sigma);
-    kept.iter().all(|r| side.sign() * (*r - certain) < 0.0)
 }
 
 /// ln(1 + x) of x ≥ 0, as exact for small x as for large.
@@ -176,7 +171,7 @@ fn ln_one_and(x: f64, fused: bool) -> f64 {
 
 /// What the sums read of a chunk of nodes beside the nodes' own columns.
 struct Columns {
-    /// r; of dry runs that of which m(r) is e_dry
+    /// r
     kept: [f64; CHUNK],
     /// its slope in k
     dry_k: [f64; CHUNK],
@@ -210,14 +205,6 @@ impl Columns {
             kept, dry_k, shapes, ..
         } = self;
         let [kept, dry_k, g] = [kept, dry_k, &mut shapes[0]].map(|column| &mut column[..chunk.len()]);
-        if !law.block.wet {
-            for ((kept, dry_k), p) in kept.iter_mut().zip(dry_k).zip(p) {
-                let [e_dry, in_loss, _] = order.of_loss(k * p);
-                let (r, slope) = kept_and_slope(e_dry);
-                (*kept, *dry_k) = (r, slope * in_loss * p);
-            }
-            return;
-        }
         let own = x.iter().zip(p).zip(b).zip(f.iter().zip(&*g));
         for ((kept, dry_k), (((x, p), b), (f, g))) in kept.iter_mut().zip(dry_k).zip(own) {
             let [e_dry, in_loss, _] = order.of_loss(k * p);

@@ -195,7 +195,7 @@ fn largest_difference(wrong: impl Fn(&mut BlockLaw), seed: &str) -> f64 {
             nodes: &nodes,
             laws: &[other],
             order: form.dry,
-            sigmas: [SIGMA; 2],
+            sigma: SIGMA,
             asked: Asked::Rebounds(noise),
             times: 1.0,
         };
