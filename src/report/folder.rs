@@ -103,7 +103,9 @@ impl Destination {
             // one that is not there is for its reader to name
             inputs: inputs.iter().filter_map(|input| input.canonicalize().ok()).collect(),
         };
+        let turn = destination.place.turn();
         destination.allow(&destination.place)?;
+        drop(turn);
         Ok(destination)
     }
 

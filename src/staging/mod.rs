@@ -25,7 +25,7 @@ use std::sync::{PoisonError, RwLock, RwLockWriteGuard};
 use tempfile::TempDir;
 
 use crate::error::Error;
-use left::{lock, turn, Lock, NEW, OLD, PREFIX};
+use left::{lock, Lock, NEW, OLD, PREFIX};
 use rename::{exchange, is_refusal, rename_to_free};
 
 /// Folders of this process in which something is being made.
@@ -128,7 +128,7 @@ impl Staging {
     ///
     /// `allow` is called just before, and may refuse to have replaced what stands there then.
     pub fn put(mut self, allow: impl Fn(&OutputPlace) -> Result<(), Error>) -> Result<(), Error> {
-        let _turn = turn(self.place.base().0);
+        let _turn = self.place.turn();
         // from here on an interruption waits
         let mut making = making();
         for _ in 0..Self::TRIES {

@@ -1,10 +1,11 @@
 //! Finds the place of a file or folder to be written, before any work is done for it.
 
 use std::ffi::OsStr;
+use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::left::clear;
+use super::left::{clear, turn};
 use crate::error::Error;
 
 /// A file or folder to be written.
@@ -43,6 +44,11 @@ impl OutputPlace {
         }
         place.may_be_replaced().map_err(fail)?;
         Ok(place)
+    }
+
+    /// One's turn to look at what stands there, or to replace it, as long as what is returned lives.
+    pub fn turn(&self) -> Option<File> {
+        turn(self.base().0)
     }
 
     /// As the user named it.
@@ -94,7 +100,8 @@ impl OutputPlace {
         {
             use std::os::unix::fs::MetadataExt;
             let device = |path: &Path| path.metadata().ok().map(|of| of.dev());
-            self.is_taken() && device(&self.path) != device(self.base().0)
+            let (here, above) = (device(&self.path), device(self.base().0));
+            here.is_some() && here != above
         }
         #[cfg(not(unix))]
         false
@@ -123,8 +130,11 @@ fn follow(path: &Path) -> io::Result<Option<PathBuf>> {
         match here.canonicalize() {
             Ok(found) => break found,
             Err(error) if error.kind() == ErrorKind::NotFound => {
-                if here.symlink_metadata().is_ok() {
-                    return Ok(None);
+                match here.symlink_metadata() {
+                    Ok(about) if about.is_symlink() => return Ok(None),
+                    // a neighbour has just put it there
+                    Ok(_) => continue,
+                    Err(_) => {}
                 }
                 let (Some(parent), Some(name)) = (here.parent(), here.file_name()) else {
                     return Err(error);
@@ -149,4 +159,29 @@ fn follow(path: &Path) -> io::Result<Option<PathBuf>> {
         _ => Ok(()),
     })?;
     Ok(Some(found))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+    use super::*;
+
+    #[test]
+    fn a_place_that_a_neighbour_makes_meanwhile_is_found() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let place = folder.path().join("report");
+        let ended = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !ended.load(Relaxed) {
+                    std::fs::create_dir(&place).expect("writable");
+                    std::fs::remove_dir(&place).expect("writable");
+                }
+            });
+            let found = (0..100_000).all(|_| matches!(follow(&place), Ok(Some(_))));
+            ended.store(true, Relaxed);
+            assert!(found);
+        });
+    }
 }
