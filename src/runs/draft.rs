@@ -1,6 +1,7 @@
 //! Drafts a scene from a table of runs: its particles and liquids, its columns as far as they can be guessed, and every key.
 
 use super::guess::{guess, marks_bad_runs, may_hold_names, may_hold_reasons};
+use super::other_quantities::other_quantity;
 use super::survey::{LabelledRow, Survey, SurveyedColumn};
 use super::words::is_among;
 use super::written_units::{unit_of, StatedUnit};
@@ -385,6 +386,9 @@ impl Naming<'_> {
         let reasons = self.unused.iter().filter(|column| may_hold_reasons(&column.name));
         let of_reasons: Vec<String> = reasons
             .map(|column| {
+                if let Some(why) = other_quantity(&column.name, RunColumn::Exclude, "exclude") {
+                    return format!("{} is not read: {why}", quoted(&column.name));
+                }
                 let name = text_of(&column.name);
                 format!(
                     "{} is not read: if it says which runs to leave out, add `exclude = {name}` to columns, and every run with a \

@@ -27,6 +27,28 @@ fn called(start: &str) -> impl Iterator<Item = (RunColumn, &'static str)> + '_ {
     })
 }
 
+/// What a header is called without its unit, in letters and digits, and the columns that are called so.
+pub(super) fn called_as(header: &str) -> (String, Vec<RunColumn>) {
+    let of = |letters: String| {
+        let is_meant = |names: &str| is_among(names, &letters) || is_short_for(names, header);
+        let all = called("").filter(|(column, names)| is_meant(names) || self::letters(column.base()) == letters);
+        let columns: Vec<RunColumn> = all.map(|(column, _)| column).collect();
+        (letters, columns)
+    };
+    // the `in` of `v_in` is a part of the name
+    let whole = of(letters(header));
+    if whole.1.is_empty() {
+        of(parted(header).0)
+    } else {
+        whole
+    }
+}
+
+/// The columns that are called like a header, its unit aside.
+pub(super) fn columns_called(header: &str) -> Vec<RunColumn> {
+    called_as(header).1
+}
+
 /// What stands in names of columns that may say which runs to leave out.
 const CALLED_LIKE_REASONS: &str =
     "exclu ausgeschl outlier ausrei bad valid gültig comment kommentar bemerkung note notiz remark flag";
@@ -127,7 +149,8 @@ fn candidate(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Op
     ];
     let by_name = |(candidate, names): (RunColumn, &str)| {
         let fits = |(name, stated): &&(String, Option<StatedUnit>)| {
-            let is_called = is_among(names, name) || letters(candidate.base()) == *name || is_short_for(names, column);
+            let is_called =
+                is_among(names, name) || letters(candidate.base()) == *name || is_short_for(names, &column.name);
             is_called && is_free(candidate) && column_may_be(column, candidate, stated.as_ref())
         };
         let (_, stated) = readings.iter().find(fits)?;
@@ -163,9 +186,9 @@ fn column_may_be(column: &SurveyedColumn, candidate: RunColumn, stated: Option<&
 }
 
 /// Whether a name with a point at its end is one of a list cut short, as `Fallgeschw.` is.
-fn is_short_for(names: &str, column: &SurveyedColumn) -> bool {
+fn is_short_for(names: &str, header: &str) -> bool {
     const FEWEST: usize = 5;
-    let name = without_brackets(&column.name);
+    let name = without_brackets(header);
     let start = name.trim_end().strip_suffix('.').map(letters).unwrap_or_default();
     start.chars().count() >= FEWEST && names.split(' ').any(|own| own.starts_with(&start))
 }

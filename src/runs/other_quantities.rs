@@ -1,6 +1,8 @@
 //! Knows headers that name another quantity than that of the column they are read as.
 
+use super::guess::{called_as, columns_called};
 use super::words::{is_among, without_brackets};
+use super::written_units::unit_of;
 use crate::scene::RunColumn;
 use crate::units::Dimension;
 
@@ -14,7 +16,7 @@ const DIAMETERS: &str = "d dia diam diameter diameters durchmesser diamètre dia
 const SQUARES: &str = "squared square sq quadrat quadriert quadratisch carré carre quadrato cuadrado e2 en2 cor2";
 
 /// Words and signs of a square root.
-const ROOTS: &str = "sqrt √ root wurzel racine ^0.5";
+const ROOTS: &str = "sqrt √ root wurzel racine ^0.5 **0.5 ^(0.5) ^(1/2) ^1/2 ^½ **(1/2)";
 
 /// What beginnings of words say that a column is of energies.
 const ENERGIES: &str = "energ énerg kinetic kinetisch";
@@ -31,6 +33,7 @@ struct Quantity {
     words: &'static str,
     /// what the columns that take it are called, the one of the impact first
     columns: &'static str,
+    symbols: &'static str,
 }
 
 impl Quantity {
@@ -43,21 +46,33 @@ impl Quantity {
     }
 }
 
-/// Those that the words of a header name.
-fn quantities_in(words: &[&str]) -> Vec<Quantity> {
+/// Every quantity that a header may name.
+fn quantities() -> impl Iterator<Item = Quantity> {
     let lines = include_str!("quantities.txt")
         .lines()
         .filter(|line| !line.starts_with('#'));
-    let read = lines.filter_map(|line| {
-        let (name, rest) = line.split_once(": ")?;
-        let (words, columns) = rest.split_once(':')?;
+    lines.filter_map(|line| {
+        let mut parts = line.split(':').map(str::trim);
         Some(Quantity {
-            name,
-            words,
-            columns: columns.trim_start(),
+            name: parts.next()?,
+            words: parts.next()?,
+            columns: parts.next()?,
+            symbols: parts.next().unwrap_or_default(),
         })
-    });
-    read.filter(|quantity| words.iter().any(|word| is_called(quantity.words, word)))
+    })
+}
+
+/// Those that the words of a header name.
+fn quantities_in(words: &[&str]) -> Vec<Quantity> {
+    let is_named = |quantity: &Quantity| words.iter().any(|word| is_called(quantity.words, word));
+    quantities().filter(is_named).collect()
+}
+
+/// Those that a symbol stands for, perhaps with a number behind it.
+fn quantities_of_symbol(symbol: &str) -> Vec<Quantity> {
+    let symbol = symbol.trim_end_matches(char::is_numeric);
+    quantities()
+        .filter(|quantity| !symbol.is_empty() && is_among(quantity.symbols, symbol))
         .collect()
 }
 
@@ -77,18 +92,6 @@ const MEASURED: [RunColumn; 9] = [
     RunColumn::FilmRatio,
 ];
 
-/// Symbols that begin the names of columns of one kind.
-fn symbols(column: RunColumn) -> &'static str {
-    match column {
-        RunColumn::Restitution => "e en ε cr",
-        RunColumn::ImpactSpeed | RunColumn::ReboundSpeed => "v V vi v0 v1 v2 vr vin vout vimp u U",
-        RunColumn::DropHeight | RunColumn::ReboundHeight => "h H h0 z",
-        RunColumn::Diameter => "d D dia diam dp",
-        RunColumn::Film => "h δ delta",
-        _ => "",
-    }
-}
-
 /// Words for a quotient.
 const RATIOS: &str = "ratio ratios quotient verhältnis verhaeltnis rapport";
 
@@ -104,15 +107,21 @@ const ALONG: &str = "tangential tangentiell tangentielle horizontal transverse";
 /// Words of what comes before an impact, and of what comes after it.
 const ROLES: [&str; 2] = [
     "impact incoming incident aufprall auftreff aufprallgeschwindigkeit auftreffgeschwindigkeit drop release fallhöhe",
-    "rebound bounce outgoing rückprall rücksprung rückprallgeschwindigkeit rückprallhöhe rücksprunghöhe rebond out",
+    "rebound reb bounce outgoing rückprall rücksprung rückprallgeschwindigkeit rückprallhöhe rücksprunghöhe rebond out",
 ];
 
-/// Words that say before or after which of the two a quantity was taken.
-const MOMENTS: &str = "before after vor nach avant après prior pre post";
+/// Words that say that a quantity was taken before one of the two, and after it.
+const MOMENTS: [&str; 2] = ["before vor avant prior pre", "after nach après post danach"];
+
+/// Words of what comes before the impact, after which a speed is that of the impact.
+const FALLS: &str = "release drop fall";
+
+/// Words for what was worked out and not measured.
+const MODELS: &str = "theory theoretical theorie model modell fit fitted predicted";
 
 /// Words for a standard deviation, and for a standard error.
 const SPREADS: [&str; 2] = [
-    "sd std stdev stdv stddev stabw standardabweichung écarttype",
+    "sd std stdev stdv stddev stabw standardabweichung écarttype σ",
     "se sem stderr standardfehler",
 ];
 
@@ -120,7 +129,7 @@ const SPREADS: [&str; 2] = [
 const OTHER_SPREADS: &str = "var variance varianz cv rsd ci ci95 confidence konfidenzintervall iqr range spannweite";
 
 /// Words of a column that marks the runs to keep.
-const KEPT: &str = "valid valide gültig gueltig ok good gut use used keep kept include included brauchbar bon";
+const KEPT: &str = "in valid valide gültig gueltig ok good gut use used keep kept include included brauchbar bon";
 
 /// What a header names in place of the quantity of a column that is read under a key, and what to do about it; `None` where it
 /// names none.
@@ -137,15 +146,13 @@ pub(super) fn other_quantity(name: &str, column: RunColumn, key: &str) -> Option
         ));
     }
     let (found, right) = named_quantity(name, column)?;
-    let means = column.guide().meaning.trim_start_matches("of a mean: ");
-    let end = means.find([',', ';', '(']).unwrap_or(means.len());
     let step = match right {
         Some(right) => format!("name it as `{}` in the scene's columns", right.usual_name()),
         None => "name the right column, or add one to the table".to_owned(),
     };
     Some(format!(
         "by its name it holds {found}; `{key}` takes {}: {step}",
-        means[..end].trim_end()
+        head_of(column)
     ))
 }
 
@@ -161,7 +168,6 @@ fn named_quantity(name: &str, column: RunColumn) -> Option<(&'static str, Option
     }
     let has = |list: &str| words.iter().any(|word| is_among(list, word));
     let is_made = has(SOURCES);
-    let is_of_rebound = column.is_of_rebound();
     let has_root = ROOTS.split(' ').any(|root| lower.contains(root));
     if words.first().is_some_and(|word| is_among("ln log lg log10", word)) {
         return Some(("a logarithm", None));
@@ -174,13 +180,23 @@ fn named_quantity(name: &str, column: RunColumn) -> Option<(&'static str, Option
     {
         return Some(("what happens along the plate, not normal to it", None));
     }
-    let is_quotient = has(RATIOS) || lower.contains('/') || has("over");
+    if column.is_of_rebound() && matches!(words[..], [_, second] if is_among(MODELS, second)) {
+        return Some(("what a model gives, not what was measured", None));
+    }
+    let is_quotient =
+        words.iter().any(|word| is_called(RATIOS, word)) || lower.contains(['/', ':']) || has("over relative");
     let first = name.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
-    let has_symbol = is_among(symbols(column), first);
+    let of_symbol = quantities_of_symbol(first);
+    let is_one_of = |quantities: &[Quantity]| quantities.iter().any(|quantity| quantity.is_of(column));
+    let (letters, called) = called_as(name);
+    let has_symbol = is_one_of(&of_symbol) || columns_called(first).contains(&column);
     // behind a symbol, brackets tell more of it, as the `(time of flight)` of a `v`
     let outside = without_brackets(&lower);
     let naming = words_of(if has_symbol { &outside } else { &lower });
     let named = quantities_in(&naming);
+    if matches!(column.dimension(), Dimension::Length | Dimension::Thickness) && has_root {
+        return Some(("a square root", None));
+    }
     if column == RunColumn::Restitution && has_root && named.is_empty() && !is_quotient && !is_square_sign(&lower) {
         return Some(("a square root", None));
     }
@@ -189,7 +205,11 @@ fn named_quantity(name: &str, column: RunColumn) -> Option<(&'static str, Option
         RunColumn::Restitution | RunColumn::FilmRatio | RunColumn::Stokes
     );
     let divisor = lower.split_once('/').map(|(_, after)| after.trim());
-    let is_ratio = has(RATIOS) || divisor.is_some_and(|after| is_among(DIVISORS, after));
+    if is_inverse(&lower, column) {
+        return Some(("the inverse of what is expected", None));
+    }
+    let is_ratio =
+        words.iter().any(|word| is_called(RATIOS, word)) || divisor.is_some_and(|after| is_among(DIVISORS, after));
     if !takes_ratios && is_ratio && !is_made {
         return Some(("a ratio", None));
     }
@@ -198,18 +218,74 @@ fn named_quantity(name: &str, column: RunColumn) -> Option<(&'static str, Option
     {
         return Some(("a dimensionless number", is_stokes.then_some(RunColumn::Stokes)));
     }
-    let is_own = named.iter().any(|quantity| quantity.is_of(column));
-    let has_role = |at: usize| words.iter().any(|word| is_called(ROLES[at], word));
-    let other = usize::from(!is_of_rebound);
-    let is_of_other = column.other_side().filter(|_| has_role(other) && !has_role(1 - other));
-    if let Some(right) = is_of_other.filter(|_| (is_own || named.is_empty()) && !is_made && !has(MOMENTS)) {
-        let found = ["what comes before the impact", "what comes after the impact"][other];
-        return Some((found, Some(right)));
+    if let Some(right) = is_of_other_side(&lower, &words, column) {
+        return Some((head_of(right), Some(right)));
     }
-    let is_right = is_own || is_made || takes_ratios && (is_quotient || has_symbol);
-    let found = named.first().filter(|_| !is_right)?;
-    let right = found.columns().find(|other| other.is_of_rebound() == is_of_rebound);
+    if takes_ratios && (is_quotient || has_symbol) {
+        return None;
+    }
+    if let Some(right) = column_elsewhere(&letters, column, &called, is_one_of(&of_symbol).then_some(first)) {
+        return Some((head_of(right), Some(right)));
+    }
+    if is_one_of(&named) || is_made {
+        return None;
+    }
+    let has_own_word = words.iter().any(|word| columns_called(word).contains(&column));
+    let by_symbol = if has_own_word || has_symbol || !called.is_empty() {
+        &[]
+    } else {
+        of_symbol.as_slice()
+    };
+    let found = named.first().or(by_symbol.first())?;
+    let right = found
+        .columns()
+        .find(|other| other.is_of_rebound() == column.is_of_rebound());
     Some((found.name, right.or(found.columns().next())))
+}
+
+/// The column of the same quantity on the other side of the impact, where a header names that side.
+fn is_of_other_side(lower: &str, words: &[&str], column: RunColumn) -> Option<RunColumn> {
+    let right = column.other_side()?;
+    let has = |list: &str| words.iter().any(|word| is_among(list, word));
+    let has_role = |at: usize| words.iter().any(|word| is_called(ROLES[at], word));
+    let (own, other) = if column.is_of_rebound() { (1, 0) } else { (0, 1) };
+    let is_primed = lower.trim_start_matches(char::is_alphanumeric).starts_with(['\'', '′']);
+    let is_other = if has(MOMENTS[0]) || has(MOMENTS[1]) {
+        // what comes before a rebound is the impact, and what comes after an impact the rebound
+        let is_of_this_impact = !(has(FALLS) || own == 1 && has_role(own));
+        has(MOMENTS[other]) && !has(MOMENTS[own]) && is_of_this_impact
+    } else {
+        let is_made = has(SOURCES);
+        has_role(other) && !has_role(own) && !is_made || is_primed && other == 1
+    };
+    is_other.then_some(right)
+}
+
+/// The first of the columns that a header is called like, if the own one is none of them.
+fn column_elsewhere(letters: &str, column: RunColumn, called: &[RunColumn], symbol: Option<&str>) -> Option<RunColumn> {
+    // a column of spheres may hold their diameters, and one of liquids the films
+    let may_hold = match column {
+        RunColumn::Diameter => Some(RunColumn::Particle),
+        RunColumn::Film => Some(RunColumn::Liquid),
+        RunColumn::FilmRatio => Some(RunColumn::Film),
+        _ => None,
+    };
+    let is_own = |of: &RunColumn| *of == column || Some(*of) == may_hold;
+    let stem_of = |name: &str| name.to_lowercase().trim_end_matches(char::is_numeric).to_owned();
+    let stem = stem_of(letters);
+    // the `v` of a rebound, the `h0` of a film; a number says before or after an impact
+    let has_number = stem != letters && column.other_side().is_some();
+    let is_symbol = !has_number && symbol.is_some_and(|symbol| stem_of(symbol) == stem);
+    let is_word = quantities().any(|of| of.is_of(column) && is_among(of.words, letters));
+    let is_elsewhere = !is_symbol && !is_word && !called.iter().any(is_own);
+    called.first().copied().filter(|_| is_elsewhere)
+}
+
+/// What a column holds, in a few words.
+fn head_of(column: RunColumn) -> &'static str {
+    let means = column.guide().meaning.trim_start_matches("of a mean: ");
+    let ends = [",", ";", " ("].into_iter().filter_map(|end| means.find(end));
+    &means[..ends.min().unwrap_or(means.len())]
 }
 
 fn words_of(name: &str) -> Vec<&str> {
@@ -227,8 +303,8 @@ fn is_ratio_of_squares(name: &str) -> bool {
     let is_told = has(SOURCES) || is_named(RunColumn::Restitution) || ROOTS.split(' ').any(|root| lower.contains(root));
     let has_symbol = words
         .first()
-        .is_some_and(|first| is_among(symbols(RunColumn::Restitution), first));
-    let is_quotient = lower.contains('/') || has(RATIOS) || has("over");
+        .is_some_and(|first| columns_called(first).contains(&RunColumn::Restitution));
+    let is_quotient = lower.contains(['/', ':']) || has(RATIOS) || has("over");
     is_quotient_of(name, 'E')
         || is_quotient_of(&lower, 'h') && !is_told
         || is_quotient && is_named(RunColumn::ReboundHeight) && !is_told && !has_symbol
@@ -236,31 +312,67 @@ fn is_ratio_of_squares(name: &str) -> bool {
 
 /// A spread that a header names where its column takes another, or the quantity itself.
 fn other_spread(lower: &str, words: &[&str], column: RunColumn) -> Option<(&'static str, Option<RunColumn>)> {
+    use RunColumn::{Diameter, Film, ImpactSpeedSd, ReboundSpeedSd, RestitutionSd, RestitutionSdOfRuns, RestitutionSe};
     let has = |list: &str| words.iter().any(|word| is_among(list, word));
-    let of_mean = lower.contains("of the mean") || lower.contains("√") || lower.contains("sqrt");
-    let is_error = has("err error errors fehler") && has("standard std st");
-    let is_deviation = has(SPREADS[0]) || has("standard") && has("deviation dev");
-    let is_se = has(SPREADS[1]) || is_error || is_deviation && of_mean;
+    let of_mean = ["of the mean", "√", "sqrt"].iter().any(|of| lower.contains(of)) || has("mittelwerts");
+    let is_error = has("err error errors fehler erreur") && (has("standard std st type") || of_mean);
+    let is_deviation = has(SPREADS[0]) || has("standard") && has("deviation dev") || has("écart ecart") && has("type");
+    let is_se = has(SPREADS[1]) || is_error || is_deviation && of_mean || lower.starts_with("s.e");
     let is_sd = is_deviation && !is_se;
-    let se = ("a standard error", Some(RunColumn::RestitutionSe));
-    let sd = ("a standard deviation", Some(RunColumn::RestitutionSdOfRuns));
+    let se = ("a standard error", Some(RestitutionSe));
+    let sd = ("a standard deviation", Some(RestitutionSdOfRuns));
+    let is_extent = has("min") && has("max") || has("half") && has("width");
+    let is_other = has(OTHER_SPREADS) || is_square_sign(lower) || is_multiple(lower) || is_extent;
     let other = ("a spread that is neither sd nor standard error", None);
     match column {
-        RunColumn::RestitutionSdOfRuns if is_se => Some(se),
-        RunColumn::RestitutionSe if is_sd => Some(sd),
-        RunColumn::RestitutionSdOfRuns | RunColumn::RestitutionSe => has(OTHER_SPREADS).then_some(other),
+        RestitutionSdOfRuns | RestitutionSe if is_other => Some(other),
+        RestitutionSdOfRuns => is_se.then_some(se),
+        RestitutionSe => is_sd.then_some(sd),
+        ImpactSpeedSd | ReboundSpeedSd | RestitutionSd => {
+            let called = columns_called(lower);
+            if !called.is_empty() && !lower.contains('±') && called.iter().all(|of| MEASURED.contains(of)) {
+                return Some(("a quantity itself", called.first().copied()));
+            }
+            let divisor = lower.split_once('/').map(|(_, after)| after.trim());
+            let is_relative = has("rel relative relativ") || divisor.is_some_and(|of| is_among("e en v vi v_i", of));
+            let relative = ("a relative spread", None);
+            is_other.then_some(other).or(is_relative.then_some(relative))
+        }
         // the first word or the last, and no `mean and sd`
         _ if MEASURED.contains(&column) => {
             let ends = [words.first()?, words.last()?];
             // a film or sphere is measured by SEM, a microscope
-            let may_be_se = !matches!(column, RunColumn::Film | RunColumn::Diameter);
+            let may_be_se = !matches!(column, Film | Diameter);
             let is_end = |list: &str| ends.iter().any(|word| is_among(list, word));
-            let is_spread = is_error || is_end(SPREADS[0]) || may_be_se && is_end(SPREADS[1]);
+            let is_spread = is_error || is_end(SPREADS[0]) || may_be_se && is_end(SPREADS[1]) || is_end("error fehler");
             (is_spread && !has("mean avg average mittel mittelwert"))
                 .then_some(("the spread or error of a quantity", None))
         }
         _ => None,
     }
+}
+
+/// Whether a spread is written with a number before it, as `2σ` is.
+fn is_multiple(lower: &str) -> bool {
+    let after = lower.trim_start_matches(['±', ' ']);
+    let spread = after.trim_start_matches(|c: char| c.is_ascii_digit() || ".,".contains(c));
+    let of = spread.trim_start_matches(['·', '*', '×', ' ']);
+    let is_spread = |word: &&str| *word == "s" || SPREADS.iter().any(|list| is_among(list, word));
+    spread.len() < after.len() && words_of(of).first().is_some_and(is_spread)
+}
+
+/// Whether a quotient stands upside down, as `v_i/v_r` does of a restitution.
+fn is_inverse(lower: &str, column: RunColumn) -> bool {
+    if lower.starts_with("1/") {
+        return true;
+    }
+    let below = match column {
+        RunColumn::Restitution => [RunColumn::ReboundSpeed, RunColumn::Restitution],
+        RunColumn::FilmRatio => [RunColumn::Film, RunColumn::FilmRatio],
+        _ => return false,
+    };
+    let after = lower.split_once(['/', ':']).map(|(_, after)| columns_called(after));
+    after.is_some_and(|called| !called.is_empty() && called.iter().all(|of| below.contains(of)))
 }
 
 /// Whether a word is one of a list, or ends with one as `falltime` does.
@@ -269,15 +381,15 @@ fn is_called(list: &str, word: &str) -> bool {
     list.split(' ').any(|own| own == word || is_end(own))
 }
 
-/// Whether both sides of a slash begin with a letter, as in `h2/h1`.
+/// Whether the names on both sides of a slash or colon begin with a letter, as in `h2/h1`.
 fn is_quotient_of(name: &str, letter: char) -> bool {
-    let sides = name.split_once('/').map(|(above, below)| [above, below]);
-    sides.is_some_and(|sides| {
-        sides.iter().all(|side| {
-            let side = side.trim().trim_start_matches('(');
-            let is_symbol = side.chars().take_while(|c| c.is_alphabetic()).count() <= 2;
-            side.starts_with(letter) && is_symbol
-        })
+    let begins = |side: Option<&str>| {
+        let side = side.unwrap_or_default().trim_start_matches(['(', 'Δ', 'δ']);
+        side.starts_with(letter) && side.chars().take_while(|c| c.is_alphabetic()).count() <= 2
+    };
+    let sides = name.split_once(['/', ':']);
+    sides.is_some_and(|(above, below)| {
+        begins(above.split_whitespace().last()) && begins(below.split_whitespace().next())
     })
 }
 
@@ -325,6 +437,16 @@ pub(super) fn has_factor(name: &str) -> bool {
                 .is_some_and(|rest| rest.bytes().all(|b| b == b'0'))
     };
     let is_number = |c: char| c.is_ascii_digit() || "^.,".contains(c);
+    // the `10 v` of nobody's unit
+    let mut words = name.split_whitespace();
+    let is_first = words.next().is_some_and(is_power);
+    if is_first
+        && words
+            .next()
+            .is_some_and(|next| next.starts_with(char::is_alphabetic) && unit_of(next).is_none())
+    {
+        return true;
+    }
     name.match_indices(TIMES).any(|(at, sign)| {
         let (before, after) = (name[..at].trim_end(), name[at + sign.len()..].trim_start());
         // an `x` inside a word is a letter
@@ -399,99 +521,7 @@ fn is_square(name: &str, words: &[&str]) -> bool {
 }
 
 fn is_square_sign(name: &str) -> bool {
-    ["²", "^2", "**2"].iter().any(|sign| name.contains(sign))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn radii_and_squares_are_known_by_their_names() {
-        for (column, others, own) in [
-            (
-                RunColumn::Diameter,
-                &[
-                    "radius_mm",
-                    "radius",
-                    "R (mm)",
-                    "r",
-                    "sphere radius",
-                    "Kugelradius",
-                    "D/2",
-                    "r_p [mm]",
-                    "half diameter",
-                ][..],
-                &[
-                    "D (mm)",
-                    "2R",
-                    "2*R",
-                    "2 x radius",
-                    "diameter (2R)",
-                    "Kugel",
-                    "dia.",
-                    "size",
-                    "D (0.5 mm)",
-                    "Durchmesser 12/24",
-                ][..],
-            ),
-            (
-                RunColumn::Restitution,
-                &[
-                    "e²",
-                    "e^2",
-                    "e2",
-                    "energy restitution",
-                    "restitution squared",
-                    "E_kin energy kept",
-                    "e**2",
-                    "e²(%)",
-                ],
-                &[
-                    "e",
-                    "e_n",
-                    "COR",
-                    "restitution 2",
-                    "e (from heights)",
-                    "sqrt(e^2)",
-                    "√(E_r/E_i) of energies",
-                    "e_2",
-                ],
-            ),
-            (
-                RunColumn::Restitution,
-                &["1-e", "1 − e", "(1-e)/1", "e loss", "Verlust"],
-                &["e", "e (1-3 drops)", "e 1-2", "COR x100"],
-            ),
-            (
-                RunColumn::ImpactSpeed,
-                &["v²", "v_i^2", "kinetic energy", "v*100 (m/s)", "1000 × v", "v x10"],
-                &[
-                    "v",
-                    "v2",
-                    "v_i (m/s)",
-                    "vx",
-                    "v x 2",
-                    "v (10^-2 m/s)",
-                    "max100",
-                    "v x 10^-2 m/s",
-                    "v (run 100)",
-                ],
-            ),
-            (
-                RunColumn::FilmRatio,
-                &["δ/R", "film / radius", "2δ/D", "delta_R"],
-                &["δ/D", "δ/(2R)", "film ratio", "delta over D", "δ / 2 R"],
-            ),
-        ] {
-            for name in others {
-                assert!(other_quantity(name, column, "key").is_some(), "{name}");
-            }
-            for name in own {
-                assert_eq!(other_quantity(name, column, "key"), None, "{name}");
-            }
-        }
-        // a radius of another column is none
-        assert_eq!(other_quantity("radius", RunColumn::Run, "run"), None);
-    }
+    // the `²⁾` of a footnote squares nothing
+    let is_footnote = name.contains("²)") || name.contains("²⁾");
+    !is_footnote && ["²", "^2", "**2"].iter().any(|sign| name.contains(sign))
 }

@@ -110,7 +110,10 @@ pub(super) fn unit_of(text: &str) -> Option<StatedUnit> {
 
 /// Reads a product of units, in small letters: `ft/s`, `ft s-1`, `mm per second`, `10^-3 m`, `g cm⁻³`.
 fn measure(text: &str) -> Option<Measure> {
-    let text = with_plain_exponents(text).replace('−', "-").replace("**", "^");
+    let text = with_plain_exponents(text)
+        .replace('−', "-")
+        .replace("**", "^")
+        .replace("0.", "0,");
     let text = format!(" {text} ")
         .replace([' ', '_'], "  ")
         .replace("  per  ", "/")
@@ -133,11 +136,15 @@ fn measure(text: &str) -> Option<Measure> {
         let token = &after[start..end.map_or(after.len(), |end| start + end)];
         after = &after[start + token.len()..];
         let sign = if is_below { -1 } else { 1 };
+        if token == "1" && read.atoms > 0 {
+            return None;
+        }
         if token == "1" || token == "x" {
             continue;
         }
-        if let Some(power) = power_of_ten(token).filter(|_| read.atoms == 0) {
+        if let Some(power) = power_of_ten(token, is_below).filter(|_| read.atoms == 0) {
             read.size *= 10f64.powi(power);
+            is_below = false;
             continue;
         }
         let name_ends = token
@@ -180,8 +187,16 @@ fn measure(text: &str) -> Option<Measure> {
     (read.atoms > 0).then_some(read)
 }
 
-/// The power of `10^-5`, `1e-5` or `10-5`.
-fn power_of_ten(token: &str) -> Option<i32> {
+/// The power of `10^-5`, `1e-5`, `10-5`, `0.01` or, below a slash, `100`.
+fn power_of_ten(token: &str, is_below: bool) -> Option<i32> {
+    let token = token.trim_start_matches(['x', '×']);
+    let zeros = |digits: &str| digits.bytes().all(|b| b == b'0').then_some(digits.len() as i32);
+    if let Some(digits) = token.strip_prefix("0.").or(token.strip_prefix("0,")) {
+        return Some(-1 - zeros(digits.strip_suffix('1')?)?);
+    }
+    if let Some(zeros) = token.strip_prefix("10").filter(|_| is_below).and_then(zeros) {
+        return Some(-1 - zeros);
+    }
     let bare = || token.strip_prefix("10").filter(|power| power.starts_with('-'));
     let starts = ["1e", "10^"].iter().find_map(|start| token.strip_prefix(start));
     starts.or_else(bare)?.parse().ok()
@@ -214,13 +229,19 @@ pub(super) fn unit_of_cell(cell: &str) -> Option<StatedUnit> {
     unit_of(inside.trim_start().trim_start_matches("in "))
 }
 
+/// What stands in a row of units where there is none, or names the row; nothing where brackets are empty.
+const NO_UNITS: &str = " - – — / 1 n/a none dimensionless dimensionslos ohne unit units einheit einheiten unité unités";
+
 /// Whether a row below the names states units and nothing else; `-` and `1` are units of plain numbers.
 pub(super) fn is_row_of_units<'c>(cells: impl Iterator<Item = &'c str>) -> bool {
     let mut units = 0;
-    for cell in cells.map(str::trim).filter(|cell| !cell.is_empty()) {
-        if unit_of_cell(cell).is_some() {
+    for cell in cells
+        .map(|cell| cell.trim().to_lowercase())
+        .filter(|cell| !cell.is_empty())
+    {
+        if unit_of_cell(&cell).is_some() {
             units += 1;
-        } else if !["-", "–", "1", "[-]", "[–]", "[1]", "(-)", "(1)"].contains(&cell) {
+        } else if !is_among(NO_UNITS, cell.trim_matches(['[', ']', '(', ')', ' '])) {
             return false;
         }
     }
@@ -286,7 +307,10 @@ pub(super) fn unit_in_name(name: &str, dimension: Dimension) -> Option<StatedUni
             written
         });
     }
-    if let Some((_, unit)) = unit_in_brackets(name).filter(|(_, unit)| is_meant(unit)) {
+    // a micrometer in brackets may be what it was measured with
+    let is_tool = |unit: &StatedUnit| *unit == StatedUnit::Ours("_um") && name.to_lowercase().contains("(micrometer)");
+    let in_brackets = unit_in_brackets(name).map(|(_, unit)| unit).filter(is_meant);
+    if let Some(unit) = in_brackets.clone().filter(|unit| !is_tool(unit)) {
         return Some(unit);
     }
     let trimmed = name.trim_end();
@@ -298,7 +322,9 @@ pub(super) fn unit_in_name(name: &str, dimension: Dimension) -> Option<StatedUni
     let mut pieces = pieces(name.trim_end());
     pieces.sort_by_key(|piece| std::cmp::Reverse(piece.text.len()));
     let mut stated = pieces.iter().filter(|piece| piece.is_unit(dimension));
-    stated.find_map(|piece| unit_of(piece.text).filter(&is_meant))
+    stated
+        .find_map(|piece| unit_of(piece.text).filter(&is_meant))
+        .or(in_brackets)
 }
 
 /// A part of a name, between two places where words begin or end.
@@ -355,10 +381,15 @@ impl Piece<'_> {
     /// Whether it is a unit where it stands, if it is written as one, and no index, direction or material.
     fn is_unit(&self, dimension: Dimension) -> bool {
         let lower = self.text.trim().to_lowercase();
+        // the `in` before a unit, and the index of a `v_c m/s`
+        let index = lower.split_whitespace().next().filter(|first| *first != lower);
+        if index.is_some_and(|first| first == "in" || is_among(ONLY_WITH_OTHERS, first) && !self.is_set_off) {
+            return false;
+        }
         let Some(measure) = measure(&lower) else {
             return false;
         };
-        let has_power = lower.starts_with(['1', 'x', '×', '*']);
+        let has_power = lower.starts_with(['0', '1', 'x', '×', '*']);
         if has_power || self.is_of_number {
             return has_power && self.is_last && !self.is_whole;
         }
@@ -465,6 +496,7 @@ mod tests {
         let is_one = |cells: &[&str]| is_row_of_units(cells.iter().copied());
         assert!(is_one(&["", "[µm]", "[cm]", "", "[%]", "-"]));
         assert!(is_one(&["mm", "m/s"]));
+        assert!(is_one(&["Einheit", "mm", "[ ]", "—", "n/a"]));
         assert!(!is_one(&["PTFE", "mm"]));
         assert!(!is_one(&["", "-", ""]));
         assert!(!is_one(&["mm", "4.5"]));

@@ -206,7 +206,8 @@ fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
             refuse_column(&table, &ours);
             continue;
         }
-        let Some(theirs) = table.text(&ours) else {
+        // blanks around it are no part of a name in a table either
+        let Some(theirs) = table.text(&ours).map(|theirs| theirs.trim().to_owned()) else {
             continue;
         };
         if theirs == FILL_IN {
