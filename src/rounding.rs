@@ -116,6 +116,11 @@ pub fn by_number<'w>(count: usize, one: &'w str, more: &'w str) -> &'w str {
     }
 }
 
+/// A number with the word it counts, as `1 run` and `2 runs` are.
+pub fn counted(count: usize, one: &str) -> String {
+    format!("{count} {one}{}", by_number(count, "", "s"))
+}
+
 /// The number of so many significant digits that is nearest.
 pub fn to_digits(x: f64, digits: usize) -> f64 {
     format!("{x:.*e}", digits.max(1) - 1).parse().unwrap_or(x)

@@ -356,7 +356,7 @@ pub const NOISE: Kind = forbids(
     "noise",
     AtLeast(1e-12),
     "a likelihood needs a spread",
-    "quote least squares",
+    "write every digit that was measured; runs that a formula gave have no uncertainty to quote",
 );
 
 /// Runs that rebounded.

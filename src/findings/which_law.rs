@@ -50,7 +50,7 @@ impl LineAgainstRoot {
         } else {
             0.0
         };
-        (told > 0).then(|| LineAgainstRoot {
+        (told > 0 && gain.is_finite()).then(|| LineAgainstRoot {
             gain: gain + all.gain_by_errors,
             residual_sds: all
                 .squares

@@ -16,6 +16,7 @@ use crate::recordings::{
     Campaign, FreeFlight, GravityCheck, Impact, Jump, Outcome, Recording, Refusal, ScaleSource, Shown, SphereInAir,
     Track, Tracked, FAR, GRAVITY, OFF,
 };
+use crate::rounding::by_number;
 use crate::scene::DRY;
 use crate::units::{micrometres, millimetres, milliseconds, pixels_per_millimetre};
 
@@ -82,12 +83,13 @@ fn ends(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
 pub fn summary(campaign: &Campaign) -> String {
     let used = || rows(campaign).filter(|(_, impact)| impact.verdict.is_none());
     let mistakes = refused(campaign).filter(|refusal| refusal.is_mistake()).count();
+    let (all, runs) = (campaign.outcomes.len(), used().count());
     let mut text = format!(
-        "{} recordings: {} runs, {} of them stuck; {} left out with a reason",
-        campaign.outcomes.len(),
-        used().count(),
+        "{all} {}: {runs} {}, {} of them stuck; {} left out with a reason",
+        by_number(all, "recording", "recordings"),
+        by_number(runs, "run", "runs"),
         used().filter(|(_, impact)| impact.stuck).count(),
-        rows(campaign).count() - used().count() + refused(campaign).count()
+        rows(campaign).count() - runs + refused(campaign).count()
     );
     if mistakes > 0 {
         text.push_str(&format!(", {mistakes} of them unread or without a fall"));

@@ -286,7 +286,9 @@ impl Fields {
             self.problem(line, "particle", None, format!("expected {NAME_RULE}"));
             return None;
         };
-        let liquid = self.name(of.liquid, row).filter(|liquid| *liquid != DRY);
+        let liquid = self
+            .name(of.liquid, row)
+            .filter(|liquid| !liquid.eq_ignore_ascii_case(DRY));
         let diameter = self.needed_number(of.diameter, row, "");
         let film = liquid.and_then(|_| self.needed_number(of.film, row, ", since there is a liquid"));
         Some(RowOfSetting {

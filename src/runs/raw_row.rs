@@ -39,7 +39,8 @@ impl<'a> RawRow<'a> {
 
     /// Whether the run had no liquid.
     pub fn is_dry(&self) -> bool {
-        matches!(self.word(RunColumn::Liquid), None | Some(DRY))
+        self.word(RunColumn::Liquid)
+            .is_none_or(|liquid| liquid.eq_ignore_ascii_case(DRY))
     }
 }
 

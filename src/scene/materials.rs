@@ -131,7 +131,7 @@ pub(super) fn particles(root: &SceneTable) -> Vec<Particle> {
 /// Reads the liquids, in the order of the file.
 pub(super) fn liquids(root: &SceneTable) -> Vec<Liquid> {
     named_tables(root, LIQUIDS, |name, table| {
-        if name == DRY {
+        if name.eq_ignore_ascii_case(DRY) {
             let expected = "expected another name: runs without liquid are marked so";
             table.refuse("", table.at(""), Some(quoted(&name)), expected);
         }

@@ -10,6 +10,7 @@ use crate::inference::mixing::MixingLines;
 use crate::inference::sampling::Method;
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::remark::Remark;
+use crate::rounding::{by_number, counted};
 use crate::runs::{DryGroup, Runs};
 use crate::scene::Scene;
 
@@ -61,7 +62,7 @@ pub fn why_not_sampled(
 ) -> Option<PosteriorRefusal> {
     if runs.is_empty() {
         let mut check = remarks::PARAMETERS_LEFT.check(0.0, "no run is in use");
-        check.next_step = format!("use runs, as the check {} says", remarks::RUNS_IN_USE.code);
+        check.next_step = "put runs in use: there is nothing to sample".to_owned();
         return Some(PosteriorRefusal(Box::new(check)));
     }
     if parameters.sampled.is_empty() {
@@ -73,7 +74,7 @@ pub fn why_not_sampled(
     }
     if let Some(smallest) = smallest_noise(least_squares).filter(|sd| *sd < remarks::NOISE.threshold()) {
         let text = format!(
-            "the runs have no noise (spread {smallest:.1e}): there is no posterior to sample, and least squares is exact"
+            "the runs lie on their law to rounding (spread {smallest:.1e}): without noise there is no posterior to sample"
         );
         return Some(PosteriorRefusal(Box::new(remarks::NOISE.check(smallest, text))));
     }
@@ -139,9 +140,10 @@ impl Tally {
     fn check(&self, what: &str) -> Remark {
         let symbols: Vec<&str> = self.parameters.iter().map(|kind| kind.symbol()).collect();
         let text = format!(
-            "{} {what} for {} parameters ({}): too few to tell how far they scatter",
+            "{} {} for {} ({}): too few to tell how far they scatter",
             self.runs,
-            symbols.len(),
+            by_number(self.runs, what.trim_end_matches('s'), what),
+            counted(symbols.len(), "parameter"),
             symbols.join(", ")
         );
         let spare = self.runs as f64 - symbols.len() as f64;

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::problem::Stop;
+use crate::rounding::counted;
 
 /// The end of a least-squares fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,11 +98,4 @@ impl Fit {
 /// Why so many parameters of as many runs have no standard errors.
 pub fn no_scatter_left(parameters: usize) -> String {
     format!("as many parameters as runs ({parameters}): no run is left to show the scatter")
-}
-
-pub(super) fn counted(count: usize, one: &str) -> String {
-    match count {
-        1 => format!("1 {one}"),
-        _ => format!("{count} {one}s"),
-    }
 }

@@ -30,11 +30,12 @@ mod tests;
 use nalgebra::DVector;
 
 use covariance::fit_of;
-use fit_end::counted;
 pub use fit_end::{no_scatter_left, Fit};
 use levenberg_marquardt::{Model, Variant};
 pub use problem::{OutOfDomain, ResidualProblem, Stop};
 use solver::attempt;
+
+use crate::rounding::counted;
 
 /// Fits `problem` from `start`, always in a bounded number of evaluations.
 ///
