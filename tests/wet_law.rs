@@ -560,7 +560,7 @@ The check `wet_law_holds` looks inside each particle, liquid and film ratio, whe
 there a term in (1/St)² or in v^(1/5) that all groups share, a term in 1/St that one group has for itself, or one of \
 either kind that all groups of one liquid share? Without energies of the groups it asks whether one liquid has a term in 1/St \
 for itself. It refuses where chance explains the strongest of these with p < 0.001 (F test, p times the number of terms tried) and a \
-parameter moves by more than half of its standard error, or with p < 0.01 and one moves by more than three. Outliers and rebounds \
+parameter moves by more than half of its standard error, or with p < 0.01 and one moves by more than two. Outliers and rebounds \
 expected within three spreads of sticking are left out; where a table does not say how well speeds are known, runs are weighed \
 as if they erred by 1 %. The check `linear_law` refuses where the linear law gains more than 4 in log density over the square root, \
 each fitted at every film ratio of a particle.

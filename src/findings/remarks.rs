@@ -314,7 +314,7 @@ pub const BEYOND_CHANCE: f64 = 0.001;
 pub const FELT: f64 = 0.5;
 
 /// A misfit that moves a main number by more than so many of its ± forbids quoting where chance makes it this seldom.
-pub const FAR: f64 = 3.0;
+pub const FAR: f64 = 2.0;
 
 /// See [`FAR`].
 pub const SELDOM: f64 = 0.01;
