@@ -1,9 +1,9 @@
 //! Matches the header of a table with the columns runs can have.
 
-use super::other_quantities::other_quantity;
+use super::headers::other_quantity;
+use super::headers::units::{unit_in_name, unit_of_cell, unit_of_cell_above, StatedUnit};
 use super::raw_row::RawRow;
 use super::told_twice::TOLD_TWICE;
-use super::written_units::{unit_in_name, unit_of_cell, unit_of_cell_above, StatedUnit};
 use crate::error::{quoted, Problem};
 use crate::scene::{closest, Constant, ConstantValue, Naming, RunColumn, MISSING};
 use crate::units::{names_in_words, Unit};
@@ -426,7 +426,7 @@ mod tests {
     use super::*;
 
     /// Headers that laboratories write, each under the key that its numbers are read as.
-    const HEADERS: &str = include_str!("headers.txt");
+    const HEADERS: &str = include_str!("headers/examples.txt");
 
     #[test]
     fn headers_are_read_as_they_say_or_refused() {

@@ -1,10 +1,10 @@
 //! Drafts a scene from a table of runs: its particles and liquids, its columns as far as they can be guessed, and every key.
 
 use super::guess::{guess, marks_bad_runs, may_hold_names, may_hold_reasons};
-use super::other_quantities::other_quantity;
+use super::headers::other_quantity;
+use super::headers::units::{unit_of, StatedUnit};
 use super::survey::{LabelledRow, Survey, SurveyedColumn};
 use super::words::is_among;
-use super::written_units::{unit_of, StatedUnit};
 use crate::error::{is_unseen, plain, quoted};
 use crate::scene::{self, name_is_allowed, wrapped, KeyGuide, RunColumn, Section, Without, DRY, FILL_IN, MISSING};
 

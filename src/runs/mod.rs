@@ -10,15 +10,14 @@
 //! | `labels.rs` | knows the words that mark a row as the mean, total or spread of others |
 //! | `places.rs` | says where a row stands as a person sees it |
 //! | `row.rs` | checks one run and says which cell is wrong |
-//! | `other_quantities.rs` | knows headers that name another quantity than that of their column |
-//! | `written_units.rs` | reads the units that headers state |
+//! | `headers/` | says what headers tell of the numbers below them |
 //! | `columns.rs` | matches a table's header with the columns runs can have |
 //! | `screen.rs` | says why a checked run is left out |
 //! | `damaged.rs` | catches a library's panic over a damaged file, and passes our own on |
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
 //! | `decimals.rs` | finds what separates columns and decimals |
 //! | `survey.rs` | says what each column of an unknown table is called and holds |
-//! | `guess.rs` | guesses which column of runs it is, by the names in `called.txt` |
+//! | `guess.rs` | guesses which column of runs it is, by the names in `headers/called.txt` |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
 //! | `checked_rows.rs` | checks rows of cells, and gathers their runs or what is wrong |
 //! | `records.rs` | cuts a CSV into records and their cells with csv-core; the only file that names it |
@@ -63,12 +62,12 @@ mod errors;
 mod fields;
 mod film_groups;
 mod guess;
+mod headers;
 mod hidden_rows;
 mod impacts;
 mod labels;
 mod many;
 mod new_run;
-mod other_quantities;
 mod parquet;
 mod parquet_footer;
 mod part;
@@ -92,7 +91,6 @@ mod true_speeds;
 mod words;
 mod workbook;
 mod write;
-mod written_units;
 
 pub(crate) use cells::{each_row, TextRow};
 pub use collect::Screened;

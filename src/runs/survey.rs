@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use super::columns::{present, Header};
 use super::decimals::parse_number;
+use super::headers::units::is_row_of_units;
 use super::labels::{is_count, label};
-use super::written_units::is_row_of_units;
 
 /// A column of a table of which nothing is known but its cells.
 #[derive(Debug, Clone, Default)]

@@ -1,12 +1,12 @@
 //! Reads the units that headers state: in the name of a column, or in the row below or above the names.
 
-use super::other_quantities::has_factor;
-use super::words::{is_among, without_brackets};
+use super::super::words::{is_among, without_brackets};
+use super::conversions::has_factor;
 use crate::units::Dimension;
 
 /// A unit that a header states.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum StatedUnit {
+pub(in crate::runs) enum StatedUnit {
     /// what our names end with in it
     Ours(&'static str),
     /// one that no column of runs can have, as the header writes it
@@ -89,7 +89,7 @@ struct Measure {
 }
 
 /// The unit that is written so, perhaps with a power of ten before it; `None` where none is.
-pub(super) fn unit_of(text: &str) -> Option<StatedUnit> {
+pub(in crate::runs) fn unit_of(text: &str) -> Option<StatedUnit> {
     let text = text.trim();
     let measure = measure(&text.to_lowercase())?;
     let dimension = match measure.powers {
@@ -224,7 +224,7 @@ fn with_plain_exponents(text: &str) -> String {
 }
 
 /// The same of a cell of a row of units, which may have brackets around it.
-pub(super) fn unit_of_cell(cell: &str) -> Option<StatedUnit> {
+pub(in crate::runs) fn unit_of_cell(cell: &str) -> Option<StatedUnit> {
     let inside = cell.trim().trim_start_matches(['(', '[']).trim_end_matches([')', ']']);
     unit_of(inside.trim_start().trim_start_matches("in "))
 }
@@ -233,7 +233,7 @@ pub(super) fn unit_of_cell(cell: &str) -> Option<StatedUnit> {
 const NO_UNITS: &str = " - – — / 1 n/a none dimensionless dimensionslos ohne unit units einheit einheiten unité unités";
 
 /// Whether a row below the names states units and nothing else; `-` and `1` are units of plain numbers.
-pub(super) fn is_row_of_units<'c>(cells: impl Iterator<Item = &'c str>) -> bool {
+pub(in crate::runs) fn is_row_of_units<'c>(cells: impl Iterator<Item = &'c str>) -> bool {
     let mut units = 0;
     for cell in cells
         .map(|cell| cell.trim().to_lowercase())
@@ -250,7 +250,7 @@ pub(super) fn is_row_of_units<'c>(cells: impl Iterator<Item = &'c str>) -> bool 
 
 /// The units in the row above the names, in which titles may stand, too; nothing in place of any other cell, and in place of
 /// all where a number stands among them: then it is a line about the whole table, as `Diameter, 4.762, mm` is.
-pub(super) fn units_above<'c>(cells: impl IntoIterator<Item = &'c str>) -> Vec<String> {
+pub(in crate::runs) fn units_above<'c>(cells: impl IntoIterator<Item = &'c str>) -> Vec<String> {
     let cells: Vec<&str> = cells.into_iter().map(str::trim).collect();
     let is_number = |cell: &&str| cell.replace(',', ".").parse::<f64>().is_ok();
     if cells.iter().any(is_number) {
@@ -263,7 +263,7 @@ pub(super) fn units_above<'c>(cells: impl IntoIterator<Item = &'c str>) -> Vec<S
 }
 
 /// The unit that a cell above a column of some kind states. The `in` above a speed says which speed it is.
-pub(super) fn unit_of_cell_above(cell: &str, dimension: Dimension) -> Option<StatedUnit> {
+pub(in crate::runs) fn unit_of_cell_above(cell: &str, dimension: Dimension) -> Option<StatedUnit> {
     unit_of_cell(cell).filter(|unit| is_meant(unit, dimension))
 }
 
@@ -284,7 +284,7 @@ fn is_length(dimension: Dimension) -> bool {
 }
 
 /// What stands before a unit in brackets, and that unit.
-pub(super) fn unit_in_brackets(name: &str) -> Option<(&str, StatedUnit)> {
+pub(in crate::runs) fn unit_in_brackets(name: &str) -> Option<(&str, StatedUnit)> {
     let groups = name.match_indices(['(', '[']);
     let mut units = groups.filter_map(|(at, _)| {
         let inside = &name[at + 1..];
@@ -296,7 +296,7 @@ pub(super) fn unit_in_brackets(name: &str) -> Option<(&str, StatedUnit)> {
 
 /// The unit that the name of a column of some kind states beyond doubt: in brackets, after a slash, a comma or the word
 /// `in`, or among its words where it can be nothing else. The `in` of `v_in`, say, is no inch.
-pub(super) fn unit_in_name(name: &str, dimension: Dimension) -> Option<StatedUnit> {
+pub(in crate::runs) fn unit_in_name(name: &str, dimension: Dimension) -> Option<StatedUnit> {
     let is_meant = |unit: &StatedUnit| is_meant(unit, dimension);
     if dimension == Dimension::Share && has_factor(&name.to_lowercase()) {
         let is_percent = name.contains("100") && !name.contains("1000");

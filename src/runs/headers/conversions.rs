@@ -1,0 +1,172 @@
+//! Knows headers whose numbers a factor, a power or a difference turns into the quantity of their column.
+
+use super::super::words::is_among;
+use super::called::columns_called;
+use super::quantities::{quantities_in, RATIOS, SOURCES};
+use super::units::unit_of;
+use super::{Header, ROOTS};
+use crate::scene::RunColumn;
+use crate::units::Dimension;
+
+/// What a radius is called, in small letters.
+const RADII: &str = "radius radii halbmesser rayon raggio radio straal r";
+
+/// What a diameter is called, in small letters.
+const DIAMETERS: &str = "d dia diam diameter diameters durchmesser diamètre diametre diametro diámetro ∅";
+
+/// Words that say that a quantity is squared.
+const SQUARES: &str = "squared square sq quadrat quadriert quadratisch carré carre quadrato cuadrado e2 en2 cor2";
+
+/// What beginnings of words say that a column is of energies.
+const ENERGIES: &str = "energ énerg kinetic kinetisch";
+
+/// Words for what an impact takes.
+const LOSSES: &str = "loss losses lost verlust verluste perte dissipation";
+
+/// Signs of a product.
+const TIMES: [char; 5] = ['*', '×', '·', '⋅', 'x'];
+
+/// What a header says that some power or factor turns into the quantity of its column, and how.
+pub(super) fn known_conversion(header: &Header, column: RunColumn) -> Option<&'static str> {
+    match column {
+        RunColumn::Diameter if is_radius(header) => Some(
+            "by its name it is a radius; expected the diameter: add a column with twice its numbers to the table, and name \
+             that one",
+        ),
+        RunColumn::FilmRatio if is_over_radius(header) => Some(
+            "by its name it is the film over the radius; expected δ/D, the film over the diameter: add a column with half its \
+             numbers to the table, and name that one",
+        ),
+        RunColumn::Restitution if is_square(header) || is_ratio_of_squares(header) => Some(
+            "by its name it is the square of a restitution or a share of energy; expected e, rebound over impact speed: add \
+             a column of e to the table (of e² its square root), and name that one",
+        ),
+        RunColumn::Restitution if is_loss(header) => Some(
+            "by its name it is what the impact takes, as 1 − e; expected e, rebound over impact speed: add a column of e to the \
+             table, and name that one",
+        ),
+        RunColumn::ImpactSpeed | RunColumn::ReboundSpeed if is_square(header) => Some(
+            "by its name it is the square of a speed or an energy; expected the speed: add a column of it to the table, and \
+             name that one",
+        ),
+        // of a share in per cent the factor is the unit
+        _ if column.is_number() && column.dimension() != Dimension::Share && has_factor(&header.lower) => Some(
+            "by its name its numbers are multiplied by a power of ten; expected the quantity itself: add a column of it to the \
+             table, and name that one",
+        ),
+        _ => None,
+    }
+}
+
+/// Whether a name, in small letters, says that its numbers are multiplied, as `1000 × v` does; the `x 10^-3 mm` of another is
+/// a unit.
+pub(super) fn has_factor(name: &str) -> bool {
+    let is_power = |digits: &str| {
+        digits.len() > 1
+            && digits
+                .strip_prefix('1')
+                .is_some_and(|rest| rest.bytes().all(|b| b == b'0'))
+    };
+    let is_number = |c: char| c.is_ascii_digit() || "^.,".contains(c);
+    // the `10 v` of nobody's unit
+    let mut words = name.split_whitespace();
+    let is_first = words.next().is_some_and(is_power);
+    let is_name = |next: &str| next.starts_with(char::is_alphabetic) && unit_of(next).is_none();
+    if is_first && words.next().is_some_and(is_name) {
+        return true;
+    }
+    name.match_indices(TIMES).any(|(at, sign)| {
+        let (before, after) = (name[..at].trim_end(), name[at + sign.len()..].trim_start());
+        // an `x` inside a word is a letter
+        let is_letter = sign == "x" && name[..at].ends_with(char::is_alphabetic);
+        let [first, last] = [
+            before.rsplit(|c| !is_number(c)).next(),
+            after.split(|c| !is_number(c)).next(),
+        ];
+        !is_letter && [first, last].into_iter().flatten().any(is_power)
+    })
+}
+
+fn is_radius(header: &Header) -> bool {
+    if header.has(DIAMETERS) || header.name.contains('∅') {
+        // the 2R of `D (2R)` says no radius
+        return is_halved(header);
+    }
+    names_radius(header) && !is_doubled(header)
+}
+
+fn is_over_radius(header: &Header) -> bool {
+    let is_double_film = ["2δ", "2 δ", "2delta", "2 delta", "2*δ", "2·δ"]
+        .iter()
+        .any(|double| header.lower.contains(double));
+    is_double_film || names_radius(header) && !is_doubled(header)
+}
+
+fn names_radius(header: &Header) -> bool {
+    header.words.iter().any(|word| is_of_radius(word))
+}
+
+/// Whether a word says radius, by itself or at its end as in `Kugelradius`.
+fn is_of_radius(word: &str) -> bool {
+    let is_end = |radius: &str| radius.len() > "radio".len() && word.ends_with(radius);
+    is_among(RADII, word) || RADII.split(' ').any(is_end)
+}
+
+/// Whether half of a quantity is named, as in `D/2`; a date as 12/24 halves nothing.
+fn is_halved(header: &Header) -> bool {
+    let by_sign = header.lower.match_indices('/').any(|(at, _)| {
+        let after = header.lower[at + 1..].trim_start().strip_prefix('2');
+        after.is_some_and(|after| !after.starts_with(|c: char| c.is_ascii_digit() || c == '/'))
+    });
+    by_sign || header.name.contains('½') || header.has("half halb halber")
+}
+
+/// Whether a radius is written with a 2 before or after it, and so is a diameter.
+fn is_doubled(header: &Header) -> bool {
+    // the 2 and the R of `2 x R`, too
+    let meant: Vec<&String> = header.words.iter().filter(|word| *word != "x").collect();
+    let by_word = meant.windows(2).any(|both| both[0] == "2" && is_of_radius(both[1]));
+    let by_sign = ["*2", "* 2", "×2", "× 2", "x2", "x 2", "twice", "double", "doppelt"];
+    by_word || by_sign.iter().any(|sign| header.lower.contains(sign))
+}
+
+fn is_loss(header: &Header) -> bool {
+    let tight: String = header.lower.chars().filter(|c| !c.is_whitespace()).collect();
+    let is_rest = ["1-", "1−", "1–", "(1-", "(1−"]
+        .iter()
+        .any(|start| tight.starts_with(start));
+    is_rest || header.has(LOSSES)
+}
+
+fn is_square(header: &Header) -> bool {
+    let of_energy = |word: &String| ENERGIES.split(' ').any(|energy| word.starts_with(energy));
+    let is_squared = header.has_square_sign() || header.has(SQUARES) || header.words.iter().any(of_energy);
+    is_squared && !header.contains(ROOTS)
+}
+
+/// Whether a name says that one height or energy is divided by another, which gives the square of a restitution.
+fn is_ratio_of_squares(header: &Header) -> bool {
+    let named = quantities_in(&header.lower);
+    let is_named = |column: RunColumn| named.iter().any(|quantity| quantity.is_of(column));
+    let is_told = header.has_end(SOURCES) || is_named(RunColumn::Restitution) || header.contains(ROOTS);
+    let first = header
+        .words
+        .first()
+        .map(|first| columns_called(first))
+        .unwrap_or_default();
+    let is_quotient = header.contains("/ :") || header.has_end(RATIOS) || header.has("over");
+    let of_heights = is_quotient && is_named(RunColumn::ReboundHeight) && !first.contains(&RunColumn::Restitution);
+    is_quotient_of(header.name, 'E') || (is_quotient_of(&header.lower, 'h') || of_heights) && !is_told
+}
+
+/// Whether the names on both sides of a slash or colon begin with a letter, as in `h2/h1`.
+fn is_quotient_of(name: &str, letter: char) -> bool {
+    let begins = |side: Option<&str>| {
+        let side = side.unwrap_or_default().trim_start_matches(['(', 'Δ', 'δ']);
+        side.starts_with(letter) && side.chars().take_while(|c| c.is_alphabetic()).count() <= 2
+    };
+    let sides = name.split_once(['/', ':']);
+    sides.is_some_and(|(above, below)| {
+        begins(above.split_whitespace().last()) && begins(below.split_whitespace().next())
+    })
+}

@@ -1,0 +1,225 @@
+//! Tells by its words and symbols which quantity a header names.
+
+use super::super::words::{is_among, without_brackets};
+use super::called::{called_as, columns_called};
+use super::{ends_like, in_few_words, words_of, Header, Instead, ROOTS};
+use crate::scene::RunColumn;
+use crate::units::Dimension;
+
+/// What a header may name.
+pub(super) struct Quantity {
+    name: &'static str,
+    words: &'static str,
+    /// what the columns that take it are called, the one of the impact first
+    columns: &'static str,
+    symbols: &'static str,
+}
+
+impl Quantity {
+    pub fn is_of(&self, column: RunColumn) -> bool {
+        is_among(self.columns, column.base())
+    }
+
+    fn columns(&self) -> impl Iterator<Item = RunColumn> {
+        self.columns.split(' ').filter_map(RunColumn::of_base)
+    }
+}
+
+/// Every quantity that a header may name.
+fn quantities() -> impl Iterator<Item = Quantity> {
+    let lines = include_str!("quantities.txt")
+        .lines()
+        .filter(|line| !line.starts_with('#'));
+    lines.filter_map(|line| {
+        let mut parts = line.split(':').map(str::trim);
+        Some(Quantity {
+            name: parts.next()?,
+            words: parts.next()?,
+            columns: parts.next()?,
+            symbols: parts.next().unwrap_or_default(),
+        })
+    })
+}
+
+/// Those that the words of a header, in small letters, name.
+pub(super) fn quantities_in(lower: &str) -> Vec<Quantity> {
+    let is_named = |quantity: &Quantity| words_of(lower).any(|word| ends_like(quantity.words, word));
+    quantities().filter(is_named).collect()
+}
+
+/// Those that a symbol stands for, perhaps with a number behind it.
+fn quantities_of_symbol(symbol: &str) -> Vec<Quantity> {
+    let symbol = symbol.trim_end_matches(char::is_numeric);
+    quantities()
+        .filter(|quantity| !symbol.is_empty() && is_among(quantity.symbols, symbol))
+        .collect()
+}
+
+/// Symbols of dimensionless numbers, which begin a name.
+const NUMBERS: &str = "We Re Fr Bo Oh St";
+
+/// Words for a quotient.
+pub(super) const RATIOS: &str = "ratio ratios quotient verhältnis verhaeltnis rapport";
+
+/// What a length or speed is divided by in a name: no unit is written so.
+const DIVISORS: &str = "d r 2r dp d_p rp r_p ds d_s h0 h_0 v0 v_0 vi v_i diameter durchmesser radius";
+
+/// Words before what a quantity was made from.
+pub(super) const SOURCES: &str = "from by via aus durch par using";
+
+/// Words for the direction along the plate.
+const ALONG: &str = "tangential tangentiell tangentielle horizontal transverse";
+
+/// Words of what comes before an impact, and of what comes after it.
+const ROLES: [&str; 2] = [
+    "impact incoming incident aufprall auftreff aufprallgeschwindigkeit auftreffgeschwindigkeit drop release fallhöhe",
+    "rebound reb bounce outgoing rückprall rücksprung rückprallgeschwindigkeit rückprallhöhe rücksprunghöhe rebond out",
+];
+
+/// Words that say that a quantity was taken before one of the two, and after it.
+const MOMENTS: [&str; 2] = ["before vor avant prior pre", "after nach après post danach"];
+
+/// Words of what comes before the impact, after which a speed is that of the impact.
+const FALLS: &str = "release drop fall";
+
+/// Words for what was worked out and not measured.
+const MODELS: &str = "theory theoretical theorie model modell fit fitted predicted";
+
+/// What a header names that its column does not take, with the column that does.
+pub(super) fn named_quantity(header: &Header, column: RunColumn) -> Option<Instead> {
+    if let Some(found) = other_function(header, column) {
+        return Some((found, None));
+    }
+    let symbol = header.symbol();
+    let is_stokes = symbol == "St";
+    let is_number = is_among(NUMBERS, symbol) && !header.name[symbol.len()..].starts_with('-');
+    if is_number && !(is_stokes && column == RunColumn::Stokes) {
+        return Some(("a dimensionless number", is_stokes.then_some(RunColumn::Stokes)));
+    }
+    if let Some(right) = other_side(header, column) {
+        return Some((in_few_words(right), Some(right)));
+    }
+    let of_symbol = quantities_of_symbol(symbol);
+    let is_one_of = |quantities: &[Quantity]| quantities.iter().any(|quantity| quantity.is_of(column));
+    let has_symbol = is_one_of(&of_symbol) || columns_called(symbol).contains(&column);
+    if takes_ratios(column) && (is_quotient(header) || has_symbol) {
+        return None;
+    }
+    let (letters, called) = called_as(header.name);
+    if let Some(right) = column_elsewhere(&letters, column, &called, is_one_of(&of_symbol).then_some(symbol)) {
+        return Some((in_few_words(right), Some(right)));
+    }
+    // behind a symbol, brackets tell more of it, as the `(time of flight)` of a `v`
+    let named = match has_symbol {
+        true => quantities_in(&without_brackets(&header.lower)),
+        false => quantities_in(&header.lower),
+    };
+    if is_one_of(&named) || header.has(SOURCES) {
+        return None;
+    }
+    let is_known = has_symbol || !called.is_empty() || is_called_within(header, column);
+    let by_symbol = of_symbol.first().filter(|_| !is_known);
+    let found = named.first().or(by_symbol)?;
+    let is_beside = |other: &RunColumn| other.is_of_rebound() == column.is_of_rebound();
+    let right = found.columns().find(is_beside).or(found.columns().next());
+    Some((found.name, right))
+}
+
+fn takes_ratios(column: RunColumn) -> bool {
+    matches!(
+        column,
+        RunColumn::Restitution | RunColumn::FilmRatio | RunColumn::Stokes
+    )
+}
+
+fn is_quotient(header: &Header) -> bool {
+    header.has_end(RATIOS) || header.contains("/ :") || header.has("over relative")
+}
+
+/// Whether one of its words is what the column is called.
+fn is_called_within(header: &Header, column: RunColumn) -> bool {
+    header.words.iter().any(|word| columns_called(word).contains(&column))
+}
+
+/// A function of its quantity that a header names, or one of another.
+fn other_function(header: &Header, column: RunColumn) -> Option<&'static str> {
+    let words: Vec<&str> = header.words.iter().map(String::as_str).collect();
+    if words.first().is_some_and(|word| is_among("ln log lg log10", word)) {
+        return Some("a logarithm");
+    }
+    let is_normal = matches!(
+        column,
+        RunColumn::Restitution | RunColumn::ImpactSpeed | RunColumn::ReboundSpeed
+    );
+    if is_normal && (header.has(ALONG) || matches!(words[..], ["e" | "cor" | "ε", "t", ..])) {
+        return Some("what happens along the plate, not normal to it");
+    }
+    if column.is_of_rebound() && matches!(words[..], [_, second] if is_among(MODELS, second)) {
+        return Some("what a model gives, not what was measured");
+    }
+    let is_length = matches!(column.dimension(), Dimension::Length | Dimension::Thickness);
+    let of_symbol = column == RunColumn::Restitution && !is_quotient(header) && !header.has_square_sign();
+    let names_none = || quantities_in(&header.lower).is_empty();
+    if header.contains(ROOTS) && (is_length || of_symbol && names_none()) {
+        return Some("a square root");
+    }
+    if is_inverse(&header.lower, column) {
+        return Some("the inverse of what is expected");
+    }
+    let divisor = header.lower.split_once('/').map(|(_, after)| after.trim());
+    let is_ratio = header.has_end(RATIOS) || divisor.is_some_and(|after| is_among(DIVISORS, after));
+    (is_ratio && !takes_ratios(column) && !header.has(SOURCES)).then_some("a ratio")
+}
+
+/// The column of the same quantity on the other side of the impact, where a header names that side.
+fn other_side(header: &Header, column: RunColumn) -> Option<RunColumn> {
+    let right = column.other_side()?;
+    let (own, other) = if column.is_of_rebound() { (1, 0) } else { (0, 1) };
+    let is_of = |side: usize| header.has_end(ROLES[side]);
+    let is_primed = header
+        .lower
+        .trim_start_matches(char::is_alphanumeric)
+        .starts_with(['\'', '′']);
+    let is_other = if MOMENTS.iter().any(|side| header.has(side)) {
+        // what comes before a rebound is the impact, and what comes after an impact the rebound
+        let is_of_another = header.has(FALLS) || own == 1 && is_of(own);
+        header.has(MOMENTS[other]) && !header.has(MOMENTS[own]) && !is_of_another
+    } else {
+        is_of(other) && !is_of(own) && !header.has(SOURCES) || is_primed && other == 1
+    };
+    is_other.then_some(right)
+}
+
+/// The first of the columns that a header is called like, if the own one is none of them.
+fn column_elsewhere(letters: &str, column: RunColumn, called: &[RunColumn], symbol: Option<&str>) -> Option<RunColumn> {
+    // a column of spheres may hold their diameters, and one of liquids the films
+    let may_hold = match column {
+        RunColumn::Diameter => Some(RunColumn::Particle),
+        RunColumn::Film => Some(RunColumn::Liquid),
+        RunColumn::FilmRatio => Some(RunColumn::Film),
+        _ => None,
+    };
+    let is_own = |of: &RunColumn| *of == column || Some(*of) == may_hold;
+    let stem_of = |name: &str| name.to_lowercase().trim_end_matches(char::is_numeric).to_owned();
+    let stem = stem_of(letters);
+    // the `v` of a rebound, the `h0` of a film; a number says before or after an impact
+    let has_number = stem != letters && column.other_side().is_some();
+    let is_symbol = !has_number && symbol.is_some_and(|symbol| stem_of(symbol) == stem);
+    let is_word = quantities().any(|of| of.is_of(column) && is_among(of.words, letters));
+    let is_elsewhere = !is_symbol && !is_word && !called.iter().any(is_own);
+    called.first().copied().filter(|_| is_elsewhere)
+}
+
+/// Whether a quotient stands upside down, as `v_i/v_r` does of a restitution.
+fn is_inverse(lower: &str, column: RunColumn) -> bool {
+    if lower.starts_with("1/") {
+        return true;
+    }
+    let below = match column {
+        RunColumn::Restitution => [RunColumn::ReboundSpeed, RunColumn::Restitution],
+        RunColumn::FilmRatio => [RunColumn::Film, RunColumn::FilmRatio],
+        _ => return false,
+    };
+    let after = lower.split_once(['/', ':']).map(|(_, after)| columns_called(after));
+    after.is_some_and(|called| !called.is_empty() && called.iter().all(|of| below.contains(of)))
+}
