@@ -2,9 +2,9 @@
 
 use super::super::words::is_among;
 use super::called::columns_called;
+use super::header::{Header, ROOTS};
 use super::quantities::{quantities_in, RATIOS, SOURCES};
-use super::units::unit_of;
-use super::{Header, ROOTS};
+use super::units::has_factor;
 use crate::scene::RunColumn;
 use crate::units::Dimension;
 
@@ -22,9 +22,6 @@ const ENERGIES: &str = "energ énerg kinetic kinetisch";
 
 /// Words for what an impact takes.
 const LOSSES: &str = "loss losses lost verlust verluste perte dissipation";
-
-/// Signs of a product.
-const TIMES: [char; 5] = ['*', '×', '·', '⋅', 'x'];
 
 /// What a header says that some power or factor turns into the quantity of its column, and how.
 pub(super) fn known_conversion(header: &Header, column: RunColumn) -> Option<&'static str> {
@@ -56,35 +53,6 @@ pub(super) fn known_conversion(header: &Header, column: RunColumn) -> Option<&'s
         ),
         _ => None,
     }
-}
-
-/// Whether a name, in small letters, says that its numbers are multiplied, as `1000 × v` does; the `x 10^-3 mm` of another is
-/// a unit.
-pub(super) fn has_factor(name: &str) -> bool {
-    let is_power = |digits: &str| {
-        digits.len() > 1
-            && digits
-                .strip_prefix('1')
-                .is_some_and(|rest| rest.bytes().all(|b| b == b'0'))
-    };
-    let is_number = |c: char| c.is_ascii_digit() || "^.,".contains(c);
-    // the `10 v` of nobody's unit
-    let mut words = name.split_whitespace();
-    let is_first = words.next().is_some_and(is_power);
-    let is_name = |next: &str| next.starts_with(char::is_alphabetic) && unit_of(next).is_none();
-    if is_first && words.next().is_some_and(is_name) {
-        return true;
-    }
-    name.match_indices(TIMES).any(|(at, sign)| {
-        let (before, after) = (name[..at].trim_end(), name[at + sign.len()..].trim_start());
-        // an `x` inside a word is a letter
-        let is_letter = sign == "x" && name[..at].ends_with(char::is_alphabetic);
-        let [first, last] = [
-            before.rsplit(|c| !is_number(c)).next(),
-            after.split(|c| !is_number(c)).next(),
-        ];
-        !is_letter && [first, last].into_iter().flatten().any(is_power)
-    })
 }
 
 fn is_radius(header: &Header) -> bool {

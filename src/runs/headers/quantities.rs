@@ -2,7 +2,7 @@
 
 use super::super::words::{is_among, without_brackets};
 use super::called::{called_as, columns_called};
-use super::{ends_like, in_few_words, words_of, Header, Instead, ROOTS};
+use super::header::{ends_like, in_few_words, words_of, Header, Instead, ROOTS};
 use crate::scene::RunColumn;
 use crate::units::Dimension;
 

@@ -2,7 +2,7 @@
 
 use super::super::words::is_among;
 use super::called::columns_called;
-use super::{words_of, Header, Instead, MEASURED};
+use super::header::{words_of, Header, Instead, MEASURED};
 use crate::scene::RunColumn;
 
 /// Words for a standard deviation, and for a standard error.

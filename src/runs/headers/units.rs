@@ -1,7 +1,6 @@
 //! Reads the units that headers state: in the name of a column, or in the row below or above the names.
 
 use super::super::words::{is_among, without_brackets};
-use super::conversions::has_factor;
 use crate::units::Dimension;
 
 /// A unit that a header states.
@@ -410,6 +409,38 @@ impl Piece<'_> {
             _ => !is_among(UNCLEAR, &lower) && (measure.letters > 1 || measure.atoms > 1 && measure.powers[0] != 0),
         }
     }
+}
+
+/// Signs of a product.
+const TIMES: [char; 5] = ['*', '×', '·', '⋅', 'x'];
+
+/// Whether a name, in small letters, says that its numbers are multiplied, as `1000 × v` does; the `x 10^-3 mm` of another is
+/// a unit.
+pub(super) fn has_factor(name: &str) -> bool {
+    let is_power = |digits: &str| {
+        digits.len() > 1
+            && digits
+                .strip_prefix('1')
+                .is_some_and(|rest| rest.bytes().all(|b| b == b'0'))
+    };
+    let is_number = |c: char| c.is_ascii_digit() || "^.,".contains(c);
+    // the `10 v` of nobody's unit
+    let mut words = name.split_whitespace();
+    let is_first = words.next().is_some_and(is_power);
+    let is_name = |next: &str| next.starts_with(char::is_alphabetic) && unit_of(next).is_none();
+    if is_first && words.next().is_some_and(is_name) {
+        return true;
+    }
+    name.match_indices(TIMES).any(|(at, sign)| {
+        let (before, after) = (name[..at].trim_end(), name[at + sign.len()..].trim_start());
+        // an `x` inside a word is a letter
+        let is_letter = sign == "x" && name[..at].ends_with(char::is_alphabetic);
+        let [first, last] = [
+            before.rsplit(|c| !is_number(c)).next(),
+            after.split(|c| !is_number(c)).next(),
+        ];
+        !is_letter && [first, last].into_iter().flatten().any(is_power)
+    })
 }
 
 #[cfg(test)]

@@ -1,0 +1,88 @@
+//! Holds a header as it is looked through, and what several files ask of one.
+
+use super::super::words::is_among;
+use crate::scene::RunColumn;
+
+/// Columns whose headers name what is measured.
+pub(super) const MEASURED: [RunColumn; 9] = [
+    RunColumn::Diameter,
+    RunColumn::Film,
+    RunColumn::ImpactSpeed,
+    RunColumn::ReboundSpeed,
+    RunColumn::Restitution,
+    RunColumn::DropHeight,
+    RunColumn::ReboundHeight,
+    RunColumn::Stokes,
+    RunColumn::FilmRatio,
+];
+
+/// Words and signs of a square root.
+pub(super) const ROOTS: &str = "sqrt √ root wurzel racine ^0.5 **0.5 ^(0.5) ^(1/2) ^1/2 ^½ **(1/2)";
+
+/// What a header holds in place of what its column takes, and the column that takes it.
+pub(super) type Instead = (&'static str, Option<RunColumn>);
+
+/// A header as it is looked through.
+pub(super) struct Header<'n> {
+    pub name: &'n str,
+    /// the same in small letters
+    pub lower: String,
+    pub words: Vec<String>,
+}
+
+impl<'n> Header<'n> {
+    pub fn new(name: &'n str) -> Header<'n> {
+        let lower = name.to_lowercase();
+        Header {
+            name,
+            words: words_of(&lower).map(str::to_owned).collect(),
+            lower,
+        }
+    }
+
+    /// Whether it has a word of a list.
+    pub fn has(&self, list: &str) -> bool {
+        self.words.iter().any(|word| is_among(list, word))
+    }
+
+    /// The same, or a longer word that ends with one.
+    pub fn has_end(&self, list: &str) -> bool {
+        self.words.iter().any(|word| ends_like(list, word))
+    }
+
+    /// Whether one of a list stands anywhere in it.
+    pub fn contains(&self, list: &str) -> bool {
+        list.split(' ').any(|part| self.lower.contains(part))
+    }
+
+    /// What it begins with up to a sign, its capitals kept.
+    pub fn symbol(&self) -> &'n str {
+        self.name
+            .split(|c: char| !c.is_alphanumeric())
+            .next()
+            .unwrap_or_default()
+    }
+
+    pub fn has_square_sign(&self) -> bool {
+        // the `²⁾` of a footnote squares nothing
+        !self.contains("²) ²⁾") && self.contains("² ^2 **2")
+    }
+}
+
+pub(super) fn words_of(name: &str) -> impl Iterator<Item = &str> {
+    name.split(|c: char| !c.is_alphanumeric())
+        .filter(|word| !word.is_empty())
+}
+
+/// Whether a word is one of a list, or ends with one as `falltime` does.
+pub(super) fn ends_like(list: &str, word: &str) -> bool {
+    let is_end = |own: &str| own.chars().count() >= "time".len() && word.ends_with(own);
+    list.split(' ').any(|own| own == word || is_end(own))
+}
+
+/// What a column holds.
+pub(super) fn in_few_words(column: RunColumn) -> &'static str {
+    let means = column.guide().meaning.trim_start_matches("of a mean: ");
+    let ends = [",", ";", " ("].into_iter().filter_map(|end| means.find(end));
+    &means[..ends.min().unwrap_or(means.len())]
+}
