@@ -1,5 +1,6 @@
 //! Matches the header of a table with the columns runs can have.
 
+use super::headers::header::without_tex;
 use super::headers::other_quantity;
 use super::headers::units::{unit_in_name, unit_of_cell, unit_of_cell_above, StatedUnit};
 use super::raw_row::RawRow;
@@ -251,11 +252,12 @@ impl Matching<'_> {
             let told = naming.columns.iter().find(|(_, theirs)| theirs == name);
             match RunColumn::named(told.map_or(name, |(ours, _)| ours)) {
                 Some((column, unit)) => {
-                    let by_name = told.and_then(|_| stated_by_name(name, column));
+                    let plain = without_tex(name);
+                    let by_name = told.and_then(|_| stated_by_name(&plain, column));
                     let below = header.units.get(index).and_then(|cell| unit_of_cell(cell));
                     let above = header.units_above.get(index);
                     let above = above.and_then(|cell| unit_of_cell_above(cell, column.dimension()));
-                    let other = told.and_then(|(ours, _)| other_quantity(name, column, ours));
+                    let other = told.and_then(|(ours, _)| other_quantity(&plain, column, ours));
                     // the unit of another quantity says no more
                     let by_name = by_name.filter(|_| other.is_none());
                     for (stated, by) in [

@@ -9,7 +9,7 @@ use crate::scene::RunColumn;
 use crate::units::Dimension;
 
 /// What a radius is called, in small letters.
-const RADII: &str = "radius radii halbmesser rayon raggio radio straal r";
+const RADII: &str = "radius radii halbmesser rayon raggio radio straal raio радиус 半径 r";
 
 /// What a diameter is called, in small letters.
 const DIAMETERS: &str = "d dia diam diameter diameters durchmesser diamètre diametre diametro diámetro ∅";
@@ -21,7 +21,7 @@ const SQUARES: &str = "squared square sq quadrat quadriert quadratisch carré ca
 const ENERGIES: &str = "energ énerg kinetic kinetisch";
 
 /// Words for what an impact takes.
-const LOSSES: &str = "loss losses lost verlust verluste perte dissipation";
+const LOSSES: &str = "loss losses lost verlust verluste perte dissipation dissipated absorbed";
 
 /// What a header says that some power or factor turns into the quantity of its column, and how.
 pub(super) fn known_conversion(header: &Header, column: RunColumn) -> Option<&'static str> {
@@ -124,7 +124,8 @@ fn is_ratio_of_squares(header: &Header) -> bool {
         .unwrap_or_default();
     let is_quotient = header.contains("/ :") || header.has_end(RATIOS) || header.has("over");
     let of_heights = is_quotient && is_named(RunColumn::ReboundHeight) && !first.contains(&RunColumn::Restitution);
-    is_quotient_of(header.name, 'E') || (is_quotient_of(&header.lower, 'h') || of_heights) && !is_told
+    let of_energies = is_quotient_of(header.name, 'E') && !header.contains(ROOTS);
+    of_energies || (is_quotient_of(&header.lower, 'h') || of_heights) && !is_told
 }
 
 /// Whether the names on both sides of a slash or colon begin with a letter, as in `h2/h1`.

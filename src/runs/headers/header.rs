@@ -1,5 +1,7 @@
 //! Holds a header as it is looked through, and what several files ask of one.
 
+use std::borrow::Cow;
+
 use super::super::words::is_among;
 use crate::scene::RunColumn;
 
@@ -67,6 +69,51 @@ impl<'n> Header<'n> {
         // the `²⁾` of a footnote squares nothing
         !self.contains("²) ²⁾") && self.contains("² ^2 **2")
     }
+}
+
+/// Commands of TeX that are signs, with these; any other says how a text looks.
+const SIGNS_OF_TEX: [(&str, &str); 13] = [
+    ("dot", "d"),
+    ("sqrt", "√"),
+    ("mu", "µ"),
+    ("delta", "δ"),
+    ("Delta", "Δ"),
+    ("varepsilon", "ε"),
+    ("epsilon", "ε"),
+    ("sigma", "σ"),
+    ("times", "×"),
+    ("cdot", "·"),
+    ("pm", "±"),
+    ("prime", "'"),
+    ("circ", "°"),
+];
+
+/// A header without the marks of TeX: `$v_{\mathrm{in}}$` is v_in, `\frac{h_r}{h_0}` h_r/h_0.
+pub(in crate::runs) fn without_tex(name: &str) -> Cow<'_, str> {
+    if !name.contains(['$', '\\', '{']) {
+        return Cow::Borrowed(name);
+    }
+    let mut plain = String::new();
+    let mut fractions = 0;
+    let mut parts = name.split('\\');
+    plain.push_str(parts.next().unwrap_or_default());
+    for part in parts {
+        let end = part.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(part.len());
+        let (command, after) = part.split_at(end);
+        fractions += usize::from(command == "frac");
+        let sign = SIGNS_OF_TEX.iter().find(|(own, _)| *own == command);
+        plain.push_str(sign.map_or("", |(_, sign)| sign));
+        // a thin space
+        let after = if command.is_empty() {
+            after.trim_start_matches([',', ';', ':', '!'])
+        } else {
+            after
+        };
+        plain.push_str(if sign.is_some() { after.trim_start() } else { after });
+    }
+    plain = plain.replacen("}{", "/", fractions);
+    plain.retain(|c| !"${}".contains(c));
+    Cow::Owned(plain.trim().to_owned())
 }
 
 pub(super) fn words_of(name: &str) -> impl Iterator<Item = &str> {

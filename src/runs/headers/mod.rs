@@ -12,7 +12,7 @@
 
 pub(super) mod called;
 mod conversions;
-mod header;
+pub(super) mod header;
 mod quantities;
 mod spreads;
 pub(super) mod units;

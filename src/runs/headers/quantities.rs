@@ -59,7 +59,8 @@ fn quantities_of_symbol(symbol: &str) -> Vec<Quantity> {
 const NUMBERS: &str = "We Re Fr Bo Oh St";
 
 /// Words for a quotient.
-pub(super) const RATIOS: &str = "ratio ratios quotient verhältnis verhaeltnis rapport";
+pub(super) const RATIOS: &str =
+    "ratio ratios quotient verhältnis verhaeltnis rapport rapporto razón relación отношение";
 
 /// What a length or speed is divided by in a name: no unit is written so.
 const DIVISORS: &str = "d r 2r dp d_p rp r_p ds d_s h0 h_0 v0 v_0 vi v_i diameter durchmesser radius";
@@ -72,18 +73,21 @@ const ALONG: &str = "tangential tangentiell tangentielle horizontal transverse";
 
 /// Words of what comes before an impact, and of what comes after it.
 const ROLES: [&str; 2] = [
-    "impact incoming incident aufprall auftreff aufprallgeschwindigkeit auftreffgeschwindigkeit drop release fallhöhe",
-    "rebound reb bounce outgoing rückprall rücksprung rückprallgeschwindigkeit rückprallhöhe rücksprunghöhe rebond out",
+    "impact incoming incident aufprall auftreff aufprallgeschwindigkeit auftreffgeschwindigkeit drop release fallhöhe impacto impatto",
+    "rebound reb bounce outgoing rückprall rücksprung rückprallgeschwindigkeit rückprallhöhe rücksprunghöhe rebond out rebote rimbalzo отскока",
 ];
 
 /// Words that say that a quantity was taken before one of the two, and after it.
-const MOMENTS: [&str; 2] = ["before vor avant prior pre", "after nach après post danach"];
+const MOMENTS: [&str; 2] = ["before vor avant prior pre до", "after nach après post danach после"];
 
 /// Words of what comes before the impact, after which a speed is that of the impact.
 const FALLS: &str = "release drop fall";
 
+/// What else has a size, as the first word of a header.
+const OTHER_BODIES: &str = "container vessel nozzle plate wall tube pixel penetration capillary contact wetted camera";
+
 /// Words for what was worked out and not measured.
-const MODELS: &str = "theory theoretical theorie model modell fit fitted predicted";
+const MODELS: &str = "theory theoretical theorie model modell fit fitted predicted calc calculated berechnet";
 
 /// What a header names that its column does not take, with the column that does.
 pub(super) fn named_quantity(header: &Header, column: RunColumn) -> Option<Instead> {
@@ -144,6 +148,8 @@ fn is_called_within(header: &Header, column: RunColumn) -> bool {
 /// A function of its quantity that a header names, or one of another.
 fn other_function(header: &Header, column: RunColumn) -> Option<&'static str> {
     let words: Vec<&str> = header.words.iter().map(String::as_str).collect();
+    let outside = without_brackets(&header.lower);
+    let outside: Vec<&str> = words_of(&outside).collect();
     if words.first().is_some_and(|word| is_among("ln log lg log10", word)) {
         return Some("a logarithm");
     }
@@ -154,8 +160,12 @@ fn other_function(header: &Header, column: RunColumn) -> Option<&'static str> {
     if is_normal && (header.has(ALONG) || matches!(words[..], ["e" | "cor" | "ε", "t", ..])) {
         return Some("what happens along the plate, not normal to it");
     }
-    if column.is_of_rebound() && matches!(words[..], [_, second] if is_among(MODELS, second)) {
+    if column.is_of_rebound() && matches!(outside[..], [_, second] if is_among(MODELS, second)) {
         return Some("what a model gives, not what was measured");
+    }
+    let is_size = matches!(column, RunColumn::Diameter | RunColumn::Film);
+    if is_size && words.first().is_some_and(|word| is_among(OTHER_BODIES, word)) && !header.has("film sphere ball") {
+        return Some("the size of something else");
     }
     let is_length = matches!(column.dimension(), Dimension::Length | Dimension::Thickness);
     let of_symbol = column == RunColumn::Restitution && !is_quotient(header) && !header.has_square_sign();
@@ -167,7 +177,12 @@ fn other_function(header: &Header, column: RunColumn) -> Option<&'static str> {
         return Some("the inverse of what is expected");
     }
     let divisor = header.lower.split_once('/').map(|(_, after)| after.trim());
-    let is_ratio = header.has_end(RATIOS) || divisor.is_some_and(|after| is_among(DIVISORS, after));
+    let is_power = ["^1/", "^(1/", "^0."].iter().any(|power| header.lower.contains(power));
+    if is_power && !header.contains(ROOTS) {
+        return Some("a power of what is expected");
+    }
+    let is_plain = header.contains("/√ /sqrt") || header.has("dimensionless dimensionslos");
+    let is_ratio = header.has_end(RATIOS) || is_plain || divisor.is_some_and(|after| is_among(DIVISORS, after));
     (is_ratio && !takes_ratios(column) && !header.has(SOURCES)).then_some("a ratio")
 }
 

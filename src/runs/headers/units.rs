@@ -62,7 +62,7 @@ const ATOMS: [(&str, f64, Powers); 28] = [
     ("kmh kph", 1.0 / 3.6, SPEED),
     ("kn knot knots kt", 0.514, SPEED),
     (
-        "px pixel pixels frame frames hz khz rpm mv kg g mg µg ml µl μl ul ° °c °f deg degree degrees grad rad ‰ ppm db cst cp mpas \
+        "px pix pixel pixels frame frames hz khz rpm mv kg g mg µg ml µl μl ul ° °c °f deg degree degrees grad rad ‰ ppm db cst cp mpas \
          pas mj µj μj nj",
         1.0,
         ANOTHER,
