@@ -1,6 +1,7 @@
 //! Questions constants, runs and results that no such experiment has: a wrong unit shows there first.
 
 use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 
 use super::document::Findings;
 use super::noise::Outlier;
@@ -11,7 +12,7 @@ use crate::model::parameters::ParameterKind;
 use crate::remark::Remark;
 use crate::rounding::to_digits;
 use crate::runs::{Runs, Series};
-use crate::scene::{Liquid, Particle, Scene};
+use crate::scene::{Liquid, Particle, Scene, DRY};
 use crate::units::Dimension;
 
 /// What a quantity lies between in every experiment with spheres on wetted plates, with room to spare.
@@ -117,7 +118,7 @@ impl Bounds {
     }
 }
 
-/// The check of what went in: the constants of the materials in use, diameters and films.
+/// The check of what went in: the constants of the materials in use, diameters, films, and how speeds compare.
 pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Remark> {
     let mut questions = vec![];
     let used: HashSet<usize> = runs.series.iter().map(|series| series.liquid).collect();
@@ -149,6 +150,7 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Remark> {
             questions.extend(FILM.question(name, films));
         }
         questions.extend(apart);
+        questions.extend(speeds_apart(scene, runs, index));
     }
     for (index, liquid) in scene.liquids.iter().enumerate() {
         let Liquid {
@@ -162,7 +164,7 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Remark> {
             questions.extend(VISCOSITY.question(name, [*viscosity].into_iter()));
         }
     }
-    let plain = "constants, diameters and films are such as experiments have";
+    let plain = "constants, diameters, films and speeds are such as experiments have";
     (!runs.is_empty()).then(|| check(remarks::PLAUSIBLE_INPUT, &questions, plain))
 }
 
@@ -215,6 +217,56 @@ fn films_apart(scene: &Scene, runs: &Runs, particle: usize, liquid: usize) -> Op
         short(usual.from_si(median)),
         unit = usual.symbol,
     ))
+}
+
+/// How speeds stand to those of another unit, and of heights in another unit.
+const SLIPS_OF_SPEED: [(f64, &str); 5] = [
+    (10.0, "mm/s for cm/s"),
+    (100.0, "cm/s for m/s"),
+    (1000.0, "mm/s for m/s"),
+    (3.162, "heights in mm for cm"),
+    (31.62, "heights in mm for m"),
+];
+
+/// The factor and the unit by which one range of speeds becomes another, end by end, that it has nothing in common with.
+fn slip_between(slow: [f64; 2], fast: [f64; 2]) -> Option<(f64, &'static str)> {
+    /// how far designs of the same speeds are apart at their ends
+    const NEAR: f64 = 0.05;
+    let is_factor = |factor: f64| (0..2).all(|end| (fast[end] / (factor * slow[end]) - 1.0).abs() < NEAR);
+    let found = SLIPS_OF_SPEED.into_iter().find(|(factor, _)| is_factor(*factor));
+    found.filter(|_| slow[1] < fast[0] && slow[1] > 1.2 * slow[0])
+}
+
+/// What to say of the runs of a particle whose speeds, dry or in one liquid, are in another unit than its others.
+fn speeds_apart(scene: &Scene, runs: &Runs, particle: usize) -> Option<String> {
+    let spheres = runs.spheres_of(particle);
+    let speeds = |runs_of: Range<usize>| runs.impact_speed[runs_of].iter().copied();
+    let dry = range(
+        runs.dry_in(spheres.clone())
+            .iter()
+            .flat_map(|group| speeds(group.runs())),
+    );
+    let wet = runs.series_in(spheres);
+    let in_liquids = scene.liquids.iter().enumerate().filter_map(|(liquid, of)| {
+        let own = wet.iter().filter(|series| series.liquid == liquid);
+        Some((of.name.as_str(), range(own.flat_map(|series| speeds(series.runs())))?))
+    });
+    let groups: Vec<(&str, [f64; 2])> = dry.map(|dry| (DRY, dry)).into_iter().chain(in_liquids).collect();
+    let pairs = groups
+        .iter()
+        .flat_map(|slow| groups.iter().map(move |fast| (slow, fast)));
+    let found = pairs.map(|(slow, fast)| Some((slow, fast, slip_between(slow.1, fast.1)?)));
+    let ((slow, from), (fast, to), (factor, slip)) = found.flatten().next()?;
+    Some(
+        format!(
+            "impact speeds of {} in {fast}, {} m/s, are {} times those in {slow}, {} m/s, from end to end: {slip}?",
+            scene.particles[particle].name,
+            between(*to),
+            short(factor),
+            between(*from),
+        )
+        .replace(&format!(" in {DRY}"), &format!(" {DRY}")),
+    )
 }
 
 /// A number with its uncertainty.
@@ -403,6 +455,16 @@ mod tests {
         assert!(of(&VISCOSITY, 9.3e-3).is_some_and(|text| text.ends_with(": 0.0093 looks like Pa s")));
         assert!(of(&DIAMETER, 4762.0).is_some_and(|text| text.ends_with(": 4760 looks like µm")));
         assert!(of(&DIAMETER, 1e9).is_some_and(|text| text.ends_with("outside 0.02 to 500 mm")));
+    }
+
+    #[test]
+    fn speeds_of_another_unit_are_told_from_those_of_another_design() {
+        let factor = |slow, fast| slip_between(slow, fast).map(|(factor, _)| factor);
+        assert_eq!(factor([0.5, 2.0], [49.5, 207.0]), Some(100.0));
+        assert_eq!(factor([0.5, 2.0], [1.6, 6.4]), Some(3.162));
+        assert_eq!(factor([0.5, 2.0], [2.1, 6.4]), None);
+        assert_eq!(factor([0.5, 2.0], [0.5, 2.0]), None);
+        assert_eq!(factor([1.0, 1.0], [10.0, 10.0]), None);
     }
 
     #[test]

@@ -319,6 +319,9 @@ pub const FAR: f64 = 2.0;
 /// See [`FAR`].
 pub const SELDOM: f64 = 0.01;
 
+/// A misfit that chance makes no more often than this, and that moves a main number by its ±, is a caution.
+pub const DOUBTED: f64 = 0.1;
+
 /// Share of the replicates of a main number without a number.
 pub const BOOTSTRAP_FAILURES: Kind = forbids(
     "bootstrap_failures",

@@ -160,11 +160,20 @@ pub fn wet_law_holds(noise: &Noise) -> Option<Remark> {
     );
     // what moves a number by many of its ± wants no such certainty
     let far = found.moves_in_se > remarks::FAR;
-    let criterion = Kind {
+    let criterion = |line: f64| Kind {
         next_step: after_wet_law(found.against),
-        ..remarks::WET_LAW_HOLDS.at(if far { remarks::SELDOM } else { remarks::BEYOND_CHANCE })
+        ..remarks::WET_LAW_HOLDS.at(line)
     };
-    Some(gating_where_felt(criterion, &found.test, Some(found.moves_in_se), text))
+    let line = if far { remarks::SELDOM } else { remarks::BEYOND_CHANCE };
+    let check = gating_where_felt(criterion(line), &found.test, Some(found.moves_in_se), text.clone());
+    if check.passed && found.moves_in_se > 1.0 && found.test.p < remarks::DOUBTED {
+        return Some(
+            criterion(remarks::DOUBTED)
+                .check(found.test.p, text)
+                .forbidding_if(false),
+        );
+    }
+    Some(check)
 }
 
 /// What to do where the wet law does not hold, by what describes the runs better.

@@ -610,16 +610,13 @@ impl Collected {
     }
 
     /// Says which point of the sphere the heights are taken to be of, where the scene does not.
-    pub fn heights_assumed(&self, path: &Path) -> Option<Remark> {
+    pub fn heights_assumed(&self) -> Option<Remark> {
         self.remarks.assumes_lowest_point.then(|| {
             Remark::new(
                 HEIGHTS_ASSUMED,
                 self.rows,
-                format!(
-                    "{}: heights are taken as those of the sphere's lowest point; of its centre, half a diameter would be taken \
-                     off",
-                    file_name(path)
-                ),
+                "heights are taken as those of the sphere's lowest point; of its centre, half a diameter would be taken off"
+                    .to_owned(),
                 "say which, as heights_of = \"lowest\" or \"centre\" in [data]",
             )
         })

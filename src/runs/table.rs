@@ -152,14 +152,14 @@ impl<'p> Joined<'p> {
         let path = file.path.as_path();
         let notices = [
             table.hidden_rows(path),
-            table.heights_assumed(path),
+            table.heights_assumed(),
             table.unheeded_columns(path),
             table.excluded_by_yes(path),
         ];
         self.unknown.push((file_name(path), table.unknown_columns().to_vec()));
         self.compared.extend(table.compared_columns(self.all.rows));
         for notice in notices.into_iter().flatten() {
-            // what is so of several sheets of a file is said once
+            // what is so of several sheets or files is said once
             let mut before = self.notices.iter_mut();
             match before.find(|own| own.code == notice.code && own.text == notice.text) {
                 Some(own) => own.value = Some((own.count() + notice.count()) as f64),

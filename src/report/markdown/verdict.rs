@@ -61,12 +61,13 @@ pub(super) fn carried(findings: &Findings) -> Option<&Remark> {
     findings.notices().find(|notice| notice.code == SINGLE_RUN.code)
 }
 
-/// The main parameters that the runs do not tell, or not apart from others.
+/// The main parameters that the runs do not tell, or not apart from others; δc/ε is exp(L), and goes with it.
 fn undetermined(findings: &Findings) -> Vec<&str> {
     let unseen = findings.identifies.iter().flat_map(|directions| &directions.unseen);
     let unseen: Vec<&String> = unseen.flat_map(|one| &one.parameters).collect();
     let names = findings.main.parameters.iter().map(|own| own.name.as_str());
-    names.filter(|name| unseen.iter().any(|one| one == name)).collect()
+    let source = |name: &str| name.replace("delta_c_over_roughness", "lubrication_log");
+    names.filter(|name| unseen.contains(&&source(name))).collect()
 }
 
 /// How many cautions there are, with a blank before it; nothing where there is none.
