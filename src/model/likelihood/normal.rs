@@ -142,14 +142,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_score_of_a_normal_probability_is_its_z() {
-        for z in [-60.0, -8.0, -1.5, -0.01, 0.0, 0.3, 4.0, 30.0] {
-            let found = normal_score(ln_normal_cdf(z).0, ln_normal_cdf(-z).0);
-            assert!((found - z).abs() < 1e-9, "{z} {found}");
-        }
-    }
-
-    #[test]
     fn several_at_a_time_are_as_one() {
         for step in -3700..3700 {
             let z = 0.01 * f64::from(step);
@@ -169,7 +161,7 @@ mod tests {
     #[test]
     fn a_score_comes_from_the_side_that_is_known() {
         let score = |z: f64| normal_score(ln_normal_cdf(z).0, ln_normal_cdf(-z).0);
-        for z in [-9.0, -0.3, 0.0, 2.0, 9.0] {
+        for z in [-60.0, -8.0, -1.5, -0.01, 0.0, 0.3, 4.0, 30.0] {
             assert!((score(z) - z).abs() < 1e-9, "{z} {}", score(z));
         }
         for lost in [f64::NAN, f64::NEG_INFINITY] {
