@@ -230,15 +230,6 @@ mod tests {
     use super::super::numbers;
     use super::*;
 
-    #[test]
-    fn beta_over_speed_is_minus_the_loss() {
-        let (density, diameter, speed, viscosity, l) = (2150.0, 4.762e-3, 1.3, 48.3e-3, 1.92);
-        let st = numbers::stokes(density, diameter, speed, viscosity);
-        let from_beta = -beta(l, viscosity, density, diameter) / speed;
-        assert!((from_beta / loss(l, st) - 1.0).abs() < 1e-14);
-        assert!((slope_lubrication_log(st) * l / loss(l, st) - 1.0).abs() < 1e-15);
-    }
-
     /// L = ½ (ln(δ/ε) + ln(δr/ε)) summed up plainly, over the films and diameters of the published experiments.
     #[test]
     fn lubrication_over_the_whole_film_takes_the_plain_sum() {
