@@ -227,7 +227,6 @@ mod tests {
     use super::super::coefficient::Parameters;
     use super::super::form::{DrySpeed, Form};
     use super::super::inertia::Inertia;
-    use super::super::numbers;
     use super::*;
 
     /// L = ½ (ln(δ/ε) + ln(δr/ε)) summed up plainly, over the films and diameters of the published experiments.
