@@ -152,25 +152,48 @@ impl<'a> Regression<'a> {
         Some([0, 1].map(|j| covariance[(j, 0)] * sum[0] + covariance[(j, 1)] * sum[1]))
     }
 
-    /// Parameters at the minimum, or where all runs keep their mean: inside the domain of the law at every run.
+    /// Parameters at the minimum or near it, inside the domain of the law at every run.
     fn start(&self) -> [f64; 2] {
         let ones = vec![1.0; self.x.len()];
         let weights = if self.counts.is_empty() { &ones } else { self.counts };
-        let (law, kept): (Law, fn(f64, f64) -> f64) = match self.law {
-            Law::Dry(_) => (Law::Dry(Order::First), |_, _| 0.0),
-            Law::Wet(WetLaw::Linear) => (Law::LINEAR, |e, _| e),
-            Law::Wet(WetLaw::Sqrt) => (Law::SQUARE_ROOT, |e, offset| e * e - offset),
+        let (law, start) = match self.law {
+            Law::Dry(_) => (Law::Dry(Order::First), [0.0; 2]),
+            Law::Wet(WetLaw::Linear) => (Law::LINEAR, [weighted_mean(self.restitution, weights), 0.0]),
+            Law::Wet(WetLaw::Sqrt) => (Law::SQUARE_ROOT, self.start_inside(weights)),
         };
-        let runs = self.restitution.iter().enumerate();
-        let kept: Vec<f64> = runs.map(|(run, e)| kept(*e, self.offset_of(run))).collect();
-        let start = [weighted_mean(&kept, weights), 0.0];
         let sample = Sample {
             offset: self.offset,
             ..Sample::new(self.x, self.restitution, weights)
         };
         kernel::fit(law, &sample, start).unwrap_or(start)
     }
+
+    /// The line through e², flattened about its mean until no run keeps less than a margin: inside the domain of the square root.
+    fn start_inside(&self, weights: &[f64]) -> [f64; 2] {
+        let squares: Vec<f64> = self.restitution.iter().map(|e| e * e).collect();
+        let left: Vec<f64> = (0..squares.len())
+            .map(|run| squares[run] - self.offset_of(run))
+            .collect();
+        let (centre, mean) = (weighted_mean(self.x, weights), weighted_mean(&left, weights));
+        let floor = START_MARGIN * weighted_mean(&squares, weights);
+        // of e = a − b x
+        let line = kernel::fit(Law::LINEAR, &Sample::new(self.x, &left, weights), [mean, 0.0]);
+        let slope = line.map_or(0.0, |[_, fall]| -fall);
+        let mut flatten: f64 = 1.0;
+        for (run, x) in self.x.iter().enumerate() {
+            let flat = mean + self.offset_of(run);
+            let kept = flat + slope * (x - centre);
+            if kept < floor && flat > floor {
+                flatten = flatten.min((flat - floor) / (flat - kept));
+            }
+        }
+        let slope = slope * flatten;
+        [mean - slope * centre, slope]
+    }
 }
+
+/// Smallest energy kept at the starting values, as a share of the mean of e²; keeps every run inside the domain.
+const START_MARGIN: f64 = 0.05;
 
 /// Mean of some numbers by their weights.
 fn weighted_mean(numbers: &[f64], weights: &[f64]) -> f64 {
