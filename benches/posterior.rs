@@ -8,8 +8,9 @@ use std::path::Path;
 
 use divan::{black_box, Bencher};
 use rand_distr::{Distribution, StandardNormal};
-use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
-use wetcor::inference::sampling::{sample_until_mixed, SamplingPlan, UntilMixed};
+use wetcor::inference::nuts::{Effort, SamplingPlan, TARGET_ACCEPT};
+use wetcor::inference::prepared_posterior::PreparedPosterior;
+use wetcor::inference::sampling::sample_by_nuts;
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::{LogDensity, PosteriorDensity};
@@ -232,19 +233,10 @@ const EFFORT: Effort = Effort {
 /// Mode, four chains of 1,000 + 1,000.
 fn sample(bencher: Bencher, (scene, runs): (Scene, Runs)) {
     let (parameters, likelihood) = parts(&scene, &runs);
-    let plan = SamplingPlan {
-        effort: EFFORT,
-        stream: StreamName::new(1, "bench"),
-    };
+    let plan = SamplingPlan::new(EFFORT, StreamName::new(1, "bench"));
     bencher.bench_local(|| {
-        let sampled = sample_until_mixed(
-            parameters.clone(),
-            &likelihood,
-            &vec![],
-            UntilMixed { plan, most_draws: 0 },
-            &|_, _| {},
-        );
-        black_box(sampled.expect("a posterior"))
+        let prepared = PreparedPosterior::new(parameters.clone(), &likelihood, &vec![]).expect("a start");
+        black_box(sample_by_nuts(&prepared, plan, &mut |_| 0).expect("a posterior"))
     });
 }
 

@@ -10,7 +10,7 @@ use wetcor::findings::posterior::{fit_posterior, MethodChoice, Posterior, Sampli
 use wetcor::inference::accuracy::SURE;
 use wetcor::inference::diagnostics::summary::Summary;
 use wetcor::inference::mixing::{summary_of, MixingLines};
-use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
+use wetcor::inference::nuts::{Effort, SamplingPlan, TARGET_ACCEPT};
 use wetcor::inference::prepared_posterior::PreparedPosterior;
 use wetcor::inference::sampling::{sample_by_nuts, Method, Sampled};
 use wetcor::model::likelihood::Likelihood;
@@ -187,7 +187,8 @@ fn long_run(parameters: &ModelParameters, rows: &Likelihood, seed: u64, index: u
     let mut draws = FIRST;
     loop {
         let name = format!("accuracy long run {index}");
-        let sampled = sample_by_nuts(&prepared, effort(draws), StreamName::new(seed, &name), &|_, _| ()).ok()?;
+        let plan = SamplingPlan::new(effort(draws), StreamName::new(seed, &name));
+        let sampled = sample_by_nuts(&prepared, plan, &mut |_| 0).ok()?;
         let found = summaries(&sampled);
         let agreed = found.iter().all(|one| one.rhat.is_some_and(|rhat| rhat < 1.01));
         let mcse = found.iter().map(largest_mcse).fold(0.0, f64::max);

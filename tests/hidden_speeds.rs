@@ -6,7 +6,7 @@ use std::path::Path;
 use wetcor::findings::posterior::{effort, speed_errors, start};
 use wetcor::findings::{self};
 use wetcor::inference::importance::DrawCounts;
-use wetcor::inference::nuts::Effort;
+use wetcor::inference::nuts::{Effort, SamplingPlan};
 use wetcor::inference::prepared_posterior::PreparedPosterior;
 use wetcor::inference::sampling::{sample_by_importance, sample_by_nuts};
 use wetcor::model::likelihood::Likelihood;
@@ -139,7 +139,7 @@ fn z(design: Design, seed: u64) -> Option<f64> {
                 draws: 100,
                 ..effort(&scene)
             };
-            sample_by_nuts(&prepared, effort, stream, &|_, _| {}).ok()?
+            sample_by_nuts(&prepared, SamplingPlan::new(effort, stream), &mut |_| 0).ok()?
         }
     };
     let draws = draws_of(&sampled, "lubrication_log");

@@ -5,8 +5,9 @@ use crate::common::scenes::{scene_of, AK10, M50, PTFE};
 use crate::common::{self, rows, rows_from, seed_of};
 use rayon::prelude::*;
 use wetcor::inference::laplace::laplace;
-use wetcor::inference::nuts::{sample_chains, Effort, TARGET_ACCEPT};
-use wetcor::inference::sampling::{sample_until_mixed, SamplingPlan, UntilMixed};
+use wetcor::inference::nuts::{sample_chains, Effort, SamplingPlan, TARGET_ACCEPT};
+use wetcor::inference::prepared_posterior::PreparedPosterior;
+use wetcor::inference::sampling::sample_by_nuts;
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::{LogDensity, PosteriorDensity};
@@ -107,27 +108,18 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
             scene.truth = Some(truth);
             let rows = rows_from(&scene, rng);
             let streams = format!("{name} {index}");
+            let plan = SamplingPlan::new(EFFORT, StreamName::new(seed, &streams));
             let values: Vec<Vec<f64>> = if fault == Fault::Nothing {
                 let runs = runs::arrange(&scene, &rows);
                 let likelihood = Likelihood::new(&scene, &runs, form);
-                let plan = SamplingPlan {
-                    effort: EFFORT,
-                    stream: StreamName::new(seed, &streams),
-                };
-                let sampled = sample_until_mixed(
-                    parameters.clone(),
-                    &likelihood,
-                    &vec![],
-                    UntilMixed { plan, most_draws: 0 },
-                    &|_, _| {},
-                )
-                .unwrap_or_else(|error| panic!("{error}"));
+                let prepared = PreparedPosterior::new(parameters.clone(), &likelihood, &vec![]);
+                let prepared = prepared.unwrap_or_else(|error| panic!("{error}"));
+                let sampled = sample_by_nuts(&prepared, plan, &mut |_| 0).unwrap_or_else(|error| panic!("{error}"));
                 sampled.values.into_iter().map(|chains| chains.concat()).collect()
             } else {
                 let target = Assembled::new(&scene, &runs::arrange(&scene, &rows), fault);
                 let about = laplace(&target, &target.start()).expect("the medians have a density");
-                let chains = sample_chains(&target, &about, EFFORT, StreamName::new(seed, &streams), &|_, _| {})
-                    .unwrap_or_else(|error| panic!("{error}"));
+                let chains = sample_chains(&target, &about, plan, &mut |_| 0).unwrap_or_else(|error| panic!("{error}"));
                 let draws = chains[0]
                     .points
                     .chunks_exact(target.dimension())

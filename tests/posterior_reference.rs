@@ -11,8 +11,9 @@ use wetcor::findings::posterior::{derived, start};
 use wetcor::findings::{self};
 use wetcor::inference::diagnostics::summary::{summarise, Summary};
 use wetcor::inference::laplace::laplace;
-use wetcor::inference::nuts::{sample_chains, Effort, TARGET_ACCEPT};
-use wetcor::inference::sampling::{sample_until_mixed, SamplingPlan, UntilMixed};
+use wetcor::inference::nuts::{sample_chains, Effort, SamplingPlan, TARGET_ACCEPT};
+use wetcor::inference::prepared_posterior::PreparedPosterior;
+use wetcor::inference::sampling::sample_by_nuts;
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::LogDensity;
@@ -90,22 +91,11 @@ fn moments_and_quantiles_agree_with_importance_sampling() {
         let parameters = ModelParameters::of(&scene, &table.runs, form).unwrap_or_else(|e| panic!("{e}"));
         let rows = Likelihood::new(&scene, &table.runs, form);
         let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
-        let plan = SamplingPlan {
-            effort: EFFORT,
-            stream: StreamName::new(
-                common::seed_of("moments_and_quantiles_agree_with_importance_sampling"),
-                &name,
-            ),
-        };
+        let seed = common::seed_of("moments_and_quantiles_agree_with_importance_sampling");
+        let plan = SamplingPlan::new(EFFORT, StreamName::new(seed, &name));
         let start = start(least_squares.least_squares());
-        let sampled = sample_until_mixed(
-            parameters,
-            &rows,
-            &start,
-            UntilMixed { plan, most_draws: 0 },
-            &|_, _| {},
-        )
-        .unwrap_or_else(|e| panic!("{name}: {e}"));
+        let prepared = PreparedPosterior::new(parameters, &rows, &start).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let sampled = sample_by_nuts(&prepared, plan, &mut |_| 0).unwrap_or_else(|e| panic!("{name}: {e}"));
         let told = answers["parameters"].as_object().expect("parameters by name");
         assert_eq!(told.len(), sampled.parameters.sampled.len(), "{name}");
         let derived = derived::derived_draws(&scene, &table.runs, form, &sampled);
@@ -159,7 +149,8 @@ fn planted_faults_move_the_moments() {
             let target = Assembled::new(&scene, &table.runs, fault);
             let about = laplace(&target, &target.start()).expect("the medians have a density");
             let stream = StreamName::new(common::seed_of("planted_faults_move_the_moments"), name);
-            let chains = sample_chains(&target, &about, EFFORT, stream, &|_, _| {}).unwrap_or_else(|e| panic!("{e}"));
+            let chains = sample_chains(&target, &about, SamplingPlan::new(EFFORT, stream), &mut |_| 0)
+                .unwrap_or_else(|e| panic!("{e}"));
             let dimension = target.dimension();
             let mut worst = (0.0, String::new());
             for (place, parameter) in target.parameters.sampled.iter().enumerate() {
@@ -217,7 +208,12 @@ fn densities_and_slopes_are_the_references() {
             };
             let expected = number(&point["log_likelihood"]);
             close("log likelihood", value, expected, expected.abs());
-            let ln_prior = parameters.ln_prior(&draw).expect("inside");
+            let of_prior = parameters
+                .sampled
+                .iter()
+                .zip(&draw)
+                .map(|(own, x)| own.prior.ln_density(*x));
+            let ln_prior: f64 = of_prior.map(|of| of.expect("inside").0).sum();
             close("log prior", ln_prior, number(&point["log_prior"]), ln_prior.abs());
             for (parameter, x) in parameters.sampled.iter().zip(&draw) {
                 let theirs = number(&point["gradient_log_likelihood"][&parameter.name]);

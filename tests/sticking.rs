@@ -9,7 +9,7 @@ use wetcor::findings::posterior::{effort, start};
 use wetcor::findings::{self, Findings};
 use wetcor::inference::diagnostics::pareto::khat_threshold;
 use wetcor::inference::importance::DrawCounts;
-use wetcor::inference::nuts::Effort;
+use wetcor::inference::nuts::{Effort, SamplingPlan};
 use wetcor::inference::prepared_posterior::PreparedPosterior;
 use wetcor::inference::sampling::{sample_by_importance, sample_by_nuts};
 use wetcor::model::likelihood::Likelihood;
@@ -133,7 +133,7 @@ fn by_posterior(place: &Place, (sticking, noise): (Sticking, NoiseOn), seed: u64
                 draws: DRAWS,
                 ..effort(&scene)
             };
-            sample_by_nuts(&prepared, effort, stream, &|_, _| {}).ok()?
+            sample_by_nuts(&prepared, SamplingPlan::new(effort, stream), &mut |_| 0).ok()?
         }
     };
     let mut draws = draws_of(&sampled, "lubrication_log");

@@ -14,7 +14,7 @@ use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, L
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::summary::{summarise, Summary};
 use crate::inference::importance::DrawCounts;
-use crate::inference::nuts::{Effort, Watcher};
+use crate::inference::nuts::{Effort, SamplingPlan, Watcher};
 use crate::inference::prepared_posterior::PreparedPosterior;
 use crate::inference::sampling::{sample_by_importance, sample_by_nuts, Method, Sampled, PROPOSED};
 use crate::model::likelihood::pointwise::{self, Pointwise};
@@ -180,7 +180,12 @@ impl Model<'_> {
             draws: draws.min(effort(scene).draws),
             ..effort(scene)
         };
-        let sampled = sample_by_nuts(&prepared, effort, stream, watcher);
+        let plan = SamplingPlan {
+            effort,
+            streams: stream,
+            watcher,
+        };
+        let sampled = sample_by_nuts(&prepared, plan, &mut |_| 0);
         sampled.map_err(|why| why.to_string())
     }
 
@@ -383,7 +388,8 @@ mod tests {
         let start = start(least_squares);
         let prepared = PreparedPosterior::new(model.parameters.clone(), &likelihood, &start).expect("a start");
         let long = Effort { draws, ..effort(scene) };
-        sample_by_nuts(&prepared, long, StreamName::new(1, model.stream), &|_, _| {}).expect("chains")
+        let plan = SamplingPlan::new(long, StreamName::new(1, model.stream));
+        sample_by_nuts(&prepared, plan, &mut |_| 0).expect("chains")
     }
 
     /// The elpd of forms that fit well and badly, by draws of Student's t about the mode and by many of trajectories: as far

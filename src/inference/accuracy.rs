@@ -7,9 +7,11 @@
 use super::diagnostics::pareto::khat_threshold;
 use super::importance::{propose, weighted_shift, DrawCounts, ProposalTails, Weights};
 use super::mixing::{draws_a_chain, summary_of, MixingLines, ParameterDraws};
-use super::nuts::{Effort, SamplingFailure, Watcher};
+use super::nuts::{SamplingFailure, SamplingPlan};
 use super::prepared_posterior::PreparedPosterior;
-use super::sampling::{sample_by_importance, sample_normal, Method, NutsSampling, ReachedAccuracy, Sampled, PROPOSED};
+use super::sampling::{
+    sample_by_importance, sample_by_nuts, sample_normal, Method, ReachedAccuracy, Sampled, PROPOSED,
+};
 use crate::model::posterior::LogDensity;
 use crate::seed::StreamName;
 
@@ -28,35 +30,29 @@ const FEWEST_DRAWS: usize = 250;
 /// The most draws a chain keeps: nearly twice what the finest accuracy takes where draws are independent and chains four.
 const MOST_DRAWS: usize = 200_000;
 
-/// How a posterior is to be sampled to an accuracy.
-#[derive(Debug, Clone, Copy)]
-pub struct AccuracyPlan<'p> {
-    /// the largest error of any mean, in posterior sds, and of any sd, relative
-    pub accuracy: f64,
-    /// the chains and their adaptation; the number of draws does not count
-    pub effort: Effort,
-    /// the chains' streams
-    pub stream: StreamName<'p>,
-}
-
-/// Samples a prepared posterior to an accuracy.
+/// Samples a prepared posterior until no mean is off by more than `accuracy` posterior sds, and no sd by such a share; the plan's
+/// number of draws does not count.
 ///
 /// Fails where the sampler does. Where no method reaches the accuracy, the last one's draws come with the error they can
 /// vouch for.
 pub fn sample_to_accuracy(
     prepared: &PreparedPosterior,
-    plan: AccuracyPlan,
-    watcher: Watcher,
+    accuracy: f64,
+    plan: SamplingPlan,
 ) -> Result<Sampled, SamplingFailure> {
-    let search = MethodSearch { prepared, plan };
+    let search = MethodSearch {
+        prepared,
+        accuracy,
+        plan,
+    };
     let mut tried = vec![];
     let (sampled, vouched) = match search.about_the_mode(&mut tried) {
         Some(found) => found,
-        None => search.nuts(watcher)?,
+        None => search.nuts()?,
     };
     Ok(Sampled {
         accuracy: Some(ReachedAccuracy {
-            requested: plan.accuracy,
+            requested: accuracy,
             vouched,
             tried,
         }),
@@ -70,13 +66,14 @@ type Vouched = (Sampled, f64);
 /// The search for the cheapest method that reaches an accuracy.
 struct MethodSearch<'p> {
     prepared: &'p PreparedPosterior,
-    plan: AccuracyPlan<'p>,
+    accuracy: f64,
+    plan: SamplingPlan<'p>,
 }
 
 impl MethodSearch<'_> {
     /// The normal about the mode, or its weighted draws, if either can be vouched for; else why not.
     fn about_the_mode(&self, tried: &mut Vec<(Method, String)>) -> Option<Vouched> {
-        let error = normal_error(self.prepared, self.plan.stream);
+        let error = normal_error(self.prepared, self.plan.streams);
         let mut attempt = |method, draw: &dyn Fn(NormalError) -> Result<Vouched, String>| {
             let found = error.clone().and_then(draw);
             found.map_err(|why| tried.push((method, why))).ok()
@@ -89,13 +86,13 @@ impl MethodSearch<'_> {
     fn laplace(&self, error: NormalError) -> Result<Vouched, String> {
         let off = error.largest;
         // half of the accuracy for the normal's own error, half for the number of its draws
-        if off > 0.5 * self.plan.accuracy {
+        if off > 0.5 * self.accuracy {
             return Err(format!(
                 "the normal is off by up to {off:.2}, more than half of what was asked for"
             ));
         }
-        let each = self.each((SURE / (self.plan.accuracy - off)).powi(2));
-        self.checked(sample_normal(self.prepared, self.size(each), self.plan.stream), off)
+        let each = self.each((SURE / (self.accuracy - off)).powi(2));
+        self.checked(sample_normal(self.prepared, self.size(each), self.plan.streams), off)
             .map_err(|vouched| {
                 format!("its draws are too few, or leave an error of {vouched:.2}, with its own of {off:.2}")
             })
@@ -105,14 +102,14 @@ impl MethodSearch<'_> {
     fn laplace_psis(&self, error: NormalError) -> Result<Vouched, String> {
         /// each corrects what the one before it found missing
         const TRIES: usize = 4;
-        let requested = self.plan.accuracy;
+        let requested = self.accuracy;
         let resampled = 1.0 + 1.0 / (PROPOSED as f64 * error.efficiency);
         let mut wanted = (SURE / requested).powi(2) * resampled;
         let mut why = String::new();
         for _ in 0..TRIES {
             let each = self.each(wanted);
             let draws = self.plan.effort.chains * each;
-            let sampled = sample_by_importance(self.prepared, self.size(each), self.plan.stream)
+            let sampled = sample_by_importance(self.prepared, self.size(each), self.plan.streams)
                 .ok_or("the densities allow no weights")?;
             let (khat, line) = (sampled.khat.unwrap_or(f64::INFINITY), khat_threshold(draws));
             if khat > line {
@@ -131,43 +128,34 @@ impl MethodSearch<'_> {
     }
 
     /// Trajectories, drawn on until the accuracy is reached or is out of reach.
-    fn nuts(&self, watcher: Watcher) -> Result<Vouched, SamplingFailure> {
-        let plan = self.plan;
-        let lines = asked_of_draws(Method::Nuts, plan.effort.chains, Some(plan.accuracy));
+    fn nuts(&self) -> Result<Vouched, SamplingFailure> {
+        let lines = asked_of_draws(Method::Nuts, self.plan.effort.chains, Some(self.accuracy));
         let mut more = |values: &ParameterDraws| {
             let error = error_of_draws(values);
             let made = draws_a_chain(values);
             // draws that say nothing of their error are doubled
             let times = match error.is_finite() {
-                true => 1.1 * (error / plan.accuracy).powi(2),
+                true => 1.1 * (error / self.accuracy).powi(2),
                 false => 2.0,
             };
             let next = made as f64 * times.max(1.1);
-            let enough = error <= plan.accuracy && lines.hold(values, 1.0);
+            let enough = error <= self.accuracy && lines.hold(values, 1.0);
             // chains that do not agree, or so slow that not even the most draws would do, are not followed further
             if enough || next > MOST_DRAWS as f64 || !chains_agree(values) {
                 return 0;
             }
             next.ceil() as usize - made
         };
-        let first = self.each((SURE / plan.accuracy).powi(2));
-        let sampling = NutsSampling {
-            prepared: self.prepared,
-            effort: Effort {
-                draws: first,
-                ..plan.effort
-            },
-            stream: plan.stream,
-            watcher,
-        };
-        let sampled = sampling.sample_while(&mut more)?;
+        let mut plan = self.plan;
+        plan.effort.draws = self.each((SURE / self.accuracy).powi(2));
+        let sampled = sample_by_nuts(self.prepared, plan, &mut more)?;
         let vouched = monte_carlo_error(&sampled);
         Ok((sampled, vouched))
     }
 
     /// Draws with the error they vouch for beside one of the method's own, where the accuracy is reached; else that error.
     fn checked(&self, sampled: Sampled, own: f64) -> Result<Vouched, f64> {
-        let requested = self.plan.accuracy;
+        let requested = self.accuracy;
         let vouched = monte_carlo_error(&sampled) + own;
         let lines = asked_of_draws(sampled.method, self.plan.effort.chains, Some(requested));
         let enough = lines.hold(&sampled.values, sampled.mcse_factor);

@@ -116,7 +116,7 @@ pub fn chi_squared<P: ResidualProblem>(problem: &P, variance: &[f64], start: &[f
 }
 
 /// Bound on the rounds of weights and fits; each brings both nearer by orders of magnitude.
-const MOST_ROUNDS: usize = 60;
+pub(super) const MOST_ROUNDS: usize = 60;
 
 /// Change of a parameter, in its standard errors, after which the weights have settled.
 const SETTLED: f64 = 1e-10;
@@ -170,11 +170,13 @@ fn settle<P: SpeedDependent>(
     let left_out = excluded.iter().filter(|excluded| **excluded).count();
     let determined = problem.parameters() + problem.own_freedom() + left_out;
     let freedom = problem.runs().checked_sub(determined).filter(|df| *df > 0);
-    let reweighting = Reweighting {
+    let freedom = freedom.ok_or_else(|| unsettled("too few runs have a speed known well enough"))?;
+    let reweighting = WeighedRuns {
         problem: &problem,
         errors,
         excluded: &excluded,
-        freedom: freedom.ok_or_else(|| unsettled("too few runs have a speed known well enough"))?,
+        counts: &[],
+        freedom: freedom as f64,
     };
     let mut parameters = start.parameters.clone();
     for _ in 0..MOST_ROUNDS {
@@ -188,8 +190,11 @@ fn settle<P: SpeedDependent>(
         let change = |j: usize| (fitted.parameters[j] - parameters[j]).abs() / covariance[(j, j)].sqrt();
         let largest = (0..parameters.len()).map(change).fold(0.0, f64::max);
         if largest <= SETTLED {
-            let bias = reweighting.bias(&parameters, covariance, &variances.total);
-            return Ok(reweighting.without_bias(fitted, squares, variances, bias));
+            let bias = match reweighting.pull(&parameters, &variances.total) {
+                Ok((pull, _)) => (covariance * pull).as_slice().to_vec(),
+                Err(OutOfDomain) => vec![0.0; parameters.len()],
+            };
+            return Ok(reweighting.completed(fitted, squares, variances, bias));
         }
         parameters = fitted.parameters;
     }
@@ -230,17 +235,19 @@ fn too_near(responses: &[SpeedResponse], errors: &ErrorColumns) -> Vec<bool> {
         .collect()
 }
 
-/// A problem whose runs are weighed by their errors.
-struct Reweighting<'a, P> {
-    problem: &'a P,
-    errors: &'a ErrorColumns,
-    excluded: &'a [bool],
+/// The runs of a problem that are weighed by their errors.
+pub(super) struct WeighedRuns<'a, P> {
+    pub problem: &'a P,
+    pub errors: &'a ErrorColumns,
+    pub excluded: &'a [bool],
+    /// how many runs each stands for; empty where that is itself
+    pub counts: &'a [f64],
     /// degrees of freedom of the runs that are not excluded
-    freedom: usize,
+    pub freedom: f64,
 }
 
 /// Variances of the residuals at some parameters.
-struct Variances {
+pub(super) struct Variances {
     /// τ² of each run; infinite where it is excluded
     of_errors: Vec<f64>,
     runs_with_errors: usize,
@@ -248,20 +255,24 @@ struct Variances {
     intrinsic: f64,
     /// squares of the residuals that are prior knowledge
     prior_squares: f64,
-    /// σ² + τ² of each run, then 1 for each residual that is prior knowledge
-    total: Vec<f64>,
+    /// σ² + τ² of each run over its count, then 1 for each residual that is prior knowledge
+    pub total: Vec<f64>,
 }
 
-impl<P: SpeedDependent> Reweighting<'_, P> {
-    fn residuals_at(&self, b: &[f64]) -> Result<Vec<f64>, OutOfDomain> {
+impl<P: SpeedDependent> WeighedRuns<'_, P> {
+    pub fn residuals_at(&self, b: &[f64]) -> Result<Vec<f64>, OutOfDomain> {
         let mut residuals = vec![0.0; self.problem.runs()];
         self.problem.residuals(b, &mut residuals)?;
         let finite = residuals.iter().all(|r| r.is_finite());
         finite.then_some(residuals).ok_or(OutOfDomain)
     }
 
+    fn count(&self, run: usize) -> f64 {
+        self.counts.get(run).copied().unwrap_or(1.0)
+    }
+
     /// `None` where no run carries an error there.
-    fn variances_at(&self, b: &[f64]) -> Result<Option<Variances>, OutOfDomain> {
+    pub fn variances_at(&self, b: &[f64]) -> Result<Option<Variances>, OutOfDomain> {
         let responses = self.problem.responses(b, self.errors)?;
         let residuals = self.residuals_at(b)?;
         let Some((of_errors, runs_with_errors)) = error_variances(&responses, self.errors, self.excluded) else {
@@ -270,13 +281,15 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
         let (of_runs, prior) = residuals.split_at(of_errors.len());
         let prior_squares: f64 = prior.iter().map(|r| r * r).sum();
         let beyond_own = prior_squares - self.problem.own_squares();
-        let wanted = (self.freedom as f64 - beyond_own).max(1.0);
+        let wanted = (self.freedom - beyond_own).max(1.0);
         let intrinsic = if self.errors.are_all {
             0.0
         } else {
-            intrinsic_variance(of_runs, &of_errors, wanted)
+            let squares = of_runs.iter().enumerate().map(|(run, r)| self.count(run) * r * r);
+            intrinsic_variance(squares, &of_errors, wanted)
         };
-        let mut total: Vec<f64> = of_errors.iter().map(|tau| intrinsic + tau).collect();
+        let of_run = |(run, tau): (usize, &f64)| (intrinsic + tau) / self.count(run);
+        let mut total: Vec<f64> = of_errors.iter().enumerate().map(of_run).collect();
         total.resize(residuals.len(), 1.0);
         Ok(Some(Variances {
             of_errors,
@@ -299,24 +312,26 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
         (fitted, squares)
     }
 
-    /// (JᵀWJ)⁻¹ Σ w E[r J] by the slopes at `b` and these variances; 0 outside the domain.
-    fn bias(&self, b: &[f64], covariance: &DMatrix<f64>, variance: &[f64]) -> Vec<f64> {
-        let mut pull = DVector::zeros(b.len());
+    /// Σ w E[r J] and Σ w J Jᵀ of the runs with these variances.
+    pub fn pull(&self, b: &[f64], variance: &[f64]) -> Result<(DVector<f64>, DMatrix<f64>), OutOfDomain> {
+        let parameters = self.problem.parameters();
+        let (mut pull, mut information) = (DVector::zeros(parameters), DMatrix::zeros(parameters, parameters));
         let mut runs = self.errors.relative_speed_sd.iter().zip(variance);
         let add = &mut |response: SpeedResponse, slopes: &[(usize, [f64; 2])]| {
             let Some((sd, variance)) = runs.next() else { return };
-            for (place, [slope, in_speed]) in slopes {
-                pull[*place] += sd * sd / variance * response.second_order_bias(*slope, *in_speed);
+            for &(place, [slope, in_speed]) in slopes {
+                pull[place] += sd * sd / variance * response.second_order_bias(slope, in_speed);
+                for &(other, [of_other, _]) in slopes {
+                    information[(place, other)] += slope * of_other / variance;
+                }
             }
         };
-        match self.problem.each_in_speed(b, self.errors, add) {
-            Ok(()) => (covariance * pull).as_slice().to_vec(),
-            Err(OutOfDomain) => vec![0.0; b.len()],
-        }
+        self.problem.each_in_speed(b, self.errors, add)?;
+        Ok((pull, information))
     }
 
     /// Takes the bias by errors of v off a fit, unless that leads out of the domain, and completes it.
-    fn without_bias(
+    fn completed(
         &self,
         mut fitted: Fit,
         squares: f64,
@@ -338,17 +353,17 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
         };
         let of_runs = || residuals.iter().take(runs);
         let included = of_runs().zip(self.excluded).filter(|(_, excluded)| !**excluded);
-        fitted.degrees_of_freedom = self.freedom;
+        fitted.degrees_of_freedom = self.freedom as usize;
         fitted.residual_sum_of_squares = included.map(|(r, _)| r * r).sum();
-        fitted.residual_sd = Some((fitted.residual_sum_of_squares / self.freedom as f64).sqrt());
+        fitted.residual_sd = Some((fitted.residual_sum_of_squares / self.freedom).sqrt());
         // variances of runs left out are infinite
         let chi_squared: f64 = of_runs().zip(&variances.of_errors).map(|(r, tau)| r * r / tau).sum();
         let weights = ErrorWeights {
             errors: self.errors.clone(),
             squares: squares - variances.prior_squares,
             intrinsic_sd: variances.intrinsic.sqrt(),
-            reduced_chi_squared: chi_squared / self.freedom as f64,
-            degrees_of_freedom: self.freedom,
+            reduced_chi_squared: chi_squared / self.freedom,
+            degrees_of_freedom: self.freedom as usize,
             runs_with_errors: variances.runs_with_errors,
             runs_left_out: self.excluded.iter().filter(|excluded| **excluded).count(),
             variance: variances.total[..runs].to_vec(),
@@ -360,11 +375,7 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
 
 /// τ² of each run, that of runs without an error by the median of the others and infinite where it is excluded, and how
 /// many carry one; `None` where none does.
-pub(super) fn error_variances(
-    responses: &[SpeedResponse],
-    errors: &ErrorColumns,
-    excluded: &[bool],
-) -> Option<(Vec<f64>, usize)> {
+fn error_variances(responses: &[SpeedResponse], errors: &ErrorColumns, excluded: &[bool]) -> Option<(Vec<f64>, usize)> {
     let of_run = |run: usize| {
         let of_speed = errors.relative_speed_sd[run] * responses[run].error_slope();
         let own = errors.restitution_sd[run];
@@ -397,9 +408,9 @@ pub(super) fn error_variances(
 }
 
 /// σ² ≥ 0 at which Σ r²/(σ² + τ²) is as wanted; 0 where it is less already.
-pub(super) fn intrinsic_variance(residuals: &[f64], errors: &[f64], wanted: f64) -> f64 {
+fn intrinsic_variance(squares: impl Iterator<Item = f64> + Clone, errors: &[f64], wanted: f64) -> f64 {
     const MOST_STEPS: usize = 100;
-    let runs = || residuals.iter().map(|r| r * r).zip(errors);
+    let runs = || squares.clone().zip(errors);
     // left of the root: one run alone has as much there
     let mut sigma2 = runs().map(|(square, tau)| square / wanted - tau).fold(0.0, f64::max);
     for _ in 0..MOST_STEPS {

@@ -4,8 +4,7 @@
 //! costs steps, and adaptation has little left to do.
 
 use std::collections::HashMap;
-use std::sync::mpsc::{channel, Receiver, Sender};
-use std::thread::Scope;
+use std::sync::mpsc::channel;
 
 use nuts_rs::{Chain as _, CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, HasDims, LogpError, Settings as _};
 use rand::rngs::ChaCha8Rng;
@@ -96,69 +95,84 @@ pub fn divergences(chains: &[Chain]) -> usize {
 /// Hears of every draw: whether it is kept, and whether it diverged.
 pub type Watcher<'w> = &'w (dyn Fn(bool, bool) + Sync);
 
-/// Samples every chain from a stream of its own: the same bytes for any number of threads.
+/// How something is sampled.
+#[derive(Clone, Copy)]
+pub struct SamplingPlan<'p> {
+    /// how much, at first
+    pub effort: Effort,
+    /// the chains' streams
+    pub streams: StreamName<'p>,
+    /// hears of every draw
+    pub watcher: Watcher<'p>,
+}
+
+impl<'p> SamplingPlan<'p> {
+    /// With nobody to hear of the draws.
+    pub fn new(effort: Effort, streams: StreamName<'p>) -> SamplingPlan<'p> {
+        SamplingPlan {
+            effort,
+            streams,
+            watcher: &|_, _| (),
+        }
+    }
+}
+
+/// Samples every chain from a stream of its own, and draws on: `more` sees what was kept so far and says how many draws each
+/// chain is to add, none to end. The same bytes for any number of threads; a chain that is drawn on keeps the draws it would
+/// have kept at once.
 ///
-/// Fails where the log density is lost in rounding, where a chain finds no start, or where the
-/// sampler itself fails.
+/// Fails where the log density is lost in rounding, where a chain finds no start, where the system gives no thread, or where
+/// the sampler itself fails.
 pub fn sample_chains<T: LogDensity + ?Sized>(
     target: &T,
     about: &Laplace,
-    effort: Effort,
-    streams: StreamName,
-    watcher: Watcher,
+    plan: SamplingPlan,
+    more: &mut dyn FnMut(&[Chain]) -> usize,
 ) -> Result<Vec<Chain>, SamplingFailure> {
-    let sampler = ChainSampler {
-        target,
-        about,
-        effort,
-        streams,
-        watcher,
-    };
-    sampler.sample_while(&mut |_| 0)
-}
-
-/// A log density with what every chain samples it by.
-pub struct ChainSampler<'s, T: ?Sized> {
-    /// the log density
-    pub target: &'s T,
-    /// its mode and curvature
-    pub about: &'s Laplace,
-    /// how much is sampled first
-    pub effort: Effort,
-    /// the chains' streams
-    pub streams: StreamName<'s>,
-    /// hears of every draw
-    pub watcher: Watcher<'s>,
-}
-
-impl<T: LogDensity + ?Sized> ChainSampler<'_, T> {
-    /// Samples every chain as [`sample_chains`] does, and draws on: `more` sees what was kept so far and says how many draws
-    /// each chain is to add, none to end. A chain that is drawn on keeps the draws it would have kept at once.
-    ///
-    /// Fails as [`sample_chains`] does.
-    pub fn sample_while(&self, more: &mut dyn FnMut(&[Chain]) -> usize) -> Result<Vec<Chain>, SamplingFailure> {
-        check_rounding(self.about)?;
-        let all = self.effort.chains;
-        std::thread::scope(|scope| {
-            // a chain of the sampler's crate cannot change its thread: each stays where it began, and waits there
-            let threads = rayon::current_num_threads().min(all).max(1);
-            let start = |first| Worker::start(scope, self, (first..all).step_by(threads).collect());
-            let workers: Option<Vec<Worker>> = (0..threads).map(start).collect();
-            let mut own = ChainGroup::new(self, (0..all).collect());
-            let mut kept = vec![Chain::default(); all];
-            let mut draws = self.effort.draws;
-            while draws > 0 {
-                let blocks = match &workers {
-                    Some(workers) => blocks_of(workers, draws),
-                    // the system gives no more threads
-                    None => own.draw(draws),
-                };
-                append(blocks, &mut kept)?;
-                draws = more(&kept);
+    check_rounding(about)?;
+    let all = plan.effort.chains;
+    std::thread::scope(|scope| {
+        // a chain of the sampler's crate cannot change its thread: each stays where it began, and waits there
+        let threads = rayon::current_num_threads().min(all).max(1);
+        let start = |first: usize| {
+            let (ask, asked) = channel::<usize>();
+            let (give, blocks) = channel();
+            let draw = move || {
+                let start = |chain| (chain, OngoingChain::start(target, about, plan, chain as u64));
+                let mut chains: Vec<_> = (first..all).step_by(threads).map(start).collect();
+                for draws in asked {
+                    for (chain, ongoing) in &mut chains {
+                        let block = ongoing.as_mut().map_err(|why| why.clone());
+                        // nobody listens any more where a chain of another thread failed
+                        let _ = give.send((*chain, block.and_then(|ongoing| ongoing.draw(draws))));
+                    }
+                }
+            };
+            let thread = std::thread::Builder::new().spawn_scoped(scope, draw);
+            thread.map(|_| (ask, blocks)).map_err(|error| SamplingFailure {
+                chain: first + 1,
+                reason: error.to_string(),
+            })
+        };
+        let workers = (0..threads).map(start).collect::<Result<Vec<_>, _>>()?;
+        let mut kept = vec![Chain::default(); all];
+        let mut draws = plan.effort.draws;
+        while draws > 0 {
+            for (ask, _) in &workers {
+                // a thread that is gone has panicked, which the end of the scope passes on
+                let _ = ask.send(draws);
             }
-            Ok(kept)
-        })
-    }
+            let blocks = (0..all).filter_map(|chain| workers[chain % threads].1.recv().ok());
+            for (chain, block) in blocks.collect::<Vec<(usize, Result<Chain, String>)>>() {
+                kept[chain].append(block.map_err(|reason| SamplingFailure {
+                    chain: chain + 1,
+                    reason,
+                })?);
+            }
+            draws = more(&kept);
+        }
+        Ok(kept)
+    })
 }
 
 /// Fails where rounding would move the log density.
@@ -177,116 +191,23 @@ fn check_rounding(about: &Laplace) -> Result<(), SamplingFailure> {
     })
 }
 
-/// What a chain kept in one block of draws, with its number from 0.
-struct Block {
-    chain: usize,
-    kept: Result<Chain, String>,
-}
-
-/// Chains that are drawn one after the other, begun when they are first drawn.
-struct ChainGroup<'s, T: LogDensity + ?Sized> {
-    sampler: &'s ChainSampler<'s, T>,
-    /// numbers of the chains, from 0
-    chains: Vec<usize>,
-    /// the chains, or why one could not go on
-    begun: Vec<Result<OngoingChain<'s, T>, String>>,
-}
-
-impl<'s, T: LogDensity + ?Sized> ChainGroup<'s, T> {
-    fn new(sampler: &'s ChainSampler<'_, T>, chains: Vec<usize>) -> Self {
-        ChainGroup {
-            sampler,
-            chains,
-            begun: vec![],
-        }
-    }
-
-    /// Draws every chain so many times more.
-    fn draw(&mut self, draws: usize) -> Vec<Block> {
-        for chain in &self.chains[self.begun.len()..] {
-            self.begun.push(OngoingChain::start(self.sampler, *chain as u64));
-        }
-        let chains = self.chains.iter().zip(&mut self.begun);
-        chains
-            .map(|(chain, ongoing)| Block {
-                chain: *chain,
-                kept: match ongoing {
-                    Ok(ongoing) => ongoing.draw(draws),
-                    Err(why) => Err(why.clone()),
-                },
-            })
-            .collect()
-    }
-}
-
-/// A thread with chains of its own, which draw a block whenever they are asked to.
-struct Worker {
-    /// draws of the next block
-    ask: Sender<usize>,
-    /// the blocks of its chains
-    blocks: Receiver<Vec<Block>>,
-}
-
-impl Worker {
-    /// Starts a thread for these chains, which ends when it is asked no more; `None` where the system gives none.
-    fn start<'scope, T: LogDensity + ?Sized>(
-        scope: &'scope Scope<'scope, '_>,
-        sampler: &'scope ChainSampler<T>,
-        chains: Vec<usize>,
-    ) -> Option<Worker> {
-        let (ask, asked) = channel::<usize>();
-        let (give, blocks) = channel();
-        let draw = move || {
-            let mut group = ChainGroup::new(sampler, chains);
-            for draws in asked {
-                // nobody listens any more where a chain of another thread failed
-                let _ = give.send(group.draw(draws));
-            }
-        };
-        let thread = std::thread::Builder::new().spawn_scoped(scope, draw).ok()?;
-        drop(thread);
-        Some(Worker { ask, blocks })
-    }
-}
-
-/// Has the chains of every thread draw a block.
-fn blocks_of(workers: &[Worker], draws: usize) -> Vec<Block> {
-    for worker in workers {
-        // a thread that is gone has panicked, which the end of the scope passes on
-        let _ = worker.ask.send(draws);
-    }
-    workers
-        .iter()
-        .flat_map(|worker| worker.blocks.recv())
-        .flatten()
-        .collect()
-}
-
-/// Adds blocks to what was kept; fails with the first chain that did.
-fn append(mut blocks: Vec<Block>, kept: &mut [Chain]) -> Result<(), SamplingFailure> {
-    blocks.sort_by_key(|block| block.chain);
-    for Block { chain, kept: block } in blocks {
-        let block = block.map_err(|reason| SamplingFailure {
-            chain: chain + 1,
-            reason,
-        })?;
-        kept[chain].append(block);
-    }
-    Ok(())
-}
-
 /// A chain that has adapted and can be drawn on.
 struct OngoingChain<'s, T: LogDensity + ?Sized> {
-    sampler: &'s ChainSampler<'s, T>,
+    about: &'s Laplace,
+    watcher: Watcher<'s>,
     chain: <DiagNutsSettings as nuts_rs::Settings>::Chain<CpuMath<Rounded<'s, T>>>,
 }
 
 impl<'s, T: LogDensity + ?Sized> OngoingChain<'s, T> {
     /// Starts one chain, by its number from 0, and has it adapt.
-    fn start(sampler: &'s ChainSampler<'_, T>, chain: u64) -> Result<Self, String> {
-        let ChainSampler { about, effort, .. } = *sampler;
-        let mut rng = sampler.streams.at(chain);
-        let start = sampler.start(&mut rng).ok_or("no start near the mode has a density")?;
+    fn start(target: &'s T, about: &'s Laplace, plan: SamplingPlan<'s>, chain: u64) -> Result<Self, String> {
+        let SamplingPlan {
+            effort,
+            streams,
+            watcher,
+        } = plan;
+        let mut rng = streams.at(chain);
+        let start = start_near(target, about, &mut rng).ok_or("no start near the mode has a density")?;
         let mut settings = DiagNutsSettings {
             num_tune: effort.warmup as u64,
             num_draws: effort.draws as u64,
@@ -295,28 +216,25 @@ impl<'s, T: LogDensity + ?Sized> OngoingChain<'s, T> {
             ..DiagNutsSettings::default()
         };
         settings.adapt_options.step_size_settings.target_accept = effort.target_accept;
-        let math = CpuMath::new(Rounded::new(sampler.target, about));
+        let math = CpuMath::new(Rounded::new(target, about));
         let reason = |error: &dyn std::fmt::Display| error.to_string();
         let mut chain = settings.new_chain(chain, math, &mut rng).map_err(|e| reason(&e))?;
         chain.set_position(&start).map_err(|e| reason(&e))?;
         for _ in 0..effort.warmup {
             let (_, progress) = chain.draw().map_err(|e| reason(&e))?;
-            (sampler.watcher)(false, progress.diverging);
+            watcher(false, progress.diverging);
         }
-        Ok(OngoingChain { sampler, chain })
+        Ok(OngoingChain { about, watcher, chain })
     }
 
     /// Draws so many times more, and keeps the draws.
     fn draw(&mut self, draws: usize) -> Result<Chain, String> {
-        let ChainSampler {
-            target, about, watcher, ..
-        } = *self.sampler;
         let mut kept = Chain::default();
-        let mut point = vec![0.0; target.dimension()];
+        let mut point = vec![0.0; self.about.mode.len()];
         for _ in 0..draws {
             let (z, _, stats, progress) = self.chain.expanded_draw().map_err(|e| e.to_string())?;
-            watcher(true, progress.diverging);
-            about.point(&z, &mut point);
+            (self.watcher)(true, progress.diverging);
+            self.about.point(&z, &mut point);
             kept.points.extend_from_slice(&point);
             kept.ln_density.push(stats.point.logp);
             kept.acceptance_rate.push(stats.adapt.step_size.mean_tree_accept);
@@ -330,25 +248,19 @@ impl<'s, T: LogDensity + ?Sized> OngoingChain<'s, T> {
     }
 }
 
-impl<T: LogDensity + ?Sized> ChainSampler<'_, T> {
-    /// A start about the mode, wider than the posterior where that has a density.
-    fn start(&self, rng: &mut ChaCha8Rng) -> Option<Vec<f64>> {
-        const WIDER: f64 = 1.5;
-        const TRIES: i32 = 50;
-        let mut point = vec![0.0; self.target.dimension()];
-        let mut slopes = point.clone();
-        (0..TRIES).find_map(|attempt| {
-            let spread = WIDER * 0.8f64.powi(attempt);
-            let z: Vec<f64> = (0..point.len())
-                .map(|_| {
-                    let z: f64 = StandardNormal.sample(rng);
-                    spread * z
-                })
-                .collect();
-            self.about.point(&z, &mut point);
-            self.target.ln_density(&point, &mut slopes).is_ok().then_some(z)
-        })
-    }
+/// A start about the mode, wider than the posterior where that has a density.
+fn start_near<T: LogDensity + ?Sized>(target: &T, about: &Laplace, rng: &mut ChaCha8Rng) -> Option<Vec<f64>> {
+    const WIDER: f64 = 1.5;
+    const TRIES: i32 = 50;
+    let mut point = vec![0.0; target.dimension()];
+    let mut slopes = point.clone();
+    (0..TRIES).find_map(|attempt| {
+        let spread = WIDER * 0.8f64.powi(attempt);
+        let mut normal = || spread * Distribution::<f64>::sample(&StandardNormal, rng);
+        let z: Vec<f64> = (0..point.len()).map(|_| normal()).collect();
+        about.point(&z, &mut point);
+        target.ln_density(&point, &mut slopes).is_ok().then_some(z)
+    })
 }
 
 /// The target as a function of z, where point = mode + S z.

@@ -55,7 +55,7 @@ impl<'a> Regression<'a> {
         }
     }
 
-    fn problem(&self, excluded: Vec<bool>) -> RegressionProblem<'a> {
+    pub(super) fn problem(&self, excluded: Vec<bool>) -> RegressionProblem<'a> {
         RegressionProblem {
             regression: *self,
             excluded,
@@ -207,7 +207,7 @@ fn pair(parameters: &[f64]) -> [f64; 2] {
 }
 
 /// A regression as a least-squares problem, in which the domain of some runs may not be held.
-struct RegressionProblem<'a> {
+pub(super) struct RegressionProblem<'a> {
     regression: Regression<'a>,
     /// runs without weight, which may lie outside the domain; empty for none
     excluded: Vec<bool>,

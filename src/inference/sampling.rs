@@ -4,10 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::importance::{propose, DrawCounts, ProposalTails, Proposed, Weights};
 use super::laplace::Laplace;
-use super::mixing::{draws_to_add, MixingLines, ParameterDraws};
-use super::nuts::{divergences, Chain, ChainSampler, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
-use super::prepared_posterior::{NoStart, PreparedPosterior, Start};
-use crate::model::likelihood::Likelihood;
+use super::mixing::ParameterDraws;
+use super::nuts::{divergences, sample_chains, Chain, SamplingFailure, SamplingPlan, LARGEST_DEPTH};
+use super::prepared_posterior::PreparedPosterior;
 use crate::model::parameters::ModelParameters;
 use crate::model::posterior::{LogDensity, PosteriorDensity};
 use crate::seed::StreamName;
@@ -37,29 +36,11 @@ impl Method {
     }
 }
 
-/// How a posterior is to be sampled.
-#[derive(Debug, Clone, Copy)]
-pub struct SamplingPlan<'p> {
-    /// how much
-    pub effort: Effort,
-    /// the chains' streams
-    pub stream: StreamName<'p>,
-}
-
 /// Draws that are made at most, over those asked for, where the chains have not mixed before.
 pub const MOST_TIMES: usize = 8;
 
 /// Steps of all trajectories beyond which chains are not drawn on; beyond half of them none is sampled anew.
 const MOST_STEPS: u64 = 2_000_000;
-
-/// How a posterior is sampled on until its chains have mixed.
-#[derive(Debug, Clone, Copy)]
-pub struct UntilMixed<'p> {
-    /// how it is sampled first
-    pub plan: SamplingPlan<'p>,
-    /// the most draws a chain keeps; fewer than the plan's are the plan's
-    pub most_draws: usize,
-}
 
 /// A requested accuracy, and how it was reached.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,17 +87,6 @@ pub struct Sampled {
     pub seconds: [f64; 2],
 }
 
-/// Why there is no posterior.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum NoPosterior {
-    /// the start has no density
-    #[error(transparent)]
-    NoStart(#[from] NoStart),
-    /// the sampler failed
-    #[error(transparent)]
-    Sampling(#[from] SamplingFailure),
-}
-
 impl Sampled {
     /// Draws in all.
     pub fn draws(&self) -> usize {
@@ -139,7 +109,7 @@ impl Sampled {
     }
 
     /// What chains of points say of the parameters.
-    pub(super) fn of_chains(
+    fn of_chains(
         prepared: &PreparedPosterior,
         method: Method,
         chains: Vec<Chain>,
@@ -178,109 +148,50 @@ fn parameter_draws(posterior: &PosteriorDensity, chains: &[Chain]) -> Vec<Vec<Ve
     values
 }
 
-/// Samples the posterior of these parameters under a likelihood by the No-U-Turn sampler, and draws the chains on, twice as
-/// far each time, until they have mixed ([`MixingLines`]), the most draws or two million steps are made, or most trajectories
-/// were cut at their largest depth.
+/// Samples a prepared posterior by the No-U-Turn sampler, and draws every chain on by so many draws as `more` says after seeing
+/// those made, none to end; no further where two million steps are made, or most trajectories were cut at their largest depth.
 ///
-/// Fails where no start has a density or a chain cannot be sampled; divergent draws are kept and counted.
-pub fn sample_until_mixed(
-    parameters: ModelParameters,
-    likelihood: &Likelihood,
-    start: &Start,
-    until: UntilMixed,
-    watcher: Watcher,
-) -> Result<Sampled, NoPosterior> {
-    let UntilMixed { plan, most_draws } = until;
-    let prepared = PreparedPosterior::new(parameters, likelihood, start)?;
-    let lines = MixingLines::of_chains(plan.effort.chains);
-    let mut more = |draws: &ParameterDraws| draws_to_add(lines, draws, most_draws);
-    let sampling = NutsSampling {
-        prepared: &prepared,
-        effort: plan.effort,
-        stream: plan.stream,
-        watcher,
-    };
-    Ok(sampling.sample_while(&mut more)?)
-}
-
-/// Samples a prepared posterior by the No-U-Turn sampler.
+/// Samples anew with shorter steps as long as trajectories diverge, as they may where few runs leave σ wide open. Fails where
+/// no start has a density or a chain cannot be sampled; divergent draws that are left are kept and counted.
 pub fn sample_by_nuts(
     prepared: &PreparedPosterior,
-    effort: Effort,
-    stream: StreamName,
-    watcher: Watcher,
+    plan: SamplingPlan,
+    more: &mut dyn FnMut(&ParameterDraws) -> usize,
 ) -> Result<Sampled, SamplingFailure> {
-    let sampling = NutsSampling {
-        prepared,
-        effort,
-        stream,
-        watcher,
-    };
-    sampling.sample_while(&mut |_| 0)
-}
-
-/// A prepared posterior, and how the No-U-Turn sampler draws from it.
-pub(super) struct NutsSampling<'s> {
-    pub(super) prepared: &'s PreparedPosterior,
-    pub(super) effort: Effort,
-    pub(super) stream: StreamName<'s>,
-    pub(super) watcher: Watcher<'s>,
-}
-
-impl NutsSampling<'_> {
-    /// Samples, and draws every chain on by so many draws as `more` says after seeing those made; none to end.
-    pub(super) fn sample_while(
-        &self,
-        more: &mut dyn FnMut(&ParameterDraws) -> usize,
-    ) -> Result<Sampled, SamplingFailure> {
-        let began = std::time::Instant::now();
-        let prepared = self.prepared;
-        let (chains, target_accept) = self.without_divergences(more)?;
-        Ok(Sampled {
-            target_accept,
-            ..Sampled::of_chains(prepared, Method::Nuts, chains, began)
-        })
-    }
-
-    /// Samples anew with shorter steps as long as trajectories diverge, as they may where few runs leave σ wide open.
-    fn without_divergences(
-        &self,
-        more: &mut dyn FnMut(&ParameterDraws) -> usize,
-    ) -> Result<(Vec<Chain>, f64), SamplingFailure> {
-        const SHORTER: [f64; 3] = [0.95, 0.995, 0.9995];
-        let posterior = &self.prepared.posterior;
-        let mut target_accept = self.effort.target_accept;
-        let mut shorter = SHORTER
-            .into_iter()
-            .filter(|shorter| *shorter > self.effort.target_accept);
-        loop {
-            let sampler = ChainSampler {
-                target: posterior,
-                about: &self.prepared.about,
-                effort: Effort {
-                    target_accept,
-                    ..self.effort
-                },
-                streams: self.stream,
-                watcher: self.watcher,
-            };
-            let next = shorter.next();
-            // shorter steps make trajectories several times as long
-            let anew = |chains: &[Chain]| {
-                let is_long = mostly_cut(chains) || 2 * steps(chains) > MOST_STEPS;
-                next.is_some() && divergences(chains) > 0 && !is_long
-            };
-            let chains = sampler.sample_while(&mut |chains| {
+    const SHORTER: [f64; 3] = [0.95, 0.995, 0.9995];
+    let began = std::time::Instant::now();
+    let posterior = &prepared.posterior;
+    let mut effort = plan.effort;
+    let mut shorter = SHORTER
+        .into_iter()
+        .filter(|shorter| *shorter > plan.effort.target_accept);
+    loop {
+        let next = shorter.next();
+        // shorter steps make trajectories several times as long
+        let anew = |chains: &[Chain]| {
+            let is_long = mostly_cut(chains) || 2 * steps(chains) > MOST_STEPS;
+            next.is_some() && divergences(chains) > 0 && !is_long
+        };
+        let chains = sample_chains(
+            posterior,
+            &prepared.about,
+            SamplingPlan { effort, ..plan },
+            &mut |chains| {
                 // long trajectories cost most of all: more of them would take minutes, and those that are cut would not mix either
                 if anew(chains) || mostly_cut(chains) || steps(chains) > MOST_STEPS {
                     0
                 } else {
                     more(&parameter_draws(posterior, chains))
                 }
-            })?;
-            match next {
-                Some(next) if anew(&chains) => target_accept = next,
-                _ => return Ok((chains, target_accept)),
+            },
+        )?;
+        match next {
+            Some(next) if anew(&chains) => effort.target_accept = next,
+            _ => {
+                return Ok(Sampled {
+                    target_accept: effort.target_accept,
+                    ..Sampled::of_chains(prepared, Method::Nuts, chains, began)
+                })
             }
         }
     }

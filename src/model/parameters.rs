@@ -1,6 +1,5 @@
 //! Lists the parameters a scene's runs call for, each with its unit, bounds, prior and where the prior comes from.
 
-use crate::distributions::LN_ROOT_TWO_PI;
 use crate::error::{quoted, Error, Problem};
 use crate::physics::coefficient::{Coefficients, LogNormal};
 use crate::physics::dry::{speed_root, DRY_K};
@@ -424,16 +423,6 @@ impl ModelParameters {
     /// Where the offsets stand in a full vector.
     pub fn first_offset(&self) -> usize {
         self.template.len() - self.series_offsets.len()
-    }
-
-    /// Sum of the log prior densities of a draw; `None` outside the support.
-    pub fn ln_prior(&self, draw: &[f64]) -> Option<f64> {
-        let terms = self.sampled.iter().zip(draw);
-        let own: Option<f64> = terms.map(|(p, x)| p.prior.ln_density(*x).map(|(value, _)| value)).sum();
-        let sigma = self.full(draw)[ParameterKind::SigmaSeries.slot()];
-        let offsets = draw.get(self.sampled.len()..).unwrap_or_default();
-        let of_offset = |offset: &f64| -0.5 * (offset / sigma).powi(2) - sigma.ln() - LN_ROOT_TWO_PI;
-        Some(own? + offsets.iter().map(of_offset).sum::<f64>())
     }
 }
 

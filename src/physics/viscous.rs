@@ -227,17 +227,7 @@ mod tests {
     use super::super::coefficient::Parameters;
     use super::super::form::{DrySpeed, Form};
     use super::super::inertia::Inertia;
-    use super::super::numbers;
     use super::*;
-
-    #[test]
-    fn beta_over_speed_is_minus_the_loss() {
-        let (density, diameter, speed, viscosity, l) = (2150.0, 4.762e-3, 1.3, 48.3e-3, 1.92);
-        let st = numbers::stokes(density, diameter, speed, viscosity);
-        let from_beta = -beta(l, viscosity, density, diameter) / speed;
-        assert!((from_beta / loss(l, st) - 1.0).abs() < 1e-14);
-        assert!((slope_lubrication_log(st) * l / loss(l, st) - 1.0).abs() < 1e-15);
-    }
 
     /// L = ½ (ln(δ/ε) + ln(δr/ε)) summed up plainly, over the films and diameters of the published experiments.
     #[test]

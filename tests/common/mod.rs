@@ -17,8 +17,9 @@ pub use told::Told;
 use wetcor::findings::compare::Comparison;
 use wetcor::findings::posterior::{start, MethodChoice, Posterior};
 use wetcor::findings::{self, overview, Findings};
-use wetcor::inference::nuts::Effort;
-use wetcor::inference::sampling::{sample_until_mixed, Sampled, SamplingPlan, UntilMixed};
+use wetcor::inference::nuts::{Effort, SamplingPlan};
+use wetcor::inference::prepared_posterior::PreparedPosterior;
+use wetcor::inference::sampling::{sample_by_nuts, Sampled};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::model::simulate::Simulation;
@@ -133,11 +134,8 @@ pub fn sampled(scene: &Scene, table: &Table, effort: Effort, stream: StreamName)
     let parameters = ModelParameters::of(scene, &table.runs, form).expect("priors with room");
     let rows = Likelihood::new(scene, &table.runs, form);
     let begin = start(least_squares.least_squares());
-    let until = UntilMixed {
-        plan: SamplingPlan { effort, stream },
-        most_draws: effort.draws,
-    };
-    let sampled = sample_until_mixed(parameters, &rows, &begin, until, &|_, _| ());
+    let prepared = PreparedPosterior::new(parameters, &rows, &begin).unwrap_or_else(|error| panic!("{error}"));
+    let sampled = sample_by_nuts(&prepared, SamplingPlan::new(effort, stream), &mut |_| 0);
     (least_squares, sampled.unwrap_or_else(|error| panic!("{error}")))
 }
 

@@ -5,9 +5,10 @@ use wetcor::findings::estimate::Estimate;
 use wetcor::findings::verdicts::quotable;
 use wetcor::inference::kernel;
 use wetcor::inference::law::Law;
-use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
+use wetcor::inference::nuts::{Effort, SamplingPlan, TARGET_ACCEPT};
+use wetcor::inference::prepared_posterior::PreparedPosterior;
 use wetcor::inference::regression::Regression;
-use wetcor::inference::sampling::{sample_until_mixed, SamplingPlan, UntilMixed};
+use wetcor::inference::sampling::sample_by_nuts;
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::physics::inertia::Inertia;
@@ -446,18 +447,9 @@ fn few_runs() -> Vec<Row> {
             draws: 500,
             target_accept: TARGET_ACCEPT,
         };
-        let plan = SamplingPlan {
-            effort,
-            stream: StreamName::new(1, "stability"),
-        };
-        let sampled = sample_until_mixed(
-            parameters,
-            &of_few,
-            &start,
-            UntilMixed { plan, most_draws: 0 },
-            &|_, _| {},
-        )
-        .expect("a posterior");
+        let prepared = PreparedPosterior::new(parameters, &of_few, &start).expect("a start");
+        let plan = SamplingPlan::new(effort, StreamName::new(1, "stability"));
+        let sampled = sample_by_nuts(&prepared, plan, &mut |_| 0).expect("a posterior");
         let truth = [0.183, 1.9, 0.6];
         let distances = sampled.values.iter().zip(truth).map(|(chains, truth)| {
             let draws: Vec<f64> = chains.iter().flatten().copied().collect();

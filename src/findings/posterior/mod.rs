@@ -30,10 +30,11 @@ use super::least_squares::LeastSquares;
 use super::predict::Basis;
 use super::remarks;
 use crate::error::Error;
-use crate::inference::accuracy::{sample_to_accuracy, AccuracyPlan};
-use crate::inference::nuts::Watcher;
+use crate::inference::accuracy::sample_to_accuracy;
+use crate::inference::mixing::{draws_to_add, MixingLines};
+use crate::inference::nuts::{SamplingPlan, Watcher};
 use crate::inference::prepared_posterior::{seconds_of_rows, PreparedPosterior};
-use crate::inference::sampling::{sample_until_mixed, NoPosterior, Sampled, SamplingPlan};
+use crate::inference::sampling::{sample_by_nuts, Sampled};
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::ModelParameters;
 use crate::physics::Form;
@@ -47,7 +48,7 @@ use summarise::{summarise_posterior, SummarySource};
 
 pub use posterior_checks::{speed_errors, why_not_sampled, PosteriorRefusal};
 pub use runs_alone::RunsAlone;
-pub use sampling::{check_room, effort, start, until_mixed, MethodChoice, SamplingSetup, MOST_NUMBERS};
+pub use sampling::{check_room, effort, most_draws, start, MethodChoice, SamplingSetup, MOST_NUMBERS};
 pub use summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
     RejectedMethod, SeriesOffset,
@@ -148,27 +149,26 @@ pub fn fit_posterior(
         false => runs.condensed(scene.data.smallest_restitution),
     };
     let likelihood = Likelihood::new(scene, condensed.as_ref().unwrap_or(runs), setup.form);
-    let stream = StreamName::new(least_squares.seed, "posterior");
-    let start = start(least_squares);
-    let sampled = match setup.method {
-        MethodChoice::Accuracy(accuracy) => {
-            let plan = AccuracyPlan {
-                accuracy,
-                effort,
-                stream,
-            };
-            PreparedPosterior::new(parameters, &likelihood, &start)
-                .map_err(NoPosterior::from)
-                .and_then(|prepared| Ok(sample_to_accuracy(&prepared, plan, watcher)?))
-        }
-        MethodChoice::Sampler | MethodChoice::Rows => {
-            let until = until_mixed(SamplingPlan { effort, stream }, quantities);
-            sample_until_mixed(parameters, &likelihood, &start, until, watcher)
-        }
+    let plan = SamplingPlan {
+        effort,
+        streams: StreamName::new(least_squares.seed, "posterior"),
+        watcher,
     };
+    let start = start(least_squares);
+    let prepared = PreparedPosterior::new(parameters, &likelihood, &start).map_err(|why| why.to_string());
+    let sampled = prepared.and_then(|prepared| {
+        let sampled = match setup.method {
+            MethodChoice::Accuracy(accuracy) => sample_to_accuracy(&prepared, accuracy, plan),
+            MethodChoice::Sampler | MethodChoice::Rows => {
+                let (lines, most) = (MixingLines::of_chains(effort.chains), most_draws(effort, quantities));
+                sample_by_nuts(&prepared, plan, &mut |draws| draws_to_add(lines, draws, most))
+            }
+        };
+        sampled.map_err(|why| why.to_string())
+    });
     let sampled = match sampled {
         Ok(sampled) => sampled,
-        Err(why) => return Ok(Err(posterior_checks::sampling_failed(&why.to_string()))),
+        Err(why) => return Ok(Err(posterior_checks::sampling_failed(&why))),
     };
     let derived = derived::derived_draws(scene, runs, setup.form, &sampled);
     let draws = sampled.full_draws();

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::findings::least_squares::LeastSquares;
 use crate::inference::nuts::{Effort, TARGET_ACCEPT};
 use crate::inference::prepared_posterior::Start;
-use crate::inference::sampling::{SamplingPlan, UntilMixed, MOST_TIMES};
+use crate::inference::sampling::MOST_TIMES;
 use crate::model::parameters::ParameterKind;
 use crate::physics::Form;
 use crate::scene::Scene;
@@ -61,15 +61,11 @@ pub fn check_room(effort: Effort, quantities: usize) -> Result<(), Error> {
     )))
 }
 
-/// How a scene's posterior with so many quantities a draw is sampled: as its `[sampler]` says, and on until the chains have
-/// mixed, as far as the draws fit into memory.
-pub fn until_mixed(plan: SamplingPlan, quantities: usize) -> UntilMixed {
-    let Effort { chains, draws, .. } = plan.effort;
+/// The most draws that a chain of a scene's posterior makes until the chains have mixed, each with so many quantities: as far as
+/// they fit into memory.
+pub fn most_draws(Effort { chains, draws, .. }: Effort, quantities: usize) -> usize {
     let room = MOST_NUMBERS / chains.saturating_mul(quantities).max(1);
-    UntilMixed {
-        plan,
-        most_draws: draws.saturating_mul(MOST_TIMES).min(room),
-    }
+    draws.saturating_mul(MOST_TIMES).min(room)
 }
 
 /// Where least squares stands, by parameter.

@@ -3,10 +3,10 @@
 //! What `effective_variance.rs` says of a fit to runs holds of one to weighted runs, of which each counts as often as it
 //! weighs. Runs that the fit to all left out, near where nothing rebounds, stay left out.
 
-use crate::inference::effective_variance::{error_variances, intrinsic_variance, ErrorColumns, ErrorWeights};
+use crate::inference::effective_variance::{ErrorColumns, ErrorWeights, WeighedRuns, MOST_ROUNDS};
 use crate::inference::kernel::{self, Failure, Sample, WeightedFit};
-use crate::inference::law::{Law, LawInSpeed, SpeedResponse};
-use crate::inference::regression::Regression;
+use crate::inference::law::Law;
+use crate::inference::regression::{Regression, RegressionProblem};
 
 /// Measurement errors of the runs of a fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,9 +20,6 @@ pub struct RunErrors {
     /// bias by errors of the speed that was taken off the parameters
     pub bias: [f64; 2],
 }
-
-/// Bound on the rounds of weights and fits; each brings both nearer by orders of magnitude.
-const MOST_ROUNDS: usize = 60;
 
 /// Relative change of the parameters after which the weights have settled: the next one is far smaller, and far below a
 /// standard error.
@@ -47,102 +44,47 @@ impl RunErrors {
     ///
     /// Fails as [`kernel::fit`] does, and where the weights do not settle.
     pub(super) fn fit(&self, law: Law, sample: &Sample, fitted: [f64; 2]) -> WeightedFit {
-        let drawn = DrawnRuns {
+        let regression = Regression {
+            offset: sample.offset,
+            ..Regression::new(law, sample.x, sample.restitution)
+        };
+        let both = || self.left_out.iter().zip(sample.weights);
+        let excluded: Vec<bool> = both().map(|(left_out, w)| *left_out || *w == 0.0).collect();
+        let counted: f64 = both().filter(|(left_out, _)| !**left_out).map(|(_, w)| w).sum();
+        let runs = WeighedRuns {
+            problem: &regression.problem(excluded.clone()),
             errors: &self.columns,
-            runs: Regression {
-                offset: sample.offset,
-                counts: sample.weights,
-                ..Regression::new(law, sample.x, sample.restitution)
-            },
-            excluded: self
-                .left_out
-                .iter()
-                .zip(sample.weights)
-                .map(|(left_out, w)| *left_out || *w == 0.0)
-                .collect(),
+            excluded: &excluded,
+            counts: sample.weights,
+            freedom: counted - law.parameters() as f64,
         };
         let mut parameters = [0, 1].map(|j| fitted[j] + self.bias[j]);
         for _ in 0..MOST_ROUNDS {
-            let weights = &drawn.weigh(parameters)?;
+            let variances = runs.variances_at(&parameters).ok().flatten();
+            let variances = variances.ok_or(Failure::Degenerate)?.total;
+            let weights = &variances.iter().map(|variance| 1.0 / variance).collect::<Vec<f64>>();
             let next = kernel::fit(law, &Sample { weights, ..*sample }, parameters)?;
             let change = |j: usize| (next[j] - parameters[j]).abs() / next[j].abs();
             let settled = (0..law.parameters()).all(|j| change(j) <= SETTLED);
             parameters = next;
             if settled {
-                return Ok(drawn.without_bias(weights, parameters));
+                return Ok(runs.without_bias(&variances, parameters));
             }
         }
         Err(Failure::NotConverged)
     }
 }
 
-/// The runs of a replicate with their errors.
-struct DrawnRuns<'a> {
-    errors: &'a ErrorColumns,
-    /// each counts as often as it was drawn
-    runs: Regression<'a>,
-    /// those that do not count
-    excluded: Vec<bool>,
-}
-
-impl DrawnRuns<'_> {
-    fn included(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.excluded.len()).filter(|run| !self.excluded[*run])
-    }
-
-    fn in_speed(&self, parameters: [f64; 2], run: usize) -> Result<LawInSpeed, Failure> {
-        let at = self.runs.in_speed(parameters, run, &self.errors.offset_slopes);
-        at.ok_or(Failure::Degenerate)
-    }
-
-    /// How often each run counts over its variance σ² + τ² about a law; 0 of one that does not count.
-    fn weigh(&self, parameters: [f64; 2]) -> Result<Vec<f64>, Failure> {
-        let Regression {
-            law,
-            restitution,
-            counts,
-            ..
-        } = self.runs;
-        let mut responses = vec![SpeedResponse::default(); counts.len()];
-        let mut residuals = vec![0.0; counts.len()];
-        let mut freedom = -(law.parameters() as f64);
-        for run in self.included() {
-            responses[run] = self.in_speed(parameters, run)?.response;
-            residuals[run] = counts[run].sqrt() * (restitution[run] - responses[run].value);
-            freedom += counts[run];
-        }
-        let of_errors = error_variances(&responses, self.errors, &self.excluded);
-        let (of_errors, _) = of_errors.ok_or(Failure::Degenerate)?;
-        let intrinsic = match self.errors.are_all {
-            true => 0.0,
-            false => intrinsic_variance(&residuals, &of_errors, freedom.max(1.0)),
-        };
-        let weights = counts.iter().zip(&of_errors);
-        Ok(weights.map(|(count, tau)| count / (intrinsic + tau)).collect())
-    }
-
+impl WeighedRuns<'_, RegressionProblem<'_>> {
     /// Takes the bias by errors of the speed off a fit, unless that leads out of the domain.
-    fn without_bias(&self, weights: &[f64], parameters: [f64; 2]) -> [f64; 2] {
-        let (mut information, mut pull) = ([0.0; 3], [0.0; 2]);
-        for run in self.included() {
-            let Ok(at) = self.in_speed(parameters, run) else {
-                return parameters;
-            };
-            let [a, b] = at.jacobian;
-            for (sum, product) in information.iter_mut().zip([a * a, a * b, b * b]) {
-                *sum += weights[run] * product;
-            }
-            let variance = self.errors.relative_speed_sd[run].powi(2);
-            for (j, slope) in [a, b].into_iter().enumerate() {
-                pull[j] += weights[run] * variance * at.response.second_order_bias(slope, at.jacobian_slope[j]);
-            }
-        }
-        let bias = self.runs.law.solve(information, pull);
-        let corrected = [parameters[0] - bias[0], parameters[1] - bias[1]];
-        match self.included().all(|run| self.in_speed(corrected, run).is_ok()) {
-            true => corrected,
-            false => parameters,
-        }
+    fn without_bias(&self, variances: &[f64], parameters: [f64; 2]) -> [f64; 2] {
+        let corrected = || {
+            let (pull, information) = self.pull(&parameters, variances).ok()?;
+            let bias = information.cholesky()?.solve(&pull);
+            let corrected = [0, 1].map(|j| parameters[j] - bias.get(j).unwrap_or(&0.0));
+            self.residuals_at(&corrected).ok().map(|_| corrected)
+        };
+        corrected().unwrap_or(parameters)
     }
 }
 

@@ -17,17 +17,3 @@ pub fn e_bfmi(energies: &[f64]) -> Option<f64> {
     let fraction = steps / squares;
     (fraction.is_finite() && squares > 0.0).then_some(fraction)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn steps_of_twice_the_spread_have_their_closed_form() {
-        let zigzag = [1.0, -1.0, 1.0, -1.0];
-        assert_eq!(e_bfmi(&zigzag), Some(3.0));
-        assert_eq!(e_bfmi(&[2.0; 8]), None);
-        assert_eq!(e_bfmi(&[1.0, 2.0, f64::NAN, 3.0]), None);
-        assert_eq!(e_bfmi(&[1.0, 2.0, 3.0]), None);
-    }
-}

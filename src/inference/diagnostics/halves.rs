@@ -32,15 +32,3 @@ impl Halves {
         self.draws.chunks_exact(self.length)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_middle_of_an_odd_chain_is_in_neither_half() {
-        let halves = Halves::of(&[&[1.0, 2.0, 3.0, 4.0, 5.0], &[6.0, 7.0, 8.0, 9.0, 10.0]]);
-        assert_eq!(halves.draws, [1.0, 2.0, 4.0, 5.0, 6.0, 7.0, 9.0, 10.0]);
-        assert_eq!(halves.length, 2);
-    }
-}

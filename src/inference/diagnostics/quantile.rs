@@ -36,15 +36,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantiles_interpolate_and_end_at_the_extremes() {
-        let draws = sorted(vec![4.0, 1.0, 2.0, 3.0]);
-        assert_eq!(of_sorted(&draws, 0.0), 1.0);
-        assert_eq!(of_sorted(&draws, 0.5), 2.5);
-        assert_eq!(of_sorted(&draws, 0.25), 1.75);
-        assert_eq!(of_sorted(&draws, 1.0), 4.0);
-    }
-
-    #[test]
     fn a_central_interval_pools_chains_and_wants_numbers() {
         let chains: [Vec<f64>; 2] = [(0..=50).map(f64::from).collect(), (51..=100).map(f64::from).collect()];
         let [lo, hi] = central_interval(&chains, 0.9).expect("numbers");

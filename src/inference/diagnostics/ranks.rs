@@ -92,39 +92,3 @@ fn untied(count: usize) -> Arc<[f64]> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn of(draws: &[f64]) -> OrderedDraws {
-        OrderedDraws::of(&Halves {
-            draws: draws.to_vec(),
-            length: draws.len(),
-        })
-    }
-
-    #[test]
-    fn ties_share_a_rank_and_order_is_all_that_counts() {
-        let scores = of(&[3.0, -0.0, 1e300, 0.0]).scores().draws;
-        assert_eq!(scores[1], scores[3]);
-        assert!(scores[1] < scores[0] && scores[0] < scores[2]);
-        // scipy.stats.norm.ppf((4 - 3/8)/(4 + 1/4))
-        assert!((scores[2] - 1.049_131_397_963_970_7).abs() < 1e-12, "{}", scores[2]);
-        assert_eq!(of(&[5.0, 5.0, 5.0]).scores().draws, [0.0; 3]);
-    }
-
-    #[test]
-    fn folding_what_is_in_order_is_sorting_what_is_folded() {
-        for draws in [
-            &[3.0, 1.0, 2.0, 10.0, 2.0, -7.0][..],
-            &[1.0, 1.0, -1.0, 1.0, -1.0],
-            &[4.0; 3],
-        ] {
-            let sorted = quantile::sorted(draws.to_vec());
-            let median = quantile::of_sorted(&sorted, 0.5);
-            let distances: Vec<f64> = draws.iter().map(|x| (x - median).abs()).collect();
-            assert_eq!(of(draws).folded().scores().draws, of(&distances).scores().draws);
-        }
-    }
-}

@@ -68,7 +68,14 @@ fn distances(target: &Normal, chains: &[Chain]) -> (f64, f64) {
     worst
 }
 
-fn none(_: bool, _: bool) {}
+fn at_once(
+    target: &Normal,
+    about: &Laplace,
+    effort: Effort,
+    streams: StreamName,
+) -> Result<Vec<Chain>, SamplingFailure> {
+    sample_chains(target, about, SamplingPlan::new(effort, streams), &mut |_| 0)
+}
 
 /// Squares mix more slowly than the points themselves, so the errors of a variance are allowed twice the independent
 /// ones; a sampler with the wrong metric, or an accept step forgotten, is off by tens.
@@ -77,7 +84,7 @@ fn means_and_variances_of_a_correlated_normal_are_its_own() {
     let target = Normal::new(5, 0.99);
     let about = laplace(&target, &[0.3; 5]).expect("a density everywhere");
     let name = "means_and_variances_of_a_correlated_normal_are_its_own";
-    let chains = sample_chains(&target, &about, EFFORT, StreamName::new(1, name), &none).expect("sampled");
+    let chains = at_once(&target, &about, EFFORT, StreamName::new(1, name)).expect("sampled");
     let (mean, variance) = distances(&target, &chains);
     assert!(mean < 4.5 && variance < 9.0, "{mean} {variance}");
     assert!(chains
@@ -85,7 +92,7 @@ fn means_and_variances_of_a_correlated_normal_are_its_own() {
         .all(|chain| chain.diverging.iter().all(|diverging| !diverging)));
     // the planted fault: draws of another target do not pass
     let other = Normal::new(5, 0.9);
-    let chains = sample_chains(&other, &about, EFFORT, StreamName::new(1, name), &none).expect("sampled");
+    let chains = at_once(&other, &about, EFFORT, StreamName::new(1, name)).expect("sampled");
     let halved = Normal {
         covariance: &target.covariance * 0.8,
         precision: target.precision.clone(),
@@ -112,7 +119,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
             .num_threads(threads)
             .build()
             .expect("a pool");
-        pool.install(|| sample_chains(&target, &about, effort, StreamName::new(7, "bytes"), &none))
+        pool.install(|| at_once(&target, &about, effort, StreamName::new(7, "bytes")))
             .expect("sampled")
     };
     let one = with(1);
@@ -150,14 +157,11 @@ fn the_edge_of_a_domain_is_counted_and_survived() {
     let count = |_: bool, diverging: bool| {
         heard.fetch_add(usize::from(diverging), std::sync::atomic::Ordering::Relaxed);
     };
-    let chains = sample_chains(
-        &Half,
-        &about,
-        EFFORT,
-        StreamName::new(1, "the_edge_of_a_domain"),
-        &count,
-    )
-    .expect("sampled");
+    let plan = SamplingPlan {
+        watcher: &count,
+        ..SamplingPlan::new(EFFORT, StreamName::new(1, "the_edge_of_a_domain"))
+    };
+    let chains = sample_chains(&Half, &about, plan, &mut |_| 0).expect("sampled");
     let diverged: usize = chains.iter().flat_map(|chain| &chain.diverging).filter(|d| **d).count();
     assert!(diverged > 0 && heard.into_inner() >= diverged);
     assert!(chains.iter().all(|chain| chain.points.iter().all(|x| *x > 0.0)));
@@ -175,20 +179,14 @@ fn chains_that_are_drawn_on_keep_what_they_would_have_kept_at_once() {
     };
     let streams = StreamName::new(7, "drawn on");
     let drawn_on = |threads: usize| {
-        let sampler = ChainSampler {
-            target: &target,
-            about: &about,
-            effort: of(20),
-            streams,
-            watcher: &none,
-        };
+        let plan = SamplingPlan::new(of(20), streams);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let mut blocks = [5, 15, 0].into_iter();
         pool.expect("a pool")
-            .install(|| sampler.sample_while(&mut |_| blocks.next().unwrap_or(0)))
+            .install(|| sample_chains(&target, &about, plan, &mut |_| blocks.next().unwrap_or(0)))
             .expect("sampled")
     };
-    let at_once = sample_chains(&target, &about, of(40), streams, &none).expect("sampled");
+    let at_once = at_once(&target, &about, of(40), streams).expect("sampled");
     assert_eq!(drawn_on(1), at_once);
     assert_eq!(drawn_on(2), at_once);
     assert_eq!(drawn_on(3), at_once);
@@ -224,16 +222,13 @@ fn chains_in_two_peaks_never_mix_and_one_peak_does() {
             converged: true,
             peaked: true,
         };
-        let sampler = ChainSampler {
-            target: &target,
-            about: &about,
-            effort: Effort { draws: 200, ..EFFORT },
-            streams: StreamName::new(1, "chains_in_two_peaks_never_mix"),
-            watcher: &none,
-        };
+        let effort = Effort { draws: 200, ..EFFORT };
+        let plan = SamplingPlan::new(effort, StreamName::new(1, "chains_in_two_peaks_never_mix"));
         let values = |chains: &[Chain]| vec![chains.iter().map(|chain| chain.points.clone()).collect::<Vec<_>>()];
         let lines = MixingLines::of_chains(EFFORT.chains);
-        let chains = sampler.sample_while(&mut |chains| draws_to_add(lines, &values(chains), MOST));
+        let chains = sample_chains(&target, &about, plan, &mut |chains| {
+            draws_to_add(lines, &values(chains), MOST)
+        });
         let values = values(&chains.expect("sampled"));
         (draws_a_chain(&values), lines.hold(&values, 1.0))
     };

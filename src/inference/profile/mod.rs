@@ -62,7 +62,7 @@ impl Limits {
 pub const AGREES: f64 = 0.15;
 
 /// A distance this near to 1 is a limit; it is off by about as much of the half width.
-const NEAR: f64 = 2e-3;
+const NEAR: f64 = 1e-4;
 
 /// The limit on the side of a first guess. `profile` gives the point for a target, which lies at or somewhat short of it;
 /// `None` where that is out of reach.

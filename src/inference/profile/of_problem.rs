@@ -1,10 +1,7 @@
-//! Profiles a function of the parameters of any least-squares problem, by steps to its limits or fits that are drawn to
-//! values of it.
+//! Profiles a function of the parameters of any least-squares problem, by fits that are drawn to values of it.
 //!
-//! Of all points with the squares of a limit, the limit is where the quantity is largest or least: a few steps lead there
-//! (Venzon and Moolgavkar 1988, Applied Statistics 37, 87). Where these come to no end or to a point that does not have
-//! the least squares of its value, fits find it: the least of squares + w (q(b) − c)² has, among all points with its own
-//! value of q, the least squares, so that whatever c and w are, it lies on the profile.
+//! The least of squares + w (q(b) − c)² has, among all points with its own value of q, the least squares, so that whatever c
+//! and w are, it lies on the profile.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -125,13 +122,7 @@ impl<'s> ProblemProfile<'s> {
     /// The limits of a function of the parameters; `None` where it has no standard error.
     pub fn limits(&self, quantity: impl Fn(&[f64]) -> Option<WithSlopes>) -> Option<Limits> {
         let about = AboutMinimum::new(self, quantity)?;
-        let [lo, hi] = SIDES.map(|side| {
-            let lowest = about.stepped(side).filter(|point| about.is_lowest(point));
-            match lowest.and_then(|point| (about.quantity)(&point)) {
-                Some(at) => Some(at.value),
-                None => about.searched(side),
-            }
-        });
+        let [lo, hi] = SIDES.map(|side| about.limit(side));
         Some(Limits { lo, hi })
     }
 }
@@ -182,47 +173,8 @@ impl<'p, Q: Fn(&[f64]) -> Option<WithSlopes>> AboutMinimum<'p, Q> {
         (distance - 1.0).abs() <= AGREES && off.abs() <= AGREES
     }
 
-    /// Where a quantity is largest, or on the other side least, among the points with the squares of a limit: by steps
-    /// that take these and the quantity for what their sums and slopes say (Venzon and Moolgavkar 1988). `None` where they
-    /// come to no end, as about a run near r = 0.
-    fn stepped(&self, side: f64) -> Option<Vec<f64>> {
-        const STEPS: usize = 12;
-        /// a step this long, in radii of the region, leaves the limit off by half its square
-        const SHORT: f64 = 1e-2;
-        let rise = self.region().rise();
-        let mut point = self.region().moved(&self.along.step, side);
-        for _ in 0..STEPS {
-            let slopes = DVector::from_vec((self.quantity)(&point)?.slopes);
-            let sums = self.sums_at(&point)?;
-            let root = sums.information.clone().cholesky()?;
-            let (down, across) = (root.solve(&sums.gradient), root.solve(&slopes));
-            let left = self.problem.least + rise - sums.squares + down.dot(&sums.gradient);
-            let step = &across * (side * (left / slopes.dot(&across)).sqrt()) - down;
-            let length = (step.dot(&(&sums.information * &step)) / rise).sqrt();
-            if !length.is_finite() {
-                return None;
-            }
-            point.iter_mut().zip(step.iter()).for_each(|(b, step)| *b += step);
-            if length <= SHORT {
-                return Some(point);
-            }
-        }
-        None
-    }
-
-    /// Whether the least squares at a limit are found from the minimum, too: a run near r = 0 can hold a point on its own
-    /// side.
-    fn is_lowest(&self, point: &[f64]) -> bool {
-        /// share of the rise to a limit
-        const LOWER: f64 = 1e-3;
-        let Some(at) = (self.quantity)(point) else { return false };
-        let [own, other] = [point, &self.region().minimum].map(|start| self.draw(at.value, start));
-        let costs = own.zip(other).map(|(own, other)| own.squares - other.squares);
-        costs.is_some_and(|more| more <= LOWER * self.region().rise())
-    }
-
     /// The limit on one side, by least squares drawn to one value of the quantity after the other.
-    fn searched(&self, side: f64) -> Option<f64> {
+    fn limit(&self, side: f64) -> Option<f64> {
         let value = self.value;
         let half_width = self.region().t * self.along.se;
         let mut last: Option<(Vec<f64>, f64)> = None;

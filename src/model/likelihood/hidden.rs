@@ -224,24 +224,13 @@ impl Hidden<'_> {
         let is_whole = self.over_bell(&mut sums)
             || match self.moves {
                 Moves::Energy => self.over_energy(&mut sums),
-                Moves::Speed => self.over_panels(&mut sums),
+                Moves::Speed => self.over_panels(&mut sums).is_some(),
             };
         // an integral that stops before its end is none
         if !is_whole {
             sums.of = [f64::NAN; 4];
         }
         sums.density()
-    }
-
-    /// Writes the integral over the true speed to the sums, by panels; false where there is no end of them.
-    fn over_panels(&self, sums: &mut Sums) -> bool {
-        let Some(nodes) = self.panels(FALL, sums) else {
-            return false;
-        };
-        for nodes in &nodes {
-            self.at_nodes(nodes, sums);
-        }
-        true
     }
 
     /// The log density alone.
@@ -252,44 +241,10 @@ impl Hidden<'_> {
 
     /// The log density of each run given the others, in their order: that of all less that of the others.
     pub fn given_the_others(&self) -> Vec<f64> {
-        /// twice as far down as is seen of all: a run that is off leaves the others where all together have little
-        const FAR: f64 = 2.0 * FALL;
-        /// a run that is farther off than this leaves them where all together have nothing
-        const OFF: f64 = 12.0;
-        let mut slopes = vec![SettingSlopes::default(); self.settings.len()];
-        let mut at = vec![SettingNodes::NONE; self.settings.len()];
-        let mut sums = Sums::of(&mut slopes, &mut at);
-        let count = self.runs().count();
-        let Some(panels) = self.panels(FAR, &mut sums) else {
-            return vec![f64::NAN; count];
-        };
-        let reference = sums.reference;
-        let (mut all, mut own, mut without) = (0.0, vec![0.0; count], vec![0.0; count]);
-        for [z, weight] in panels.iter().flat_map(|nodes| nodes.each()) {
-            let mut ln = -0.5 * z * z;
-            let mut each = own.iter_mut();
-            for setting in self.settings {
-                let kept = self.kept(setting, z);
-                for (run, own) in setting.runs.iter().zip(&mut each) {
-                    *own = self.density_at(run, kept, z).value;
-                    ln += *own;
-                }
-            }
-            all += weight * (ln - reference).exp();
-            for (sum, own) in without.iter_mut().zip(&own) {
-                *sum += weight * (ln - own - reference).exp();
-            }
-        }
-        let each = self.runs().zip(without).enumerate();
-        each.map(|(place, (run, without))| {
-            let given = all.ln() - without.ln();
-            if self.largest_of(run) - given < OFF {
-                given
-            } else {
-                all.ln() + reference - LN_ROOT_TWO_PI - self.without(place)
-            }
-        })
-        .collect()
+        let all = self.value();
+        (0..self.runs().count())
+            .map(|place| all - self.without(place))
+            .collect()
     }
 
     /// Every run, setting by setting.

@@ -266,74 +266,37 @@ fn sums_and_slopes_agree(scene: &Scene, full: &[f64; SLOTS]) {
     }
 }
 
-/// The statement on the energy's scale, a run at a time: noise of both kinds, with stuck runs counted or not logged.
+/// Without noise on the energy, far from the threshold, it is the noise on e to first order in σ.
 #[test]
-fn noise_on_the_energy_is_summed_as_it_is_written() {
-    for sticking in [Sticking::Censored, Sticking::Truncated] {
+fn noise_on_the_energy_goes_over_into_none() {
+    let [both, usual] = [NoiseOn::Both, NoiseOn::Restitution].map(|noise| {
         let mut scene = scene();
-        scene.model.noise = NoiseOn::Both;
-        scene.model.sticking = sticking;
-        let runs = runs(&scene, 30, "noise_on_the_energy_is_summed_as_it_is_written");
-        let form = Form::new(Inertia::Saturating, DRY_SPEEDS[1]);
-        let likelihood = Likelihood::new(&scene, &runs, form);
-        let full = with_trends(FULL);
-        assert!(likelihood.needs_rows());
-        let (mut slopes, mut unused) = ([0.0; SLOTS], [0.0; SLOTS]);
-        let value = likelihood.ln_density(&full, &mut slopes).expect("inside the domain");
-        let pointwise = Pointwise::new(&scene, &runs, form);
-        let at = pointwise.at(&full);
-        let by_run: f64 = (0..pointwise.len()).map(|run| at.ln_likelihood(run)).sum();
-        assert!(
-            (value - by_run).abs() < 1e-9 * (100.0 + value.abs()),
-            "{value} {by_run}"
-        );
-        for (place, slope) in slopes.iter().enumerate() {
-            let h = 1e-6 * full[place].abs().max(0.1);
-            let mut at = |step| {
-                likelihood
-                    .ln_density(&shifted(&full, place, step), &mut unused)
-                    .expect("inside")
-            };
-            let difference = (at(h) - at(-h)) / (2.0 * h);
-            let gap = (slope - difference).abs() / (1.0 + difference.abs());
-            assert!(gap < 2e-6, "{place}: {slope} {difference}");
-        }
-        // without noise on the energy, far from the threshold, it is the noise on e to first order in σ
-        let mut plain_scene = scene.clone();
-        plain_scene.model.noise = NoiseOn::Restitution;
-        let one = [NewRun {
+        scene.model.noise = noise;
+        scene
+    });
+    let form = Form::new(Inertia::Saturating, DRY_SPEEDS[1]);
+    let runs = |restitutions: &[f64]| {
+        let run = |restitution: &f64| NewRun {
             particle: "PTFE",
             liquid: Some("AK10"),
             diameter: 4e-3,
             film: Some((2.4e-4, 0.06)),
             impact_speed: 1.2,
-            restitution: 0.6,
-        }];
-        let mean = Pointwise::new(&scene, &runs::arrange(&scene, &one), form)
-            .at(&FULL)
-            .mean_and_sigma(0)
-            .0;
-        let clear: Vec<NewRun> = (0..20)
-            .map(|i| NewRun {
-                particle: "PTFE",
-                liquid: Some("AK10"),
-                diameter: 4e-3,
-                film: Some((2.4e-4, 0.06)),
-                impact_speed: 1.2,
-                restitution: mean + 0.001 * (f64::from(i) - 9.5),
-            })
-            .collect();
-        let clear = runs::arrange(&scene, &clear);
-        let mut full = FULL;
-        full[ParameterKind::SigmaWet.slot()] = 0.005;
-        let both = Likelihood::new(&scene, &clear, form);
-        let usual = Likelihood::new(&plain_scene, &clear, form);
-        for energy in [1e-5, 1e-6, 1e-7, 1e-8, 3e-9, 1e-9, 1e-10] {
-            full[ParameterKind::SigmaEnergy.slot()] = energy;
-            let value = both.ln_density(&full, &mut unused).expect("inside");
-            let expected = usual.ln_density(&full, &mut unused).expect("inside");
-            assert!((value - expected).abs() < 1e-4, "{energy}: {value} {expected}");
-        }
+            restitution: *restitution,
+        };
+        runs::arrange(&both, &restitutions.iter().map(run).collect::<Vec<_>>())
+    };
+    let (mean, _) = Pointwise::new(&both, &runs(&[0.6]), form).at(&FULL).mean_and_sigma(0);
+    let about: Vec<f64> = (0..20).map(|i| mean + 0.001 * (f64::from(i) - 9.5)).collect();
+    let likelihoods = [&both, &usual].map(|scene| Likelihood::new(scene, &runs(&about), form));
+    let (mut full, mut unused) = (FULL, [0.0; SLOTS]);
+    full[ParameterKind::SigmaWet.slot()] = 0.005;
+    for energy in [1e-5, 1e-6, 1e-7, 1e-8, 3e-9, 1e-9, 1e-10] {
+        full[ParameterKind::SigmaEnergy.slot()] = energy;
+        let [value, expected] = likelihoods
+            .each_ref()
+            .map(|of| of.ln_density(&full, &mut unused).expect("inside"));
+        assert!((value - expected).abs() < 1e-4, "{energy}: {value} {expected}");
     }
 }
 

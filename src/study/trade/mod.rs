@@ -17,7 +17,7 @@ use crate::inference::accuracy::{monte_carlo_error, normal_error};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::importance::DrawCounts;
 use crate::inference::mixing::summary_of;
-use crate::inference::nuts::Effort;
+use crate::inference::nuts::{Effort, SamplingPlan};
 use crate::inference::prepared_posterior::PreparedPosterior;
 use crate::inference::sampling::{sample_by_importance, sample_by_nuts, sample_normal, Method, Sampled};
 use crate::model::likelihood::Likelihood;
@@ -185,8 +185,8 @@ impl TradeSetup<'_> {
         };
         check_room(effort, self.parameters.dimension())?;
         let draw = |prepared: &PreparedPosterior| {
-            let stream = StreamName::new(self.seed, "trade reference");
-            sample_by_nuts(prepared, effort, stream, &|_, _| ()).map_err(|why| why.to_string())
+            let plan = SamplingPlan::new(effort, StreamName::new(self.seed, "trade reference"));
+            sample_by_nuts(prepared, plan, &mut |_| 0).map_err(|why| why.to_string())
         };
         let fail = |why: String| Error::Usage(format!("no long run to hold the others against: {why}"));
         let sampled = self.prepared(draw).map_err(fail)?;
@@ -293,7 +293,7 @@ impl TradeSetup<'_> {
                 (sampled.ok_or("the densities allow no weights")?, Ok(0.0))
             }
             Method::Nuts => {
-                let sampled = sample_by_nuts(prepared, self.effort, stream, &|_, _| ());
+                let sampled = sample_by_nuts(prepared, SamplingPlan::new(self.effort, stream), &mut |_| 0);
                 (sampled.map_err(|why| why.to_string())?, Ok(0.0))
             }
         })

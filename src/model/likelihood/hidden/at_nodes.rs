@@ -105,15 +105,6 @@ impl RuleNodes {
             self.push(self.x[0], 0.0);
         }
     }
-
-    /// z with its weight.
-    pub fn each(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
-        let nodes = self.x.iter().zip(&self.weights).take(self.count);
-        nodes.map(|(x, weight)| {
-            let [z, stretch] = self.path.at(*x);
-            [z, weight * stretch]
-        })
-    }
 }
 
 impl Hidden<'_> {

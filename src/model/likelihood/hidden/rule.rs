@@ -41,8 +41,6 @@ struct Panels {
     all: Vec<Panel>,
     /// the largest logarithm that is known
     best: f64,
-    /// where it is so much less there is nothing
-    fall: f64,
     /// z of nought and of the turns: farther out the logarithm has one largest value at most
     within: [f64; 2],
 }
@@ -188,12 +186,12 @@ impl Hidden<'_> {
         })
     }
 
-    /// The nodes of panels along the whole line, as far as the integrand falls by so much; `None` where there is no end of them.
-    /// The reference of the sums is then near its largest value.
-    pub(super) fn panels(&self, fall: f64, sums: &mut Sums) -> Option<Vec<RuleNodes>> {
+    /// Writes the integral over the true speed to the sums, by panels along the whole line as far as there is something; `None`
+    /// where there is no end of them.
+    pub(super) fn over_panels(&self, sums: &mut Sums) -> Option<()> {
         /// of the way from nought to a turn
         const PLACES: usize = 8;
-        let far = |ln: f64| (2.0 * (fall + self.largest() - ln)).max(0.0).sqrt();
+        let far = |ln: f64| (2.0 * (FALL + self.largest() - ln)).max(0.0).sqrt();
         let at_zero = self.ln_at(&[0.0], sums)[0];
         let mut places = vec![];
         for turn in self.turns(far(at_zero)) {
@@ -216,7 +214,6 @@ impl Hidden<'_> {
         let mut panels = Panels {
             all: vec![],
             best,
-            fall,
             within: turns
                 .iter()
                 .fold([0.0; 2], |[lo, hi]: [f64; 2], (z, _)| [lo.min(*z), hi.max(*z)]),
@@ -231,7 +228,7 @@ impl Hidden<'_> {
         sums.reference = best;
         let mut all: Vec<RuleNodes> = vec![];
         for Panel { path, ends, ln } in panels {
-            if ln.iter().all(|ln| *ln < best - fall) {
+            if ln.iter().all(|ln| *ln < best - FALL) {
                 continue;
             }
             for_nodes_of_panel(ends, |x, weight| match all.last_mut() {
@@ -239,8 +236,11 @@ impl Hidden<'_> {
                 _ => all.push(RuleNodes::along(path).with(x, weight)),
             });
         }
-        all.iter_mut().for_each(RuleNodes::fill);
-        Some(all)
+        for nodes in &mut all {
+            nodes.fill();
+            self.at_nodes(nodes, sums);
+        }
+        Some(())
     }
 
     /// Writes the integral over the noise on the energy of one run to the sums, by panels along x = m(r), from the turn outwards,
@@ -361,7 +361,7 @@ impl Hidden<'_> {
                 }
                 if let ([.., before, last], Some(z)) = (&heights[..], z.last()) {
                     let is_outside = *z < to.within[0] || *z > to.within[1];
-                    is_done |= is_outside && *last < to.best - to.fall && last < before;
+                    is_done |= is_outside && *last < to.best - FALL && last < before;
                 }
                 places = vec![places[places.len() - 1]];
             }
@@ -447,18 +447,15 @@ impl Hidden<'_> {
 
     /// The largest value that the logarithm of all factors but φ has.
     fn largest(&self) -> f64 {
-        self.runs().map(|run| self.largest_of(run)).sum()
-    }
-
-    pub(super) fn largest_of(&self, run: &MeasuredRun) -> f64 {
-        match run.seen {
+        let of = |run: &MeasuredRun| match run.seen {
             Seen::Rebound(_) => {
                 let errors = self.errors(run);
                 let least = errors.variance(self.noise.spreads.sigma * errors.ratio(-REACH));
                 self.noise.tails.ln_unit_density(0.0) - 0.5 * least.max(f64::MIN_POSITIVE).ln()
             }
             Seen::On(..) | Seen::Measured(..) => 0.0,
-        }
+        };
+        self.runs().map(of).sum()
     }
 }
 

@@ -1,9 +1,6 @@
 //! Tests densities, probabilities and draws against other arithmetic, and their slopes against differences.
 
 use super::*;
-use crate::model::likelihood::errors::Errors;
-use crate::model::likelihood::run_density::{RunDensity, Seen, Spreads};
-use crate::model::likelihood::run_noise::{MeasuredRun, RunNoise};
 use statrs::distribution::{Continuous, ContinuousCDF, StudentsT};
 
 const PROBABILITIES: [(f64, f64, f64, f64); 28] = [
@@ -96,40 +93,6 @@ fn probabilities_are_those_of_fifty_digit_arithmetic() {
             (found.z - mills).abs() < 1e-9 * mills + 1e-18,
             "{nu} {z}: {found:?} {mills}"
         );
-    }
-}
-
-/// What a dry run adds that came out so far above its mean.
-fn of_run(tails: Tails, distance: f64, sigma: f64) -> RunDensity {
-    let noise = RunNoise {
-        tails,
-        spreads: Spreads { sigma, energy: 0.0 },
-        wet: false,
-    };
-    let run = MeasuredRun {
-        seen: Seen::Rebound(0.5 + distance),
-        errors: Errors::NONE,
-    };
-    noise.density(&run, 0.5, 1.0)
-}
-
-#[test]
-fn slopes_agree_with_differences() {
-    for nu in [2.5, 7.0, 60.0] {
-        for (distance, sigma) in [(-0.3, 0.1), (0.02, 0.1), (0.001, 2.0)] {
-            let found = of_run(of_student(nu), distance, sigma);
-            let at = |nu, distance, sigma| of_run(of_student(nu), distance, sigma).value;
-            let h = 1e-6;
-            let of_mean = (at(nu, distance - h, sigma) - at(nu, distance + h, sigma)) / (2.0 * h);
-            let step = h * sigma;
-            let of_sigma = (at(nu, distance, sigma + step) - at(nu, distance, sigma - step)) / (2.0 * step);
-            let step = 1e-5 * nu;
-            let of_nu = (at(nu + step, distance, sigma) - at(nu - step, distance, sigma)) / (2.0 * step);
-            for (slope, difference) in [(found.kept, of_mean), (found.sigma, of_sigma), (found.shape, of_nu)] {
-                let gap = (slope - difference).abs() / (1.0 + difference.abs());
-                assert!(gap < 1e-6, "{nu} {distance} {sigma}: {slope} {difference}");
-            }
-        }
     }
 }
 

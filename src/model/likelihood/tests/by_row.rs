@@ -332,12 +332,45 @@ fn errors_of_zero_are_none() {
     }
 }
 
-/// New draws have the probabilities that the likelihood gives them, on both sides of a run's median.
-#[test]
-fn new_draws_lie_below_a_restitution_as_often_as_they_are_expected_to() {
+/// How many standard deviations the most deviant share of new draws lies from its probability: of those below a restitution on
+/// both sides of a run's mean, and of those that stick. Draws are made at these parameters.
+fn farthest(scene: &Scene, errors: bool, drawn_at: &[f64], name: &str) -> f64 {
     const DRAWS: usize = 20_000;
-    let mut rng = crate::seed::stream(1, "new_draws_lie_below_a_restitution", 0);
+    let mut rng = crate::seed::stream(1, name, 0);
+    let runs = runs(scene, 20, name);
+    let runs = if errors { with_errors(runs) } else { runs };
+    let pointwise = Pointwise::new(scene, &runs, Form::new(Inertia::Saturating, DRY_SPEEDS[0]));
+    let (at, drawn_at) = (pointwise.at(&FULL), pointwise.at(drawn_at));
+    let limit = scene.data.smallest_restitution;
+    let mut farthest: f64 = 0.0;
+    for run in (0..runs.len()).step_by(7) {
+        let (mean, sigma) = at.mean_and_sigma(run);
+        let points = [mean - 2.0 * sigma, mean + sigma].map(|e| e.max(limit));
+        let mut below = [0.0; 2];
+        for _ in 0..DRAWS {
+            let new = drawn_at.predict(run, &mut rng);
+            assert!(new == 0.0 || new > limit);
+            for (below, point) in below.iter_mut().zip(points) {
+                *below += f64::from(u8::from(new <= point));
+            }
+        }
+        for (below, point) in below.into_iter().zip(points) {
+            let p = at.tails().probability(at.z(run, point));
+            let n = DRAWS as f64;
+            // a share of hardly any or of nearly all says nothing in normal terms
+            if n * p.min(1.0 - p) > 100.0 {
+                farthest = farthest.max((below - n * p).abs() / (n * p * (1.0 - p)).sqrt());
+            }
+        }
+    }
+    farthest
+}
+
+#[test]
+fn new_draws_have_the_probabilities_that_the_likelihood_gives_them() {
+    let name = "new_draws_have_the_probabilities";
     for (likelihood, noise, errors) in [
+        (scene::LikelihoodFamily::Normal, NoiseOn::Restitution, false),
         (scene::LikelihoodFamily::Normal, NoiseOn::Both, false),
         (scene::LikelihoodFamily::Student, NoiseOn::Both, false),
         (scene::LikelihoodFamily::Student, NoiseOn::Restitution, false),
@@ -346,21 +379,14 @@ fn new_draws_lie_below_a_restitution_as_often_as_they_are_expected_to() {
     ] {
         let mut scene = scene();
         (scene.model.likelihood, scene.model.noise) = (likelihood, noise);
-        let runs = runs(&scene, 20, "new_draws_lie_below_a_restitution");
-        let runs = if errors { with_errors(runs) } else { runs };
-        let pointwise = Pointwise::new(&scene, &runs, Form::new(Inertia::Saturating, DRY_SPEEDS[0]));
-        let at = pointwise.at(&FULL);
-        let rebounds = (0..runs.len()).filter(|run| runs.restitution[*run] > 0.3).step_by(29);
-        for run in rebounds {
-            let (mean, sigma) = at.mean_and_sigma(run);
-            for side in [-2.0, 1.0] {
-                let e = mean + side * sigma;
-                let probability = at.tails().probability(at.z(run, e));
-                let below = (0..DRAWS).filter(|_| at.predict(run, &mut rng) < e).count() as f64;
-                let n = DRAWS as f64;
-                let z = (below - n * probability) / (n * probability * (1.0 - probability)).sqrt();
-                assert!(z.abs() < 4.5, "{run} {side}: {z}");
-            }
-        }
+        let found = farthest(&scene, errors, &FULL, name);
+        assert!(found < 4.5, "{likelihood:?} {noise:?} {errors}: {found}");
+    }
+    // the planted fault: a spread that is a tenth too wide
+    for kind in [ParameterKind::SigmaWet, ParameterKind::SigmaDry] {
+        let mut wider = FULL;
+        wider[kind.slot()] *= 1.1;
+        let found = farthest(&scene(), false, &wider, name);
+        assert!(found > 9.0, "{found}");
     }
 }

@@ -4,7 +4,6 @@ use super::by_row::with_errors;
 use super::*;
 use crate::model::likelihood::pointwise::EvaluatedLaw;
 use crate::physics::Viscous;
-use crate::seed::stream;
 
 /// Every kind of noise, with stuck runs censored and not logged, with and without errors of the runs' own.
 fn scenes() -> Vec<(Scene, bool)> {
@@ -53,59 +52,5 @@ fn runs_at_many_draws_have_the_likelihoods_of_one_at_one() {
                 assert_eq!(rows, expected, "{form:?}");
             }
         }
-    }
-}
-
-/// How many standard deviations the most deviant share of new draws lies from its probability: of those below a
-/// restitution on both sides of the mean, and of those that stick.
-fn farthest(full: &[f64], name: &str) -> f64 {
-    const DRAWS: usize = 20_000;
-    let scene = scene();
-    let runs = runs(&scene, 20, name);
-    let pointwise = Pointwise::new(&scene, &runs, Form::new(Inertia::Saturating, DRY_SPEEDS[0]));
-    let (at, drawn_at) = (pointwise.at(&FULL), pointwise.at(full));
-    let limit = scene.data.smallest_restitution;
-    let points = |run: usize| {
-        let (mean, sigma) = at.mean_and_sigma(run);
-        [mean - sigma, mean + 0.5 * sigma].map(|e| e.max(limit))
-    };
-    let mut below = vec![[0.0; 2]; runs.len()];
-    let mut rng = stream(1, name, 0);
-    for _ in 0..DRAWS {
-        let new = drawn_at.predictions(&mut rng);
-        for (run, (below, new)) in below.iter_mut().zip(&new).enumerate() {
-            assert!(*new == 0.0 || *new > limit);
-            for (below, point) in below.iter_mut().zip(points(run)) {
-                *below += f64::from(u8::from(*new <= point));
-            }
-        }
-    }
-    let mut farthest: f64 = 0.0;
-    for (run, below) in below.iter().enumerate() {
-        for (below, point) in below.iter().zip(points(run)) {
-            let p = at.tails().probability(at.z(run, point));
-            let n = DRAWS as f64;
-            // a share of hardly any or of nearly all says nothing in normal terms
-            if n * p.min(1.0 - p) > 100.0 {
-                farthest = farthest.max((below - n * p).abs() / (n * p * (1.0 - p)).sqrt());
-            }
-        }
-    }
-    farthest
-}
-
-#[test]
-fn new_draws_of_all_runs_have_their_probabilities() {
-    let found = farthest(&FULL, "new_draws_of_all_runs_have_their_probabilities");
-    assert!(found < 4.5, "{found}");
-}
-
-#[test]
-fn a_spread_a_tenth_too_wide_is_seen() {
-    for kind in [ParameterKind::SigmaWet, ParameterKind::SigmaDry] {
-        let mut full = FULL;
-        full[kind.slot()] *= 1.1;
-        let found = farthest(&full, "a_spread_a_tenth_too_wide_is_seen");
-        assert!(found > 9.0, "{found}");
     }
 }
