@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::averaged::{mean_of, MeanOf};
 use super::errors::{self, RunError};
 use super::raw_row::{bad_cell, BadCell, RawRow, StokesScale, Surface, LARGEST_RESTITUTION, MEASUREMENT_SDS};
-use super::told_twice::{speed_ratios, SpeedRatios};
+use super::told_twice::{rounding_of_speed, speed_ratios, SpeedRatios};
 use crate::error::PROBLEMS_SHOWN;
 use crate::physics::numbers::free_fall_speed;
 use crate::scene::{name_expected, RunColumn, Scene, DRY};
@@ -16,9 +16,6 @@ const LEAST_OF_PERCENT: f64 = 5.0;
 
 /// Rebound speed over impact speed and a restitution given beside them must agree to this, or to what rounding explains.
 const AGREEMENT: f64 = 0.002;
-
-/// The most that rounding may explain: more is a contradiction, however few digits are written.
-const MOST_BY_ROUNDING: f64 = 0.05;
 
 /// What is expected of a run whose rebound is missing, which is not one that stuck.
 const REBOUND_EXPECTED: &str =
@@ -212,7 +209,7 @@ pub(super) fn check_row(
         let of_stokes = StokesScale::of(checker.scene, particle, liquid, diameter);
         ratios = surface
             .as_ref()
-            .map_or(ratios, |surface| speed_ratios(raw, surface, &of_stokes));
+            .map_or(ratios, |surface| speed_ratios(raw, surface, &of_stokes, &rounding));
         if !has_speed {
             impact_speed = derived_speed(raw, surface.as_ref(), of_stokes, problems);
         }
@@ -377,13 +374,9 @@ fn restitution(
     let by_rounding = |e: f64| {
         let impact = [RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes];
         let impact = impact.into_iter().find(|column| raw[*column].is_some());
-        // v grows as √h
-        let share = |column: RunColumn| match column {
-            RunColumn::DropHeight | RunColumn::ReboundHeight => 0.5 * rounding(column),
-            _ => rounding(column),
-        };
-        let shares = [Some(RunColumn::Restitution), Some(column), impact].map(|column| column.map_or(0.0, share));
-        (e * shares.iter().sum::<f64>()).clamp(AGREEMENT, MOST_BY_ROUNDING) * (1.0 + 1e-9)
+        let speeds = [Some(column), impact].into_iter().flatten();
+        let of_speeds: f64 = speeds.map(|column| rounding_of_speed(raw, column, &rounding)).sum();
+        (e * (rounding(RunColumn::Restitution) + of_speeds)).max(AGREEMENT) * (1.0 + 1e-9)
     };
     match given {
         // what is within needs no look at the digits
