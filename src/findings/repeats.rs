@@ -188,6 +188,39 @@ fn set_steps(rebounds: &mut [Rebound]) {
     }
 }
 
+/// The difference of the restitutions of two runs at one setting.
+#[derive(Clone, Copy)]
+struct Difference {
+    square: f64,
+    /// whether rounding explains it
+    is_rounding: bool,
+}
+
+/// What no experiment scatters less than; only where the rows cannot tell.
+const LEAST_SCATTER: f64 = 0.002;
+
+/// The sd of single runs by their differences; `None` of few.
+fn scatter_of<'d>(differences: impl Iterator<Item = &'d Difference>) -> Option<f64> {
+    /// pairs that tell a scatter
+    const ENOUGH: usize = 20;
+    /// mean square of a normal without the largest tenth of its squares
+    const OF_REST: f64 = 0.623;
+    /// square of a normal that a quarter of its squares are below, of these without the largest tenth
+    const OF_QUARTER: f64 = 0.0817;
+    let mut rest: Vec<Difference> = differences.copied().collect();
+    rest.sort_by(|one, other| one.square.total_cmp(&other.square));
+    // without what outliers add
+    rest.truncate(rest.len() - rest.len() / 10);
+    let mean = rest.iter().map(|one| one.square).sum::<f64>() / rest.len().max(1) as f64;
+    // runs in clusters agree more often than their spread says
+    let apart: Vec<&Difference> = rest.iter().filter(|one| !one.is_rounding).collect();
+    let quarter = apart
+        .get(apart.len() / 4)
+        .map_or(f64::MAX, |one| one.square / OF_QUARTER);
+    let least = if apart.len() < ENOUGH { LEAST_SCATTER } else { 0.0 };
+    (rest.len() >= ENOUGH).then_some((0.5 * quarter.min(mean / OF_REST)).sqrt().max(least))
+}
+
 /// Sets by how much restitutions scatter at the setting of each rebound: as those near its speed do, or those of its group,
 /// whichever is less.
 fn set_scatter(rebounds: &mut [Rebound]) {
@@ -197,60 +230,37 @@ fn set_scatter(rebounds: &mut [Rebound]) {
     const LAGS: std::ops::RangeInclusive<usize> = 1..=4;
     /// places in that order to those that are near
     const NEAR: usize = 10;
-    /// pairs that tell a scatter
-    const ENOUGH: usize = 20;
-    /// mean square of a normal without the largest tenth of its squares
-    const OF_REST: f64 = 0.623;
-    /// square of a normal that a quarter of its squares are below, of these without the largest tenth
-    const OF_QUARTER: f64 = 0.0817;
-    /// what no experiment scatters less than; only where the rows cannot tell
-    const LEAST: f64 = 0.002;
     let mut sorted: Vec<usize> = (0..rebounds.len()).collect();
     // stable: at one speed in the order of the table
     sorted.sort_by(|a, b| {
         let (a, b) = (&rebounds[*a], &rebounds[*b]);
         a.group.cmp(&b.group).then(a.speed.total_cmp(&b.speed))
     });
-    // squares of the differences of a rebound from those after it, each with whether rounding explains it
-    let squares_at = |at: usize| -> Vec<(f64, bool)> {
+    let differences = |at: usize| -> Vec<Difference> {
         let one = &rebounds[sorted[at]];
         let others = LAGS.filter_map(|lag| Some(&rebounds[*sorted.get(at + lag)?]));
         let close = others.filter(|other| other.group == one.group && other.speed <= (1.0 + CLOSE) * one.speed);
-        close
-            .map(|other| ((other.restitution - one.restitution).powi(2), one.agrees(other, 2)))
-            .collect()
+        let difference = |other: &Rebound| Difference {
+            square: (other.restitution - one.restitution).powi(2),
+            is_rounding: one.agrees(other, 2),
+        };
+        close.map(difference).collect()
     };
-    let squares: Vec<Vec<(f64, bool)>> = (0..sorted.len()).map(squares_at).collect();
-    let sd = |own: &[Vec<(f64, bool)>]| {
-        let mut own = own.concat();
-        own.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // without what outliers add
-        own.truncate(own.len() - own.len() / 10);
-        let mean = own.iter().map(|(square, _)| square).sum::<f64>() / own.len().max(1) as f64;
-        // runs in clusters agree more often than their spread says
-        let apart: Vec<f64> = own
-            .iter()
-            .filter(|(_, agree)| !agree)
-            .map(|(square, _)| *square)
-            .collect();
-        let quarter = apart
-            .get(apart.len() / 4)
-            .map_or(f64::MAX, |square| square / OF_QUARTER);
-        let least = if apart.len() < ENOUGH { LEAST } else { 0.0 };
-        (own.len() >= ENOUGH).then_some((0.5 * quarter.min(mean / OF_REST)).sqrt().max(least))
-    };
+    let differences: Vec<Vec<Difference>> = (0..sorted.len()).map(differences).collect();
     let of_all = [false, true].map(|wet| {
         let own = (0..sorted.len()).filter(|at| rebounds[sorted[*at]].wet == wet);
-        sd(&own.map(|at| squares[at].clone()).collect::<Vec<_>>()).unwrap_or(LEAST)
+        scatter_of(own.flat_map(|at| &differences[at])).unwrap_or(LEAST_SCATTER)
     });
     let mut scatter = vec![0.0; sorted.len()];
     let mut start = 0;
     for group in sorted.chunk_by(|a, b| rebounds[*a].group == rebounds[*b].group) {
         let end = start + group.len();
-        let of_group = sd(&squares[start..end]).unwrap_or(of_all[usize::from(rebounds[group[0]].wet)]);
+        let of_group =
+            scatter_of(differences[start..end].iter().flatten()).unwrap_or(of_all[usize::from(rebounds[group[0]].wet)]);
         for at in start..end {
             let near = at.saturating_sub(NEAR).max(start)..(at + NEAR).min(end);
-            scatter[sorted[at]] = sd(&squares[near]).map_or(of_group, |near| near.min(of_group));
+            let near = scatter_of(differences[near].iter().flatten());
+            scatter[sorted[at]] = near.map_or(of_group, |near| near.min(of_group));
         }
         start = end;
     }
