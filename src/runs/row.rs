@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::averaged::{mean_of, MeanOf};
 use super::errors::{self, RunError};
 use super::raw_row::{bad_cell, BadCell, RawRow, StokesScale, Surface, LARGEST_RESTITUTION, MEASUREMENT_SDS};
-use super::told_twice::{rounding_of_speed, speed_ratios, SpeedRatios};
+use super::told_twice::{rounding_of_log, speed_ratios, SpeedRatios};
 use crate::error::PROBLEMS_SHOWN;
 use crate::physics::numbers::free_fall_speed;
 use crate::scene::{name_expected, RunColumn, Scene, DRY};
@@ -374,9 +374,11 @@ fn restitution(
     let by_rounding = |e: f64| {
         let impact = [RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes];
         let impact = impact.into_iter().find(|column| raw[*column].is_some());
-        let speeds = [Some(column), impact].into_iter().flatten();
-        let of_speeds: f64 = speeds.map(|column| rounding_of_speed(raw, column, &rounding)).sum();
-        (e * (rounding(RunColumn::Restitution) + of_speeds)).max(AGREEMENT) * (1.0 + 1e-9)
+        let columns = [Some(RunColumn::Restitution), Some(column), impact]
+            .into_iter()
+            .flatten();
+        let of_log: f64 = columns.map(|column| rounding_of_log(raw, column, &rounding)).sum();
+        (e * of_log.exp_m1()).max(AGREEMENT) * (1.0 + 1e-9)
     };
     match given {
         // what is within needs no look at the digits

@@ -25,19 +25,20 @@ const APART: f64 = 0.1;
 /// Rows that are named.
 const NAMED: usize = 5;
 
-/// By which share the speed that a column gives may be off by the last digit that is written there, where `rounding` gives half
-/// of that as a share of its number.
-pub(super) fn rounding_of_speed(raw: &RawRow, column: RunColumn, rounding: impl Fn(RunColumn) -> f64) -> f64 {
+/// By how much the logarithm of what a column gives, a speed or a restitution, may be off by the last digit that is written
+/// there, where `rounding` gives half of that as a share of its number.
+pub(super) fn rounding_of_log(raw: &RawRow, column: RunColumn, rounding: impl Fn(RunColumn) -> f64) -> f64 {
     /// half of the last digit of a height and of a speed that is read to the fewest digits, m and m/s: beyond, zeros are not
     /// written
     const COARSEST: [f64; 2] = [0.005, 0.05];
     let at_most = |coarsest: f64| raw[column].map_or(0.0, |value| rounding(column).min(coarsest / value));
-    match column {
+    let (share, power) = match column {
         // v grows as √h
-        RunColumn::DropHeight | RunColumn::ReboundHeight => 0.5 * at_most(COARSEST[0]),
-        RunColumn::ImpactSpeed | RunColumn::ReboundSpeed => at_most(COARSEST[1]),
-        _ => rounding(column),
-    }
+        RunColumn::DropHeight | RunColumn::ReboundHeight => (at_most(COARSEST[0]), 0.5),
+        RunColumn::ImpactSpeed | RunColumn::ReboundSpeed => (at_most(COARSEST[1]), 1.0),
+        _ => (rounding(column), 1.0),
+    };
+    -power * (-share).ln_1p()
 }
 
 /// Those of a run; 1 where rounding explains what they are.
@@ -62,7 +63,7 @@ pub(super) fn speed_ratios(
         }
         let ratio = Some(speed(one)? / speed(other)?).filter(|ratio| *ratio > 0.0 && ratio.is_finite())?;
         let by_rounding: f64 = [one, other]
-            .map(|column| rounding_of_speed(raw, column, &rounding))
+            .map(|column| rounding_of_log(raw, column, &rounding))
             .iter()
             .sum();
         Some(if ratio.ln().abs() <= by_rounding { 1.0 } else { ratio })
