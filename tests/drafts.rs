@@ -188,6 +188,81 @@ fn what_two_units_or_two_columns_could_be_is_left_to_be_filled_in() {
     assert!(out.contains("`dry, no oil` in `liquid` is dry"), "{out}");
 }
 
+/// A table whose liquids or films stand under names that nobody knows is not taken for dry.
+#[test]
+fn columns_that_may_say_what_is_wet_are_asked_for() {
+    let run = |header: &str, row: &str| drafted(&format!("ball,D (mm),v (m/s),e,{header}\nPTFE,4,1,0.8,{row}\n"));
+    for (header, row) in [
+        ("condition", "A10"),
+        ("Aceite,Espesor (µm)", "M50,200"),
+        ("h_l [mm]", "0.2"),
+        ("depth / mm", "0.2"),
+    ] {
+        let (marks, out) = run(header, row);
+        assert_eq!(marks, ["columns.liquid"], "{header}");
+        out.lacks("every run is dry;");
+        out.says("; no liquid known");
+        out.says("no column is known to say the liquid or the film: if `");
+        out.says("if every run is dry, take `liquid` out of columns");
+    }
+    // the twins: what holds neither
+    for (header, row) in [
+        ("date", "May 3"),
+        ("No.", "7"),
+        ("T (°C)", "21.5"),
+        ("angle (deg)", "1.2"),
+    ] {
+        let (marks, out) = run(header, row);
+        assert!(
+            marks.is_empty() && out.contains("; every run is dry"),
+            "{header}: {out}"
+        );
+    }
+}
+
+/// A scene that names liquids, with a table that says of no run which one it has.
+#[test]
+fn liquids_that_no_table_tells_of_are_asked_for() {
+    let place = Folder::new();
+    let liquid = "density_kg_m3 = 930\nviscosity_mPa_s = 9.3\n";
+    let checked = |header: &str, cell: &str, data: &str, liquids: &[&str]| {
+        let rows: String = (0..9)
+            .map(|run| format!("PTFE,4,{cell},{}.5,0.7{run}\n", 1 + run % 2))
+            .collect();
+        place.write(
+            "runs.csv",
+            format!("particle,diameter_mm,{header},impact_speed_m_s,restitution\n{rows}"),
+        );
+        let liquids: String = liquids
+            .iter()
+            .map(|name| format!("[liquids.{name}]\n{liquid}"))
+            .collect();
+        let text = format!("[data]\nruns = \"runs.csv\"\n{data}\n[particles.PTFE]\ndensity_kg_m3 = 2150\n{liquids}");
+        place.write("scene.toml", text);
+        place.run("check scene.toml")
+    };
+    let (status, _, err) = checked("oil,thick", "AK10,200", "", &["AK10", "M50"]);
+    assert_eq!(status, Some(2), "{err}");
+    err.says("runs.csv: 1 problem");
+    err.says("no column `liquid`, though the scene has [liquids]");
+    err.says("constants = { liquid = \"AK10\" }");
+    // told by the scene, and a liquid of two that no run has
+    for (header, cell, data) in [
+        ("oil,film_um", "AK10,200", "columns = { liquid = \"oil\" }"),
+        ("film_um", "200", "constants = { liquid = \"AK10\" }"),
+    ] {
+        let (status, _, err) = checked(header, cell, data, &["AK10", "M50"]);
+        assert_eq!(status, Some(0), "{err}");
+        err.lacks("no run in use has a liquid");
+    }
+    // every run said to be dry
+    let (status, _, err) = checked("liquid", "dry", "", &["AK10"]);
+    assert_eq!(status, Some(0), "{err}");
+    err.says("no run in use has a liquid; the scene names AK10");
+    let (status, _, err) = checked("oil", "AK10", "", &[]);
+    assert_eq!(status, Some(0), "{err}");
+}
+
 /// A foot row is no sphere, in any language that the reader of runs knows.
 #[test]
 fn foot_rows_are_left_out_and_named() {

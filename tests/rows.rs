@@ -279,6 +279,33 @@ fn contradictions(found: &Findings) -> Vec<String> {
     checks.map(|check| check.text.clone()).collect()
 }
 
+/// Heights to a whole centimetre, which give speeds that are off by up to a fifth.
+#[test]
+fn columns_agree_as_far_as_their_digits_tell() {
+    let place = place();
+    let of = |column: &str, cell: &dyn Fn(f64, f64) -> String| -> Vec<String> {
+        let mut text = format!("{HEADER},{column}\n");
+        for run in 0..60 {
+            let height = [1.3_f64, 1.35, 2.4, 3.4, 5.4, 8.4][run / 10];
+            let v = (0.1962 * height).sqrt();
+            let e = 1.0 - 0.183 * v.powf(0.2) + 0.01 * ((11 * run) % 17) as f64 / 17.0;
+            writeln!(text, "PTFE,dry,4.762,,{v:.3},{e:.4},{}", cell(height, e)).expect("a text");
+        }
+        contradictions(&place.fit_rows(&text))
+    };
+    assert_eq!(
+        of("drop_height_cm", &|height, _| format!("{height:.0}")),
+        Vec::<String>::new()
+    );
+    let rebound = |height: f64, e: f64| format!("{:.0}", height * e * e);
+    assert_eq!(of("rebound_height_cm", &rebound), Vec::<String>::new());
+    // the twins: with the digits that would tell, and off by a factor of 10
+    let off = of("drop_height_cm", &|height, _| format!("{height:.0}.0"));
+    assert!(off.len() == 1 && off[0].contains("0.9"), "{off:?}");
+    let slip = of("drop_height_cm", &|height, _| format!("{:.0}", 10.0 * height));
+    assert!(slip.len() == 1 && slip[0].contains("a factor of 10"), "{slip:?}");
+}
+
 #[test]
 fn a_column_of_the_film_over_the_radius_forbids_quoting() {
     let place = place();

@@ -106,7 +106,9 @@ fn summary(draft: &Draft, out: &Path) -> String {
         draft.rows,
         list(&draft.particles)
     );
-    if draft.liquids.is_empty() {
+    if draft.may_be_wet {
+        text.push_str("; no liquid known");
+    } else if draft.liquids.is_empty() {
         text.push_str("; every run is dry");
     } else {
         text.push_str(&format!("; liquids {}", list(&draft.liquids)));

@@ -16,6 +16,7 @@ use crate::error::{file_name, quoted, Problem};
 use crate::remark::{Level, Remark};
 use crate::scene::{RunColumn, Scene};
 
+const LIQUIDS_WITHOUT_RUNS: &str = "liquids_without_runs";
 const UNKNOWN_COLUMN: &str = "unknown_column";
 const UNHEEDED_COLUMN: &str = "unheeded_column";
 const RESTITUTION_ABOVE_ONE: &str = "restitution_above_one";
@@ -30,8 +31,9 @@ pub(super) const SHEETS_NOT_READ: &str = "sheets_not_read";
 pub(super) const CONDENSED_RUNS: &str = "condensed_runs";
 
 /// The codes of what reading says of a table.
-pub(crate) const OF_READING: [&str; 12] = [
+pub(crate) const OF_READING: [&str; 13] = [
     SHEETS_NOT_READ,
+    LIQUIDS_WITHOUT_RUNS,
     HIDDEN_ROWS,
     LABELLED_ROWS,
     HEIGHTS_ASSUMED,
@@ -498,6 +500,26 @@ impl Collected {
     /// Whether means stand for more runs than are kept.
     pub fn has_too_many_averaged(&self) -> bool {
         self.averaged[1] > MOST_AVERAGED
+    }
+
+    /// Whether the table, or the scene, says of each run which liquid it has.
+    pub fn tells_liquid(&self) -> bool {
+        self.remarks.tells_liquid
+    }
+
+    /// Says that the scene names liquids and no run in use has one.
+    pub fn liquids_without_runs(&self, scene: &Scene) -> Option<Remark> {
+        let is_wet = |liquid: &u32| *liquid != RunsAsRead::NO_LIQUID;
+        if scene.liquids.is_empty() || self.columns.liquid.iter().any(is_wet) {
+            return None;
+        }
+        let names: Vec<&str> = scene.liquids.iter().map(|liquid| liquid.name.as_str()).collect();
+        Some(Remark::new(
+            LIQUIDS_WITHOUT_RUNS,
+            names.len(),
+            format!("no run in use has a liquid; the scene names {}", names.join(", ")),
+            "look whether the column `liquid` says which runs are wet",
+        ))
     }
 
     /// How columns of the table, which stands after so many rows of others, compare where they tell the same thing.

@@ -61,6 +61,8 @@ pub(super) struct HeaderRemarks {
     pub films: [String; 2],
     /// whether speeds follow from heights of a point of the sphere that the scene does not tell
     pub assumes_lowest_point: bool,
+    /// whether it or the scene says of each run which liquid it has
+    pub tells_liquid: bool,
 }
 
 /// A column's place in a table.
@@ -140,6 +142,7 @@ impl<'s> TableLayout<'s> {
             told_twice: TOLD_TWICE.map(|both| both.map(|column| self.name(column))),
             films: [RunColumn::FilmRatio, RunColumn::Film].map(|column| self.name(column)),
             assumes_lowest_point: reads_heights && !self.naming.heights_of_is_told,
+            tells_liquid: self.gives(RunColumn::Liquid),
             unknown: std::mem::take(&mut self.remarks.unknown),
         };
     }

@@ -1,6 +1,6 @@
 //! Drafts a scene from a table of runs: its particles and liquids, its columns as far as they can be guessed, and every key.
 
-use super::guess::{guess, marks_bad_runs, may_hold_names, may_hold_reasons};
+use super::guess::{guess, marks_bad_runs, may_hold_films, may_hold_names, may_hold_reasons};
 use super::headers::other_quantity;
 use super::headers::units::{unit_of, StatedUnit};
 use super::survey::{LabelledRow, Survey, SurveyedColumn};
@@ -17,8 +17,10 @@ pub struct Draft {
     pub rows: usize,
     /// the kinds of spheres
     pub particles: Vec<String>,
-    /// the liquids; none where every run is dry
+    /// the liquids; none where every run is dry, or no column is known to say them
     pub liquids: Vec<String>,
+    /// whether a column that is not read may say that runs are wet
+    pub may_be_wet: bool,
     /// the sheets of a workbook that hold them; empty where the table has no others
     pub sheets: Vec<String>,
     /// what was guessed of its columns and words, each in a sentence
@@ -50,6 +52,8 @@ struct Naming<'s> {
     sheets: Vec<(String, &'static str, String)>,
     guessed: Vec<String>,
     unused: Vec<&'s SurveyedColumn>,
+    /// whether one of these may say that runs are wet
+    may_be_wet: bool,
 }
 
 /// Drafts the scene of a table that it is to name `runs`.
@@ -99,6 +103,7 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
         rows,
         particles,
         liquids,
+        may_be_wet: naming.may_be_wet,
         sheets: survey.sheets.clone(),
         guessed: naming.guessed,
         unused: naming.unused.iter().map(|column| column.name.clone()).collect(),
@@ -199,6 +204,7 @@ impl<'s> Naming<'s> {
         } else if self.has(RunColumn::Film) {
             return self.only(of_runs, LIQUID, "all runs are wet, with one liquid");
         } else {
+            self.ask_for_liquids();
             return vec![];
         };
         let ours = ours.into_iter().map(|(_, ours)| ours);
@@ -224,6 +230,24 @@ impl<'s> Naming<'s> {
         self.guessed
             .push(format!("no column says the {}: {then}", of_runs.base()));
         vec![name.to_owned()]
+    }
+
+    /// Leaves the column of liquids to be filled in where one that is not known may hold them, or films.
+    fn ask_for_liquids(&mut self) {
+        let unused = self.unused.iter();
+        let wet = unused.filter(|column| may_hold_names(column) || may_hold_films(column));
+        let wet: Vec<String> = wet.map(|column| quoted(&column.name)).collect();
+        if wet.is_empty() {
+            return;
+        }
+        self.may_be_wet = true;
+        self.guessed.push(format!(
+            "no column is known to say the liquid or the film: if {} does, name it `liquid` or `film_um` in columns and write a \
+             table [liquids.NAME] for each liquid; if every run is dry, take `liquid` out of columns",
+            wet.join(" or ")
+        ));
+        self.columns
+            .push((RunColumn::Liquid.base().to_owned(), FILL_IN.to_owned()));
     }
 
     /// Takes no guessed column for the number of averaged runs unless another has their spread, and none for the spread

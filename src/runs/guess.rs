@@ -48,6 +48,14 @@ pub(super) fn may_hold_names(column: &SurveyedColumn) -> bool {
     is_of_words && !holds_days && !may_hold_reasons(&column.name)
 }
 
+/// Whether a column that is not read may hold films: numbers with a unit of length.
+pub(super) fn may_hold_films(column: &SurveyedColumn) -> bool {
+    let stated = parted(&column.name).1.or_else(|| unit_of_cell(&column.unit));
+    let units = Dimension::Length.units().iter().chain(Dimension::Thickness.units());
+    let mut suffixes = units.map(|unit| unit.suffix);
+    column.largest.is_some() && suffixes.any(|suffix| stated == Some(StatedUnit::Ours(suffix)))
+}
+
 /// What columns of days and times are called, which are words to a reader of cells.
 const CALLED_DAYS: &str = "date day time datum tag zeit uhrzeit heure jour timestamp";
 

@@ -105,7 +105,7 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
     for ((table, collected), hash) in tables.iter().zip(of_files).zip(hashes) {
         joined.add((collected, hash), table)?;
     }
-    let (collected, mut table) = joined.finish();
+    let (collected, mut table) = joined.finish(scene)?;
     let mut sample = arrange_part(collected.columns, &cells, scene);
     sample.places = std::mem::take(&mut table.runs.places);
     check_spheres(scene, &sample.spheres)?;

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::averaged::{mean_of, MeanOf};
 use super::errors::{self, RunError};
 use super::raw_row::{bad_cell, BadCell, RawRow, StokesScale, Surface, LARGEST_RESTITUTION, MEASUREMENT_SDS};
-use super::told_twice::{speed_ratios, SpeedRatios};
+use super::told_twice::{rounding_of_log, speed_ratios, SpeedRatios};
 use crate::error::PROBLEMS_SHOWN;
 use crate::physics::numbers::free_fall_speed;
 use crate::scene::{name_expected, RunColumn, Scene, DRY};
@@ -17,8 +17,8 @@ const LEAST_OF_PERCENT: f64 = 5.0;
 /// Rebound speed over impact speed and a restitution given beside them must agree to this, or to what rounding explains.
 const AGREEMENT: f64 = 0.002;
 
-/// The most that rounding may explain: more is a contradiction, however few digits are written.
-const MOST_BY_ROUNDING: f64 = 0.05;
+/// The same of a restitution and one from a height that was measured beside it, as a share.
+const AGREEMENT_OF_HEIGHTS: f64 = 0.05;
 
 /// What is expected of a run whose rebound is missing, which is not one that stuck.
 const REBOUND_EXPECTED: &str =
@@ -212,7 +212,7 @@ pub(super) fn check_row(
         let of_stokes = StokesScale::of(checker.scene, particle, liquid, diameter);
         ratios = surface
             .as_ref()
-            .map_or(ratios, |surface| speed_ratios(raw, surface, &of_stokes));
+            .map_or(ratios, |surface| speed_ratios(raw, surface, &of_stokes, &rounding));
         if !has_speed {
             impact_speed = derived_speed(raw, surface.as_ref(), of_stokes, problems);
         }
@@ -374,20 +374,23 @@ fn restitution(
         problems.push(bad_cell(column, expected));
         return None;
     }
+    // a height is a measurement of its own, beside a restitution from a camera
+    let agreement = match (column, given) {
+        (RunColumn::ReboundHeight, Some(e)) => (AGREEMENT_OF_HEIGHTS * e).max(AGREEMENT),
+        _ => AGREEMENT,
+    };
     let by_rounding = |e: f64| {
         let impact = [RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes];
         let impact = impact.into_iter().find(|column| raw[*column].is_some());
-        // v grows as √h
-        let share = |column: RunColumn| match column {
-            RunColumn::DropHeight | RunColumn::ReboundHeight => 0.5 * rounding(column),
-            _ => rounding(column),
-        };
-        let shares = [Some(RunColumn::Restitution), Some(column), impact].map(|column| column.map_or(0.0, share));
-        (e * shares.iter().sum::<f64>()).clamp(AGREEMENT, MOST_BY_ROUNDING) * (1.0 + 1e-9)
+        let columns = [Some(RunColumn::Restitution), Some(column), impact]
+            .into_iter()
+            .flatten();
+        let of_log: f64 = columns.map(|column| rounding_of_log(raw, column, &rounding)).sum();
+        (e * of_log.exp_m1()).max(agreement) * (1.0 + 1e-9)
     };
     match given {
         // what is within needs no look at the digits
-        Some(e) if (e - quotient).abs() > AGREEMENT && (e - quotient).abs() > by_rounding(e) => {
+        Some(e) if (e - quotient).abs() > agreement && (e - quotient).abs() > by_rounding(e) => {
             let agreement = (1e3 * by_rounding(e)).round() / 1e3;
             let expected = format!("expected agreement with rebound over impact speed ({quotient:.4}) to {agreement}");
             problems.push(bad_cell(RunColumn::Restitution, expected));

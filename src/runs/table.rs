@@ -56,7 +56,7 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
         }
         joined.add((table, sha256), file)?;
     }
-    let (mut collected, mut table) = joined.finish();
+    let (mut collected, mut table) = joined.finish(scene)?;
     table
         .notices
         .extend(collected.drop_own_film_ratios(scene.data.film_ratio_gap));
@@ -138,6 +138,8 @@ pub(super) struct Joined<'p> {
     /// what was read of each workbook, and whether the scene names its sheet
     sheets: Vec<(&'p TableFile, SheetRead)>,
     notices: Vec<Remark>,
+    /// whether any says of its runs which liquid they have
+    tells_liquid: bool,
     /// the columns of each table that were not read
     unknown: Vec<(String, Vec<String>)>,
     /// columns that tell the same thing, of each table
@@ -157,6 +159,7 @@ impl<'p> Joined<'p> {
             table.excluded_by_yes(path),
         ];
         self.unknown.push((file_name(path), table.unknown_columns().to_vec()));
+        self.tells_liquid |= table.tells_liquid();
         self.compared.extend(table.compared_columns(self.all.rows));
         for notice in notices.into_iter().flatten() {
             // what is so of several sheets or files is said once
@@ -201,8 +204,20 @@ impl<'p> Joined<'p> {
     }
 
     /// The runs as they were read; and what is to be said of them, with the places of their rows.
-    pub fn finish(mut self) -> (Collected, Table) {
+    ///
+    /// Fails where the scene names liquids and no table says which runs have one, which would all be read as dry.
+    pub fn finish(mut self, scene: &Scene) -> Result<(Collected, Table), Error> {
+        if let Some((liquid, path)) = scene.liquids.first().zip(self.first).filter(|_| !self.tells_liquid) {
+            let expected = format!(
+                "`columns = {{ liquid = \"…\" }}` in [data] with the table's own name for the column of liquids, or \
+                 `constants = {{ liquid = \"{}\" }}` where every run has this one, or no [liquids] where every run is dry",
+                liquid.name
+            );
+            let problem = whole_file("no column `liquid`, though the scene has [liquids]", &expected);
+            return Err(Error::input(path, vec![problem]));
+        }
         let mut notices: Vec<Remark> = self.sheets_not_read().collect();
+        notices.extend(self.all.liquids_without_runs(scene));
         notices.append(&mut self.notices);
         notices.extend(self.all.labelled_rows(&self.places));
         notices.extend(self.all.averaged_rows());
@@ -228,7 +243,7 @@ impl<'p> Joined<'p> {
             notices,
             sha256,
         };
-        (self.all, table)
+        Ok((self.all, table))
     }
 
     /// Says of a workbook whose sheet the scene does not name which one was read and which were not, and of a hidden sheet

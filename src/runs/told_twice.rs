@@ -25,24 +25,49 @@ const APART: f64 = 0.1;
 /// Rows that are named.
 const NAMED: usize = 5;
 
-/// Those of a run.
-pub(super) fn speed_ratios(raw: &RawRow, surface: &Surface, of_stokes: &StokesScale) -> SpeedRatios {
-    let by_height = |column: RunColumn| Some(free_fall_speed(surface.fall(raw[column]?)?));
-    let by_stokes = match of_stokes {
-        StokesScale::Known(scale) => raw[RunColumn::Stokes].map(|stokes| stokes * scale),
-        _ => None,
+/// By how much the logarithm of what a column gives, a speed or a restitution, may be off by the last digit that is written
+/// there, where `rounding` gives half of that as a share of its number.
+pub(super) fn rounding_of_log(raw: &RawRow, column: RunColumn, rounding: impl Fn(RunColumn) -> f64) -> f64 {
+    /// half of the last digit of a height and of a speed that is read to the fewest digits, m and m/s: beyond, zeros are not
+    /// written
+    const COARSEST: [f64; 2] = [0.005, 0.05];
+    let at_most = |coarsest: f64| raw[column].map_or(0.0, |value| rounding(column).min(coarsest / value));
+    let (share, power) = match column {
+        // v grows as √h
+        RunColumn::DropHeight | RunColumn::ReboundHeight => (at_most(COARSEST[0]), 0.5),
+        RunColumn::ImpactSpeed | RunColumn::ReboundSpeed => (at_most(COARSEST[1]), 1.0),
+        _ => (rounding(column), 1.0),
     };
-    let (impact, dropped) = (raw[RunColumn::ImpactSpeed], by_height(RunColumn::DropHeight));
-    let ratio = |one: Option<f64>, other: Option<f64>| {
-        let ratio = one? / other?;
-        (ratio > 0.0 && ratio.is_finite()).then_some(ratio)
+    -power * (-share).ln_1p()
+}
+
+/// Those of a run; 1 where rounding explains what they are.
+pub(super) fn speed_ratios(
+    raw: &RawRow,
+    surface: &Surface,
+    of_stokes: &StokesScale,
+    rounding: impl Fn(RunColumn) -> f64,
+) -> SpeedRatios {
+    let speed = |column: RunColumn| match column {
+        RunColumn::DropHeight | RunColumn::ReboundHeight => Some(free_fall_speed(surface.fall(raw[column]?)?)),
+        RunColumn::Stokes => match of_stokes {
+            StokesScale::Known(scale) => raw[column].map(|stokes| stokes * scale),
+            _ => None,
+        },
+        _ => raw[column],
     };
-    [
-        ratio(dropped, impact),
-        ratio(by_stokes, impact),
-        ratio(by_stokes.filter(|_| impact.is_none()), dropped),
-        ratio(by_height(RunColumn::ReboundHeight), raw[RunColumn::ReboundSpeed]),
-    ]
+    TOLD_TWICE.map(|[one, other]| {
+        // a Stokes number is held against the speed itself
+        if other == RunColumn::DropHeight && raw[RunColumn::ImpactSpeed].is_some() {
+            return None;
+        }
+        let ratio = Some(speed(one)? / speed(other)?).filter(|ratio| *ratio > 0.0 && ratio.is_finite())?;
+        let by_rounding: f64 = [one, other]
+            .map(|column| rounding_of_log(raw, column, &rounding))
+            .iter()
+            .sum();
+        Some(if ratio.ln().abs() <= by_rounding { 1.0 } else { ratio })
+    })
 }
 
 /// What a run was made with: a block of rows goes on while it stays the same.

@@ -103,7 +103,7 @@ impl RunColumn {
             RunColumn::Particle => word("particle", "PTFE").means("name of the sphere's material, one in [particles]"),
             RunColumn::Liquid => word("liquid", "AK10")
                 .means("name of the liquid, one in [liquids]; empty or `dry` without liquid")
-                .without("every run is dry"),
+                .without("every run is dry, and the scene has no [liquids]"),
             RunColumn::Diameter => number("diameter", Dimension::Length, "4.762").means("diameter of the sphere"),
             RunColumn::Film => number("film", Dimension::Thickness, "287")
                 .means("thickness of the film; not read of dry runs")
