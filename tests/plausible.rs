@@ -238,3 +238,23 @@ fn a_k_that_no_sphere_has_is_questioned() {
         "{k} {asked:?}"
     );
 }
+
+/// Heights in mm that are read as cm, in one of two files under one header: the speeds are √10 times the others.
+#[test]
+fn speeds_of_one_liquid_in_another_unit_are_questioned() {
+    let rows = rows(|cells| {
+        if cells[0] == "PTFE" && cells[1] == "M50" {
+            let speed: f64 = cells[5].parse().expect("a speed");
+            cells[5] = (speed * 10f64.sqrt()).to_string();
+        }
+    });
+    let asked = questions(&Place::new(&read_in_project("datasets/mueller2016/scene.toml")).fit_rows(&rows));
+    assert_asked(
+        &asked,
+        &[
+            "impact speeds of PTFE in M50, ",
+            " are 3.16 times those ",
+            "heights in mm for cm?",
+        ],
+    );
+}
