@@ -20,6 +20,9 @@ const AGREEMENT: f64 = 0.002;
 /// The same of a restitution and one from a height that was measured beside it, as a share.
 const AGREEMENT_OF_HEIGHTS: f64 = 0.05;
 
+/// The most that rounding of speeds and restitutions may explain, whose last zeros may not be written.
+const MOST_BY_ROUNDING: f64 = 0.05;
+
 /// What is expected of a run whose rebound is missing, which is not one that stuck.
 const REBOUND_EXPECTED: &str =
     "expected what the rebound was, 0 where the run stuck; a run whose rebound was not measured \
@@ -382,11 +385,19 @@ fn restitution(
     let by_rounding = |e: f64| {
         let impact = [RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes];
         let impact = impact.into_iter().find(|column| raw[*column].is_some());
-        let columns = [Some(RunColumn::Restitution), Some(column), impact]
-            .into_iter()
-            .flatten();
-        let of_log: f64 = columns.map(|column| rounding_of_log(raw, column, &rounding)).sum();
-        (e * of_log.exp_m1()).max(agreement) * (1.0 + 1e-9)
+        let columns = [Some(RunColumn::Restitution), Some(column), impact];
+        let by = |heights: bool| {
+            let is_height = |column: &RunColumn| matches!(column, RunColumn::DropHeight | RunColumn::ReboundHeight);
+            let own = columns
+                .into_iter()
+                .flatten()
+                .filter(|column| is_height(column) == heights);
+            e * own
+                .map(|column| rounding_of_log(raw, column, &rounding))
+                .sum::<f64>()
+                .exp_m1()
+        };
+        (by(true) + by(false).min(MOST_BY_ROUNDING)).max(agreement) * (1.0 + 1e-9)
     };
     match given {
         // what is within needs no look at the digits
