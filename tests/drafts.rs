@@ -194,7 +194,7 @@ fn columns_that_may_say_what_is_wet_are_asked_for() {
     let run = |header: &str, row: &str| drafted(&format!("ball,D (mm),v (m/s),e,{header}\nPTFE,4,1,0.8,{row}\n"));
     for (header, row) in [
         ("condition", "A10"),
-        ("Aceite,Espesor (µm)", "M50,200"),
+        ("Oleje,Tloušťka (µm)", "M50,200"),
         ("h_l [mm]", "0.2"),
         ("depth / mm", "0.2"),
     ] {

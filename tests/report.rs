@@ -345,7 +345,7 @@ fn runs_without_noise_have_no_posterior_and_the_report_says_why() {
         .replace("sigma_wet = 0.02", "sigma_wet = 0.0");
     let written = fit(&scene, "", all);
     assert_eq!(written.status, Some(1));
-    written.report.says("\nNothing was sampled: the runs have no noise");
+    written.report.says("\nNothing was sampled: the runs lie on their law");
     assert!(written.report.contains("## Main numbers (provisional)"));
     assert!(!written.report.contains("minus posterior mean"));
     assert!(!written.figures.iter().any(|name| name.starts_with("posterior")));

@@ -95,7 +95,7 @@ fn the_dry_and_the_wet_runs_are_counted_by_themselves() {
     let stages = "--stages least_squares,posterior";
     assert_refused(
         &fit(&scene_text(), &rows(1, 6), stages),
-        "1 dry rebounds for 1 parameters (k)",
+        "1 dry rebound for 1 parameter (k)",
     );
     assert_refused(
         &fit(&scene_text(), &rows(4, 2), stages),
@@ -139,7 +139,7 @@ fn an_exact_fit_is_refused_though_there_are_runs_enough() {
     assert_eq!(refused.status, Some(1));
     let why = failed(&refused.findings, "noise").unwrap_or_else(|| panic!("{}", refused.findings["verdicts"]));
     assert!(
-        why.contains("no noise") && refused.findings["posterior"].is_null(),
+        why.contains("without noise") && refused.findings["posterior"].is_null(),
         "{why}"
     );
     assert!(exact(0.005).findings["posterior"].is_object());

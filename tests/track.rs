@@ -509,17 +509,17 @@ fn bad_input_is_named_by_its_line() {
     for (lines, runs, expected) in [
         (
             "good.csv,PTFE,dry,4.762,,1000\nstill.csv,PTFE,dry,4.762,,1000\n",
-            "2 recordings: 1 runs, 0 of them stuck; 1 left out with a reason, 1 of them unread or without a fall\n",
+            "2 recordings: 1 run, 0 of them stuck; 1 left out with a reason, 1 of them unread or without a fall\n",
             "line 3, still.csv: nothing falls in it",
         ),
         (
             "good.csv,PTFE,dry,4.762,,1000\nwords.csv,PTFE,dry,4.762,,1000\n",
-            "2 recordings: 1 runs,",
+            "2 recordings: 1 run,",
             "line 3, words.csv: words.csv: line 2, y_px: found `high`, expected a number",
         ),
         (
             "up.csv,PTFE,dry,4.762,,1000\n",
-            "1 recordings: 0 runs,",
+            "1 recording: 0 runs,",
             "line 2, up.csv: it falls upwards",
         ),
     ] {

@@ -228,13 +228,13 @@ const SLIPS_OF_SPEED: [(f64, &str); 5] = [
     (31.62, "heights in mm for m"),
 ];
 
-/// The factor and the unit by which one range of speeds becomes another, end by end, that it has nothing in common with.
+/// The factor and the unit by which one range of speeds becomes another, end by end.
 fn slip_between(slow: [f64; 2], fast: [f64; 2]) -> Option<(f64, &'static str)> {
     /// how far designs of the same speeds are apart at their ends
     const NEAR: f64 = 0.05;
     let is_factor = |factor: f64| (0..2).all(|end| (fast[end] / (factor * slow[end]) - 1.0).abs() < NEAR);
     let found = SLIPS_OF_SPEED.into_iter().find(|(factor, _)| is_factor(*factor));
-    found.filter(|_| slow[1] < fast[0] && slow[1] > 1.2 * slow[0])
+    found.filter(|_| slow[1] > 1.2 * slow[0])
 }
 
 /// What to say of the runs of a particle whose speeds, dry or in one liquid, are in another unit than its others.
