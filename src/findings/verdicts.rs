@@ -167,11 +167,7 @@ pub fn wet_law_holds(noise: &Noise) -> Option<Remark> {
     let line = if far { remarks::SELDOM } else { remarks::BEYOND_CHANCE };
     let check = gating_where_felt(criterion(line), &found.test, Some(found.moves_in_se), text.clone());
     if check.passed && found.moves_in_se > 1.0 && found.test.p < remarks::DOUBTED {
-        return Some(
-            criterion(remarks::DOUBTED)
-                .check(found.test.p, text)
-                .forbidding_if(false),
-        );
+        return Some(criterion(remarks::DOUBTED).check(found.test.p, text));
     }
     Some(check)
 }

@@ -67,7 +67,7 @@ impl<'n> Header<'n> {
 
     pub fn has_square_sign(&self) -> bool {
         // the `²⁾` of a footnote squares nothing
-        !self.contains("²) ²⁾") && self.contains("² ^2 **2")
+        !self.contains("²⁾") && self.contains("² ^2 **2")
     }
 }
 

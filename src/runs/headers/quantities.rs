@@ -84,7 +84,7 @@ const MOMENTS: [&str; 2] = ["before vor avant prior pre до", "after nach aprè
 const FALLS: &str = "release drop fall";
 
 /// What else has a size, as the first word of a header.
-const OTHER_BODIES: &str = "container vessel nozzle plate wall tube pixel penetration capillary contact wetted camera";
+const OTHER_BODIES: &str = "container vessel nozzle plate wall tube pixel penetration capillary contact wetted";
 
 /// Words for what was worked out and not measured.
 const MODELS: &str = "theory theoretical theorie model modell fit fitted predicted calc calculated berechnet";
@@ -191,10 +191,11 @@ fn other_side(header: &Header, column: RunColumn) -> Option<RunColumn> {
     let right = column.other_side()?;
     let (own, other) = if column.is_of_rebound() { (1, 0) } else { (0, 1) };
     let is_of = |side: usize| header.has_end(ROLES[side]);
-    let is_primed = header
-        .lower
-        .trim_start_matches(char::is_alphanumeric)
-        .starts_with(['\'', '′']);
+    // the prime of a `v'`; what goes on behind it is the apostrophe of a word
+    let behind = header.lower.trim_start_matches(char::is_alphanumeric);
+    let is_primed = behind
+        .strip_prefix(['\'', '′'])
+        .is_some_and(|after| !after.starts_with(char::is_alphabetic));
     let is_other = if MOMENTS.iter().any(|side| header.has(side)) {
         // what comes before a rebound is the impact, and what comes after an impact the rebound
         let is_of_another = header.has(FALLS) || own == 1 && is_of(own);

@@ -1,0 +1,294 @@
+//! Tests of the search for rows that repeat others.
+
+use std::path::Path;
+
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::*;
+use crate::runs::{arrange, NewRun};
+use crate::scene::{self, Scene};
+use crate::seed::stream;
+
+fn scene() -> Scene {
+    let text = "[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\n\
+                [liquids.oil]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 9.3\n";
+    scene::parse(text, Path::new("a/scene.toml"), String::new()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// How the tables of one kind are made.
+#[derive(Clone, Copy)]
+struct Kind {
+    /// the last digit of a restitution
+    step: f64,
+    /// what restitutions scatter by
+    sd: f64,
+    /// runs of a setting
+    repeats: usize,
+    /// what speeds are spread by about the set ones, as a share
+    speeds: f64,
+}
+
+fn rounded(x: f64, step: f64) -> f64 {
+    format!("{:.6}", (x / step).round() * step).parse().unwrap_or(x)
+}
+
+/// Dry runs and those of two films, down to near sticking; a few scatter more than the others.
+fn table(kind: Kind, set: u64) -> Vec<NewRun<'static>> {
+    let mut rng = stream(7, "tables without repeats", set);
+    let mut all = vec![];
+    for film in [None, Some((286e-6, 0.06)), Some((381e-6, 0.08))] {
+        for speed in [0.45, 0.77, 1.08, 1.4, 1.71] {
+            for _ in 0..kind.repeats {
+                let noise: f64 = StandardNormal.sample(&mut rng);
+                let wider = if rng.random_range(0..20) == 0 { 3.0 } else { 1.0 };
+                let spread: f64 = StandardNormal.sample(&mut rng);
+                let v = rounded(speed * (1.0 + kind.speeds * spread), 0.001);
+                let loss = film.map_or(0.0, |_| 0.15 / v);
+                let e = (1.0 - 0.18 * v.powf(0.2) - loss + wider * kind.sd * noise).max(0.0);
+                all.push(NewRun {
+                    particle: "PTFE",
+                    liquid: film.map(|_| "oil"),
+                    diameter: 4.762e-3,
+                    film,
+                    impact_speed: v,
+                    restitution: rounded(e, kind.step),
+                });
+            }
+        }
+    }
+    all
+}
+
+fn codes(rows: &[NewRun]) -> Vec<&'static str> {
+    let found = check_rows(&arrange(&scene(), rows));
+    let forbidding = found.iter().filter(|remark| remark.forbids());
+    forbidding.map(|remark| remark.code).collect()
+}
+
+fn kinds() -> Vec<Kind> {
+    let mut kinds = vec![];
+    for (step, sd) in [
+        (0.01, 0.015),
+        (0.01, 0.003),
+        (0.001, 0.015),
+        (0.001, 0.004),
+        (1e-4, 0.01),
+    ] {
+        for repeats in [3, 10] {
+            for speeds in [0.0, 0.01] {
+                kinds.push(Kind {
+                    step,
+                    sd,
+                    repeats,
+                    speeds,
+                });
+            }
+        }
+    }
+    kinds
+}
+
+#[test]
+fn runs_that_agree_by_rounding_are_let_be() {
+    const SETS: u64 = 100;
+    let mut found = vec![];
+    for (place, kind) in kinds().into_iter().enumerate() {
+        let alarms = (0..SETS).filter(|set| !codes(&table(kind, 1000 * place as u64 + set)).is_empty());
+        found.push(alarms.count());
+    }
+    // 1 % of 2,000 tables, and no kind of table with many
+    assert!(
+        found.iter().sum::<usize>() <= 20 && found.iter().all(|alarms| *alarms <= 3),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn pasted_blocks_and_means_are_found() {
+    for (place, kind) in kinds().into_iter().enumerate() {
+        let rows = table(kind, 50_000 + place as u64);
+        // half of the table pasted below it, all of it, and all of it twice
+        let (half, all) = (&rows[..rows.len() / 2], &rows[..]);
+        for pasted in [[half].concat(), [all].concat(), [all, all].concat()] {
+            let again: Vec<NewRun> = [&rows[..], &pasted].concat();
+            let found = codes(&again);
+            // where nearly every run has the same digits as its neighbours, nobody can tell
+            let is_plain = kind.sd < 0.5 * kind.step;
+            assert!(is_plain || found.contains(&"repeated_rows"), "{place}: {found:?}");
+        }
+        let mean = |block: &[NewRun<'static>], step: f64| {
+            let mean = |of: fn(&NewRun) -> f64| block.iter().map(of).sum::<f64>() / block.len() as f64;
+            NewRun {
+                impact_speed: rounded(mean(|run| run.impact_speed), 0.001),
+                restitution: rounded(mean(|run| run.restitution), step),
+                ..block[0]
+            }
+        };
+        let blocks = || rows.chunks(kind.repeats);
+        let below = blocks().flat_map(|block| [block, &[mean(block, kind.step)]].concat());
+        let above = blocks().flat_map(|block| [&[mean(block, kind.step)], block].concat());
+        let foot = rows.iter().copied().chain(blocks().map(|block| mean(block, kind.step)));
+        let coarse = blocks().flat_map(|block| [block, &[mean(block, 0.01)]].concat());
+        let tables: [Vec<NewRun>; 4] = [below.collect(), above.collect(), foot.collect(), coarse.collect()];
+        let is_fine = kind.step <= 0.1 * kind.sd;
+        for (at, table) in tables.iter().enumerate() {
+            // where the mean is known to about the digits that the last has, nobody can tell
+            let is_told = is_fine && (at < 3 || kind.repeats > 3 && kind.sd > 0.01);
+            assert!(!is_told || codes(table).contains(&"mean_rows"), "{place}, {at}");
+        }
+    }
+}
+
+/// Written with four digits, but made from heights of rebound read to a millimetre, or from speeds read to 0.01 m/s.
+#[test]
+fn restitutions_of_coarse_readings_are_let_be() {
+    // without the digits of its own a table is as fine as it is read
+    for (place, kind) in kinds().into_iter().enumerate().filter(|(_, kind)| kind.step < 0.01) {
+        let made = |one: &NewRun<'static>, by_height: bool| {
+            let v = one.impact_speed;
+            let rebound = v * one.restitution;
+            let e = if by_height {
+                let height = rounded(rebound * rebound / (2.0 * GRAVITY), 0.001);
+                (2.0 * GRAVITY * height).sqrt() / v
+            } else {
+                rounded(rebound, 0.01) / v
+            };
+            NewRun {
+                restitution: rounded(e, 1e-4),
+                ..*one
+            }
+        };
+        let is_clear = |one: &NewRun| one.impact_speed > 0.7;
+        for by_height in [true, false] {
+            let alarms = (0..20).filter(|set| {
+                let rows = table(kind, 70_000 + 100 * place as u64 + set);
+                let rows: Vec<NewRun> = rows
+                    .iter()
+                    .filter(|one| is_clear(one))
+                    .map(|one| made(one, by_height))
+                    .collect();
+                !codes(&rows).is_empty()
+            });
+            assert!(alarms.count() <= 1, "{place} {by_height}");
+        }
+    }
+}
+
+#[test]
+fn a_copy_with_fewer_digits_is_one() {
+    let fewer = |run: &NewRun<'static>, speed: f64, restitution: f64| NewRun {
+        impact_speed: rounded(run.impact_speed, speed),
+        restitution: rounded(run.restitution, restitution),
+        ..*run
+    };
+    for (place, kind) in kinds().into_iter().enumerate() {
+        let rows = table(kind, 90_000 + place as u64);
+        // where nearly every run of a setting has the same digits then, nobody can tell
+        let is_told = kind.sd > 0.0075 && kind.step < 0.01;
+        let from = [0, rows.len() / 3];
+        for (speed, from) in [(0.01, from[0]), (1e-3, from[0]), (0.01, from[1])] {
+            let copied = rows[from..].iter().map(|run| fewer(run, speed, 0.01));
+            let copied: Vec<NewRun> = copied.collect();
+            // fewer digits repeat each other, too, which may be what is told
+            let is_found = codes(&[&rows[..], &copied].concat()).contains(&"repeated_rows");
+            assert!(is_found || !is_told || copied.len() < 40, "{place} {speed} {from}");
+            // the same design anew, written with fewer digits
+            let anew = table(kind, 95_000 + place as u64);
+            let anew: Vec<NewRun> = anew.iter().map(|run| fewer(run, speed, 0.01)).collect();
+            let found = codes(&[&rows[..], &anew].concat());
+            assert!(!found.contains(&"repeated_rows"), "{place} {speed}");
+        }
+        // in the order of what was rounded
+        let mut sorted: Vec<NewRun> = rows.iter().map(|run| fewer(run, 1e-3, 0.01)).collect();
+        sorted.sort_by(|one, other| one.restitution.total_cmp(&other.restitution));
+        let is_measured = kind.speeds > 0.0 && kind.repeats < 10;
+        let is_found = codes(&[&rows[..], &sorted].concat()).contains(&"repeated_rows");
+        assert!(is_found || !is_told || !is_measured, "{place}");
+    }
+}
+
+/// Every other restitution with two digits of four, speeds in steps of the frames of a camera, and speeds evenly apart.
+#[test]
+fn digits_and_steps_of_their_own_are_let_be() {
+    /// m/s between frames
+    const FRAME: f64 = 0.0137;
+    let mixed = |(at, one): (usize, &NewRun<'static>)| NewRun {
+        restitution: rounded(one.restitution, if at % 2 == 0 { 1e-4 } else { 0.01 }),
+        ..*one
+    };
+    let of_frames = |(_, one): (usize, &NewRun<'static>)| {
+        let speed = rounded(rounded(one.impact_speed / FRAME, 1.0) * FRAME, 0.001);
+        NewRun {
+            impact_speed: speed,
+            restitution: rounded(rounded(one.impact_speed * one.restitution / FRAME, 1.0) * FRAME, 0.001) / speed,
+            ..*one
+        }
+    };
+    let even = |(at, one): (usize, &NewRun<'static>)| {
+        let speed = 0.5 + 0.05 * (at % 45) as f64;
+        NewRun {
+            impact_speed: rounded(speed, 0.01),
+            restitution: rounded(one.restitution - 0.1 * (speed - one.impact_speed), 1e-3),
+            ..*one
+        }
+    };
+    let kinds = kinds().into_iter().enumerate().filter(|(_, kind)| kind.step < 0.001);
+    for (place, kind) in kinds {
+        for make in [
+            mixed,
+            of_frames,
+            even as fn((usize, &NewRun<'static>)) -> NewRun<'static>,
+        ] {
+            let alarms = (0..20).filter(|set| {
+                let rows = table(kind, 110_000 + 100 * place as u64 + set);
+                let rows: Vec<NewRun> = rows.iter().enumerate().map(make).collect();
+                !codes(&rows).is_empty()
+            });
+            assert!(alarms.count() <= 1, "{place}");
+        }
+    }
+}
+
+#[test]
+fn a_copy_in_other_units_is_one() {
+    let mut rows = table(kinds()[8], 3);
+    let copied = rows.iter().map(|run| NewRun {
+        impact_speed: run.impact_speed * 1000.0 / 1e3 * (1.0 + f64::EPSILON),
+        film: run.film.map(|(film, ratio)| (film * (1.0 - f64::EPSILON), ratio)),
+        ..*run
+    });
+    let copied: Vec<NewRun> = copied.collect();
+    rows.extend(copied);
+    assert_eq!(codes(&rows), ["repeated_rows"]);
+}
+
+#[test]
+fn a_block_is_named_by_its_rows() {
+    let kind = Kind {
+        step: 0.001,
+        sd: 0.01,
+        repeats: 3,
+        speeds: 0.01,
+    };
+    let rows = table(kind, 1);
+    let found = check_rows(&arrange(&scene(), &[&rows[..], &rows[3..12]].concat()));
+    let texts: Vec<&str> = found.iter().map(|check| check.text.as_str()).collect();
+    assert!(
+        texts.len() == 1 && texts[0].contains("rows 46 to 54 repeat rows 4 to 12"),
+        "{texts:?}"
+    );
+}
+
+#[test]
+fn runs_that_stuck_repeat_by_nature() {
+    let kind = kinds()[6];
+    let mut rows = table(kind, 2);
+    let stuck = NewRun {
+        impact_speed: 0.2,
+        restitution: 0.0,
+        ..rows[20]
+    };
+    rows.extend([stuck; 20]);
+    assert_eq!(codes(&rows), Vec::<&str>::new());
+}
