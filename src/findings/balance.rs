@@ -523,7 +523,7 @@ fn choose_form<'r>(
             inertia: *inertia,
             log_densities: fit.expected_log_densities()?,
             ln_prior: c.map_or(0.0, |c| ln_prior_of_prefactor(scene, joint.runs, joint.form, c)),
-            trusted: true,
+            untrusted: vec![],
         })
     };
     let candidates: Vec<Candidate> = fits.iter().filter_map(candidate).collect();

@@ -342,7 +342,7 @@ pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Res
             inertia,
             log_densities: model.loo.runs.iter().map(|run| run.elpd).collect(),
             ln_prior: c.map_or(0.0, |c| ln_prior_of_prefactor(scene, runs, setup.form, c)),
-            trusted: model.row.khat_high == 0,
+            untrusted: model.loo.untrusted(khat_threshold(used)).collect(),
         });
         evaluated.push(model);
     }

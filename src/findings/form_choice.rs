@@ -54,8 +54,8 @@ pub(super) struct Candidate {
     pub log_densities: Vec<f64>,
     /// log density of the prior of ln C at the estimate of C
     pub ln_prior: f64,
-    /// whether these may be trusted
-    pub trusted: bool,
+    /// the runs of which these cannot be trusted
+    pub untrusted: Vec<usize>,
 }
 
 /// Log density of the prior of ln C at a C, in the logarithm so that C may be in any unit; 0 where it is held or outside.
@@ -70,10 +70,23 @@ impl Candidate {
         self.inertia.coefficients().len()
     }
 
-    /// What it gains over another in log density.
+    /// What it gains over another in log density at each run.
+    fn gains_over<'a>(&'a self, other: &'a Candidate) -> impl Iterator<Item = f64> + 'a {
+        self.log_densities
+            .iter()
+            .zip(&other.log_densities)
+            .map(|(own, other)| own - other)
+    }
+
     fn gain_over(&self, other: &Candidate) -> Difference {
-        let pairs = self.log_densities.iter().zip(&other.log_densities);
-        Difference::over_runs(&pairs.map(|(own, other)| own - other).collect::<Vec<_>>())
+        Difference::over_runs(&self.gains_over(other).collect::<Vec<_>>())
+    }
+
+    /// What it gains by the runs that can be trusted in both.
+    fn trusted_gain_over(&self, other: &Candidate) -> Difference {
+        let is_trusted = |run: &usize| !self.untrusted.contains(run) && !other.untrusted.contains(run);
+        let gains = self.gains_over(other).enumerate().filter(|(run, _)| is_trusted(run));
+        Difference::over_runs(&gains.map(|(_, gain)| gain).collect::<Vec<_>>())
     }
 
     /// What the prior of C adds to that, where both have as many parameters.
@@ -85,12 +98,14 @@ impl Candidate {
     ///
     /// Between forms of as many parameters the more probable one is taken: neither can feign a better fit, and where their
     /// shapes are so near that runs hardly tell them apart, what tells is which of them needs a C that was to be expected.
-    /// Weights that cannot be trusted do not favour either of these. One of more or fewer parameters wants a clear gain.
+    /// Weights that cannot be trusted do not favour either of these. One of more or fewer parameters wants a clear gain, and
+    /// wants it by the runs whose weights can be trusted in both.
     fn preferred_to(&self, standing: &Candidate) -> Option<f64> {
-        let gain = self.gain_over(standing);
         match self.prior_gain_over(standing) {
-            Some(of_prior) => Some(gain.value + of_prior).filter(|both| *both > 0.0),
-            None => Some(gain.value).filter(|_| self.trusted && is_gain(gain)),
+            Some(of_prior) => Some(self.gain_over(standing).value + of_prior).filter(|both| *both > 0.0),
+            None => Some(self.trusted_gain_over(standing))
+                .filter(|gain| is_gain(*gain))
+                .map(|gain| gain.value),
         }
     }
 }
@@ -164,7 +179,7 @@ mod tests {
             inertia,
             log_densities: [off, -off, off, -off].map(|own| gain / 4.0 + own).to_vec(),
             ln_prior: 0.0,
-            trusted: true,
+            untrusted: vec![],
         }
     }
 
@@ -204,8 +219,15 @@ mod tests {
         assert_eq!(chosen(&forms(-1.0, 3.9, 0.1)), Some(Inertia::Stepwise));
         assert_eq!(chosen(&forms(3.0, 6.0, 0.1)), Some(Inertia::Cap));
         assert_eq!(chosen(&forms(3.0, 8.0, 1.0)), Some(Inertia::Saturating));
-        let untrusted = forms(-1.0, 6.0, 1.0).map(|form| Candidate { trusted: false, ..form });
-        assert_eq!(chosen(&untrusted), Some(Inertia::Stepwise));
+        // what a form gains by runs that cannot be trusted does not count, and what it gains by the others does
+        let untrusted = |run: usize, gains: [f64; 4]| {
+            let mut forms = forms(-1.0, 0.0, 0.0);
+            forms[2].log_densities = gains.to_vec();
+            forms[2].untrusted = vec![run];
+            chosen(&forms)
+        };
+        assert_eq!(untrusted(0, [6.0, 2.0, 2.1, 2.0]), Some(Inertia::Saturating));
+        assert_eq!(untrusted(0, [6.0, 0.0, 0.1, 0.0]), Some(Inertia::Stepwise));
         let none = [form(Inertia::Stepwise, 0.0, 0.0), form(Inertia::None, 3.9, 0.1)];
         assert_eq!(chosen(&none), Some(Inertia::Stepwise));
     }

@@ -90,18 +90,27 @@ pub struct LooDraws {
 }
 
 impl Loo {
-    /// The largest shape, and how many runs have none or one above `threshold`.
+    /// The runs that have no shape or one above `threshold`.
     ///
     /// A run that is as likely under every draw, one that stuck for certain say, has no shape and needs none.
-    pub fn worst_khat(&self, threshold: f64) -> (Option<f64>, usize) {
+    pub fn untrusted(&self, threshold: f64) -> impl Iterator<Item = usize> + '_ {
         /// below this a run does not move its own prediction
         const NO_INFLUENCE: f64 = 1e-9;
-        let shapes = self.runs.iter().filter_map(|run| run.khat);
-        let bad = |run: &&LeftOutRun| match run.khat {
+        let bad = move |run: &LeftOutRun| match run.khat {
             Some(khat) => khat > threshold,
             None => run.p_loo.abs() > NO_INFLUENCE,
         };
-        (shapes.reduce(f64::max), self.runs.iter().filter(bad).count())
+        self.runs
+            .iter()
+            .enumerate()
+            .filter(move |(_, run)| bad(run))
+            .map(|(at, _)| at)
+    }
+
+    /// The largest shape, and how many runs are not to be trusted.
+    pub fn worst_khat(&self, threshold: f64) -> (Option<f64>, usize) {
+        let shapes = self.runs.iter().filter_map(|run| run.khat);
+        (shapes.reduce(f64::max), self.untrusted(threshold).count())
     }
 
     /// With what draws without some runs say of these.
