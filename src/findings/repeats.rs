@@ -1,6 +1,7 @@
 //! Questions rows that are no runs of their own: those that repeat others, and means of others.
 
 use std::cmp::Reverse;
+use std::ops::RangeInclusive;
 
 use super::remarks::{self, shortened};
 use crate::distributions::chi_squared_tail;
@@ -227,7 +228,7 @@ fn set_scatter(rebounds: &mut [Rebound]) {
     /// speeds of one setting, as a share
     const CLOSE: f64 = 0.02;
     /// places in the order of speeds to another of a pair: more than one, since a copy stands beside its original
-    const LAGS: std::ops::RangeInclusive<usize> = 1..=4;
+    const LAGS: RangeInclusive<usize> = 1..=4;
     /// places in that order to those that are near
     const NEAR: usize = 10;
     let mut sorted: Vec<usize> = (0..rebounds.len()).collect();
@@ -506,6 +507,9 @@ struct Means {
     p: f64,
 }
 
+/// Rows that a mean may be of: a pair, or more. The more rows could have one by chance, the less is seen.
+const ROWS: [RangeInclusive<usize>; 2] = [2..=2, 3..=50];
+
 /// Which rows a mean may be of.
 #[derive(Clone, Copy)]
 enum MeanOf {
@@ -524,10 +528,13 @@ fn question_means(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> {
     const NAMED: usize = 8;
     // to the digits of the runs, or to fewer
     let ways = [MeanOf::Above, MeanOf::Below, MeanOf::All].into_iter();
-    let ways = ways.flat_map(|of| [(of, 0.0), (of, COARSE)]);
-    let found: Vec<Means> = ways.map(|(of, step)| Means::of_one_kind(rebounds, of, step)).collect();
-    let tried = found.len() as f64;
-    let Means { rows, expected, p } = found.into_iter().min_by(|a, b| a.p.total_cmp(&b.p))?;
+    let ways: Vec<(MeanOf, f64)> = ways.flat_map(|of| [(of, 0.0), (of, COARSE)]).collect();
+    // pairs and longer blocks are two questions, and none makes the other weaker
+    let tried = ways.len() as f64;
+    let found = ways
+        .iter()
+        .flat_map(|(of, step)| ROWS.map(|rows| Means::of_one_kind(rebounds, *of, &rows, *step)));
+    let Means { rows, expected, p } = found.min_by(|a, b| a.p.total_cmp(&b.p))?;
     let p = (tried * p).min(1.0);
     if rows.is_empty() || p >= remarks::BEYOND_CHANCE {
         return None;
@@ -547,9 +554,7 @@ fn question_means(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> {
 
 impl Means {
     /// Those of one way, their restitutions rounded to this step at least.
-    fn of_one_kind(rebounds: &[Rebound], of: MeanOf, rounded_to: f64) -> Means {
-        /// rows of a block
-        const ROWS: std::ops::RangeInclusive<usize> = 3..=50;
+    fn of_one_kind(rebounds: &[Rebound], of: MeanOf, length: &RangeInclusive<usize>, rounded_to: f64) -> Means {
         let mut rows: Vec<u32> = vec![];
         let mut expected = 0.0;
         // where the next block may begin
@@ -560,7 +565,7 @@ impl Means {
                 continue;
             }
             let is_near = |other: &&Rebound| one.is_near(other);
-            let most = ROWS.end() + 1;
+            let most = length.end() + 1;
             let block: Vec<&Rebound> = match of {
                 MeanOf::Above => rebounds[begin..place]
                     .iter()
@@ -577,7 +582,7 @@ impl Means {
             let speeds = Spread::of(block.iter().map(|other| other.speed));
             let restitutions = Spread::of(block.iter().map(|other| other.restitution));
             // equal rows are repeats
-            if !ROWS.contains(&block.len()) || restitutions.sd == 0.0 {
+            if !length.contains(&block.len()) || restitutions.sd == 0.0 {
                 continue;
             }
             let step = one.steps[2].max(rounded_to);

@@ -67,22 +67,25 @@ fn codes(rows: &[NewRun]) -> Vec<&'static str> {
 }
 
 fn kinds() -> Vec<Kind> {
-    let mut kinds = vec![];
-    for (step, sd) in [
+    const DIGITS: [(f64, f64); 5] = [
         (0.01, 0.015),
         (0.01, 0.003),
         (0.001, 0.015),
         (0.001, 0.004),
         (1e-4, 0.01),
-    ] {
-        for repeats in [3, 10] {
-            for speeds in [0.0, 0.01] {
-                kinds.push(Kind {
-                    step,
-                    sd,
-                    repeats,
-                    speeds,
-                });
+    ];
+    let mut kinds = vec![];
+    for of_setting in [&[3, 10][..], &[2]] {
+        for (step, sd) in DIGITS {
+            for repeats in of_setting {
+                for speeds in [0.0, 0.01] {
+                    kinds.push(Kind {
+                        step,
+                        sd,
+                        repeats: *repeats,
+                        speeds,
+                    });
+                }
             }
         }
     }
@@ -97,9 +100,9 @@ fn runs_that_agree_by_rounding_are_let_be() {
         let alarms = (0..SETS).filter(|set| !codes(&table(kind, 1000 * place as u64 + set)).is_empty());
         found.push(alarms.count());
     }
-    // 1 % of 2,000 tables, and no kind of table with many
+    // 1 % of 3,000 tables, and no kind of table with many
     assert!(
-        found.iter().sum::<usize>() <= 20 && found.iter().all(|alarms| *alarms <= 3),
+        found.iter().sum::<usize>() <= 30 && found.iter().all(|alarms| *alarms <= 3),
         "{found:?}"
     );
 }
@@ -113,8 +116,8 @@ fn pasted_blocks_and_means_are_found() {
         for pasted in [[half].concat(), [all].concat(), [all, all].concat()] {
             let again: Vec<NewRun> = [&rows[..], &pasted].concat();
             let found = codes(&again);
-            // where nearly every run has the same digits as its neighbours, nobody can tell
-            let is_plain = kind.sd < 0.5 * kind.step;
+            // where nearly every run has the same digits as its neighbours, nobody can tell, nor by pairs of two digits
+            let is_plain = kind.sd < 0.5 * kind.step || kind.repeats == 2 && kind.step >= 0.01;
             assert!(is_plain || found.contains(&"repeated_rows"), "{place}: {found:?}");
         }
         let mean = |block: &[NewRun<'static>], step: f64| {
