@@ -50,12 +50,18 @@ fn with_minus(number: String) -> String {
     }
 }
 
+/// A standard error whose last digit lies beyond this place is that of numbers without scatter.
+const MOST_TOGETHER: i32 = 9;
+
 /// A value and its standard error, rounded together.
 pub fn rounded(value: f64, se: f64) -> (String, String) {
     if !(se > 0.0 && se.is_finite() && value.is_finite()) {
         return (significant(value, 4), NONE.to_owned());
     }
     let place = decimals(se);
+    if place > MOST_TOGETHER {
+        return (significant(value, 4), significant(se, 2));
+    }
     (to_place(value, place), to_place(se, place))
 }
 
@@ -65,13 +71,21 @@ pub fn with_se(value: f64, se: f64) -> String {
     format!("{value} ± {se}")
 }
 
-/// Two ends of an interval, rounded by a standard error; nothing where there is none, or no width.
+/// Two ends of an interval, rounded by a standard error, or by its width where that is less, as it is of few draws far out;
+/// nothing where there is none, or no width.
 pub fn between(lo: f64, hi: f64, se: f64) -> String {
     if !(se > 0.0 && se.is_finite() && lo.is_finite() && hi.is_finite()) {
         return NONE.to_owned();
     }
-    let place = decimals(se);
-    format!("{} to {}", to_place(lo, place), to_place(hi, place))
+    /// a width that is less of the standard error is none
+    const NO_WIDTH: f64 = 1e-3;
+    let width = hi - lo;
+    let place = decimals(if width > NO_WIDTH * se { se.min(width) } else { se });
+    let [lo, hi] = [lo, hi].map(|end| match place > MOST_TOGETHER {
+        true => significant(end, 4),
+        false => to_place(end, place),
+    });
+    format!("{lo} to {hi}")
 }
 
 /// Decimal place of the last digit worth more than a Monte Carlo error; that of the leading digit of `least` where even
@@ -216,6 +230,10 @@ mod tests {
             [NONE; 3]
         );
         assert_eq!(between(6.384, 6.507, 0.032), "6.384 to 6.507");
+        // a long tail, whose sd says little of where the draws lie
+        assert_eq!(between(120.0, 12_345.0, 300_000.0), "0 to 12000");
+        assert_eq!(between(6.4, 6.4 + 1e-12, 0.032), "6.400 to 6.400");
+        assert_eq!(between(0.18, 0.18, 1e-16), "0.1800 to 0.1800");
     }
 
     /// The examples of the Particle Data Group's rounding rule, and the edges of its three ranges.
@@ -231,6 +249,7 @@ mod tests {
             (11.283, 0.2699, "11.28 ± 0.27"),
             (12_345.0, 123.0, "12350 ± 120"),
             (0.183_04, 0.000_999_6, "0.1830 ± 0.0010"),
+            (0.18, 2.22e-16, "0.1800 ± 2.2e-16"),
             (-0.000_123_4, 0.000_001_99, "−0.0001234 ± 0.0000020"),
         ] {
             assert_eq!(with_se(value, se), expected);
