@@ -1,6 +1,6 @@
 //! Drafts a scene from a table of runs: its particles and liquids, its columns as far as they can be guessed, and every key.
 
-use super::guess::{guess, marks_bad_runs, may_hold_films, may_hold_names, may_hold_reasons};
+use super::guess::{guess, is_plain_speed, marks_bad_runs, may_hold_films, may_hold_names, may_hold_reasons};
 use super::headers::other_quantity;
 use super::headers::units::{unit_of, StatedUnit};
 use super::survey::{LabelledRow, Survey, SurveyedColumn};
@@ -112,7 +112,7 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
 }
 
 impl<'s> Naming<'s> {
-    /// Columns with our names are what they say; the others are guessed in the order they stand.
+    /// Columns with our names are what they say; the others are guessed in the order they stand, a plain speed last.
     fn of(survey: &'s Survey) -> Naming<'s> {
         let mut naming = Naming::default();
         let mut others = vec![];
@@ -122,6 +122,7 @@ impl<'s> Naming<'s> {
                 None => others.push(column),
             }
         }
+        others.sort_by_key(|column: &&SurveyedColumn| is_plain_speed(&column.name));
         for column in others {
             let theirs = quoted(&column.name);
             let guess = match guess(column, |candidate| !naming.has(candidate)) {

@@ -26,6 +26,14 @@ const CALLED_BAD: &str =
     "ungültig ungueltig invalid bad badrun exclude excluded discard discarded reject rejected outlier ausreißer \
      ausreisser verworfen ausgeschlossen";
 
+/// What columns of speeds are called that do not say whether before or after the impact.
+const PLAIN_SPEEDS: &str = "v speed velocity geschwindigkeit vitesse velocidad velocità";
+
+/// Whether a column is called as speeds before and after the impact may be, so that one which says more goes first.
+pub(super) fn is_plain_speed(name: &str) -> bool {
+    is_among(PLAIN_SPEEDS, &parted(name).0)
+}
+
 /// Marks in such a column.
 const MARKS: &str = "x X xx × * ! ✗ ✘ ✓";
 
@@ -94,6 +102,14 @@ pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool
     let units = candidate.dimension().units();
     let (suffix, is_unit_guessed) = match stated {
         _ if candidate.dimension() == Dimension::One => ("", false),
+        Some(StatedUnit::Ours("_percent"))
+            if candidate == RunColumn::Restitution && column.largest.is_some_and(|largest| largest <= 1.5) =>
+        {
+            let why =
+                "but is called per cent and holds no number above 1.5: if these are shares of 1, as a spreadsheet \
+                       that shows 85 % holds 0.85, say so in its header";
+            return Err(not_guessed(why.to_owned()));
+        }
         Some(StatedUnit::Ours(suffix)) => (suffix, false),
         Some(StatedUnit::Other(written)) => {
             let why = format!("but is in {}: convert its numbers", quoted(&written));
@@ -230,6 +246,7 @@ mod tests {
             ("sphere radius", "2.4"),
             ("sphere comment", "bad"),
             ("e", "3"),
+            ("e [%]", "0.853"),
             ("Drop Height (in)", "10"),
             ("Drop Height in", "10"),
             ("", "1"),
