@@ -50,7 +50,7 @@ fn with_minus(number: String) -> String {
     }
 }
 
-/// A standard error whose last digit lies beyond this place is that of numbers without scatter.
+/// Beyond this place a value and its standard error are rounded apart: an error so small is that of numbers without scatter.
 const MOST_TOGETHER: i32 = 9;
 
 /// A value and its standard error, rounded together.
@@ -71,8 +71,8 @@ pub fn with_se(value: f64, se: f64) -> String {
     format!("{value} ± {se}")
 }
 
-/// Two ends of an interval, rounded by a standard error, or by its width where that is less, as it is of few draws far out;
-/// nothing where there is none, or no width.
+/// Two ends of an interval, rounded by a standard error, or by the width where that is less: a few draws far out make an sd
+/// that says little of where the others lie. Nothing where there is no standard error.
 pub fn between(lo: f64, hi: f64, se: f64) -> String {
     if !(se > 0.0 && se.is_finite() && lo.is_finite() && hi.is_finite()) {
         return NONE.to_owned();

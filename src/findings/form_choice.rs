@@ -78,6 +78,7 @@ impl Candidate {
             .map(|(own, other)| own - other)
     }
 
+    /// What it gains over another in log density.
     fn gain_over(&self, other: &Candidate) -> Difference {
         Difference::over_runs(&self.gains_over(other).collect::<Vec<_>>())
     }

@@ -507,7 +507,8 @@ struct Means {
     p: f64,
 }
 
-/// Rows that a mean may be of: a pair, or more. The more rows could have one by chance, the less is seen.
+/// How many rows a mean may be of: two, or more. These are two questions, since rows that may be the mean of two by chance
+/// would hide means of more.
 const ROWS: [RangeInclusive<usize>; 2] = [2..=2, 3..=50];
 
 /// Which rows a mean may be of.
@@ -529,7 +530,7 @@ fn question_means(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> {
     // to the digits of the runs, or to fewer
     let ways = [MeanOf::Above, MeanOf::Below, MeanOf::All].into_iter();
     let ways: Vec<(MeanOf, f64)> = ways.flat_map(|of| [(of, 0.0), (of, COARSE)]).collect();
-    // pairs and longer blocks are two questions, and none makes the other weaker
+    // of each of the two questions
     let tried = ways.len() as f64;
     let found = ways
         .iter()
