@@ -364,7 +364,7 @@ fn the_committed_coverage_table_is_measured() {
         progress: &|| (),
     };
     let table = calibration::measure(drawn).unwrap_or_else(|error| panic!("{error}"));
-    let measured = calibration::markdown(&table);
+    let measured = calibration::markdown(&table).expect("a page");
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/calibration.md");
     let committed = std::fs::read_to_string(&path).expect("the table is there");
     // what follows is measured by a test of its own

@@ -4,7 +4,7 @@ use crate::common::scenes::{scene_of, AK10, DESIGN, HEADER, M50, PTFE, SATURATIN
 use crate::common::{normal, seed_of, Place, Says, Told};
 use wetcor::findings::constants::Sensitivity;
 use wetcor::findings::{self, overview, Findings};
-use wetcor::report::{markdown, ReportInput};
+use wetcor::report::{self, ReportInput};
 use wetcor::runs::{Runs, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
@@ -380,7 +380,7 @@ fn the_report_has_a_second_figure_where_one_is_given() {
             findings,
             posterior: None,
         };
-        markdown::report(input, &[])
+        report::markdown(input, &[]).expect("a report")
     };
     let (exact, given) = (of(&scene_text()), of(&all_given()));
     for told in [&exact, &given] {

@@ -59,7 +59,7 @@ pub(super) fn calibrate(request: &Calibrate, ranks: &Ranks, quiet: bool) -> Resu
     let Some(place) = place else {
         return Ok(0);
     };
-    let text = calibration::markdown(&table) + "\n" + &main_coverage::markdown(&main);
+    let text = calibration::markdown(&table)? + "\n" + &main_coverage::markdown(&main)?;
     let staging = Staging::beside(&place)?;
     staging.write(text.as_bytes())?;
     staging.put(calibration::may_replace)?;

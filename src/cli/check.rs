@@ -7,7 +7,7 @@ use wetcor::error::Error;
 use wetcor::findings::{self, overview};
 use wetcor::model::parameters::ModelParameters;
 use wetcor::ranks::Ranks;
-use wetcor::report::{self, markdown};
+use wetcor::report;
 use wetcor::{runs, scene};
 
 use super::messages::{print_notices, print_result};
@@ -39,7 +39,7 @@ pub(super) fn check(request: &Check, quiet: bool) -> Result<u8, Error> {
         print_result(&report::json::text(&overview)?)?;
     } else {
         print_notices(&overview.notices, quiet);
-        print_result(&markdown::overview_text(&overview))?;
+        print_result(&report::overview(&overview)?)?;
     }
     Ok(0)
 }

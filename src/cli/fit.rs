@@ -11,7 +11,7 @@ use wetcor::inference::accuracy::RANGE;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::ranks::Ranks;
 use wetcor::report::folder::{Contents, Destination};
-use wetcor::report::{self, markdown, ReportInput};
+use wetcor::report::{self, ReportInput};
 use wetcor::runs::{self, Runs};
 use wetcor::scene::{self, Scene};
 
@@ -250,7 +250,7 @@ pub(super) fn fit(fit: &Fit, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
         let report = out.join("report.md");
         let text = format!(
             "{}report: {} (in a browser: {})\n",
-            markdown::summary(input),
+            report::summary(input)?,
             named(&report),
             named(&out.join("report.html"))
         );

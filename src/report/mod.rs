@@ -7,7 +7,9 @@
 //! | `markup.rs` | writes a text so that HTML and SVG take it as it is |
 //! | `numbers.rs` | rounds every number by its uncertainty |
 //! | `quantities.rs` | writes quantities under their symbols, in the units they are printed in |
-//! | `markdown/` | writes the report |
+//! | `escape.rs` | escapes for Markdown what a user wrote |
+//! | `template.rs` | fills the templates, `templates/*.md`, with the filters that they use |
+//! | `values/` | gathers what the templates of the report read |
 //! | `figures/` | says what each figure shows |
 //! | `html/` | makes a page of the report for a browser |
 //! | `chart.rs` | draws a chart as SVG |
@@ -22,6 +24,7 @@
 
 pub mod chart;
 pub mod draws;
+mod escape;
 pub mod figures;
 mod files;
 pub mod finished;
@@ -30,33 +33,52 @@ mod html;
 mod input;
 pub mod json;
 mod laws;
-pub mod markdown;
 mod markup;
 pub mod numbers;
 mod posterior_record;
 pub mod prediction;
 mod quantities;
+pub(crate) mod template;
 pub mod tracking;
+mod values;
 
 use serde::Serialize;
 
 use crate::error::Error;
 use crate::findings::laws::{list_laws, PairLaw};
+use crate::findings::overview::Overview;
 use crate::findings::Findings;
 use files::Files;
 
 pub use input::ReportInput;
+
+/// The whole report in Markdown; `figures` are the names of those that were drawn.
+///
+/// Fails where a template names what there is not.
+pub fn markdown(input: ReportInput, figures: &[&str]) -> Result<String, Error> {
+    template::page("report.md", &values::of_report(input), figures)
+}
+
+/// The verdict and the main numbers as lines for a terminal. Fails as [`markdown`] does.
+pub fn summary(input: ReportInput) -> Result<String, Error> {
+    template::plain("summary.txt", &values::of_report(input))
+}
+
+/// What was read, for a terminal. Fails as [`markdown`] does.
+pub fn overview(overview: &Overview) -> Result<String, Error> {
+    template::plain("overview.txt", &values::of_overview(overview))
+}
 
 /// Every file of a report by its path in the folder, `timing.json` excepted.
 pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
     let figures = if with_figures { figures::all(input) } else { vec![] };
     let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
     let of_pairs = list_laws(input.scene, input.runs, input.findings, input.posterior);
-    let ((report, page, findings), draws) = rayon::join(
+    let (texts, draws) = rayon::join(
         || {
-            let report = markdown::report(input, &names);
-            let page = html::page(&report, &figures, &html::Curves::of(input));
-            (report, page, findings_text(input.findings, &of_pairs, &names))
+            let report = markdown(input, &names)?;
+            let page = html::page(&report, &figures, &html::Curves::of(input))?;
+            Ok::<_, Error>([report, page, findings_text(input.findings, &of_pairs, &names)?])
         },
         || {
             let draws = input
@@ -65,13 +87,13 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
             draws.transpose()
         },
     );
+    let [report, page, findings] = texts?;
     let mut whole = vec![
         ("report.md".to_owned(), report.into_bytes()),
-        ("report.html".to_owned(), page?.into_bytes()),
-        ("findings.json".to_owned(), findings?.into_bytes()),
-        (laws::LAWS.to_owned(), laws::laws(&of_pairs).into_bytes()),
-        (laws::TABLE.to_owned(), laws::table(&of_pairs).into_bytes()),
+        ("report.html".to_owned(), page.into_bytes()),
+        ("findings.json".to_owned(), findings.into_bytes()),
     ];
+    whole.extend(laws::files(&of_pairs)?);
     for figure in figures {
         whole.push((format!("figures/{}", figure.name), figure.svg.into_bytes()));
     }

@@ -5,36 +5,8 @@ pub use crate::rounding::{
     NONE,
 };
 
-use crate::findings::estimate::Estimate;
-use crate::findings::main_numbers::MainNumber;
 use crate::findings::posterior::QuantitySummary;
 use crate::rounding::{positive, with_sd};
-
-/// An estimate for a table: `value ± se`, without a standard error the value, with its interval where that is all there is.
-/// `scale` must be a plain factor.
-pub fn estimate_scaled(estimate: &Estimate, scale: impl Fn(f64) -> f64) -> String {
-    match (estimate.value, estimate.se) {
-        (Some(value), Some(se)) => with_se(scale(value), scale(se)),
-        (Some(value), None) if estimate.interval.is_some() => {
-            format!(
-                "{} (no ±: {})",
-                significant(scale(value), 4),
-                interval_scaled(estimate, scale)
-            )
-        }
-        (Some(value), None) => format!("{} (no ±)", significant(scale(value), 4)),
-        (None, _) => NONE.to_owned(),
-    }
-}
-
-/// The interval of an estimate, rounded as its standard error is, without one by a quarter of its width.
-pub fn interval_scaled(estimate: &Estimate, scale: impl Fn(f64) -> f64) -> String {
-    match (estimate.interval, estimate.se) {
-        (Some([lo, hi]), Some(se)) => between(scale(lo), scale(hi), scale(se)),
-        (Some([lo, hi]), None) => between(scale(lo), scale(hi), 0.25 * (scale(hi) - scale(lo))),
-        (None, _) => NONE.to_owned(),
-    }
-}
 
 /// `mean ± sd` of a posterior, rounded by the sd but to no digit that its Monte Carlo error leaves open. `scale` must be
 /// a plain factor.
@@ -45,15 +17,6 @@ pub fn mean_and_sd(quantity: &QuantitySummary, scale: impl Fn(f64) -> f64) -> St
         (Some(mean), Some(sd), Some(mcse)) => with_sd(mean, sd, mcse),
         _ => NONE.to_owned(),
     }
-}
-
-/// The interval of a main number, rounded as its uncertainty is; by a quarter of its width where there is none.
-pub fn main_interval_scaled(number: &MainNumber, scale: impl Fn(f64) -> f64) -> String {
-    let Some([lo, hi]) = number.interval.map(|ends| ends.map(&scale)) else {
-        return NONE.to_owned();
-    };
-    let own = positive(number.se.map(&scale));
-    between(lo, hi, own.unwrap_or(0.25 * (hi - lo)))
 }
 
 #[cfg(test)]

@@ -1,8 +1,6 @@
 //! Writes quantities under their symbols, in the units they are printed in.
 
 use super::numbers;
-use crate::findings::estimate::Estimate;
-use crate::findings::main_numbers::MainNumber;
 use crate::findings::posterior::QuantitySummary;
 use crate::model::parameters::ParameterKind;
 use crate::physics::Quantity;
@@ -40,39 +38,6 @@ pub fn label(quantity: Quantity) -> String {
 /// A value or an error of a quantity, in the unit it is printed in.
 pub fn in_unit(quantity: Quantity, x: f64) -> f64 {
     factor(quantity).0(x)
-}
-
-/// An estimate of a quantity: `value ± se`.
-pub fn estimate(quantity: Quantity, of: &Estimate) -> String {
-    numbers::estimate_scaled(of, factor(quantity).0)
-}
-
-/// The value alone, of a fit that is not usable.
-pub fn value(quantity: Quantity, of: &Estimate) -> String {
-    numbers::optional(of.value.map(|value| in_unit(quantity, value)), 4)
-}
-
-/// An estimate beside which its interval stands.
-pub fn beside_interval(quantity: Quantity, of: &Estimate) -> String {
-    match (of.value, of.se) {
-        (Some(value), None) => format!("{} (no ±)", numbers::significant(in_unit(quantity, value), 4)),
-        _ => estimate(quantity, of),
-    }
-}
-
-/// The interval of an estimate.
-pub fn interval(quantity: Quantity, of: &Estimate) -> String {
-    numbers::interval_scaled(of, factor(quantity).0)
-}
-
-/// A main number: `value ± uncertainty`.
-pub fn main(quantity: Quantity, of: &MainNumber) -> String {
-    of.rounded(factor(quantity).0)
-}
-
-/// The interval of a main number.
-pub fn main_interval(quantity: Quantity, of: &MainNumber) -> String {
-    numbers::main_interval_scaled(of, factor(quantity).0)
 }
 
 /// The mean of a posterior with its sd.

@@ -2,15 +2,14 @@
 
 use std::collections::BTreeSet;
 
+use minijinja::{context, Value};
 use serde_json::json;
 
 use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::folder::{Files, TRACKING_SCHEMA};
 use super::json;
-use super::markdown::escape::literal;
-use super::markdown::page::Page;
-use super::markdown::table::ReportTable;
 use super::numbers::{significant, with_se};
+use super::template;
 use crate::error::Error;
 use crate::recordings::{
     Campaign, FreeFlight, GravityCheck, Impact, Jump, Outcome, Recording, Refusal, ScaleSource, Shown, SphereInAir,
@@ -38,7 +37,7 @@ pub fn files(title: &str, campaign: &Campaign) -> Result<Files<'static>, Error> 
         figures.push((figure_name(&outcome.recording), figure));
     }
     let names: Vec<&str> = figures.iter().map(|(name, _)| name.as_str()).collect();
-    let (page, json) = (page(title, campaign, &names), summary_json(title, campaign, &names)?);
+    let (page, json) = (page(title, campaign, &names)?, summary_json(title, campaign, &names)?);
     let figures = figures.into_iter().map(|(name, svg)| (format!("figures/{name}"), svg));
     let texts = [("report.md".to_owned(), page), ("tracking.json".to_owned(), json)];
     let whole = texts.into_iter().chain(figures);
@@ -206,139 +205,81 @@ fn widths_by_gravity(campaign: &Campaign) -> String {
     format!("; the spheres are then {widths} px wide in the images")
 }
 
-fn page(title: &str, campaign: &Campaign, figures: &[&str]) -> String {
-    let mut page = Page::titled(&format!("Recordings of {}", literal(title)), figures);
-    page.list(&summary(campaign).lines().map(str::to_owned).collect::<Vec<_>>());
-    let mut looks: Vec<String> = campaign.notices.iter().map(|notice| literal(&notice.text)).collect();
-    looks.extend(uneven(campaign).iter().map(|line| literal(line)));
-    if !looks.is_empty() {
-        page.heading("Notices");
-        page.list(&looks);
-    }
-    page.section(
-        "Runs",
-        "Both speeds are those at the plate, where the flights before and after the contact meet, and beside them those at \
-         the film's surface. ± is the standard deviation of the scatter of positions.",
-    );
-    runs(&mut page, campaign);
-    let left_out = left_out(campaign);
-    if !left_out.is_empty() {
-        page.section(
-            "Left out",
-            "Their lines in the table of runs carry the reason in `exclude`.",
-        );
-        page.list(&left_out.iter().map(|line| literal(line)).collect::<Vec<_>>());
-    }
-    page.section(
-        "Scale and gravity",
-        &format!(
-            "A recording falls wrongly where its own gravity is off {GRAVITY} m/s² by more than {:.0} % and {FAR} standard \
-             deviations: its run is left out, since its scale or frame rate is wrong. All others are fitted with one gravity. \
-             What falls too fast by a measured scale was nearer than it says, or taken at more frames a second.",
-            100.0 * OFF
-        ),
-    );
-    scales(&mut page, campaign);
-    page.section(
-        "Air",
-        "What the drag of the air is at the impact speed, over the weight. It is computed, not fitted, and taken off where the \
-         list has the density of the sphere.",
-    );
-    air(&mut page, campaign);
-    page.section(
-        "Recordings",
-        "Heights of the sphere over the contact, the frames that each flight is fitted with, and what the parabolas leave.",
-    );
-    for outcome in &campaign.outcomes {
-        let Some(shown) = &outcome.shown else { continue };
-        let told = match &outcome.tracked {
-            Ok(tracked) => caption(tracked),
-            Err(refusal) => format!(
-                "{} positions in {} frames; left out: {}",
-                shown.track.times.len(),
-                shown.frames,
-                literal(refusal.words())
-            ),
-        };
-        let object = shown
-            .object
-            .as_ref()
-            .map(|object| format!(", object {}", literal(object)));
-        let object = object.unwrap_or_default();
-        let caption = format!("{}{object}: {told}.", literal(&outcome.recording.run));
-        page.figure(&figure_name(&outcome.recording), "heights over time", &caption);
-    }
-    page.text.trim_end().to_owned() + "\n"
-}
-
-fn caption(tracked: &Tracked) -> String {
-    let frames: usize = tracked.flights.iter().map(|flight| flight.frames.len()).sum();
-    let rest = tracked.rest.map_or(String::new(), |rest| {
-        format!(", at rest {} µm over the contact", significant(micrometres(rest), 2))
+fn page(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<String, Error> {
+    let mut looks: Vec<String> = campaign.notices.iter().map(|notice| notice.text.clone()).collect();
+    looks.extend(uneven(campaign));
+    let impacts = rows(campaign).map(|(recording, impact)| {
+        let speeds = &impact.speeds;
+        context! {
+            run => recording.run.as_str(),
+            particle => recording.particle.as_str(),
+            liquid => recording.liquid.as_deref().unwrap_or(DRY),
+            impact => vec![speeds.impact_speed, speeds.impact_speed_sd],
+            rebound => vec![speeds.rebound_speed, speeds.rebound_speed_sd],
+            stuck => impact.stuck,
+            correlation => speeds.correlation,
+            restitution => speeds.rebound_speed / speeds.impact_speed,
+            at_film => recording.liquid.as_ref().map(|_| impact.at_film.to_vec()),
+            verdict => impact.verdict.as_deref(),
+        }
     });
-    format!(
-        "{} positions, {frames} in {} flights, which scatter by {} µm{rest}",
-        tracked.track.times.len(),
-        tracked.flights.len(),
-        significant(micrometres(tracked.noise), 2)
-    )
-}
-
-fn runs(page: &mut Page, campaign: &Campaign) {
-    let table = ReportTable::of(rows(campaign))
-        .whole()
-        .column("run", |(recording, _)| literal(&recording.run))
-        .column("particle", |(recording, _)| literal(&recording.particle))
-        .column("liquid", |(recording, _)| {
-            literal(recording.liquid.as_deref().unwrap_or(DRY))
-        })
-        .column("v / (m/s)", |(_, Impact { speeds, .. })| {
-            with_se(speeds.impact_speed, speeds.impact_speed_sd)
-        })
-        .column("v_r / (m/s)", |(_, impact)| match impact.speeds {
-            _ if impact.stuck => "stuck".to_owned(),
-            speeds => with_se(speeds.rebound_speed, speeds.rebound_speed_sd),
-        })
-        .column("correlation", |(_, impact)| {
-            (!impact.stuck).then(|| format!("{:.2}", impact.speeds.correlation))
-        })
-        .column("e", |(_, Impact { speeds, .. })| {
-            significant(speeds.rebound_speed / speeds.impact_speed, 4)
-        })
-        .column("v, v_r at the film", |(recording, impact)| {
-            let at_film = impact.at_film.map(|v| significant(v, 4));
-            recording.liquid.as_ref().map(|_| at_film.join(", "))
-        })
-        .column("verdict", |(_, impact)| {
-            impact.verdict.as_deref().map_or("used".to_owned(), literal)
-        });
-    page.table(&table);
-}
-
-fn scales(page: &mut Page, campaign: &Campaign) {
-    let source = |tracked: &Tracked| match tracked.scale.source {
-        ScaleSource::Lengths => "positions are lengths",
-        ScaleSource::Stated => "the list",
-        ScaleSource::Diameter => "the diameter",
-        ScaleSource::Gravity => "gravity",
+    let scales = tracked(campaign).map(|(recording, tracked)| {
+        let in_mm = tracked
+            .scale
+            .by_diameter
+            .map(|of| of.map(pixels_per_millimetre).to_vec());
+        let own = tracked.flights.iter().map(|flight| flight.own_gravity);
+        let best = own.min_by(|[_, a], [_, b]| a.total_cmp(b));
+        context! {
+            run => recording.run.as_str(),
+            used => scale_of(tracked).map(pixels_per_millimetre),
+            source => match tracked.scale.source {
+                ScaleSource::Lengths => "positions are lengths",
+                ScaleSource::Stated => "the list",
+                ScaleSource::Diameter => "the diameter",
+                ScaleSource::Gravity => "gravity",
+            },
+            by_diameter => in_mm,
+            gravity => best.map(|own| own.to_vec()),
+        }
+    });
+    let known = drags(campaign, |recording| recording.density.is_some());
+    let values = context! {
+        title,
+        summary => summary(campaign).lines().map(str::to_owned).collect::<Vec<_>>(),
+        looks,
+        impacts => impacts.collect::<Vec<_>>(),
+        left_out => left_out(campaign),
+        gravity => GRAVITY,
+        off => OFF,
+        far => FAR,
+        scales => scales.collect::<Vec<_>>(),
+        drags => known.map(|ends| ends.to_vec()),
+        drag_left => drag_left(campaign),
+        recordings => campaign.outcomes.iter().filter_map(captioned).collect::<Vec<_>>(),
     };
-    let table = ReportTable::of(tracked(campaign))
-        .whole()
-        .column("run", |(recording, _)| literal(&recording.run))
-        .column("px/mm used", |(_, tracked)| {
-            scale_of(tracked).map(|scale| significant(pixels_per_millimetre(scale), 5))
-        })
-        .column("from", |(_, tracked)| source(tracked))
-        .column("by the diameter", |(_, tracked)| {
-            let in_mm = tracked.scale.by_diameter.map(|of| of.map(pixels_per_millimetre));
-            in_mm.map(|[value, se]| with_se(value, se))
-        })
-        .column("own gravity / (m/s²)", |(_, tracked)| {
-            let own = tracked.flights.iter().map(|flight| flight.own_gravity);
-            let best = own.min_by(|[_, a], [_, b]| a.total_cmp(b));
-            best.map(|[value, se]| with_se(value, se))
-        });
-    page.table(&table);
+    template::page("tracking.md", &values, figures)
+}
+
+/// What the caption of a recording's figure says; `None` of one that was not seen.
+fn captioned(outcome: &Outcome) -> Option<Value> {
+    let shown = outcome.shown.as_ref()?;
+    let of = outcome.tracked.as_ref();
+    let tracked = of.ok();
+    let track = tracked.map_or(&shown.track, |tracked| &tracked.track);
+    let flights = || tracked.into_iter().flat_map(|tracked| &tracked.flights);
+    Some(context! {
+        figure => figure_name(&outcome.recording),
+        run => outcome.recording.run.as_str(),
+        object => shown.object.as_deref(),
+        positions => track.times.len(),
+        frames => shown.frames,
+        refused => of.err().map(Refusal::words),
+        fitted => flights().map(|flight| flight.frames.len()).sum::<usize>(),
+        flights => flights().count(),
+        noise => tracked.map(|tracked| tracked.noise),
+        rest => tracked.and_then(|tracked| tracked.rest),
+    })
 }
 
 /// Pixels per m; `None` where positions are lengths.
@@ -381,19 +322,6 @@ fn drag((recording, impact): (&Recording, &Impact)) -> f64 {
         density: recording.density.unwrap_or(LIGHT),
     };
     sphere.deceleration(impact.speeds.impact_speed) / GRAVITY
-}
-
-fn air(page: &mut Page, campaign: &Campaign) {
-    let known = drags(campaign, |recording| recording.density.is_some());
-    let shares = known.map(|ends| ends.map(|share| significant(100.0 * share, 2)));
-    if let Some([least, most]) = &shares {
-        page.paragraph(&format!("{least} to {most} % of the weight was taken off."));
-    }
-    match drag_left(campaign) {
-        Some(left) => page.paragraph(&format!("Notice: {left}.")),
-        None if shares.is_none() => page.paragraph("It is too small to matter here."),
-        None => {}
-    }
 }
 
 /// Heights with the parabolas, and what these leave.

@@ -3,6 +3,8 @@
 use std::array::from_fn;
 use std::io::Read;
 
+use minijinja::context;
+
 use super::coverage::{covers, draw, CoverageDesign, DrawnSets};
 use crate::error::Error;
 use crate::findings::estimate::{Estimate, Quoting};
@@ -11,8 +13,7 @@ use crate::findings::{bootstrap, energy};
 use crate::inference::bootstrap::strata::LEAST_RUNS;
 use crate::inference::delta::LEVELS;
 use crate::physics::Quantity;
-use crate::report::markdown::page::Page;
-use crate::report::markdown::table::ReportTable;
+use crate::report::template;
 use crate::scene::{Scene, WetLaw};
 use crate::staging::OutputPlace;
 
@@ -228,50 +229,33 @@ pub fn may_replace(place: &OutputPlace) -> Result<(), Error> {
 }
 
 /// The table as markdown.
-pub fn markdown(table: &CoverageTable) -> String {
-    let mut page = Page::titled(TITLE, &[]);
-    page.paragraph(&format!(
-        "Share of {} simulated data sets, in per cent, whose 90 % and 95 % intervals of e_inf and St_c cover the truth, \
-         for each design, law and method; {REPLICATES} replicates each (cases). The Monte Carlo error of a share is {:.1} at 90 % \
-         and {:.1} at 95 %. Delta: with Student's t. The linear law is held against its own noise-free fit on the same \
-         design, and once against the true e_inf.",
-        table.sets,
-        100.0 * table.mcse(0.90),
-        100.0 * table.mcse(0.95)
-    ));
-    page.paragraph("Made by `wetcor calibrate --out reports/calibration.md`.");
-    page.paragraph(&format!(
-        "Runs are resampled inside series and, in these, inside impact speeds; speeds with fewer than {LEAST_RUNS} runs \
-         join their neighbours. From n runs n − 1 are drawn with the weight n/(n − 1), and percentile and BCa limits are \
-         taken at Φ(t) for Student's t with the degrees of freedom of the strata. Without the strata of speed the \
-         linear law's misfit counts as noise; without the other two every interval of few runs is too short."
-    ));
-    page.list(&ALL.each_ref().map(CoverageDesign::explained));
-    let mut covered = ReportTable::of(&table.rows)
-        .whole()
-        .column("design", |row| row.design)
-        .column("law", |row| row.aim.0.name())
-        .column("quantity", |row| match row.aim {
-            (law, quantity, truth_of) if law == truth_of => quantity.describe().name.to_owned(),
-            (_, quantity, _) => format!("true {}", quantity.describe().name),
-        });
-    for (place, method) in METHODS.into_iter().enumerate() {
-        for (level, at) in LEVELS.into_iter().enumerate() {
-            covered = covered.column(format!("{method} {:.0}", 100.0 * at), move |row| {
-                format!("{:.1}", 100.0 * row.covered[place][level])
-            });
+pub fn markdown(table: &CoverageTable) -> Result<String, Error> {
+    let columns = METHODS
+        .iter()
+        .flat_map(|method| LEVELS.map(|at| format!("{method} {:.0}", 100.0 * at)));
+    let row = |row: &Coverage| {
+        let (law, quantity, truth_of) = row.aim;
+        let of = if law == truth_of { "" } else { "true " };
+        context! {
+            design => row.design,
+            law => law.name(),
+            quantity => format!("{of}{}", quantity.describe().name),
+            covered => row.covered.as_flattened().to_vec(),
         }
-    }
-    page.table(&covered);
-    let methods = METHODS.into_iter().enumerate();
-    let worst: Vec<String> = methods
-        .map(|(place, method)| format!("{method} {:.1}", 100.0 * table.worst(place)))
-        .collect();
-    page.paragraph(&format!(
-        "Largest distance from the level, true e_inf of the linear law excepted: {}. The smallest, or the simplest as near \
-         to it as the Monte Carlo error, is the default: {}.",
-        worst.join(", "),
-        table.best()
-    ));
-    page.text.trim_end().to_owned() + "\n"
+    };
+    let worst = METHODS.iter().enumerate();
+    let worst = worst.map(|(place, method)| context! { method => method.to_string(), distance => table.worst(place) });
+    let values = context! {
+        title => TITLE,
+        sets => table.sets,
+        replicates => REPLICATES,
+        errors => LEVELS.map(|level| table.mcse(level)).to_vec(),
+        least_runs => LEAST_RUNS,
+        designs => ALL.each_ref().map(CoverageDesign::explained).to_vec(),
+        columns => columns.collect::<Vec<_>>(),
+        rows => table.rows.iter().map(row).collect::<Vec<_>>(),
+        worst => worst.collect::<Vec<_>>(),
+        best => table.best().to_string(),
+    };
+    template::page("calibration.md", &values, &[])
 }

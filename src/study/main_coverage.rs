@@ -1,5 +1,7 @@
 //! Measures how often the main numbers' intervals cover the truth they were simulated from, and how often they are quoted.
 
+use minijinja::context;
+
 use super::coverage::{covers, draw, CoverageDesign, DrawnSets};
 use crate::error::Error;
 use crate::findings::fit_least_squares;
@@ -8,8 +10,7 @@ use crate::findings::posterior::MethodChoice;
 use crate::physics::loss::Film;
 use crate::physics::quantity::Place;
 use crate::physics::Quantity;
-use crate::report::markdown::page::Page;
-use crate::report::markdown::table::ReportTable;
+use crate::report::template;
 use crate::runs::Table;
 use crate::scene::Scene;
 
@@ -176,26 +177,21 @@ fn quoted_and_covered(scene: &Scene, main: &MainNumbers) -> Vec<((String, Source
 }
 
 /// The table as a section in markdown.
-pub fn markdown(table: &MainCoverageTable) -> String {
-    let mut page = Page::titled("", &[]);
-    page.text.clear();
-    page.heading("Do the main numbers cover?");
-    page.paragraph(&format!(
-        "{} simulated data sets a design, each fitted to its posterior as `wetcor fit` does. Quoted: sets, in per cent, whose \
-         verdict lets the number be quoted and that have an interval; covered: quoted 95 % intervals, in per cent, that hold \
-         the truth; z: the distance from 95 % in standard errors. e_inf and St_c are those of the first film ratio.",
-        table.sets
-    ));
-    page.list(&ALL.each_ref().map(CoverageDesign::explained));
-    let rows = ReportTable::of(&table.rows)
-        .column("design", |row| row.design)
-        .column("quantity", |row| &row.quantity)
-        .column("from", |row| row.source.name())
-        .column("quoted", |row| {
-            format!("{:.1}", 100.0 * row.quoted as f64 / table.sets as f64)
-        })
-        .column("covered", |row| format!("{:.1}", 100.0 * row.share()))
-        .column("z", |row| format!("{:.1}", row.z()));
-    page.table(&rows);
-    page.text.trim_end().to_owned() + "\n"
+pub fn markdown(table: &MainCoverageTable) -> Result<String, Error> {
+    let row = |row: &MainCoverage| {
+        context! {
+            design => row.design,
+            quantity => row.quantity.as_str(),
+            source => row.source.name(),
+            quoted => row.quoted as f64 / table.sets as f64,
+            covered => row.share(),
+            z => row.z(),
+        }
+    };
+    let values = context! {
+        sets => table.sets,
+        designs => ALL.each_ref().map(CoverageDesign::explained).to_vec(),
+        rows => table.rows.iter().map(row).collect::<Vec<_>>(),
+    };
+    template::page("main_coverage.md", &values, &[])
 }

@@ -64,7 +64,7 @@ fn check_tells_of_any_scene_and_runs_in_finite_numbers() {
         assert_eq!(value["runs"], table.rows);
         // a range is absent as a whole, or both its ends are numbers
         assert!(!json.contains("[null") && !json.contains("null]"), "{json}");
-        let text = report::markdown::overview_text(&overview);
+        let text = report::overview(&overview).expect("an overview");
         assert!(
             !text
                 .split_whitespace()

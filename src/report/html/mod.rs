@@ -18,8 +18,8 @@ use std::collections::HashMap;
 
 use pulldown_cmark::{html, CowStr, Event, HeadingLevel, Options, Parser, Tag, TagEnd, TextMergeStream};
 
+use super::escape;
 use super::figures::Figure;
-use super::markdown::{escape, CAUTIONS};
 use super::markup::escaped;
 use crate::error::Error;
 pub(super) use curves::Curves;
@@ -123,7 +123,7 @@ fn shown<'a>(
                 None,
             ) => {
                 let heading = next_heading.next();
-                if heading.is_some_and(|heading| heading.text == CAUTIONS) {
+                if heading.is_some_and(|heading| heading.text == "Cautions") {
                     shown.push(raw(picker));
                 }
                 let id = heading.map(|heading| heading.id.clone().into());

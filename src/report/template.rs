@@ -1,0 +1,402 @@
+//! Fills the templates of the report, `templates/*`, which are Markdown, text or CSV with the commands of minijinja.
+//!
+//! A template may break the lines of a paragraph or of an entry of a list wherever it likes: they are joined. What stands
+//! between `{% filter table %}` and `{% endfilter %}` is a table, a row a line with ` | ` between the cells, its headers
+//! first; a column whose header ends with `?` stands only where something stands in it. Between
+//! `{% filter figure("name.svg", "short") %}` and `{% endfilter %}` stands the caption of a figure, which is placed once and
+//! only where it was drawn. The other filters are below: numbers with as many digits as they have, and names.
+
+use std::sync::{Arc, Mutex};
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::{merge_maps, Kwargs, Serde};
+use minijinja::{Environment, UndefinedBehavior, Value};
+use serde::Serialize;
+use textwrap::core::display_width;
+
+use super::escape::{code, destination, guarded, literal};
+use super::numbers::{self, NONE};
+use crate::error::Error;
+use crate::findings::learnt::capital;
+use crate::findings::remarks::in_symbols;
+use crate::rounding::{by_number, positive, with_sd};
+
+/// The templates by their names.
+const TEMPLATES: [(&str, &str); 31] = [
+    ("against_film.md", include_str!("templates/against_film.md")),
+    ("against_speed.md", include_str!("templates/against_speed.md")),
+    ("bands.txt", include_str!("templates/bands.txt")),
+    ("calibration.md", include_str!("templates/calibration.md")),
+    ("cautions.txt", include_str!("templates/cautions.txt")),
+    ("constants.md", include_str!("templates/constants.md")),
+    ("designs.md", include_str!("templates/designs.md")),
+    ("determined.txt", include_str!("templates/determined.txt")),
+    ("errors.md", include_str!("templates/errors.md")),
+    ("film_groups.md", include_str!("templates/film_groups.md")),
+    ("held.md", include_str!("templates/held.md")),
+    ("laws.csv", include_str!("templates/laws.csv")),
+    ("laws.md", include_str!("templates/laws.md")),
+    ("laws_table.csv", include_str!("templates/laws_table.csv")),
+    ("main_coverage.md", include_str!("templates/main_coverage.md")),
+    ("main_numbers.md", include_str!("templates/main_numbers.md")),
+    ("materials.md", include_str!("templates/materials.md")),
+    ("noise.md", include_str!("templates/noise.md")),
+    ("other_forms.txt", include_str!("templates/other_forms.txt")),
+    ("overview.txt", include_str!("templates/overview.txt")),
+    ("places.md", include_str!("templates/places.md")),
+    ("posterior.md", include_str!("templates/posterior.md")),
+    ("report.md", include_str!("templates/report.md")),
+    ("scaling.md", include_str!("templates/scaling.md")),
+    ("seen.txt", include_str!("templates/seen.txt")),
+    ("source.txt", include_str!("templates/source.txt")),
+    ("summary.txt", include_str!("templates/summary.txt")),
+    ("terms.md", include_str!("templates/terms.md")),
+    ("tracking.md", include_str!("templates/tracking.md")),
+    ("trade.md", include_str!("templates/trade.md")),
+    ("verdict.txt", include_str!("templates/verdict.txt")),
+];
+
+/// Longer tables are cut to so many rows: nobody reads more, and a file has them all.
+const MOST_ROWS: usize = 60;
+
+/// Stands for a `|` of a value, until it is known whether it stands in a table.
+const BAR: char = '\u{1}';
+
+/// Stands for a `|` between the cells of a table that is made.
+const RULE: char = '\u{2}';
+
+/// A page of the report in Markdown. `figures` are the names of those that were drawn.
+///
+/// Fails where a template asks for what there is not.
+pub(crate) fn page(name: &str, values: &Value, figures: &[&str]) -> Result<String, Error> {
+    Ok(laid_out(&filled(name, values, figures)?))
+}
+
+/// What a template may name of a row: its fields as files have them, and more.
+pub(crate) fn with(row: &impl Serialize, more: Value) -> Value {
+    merge_maps([more, serialized(row)])
+}
+
+/// The fields of a row as files have them.
+pub(crate) fn serialized(row: impl Serialize) -> Value {
+    Value::from(Serde(row))
+}
+
+/// The same for a terminal, line by line as the template has it.
+pub(super) fn plain(name: &str, values: &Value) -> Result<String, Error> {
+    Ok(filled(name, values, &[])?.replace(BAR, "|"))
+}
+
+fn filled(name: &str, values: &Value, figures: &[&str]) -> Result<String, Error> {
+    let fail = |error: minijinja::Error| {
+        let whole = std::iter::successors(Some(&error as &dyn std::error::Error), |error| error.source());
+        Error::Internal {
+            doing: "fill the template of the report",
+            reason: whole.map(ToString::to_string).collect::<Vec<_>>().join(": "),
+        }
+    };
+    let mut environment = Environment::new();
+    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
+    environment.set_syntax(syntax.map_err(fail)?);
+    for (name, text) in TEMPLATES {
+        environment.add_template(name, text).map_err(fail)?;
+    }
+    environment.set_undefined_behavior(UndefinedBehavior::SemiStrict);
+    environment.set_formatter(|out, _, value| {
+        let text = if value.is_none() {
+            NONE.to_owned()
+        } else {
+            value.to_string()
+        };
+        Ok(out.write_str(&text.replace('|', &BAR.to_string()))?)
+    });
+    add_filters(&mut environment);
+    let drawn: Vec<String> = figures.iter().map(|name| (*name).to_owned()).collect();
+    let left = Arc::new(Mutex::new(drawn));
+    environment.add_filter("figure", move |caption: String, name: String, short: String| {
+        let mut left = left.lock().unwrap_or_else(|broken| broken.into_inner());
+        let Some(at) = left.iter().position(|own| *own == name) else {
+            return String::new();
+        };
+        left.remove(at);
+        let address = destination(&name);
+        format!("![{}](figures/{address})\n\n*{}*\n", guarded(&short), caption.trim())
+    });
+    let template = environment.get_template(name).map_err(fail)?;
+    template.render(values).map_err(fail)
+}
+
+fn add_filters(environment: &mut Environment) {
+    let mut number = |name: &'static str, text: fn(f64) -> String| {
+        environment.add_filter(name, move |x: Option<f64>| x.map_or(NONE.to_owned(), text));
+    };
+    number("short", numbers::short);
+    number("signed", numbers::signed);
+    number("probability", numbers::probability);
+    environment.add_filter("digits", numbers::optional);
+    environment.add_filter("fixed", |x: Option<f64>, places: usize| {
+        x.map_or(NONE.to_owned(), |x| format!("{x:.places$}"))
+    });
+    environment.add_filter("signed_to", |x: Option<f64>, place: i32| {
+        x.map_or(NONE.to_owned(), |x| numbers::signed_to(x, place))
+    });
+    environment.add_filter("shift", |x: Option<f64>, se: Option<f64>| {
+        x.map_or(NONE.to_owned(), |x| numbers::shift(x, se))
+    });
+    environment.add_filter("by_mcse", numbers::by_mcse);
+    environment.add_filter("range", |ends: Option<Vec<f64>>, factor: Option<f64>| {
+        ends_of(ends).map_or(NONE.to_owned(), |ends| {
+            numbers::range(ends.map(|x| x * factor.unwrap_or(1.0)))
+        })
+    });
+    environment.add_filter("between", |ends: Option<Vec<f64>>, se: f64| {
+        ends_of(ends).map_or(NONE.to_owned(), |[lo, hi]| numbers::between(lo, hi, se))
+    });
+    environment.add_filter("listed", listed);
+    environment.add_filter("full", |x: Option<f64>| {
+        let finite = x.filter(|x| x.is_finite());
+        finite.map_or(String::new(), |x| format!("{x:?}"))
+    });
+    environment.add_filter("estimate", |own: Value, factor: Option<f64>| {
+        Number::of(&own, factor).map(|own| own.with_its_interval())
+    });
+    environment.add_filter("pm", |own: Value, factor: Option<f64>| {
+        Number::of(&own, factor).map(|own| own.with_its_error())
+    });
+    environment.add_filter("value", |own: Value, factor: Option<f64>| {
+        Number::of(&own, factor).map(|own| numbers::optional(own.value, 4))
+    });
+    environment.add_filter("interval", |own: Value, factor: Option<f64>| {
+        Number::of(&own, factor).map(|own| own.interval_alone())
+    });
+    environment.add_filter("with_se", |x: Option<f64>, se: Option<f64>, factor: Option<f64>| {
+        let factor = factor.unwrap_or(1.0);
+        x.zip(se)
+            .map_or(NONE.to_owned(), |(x, se)| numbers::with_se(factor * x, factor * se))
+    });
+    environment.add_filter("code", |text: String| code(&text));
+    environment.add_filter("literal", |text: String| literal(&text));
+    environment.add_filter("capital", |text: String| capital(&text));
+    environment.add_filter("symbol", |name: String| in_symbols(&name));
+    environment.add_filter("counted", |count: usize, one: String, more: String| {
+        by_number(count, &one, &more).to_owned()
+    });
+    environment.add_filter("why_not", |verdict: Value| -> Result<String, minijinja::Error> {
+        let passed = verdict.get_attr("passed")?.is_true();
+        Ok(if passed {
+            String::new()
+        } else {
+            verdict.get_attr("reason")?.to_string()
+        })
+    });
+    environment.add_filter("table", table);
+    environment.add_filter("columns", columns);
+}
+
+/// A value with its error and its interval, as an estimate, a main number or the summary of a posterior has them.
+struct Number {
+    value: Option<f64>,
+    se: Option<f64>,
+    mcse: Option<f64>,
+    interval: Option<[f64; 2]>,
+}
+
+impl Number {
+    /// Of a row of the findings, times a factor.
+    fn of(row: &Value, factor: Option<f64>) -> Result<Number, minijinja::Error> {
+        let factor = factor.unwrap_or(1.0);
+        let field = |names: [&str; 2]| {
+            let found = names
+                .into_iter()
+                .find_map(|name| row.get_attr(name).ok()?.try_into().ok());
+            found.map(|x: f64| factor * x)
+        };
+        Ok(Number {
+            value: field(["value", "mean"]),
+            se: positive(field(["se", "sd"])),
+            mcse: positive(field(["mcse", "mcse_mean"])),
+            interval: interval_of(row).map(|ends| ends.map(|x| factor * x)),
+        })
+    }
+
+    /// `value ± se`, without a standard error the value, with its interval where that is all there is.
+    fn with_its_interval(&self) -> String {
+        match (self.value, self.se, self.interval) {
+            (Some(value), None, Some(_)) => {
+                format!("{} (no ±: {})", numbers::significant(value, 4), self.interval_alone())
+            }
+            _ => self.with_its_error(),
+        }
+    }
+
+    /// The same where the interval stands beside it. A posterior has no digit that its Monte Carlo error leaves open.
+    fn with_its_error(&self) -> String {
+        match (self.value, self.se, self.mcse) {
+            (Some(mean), Some(sd), Some(mcse)) => with_sd(mean, sd, mcse),
+            (Some(value), Some(se), None) => numbers::with_se(value, se),
+            (Some(value), None, _) => format!("{} (no ±)", numbers::significant(value, 4)),
+            (None, ..) => NONE.to_owned(),
+        }
+    }
+
+    /// The interval, rounded as its error is, without one by a quarter of its width.
+    fn interval_alone(&self) -> String {
+        self.interval.map_or(NONE.to_owned(), |[lo, hi]| {
+            numbers::between(lo, hi, self.se.unwrap_or(0.25 * (hi - lo)))
+        })
+    }
+}
+
+fn interval_of(row: &Value) -> Option<[f64; 2]> {
+    let interval = row.get_attr("interval").ok()?;
+    let end = |index: usize| f64::try_from(interval.get_item_by_index(index).ok()?).ok();
+    Some([end(0)?, end(1)?])
+}
+
+fn ends_of(ends: Option<Vec<f64>>) -> Option<[f64; 2]> {
+    ends?.try_into().ok()
+}
+
+/// Numbers in a row; a long list says less than its ends.
+fn listed(values: Vec<f64>, factor: Option<f64>) -> String {
+    const LONG: usize = 8;
+    let texts: Vec<String> = values
+        .iter()
+        .map(|x| numbers::short(x * factor.unwrap_or(1.0)))
+        .collect();
+    match texts.as_slice() {
+        [first, .., last] if texts.len() > LONG => format!("{} from {first} to {last}", texts.len()),
+        _ => texts.join(", "),
+    }
+}
+
+/// Makes a table of lines of cells: in Markdown, or with `plain` in columns as wide as what stands in them. With `whole` it has
+/// every row, where no file has what would be left out.
+fn table(text: String, options: Kwargs) -> Result<String, minijinja::Error> {
+    let is = |name: &str| Ok::<_, minijinja::Error>(options.get::<Option<bool>>(name)?.unwrap_or(false));
+    let (plain, whole) = (is("plain")?, is("whole")?);
+    if text.trim().is_empty() {
+        return Ok(String::new());
+    }
+    let most = if whole { usize::MAX } else { MOST_ROWS };
+    let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let mut rows: Vec<Vec<String>> = lines
+        .map(|line| line.split('|').map(|cell| cell.trim().to_owned()).collect())
+        .collect();
+    let columns = rows.first().map_or(0, Vec::len);
+    let is_empty = |cell: &String| cell.is_empty() || cell == NONE;
+    let stands = |column: usize| !rows[0][column].ends_with('?') || !rows[1..].iter().all(|row| is_empty(&row[column]));
+    let kept: Vec<usize> = (0..columns).filter(|column| stands(*column)).collect();
+    for row in &mut rows {
+        *row = kept
+            .iter()
+            .map(|column| row.get(*column).cloned().unwrap_or_default())
+            .collect();
+    }
+    let below = rows.len().saturating_sub(1);
+    rows.truncate(most.saturating_add(1));
+    rows[0]
+        .iter_mut()
+        .for_each(|header| *header = header.trim_end_matches('?').to_owned());
+    let mut text = String::new();
+    if plain {
+        let length = |text: &String| text.chars().count();
+        let width = |column: usize| rows.iter().map(|row| length(&row[column])).max().unwrap_or(0);
+        let widths: Vec<usize> = (0..kept.len()).map(width).collect();
+        for row in &rows {
+            let padded = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
+            text.push_str(padded.collect::<Vec<_>>().join("  ").trim_end());
+            text.push('\n');
+        }
+    } else {
+        let line = |cells: Vec<&str>| format!("{RULE} {} {RULE}\n", cells.join(&format!(" {RULE} ")));
+        for (number, row) in rows.iter().enumerate() {
+            text.push_str(&line(row.iter().map(String::as_str).collect()));
+            if number == 0 {
+                text.push_str(&line(vec!["---"; row.len()]));
+            }
+        }
+        text.push('\n');
+    }
+    if below > most {
+        text.push_str(&format!("The first {most} of {below} rows; findings.json has all.\n"));
+    }
+    Ok(text)
+}
+
+/// Makes lines of cells stand below each other on a terminal, the first of them where they are many.
+fn columns(text: String) -> String {
+    const SHOWN: usize = 20;
+    let lines = text.lines().filter(|line| !line.trim().is_empty());
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split('|').map(str::trim).collect()).collect();
+    let widest = |column: usize| {
+        rows.iter()
+            .filter_map(|row| row.get(column))
+            .map(|cell| display_width(cell))
+            .max()
+    };
+    let padded = |row: &Vec<&str>| {
+        let cells = row.iter().enumerate().map(|(column, cell)| {
+            let room = widest(column).unwrap_or(0) - display_width(cell);
+            format!("{cell}{}", " ".repeat(room))
+        });
+        format!("{}\n", cells.collect::<Vec<_>>().join(" ").trim_end())
+    };
+    let mut text: String = rows.iter().take(SHOWN).map(padded).collect();
+    if rows.len() > SHOWN {
+        let more = rows.len() - SHOWN;
+        text.push_str(&format!("and {more} more lines of this kind in findings.json\n"));
+    }
+    text
+}
+
+/// A page with one line for each paragraph, entry of a list and row, and one blank line between its blocks.
+fn laid_out(text: &str) -> String {
+    let mut blocks: Vec<String> = vec![];
+    let mut new = true;
+    for line in text.lines().map(str::trim) {
+        if line.is_empty() {
+            new = true;
+            continue;
+        }
+        let before = blocks.last_mut().filter(|_| !new);
+        match before {
+            None => blocks.push(line.to_owned()),
+            Some(block) if line.starts_with([RULE, '#']) || line.starts_with("* ") => {
+                block.push('\n');
+                block.push_str(line);
+            }
+            Some(block) => {
+                block.push(' ');
+                block.push_str(line);
+            }
+        }
+        new = false;
+    }
+    let safe = |block: &String| {
+        let lines = block.lines().map(|line| match line.starts_with(RULE) {
+            true => guarded(&line.replace(BAR, "\\|").replace(RULE, "|")),
+            // the words and the address of a figure are safe already
+            false if line.starts_with("![") => line.to_owned(),
+            false => guarded(&line.replace(BAR, "|")),
+        });
+        lines.collect::<Vec<_>>().join("\n")
+    };
+    let mut page = blocks.iter().map(safe).collect::<Vec<_>>().join("\n\n");
+    page.push('\n');
+    page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_stand_below_each_other_whatever_the_letters() {
+        let rows = "k[球] | = 0.18 ± 0.01 | (a)\nL | = 2 | (posterior)\n";
+        assert_eq!(
+            columns(rows.to_owned()),
+            "k[球] = 0.18 ± 0.01 (a)\nL     = 2           (posterior)\n"
+        );
+    }
+}

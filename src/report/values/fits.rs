@@ -1,0 +1,304 @@
+//! Gathers the rows of the fits by least squares, as far as they are told, with their words.
+
+use minijinja::value::merge_maps;
+use minijinja::{context, Value};
+
+use super::super::template::{serialized, with};
+use super::super::{numbers, quantities, ReportInput};
+use crate::distributions::normal_quantile;
+use crate::findings::balance::{EnergyBalance, ParameterEstimate};
+use crate::findings::bootstrap::MOST_RESAMPLED;
+use crate::findings::constants::Sensitivity;
+use crate::findings::error_notices::{most_sensitive_to_speed, SPEED_ERROR};
+use crate::findings::estimate::Estimate;
+use crate::findings::measurement_errors::ErrorSummary;
+use crate::findings::noise::{GrowthTest, Noise, StandardErrorRatio, LINE};
+use crate::findings::remarks::SERIES_SCHEME_CHANGES;
+use crate::findings::scaling::Scaling;
+use crate::findings::Findings;
+use crate::physics::Quantity;
+use crate::rounding::counted;
+use crate::runs::sphere_words;
+use crate::scene::{LikelihoodFamily, NoiseOn, WetLaw};
+
+pub(super) fn values(input: ReportInput) -> Value {
+    let (scene, findings) = (input.scene, input.findings);
+    let of_one_film = || findings.series.iter().filter(|own| !own.is_withheld);
+    let failed: Vec<_> = of_one_film().filter(|own| !own.verdict.passed).collect();
+    let told = |particle: &str, place, law| is_told(findings, particle, place, law);
+    let scaling = findings.scaling.iter();
+    let scaling: Vec<&Scaling> = scaling
+        .filter(|row| told(&row.particle, [row.diameter_m, row.film_ratio], row.law))
+        .collect();
+    let energy = findings.energy.iter();
+    let energy = energy.filter(|row| told(&row.particle, [row.diameter_m, Some(row.film_ratio)], row.law));
+    let drawn = |row: &Scaling| row.law == WetLaw::Linear && row.film_ratio.is_some() && row.verdict.passed;
+    let of_form = scene.model.viscous.why_no_critical_separation();
+    let of_roughness = || {
+        let why = scene.why_no_roughness(input.runs.wet_particles())?;
+        Some(format!("{why}, and so no δc"))
+    };
+    let mut wet = input.runs.wet_particles();
+    let has_roughness = wet.any(|particle| scene.particles[particle].roughness.is_some());
+    let sensitive = most_sensitive_to_speed(&findings.scaling).filter(|(_, share)| *share >= SPEED_ERROR);
+    let dry = findings.dry.iter();
+    let laws = context! {
+        dry => dry.map(|own| with(own, context! { words => own.words() })).collect::<Vec<_>>(),
+        series => context! {
+            all => of_one_film().count(),
+            with_law => of_one_film().count() - failed.len(),
+            failed => serialized(&failed),
+        },
+        scaling => scaling.iter().map(|row| with(row, context! { words => row.words() })).collect::<Vec<_>>(),
+        long_intervals => scaling.iter().flat_map(|law| long_intervals(law)).collect::<Vec<_>>(),
+        linear_drawn => findings.scaling.iter().any(drawn),
+        speed_error => sensitive.map(|(row, share)| context! {
+            share,
+            words => row.words(),
+            film_ratio => row.film_ratio,
+        }),
+        energy => energy
+            .map(|row| with(row, context! { words => sphere_words(&row.particle, row.diameter_m) }))
+            .collect::<Vec<_>>(),
+        has_delta_c => of_form.is_none() && has_roughness,
+        why_no_delta_c => of_form.map(str::to_owned).or_else(of_roughness),
+        label_k => quantities::label(Quantity::DryK),
+        label_inertial_loss => quantities::label(Quantity::InertialLoss),
+        label_st_c_e_inf2 => quantities::label(Quantity::StCEInf2),
+        cross_check => findings.energy_balance.as_ref().map(|balance| cross_check(input, balance)),
+        most_resampled => MOST_RESAMPLED,
+        series_scheme_changes => SERIES_SCHEME_CHANGES,
+        with_errors => with_errors(findings),
+        constants => constants(&findings.constants),
+    };
+    merge_maps([
+        laws,
+        findings.noise.as_ref().map_or(context! {}, |own| noise(input, own)),
+    ])
+}
+
+/// Whether a law of some runs tells what stands nowhere else: not where these have no film ratio of their own, and the linear
+/// law only where the square root does not stand and is not what biases it.
+fn is_told(findings: &Findings, particle: &str, place: [Option<f64>; 2], law: WetLaw) -> bool {
+    let of = |law: WetLaw| {
+        let mut laws = findings.scaling.iter();
+        laws.find(|own| own.law == law && own.particle == particle && [own.diameter_m, own.film_ratio] == place)
+    };
+    let stands = |own: &Scaling| own.verdict.passed;
+    match law {
+        WetLaw::Sqrt => !of(law).is_some_and(|root| root.is_withheld),
+        WetLaw::Linear => {
+            let tells = |line: &Scaling| line.e_inf.value.is_some() && (stands(line) || line.bias.is_none());
+            !of(WetLaw::Sqrt).is_some_and(stands) && of(law).is_some_and(tells)
+        }
+    }
+}
+
+/// The estimates of a usable law at one film ratio whose interval is more than twice as long as their ± makes one.
+fn long_intervals(law: &Scaling) -> Vec<String> {
+    let is_long = |estimate: &Estimate| {
+        let z = normal_quantile(0.5 + 0.5 * estimate.level);
+        let both = estimate.se.zip(estimate.interval);
+        both.is_some_and(|(se, [lo, hi])| hi - lo > 4.0 * z * se)
+    };
+    let Some(ratio) = law.film_ratio.filter(|_| law.verdict.passed) else {
+        return vec![];
+    };
+    let at = format!("{}, δ/D = {}", law.words(), numbers::short(ratio));
+    let both = [(Quantity::EInf, &law.e_inf), (Quantity::StC, &law.st_c)].into_iter();
+    let long = both.filter(|(_, estimate)| is_long(estimate));
+    long.map(|(quantity, _)| format!("{} ({at})", quantity.describe().symbol))
+        .collect()
+}
+
+/// The fits of runs that carry errors.
+fn with_errors(findings: &Findings) -> Vec<Value> {
+    let row = |particle: String, law: &str, film_ratio: Option<String>, runs: usize, errors: Option<ErrorSummary>| {
+        Some(context! { particle, law, film_ratio, runs, errors => serialized(errors?) })
+    };
+    let dry = findings.dry.iter();
+    let dry = dry.filter_map(|own| row(own.words(), "dry", None, own.runs, own.measurement_errors));
+    let scaling = findings.scaling.iter().filter_map(|own| {
+        let ratio = numbers::short(own.film_ratio?);
+        row(
+            own.words(),
+            law_name(own.law),
+            Some(ratio),
+            own.runs,
+            own.measurement_errors,
+        )
+    });
+    let balance = findings.energy_balance.iter().filter_map(|own| {
+        let (all, particles) = (Some("all".to_owned()), own.particles.join(", "));
+        row(particles, "energy balance", all, own.runs, own.measurement_errors)
+    });
+    dry.chain(scaling).chain(balance).collect()
+}
+
+pub(super) fn law_name(law: WetLaw) -> &'static str {
+    match law {
+        WetLaw::Sqrt => "square root",
+        WetLaw::Linear => law.name(),
+    }
+}
+
+/// Least squares over all rebounds beside the posterior.
+fn cross_check(input: ReportInput, balance: &EnergyBalance) -> Value {
+    /// posterior sds by which least squares may lie off without a word
+    const FAR: f64 = 1.0;
+    let main = &input.findings.main;
+    let sampled = |row: &ParameterEstimate| {
+        let mut all = main.parameters.iter().filter(|_| !main.provisional);
+        all.find(|own| own.name == row.name)
+    };
+    let difference = |row: &ParameterEstimate| {
+        let number = &sampled(row)?.number;
+        let sd = number.se.filter(|sd| *sd > 0.0)?;
+        Some((row.estimate.value? - number.value?) / sd)
+    };
+    let label =
+        |row: &ParameterEstimate, symbol: &str| quantities::parameter_label(input.scene, input.runs, row.kind, symbol);
+    let rows = balance.parameters.iter().map(|row| {
+        let quantity = row.kind.quantity().unwrap_or(Quantity::DryK);
+        let more = context! {
+            label => label(row, &quantities::label(quantity)),
+            factor => quantities::in_unit(quantity, 1.0),
+            difference => difference(row),
+        };
+        with(row, more)
+    });
+    let far = balance.parameters.iter();
+    let far = far.filter(|row| difference(row).is_some_and(|difference| difference.abs() > FAR));
+    let led = balance
+        .parameters
+        .iter()
+        .filter_map(sampled)
+        .filter(|own| own.prior_led);
+    let led: Vec<&str> = led.map(|own| own.name.as_str()).collect();
+    context! {
+        rows => rows.collect::<Vec<_>>(),
+        far => far.map(|row| label(row, row.kind.symbol())).collect::<Vec<_>>(),
+        reasons => reasons(input, &led),
+    }
+}
+
+/// What of these runs and this model least squares does not know.
+fn reasons(input: ReportInput, prior_led: &[&str]) -> Vec<String> {
+    let (model, findings) = (&input.scene.model, input.findings);
+    let stuck = findings.counts.stuck;
+    let priors = input.posterior.map(|posterior| &posterior.findings.parameters);
+    let mut priors = priors.into_iter().flatten().filter_map(|own| own.prior.as_ref());
+    let sampled = input.posterior.map(|posterior| posterior.findings.inertia);
+    let fitted = findings.energy_balance.as_ref().map(|balance| balance.inertia);
+    let stuck_words = format!(
+        "{} stuck, which the posterior counts and least squares leaves out",
+        counted(stuck, "run")
+    );
+    let all = [
+        (stuck > 0, stuck_words.as_str()),
+        (model.noise == NoiseOn::Both, "the noise acts on the energy kept, too"),
+        (model.series_offsets, "series have offsets of the energy kept"),
+        (
+            model.likelihood != LikelihoodFamily::Normal,
+            "the posterior's noise is not normal",
+        ),
+        (
+            findings.counts.measurement_errors.is_some(),
+            "runs carry measurement errors",
+        ),
+        (
+            priors.any(|prior| prior.source == "the scene"),
+            "the scene sets priors, which least squares does not read",
+        ),
+        (
+            !prior_led.is_empty(),
+            &format!("the prior leads {}", prior_led.join(", ")),
+        ),
+        (
+            sampled != fitted,
+            "the posterior holds another form of the inertial loss",
+        ),
+    ];
+    let holding = all.into_iter().filter(|(holds, _)| *holds);
+    holding.map(|(_, words)| words.to_owned()).collect()
+}
+
+/// What the scatter of the runs is like, as far as `findings.json` does not have it.
+fn noise(input: ReportInput, noise: &Noise) -> Value {
+    let has_offsets = input.scene.model.series_offsets;
+    let spread = noise.spread.as_ref();
+    let offsets = noise.offsets.as_ref();
+    let spread_lacks = spread.and_then(|own| own.affected_standard_error());
+    let offsets_lack = offsets.and_then(|own| own.affected_standard_error());
+    // those in a table, where one of them matters
+    let of_spread = spread
+        .filter(|_| spread_lacks.is_some())
+        .map(|own| &own.standard_errors);
+    let of_offsets = offsets.filter(|_| offsets_lack.is_some() && !has_offsets);
+    let both = [of_spread, of_offsets.map(|own| &own.standard_errors)];
+    let mut names: Vec<&str> = both
+        .iter()
+        .flatten()
+        .flat_map(|own| own.iter())
+        .map(|own| own.parameter.as_str())
+        .collect();
+    names.sort_unstable();
+    names.dedup();
+    let ratio = |own: Option<&Vec<StandardErrorRatio>>, name: &str| {
+        let found = own?.iter().find(|lacking| lacking.parameter == name)?;
+        Some(found.ratio)
+    };
+    let row =
+        |name: &&str| context! { parameter => *name, spread => ratio(both[0], name), offsets => ratio(both[1], name) };
+    let growth = noise.growth.as_ref();
+    context! {
+        spread_labels => spread.map(|own| [own.narrowest.label(), own.widest.label()].to_vec()),
+        spread_lacks => spread_lacks.map(serialized),
+        offsets_lack => offsets_lack.map(serialized),
+        lacking_rows => names.iter().map(row).collect::<Vec<_>>(),
+        width_line => LINE,
+        growth => growth.and_then(|own| own.of_wet_runs()).map(grown),
+        strongest_growth => growth.and_then(|own| own.strongest()).map(grown),
+        found_growth => growth.map_or(vec![], |own| own.found().map(grown).collect()),
+    }
+}
+
+/// A growth of the noise with the words of what it goes with.
+fn grown(growth: &GrowthTest) -> Value {
+    with(growth, context! { words => growth.with.words(), ends => growth.ends() })
+}
+
+/// How results move with the constants, in columns of constants in the order of the scene; `None` where nothing is told.
+fn constants(rows: &[Sensitivity]) -> Option<Value> {
+    if rows.is_empty() {
+        return None;
+    }
+    let order = |constant: &str| {
+        let kinds = ["viscosity", "liquid_density", "particle_density", "roughness", "film"];
+        let kind = constant.split('[').next();
+        kinds.iter().position(|name| kind == Some(*name)).unwrap_or(kinds.len())
+    };
+    let mut names: Vec<&str> = vec![];
+    let mut known: Vec<Value> = vec![];
+    for moves in rows.iter().flat_map(|row| &row.by) {
+        if names.contains(&moves.constant.as_str()) {
+            continue;
+        }
+        names.push(&moves.constant);
+        known.extend(moves.rel_sd.map(|_| serialized(moves)));
+    }
+    // stable: those of one kind keep the order they were met in
+    names.sort_by_key(|name| order(name));
+    let row = |row: &Sensitivity| {
+        let elasticity = |name: &&str| Some(row.by.iter().find(|moves| moves.constant == *name)?.elasticity);
+        let is_length = row.result == Quantity::DeltaC.describe().name;
+        let more = context! {
+            label => row.label(),
+            elasticities => names.iter().map(elasticity).collect::<Vec<_>>(),
+            factor => if is_length { quantities::in_unit(Quantity::DeltaC, 1.0) } else { 1.0 },
+        };
+        with(row, more)
+    };
+    let rows: Vec<Value> = rows.iter().map(row).collect();
+    Some(context! { names => serialized(names), rows, known })
+}

@@ -1,0 +1,273 @@
+//! Gathers the model in words, the sampled parameters beside their priors, and the offsets of series.
+
+use minijinja::{context, Value};
+
+use super::super::draws::posterior::{stores_every_run, stores_runs};
+use super::super::quantities::{self, parameter_label, unit_in_brackets};
+use super::super::template::{serialized, with};
+use super::super::{figures, numbers, ReportInput};
+use crate::findings::form_choice::{GAIN, GAIN_IN_SE};
+use crate::findings::posterior::{
+    Posterior, PosteriorRefusal, PriorSummary, QuantitySummary, SeriesOffset, CHECKED_RUNS,
+};
+use crate::findings::questions::SMALL;
+use crate::findings::remarks::LOO_KHAT;
+use crate::inference::sampling::MOST_TIMES;
+use crate::model::parameters::ParameterKind;
+use crate::physics::rebound::TURN;
+use crate::physics::{Quantity, Viscous};
+use crate::remark::Line;
+use crate::runs::GAP;
+use crate::scene::Prior;
+
+/// The crate that samples, in the version in use.
+const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
+
+/// Correlations beyond this are told.
+const STRONG: f64 = 0.5;
+
+pub(super) fn values(input: ReportInput) -> Value {
+    let Some(posterior) = input.posterior else {
+        let refusal = PosteriorRefusal::among(&input.findings.remarks);
+        return context! { refused => refusal.map(|why| why.text.clone()) };
+    };
+    let (scene, findings) = (input.scene, input.findings);
+    let sampled = sampled(input, posterior);
+    let parameters = &posterior.sampled.parameters.sampled;
+    let sigma = ParameterKind::SigmaSeries.key();
+    let has_roughness = scene.why_no_roughness(input.runs.wet_particles()).is_none();
+    let viscous = Viscous::NAMED.iter().skip(1);
+    let viscous = viscous.filter(|form| has_roughness || !form.reads_roughness());
+    let viscous = viscous.map(|form| context! { name => form.name(), words => form.words() });
+    let khat = findings.checks().find(|check| check.code == LOO_KHAT.code);
+    let left_out = match (stores_runs(input.runs), stores_every_run(input.runs, posterior)) {
+        (true, true) => None,
+        (true, false) => Some("The likelihood and a new draw of every run"),
+        (false, _) => Some("The runs themselves, and the likelihood and a new draw of each,"),
+    };
+    let open = findings.questions.iter().flatten();
+    let open = open.filter_map(|own| Some(context! { question => own.question, why => own.why_open.as_ref()? }));
+    let mut families: Vec<&str> = parameters.iter().filter_map(|own| family(&own.prior)).collect();
+    in_order_of_first(&mut families);
+    context! {
+        found => serialized(&posterior.findings),
+        model => model(input, posterior),
+        turn => TURN,
+        correlated => correlated(posterior, &sampled),
+        prior_sources => prior_sources(&sampled),
+        sampled => sampled.iter().map(|own| with(own.found, own.more.clone())).collect::<Vec<_>>(),
+        any_dry_k => parameters.iter().any(|own| matches!(own.kind, ParameterKind::DryK(_))),
+        families => serialized(families),
+        critical_separations => critical_separations(posterior),
+        most_paired => figures::MOST_PAIRED,
+        sampler => format!("{} {}", SAMPLER.0, SAMPLER.1),
+        most_times => MOST_TIMES,
+        checked_runs => CHECKED_RUNS,
+        offsets_shown => offsets_shown(posterior),
+        sigma_series => posterior.findings.parameters.iter().find(|own| own.name == sigma).map(serialized),
+        true_sigma_series => scene.truth.as_ref().map(|truth| truth.sigma_series.unwrap_or(0.0)),
+        viscous_forms => viscous.collect::<Vec<_>>(),
+        khat_line => khat.and_then(|check| check.line).map(Line::threshold),
+        open_questions => open.collect::<Vec<_>>(),
+        gain => GAIN,
+        gain_in_se => GAIN_IN_SE,
+        small => 100.0 * SMALL,
+        answers => context! {
+            one_serves => "yes",
+            rises => "no, it rises",
+            falls => "no, it falls",
+            open => "open",
+        },
+        draws_left_out => left_out,
+    }
+}
+
+/// What the model says besides the scene's keys.
+fn model(input: ReportInput, posterior: &Posterior) -> Value {
+    let form = posterior.setup.form;
+    let errors = input.runs.errors_with_medians();
+    let speeds = errors.iter().flat_map(|errors| {
+        let of_run = input.runs.true_speeds(input.scene, errors).of_run;
+        let all = of_run.into_iter().zip(&errors.impact_speed_sd);
+        all.filter(|(_, sd)| **sd > 0.0)
+            .map(|(speed, _)| speed)
+            .collect::<Vec<_>>()
+    });
+    let speeds: Vec<_> = speeds.collect();
+    context! {
+        kept => form.formula("δ̃"),
+        definitions => form.definitions("δ̃"),
+        dry_at_own => form.dry.formula("v_d"),
+        dry => form.dry.formula("v"),
+        has_dry => !input.runs.dry.is_empty(),
+        likelihood_words => input.scene.model.likelihood.words(),
+        runs => input.runs.len(),
+        errors => input.runs.errors.as_ref().map(|errors| errors.counts()[0]),
+        erring => speeds.len(),
+        repeated => speeds.iter().filter(|speed| speed.repeats > 1).count(),
+        gap => GAP,
+    }
+}
+
+/// A sampled parameter with its prior.
+struct SampledParameter<'a> {
+    label: String,
+    prior: &'a PriorSummary,
+    found: &'a QuantitySummary,
+    /// what stands in the table besides the summary
+    more: Value,
+}
+
+fn sampled<'a>(input: ReportInput, posterior: &'a Posterior) -> Vec<SampledParameter<'a>> {
+    let sampled = posterior.sampled.parameters.sampled.iter();
+    let both = sampled.zip(&posterior.findings.parameters);
+    let rows = both.filter_map(|(parameter, found)| {
+        let label = parameter_label(input.scene, input.runs, parameter.kind, parameter.kind.symbol());
+        let label = found
+            .from
+            .map_or(label.clone(), |from| format!("{label} (from {from})"));
+        let prior = found.prior.as_ref()?;
+        let more = context! {
+            label => label.as_str(),
+            unit => unit_in_brackets(prior.unit),
+            bounds => bounds(prior),
+            decided_by => decided_by(prior),
+        };
+        Some(SampledParameter {
+            label,
+            prior,
+            found,
+            more,
+        })
+    });
+    rows.collect()
+}
+
+fn bounds(prior: &PriorSummary) -> String {
+    let bound = |x: f64| match x == 0.0 || x.abs() >= 0.01 {
+        true => numbers::short(x),
+        false => numbers::significant(x, 3),
+    };
+    match prior.upper {
+        Some(upper) => format!("{} to {}", bound(prior.lower), bound(upper)),
+        None if prior.lower == f64::NEG_INFINITY => "none".to_owned(),
+        None => format!("above {}", bound(prior.lower)),
+    }
+}
+
+/// What makes a parameter what it is, where that is not the runs alone.
+fn decided_by(prior: &PriorSummary) -> Option<&'static str> {
+    /// a posterior narrower than this beside its prior is the runs' word alone
+    const RUNS_DECIDE: f64 = 0.1;
+    /// one wider than this is mostly the prior
+    const PRIOR_DECIDES: f64 = 0.9;
+    if prior.runs_alone.is_some_and(|alone| alone.contradicts_prior()) {
+        return Some("the runs contradict the prior");
+    }
+    let moved = prior.distance.is_some_and(|shift| shift.abs() > 1.0);
+    match prior.sd_ratio? {
+        ratio if ratio < RUNS_DECIDE => None,
+        ratio if ratio > PRIOR_DECIDES && !moved => Some("the prior decides"),
+        ratio if ratio > PRIOR_DECIDES => Some("the runs move it, without narrowing it"),
+        _ => Some("runs and prior together"),
+    }
+}
+
+/// The family of a prior, with the meaning of its numbers; `None` where it holds its parameter.
+fn family(prior: &Prior) -> Option<&'static str> {
+    Some(match prior {
+        Prior::LogNormal(..) => "lognormal [median, sd of the logarithm]",
+        Prior::HalfNormal(_) => "half_normal scale",
+        Prior::Normal(..) => "normal [mean, sd]",
+        Prior::Gamma(..) => "gamma [shape, rate]",
+        Prior::Uniform(..) => "uniform [lower, upper]",
+        Prior::StudentT(..) => "student_t [degrees of freedom, location, scale]",
+        Prior::Fixed(_) => return None,
+    })
+}
+
+/// Each once, where it first stood.
+fn in_order_of_first(words: &mut Vec<&str>) {
+    let mut seen: Vec<&str> = vec![];
+    words.retain(|word| {
+        let new = !seen.contains(word);
+        seen.push(word);
+        new
+    });
+}
+
+/// Where the priors come from, each source with its parameters.
+fn prior_sources(sampled: &[SampledParameter]) -> Vec<Value> {
+    let mut sources: Vec<&str> = sampled.iter().map(|own| own.prior.source).collect();
+    in_order_of_first(&mut sources);
+    let of = |source: &&str| {
+        let labels = sampled
+            .iter()
+            .filter(|own| own.prior.source == *source)
+            .map(|own| &own.label);
+        context! { source => *source, labels => serialized(labels.collect::<Vec<_>>()) }
+    };
+    sources.iter().map(of).collect()
+}
+
+/// δc of each particle, those of one δc together.
+fn critical_separations(posterior: &Posterior) -> Vec<Value> {
+    let both = posterior.derived.iter().zip(&posterior.findings.derived);
+    let of_particles = both
+        .filter(|(derived, _)| derived.setting.is_none())
+        .filter_map(|(derived, found)| {
+            Some((
+                quantities::mean_and_sd(Quantity::DeltaC, found),
+                derived.label.as_deref()?,
+            ))
+        });
+    let of_particles: Vec<(String, &str)> = of_particles.collect();
+    let mut lengths: Vec<&str> = of_particles.iter().map(|(length, _)| length.as_str()).collect();
+    in_order_of_first(&mut lengths);
+    let of = |length: &&str| {
+        let particles = of_particles.iter().filter(|own| own.0 == *length).map(|own| own.1);
+        context! { length => *length, particles => serialized(particles.collect::<Vec<_>>()) }
+    };
+    lengths.iter().map(of).collect()
+}
+
+/// Pairs of parameters that the runs do not tell well apart, the strongest first.
+fn correlated(posterior: &Posterior, sampled: &[SampledParameter]) -> Vec<Value> {
+    let mut pairs = vec![];
+    for (i, row) in posterior.findings.correlation.iter().enumerate() {
+        let strong = row.iter().enumerate().take(i).filter(|(_, value)| value.abs() > STRONG);
+        pairs.extend(strong.map(|(j, value)| (*value, j, i)));
+    }
+    pairs.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+    let of = |(value, j, i): &(f64, usize, usize)| {
+        context! { value, first => sampled[*j].label.as_str(), second => sampled[*i].label.as_str() }
+    };
+    pairs.iter().map(of).collect()
+}
+
+/// The offsets that are told one by one: all, or of many the largest.
+fn offsets_shown(posterior: &Posterior) -> Vec<Value> {
+    const MOST: usize = 60;
+    const LARGEST: usize = 12;
+    let mut shown: Vec<&SeriesOffset> = posterior.findings.series_offsets.iter().collect();
+    if shown.len() > MOST {
+        let size = |own: &SeriesOffset| own.offset.mean.map_or(0.0, f64::abs);
+        shown.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        shown.truncate(LARGEST);
+    }
+    shown.into_iter().map(serialized).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sampler_is_named_in_the_version_the_lock_file_has() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.lock");
+        let lock = std::fs::read_to_string(path).expect("the lock file is there");
+        let (name, version) = SAMPLER;
+        let entry = format!("name = \"{name}\"\nversion = \"{version}\"\n");
+        assert!(lock.replace('\r', "").contains(&entry), "{entry}");
+    }
+}
