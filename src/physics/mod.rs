@@ -10,7 +10,6 @@
 //! | [`coefficient`] | the parameters that particles share, and a value of each |
 //! | [`loss`] | what a loss states of itself, at one setting |
 //! | [`dry`] | the dry law to either order, with k |
-//! | [`fifth_root`] | the root that the dry law takes of a speed, fast |
 //! | [`inertia`], [`viscous`], [`bridge`] | a loss a file: word, formula, parameters with unit and prior, value and slopes |
 //! | [`form`] | which terms a balance holds |
 //! | [`balance`] | their sum: the energy kept, with slopes |
@@ -22,7 +21,6 @@ pub mod balance;
 pub mod bridge;
 pub mod coefficient;
 pub mod dry;
-pub mod fifth_root;
 pub mod form;
 pub mod inertia;
 pub mod jet;

@@ -3,7 +3,6 @@
 use super::balance::{Balance, Impact};
 use super::coefficient::Parameters;
 use super::dry::{speed_root, Order};
-use super::fifth_root::fifth_root;
 use super::form::{DrySpeed, Form};
 use super::loss::{Fixed, Setting};
 
@@ -100,7 +99,7 @@ impl LawNumbers {
         match self.plateau {
             Plateau::Constant(alpha) => alpha,
             Plateau::OfSpeed { dry_k, order, loss } => {
-                let dry = order.of_loss(DryLoss::loss(order, dry_k, fifth_root(speed)))[0];
+                let dry = order.of_loss(DryLoss::loss(order, dry_k, speed_root(speed)))[0];
                 dry * dry - loss
             }
         }
@@ -190,7 +189,7 @@ impl Restitution {
     pub fn kept_energy(&self, impact_speed: f64) -> f64 {
         let dry = match self.dry {
             DryLoss::Fixed(square) => square,
-            DryLoss::Own(k, order) => order.of_loss(DryLoss::loss(order, k, fifth_root(impact_speed)))[0].powi(2),
+            DryLoss::Own(k, order) => order.of_loss(DryLoss::loss(order, k, speed_root(impact_speed)))[0].powi(2),
         };
         let inverse = 1.0 / impact_speed;
         // what waits for the root of e_dry comes last
@@ -213,7 +212,7 @@ impl Restitution {
         let dry = match self.dry {
             DryLoss::Fixed(_) => 0.0,
             DryLoss::Own(k, order) => {
-                let z = DryLoss::loss(order, k, fifth_root(impact_speed));
+                let z = DryLoss::loss(order, k, speed_root(impact_speed));
                 2.0 * order.of_loss(z)[0] * order.in_log_speed(z)[0]
             }
         };
