@@ -221,6 +221,21 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_posteriors_digits_are_those_its_monte_carlo_error_leaves() {
+        for (mcse, expected) in [(8.25e-6, "0.18352"), (1e-5, "0.1835"), (1.2e-4, "0.184"), (0.3, "0.2")] {
+            assert_eq!(by_mcse(Some(0.183_524_7), Some(mcse)), expected);
+        }
+        assert_eq!(by_mcse(Some(1234.0), Some(20.0)), "1200");
+        assert_eq!(by_mcse(Some(0.0), Some(0.01)), "0.0");
+        assert_eq!(by_mcse(Some(0.183_524_7), None), "0.184");
+        assert_eq!(by_mcse(None, Some(0.1)), NONE);
+        assert_eq!(with_sd(0.183_524_7, 0.001_23, 9e-6), "0.1835 ± 0.0012");
+        // a short run settles fewer digits than the sd would show
+        assert_eq!(with_sd(0.183_524_7, 0.001_23, 4e-4), "0.184 ± 0.001");
+        assert_eq!(with_sd(0.183_524_7, 3.4e9, 1e8), "0.18 ± 3.4e9");
+    }
+
+    #[test]
     fn what_is_no_number_is_printed_as_none() {
         assert_eq!(between(6.4, 6.4, 0.0), NONE);
         assert_eq!(between(f64::NAN, f64::NAN, f64::NAN), NONE);

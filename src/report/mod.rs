@@ -5,7 +5,6 @@
 //! | `input.rs` | holds what a report is made of |
 //! | `files.rs` | holds the files of a report before they are written |
 //! | `markup.rs` | writes a text so that HTML and SVG take it as it is |
-//! | `numbers.rs` | rounds every number by its uncertainty |
 //! | `quantities.rs` | writes quantities under their symbols, in the units they are printed in |
 //! | `escape.rs` | escapes for Markdown what a user wrote |
 //! | `template.rs` | fills the templates, `templates/*.md`, with the filters that they use |
@@ -34,7 +33,6 @@ mod input;
 pub mod json;
 mod laws;
 mod markup;
-pub mod numbers;
 mod posterior_record;
 pub mod prediction;
 mod quantities;

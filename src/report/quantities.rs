@@ -1,7 +1,5 @@
 //! Writes quantities under their symbols, in the units they are printed in.
 
-use super::numbers;
-use crate::findings::posterior::QuantitySummary;
 use crate::model::parameters::ParameterKind;
 use crate::physics::Quantity;
 use crate::runs::Runs;
@@ -38,11 +36,6 @@ pub fn label(quantity: Quantity) -> String {
 /// A value or an error of a quantity, in the unit it is printed in.
 pub fn in_unit(quantity: Quantity, x: f64) -> f64 {
     factor(quantity).0(x)
-}
-
-/// The mean of a posterior with its sd.
-pub fn mean_and_sd(quantity: Quantity, of: &QuantitySummary) -> String {
-    numbers::mean_and_sd(of, factor(quantity).0)
 }
 
 /// A parameter's symbol, with its particle and diameter where it is of one.

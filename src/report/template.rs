@@ -15,11 +15,10 @@ use serde::Serialize;
 use textwrap::core::display_width;
 
 use super::escape::{code, destination, guarded, literal};
-use super::numbers::{self, NONE};
 use crate::error::Error;
 use crate::findings::learnt::capital;
 use crate::findings::remarks::in_symbols;
-use crate::rounding::{by_number, positive, with_sd};
+use crate::rounding::{self, by_number, positive, with_sd, NONE};
 
 /// The templates by their names.
 const TEMPLATES: [(&str, &str); 31] = [
@@ -72,6 +71,11 @@ pub(crate) fn page(name: &str, values: &Value, figures: &[&str]) -> Result<Strin
     Ok(laid_out(&filled(name, values, figures)?))
 }
 
+/// The same as a text for a terminal or as CSV, line by line as the template has it.
+pub(super) fn plain(name: &str, values: &Value) -> Result<String, Error> {
+    Ok(filled(name, values, &[])?.replace(BAR, "|"))
+}
+
 /// What a template may name of a row: its fields as files have them, and more.
 pub(crate) fn with(row: &impl Serialize, more: Value) -> Value {
     merge_maps([more, serialized(row)])
@@ -82,12 +86,12 @@ pub(crate) fn serialized(row: impl Serialize) -> Value {
     Value::from(Serde(row))
 }
 
-/// The same for a terminal, line by line as the template has it.
-pub(super) fn plain(name: &str, values: &Value) -> Result<String, Error> {
-    Ok(filled(name, values, &[])?.replace(BAR, "|"))
+fn filled(name: &str, values: &Value, figures: &[&str]) -> Result<String, Error> {
+    filled_from(&TEMPLATES, name, values, figures)
 }
 
-fn filled(name: &str, values: &Value, figures: &[&str]) -> Result<String, Error> {
+/// The template of this name, filled; it may include the others.
+fn filled_from(templates: &[(&str, &str)], name: &str, values: &Value, figures: &[&str]) -> Result<String, Error> {
     let fail = |error: minijinja::Error| {
         let whole = std::iter::successors(Some(&error as &dyn std::error::Error), |error| error.source());
         Error::Internal {
@@ -98,7 +102,7 @@ fn filled(name: &str, values: &Value, figures: &[&str]) -> Result<String, Error>
     let mut environment = Environment::new();
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
     environment.set_syntax(syntax.map_err(fail)?);
-    for (name, text) in TEMPLATES {
+    for (name, text) in templates {
         environment.add_template(name, text).map_err(fail)?;
     }
     environment.set_undefined_behavior(UndefinedBehavior::SemiStrict);
@@ -130,27 +134,27 @@ fn add_filters(environment: &mut Environment) {
     let mut number = |name: &'static str, text: fn(f64) -> String| {
         environment.add_filter(name, move |x: Option<f64>| x.map_or(NONE.to_owned(), text));
     };
-    number("short", numbers::short);
-    number("signed", numbers::signed);
-    number("probability", numbers::probability);
-    environment.add_filter("digits", numbers::optional);
+    number("short", rounding::short);
+    number("signed", rounding::signed);
+    number("probability", rounding::probability);
+    environment.add_filter("digits", rounding::optional);
     environment.add_filter("fixed", |x: Option<f64>, places: usize| {
         x.map_or(NONE.to_owned(), |x| format!("{x:.places$}"))
     });
     environment.add_filter("signed_to", |x: Option<f64>, place: i32| {
-        x.map_or(NONE.to_owned(), |x| numbers::signed_to(x, place))
+        x.map_or(NONE.to_owned(), |x| rounding::signed_to(x, place))
     });
     environment.add_filter("shift", |x: Option<f64>, se: Option<f64>| {
-        x.map_or(NONE.to_owned(), |x| numbers::shift(x, se))
+        x.map_or(NONE.to_owned(), |x| rounding::shift(x, se))
     });
-    environment.add_filter("by_mcse", numbers::by_mcse);
+    environment.add_filter("by_mcse", rounding::by_mcse);
     environment.add_filter("range", |ends: Option<Vec<f64>>, factor: Option<f64>| {
         ends_of(ends).map_or(NONE.to_owned(), |ends| {
-            numbers::range(ends.map(|x| x * factor.unwrap_or(1.0)))
+            rounding::range(ends.map(|x| x * factor.unwrap_or(1.0)))
         })
     });
     environment.add_filter("between", |ends: Option<Vec<f64>>, se: f64| {
-        ends_of(ends).map_or(NONE.to_owned(), |[lo, hi]| numbers::between(lo, hi, se))
+        ends_of(ends).map_or(NONE.to_owned(), |[lo, hi]| rounding::between(lo, hi, se))
     });
     environment.add_filter("listed", listed);
     environment.add_filter("full", |x: Option<f64>| {
@@ -164,7 +168,7 @@ fn add_filters(environment: &mut Environment) {
         Number::of(&own, factor).map(|own| own.with_its_error())
     });
     environment.add_filter("value", |own: Value, factor: Option<f64>| {
-        Number::of(&own, factor).map(|own| numbers::optional(own.value, 4))
+        Number::of(&own, factor).map(|own| rounding::optional(own.value, 4))
     });
     environment.add_filter("interval", |own: Value, factor: Option<f64>| {
         Number::of(&own, factor).map(|own| own.interval_alone())
@@ -172,7 +176,7 @@ fn add_filters(environment: &mut Environment) {
     environment.add_filter("with_se", |x: Option<f64>, se: Option<f64>, factor: Option<f64>| {
         let factor = factor.unwrap_or(1.0);
         x.zip(se)
-            .map_or(NONE.to_owned(), |(x, se)| numbers::with_se(factor * x, factor * se))
+            .map_or(NONE.to_owned(), |(x, se)| rounding::with_se(factor * x, factor * se))
     });
     environment.add_filter("code", |text: String| code(&text));
     environment.add_filter("literal", |text: String| literal(&text));
@@ -223,7 +227,7 @@ impl Number {
     fn with_its_interval(&self) -> String {
         match (self.value, self.se, self.interval) {
             (Some(value), None, Some(_)) => {
-                format!("{} (no ±: {})", numbers::significant(value, 4), self.interval_alone())
+                format!("{} (no ±: {})", rounding::significant(value, 4), self.interval_alone())
             }
             _ => self.with_its_error(),
         }
@@ -233,8 +237,8 @@ impl Number {
     fn with_its_error(&self) -> String {
         match (self.value, self.se, self.mcse) {
             (Some(mean), Some(sd), Some(mcse)) => with_sd(mean, sd, mcse),
-            (Some(value), Some(se), None) => numbers::with_se(value, se),
-            (Some(value), None, _) => format!("{} (no ±)", numbers::significant(value, 4)),
+            (Some(value), Some(se), None) => rounding::with_se(value, se),
+            (Some(value), None, _) => format!("{} (no ±)", rounding::significant(value, 4)),
             (None, ..) => NONE.to_owned(),
         }
     }
@@ -242,7 +246,7 @@ impl Number {
     /// The interval, rounded as its error is, without one by a quarter of its width.
     fn interval_alone(&self) -> String {
         self.interval.map_or(NONE.to_owned(), |[lo, hi]| {
-            numbers::between(lo, hi, self.se.unwrap_or(0.25 * (hi - lo)))
+            rounding::between(lo, hi, self.se.unwrap_or(0.25 * (hi - lo)))
         })
     }
 }
@@ -262,7 +266,7 @@ fn listed(values: Vec<f64>, factor: Option<f64>) -> String {
     const LONG: usize = 8;
     let texts: Vec<String> = values
         .iter()
-        .map(|x| numbers::short(x * factor.unwrap_or(1.0)))
+        .map(|x| rounding::short(x * factor.unwrap_or(1.0)))
         .collect();
     match texts.as_slice() {
         [first, .., last] if texts.len() > LONG => format!("{} from {first} to {last}", texts.len()),
@@ -284,8 +288,9 @@ fn table(text: String, options: Kwargs) -> Result<String, minijinja::Error> {
         .map(|line| line.split('|').map(|cell| cell.trim().to_owned()).collect())
         .collect();
     let columns = rows.first().map_or(0, Vec::len);
-    let is_empty = |cell: &String| cell.is_empty() || cell == NONE;
-    let stands = |column: usize| !rows[0][column].ends_with('?') || !rows[1..].iter().all(|row| is_empty(&row[column]));
+    let has_text = |cell: &String| !cell.is_empty() && cell != NONE;
+    let is_filled = |column: usize| rows[1..].iter().any(|row| row.get(column).is_some_and(has_text));
+    let stands = |column: usize| !rows[0][column].ends_with('?') || is_filled(column);
     let kept: Vec<usize> = (0..columns).filter(|column| stands(*column)).collect();
     for row in &mut rows {
         *row = kept
@@ -389,7 +394,40 @@ fn laid_out(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use minijinja::context;
+
     use super::*;
+
+    /// A page of a template that is not among those of the report.
+    fn page_of(template: &str, values: Value) -> String {
+        let text = filled_from(&[("test.md", template)], "test.md", &values, &["a_b.svg"]);
+        laid_out(&text.expect("a page"))
+    }
+
+    #[test]
+    fn a_table_has_the_columns_in_which_something_stands() {
+        let template =
+            "{% filter table %}\nname | x? | y?\n{% for row in rows %}\n{{ row.name }} | {{ row.x|digits(2) }} | \
+             {{ row.y|digits(2) }}\n{% endfor %}\nshort\n{% endfilter %}\n";
+        let rows = vec![context! { name => "a|b", x => 1.5 }, context! { name => "_c_" }];
+        let expected = "| name | x |\n| --- | --- |\n| a\\|b | 1.5 |\n| \\_c\\_ | – |\n| short |  |\n";
+        assert_eq!(page_of(template, context! { rows }), expected);
+    }
+
+    #[test]
+    fn lines_of_a_paragraph_are_joined_and_a_figure_is_placed_once() {
+        let template = "one\n  two | three\n\n\n* a\n  b\n* c\n\n{% filter figure(\"a_b.svg\", \"s\") %}\nd\ne\n{% endfilter %}\n\n\
+             {% filter figure(\"a_b.svg\", \"s\") %}\nf\n{% endfilter %}\n{% filter figure(\"c.svg\", \"s\") %}\nf\n{% endfilter %}\n";
+        let expected = "one two | three\n\n* a b\n* c\n\n![s](figures/a_b.svg)\n\n*d e*\n";
+        assert_eq!(page_of(template, context! {}), expected);
+    }
+
+    #[test]
+    fn what_a_template_misspells_is_told_with_its_line() {
+        let text = filled_from(&[("test.md", "\n{{ nothing }}")], "test.md", &context! {}, &[]);
+        let told = text.expect_err("there is none").to_string();
+        assert!(told.contains("undefined") && told.contains("test.md:2"), "{told}");
+    }
 
     #[test]
     fn columns_stand_below_each_other_whatever_the_letters() {

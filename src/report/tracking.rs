@@ -8,14 +8,13 @@ use serde_json::json;
 use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::folder::{Files, TRACKING_SCHEMA};
 use super::json;
-use super::numbers::{significant, with_se};
 use super::template;
 use crate::error::Error;
 use crate::recordings::{
     Campaign, FreeFlight, GravityCheck, Impact, Jump, Outcome, Recording, Refusal, ScaleSource, Shown, SphereInAir,
     Track, Tracked, FAR, GRAVITY, OFF,
 };
-use crate::rounding::by_number;
+use crate::rounding::{by_number, significant, with_se};
 use crate::scene::DRY;
 use crate::units::{micrometres, millimetres, milliseconds, pixels_per_millimetre};
 

@@ -249,7 +249,7 @@ pub fn markdown(table: &CoverageTable) -> Result<String, Error> {
         title => TITLE,
         sets => table.sets,
         replicates => REPLICATES,
-        errors => LEVELS.map(|level| table.mcse(level)).to_vec(),
+        errors => LEVELS.map(|level| 100.0 * table.mcse(level)).to_vec(),
         least_runs => LEAST_RUNS,
         designs => ALL.each_ref().map(CoverageDesign::explained).to_vec(),
         columns => columns.collect::<Vec<_>>(),

@@ -5,11 +5,12 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use super::super::chart::{Layer, Style};
-use super::super::{numbers, ReportInput};
+use super::super::ReportInput;
 use super::of_particle::series_name;
 use crate::findings::predict::ParticleLaw;
 use crate::findings::range::range;
 use crate::physics::DrySpeed;
+use crate::rounding;
 use crate::runs::Series;
 use crate::units::millimetres;
 
@@ -111,7 +112,7 @@ impl Bands<'_> {
         });
         let mut name = self.input.scene.liquids[own.liquid].name.clone();
         if by_diameter {
-            name.push_str(&format!(", D = {} mm", numbers::short(millimetres(own.diameter))));
+            name.push_str(&format!(", D = {} mm", rounding::short(millimetres(own.diameter))));
         }
         let name = format!("{name}, posterior");
         let ends = range(ends.flatten());

@@ -1,9 +1,10 @@
 //! Looks up what the figures of one sphere show, a particle or one of its diameters: its series with their names, and the fits to them.
 
-use super::super::{numbers, ReportInput};
+use super::super::ReportInput;
 use crate::findings::film_ratio::reference_film_ratio;
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
+use crate::rounding;
 use crate::runs::Series;
 use crate::scene::WetLaw;
 use crate::units::{micrometres, millimetres};
@@ -65,8 +66,8 @@ pub(super) fn title_at(input: ReportInput, sphere: usize, ratio: Option<f64>) ->
     let mut groups = input.runs.film_groups_of(sphere).iter();
     let group = groups.find(|group| Some(group.film_ratio) == ratio)?;
     let ratio = match group.has_one_film_ratio() {
-        true => numbers::short(group.film_ratio),
-        false => numbers::range(group.ends),
+        true => rounding::short(group.film_ratio),
+        false => rounding::range(group.ends),
     };
     let sphere = input.runs.spheres[sphere].words(input.scene);
     Some(format!("{sphere}, δ/D = {ratio}"))
@@ -74,7 +75,7 @@ pub(super) fn title_at(input: ReportInput, sphere: usize, ratio: Option<f64>) ->
 
 pub(in crate::report) fn series_name(input: ReportInput, series: &Series) -> String {
     let liquid = &input.scene.liquids[series.liquid].name;
-    let diameter = numbers::short(millimetres(series.diameter));
+    let diameter = rounding::short(millimetres(series.diameter));
     format!("{liquid}, D = {diameter} mm, δ = {:.0} µm", micrometres(series.film))
 }
 

@@ -4,7 +4,7 @@ use minijinja::value::merge_maps;
 use minijinja::{context, Value};
 
 use super::super::template::{serialized, with};
-use super::super::{numbers, quantities, ReportInput};
+use super::super::{quantities, ReportInput};
 use crate::distributions::normal_quantile;
 use crate::findings::balance::{EnergyBalance, ParameterEstimate};
 use crate::findings::bootstrap::MOST_RESAMPLED;
@@ -17,7 +17,7 @@ use crate::findings::remarks::SERIES_SCHEME_CHANGES;
 use crate::findings::scaling::Scaling;
 use crate::findings::Findings;
 use crate::physics::Quantity;
-use crate::rounding::counted;
+use crate::rounding::{self, counted};
 use crate::runs::sphere_words;
 use crate::scene::{LikelihoodFamily, NoiseOn, WetLaw};
 
@@ -104,7 +104,7 @@ fn long_intervals(law: &Scaling) -> Vec<String> {
     let Some(ratio) = law.film_ratio.filter(|_| law.verdict.passed) else {
         return vec![];
     };
-    let at = format!("{}, δ/D = {}", law.words(), numbers::short(ratio));
+    let at = format!("{}, δ/D = {}", law.words(), rounding::short(ratio));
     let both = [(Quantity::EInf, &law.e_inf), (Quantity::StC, &law.st_c)].into_iter();
     let long = both.filter(|(_, estimate)| is_long(estimate));
     long.map(|(quantity, _)| format!("{} ({at})", quantity.describe().symbol))
@@ -119,7 +119,7 @@ fn with_errors(findings: &Findings) -> Vec<Value> {
     let dry = findings.dry.iter();
     let dry = dry.filter_map(|own| row(own.words(), "dry", None, own.runs, own.measurement_errors));
     let scaling = findings.scaling.iter().filter_map(|own| {
-        let ratio = numbers::short(own.film_ratio?);
+        let ratio = rounding::short(own.film_ratio?);
         row(
             own.words(),
             law_name(own.law),

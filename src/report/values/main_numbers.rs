@@ -3,7 +3,7 @@
 use minijinja::{context, Value};
 
 use super::super::template::{serialized, with};
-use super::super::{numbers, quantities, ReportInput};
+use super::super::{quantities, ReportInput};
 use crate::findings::constants::Sensitivity;
 use crate::findings::film_ratio::reference_film_ratio;
 use crate::findings::main_numbers::{MainNumber, MainParameter, MainPlace, Source};
@@ -13,6 +13,7 @@ use crate::findings::Findings;
 use crate::physics::loss::Film;
 use crate::physics::quantity::Place;
 use crate::physics::{Coefficient, Inertia, Quantity};
+use crate::rounding;
 use crate::runs::Sphere;
 use crate::units::millimetres;
 
@@ -104,13 +105,13 @@ fn stands_for_others(place: &MainPlace, input: ReportInput) -> bool {
 
 /// A place in a sentence: particle, film ratio, diameter where it is of one, liquid.
 fn place_name(place: &MainPlace) -> String {
-    let diameter = place.diameter_m.map(|d| numbers::short(millimetres(d)));
+    let diameter = place.diameter_m.map(|d| rounding::short(millimetres(d)));
     let diameter = diameter.map_or(String::new(), |d| format!(", D = {d} mm"));
     let liquid = place.liquid.as_deref().unwrap_or("liquids pooled");
     format!(
         "{}, δ/D = {}{diameter}, {liquid}",
         place.particle,
-        numbers::short(place.film_ratio)
+        rounding::short(place.film_ratio)
     )
 }
 
@@ -168,7 +169,7 @@ fn combined(findings: &Findings) -> Vec<String> {
 fn widened(row: &Sensitivity, number: &MainNumber) -> Option<String> {
     let (value, se) = number.value.zip(number.se)?;
     let of_constants = row.constants_sd? * value / row.value;
-    Some(numbers::with_se(value, se.hypot(of_constants)))
+    Some(rounding::with_se(value, se.hypot(of_constants)))
 }
 
 /// A number of the literature, with whether the fit that it is compared with is usable.

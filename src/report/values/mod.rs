@@ -14,7 +14,7 @@ use minijinja::value::merge_maps;
 use minijinja::{context, Value};
 
 use super::template::{serialized, with};
-use super::{figures, numbers, ReportInput};
+use super::{figures, ReportInput};
 use crate::error::quoted;
 use crate::findings::overview::Overview;
 use crate::findings::remarks::{in_order, IN_TABLES, SINGLE_RUN};
@@ -23,6 +23,7 @@ use crate::findings::Findings;
 use crate::physics::loss::Loss;
 use crate::physics::DrySpeed;
 use crate::remark::{Level, Line, Remark};
+use crate::rounding;
 use crate::runs::Sphere;
 use crate::scene::{DryKOf, LikelihoodFamily, NoiseOn, Sticking, WetLaw};
 
@@ -31,14 +32,13 @@ pub(super) fn of_report(input: ReportInput) -> Value {
     let (scene, findings) = (input.scene, input.findings);
     let model = &scene.model;
     let form = &findings.form;
-    let named = |name: fn(&super::figures::Names, &str) -> String, sphere: &Sphere| {
-        name(&figures::Names::of(scene, input.runs), &sphere.label(scene))
-    };
+    let names = figures::Names::of(scene, input.runs);
     let spheres = estimated(input).into_iter().map(|sphere| {
+        let label = sphere.label(scene);
         context! {
             words => sphere.words(scene),
-            speed_figure => named(super::figures::Names::speed, &sphere),
-            stokes_figure => named(super::figures::Names::stokes, &sphere),
+            speed_figure => names.speed(&label),
+            stokes_figure => names.stokes(&label),
         }
     });
     let tables = scene.data.runs.iter().filter_map(|runs| runs.path.file_name());
@@ -48,7 +48,7 @@ pub(super) fn of_report(input: ReportInput) -> Value {
         source => scene.source.as_deref(),
         command => input.command,
         tables => tables.map(|name| name.to_string_lossy().into_owned()).collect::<Vec<_>>(),
-        interval => format!("{} % interval", numbers::short(100.0 * scene.bootstrap.level)),
+        interval => format!("{} % interval", rounding::short(100.0 * scene.bootstrap.level)),
         simulated => scene.truth.is_some(),
         posterior => input.posterior.is_some(),
         series_offsets => model.series_offsets,
@@ -155,7 +155,7 @@ fn found(check: &Remark) -> String {
     let Some((value, line)) = check.value.zip(line) else {
         return check.text.clone();
     };
-    let value = numbers::significant(value, 3);
+    let value = rounding::significant(value, 3);
     let value = match check.text.contains(&value) {
         true => String::new(),
         false => value + ", ",
@@ -164,7 +164,7 @@ fn found(check: &Remark) -> String {
         Line::AtMost(_) => "above",
         Line::AtLeast(_) => "below",
     };
-    format!("{} ({value}{side} {})", check.text, numbers::short(line.threshold()))
+    format!("{} ({value}{side} {})", check.text, rounding::short(line.threshold()))
 }
 
 /// The main parameters that the runs do not tell, or not apart from others; δc/ε is exp(L), and goes with it.

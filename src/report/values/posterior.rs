@@ -3,9 +3,9 @@
 use minijinja::{context, Value};
 
 use super::super::draws::posterior::{stores_every_run, stores_runs};
-use super::super::quantities::{self, parameter_label, unit_in_brackets};
+use super::super::quantities::{parameter_label, unit_in_brackets};
 use super::super::template::{serialized, with};
-use super::super::{figures, numbers, ReportInput};
+use super::super::{figures, ReportInput};
 use crate::findings::form_choice::{GAIN, GAIN_IN_SE};
 use crate::findings::posterior::{
     Posterior, PosteriorRefusal, PriorSummary, QuantitySummary, SeriesOffset, CHECKED_RUNS,
@@ -15,8 +15,9 @@ use crate::findings::remarks::LOO_KHAT;
 use crate::inference::sampling::MOST_TIMES;
 use crate::model::parameters::ParameterKind;
 use crate::physics::rebound::TURN;
-use crate::physics::{Quantity, Viscous};
+use crate::physics::Viscous;
 use crate::remark::Line;
+use crate::rounding;
 use crate::runs::GAP;
 use crate::scene::Prior;
 
@@ -145,8 +146,8 @@ fn sampled<'a>(input: ReportInput, posterior: &'a Posterior) -> Vec<SampledParam
 
 fn bounds(prior: &PriorSummary) -> String {
     let bound = |x: f64| match x == 0.0 || x.abs() >= 0.01 {
-        true => numbers::short(x),
-        false => numbers::significant(x, 3),
+        true => rounding::short(x),
+        false => rounding::significant(x, 3),
     };
     match prior.upper {
         Some(upper) => format!("{} to {}", bound(prior.lower), bound(upper)),
@@ -210,25 +211,19 @@ fn prior_sources(sampled: &[SampledParameter]) -> Vec<Value> {
     sources.iter().map(of).collect()
 }
 
-/// δc of each particle, those of one δc together.
+/// δc of each particle; those of one roughness have one.
 fn critical_separations(posterior: &Posterior) -> Vec<Value> {
     let both = posterior.derived.iter().zip(&posterior.findings.derived);
-    let of_particles = both
-        .filter(|(derived, _)| derived.setting.is_none())
-        .filter_map(|(derived, found)| {
-            Some((
-                quantities::mean_and_sd(Quantity::DeltaC, found),
-                derived.label.as_deref()?,
-            ))
-        });
-    let of_particles: Vec<(String, &str)> = of_particles.collect();
-    let mut lengths: Vec<&str> = of_particles.iter().map(|(length, _)| length.as_str()).collect();
-    in_order_of_first(&mut lengths);
-    let of = |length: &&str| {
-        let particles = of_particles.iter().filter(|own| own.0 == *length).map(|own| own.1);
-        context! { length => *length, particles => serialized(particles.collect::<Vec<_>>()) }
+    let of_particles = both.filter(|(derived, _)| derived.setting.is_none());
+    let of_particles: Vec<(&QuantitySummary, &str)> = of_particles
+        .filter_map(|(derived, found)| Some((found, derived.label.as_deref()?)))
+        .collect();
+    let alike = of_particles.chunk_by(|a, b| a.0.mean == b.0.mean);
+    let of = |alike: &[(&QuantitySummary, &str)]| {
+        let particles: Vec<&str> = alike.iter().map(|(_, particle)| *particle).collect();
+        context! { length => serialized(alike[0].0), particles => serialized(particles) }
     };
-    lengths.iter().map(of).collect()
+    alike.map(of).collect()
 }
 
 /// Pairs of parameters that the runs do not tell well apart, the strongest first.

@@ -8,8 +8,8 @@ use crate::inference::accuracy::SURE;
 use crate::report::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use crate::report::folder::Files;
 use crate::report::json;
-use crate::report::numbers;
 use crate::report::template::{self, serialized, with};
+use crate::rounding;
 use crate::scene::Scene;
 
 /// File of the figure.
@@ -34,8 +34,8 @@ pub fn summary(trade: &Trade) -> String {
         format!(
             "{}: {} s, error {}\n",
             method.name,
-            numbers::significant(method.seconds, 2),
-            numbers::optional(method.error(), 2)
+            rounding::significant(method.seconds, 2),
+            rounding::optional(method.error(), 2)
         )
     };
     trade
