@@ -2,8 +2,8 @@
 //!
 //! Free text (a title, a source) goes through [`literal`] where it enters a page, what stands in a code span through
 //! [`code`]. The names of particles and liquids hold letters, digits, `_`, `-` and `.` only; what these could do, and what
-//! is never shown as it is, a page takes care of by [`guarded`] line by line. An address
-//! in a text stays one: what is read is where it leads.
+//! is never shown as it is, a page takes care of by [`guarded`] line by line. An address in a text stays one: what is read is
+//! where it leads.
 
 use crate::error::is_unseen;
 

@@ -12,7 +12,7 @@ use crate::findings::constants::Sensitivity;
 use crate::findings::error_notices::{most_sensitive_to_speed, SPEED_ERROR};
 use crate::findings::estimate::Estimate;
 use crate::findings::measurement_errors::ErrorSummary;
-use crate::findings::noise::{GrowthTest, Noise, StandardErrorRatio, LINE};
+use crate::findings::noise::{GrowthTest, Noise, StandardErrorRatio, FALSE_ALARM, LINE};
 use crate::findings::remarks::SERIES_SCHEME_CHANGES;
 use crate::findings::scaling::Scaling;
 use crate::findings::Findings;
@@ -257,6 +257,7 @@ fn noise(input: ReportInput, noise: &Noise) -> Value {
         offsets_lack => offsets_lack.map(serialized),
         lacking_rows => names.iter().map(row).collect::<Vec<_>>(),
         width_line => LINE,
+        false_alarm => 100.0 * FALSE_ALARM,
         growth => growth.and_then(|own| own.of_wet_runs()).map(grown),
         strongest_growth => growth.and_then(|own| own.strongest()).map(grown),
         found_growth => growth.map_or(vec![], |own| own.found().map(grown).collect()),

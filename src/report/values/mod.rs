@@ -64,7 +64,7 @@ pub(super) fn of_report(input: ReportInput) -> Value {
         reference_speed => model.dry_speed.reference(),
         smallest => scene.data.smallest_restitution,
         fitted_runs => fitted_runs(input),
-        laws => context! { sqrt => "square root", linear => WetLaw::Linear.name() },
+        laws => context! { sqrt => fits::law_name(WetLaw::Sqrt), linear => fits::law_name(WetLaw::Linear) },
         form => context! {
             dry => form.dry.formula("v"),
             wet => (!input.runs.series.is_empty()).then(|| form.formula("δ/D")),

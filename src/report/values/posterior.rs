@@ -55,6 +55,7 @@ pub(super) fn values(input: ReportInput) -> Value {
         model => model(input, posterior),
         turn => TURN,
         correlated => correlated(posterior, &sampled),
+        strong => STRONG,
         prior_sources => prior_sources(&sampled),
         sampled => sampled.iter().map(|own| with(own.found, own.more.clone())).collect::<Vec<_>>(),
         any_dry_k => parameters.iter().any(|own| matches!(own.kind, ParameterKind::DryK(_))),
