@@ -179,6 +179,10 @@ fn after_wet_law(against: WetAlternative) -> &'static str {
             "check the viscosity and the films of that liquid, then fit the liquids apart: leave the rows of one out by a reason \
              in the column exclude, fit, and compare its L with that of the other; where they differ, quote each liquid's own"
         }
+        WetAlternative::SlopeOfOneParticle => {
+            "check the density and the diameters of that particle, then fit the particles apart: leave the rows of one out by a \
+             reason in the column exclude, fit, and compare its L with that of the other; where they differ, quote neither"
+        }
         WetAlternative::SlopeOfOneGroup | WetAlternative::FallOfOneFilm => {
             "check the films and speeds of these runs, or leave them out ([data] min_film_um, max_film_ratio, a column exclude)"
         }

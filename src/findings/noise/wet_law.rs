@@ -3,9 +3,10 @@
 //! Every group of one particle, liquid and film ratio has an energy of its own here, so that neither the form of the
 //! inertial loss nor an offset of a series is tested, only what happens from slow to fast runs. The law is held against
 //! one more column at a time: (1/St)² and v^(1/5), each with one factor for all groups; 1/St with a factor for one group
-//! alone, which is a viscous loss of its own; and either with one for the groups of one liquid, whose viscous loss is
-//! also asked for without energies of the groups, where no series has an offset; and v^(1/5) with one for the runs of one
-//! film ratio, whatever the liquid and the sphere. The smallest p is multiplied by the number of columns (Bonferroni).
+//! alone, which is a viscous loss of its own; either with one for the groups of one liquid; 1/St with one for the groups of
+//! one particle, where a density is wrong; and v^(1/5) with one for the runs of one film ratio, whatever the liquid and the
+//! sphere. The viscous loss of a liquid and of a particle is also asked for without energies of the groups, where no series
+//! has an offset. The smallest p is multiplied by the number of columns (Bonferroni).
 //!
 //! Rebounds near sticking have no fair residual and are left out, single outliers as well. A table that does not say how
 //! well speeds are known may have errors of a per cent, which near the threshold outweigh the rest: runs are weighed for
@@ -40,6 +41,8 @@ pub enum WetAlternative {
     SlopeOfOneLiquid,
     /// all groups of one liquid with one term in v^(1/5) of their own
     FallOfOneLiquid,
+    /// all groups of one particle with one term in 1/St of their own
+    SlopeOfOneParticle,
     /// all runs of one film ratio with one term in v^(1/5) of their own
     FallOfOneFilm,
 }
@@ -53,6 +56,7 @@ impl WetAlternative {
             WetAlternative::SlopeOfOneGroup => "a viscous loss of its own in one group",
             WetAlternative::SlopeOfOneLiquid => "a viscous loss of its own in one liquid",
             WetAlternative::FallOfOneLiquid => "a slope of e² in v in one liquid",
+            WetAlternative::SlopeOfOneParticle => "a viscous loss of its own of one particle",
             WetAlternative::FallOfOneFilm => "a slope of e² in v at one film ratio",
         }
     }
@@ -93,6 +97,8 @@ struct WetRow {
     group: Group,
     /// index into the scene's liquids
     liquid: usize,
+    /// index into the scene's particles
+    particle: usize,
     film_ratio: f64,
     /// which of the film ratios of all runs, the thinnest first
     film: usize,
@@ -127,26 +133,29 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
     let of_groups = wet
         .chunk_by(|a, b| a.group == b.group)
         .map(|group| law.against(WetAlternative::SlopeOfOneGroup, group, x));
-    let of_films = several(&wet, |row| row.film).into_iter().map(|film| {
-        let only = |row: &WetRow| if row.film == film { row.speed_root } else { 0.0 };
-        law.against(WetAlternative::FallOfOneFilm, &wet, only)
-    });
-    let of_liquids = several(&wet, |row| row.liquid).into_iter().flat_map(|liquid| {
-        let only = move |row: &WetRow, x: f64| if row.liquid == liquid { x } else { 0.0 };
-        let slope = WetAlternative::SlopeOfOneLiquid;
-        [
-            law.against(slope, &wet, |row| only(row, x(row))),
-            law.against(WetAlternative::FallOfOneLiquid, &wet, |row| only(row, row.speed_root)),
-            levels
-                .as_ref()
-                .and_then(|law| law.against(slope, &plain, |row| only(row, x(row)))),
-        ]
-    });
-    let found = shared.into_iter().chain(of_groups).chain(of_liquids).chain(of_films);
+    let falls = |against, of: fn(&WetRow) -> usize| -> Vec<Option<Departure>> {
+        let each = several(&wet, of).into_iter();
+        let only = |one: usize| move |row: &WetRow| if of(row) == one { row.speed_root } else { 0.0 };
+        each.map(|one| law.against(against, &wet, only(one))).collect()
+    };
+    let slopes = |against, of: fn(&WetRow) -> usize| -> Vec<Option<Departure>> {
+        let each = several(&wet, of).into_iter();
+        let only = |one: usize| move |row: &WetRow| if of(row) == one { x(row) } else { 0.0 };
+        each.flat_map(|one| {
+            let by_level = levels.as_ref().and_then(|law| law.against(against, &plain, only(one)));
+            [law.against(against, &wet, only(one)), by_level]
+        })
+        .collect()
+    };
+    let found = shared.into_iter().chain(of_groups);
+    let found = found.chain(slopes(WetAlternative::SlopeOfOneLiquid, |row| row.liquid));
+    let found = found.chain(falls(WetAlternative::FallOfOneLiquid, |row| row.liquid));
+    let found = found.chain(slopes(WetAlternative::SlopeOfOneParticle, |row| row.particle));
+    let found = found.chain(falls(WetAlternative::FallOfOneFilm, |row| row.film));
     let found: Vec<Departure> = found.flatten().collect();
     let alternatives = found.len();
     let least = found.iter().map(|one| one.test.p).reduce(f64::min)?;
-    // of those that are the same on these runs, as a loss of the one liquid or of the other, the one that moves most
+    // of those that are the same on these runs, as a loss of the one of two liquids or of the other, the one that moves most
     let as_rare = found.into_iter().filter(|one| one.test.p <= least * (1.0 + 1e-6));
     let moving = as_rare.filter_map(|one| Some((one.law.moves(&one)?, one)));
     let ((moves, moves_in_se), mut worst) =
@@ -167,7 +176,7 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
     })
 }
 
-/// The liquids or films of the runs, where there are several.
+/// The liquids, particles or films of the runs, where there are several.
 fn several(wet: &[WetRow], of: impl Fn(&WetRow) -> usize) -> Vec<usize> {
     let mut found: Vec<usize> = wet.iter().map(of).collect();
     found.sort_unstable();
@@ -208,6 +217,7 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[
                         from: None,
                     },
                     liquid,
+                    particle: rows.runs.spheres[rows.groups[part.group].sphere].particle,
                     film_ratio: rows.runs.impacts.film_ratio[run],
                     film: 0,
                     outlying: sorted.outlying.binary_search(&run).is_ok(),
