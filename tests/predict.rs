@@ -479,7 +479,7 @@ fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
         r#"findings/2 | findings/7 | r/findings.json: found schema `wetcor.findings/7`, expected `wetcor.findings/2`
         "sigma_wet" | "sigma_kept" | r: the fit has the parameter `sigma_kept`, which predict does not know
         ,{"name":"sigma_wet","values":[0.02,0.02]} |  | r: the fit has no sigma_wet: it needs wet runs
-        stepwise | stairs | r: the fit has inertia `stairs`, which predict does not know
+        stepwise | stairs | r/findings.json: no findings of wetcor (unknown variant `stairs`, expected one of `stepwise`, `cap`, `saturating`, `none` at line 2 column 114)
         1.86 | "x" | r/findings.json: no findings of wetcor (invalid type: string "x", expected f64 at line 5 column 99)
         1.86 | 0.0 | r/findings.json: lubrication_log: found 0.0, expected a number above 0
         ,1.86 |  | r/findings.json: lubrication_log: found 1 draws, expected as many of each parameter, at least one"#,

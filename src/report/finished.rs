@@ -7,19 +7,22 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::posterior_record::{PosteriorRecord, SeriesRecord};
 use crate::error::{named, quoted, Error};
 use crate::files;
-use crate::findings::predict::{offset_of_new_series, Basis, Draw, ParticleBasis, ParticleLaw, PredictedSeries};
+use crate::findings::predict::{
+    offset_of_new_series, Basis, Draw, ParameterDraws, ParticleBasis, ParticleLaw, PredictedSeries,
+};
 use crate::findings::remarks::NOISE_GROWS;
 use crate::findings::SCHEMA;
 use crate::model::likelihood::tails::Tails;
+use crate::model::parameters::SERIES_OFFSET;
 use crate::physics::coefficient::Coefficients;
 use crate::physics::dry::DRY_K;
+use crate::physics::form::Term;
 use crate::physics::numbers::same_diameter;
-use crate::physics::{Coefficient, Form, Parameters, Setting};
+use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Setting, Viscous};
 use crate::runs::{diameter_in_mm, sphere_label};
-use crate::scene::{name_expected, LikelihoodFamily, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
+use crate::scene::{name_expected, LikelihoodFamily, NOISE, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
 use crate::units::micrometres;
 
 /// The findings in a report's folder.
@@ -42,7 +45,8 @@ pub struct Finished {
     /// the scene's numbers
     pub basis: Basis,
     form: Form,
-    posterior: PosteriorRecord,
+    left_out: Vec<HeldRecord>,
+    series_offsets: Vec<SeriesRecord>,
 }
 
 #[derive(Deserialize)]
@@ -85,6 +89,154 @@ impl CheckRecord {
     }
 }
 
+/// The posterior, as far as predictions read it.
+#[derive(Debug, Deserialize)]
+struct PosteriorRecord {
+    left_out: Vec<HeldRecord>,
+    terms: Vec<Term>,
+    inertia: Inertia,
+    viscous: Viscous,
+    dry_speed_m_s: Option<f64>,
+    #[serde(default)]
+    series_offsets: Vec<SeriesRecord>,
+    basis: Basis,
+}
+
+/// A parameter that was not sampled, with the value it is held at.
+#[derive(Debug, Deserialize)]
+struct HeldRecord {
+    name: String,
+    value: Option<f64>,
+}
+
+/// A series with an offset of its own.
+#[derive(Debug, Deserialize)]
+struct SeriesRecord {
+    name: String,
+    particle: String,
+    liquid: String,
+    diameter_m: f64,
+    /// smallest and largest δ/D of its runs
+    film_ratios: [f64; 2],
+}
+
+impl SeriesRecord {
+    /// Whether it was measured with the diameter and the film of a plate, but for what films are rounded by.
+    fn is_at(&self, plate: &Setting) -> bool {
+        const ROUNDING: f64 = 0.02;
+        let [lo, hi] = self.film_ratios;
+        let films = lo * (1.0 - ROUNDING)..=hi * (1.0 + ROUNDING);
+        same_diameter(self.diameter_m, plate.diameter) && films.contains(&plate.film_ratio())
+    }
+
+    /// Its diameter and films.
+    fn words(&self) -> String {
+        let [lo, hi] = self.film_ratios.map(|ratio| micrometres(self.diameter_m * ratio));
+        let more = if hi - lo < 0.5 {
+            String::new()
+        } else {
+            format!(" to {hi:.0}")
+        };
+        let diameter = diameter_in_mm(self.diameter_m);
+        format!("{diameter} mm with a film of {lo:.0}{more} µm")
+    }
+}
+
+impl PosteriorRecord {
+    /// The energy balance of the fit.
+    fn form(&self) -> Form {
+        let dry_speed = self.dry_speed_m_s.map_or(DrySpeed::Impact, DrySpeed::Reference);
+        let viscous = self.viscous;
+        Form {
+            viscous,
+            ..Form::new(self.inertia, dry_speed)
+        }
+        .with_terms(&self.terms)
+    }
+
+    /// A parameter that predictions do not know.
+    fn unknown_parameter(&self) -> Option<&str> {
+        let drawn = self.basis.draws.iter().map(|own| &own.name);
+        let mut names = drawn.chain(self.left_out.iter().map(|own| &own.name));
+        names.find(|name| limit(name).is_none()).map(String::as_str)
+    }
+
+    /// What is wrong with a number that predictions start from; `None`: nothing.
+    fn odd_number(&self) -> Option<String> {
+        let basis = &self.basis;
+        let kept = basis.draws_kept();
+        let mut drawn = basis.draws.iter();
+        if let Some(own) = drawn.find(|own| kept == 0 || own.values.len() != kept) {
+            let (name, found) = (&own.name, own.values.len());
+            return Some(format!(
+                "{name}: found {found} draws, expected as many of each parameter, at least one"
+            ));
+        }
+        let smallest = basis.smallest_restitution;
+        if !(0.0..1.0).contains(&smallest) {
+            return Some(format!(
+                "smallest_restitution: found {smallest:?}, expected a number from 0 to below 1"
+            ));
+        }
+        let reads_roughness = self.form().viscous.reads_roughness();
+        let mut smooth = basis
+            .particles
+            .iter()
+            .filter(|own| reads_roughness && own.roughness_m.is_none());
+        if let Some(own) = smooth.next() {
+            let name = quoted(&own.name);
+            return Some(format!("roughness of {name}: found none, expected a number above 0"));
+        }
+        // densities, viscosities, lengths, speeds and what they make
+        let physical = serde_json::json!([&basis.particles, &basis.liquids, {"dry_speed_m_s": self.dry_speed_m_s}]);
+        let held = |own: &HeldRecord| odd_value(&own.name, own.value?, true);
+        let drawn = |own: &ParameterDraws| own.values.iter().find_map(|x| odd_value(&own.name, *x, false));
+        let odd = not_above_zero("", &physical).or_else(|| self.left_out.iter().find_map(held));
+        odd.or_else(|| basis.draws.iter().find_map(drawn))
+    }
+}
+
+/// The first number of a value, or of what is in it, that is not above 0, by its name.
+fn not_above_zero(name: &str, value: &serde_json::Value) -> Option<String> {
+    if let Some(x) = value.as_f64().filter(|x| *x <= 0.0) {
+        return Some(format!("{name}: found {x:?}, expected a number above 0"));
+    }
+    let in_list = value.as_array().into_iter().flatten().map(|own| (name, own));
+    let named = value
+        .as_object()
+        .into_iter()
+        .flatten()
+        .map(|(name, own)| (name.as_str(), own));
+    in_list.chain(named).find_map(|(name, own)| not_above_zero(name, own))
+}
+
+/// What a parameter lies above, and whether it may be held at 0: where the term it scales is left out, or measurement errors
+/// are all that scatters the runs. `None` of a name that predictions do not know.
+fn limit(name: &str) -> Option<(f64, bool)> {
+    let mut of_terms = Coefficient::ALL.into_iter().map(Coefficient::describe);
+    if let Some(own) = NOISE.iter().find(|own| own.name == name) {
+        Some((own.least, own.may_be_zero))
+    } else if let Some(own) = of_terms.find(|own| own.name == name) {
+        Some((0.0, !own.must_be_positive))
+    } else if name.starts_with(SERIES_OFFSET) {
+        Some((f64::NEG_INFINITY, true))
+    } else {
+        let of_sphere = name.strip_prefix(DRY_K.name)?.starts_with('[');
+        of_sphere.then_some((0.0, false))
+    }
+}
+
+/// What is wrong with a parameter's value; `None`: nothing.
+fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
+    let (least, may_be_zero) = limit(name)?;
+    let holds = x.is_finite() && (x > least || held && may_be_zero && x == 0.0);
+    let expected = match least.is_finite() {
+        true => format!("a number above {least}"),
+        false => "a number".to_owned(),
+    };
+    (!holds).then(|| format!("{name}: found {x:?}, expected {expected}"))
+}
+
 impl Finished {
     /// Reads `findings.json` of a folder.
     ///
@@ -107,11 +259,13 @@ impl Finished {
         let file: FindingsRecord = serde_json::from_slice(&bytes).map_err(no_json)?;
         let posterior = file.posterior;
         let posterior = posterior.ok_or_else(|| refuse(&"the fit has no posterior to predict from"))?;
-        let form = posterior.form().map_err(|unknown| {
-            let folder = folder.display();
-            Error::Usage(format!("{folder}: the fit has {unknown}, which predict does not know"))
-        })?;
-        if let Some(odd) = posterior.odd_number(form) {
+        if let Some(unknown) = posterior.unknown_parameter() {
+            let (folder, unknown) = (folder.display(), quoted(unknown));
+            return Err(Error::Usage(format!(
+                "{folder}: the fit has the parameter {unknown}, which predict does not know"
+            )));
+        }
+        if let Some(odd) = posterior.odd_number() {
             return Err(refuse(&odd));
         }
         let failed = file.verdicts.into_iter().filter(|check| check.gates && !check.passed);
@@ -121,9 +275,10 @@ impl Finished {
             title: header.title,
             failed: failed.map(CheckRecord::told).collect(),
             noise_grows: notices.find(|own| own.code == NOISE_GROWS.code).map(|own| own.text),
-            basis: posterior.basis.clone(),
-            form,
-            posterior,
+            form: posterior.form(),
+            basis: posterior.basis,
+            left_out: posterior.left_out,
+            series_offsets: posterior.series_offsets,
         })
     }
 
@@ -155,7 +310,7 @@ impl Finished {
 
     /// Of which series [`Finished::law`] is; `None` where series have no offsets.
     pub fn series(&self) -> Option<PredictedSeries> {
-        let has_offsets = !self.posterior.series_offsets.is_empty();
+        let has_offsets = !self.series_offsets.is_empty();
         has_offsets.then_some(PredictedSeries::New)
     }
 
@@ -178,7 +333,7 @@ impl Finished {
     ///
     /// Fails as [`Finished::law`] does, and where series have no offsets or none was measured there.
     pub fn law_of_series(&self, particle: &str, liquid: &str, plate: &Setting) -> Result<ParticleLaw, Error> {
-        let all = &self.posterior.series_offsets;
+        let all = &self.series_offsets;
         if all.is_empty() {
             let text = "the fit has no offsets of series ([model] series_offsets), so that one law is that of all";
             return Err(Error::Usage(format!("--measured-series: {text}")));
@@ -271,7 +426,7 @@ impl Finished {
 
     /// The value a parameter is held at.
     fn held(&self, name: &str) -> Option<f64> {
-        self.posterior.left_out.iter().find(|own| own.name == name)?.value
+        self.left_out.iter().find(|own| own.name == name)?.value
     }
 
     fn has(&self, name: &str) -> bool {
@@ -328,4 +483,58 @@ fn read_findings(folder: &Path) -> Result<Vec<u8>, Error> {
 fn refuse(folder: &Path, problem: &dyn Display) -> Error {
     let again = format!("run `wetcor fit SCENE --out {}` with every stage", named(folder));
     Error::Usage(format!("{}: {problem}; {again}", folder.join(FINDINGS).display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::de::DeserializeOwned;
+
+    #[test]
+    fn each_form_is_read_by_the_word_it_is_written_with() {
+        fn check<T>(all: &[T], name: fn(T) -> &'static str)
+        where
+            T: Copy + PartialEq + std::fmt::Debug + serde::Serialize + DeserializeOwned,
+        {
+            for one in all {
+                assert_eq!(serde_json::to_value(one).expect("a word"), name(*one));
+                assert_eq!(serde_json::from_value::<T>(name(*one).into()).ok(), Some(*one));
+            }
+        }
+        check(&Inertia::ALL, Inertia::name);
+        check(&Viscous::ALL, Viscous::name);
+        check(&Term::ALL, Term::name);
+    }
+
+    #[test]
+    fn a_value_beyond_its_limit_is_told_with_what_was_expected() {
+        for (name, value, held, expected) in [
+            ("nu", 2.0, false, "nu: found 2.0, expected a number above 2"),
+            (
+                "sigma_wet",
+                0.0,
+                false,
+                "sigma_wet: found 0.0, expected a number above 0",
+            ),
+            (
+                "film_scale",
+                0.0,
+                true,
+                "film_scale: found 0.0, expected a number above 0",
+            ),
+            ("asymmetry", f64::NAN, false, "asymmetry: found NaN, expected a number"),
+            (
+                "dry_k[PE]",
+                f64::INFINITY,
+                false,
+                "dry_k[PE]: found inf, expected a number above 0",
+            ),
+        ] {
+            assert_eq!(odd_value(name, value, held).as_deref(), Some(expected));
+        }
+        for (name, value) in [("sigma_wet", 0.0), ("lubrication_log", 0.0), ("asymmetry", -0.5)] {
+            assert_eq!(odd_value(name, value, true), None);
+        }
+        assert_eq!(limit("sigma_kept"), None);
+    }
 }

@@ -15,7 +15,6 @@
 //! | `json.rs` | lays JSON out |
 //! | `laws.rs` | writes the law of every pair as CSV |
 //! | `draws/` | puts draws on disk |
-//! | `posterior_record.rs` | holds what predictions read of the posterior in `findings.json` |
 //! | `finished.rs` | reads a report's folder back for predictions |
 //! | `prediction.rs` | writes predictions |
 //! | `tracking.rs` | writes the report of tracked recordings |
@@ -33,7 +32,6 @@ mod input;
 pub mod json;
 mod laws;
 mod markup;
-mod posterior_record;
 pub mod prediction;
 mod quantities;
 pub(crate) mod template;
