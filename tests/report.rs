@@ -292,7 +292,7 @@ fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows()
     let (opening, _) = written.report.split_once("\n## Main numbers").expect("main numbers");
     let first = opening.lines().nth(2).unwrap_or_default();
     assert!(
-        first.starts_with("**Verdict: not to be quoted; these checks failed.**"),
+        first.starts_with("**Verdict: not to be quoted; the checks below failed.**"),
         "{first}"
     );
     assert!(opening.contains("effective draws"), "{opening}");

@@ -283,8 +283,8 @@ impl LeastSquaresFits {
             pooling::add_bias(setup, &mut scaling, balance);
         }
         let line = LineAgainstRoot::over_all(scene, runs, &dry);
-        if line.is_some_and(|line| line.favours_line()) {
-            scaling::quote_lines(&mut scaling);
+        if let Some(line) = line.filter(LineAgainstRoot::favours_line) {
+            scaling::quote_lines(&mut scaling, line.line_holds());
         }
         let energy = energy::estimate_energy(scene, runs, &dry, &scaling, quoting);
         LeastSquaresFits {

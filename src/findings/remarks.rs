@@ -285,6 +285,11 @@ pub const LINEAR_LAW: Kind = forbids(
      those of the square root and say nothing here",
 );
 
+/// What to do where the linear law serves better than the square root and does not hold either.
+pub const NEITHER_LAW: &str =
+    "quote no e_inf, St_c, L or C: check how films and speeds were measured, or leave out those at which no law holds ([data] \
+     min_film_um, min_impact_speed_m_s, a column exclude)";
+
 /// Factor by which offsets that series share may make a standard error too small.
 const TOO_SMALL: f64 = 1.5;
 

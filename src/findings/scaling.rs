@@ -343,8 +343,8 @@ fn biased(line: Scaling) -> Scaling {
     }
 }
 
-/// Says of every law that the linear one is to be quoted, where all film ratios together bear it out.
-pub(super) fn quote_lines(laws: &mut [FittedScaling]) {
+/// Says of every law that the linear one is to be quoted, where all film ratios together bear it out and it holds.
+pub(super) fn quote_lines(laws: &mut [FittedScaling], line_holds: bool) {
     for fitted in laws {
         let law = &mut fitted.scaling;
         match law.law {
@@ -352,7 +352,10 @@ pub(super) fn quote_lines(laws: &mut [FittedScaling]) {
                 law.verdict = Verdict::failed("the linear law describes the runs better")
             }
             WetLaw::Linear if fitted.parameters.is_some() && law.bias.take().is_some() => {
-                law.verdict = Verdict::passed("describes the runs better than the square root");
+                law.verdict = match line_holds {
+                    true => Verdict::passed("describes the runs better than the square root"),
+                    false => Verdict::failed("neither law describes the runs"),
+                };
             }
             _ => {}
         }

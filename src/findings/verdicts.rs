@@ -180,8 +180,8 @@ fn after_wet_law(against: WetAlternative) -> &'static str {
              in the column exclude, fit, and compare its L with that of the other; where they differ, quote each liquid's own"
         }
         WetAlternative::SlopeOfOneParticle => {
-            "check the density and the diameters of that particle, then fit the particles apart: leave the rows of one out by a \
-             reason in the column exclude, fit, and compare its L with that of the other; where they differ, quote neither"
+            "check the densities and the diameters of all particles, since the runs do not say which of two is off; where they are \
+             right, fit the particles apart: leave the rows of one out by a reason in the column exclude, and compare their L"
         }
         WetAlternative::SlopeOfOneGroup | WetAlternative::FallOfOneFilm => {
             "check the films and speeds of these runs, or leave them out ([data] min_film_um, max_film_ratio, a column exclude)"
@@ -198,15 +198,32 @@ fn linear_law(found: &LineAgainstRoot) -> Remark {
         found.groups,
         by_number(found.groups, "group of runs", "groups of runs")
     );
-    let text = if found.favours_line() {
-        format!(
-            "the linear law e = e_inf (1 − St_c/St) describes {over} better than the square root: residual sd {line} against {root}, \
-             and a higher log density"
-        )
-    } else {
-        format!("the square root serves as well as the linear law over {over}: residual sd {root} against {line}")
-    };
-    remarks::LINEAR_LAW.check(found.gain, text)
+    if !found.favours_line() {
+        let text =
+            format!("the square root serves as well as the linear law over {over}: residual sd {root} against {line}");
+        return remarks::LINEAR_LAW.check(found.gain, text);
+    }
+    const LINE: &str = "the linear law e = e_inf (1 − St_c/St)";
+    match found.bend.filter(|_| !found.line_holds()) {
+        Some(bend) => {
+            let kind = Kind {
+                next_step: remarks::NEITHER_LAW,
+                ..remarks::LINEAR_LAW
+            };
+            let text = format!(
+                "neither law describes the runs: over {over} {LINE} is nearer than the square root, residual sd {line} against \
+                 {root}, but e bends with 1/St beside it: F({}, {}) = {:.1}",
+                bend.df_between, bend.df_within, bend.f
+            );
+            kind.check(found.gain, text)
+        }
+        None => {
+            let text = format!(
+                "{LINE} describes {over} better than the square root: residual sd {line} against {root}, and a higher log density"
+            );
+            remarks::LINEAR_LAW.check(found.gain, text)
+        }
+    }
 }
 
 /// Whether runs are as independent as standard errors take them to be; `None` where the model has offsets of series, or none

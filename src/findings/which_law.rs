@@ -4,8 +4,10 @@ use std::ops::Range;
 
 use super::dry::FittedDry;
 use super::form_choice::GAIN;
+use super::remarks::SELDOM;
 use super::wet_fit::{two, WetRuns};
 use crate::inference::effective_variance::ErrorWeights;
+use crate::inference::nested::{nested, FTest, Spread};
 use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
 
@@ -18,6 +20,8 @@ pub struct LineAgainstRoot {
     pub residual_sds: [f64; 2],
     /// film ratios, or series where each has an offset
     pub groups: usize,
+    /// the linear law against one more term in (1/St)², which all groups share; `None` of too few runs
+    pub bend: Option<FTest>,
 }
 
 impl LineAgainstRoot {
@@ -35,11 +39,13 @@ impl LineAgainstRoot {
             ratios.map(|group| group.series.clone()).collect()
         };
         let mut all = Squares::default();
+        let mut bend = Bend::default();
         let mut told = 0;
         for group in groups {
             let pool = WetRuns::over_stokes(scene, runs, dry, &runs.series[group]);
-            if let Some(of_group) = Squares::of(&pool, scene.data.smallest_restitution) {
+            if let Some((of_group, clear)) = Squares::of(&pool, scene.data.smallest_restitution) {
                 all = all.and(of_group);
+                bend.add(&pool, &clear);
                 told += 1;
             }
         }
@@ -56,12 +62,79 @@ impl LineAgainstRoot {
                 .squares
                 .map(|squares| (squares / all.freedom.max(all.weighed)).sqrt()),
             groups: told,
+            bend: bend.test(),
         })
     }
 
     /// Whether it is the linear law that describes the runs.
     pub fn favours_line(&self) -> bool {
         self.gain > GAIN
+    }
+
+    /// Whether the linear law describes the runs, as far as they tell: not only better than the square root.
+    pub fn line_holds(&self) -> bool {
+        self.bend.is_none_or(|bend| bend.p >= SELDOM)
+    }
+}
+
+/// What a term in (1/St)² explains of what linear laws leave, each law with both its parameters free.
+#[derive(Debug, Default)]
+struct Bend {
+    /// Σ residual² about the linear laws, of the runs' weights
+    sum_of_squares: f64,
+    /// Σ of the term's square, and of its product with the residual, beside the linear laws
+    of_term: [f64; 2],
+    runs: f64,
+    groups: usize,
+}
+
+impl Bend {
+    /// Adds some runs of one group.
+    fn add(&mut self, pool: &WetRuns, clear: &[(usize, f64)]) {
+        let x = |run: usize| pool.x[run];
+        let columns: [&dyn Fn(usize) -> f64; 4] = [&|_| 1.0, &x, &|run| x(run) * x(run), &|run| pool.restitution[run]];
+        let mut columns = columns.map(|column| clear.iter().map(|(run, _)| column(*run)).collect::<Vec<f64>>());
+        let product = |a: &[f64], b: &[f64]| -> f64 {
+            let weighted = clear
+                .iter()
+                .zip(a.iter().zip(b))
+                .map(|((_, weight), (a, b))| weight * a * b);
+            weighted.sum()
+        };
+        // each is freed of those before it, twice, so that rounding leaves nothing (Gram and Schmidt)
+        for place in 1..columns.len() {
+            let (before, rest) = columns.split_at_mut(place);
+            for base in before.iter().take(2).chain(before.iter().take(2)) {
+                let share = product(base, &rest[0]) / product(base, base);
+                rest[0]
+                    .iter_mut()
+                    .zip(base)
+                    .for_each(|(own, base)| *own -= share * base);
+            }
+        }
+        let [_, slope, term, residual] = &columns;
+        if product(slope, slope) > 0.0 && product(term, term).is_finite() {
+            self.sum_of_squares += product(residual, residual);
+            self.of_term[0] += product(term, term);
+            self.of_term[1] += product(term, residual);
+            self.runs += clear.len() as f64;
+            self.groups += 1;
+        }
+    }
+
+    fn test(&self) -> Option<FTest> {
+        let [own, with] = self.of_term;
+        let narrow = Spread {
+            sum_of_squares: self.sum_of_squares,
+            runs: self.runs as usize,
+            parameters: 2 * self.groups,
+        };
+        let wide = Spread {
+            sum_of_squares: self.sum_of_squares - with * with / own,
+            parameters: narrow.parameters + 1,
+            ..narrow
+        };
+        nested(narrow, wide)
     }
 }
 
@@ -88,8 +161,8 @@ impl Squares {
         }
     }
 
-    /// Of the runs of one group; `None` where a law could not be fitted.
-    fn of(pool: &WetRuns, limit: f64) -> Option<Squares> {
+    /// Of the runs of one group, with those that are told and their weights; `None` where a law could not be fitted.
+    fn of(pool: &WetRuns, limit: f64) -> Option<(Squares, Vec<(usize, f64)>)> {
         /// in spreads
         const CLEAR: f64 = 3.0;
         /// of either law
@@ -117,7 +190,7 @@ impl Squares {
         };
         let squares = [0, 1].map(|law: usize| clear.iter().map(|run| square(&fits[law].0, *run)).sum());
         let densities = by_errors(&fits[0]).zip(by_errors(&fits[1]));
-        (runs > PARAMETERS).then(|| match densities {
+        let all = match densities {
             Some((of_line, of_root)) => Squares {
                 squares,
                 freedom: 0.0,
@@ -129,6 +202,12 @@ impl Squares {
                 freedom: runs - PARAMETERS,
                 ..Squares::default()
             },
-        })
+        };
+        let weight = |run: usize| match &fits[0].2 {
+            Some(weights) => count(run) / weights.variance[run],
+            None => count(run),
+        };
+        let weighed = clear.into_iter().map(|run| (run, weight(run)));
+        (runs > PARAMETERS).then(|| (all, weighed.collect()))
     }
 }

@@ -1,6 +1,6 @@
 //! Matches the header of a table with the columns runs can have.
 
-use super::headers::header::without_tex;
+use super::headers::header::in_plain_signs;
 use super::headers::other_quantity;
 use super::headers::units::{unit_in_name, unit_of_cell, unit_of_cell_above, StatedUnit};
 use super::raw_row::RawRow;
@@ -255,7 +255,7 @@ impl Matching<'_> {
             let told = naming.columns.iter().find(|(_, theirs)| theirs == name);
             match RunColumn::named(told.map_or(name, |(ours, _)| ours)) {
                 Some((column, unit)) => {
-                    let plain = without_tex(name);
+                    let plain = in_plain_signs(name);
                     let by_name = told.and_then(|_| stated_by_name(&plain, column));
                     let below = header.units.get(index).and_then(|cell| unit_of_cell(cell));
                     let above = header.units_above.get(index);

@@ -1,6 +1,7 @@
 //! Holds a header as it is looked through, and what several files ask of one.
 
 use std::borrow::Cow;
+use std::ops::RangeInclusive;
 
 use super::super::words::is_among;
 use crate::scene::RunColumn;
@@ -88,8 +89,17 @@ const SIGNS_OF_TEX: [(&str, &str); 13] = [
     ("circ", "°"),
 ];
 
-/// A header without the marks of TeX: `$v_{\mathrm{in}}$` is v_in, `\frac{h_r}{h_0}` h_r/h_0.
-pub(in crate::runs) fn without_tex(name: &str) -> Cow<'_, str> {
+/// A header without the marks of TeX and in signs of one width: `$v_{\mathrm{in}}$` is v_in, `\frac{h_r}{h_0}` h_r/h_0,
+/// `v（m/s）` v(m/s).
+pub(in crate::runs) fn in_plain_signs(name: &str) -> Cow<'_, str> {
+    /// beside each of these ASCII has the same sign, at this distance
+    const FULL_WIDTH: RangeInclusive<char> = '\u{ff01}'..='\u{ff5e}';
+    const APART: u32 = 0xfee0;
+    if name.contains(|c| FULL_WIDTH.contains(&c)) {
+        let narrow = |c: char| char::from_u32(c as u32 - APART).unwrap_or(c);
+        let narrow = |c: char| if FULL_WIDTH.contains(&c) { narrow(c) } else { c };
+        return Cow::Owned(in_plain_signs(&name.chars().map(narrow).collect::<String>()).into_owned());
+    }
     if !name.contains(['$', '\\', '{']) {
         return Cow::Borrowed(name);
     }

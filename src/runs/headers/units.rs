@@ -168,7 +168,9 @@ fn measure(text: &str) -> Option<Measure> {
             return None;
         }
         read.size *= size.powi(sign * exponent);
-        (0..3).for_each(|at| read.powers[at] += sign * exponent * powers[at]);
+        (0..2).for_each(|at| read.powers[at] += sign * exponent * powers[at]);
+        // the pixels a frame are no plain number
+        read.powers[2] += powers[2];
         read.atoms += 1;
         if read.atoms == 1 {
             read.letters = name.chars().count();
@@ -313,7 +315,14 @@ pub(in crate::runs) fn unit_in_name(name: &str, dimension: Dimension) -> Option<
         return Some(unit);
     }
     let trimmed = name.trim_end();
-    if let Some(mark) = trimmed.chars().next_back().filter(|c| "%‰°\"″”".contains(*c)) {
+    // at the end, or set off as in `film (% of D)`; the `± 3 %` of another is an error
+    let is_set_off =
+        |at: usize| trimmed[..at].trim_end().is_empty() || trimmed[..at].trim_end().ends_with(['(', '[', ',', '/']);
+    let ends = trimmed.chars().next_back().filter(|c| "%‰°\"″”".contains(*c));
+    let set_off = trimmed
+        .char_indices()
+        .find(|(at, c)| "%‰".contains(*c) && is_set_off(*at));
+    if let Some(mark) = ends.or(set_off.map(|(_, mark)| mark)) {
         return unit_of(mark.encode_utf8(&mut [0; 4]));
     }
     // the longest of the pieces between words: the `m/s` of `v_m/s` comes before its `s`
