@@ -5,7 +5,9 @@ mod made;
 
 use crate::common::{seed_of, wetcor, Folder, Says};
 
+/// The halves are held by themselves: frames to runs in `track`, runs to parameters in `main_numbers`.
 #[test]
+#[ignore = "slow: renders 2,400 frames"]
 fn frames_go_to_parameters() {
     const NAME: &str = "frames_go_to_parameters";
     let place = Folder::new();

@@ -244,31 +244,28 @@ fn fitted(from: &str, model: &str) -> (Value, String) {
 const PLAIN: &str = "tests/data/good/plain";
 
 #[test]
-fn no_two_remarks_on_a_committed_scene_contradict_each_other() {
-    let mut found = vec![];
-    let mut judge = |name: &str, findings: &Value, given: &str| {
-        found.extend(
-            contradictions(findings, given)
-                .iter()
-                .map(|one| format!("{name}: {one}")),
-        );
-    };
+fn no_two_remarks_on_a_committed_report_contradict_each_other() {
     for name in ["mueller2016", "sticking"] {
         let findings = read_in_project(&format!("reports/{name}/findings.json"));
         let findings = serde_json::from_str(&findings).expect("JSON");
-        judge(
-            name,
-            &findings,
-            &read_in_project(&format!("datasets/{name}/scene.toml")),
-        );
+        let given = read_in_project(&format!("datasets/{name}/scene.toml"));
+        assert_eq!(contradictions(&findings, &given), Vec::<String>::new(), "{name}");
     }
-    // those that are fitted in a second or two
+}
+
+#[test]
+#[ignore = "slow: fits 22 scenes, every stage"]
+fn no_two_remarks_on_a_scene_contradict_each_other() {
+    let mut found = vec![];
+    let mut judge = |name: &str, (findings, given): (Value, String)| {
+        let contradictions = contradictions(&findings, &given);
+        found.extend(contradictions.iter().map(|one| format!("{name}: {one}")));
+    };
     let posterior = ["cap", "none", "other_priors", "saturating", "stepwise", "weak"];
     let posterior = posterior.map(|name| format!("tests/data/posterior/{name}"));
     let good = ["no_film_ratio", "stokes_numbers", "uncertain_constants"].map(|name| format!("tests/data/good/{name}"));
     for folder in posterior.iter().chain(&good) {
-        let (findings, given) = fitted(folder, "");
-        judge(folder, &findings, &given);
+        judge(folder, fitted(folder, ""));
     }
     for model in [
         "",
@@ -285,8 +282,7 @@ fn no_two_remarks_on_a_committed_scene_contradict_each_other() {
         "terms = [\"inertia\", \"viscous\", \"bridge\", \"dry_second_order\"]",
         "sticking = \"excluded\"",
     ] {
-        let (findings, given) = fitted(PLAIN, model);
-        judge(model, &findings, &given);
+        judge(model, fitted(PLAIN, model));
     }
     assert!(found.is_empty(), "{}", found.join("\n"));
 }

@@ -1,21 +1,11 @@
 //! Holds `wetcor handoff` to the predictions of the same fit, and to its refusals.
 
-use std::path::Path;
-
-use crate::common::{fitted_example as example, wetcor_here as wetcor, Folder, Says};
-
-type Outcome = (Option<i32>, String, String);
+use crate::common::{ask, fitted_example as example, wetcor_here as wetcor, Folder, Ran, Says};
 
 const WET: &str = "--particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286";
 const DRY: &str = "--particle PTFE --liquid dry --diameter-mm 4.762";
 
-fn ask(verb: &str, folder: &Path, words: &str) -> Outcome {
-    let mut all = vec![verb, folder.to_str().expect("a plain path")];
-    all.extend(words.split_whitespace());
-    wetcor(&all)
-}
-
-fn handoff(words: &str) -> Outcome {
+fn handoff(words: &str) -> Ran {
     ask("handoff", example(), words)
 }
 

@@ -165,17 +165,10 @@ fn one_film_ratio_with_dry_runs_tells_the_loss_of_that_film() {
     assert_true(&unseen.determined[0], "inertial_prefactor·g(0.12)", C * design.g(0.12));
 }
 
-/// With a form that has no film scale, the same runs tell the prefactor.
+/// With a form that has no film scale, the same runs tell the prefactor; with the dry runs forgotten, k and C could not be
+/// told apart.
 #[test]
 fn one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone() {
-    let design = Design::of("stepwise", "0.12", WELL.dry);
-    let seen = design.see("one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone");
-    assert_eq!(seen.unseen, vec![]);
-}
-
-/// The twin of the one before: with the dry runs forgotten, k and C could not be told apart.
-#[test]
-fn forgotten_dry_runs_would_hide_a_direction() {
     let design = Design::of("stepwise", "0.12", WELL.dry);
     let (place, mut table, findings) = design.draw("one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone");
     assert_eq!(

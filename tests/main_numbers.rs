@@ -276,7 +276,9 @@ fn stuck_runs_noise_on_the_energy_errors_and_liquids_that_differ_leave_the_poste
     }
     let both = scene_text().replace("\n[sampler]", "\nnoise = \"both\"\n[sampler]");
     // an integral a run
-    let both = both.replace("repeats = 4", "repeats = 2");
+    let both = both
+        .replace("repeats = 4", "repeats = 2")
+        .replace("warmup = 300\ndraws = 300", "chains = 2\nwarmup = 200\ndraws = 100");
     let findings = simulated("both", &both);
     assert!(all_from_posterior(&findings, 0.04) && all_from_posterior(&findings, 0.1));
     let thick = "density_kg_m3 = 930\nviscosity_mPa_s = 20";

@@ -173,6 +173,7 @@ fn held(sets: u64, forgets: Forgets, test: &str) -> [Vec<(f64, f64)>; 2] {
 const TEST: &str = "fits_of_measured_runs_cover_the_truth_and_are_sharper";
 
 #[test]
+#[ignore = "slow: samples 600 posteriors"]
 fn fits_of_measured_runs_cover_the_truth_and_are_sharper() {
     let [posterior, balance] = held(300, Forgets::Nothing, TEST);
     println!("posterior {posterior:?}\nbalance {balance:?}");
@@ -195,6 +196,7 @@ fn fits_of_measured_runs_cover_the_truth_and_are_sharper() {
 /// Where errors are nearly all there is they leave little to the scatter of the runs; with the covariance of e and v
 /// forgotten they explain too little, and it is taken for what it is not.
 #[test]
+#[ignore = "slow: samples 80 posteriors"]
 fn a_forgotten_covariance_is_seen() {
     // so viscous that a restitution changes with its speed by half of itself
     let place = Place::new(&scene_text().replace("= 9.3", "= 52.0").replace("= 19.0", "= 58.0"));

@@ -114,9 +114,13 @@ fn masked(text: &str) -> String {
 
 #[test]
 fn the_committed_report_is_what_the_command_writes() {
-    for example in ["mueller2016", "sticking"] {
-        a_committed_report_is_written_again(example);
-    }
+    a_committed_report_is_written_again("mueller2016");
+}
+
+#[test]
+#[ignore = "slow: noise on the energy is an integral a run"]
+fn the_committed_report_of_stuck_runs_is_what_the_command_writes() {
+    a_committed_report_is_written_again("sticking");
 }
 
 fn a_committed_report_is_written_again(example: &str) {

@@ -119,7 +119,8 @@ fn what_the_posterior_alone_tells_is_questioned_too() {
 /// A spread that one row makes names the row before it asks for units.
 #[test]
 fn a_spread_that_one_run_makes_names_that_run() {
-    let place = Place::new(&scene_of("one", &[PTFE, AK10]));
+    let sampler = "[sampler]\nchains = 2\nwarmup = 200\ndraws = 200\n";
+    let place = Place::new(&scene_of("one", &[PTFE, AK10, sampler]));
     let rows = |last: f64| {
         let mut csv = HEADER.to_owned();
         for (v, e) in [

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::common::{
-    binomial_z, fitted_example as example, normal, parameters_of, rows, seed_of, setting, table_of,
-    wetcor_here as wetcor, Folder, Ran, Says,
+    ask, binomial_z, fitted_example as example, normal, parameters_of, rows, seed_of, setting, table_of, Folder, Ran,
+    Says,
 };
 use crate::laws;
 use rand::RngExt;
@@ -295,9 +295,7 @@ const ASKED: &str = "--particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um
 const SETTING: &str = "--particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286";
 
 fn predict(folder: &Path, words: &str) -> Ran {
-    let folder = folder.to_str().expect("a plain path");
-    let words = words.split_whitespace();
-    wetcor(&["predict", folder].into_iter().chain(words).collect::<Vec<&str>>())
+    ask("predict", folder, words)
 }
 
 #[test]

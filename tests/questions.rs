@@ -32,8 +32,8 @@ terms = ["inertia", "viscous"]
 {model}
 [sampler]
 chains = 4
-warmup = 500
-draws = 500
+warmup = 300
+draws = 300
 "#
     );
     Place::new(&scene_of("questions", &[PTFE_SPHERE, OIL, &text]))
@@ -167,7 +167,7 @@ fn count<'q>(questions: impl IntoIterator<Item = &'q Question>, answer: Answer) 
 
 #[test]
 fn where_both_are_constant_hardly_a_trend_is_seen_and_the_intervals_cover() {
-    const SETS: usize = 20;
+    const SETS: usize = 10;
     let name = "where_both_are_constant_one_value_serves_and_the_intervals_cover";
     let all = fitted(&STEPWISE, "stepwise", name, SETS as u64);
     let both = |own: &Fitted| [own.lubrication(questions::THIN), own.prefactor()];

@@ -267,15 +267,16 @@ fn a_slow_fit_that_nobody_kills_is_whole() {
 }
 
 /// Kills of each signal, each way.
-const TIMES: usize = 26;
+const TIMES: usize = 10;
 
 #[test]
 fn under_every_signal_the_old_report_or_the_new_one_stands_whole() {
     let test = "under_every_signal_the_old_report_or_the_new_one_stands_whole";
     let tally = kill_many(test, "exchange", &SIGNALS, TIMES);
-    assert_eq!(tally.kills, 104, "{tally:?}");
+    assert_eq!(tally.kills, 40, "{tally:?}");
+    // half of 40 kills, and of 10 by SIGKILL, while files are written, less two standard deviations
     assert!(
-        tally.old_stood > 40 && tally.new_stood > 0 && tally.left > 10,
+        tally.old_stood > 13 && tally.new_stood > 0 && tally.left > 1,
         "{tally:?}"
     );
     assert_eq!(tally.put_back, 0);
@@ -285,9 +286,9 @@ fn under_every_signal_the_old_report_or_the_new_one_stands_whole() {
 fn where_there_is_no_exchange_the_next_run_puts_the_old_report_back() {
     let test = "where_there_is_no_exchange_the_next_run_puts_the_old_report_back";
     let tally = kill_many(test, "two steps", &SIGNALS, TIMES);
-    assert_eq!(tally.kills, 104, "{tally:?}");
+    assert_eq!(tally.kills, 40, "{tally:?}");
     assert!(
-        tally.old_stood > 20 && tally.new_stood > 0 && tally.put_back > 0,
+        tally.old_stood > 13 && tally.new_stood > 0 && tally.put_back > 0,
         "{tally:?}"
     );
 }
@@ -354,7 +355,7 @@ fn the_command_killed_at_any_time_leaves_one_whole_report() {
     let began = Instant::now();
     fit(&out, 1).status().expect("it can be started");
     let took = began.elapsed();
-    for (count, signal) in SIGNALS.into_iter().cycle().take(40).enumerate() {
+    for (count, signal) in SIGNALS.into_iter().cycle().take(20).enumerate() {
         let mut child = fit(&out, 1 + count as u64 % 2).spawn().expect("it can be started");
         std::thread::sleep(took.mul_f64(1.2 * rng.random::<f64>()));
         kill(&child, signal);
@@ -371,7 +372,7 @@ fn the_command_killed_at_any_time_leaves_one_whole_report() {
 fn of_two_fits_at_once_into_one_folder_one_stands_whole() {
     let whole = by_the_command();
     let place = Folder::new();
-    for round in 0..50 {
+    for round in 0..20 {
         // every fifth round begins with nothing, and with folders to be made
         let out = place.path().join(format!("{}/of/fits/report", round / 5));
         let both = [1, 2].map(|seed| fit(&out, seed).spawn().expect("it can be started"));
@@ -384,7 +385,7 @@ fn of_two_fits_at_once_into_one_folder_one_stands_whole() {
             assert_eq!(entries(folder).len(), 1, "round {round}: {:?}", entries(folder));
         }
     }
-    assert_eq!(entries(place.path()).len(), 10);
+    assert_eq!(entries(place.path()).len(), 4);
 }
 
 #[test]

@@ -3,11 +3,27 @@
 use crate::common::scenes::{scene_of, AK10, DESIGN, M50, PTFE, SATURATING};
 use crate::common::{self, Folder, Says};
 use std::path::Path;
+use std::sync::LazyLock;
 
 use serde_json::Value;
 
 fn scene_text() -> String {
-    scene_of("report", &[PTFE, AK10, M50, SATURATING, DESIGN, "repeats = 4\n"])
+    let sampler = "repeats = 4\n[sampler]\nchains = 2\nwarmup = 200\ndraws = 200\n";
+    scene_of("report", &[PTFE, AK10, M50, SATURATING, DESIGN, sampler])
+}
+
+const SAMPLED: &str = "--stages least_squares,posterior";
+
+/// The scene fitted with every stage, once.
+fn whole() -> &'static Written {
+    static FIT: LazyLock<Written> = LazyLock::new(|| fit(&scene_text(), "", all));
+    &FIT
+}
+
+/// The scene fitted without figures and comparison, once.
+fn without_figures() -> &'static Written {
+    static FIT: LazyLock<Written> = LazyLock::new(|| fit(&scene_text(), SAMPLED, all));
+    &FIT
 }
 
 /// What a fit wrote.
@@ -98,7 +114,7 @@ fn the_report_opens_with_the_verdict_and_is_short_before_its_appendix() {
 
 #[test]
 fn a_posterior_is_told_step_by_step_and_its_figure_is_drawn() {
-    let written = fit(&scene_text(), "", all);
+    let written = whole();
     let report = &written.report;
     let steps = [
         "## Cautions",
@@ -132,7 +148,7 @@ fn a_posterior_is_told_step_by_step_and_its_figure_is_drawn() {
 
 #[test]
 fn figures_are_not_told_where_none_were_asked_for() {
-    let written = fit(&scene_text(), "--stages least_squares,posterior", all);
+    let written = without_figures();
     assert!(written.figures.is_empty() && !written.report.contains("figures/"));
     assert!(!written.report.contains("### Other forms of the law"));
     let exact = fit(&scene_text(), "--stages least_squares,posterior --exact-rows", all);
@@ -243,9 +259,7 @@ fn a_parameter_that_the_runs_do_not_determine_is_not_quoted() {
     let scene = scene_text()
         .replace("[0.04, 0.08, 0.15]", "[0.08]")
         .replace("\"saturating\"", "\"stepwise\"");
-    let written = fit(&scene, "--stages least_squares,posterior", |row| {
-        (!is_dry(row)).then(|| row.to_owned())
-    });
+    let written = fit(&scene, SAMPLED, |row| (!is_dry(row)).then(|| row.to_owned()));
     let verdict = written
         .report
         .lines()
@@ -280,13 +294,13 @@ fn parameters_without_a_panel_are_counted_below_the_figure() {
     let written = fit(&scene, "--stages least_squares,posterior,figures", all);
     let words = " Shown are 8 of the 19 parameters, those of all runs before the k of each";
     assert_eq!(written.report.matches(words).count(), 1);
-    let few = fit(&scene_text(), "--stages least_squares,posterior,figures", all);
+    let few = whole();
     assert!(few.figures.contains(&"posterior-pairs.svg".to_owned()) && !few.report.contains(" Shown are "));
 }
 
 #[test]
 fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows() {
-    let scene = scene_text() + "\n[sampler]\nwarmup = 5\ndraws = 5\n";
+    let scene = scene_text().replace("= 200", "= 5");
     let written = fit(&scene, "--stages least_squares,posterior,figures", all);
     assert_eq!(written.status, Some(1));
     let (opening, _) = written.report.split_once("\n## Main numbers").expect("main numbers");
@@ -297,7 +311,7 @@ fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows()
     );
     assert!(opening.contains("effective draws"), "{opening}");
     assert!(written.report.contains("* Not to be quoted: "));
-    let good = fit(&scene_text(), "--stages least_squares,posterior", all);
+    let good = without_figures();
     let digits = |report: &str| {
         let mut rows = report.lines().skip_while(|line| *line != "#### Parameters");
         let row = rows.find(|line| line.starts_with("| L |")).expect("the row of L");
@@ -308,15 +322,13 @@ fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows()
 
 #[test]
 fn without_dry_runs_the_posterior_alone_has_k_and_what_is_not_sampled_is_said() {
-    let written = fit(&scene_text(), "--stages least_squares,posterior", |row| {
-        (!is_dry(row)).then(|| row.to_owned())
-    });
+    let written = fit(&scene_text(), SAMPLED, |row| (!is_dry(row)).then(|| row.to_owned()));
     let k = cells(&written.report, "k / (m/s)^(−1/5), PTFE");
     assert!(k[1].contains('±') && k[3].starts_with("posterior"), "{k:?}");
     assert_eq!(cells(&written.report, "`sigma_dry`")[1], "not read");
     assert!(!written.report.contains("A dry run has"));
     // one film ratio as well: C keeps its prior
-    let one = fit(&scene_text(), "--stages least_squares,posterior", |row| {
+    let one = fit(&scene_text(), SAMPLED, |row| {
         let one = !is_dry(row) && row.split(',').nth(4) == Some("0.08");
         one.then(|| row.to_owned())
     });
@@ -434,7 +446,7 @@ fn a_particle_without_roughness_lacks_the_length_of_its_critical_separation_alon
 
 #[test]
 fn without_any_roughness_no_table_has_a_length_of_critical_separation() {
-    let written = fit(&with_pe(""), "--stages least_squares,posterior", all);
+    let written = fit(&with_pe(""), SAMPLED, all);
     assert!(matches!(written.status, Some(0 | 1)), "{:?}", written.status);
     let report = &written.report;
     assert!(report.contains("St_c e_inf² = 2 L; no roughness is given for PTFE, PE, and so no δc."));

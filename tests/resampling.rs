@@ -194,7 +194,7 @@ dry_impact_speed_m_s = [0.5, 1.0, 2.0]
 film_rel_sd = 0.02
 impact_speed_rel_sd = 0.05
 [bootstrap]
-replicates = 4000
+replicates = 1000
 "#
 }
 
@@ -249,10 +249,10 @@ fn the_sandwich_is_as_wide_as_the_replicates_that_it_stands_for() {
     assert_eq!(by_rows.len(), 1 + 2 * 6 + 2 * 2 * 4 + 2 * 3);
     assert_eq!([of_rows.resampled_fits, of_many.resampled_fits], [1 + 6 + 2 * 4, 0]);
     let found = shares(&sandwich, &by_rows);
-    // an sd of 4,000 replicates has a standard error of 1.1 %
-    assert!(found.iter().all(|share| (share - 1.0).abs() < 0.045), "{found:?}");
+    // an sd of 1,000 replicates has a standard error of 2.2 %
+    assert!(found.iter().all(|share| (share - 1.0).abs() < 0.09), "{found:?}");
     let (mean, _) = mean(&found);
-    assert!((mean - 1.0).abs() < 0.01, "{mean}");
+    assert!((mean - 1.0).abs() < 0.02, "{mean}");
     for estimate in &sandwich {
         let half = 1.959_964 * bootstrap_se(estimate);
         let quoted = estimate.interval.expect("an interval");
@@ -289,7 +289,7 @@ fn a_fit_of_many_that_hangs_on_few_runs_has_no_uncertainty_but_its_profile() {
     for (estimate, by_rows) in of_many.iter().zip(&by_rows) {
         if !hangs(estimate) {
             let share = bootstrap_se(estimate) / bootstrap_se(by_rows);
-            assert!((share - 1.0).abs() < 0.06, "{share}");
+            assert!((share - 1.0).abs() < 0.12, "{share}");
             continue;
         }
         let why = estimate.why_none.as_deref().expect("it says why");

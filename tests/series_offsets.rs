@@ -493,7 +493,10 @@ fn offsets_that_spoil_standard_errors_forbid_quoting() {
 /// Where runs stick, too, whose densities bend in the offset.
 #[test]
 fn forms_are_compared_where_series_have_offsets() {
-    let text = text(0.01, &format!("series_offsets = true\n{SAMPLER}"));
+    let text = text(
+        0.01,
+        "series_offsets = true\n[sampler]\nchains = 2\nwarmup = 200\ndraws = 100",
+    );
     let text = text.replace("viscosity_mPa_s = 20", "viscosity_mPa_s = 70");
     let scene = scene::parse(&text, Path::new("a/scene.toml"), String::new()).expect("a good scene");
     let table = table(&scene, seed_of("forms_are_compared_where_series_have_offsets"));

@@ -104,14 +104,15 @@ fn told(rows: &[Row]) -> String {
     table
 }
 
+/// An ordinary run has `degenerate` and `degenerate_posterior`.
 #[test]
+#[ignore = "slow: forty posteriors at the extremes"]
 fn estimates_at_the_extremes_are_right_or_say_why_not() {
     compare("estimates", &told(&estimation::fast()));
 }
 
-/// CI's slow part runs this one: up to 10⁷ runs.
 #[test]
-#[ignore]
+#[ignore = "slow: up to 10⁷ runs"]
 fn estimates_of_very_many_runs_are_right() {
     compare("estimates of very many runs", &told(&estimation::slow()));
 }

@@ -64,7 +64,7 @@ fn value(estimate: &wetcor::findings::estimate::Estimate) -> f64 {
 /// Of k, L, C, δ̃0, and e_inf and St_c at the thickest film.
 #[test]
 fn the_intervals_cover_the_truth() {
-    const SETS: u64 = 400;
+    const SETS: u64 = 200;
     let e_dry = 1.0 - 0.183 * 2f64.powf(0.2);
     let e_inf2 = e_dry * e_dry - 0.45 * 930.0 / 2150.0 * (1.0 - (-0.15f64 / 0.07).exp());
     let truth = [0.183, 1.9, 0.45, 0.07, e_inf2.sqrt(), 2.0 * 1.9 / e_inf2];
@@ -86,8 +86,9 @@ fn the_intervals_cover_the_truth() {
     for covered in of(0) {
         assert_expected("95 % intervals", covered, SETS, 0.95);
     }
+    // no more than 86 %
     for covered in of(1) {
-        assert!(binomial_z(covered, SETS as usize, 0.95) < -8.0, "{covered} of {SETS}");
+        assert!(binomial_z(covered, SETS as usize, 0.95) < -5.6, "{covered} of {SETS}");
     }
 }
 

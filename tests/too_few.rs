@@ -7,7 +7,8 @@ use crate::common::{Place, Says};
 use serde_json::Value;
 
 fn scene_text() -> String {
-    scene_of("few", &[PTFE, PE, AK10])
+    let sampler = "[sampler]\nchains = 2\nwarmup = 200\ndraws = 100\n";
+    scene_of("few", &[PTFE, PE, AK10, sampler])
 }
 
 const DRY: [&str; 4] = ["1,0.818", "2,0.789", "1.4,0.811", "0.6,0.835"];

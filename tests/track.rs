@@ -963,7 +963,7 @@ fn tables_of_other_programs_are_read() {
 #[test]
 fn whatever_was_seen_the_runs_are_ones_that_check_takes() {
     /// scenes of motion, of which each has tables
-    const ROUNDS: usize = 150;
+    const ROUNDS: usize = 50;
     let mut rng = rng_of("whatever_was_seen_the_runs_are_ones_that_check_takes");
     let folder = Folder::new();
     let write = |name: &str, text: &str| folder.write(name, text);

@@ -187,23 +187,6 @@ fn leave_one_out_tells_the_forms_apart() {
     }
 }
 
-/// What the scene names is obeyed, what it does not know is refused by its words.
-#[test]
-fn a_form_nobody_knows_is_refused() {
-    let place = scene("film", "constant", 0.01);
-    assert_eq!(place.scene.model.form().viscous, Viscous::Film);
-    assert_eq!(
-        place.scene.truth.as_ref().map(|truth| truth.viscous),
-        Some(Viscous::Constant)
-    );
-    let path = place.path("other.toml");
-    let text = place.folder.read("scene.toml");
-    std::fs::write(&path, text.replacen("viscous = \"film\"", "viscous = \"thin\"", 1)).expect("writable");
-    let error = wetcor::scene::read(&path).expect_err("no such form").to_string();
-    assert!(error.contains("[model] viscous: found `\"thin\"`"), "{error}");
-    assert!(error.contains("expected \"constant\" or \"film\""), "{error}");
-}
-
 /// What stands in one cell of a table's first row that starts so.
 fn cell(report: &str, row: &str, column: usize) -> String {
     let line = report.lines().find(|line| line.starts_with(row));

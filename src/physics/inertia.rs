@@ -242,10 +242,4 @@ mod tests {
         assert!((cap.valid_to() - 0.39).abs() < 0.005);
         assert!(Inertia::Stepwise.slope_film_ratio(0.5, 0.0).abs() < 1e-15);
     }
-
-    #[test]
-    fn thin_films_do_not_cancel() {
-        let x = 1e-15;
-        assert!((Inertia::Saturating.shape(x, 0.07) / (x / 0.07) - 1.0).abs() < 1e-12);
-    }
 }

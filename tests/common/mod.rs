@@ -11,7 +11,9 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 pub use chance::{assert_expected, assert_seldom, binomial_z, counts, holds, mean, normal, seed_of, study};
-pub use program::{contents, entries, in_project, read_in_project, table_of, wetcor, wetcor_here, Folder, Ran, Says};
+pub use program::{
+    ask, contents, entries, in_project, read_in_project, table_of, wetcor, wetcor_here, Folder, Ran, Says,
+};
 use rand::rngs::ChaCha8Rng;
 pub use told::Told;
 use wetcor::findings::compare::Comparison;
@@ -26,7 +28,7 @@ use wetcor::model::simulate::Simulation;
 use wetcor::physics::{Coefficient, Parameters, Setting};
 use wetcor::report::{self, ReportInput};
 use wetcor::runs::{self, Existing, NewRun, RunWriter, Runs, Table};
-use wetcor::scene::{self, Scene};
+use wetcor::scene::Scene;
 use wetcor::seed::StreamName;
 
 /// A scene in a folder of its own, for as long as the test needs it.
@@ -38,8 +40,7 @@ pub struct Place {
 impl Place {
     pub fn new(scene_text: &str) -> Place {
         let folder = Folder::new();
-        folder.write("scene.toml", scene_text);
-        let scene = scene::read(&folder.join("scene.toml")).unwrap_or_else(|error| panic!("{error}"));
+        let scene = folder.scene(scene_text).unwrap_or_else(|error| panic!("{error}"));
         Place { folder, scene }
     }
 
@@ -74,9 +75,9 @@ impl Place {
         self.read()
     }
 
-    /// Draws, reads and fits.
+    /// Draws and fits.
     pub fn infer(&self, seed: u64) -> Findings {
-        findings::fit_least_squares(&self.scene, &self.draw(seed, None), seed, false)
+        findings::fit_least_squares(&self.scene, &self.table(seed), seed, false)
     }
 
     /// Fits rows given as text.

@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use tempfile::TempDir;
+use wetcor::error::Error;
+use wetcor::runs::{self, Table};
+use wetcor::scene::{self, Scene};
 
 /// Exit status, and what is printed to standard output and standard error.
 pub type Ran = (Option<i32>, String, String);
@@ -23,6 +26,13 @@ pub fn wetcor(folder: &Path, arguments: &[&str]) -> Ran {
 /// The same in the folder of the project.
 pub fn wetcor_here(arguments: &[&str]) -> Ran {
     wetcor(Path::new(env!("CARGO_MANIFEST_DIR")), arguments)
+}
+
+/// Runs a verb on what lies in a folder; more arguments are words with blanks between them.
+pub fn ask(verb: &str, folder: &Path, words: &str) -> Ran {
+    let folder = folder.to_str().expect("a plain path");
+    let words = words.split_whitespace();
+    wetcor_here(&[verb, folder].into_iter().chain(words).collect::<Vec<&str>>())
 }
 
 /// A file of the project, by its path from there.
@@ -53,6 +63,18 @@ impl Folder {
 
     pub fn write(&self, name: &str, contents: impl AsRef<[u8]>) {
         std::fs::write(self.join(name), contents).expect("the folder is writable");
+    }
+
+    /// Writes `scene.toml` and reads it.
+    pub fn scene(&self, text: &str) -> Result<Scene, Error> {
+        self.write("scene.toml", text);
+        scene::read(&self.join("scene.toml"))
+    }
+
+    /// Writes `runs.csv` and reads what a scene names.
+    pub fn runs(&self, scene: &Scene, text: &str) -> Result<Table, Error> {
+        self.write("runs.csv", text);
+        runs::read(scene)
     }
 
     pub fn read(&self, name: &str) -> String {

@@ -16,6 +16,14 @@ pub fn is_hostile(c: char) -> bool {
     c.is_control() || "\u{61c}\u{200b}\u{200e}\u{200f}\u{2028}\u{2029}\u{202a}\u{202b}\u{202c}\u{202d}\u{202e}\u{2066}\u{2067}\u{2068}\u{2069}\u{feff}".contains(c)
 }
 
+impl std::ops::Deref for Place {
+    type Target = Folder;
+
+    fn deref(&self) -> &Folder {
+        &self.folder
+    }
+}
+
 /// What a command did.
 #[derive(Debug)]
 pub struct Outcome {
@@ -39,14 +47,6 @@ impl Place {
 
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
-    }
-
-    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
-        std::fs::write(self.path(name), bytes).expect("writable");
-    }
-
-    pub fn read(&self, name: &str) -> String {
-        std::fs::read_to_string(self.path(name)).expect("readable")
     }
 
     /// The scene with some lines added at its end.

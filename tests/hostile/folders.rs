@@ -20,7 +20,7 @@ fn fit() -> &'static (Place, PathBuf) {
     static FIT: OnceLock<(Place, PathBuf)> = OnceLock::new();
     FIT.get_or_init(|| {
         let place = Place::plain();
-        place.add_to_scene("[sampler]\nchains = 2\nwarmup = 300\ndraws = 800\n[model]\nlikelihood = \"student\"");
+        place.add_to_scene("[sampler]\nchains = 2\nwarmup = 300\ndraws = 200\n[model]\nlikelihood = \"student\"");
         let words = "fit scene.toml --seed 1 --out r --stages least_squares,posterior";
         let outcome = place.ask(words, 60.0);
         assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");

@@ -43,7 +43,7 @@ fn an_outlier_is_named() {
 /// Where no k is known, or the runs cannot tell all parameters apart, there are restitutions to be expected all the same.
 #[test]
 fn an_outlier_is_named_where_not_every_parameter_is_known() {
-    const SETS: u64 = 200;
+    const SETS: u64 = 50;
     let one_film = Design {
         model: "inertia = \"saturating\"",
         films: "0.06",

@@ -53,7 +53,7 @@ fn check_tells_of_any_scene_and_runs_in_finite_numbers() {
         std::cell::Cell::new(0),
         "check_tells_of_any_scene_and_runs_in_finite_numbers",
     );
-    hold(name, 4000, any_pair(), |(scene, table)| {
+    hold(name, 2000, any_pair(), |(scene, table)| {
         let started = Instant::now();
         let Ok(scene) = folder.scene(&scene) else { return };
         let Ok(table) = folder.runs(&scene, &table) else { return };
@@ -74,7 +74,7 @@ fn check_tells_of_any_scene_and_runs_in_finite_numbers() {
         assert!(started.elapsed() < Duration::from_secs(5), "{:?}", started.elapsed());
         told.set(told.get() + 1);
     });
-    assert!(told.get() > 300, "{told:?}");
+    assert!(told.get() > 150, "{told:?}");
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn the_command_ends_in_0_or_2_and_says_why() {
         |(scene, table)| {
             folder.write("scene.toml", &scene);
             folder.write("runs.csv", &table);
-            let (status, out, err) = wetcor(folder.0.path(), &["check", "scene.toml", "--json"]);
+            let (status, out, err) = wetcor(folder.path(), &["check", "scene.toml", "--json"]);
             let (good, bad) = counts.get();
             match status {
                 Some(0) => {

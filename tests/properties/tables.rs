@@ -254,7 +254,7 @@ fn csv_and_parquet_hold_the_same_runs() {
     let scene = std::cell::RefCell::new(&mut scene);
     hold(name, 300, inputs, |rows| {
         let read = |name: &str| {
-            let path = folder.0.path().join(name);
+            let path = folder.join(name);
             let mut writer = RunWriter::create(&path, Existing::Replaced).unwrap_or_else(|error| panic!("{error}"));
             let new = rows.iter().map(|run| NewRun {
                 particle: run.particle,
