@@ -147,14 +147,8 @@ fn not_joined(count: u64) -> Error {
 #[cfg(any(feature = "mpi", test))]
 fn in_turn<T>(each: Vec<Vec<T>>) -> Vec<T> {
     let mut each: Vec<_> = each.into_iter().map(Vec::into_iter).collect();
-    let mut all = vec![];
-    loop {
-        let before = all.len();
-        all.extend(each.iter_mut().filter_map(Iterator::next));
-        if all.len() == before {
-            return all;
-        }
-    }
+    let places = (0..each.len()).cycle();
+    places.map_while(|place| each[place].next()).collect()
 }
 
 #[cfg(test)]

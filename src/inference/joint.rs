@@ -6,7 +6,7 @@
 //! of the form that particles share, then k of each sphere. Whatever wants residuals, slopes or sums of them over runs
 //! takes them from here.
 
-use std::ops::{Deref, Range};
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -45,37 +45,10 @@ pub struct Part {
 }
 
 impl Part {
-    /// The slopes of one of its runs, times a factor.
-    pub fn slopes(&self, row: &JointRow, factor: f64) -> RowSlopes {
-        let blank = RowSlopes {
-            all: [(0, 0.0); 1 + MOST_SLOPES],
-            used: 0,
-        };
+    /// The slopes of one of its runs, times a factor, each with its parameter's place.
+    pub fn slopes(&self, row: &JointRow, factor: f64) -> Vec<(usize, f64)> {
         let own = self.places.iter().zip(row.slopes);
-        own.fold(blank, |slopes, (place, slope)| slopes.and(*place, factor * slope))
-    }
-}
-
-/// The slopes of one run, each with its parameter's place.
-#[derive(Debug, Clone, Copy)]
-pub struct RowSlopes {
-    all: [(usize, f64); 1 + MOST_SLOPES],
-    used: usize,
-}
-
-impl RowSlopes {
-    /// The same and the slope in one number besides the parameters.
-    pub fn and(mut self, place: usize, slope: f64) -> RowSlopes {
-        self.all[self.used] = (place, slope);
-        self.used += 1;
-        self
-    }
-}
-
-impl Deref for RowSlopes {
-    type Target = [(usize, f64)];
-    fn deref(&self) -> &[(usize, f64)] {
-        &self.all[..self.used]
+        own.map(|(place, slope)| (*place, factor * slope)).collect()
     }
 }
 
@@ -585,8 +558,8 @@ impl ResidualProblem for JointFit<'_> {
     fn jacobian(&self, b: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
         jacobian.fill(0.0);
         self.each_rebound(b, |row, part, root, one| {
-            for (place, slope) in part.slopes(&one, root).iter() {
-                jacobian[(row, *place)] = *slope;
+            for (place, slope) in part.slopes(&one, root) {
+                jacobian[(row, place)] = slope;
             }
         });
         for (row, known) in (self.rebounds()..).zip(&self.known) {

@@ -58,11 +58,6 @@ impl PosteriorDensity {
         &self.parameters
     }
 
-    /// The likelihood.
-    pub fn likelihood(&self) -> &Likelihood {
-        &self.likelihood
-    }
-
     /// The parameters, and the offsets after them, at a point of the unbounded space.
     pub fn draw_at(&self, point: &[f64]) -> Vec<f64> {
         let each = self.transforms.iter().zip(point);

@@ -132,7 +132,8 @@ impl<'a> Rows<'a> {
 
     /// Adds a run of a part to sums, over its sd.
     pub(super) fn add(&self, sums: &mut Sums, part: &GroupedPart, row: &JointRow, sd: f64) {
-        let slopes = part.slopes(row, 1.0 / sd).and(self.names.len(), 1.0 / sd);
+        let mut slopes = part.slopes(row, 1.0 / sd);
+        slopes.push((self.names.len(), 1.0 / sd));
         sums.add(row.residual / sd, &slopes);
     }
 
