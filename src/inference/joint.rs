@@ -82,19 +82,15 @@ pub struct InLogSpeed {
 /// The balance of a part's runs of one film ratio, and the slopes of its losses in the shared parameters.
 struct AtSetting {
     balance: Balance,
-    slopes: [Option<Lost>; MOST_SLOPES - 1],
+    slopes: Vec<Lost>,
 }
 
 impl AtSetting {
     fn new(form: Form, part: &Part, film_ratio: f64, parameters: &Parameters) -> AtSetting {
         let at_film = BalanceAtFilm::new(form, film_ratio, &parameters.shared);
-        let mut slopes = [None; MOST_SLOPES - 1];
-        for (own, lost) in slopes.iter_mut().zip(at_film.lost_slopes(&form, part.density_ratio)) {
-            *own = Some(lost);
-        }
         AtSetting {
             balance: Balance::at(form, parameters.dry_k, at_film.share, part.density_ratio),
-            slopes,
+            slopes: at_film.lost_slopes(&form, part.density_ratio).collect(),
         }
     }
 }
@@ -260,7 +256,7 @@ impl<'r> Joint<'r> {
         let of_film = |run: usize| match is_dry {
             true => AtSetting {
                 balance: Balance::dry(self.form.dry, parameters.dry_k),
-                slopes: [None; MOST_SLOPES - 1],
+                slopes: vec![],
             },
             false => AtSetting::new(self.form, part, self.runs.impacts.film_ratio[run], &parameters),
         };
@@ -282,7 +278,7 @@ impl<'r> Joint<'r> {
                 let (kept, of_k) = at_setting.balance.kept(&at);
                 let (model, root) = rebound::mean_and_slope(kept);
                 (row.kept, row.model, row.slopes[0]) = (kept, model, root * of_k);
-                for (own, slope) in row.slopes[1..].iter_mut().zip(at_setting.slopes.iter().flatten()) {
+                for (own, slope) in row.slopes[1..].iter_mut().zip(&at_setting.slopes) {
                     *own = root * slope.slope_of_kept(&at);
                 }
                 at
@@ -305,7 +301,7 @@ impl<'r> Joint<'r> {
             let root = rebound::slope_mean_restitution(row.kept);
             let turn = rebound::bend_mean_restitution(row.kept);
             slopes[0] = turn * first * balance.kept(at).1 + root * balance.in_log_speed_slope_k(at);
-            for (own, slope) in slopes[1..].iter_mut().zip(at_setting.slopes.iter().flatten()) {
+            for (own, slope) in slopes[1..].iter_mut().zip(&at_setting.slopes) {
                 // 4/St falls with 1/v
                 *own = turn * first * slope.slope_of_kept(at) + root * slope.over_stokes * at.over_stokes;
             }
@@ -494,10 +490,7 @@ impl JointFit<'_> {
         for part in self.joint.wet_parts() {
             let range = part.rebounds.clone();
             self.joint.each_with(part, range, point, |row, at, at_setting| {
-                let mut slopes = [0.0; MOST_SLOPES - 1];
-                for (own, slope) in slopes.iter_mut().zip(at_setting.slopes.iter().flatten()) {
-                    *own = slope.slope_of_kept(at);
-                }
+                let slopes: Vec<f64> = at_setting.slopes.iter().map(|own| own.slope_of_kept(at)).collect();
                 hand_on(row.run, row.kept, &slopes);
             });
         }
