@@ -61,16 +61,15 @@ impl Ranks {
         }
     }
 
-    #[cfg(feature = "mpi")]
     fn among(count: u64, place: u64) -> (Ranks, Result<(), Error>) {
-        let world = world::World::start();
-        let started = world.as_ref().map_or(Err(not_joined(count)), |_| Ok(()));
-        (Ranks { place, count, world }, started)
-    }
-
-    #[cfg(not(feature = "mpi"))]
-    fn among(count: u64, place: u64) -> (Ranks, Result<(), Error>) {
-        (Ranks { place, count }, Err(not_joined(count)))
+        let mut ranks = Ranks::alone();
+        (ranks.place, ranks.count) = (place, count);
+        #[cfg(feature = "mpi")]
+        if let Some(world) = world::World::start() {
+            ranks.world = Some(world);
+            return (ranks, Ok(()));
+        }
+        (ranks, Err(not_joined(count)))
     }
 
     /// Whether this is the first rank, which alone writes and tells.

@@ -65,8 +65,8 @@ pub struct JointRow {
     pub residual: f64,
     /// slopes of the model, in the order of [`Part::places`]; zeros beyond
     pub slopes: [f64; MOST_SLOPES],
-    /// τ², what the measurement errors of the run add to the variance about the model; 0 unless asked for by
-    /// [`Joint::each_measured`]
+    /// τ², what the measurement errors of the run add to the variance about the model; 0 unless handed on by
+    /// [`Joint::each_in_log_speed`]
     pub measured: f64,
 }
 
@@ -215,7 +215,7 @@ impl<'r> Joint<'r> {
         self.each_with(part, range, point, |row, _, _| hand_on(row));
     }
 
-    /// The same with the derivatives in the logarithm of the speed.
+    /// The same with the derivatives in the logarithm of the speed, and with what the runs are measured to err by.
     pub fn each_in_log_speed(
         &self,
         part: &Part,
@@ -223,23 +223,14 @@ impl<'r> Joint<'r> {
         point: &[f64],
         mut hand_on: impl FnMut(JointRow, InLogSpeed),
     ) {
-        self.each_with(part, range, point, |row, at, at_setting| {
-            hand_on(row, self.in_log_speed(part, &row, at, at_setting))
-        });
-    }
-
-    /// The same with what the runs are measured to err by.
-    pub fn each_measured(&self, part: &Part, range: Range<usize>, point: &[f64], mut hand_on: impl FnMut(JointRow)) {
-        let Some(errors) = &self.runs.errors else {
-            return self.each(part, range, point, hand_on);
-        };
-        self.each_in_log_speed(part, range, point, |row, by_speed| {
-            let [of_speed, own] = errors.of(row.run);
-            let with_speed = of_speed / self.runs.impact_speed[row.run] * (row.model + by_speed.response.slope);
-            hand_on(JointRow {
-                measured: own * own + with_speed * with_speed,
-                ..row
-            });
+        self.each_with(part, range, point, |mut row, at, at_setting| {
+            let by_speed = self.in_log_speed(part, &row, at, at_setting);
+            if let Some(errors) = &self.runs.errors {
+                let [of_speed, own] = errors.of(row.run);
+                let with_speed = of_speed / self.runs.impact_speed[row.run] * by_speed.response.error_slope();
+                row.measured = own * own + with_speed * with_speed;
+            }
+            hand_on(row, by_speed);
         });
     }
 

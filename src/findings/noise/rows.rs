@@ -152,8 +152,15 @@ impl<'a> Rows<'a> {
     }
 
     /// Hands on each of a range of a part's runs in turn, about a point, with its measurement errors.
-    pub(super) fn each(&self, part: &GroupedPart, range: Range<usize>, point: &[f64], hand_on: impl FnMut(JointRow)) {
-        self.joint.each_measured(&part.part, range, point, hand_on);
+    pub(super) fn each(
+        &self,
+        part: &GroupedPart,
+        range: Range<usize>,
+        point: &[f64],
+        mut hand_on: impl FnMut(JointRow),
+    ) {
+        let joint = &self.joint;
+        joint.each_in_log_speed(&part.part, range, point, |row, _| hand_on(row));
     }
 }
 

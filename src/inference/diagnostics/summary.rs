@@ -63,7 +63,7 @@ pub fn summarise(chains: &[&[f64]]) -> Summary {
         summary.why_none = Some(why);
         return summary;
     }
-    let halves = Halves::of(chains);
+    let halves = Halves::map(chains, |x| x);
     let ordered = OrderedDraws::of(&halves);
     let mut keep = |result: Result<f64, WhyNone>| match result {
         Ok(value) => Some(value),
