@@ -61,16 +61,15 @@ impl Ranks {
         }
     }
 
-    #[cfg(feature = "mpi")]
     fn among(count: u64, place: u64) -> (Ranks, Result<(), Error>) {
-        let world = world::World::start();
-        let started = world.as_ref().map_or(Err(not_joined(count)), |_| Ok(()));
-        (Ranks { place, count, world }, started)
-    }
-
-    #[cfg(not(feature = "mpi"))]
-    fn among(count: u64, place: u64) -> (Ranks, Result<(), Error>) {
-        (Ranks { place, count }, Err(not_joined(count)))
+        let mut ranks = Ranks::alone();
+        (ranks.place, ranks.count) = (place, count);
+        #[cfg(feature = "mpi")]
+        if let Some(world) = world::World::start() {
+            ranks.world = Some(world);
+            return (ranks, Ok(()));
+        }
+        (ranks, Err(not_joined(count)))
     }
 
     /// Whether this is the first rank, which alone writes and tells.
@@ -147,14 +146,8 @@ fn not_joined(count: u64) -> Error {
 #[cfg(any(feature = "mpi", test))]
 fn in_turn<T>(each: Vec<Vec<T>>) -> Vec<T> {
     let mut each: Vec<_> = each.into_iter().map(Vec::into_iter).collect();
-    let mut all = vec![];
-    loop {
-        let before = all.len();
-        all.extend(each.iter_mut().filter_map(Iterator::next));
-        if all.len() == before {
-            return all;
-        }
-    }
+    let places = (0..each.len()).cycle();
+    places.map_while(|place| each[place].next()).collect()
 }
 
 #[cfg(test)]

@@ -21,20 +21,18 @@ pub(crate) fn recombine(weight: &[f64], polynomials: &Polynomials) -> Vec<Kept> 
         let groups = (2 * functions).min(kept.len());
         // neighbours together, in groups of nearly one size
         let bounds: Vec<usize> = (0..=groups).map(|group| group * kept.len() / groups).collect();
-        let mut means = vec![0.0; groups * functions];
+        let mut means = vec![vec![0.0; groups]; functions];
         let mut masses = vec![0.0; groups];
         for (group, ends) in bounds.windows(2).enumerate() {
-            let mean = &mut means[group * functions..][..functions];
             for &(point, weight) in &kept[ends[0]..ends[1]] {
                 polynomials.write(point, &mut room);
                 masses[group] += weight;
-                mean.iter_mut()
-                    .zip(&room.values)
-                    .for_each(|(sum, value)| *sum += weight * value);
+                let sums = means.iter_mut().zip(&room.values);
+                sums.for_each(|(of_function, value)| of_function[group] += weight * value);
             }
-            mean.iter_mut().for_each(|sum| *sum /= masses[group]);
+            means.iter_mut().for_each(|mean| mean[group] /= masses[group]);
         }
-        let new = reduce(means, &masses, functions);
+        let new = reduce(means, &masses);
         let mut next = Vec::with_capacity(kept.len() / 2 + 1);
         for (group, ends) in bounds.windows(2).enumerate() {
             if new[group] > 0.0 {
@@ -51,21 +49,17 @@ pub(crate) fn recombine(weight: &[f64], polynomials: &Polynomials) -> Vec<Kept> 
     kept
 }
 
-/// Weights of the groups of which no more than `functions` are above 0, with the same sums; `means` holds the functions of
-/// each group in turn.
-fn reduce(mut means: Vec<f64>, weight: &[f64], functions: usize) -> Vec<f64> {
+/// Weights of the groups of which no more are above 0 than there are functions, with the same sums; `rows` holds the mean of
+/// each function over every group.
+fn reduce(mut rows: Vec<Vec<f64>>, weight: &[f64]) -> Vec<f64> {
     /// what is left of a function in no group beyond rounding
     const NOTHING: f64 = 1e-10;
     let groups = weight.len();
     let mut weight = weight.to_vec();
     // columns of a basis with the function that each stands for: by elimination, the largest entry first
     let mut basis: Vec<Option<usize>> = vec![None; groups];
-    let mut rows: Vec<Vec<f64>> = (0..functions)
-        .map(|function| (0..groups).map(|group| means[group * functions + function]).collect())
-        .collect();
-    means.clear();
-    let mut is_used = vec![false; functions];
-    for _ in 0..functions {
+    let mut is_used = vec![false; rows.len()];
+    for _ in 0..rows.len() {
         let mut best = (NOTHING, 0, 0);
         for (row, values) in rows.iter().enumerate().filter(|(row, _)| !is_used[*row]) {
             for (group, value) in values.iter().enumerate().filter(|(group, _)| basis[*group].is_none()) {
@@ -89,27 +83,14 @@ fn reduce(mut means: Vec<f64>, weight: &[f64], functions: usize) -> Vec<f64> {
         }
         let own = weight[group];
         // taking t off this group adds t times its coefficient to each of the basis
-        let mut first: Option<(f64, usize, usize)> = None;
-        for (other, row) in basis
-            .iter()
-            .enumerate()
-            .filter_map(|(other, row)| Some((other, (*row)?)))
-        {
-            let coefficient = rows[row][group];
-            if coefficient < -NOTHING {
-                let most = weight[other] / -coefficient;
-                if first.is_none_or(|(least, ..)| most < least) {
-                    first = Some((most, other, row));
-                }
-            }
-        }
+        let of_basis = |(other, row): (usize, &Option<usize>)| row.map(|row| (other, row));
+        let others: Vec<(usize, usize)> = basis.iter().enumerate().filter_map(of_basis).collect();
+        let falling = others.iter().filter(|(_, row)| rows[*row][group] < -NOTHING);
+        let emptied = falling.map(|&(other, row)| (weight[other] / -rows[row][group], other, row));
+        let first = emptied.reduce(|least, next| if next.0 < least.0 { next } else { least });
         let leaves = first.filter(|(most, ..)| *most < own);
         let taken = leaves.map_or(own, |(most, ..)| most);
-        for (other, row) in basis
-            .iter()
-            .enumerate()
-            .filter_map(|(other, row)| Some((other, (*row)?)))
-        {
+        for (other, row) in others {
             weight[other] = (weight[other] + taken * rows[row][group]).max(0.0);
         }
         weight[group] = own - taken;

@@ -6,7 +6,7 @@
 //! of the form that particles share, then k of each sphere. Whatever wants residuals, slopes or sums of them over runs
 //! takes them from here.
 
-use std::ops::{Deref, Range};
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -45,37 +45,10 @@ pub struct Part {
 }
 
 impl Part {
-    /// The slopes of one of its runs, times a factor.
-    pub fn slopes(&self, row: &JointRow, factor: f64) -> RowSlopes {
-        let blank = RowSlopes {
-            all: [(0, 0.0); 1 + MOST_SLOPES],
-            used: 0,
-        };
+    /// The slopes of one of its runs, times a factor, each with its parameter's place.
+    pub fn slopes(&self, row: &JointRow, factor: f64) -> Vec<(usize, f64)> {
         let own = self.places.iter().zip(row.slopes);
-        own.fold(blank, |slopes, (place, slope)| slopes.and(*place, factor * slope))
-    }
-}
-
-/// The slopes of one run, each with its parameter's place.
-#[derive(Debug, Clone, Copy)]
-pub struct RowSlopes {
-    all: [(usize, f64); 1 + MOST_SLOPES],
-    used: usize,
-}
-
-impl RowSlopes {
-    /// The same and the slope in one number besides the parameters.
-    pub fn and(mut self, place: usize, slope: f64) -> RowSlopes {
-        self.all[self.used] = (place, slope);
-        self.used += 1;
-        self
-    }
-}
-
-impl Deref for RowSlopes {
-    type Target = [(usize, f64)];
-    fn deref(&self) -> &[(usize, f64)] {
-        &self.all[..self.used]
+        own.map(|(place, slope)| (*place, factor * slope)).collect()
     }
 }
 
@@ -92,8 +65,8 @@ pub struct JointRow {
     pub residual: f64,
     /// slopes of the model, in the order of [`Part::places`]; zeros beyond
     pub slopes: [f64; MOST_SLOPES],
-    /// τ², what the measurement errors of the run add to the variance about the model; 0 unless asked for by
-    /// [`Joint::each_measured`]
+    /// τ², what the measurement errors of the run add to the variance about the model; 0 unless handed on by
+    /// [`Joint::each_in_log_speed`]
     pub measured: f64,
 }
 
@@ -109,19 +82,15 @@ pub struct InLogSpeed {
 /// The balance of a part's runs of one film ratio, and the slopes of its losses in the shared parameters.
 struct AtSetting {
     balance: Balance,
-    slopes: [Option<Lost>; MOST_SLOPES - 1],
+    slopes: Vec<Lost>,
 }
 
 impl AtSetting {
     fn new(form: Form, part: &Part, film_ratio: f64, parameters: &Parameters) -> AtSetting {
         let at_film = BalanceAtFilm::new(form, film_ratio, &parameters.shared);
-        let mut slopes = [None; MOST_SLOPES - 1];
-        for (own, lost) in slopes.iter_mut().zip(at_film.lost_slopes(&form, part.density_ratio)) {
-            *own = Some(lost);
-        }
         AtSetting {
             balance: Balance::at(form, parameters.dry_k, at_film.share, part.density_ratio),
-            slopes,
+            slopes: at_film.lost_slopes(&form, part.density_ratio).collect(),
         }
     }
 }
@@ -246,7 +215,7 @@ impl<'r> Joint<'r> {
         self.each_with(part, range, point, |row, _, _| hand_on(row));
     }
 
-    /// The same with the derivatives in the logarithm of the speed.
+    /// The same with the derivatives in the logarithm of the speed, and with what the runs are measured to err by.
     pub fn each_in_log_speed(
         &self,
         part: &Part,
@@ -254,23 +223,14 @@ impl<'r> Joint<'r> {
         point: &[f64],
         mut hand_on: impl FnMut(JointRow, InLogSpeed),
     ) {
-        self.each_with(part, range, point, |row, at, at_setting| {
-            hand_on(row, self.in_log_speed(part, &row, at, at_setting))
-        });
-    }
-
-    /// The same with what the runs are measured to err by.
-    pub fn each_measured(&self, part: &Part, range: Range<usize>, point: &[f64], mut hand_on: impl FnMut(JointRow)) {
-        let Some(errors) = &self.runs.errors else {
-            return self.each(part, range, point, hand_on);
-        };
-        self.each_in_log_speed(part, range, point, |row, by_speed| {
-            let [of_speed, own] = errors.of(row.run);
-            let with_speed = of_speed / self.runs.impact_speed[row.run] * (row.model + by_speed.response.slope);
-            hand_on(JointRow {
-                measured: own * own + with_speed * with_speed,
-                ..row
-            });
+        self.each_with(part, range, point, |mut row, at, at_setting| {
+            let by_speed = self.in_log_speed(part, &row, at, at_setting);
+            if let Some(errors) = &self.runs.errors {
+                let [of_speed, own] = errors.of(row.run);
+                let with_speed = of_speed / self.runs.impact_speed[row.run] * by_speed.response.error_slope();
+                row.measured = own * own + with_speed * with_speed;
+            }
+            hand_on(row, by_speed);
         });
     }
 
@@ -287,7 +247,7 @@ impl<'r> Joint<'r> {
         let of_film = |run: usize| match is_dry {
             true => AtSetting {
                 balance: Balance::dry(self.form.dry, parameters.dry_k),
-                slopes: [None; MOST_SLOPES - 1],
+                slopes: vec![],
             },
             false => AtSetting::new(self.form, part, self.runs.impacts.film_ratio[run], &parameters),
         };
@@ -309,7 +269,7 @@ impl<'r> Joint<'r> {
                 let (kept, of_k) = at_setting.balance.kept(&at);
                 let (model, root) = rebound::mean_and_slope(kept);
                 (row.kept, row.model, row.slopes[0]) = (kept, model, root * of_k);
-                for (own, slope) in row.slopes[1..].iter_mut().zip(at_setting.slopes.iter().flatten()) {
+                for (own, slope) in row.slopes[1..].iter_mut().zip(&at_setting.slopes) {
                     *own = root * slope.slope_of_kept(&at);
                 }
                 at
@@ -332,7 +292,7 @@ impl<'r> Joint<'r> {
             let root = rebound::slope_mean_restitution(row.kept);
             let turn = rebound::bend_mean_restitution(row.kept);
             slopes[0] = turn * first * balance.kept(at).1 + root * balance.in_log_speed_slope_k(at);
-            for (own, slope) in slopes[1..].iter_mut().zip(at_setting.slopes.iter().flatten()) {
+            for (own, slope) in slopes[1..].iter_mut().zip(&at_setting.slopes) {
                 // 4/St falls with 1/v
                 *own = turn * first * slope.slope_of_kept(at) + root * slope.over_stokes * at.over_stokes;
             }
@@ -521,10 +481,7 @@ impl JointFit<'_> {
         for part in self.joint.wet_parts() {
             let range = part.rebounds.clone();
             self.joint.each_with(part, range, point, |row, at, at_setting| {
-                let mut slopes = [0.0; MOST_SLOPES - 1];
-                for (own, slope) in slopes.iter_mut().zip(at_setting.slopes.iter().flatten()) {
-                    *own = slope.slope_of_kept(at);
-                }
+                let slopes: Vec<f64> = at_setting.slopes.iter().map(|own| own.slope_of_kept(at)).collect();
                 hand_on(row.run, row.kept, &slopes);
             });
         }
@@ -585,8 +542,8 @@ impl ResidualProblem for JointFit<'_> {
     fn jacobian(&self, b: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
         jacobian.fill(0.0);
         self.each_rebound(b, |row, part, root, one| {
-            for (place, slope) in part.slopes(&one, root).iter() {
-                jacobian[(row, *place)] = *slope;
+            for (place, slope) in part.slopes(&one, root) {
+                jacobian[(row, place)] = slope;
             }
         });
         for (row, known) in (self.rebounds()..).zip(&self.known) {

@@ -58,11 +58,6 @@ impl PosteriorDensity {
         &self.parameters
     }
 
-    /// The likelihood.
-    pub fn likelihood(&self) -> &Likelihood {
-        &self.likelihood
-    }
-
     /// The parameters, and the offsets after them, at a point of the unbounded space.
     pub fn draw_at(&self, point: &[f64]) -> Vec<f64> {
         let each = self.transforms.iter().zip(point);
@@ -89,16 +84,6 @@ impl PosteriorDensity {
         let kind = ParameterKind::SigmaSeries;
         let place = self.parameters.place(kind);
         place.map_or(self.parameters.template[kind.slot()], |place| draw[place])
-    }
-
-    /// Writes the offsets at the last part of a point into a full vector that has σ_series.
-    fn fill_offsets(&self, point: &[f64], full: &mut [f64]) {
-        let sigma = full[ParameterKind::SigmaSeries.slot()];
-        let places = full.iter_mut().skip(self.parameters.first_offset());
-        let own = self.offsets.iter().zip(&point[self.transforms.len()..]);
-        for (offset, (own, u)) in places.zip(own) {
-            *offset = own.at(*u, sigma).value;
-        }
     }
 
     /// Log prior density of the offsets at a point, with slopes; that in σ_series goes to those of the full vector.
@@ -129,12 +114,8 @@ impl LogDensity for PosteriorDensity {
     }
 
     fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
-        let mut full = self.parameters.template.clone();
+        let full = self.parameters.full(&self.draw_at(point));
         let mut full_slopes = vec![0.0; full.len()];
-        for ((parameter, transform), u) in self.parameters.sampled.iter().zip(&self.transforms).zip(point) {
-            full[parameter.kind.slot()] = transform.at(*u).value;
-        }
-        self.fill_offsets(point, &mut full);
         let mut value = self.likelihood.ln_density(&full, &mut full_slopes)?;
         value += self.add_offsets(point, &full, &mut full_slopes, slopes);
         let each = self.parameters.sampled.iter().zip(&self.transforms);

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::coefficient::Coefficients;
-use crate::physics::{kept_energy, rebound, Coefficient, Parameters};
+use crate::physics::{kept_energy, rebound, Parameters};
 use crate::runs::{sphere_words, EncodedRuns, NewRun, TableFormat};
 use crate::scene::{Design, NoiseShape, Scene, Truth};
 use crate::seed::Streams;
@@ -44,27 +44,20 @@ impl TrueValues {
     /// Fails with the names of the numbers that this truth needs and lacks.
     fn of(truth: &Truth) -> Result<TrueValues, Error> {
         let mut missing = vec![];
-        let mut need = |name: &'static str, value: Option<f64>, needed: bool| {
-            if value.is_none() && needed {
-                missing.push(format!("`{name}`"));
-            }
-            // a number that is not read
-            value.unwrap_or(1.0)
+        let mut need = |name: &'static str, value: Option<f64>| {
+            missing.extend(value.is_none().then(|| format!("`{name}`")));
+            value.unwrap_or(f64::NAN)
         };
-        let form = truth.form();
-        let shared = Coefficient::ALL.map(|coefficient| {
-            let value = truth.value(coefficient);
-            need(coefficient.describe().name, value, form.has(coefficient))
-        });
+        let mut shared = Coefficients::default();
+        for coefficient in truth.form().coefficients() {
+            shared[coefficient] = need(coefficient.describe().name, truth.value(coefficient));
+        }
         let values = TrueValues {
-            shared: Coefficients::first_of(&shared),
-            sigma_dry: need("sigma_dry", truth.sigma_dry, true),
-            sigma_wet: need("sigma_wet", truth.sigma_wet, true),
+            shared,
+            sigma_dry: need("sigma_dry", truth.sigma_dry),
+            sigma_wet: need("sigma_wet", truth.sigma_wet),
             shape: match truth.noise {
-                NoiseShape::Family(family) => {
-                    let own = family.shape();
-                    need(own.as_ref().map_or("", |own| own.name), truth.shape, own.is_some())
-                }
+                NoiseShape::Family(family) => family.shape().map_or(f64::NAN, |own| need(own.name, truth.shape)),
                 NoiseShape::Skewed | NoiseShape::Heteroscedastic => f64::NAN,
             },
         };

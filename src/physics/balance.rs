@@ -137,8 +137,8 @@ impl Balance {
     /// The balance at a film.
     #[inline]
     pub fn new(form: Form, film: Film, parameters: &Parameters) -> Balance {
-        let share = form.share(film.film_ratio, &parameters.shared);
-        Balance::at(form, parameters.dry_k, share, film.density_ratio)
+        let at_film = BalanceAtFilm::new(form, film.film_ratio, &parameters.shared);
+        Balance::at(form, parameters.dry_k, at_film.share, film.density_ratio)
     }
 
     /// The same with so much more of the energy kept, whatever the speed.

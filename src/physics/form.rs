@@ -4,7 +4,7 @@ use super::bridge::Bridge;
 use super::coefficient::{Coefficient, Coefficients, LogNormal, Parameter};
 use super::dry::{speed_root, Order, REFERENCE_SPEED};
 use super::inertia::{Inertia, FILM_SCALE, PREFACTOR};
-use super::loss::{AtFilm, Fixed, Loss, Setting, Share};
+use super::loss::{AtFilm, Fixed, Loss, Setting};
 use super::viscous::{slope_lubrication_log, Viscous, LUBRICATION_LOG, RUPTURE_SCALE};
 
 /// Speed at which e_dry enters the energy balance.
@@ -72,13 +72,6 @@ impl Form {
             self.inertia.at(film_ratio, values),
             self.bridge.at(film_ratio, values),
         ]
-    }
-
-    /// What its losses take together at a film ratio.
-    #[inline]
-    pub fn share(&self, film_ratio: f64, values: &Coefficients) -> Share {
-        let each = self.at(film_ratio, values).map(|one| one.share);
-        each.into_iter().fold(Share::default(), |sum, share| sum + share)
     }
 
     /// The parameters its losses have, in the order of files.

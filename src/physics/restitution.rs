@@ -4,7 +4,7 @@ use super::balance::{Balance, Impact};
 use super::coefficient::Parameters;
 use super::dry::{speed_root, Order};
 use super::form::{DrySpeed, Form};
-use super::loss::{Fixed, Setting};
+use super::loss::Setting;
 
 /// e(v) = √r of the energy balance r = e_dry² − C ρ̃ g(δ̃) − 4 L/St at fixed parameters; 0 where r is not positive.
 ///
@@ -32,29 +32,7 @@ use super::loss::{Fixed, Setting};
 /// assert!((change - 1.001f64.powf(slope)).abs() < 1e-6);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Restitution {
-    dry: DryLoss,
-    /// loss whatever the speed
-    constant: f64,
-    /// losses that fall with 1/v, m/s, and with 1/v², m²/s²
-    falling: Fixed,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum DryLoss {
-    /// e_dry² at the reference speed
-    Fixed(f64),
-    /// k, e_dry being taken at the impact speed to this order
-    Own(f64, Order),
-}
-
-impl DryLoss {
-    /// k v^(1/5), held beyond the speed the law is valid to: e_dry is then zero to first order, its minimum to second.
-    #[inline]
-    fn loss(order: Order, dry_k: f64, speed_root: f64) -> f64 {
-        (dry_k * speed_root).min(order.largest_loss())
-    }
-}
+pub struct Restitution(LawNumbers);
 
 /// The numbers of a law e(v): e² = a(v) + β/v − κ/v², 0 where that is not positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,10 +76,7 @@ impl LawNumbers {
     pub fn plateau_at(&self, speed: f64) -> f64 {
         match self.plateau {
             Plateau::Constant(alpha) => alpha,
-            Plateau::OfSpeed { dry_k, order, loss } => {
-                let dry = order.of_loss(DryLoss::loss(order, dry_k, speed_root(speed)))[0];
-                dry * dry - loss
-            }
+            Plateau::OfSpeed { dry_k, order, loss } => e_dry_squared(order, dry_k, speed) - loss,
         }
     }
 
@@ -124,18 +99,21 @@ impl LawNumbers {
     }
 }
 
+/// k v^(1/5), held beyond the speed the law is valid to: e_dry is then zero to first order, its minimum to second.
+#[inline]
+fn dry_loss(order: Order, dry_k: f64, speed: f64) -> f64 {
+    (dry_k * speed_root(speed)).min(order.largest_loss())
+}
+
+#[inline]
+fn e_dry_squared(order: Order, dry_k: f64, speed: f64) -> f64 {
+    order.of_loss(dry_loss(order, dry_k, speed))[0].powi(2)
+}
+
 impl From<LawNumbers> for Restitution {
     #[inline]
     fn from(numbers: LawNumbers) -> Restitution {
-        let (dry, constant) = match numbers.plateau {
-            Plateau::Constant(alpha) => (DryLoss::Fixed(alpha), 0.0),
-            Plateau::OfSpeed { dry_k, order, loss } => (DryLoss::Own(dry_k, order), loss),
-        };
-        let falling = Fixed {
-            over_speed: -numbers.beta,
-            over_square: numbers.kappa,
-        };
-        Restitution { dry, constant, falling }
+        Restitution(numbers)
     }
 }
 
@@ -146,40 +124,28 @@ impl Restitution {
         let fixed = form.fixed(setting).unwrap_or_default();
         // what falls with 1/v has its coefficient as its value at 1 m/s
         let over_speed = lost.over_stokes * Impact::new(setting, form, 1.0).over_stokes;
-        Restitution {
-            dry: match form.dry_speed {
-                DrySpeed::Reference(speed) => {
-                    DryLoss::Fixed(order.of_loss(DryLoss::loss(order, dry_k, speed_root(speed)))[0].powi(2))
-                }
-                DrySpeed::Impact => DryLoss::Own(dry_k, order),
+        let loss = lost.constant;
+        Restitution(LawNumbers {
+            plateau: match form.dry_speed {
+                DrySpeed::Reference(speed) => Plateau::Constant(e_dry_squared(order, dry_k, speed) - loss),
+                DrySpeed::Impact => Plateau::OfSpeed { dry_k, order, loss },
             },
-            constant: lost.constant,
-            falling: Fixed {
-                over_speed: fixed.over_speed + over_speed,
-                ..fixed
-            },
-        }
+            beta: -(fixed.over_speed + over_speed),
+            kappa: fixed.over_square,
+        })
     }
 
     /// Its numbers.
     pub fn numbers(&self) -> LawNumbers {
-        LawNumbers {
-            plateau: match self.dry {
-                DryLoss::Fixed(square) => Plateau::Constant(square - self.constant),
-                DryLoss::Own(dry_k, order) => Plateau::OfSpeed {
-                    dry_k,
-                    order,
-                    loss: self.constant,
-                },
-            },
-            beta: -self.falling.over_speed,
-            kappa: self.falling.over_square,
-        }
+        self.0
     }
 
     /// The same with so much more of the energy kept, whatever the speed.
     pub fn with_offset(mut self, offset: f64) -> Restitution {
-        self.constant -= offset;
+        match &mut self.0.plateau {
+            Plateau::Constant(alpha) => *alpha += offset,
+            Plateau::OfSpeed { loss, .. } => *loss -= offset,
+        }
         self
     }
 
@@ -187,13 +153,14 @@ impl Restitution {
     // a call of its own would take as long as what it computes
     #[inline(always)]
     pub fn kept_energy(&self, impact_speed: f64) -> f64 {
-        let dry = match self.dry {
-            DryLoss::Fixed(square) => square,
-            DryLoss::Own(k, order) => order.of_loss(DryLoss::loss(order, k, speed_root(impact_speed)))[0].powi(2),
-        };
+        let LawNumbers { plateau, beta, kappa } = self.0;
         let inverse = 1.0 / impact_speed;
-        // what waits for the root of e_dry comes last
-        dry - (self.constant + (self.falling.over_speed + self.falling.over_square * inverse) * inverse)
+        let falling = (kappa * inverse - beta) * inverse;
+        match plateau {
+            Plateau::Constant(alpha) => alpha - falling,
+            // what waits for the root of e_dry comes last
+            Plateau::OfSpeed { dry_k, order, loss } => e_dry_squared(order, dry_k, impact_speed) - (loss + falling),
+        }
     }
 
     /// The restitution at an impact speed above zero, m/s.
@@ -209,14 +176,16 @@ impl Restitution {
         if kept <= 0.0 {
             return None;
         }
-        let dry = match self.dry {
-            DryLoss::Fixed(_) => 0.0,
-            DryLoss::Own(k, order) => {
-                let z = DryLoss::loss(order, k, speed_root(impact_speed));
+        let LawNumbers { plateau, beta, kappa } = self.0;
+        let of_plateau = match plateau {
+            Plateau::Constant(_) => 0.0,
+            Plateau::OfSpeed { dry_k, order, .. } => {
+                let z = dry_loss(order, dry_k, impact_speed);
                 2.0 * order.of_loss(z)[0] * order.in_log_speed(z)[0]
             }
         };
-        Some((dry - self.falling.at(impact_speed)[1]) / (2.0 * kept))
+        let falling = 2.0 * kappa / (impact_speed * impact_speed) - beta / impact_speed;
+        Some((of_plateau + falling) / (2.0 * kept))
     }
 }
 

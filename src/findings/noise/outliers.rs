@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::rows::{GroupedPart, Rows, RunGroup};
 use super::scatter::{is_clear, RobustFit};
 use crate::distributions::student_t_quantile;
-use crate::inference::joint::{JointRow, RowSlopes};
+use crate::inference::joint::JointRow;
 use crate::inference::linearised_joint::{LinearisedJoint, RowsLeft};
 use crate::inference::sums::Sums;
 use crate::physics::rebound::{mean_restitution, slope_mean_restitution};
@@ -231,7 +231,7 @@ impl<'r> ReferenceFit<'r> {
         ((left.squares / left.freedom).sqrt(), left.freedom)
     }
 
-    fn slopes(&self, candidate: &Candidate) -> RowSlopes {
+    fn slopes(&self, candidate: &Candidate) -> Vec<(usize, f64)> {
         self.rows.parts[candidate.part].slopes(&candidate.row, 1.0 / candidate.sd)
     }
 
@@ -266,8 +266,8 @@ impl<'r> ReferenceFit<'r> {
         let (distance, leverage) = self.distance(candidate);
         let (spread, _) = self.spread(candidate);
         let mut pull = DVector::zeros(self.rows.names.len());
-        for (place, slope) in self.slopes(candidate).iter() {
-            pull[*place] = slope * distance / (1.0 + leverage) / spread;
+        for (place, slope) in self.slopes(candidate) {
+            pull[place] = slope * distance / (1.0 + leverage) / spread;
         }
         self.fitted.inverse.moved_most(&pull).unwrap_or_default()
     }

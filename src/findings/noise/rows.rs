@@ -132,7 +132,8 @@ impl<'a> Rows<'a> {
 
     /// Adds a run of a part to sums, over its sd.
     pub(super) fn add(&self, sums: &mut Sums, part: &GroupedPart, row: &JointRow, sd: f64) {
-        let slopes = part.slopes(row, 1.0 / sd).and(self.names.len(), 1.0 / sd);
+        let mut slopes = part.slopes(row, 1.0 / sd);
+        slopes.push((self.names.len(), 1.0 / sd));
         sums.add(row.residual / sd, &slopes);
     }
 
@@ -151,8 +152,15 @@ impl<'a> Rows<'a> {
     }
 
     /// Hands on each of a range of a part's runs in turn, about a point, with its measurement errors.
-    pub(super) fn each(&self, part: &GroupedPart, range: Range<usize>, point: &[f64], hand_on: impl FnMut(JointRow)) {
-        self.joint.each_measured(&part.part, range, point, hand_on);
+    pub(super) fn each(
+        &self,
+        part: &GroupedPart,
+        range: Range<usize>,
+        point: &[f64],
+        mut hand_on: impl FnMut(JointRow),
+    ) {
+        let joint = &self.joint;
+        joint.each_in_log_speed(&part.part, range, point, |row, _| hand_on(row));
     }
 }
 

@@ -209,7 +209,7 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[
                 if !is_clear(rows, &row, sd) {
                     return;
                 }
-                let slopes = part.slopes(&row, 1.0 / sd).to_vec();
+                let slopes = part.slopes(&row, 1.0 / sd);
                 wet.push(WetRow {
                     group: Group {
                         of: part.group,

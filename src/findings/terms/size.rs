@@ -250,8 +250,8 @@ impl TermSums {
             };
             joint.each(part, part.rebounds.clone(), &at, |row| {
                 let root = root * runs.count(row.run).sqrt();
-                let own = part.slopes(&row, root);
-                let of_parameters = own.iter().filter_map(|(j, slope)| Some((places[*j]?, *slope)));
+                let own = part.slopes(&row, root).into_iter();
+                let of_parameters = own.filter_map(|(j, slope)| Some((places[j]?, slope)));
                 let mut slopes: Vec<(usize, f64)> = of_parameters.collect();
                 for term in Term::ALL {
                     let effect = toggled(term, &row) - row.model;

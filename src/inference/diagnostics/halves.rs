@@ -10,12 +10,7 @@ pub(super) struct Halves {
 }
 
 impl Halves {
-    /// Cuts chains of equal length; of an odd number of draws the middle one is left out.
-    pub fn of(chains: &[&[f64]]) -> Halves {
-        Halves::map(chains, |x| x)
-    }
-
-    /// The halves of `change` of each draw.
+    /// The halves of `change` of each draw, of chains of equal length; of an odd number of draws the middle one is left out.
     pub fn map(chains: &[&[f64]], change: impl Fn(f64) -> f64) -> Halves {
         let length = chains.first().map_or(0, |chain| chain.len() / 2);
         let mut draws = Vec::with_capacity(2 * length * chains.len());

@@ -275,7 +275,8 @@ fn leave_out(values: &[f64], tail_length: usize, influence: &mut [f64]) -> Resul
         .collect();
     let sum: f64 = terms.iter().sum();
     let elpd = top + sum.ln();
-    if has_error(smoothed.khat, values.len()) {
+    let threshold = pareto::khat_threshold(values.len());
+    if smoothed.khat.is_none_or(|khat| khat <= threshold) {
         for ((influence, term), weight) in influence.iter_mut().zip(&terms).zip(&smoothed.weights) {
             *influence += term / sum - weight;
         }
@@ -286,11 +287,6 @@ fn leave_out(values: &[f64], tail_length: usize, influence: &mut [f64]) -> Resul
         p_loo: largest + (seen / count).ln() - elpd,
         khat: smoothed.khat,
     })
-}
-
-/// Whether the Monte Carlo error of a run with this shape is one.
-fn has_error(khat: Option<f64>, draws: usize) -> bool {
-    khat.is_none_or(|khat| khat <= pareto::khat_threshold(draws))
 }
 
 #[cfg(test)]

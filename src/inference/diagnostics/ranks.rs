@@ -8,7 +8,7 @@ use crate::distributions::normal_quantile;
 
 /// The draws of all halves from the smallest up, each with its place among them.
 ///
-/// Sorting costs more than anything else that is computed of a quantity, so it is done once.
+/// Sorting costs more than anything else that is computed of a quantity: what needs their order shares it.
 pub(super) struct OrderedDraws {
     draws: Vec<(f64, u32)>,
     /// draws in each half
@@ -17,36 +17,21 @@ pub(super) struct OrderedDraws {
 
 impl OrderedDraws {
     pub fn of(halves: &Halves) -> OrderedDraws {
-        let mut draws: Vec<(f64, u32)> = halves.draws.iter().copied().zip(0u32..).collect();
+        let draws = halves.draws.iter().copied().zip(0u32..).collect();
+        OrderedDraws::sort(draws, halves.length)
+    }
+
+    fn sort(mut draws: Vec<(f64, u32)>, length: usize) -> OrderedDraws {
         draws.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        OrderedDraws {
-            draws,
-            length: halves.length,
-        }
+        OrderedDraws { draws, length }
     }
 
-    /// The draws of all halves in increasing order.
-    pub fn values(&self) -> Vec<f64> {
-        self.draws.iter().map(|(x, _)| *x).collect()
-    }
-
-    /// The same of |x − median|: both sides of the median are in order already.
+    /// The same of |x − median|.
     pub fn folded(&self) -> OrderedDraws {
-        let values = self.values();
+        let values: Vec<f64> = self.draws.iter().map(|(x, _)| *x).collect();
         let median = quantile::of_sorted(&values, 0.5);
-        let (below, above) = self.draws.split_at(values.partition_point(|x| *x < median));
         let far = |&(x, place): &(f64, u32)| ((x - median).abs(), place);
-        let mut below = below.iter().rev().map(far).peekable();
-        let mut above = above.iter().map(far).peekable();
-        let nearer = || match (below.peek(), above.peek()) {
-            (Some(low), Some(high)) if low.0 < high.0 => below.next(),
-            (Some(_), None) => below.next(),
-            _ => above.next(),
-        };
-        OrderedDraws {
-            draws: std::iter::from_fn(nearer).collect(),
-            length: self.length,
-        }
+        OrderedDraws::sort(self.draws.iter().map(far).collect(), self.length)
     }
 
     /// The halves with each draw replaced by its normal score: Φ⁻¹((rank − 3/8)/(S + 1/4)), ties sharing their mean rank.

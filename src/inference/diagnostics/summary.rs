@@ -46,8 +46,7 @@ pub struct Summary {
 
 /// Summary of one quantity from its draws, one slice a chain.
 ///
-/// From one sort (two where chains are odd in length) and five sums of
-/// autocovariances.
+/// From three sorts and five sums of autocovariances.
 pub fn summarise(chains: &[&[f64]]) -> Summary {
     let mut summary = Summary::default();
     let draws = pool(chains);
@@ -55,24 +54,17 @@ pub fn summarise(chains: &[&[f64]]) -> Summary {
         summary.why_none = Some(check_chains(chains).err().unwrap_or(WhyNone::NotFinite));
         return summary;
     }
-    let halves = check_chains(chains).map(|_| Halves::of(chains));
-    let ordered = halves.as_ref().ok().map(OrderedDraws::of);
-    let sorted = match &ordered {
-        // no draw was left out of the halves
-        Some(ordered) if chains.iter().all(|chain| chain.len().is_multiple_of(2)) => ordered.values(),
-        _ => quantile::sorted(draws.clone()),
-    };
+    let sorted = quantile::sorted(draws.clone());
     let Some((low, high)) = describe(&mut summary, &draws, &sorted) else {
         summary.why_none = Some(WhyNone::TooFewDraws);
         return summary;
     };
-    let (halves, ordered) = match (halves, ordered) {
-        (Ok(halves), Some(ordered)) => (halves, ordered),
-        (why, _) => {
-            summary.why_none = why.err();
-            return summary;
-        }
-    };
+    if let Err(why) = check_chains(chains) {
+        summary.why_none = Some(why);
+        return summary;
+    }
+    let halves = Halves::map(chains, |x| x);
+    let ordered = OrderedDraws::of(&halves);
     let mut keep = |result: Result<f64, WhyNone>| match result {
         Ok(value) => Some(value),
         Err(why) => {

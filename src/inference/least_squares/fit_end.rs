@@ -36,12 +36,6 @@ impl Fit {
         covariance.get((j, j)).map(|variance| variance.sqrt())
     }
 
-    /// Correlation of parameters `i` and `j`; `None` as for [`Fit::se`].
-    pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
-        let covariance = self.covariance.as_ref()?.get((i, j))?;
-        Some(covariance / (self.se(i)? * self.se(j)?))
-    }
-
     /// Whether the fit ended at a minimum.
     pub fn converged(&self) -> bool {
         self.stop == Stop::Converged

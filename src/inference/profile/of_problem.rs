@@ -108,11 +108,6 @@ impl<'s> ProblemProfile<'s> {
         })
     }
 
-    /// Where the limits lie.
-    pub fn region(&self) -> &Region {
-        &self.region
-    }
-
     /// Whether the delta method's limits of a function of the parameters are as good, or it has none.
     pub fn is_straight(&self, quantity: impl Fn(&[f64]) -> Option<WithSlopes>) -> bool {
         let about = AboutMinimum::new(self, quantity);
@@ -373,7 +368,7 @@ mod tests {
             if profile.is_straight(st_c) {
                 continue;
             }
-            let wanted = profile.region().rise();
+            let wanted = profile.region.rise();
             for limit in profile.limits(st_c).unwrap().both().unwrap() {
                 // a grid never lies below the least, and 1e-3 of the rise above it
                 let rise = (on_a_grid(&films, &fit.parameters, limit) - fit.residual_sum_of_squares) / wanted;

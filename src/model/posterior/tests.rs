@@ -82,7 +82,7 @@ fn slopes_agree_with_differences_under_every_prior() {
             let parameters = parameters
                 .with_trend(ParameterKind::LubricationTrend)
                 .with_trend(ParameterKind::InertialTrend);
-            let posterior = PosteriorDensity::new(parameters, posterior.likelihood().clone());
+            let posterior = PosteriorDensity::new(parameters, posterior.likelihood.clone());
             let mut draw: Vec<f64> = posterior
                 .parameters()
                 .sampled
