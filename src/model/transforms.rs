@@ -1,7 +1,7 @@
-//! Maps a bounded parameter to the whole line and back, with the logarithm of the Jacobian.
+//! Maps a bounded parameter to the whole line and back, with the logarithm of the Jacobian; and the two spreads of wet runs to
+//! their total and an angle.
 
-use super::parameters::{ModelParameter, ParameterKind};
-use crate::scene::Prior;
+use std::f64::consts::SQRT_2;
 
 /// How a parameter inside (lower, upper) is made unbounded.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,8 +12,6 @@ pub enum Transform {
     Between(f64, f64),
     /// x = u
     Free,
-    /// x = |u|, for a spread that may be zero: what depends on its square alone goes smoothly through zero
-    Either,
 }
 
 /// A parameter's value with what a density needs of the map.
@@ -30,16 +28,6 @@ pub struct Mapped {
 }
 
 impl Transform {
-    /// The map of a parameter. Of the two spreads of wet runs either may be zero where the other is not, and the likelihood reads
-    /// their squares: with a half-normal prior, which has no slope at zero, the density goes on smoothly below it.
-    pub fn of_parameter(parameter: &ModelParameter, both: bool) -> Transform {
-        let is_either = both && matches!(parameter.kind, ParameterKind::SigmaWet | ParameterKind::SigmaEnergy);
-        match parameter.prior {
-            Prior::HalfNormal(_) if is_either => Transform::Either,
-            _ => Transform::of(parameter.bounds),
-        }
-    }
-
     /// The map for these bounds; no upper bound without a lower one.
     pub fn of((lower, upper): (f64, f64)) -> Transform {
         match (lower.is_finite(), upper.is_finite()) {
@@ -83,11 +71,6 @@ impl Transform {
                 ln_jacobian: 0.0,
                 ln_jacobian_slope: 0.0,
             },
-            Transform::Either => Mapped {
-                value: u.abs(),
-                slope: u.signum(),
-                ..Transform::Free.at(u)
-            },
         }
     }
 
@@ -105,9 +88,33 @@ impl Transform {
                 };
                 (share / (1.0 - share)).ln()
             }
-            Transform::Free | Transform::Either => value,
+            Transform::Free => value,
         }
     }
+}
+
+/// σ and σ_r of wet runs, from the total spread S = √(σ² + σ_r²/2) and an angle θ: σ = S cos θ, σ_r = √2 S sin θ.
+///
+/// Noise on the energy kept moves a restitution by σ_r/(2 e), of a typical e by σ_r/√2. Runs know the total and leave the angle
+/// open: in σ and σ_r the posterior lies on an arc about a hole, into which a sampler's steps lead. dσ dσ_r = √2 S dS dθ.
+pub fn spreads_at([total, angle]: [f64; 2]) -> [f64; 2] {
+    let (sine, cosine) = angle.sin_cos();
+    [total * cosine, SQRT_2 * total * sine]
+}
+
+/// S and θ of two spreads: the inverse of [`spreads_at`].
+pub fn total_and_angle([sigma, energy]: [f64; 2]) -> [f64; 2] {
+    let own = energy / SQRT_2;
+    [sigma.hypot(own), own.atan2(sigma)]
+}
+
+/// Slopes in S and θ, from those in the two spreads.
+pub fn slopes_in_total_and_angle([sigma, energy]: [f64; 2], [of_sigma, of_energy]: [f64; 2]) -> [f64; 2] {
+    let [total, _] = total_and_angle([sigma, energy]);
+    [
+        (of_sigma * sigma + of_energy * energy) / total,
+        of_energy * SQRT_2 * sigma - of_sigma * energy / SQRT_2,
+    ]
 }
 
 #[cfg(test)]
@@ -136,10 +143,22 @@ mod tests {
     }
 
     #[test]
-    fn a_spread_is_the_same_on_either_side_of_zero() {
-        let [below, above] = [-0.3, 0.3].map(|u| Transform::Either.at(u));
-        assert_eq!((below.value, below.slope, above.slope), (above.value, -1.0, 1.0));
-        assert_eq!(Transform::Either.inverse(below.value), 0.3);
+    fn the_total_and_the_angle_are_those_of_the_spreads() {
+        let here = [0.03, 0.4];
+        let back = total_and_angle(spreads_at(here));
+        assert!((0..2).all(|i| (back[i] - here[i]).abs() < 1e-15));
+        let of = [2.0, -5.0];
+        let slopes = slopes_in_total_and_angle(spreads_at(here), of);
+        for place in 0..2 {
+            let at = |step: f64| {
+                let mut shifted = here;
+                shifted[place] += step;
+                let [sigma, energy] = spreads_at(shifted);
+                of[0] * sigma + of[1] * energy
+            };
+            let difference = (at(1e-6) - at(-1e-6)) / 2e-6;
+            assert!((difference - slopes[place]).abs() < 1e-8);
+        }
     }
 
     #[test]
