@@ -64,11 +64,7 @@ pub fn propose<T: LogDensity + ?Sized>(
             z.fill_with(|| StandardNormal.sample(&mut rng));
             let of_proposal = tails.stretch(&mut z, &mut rng);
             about.point(&z, &mut point);
-            let ln_density = if target.is_beside(&about.mode, &point) {
-                target.ln_density(&point, &mut slopes).unwrap_or(f64::NEG_INFINITY)
-            } else {
-                f64::NEG_INFINITY
-            };
+            let ln_density = target.ln_density(&point, &mut slopes).unwrap_or(f64::NEG_INFINITY);
             proposed.points.extend_from_slice(&point);
             proposed.ln_density.push(ln_density);
             proposed.ln_ratio.push(ln_density - of_proposal);

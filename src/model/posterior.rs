@@ -3,7 +3,16 @@
 use super::likelihood::{Likelihood, OutsideDomain};
 use super::parameters::{ModelParameters, ParameterKind};
 use super::series_offsets::{coordinates_about, OffsetCoordinate};
-use super::transforms::Transform;
+use super::transforms::{slopes_in_total_and_angle, spreads_at, total_and_angle, Mapped, Transform};
+
+/// The spreads of wet runs, where noise acts on the energy kept, too.
+const SPREADS: [ParameterKind; 2] = [ParameterKind::SigmaWet, ParameterKind::SigmaEnergy];
+
+/// Replaces two numbers by what a function makes of them.
+fn replace(numbers: &mut [f64], places: [usize; 2], by: impl Fn([f64; 2]) -> [f64; 2]) {
+    let made = by(places.map(|place| numbers[place]));
+    (numbers[places[0]], numbers[places[1]]) = (made[0], made[1]);
+}
 
 /// A log density over the whole of a space, up to a constant.
 pub trait LogDensity: Sync {
@@ -14,11 +23,6 @@ pub trait LogDensity: Sync {
     ///
     /// Fails where there is none; the slopes then mean nothing.
     fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain>;
-
-    /// Whether a point lies on the side of a mode, where several points stand for the same parameters.
-    fn is_beside(&self, _mode: &[f64], _point: &[f64]) -> bool {
-        true
-    }
 }
 
 /// The posterior of a scene: priors times likelihood, on unbounded parameters.
@@ -26,6 +30,8 @@ pub trait LogDensity: Sync {
 pub struct PosteriorDensity {
     parameters: ModelParameters,
     transforms: Vec<Transform>,
+    /// places among the sampled parameters of σ and σ_r of wet runs, where the total spread and the angle stand for them
+    spreads: Option<[usize; 2]>,
     /// of the offsets of the series, which follow the sampled parameters
     offsets: Vec<OffsetCoordinate>,
     likelihood: Likelihood,
@@ -34,10 +40,19 @@ pub struct PosteriorDensity {
 impl PosteriorDensity {
     /// The posterior of these parameters under a likelihood of the same scene.
     pub fn new(parameters: ModelParameters, likelihood: Likelihood) -> PosteriorDensity {
-        let both = likelihood.has_noise_on_energy();
-        let transform = |parameter| Transform::of_parameter(parameter, both);
-        let transforms = parameters.sampled.iter().map(transform).collect();
+        let mut transforms: Vec<Transform> = parameters.sampled.iter().map(|p| Transform::of(p.bounds)).collect();
+        let place = |kind| {
+            parameters
+                .place(kind)
+                .filter(|at| transforms[*at] == Transform::Above(0.0))
+        };
+        let spreads = SPREADS.map(place);
+        let spreads = spreads[0].zip(spreads[1]).map(<[usize; 2]>::from);
+        if let Some([_, angle]) = spreads {
+            transforms[angle] = Transform::RightAngle;
+        }
         PosteriorDensity {
+            spreads,
             offsets: vec![OffsetCoordinate::UNTOLD; parameters.series_offsets.len()],
             parameters,
             transforms,
@@ -62,6 +77,9 @@ impl PosteriorDensity {
     pub fn draw_at(&self, point: &[f64]) -> Vec<f64> {
         let each = self.transforms.iter().zip(point);
         let mut draw: Vec<f64> = each.map(|(t, u)| t.at(*u).value).collect();
+        if let Some(places) = self.spreads {
+            replace(&mut draw, places, spreads_at);
+        }
         let sigma = self.sigma_series(&draw);
         let rest = point.get(draw.len()..).unwrap_or_default();
         draw.extend(self.offsets.iter().zip(rest).map(|(own, u)| own.at(*u, sigma).value));
@@ -71,7 +89,12 @@ impl PosteriorDensity {
     /// The point of the unbounded space where the parameters have these values, or are near them; offsets that the draw
     /// lacks are where the runs want them.
     pub fn point_at(&self, draw: &[f64]) -> Vec<f64> {
-        let mut point: Vec<f64> = self.transforms.iter().zip(draw).map(|(t, x)| t.inverse(*x)).collect();
+        let mut bounded = draw.to_vec();
+        if let Some(places) = self.spreads {
+            replace(&mut bounded, places, total_and_angle);
+        }
+        let each = self.transforms.iter().zip(&bounded);
+        let mut point: Vec<f64> = each.map(|(t, x)| t.inverse(*x)).collect();
         let sigma = self.sigma_series(draw);
         let given = draw.get(point.len()..).unwrap_or_default().iter().copied().map(Some);
         let each = self.offsets.iter().zip(given.chain(std::iter::repeat(None)));
@@ -108,23 +131,31 @@ impl LogDensity for PosteriorDensity {
         self.parameters.dimension()
     }
 
-    fn is_beside(&self, mode: &[f64], point: &[f64]) -> bool {
-        let mut each = self.transforms.iter().zip(mode.iter().zip(point));
-        each.all(|(transform, (mode, u))| *transform != Transform::Either || (*mode < 0.0) == (*u < 0.0))
-    }
-
     fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
         let full = self.parameters.full(&self.draw_at(point));
         let mut full_slopes = vec![0.0; full.len()];
+        let mapped: Vec<Mapped> = self.transforms.iter().zip(point).map(|(t, u)| t.at(*u)).collect();
+        let slots = self.spreads.map(|_| SPREADS.map(ParameterKind::slot));
         let mut value = self.likelihood.ln_density(&full, &mut full_slopes)?;
         value += self.add_offsets(point, &full, &mut full_slopes, slopes);
-        let each = self.parameters.sampled.iter().zip(&self.transforms);
-        for ((parameter, transform), (u, slope)) in each.zip(point.iter().zip(slopes.iter_mut())) {
-            let mapped = transform.at(*u);
-            let (ln_prior, prior_slope) = parameter.prior.ln_density(mapped.value).ok_or(OutsideDomain)?;
+        for (parameter, mapped) in self.parameters.sampled.iter().zip(&mapped) {
+            let slot = parameter.kind.slot();
+            let (ln_prior, prior_slope) = parameter.prior.ln_density(full[slot]).ok_or(OutsideDomain)?;
             value += ln_prior + mapped.ln_jacobian;
-            let of_value = full_slopes[parameter.kind.slot()] + prior_slope;
-            *slope = of_value * mapped.slope + mapped.ln_jacobian_slope;
+            full_slopes[slot] += prior_slope;
+        }
+        if let Some(slots) = slots {
+            let spreads = slots.map(|slot| full[slot]);
+            let [total, _] = total_and_angle(spreads);
+            value += total.ln();
+            replace(&mut full_slopes, slots, |slopes| {
+                let [of_total, of_angle] = slopes_in_total_and_angle(spreads, slopes);
+                [of_total + 1.0 / total, of_angle]
+            });
+        }
+        let each = self.parameters.sampled.iter().zip(&mapped);
+        for ((parameter, mapped), slope) in each.zip(slopes.iter_mut()) {
+            *slope = full_slopes[parameter.kind.slot()] * mapped.slope + mapped.ln_jacobian_slope;
         }
         let finite = value.is_finite() && slopes.iter().all(|slope| slope.is_finite());
         if finite {

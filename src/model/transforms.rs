@@ -1,7 +1,10 @@
-//! Maps a bounded parameter to the whole line and back, with the logarithm of the Jacobian.
+//! Maps a bounded parameter to the whole line and back, with the logarithm of the Jacobian; and the two spreads of wet runs to
+//! their total and an angle.
 
-use super::parameters::{ModelParameter, ParameterKind};
-use crate::scene::Prior;
+use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
+
+use super::likelihood::normal::normal_cdf;
+use crate::distributions::normal_quantile;
 
 /// How a parameter inside (lower, upper) is made unbounded.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,8 +15,8 @@ pub enum Transform {
     Between(f64, f64),
     /// x = u
     Free,
-    /// x = |u|, for a spread that may be zero: what depends on its square alone goes smoothly through zero
-    Either,
+    /// x = π/2 Φ(u), for an angle whose ends are nothing special: a density that is even about them has the tails of a normal
+    RightAngle,
 }
 
 /// A parameter's value with what a density needs of the map.
@@ -30,16 +33,6 @@ pub struct Mapped {
 }
 
 impl Transform {
-    /// The map of a parameter. Of the two spreads of wet runs either may be zero where the other is not, and the likelihood reads
-    /// their squares: with a half-normal prior, which has no slope at zero, the density goes on smoothly below it.
-    pub fn of_parameter(parameter: &ModelParameter, both: bool) -> Transform {
-        let is_either = both && matches!(parameter.kind, ParameterKind::SigmaWet | ParameterKind::SigmaEnergy);
-        match parameter.prior {
-            Prior::HalfNormal(_) if is_either => Transform::Either,
-            _ => Transform::of(parameter.bounds),
-        }
-    }
-
     /// The map for these bounds; no upper bound without a lower one.
     pub fn of((lower, upper): (f64, f64)) -> Transform {
         match (lower.is_finite(), upper.is_finite()) {
@@ -83,38 +76,72 @@ impl Transform {
                 ln_jacobian: 0.0,
                 ln_jacobian_slope: 0.0,
             },
-            Transform::Either => Mapped {
-                value: u.abs(),
-                slope: u.signum(),
-                ..Transform::Free.at(u)
-            },
+            Transform::RightAngle => {
+                let ln_jacobian = FRAC_PI_2.ln() - 0.5 * (u * u + (2.0 * PI).ln());
+                Mapped {
+                    value: FRAC_PI_2 * normal_cdf(u),
+                    slope: ln_jacobian.exp(),
+                    ln_jacobian,
+                    ln_jacobian_slope: -u,
+                }
+            }
         }
     }
 
     /// The u of a parameter; one at or beyond a bound is taken inside by a thousandth of what there is.
     pub fn inverse(self, value: f64) -> f64 {
         const INSIDE: f64 = 1e-3;
+        let inside = |share: f64| match share {
+            inside if inside > 0.0 && inside < 1.0 => inside,
+            outside => outside.clamp(INSIDE, 1.0 - INSIDE),
+        };
         match self {
             Transform::Above(lower) if value > lower => (value - lower).ln(),
             Transform::Above(lower) => (INSIDE * (1.0 + lower.abs())).ln(),
             Transform::Between(lower, upper) => {
-                let share = (value - lower) / (upper - lower);
-                let share = match share {
-                    inside if inside > 0.0 && inside < 1.0 => inside,
-                    outside => outside.clamp(INSIDE, 1.0 - INSIDE),
-                };
+                let share = inside((value - lower) / (upper - lower));
                 (share / (1.0 - share)).ln()
             }
-            Transform::Free | Transform::Either => value,
+            Transform::Free => value,
+            Transform::RightAngle => normal_quantile(inside(value / FRAC_PI_2)),
         }
     }
+}
+
+/// σ and σ_r of wet runs, from the total spread S = √(σ² + σ_r²/2) and an angle θ: σ = S cos θ, σ_r = √2 S sin θ.
+///
+/// Noise on the energy kept moves a restitution by σ_r/(2 e), of a typical e by σ_r/√2. Runs know the total and leave the angle
+/// open: in σ and σ_r the posterior lies on an arc about a hole, into which a sampler's steps lead. dσ dσ_r = √2 S dS dθ.
+pub fn spreads_at([total, angle]: [f64; 2]) -> [f64; 2] {
+    let (sine, cosine) = angle.sin_cos();
+    [total * cosine, SQRT_2 * total * sine]
+}
+
+/// S and θ of two spreads: the inverse of [`spreads_at`].
+pub fn total_and_angle([sigma, energy]: [f64; 2]) -> [f64; 2] {
+    let own = energy / SQRT_2;
+    [sigma.hypot(own), own.atan2(sigma)]
+}
+
+/// Slopes in S and θ, from those in the two spreads.
+pub fn slopes_in_total_and_angle([sigma, energy]: [f64; 2], [of_sigma, of_energy]: [f64; 2]) -> [f64; 2] {
+    let [total, _] = total_and_angle([sigma, energy]);
+    [
+        (of_sigma * sigma + of_energy * energy) / total,
+        of_energy * SQRT_2 * sigma - of_sigma * energy / SQRT_2,
+    ]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const ALL: [Transform; 3] = [Transform::Above(0.3), Transform::Between(-0.2, 1.7), Transform::Free];
+    const ALL: [Transform; 4] = [
+        Transform::Above(0.3),
+        Transform::Between(-0.2, 1.7),
+        Transform::Free,
+        Transform::RightAngle,
+    ];
 
     #[test]
     fn slopes_and_jacobians_agree_with_differences() {
@@ -130,16 +157,29 @@ mod tests {
                 assert!((here.slope.ln() - here.ln_jacobian).abs() < 1e-13);
                 let bend = (after.ln_jacobian - before.ln_jacobian) / (2.0 * h);
                 assert!((bend - here.ln_jacobian_slope).abs() < 1e-8, "{transform:?} {u}");
-                assert!((transform.inverse(here.value) - u).abs() < 1e-12, "{transform:?} {u}");
+                // an angle near its end keeps fewer digits of its distance to it
+                assert!((transform.inverse(here.value) - u).abs() < 1e-11, "{transform:?} {u}");
             }
         }
     }
 
     #[test]
-    fn a_spread_is_the_same_on_either_side_of_zero() {
-        let [below, above] = [-0.3, 0.3].map(|u| Transform::Either.at(u));
-        assert_eq!((below.value, below.slope, above.slope), (above.value, -1.0, 1.0));
-        assert_eq!(Transform::Either.inverse(below.value), 0.3);
+    fn the_total_and_the_angle_are_those_of_the_spreads() {
+        let here = [0.03, 0.4];
+        let back = total_and_angle(spreads_at(here));
+        assert!((0..2).all(|i| (back[i] - here[i]).abs() < 1e-15));
+        let of = [2.0, -5.0];
+        let slopes = slopes_in_total_and_angle(spreads_at(here), of);
+        for place in 0..2 {
+            let at = |step: f64| {
+                let mut shifted = here;
+                shifted[place] += step;
+                let [sigma, energy] = spreads_at(shifted);
+                of[0] * sigma + of[1] * energy
+            };
+            let difference = (at(1e-6) - at(-1e-6)) / 2e-6;
+            assert!((difference - slopes[place]).abs() < 1e-8);
+        }
     }
 
     #[test]

@@ -78,11 +78,6 @@ impl Likelihood {
         self.rebounds.len() + self.stuck.len()
     }
 
-    /// Whether noise acts on the energy kept, too.
-    pub fn has_noise_on_energy(&self) -> bool {
-        self.noise.both
-    }
-
     /// Whether it takes one run at a time, because these have spreads or tails of their own.
     pub fn needs_rows(&self) -> bool {
         self.rows.is_some()

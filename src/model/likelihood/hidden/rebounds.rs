@@ -1,7 +1,7 @@
 //! Takes many rebounds with normal noise on the energy kept at once: one register holds a node of as many of them.
 //!
 //! What a rebound by itself waits for, others fill: a third of the time of [`Hidden::integrate`](super::Hidden::integrate), which
-//! takes those that eight nodes do not do for, and which the numbers here are held to.
+//! takes those that sixteen nodes do not do for, and which the numbers here are held to.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -80,7 +80,7 @@ impl WithSimd for ByLanes<'_> {
             let (a, b) = ((place * place.abs() - r) * of_energy, (e - place) * own);
             (*x, *width, *reference) = (place, variance.sqrt(), -0.5 * (a * a + b * b));
         }
-        let rule = Hermite::EIGHT;
+        let rule = Hermite::SIXTEEN;
         for [node, weight, last] in rule.pairs {
             for rebound in 0..count {
                 let (e, r) = (restitution[rebound], kept[rebound]);
