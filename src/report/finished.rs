@@ -187,19 +187,25 @@ impl PosteriorRecord {
             let name = quoted(&own.name);
             return Some(format!("roughness of {name}: found none, expected a number above 0"));
         }
-        // densities, viscosities, lengths, speeds and what they make
-        let physical = serde_json::json!([&basis.particles, &basis.liquids, {"dry_speed_m_s": self.dry_speed_m_s}]);
+        let particles = basis.particles.iter().map(|own| (&own.name, serde_json::json!(own)));
+        let mut named = particles.chain(basis.liquids.iter().map(|own| (&own.name, serde_json::json!(own))));
+        let physical = named.find_map(|(owner, numbers)| not_above_zero(owner, "", &numbers));
+        let speed = self.dry_speed_m_s.filter(|speed| *speed <= 0.0);
+        let speed = speed.map(|speed| format!("dry_speed_m_s: found {speed:?}, expected a number above 0"));
         let held = |own: &HeldRecord| odd_value(&own.name, own.value?, true);
         let drawn = |own: &ParameterDraws| own.values.iter().find_map(|x| odd_value(&own.name, *x, false));
-        let odd = not_above_zero("", &physical).or_else(|| self.left_out.iter().find_map(held));
+        let odd = physical.or(speed).or_else(|| self.left_out.iter().find_map(held));
         odd.or_else(|| basis.draws.iter().find_map(drawn))
     }
 }
 
-/// The first number of a value, or of what is in it, that is not above 0, by its name.
-fn not_above_zero(name: &str, value: &serde_json::Value) -> Option<String> {
+/// The first number of a particle or liquid that is not above 0, as each density, viscosity, length and speed of it is.
+fn not_above_zero(owner: &str, name: &str, value: &serde_json::Value) -> Option<String> {
     if let Some(x) = value.as_f64().filter(|x| *x <= 0.0) {
-        return Some(format!("{name}: found {x:?}, expected a number above 0"));
+        return Some(format!(
+            "{name} of {}: found {x:?}, expected a number above 0",
+            quoted(owner)
+        ));
     }
     let in_list = value.as_array().into_iter().flatten().map(|own| (name, own));
     let named = value
@@ -207,7 +213,8 @@ fn not_above_zero(name: &str, value: &serde_json::Value) -> Option<String> {
         .into_iter()
         .flatten()
         .map(|(name, own)| (name.as_str(), own));
-    in_list.chain(named).find_map(|(name, own)| not_above_zero(name, own))
+    let mut all = in_list.chain(named);
+    all.find_map(|(name, own)| not_above_zero(owner, name, own))
 }
 
 /// What a parameter lies above, and whether it may be held at 0: where the term it scales is left out, or measurement errors

@@ -198,7 +198,7 @@ fn d13_a_viscosity_of_nothing_is_refused_by_its_name() {
     copy.write(findings.to_string());
     copy.assert_refused(
         "viscosity 0",
-        &["findings.json: viscosity of `AK10`: found 0.0, expected a number above 0"],
+        &["findings.json: viscosity_Pa_s of `AK10`: found 0.0, expected a number above 0"],
     );
 }
 
