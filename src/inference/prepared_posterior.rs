@@ -82,24 +82,13 @@ fn starts(parameters: &ModelParameters, start: &Start) -> [Vec<f64>; 2] {
     [given.collect(), medians]
 }
 
-/// The mode that least squares leads to; where that is no peak, the highest one that the starts lead to.
+/// The highest mode that the starts lead to.
 fn highest(posterior: &PosteriorDensity, starts: &[Vec<f64>]) -> Result<Laplace, NoStart> {
-    let mut best: Option<Laplace> = None;
-    for start in starts {
-        let Ok(found) = laplace(posterior, &posterior.point_at(start)) else {
-            continue;
-        };
-        // the earlier start wins a tie
-        if best
-            .as_ref()
-            .is_none_or(|best| found.ln_density > best.ln_density + 1e-6)
-        {
-            best = Some(found);
-        }
-        if best.as_ref().is_some_and(|best| best.converged && best.peaked) {
-            break;
-        }
-    }
+    let modes = starts
+        .iter()
+        .filter_map(|start| laplace(posterior, &posterior.point_at(start)).ok());
+    // the earlier start wins a tie
+    let best = modes.reduce(|a, b| if b.ln_density > a.ln_density + 1e-6 { b } else { a });
     best.ok_or(NoStart)
 }
 
