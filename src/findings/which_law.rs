@@ -84,13 +84,15 @@ struct Bend {
     sum_of_squares: f64,
     /// Σ of the term's square, and of its product with the residual, beside the linear laws
     of_term: [f64; 2],
-    runs: f64,
+    runs: usize,
     groups: usize,
 }
 
 impl Bend {
     /// Adds some runs of one group.
     fn add(&mut self, pool: &WetRuns, clear: &[(usize, f64)]) {
+        /// a term with less than this share of its square beside the law is not told from it, as of runs at two settings
+        const NEW: f64 = 1e-9;
         let x = |run: usize| pool.x[run];
         let columns: [&dyn Fn(usize) -> f64; 4] = [&|_| 1.0, &x, &|run| x(run) * x(run), &|run| pool.restitution[run]];
         let mut columns = columns.map(|column| clear.iter().map(|(run, _)| column(*run)).collect::<Vec<f64>>());
@@ -101,6 +103,7 @@ impl Bend {
                 .map(|((_, weight), (a, b))| weight * a * b);
             weighted.sum()
         };
+        let whole = product(&columns[2], &columns[2]);
         // each is freed of those before it, twice, so that rounding leaves nothing (Gram and Schmidt)
         for place in 1..columns.len() {
             let (before, rest) = columns.split_at_mut(place);
@@ -113,11 +116,11 @@ impl Bend {
             }
         }
         let [_, slope, term, residual] = &columns;
-        if product(slope, slope) > 0.0 && product(term, term).is_finite() {
+        if product(slope, slope) > 0.0 && product(term, term) > NEW * whole {
             self.sum_of_squares += product(residual, residual);
             self.of_term[0] += product(term, term);
             self.of_term[1] += product(term, residual);
-            self.runs += clear.len() as f64;
+            self.runs += clear.len();
             self.groups += 1;
         }
     }
@@ -126,7 +129,7 @@ impl Bend {
         let [own, with] = self.of_term;
         let narrow = Spread {
             sum_of_squares: self.sum_of_squares,
-            runs: self.runs as usize,
+            runs: self.runs,
             parameters: 2 * self.groups,
         };
         let wide = Spread {
