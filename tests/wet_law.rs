@@ -192,6 +192,9 @@ fn right_designs() -> Vec<Design> {
         USUAL.but("250 wet runs of PTFE and PE", |own| {
             (own.runs, own.particles) = ([250, 50], &[(PTFE, 2150.0, 0.18), PE]);
         }),
+        USUAL.but("2,000 wet runs of PTFE and PE", |own| {
+            (own.runs, own.particles) = ([2000, 100], &[(PTFE, 2150.0, 0.18), PE]);
+        }),
         USUAL.but("250 wet runs, own speeds", |own| {
             (own.runs, own.repeated) = ([250, 50], false);
         }),

@@ -5,17 +5,18 @@ use serde::Serialize;
 
 use super::dry::{self, FittedDry};
 use super::estimate::{Estimate, IntervalScale, Quoting};
-use super::fit_verdict::{one_against, spread, uncertain, why_stopped, Verdict};
+use super::fit_verdict::{one_against, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
 use super::form_choice::{ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
 use super::measurement_errors::{error_columns, ErrorSummary};
 use super::places::WetPlace;
 use super::quantities::scale_of;
 use super::scaling::FittedScaling;
+use super::wet_fit::WetRuns;
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{chi_squared, reweight, ErrorWeights, SpeedDependent};
 use crate::inference::joint::{fit_joint, Joint, JointFit};
 use crate::inference::least_squares::{Fit, ResidualProblem, Stop};
-use crate::inference::nested::{FTest, Spread};
+use crate::inference::nested::FTest;
 use crate::inference::profile::{Limits, ProblemProfile, Region, WithSlopes};
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::{Balance, BalanceAtFilm};
@@ -24,7 +25,7 @@ use crate::physics::jet::{Jet, Number};
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::{Coefficient, Form, Inertia, Viscous};
 use crate::runs::Runs;
-use crate::scene::{Scene, WetLaw};
+use crate::scene::{NoiseOn, Scene, WetLaw};
 
 /// The energy balance over particles, liquids, diameters, films and speeds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -263,12 +264,13 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
     if known.is_empty() {
         return None;
     }
-    let separate: Vec<(Spread, Option<ErrorWeights>)> = scaling
+    let pools: Vec<WetRuns> = scaling
         .iter()
         .filter(|fitted| fitted.law == WetLaw::Sqrt && fitted.scaling.film_ratio.is_some())
         .filter(|fitted| fitted.scaling.runs > 0 && known.binary_search(&fitted.sphere).is_ok())
-        .map(|fitted| (fitted.spread, fitted.error_weights.clone()))
+        .map(|fitted| WetRuns::over_stokes(scene, runs, dry, &runs.series[fitted.series.clone()]))
         .collect();
+    let separate: Vec<OwnLaw> = pools.iter().map(|pool| pool.own_law(WetLaw::Sqrt)).collect();
     let of_form = |inertia: Inertia| {
         let joint = Joint::new(scene, runs, Form { inertia, ..form }, &known, &known);
         fit_weighed(joint, dry, pooled_sd(&separate))
@@ -306,24 +308,44 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
         problem,
         fit,
     };
-    let one = Spread {
-        parameters: fitted.joint().shared.len(),
-        runs: fitted.joint().measured_rebounds(),
-        ..spread(&fitted.fit)
-    };
-    let each = separate
-        .iter()
-        .map(|(spread, error_weights)| (*spread, error_weights.as_ref()));
-    let lack_of_fit = one_against(one, each, |mut variance| {
-        variance.resize(variance.len() + fitted.problem.dry_roots.len(), 1.0);
-        let squares = chi_squared(&fitted.problem, &variance, &fitted.fit.parameters);
-        squares - fitted.problem.own_squares()
-    });
-    let lack_of_fit = lack_of_fit.filter(|_| fitted.converged());
+    let lack_of_fit = lack_of_fit(setup, &fitted, &known, &separate);
     Some(EnergyBalance {
         choice,
         ..findings_of(setup, &fitted, lack_of_fit)
     })
+}
+
+/// Holds this law for all against a square-root law for each particle and film ratio.
+fn lack_of_fit(setup: BalanceSetup, fitted: &FittedBalance, known: &[usize], separate: &[OwnLaw]) -> Option<FTest> {
+    let BalanceSetup { scene, runs, dry, .. } = setup;
+    // series with offsets of their own share no law as it stands
+    if !fitted.converged() || scene.model.series_offsets {
+        return None;
+    }
+    // a film that is misstated by a few per cent moves no law of its group
+    let at_groups = at_group_ratios(runs);
+    let one = OneLaw {
+        parameters: fitted.joint().shared.len(),
+        expected: fitted.joint().expected(&fitted.fit.parameters),
+        sticks_at: scene.data.smallest_restitution,
+    };
+    one_against(one, separate, |mut variance, scatter| {
+        let joint = Joint::new(scene, &at_groups, fitted.joint().form, known, known);
+        let problem = problem_of(joint, dry, scatter);
+        variance.resize(problem.runs(), 1.0);
+        chi_squared(&problem, &variance, &fitted.fit.parameters) - problem.own_squares()
+    })
+}
+
+/// The same runs, each with the film ratio of its group where that has one.
+fn at_group_ratios(runs: &Runs) -> Runs {
+    let mut own = runs.clone();
+    for group in runs.film_groups.iter().filter(|group| group.has_one_film_ratio()) {
+        for series in &runs.series[group.series.clone()] {
+            own.impacts.film_ratio[series.rebounds.clone()].fill(group.film_ratio);
+        }
+    }
+    own
 }
 
 /// What a fit says.
@@ -362,7 +384,7 @@ fn findings_of(setup: BalanceSetup, fitted: &FittedBalance, lack_of_fit: Option<
             }
             None => quoting.none(joint.form.viscous.why_no_critical_separation().unwrap_or(NO_VISCOUS)),
         },
-        verdict: balance_verdict(&fitted.fit, l, lack_of_fit.as_ref()),
+        verdict: balance_verdict(&fitted.fit, l, lack_of_fit.as_ref(), scene.model.noise),
         dry_k_shift_in_se: parameters
             .iter()
             .filter_map(|own| shift_of_k(setup.dry, own))
@@ -624,17 +646,11 @@ fn derive(scene: &Scene, index: usize, place: &WetPlace, estimates: &BalanceEsti
 
 /// Spread of the restitutions about the separate laws that could be fitted; 1 where they leave none, which holds k at
 /// its dry fit.
-fn pooled_sd(separate: &[(Spread, Option<ErrorWeights>)]) -> f64 {
-    let separate = || {
-        separate
-            .iter()
-            .map(|(spread, _)| spread)
-            .filter(|group| group.sum_of_squares.is_finite())
-    };
-    let squares: f64 = separate().map(|group| group.sum_of_squares).sum();
-    let freedom: usize = separate()
-        .map(|group| group.runs.saturating_sub(group.parameters))
-        .sum();
+fn pooled_sd(separate: &[OwnLaw]) -> f64 {
+    let fits = separate.iter().map(|own| &own.fit);
+    let fits = fits.filter(|fit| fit.residual_sum_of_squares.is_finite());
+    let squares: f64 = fits.clone().map(|fit| fit.residual_sum_of_squares).sum();
+    let freedom: usize = fits.map(|fit| fit.degrees_of_freedom).sum();
     if squares > 0.0 && freedom > 0 {
         (squares / freedom as f64).sqrt()
     } else {
@@ -642,11 +658,13 @@ fn pooled_sd(separate: &[(Spread, Option<ErrorWeights>)]) -> f64 {
     }
 }
 
-fn balance_verdict(fit: &Fit, l: Option<f64>, misfit: Option<&FTest>) -> Verdict {
+fn balance_verdict(fit: &Fit, l: Option<f64>, misfit: Option<&FTest>, noise: NoiseOn) -> Verdict {
     if fit.stop != Stop::Converged || fit.covariance.is_none() {
         Verdict::failed(why_stopped(fit))
     } else if l.is_some_and(|l| l <= 0.0) {
         Verdict::failed("L is not positive: the restitution does not fall with 1/St")
+    } else if noise == NoiseOn::Both {
+        Verdict::failed("noise on the energy kept moves L and C, which only the posterior allows for")
     } else if let Some(test) = misfit.filter(|test| test.p < MISFIT) {
         Verdict::failed(format!(
             "the film ratios do not follow this form of the inertial loss (lack of fit, F({}, {}) = {:.3})",

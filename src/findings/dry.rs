@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::estimate::{Estimate, IntervalScale, Quoting};
-use super::fit_verdict::{one_against, spread, uncertain, why_stopped, Verdict};
+use super::fit_verdict::{one_against, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
 use super::measurement_errors::{error_columns, ErrorSummary};
 use super::own_dry_speed::OwnDrySpeed;
 use crate::distributions::student_t_quantile;
@@ -188,23 +188,25 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup], quo
     let fastest = speeds.iter().copied().fold(0.0, f64::max);
     let stuck = groups.iter().map(|group| runs.measured(group.stuck.clone())).sum();
     let verdict = dry_verdict(&fit, order, fastest, stuck);
-    let separate: Vec<(f64, (Fit, Option<ErrorWeights>))> = groups
-        .iter()
-        .map(|group| {
-            let range = group.rebounds.clone();
-            let x = law.abscissae(&runs.impact_speed[range.clone()]);
-            let regression = Regression {
-                counts: runs.counts(range.clone()),
-                ..Regression::new(law, &x, &runs.restitution[range])
-            };
-            (group.diameter, regression.fit_with_errors(errors_of(&[group]).as_ref()))
-        })
-        .collect();
-    let one = |variance: Vec<f64>| regression.chi_squared(&variance, &fit.parameters);
-    let each = separate
-        .iter()
-        .map(|(_, (fit, error_weights))| (spread(fit), error_weights.as_ref()));
-    let heterogeneity = one_against(spread(&fit), each, one);
+    let mut first = 0;
+    let mut of_group = |group: &DryGroup| {
+        let range = group.rebounds.clone();
+        first += range.len();
+        Regression {
+            counts: runs.counts(range.clone()),
+            ..Regression::new(law, &speed_roots[first - range.len()..first], &runs.restitution[range])
+        }
+    };
+    let own_law = |group: &&DryGroup| OwnLaw::new(of_group(group), errors_of(&[group]).as_ref());
+    let separate: Vec<OwnLaw> = groups.iter().map(own_law).collect();
+    let one = OneLaw {
+        parameters: 1,
+        expected: regression.fitted(&fit),
+        sticks_at: scene.data.smallest_restitution,
+    };
+    let heterogeneity = one_against(one, &separate, |variance, _| {
+        regression.chi_squared(&variance, &fit.parameters)
+    });
     let dry_k = estimate(&fit, quoting);
     let sphere = runs.spheres[index];
     FittedDry {
@@ -223,10 +225,10 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup], quo
             by_diameter: separate
                 .iter()
                 .zip(groups)
-                .map(|((diameter, (fit, _)), group)| DryOfDiameter {
-                    diameter_m: *diameter,
+                .map(|(own, group)| DryOfDiameter {
+                    diameter_m: group.diameter,
                     runs: runs.measured(group.rebounds.clone()),
-                    dry_k: estimate(fit, quoting),
+                    dry_k: estimate(&own.fit, quoting),
                 })
                 .collect(),
             heterogeneity,
@@ -242,14 +244,10 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup], quo
 }
 
 /// The dry runs beside the law of their diameter; none of a diameter whose law did not converge.
-fn rows_of(
-    runs: &Runs,
-    order: Order,
-    groups: &[DryGroup],
-    separate: &[(f64, (Fit, Option<ErrorWeights>))],
-) -> Vec<LawRow> {
+fn rows_of(runs: &Runs, order: Order, groups: &[DryGroup], separate: &[OwnLaw]) -> Vec<LawRow> {
     let mut rows = vec![];
-    for (index, (group, (_, (fit, error_weights)))) in groups.iter().zip(separate).enumerate() {
+    for (index, (group, own)) in groups.iter().zip(separate).enumerate() {
+        let OwnLaw { fit, weights, .. } = own;
         let Some(k) = fit.parameters.first().filter(|_| fit.stop == Stop::Converged) else {
             continue;
         };
@@ -261,9 +259,7 @@ fn rows_of(
                 residual: runs.restitution[run] - order.restitution(*k, speed),
                 slope: order.slope_dry_k(*k, speed),
                 next_power: order.next_power(speed),
-                weight: error_weights
-                    .as_ref()
-                    .map_or(1.0, |weights| 1.0 / weights.variance[place]),
+                weight: weights.as_ref().map_or(1.0, |weights| 1.0 / weights.variance[place]),
             }
         }));
     }

@@ -3,9 +3,10 @@
 use serde::Serialize;
 
 use crate::inference::delta::Uncertain;
-use crate::inference::effective_variance::ErrorWeights;
+use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{one_law_for_all, FTest, Spread};
+use crate::inference::regression::Regression;
 
 /// Whether a result may be quoted, and why or why not.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -80,46 +81,91 @@ pub(super) fn uncertain(fit: &Fit) -> Uncertain {
     }
 }
 
-/// What a fit leaves unexplained, for a comparison of nested fits.
-pub(super) fn spread(fit: &Fit) -> Spread {
-    let parameters = fit.parameters.len();
-    Spread {
-        sum_of_squares: fit.residual_sum_of_squares,
-        runs: fit.degrees_of_freedom + parameters,
-        parameters,
+/// A law fitted to the runs of one group, which one law for all is held against.
+pub(super) struct OwnLaw<'a> {
+    regression: Regression<'a>,
+    pub fit: Fit,
+    /// weights of the runs, where they carry measurement errors
+    pub weights: Option<ErrorWeights>,
+}
+
+impl<'a> OwnLaw<'a> {
+    /// Fits it.
+    pub fn new(regression: Regression<'a>, errors: Option<&ErrorColumns>) -> OwnLaw<'a> {
+        let (fit, weights) = regression.fit_with_errors(errors);
+        OwnLaw {
+            regression,
+            fit,
+            weights,
+        }
+    }
+
+    /// Variances of the runs that are expected clear above sticking, infinite for the others; and how many runs those are.
+    fn told(&self, expected: &[f64], sticks_at: f64, variance: impl Fn(usize) -> f64) -> (Vec<f64>, usize) {
+        /// in spreads
+        const CLEAR: f64 = 3.0;
+        let is_clear = |run: usize| {
+            let sd = match &self.weights {
+                Some(weights) => weights.variance[run].sqrt(),
+                None => self.fit.residual_sd.unwrap_or(f64::NAN),
+            };
+            expected[run] - sticks_at > CLEAR * sd
+        };
+        let told = (0..expected.len()).map(|run| if is_clear(run) { variance(run) } else { f64::INFINITY });
+        let told: Vec<f64> = told.collect();
+        let finite = told.iter().enumerate().filter(|(_, variance)| variance.is_finite());
+        let runs: f64 = finite.map(|(run, _)| self.regression.count(run)).sum();
+        (told, runs.round() as usize)
     }
 }
 
-/// One law for all groups against a law each, by F. Where runs are weighed, both sides have the weights of the groups:
-/// `one` gives the weighted squares of the one law, fitted again with these variances of all runs.
-pub(super) fn one_against<'w>(
-    of_all: Spread,
-    groups: impl Iterator<Item = (Spread, Option<&'w ErrorWeights>)> + Clone,
-    one: impl Fn(Vec<f64>) -> f64,
-) -> Option<FTest> {
-    if groups.clone().all(|(_, weights)| weights.is_none()) {
-        let spreads: Vec<Spread> = groups.map(|(spread, _)| spread).collect();
-        return one_law_for_all(of_all, &spreads);
+/// One law for the runs of several groups.
+pub(super) struct OneLaw {
+    /// how many it has
+    pub parameters: usize,
+    /// the restitution that it expects of each run, group by group
+    pub expected: Vec<f64>,
+    /// a smaller restitution is none
+    pub sticks_at: f64,
+}
+
+/// One law for all groups against a law each, by F, of runs that the one law expects more than three spreads above
+/// sticking: a lucky rebound near it has no fair residual, which the law of a group follows and one for all cannot.
+///
+/// `squares` gives the weighted squares of the one law, fitted again with these variances of all runs, which scatter so much
+/// about the groups' laws in these units. Where runs are weighed, both sides have the weights of the groups.
+pub(super) fn one_against(one: OneLaw, groups: &[OwnLaw], squares: impl Fn(Vec<f64>, f64) -> f64) -> Option<FTest> {
+    let is_weighed = groups.iter().any(|own| own.weights.is_some());
+    let (mut spreads, mut variances) = (vec![], vec![]);
+    for own in groups {
+        let first = variances.len();
+        let expected = &one.expected[first..first + own.regression.x.len()];
+        let of_group = own.fit.parameters.len();
+        let each = own.fit.residual_sd.filter(|_| is_weighed).map_or(1.0, |sd| sd * sd);
+        let of_run = |run: usize| own.weights.as_ref().map_or(each, |weights| weights.variance[run]);
+        let (variance, told) = own.told(expected, one.sticks_at, of_run);
+        if told > of_group {
+            spreads.push(Spread {
+                sum_of_squares: own.regression.chi_squared(&variance, &own.fit.parameters),
+                runs: told,
+                parameters: of_group,
+            });
+            variances.extend(variance);
+        } else {
+            variances.extend(variance.iter().map(|_| f64::INFINITY));
+        }
     }
-    let (mut spreads, mut variance) = (vec![], vec![]);
-    for (own, weights) in groups {
-        let (sum_of_squares, of_runs) = match weights {
-            Some(weights) => (weights.squares, weights.variance.clone()),
-            None => {
-                let each = own.sum_of_squares / own.runs.checked_sub(own.parameters)? as f64;
-                let each = Some(each).filter(|each| *each > 0.0 && each.is_finite())?;
-                (own.sum_of_squares / each, vec![each; own.runs])
-            }
-        };
-        variance.extend(of_runs);
-        spreads.push(Spread { sum_of_squares, ..own });
-    }
-    let sum_of_squares = one(variance);
+    let within: f64 = spreads.iter().map(|own| own.sum_of_squares).sum();
+    let freedom: usize = spreads.iter().map(|own| own.runs - own.parameters).sum();
+    let scatter = if is_weighed {
+        1.0
+    } else {
+        (within / freedom as f64).sqrt()
+    };
     let one = Spread {
-        sum_of_squares,
-        // a run left out of its own group is left out here, too
+        sum_of_squares: squares(variances, scatter),
         runs: spreads.iter().map(|own| own.runs).sum(),
-        ..of_all
+        parameters: one.parameters,
     };
     one_law_for_all(one, &spreads)
 }

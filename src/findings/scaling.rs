@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::dry::FittedDry;
 use super::estimate::{Estimate, Quoting};
 use super::film_groups::why_no_laws;
-use super::fit_verdict::{one_against, spread, square_root_verdict, uncertain, why_stopped, Verdict};
+use super::fit_verdict::{one_against, square_root_verdict, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
 use super::measurement_errors::ErrorSummary;
 use super::quantities::{variables, wetted_of, FittedLaw, LawLimits, LawOver};
 use super::wet_fit::{two, WetFit, WetRuns};
@@ -14,7 +14,7 @@ use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
 use crate::inference::least_squares::{Fit, Stop};
-use crate::inference::nested::{FTest, Spread};
+use crate::inference::nested::FTest;
 use crate::inference::regression::Regression;
 use crate::physics::quantity::{Place, Quantity};
 use crate::physics::Coefficient;
@@ -128,8 +128,6 @@ pub struct FittedScaling {
     pub(super) limits: Option<LawLimits>,
     /// how the parameters move with k, where the run's own dry speed enters
     pub shift_by_dry_k: [f64; 2],
-    /// what the fit leaves unexplained
-    pub spread: Spread,
     /// weights of its runs, where they carry measurement errors
     pub error_weights: Option<ErrorWeights>,
     /// the estimates
@@ -234,10 +232,19 @@ fn test_one_for_all(
             if !separate.clone().all(|(_, fit)| fit.stop == Stop::Converged) {
                 return None;
             }
-            let groups = separate.map(|(fitted, fit)| (spread(fit), fitted.error_weights.as_ref()));
-            one_against(spread(fit), groups, |variance| {
-                let pool = WetRuns::over_stokes(scene, runs, dry, &runs.series[all.series.clone()]);
-                pool.regression(all.law).chi_squared(&variance, &fit.parameters)
+            let pool =
+                |fitted: &FittedScaling| WetRuns::over_stokes(scene, runs, dry, &runs.series[fitted.series.clone()]);
+            let pools: Vec<WetRuns> = separate.map(|(fitted, _)| pool(fitted)).collect();
+            let own: Vec<OwnLaw> = pools.iter().map(|pool| pool.own_law(all.law)).collect();
+            let pool = pool(all);
+            let regression = pool.regression(all.law);
+            let one = OneLaw {
+                parameters: fit.parameters.len(),
+                expected: regression.fitted(fit),
+                sticks_at: scene.data.smallest_restitution,
+            };
+            one_against(one, &own, |variance, _| {
+                regression.chi_squared(&variance, &fit.parameters)
             })
         })
         .collect();
@@ -313,7 +320,6 @@ fn both_laws(
             uncertain: own.uncertain,
             limits: own.limits,
             shift_by_dry_k: own.shift_by_dry_k,
-            spread: spread(&own.fit),
             scaling,
             error_weights: own.weights,
         };
@@ -480,7 +486,7 @@ pub(super) fn e_inf_and_st_c(law: WetLaw, parameters: [f64; 2]) -> Option<[f64; 
 /// Fits the linear law to the noise-free square root at the same runs: what it gets wrong without any noise.
 fn linear_bias(root: &Fit, square_root: &Regression) -> Option<Bias> {
     let [e_inf, st_c] = e_inf_and_st_c(WetLaw::Sqrt, two(root))?;
-    let exact = square_root.fitted(two(root));
+    let exact = square_root.fitted(root);
     let line = Regression {
         counts: square_root.counts,
         ..Regression::new(Law::LINEAR, square_root.x, &exact)

@@ -2,7 +2,7 @@
 
 use super::dry::{own_dry_speed, FittedDry};
 use super::estimate::Quoting;
-use super::fit_verdict::{uncertain, why_stopped};
+use super::fit_verdict::{uncertain, why_stopped, OwnLaw};
 use super::measurement_errors::error_columns;
 use super::own_dry_speed::OwnDrySpeed;
 use super::quantities::{variables, FittedLaw, LawLimits, LawOver};
@@ -80,6 +80,11 @@ impl WetRuns {
             counts: &self.counts,
             ..Regression::new(Law::Wet(law), &self.x, &self.restitution)
         }
+    }
+
+    /// A law fitted to these runs by themselves.
+    pub fn own_law(&self, law: WetLaw) -> OwnLaw<'_> {
+        OwnLaw::new(self.regression(law), self.errors.as_ref())
     }
 
     /// Fits a law, with the profile limits of the numbers that these quantities are functions of.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::dry::FittedDry;
 use super::form_choice::GAIN;
 use super::remarks::SELDOM;
-use super::wet_fit::{two, WetRuns};
+use super::wet_fit::WetRuns;
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::nested::{nested, FTest, Spread};
 use crate::runs::Runs;
@@ -173,7 +173,7 @@ impl Squares {
         let fits = [WetLaw::Linear, WetLaw::Sqrt].map(|law| {
             let regression = pool.regression(law);
             let (fit, weights) = regression.fit_with_errors(pool.errors.as_ref());
-            let fitted = regression.fitted(two(&fit));
+            let fitted = regression.fitted(&fit);
             (fitted, fit.residual_sd.unwrap_or(f64::NAN), weights)
         });
         let clear = |run: &usize| fits.iter().all(|(fitted, sd, _)| fitted[*run] - limit > CLEAR * sd);

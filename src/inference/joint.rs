@@ -305,6 +305,15 @@ impl<'r> Joint<'r> {
         }
     }
 
+    /// The restitution of every wet rebound at a point.
+    pub fn expected(&self, point: &[f64]) -> Vec<f64> {
+        let mut expected = Vec::with_capacity(self.wet_rebounds());
+        for part in self.wet_parts() {
+            self.each(part, part.rebounds.clone(), point, |row| expected.push(row.model));
+        }
+        expected
+    }
+
     /// Sums over the rebounds of some parts about a point, without weights.
     pub fn sums<'p>(&self, parts: impl Iterator<Item = &'p Part>, point: &[f64]) -> Sums {
         let mut sums = Sums::new(self.parameters());

@@ -65,12 +65,23 @@ impl<'a> Regression<'a> {
     /// Weighted squares of the law fitted with these variances of the runs, infinite for those left out, from a start.
     pub fn chi_squared(&self, variance: &[f64], start: &[f64]) -> f64 {
         let problem = self.problem(variance.iter().map(|variance| variance.is_infinite()).collect());
-        chi_squared(&problem, variance, start)
+        let of_rows: Vec<f64> = (0..variance.len()).map(|run| variance[run] / self.count(run)).collect();
+        chi_squared(&problem, &of_rows, start)
     }
 
-    /// Restitution that the law gives each run; 0 where it is undefined.
-    pub fn fitted(&self, parameters: [f64; 2]) -> Vec<f64> {
+    /// How many runs one stands for.
+    pub fn count(&self, run: usize) -> f64 {
+        self.counts.get(run).copied().unwrap_or(1.0)
+    }
+
+    /// Restitution that a fit of the law gives each run; 0 where the law is undefined, NaN where the fit did not converge.
+    pub fn fitted(&self, fit: &Fit) -> Vec<f64> {
         let runs = 0..self.x.len();
+        let parameters = if fit.converged() {
+            pair(&fit.parameters)
+        } else {
+            [f64::NAN; 2]
+        };
         runs.map(|run| self.law.restitution(parameters, self.x[run], self.offset_of(run)))
             .collect()
     }
@@ -142,8 +153,7 @@ impl<'a> Regression<'a> {
         let common = fitted.residual_sd?.powi(2);
         let mut sum = [0.0; 2];
         for run in 0..self.x.len() {
-            let count = self.counts.get(run).copied().unwrap_or(1.0);
-            let weight = count / variance.get(run).copied().unwrap_or(common);
+            let weight = self.count(run) / variance.get(run).copied().unwrap_or(common);
             if weight != 0.0 {
                 let added = of_run(run)?;
                 sum = [0, 1].map(|j| sum[j] + weight * added[j]);
