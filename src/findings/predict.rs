@@ -17,8 +17,7 @@ use crate::distributions::normal_quantile;
 use crate::inference::diagnostics::quantile;
 use crate::inference::sampling::Sampled;
 use crate::model::likelihood::tails::Tails;
-use crate::model::likelihood::{BelowRestitution, Spreads};
-use crate::physics::rebound::mean_restitution;
+use crate::model::likelihood::{BelowRestitution, RunNoise, Spreads};
 use crate::physics::restitution::Restitution;
 use crate::physics::{Form, LawNumbers, Parameters, Setting};
 use crate::runs::{Runs, Series};
@@ -473,12 +472,9 @@ struct SingleRun {
 
 /// What one draw says of a run.
 struct DrawShare {
-    /// r
+    /// r; e_dry² of a dry run, whose noise then is that of a wet one
     kept: f64,
-    /// m(r)
-    mean: f64,
-    spreads: Spreads,
-    tails: Tails,
+    noise: RunNoise,
 }
 
 impl DrawShare {
@@ -492,20 +488,17 @@ impl DrawShare {
         let sigma = sigma.max(NO_SPREAD);
         DrawShare {
             kept,
-            mean: mean_restitution(kept),
-            spreads: Spreads { sigma, energy },
-            tails: draw.tails,
+            noise: RunNoise {
+                tails: draw.tails,
+                spreads: Spreads { sigma, energy },
+                wet: true,
+            },
         }
     }
 
     /// Probability of an e* at or below x, and its density there.
     fn below(&self, x: f64) -> (f64, f64) {
-        let Spreads { sigma, energy } = self.spreads;
-        if energy == 0.0 {
-            let z = (x - self.mean) / sigma;
-            return (self.tails.probability(z), self.tails.ln_unit_density(z).exp() / sigma);
-        }
-        let found = BelowRestitution::of(self.tails, x, self.kept, self.spreads);
+        let found = BelowRestitution::of(self.noise, x, self.kept);
         (found.probability, found.density)
     }
 }
@@ -547,7 +540,11 @@ impl SingleRun {
         }
         // a step out of the bracket, or of no length known, is replaced by half the bracket
         let within = |x: f64, lo: f64, hi: f64| if x > lo && x < hi { x } else { 0.5 * (lo + hi) };
-        let means = self.shares.iter().map(|share| share.mean).sum::<f64>();
+        let means = self
+            .shares
+            .iter()
+            .map(|share| share.noise.mean(share.kept).0)
+            .sum::<f64>();
         let mut x = within(means / self.shares.len() as f64, lo, hi);
         for _ in 0..STEPS {
             let (below, density) = self.below(x);
@@ -571,6 +568,7 @@ impl SingleRun {
 mod tests {
     use super::*;
     use crate::physics::inertia::Inertia;
+    use crate::physics::rebound::mean_restitution;
     use crate::physics::{kept_energy, Coefficient, DrySpeed};
     use crate::seed::stream;
     use rand_distr::{Distribution, StandardNormal};

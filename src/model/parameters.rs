@@ -7,7 +7,7 @@ use crate::physics::form::Term;
 use crate::physics::{self, Coefficient, DrySpeed, Form, Inertia, Quantity};
 use crate::runs::{Runs, Series};
 use crate::scene::{
-    within, LikelihoodFamily, NoiseOn, NoiseParameter, Prior, PriorChoice, Scene, SIGMA_DRY, SIGMA_ENERGY,
+    within, HiddenOfRun, LikelihoodFamily, NoiseOn, NoiseParameter, Prior, PriorChoice, Scene, SIGMA_DRY, SIGMA_ENERGY,
     SIGMA_SERIES, SIGMA_WET,
 };
 
@@ -288,12 +288,9 @@ impl ModelParameters {
         }
         let family = scene.model.likelihood;
         let errors = runs.errors.as_ref();
-        if !family.is_smooth() && errors.is_some_and(|errors| errors.impact_speed_sd.iter().any(|sd| *sd > 0.0)) {
-            return Err(Error::Usage(
-                "[model] likelihood: expected normal or student where impact speeds have errors: these are not integrated \
-                 over a kink"
-                    .to_owned(),
-            ));
+        let speeds_err = errors.is_some_and(|errors| errors.impact_speed_sd.iter().any(|sd| *sd > 0.0));
+        if let Some(expected) = family.refused_beside(HiddenOfRun::TrueSpeed).filter(|_| speeds_err) {
+            return Err(Error::Usage(format!("[model] likelihood: {expected}")));
         }
         candidates.extend(family.shape().map(|own| CandidateParameter {
             kind: ParameterKind::Shape(family),

@@ -10,8 +10,9 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::model::likelihood::tails::Tails;
+use crate::model::likelihood::{RunNoise, Spreads};
 use crate::physics::coefficient::Coefficients;
-use crate::physics::{kept_energy, rebound, Parameters};
+use crate::physics::{kept_energy, Parameters};
 use crate::runs::{sphere_words, EncodedRuns, NewRun, TableFormat};
 use crate::scene::{Design, NoiseShape, Scene, Truth};
 use crate::seed::Streams;
@@ -234,6 +235,25 @@ impl<'s> Simulation<'s> {
         }
     }
 
+    /// The noise of wet runs, or of dry ones.
+    fn noise(&self, wet: bool) -> RunNoise {
+        let spreads = match wet {
+            true => Spreads {
+                sigma: self.values.sigma_wet,
+                energy: self.truth.sigma_energy.unwrap_or(0.0),
+            },
+            false => Spreads {
+                sigma: self.values.sigma_dry,
+                energy: 0.0,
+            },
+        };
+        RunNoise {
+            tails: self.tails(),
+            spreads,
+            wet,
+        }
+    }
+
     /// The offset of the series of every point: drawn once a series, and only where there are some, so that other scenes'
     /// runs stay as they are.
     fn offsets(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
@@ -274,9 +294,12 @@ impl<'s> Simulation<'s> {
         let v = own(point.impact_speed, self.design.impact_speed_rel_sd, rng);
         let (liquid, film, latent) = match point.wet {
             None => {
-                let noise = self.tails().draw(rng);
-                let e = self.truth.form().dry.restitution(k, v) + self.values.sigma_dry * noise;
-                (None, None, e)
+                let e_dry = self.truth.form().dry.restitution(k, v);
+                (
+                    None,
+                    None,
+                    self.noise(false).restitution(e_dry, 0.0, self.tails().draw(rng)),
+                )
             }
             Some((index, film_ratio)) => {
                 let liquid = &self.scene.liquids[index];
@@ -288,13 +311,16 @@ impl<'s> Simulation<'s> {
                 };
                 let truth = self.truth;
                 let kept = kept_energy(&setting, truth.form(), &parameters, v);
-                let noise = self.wet_noise(setting.stokes(v), rng);
+                let (noise, of_noise) = (self.noise(true), self.wet_noise(setting.stokes(v), rng));
                 // drawn only where there is some, so that other scenes' runs stay as they are
-                let lucky = truth.sigma_energy.filter(|sigma| *sigma > 0.0).map_or(0.0, |sigma| {
-                    let z: f64 = StandardNormal.sample(rng);
-                    sigma * z
-                });
-                let e = rebound::mean_restitution(kept + offset + lucky) + self.values.sigma_wet * noise;
+                let of_energy = match noise.spreads.energy {
+                    0.0 => 0.0,
+                    sigma => {
+                        let z: f64 = StandardNormal.sample(rng);
+                        sigma * z
+                    }
+                };
+                let e = noise.restitution(kept + offset, of_energy, of_noise);
                 (Some(liquid.name.as_str()), Some((setting.film, film_ratio)), e)
             }
         };

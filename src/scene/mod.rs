@@ -44,8 +44,8 @@ mod trial;
 mod unknown_keys;
 
 pub use choices::{
-    Bootstrap, DryKOf, IntervalMethod, LikelihoodFamily, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme, Sampler,
-    Sticking, MOST_KEPT,
+    Bootstrap, DryKOf, HiddenOfRun, IntervalMethod, LikelihoodFamily, ModelChoices, NoiseOn, PriorChoice,
+    ResamplingScheme, Sampler, Sticking, MOST_KEPT,
 };
 pub(crate) use choices::{NoiseParameter, NOISE, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
 pub use contents::Scene;

@@ -119,6 +119,12 @@ impl AsymmetricLaplace {
         }
     }
 
+    /// The same with the sides exchanged, and so η the other way round.
+    pub(super) fn ln_probability_mirrored(&self, z: f64) -> LnOfNoise {
+        let of = self.mirrored().ln_probability(z);
+        LnOfNoise { shape: -of.shape, ..of }
+    }
+
     /// ln F(z), with its slopes, to rounding where F is small.
     fn ln_lower_tail(&self, z: f64) -> LnOfNoise {
         let (a, b, s) = (self.below, self.above, z - self.kink());

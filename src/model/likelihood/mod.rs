@@ -38,9 +38,9 @@ pub use by_series::SeriesDensities;
 pub use prepared::Likelihood;
 pub use run_density::Spreads;
 pub use run_law::BelowRestitution;
+pub use run_noise::RunNoise;
 
 use self::run_density::{RunDensity, Side};
-use self::run_noise::RunNoise;
 use self::sums::{Asked, NodeSums};
 use self::totals::Totals;
 use self::trend::{BlockLaw, FilmParameters};

@@ -443,7 +443,7 @@ impl EvaluatedLaw<'_> {
     /// it, and measured with the impact speed that the run has.
     fn draw<R: Rng + ?Sized>(&self, run: usize, rng: &mut R) -> f64 {
         let (noise, mut at) = (self.noise(run), self.impact(run));
-        let scatter = noise.spreads.sigma * noise.tails.draw(rng);
+        let scatter = noise.tails.draw(rng);
         let mut normal = |sd: f64| {
             if sd > 0.0 {
                 let z: f64 = StandardNormal.sample(rng);
@@ -458,8 +458,7 @@ impl EvaluatedLaw<'_> {
             ratio = (errors.true_speed.mean + normal(errors.true_speed.sd)).max(0.01);
             at.impact = at.balance.at_speed_ratio(&at.impact, ratio);
         }
-        let kept = at.kept(noise.wet).0 + normal(noise.spreads.energy);
-        let e = noise.mean(kept).0 + scatter;
+        let e = noise.restitution(at.kept(noise.wet).0, normal(noise.spreads.energy), scatter);
         if e <= self.pointwise.limit {
             return e;
         }

@@ -2,9 +2,8 @@
 
 use super::errors::Errors;
 use super::hidden::{Hidden, Moves, SettingRuns, SettingSlopes};
-use super::run_density::{RunDensity, Seen, Side, Spreads};
+use super::run_density::{RunDensity, Seen, Side};
 use super::run_noise::{MeasuredRun, RunNoise};
-use super::tails::Tails;
 use crate::physics::balance::{Balance, Impact};
 
 /// A run's impact as measured, with its energy balance.
@@ -69,7 +68,7 @@ impl RunImpact<'_> {
     }
 }
 
-/// The probability of a wet run that keeps r on average to come out at or below a restitution, with its density there.
+/// The probability of a run to come out at or below a restitution, with its density there.
 pub struct BelowRestitution {
     /// up to there
     pub probability: f64,
@@ -78,21 +77,16 @@ pub struct BelowRestitution {
 }
 
 impl BelowRestitution {
-    /// Where noise acts on the energy kept, too; `spreads` are above 0.
-    pub fn of(tails: Tails, restitution: f64, r: f64, spreads: Spreads) -> BelowRestitution {
-        let noise = RunNoise {
-            tails,
-            spreads,
-            wet: true,
-        };
+    /// Of a run that keeps this; the spread of noise on the restitution is above 0.
+    pub fn of(noise: RunNoise, restitution: f64, kept: f64) -> BelowRestitution {
         let of = |seen: Seen| {
             let run = MeasuredRun {
                 seen,
                 errors: Errors::NONE,
             };
-            let found = match noise.acts_on_energy(r) {
-                true => Hidden::of_energy(noise, r, &run),
-                false => noise.density(&run, r, 1.0),
+            let found = match noise.acts_on_energy(kept) {
+                true => Hidden::of_energy(noise, kept, &run),
+                false => noise.density(&run, kept, 1.0),
             };
             found.value.exp()
         };

@@ -2,10 +2,10 @@
 
 use super::errors::Errors;
 use super::normal::CERTAIN;
-use super::run_density::{RunDensity, Seen, Spreads};
+use super::run_density::{RunDensity, Seen, Side, Spreads};
 use super::tails::Tails;
 use crate::model::parameters::{ParameterKind, SHAPE_SLOT};
-use crate::physics::rebound::{mean_and_slope, slope_mean_restitution};
+use crate::physics::rebound::{mean_and_slope, mean_restitution, slope_mean_restitution};
 use crate::scene::{LikelihoodFamily, NoiseOn, Scene};
 
 /// What noise the runs of a scene have.
@@ -17,10 +17,12 @@ pub(super) struct NoiseModel {
     pub both: bool,
 }
 
-/// The noise of the runs of a kind, wet or dry, at a full vector of parameters.
+/// The noise of the runs of a kind, wet or dry.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct RunNoise {
+pub struct RunNoise {
+    /// its distribution
     pub tails: Tails,
+    /// its spreads
     pub spreads: Spreads,
     /// whether there was a liquid
     pub wet: bool,
@@ -76,6 +78,17 @@ impl RunNoise {
         }
     }
 
+    /// e* of a run that keeps this, with what noise adds to the energy kept, and with noise on the restitution in units of its
+    /// spread.
+    pub fn restitution(&self, kept: f64, of_energy: f64, of_noise: f64) -> f64 {
+        let mean = if self.wet {
+            mean_restitution(kept + of_energy)
+        } else {
+            kept
+        };
+        mean + self.spreads.sigma * of_noise
+    }
+
     /// Whether noise on the energy kept moves a run that keeps this by more than a rounding of its σ.
     pub fn acts_on_energy(&self, kept: f64) -> bool {
         let Spreads { sigma, energy } = self.spreads;
@@ -91,20 +104,21 @@ impl RunNoise {
     /// The log density or probability of a run that keeps this at so many times its measured speed, with its slopes in what is
     /// kept, σ and the shape of the noise: without noise on the energy kept.
     #[inline]
-    pub fn density(&self, MeasuredRun { seen, errors }: &MeasuredRun, kept: f64, ratio: f64) -> RunDensity {
+    pub(super) fn density(&self, MeasuredRun { seen, errors }: &MeasuredRun, kept: f64, ratio: f64) -> RunDensity {
         let (mean, slope) = self.mean(kept);
         let sigma = self.spreads.sigma;
         // of the rebound speed over the measured impact speed
-        let measured = |sign: f64, e: f64| {
+        let measured = |side: Side, e: f64| {
             let distance = e - errors.shared() * (1.0 - ratio) - mean * ratio;
-            (sign, distance, ratio, errors.spread(sigma * ratio))
+            (side, distance, ratio, errors.spread(sigma * ratio))
         };
-        let (sign, distance, ratio, spread) = match *seen {
-            Seen::Rebound(e) => measured(1.0, e),
-            Seen::Measured(side, e) => measured(side.sign(), e),
+        let (side, distance, ratio, spread) = match *seen {
+            Seen::Rebound(e) => measured(Side::Below, e),
+            Seen::Measured(side, e) => measured(side, e),
             // what sticks is not measured
-            Seen::On(side, limit) => (side.sign(), limit - mean, 1.0, sigma),
+            Seen::On(side, limit) => (side, limit - mean, 1.0, sigma),
         };
+        let sign = side.sign();
         let z = sign * distance / spread;
         let is_density = matches!(seen, Seen::Rebound(_));
         if !is_density && self.tails == Tails::Normal && z > CERTAIN {
@@ -114,7 +128,7 @@ impl RunNoise {
         let (of, per_spread) = if is_density {
             (self.tails.ln_density(z), 1.0)
         } else {
-            (self.tails.ln_probability(z), 0.0)
+            (self.tails.ln_probability_of(side, z), 0.0)
         };
         RunDensity {
             value: of.value - per_spread * spread.ln(),

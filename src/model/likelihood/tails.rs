@@ -1,10 +1,6 @@
 //! Computes the log density and the log probability of the noise of each family, and their slopes.
 //!
-//! | family | with noise on the energy or errors of the speed | with all else |
-//! |---|---|---|
-//! | normal | yes | yes |
-//! | Student's t | yes | yes |
-//! | asymmetric Laplace | no: an integral over its kink is refused | yes |
+//! What a family cannot stand beside, [`LikelihoodFamily::refused_beside`] says.
 //!
 //! Student's t is stretched so that as much of it lies within a spread of its mean as of the normal, 68.3 %: its spread then
 //! means what a standard deviation does, and hardly moves when a run far out takes ν down. z is in these units, c(ν) z in
@@ -15,7 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::asymmetric_laplace::AsymmetricLaplace;
 use super::normal::{ln_normal_cdf, normal_cdf};
-use super::run_density::{LnOfNoise, Summed};
+use super::run_density::{LnOfNoise, Side, Summed};
 use super::student::Student;
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::scene::LikelihoodFamily;
@@ -83,6 +79,14 @@ impl Tails {
             }
             Tails::Student(student) => student.ln_probability(z),
             Tails::AsymmetricLaplace(laplace) => laplace.ln_probability(z),
+        }
+    }
+
+    /// Log of the probability that noise on this side is less than z away: of −z′ for noise z′ above.
+    pub(super) fn ln_probability_of(&self, side: Side, z: f64) -> LnOfNoise {
+        match (self, side) {
+            (Tails::AsymmetricLaplace(laplace), Side::Above) => laplace.ln_probability_mirrored(z),
+            _ => self.ln_probability(z),
         }
     }
 

@@ -88,9 +88,20 @@ impl LikelihoodFamily {
         }
     }
 
-    /// Whether it may be integrated over noise on the energy kept or over errors of the speed: not with a kink.
-    pub fn is_smooth(self) -> bool {
-        self != LikelihoodFamily::AsymmetricLaplace
+    /// What it cannot stand beside, since each run is integrated over that: a density with a kink.
+    const REFUSED: [(LikelihoodFamily, HiddenOfRun); 2] = [
+        (LikelihoodFamily::AsymmetricLaplace, HiddenOfRun::NoiseOnEnergy),
+        (LikelihoodFamily::AsymmetricLaplace, HiddenOfRun::TrueSpeed),
+    ];
+
+    /// Why it may not stand beside this, as a message ends; `None` where it may.
+    pub fn refused_beside(self, hidden: HiddenOfRun) -> Option<String> {
+        let what = match hidden {
+            HiddenOfRun::NoiseOnEnergy => "noise on the energy kept (noise = \"both\")",
+            HiddenOfRun::TrueSpeed => "errors of the impact speeds",
+        };
+        let is_refused = Self::REFUSED.contains(&(self, hidden));
+        is_refused.then(|| format!("expected normal or student beside {what}, which are not integrated over a kink"))
     }
 
     /// What is to be said of it; nothing of the normal.
@@ -111,6 +122,15 @@ impl LikelihoodFamily {
             ),
         }
     }
+}
+
+/// What is hidden of a run, over which its density is integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HiddenOfRun {
+    /// what noise adds to the energy kept
+    NoiseOnEnergy,
+    /// the impact speed, where its measurement errs
+    TrueSpeed,
 }
 
 /// What has a k of its own.
@@ -250,10 +270,9 @@ pub fn model(root: &SceneTable, particles: &[Particle], liquids: &[Liquid]) -> M
         noise: table.read_or(&NOISE_ON),
         series_offsets: table.read_or(&SERIES_OFFSETS),
     };
-    if choices.noise == NoiseOn::Both && !choices.likelihood.is_smooth() {
-        let expected =
-            "expected normal or student beside noise = \"both\": noise on the energy is not integrated over a kink";
-        table.refuse("likelihood", table.at("likelihood"), None, expected.to_owned());
+    let refused = choices.likelihood.refused_beside(HiddenOfRun::NoiseOnEnergy);
+    if let Some(expected) = refused.filter(|_| choices.noise == NoiseOn::Both) {
+        table.refuse("likelihood", table.at("likelihood"), None, expected);
     }
     table.finish();
     choices

@@ -9,11 +9,12 @@ use rayon::prelude::*;
 use super::*;
 use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::likelihood::run_density::{Side, Spreads};
+use crate::model::likelihood::run_law::RunImpact;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::loss::Share;
 use crate::physics::rebound::{kept_and_slope, kept_of_mean_restitution, mean_restitution, TURN};
 use crate::physics::{DrySpeed, Form, Inertia};
-use crate::scene::LikelihoodFamily;
+use crate::scene::{HiddenOfRun, LikelihoodFamily};
 
 /// A run with all that its density reads.
 #[derive(Debug, Clone, Copy)]
@@ -52,12 +53,32 @@ impl Case {
         }
     }
 
-    /// The log density of one run, with its slopes.
+    /// The log density of one run, with its slopes, as everything that reads one composes it.
     fn density(&self, seen: Seen) -> RunDensity {
-        let run = [self.measured(seen)];
-        let mut slopes = [SettingSlopes::default()];
-        let found = self.hidden(&[self.setting(&run)]).integrate(&mut slopes);
-        found.with(slopes[0])
+        let run = RunImpact {
+            balance: &self.balance,
+            impact: self.impact,
+            errors: self.errors,
+        };
+        run.density(&self.noise, seen)
+    }
+
+    /// With the noise of another family.
+    fn of_family(mut self, family: LikelihoodFamily) -> Case {
+        self.noise.tails = Tails::of(family, shape_of(family));
+        self
+    }
+
+    /// With nothing hidden, at a restitution that the noise makes likely.
+    fn plain(mut self, of_noise: f64) -> Case {
+        self.noise.spreads.energy = 0.0;
+        self.errors = Errors {
+            restitution: self.errors.restitution,
+            ..Errors::NONE
+        };
+        let mean = self.noise.mean(self.balance.kept(&self.impact).0).0;
+        self.e = mean + self.errors.variance(self.noise.spreads.sigma).sqrt() * of_noise;
+        self
     }
 
     /// The same at a film or diameter at which the liquid takes so many times as much.
@@ -220,23 +241,45 @@ fn energies(name: &str, count: usize) -> Vec<Case> {
     (0..count).map(|index| of_energy(&mut rng, index)).collect()
 }
 
-/// The same with Student's tails.
-fn heavy(cases: &[Case]) -> Vec<Case> {
-    let student = |case: &Case| {
-        let mut case = *case;
-        case.noise.tails = Tails::of(LikelihoodFamily::Student, 4.0);
-        case
-    };
-    cases.iter().map(student).collect()
+/// A shape of a family that is far from normal.
+fn shape_of(family: LikelihoodFamily) -> f64 {
+    match family {
+        LikelihoodFamily::Normal => 0.0,
+        LikelihoodFamily::Student => 4.0,
+        LikelihoodFamily::AsymmetricLaplace => 0.8,
+    }
 }
 
-/// Cases of every combination that there is: of the speed, of the energy, of the energy at a hidden speed, with Student's tails.
-fn of_all(name: &str, count: usize) -> Vec<Case> {
-    let speeds_alone = speeds(name, count, 0.0);
-    let both = [0.003, 0.04].map(|energy| speeds(name, count / 4, energy));
-    let energies = energies(name, count);
-    let heavy = [&speeds_alone, &energies].map(|cases| heavy(&cases[..count / 3]));
-    [speeds_alone, energies, both.concat(), heavy.concat()].concat()
+/// The same with Student's tails.
+fn heavy(cases: &[Case]) -> Vec<Case> {
+    let heavy = cases.iter().map(|case| case.of_family(LikelihoodFamily::Student));
+    heavy.collect()
+}
+
+/// Cases of every family with everything that it may stand beside: nothing hidden, the speed, noise on the energy, and this at
+/// a hidden speed.
+fn of_all(name: &str, count: usize) -> Vec<(LikelihoodFamily, Case)> {
+    let by_speed = speeds(name, count, 0.0);
+    let both = [0.003, 0.04].map(|energy| speeds(name, count / 4, energy)).concat();
+    let by_energy = energies(name, count);
+    let mut all = vec![];
+    for (_, family) in LikelihoodFamily::NAMED {
+        let few = if family == LikelihoodFamily::Normal { 1 } else { 3 };
+        let [speed, energy] =
+            [HiddenOfRun::TrueSpeed, HiddenOfRun::NoiseOnEnergy].map(|hidden| family.refused_beside(hidden).is_none());
+        let mut add = |cases: &[Case]| all.extend(cases.iter().map(|case| (family, case.of_family(family))));
+        let plain = by_speed.iter().enumerate();
+        let plain: Vec<Case> = plain
+            .map(|(index, case)| case.plain(0.37 * (index % 17) as f64 - 3.0))
+            .collect();
+        add(&plain);
+        for (cases, is_allowed) in [(&by_speed, speed), (&by_energy, energy), (&both, speed && energy)] {
+            if is_allowed {
+                add(&cases[..cases.len() / few]);
+            }
+        }
+    }
+    all
 }
 
 /// The logarithm of the integrand, without the constant of φ.
@@ -333,7 +376,7 @@ fn the_integral_is_that_of_very_many_nodes() {
 
 #[test]
 fn the_density_is_the_slope_of_the_probability_and_both_sides_add_to_one() {
-    for case in of_all("the_density_is_the_slope_of_the_probability", 60) {
+    for (_, case) in of_all("the_density_is_the_slope_of_the_probability", 60) {
         let below = |e: f64| case.density(Seen::Measured(Side::Below, e)).value.exp();
         let above = |e: f64| case.density(Seen::Measured(Side::Above, e)).value.exp();
         let sum = below(case.e) + above(case.e);
@@ -357,8 +400,8 @@ fn the_density_is_the_slope_of_the_probability_and_both_sides_add_to_one() {
 
 #[test]
 fn slopes_agree_with_differences() {
-    for case in of_all("slopes_of_speeds_agree_with_differences", 60) {
-        let is_heavy = case.noise.tails != Tails::Normal;
+    for (family, case) in of_all("slopes_of_speeds_agree_with_differences", 60) {
+        let has_shape = family.shape().is_some();
         for seen in [
             Seen::Rebound(case.e),
             Seen::On(Side::Below, 0.05),
@@ -372,7 +415,7 @@ fn slopes_agree_with_differences() {
                     1 => moved.balance.lost.over_stokes += step,
                     2 => moved.balance.dry_k += step,
                     3 => moved.noise.spreads.energy += step,
-                    _ => moved.noise.tails = Tails::of(LikelihoodFamily::Student, 4.0 + step),
+                    _ => moved.noise.tails = Tails::of(family, shape_of(family) + step),
                 }
                 moved.density(seen)
             };
@@ -382,7 +425,7 @@ fn slopes_agree_with_differences() {
             let smallest = if energy > 0.0 { sigma.min(energy) } else { 4e-3 };
             let steps = [1e-3 * sigma, 1e-3 * smallest, 1e-3 * smallest, 1e-3 * energy, 1e-2];
             for (place, (slope, h)) in slopes.into_iter().zip(steps).enumerate() {
-                if place == 1 && !case.noise.wet || place == 3 && energy == 0.0 || place == 4 && !is_heavy {
+                if place == 1 && !case.noise.wet || place == 3 && energy == 0.0 || place == 4 && !has_shape {
                     continue;
                 }
                 let of = |step: f64| at(place, step * h).value;
@@ -511,7 +554,7 @@ fn many_rebounds_at_once_are_as_one() {
 /// Where a search for the mode may try them: nothing is returned that could pass for a density, and nothing panics.
 #[test]
 fn parameters_beyond_all_numbers_have_no_density() {
-    for (index, good) in of_all("parameters_beyond_all_numbers_have_no_density", 8)
+    for (index, (_, good)) in of_all("parameters_beyond_all_numbers_have_no_density", 8)
         .into_iter()
         .enumerate()
     {
