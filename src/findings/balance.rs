@@ -667,7 +667,7 @@ fn balance_verdict(fit: &Fit, l: Option<f64>, misfit: Option<&FTest>, noise: Noi
         Verdict::failed("noise on the energy kept moves L and C, which only the posterior allows for")
     } else if let Some(test) = misfit.filter(|test| test.p < MISFIT) {
         Verdict::failed(format!(
-            "the film ratios do not follow this form of the inertial loss (lack of fit, F({}, {}) = {:.3})",
+            "one law does not describe all particles and film ratios (lack of fit, F({}, {}) = {:.3})",
             test.df_between, test.df_within, test.f
         ))
     } else {

@@ -202,7 +202,8 @@ pub const ENERGY_BALANCE: Kind = forbids(
     "energy_balance",
     AtMost(0.0),
     USABLE,
-    "add runs at other film ratios and speeds, or name fewer terms in [model]",
+    "look for a wrong density, viscosity or film, for series that lie apart (series_offsets = true), and for another [model] \
+     inertia or viscous; else add runs at other film ratios and speeds",
 );
 
 /// Root mean square over the wet runs of what the true impact speed is not known by, as a share of it: beyond this L comes

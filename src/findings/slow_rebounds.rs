@@ -117,6 +117,15 @@ pub(super) fn fit_beside(
         with_se(before[0], before[1])
     );
     let notice = remarks::SLOW_REBOUNDS_ALLOWED.notice(slow.len(), text);
+    // no prior of the scene: what the user can write is the noise itself
+    let energy = format!("{}:", remarks::in_symbols(SIGMA_ENERGY.name));
+    let is_of_energy = |check: &&mut Remark| check.code == remarks::PRIOR_CONFLICT.code && check.text.contains(&energy);
+    if let Some(check) = wider.checks.iter_mut().filter(|_| is_ours).find(is_of_energy) {
+        check.next_step =
+            "write noise = \"both\" in [model]: energies scatter otherwise than errors of 1 % in speed and 3 % in \
+                           film make them"
+                .to_owned();
+    }
     wider.scene = (!by_speeds).then(|| Box::new(wider_scene));
     let mut priors = wider.findings.parameters.iter_mut();
     let energy = priors.find(|one| is_ours && one.name == SIGMA_ENERGY.name);

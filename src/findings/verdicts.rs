@@ -199,8 +199,9 @@ fn linear_law(found: &LineAgainstRoot) -> Remark {
         by_number(found.groups, "group of runs", "groups of runs")
     );
     if !found.favours_line() {
-        let text =
-            format!("the square root serves as well as the linear law over {over}: residual sd {root} against {line}");
+        let text = format!(
+            "the runs do not prefer the linear law over {over}: residual sd {line} against {root} of the square root"
+        );
         return remarks::LINEAR_LAW.check(found.gain, text);
     }
     const LINE: &str = "the linear law e = e_inf (1 − St_c/St)";

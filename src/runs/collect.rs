@@ -633,15 +633,16 @@ impl Collected {
 
     /// Says which point of the sphere the heights are taken to be of, where the scene does not.
     pub fn heights_assumed(&self) -> Option<Remark> {
-        self.remarks.assumes_lowest_point.then(|| {
-            Remark::new(
-                HEIGHTS_ASSUMED,
-                self.rows,
-                "heights are taken as those of the sphere's lowest point; of its centre, half a diameter would be taken off"
-                    .to_owned(),
-                "say which, as heights_of = \"lowest\" or \"centre\" in [data]",
-            )
-        })
+        let surface = self.remarks.lowest_point_above.as_ref()?;
+        Some(Remark::new(
+            HEIGHTS_ASSUMED,
+            self.rows,
+            format!(
+                "heights are taken as those of the sphere's lowest point above {surface}; of its centre, half a diameter would \
+                 be taken off"
+            ),
+            "say which, as heights_of = \"lowest\" or \"centre\" and heights_to = \"plate\" or \"film\" in [data]",
+        ))
     }
 
     /// Says which columns of a file are read only where another has nothing.

@@ -6,7 +6,7 @@ use super::headers::units::{unit_in_name, unit_of_cell, unit_of_cell_above, Stat
 use super::raw_row::RawRow;
 use super::told_twice::TOLD_TWICE;
 use crate::error::{quoted, Problem};
-use crate::scene::{closest, Constant, ConstantValue, Naming, RunColumn, MISSING};
+use crate::scene::{closest, Constant, ConstantValue, HeightsTo, Naming, RunColumn, MISSING};
 use crate::units::{names_in_words, Unit};
 
 /// What a cell holds without the blanks around it; `None` where it is missing.
@@ -59,8 +59,8 @@ pub(super) struct HeaderRemarks {
     pub told_twice: [[String; 2]; TOLD_TWICE.len()],
     /// what the columns of film ratios and films are called
     pub films: [String; 2],
-    /// whether speeds follow from heights of a point of the sphere that the scene does not tell
-    pub assumes_lowest_point: bool,
+    /// what heights are above, where speeds follow from those of a point of the sphere that the scene does not tell
+    pub lowest_point_above: Option<String>,
     /// whether it or the scene says of each run which liquid it has
     pub tells_liquid: bool,
 }
@@ -141,7 +141,12 @@ impl<'s> TableLayout<'s> {
             unheeded,
             told_twice: TOLD_TWICE.map(|both| both.map(|column| self.name(column))),
             films: [RunColumn::FilmRatio, RunColumn::Film].map(|column| self.name(column)),
-            assumes_lowest_point: reads_heights && !self.naming.heights_of_is_told,
+            lowest_point_above: (reads_heights && !self.naming.heights_of_is_told).then(|| {
+                match self.naming.heights_to {
+                    HeightsTo::Plate => "the plate, less the film".to_owned(),
+                    HeightsTo::Film => "the film".to_owned(),
+                }
+            }),
             tells_liquid: self.gives(RunColumn::Liquid),
             unknown: std::mem::take(&mut self.remarks.unknown),
         };

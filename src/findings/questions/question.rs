@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::findings::compare::ComparedModel;
-use crate::findings::form_choice::is_gain;
+use crate::findings::form_choice::{is_gain, GAIN};
 use crate::findings::remarks;
 use crate::inference::diagnostics::loo::Difference;
 use crate::physics::Coefficient;
@@ -158,17 +158,22 @@ impl Question {
 /// A trend is small that moves no e_inf and no St_c at the films of the runs by more than this share of it.
 pub const SMALL: f64 = 0.02;
 
+/// So many of its sds from zero a trend gains 4 in log density (z²/2 less 1 for its own parameter); chance takes 1 in 700 so
+/// far.
+const FAR: f64 = 3.2;
+
 /// A trend is there where its 95 % interval excludes zero and it gains as much in log density as another form of the law must
-/// ([`is_gain`]): one that lies 3.2 of its sds from zero gains 4 (z²/2 less 1 for its own parameter), and chance takes 1 in 700
-/// so far. Then one value is not quoted.
+/// ([`is_gain`]), or gains so much and lies [`FAR`] from zero, whatever the error of the gain, which a few runs may make. Then
+/// one value is not quoted.
 /// The parameter is constant where the whole interval is [`SMALL`].
 /// `reports/questions.md` has how often which answer is given.
 fn conclude(gain: Difference, trend: &Trend) -> Answer {
     let [lo, hi] = trend.interval;
+    let is_far = gain.value > GAIN && trend.mean.abs() > FAR * trend.sd;
     // a trend that is there may be small, too: then one value can be quoted all the same
     if trend.largest_change.is_some_and(|change| change <= SMALL) {
         Answer::Constant
-    } else if !is_gain(gain) || (lo <= 0.0 && hi >= 0.0) {
+    } else if !(is_gain(gain) || is_far) || (lo <= 0.0 && hi >= 0.0) {
         Answer::Open
     } else if trend.mean > 0.0 {
         Answer::Rises
