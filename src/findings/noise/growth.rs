@@ -9,11 +9,10 @@
 use serde::Serialize;
 
 use super::outliers::OutlierSearch;
-use super::rows::{Rows, RunKind};
-use super::scatter::{is_clear, take, RobustFit, SampledRun};
+use super::rows::{Rows, RunAtFit, RunKind};
+use super::scatter::RobustFit;
 use super::spread::LEVEL;
 use crate::model::likelihood::normal::normal_cdf;
-use crate::physics::numbers;
 
 /// Growth that makes the sd at an end of the runs larger than the one sd by more than this matters: a 90 % band of single
 /// runs then holds less than 88 % of them there.
@@ -152,31 +151,30 @@ fn squared_residuals(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) ->
     /// a run that the fit follows nearly by itself has no residual to speak of
     const LEAST_FREE: f64 = 0.1;
     let fitted = rows.fit(&sorted.sums);
-    let of_run = |sampled: &SampledRun| {
-        let (part, row) = (&rows.parts[sampled.part], &sampled.row);
-        let sd = sampled.sd(&robust.scatter);
-        if !is_clear(rows, row, sd) || sorted.outlying.binary_search(&row.run).is_ok() {
-            return None;
-        }
-        let slopes = part.slopes(row, 1.0 / sd);
+    let of_run = |own: &RunAtFit| {
+        let slopes = rows.slopes(own);
         let shift = fitted.shift(&slopes);
         let expected = (1.0 - fitted.leverage(&slopes)).max(LEAST_FREE);
-        let v = rows.runs.impact_speed[row.run];
-        let stokes = part.series.map_or(f64::NAN, |series| {
-            let series = &rows.runs.series[series];
-            let (density, viscosity) = (
-                rows.scene.particles[series.particle].density,
-                rows.scene.liquids[series.liquid].viscosity,
-            );
-            numbers::stokes(density, rows.runs.diameter[row.run], v, viscosity)
-        });
-        Some(SquaredResidual {
-            kind: sampled.kind,
-            square: (row.residual / sd + shift).powi(2) / expected,
-            values: [v, 1.0 / stokes, row.model + sd * shift],
-        })
+        let run = own.row.run;
+        let inverse_stokes = match own.kind {
+            RunKind::Dry => f64::NAN,
+            RunKind::Wet => rows.runs.inverse_stokes(run),
+        };
+        SquaredResidual {
+            kind: own.kind,
+            square: (own.row.residual / own.sd + shift).powi(2) / expected,
+            values: [
+                rows.runs.impact_speed[run],
+                inverse_stokes,
+                own.row.model + own.sd * shift,
+            ],
+        }
     };
-    take(rows, &robust.point).iter().filter_map(of_run).collect()
+    let fair = robust
+        .runs
+        .iter()
+        .filter(|own| own.clear && !sorted.is_outlying(own.row.run));
+    fair.map(of_run).collect()
 }
 
 /// One test, p not yet shared; `None` where the quantity does not vary, is not positive, or nothing scatters.

@@ -33,7 +33,7 @@ use super::balance::EnergyBalance;
 use super::dry::FittedDry;
 use crate::inference::spreads::equal_spreads;
 use crate::physics::Form;
-use crate::runs::Runs;
+use crate::runs::{is_in_even_share, Runs};
 use crate::scene::{LikelihoodFamily, Scene};
 pub(super) use assumptions::noise_notices;
 pub use growth::{GrowthTest, GrowthWith, NoiseGrowth, LINE_OF_BANDS};
@@ -43,6 +43,9 @@ use rows::{Rows, RunKind};
 use spread::{unequal_spreads, GroupVariances};
 pub use spread::{GroupSpread, SpreadTest, StandardErrorRatio, LEVEL, LINE};
 pub use wet_law::{WetAlternative, WetLawTest};
+
+/// More runs than this say little new of their scatter: of longer tables the dry runs and about so many wet ones are taken.
+const MOST_RUNS: usize = 200_000;
 
 /// What the scatter of the runs is like.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -71,20 +74,20 @@ pub(super) fn analyse_noise(
     balance: Option<&EnergyBalance>,
     form: Form,
 ) -> Option<Noise> {
+    let share = MOST_RUNS as f64 / runs.len().max(1) as f64;
+    let some = (share < 1.0).then(|| runs.with_runs(|run| runs.film[run] == 0.0 || is_in_even_share(run, share)));
+    let runs = some.as_ref().unwrap_or(runs);
     let (joint, point) = point::linearisation_point(scene, runs, dry, balance, form);
     let rows = Rows::new(scene, joint, point);
     let tested = outliers::count_tested(&rows);
     let far = outliers::candidate_distance(tested);
     let robust = scatter::fit_robustly(&rows, far)?;
-    let mut kinds = RunKind::ALL.map(|kind| -> Vec<Vec<f64>> {
-        let of_kind = rows
-            .groups
-            .iter()
-            .zip(&robust.residuals)
-            .filter(|(group, _)| group.kind == kind);
-        of_kind.map(|(_, residuals)| residuals.clone()).collect()
-    });
-    let test = equal_spreads(&mut kinds, far);
+    let of_kind = |kind: RunKind| {
+        let all = rows.groups.iter().zip(&robust.residuals);
+        all.filter(move |(group, _)| group.kind == kind)
+            .map(|(_, own)| own.clone())
+    };
+    let test = equal_spreads(&mut RunKind::ALL.map(|kind| of_kind(kind).collect()), far);
     let unequal = unequal_spreads(test.as_ref(), &robust.residuals);
     let sorted = outliers::find_outliers(&rows, &robust, unequal.as_deref());
     let variances = GroupVariances::new(&rows, &sorted.sums);

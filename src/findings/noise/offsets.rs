@@ -56,15 +56,14 @@ pub(super) fn test_offsets(
     sd: f64,
 ) -> Option<Offsets> {
     let weight = |part: usize| {
-        let part = &rows.parts[part];
         let own = if weigh_groups {
-            variances.groups[part.group]
+            variances.groups[rows.group_of[part]]
         } else {
             1.0
         };
         1.0 / (variances.kinds[rows.kind(part) as usize] * own)
     };
-    let is_wet = |part: &usize| rows.kind(&rows.parts[*part]) == RunKind::Wet;
+    let is_wet = |part: &usize| rows.kind(*part) == RunKind::Wet;
     let wet = || (0..rows.parts.len()).filter(is_wet).filter(|part| sums[*part].runs > 0);
     let one = LinearisedJoint::new(&rows.together(sums, weight));
     let mut within_series = sums.to_vec();
@@ -129,7 +128,7 @@ pub(super) fn test_offsets(
         },
         sd: of_offsets.sqrt(),
         share: of_offsets.sqrt() / sd,
-        farthest: rows.part_name(&rows.parts[farthest]),
+        farthest: rows.part_name(farthest),
         standard_errors: standard_error_ratios(rows, &one.widening(&scores.information)),
     })
 }

@@ -6,13 +6,12 @@
 //! another, and none widens the spread it is held against.
 
 use nalgebra::DVector;
-use rayon::prelude::*;
 use serde::Serialize;
 
-use super::rows::{GroupedPart, Rows, RunGroup};
-use super::scatter::{is_clear, RobustFit};
+use super::rows::{Rows, RunAtFit, RunGroup, RunKind};
+use super::scatter::RobustFit;
 use crate::distributions::student_t_quantile;
-use crate::inference::joint::JointRow;
+use crate::inference::joint::Part;
 use crate::inference::linearised_joint::{LinearisedJoint, RowsLeft};
 use crate::inference::sums::Sums;
 use crate::physics::rebound::{mean_restitution, slope_mean_restitution};
@@ -69,7 +68,7 @@ fn line(runs: usize, degrees_of_freedom: f64) -> f64 {
 /// How many runs are held against the line.
 pub(super) fn count_tested(rows: &Rows) -> usize {
     let censored = rows.scene.model.sticking == Sticking::Censored;
-    let of = |part: &GroupedPart| part.rebounds.len() + if censored { part.stuck.len() } else { 0 };
+    let of = |part: &Part| part.rebounds.len() + if censored { part.stuck.len() } else { 0 };
     rows.parts.iter().map(of).sum()
 }
 
@@ -83,16 +82,11 @@ pub(super) fn candidate_distance(runs: usize) -> f64 {
 /// Standard errors by which the energy of a run near the threshold may be off.
 const OFF: f64 = 4.0;
 
-#[derive(Clone)]
+/// A run far from the fit; one that is clear of sticking may come back into it.
 struct Candidate {
-    part: usize,
-    row: JointRow,
-    /// sd of its kind at its energy
-    sd: f64,
+    run: RunAtFit,
     /// by how much less it counts where the energy scatters, too
     stretch: f64,
-    /// whether it may come back into the fit; runs near or below the limit of sticking are never in it
-    fits: bool,
     sds: f64,
 }
 
@@ -105,32 +99,37 @@ pub(super) struct OutlierSearch {
     pub(super) outlying: Vec<usize>,
 }
 
+impl OutlierSearch {
+    /// Whether a run is one of them, by its index into the columns of the runs.
+    pub(super) fn is_outlying(&self, run: usize) -> bool {
+        self.outlying.binary_search(&run).is_ok()
+    }
+}
+
 /// Sorts every run by whether it is an outlier.
 pub(super) fn find_outliers(rows: &Rows, robust: &RobustFit, unequal: Option<&[f64]>) -> OutlierSearch {
     let runs = count_tested(rows);
     let (mut sums, mut candidates) = gather(rows, robust, unequal, candidate_distance(runs));
     candidates.sort_by(|a, b| a.sds.abs().total_cmp(&b.sds.abs()));
     let mut reference = ReferenceFit::new(rows, &sums, unequal);
-    // among many runs one more moves neither fit nor spread
-    let many = 1 + runs / 10_000;
-    let mut back = 0;
     let mut outlying = vec![];
     for mut candidate in candidates {
-        let (spread, freedom) = reference.spread(&candidate);
-        candidate.sds = candidate.stretch * reference.deletion_distance(&candidate) / spread;
+        let (spread, freedom) = reference.spread(&candidate.run);
+        candidate.sds = candidate.stretch * reference.deletion_distance(&candidate.run) / spread;
         if candidate.sds.abs() > line(runs, freedom) {
             outlying.push(candidate);
-        } else if candidate.fits {
-            let part = &rows.parts[candidate.part];
-            rows.add(&mut sums[candidate.part], part, &candidate.row, candidate.sd);
-            back += 1;
-            if back % many == 0 {
-                reference = ReferenceFit::new(rows, &sums, unequal);
-            }
+        } else if candidate.run.clear {
+            rows.add(&mut sums[candidate.run.part], &candidate.run);
+            reference = ReferenceFit::new(rows, &sums, unequal);
         }
     }
-    outlying.sort_by(|a, b| b.sds.abs().total_cmp(&a.sds.abs()).then(a.row.run.cmp(&b.row.run)));
-    let mut all: Vec<usize> = outlying.iter().map(|one| one.row.run).collect();
+    outlying.sort_by(|a, b| {
+        b.sds
+            .abs()
+            .total_cmp(&a.sds.abs())
+            .then(a.run.row.run.cmp(&b.run.row.run))
+    });
+    let mut all: Vec<usize> = outlying.iter().map(|one| one.run.row.run).collect();
     all.sort_unstable();
     outlying.truncate(MOST_DESCRIBED);
     OutlierSearch {
@@ -142,51 +141,32 @@ pub(super) fn find_outliers(rows: &Rows, robust: &RobustFit, unequal: Option<&[f
 
 /// Sums of the runs near the fit, and those far from it.
 fn gather(rows: &Rows, robust: &RobustFit, unequal: Option<&[f64]>, far: f64) -> (Vec<Sums>, Vec<Candidate>) {
-    let limit = rows.scene.data.smallest_restitution;
-    let censored = rows.scene.model.sticking == Sticking::Censored;
-    let of_part = |(index, part): (usize, &GroupedPart)| {
-        let mut sums = rows.blank();
-        let mut candidates = vec![];
-        let scatter = robust.scatter[rows.kind(part) as usize];
-        let own = unequal.map_or(1.0, |unequal| unequal[part.group]);
-        let candidate = |row: JointRow, restitution: f64, fits: bool| {
-            let sd = scatter.sd(&row);
-            let stretch = sd / scatter.sd_to(&row, restitution);
-            Candidate {
-                part: index,
-                row,
-                sd,
-                stretch,
-                fits,
-                sds: -stretch * row.residual / (sd * own),
-            }
-        };
-        rows.each(part, part.rebounds.clone(), &robust.point, |row| {
-            let sd = scatter.sd(&row);
-            let clear = is_clear(rows, &row, sd);
-            // cheap first: nearly every run is near
-            let one = (row.residual.abs() > 0.5 * far * sd * own)
-                .then(|| candidate(row, rows.runs.restitution[row.run], clear))
-                .filter(|one| one.sds.abs() > far);
-            match one {
-                Some(one) => candidates.push(one),
-                None if clear => rows.add(&mut sums, part, &row, sd),
-                None => {}
-            }
-        });
-        if censored {
-            rows.each(part, part.stuck.clone(), &robust.point, |mut row| {
-                row.residual += rows.runs.restitution[row.run] - limit;
-                let one = candidate(row, limit, false);
-                if one.sds < -far {
-                    candidates.push(one);
-                }
-            });
-        }
-        (sums, candidates)
+    let mut sums = vec![rows.blank(); rows.parts.len()];
+    let candidate = |run: RunAtFit, restitution: f64| {
+        let own = unequal.map_or(1.0, |unequal| unequal[rows.group_of[run.part]]);
+        let stretch = run.sd / robust.scatter[run.kind as usize].sd_to(&run.row, restitution);
+        let sds = -stretch * run.row.residual / (run.sd * own);
+        Candidate { run, stretch, sds }
     };
-    let (sums, candidates): (Vec<_>, Vec<_>) = rows.parts.par_iter().enumerate().map(of_part).unzip();
-    (sums, candidates.concat())
+    let mut candidates = vec![];
+    for run in &robust.runs {
+        let one = candidate(run.clone(), rows.runs.restitution[run.row.run]);
+        if one.sds.abs() > far {
+            candidates.push(one);
+        } else if run.clear {
+            rows.add(&mut sums[run.part], run);
+        }
+    }
+    if rows.scene.model.sticking == Sticking::Censored {
+        let limit = rows.scene.data.smallest_restitution;
+        for mut run in rows.at(&robust.point, |part| part.stuck.clone()) {
+            run.row.residual += rows.runs.restitution[run.row.run] - limit;
+            run.sd = robust.scatter[run.kind as usize].sd(&run.row);
+            run.clear = false;
+            candidates.extend(Some(candidate(run, limit)).filter(|one| one.sds < -far));
+        }
+    }
+    (sums, candidates)
 }
 
 /// The fit a candidate is held against.
@@ -204,10 +184,10 @@ impl<'r> ReferenceFit<'r> {
         let fitted = rows.fit(sums);
         let mut kinds = [RowsLeft::default(); 2];
         let mut groups = vec![RowsLeft::default(); rows.groups.len()];
-        for (part, sums) in rows.parts.iter().zip(sums) {
+        for (part, sums) in sums.iter().enumerate() {
             let left = fitted.leaves(sums, 1.0);
             kinds[rows.kind(part) as usize].add(left);
-            groups[part.group].add(left);
+            groups[rows.group_of[part]].add(left);
         }
         if unequal.is_none() {
             groups.clear();
@@ -221,39 +201,31 @@ impl<'r> ReferenceFit<'r> {
     }
 
     /// Spread in units of the sd of the kind, and its degrees of freedom.
-    fn spread(&self, candidate: &Candidate) -> (f64, f64) {
-        let part = &self.rows.parts[candidate.part];
-        let own = self
-            .groups
-            .get(part.group)
-            .filter(|own| own.freedom >= LEAST_OF_OWN as f64);
-        let left = own.unwrap_or(&self.kinds[self.rows.kind(part) as usize]);
+    fn spread(&self, run: &RunAtFit) -> (f64, f64) {
+        let own = self.groups.get(self.rows.group_of[run.part]);
+        let own = own.filter(|own| own.freedom >= LEAST_OF_OWN as f64);
+        let left = own.unwrap_or(&self.kinds[run.kind as usize]);
         ((left.squares / left.freedom).sqrt(), left.freedom)
     }
 
-    fn slopes(&self, candidate: &Candidate) -> Vec<(usize, f64)> {
-        self.rows.parts[candidate.part].slopes(&candidate.row, 1.0 / candidate.sd)
-    }
-
     /// Restitution less model in units of the sd of the kind, and the leverage.
-    fn distance(&self, candidate: &Candidate) -> (f64, f64) {
-        let slopes = self.slopes(candidate);
-        let left = candidate.row.residual / candidate.sd + self.fitted.shift(&slopes);
+    fn distance(&self, run: &RunAtFit) -> (f64, f64) {
+        let slopes = self.rows.slopes(run);
+        let left = run.row.residual / run.sd + self.fitted.shift(&slopes);
         (-left, self.fitted.leverage(&slopes))
     }
 
     /// The distance over √(1 + leverage). Near the threshold m(r) bends too fast for that: there the distance counts that
     /// is left when the energy kept is off by [`OFF`] of its standard errors to the run's side.
-    fn deletion_distance(&self, candidate: &Candidate) -> f64 {
-        let (distance, leverage) = self.distance(candidate);
-        let part = &self.rows.parts[candidate.part];
-        if candidate.fits || part.series.is_none() {
+    fn deletion_distance(&self, run: &RunAtFit) -> f64 {
+        let (distance, leverage) = self.distance(run);
+        if run.clear || run.kind == RunKind::Dry {
             return distance / (1.0 + leverage).sqrt();
         }
-        let kept = candidate.row.kept;
-        let se = leverage.max(0.0).sqrt() * candidate.sd / slope_mean_restitution(kept);
-        let found = mean_restitution(kept) - candidate.row.residual;
-        let left = (found - mean_restitution(kept + OFF * se * distance.signum())) / candidate.sd;
+        let kept = run.row.kept;
+        let se = leverage.max(0.0).sqrt() * run.sd / slope_mean_restitution(kept);
+        let found = mean_restitution(kept) - run.row.residual;
+        let left = (found - mean_restitution(kept + OFF * se * distance.signum())) / run.sd;
         if left * distance > 0.0 {
             left
         } else {
@@ -262,11 +234,11 @@ impl<'r> ReferenceFit<'r> {
     }
 
     /// The parameter that adding a run moves most, and by how many standard errors of the fit without it.
-    fn moves(&self, candidate: &Candidate) -> (usize, f64) {
-        let (distance, leverage) = self.distance(candidate);
-        let (spread, _) = self.spread(candidate);
+    fn moves(&self, run: &RunAtFit) -> (usize, f64) {
+        let (distance, leverage) = self.distance(run);
+        let (spread, _) = self.spread(run);
         let mut pull = DVector::zeros(self.rows.names.len());
-        for (place, slope) in self.slopes(candidate) {
+        for (place, slope) in self.rows.slopes(run) {
             pull[place] = slope * distance / (1.0 + leverage) / spread;
         }
         self.fitted.inverse.moved_most(&pull).unwrap_or_default()
@@ -274,14 +246,14 @@ impl<'r> ReferenceFit<'r> {
 
     fn describe(&self, candidate: &Candidate) -> Outlier {
         let rows = self.rows;
-        let part = &rows.parts[candidate.part];
+        let part = &rows.parts[candidate.run.part];
         let RunGroup {
             sphere,
             liquid,
             film_ratio,
             ..
-        } = rows.groups[part.group];
-        let run = candidate.row.run;
+        } = rows.groups[rows.group_of[candidate.run.part]];
+        let run = candidate.run.row.run;
         let stuck = part.stuck.contains(&run);
         let restitution = rows.runs.restitution[run];
         let from = if stuck {
@@ -289,8 +261,8 @@ impl<'r> ReferenceFit<'r> {
         } else {
             restitution
         };
-        let (distance, _) = self.distance(candidate);
-        let (moves, moves_in_se) = self.moves(candidate);
+        let (distance, _) = self.distance(&candidate.run);
+        let (moves, moves_in_se) = self.moves(&candidate.run);
         Outlier {
             row: rows.runs.row[run],
             place: rows.runs.places.of(rows.runs.row[run]).to_string(),
@@ -300,7 +272,7 @@ impl<'r> ReferenceFit<'r> {
             film_ratio,
             impact_speed_m_s: rows.runs.impact_speed[run],
             restitution,
-            expected: from - distance * candidate.sd,
+            expected: from - distance * candidate.run.sd,
             sds: candidate.sds,
             moves: rows.names.get(moves).cloned().unwrap_or_default(),
             moves_in_se,

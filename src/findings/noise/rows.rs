@@ -1,6 +1,6 @@
 //! Groups the runs of the joint fit by what their noise may have in common, and puts their sums together.
 
-use std::ops::{Deref, Range};
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -41,18 +41,18 @@ pub(super) struct RunGroup {
     pub(super) film_ratio: Option<f64>,
 }
 
-/// A part of the joint fit with its group.
-pub(super) struct GroupedPart {
-    /// index into [`Rows::groups`]
-    pub(super) group: usize,
-    part: Part,
-}
-
-impl Deref for GroupedPart {
-    type Target = Part;
-    fn deref(&self) -> &Part {
-        &self.part
-    }
+/// A run about a point of the joint fit.
+#[derive(Clone)]
+pub(super) struct RunAtFit {
+    /// index into [`Rows::parts`]
+    pub(super) part: usize,
+    pub(super) kind: RunKind,
+    pub(super) row: JointRow,
+    /// error of its restitution for a unit relative error of its speed
+    pub(super) error_slope: f64,
+    pub(super) sd: f64,
+    /// whether its setting hardly ever sticks
+    pub(super) clear: bool,
 }
 
 /// The runs of the joint fit, and where it ended.
@@ -65,7 +65,9 @@ pub(super) struct Rows<'a> {
     /// names of the parameters, in the order of the point
     pub(super) names: Vec<String>,
     /// dry parts, then wet ones
-    pub(super) parts: Vec<GroupedPart>,
+    pub(super) parts: Vec<Part>,
+    /// the group of each part, as an index into [`Rows::groups`]
+    pub(super) group_of: Vec<usize>,
     pub(super) groups: Vec<RunGroup>,
 }
 
@@ -73,8 +75,9 @@ impl<'a> Rows<'a> {
     /// Dry runs of every usable k, and wet runs of the spheres with a place in the energy balance.
     pub(super) fn new(scene: &'a Scene, joint: Joint<'a>, point: Vec<f64>) -> Rows<'a> {
         let names = joint.kinds().map(|kind| kind.name(scene, joint.runs)).collect();
-        let (mut groups, mut parts): (Vec<RunGroup>, Vec<GroupedPart>) = (vec![], vec![]);
-        for part in joint.dry_parts().chain(joint.wet_parts()) {
+        let parts: Vec<Part> = joint.dry_parts().chain(joint.wet_parts()).cloned().collect();
+        let (mut groups, mut group_of): (Vec<RunGroup>, Vec<usize>) = (vec![], vec![]);
+        for part in &parts {
             let series = part.series.map(|index| &joint.runs.series[index]);
             let group = RunGroup {
                 kind: if series.is_some() { RunKind::Wet } else { RunKind::Dry },
@@ -86,10 +89,7 @@ impl<'a> Rows<'a> {
             if groups.last() != Some(&group) {
                 groups.push(group);
             }
-            parts.push(GroupedPart {
-                group: groups.len() - 1,
-                part: part.clone(),
-            });
+            group_of.push(groups.len() - 1);
         }
         Rows {
             scene,
@@ -98,25 +98,27 @@ impl<'a> Rows<'a> {
             point,
             names,
             parts,
+            group_of,
             groups,
         }
     }
 
-    pub(super) fn kind(&self, part: &GroupedPart) -> RunKind {
-        self.groups[part.group].kind
+    /// Of a part, by its place.
+    pub(super) fn kind(&self, part: usize) -> RunKind {
+        self.groups[self.group_of[part]].kind
     }
 
     /// Particle, liquid, diameter and film ratio of a part in a sentence.
-    pub(super) fn part_name(&self, part: &GroupedPart) -> String {
+    pub(super) fn part_name(&self, part: usize) -> String {
         let RunGroup {
             sphere,
             liquid,
             film_ratio,
             ..
-        } = self.groups[part.group];
+        } = self.groups[self.group_of[part]];
         let particle = &self.scene.particles[self.runs.spheres[sphere].particle].name;
         let liquid = liquid.map(|liquid| self.scene.liquids[liquid].name.as_str());
-        let diameter = format!("{} mm", short(millimetres(part.diameter)));
+        let diameter = format!("{} mm", short(millimetres(self.parts[part].diameter)));
         group_name(particle, liquid, Some(&diameter), film_ratio)
     }
 
@@ -130,11 +132,23 @@ impl<'a> Rows<'a> {
         Sums::new(self.names.len() + 1)
     }
 
-    /// Adds a run of a part to sums, over its sd.
-    pub(super) fn add(&self, sums: &mut Sums, part: &GroupedPart, row: &JointRow, sd: f64) {
-        let mut slopes = part.slopes(row, 1.0 / sd);
-        slopes.push((self.names.len(), 1.0 / sd));
-        sums.add(row.residual / sd, &slopes);
+    /// Whether a rebound belongs to a setting that hardly ever sticks; a lucky one among stuck ones has no fair residual.
+    pub(super) fn is_clear(&self, row: &JointRow, sd: f64) -> bool {
+        /// a mean this many sds above the limit of sticking is not cut off by it
+        const CLEAR: f64 = 3.0;
+        row.residual + self.runs.restitution[row.run] - self.scene.data.smallest_restitution > CLEAR * sd
+    }
+
+    /// The slopes of a run, over its sd.
+    pub(super) fn slopes(&self, run: &RunAtFit) -> Vec<(usize, f64)> {
+        self.parts[run.part].slopes(&run.row, 1.0 / run.sd)
+    }
+
+    /// Adds a run to sums.
+    pub(super) fn add(&self, sums: &mut Sums, run: &RunAtFit) {
+        let mut slopes = self.slopes(run);
+        slopes.push((self.names.len(), 1.0 / run.sd));
+        sums.add(run.row.residual / run.sd, &slopes);
     }
 
     /// The sums of the parameters over all parts, each with its weight.
@@ -151,16 +165,27 @@ impl<'a> Rows<'a> {
         LinearisedJoint::new(&self.together(sums, |_| 1.0))
     }
 
-    /// Hands on each of a range of a part's runs in turn, about a point, with its measurement errors.
-    pub(super) fn each(
-        &self,
-        part: &GroupedPart,
-        range: Range<usize>,
-        point: &[f64],
-        mut hand_on: impl FnMut(JointRow),
-    ) {
-        let joint = &self.joint;
-        joint.each_in_log_speed(&part.part, range, point, |row, _| hand_on(row));
+    /// The rebounds about a point, with their measurement errors; not yet judged, all of them clear of sticking.
+    pub(super) fn rebounds(&self, point: &[f64]) -> Vec<RunAtFit> {
+        self.at(point, |part| part.rebounds.clone())
+    }
+
+    /// The same of some runs of each part.
+    pub(super) fn at(&self, point: &[f64], some: impl Fn(&Part) -> Range<usize>) -> Vec<RunAtFit> {
+        let mut runs = vec![];
+        for (index, part) in self.parts.iter().enumerate() {
+            self.joint.each_in_log_speed(part, some(part), point, |row, by_speed| {
+                runs.push(RunAtFit {
+                    part: index,
+                    kind: self.kind(index),
+                    row,
+                    error_slope: by_speed.response.error_slope(),
+                    sd: f64::NAN,
+                    clear: true,
+                });
+            });
+        }
+        runs
     }
 }
 

@@ -1,16 +1,9 @@
 //! Finds the scatter of the runs about the joint fit in a way that outliers do not mislead.
 
-use super::rows::{Rows, RunKind};
+use super::rows::{Rows, RunAtFit, RunKind};
 use crate::inference::joint::JointRow;
 use crate::inference::spreads::{median, SD_OF_MEDIAN_DISTANCE};
 use crate::physics::rebound::{kept_of_mean_restitution, slope_mean_restitution};
-use crate::runs::is_in_even_share;
-
-/// More runs than this of a kind say little new of its scatter: of longer tables about so many are taken.
-const MOST_RUNS: usize = 20_000;
-
-/// A mean this many sds above the limit of sticking is not cut off by it.
-const CLEAR: f64 = 3.0;
 
 /// Variance of a restitution: σ² + (σ_r m′(r))² + τ², σ_r = 0 where only the restitution scatters, τ the run's own
 /// measurement errors.
@@ -59,25 +52,10 @@ pub(super) struct RobustFit {
     pub(super) point: Vec<f64>,
     /// scatter of each kind
     pub(super) scatter: [Scatter; 2],
-    /// residuals of each group over the sd of their kind, of those runs that were taken
+    /// every rebound there, part by part
+    pub(super) runs: Vec<RunAtFit>,
+    /// residuals over their sds of the runs that the scatter is told from, group by group
     pub(super) residuals: Vec<Vec<f64>>,
-}
-
-/// A rebound among those that the scatter is told from.
-pub(super) struct SampledRun {
-    /// index into [`Rows::parts`]
-    pub(super) part: usize,
-    pub(super) kind: RunKind,
-    pub(super) row: JointRow,
-    clear: bool,
-    accepted: bool,
-}
-
-impl SampledRun {
-    /// Its sd, with the scatter of each kind.
-    pub(super) fn sd(&self, scatter: &[Scatter; 2]) -> f64 {
-        scatter[self.kind as usize].sd(&self.row)
-    }
 }
 
 /// Fits, leaves out what lies further than `far` sds, and fits again until the same runs are left out.
@@ -88,104 +66,76 @@ pub(super) fn fit_robustly(rows: &Rows, far: f64) -> Option<RobustFit> {
     const ROUNDS: usize = 10;
     const WORSE: f64 = 1.1;
     let mut point = rows.point.clone();
-    let mut taken = take(rows, &point);
-    let mut scatter = scatter(rows, &mut taken, None)?;
+    let mut runs = rows.rebounds(&point);
+    // which runs are clear is told by the scatter of all
+    measure(rows, &mut runs)?;
+    tell_clear(rows, &mut runs);
+    let mut scatter = measure(rows, &mut runs)?;
+    let mut near = vec![true; runs.len()];
     for _ in 0..ROUNDS {
-        if !accept(&mut taken, &scatter, far) {
+        let is_near = |run: &RunAtFit| run.clear && run.row.residual.abs() <= far * run.sd;
+        let before = std::mem::replace(&mut near, runs.iter().map(is_near).collect());
+        if near == before {
             break;
         }
-        let step = step(rows, &taken, &scatter);
-        let stepped: Vec<f64> = point.iter().zip(step.iter()).map(|(x, dx)| x + dx).collect();
+        let mut sums = rows.blank();
+        let left = runs.iter().zip(&near).filter(|(_, near)| **near);
+        left.for_each(|(run, _)| rows.add(&mut sums, run));
+        let step = rows.fit(&[sums]).step;
+        let stepped: Vec<f64> = point.iter().zip(&step).map(|(x, dx)| x + dx).collect();
         if !rows.joint.holds(&stepped) {
             break;
         }
-        let accepted: Vec<bool> = taken.iter().map(|one| one.accepted).collect();
-        let mut next = take(rows, &stepped);
-        next.iter_mut()
-            .zip(accepted)
-            .for_each(|(one, accepted)| one.accepted = accepted);
-        let Some(nearer) = self::scatter(rows, &mut next, Some(scatter)) else {
+        let mut next = rows.rebounds(&stepped);
+        set_sds(&mut next, &scatter);
+        tell_clear(rows, &mut next);
+        let Some(nearer) = measure(rows, &mut next) else {
             break;
         };
         // a step along what the runs hardly see may leave the range in which the law is as good as straight
-        if RunKind::ALL
-            .iter()
-            .any(|kind| nearer[*kind as usize].least() > WORSE * scatter[*kind as usize].least())
-        {
+        let is_worse = |(nearer, before): (&Scatter, &Scatter)| nearer.least() > WORSE * before.least();
+        if nearer.iter().zip(&scatter).any(is_worse) {
             break;
         }
-        (point, taken, scatter) = (stepped, next, nearer);
+        (point, runs, scatter) = (stepped, next, nearer);
     }
     let mut residuals = vec![vec![]; rows.groups.len()];
-    for one in taken.iter().filter(|one| one.clear) {
-        residuals[rows.parts[one.part].group].push(one.row.residual / one.sd(&scatter));
+    for run in runs.iter().filter(|run| run.clear) {
+        residuals[rows.group_of[run.part]].push(run.row.residual / run.sd);
     }
+    tell_clear(rows, &mut runs);
     Some(RobustFit {
         point,
         scatter,
+        runs,
         residuals,
     })
 }
 
-/// Accepts what is clear and near; whether that is another set than before.
-fn accept(taken: &mut [SampledRun], scatter: &[Scatter; 2], far: f64) -> bool {
-    let mut changed = false;
-    for one in taken {
-        let accepted = one.clear && one.row.residual.abs() <= far * one.sd(scatter);
-        changed |= accepted != one.accepted;
-        one.accepted = accepted;
+fn set_sds(runs: &mut [RunAtFit], scatter: &[Scatter; 2]) {
+    for run in runs {
+        run.sd = scatter[run.kind as usize].sd(&run.row);
     }
-    changed
 }
 
-/// The rebounds about a point, spread over each part where they are many; all of them accepted.
-pub(super) fn take(rows: &Rows, point: &[f64]) -> Vec<SampledRun> {
-    let mut taken = vec![];
-    for kind in RunKind::ALL {
-        let parts = || rows.parts.iter().enumerate();
-        let of_kind = || parts().filter(|(_, part)| rows.kind(part) == kind);
-        let all: usize = of_kind().map(|(_, part)| part.rebounds.len()).sum();
-        let share = MOST_RUNS as f64 / all.max(1) as f64;
-        for (index, part) in of_kind() {
-            rows.each(part, part.rebounds.clone(), point, |row| {
-                if is_in_even_share(row.run - part.rebounds.start, share) {
-                    taken.push(SampledRun {
-                        part: index,
-                        kind,
-                        row,
-                        clear: true,
-                        accepted: true,
-                    });
-                }
-            });
-        }
+fn tell_clear(rows: &Rows, runs: &mut [RunAtFit]) {
+    for run in runs {
+        run.clear = rows.is_clear(&run.row, run.sd);
     }
-    taken
 }
 
-/// The scatter of each kind by medians, and which runs are clear of sticking with the scatter `before` or without any.
-fn scatter(rows: &Rows, taken: &mut [SampledRun], before: Option<[Scatter; 2]>) -> Option<[Scatter; 2]> {
-    let of_kind = |taken: &[SampledRun], kind: RunKind| -> Vec<JointRow> {
-        let own = taken.iter().filter(|one| one.clear && one.kind == kind);
-        own.map(|one| one.row).collect()
+/// The scatter of each kind by medians of the runs clear of sticking, and the sds by it.
+fn measure(rows: &Rows, runs: &mut [RunAtFit]) -> Option<[Scatter; 2]> {
+    let of_kind = |kind: RunKind| -> Vec<JointRow> {
+        let own = runs.iter().filter(|run| run.clear && run.kind == kind);
+        own.map(|run| run.row).collect()
     };
-    let both = |taken: &[SampledRun]| -> Option<[Scatter; 2]> {
-        let dry = of_median(of_kind(taken, RunKind::Dry), false);
-        let wet = of_median(of_kind(taken, RunKind::Wet), rows.energy_scatters());
-        // a kind without scatter of its own has the other's stand for it
-        let (first, second) = (dry.or(wet)?, wet.or(dry)?);
-        Some([first, second])
-    };
-    let before = before.or_else(|| both(taken))?;
-    for one in taken.iter_mut() {
-        one.clear = is_clear(rows, &one.row, one.sd(&before));
-    }
-    both(taken)
-}
-
-/// Whether a rebound belongs to a setting that hardly ever sticks; a lucky one among stuck ones has no fair residual.
-pub(super) fn is_clear(rows: &Rows, row: &JointRow, sd: f64) -> bool {
-    row.residual + rows.runs.restitution[row.run] - rows.scene.data.smallest_restitution > CLEAR * sd
+    let dry = of_median(of_kind(RunKind::Dry), false);
+    let wet = of_median(of_kind(RunKind::Wet), rows.energy_scatters());
+    // a kind without scatter of its own has the other's stand for it
+    let scatter = [dry.or(wet)?, wet.or(dry)?];
+    set_sds(runs, &scatter);
+    Some(scatter)
 }
 
 /// σ from the median distance; with the energy's scatter σ and σ_r from the medians of the runs with less and with more
@@ -246,13 +196,4 @@ fn variance(rows: &[JointRow]) -> Option<f64> {
         }
     }
     Some(0.5 * (lo + hi))
-}
-
-/// The step to the least squares of what is accepted.
-fn step(rows: &Rows, taken: &[SampledRun], scatter: &[Scatter; 2]) -> nalgebra::DVector<f64> {
-    let mut sums = rows.blank();
-    for one in taken.iter().filter(|one| one.accepted) {
-        rows.add(&mut sums, &rows.parts[one.part], &one.row, one.sd(scatter));
-    }
-    rows.fit(&[sums]).step
 }

@@ -110,8 +110,8 @@ impl GroupVariances {
     pub(super) fn new(rows: &Rows, sums: &[Sums]) -> GroupVariances {
         let fitted = rows.fit(sums);
         let mut groups = vec![rows.blank(); rows.groups.len()];
-        for (part, sums) in rows.parts.iter().zip(sums) {
-            groups[part.group].add_weighted(sums, 1.0);
+        for (group, sums) in rows.group_of.iter().zip(sums) {
+            groups[*group].add_weighted(sums, 1.0);
         }
         let (mut kinds, mut inside) = ([RowsLeft::default(); 2], [RowsLeft::default(); 2]);
         let mut own = vec![];
@@ -158,9 +158,9 @@ pub(super) fn test_spreads(
     test: Option<FTest>,
     sds: [f64; 2],
 ) -> Option<SpreadTest> {
-    let weight = |part: usize| 1.0 / variances.kinds[rows.kind(&rows.parts[part]) as usize];
+    let weight = |part: usize| 1.0 / variances.kinds[rows.kind(part) as usize];
     let fitted = LinearisedJoint::new(&rows.together(sums, weight));
-    let scores = rows.together(sums, |part| weight(part) * variances.groups[rows.parts[part].group]);
+    let scores = rows.together(sums, |part| weight(part) * variances.groups[rows.group_of[part]]);
     let ends = RunKind::ALL.iter().filter_map(|kind| {
         let of_kind = |group: &usize| rows.groups[*group].kind == *kind && variances.runs[*group] >= LEAST_RESIDUALS;
         let order = |a: &usize, b: &usize| variances.groups[*a].total_cmp(&variances.groups[*b]);

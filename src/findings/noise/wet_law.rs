@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use super::outliers::OutlierSearch;
 use super::rows::{group_name, Rows, RunKind};
-use super::scatter::{is_clear, take, RobustFit, SampledRun};
+use super::scatter::RobustFit;
 use crate::inference::linearised_joint::{Inverse, LinearisedJoint};
 use crate::inference::nested::{nested, FTest, Spread};
 use crate::inference::sums::{along, Sums};
@@ -117,13 +117,12 @@ struct WetRow {
 
 /// The test; `None` where no group has runs at different settings, or too few are left to tell the scatter.
 pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Option<WetLawTest> {
-    let sampled = take(rows, &robust.point);
-    let mut plain = wet_rows(rows, robust, sorted, &sampled);
+    let mut plain = wet_rows(rows, robust, sorted);
     let mut wet = plain.clone();
     wet.chunk_by_mut(|a, b| a.group == b.group).for_each(free_of_own_energy);
-    let law = FittedLaw::new(rows, robust, &sampled, &mut wet, true)?;
+    let law = FittedLaw::new(rows, robust, &mut wet, true)?;
     // levels of liquids can be compared where none is an offset
-    let levels = FittedLaw::new(rows, robust, &sampled, &mut plain, false);
+    let levels = FittedLaw::new(rows, robust, &mut plain, false);
     let levels = levels.filter(|_| !rows.scene.model.series_offsets);
     let x = |row: &WetRow| row.inverse_stokes;
     let shared = [
@@ -188,47 +187,39 @@ fn several(wet: &[WetRow], of: impl Fn(&WetRow) -> usize) -> Vec<usize> {
 }
 
 /// The rebounds clear of sticking, by group; none of a group of one.
-fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[SampledRun]) -> Vec<WetRow> {
-    let scatter = robust.scatter[RunKind::Wet as usize];
+fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Vec<WetRow> {
     let mut wet = vec![];
-    for one in sampled {
-        let part = &rows.parts[one.part];
-        let Some(liquid) = rows.groups[part.group]
-            .liquid
-            .filter(|_| rows.kind(part) == RunKind::Wet)
-        else {
+    for own in &robust.runs {
+        let group = rows.group_of[own.part];
+        let Some(liquid) = rows.groups[group].liquid else {
             continue;
         };
-        let run = one.row.run;
-        rows.joint
-            .each_in_log_speed(part, run..run + 1, &robust.point, |row, by_speed| {
-                let mut sd = scatter.sd(&one.row);
-                if one.row.measured == 0.0 {
-                    sd = sd.hypot(SPEED_ERROR * (row.model + by_speed.response.slope));
-                }
-                if !is_clear(rows, &row, sd) {
-                    return;
-                }
-                let slopes = part.slopes(&row, 1.0 / sd);
-                wet.push(WetRow {
-                    group: Group {
-                        of: part.group,
-                        part: rows.scene.model.series_offsets.then_some(one.part),
-                        from: None,
-                    },
-                    liquid,
-                    particle: rows.runs.spheres[rows.groups[part.group].sphere].particle,
-                    film_ratio: rows.runs.impacts.film_ratio[run],
-                    film: 0,
-                    outlying: sorted.outlying.binary_search(&run).is_ok(),
-                    residual: row.residual / sd,
-                    within: slopes.clone(),
-                    slopes,
-                    of_energy: slope_mean_restitution(row.kept) / sd,
-                    inverse_stokes: rows.runs.inverse_stokes(run),
-                    speed_root: rows.runs.impacts.speed_root[run],
-                });
-            });
+        let mut own = own.clone();
+        if own.row.measured == 0.0 {
+            own.sd = own.sd.hypot(SPEED_ERROR * own.error_slope);
+        }
+        if !rows.is_clear(&own.row, own.sd) {
+            continue;
+        }
+        let (run, slopes) = (own.row.run, rows.slopes(&own));
+        wet.push(WetRow {
+            group: Group {
+                of: group,
+                part: rows.scene.model.series_offsets.then_some(own.part),
+                from: None,
+            },
+            liquid,
+            particle: rows.runs.spheres[rows.groups[group].sphere].particle,
+            film_ratio: rows.runs.impacts.film_ratio[run],
+            film: 0,
+            outlying: sorted.is_outlying(run),
+            residual: own.row.residual / own.sd,
+            within: slopes.clone(),
+            slopes,
+            of_energy: slope_mean_restitution(own.row.kept) / own.sd,
+            inverse_stokes: rows.runs.inverse_stokes(run),
+            speed_root: rows.runs.impacts.speed_root[run],
+        });
     }
     wet.sort_by(|a, b| {
         let by_group = (a.group.of, a.group.part).cmp(&(b.group.of, b.group.part));
@@ -337,8 +328,6 @@ struct FittedLaw {
     quoted: Inverse,
     /// what it leaves of the wet runs
     spread: Spread,
-    /// standard errors of all runs over those of the sampled ones
-    of_all: f64,
 }
 
 /// The law against one alternative.
@@ -372,28 +361,15 @@ impl Departure<'_> {
 }
 
 impl FittedLaw {
-    fn new(
-        rows: &Rows,
-        robust: &RobustFit,
-        sampled: &[SampledRun],
-        wet: &mut [WetRow],
-        inside_groups: bool,
-    ) -> Option<FittedLaw> {
+    fn new(rows: &Rows, robust: &RobustFit, wet: &mut [WetRow], inside_groups: bool) -> Option<FittedLaw> {
         let (mut within, mut quoted) = (Sums::new(rows.names.len()), Sums::new(rows.names.len()));
         for row in wet.iter() {
             within.add(row.residual, &row.within);
             quoted.add(row.residual, &row.slopes);
         }
-        let mut of_wet = 0;
-        for one in sampled {
-            let part = &rows.parts[one.part];
-            if rows.kind(part) == RunKind::Wet {
-                of_wet += 1;
-                continue;
-            }
-            let sd = robust.scatter[RunKind::Dry as usize].sd(&one.row);
+        for dry in robust.runs.iter().filter(|run| run.kind == RunKind::Dry) {
             for sums in [&mut within, &mut quoted] {
-                sums.add(one.row.residual / sd, &part.slopes(&one.row, 1.0 / sd));
+                sums.add(dry.row.residual / dry.sd, &rows.slopes(dry));
             }
         }
         let within = LinearisedJoint::new(&within);
@@ -416,7 +392,6 @@ impl FittedLaw {
                 // a parameter that the runs hold only in part counts as one
                 parameters: groups + (spent - 1e-6).max(0.0).ceil() as usize,
             },
-            of_all: (of_wet as f64 / rows.joint.wet_rebounds().max(1) as f64).sqrt(),
         })
         .filter(|law| law.spread.parameters + 1 < law.spread.runs)
     }
@@ -469,7 +444,7 @@ impl FittedLaw {
     /// The parameter of the quoted fit that it moves most, and by how many of its standard errors.
     fn moves(&self, departure: &Departure) -> Option<(usize, f64)> {
         let freedom = (self.spread.runs - self.spread.parameters) as f64;
-        let sd = self.of_all * (self.spread.sum_of_squares / freedom).sqrt();
+        let sd = (self.spread.sum_of_squares / freedom).sqrt();
         let (place, in_units) = self.quoted.moved_most(&departure.pull)?;
         Some((place, in_units / sd))
     }
