@@ -7,14 +7,12 @@ use crate::findings::balance::{rebounds, BalanceSetup, EnergyBalance};
 use crate::findings::dry;
 use crate::findings::form_choice::GAIN;
 use crate::findings::scaling::FittedScaling;
-use crate::inference::joint::{Joint, JointRow};
+use crate::inference::joint::{Joint, JointRow, Part};
 use crate::inference::linearised_joint::Inverse;
 use crate::inference::sums::Sums;
 use crate::model::parameters::{prior_of, ParameterKind};
-use crate::physics::coefficient::Coefficients;
 use crate::physics::form::Term;
-use crate::physics::rebound::mean_restitution;
-use crate::physics::{kept_energy, Coefficient, Form, Parameters};
+use crate::physics::Form;
 use crate::runs::Series;
 use crate::scene::{Prior, Scene, WetLaw};
 
@@ -66,74 +64,20 @@ const WIDE: f64 = 1e6;
 /// A fitted prefactor this many standard errors from zero says how large its term is; else its prior does.
 const SEEN: f64 = 2.0;
 
-/// Where the sizes are taken.
-struct ReferencePoint {
-    /// of every shared parameter, those of terms that are not held with them
-    shared: Coefficients,
-    /// k of each sphere of the runs
-    dry_k: Vec<f64>,
-    /// spreads of dry and of wet restitutions; `None` where the runs leave none
-    sigma: Option<[f64; 2]>,
-}
-
-impl ReferencePoint {
-    fn of(
-        setup: BalanceSetup,
-        scaling: &[FittedScaling],
-        form: Form,
-        balance: Option<&EnergyBalance>,
-    ) -> ReferencePoint {
-        let BalanceSetup { scene, runs, dry, .. } = setup;
-        let fitted = |kind: ParameterKind| {
-            let (value, se) = balance?.estimate(kind)?.value_and_scale()?;
-            (value > SEEN * se).then_some(value)
-        };
-        let believed = |kind: ParameterKind| prior_of(scene, runs, kind, form).0.median();
-        let mut shared = Coefficients::default();
-        for coefficient in Coefficient::ALL {
-            let kind = ParameterKind::Shared(coefficient);
-            shared[coefficient] = fitted(kind).unwrap_or_else(|| believed(kind));
-        }
-        let of_sphere = |sphere: usize| {
-            let kind = ParameterKind::DryK(sphere);
-            let own = dry::fit_of_sphere(dry, sphere).and_then(|one| one.usable);
-            let found = fitted(kind).or(own.map(|(k, _)| k));
-            found.unwrap_or_else(|| believed(kind))
-        };
-        let of_laws = || {
-            let laws = scaling.iter().filter(|fitted| fitted.law == WetLaw::Sqrt);
-            laws.filter_map(|fitted| fitted.scaling.residual_sd).reduce(f64::min)
-        };
-        let wet = balance.and_then(|balance| balance.residual_sd).or_else(of_laws);
-        let of_dry = dry.iter().filter_map(|one| one.dry.residual_sd).reduce(f64::max);
-        // runs of one kind have their spread stand for the other's, which then weighs nothing
-        let wet = wet.or(of_dry.filter(|_| runs.series.is_empty()));
-        let spread = |sd: f64| sd > 1e-12;
-        let sigma = wet.map(|wet| [of_dry.filter(|sd| spread(*sd)).unwrap_or(wet), wet]);
-        ReferencePoint {
-            shared,
-            dry_k: (0..runs.spheres.len()).map(of_sphere).collect(),
-            sigma: sigma.filter(|[_, wet]| spread(*wet)),
-        }
-    }
-
-    fn parameters(&self, sphere: usize) -> Parameters {
-        Parameters {
-            dry_k: self.dry_k[sphere],
-            shared: self.shared,
-        }
-    }
-
-    /// The same as a point of a joint fit.
-    fn of_joint(&self, joint: &Joint) -> Vec<f64> {
-        let value = |kind: ParameterKind| match kind {
-            ParameterKind::DryK(sphere) => self.dry_k[sphere],
-            ParameterKind::Shared(coefficient) => self.shared[coefficient],
-            // a joint fit has no other
-            _ => f64::NAN,
-        };
-        joint.kinds().map(value).collect()
-    }
+/// Spreads of dry and of wet restitutions; `None` where the runs leave none.
+fn spreads(setup: BalanceSetup, scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> Option<[f64; 2]> {
+    let BalanceSetup { runs, dry, .. } = setup;
+    let of_laws = || {
+        let laws = scaling.iter().filter(|fitted| fitted.law == WetLaw::Sqrt);
+        laws.filter_map(|fitted| fitted.scaling.residual_sd).reduce(f64::min)
+    };
+    let wet = balance.and_then(|balance| balance.residual_sd).or_else(of_laws);
+    let of_dry = dry.iter().filter_map(|one| one.dry.residual_sd).reduce(f64::max);
+    // runs of one kind have their spread stand for the other's, which then weighs nothing
+    let wet = wet.or(of_dry.filter(|_| runs.series.is_empty()));
+    let spread = |sd: &f64| *sd > 1e-12;
+    wet.filter(spread)
+        .map(|wet| [of_dry.filter(spread).unwrap_or(wet), wet])
 }
 
 /// Every term with its size in this form; the bridge only where a liquid in use has a surface tension.
@@ -149,12 +93,24 @@ pub(super) fn term_sizes(
         inertia: balance.map_or(form.inertia, |balance| balance.form().inertia),
         ..form
     };
-    let point = ReferencePoint::of(setup, scaling, form, balance);
     let spheres = || 0..runs.spheres.len();
     let wet: Vec<usize> = spheres().filter(|s| rebounds(runs, *s)).collect();
     let dry: Vec<usize> = spheres().filter(|s| !runs.dry_of(*s).is_empty()).collect();
-    let joint = Joint::new(scene, runs, form, &wet, &dry);
-    let sums = TermSums::of(scene, &joint, &point);
+    let joint = |form: Form| Joint::new(scene, runs, form, &wet, &dry);
+    let fitted = |kind: ParameterKind| {
+        let (value, se) = balance?.estimate(kind)?.value_and_scale()?;
+        (value > SEEN * se).then_some(value)
+    };
+    // where the sizes are taken
+    let value = |kind: ParameterKind| {
+        let of_dry = || match kind {
+            ParameterKind::DryK(sphere) => Some(dry::fit_of_sphere(setup.dry, sphere)?.usable?.0),
+            _ => None,
+        };
+        let believed = || prior_of(scene, runs, kind, form).0.median();
+        fitted(kind).or_else(of_dry).unwrap_or_else(believed)
+    };
+    let sums = TermSums::of(scene, form, joint, value, spreads(setup, scaling, balance));
     let tension = |series: &Series| scene.liquids[series.liquid].surface_tension.is_some();
     let has_wet = !runs.series.is_empty();
     let applies = |term: &Term| match term {
@@ -163,11 +119,8 @@ pub(super) fn term_sizes(
         Term::Inertia | Term::Viscous | Term::OwnDrySpeed => has_wet,
     };
     // elsewhere than at a fit of every parameter, what the runs have more than the model is no misfit of it
-    let is_fitted = |balance: &EnergyBalance, kind: ParameterKind| {
-        let fitted = balance.estimate(kind).and_then(|estimate| estimate.value_and_scale());
-        fitted.is_some_and(|(value, se)| value > SEEN * se)
-    };
-    let at_fit = balance.is_some_and(|own| own.verdict.passed && joint.kinds().all(|kind| is_fitted(own, kind)));
+    let is_fitted = joint(form).kinds().all(|kind| fitted(kind).is_some());
+    let at_fit = balance.is_some_and(|own| own.verdict.passed) && is_fitted;
     let of = |term: Term| {
         let (size, moves) = sums.bias(term).unzip();
         let held = term.is_held(form);
@@ -193,6 +146,14 @@ pub(super) fn term_sizes(
     Term::ALL.into_iter().filter(applies).map(of).collect()
 }
 
+/// Hands on every rebound of a joint fit with its part, where the parameters have these values.
+fn each_rebound(joint: &Joint, value: impl Fn(ParameterKind) -> f64, mut hand_on: impl FnMut(&Part, JointRow)) {
+    let point: Vec<f64> = joint.kinds().map(value).collect();
+    for part in &joint.parts {
+        joint.each(part, part.rebounds.clone(), &point, |row| hand_on(part, row));
+    }
+}
+
 /// Weighted sums over the runs.
 struct TermSums {
     form: Form,
@@ -207,11 +168,17 @@ struct TermSums {
 
 impl TermSums {
     /// The slopes of every run, and what each term does to its restitution.
-    fn of(scene: &Scene, joint: &Joint, point: &ReferencePoint) -> TermSums {
+    fn of<'r>(
+        scene: &Scene,
+        form: Form,
+        of_form: impl Fn(Form) -> Joint<'r>,
+        value: impl Fn(ParameterKind) -> f64,
+        spreads: Option<[f64; 2]>,
+    ) -> TermSums {
+        let joint = of_form(form);
         let (mut kinds, mut precision, mut places) = (vec![], vec![], vec![]);
-        let (runs, form) = (joint.runs, joint.form);
         for kind in joint.kinds() {
-            let prior = prior_of(scene, runs, kind, form).0;
+            let prior = prior_of(scene, joint.runs, kind, form).0;
             // what a prior holds is no parameter
             if matches!(prior, Prior::Fixed(_)) {
                 places.push(None);
@@ -226,45 +193,28 @@ impl TermSums {
         for (place, precision) in precision.into_iter().enumerate() {
             sums.information[(place, place)] = precision;
         }
+        let mut toggled = Term::ALL.map(|term| {
+            let mut models = vec![];
+            each_rebound(&of_form(term.toggled(form)), &value, |_, row| models.push(row.model));
+            models.into_iter()
+        });
         let mut largest_effect = [0.0f64; Term::ALL.len()];
-        let at = point.of_joint(joint);
-        for part in joint.wet_parts().chain(joint.dry_parts()) {
-            let parameters = point.parameters(part.sphere);
-            let series = part.series.map(|index| &runs.series[index]);
-            let root = point
-                .sigma
-                .map_or(0.0, |sigma| sigma[usize::from(series.is_some())].recip());
-            let toggled = |term: Term, row: &JointRow| {
-                let other = term.toggled(form);
-                match (series, term) {
-                    (Some(series), _) => {
-                        let setting = runs.setting(scene, series, row.run);
-                        mean_restitution(kept_energy(&setting, other, &parameters, runs.impact_speed[row.run]))
-                    }
-                    (None, Term::DrySecondOrder) => {
-                        other.dry.of_loss(parameters.dry_k * runs.impacts.speed_root[row.run])[0]
-                    }
-                    // no other term acts on a dry run
-                    (None, _) => row.model,
-                }
-            };
-            joint.each(part, part.rebounds.clone(), &at, |row| {
-                let root = root * runs.count(row.run).sqrt();
-                let own = part.slopes(&row, root).into_iter();
-                let of_parameters = own.filter_map(|(j, slope)| Some((places[j]?, slope)));
-                let mut slopes: Vec<(usize, f64)> = of_parameters.collect();
-                for term in Term::ALL {
-                    let effect = toggled(term, &row) - row.model;
-                    let largest = &mut largest_effect[term as usize];
-                    *largest = largest.max(effect.abs());
-                    slopes.push((kinds.len() + term as usize, root * effect));
-                }
-                sums.add(root * row.residual, &slopes);
-            });
-        }
+        each_rebound(&joint, &value, |part, row| {
+            let root = spreads.map_or(0.0, |sds| sds[usize::from(part.series.is_some())].recip());
+            let root = root * joint.runs.count(row.run).sqrt();
+            let own = part.slopes(&row, root).into_iter();
+            let of_parameters = own.filter_map(|(j, slope)| Some((places[j]?, slope)));
+            let mut slopes: Vec<(usize, f64)> = of_parameters.collect();
+            for (term, models) in toggled.iter_mut().enumerate() {
+                let effect = models.next().map_or(0.0, |model| model - row.model);
+                largest_effect[term] = largest_effect[term].max(effect.abs());
+                slopes.push((kinds.len() + term, root * effect));
+            }
+            sums.add(root * row.residual, &slopes);
+        });
         TermSums {
             form,
-            weighed: point.sigma.is_some(),
+            weighed: spreads.is_some(),
             kinds,
             sums,
             largest_effect,
