@@ -41,21 +41,30 @@ pub fn find_sensitivities(
     balance: Option<&EnergyBalance>,
 ) -> Vec<Sensitivity> {
     let balance = balance.filter(|balance| balance.verdict.passed);
-    let results = results(scene, runs, dry, scaling, balance);
+    let results = results(scene, runs, scaling, balance);
     if results.is_empty() {
         return vec![];
     }
     let listed = list_constants(scene, runs);
     let constants: Vec<&Constant> = listed.iter().filter(|constant| constant.is_varied).collect();
     let balance = balance.and_then(|balance| LinearisedBalance::new(scene, runs, dry, balance));
-    let columns: Vec<Vec<f64>> = constants
-        .par_iter()
-        .map(|constant| {
-            let sides = [-STEP, STEP].map(|share| constant.changed(scene, runs, share));
-            let settings = sides.each_ref().map(|(scene, runs)| (scene, &**runs));
-            elasticities(&results, settings, balance.as_ref())
-        })
-        .collect();
+    let columns: Vec<Vec<f64>> =
+        constants
+            .par_iter()
+            .map(|constant| {
+                let sides = [-STEP, STEP].map(|share| constant.changed(scene, runs, share));
+                let settings = sides.each_ref().map(|(scene, runs)| (scene, &**runs));
+                let balances = balance.as_ref().and_then(|balance| balance.at(settings));
+                let [before, after] = balances.map_or([None, None], |balances| balances.map(Some));
+                let [less, more] = [(settings[0], before), (settings[1], after)]
+                    .map(|((scene, runs), balance)| Changed { scene, runs, balance });
+                // a power law has no other error than rounding in logarithms; NaN where a fit gives no number
+                let slope = |result: &SensitiveResult| -> Option<f64> {
+                    Some((result.at(&more, dry)? / result.at(&less, dry)?).ln() / (2.0 * STEP))
+                };
+                results.iter().map(|result| slope(result).unwrap_or(f64::NAN)).collect()
+            })
+            .collect();
     results
         .into_iter()
         .enumerate()
@@ -76,22 +85,6 @@ pub fn find_sensitivities(
             })
         })
         .collect()
-}
-
-/// d ln(result)/d ln(constant) of every result, from scenes and runs where the constant is smaller and larger; NaN where a
-/// fit gives no number.
-fn elasticities(
-    results: &[SensitiveResult],
-    settings: [(&Scene, &Runs); 2],
-    balance: Option<&LinearisedBalance>,
-) -> Vec<f64> {
-    let balances = balance.and_then(|balance| balance.at(settings));
-    let [less, more] = balances.map_or([None, None], |balances| balances.map(Some));
-    let [less, more] =
-        [(settings[0], less), (settings[1], more)].map(|((scene, runs), balance)| Changed { scene, runs, balance });
-    // a power law has no other error than rounding in logarithms
-    let slope = |result: &SensitiveResult| Some(((result.at)(&more)? / (result.at)(&less)?).ln() / (2.0 * STEP));
-    results.iter().map(|result| slope(result).unwrap_or(f64::NAN)).collect()
 }
 
 /// Adds what is known of the constants to the statistical error; they are taken as independent of each other.

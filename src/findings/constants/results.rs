@@ -1,5 +1,7 @@
 //! Lists the results whose sensitivity is told, each with its value where the constants have changed.
 
+use std::ops::Range;
+
 use super::linearised::MovedBalance;
 use super::sensitivity::{Sensitivity, BALANCE};
 use crate::findings::balance::EnergyBalance;
@@ -21,39 +23,61 @@ pub(super) struct Changed<'c> {
 }
 
 /// A result that has a value and a standard error.
-pub(super) struct SensitiveResult<'a> {
+pub(super) struct SensitiveResult {
     /// still without the constants
     pub(super) blank: Sensitivity,
-    /// its value where a constant has changed; `None` where a fit gives none
-    pub(super) at: Box<ValueWhereChanged<'a>>,
+    source: Source,
 }
 
-/// The value of a result where a constant has changed.
-type ValueWhereChanged<'a> = dyn Fn(&Changed) -> Option<f64> + Sync + 'a;
+/// What a result is read from.
+enum Source {
+    /// a parameter of the energy balance, by its place
+    Parameter(usize),
+    /// L, as δc of a particle
+    DeltaC(usize),
+    /// the energy balance at a place
+    AtPlace(usize, Quantity),
+    /// the square-root law of some series: e_inf, then St_c
+    Law(Range<usize>, usize),
+}
 
-impl<'a> SensitiveResult<'a> {
+impl SensitiveResult {
     /// By its name and its estimate times a factor; `None` where that has no uncertainty, or is zero, which has no share to
     /// move by.
-    fn of(
-        named: Sensitivity,
-        estimate: &Estimate,
-        factor: f64,
-        at: impl Fn(&Changed) -> Option<f64> + Sync + 'a,
-    ) -> Option<SensitiveResult<'a>> {
+    fn of(named: Sensitivity, estimate: &Estimate, factor: f64, source: Source) -> Option<SensitiveResult> {
         let (value, _) = estimate.value_and_scale().filter(|(value, _)| *value != 0.0)?;
-        Some(SensitiveResult {
-            blank: Sensitivity {
-                value: factor * value,
-                se: estimate.se.map(|se| factor * se),
-                ..named
-            },
-            at: Box::new(at),
-        })
+        let blank = Sensitivity {
+            value: factor * value,
+            se: estimate.se.map(|se| factor * se),
+            ..named
+        };
+        Some(SensitiveResult { blank, source })
+    }
+
+    /// Its value where a constant has changed; `None` where a fit gives none.
+    pub(super) fn at(&self, changed: &Changed, dry: &[FittedDry]) -> Option<f64> {
+        let balance = changed.balance.as_ref();
+        match &self.source {
+            Source::Parameter(place) => balance?.parameters.get(*place).copied(),
+            Source::DeltaC(particle) => {
+                let at = Place {
+                    roughness: changed.scene.particles[*particle].roughness,
+                    ..Place::NONE
+                };
+                let l = *balance?.parameters.first()?;
+                Some(Quantity::DeltaC.value(&at, &Wetted::of_balance(f64::NAN, l)))
+            }
+            Source::AtPlace(place, quantity) => Some(balance?.at_places.get(*place)?.as_ref()?.value(*quantity)),
+            Source::Law(series, place) => {
+                let series = &changed.runs.series[series.clone()];
+                Some(square_root_of(changed.scene, changed.runs, dry, series)?[*place])
+            }
+        }
     }
 }
 
 /// The parameters of the energy balance, and δc of those of its particles whose roughness is given.
-fn of_balance<'a>(scene: &Scene, balance: &EnergyBalance) -> Vec<SensitiveResult<'a>> {
+fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<SensitiveResult> {
     let named = |result: &str| Sensitivity {
         result: result.to_owned(),
         fit: BALANCE,
@@ -62,10 +86,8 @@ fn of_balance<'a>(scene: &Scene, balance: &EnergyBalance) -> Vec<SensitiveResult
     // k comes from the dry runs, which no constant enters
     let of_k = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(_));
     let wet = balance.parameters.iter().enumerate().filter(|(_, own)| !of_k(own.kind));
-    let parameters = wet.filter_map(|(index, own)| {
-        let value = move |changed: &Changed| changed.balance.as_ref()?.parameters.get(index).copied();
-        SensitiveResult::of(named(&own.name), &own.estimate, 1.0, value)
-    });
+    let parameters = wet
+        .filter_map(|(place, own)| SensitiveResult::of(named(&own.name), &own.estimate, 1.0, Source::Parameter(place)));
     let particles = scene.particles.iter().enumerate();
     let held = particles.filter(|(_, particle)| balance.particles.contains(&particle.name));
     let lengths = held.filter_map(|(index, particle)| {
@@ -73,27 +95,19 @@ fn of_balance<'a>(scene: &Scene, balance: &EnergyBalance) -> Vec<SensitiveResult
             particle: Some(particle.name.clone()),
             ..named(Quantity::DeltaC.describe().name)
         };
-        let value = move |changed: &Changed| {
-            let at = Place {
-                roughness: changed.scene.particles[index].roughness,
-                ..Place::NONE
-            };
-            let l = *changed.balance.as_ref()?.parameters.first()?;
-            Some(Quantity::DeltaC.value(&at, &Wetted::of_balance(f64::NAN, l)))
-        };
-        SensitiveResult::of(named, &balance.delta_c_over_roughness, particle.roughness?, value)
+        let over_roughness = &balance.delta_c_over_roughness;
+        SensitiveResult::of(named, over_roughness, particle.roughness?, Source::DeltaC(index))
     });
     parameters.chain(lengths).collect()
 }
 
 /// What the energy balance gives and, at the film ratio shown of each particle, e_inf and St_c.
-pub(super) fn results<'a>(
+pub(super) fn results(
     scene: &Scene,
     runs: &Runs,
-    dry: &'a [FittedDry],
     scaling: &[FittedScaling],
     balance: Option<&EnergyBalance>,
-) -> Vec<SensitiveResult<'a>> {
+) -> Vec<SensitiveResult> {
     let mut results = balance.map_or_else(Vec::new, |balance| of_balance(scene, balance));
     for (sphere, of_sphere) in runs.spheres.iter().enumerate() {
         let Some(film_ratio) = film_ratio::reference_film_ratio(scene, runs, sphere) else {
@@ -109,18 +123,10 @@ pub(super) fn results<'a>(
         };
         let derived = balance.iter().flat_map(|balance| &balance.derived);
         for row in derived.filter(|row| row.sphere == sphere && row.film_ratio == film_ratio) {
-            let place = row.place;
             for (quantity, estimate) in [(Quantity::EInf, &row.e_inf), (Quantity::StC, &row.st_c)] {
-                let value = move |changed: &Changed| {
-                    let at_place = changed.balance.as_ref()?.at_places.get(place)?.as_ref();
-                    Some(at_place?.value(quantity))
-                };
-                results.extend(SensitiveResult::of(
-                    named(quantity, row.diameter_m, BALANCE),
-                    estimate,
-                    1.0,
-                    value,
-                ));
+                let named = named(quantity, row.diameter_m, BALANCE);
+                let source = Source::AtPlace(row.place, quantity);
+                results.extend(SensitiveResult::of(named, estimate, 1.0, source));
             }
         }
         let direct = scaling.iter().find(|fitted| {
@@ -131,13 +137,9 @@ pub(super) fn results<'a>(
             let Some((fitted, estimate)) = direct.and_then(|own| Some((own, own.scaling.estimate(quantity)?))) else {
                 continue;
             };
-            let series = fitted.series.clone();
-            let value = move |changed: &Changed| {
-                let series = &changed.runs.series[series.clone()];
-                Some(square_root_of(changed.scene, changed.runs, dry, series)?[place])
-            };
             let named = named(quantity, of_sphere.diameter, WetLaw::Sqrt.name());
-            results.extend(SensitiveResult::of(named, estimate, 1.0, value));
+            let source = Source::Law(fitted.series.clone(), place);
+            results.extend(SensitiveResult::of(named, estimate, 1.0, source));
         }
     }
     results
