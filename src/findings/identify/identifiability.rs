@@ -26,8 +26,8 @@ pub(super) struct Identifiability<'r> {
     full: Vec<f64>,
     /// information of the runs and of the priors there
     pub information: DirectionalInformation,
-    /// the same beside the default priors, where the scene's are narrower; `None` where none is
-    beside_defaults: Option<DirectionalInformation>,
+    /// the same beside the default priors, where the scene's are narrower
+    beside_defaults: DirectionalInformation,
     /// whether that is where the energy balance was fitted, without priors
     pub fitted: bool,
 }
@@ -102,13 +102,11 @@ impl<'r> Identifiability<'r> {
                 *own
             }
         });
-        let wider: Vec<LogNormalPrior> = wider.collect();
-        let narrowed = wider.iter().zip(&beliefs).any(|(wider, own)| wider.ln_sd > own.ln_sd);
-        let beside_defaults = narrowed.then_some(RunsWithPriors {
-            beliefs: &wider,
+        let beside_defaults = RunsWithPriors {
+            beliefs: &wider.collect::<Vec<_>>(),
             ..evidence
-        });
-        let beside_defaults = beside_defaults.and_then(|evidence| evidence.information(&values));
+        };
+        let beside_defaults = beside_defaults.information(&values)?;
         let full = whole(&values);
         Some(Identifiability {
             joint,
@@ -126,12 +124,10 @@ impl<'r> Identifiability<'r> {
     /// The parameters that the runs cannot tell. One of which they say less than a narrow prior of the scene, but more than
     /// the default one, they can.
     pub fn unseen(&self) -> Vec<UnseenGroup> {
+        let others = self.beside_defaults.unseen();
+        let hidden = |place: &usize| others.iter().any(|other| other.members.contains(place));
         let mut groups = self.information.unseen();
-        if let Some(beside_defaults) = &self.beside_defaults {
-            let others = beside_defaults.unseen();
-            let hidden = |place: &usize| others.iter().any(|other| other.members.contains(place));
-            groups.retain(|group| group.members.iter().any(hidden));
-        }
+        groups.retain(|group| group.members.iter().any(hidden));
         groups
     }
 
