@@ -481,13 +481,15 @@ impl DrawShare {
     fn new(kept: f64, draw: &Draw, is_wet: bool) -> DrawShare {
         /// in place of none, so that a distribution over the draws can be solved for; no restitution shows it
         const NO_SPREAD: f64 = 1e-9;
+        /// what keeps less sticks for certain, too, and its powers are no numbers
+        const LEAST_KEPT: f64 = -1e30;
         let (sigma, energy) = match is_wet {
             true => (draw.sigma_wet, draw.sigma_energy),
             false => (draw.sigma_dry, 0.0),
         };
         let sigma = sigma.max(NO_SPREAD);
         DrawShare {
-            kept,
+            kept: if kept < LEAST_KEPT { LEAST_KEPT } else { kept },
             noise: RunNoise {
                 tails: draw.tails,
                 spreads: Spreads { sigma, energy },
