@@ -118,12 +118,14 @@ impl<'s> CheckedRows<'s> {
         let mut bad = vec![];
         for index in 0..self.numbers.len() {
             let (column, place) = self.numbers[index];
-            // the film of a dry run is not read at all
-            if row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio) {
+            // the film of a run that is called dry is not read at all; beside an empty cell only a number says that there was one
+            let is_of_dry = row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio);
+            if is_of_dry && row.word(RunColumn::Liquid).is_some() {
                 continue;
             }
             match self.number(column, cell(place), at) {
                 Ok(value) => row.set(column, value.map(|value| place.to_si(value))),
+                Err(_) if is_of_dry => {}
                 Err(expected) => bad.push(BadCell { column, expected }),
             }
         }
