@@ -27,7 +27,7 @@ fn any_pair() -> impl Strategy<Value = (String, String)> {
     let cell = any_number;
     let restitution = prop_oneof![4 => "0\\.[0-9]{1,3}", 1 => Just("0".to_owned()), 1 => cell()];
     let row = (any::<bool>(), cell(), cell(), cell(), restitution).prop_map(|(wet, diameter, film, speed, e)| {
-        let liquid = if wet { "AK10" } else { "" };
+        let liquid = if wet { "AK10" } else { "dry" };
         format!("PTFE,{liquid},{diameter},{film},{speed},{e}\n")
     });
     let rows = prop::collection::vec(row, 1..5);
