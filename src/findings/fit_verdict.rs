@@ -121,7 +121,7 @@ impl<'a> OwnLaw<'a> {
 
 /// One law for the runs of several groups.
 pub(super) struct OneLaw {
-    /// how many it has
+    /// how many parameters it has
     pub parameters: usize,
     /// the restitution that it expects of each run, group by group
     pub expected: Vec<f64>,
