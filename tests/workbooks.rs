@@ -111,6 +111,24 @@ fn hidden_rows_are_asked_about_and_then_taken_or_left() {
     assert_eq!(fit(&place).2["counts"]["runs"], 24);
 }
 
+#[test]
+fn hidden_columns_that_are_read_are_named() {
+    let hidden = Sheet {
+        hidden_columns: vec![2, 3, 5],
+        ..sheet("May", 0.18)
+    };
+    let place = place("", &[hidden]);
+    let (_, err, findings) = fit(&place);
+    assert_eq!(findings["counts"]["runs"], 24);
+    err.says("book.xlsx, sheet `May`: hidden columns `diameter_mm`, `drop_height_mm` are read");
+    std::fs::remove_file(place.join("scene.toml")).expect("there");
+    let (_, out, _) = place.run("new book.xlsx");
+    assert!(
+        out.contains("the spreadsheet hides `diameter_mm`, `drop_height_mm`"),
+        "{out}"
+    );
+}
+
 /// Two gross outliers on three sheets forbid quoting as they do on one, and are named by sheet, row and label.
 #[test]
 fn runs_on_several_sheets_are_all_kept_and_named_as_a_person_sees_them() {

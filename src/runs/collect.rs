@@ -14,6 +14,7 @@ use super::told_twice::{ComparedColumns, Comparison, RowSetting, TOLD_TWICE};
 use super::words::words_for_no;
 use crate::error::{file_name, quoted, Problem};
 use crate::remark::{Level, Remark};
+use crate::rounding::by_number;
 use crate::scene::{RunColumn, Scene};
 
 const LIQUIDS_WITHOUT_RUNS: &str = "liquids_without_runs";
@@ -27,14 +28,16 @@ const FILM_RATIO_OF_EACH_RUN: &str = "film_ratio_of_each_run";
 const MANY_FILM_RATIOS: &str = "many_film_ratios";
 const EXCLUDE_BY_YES: &str = "exclude_by_yes";
 const HIDDEN_ROWS: &str = "hidden_rows";
+const HIDDEN_COLUMNS: &str = "hidden_columns";
 pub(super) const SHEETS_NOT_READ: &str = "sheets_not_read";
 pub(super) const CONDENSED_RUNS: &str = "condensed_runs";
 
 /// The codes of what reading says of a table.
-pub(crate) const OF_READING: [&str; 13] = [
+pub(crate) const OF_READING: [&str; 14] = [
     SHEETS_NOT_READ,
     LIQUIDS_WITHOUT_RUNS,
     HIDDEN_ROWS,
+    HIDDEN_COLUMNS,
     LABELLED_ROWS,
     HEIGHTS_ASSUMED,
     UNKNOWN_COLUMN,
@@ -57,6 +60,8 @@ pub(super) struct SheetRead {
     /// hidden rows with something in them, as they were taken or left out
     pub hidden_rows: Vec<u64>,
     pub are_taken: bool,
+    /// names of columns that are read although the sheet hides them, as a message shows them
+    pub hidden_columns: Vec<String>,
 }
 
 /// Runs left out for one reason.
@@ -628,6 +633,25 @@ impl Collected {
                 rows_in_words(&sheet.hidden_rows)
             ),
             "nothing, unless `hidden_rows` in [data] should say otherwise",
+        ))
+    }
+
+    /// Says which columns of a sheet are read although it hides them.
+    pub fn hidden_columns(&self, path: &Path) -> Option<Remark> {
+        let sheet = self.sheet.as_ref().filter(|sheet| !sheet.hidden_columns.is_empty())?;
+        let hidden = sheet.hidden_columns.len();
+        Some(Remark::new(
+            HIDDEN_COLUMNS,
+            hidden,
+            format!(
+                "{}, sheet {}: hidden {} {} {} read",
+                file_name(path),
+                quoted(&sheet.name),
+                by_number(hidden, "column", "columns"),
+                sheet.hidden_columns.join(", "),
+                by_number(hidden, "is", "are"),
+            ),
+            "show what is hidden in the spreadsheet and see that it is meant; else name another column as `columns` in [data]",
         ))
     }
 

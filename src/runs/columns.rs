@@ -156,6 +156,11 @@ impl<'s> TableLayout<'s> {
         self.places[column as usize].as_ref()
     }
 
+    /// The columns that are read.
+    pub fn columns_read(&self) -> impl Iterator<Item = &ColumnPlace> {
+        self.places.iter().flatten()
+    }
+
     /// Whether the table has a column or the scene says what it holds in every row.
     pub fn gives(&self, column: RunColumn) -> bool {
         self.place(column).is_some() || self.constants.iter().any(|constant| constant.column == column)

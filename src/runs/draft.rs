@@ -327,6 +327,11 @@ impl Naming<'_> {
             };
             self.guessed.push(format!("row {row} names the columns{units}"));
         }
+        if !survey.hidden_columns.is_empty() {
+            let hidden = survey.hidden_columns.join(", ");
+            let text = format!("the spreadsheet hides {hidden}: show them and see whether they are meant");
+            self.guessed.push(text);
+        }
         if !survey.sheets_left.is_empty() {
             let left = survey.sheets_left.join(", ");
             self.guessed.push(format!(

@@ -1,6 +1,8 @@
-//! Finds the rows of a sheet that its workbook hides, by a filter, by hand or by a height of 0. The only file that names quick-xml.
+//! Finds the rows and columns of a sheet that its workbook hides, by a filter, by hand or by a size of 0. The only file that
+//! names quick-xml.
 
 use std::io::{BufReader, Cursor};
+use std::ops::RangeInclusive;
 
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
@@ -11,8 +13,16 @@ use crate::error::Problem;
 
 type Archive<'b> = zip::ZipArchive<Cursor<&'b [u8]>>;
 
-/// The numbers of the hidden rows of a sheet, from 1, ascending. The sheet is read as a stream.
-pub(super) fn hidden_rows(bytes: &[u8], sheet: &str) -> Result<Vec<u64>, Vec<Problem>> {
+/// What a sheet hides.
+pub(super) struct Hidden {
+    /// numbers of rows, from 1, ascending
+    pub rows: Vec<u64>,
+    /// numbers of columns, from 1
+    pub columns: Vec<RangeInclusive<usize>>,
+}
+
+/// What a sheet hides, which is read as a stream.
+pub(super) fn hidden_in(bytes: &[u8], sheet: &str) -> Result<Hidden, Vec<Problem>> {
     readable("workbook", || {
         let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
         let book = target(&mut archive, "_rels/.rels", |relation| {
@@ -20,7 +30,7 @@ pub(super) fn hidden_rows(bytes: &[u8], sheet: &str) -> Result<Vec<u64>, Vec<Pro
         })?;
         let book = book.unwrap_or_else(|| "xl/workbook.xml".to_owned());
         let mut id = None;
-        each_start(&mut archive, &book, "sheet", |of_sheet| {
+        each_start(&mut archive, &book, &["sheet"], |of_sheet| {
             if value(of_sheet, "name").as_deref() == Some(sheet) {
                 id = value(of_sheet, "id");
             }
@@ -33,26 +43,33 @@ pub(super) fn hidden_rows(bytes: &[u8], sheet: &str) -> Result<Vec<u64>, Vec<Pro
             Some((path, None)) => format!("{folder}/{}", path.trim_start_matches("./")),
             None => return Err(format!("it does not say where its sheet {sheet} is")),
         };
-        let mut hidden = vec![];
+        let (mut rows, mut columns) = (vec![], vec![]);
         let mut number = 0;
-        each_start(&mut archive, &path, "row", |row| {
-            let given = value(row, "r").and_then(|number| number.parse().ok());
-            number = given.unwrap_or(number + 1);
-            let is_hidden = value(row, "hidden").is_some_and(|hidden| hidden == "1" || hidden == "true");
-            let is_flat = value(row, "ht").is_some_and(|height| height.parse() == Ok(0.0));
-            if is_hidden || is_flat {
-                hidden.push(number);
+        each_start(&mut archive, &path, &["row", "col"], |line| {
+            let given = |name: &str| value(line, name)?.parse().ok();
+            let is_column = line.local_name().as_ref() == "col";
+            let is_hidden = value(line, "hidden").is_some_and(|hidden| hidden == "1" || hidden == "true");
+            let size = if is_column { "width" } else { "ht" };
+            let is_hidden = is_hidden || value(line, size).is_some_and(|size| size.parse() == Ok(0.0));
+            if is_column {
+                let ends = given("min").zip(given("max")).filter(|_| is_hidden);
+                columns.extend(ends.map(|(first, last)| first as usize..=last as usize));
+                return;
+            }
+            number = given("r").unwrap_or(number + 1);
+            if is_hidden {
+                rows.push(number);
             }
         })?;
-        hidden.sort_unstable();
-        Ok(hidden)
+        rows.sort_unstable();
+        Ok(Hidden { rows, columns })
     })
 }
 
 /// Where the first relation of a kind leads.
 fn target(archive: &mut Archive, path: &str, is_meant: impl Fn(&BytesStart) -> bool) -> Result<Option<String>, String> {
     let mut found = None;
-    each_start(archive, path, "Relationship", |relation| {
+    each_start(archive, path, &["Relationship"], |relation| {
         if found.is_none() && is_meant(relation) {
             found = value(relation, "Target");
         }
@@ -60,8 +77,13 @@ fn target(archive: &mut Archive, path: &str, is_meant: impl Fn(&BytesStart) -> b
     Ok(found)
 }
 
-/// Goes through the elements of a name in a part of the workbook.
-fn each_start(archive: &mut Archive, path: &str, name: &str, mut each: impl FnMut(&BytesStart)) -> Result<(), String> {
+/// Goes through the elements of some names in a part of the workbook.
+fn each_start(
+    archive: &mut Archive,
+    path: &str,
+    names: &[&str],
+    mut each: impl FnMut(&BytesStart),
+) -> Result<(), String> {
     let wanted = path.trim_start_matches('/').to_lowercase();
     let at = (0..archive.len()).find(|at| {
         let own = archive.name_for_index(*at).and_then(Result::ok).unwrap_or_default();
@@ -74,7 +96,7 @@ fn each_start(archive: &mut Archive, path: &str, name: &str, mut each: impl FnMu
     let mut buffer = vec![];
     loop {
         match reader.read_event_into(&mut buffer).map_err(|error| error.to_string())? {
-            Event::Start(start) | Event::Empty(start) if start.local_name().as_ref() == name => each(&start),
+            Event::Start(start) | Event::Empty(start) if names.contains(&start.local_name().as_ref()) => each(&start),
             Event::Eof => return Ok(()),
             _ => {}
         }

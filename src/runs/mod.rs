@@ -25,7 +25,7 @@
 //! | `parquet_footer.rs` | checks the counts a Parquet file states before memory is allocated by them |
 //! | `new_run.rs` | holds one run to be written |
 //! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` the only file that names it |
-//! | `hidden_rows.rs` | finds the rows of a sheet that its workbook hides |
+//! | `hidden_rows.rs` | finds the rows and columns of a sheet that its workbook hides |
 //! | `workbook.rs` | reads a sheet of a spreadsheet with calamine; the only file that names it |
 //! | `source.rs` | opens a table, and reads no more of it than a format may have |
 //! | `cells.rs` | reads a table whose columns are not those of runs, as rows of texts |
@@ -254,6 +254,12 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
             survey.add(row.number, row.texts(width).iter().map(Option::as_deref));
         }
         survey.hidden_rows += sheet.hidden();
+        for (index, column) in survey.columns.iter().enumerate() {
+            let name = quoted(&column.name);
+            if !column.name.is_empty() && sheet.hides_column(index) && !survey.hidden_columns.contains(&name) {
+                survey.hidden_columns.push(name);
+            }
+        }
     }
     let Some((_, mut survey)) = found else {
         return Err(vec![whole_file("every sheet is empty", "a sheet with one row a run")]);

@@ -44,6 +44,8 @@ pub(super) struct Survey {
     pub sheets_left: Vec<String>,
     /// hidden rows, which are not surveyed
     pub hidden_rows: usize,
+    /// names of hidden columns, which are, as a message shows them
+    pub hidden_columns: Vec<String>,
     /// rows whose labels say that they are no runs, which are not surveyed either
     pub labelled: Vec<LabelledRow>,
 }

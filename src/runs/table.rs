@@ -154,6 +154,7 @@ impl<'p> Joined<'p> {
         let path = file.path.as_path();
         let notices = [
             table.hidden_rows(path),
+            table.hidden_columns(path),
             table.heights_assumed(),
             table.unheeded_columns(path),
             table.excluded_by_yes(path),

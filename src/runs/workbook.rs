@@ -11,7 +11,7 @@ use super::collect::{rows_in_words, Collected, SheetRead};
 use super::columns::{Header, TableLayout};
 use super::csv::too_many_columns;
 use super::headers::units::{is_row_of_units, units_above};
-use super::hidden_rows::hidden_rows;
+use super::hidden_rows::{hidden_in, Hidden};
 use super::refusals::{readable, whole_file, CellPlace, Refused};
 use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_UNPACKED};
@@ -84,6 +84,8 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, R
     if let Err(problems) = sheet.refuse_hidden_rows() {
         problems.into_iter().for_each(|problem| checked.refuse(problem));
     }
+    let own = layout.columns_read().filter(|place| sheet.hides_column(place.index));
+    sheet.read.hidden_columns = own.map(|place| quoted(&place.name)).collect();
     checked.of_sheet(sheet.read, unnamed);
     checked.finish()
 }
@@ -115,7 +117,7 @@ impl<'b> Workbook<'b> {
         let mut sheets = self.sheets();
         let at = sheet_named(&sheets, wanted)?;
         let (name, is_hidden) = sheets.remove(at);
-        let hidden = hidden_rows(self.bytes, &name)?;
+        let hidden = hidden_in(self.bytes, &name)?;
         let (book, sheet) = (&mut self.book, name.as_str());
         let cells = workbook(move || book.worksheet_cells_reader(sheet))?;
         Ok(Sheet {
@@ -144,9 +146,8 @@ pub(super) struct Sheet<'s, 'b> {
     /// the row whose cells are being read
     begun: Option<SheetRow>,
     at_end: bool,
-    /// numbers of the hidden rows
-    hidden: Vec<u64>,
-    /// what is done with them
+    hidden: Hidden,
+    /// what is done with hidden rows
     hidden_rows: Option<HiddenRows>,
 }
 
@@ -211,7 +212,7 @@ impl Sheet<'_, '_> {
             let Some(row) = self.ahead.pop_front() else {
                 return Ok(None);
             };
-            if self.hidden.binary_search(&row.number).is_err() {
+            if self.hidden.rows.binary_search(&row.number).is_err() {
                 return Ok(Some(row));
             }
             self.read.hidden_rows.push(row.number);
@@ -220,6 +221,11 @@ impl Sheet<'_, '_> {
                 return Ok(Some(row));
             }
         }
+    }
+
+    /// Whether a column, counted from 0, is hidden.
+    pub fn hides_column(&self, index: usize) -> bool {
+        self.hidden.columns.iter().any(|columns| columns.contains(&(index + 1)))
     }
 
     /// Hidden rows with something in them below the header, as far as was read.

@@ -22,6 +22,8 @@ pub struct Sheet {
     pub rows: Vec<Vec<Cell>>,
     /// numbers of hidden rows
     pub hidden_rows: Vec<usize>,
+    /// numbers of hidden columns, from 1
+    pub hidden_columns: Vec<usize>,
 }
 
 impl Sheet {
@@ -37,12 +39,21 @@ impl Sheet {
             is_hidden: false,
             rows: text.lines().map(|line| line.split(',').map(cell).collect()).collect(),
             hidden_rows: vec![],
+            hidden_columns: vec![],
         }
     }
 
     fn xml(&self) -> String {
-        let mut xml =
-            String::from(r#"<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>"#);
+        let mut xml = String::from(r#"<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">"#);
+        if !self.hidden_columns.is_empty() {
+            let column = |number: &usize| {
+                let hidden = ["hidden=\"1\" width=\"9\"", "width=\"0\""][number % 2];
+                format!(r#"<col min="{number}" max="{number}" {hidden}/>"#)
+            };
+            let columns: String = self.hidden_columns.iter().map(column).collect();
+            xml.push_str(&format!("<cols>{columns}</cols>"));
+        }
+        xml.push_str("<sheetData>");
         for (row, number) in self.rows.iter().zip(1..) {
             let hidden = match (self.hidden_rows.contains(&number), number % 2) {
                 (true, 0) => r#" ht="0" customHeight="1""#,
