@@ -300,7 +300,17 @@ fn a_unit_above_the_names_is_held_against_the_key() {
         let (status, _, err) = place.run("check scene.toml");
         (status, err)
     };
-    for above in [",,(in),", ",mm,[inch],mm", "Heights,,cm,", ",(cm),,", ",,m,", ",,[px],"] {
+    for above in [
+        ",,(in),",
+        ",mm,[inch],mm",
+        "Heights,,cm,",
+        ",(cm),,",
+        ",,m,",
+        ",,[px],",
+        ",mm,[lines],mm",
+        ",mm,5 mm,mm",
+        ",mm,(1/16 in),mm",
+    ] {
         let of_text = checked(data, &table(above));
         for (status, err) in [(of_text.0, of_text.2), of_book(above)] {
             assert_eq!(status, Some(2), "{above}");
@@ -315,6 +325,7 @@ fn a_unit_above_the_names_is_held_against_the_key() {
     for above in [
         ",mm,(mm),mm",
         "Trial,,Drop,Rebound",
+        "Trial,4.762 mm,[draft],",
         "Fall through,21.5,cm,",
         "-,[mm],mm,(mm)",
     ] {
@@ -397,6 +408,9 @@ fn a_header_of_another_quantity_is_refused() {
          film_um | film m | expected it as `film_m` in the scene's columns
          film_um | film_m | expected it as `film_m` in the scene's columns
          film_um | film (µl) | by its name it is in `µl`
+         film_um | film [20 µm] | it is in `20 µm`; expected `film_um`, `film_mm`, `film_cm` or `film_m`: convert its numbers
+         film_um | film (mm, mean of 4) | expected it as `film_mm` in the scene's columns
+         film_um | film [pixels of a photo] | by its name it is in `pixels of a photo`
          film_ratio | δ/R | by its name it is the film over the radius; expected δ/D",
     ) {
         let (status, _, err) = wet(ours, theirs);

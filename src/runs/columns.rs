@@ -357,7 +357,7 @@ impl Matching<'_> {
                 format!("by {by} it is in {written}, which `{base}` cannot be")
             }
             StatedUnit::Other(written) => format!(
-                "by {by} it is in {}; expected {}",
+                "by {by} it is in {}; expected {}: convert its numbers",
                 quoted(&written),
                 names_in_words(base, column.dimension())
             ),

@@ -62,8 +62,8 @@ const ATOMS: [(&str, f64, Powers); 28] = [
     ("kmh kph", 1.0 / 3.6, SPEED),
     ("kn knot knots kt", 0.514, SPEED),
     (
-        "px pix pixel pixels frame frames hz khz rpm mv kg g mg µg ml µl μl ul ° °c °f deg degree degrees grad rad ‰ ppm db cst cp mpas \
-         pas mj µj μj nj",
+        "px pix pixel pixels fr frame frames hz khz rpm mv kg g mg µg ml µl μl ul ° °c °f deg degree degrees grad rad ‰ ppm db cst cp mpas \
+         pas kts mach awg mj µj μj nj",
         1.0,
         ANOTHER,
     ),
@@ -85,6 +85,17 @@ struct Measure {
     atoms: usize,
     /// letters of the first atom
     letters: usize,
+}
+
+impl Measure {
+    fn is_of(&self, dimension: Dimension) -> bool {
+        let own = match dimension {
+            Dimension::Speed => SPEED,
+            Dimension::Share | Dimension::One => SHARE,
+            _ => LENGTH,
+        };
+        self.powers == own
+    }
 }
 
 /// The unit that is written so, perhaps with a power of ten before it; `None` where none is.
@@ -154,7 +165,11 @@ fn measure(text: &str) -> Option<Measure> {
             "" => 1,
             exponent => exponent.parse().ok()?,
         };
-        let (_, size, powers) = ATOMS.iter().find(|(names, ..)| is_among(names, name))?;
+        let (_, size, powers) = match ATOMS.iter().find(|(names, ..)| is_among(names, name))? {
+            // what a length is divided by is a time
+            ("ms mps", ..) if is_below && read.atoms > 0 => &("ms", 1e-3, TIME),
+            atom => atom,
+        };
         // the `ms-1` of metres a second
         let exponent = if *powers == SPEED && exponent == -1 {
             1
@@ -224,10 +239,30 @@ fn with_plain_exponents(text: &str) -> String {
     plain
 }
 
-/// The same of a cell of a row of units, which may have brackets around it.
+/// The same of a cell of a row of units, which may have brackets around it; what stands in square brackets is one in any case.
 pub(in crate::runs) fn unit_of_cell(cell: &str) -> Option<StatedUnit> {
-    let inside = cell.trim().trim_start_matches(['(', '[']).trim_end_matches([')', ']']);
-    unit_of(inside.trim_start().trim_start_matches("in "))
+    let cell = cell.trim();
+    let inside = cell.trim_start_matches(['(', '[']).trim_end_matches([')', ']']).trim();
+    let is_square = cell.starts_with('[') && cell.ends_with(']') && !is_among(NO_UNITS, &inside.to_lowercase());
+    let is_other = || is_square || beside_number(inside).is_some_and(|unit| unit_of(unit).is_some());
+    unit_of(inside.trim_start_matches("in ")).or_else(|| is_other().then(|| StatedUnit::Other(inside.to_owned())))
+}
+
+/// What is left of a text without the number before or after it by which its unit is multiplied or divided: the `in` of
+/// `1/8 in`, the `µm` of `µm/10`; `None` without such a number.
+fn beside_number(text: &str) -> Option<&str> {
+    const OF_NUMBER: &str = "0123456789.,/⁄ *×·x¼½¾⅓⅔⅕⅒⅛⅜⅝⅞";
+    let is_of_number = |c: char| OF_NUMBER.contains(c);
+    let has_digit = |number: &str| number.contains(|c: char| c.is_numeric());
+    let (after, before) = (
+        text.trim_start_matches(is_of_number),
+        text.trim_end_matches(is_of_number),
+    );
+    if has_digit(&text[..text.len() - after.len()]) {
+        return Some(after);
+    }
+    let number = text[before.len()..].trim_start();
+    (has_digit(number) && number.starts_with(['/', '*', '×', '·', 'x'])).then_some(before)
 }
 
 /// What stands in a row of units where there is none, or names the row; nothing where brackets are empty.
@@ -257,8 +292,13 @@ pub(in crate::runs) fn units_above<'c>(cells: impl IntoIterator<Item = &'c str>)
     if cells.iter().any(is_number) {
         return vec![];
     }
+    // a `4.762 mm` or `[draft]` among titles is no unit
+    let is_plain = |cell: &&str| unit_of(cell.trim_matches(['[', ']', '(', ')'])).is_some();
+    let has_units = cells.iter().any(is_plain);
     let mut cells: Vec<String> = cells.into_iter().map(str::to_owned).collect();
-    let others = cells.iter_mut().filter(|cell| unit_of_cell(cell).is_none());
+    let others = cells
+        .iter_mut()
+        .filter(|cell| !has_units || unit_of_cell(cell).is_none());
     others.for_each(String::clear);
     cells
 }
@@ -286,18 +326,101 @@ fn is_length(dimension: Dimension) -> bool {
 
 /// What stands before a unit in brackets, and that unit.
 pub(in crate::runs) fn unit_in_brackets(name: &str) -> Option<(&str, StatedUnit)> {
-    let groups = name.match_indices(['(', '[']);
-    let mut units = groups.filter_map(|(at, _)| {
-        let inside = &name[at + 1..];
-        let end = inside.find([')', ']']).unwrap_or(inside.len());
-        Some((&name[..at], unit_of(&inside[..end])?))
-    });
+    let mut units = in_brackets(name).filter_map(|own| Some((own.before, unit_of(own.inside)?)));
     units.next()
+}
+
+/// A part of a name in brackets.
+struct Bracketed<'n> {
+    before: &'n str,
+    inside: &'n str,
+    is_square: bool,
+}
+
+fn in_brackets(name: &str) -> impl Iterator<Item = Bracketed<'_>> {
+    name.match_indices(['(', '[']).map(|(at, bracket)| {
+        let is_square = bracket == "[";
+        let inside = &name[at + 1..];
+        let end = inside.find(if is_square { ']' } else { ')' });
+        let end = end.or(inside.find([')', ']'])).unwrap_or(inside.len());
+        Bracketed {
+            before: &name[..at],
+            inside: &inside[..end],
+            is_square,
+        }
+    })
+}
+
+impl Bracketed<'_> {
+    /// The unit that stands among other words, as in `(cm/s, mean)`, or is not known, as in `[10 µm]`: of other words in round
+    /// brackets nobody can tell, but in square ones a unit is expected.
+    fn unit_among_words(&self, dimension: Dimension) -> Option<StatedUnit> {
+        let Bracketed { before, inside, .. } = *self;
+        let text = inside.split('±').next().unwrap_or_default().trim();
+        let is_own = |unit: &str| measure(&unit.to_lowercase()).is_some_and(|read| read.is_of(dimension));
+        let is_plain = matches!(dimension, Dimension::Share | Dimension::One);
+        let other = StatedUnit::Other(text.to_owned());
+        let number = beside_number(text);
+        if !is_plain && (number.is_some_and(is_own) || is_made_of_units(text)) {
+            return Some(other);
+        }
+        let mut pieces = pieces(text);
+        pieces.sort_by_key(|piece| std::cmp::Reverse(piece.text.len()));
+        // a micrometer is what it was measured with
+        let among = pieces
+            .iter()
+            .filter(|piece| piece.is_unit(dimension) && is_own(piece.text));
+        let mut among = among.filter(|piece| !["m", "micrometer"].contains(&piece.text.to_lowercase().as_str()));
+        if let Some(piece) = among.next() {
+            return unit_of(piece.text);
+        }
+        let is_exponent = before.ends_with(['^', '*']);
+        // the index of a `v[0]`
+        let is_index = text.len() == 1 && text.starts_with(char::is_numeric) && before.ends_with(char::is_alphanumeric);
+        let is_unknown = match number {
+            _ if text.is_empty() || is_exponent || is_index => false,
+            Some("") => {
+                let is_factor = ["/", "x", "×", "*", "1/", "0.", "0,"]
+                    .iter()
+                    .any(|start| text.starts_with(start));
+                is_factor || self.is_square && !(is_plain && text == "1")
+            }
+            Some("ths" | "nds") => true,
+            Some(unit) if self.is_square => !is_plain || unit_of(unit).is_some(),
+            Some(_) => false,
+            None if is_among(ARBITRARY, &text.to_lowercase()) => true,
+            None if is_plain => false,
+            None => self.is_square && !text.eq_ignore_ascii_case("si"),
+        };
+        is_unknown.then_some(other)
+    }
+}
+
+/// What is written for a unit of nobody.
+const ARBITRARY: &str = "a.u. au arb arb. arb.u. div div. divs divisions ticks counts awg swg";
+
+/// Whether a text is a quotient of units, although none that is known, as `px/fr`.
+fn is_made_of_units(text: &str) -> bool {
+    let is_atom = |name: &str| ATOMS.iter().any(|(names, ..)| is_among(names, name));
+    text.contains('/') && text.to_lowercase().split(['/', ' ']).all(is_atom)
 }
 
 /// The unit that the name of a column of some kind states beyond doubt: in brackets, after a slash, a comma or the word
 /// `in`, or among its words where it can be nothing else. The `in` of `v_in`, say, is no inch.
 pub(in crate::runs) fn unit_in_name(name: &str, dimension: Dimension) -> Option<StatedUnit> {
+    let stated = undivided_unit(name, dimension)?;
+    // the `film [µm] / 10` of another unit
+    let outside = without_brackets(name.trim_end());
+    let is_divided = beside_number(&outside).is_some_and(|rest| outside.starts_with(rest));
+    let is_plain = matches!(dimension, Dimension::Share | Dimension::One);
+    Some(match is_divided && !is_plain {
+        true => StatedUnit::Other(name.trim().to_owned()),
+        false => stated,
+    })
+}
+
+/// The same, whatever number stands at the end of the name.
+fn undivided_unit(name: &str, dimension: Dimension) -> Option<StatedUnit> {
     let is_meant = |unit: &StatedUnit| is_meant(unit, dimension);
     if dimension == Dimension::Share && has_factor(&name.to_lowercase()) {
         let is_percent = name.contains("100") && !name.contains("1000");
@@ -330,9 +453,16 @@ pub(in crate::runs) fn unit_in_name(name: &str, dimension: Dimension) -> Option<
     let mut pieces = pieces(name.trim_end());
     pieces.sort_by_key(|piece| std::cmp::Reverse(piece.text.len()));
     let mut stated = pieces.iter().filter(|piece| piece.is_unit(dimension));
-    stated
-        .find_map(|piece| unit_of(piece.text).filter(&is_meant))
-        .or(in_brackets)
+    let stated = stated.find_map(|piece| unit_of(piece.text).filter(&is_meant));
+    stated.or(in_brackets).or_else(|| {
+        let behind_slash = trimmed.rsplit_once('/').map(|(before, inside)| Bracketed {
+            before,
+            inside,
+            is_square: false,
+        });
+        let mut parts = self::in_brackets(trimmed).chain(behind_slash);
+        parts.find_map(|part| part.unit_among_words(dimension).filter(&is_meant))
+    })
 }
 
 /// A part of a name, between two places where words begin or end.
@@ -366,7 +496,7 @@ fn pieces(name: &str) -> Vec<Piece<'_>> {
     }
     let piece = |(start, end): (usize, usize)| {
         let before = name[..start].trim_end();
-        let word = before.rsplit([' ', '_', '.']).next().unwrap_or_default();
+        let word = before.rsplit([' ', '_', '.', ',', '=']).next().unwrap_or_default();
         Piece {
             text: &name[start..end],
             is_set_off: before.ends_with(['/', ',', ';', ':', '|'])
@@ -420,6 +550,9 @@ impl Piece<'_> {
     }
 }
 
+/// Words for the part of a unit that is counted.
+const FRACTIONS: &str = "tenths hundredths thousandths zehntel hundertstel tausendstel dixièmes centièmes millièmes mille permille promille";
+
 /// Signs of a product.
 const TIMES: [char; 5] = ['*', '×', '·', '⋅', 'x'];
 
@@ -433,6 +566,12 @@ pub(super) fn has_factor(name: &str) -> bool {
                 .is_some_and(|rest| rest.bytes().all(|b| b == b'0'))
     };
     let is_number = |c: char| c.is_ascii_digit() || "^.,".contains(c);
+    if name
+        .split(|c: char| !c.is_alphanumeric())
+        .any(|word| is_among(FRACTIONS, word))
+    {
+        return true;
+    }
     // the `10 v` of nobody's unit
     let mut words = name.split_whitespace();
     let is_first = words.next().is_some_and(is_power);
