@@ -7,7 +7,7 @@ use super::remarks::{self, shortened};
 use crate::distributions::chi_squared_tail;
 use crate::physics::numbers::GRAVITY;
 use crate::remark::Remark;
-use crate::rounding::by_number;
+use crate::rounding::{by_number, significant};
 use crate::runs::{RowPlaces, Runs};
 
 /// Rebounds of the largest table that is looked at, each pair of them: a laboratory has no larger one.
@@ -502,6 +502,7 @@ fn at_least(found: usize, expected: f64) -> f64 {
 
 /// Rows that are the means of other rows.
 struct Means {
+    of: MeanOf,
     rows: Vec<u32>,
     expected: f64,
     p: f64,
@@ -511,8 +512,11 @@ struct Means {
 /// would hide means of more.
 const ROWS: [RangeInclusive<usize>; 2] = [2..=2, 3..=50];
 
+/// Rows of a group or block at all of its speeds that a mean may be of.
+const ROWS_OF_GROUP: RangeInclusive<usize> = 3..=400;
+
 /// Which rows a mean may be of.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum MeanOf {
     /// those just above, down to the mean before
     Above,
@@ -520,6 +524,19 @@ enum MeanOf {
     Below,
     /// all others near its speed
     All,
+    /// all others of its group, at whatever speed
+    Group,
+    /// the same, of the last row of each group, at the foot of a table or of a block
+    Last,
+    /// those of its group just above, down to the mean before, at whatever speed
+    Block,
+}
+
+impl MeanOf {
+    /// Whether the rows are of one speed, about.
+    fn is_of_one_speed(self) -> bool {
+        matches!(self, MeanOf::Above | MeanOf::Below | MeanOf::All)
+    }
 }
 
 /// Questions rows that are means of others, by the least likely of all ways in which these may stand in a table.
@@ -528,14 +545,21 @@ fn question_means(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> {
     const COARSE: f64 = 0.01;
     const NAMED: usize = 8;
     // to the digits of the runs, or to fewer
-    let ways = [MeanOf::Above, MeanOf::Below, MeanOf::All].into_iter();
+    use MeanOf::{Above, All, Below, Block, Group, Last};
+    let ways = [Above, Below, All, Group, Last, Block].into_iter();
     let ways: Vec<(MeanOf, f64)> = ways.flat_map(|of| [(of, 0.0), (of, COARSE)]).collect();
     // of each of the two questions
     let tried = ways.len() as f64;
-    let found = ways
-        .iter()
-        .flat_map(|(of, step)| ROWS.map(|rows| Means::of_one_kind(rebounds, *of, &rows, *step)));
-    let Means { rows, expected, p } = found.min_by(|a, b| a.p.total_cmp(&b.p))?;
+    let found = ways.iter().flat_map(|(of, step)| {
+        let lengths = match of.is_of_one_speed() {
+            true => ROWS.to_vec(),
+            false => vec![ROWS_OF_GROUP],
+        };
+        lengths
+            .into_iter()
+            .map(|rows| Means::of_one_kind(rebounds, *of, &rows, *step))
+    });
+    let Means { of, rows, expected, p } = found.min_by(|a, b| a.p.total_cmp(&b.p))?;
     let p = (tried * p).min(1.0);
     if rows.is_empty() || p >= remarks::BEYOND_CHANCE {
         return None;
@@ -544,10 +568,15 @@ fn question_means(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> {
     if rows.len() > NAMED {
         named.push(format!("and {} more", rows.len() - NAMED));
     }
+    let others = match of.is_of_one_speed() {
+        true => "other rows near that speed",
+        false => "the other rows of a group or block",
+    };
     let text = format!(
-        "{} {} the mean of other rows near that speed, in speed and restitution, where chance would make it {expected:.1}: {}",
+        "{} {} the mean of {others}, in speed and restitution, where chance would make it {}: {}",
         rows.len(),
         by_number(rows.len(), "row is", "rows are"),
+        significant(expected, 1),
         named.join(", ")
     );
     Some(remarks::MEAN_ROWS.check(p, text))
@@ -558,11 +587,16 @@ impl Means {
     fn of_one_kind(rebounds: &[Rebound], of: MeanOf, length: &RangeInclusive<usize>, rounded_to: f64) -> Means {
         let mut rows: Vec<u32> = vec![];
         let mut expected = 0.0;
+        // speeds of rows that have the mean speed: where a design is repeated, the first tells of all
+        let mut mean_speeds: Vec<f64> = vec![];
         // where the next block may begin
         let mut begin = 0;
         for (place, one) in rebounds.iter().enumerate() {
             let steps = one.restitution / rounded_to;
             if rounded_to > 0.0 && (steps - steps.round()).abs() > 1e-6 {
+                continue;
+            }
+            if of == MeanOf::Last && rebounds[place + 1..].iter().any(|other| other.group == one.group) {
                 continue;
             }
             let is_near = |other: &&Rebound| one.is_near(other);
@@ -579,6 +613,14 @@ impl Means {
                     let others = rebounds.iter().filter(|other| other.row != one.row);
                     others.filter(is_near).take(most).collect()
                 }
+                MeanOf::Group | MeanOf::Last => {
+                    let others = rebounds.iter().filter(|other| other.row != one.row);
+                    others.filter(|other| other.group == one.group).take(most).collect()
+                }
+                MeanOf::Block => {
+                    let above = rebounds[begin..place].iter().rev();
+                    above.take_while(|other| other.group == one.group).take(most).collect()
+                }
             };
             let speeds = Spread::of(block.iter().map(|other| other.speed));
             let restitutions = Spread::of(block.iter().map(|other| other.restitution));
@@ -588,19 +630,74 @@ impl Means {
             }
             let step = one.steps[2].max(rounded_to);
             let speed_step = one.steps[1].max(rounded_to);
-            // the speed itself tells nothing: one that was set is the mean of those beside it where they are evenly apart
-            if !speeds.has_mean(one.speed, speed_step) {
-                continue;
+            let has_speed = speeds.has_mean(one.speed, speed_step);
+            if of.is_of_one_speed() {
+                // the speed itself tells nothing: one that was set is the mean of those beside it where they are evenly apart
+                if !has_speed {
+                    continue;
+                }
+                expected += restitutions.chance(step);
+            } else {
+                // repeats of a set speed have its mean restitution together
+                if one.is_set {
+                    continue;
+                }
+                let is_known = has_speed && mean_speeds.contains(&one.speed);
+                let of_speed = if is_known {
+                    1.0
+                } else {
+                    chance_of_mean_speed(&block, speed_step)
+                };
+                expected += of_speed * chance_about_line(&block, step);
+                mean_speeds.extend(has_speed.then_some(one.speed));
             }
-            expected += restitutions.chance(step);
-            if restitutions.has_mean(one.restitution, step) {
+            let has_restitution = restitutions.has_mean(one.restitution, step) || {
+                let rebounds = Spread::of(block.iter().map(|other| other.rebound_speed()));
+                !of.is_of_one_speed() && rebounds.has_mean(one.rebound_speed(), step * one.speed)
+            };
+            if has_speed && has_restitution {
                 rows.push(one.row);
                 begin = place + 1;
             }
         }
         let p = at_least(rows.len(), expected);
-        Means { rows, expected, p }
+        Means { of, rows, expected, p }
     }
+}
+
+/// Density of a normal at its middle, times its sd.
+const PEAK: f64 = 0.398_942_280_401_432_7;
+
+/// Bound on the probability that one more speed is the mean of a block to the last digit: the middle of a design that is even
+/// but for some scatter lies within this scatter of the mean.
+fn chance_of_mean_speed(block: &[&Rebound], step: f64) -> f64 {
+    let mut speeds: Vec<f64> = block.iter().map(|one| one.speed).collect();
+    speeds.sort_by(f64::total_cmp);
+    let mean = speeds.iter().sum::<f64>() / speeds.len() as f64;
+    let middles = speeds.iter().zip(speeds.iter().rev());
+    let squares = middles.map(|(slow, fast)| (0.5 * (slow + fast) - mean).powi(2));
+    let uneven = (squares.sum::<f64>() / speeds.len() as f64).sqrt();
+    (PEAK * step / uneven).min(1.0)
+}
+
+/// Bound on the probability that one more run at the mean speed of a block has its mean restitution, or its mean speed of
+/// rebounds, to the last digit: by the scatter about the straight line in the speed, to which a bent law adds what it differs by.
+fn chance_about_line(block: &[&Rebound], step: f64) -> f64 {
+    let count = block.len() as f64;
+    let mean = |of: fn(&Rebound) -> f64| block.iter().map(|one| of(one)).sum::<f64>() / count;
+    let (speed, restitution) = (mean(|one| one.speed), mean(|one| one.restitution));
+    let [mut square, mut product, mut rest] = [0.0; 3];
+    for one in block {
+        let (v, e) = (one.speed - speed, one.restitution - restitution);
+        square += v * v;
+        product += v * e;
+        rest += e * e;
+    }
+    if square > 0.0 {
+        rest -= product * product / square;
+    }
+    let sd = (rest.max(0.0) / (count - 2.0)).sqrt();
+    (2.0 * PEAK * step / sd).min(1.0)
 }
 
 impl Rebound {

@@ -143,6 +143,75 @@ fn pasted_blocks_and_means_are_found() {
     }
 }
 
+/// Dry runs and those of two films at varied speeds, in blocks: measured ones anywhere, or set ones, evenly and not, the mean
+/// of which is one of them, with a scatter about them and without.
+fn varied(count: usize, [speed_step, step]: [f64; 2], set: u64) -> Vec<Vec<NewRun<'static>>> {
+    const SET: [[f64; 5]; 2] = [[0.5, 0.9, 1.3, 1.7, 2.1], [0.5, 0.8, 1.0, 1.2, 1.5]];
+    let mut rng = stream(7, "tables at varied speeds", set);
+    let design = set as usize % 5;
+    let mut block = |film: Option<(f64, f64)>, count: usize| -> Vec<NewRun<'static>> {
+        let run = |at: usize| {
+            let noise: f64 = StandardNormal.sample(&mut rng);
+            let spread: f64 = StandardNormal.sample(&mut rng);
+            let speed = match design {
+                0 => rng.random_range(0.5..2.4),
+                1 | 2 => SET[design - 1][at % 5],
+                _ => SET[design - 3][at % 5] * (1.0 + 0.01 * spread),
+            };
+            let v = rounded(speed, speed_step);
+            let e = 1.0 - 0.18 * v.powf(0.2) - film.map_or(0.0, |_| 0.15 / v) + 0.01 * noise;
+            NewRun {
+                particle: "PTFE",
+                liquid: film.map(|_| "oil"),
+                diameter: 4.762e-3,
+                film,
+                impact_speed: v,
+                restitution: rounded(e, step),
+            }
+        };
+        (0..count).map(run).collect()
+    };
+    let films = [None, Some((286e-6, 0.06)), Some((381e-6, 0.08))];
+    (0..3).map(|at| block(films[at], (count + at) / 3)).collect()
+}
+
+#[test]
+fn means_of_groups_at_all_speeds_are_found() {
+    let mean = |block: &[NewRun<'static>], steps: [f64; 2]| {
+        let mean = |of: fn(&NewRun) -> f64| block.iter().map(of).sum::<f64>() / block.len() as f64;
+        NewRun {
+            impact_speed: rounded(mean(|run| run.impact_speed), steps[0]),
+            restitution: rounded(mean(|run| run.restitution), steps[1]),
+            ..block[0]
+        }
+    };
+    for (set, steps) in (0..40).zip([[1e-3, 1e-3], [1e-3, 1e-4], [1e-4, 1e-3], [1e-4, 1e-4]].iter().cycle()) {
+        // measured speeds: one that was set may be a mean by design
+        let blocks = varied(12 + 3 * set as usize, *steps, 5 * set);
+        let below = blocks
+            .iter()
+            .flat_map(|block| [&block[..], &[mean(block, *steps)]].concat());
+        let means = blocks.iter().map(|block| mean(block, *steps));
+        let foot = blocks.concat().into_iter().chain(means);
+        for (at, table) in [below.collect::<Vec<_>>(), foot.collect()].iter().enumerate() {
+            assert!(codes(table).contains(&"mean_rows"), "{set} {at} {steps:?}");
+        }
+    }
+}
+
+#[test]
+fn right_tables_of_varied_speeds_have_no_means() {
+    const STEPS: [f64; 3] = [1e-2, 1e-3, 1e-4];
+    let is_questioned = |set: &u64| {
+        let at = *set as usize;
+        let steps = [STEPS[at / 5 % 3], STEPS[at / 15 % 3]];
+        let table = varied(12 + at * 7 % 289, steps, 1000 + set).concat();
+        codes(&table).contains(&"mean_rows")
+    };
+    let questioned: Vec<u64> = (0..900).filter(is_questioned).collect();
+    assert_eq!(questioned, [0; 0]);
+}
+
 /// Written with four digits, but made from heights of rebound read to a millimetre, or from speeds read to 0.01 m/s.
 #[test]
 fn restitutions_of_coarse_readings_are_let_be() {
