@@ -164,15 +164,24 @@ fn add_filters(environment: &mut Environment) {
     environment.add_filter("estimate", |own: Value, factor: Option<f64>| {
         Number::of(&own, factor).map(|own| own.with_its_interval())
     });
-    environment.add_filter("pm", |own: Value, factor: Option<f64>| {
-        Number::of(&own, factor).map(|own| own.with_its_error())
+    environment.add_filter("pm", |own: Value, factor: Option<f64>, is_exponential: Option<bool>| {
+        Number::of(&own, factor).map(|own| {
+            let wide = own.wide_exponential().filter(|_| is_exponential == Some(true));
+            wide.unwrap_or_else(|| own.with_its_error())
+        })
     });
     environment.add_filter("value", |own: Value, factor: Option<f64>| {
         Number::of(&own, factor).map(|own| rounding::optional(own.value, 4))
     });
-    environment.add_filter("interval", |own: Value, factor: Option<f64>| {
-        Number::of(&own, factor).map(|own| own.interval_alone())
-    });
+    environment.add_filter(
+        "interval",
+        |own: Value, factor: Option<f64>, is_exponential: Option<bool>| {
+            Number::of(&own, factor).map(|own| match own.interval {
+                Some(ends) if is_exponential == Some(true) && own.wide_exponential().is_some() => rounding::range(ends),
+                _ => own.interval_alone(),
+            })
+        },
+    );
     environment.add_filter("with_se", |x: Option<f64>, se: Option<f64>, factor: Option<f64>| {
         let factor = factor.unwrap_or(1.0);
         x.zip(se)
@@ -197,11 +206,21 @@ fn add_filters(environment: &mut Environment) {
     environment.add_filter("columns", columns);
 }
 
+/// What stands for an exponential, as δc = ε exp(L), whose interval spans too much.
+pub(super) const UNTOLD: &str = "not told by the runs";
+
+/// Whether the ends of an interval of an exponential are more than a factor of 1000 apart.
+pub(super) fn spans_too_much([lo, hi]: [f64; 2]) -> bool {
+    const WIDEST: f64 = 1000.0;
+    hi > WIDEST * lo
+}
+
 /// A value with its error and its interval, as an estimate, a main number or the summary of a posterior has them.
 struct Number {
     value: Option<f64>,
     se: Option<f64>,
     mcse: Option<f64>,
+    median: Option<f64>,
     interval: Option<[f64; 2]>,
 }
 
@@ -219,6 +238,7 @@ impl Number {
             value: field(["value", "mean"]),
             se: positive(field(["se", "sd"])),
             mcse: positive(field(["mcse", "mcse_mean"])),
+            median: field(["median", "median"]),
             interval: interval_of(row).map(|ends| ends.map(|x| factor * x)),
         })
     }
@@ -241,6 +261,17 @@ impl Number {
             (Some(value), None, _) => format!("{} (no ±)", rounding::significant(value, 4)),
             (None, ..) => NONE.to_owned(),
         }
+    }
+
+    /// An exponential whose interval spans so much that a mean ± sd says nothing of it.
+    fn wide_exponential(&self) -> Option<String> {
+        const WIDE: f64 = 10.0;
+        let [lo, hi] = self.interval?;
+        if spans_too_much([lo, hi]) {
+            return Some(UNTOLD.to_owned());
+        }
+        let median = self.median.filter(|_| hi > WIDE * lo)?;
+        Some(format!("{} (median)", rounding::significant(median, 3)))
     }
 
     /// The interval, rounded as its error is, without one by a quarter of its width.
@@ -420,6 +451,18 @@ mod tests {
              {% filter figure(\"a_b.svg\", \"s\") %}\nf\n{% endfilter %}\n{% filter figure(\"c.svg\", \"s\") %}\nf\n{% endfilter %}\n";
         let expected = "one two | three\n\n* a b\n* c\n\n![s](figures/a_b.svg)\n\n*d e*\n";
         assert_eq!(page_of(template, context! {}), expected);
+    }
+
+    #[test]
+    fn an_exponential_whose_interval_spans_too_much_is_not_told() {
+        let template =
+            "{{ row|pm(10, true) }}; {{ row|interval(10, true) }}; {{ row|pm(10) }}; {{ near|pm(1, true) }}; \
+                        {{ wide|pm(1, true) }}, {{ wide|interval(1, true) }}";
+        let row = context! { value => 4.1, se => 3.1, interval => [0.0024, 57000.0] };
+        let wide = context! { value => 41.0, se => 90.0, median => 8.0, interval => [0.9, 190.0] };
+        let near = context! { value => 4.1, se => 3.1, median => 3.9, interval => [2.1, 19.0] };
+        let expected = "not told by the runs; 0.0240 to 570000; 41 ± 31; 4.1 ± 3.1; 8.00 (median), 0.900 to 190\n";
+        assert_eq!(page_of(template, context! { row, near, wide }), expected);
     }
 
     #[test]

@@ -66,9 +66,13 @@ fn parameter(own: &MainParameter, input: ReportInput) -> Value {
         Some(sphere) => true_k(input, &input.runs.spheres[sphere]),
         None => truth.of_quantity(own.quantity),
     });
+    let derived = input.posterior.map(|posterior| posterior.findings.derived.as_slice());
+    let mut derived = derived.unwrap_or_default().iter();
     let more = context! {
         label => label(input, own),
+        median => derived.find(|summary| summary.name == own.quantity.describe().name).map(|summary| summary.median),
         factor => quantities::in_unit(own.quantity, 1.0),
+        is_exponential => own.quantity == Quantity::DeltaCOverRoughness,
         source_words => own.number.source.name(),
         truth,
     };

@@ -4,7 +4,7 @@ use minijinja::{context, Value};
 
 use super::super::draws::posterior::{stores_every_run, stores_runs};
 use super::super::quantities::{parameter_label, unit_in_brackets};
-use super::super::template::{serialized, with};
+use super::super::template::{serialized, spans_too_much, with, UNTOLD};
 use super::super::{figures, ReportInput};
 use crate::findings::form_choice::{GAIN, GAIN_IN_SE};
 use crate::findings::posterior::{
@@ -20,6 +20,7 @@ use crate::remark::Line;
 use crate::rounding;
 use crate::runs::GAP;
 use crate::scene::Prior;
+use crate::units::micrometres;
 
 /// The crate that samples, in the version in use.
 const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
@@ -222,7 +223,15 @@ fn critical_separations(posterior: &Posterior) -> Vec<Value> {
     let alike = of_particles.chunk_by(|a, b| a.0.mean == b.0.mean);
     let of = |alike: &[(&QuantitySummary, &str)]| {
         let particles: Vec<&str> = alike.iter().map(|(_, particle)| *particle).collect();
-        context! { length => serialized(alike[0].0), particles => serialized(particles) }
+        let own = alike[0].0;
+        let [median, lo, hi] = [own.median, own.q025, own.q975].map(|x| x.map(micrometres));
+        let interval = lo.zip(hi).map(|(lo, hi)| [lo, hi]);
+        let words = interval.map_or(String::new(), |ends| format!(", {} µm", rounding::range(ends)));
+        let length = match interval {
+            Some(ends) if spans_too_much(ends) => UNTOLD.to_owned(),
+            _ => format!("{} µm", rounding::optional(median, 3)),
+        };
+        context! { length => length + &words, particles => serialized(particles) }
     };
     alike.map(of).collect()
 }
