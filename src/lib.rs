@@ -8,6 +8,7 @@
 //! | [`units`], [`error`], [`remark`] | how is it written, why is there no answer, what wants a look | |
 //! | `rounding` | how many digits are shown | number → text |
 //! | `distributions` | how probable is a number | probability → quantile |
+//! | `roots` | where is a function zero | function → number |
 //! | `exponential` | what is exp x, several at a time | number → number |
 //! | `lanes` | what do terms sum to, several at a time | columns → sums |
 //! | `condensing` | which few points stand for many | points → points with counts |
@@ -181,6 +182,8 @@ pub mod recordings;
 pub mod remark;
 #[cfg(feature = "cli")]
 pub mod report;
+#[cfg(feature = "cli")]
+mod roots;
 #[cfg(feature = "cli")]
 mod rounding;
 #[cfg(feature = "cli")]

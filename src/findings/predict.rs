@@ -17,9 +17,10 @@ use crate::distributions::normal_quantile;
 use crate::inference::diagnostics::quantile;
 use crate::inference::sampling::Sampled;
 use crate::model::likelihood::tails::Tails;
-use crate::model::likelihood::{BelowRestitution, RunNoise, Spreads};
+use crate::model::likelihood::{probability_below, RunNoise, Spreads};
 use crate::physics::restitution::Restitution;
 use crate::physics::{Form, LawNumbers, Parameters, Setting};
+use crate::roots::root_between;
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
@@ -497,12 +498,6 @@ impl DrawShare {
             },
         }
     }
-
-    /// Probability of an e* at or below x, and its density there.
-    fn below(&self, x: f64) -> (f64, f64) {
-        let found = BelowRestitution::of(self.noise, x, self.kept);
-        (found.probability, found.density)
-    }
 }
 
 impl SingleRun {
@@ -515,54 +510,26 @@ impl SingleRun {
             limit,
             stuck: 0.0,
         };
-        run.stuck = run.below(limit).0;
+        run.stuck = run.below(limit);
         run
     }
 
-    /// Probability of an e* at or below x, and its density there.
-    fn below(&self, x: f64) -> (f64, f64) {
-        let each = self.shares.iter().map(|share| share.below(x));
-        let sum = each.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-        let n = self.shares.len() as f64;
-        (sum.0 / n, sum.1 / n)
+    /// Probability of an e* at or below x.
+    fn below(&self, x: f64) -> f64 {
+        let of_share = |share: &DrawShare| probability_below(share.noise, x, share.kept);
+        self.shares.iter().map(of_share).sum::<f64>() / self.shares.len() as f64
     }
 
     /// Quantile at a probability below 1; 0 where that is a stuck run.
     fn quantile(&self, probability: f64) -> f64 {
-        /// a bracket halved so often is down to rounding; Newton's steps are fewer than ten
-        const STEPS: usize = 60;
-        /// far below what a restitution can be measured to
-        const ENOUGH: f64 = 1e-13;
         if probability <= self.stuck {
             return 0.0;
         }
-        let (mut lo, mut hi) = (self.limit, 1.0);
-        while self.below(hi).0 < probability {
-            hi *= 2.0;
+        let mut beyond = 1.0;
+        while self.below(beyond) < probability {
+            beyond *= 2.0;
         }
-        // a step out of the bracket, or of no length known, is replaced by half the bracket
-        let within = |x: f64, lo: f64, hi: f64| if x > lo && x < hi { x } else { 0.5 * (lo + hi) };
-        let means = self
-            .shares
-            .iter()
-            .map(|share| share.noise.mean(share.kept).0)
-            .sum::<f64>();
-        let mut x = within(means / self.shares.len() as f64, lo, hi);
-        for _ in 0..STEPS {
-            let (below, density) = self.below(x);
-            if below < probability {
-                lo = x;
-            } else {
-                hi = x;
-            }
-            let next = within(x + (probability - below) / density, lo, hi);
-            let step = (next - x).abs();
-            x = next;
-            if step < ENOUGH {
-                break;
-            }
-        }
-        x
+        root_between([self.limit, beyond], |x| self.below(x) - probability).unwrap_or(f64::NAN)
     }
 }
 

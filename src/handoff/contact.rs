@@ -8,6 +8,8 @@
 
 use std::f64::consts::PI;
 
+use crate::roots::root_between;
+
 /// Where a code ends a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum End {
@@ -15,25 +17,6 @@ pub(super) enum End {
     Overlap,
     /// where the force would turn to pulling
     Force,
-}
-
-/// Halvings of an interval after which a double no longer changes.
-const HALVINGS: usize = 200;
-
-/// Where a monotonic function changes its sign between two ends, in either order.
-pub(super) fn bisect(mut negative: f64, mut positive: f64, f: impl Fn(f64) -> f64) -> f64 {
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (negative + positive);
-        if middle == negative || middle == positive {
-            break;
-        }
-        if f(middle) < 0.0 {
-            negative = middle;
-        } else {
-            positive = middle;
-        }
-    }
-    0.5 * (negative + positive)
 }
 
 /// −ln e of a contact that ends with its force, χ = arccos ζ: 2 χ/tan χ below critical damping.
@@ -70,8 +53,13 @@ pub(super) fn share_for(e: f64, end: End) -> f64 {
     let lost = -e.ln();
     match end {
         End::Overlap => lost / (PI * PI + lost * lost).sqrt(),
-        End::Force if lost < 2.0 => bisect(0.0, 0.5 * PI, |chi| lost - force_ends_below(chi)).cos(),
-        End::Force => bisect(0.5 * lost, 0.0, |psi| lost - force_ends_above(psi)).cosh(),
+        // at e = 1 rounding may leave no root before the end
+        End::Force if lost < 2.0 => {
+            root_between([0.0, 0.5 * PI], |chi| lost - force_ends_below(chi)).map_or(0.0, f64::cos)
+        }
+        End::Force => root_between([0.0, 0.5 * lost], |psi| lost - force_ends_above(psi))
+            .unwrap_or(0.5 * lost)
+            .cosh(),
     }
 }
 
@@ -103,8 +91,7 @@ impl Tsuji {
 
     /// The number that gives e; `None` where none between 0 and 1 does.
     pub(super) fn input_for(self, e: f64) -> Option<f64> {
-        let reached = (self.rebound(0.0)..=self.rebound(1.0)).contains(&e);
-        reached.then(|| bisect(0.0, 1.0, |input| self.rebound(input) - e))
+        root_between([0.0, 1.0], |input| self.rebound(input) - e)
     }
 }
 
@@ -149,7 +136,7 @@ fn integrated(acceleration: impl Fn(f64, f64) -> f64, end: End) -> f64 {
     for _ in 0..(LONGEST / STEP) as usize {
         let next = stepped(state, STEP, &acceleration);
         if lasts(next) <= 0.0 {
-            let last = bisect(STEP, 0.0, |h| lasts(stepped(state, h, &acceleration)));
+            let last = root_between([0.0, STEP], |h| lasts(stepped(state, h, &acceleration))).unwrap_or(0.0);
             return -stepped(state, last, &acceleration)[1];
         }
         if next[0].max(next[1].abs()) < STILL {
@@ -175,7 +162,8 @@ pub(super) fn viscoelastic_damping_for(e: f64, end: End) -> f64 {
     while viscoelastic_rebound(most, end) > e && most < 1e3 {
         most *= 2.0;
     }
-    bisect(most, 0.0, |damping| viscoelastic_rebound(damping, end) - e)
+    // an e that rounding cannot tell from 1 takes no damping
+    root_between([0.0, most], |damping| viscoelastic_rebound(damping, end) - e).unwrap_or(0.0)
 }
 
 /// Keywords of LIGGGHTS' contact `hooke` with `viscous on`.

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use super::contact::bisect;
 use super::numbers::number;
 use crate::error::Error;
 use crate::findings::predict::PredictedPoint;
 use crate::physics::numbers::stokes;
+use crate::roots::root_between;
 
 /// A simulation code that takes a restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,7 +125,7 @@ impl Handoff<'_> {
             let steps = 460;
             let at = |step: f64| (direction * step / f64::from(steps) * FARTHEST.ln()).exp();
             let first = (1..=steps).map(f64::from).find(|step| off(at(*step)) > 0.0)?;
-            let end = bisect(first - 1.0, first, |step| off(at(step)));
+            let end = root_between([first - 1.0, first], |step| off(at(step))).unwrap_or(first);
             Some(self.reference_speed * at(end))
         })
     }

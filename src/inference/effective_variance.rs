@@ -18,6 +18,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::law::SpeedResponse;
 use super::least_squares::{fit_weighted, Fit, OutOfDomain, ResidualProblem, Stop};
+use crate::roots::root_between;
 
 /// Measurement errors of the runs of a fit, one number a run in every column; 0 where a run carries none.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -409,27 +410,11 @@ fn error_variances(responses: &[SpeedResponse], errors: &ErrorColumns, excluded:
 
 /// σ² ≥ 0 at which Σ r²/(σ² + τ²) is as wanted; 0 where it is less already.
 fn intrinsic_variance(squares: impl Iterator<Item = f64> + Clone, errors: &[f64], wanted: f64) -> f64 {
-    const MOST_STEPS: usize = 100;
     let runs = || squares.clone().zip(errors);
-    // left of the root: one run alone has as much there
-    let mut sigma2 = runs().map(|(square, tau)| square / wanted - tau).fold(0.0, f64::max);
-    for _ in 0..MOST_STEPS {
-        let (mut sum, mut slope) = (0.0, 0.0);
-        for (square, tau) in runs() {
-            // 0 of a run left out
-            let share = square / (sigma2 + tau);
-            sum += share;
-            slope += share / (sigma2 + tau);
-        }
-        if sum <= wanted {
-            break;
-        }
-        // Newton's step for the inverse of the sum, which is nearly straight and concave: never beyond the root
-        let step = sum * (sum / wanted - 1.0) / slope;
-        sigma2 += step;
-        if step <= f64::EPSILON * sigma2 {
-            break;
-        }
-    }
-    sigma2
+    // where one run alone has as much, and where all have without an error of their own
+    let least = runs().map(|(square, tau)| square / wanted - tau).fold(0.0, f64::max);
+    let included = runs().filter(|(_, tau)| tau.is_finite());
+    let most = included.map(|(square, _)| square / wanted).sum();
+    let beyond = |sigma2: f64| runs().map(|(square, tau)| square / (sigma2 + tau)).sum::<f64>() - wanted;
+    root_between([least, most], beyond).unwrap_or(least)
 }

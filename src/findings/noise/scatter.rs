@@ -4,6 +4,7 @@ use super::rows::{Rows, RunAtFit, RunKind};
 use crate::inference::joint::JointRow;
 use crate::inference::spreads::{median, SD_OF_MEDIAN_DISTANCE};
 use crate::physics::rebound::{kept_of_mean_restitution, slope_mean_restitution};
+use crate::roots::root_between;
 
 /// Variance of a restitution: σ² + (σ_r m′(r))² + τ², σ_r = 0 where only the restitution scatters, τ the run's own
 /// measurement errors.
@@ -170,8 +171,6 @@ fn of_median(mut rows: Vec<JointRow>, energy_scatters: bool) -> Option<Scatter> 
 
 /// σ² of runs, beside which each has its own measurement errors; `None` without any scatter.
 fn variance(rows: &[JointRow]) -> Option<f64> {
-    /// each halves what is left of the range
-    const HALVINGS: usize = 30;
     /// runs do not scatter less than this share of what they seem to without measurement errors
     const LEAST: f64 = 1e-6;
     let mut distances: Vec<f64> = rows.iter().map(|row| row.residual.abs()).collect();
@@ -183,17 +182,12 @@ fn variance(rows: &[JointRow]) -> Option<f64> {
         return Some(all);
     }
     // over their own sds, half of normal distances lie below the median of one
-    let (mut lo, mut hi) = (LEAST * all, all);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (lo + hi);
-        let over =
-            |(distance, row): (&mut f64, &JointRow)| *distance = row.residual.abs() / (middle + row.measured).sqrt();
+    let beyond = |variance: f64| {
+        let over = |(distance, row): (&mut f64, &JointRow)| {
+            *distance = row.residual.abs() / (variance + row.measured).sqrt();
+        };
         distances.iter_mut().zip(rows).for_each(over);
-        if SD_OF_MEDIAN_DISTANCE * median(&mut distances)? > 1.0 {
-            lo = middle;
-        } else {
-            hi = middle;
-        }
-    }
-    Some(0.5 * (lo + hi))
+        SD_OF_MEDIAN_DISTANCE * median(&mut distances).unwrap_or(f64::NAN) - 1.0
+    };
+    root_between([LEAST * all, all], beyond).or(Some(LEAST * all))
 }

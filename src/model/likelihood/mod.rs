@@ -37,7 +37,7 @@ pub(crate) mod trend;
 pub use by_series::SeriesDensities;
 pub use prepared::Likelihood;
 pub use run_density::Spreads;
-pub use run_law::BelowRestitution;
+pub use run_law::probability_below;
 pub use run_noise::RunNoise;
 
 use self::run_density::{RunDensity, Side};

@@ -2,6 +2,7 @@
 
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::exponential::{exponential, logarithm};
+use crate::roots::root_between;
 
 /// 1/√(2π).
 const ROOT_TWO_PI_INVERSE: f64 = 0.5 * std::f64::consts::FRAC_2_SQRT_PI * std::f64::consts::FRAC_1_SQRT_2;
@@ -113,9 +114,6 @@ fn scaled_erfc(t: f64, fused: bool) -> f64 {
 
 /// z with these logarithms of Φ(z) and of Φ(−z): what a probability that is no normal's is as a normal's.
 pub fn normal_score(ln_below: f64, ln_above: f64) -> f64 {
-    /// Newton's steps on a concave function, from where none overshoots
-    const STEPS: usize = 40;
-    const ENOUGH: f64 = 1e-12;
     /// where nothing is left of a side that can be computed
     const FAR: f64 = 40.0;
     let (ln, sign) = match (ln_below.is_finite(), ln_above.is_finite()) {
@@ -125,16 +123,8 @@ pub fn normal_score(ln_below: f64, ln_above: f64) -> f64 {
         _ => (ln_above, -1.0),
     };
     // Φ(z) ≤ exp(−z²/2)/2 below zero
-    let mut z = -(-2.0 * (ln + std::f64::consts::LN_2)).max(0.0).sqrt();
-    for _ in 0..STEPS {
-        let (value, slope) = ln_normal_cdf(z);
-        let step = (ln - value) / slope;
-        z += step;
-        if step.abs() < ENOUGH * (1.0 + z.abs()) {
-            break;
-        }
-    }
-    sign * z
+    let least = -(-2.0 * (ln + std::f64::consts::LN_2)).max(0.0).sqrt();
+    sign * root_between([least, 0.0], |z| ln_normal_cdf(z).0 - ln).unwrap_or(least)
 }
 
 #[cfg(test)]

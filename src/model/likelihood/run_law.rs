@@ -68,31 +68,16 @@ impl RunImpact<'_> {
     }
 }
 
-/// The probability of a run to come out at or below a restitution, with its density there.
-pub struct BelowRestitution {
-    /// up to there
-    pub probability: f64,
-    /// per unit of e
-    pub density: f64,
-}
-
-impl BelowRestitution {
-    /// Of a run that keeps this; the spread of noise on the restitution is above 0.
-    pub fn of(noise: RunNoise, restitution: f64, kept: f64) -> BelowRestitution {
-        let of = |seen: Seen| {
-            let run = MeasuredRun {
-                seen,
-                errors: Errors::NONE,
-            };
-            let found = match noise.acts_on_energy(kept) {
-                true => Hidden::of_energy(noise, kept, &run),
-                false => noise.density(&run, kept, 1.0),
-            };
-            found.value.exp()
-        };
-        BelowRestitution {
-            probability: of(Seen::On(Side::Below, restitution)),
-            density: of(Seen::Rebound(restitution)),
-        }
-    }
+/// The probability of a run that keeps this to come out at or below a restitution; the spread of noise on the restitution is
+/// above 0.
+pub fn probability_below(noise: RunNoise, restitution: f64, kept: f64) -> f64 {
+    let run = MeasuredRun {
+        seen: Seen::On(Side::Below, restitution),
+        errors: Errors::NONE,
+    };
+    let found = match noise.acts_on_energy(kept) {
+        true => Hidden::of_energy(noise, kept, &run),
+        false => noise.density(&run, kept, 1.0),
+    };
+    found.value.exp()
 }

@@ -13,6 +13,7 @@ use crate::model::likelihood::run_density::Seen;
 use crate::model::likelihood::run_noise::MeasuredRun;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::rebound::TURN;
+use crate::roots::root_between;
 
 /// Panels beyond which parameters are taken to have no density.
 const MOST_PANELS: usize = 20_000;
@@ -413,36 +414,8 @@ impl Hidden<'_> {
 
     /// z where the r of a setting is zero within reach.
     fn turn(&self, setting: &SettingRuns, reach: f64) -> Option<f64> {
-        /// r that is as good as zero beside the width of the turn
-        const NEAR: f64 = 1e-3 * TURN * TURN;
-        if !self.noise.wet {
-            return None;
-        }
-        let (mut lo, mut hi) = (-reach, reach);
-        let (mut at_lo, at_hi) = (self.kept(setting, lo), self.kept(setting, hi));
-        if (at_lo * at_hi).is_nan() || at_lo * at_hi > 0.0 {
-            return None;
-        }
-        let mut z = lo - at_lo * (hi - lo) / (at_hi - at_lo);
-        for _ in 0..60 {
-            let at = self.impact(setting, z);
-            let here = self.kept_at(setting, &at, z);
-            if here.abs() < NEAR {
-                break;
-            }
-            if here * at_lo > 0.0 {
-                (lo, at_lo) = (z, here);
-            } else {
-                hi = z;
-            }
-            let newton = z - here / self.kept_slope(setting, &at, z);
-            z = if newton > lo && newton < hi {
-                newton
-            } else {
-                0.5 * (lo + hi)
-            };
-        }
-        Some(z)
+        let turn = || root_between([-reach, reach], |z| self.kept(setting, z));
+        self.noise.wet.then(turn).flatten()
     }
 
     /// The largest value that the logarithm of all factors but φ has.
