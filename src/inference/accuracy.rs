@@ -189,7 +189,7 @@ pub struct NormalError {
 
 /// Estimates the error of the normal about the mode from a few draws; fails with the reason where they do not give it.
 pub fn normal_error(prepared: &PreparedPosterior, stream: StreamName) -> Result<NormalError, String> {
-    if !(prepared.about.converged && prepared.about.peaked) {
+    if !prepared.about.is_at_peak() {
         return Err("the posterior has no peak to lay a normal about".to_owned());
     }
     let name = format!("{} pilot", stream.name);

@@ -100,13 +100,14 @@ impl RunsWithPriors<'_> {
 
     /// Finds the least squares of runs and prior together, which exist whatever the runs determine.
     ///
-    /// `None` where a sum is not finite at the start.
+    /// `None` where a sum is not finite at the start, or the search does not end at them.
     pub fn fit_with_priors(&self, start: &[f64]) -> Option<Vec<f64>> {
         /// spreads follow the residuals and vice versa
         const ROUNDS: usize = 4;
         /// a fall of the squares that moves no direction by a noticeable part of its spread
         const SMALL: f64 = 1e-6;
         let mut z = self.in_z(start);
+        let mut converged = false;
         for round in 0..ROUNDS {
             // residuals before the first fit are no noise, and their spread would leave all to the priors
             let spreads = if round == 0 {
@@ -121,13 +122,13 @@ impl RunsWithPriors<'_> {
                 }
                 Some(sums)
             })?;
-            z = end.point;
+            (z, converged) = (end.point, end.converged);
             // with spreads that were residuals already
             if round > 0 && end.fell < SMALL {
                 break;
             }
         }
-        Some(self.values(&z))
+        converged.then(|| self.values(&z))
     }
 
     /// What the runs say about a point; `None` where it is not finite.
@@ -299,5 +300,24 @@ mod tests {
         assert!((end[0] / end[1] - 1.0).abs() < 1e-6, "{end:?}");
         assert_eq!(kinds.information(&end).expect("finite").unseen()[0].members, vec![0, 1]);
         assert_eq!(kinds.fit_with_priors(&[f64::INFINITY, 1.0]), None);
+    }
+
+    /// Slopes of the wrong sign lead nowhere: the start is no estimate.
+    #[test]
+    fn a_search_that_does_not_end_at_the_least_squares_gives_no_point() {
+        let sums = |values: &[f64]| {
+            let mut sums = Sums::new(1);
+            sums.add(values[0] - 6.0, &[(0, -1.0)]);
+            vec![sums]
+        };
+        let runs = RunsWithPriors {
+            beliefs: &[LogNormalPrior {
+                median: 1.0,
+                ln_sd: 0.5,
+            }],
+            spreads: &[0.01],
+            sums: &sums,
+        };
+        assert_eq!(runs.fit_with_priors(&[1.0]), None);
     }
 }

@@ -22,6 +22,11 @@ pub struct Laplace {
 }
 
 impl Laplace {
+    /// Whether the search ended at a peak, about which a normal may be laid.
+    pub fn is_at_peak(&self) -> bool {
+        self.converged && self.peaked
+    }
+
     /// The point at a standard normal z.
     pub fn point(&self, z: &[f64], point: &mut [f64]) {
         point.fill(0.0);

@@ -10,7 +10,7 @@ use crate::model::posterior::{LogDensity, PosteriorDensity};
 pub struct PreparedPosterior {
     /// the posterior
     pub posterior: PosteriorDensity,
-    /// its mode and curvature
+    /// its mode and curvature; [`Laplace::is_at_peak`] says whether the search ended there, or where a sampler may only start
     pub about: Laplace,
     /// seconds it took
     pub seconds: f64,

@@ -49,7 +49,7 @@ fn problem<'r>(scene: &Scene, runs: &'r Runs, dry: &[FittedDry], fit: &FittedPoi
 }
 
 impl<'h> LinearisedBalance<'h> {
-    /// `None` where the squares have no proper minimum.
+    /// `None` where the squares have no proper minimum, or the search for it does not get there.
     pub(super) fn new(scene: &Scene, runs: &Runs, dry: &'h [FittedDry], balance: &'h EnergyBalance) -> Option<Self> {
         let fit = &balance.fitted_point;
         let problem = problem(scene, runs, dry, fit);
@@ -57,7 +57,8 @@ impl<'h> LinearisedBalance<'h> {
         let sums = |point: &[f64]| problem.sums_at(&fit.roots, point);
         // where the bias by errors of speeds was taken off, the balance is not at its least squares
         let small = SMALL * sums(&fit.point)?.squares;
-        let point = descend(&fit.point, small, sums)?.point;
+        let end = descend(&fit.point, small, sums)?;
+        let point = end.converged.then_some(end.point)?;
         let column = |(place, value): (usize, &f64)| {
             let error = balance.parameters[place].estimate.value_and_scale();
             let apart = APART * error.map_or(0.0, |(_, scale)| scale).max(value.abs());

@@ -141,7 +141,7 @@ impl UnderDefaults {
         }
         let parameters = ModelParameters::of(&plain, runs, setup.form).ok()?;
         let prepared = PreparedPosterior::new(parameters, likelihood, start).ok()?;
-        let about = Some(&prepared.about).filter(|about| about.converged && about.peaked)?;
+        let about = Some(&prepared.about).filter(|about| about.is_at_peak())?;
         let size = DrawCounts {
             chains: 1,
             draws: DRAWS,
