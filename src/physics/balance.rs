@@ -122,6 +122,13 @@ impl BalanceAtFilm {
     }
 }
 
+/// r = e_dry² − lost and its slope in k, e_dry to this order at a speed with this fifth root.
+#[inline(always)]
+pub fn kept(order: Order, dry_k: f64, dry_root: f64, lost: f64) -> (f64, f64) {
+    let [e_dry, slope, _] = order.of_loss(dry_k * dry_root);
+    (e_dry * e_dry - lost, 2.0 * e_dry * slope * dry_root)
+}
+
 impl Balance {
     /// The balance of a particle with this k where losses take so much.
     #[inline]
@@ -174,9 +181,8 @@ impl Balance {
     /// r, the share of the energy kept, and its slope in k; r is negative where the impact cannot rebound.
     #[inline(always)]
     pub fn kept(&self, at: &Impact) -> (f64, f64) {
-        let [e_dry, slope, _] = self.e_dry(at.dry_root);
         let lost = self.lost.constant + self.lost.over_stokes * at.over_stokes + at.fixed[0];
-        (e_dry * e_dry - lost, 2.0 * e_dry * slope)
+        kept(self.order, self.dry_k, at.dry_root, lost)
     }
 
     /// The same impact at so many times its speed.
