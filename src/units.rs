@@ -174,11 +174,6 @@ pub fn milliseconds(seconds: f64) -> f64 {
     seconds * 1e3
 }
 
-/// Millipascal seconds of a viscosity in pascal seconds, for print.
-pub fn millipascal_seconds(pascal_seconds: f64) -> f64 {
-    pascal_seconds * 1e3
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
