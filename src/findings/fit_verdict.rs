@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
-use crate::inference::least_squares::{Fit, Stop};
+use crate::inference::least_squares::Fit;
 use crate::inference::nested::{one_law_for_all, FTest, Spread};
 use crate::inference::regression::Regression;
 
@@ -49,7 +49,7 @@ pub(super) fn falls(fit: &Fit, x: &[f64]) -> bool {
 
 /// Whether a two-parameter law of e may be quoted.
 pub(super) fn square_root_verdict(fit: &Fit, x: &[f64]) -> Verdict {
-    if fit.stop != Stop::Converged {
+    if !fit.converged() {
         Verdict::failed(why_stopped(fit))
     } else if fit.parameters.first().is_none_or(|alpha| *alpha <= 0.0) {
         Verdict::failed(ALPHA_NOT_POSITIVE)
@@ -81,6 +81,14 @@ pub(super) fn uncertain(fit: &Fit) -> Uncertain {
     }
 }
 
+/// Whether a run of this spread is expected so far above sticking that this does not cut it off: a lucky rebound nearer to
+/// it has no fair residual.
+pub(super) fn is_clear(expected: f64, sticks_at: f64, sd: f64) -> bool {
+    /// in spreads
+    const CLEAR: f64 = 3.0;
+    expected - sticks_at > CLEAR * sd
+}
+
 /// A law fitted to the runs of one group, which one law for all is held against.
 pub(super) struct OwnLaw<'a> {
     regression: Regression<'a>,
@@ -102,16 +110,14 @@ impl<'a> OwnLaw<'a> {
 
     /// Variances of the runs that are expected clear above sticking, infinite for the others; and how many runs those are.
     fn told(&self, expected: &[f64], sticks_at: f64, variance: impl Fn(usize) -> f64) -> (Vec<f64>, usize) {
-        /// in spreads
-        const CLEAR: f64 = 3.0;
-        let is_clear = |run: usize| {
+        let is_told = |run: usize| {
             let sd = match &self.weights {
                 Some(weights) => weights.variance[run].sqrt(),
                 None => self.fit.residual_sd.unwrap_or(f64::NAN),
             };
-            expected[run] - sticks_at > CLEAR * sd
+            is_clear(expected[run], sticks_at, sd)
         };
-        let told = (0..expected.len()).map(|run| if is_clear(run) { variance(run) } else { f64::INFINITY });
+        let told = (0..expected.len()).map(|run| if is_told(run) { variance(run) } else { f64::INFINITY });
         let told: Vec<f64> = told.collect();
         let finite = told.iter().enumerate().filter(|(_, variance)| variance.is_finite());
         let runs: f64 = finite.map(|(run, _)| self.regression.count(run)).sum();

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::dry::FittedDry;
+use super::fit_verdict::is_clear;
 use super::form_choice::GAIN;
 use super::remarks::SELDOM;
 use super::wet_fit::WetRuns;
@@ -166,8 +167,6 @@ impl Squares {
 
     /// Of the runs of one group, with those that are told and their weights; `None` where a law could not be fitted.
     fn of(pool: &WetRuns, limit: f64) -> Option<(Squares, Vec<(usize, f64)>)> {
-        /// in spreads
-        const CLEAR: f64 = 3.0;
         /// of either law
         const PARAMETERS: f64 = 2.0;
         let fits = [WetLaw::Linear, WetLaw::Sqrt].map(|law| {
@@ -176,7 +175,7 @@ impl Squares {
             let fitted = regression.fitted(&fit);
             (fitted, fit.residual_sd.unwrap_or(f64::NAN), weights)
         });
-        let clear = |run: &usize| fits.iter().all(|(fitted, sd, _)| fitted[*run] - limit > CLEAR * sd);
+        let clear = |run: &usize| fits.iter().all(|(fitted, sd, _)| is_clear(fitted[*run], limit, *sd));
         let clear: Vec<usize> = (0..pool.x.len()).filter(clear).collect();
         let count = |run: usize| pool.counts.get(run).copied().unwrap_or(1.0);
         let runs: f64 = clear.iter().map(|run| count(*run)).sum();

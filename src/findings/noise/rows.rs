@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::findings::fit_verdict::is_clear;
 use crate::inference::joint::{Joint, JointRow, Part};
 use crate::inference::linearised_joint::LinearisedJoint;
 use crate::inference::sums::Sums;
@@ -132,11 +133,10 @@ impl<'a> Rows<'a> {
         Sums::new(self.names.len() + 1)
     }
 
-    /// Whether a rebound belongs to a setting that hardly ever sticks; a lucky one among stuck ones has no fair residual.
+    /// Whether a rebound belongs to a setting that hardly ever sticks.
     pub(super) fn is_clear(&self, row: &JointRow, sd: f64) -> bool {
-        /// a mean this many sds above the limit of sticking is not cut off by it
-        const CLEAR: f64 = 3.0;
-        row.residual + self.runs.restitution[row.run] - self.scene.data.smallest_restitution > CLEAR * sd
+        let expected = row.residual + self.runs.restitution[row.run];
+        is_clear(expected, self.scene.data.smallest_restitution, sd)
     }
 
     /// The slopes of a run, over its sd.
