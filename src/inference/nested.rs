@@ -26,6 +26,19 @@ pub struct FTest {
     pub p: f64,
 }
 
+impl FTest {
+    /// By the squares between the groups and within them, with the degrees of freedom of each; `None` where F is no number.
+    pub fn of(between: f64, df_between: usize, within: f64, df_within: usize) -> Option<FTest> {
+        let f = between / df_between as f64 / (within / df_within as f64);
+        Some(FTest {
+            f,
+            df_between,
+            df_within,
+            p: f_tail(f, df_between as f64, df_within as f64)?,
+        })
+    }
+}
+
 /// F test of `one` fit to all runs against separate fits to `groups` of the same runs.
 ///
 /// `None` with fewer than two groups, without degrees of freedom, where the groups leave no scatter, or where a fit could
@@ -52,15 +65,7 @@ pub fn nested(narrow: Spread, wide: Spread) -> Option<FTest> {
     if wide.runs != narrow.runs || within <= 0.0 || !within.is_finite() || !narrow.sum_of_squares.is_finite() {
         return None;
     }
-    let between = (narrow.sum_of_squares - within).max(0.0) / df_between as f64;
-    let f = between / (within / df_within as f64);
-    let p = f_tail(f, df_between as f64, df_within as f64)?;
-    Some(FTest {
-        f,
-        df_between,
-        df_within,
-        p,
-    })
+    FTest::of((narrow.sum_of_squares - within).max(0.0), df_between, within, df_within)
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! Tests whether groups of residuals have one spread, by their distances from each group's median.
 
 use super::nested::FTest;
-use crate::distributions::f_tail;
 
 /// Fewer residuals than this say too little of a spread to be a group.
 pub const LEAST_RESIDUALS: usize = 5;
@@ -49,14 +48,7 @@ pub fn equal_spreads(kinds: &mut [Vec<Vec<f64>>], most: f64) -> Option<FTest> {
     if df_between == 0 || within <= 0.0 {
         return None;
     }
-    let f = between / df_between as f64 / (within / df_within as f64);
-    let p = f_tail(f, df_between as f64, df_within as f64)?;
-    Some(FTest {
-        f,
-        df_between,
-        df_within,
-        p,
-    })
+    FTest::of(between, df_between, within, df_within)
 }
 
 #[cfg(test)]

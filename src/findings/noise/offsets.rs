@@ -6,12 +6,10 @@
 //! df σ² + σ_s² (n − Σ v_sᵀA⁻¹v_s): unbiased for few series, too. The standard error that allows for them is that of
 //! scores with the variance σ² JᵀJ + σ_s² Σ v_s v_sᵀ.
 
-use nalgebra::DMatrix;
 use serde::Serialize;
 
 use super::rows::{Rows, RunKind, SharedOffset};
 use super::spread::{affected, standard_error_ratios, GroupVariances, StandardErrorRatio};
-use crate::distributions::f_tail;
 use crate::inference::linearised_joint::LinearisedJoint;
 use crate::inference::nested::FTest;
 use crate::inference::sums::Sums;
@@ -86,8 +84,7 @@ pub(super) fn test_offsets(
     }
     let variance = within / df_within;
     let explained = (one.left - own.left).max(0.0);
-    let f = explained / df_between as f64 / variance;
-    let p = f_tail(f, df_between as f64, df_within)?;
+    let test = FTest::of(explained, df_between, within, df_within as usize)?;
     let offsets: Vec<(f64, SharedOffset)> = wet()
         .map(|part| (weight(part), SharedOffset::of(&sums[part])))
         .collect();
@@ -120,12 +117,7 @@ pub(super) fn test_offsets(
     }
     Some(Offsets {
         series,
-        test: FTest {
-            f,
-            df_between,
-            df_within: df_within as usize,
-            p,
-        },
+        test,
         sd: of_offsets.sqrt(),
         share: of_offsets.sqrt() / sd,
         farthest: rows.part_name(farthest),
@@ -141,20 +133,16 @@ fn without_offset(sums: &Sums) -> Sums {
         return sums.clone();
     }
     let mean = sums.gradient[last] / weight;
-    let information = DMatrix::from_fn(offset.len(), offset.len(), |i, j| {
-        let (was, taken) = (sums.information[(i, j)], offset[i] * offset[j] / weight);
-        // a slope that is the same in all runs leaves only rounding
-        let rounding = 1e-12 * (sums.information[(i, i)] * sums.information[(j, j)]).sqrt();
-        if (was - taken).abs() > rounding {
-            was - taken
-        } else {
-            0.0
+    let mut left = sums.clone();
+    left.squares -= mean * mean * weight;
+    left.gradient -= offset * mean;
+    left.information -= offset * offset.transpose() / weight;
+    for slope in 0..offset.len() {
+        // one that is the same in all runs leaves only rounding
+        if left.information[(slope, slope)] <= 1e-12 * sums.information[(slope, slope)] {
+            left.information.row_mut(slope).fill(0.0);
+            left.information.column_mut(slope).fill(0.0);
         }
-    });
-    Sums {
-        squares: sums.squares - mean * mean * weight,
-        gradient: &sums.gradient - offset * mean,
-        information,
-        ..*sums
     }
+    left
 }
