@@ -132,25 +132,24 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
     let of_groups = wet
         .chunk_by(|a, b| a.group == b.group)
         .map(|group| law.against(WetAlternative::SlopeOfOneGroup, group, x));
-    let falls = |against, of: fn(&WetRow) -> usize| -> Vec<Option<Departure>> {
+    let of_each = |against, of: fn(&WetRow) -> usize| -> Vec<Option<Departure>> {
+        let (column, levels): (fn(&WetRow) -> f64, _) = match against {
+            WetAlternative::FallOfOneLiquid | WetAlternative::FallOfOneFilm => (|row| row.speed_root, None),
+            _ => (|row| row.inverse_stokes, levels.as_ref()),
+        };
         let each = several(&wet, of).into_iter();
-        let only = |one: usize| move |row: &WetRow| if of(row) == one { row.speed_root } else { 0.0 };
-        each.map(|one| law.against(against, &wet, only(one))).collect()
-    };
-    let slopes = |against, of: fn(&WetRow) -> usize| -> Vec<Option<Departure>> {
-        let each = several(&wet, of).into_iter();
-        let only = |one: usize| move |row: &WetRow| if of(row) == one { x(row) } else { 0.0 };
+        let only = |one: usize| move |row: &WetRow| if of(row) == one { column(row) } else { 0.0 };
         each.flat_map(|one| {
-            let by_level = levels.as_ref().and_then(|law| law.against(against, &plain, only(one)));
+            let by_level = levels.and_then(|law| law.against(against, &plain, only(one)));
             [law.against(against, &wet, only(one)), by_level]
         })
         .collect()
     };
     let found = shared.into_iter().chain(of_groups);
-    let found = found.chain(slopes(WetAlternative::SlopeOfOneLiquid, |row| row.liquid));
-    let found = found.chain(falls(WetAlternative::FallOfOneLiquid, |row| row.liquid));
-    let found = found.chain(slopes(WetAlternative::SlopeOfOneParticle, |row| row.particle));
-    let found = found.chain(falls(WetAlternative::FallOfOneFilm, |row| row.film));
+    let found = found.chain(of_each(WetAlternative::SlopeOfOneLiquid, |row| row.liquid));
+    let found = found.chain(of_each(WetAlternative::FallOfOneLiquid, |row| row.liquid));
+    let found = found.chain(of_each(WetAlternative::SlopeOfOneParticle, |row| row.particle));
+    let found = found.chain(of_each(WetAlternative::FallOfOneFilm, |row| row.film));
     let found: Vec<Departure> = found.flatten().collect();
     let alternatives = found.len();
     let least = found.iter().map(|one| one.test.p).reduce(f64::min)?;
