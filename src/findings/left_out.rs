@@ -12,8 +12,8 @@ use super::least_squares::LeastSquares;
 use super::posterior::{effort, start, why_not_sampled, PosteriorRefusal, SamplingSetup};
 use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo, LooDraws, WithoutRun};
 use crate::inference::diagnostics::pareto::khat_threshold;
-use crate::inference::diagnostics::summary::{summarise, Summary};
 use crate::inference::importance::DrawCounts;
+use crate::inference::mixing::summary_of;
 use crate::inference::nuts::{Effort, SamplingPlan, Watcher};
 use crate::inference::prepared_posterior::PreparedPosterior;
 use crate::inference::sampling::{sample_by_importance, sample_by_nuts, Method, Sampled, PROPOSED};
@@ -327,11 +327,6 @@ fn efficiency(sampled: &Sampled) -> f64 {
 pub(super) fn largest_rhat(sampled: &Sampled) -> Option<f64> {
     let each = sampled.values.iter().filter_map(|chains| summary_of(chains).rhat);
     each.filter(|_| sampled.method == Method::Nuts).reduce(f64::max)
-}
-
-fn summary_of(chains: &[Vec<f64>]) -> Summary {
-    let slices: Vec<&[f64]> = chains.iter().map(Vec::as_slice).collect();
-    summarise(&slices)
 }
 
 #[cfg(test)]

@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::summarise::summarise_quantity;
-use super::summary::{QuantitySummary, SeriesOffset};
+use super::summarise::summarise_derived;
+use super::summary::SeriesOffset;
+use crate::findings::range::range;
 use crate::inference::sampling::Sampled;
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
@@ -12,26 +13,15 @@ use crate::scene::Scene;
 pub(super) fn summarise_offsets(scene: &Scene, runs: &Runs, sampled: &Sampled) -> Vec<SeriesOffset> {
     let names = &sampled.parameters.series_offsets;
     let each = names.par_iter().zip(&sampled.series_offsets).zip(&runs.series);
+    let film_ratios = |series: &Series| range(runs.impacts.film_ratio[series.runs()].iter().copied());
     let of = |((name, values), series): ((&String, &Vec<Vec<f64>>), &Series)| SeriesOffset {
         particle: scene.particles[series.particle].name.clone(),
         liquid: scene.liquids[series.liquid].name.clone(),
         diameter_m: series.diameter,
         film_ratio: series.film_ratio,
-        film_ratios: film_ratios(runs, series),
+        film_ratios: film_ratios(series).unwrap_or([series.film_ratio; 2]),
         runs: runs.measured(series.runs()),
-        offset: QuantitySummary {
-            mcse_q05: None,
-            mcse_q95: None,
-            ..summarise_quantity(name, values, sampled.mcse_factor)
-        },
+        offset: summarise_derived(name, values, sampled.mcse_factor),
     };
     each.map(of).collect()
-}
-
-fn film_ratios(runs: &Runs, series: &Series) -> [f64; 2] {
-    let own = &runs.impacts.film_ratio[series.runs()];
-    let (lo, hi) = own.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), ratio| {
-        (lo.min(*ratio), hi.max(*ratio))
-    });
-    [lo, hi]
 }

@@ -12,7 +12,8 @@ use super::summary::{
 };
 use crate::findings::predict::Basis;
 use crate::inference::diagnostics::energy::e_bfmi;
-use crate::inference::diagnostics::summary::summarise;
+use crate::inference::diagnostics::summary::{summarise, Summary};
+use crate::inference::mixing::summary_of;
 use crate::inference::nuts::{divergences, Effort, LARGEST_DEPTH};
 use crate::inference::sampling::{Method, ReachedAccuracy, Sampled};
 use crate::model::parameters::{LeftOut, ModelParameter};
@@ -55,11 +56,7 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
         derived: source
             .derived
             .par_iter()
-            .map(|derived| QuantitySummary {
-                mcse_q05: None,
-                mcse_q95: None,
-                ..summarise_quantity(&derived.name, &derived.values, sampled.mcse_factor)
-            })
+            .map(|derived| summarise_derived(&derived.name, &derived.values, sampled.mcse_factor))
             .collect(),
         series_offsets: source.series_offsets,
         left_out: parameters
@@ -172,11 +169,10 @@ fn summarise_parameter(
 }
 
 /// `mcse_factor` is that of [`Sampled`].
-pub(super) fn summarise_quantity(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
-    let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+fn summarise_quantity(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
     let missing = values.iter().flatten().filter(|value| !value.is_finite()).count();
     let all: usize = values.iter().map(Vec::len).sum();
-    let found = summarise(&chains);
+    let found = summary_of(values);
     let why_none = match found.why_none {
         Some(_) if missing > 0 => Some(format!("{missing} of {all} draws leave no energy at infinite speed")),
         why => why.map(|why| why.to_string()),
@@ -185,24 +181,26 @@ pub(super) fn summarise_quantity(name: &str, values: &[Vec<f64>], mcse_factor: f
     let fewer = |effective: f64| effective / (mcse_factor * mcse_factor);
     QuantitySummary {
         name: name.to_owned(),
-        mean: found.mean,
-        sd: found.sd,
-        median: found.median,
-        q05: found.q05,
-        q95: found.q95,
-        q025: found.q025,
-        q975: found.q975,
-        rhat: found.rhat,
-        ess_bulk: found.ess_bulk.map(fewer),
-        ess_tail: found.ess_tail.map(fewer),
-        mcse_mean: found.mcse_mean.map(larger),
-        mcse_sd: found.mcse_sd.map(larger),
-        mcse_q05: found.mcse_q05.map(larger),
-        mcse_q95: found.mcse_q95.map(larger),
+        numbers: Summary {
+            ess_bulk: found.ess_bulk.map(fewer),
+            ess_tail: found.ess_tail.map(fewer),
+            mcse_mean: found.mcse_mean.map(larger),
+            mcse_sd: found.mcse_sd.map(larger),
+            mcse_q05: found.mcse_q05.map(larger),
+            mcse_q95: found.mcse_q95.map(larger),
+            ..found
+        },
         from: None,
         prior: None,
         why_none,
     }
+}
+
+/// The same without Monte Carlo errors of quantiles.
+pub(super) fn summarise_derived(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
+    let mut own = summarise_quantity(name, values, mcse_factor);
+    (own.numbers.mcse_q05, own.numbers.mcse_q95) = (None, None);
+    own
 }
 
 fn correlations(values: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {

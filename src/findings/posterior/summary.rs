@@ -1,10 +1,13 @@
 //! Holds the summary of the posterior, as `findings.json` writes it.
 
+use std::ops::Deref;
+
 use serde::Serialize;
 
 use super::predictive_checks::PredictiveChecks;
 use super::runs_alone::RunsAlone;
 use crate::findings::predict::Basis;
+use crate::inference::diagnostics::summary::Summary;
 use crate::inference::sampling::Method;
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::physics::form::Term;
@@ -87,36 +90,9 @@ impl PosteriorFindings {
 pub struct QuantitySummary {
     /// its name
     pub name: String,
-    /// mean
-    pub mean: Option<f64>,
-    /// standard deviation
-    pub sd: Option<f64>,
-    /// median
-    pub median: Option<f64>,
-    /// 5 % point
-    pub q05: Option<f64>,
-    /// 95 % point
-    pub q95: Option<f64>,
-    /// 2.5 % point
-    pub q025: Option<f64>,
-    /// 97.5 % point
-    pub q975: Option<f64>,
-    /// rank-normalised split R-hat
-    pub rhat: Option<f64>,
-    /// effective draws for the centre
-    pub ess_bulk: Option<f64>,
-    /// effective draws for the 5 % and 95 % points
-    pub ess_tail: Option<f64>,
-    /// Monte Carlo error of the mean
-    pub mcse_mean: Option<f64>,
-    /// Monte Carlo error of the sd
-    pub mcse_sd: Option<f64>,
-    /// Monte Carlo error of the 5 % point; of a parameter only
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mcse_q05: Option<f64>,
-    /// Monte Carlo error of the 95 % point; of a parameter only
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mcse_q95: Option<f64>,
+    /// where its draws lie, and how reliable they are; Monte Carlo errors of quantiles are those of a parameter only
+    #[serde(flatten)]
+    pub numbers: Summary,
     /// `wet runs` of a diameter's own k that no dry run tells
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from: Option<&'static str>,
@@ -126,6 +102,14 @@ pub struct QuantitySummary {
     /// why numbers are missing; stands exactly then
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_none: Option<String>,
+}
+
+impl Deref for QuantitySummary {
+    type Target = Summary;
+
+    fn deref(&self) -> &Summary {
+        &self.numbers
+    }
 }
 
 /// The offset of one series, and where that was measured.

@@ -10,7 +10,7 @@ use crate::findings::left_out::{
 use crate::findings::posterior::{Posterior, SamplingSetup};
 use crate::inference::diagnostics::loo::{trusted_difference, Difference, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
-use crate::inference::diagnostics::quantile;
+use crate::inference::mixing::summary_of;
 use crate::inference::sampling::Sampled;
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::runs::Runs;
@@ -153,17 +153,14 @@ impl TrendComparison<'_> {
     fn trend(&self, sampled: &Sampled) -> Option<Trend> {
         let place = sampled.parameters.place(self.trend)?;
         let parameter = &sampled.parameters.sampled[place];
-        let draws = quantile::sorted(sampled.values[place].concat());
-        let n = draws.len() as f64;
-        let mean = draws.iter().sum::<f64>() / n;
-        let squares: f64 = draws.iter().map(|x| (x - mean) * (x - mean)).sum();
-        let interval = [0.025, 0.975].map(|probability| quantile::of_sorted(&draws, probability));
+        let found = summary_of(&sampled.values[place]);
+        let interval = [found.q025?, found.q975?];
         let (scene, form) = (self.context.comparison.scene, self.context.own.setup.form);
         let over_films = TrendOverFilms::new(scene, self.runs, form, self.of, sampled)?;
-        (draws.len() > 1).then(|| Trend {
+        Some(Trend {
             symbol: parameter.kind.symbol(),
-            mean,
-            sd: (squares / (n - 1.0)).sqrt(),
+            mean: found.mean?,
+            sd: found.sd?,
             interval,
             largest_change: Some(over_films.largest_change(interval)).filter(|change| change.is_finite()),
             add: over_films.runs_to_add(),

@@ -8,7 +8,7 @@ use super::{check_chains, ess, mcse, mean, pool, quantile, rhat, variance, WhyNo
 ///
 /// Mean, sd and quantiles are `None` where a draw is not finite or there is none, the sd also of a single draw; the rest
 /// is `None` where a function of this module fails, and `why_none` is then its reason (the first, if there are more).
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Summary {
     /// mean
     pub mean: Option<f64>,
@@ -31,16 +31,20 @@ pub struct Summary {
     /// effective draws in the tails: the smaller of those at the 5 % and at the 95 % point
     pub ess_tail: Option<f64>,
     /// effective draws for the mean, of which [`super::loo::relative_efficiency`] is made
+    #[serde(skip)]
     pub ess_mean: Option<f64>,
     /// Monte Carlo error of the mean: sd over the root of its effective draws
     pub mcse_mean: Option<f64>,
     /// Monte Carlo error of the sd
     pub mcse_sd: Option<f64>,
     /// [`mcse::of_quantile`] at 5 %
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub mcse_q05: Option<f64>,
     /// [`mcse::of_quantile`] at 95 %
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub mcse_q95: Option<f64>,
     /// why any of these is `None`
+    #[serde(skip)]
     pub why_none: Option<WhyNone>,
 }
 
