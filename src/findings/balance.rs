@@ -15,7 +15,7 @@ use super::wet_fit::WetRuns;
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{chi_squared, reweight, ErrorWeights, SpeedDependent};
 use crate::inference::joint::{fit_joint, Joint, JointFit};
-use crate::inference::least_squares::{Fit, ResidualProblem, Stop};
+use crate::inference::least_squares::{Fit, ResidualProblem};
 use crate::inference::nested::FTest;
 use crate::inference::profile::{Limits, ProblemProfile, Region, WithSlopes};
 use crate::model::parameters::ParameterKind;
@@ -164,10 +164,6 @@ impl FittedBalance<'_> {
     fn joint(&self) -> &Joint<'_> {
         &self.problem.joint
     }
-
-    fn converged(&self) -> bool {
-        self.fit.stop == Stop::Converged
-    }
 }
 
 /// A balance that was fitted, and its squares about the minimum: what estimates are made from.
@@ -210,7 +206,7 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
     /// Estimate of a function of one parameter, by its place.
     fn of_parameter(&self, place: usize, of: impl Fn(f64) -> Jet<1>, how: IntervalScale) -> Estimate {
         let none = || self.quoting.none(why_stopped(&self.fitted.fit));
-        if !self.fitted.converged() {
+        if !self.fitted.fit.converged() {
             return none();
         }
         let of_point = |point: &[f64]| {
@@ -319,7 +315,7 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
 fn lack_of_fit(setup: BalanceSetup, fitted: &FittedBalance, known: &[usize], separate: &[OwnLaw]) -> Option<FTest> {
     let BalanceSetup { scene, runs, dry, .. } = setup;
     // series with offsets of their own share no law as it stands
-    if !fitted.converged() || scene.model.series_offsets {
+    if !fitted.fit.converged() || scene.model.series_offsets {
         return None;
     }
     // a film that is misstated by a few per cent moves no law of its group
@@ -366,7 +362,7 @@ fn findings_of(setup: BalanceSetup, fitted: &FittedBalance, lack_of_fit: Option<
         })
         .collect();
     let places = WetPlace::all(runs, joint.form);
-    let derived = places.par_iter().enumerate().filter(|_| fitted.converged());
+    let derived = places.par_iter().enumerate().filter(|_| fitted.fit.converged());
     let l = joint.value(Coefficient::LubricationLog, point);
     EnergyBalance {
         inertia: joint.form.inertia,
@@ -484,7 +480,7 @@ fn fit_weighed<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -> WeighedF
     let mut problem = problem_of(joint, dry, spread);
     let mut fit = fit_joint(&problem);
     for _ in 0..TRIES {
-        let own = fit.residual_sd.filter(|_| fit.stop == Stop::Converged);
+        let own = fit.residual_sd.filter(|_| fit.converged());
         match own.filter(|own| *own > 0.0 && *own < NEAR * spread) {
             Some(own) => spread = own,
             None => break,
@@ -505,10 +501,7 @@ struct WeighedFit<'r> {
 impl WeighedFit<'_> {
     /// Log density of each run about the fit, wet ones with its own spread; `None` where it did not converge.
     fn log_densities(&self) -> Option<Vec<f64>> {
-        let sd = self
-            .fit
-            .residual_sd
-            .filter(|sd| *sd > 0.0 && self.fit.stop == Stop::Converged)?;
+        let sd = self.fit.residual_sd.filter(|sd| *sd > 0.0 && self.fit.converged())?;
         let mut residuals = vec![0.0; self.problem.runs()];
         self.problem.residuals(&self.fit.parameters, &mut residuals).ok()?;
         let wet = self.problem.joint.wet_rebounds();
@@ -659,7 +652,7 @@ fn pooled_sd(separate: &[OwnLaw]) -> f64 {
 }
 
 fn balance_verdict(fit: &Fit, l: Option<f64>, misfit: Option<&FTest>, noise: NoiseOn) -> Verdict {
-    if fit.stop != Stop::Converged || fit.covariance.is_none() {
+    if !fit.converged() || fit.covariance.is_none() {
         Verdict::failed(why_stopped(fit))
     } else if l.is_some_and(|l| l <= 0.0) {
         Verdict::failed("L is not positive: the restitution does not fall with 1/St")

@@ -6,11 +6,11 @@ use super::estimate::{Estimate, IntervalScale, Quoting};
 use super::fit_verdict::{one_against, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
 use super::measurement_errors::{error_columns, ErrorSummary};
 use super::own_dry_speed::OwnDrySpeed;
-use crate::distributions::student_t_quantile;
+use crate::distributions::normal_quantile;
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::lack_of_fit::{lack_of_fit, LackOfFit, LawRow};
 use crate::inference::law::Law;
-use crate::inference::least_squares::{Fit, Stop};
+use crate::inference::least_squares::Fit;
 use crate::inference::nested::FTest;
 use crate::inference::regression::Regression;
 use crate::model::parameters::ParameterKind;
@@ -248,7 +248,7 @@ fn rows_of(runs: &Runs, order: Order, groups: &[DryGroup], separate: &[OwnLaw]) 
     let mut rows = vec![];
     for (index, (group, own)) in groups.iter().zip(separate).enumerate() {
         let OwnLaw { fit, weights, .. } = own;
-        let Some(k) = fit.parameters.first().filter(|_| fit.stop == Stop::Converged) else {
+        let Some(k) = fit.parameters.first().filter(|_| fit.converged()) else {
             continue;
         };
         rows.extend(group.rebounds.clone().enumerate().map(|(place, run)| {
@@ -268,24 +268,22 @@ fn rows_of(runs: &Runs, order: Order, groups: &[DryGroup], separate: &[OwnLaw]) 
 
 fn estimate(fit: &Fit, quoting: Quoting) -> Estimate {
     match fit.parameters.first() {
-        Some(k) if fit.stop == Stop::Converged => quoting.of(&uncertain(fit), *k, &[1.0], IntervalScale::Plain),
+        Some(k) if fit.converged() => quoting.of(&uncertain(fit), *k, &[1.0], IntervalScale::Plain),
         _ => quoting.none(why_stopped(fit)),
     }
 }
 
 /// How far leaving out the lowest runs moves a mean of normal ones, in its standard errors.
 fn cut_off_bias(rebounds: usize, stuck: usize) -> f64 {
-    /// Student's t with so many degrees of freedom is the normal
-    const NORMAL: f64 = 1e9;
     let share = stuck as f64 / (rebounds + stuck) as f64;
-    let z = student_t_quantile(share, NORMAL).unwrap_or(f64::NEG_INFINITY);
+    let z = normal_quantile(share);
     let density = (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
     density / (1.0 - share) * (rebounds as f64).sqrt()
 }
 
 fn dry_verdict(fit: &Fit, order: Order, fastest: f64, stuck: usize) -> Verdict {
     let k = fit.parameters.first().copied().unwrap_or(f64::NAN);
-    if fit.stop != Stop::Converged {
+    if !fit.converged() {
         Verdict::failed(why_stopped(fit))
     } else if let (None, Some(why)) = (&fit.covariance, &fit.why_no_covariance) {
         Verdict::failed(why.clone())

@@ -11,12 +11,17 @@ pub const SPEED_ERROR: f64 = 0.01;
 /// Squares over the errors' own this many standard deviations below what they should be tell errors that are too large.
 const TOO_SMALL: f64 = 3.0;
 
+/// The error of v, as a share of it, that would move β of a usable square-root law of a film ratio by a tenth of its standard
+/// error.
+fn error_that_matters(row: &Scaling) -> Option<f64> {
+    let share = row.speed_error_of_a_tenth_se;
+    share.filter(|_| row.film_ratio.is_some() && row.verdict.passed)
+}
+
 /// The film ratio whose β of the square-root law the smallest error of v would move, with that error.
-pub fn most_sensitive_to_speed(scaling: &[Scaling]) -> Option<(&Scaling, f64)> {
-    let shares = scaling
-        .iter()
-        .filter(|row| row.film_ratio.is_some() && row.verdict.passed)
-        .filter_map(|row| Some((row, row.speed_error_of_a_tenth_se?)));
+pub fn most_sensitive_to_speed<'s>(scaling: impl IntoIterator<Item = &'s Scaling>) -> Option<(&'s Scaling, f64)> {
+    let laws = scaling.into_iter();
+    let shares = laws.filter_map(|row| Some((row, error_that_matters(row)?)));
     shares.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
@@ -27,20 +32,17 @@ pub(super) fn measurement_error_notices(
     is_main: impl Fn(&Scaling) -> bool,
 ) -> Vec<Remark> {
     let mut found = vec![];
-    let below = |row: &&Scaling| {
-        let share = row.speed_error_of_a_tenth_se.filter(|_| row.film_ratio.is_some());
-        row.verdict.passed && share.is_some_and(|share| share < SPEED_ERROR)
-    };
+    let below = |row: &&Scaling| error_that_matters(row).is_some_and(|share| share < SPEED_ERROR);
     // where they are given they are asked for no more
     let given = runs.errors.as_ref().is_some_and(|errors| errors.counts()[1] > 0);
-    let all: Vec<Scaling> = scaling.iter().filter(below).cloned().collect();
-    let main: Vec<Scaling> = all.iter().filter(|row| is_main(row)).cloned().collect();
+    let all: Vec<&Scaling> = scaling.iter().filter(below).collect();
+    let main: Vec<&Scaling> = all.iter().copied().filter(|row| is_main(row)).collect();
     let (level, told) = match main.is_empty() {
         true => (Level::Informs, all),
         false => (Level::Cautions, main),
     };
     let count = told.len();
-    if let Some((row, share)) = most_sensitive_to_speed(&told).filter(|_| !given) {
+    if let Some((row, share)) = most_sensitive_to_speed(told).filter(|_| !given) {
         let at = match count {
             1 => "one film ratio".to_owned(),
             some => format!("{some} film ratios"),
@@ -57,18 +59,12 @@ pub(super) fn measurement_error_notices(
     }
     let weighed = scaling.iter().filter_map(|row| {
         let weighed = row.measurement_errors.filter(|_| row.film_ratio.is_some())?;
-        Some((
-            row,
-            weighed,
-            row.runs.checked_sub(weighed.runs_left_out + 2).filter(|df| *df > 0)? as f64,
-        ))
+        let df = row.runs.checked_sub(weighed.runs_left_out + 2).filter(|df| *df > 0)?;
+        Some((weighed.reduced_chi_squared, df as f64))
     });
-    let too_large: Vec<_> = weighed
-        .clone()
-        .filter(|(_, weighed, df)| weighed.reduced_chi_squared < 1.0 - TOO_SMALL * (2.0 / df).sqrt())
-        .collect();
-    let least = too_large.iter().map(|(_, weighed, _)| weighed.reduced_chi_squared);
-    if let Some(least) = least.reduce(f64::min) {
+    let is_too_large = |(reduced, df): &(f64, f64)| *reduced < 1.0 - TOO_SMALL * (2.0 / df).sqrt();
+    let too_large: Vec<f64> = weighed.clone().filter(is_too_large).map(|own| own.0).collect();
+    if let Some(least) = too_large.iter().copied().reduce(f64::min) {
         let text = format!(
             "in {} of {} fits to a film ratio the runs scatter less than their measurement errors say (χ² per degree of \
              freedom down to {least:.2}); the errors are taken as given, and standard errors follow them",

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::distributions::student_t_quantile;
+use crate::distributions::normal_quantile;
 use crate::inference::delta::{interval, log_interval, Interval, Uncertain, LEVELS, PROFILE};
 use crate::inference::profile::Limits;
 use crate::rounding::significant;
@@ -220,13 +220,9 @@ impl Estimate {
     /// The standard error; where the curvature forbids one, that of which the quoted interval would be ± t. For shares of
     /// the uncertainty, not to be printed as a ±. `None` without either.
     pub fn scale(&self) -> Option<f64> {
-        /// Student's t with so many degrees of freedom is the normal
-        const NORMAL: f64 = 1e9;
-        let of_interval = || {
-            let [lo, hi] = self.interval?;
-            Some(0.5 * (hi - lo) / student_t_quantile(0.5 + 0.5 * self.level, NORMAL)?)
-        };
-        self.se.or_else(of_interval)
+        let half = self.interval.map(|[lo, hi]| 0.5 * (hi - lo));
+        self.se
+            .or(half.map(|half| half / normal_quantile(0.5 + 0.5 * self.level)))
     }
 
     /// Value and [`Estimate::scale`], where both are there: for weights and starts.

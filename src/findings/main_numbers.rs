@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::balance::DerivedEstimate;
 use super::constants::Sensitivity;
+use super::dry::Dry;
 use super::estimate::Estimate;
 use super::fit_verdict::Verdict;
 use super::least_squares::LeastSquares;
@@ -23,7 +24,7 @@ use crate::physics::form::Term;
 use crate::physics::{Coefficient, Form, Quantity};
 use crate::remark::Remark;
 use crate::rounding::{positive, short, significant, with_sd, with_se, NONE};
-use crate::runs::{FilmGroup, Runs};
+use crate::runs::{FilmGroup, Runs, Series};
 use crate::scene::{NoiseOn, Scene, WetLaw};
 
 /// Dry runs from which on the posterior's 95 % interval of their k covers as stated where no wet run tells of it: of 3 to 6
@@ -117,6 +118,26 @@ pub struct MainParameter {
     /// where a k comes from that no dry run tells: `wet runs`
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from: Option<&'static str>,
+}
+
+impl MainParameter {
+    fn of_fit(name: String, quantity: Quantity, estimate: &Estimate, source: Source) -> MainParameter {
+        MainParameter {
+            name,
+            quantity,
+            sphere: None,
+            number: MainNumber::of_fit(estimate, source),
+            prior_led: false,
+            from: None,
+        }
+    }
+
+    fn of_dry(dry: &Dry) -> MainParameter {
+        MainParameter {
+            sphere: Some(dry.sphere),
+            ..MainParameter::of_fit(dry.name(), Quantity::DryK, &dry.dry_k, Source::DryLaw)
+        }
+    }
 }
 
 /// e_inf and St_c of a particle at a film ratio.
@@ -352,14 +373,13 @@ pub(super) struct MainSources<'a> {
 /// Picks them.
 pub(super) fn pick_main_numbers(from: MainSources) -> MainNumbers {
     MainNumbers {
-        verdict: judge(&[]),
         provisional: from.posterior.is_none(),
-        learnt: vec![],
         parameters: match from.posterior {
             Some(posterior) => from.sampled_parameters(posterior),
             None => from.fitted_parameters(),
         },
         at: from.places(),
+        ..MainNumbers::none()
     }
 }
 
@@ -398,7 +418,7 @@ impl MainSources<'_> {
                 prior_led: summary.prior.as_ref().is_some_and(PriorSummary::leads),
             })
         });
-        let parameters: Vec<MainParameter> = parameters.collect();
+        let mut parameters: Vec<MainParameter> = parameters.collect();
         let led = parameters
             .iter()
             .any(|own| own.quantity == Quantity::Shared(Coefficient::LubricationLog) && own.prior_led);
@@ -414,8 +434,8 @@ impl MainSources<'_> {
                 number: MainNumber::of_draws(summary, &draws.values, self.level()),
                 prior_led: led,
             });
-        let all: Vec<MainParameter> = of_ratio.collect();
-        parameters.into_iter().chain(all).collect()
+        parameters.extend(of_ratio);
+        parameters
     }
 
     /// k of a sphere that few dry runs alone tell: by the dry law, with Student's t. The posterior's interval knows less
@@ -423,45 +443,25 @@ impl MainSources<'_> {
     fn of_few_dry_runs(&self, sphere: usize) -> Option<MainParameter> {
         let dry = self.least_squares.dry.iter().find(|dry| dry.sphere == sphere)?;
         let alone = self.runs.series_of(sphere).is_empty() && dry.runs < FEW_DRY_RUNS;
-        (alone && dry.dry_k.interval.is_some()).then(|| MainParameter {
-            name: dry.name(),
-            quantity: Quantity::DryK,
-            sphere: Some(sphere),
-            number: MainNumber::of_fit(&dry.dry_k, Source::DryLaw),
-            prior_led: false,
-            from: None,
-        })
+        (alone && dry.dry_k.interval.is_some()).then(|| MainParameter::of_dry(dry))
     }
 
     fn fitted_parameters(&self) -> Vec<MainParameter> {
-        let of_fit = |name: String, quantity: Quantity, estimate: &Estimate, source: Source| MainParameter {
-            name,
-            quantity,
-            sphere: None,
-            from: None,
-            number: MainNumber::of_fit(estimate, source),
-            prior_led: false,
+        let dry = self.least_squares.dry.iter().map(MainParameter::of_dry);
+        let of_balance = |name: String, quantity: Quantity, estimate: &Estimate| {
+            MainParameter::of_fit(name, quantity, estimate, Source::EnergyBalance)
         };
-        let dry = self.least_squares.dry.iter().map(|dry| MainParameter {
-            sphere: Some(dry.sphere),
-            ..of_fit(dry.name(), Quantity::DryK, &dry.dry_k, Source::DryLaw)
-        });
         let balance = self.least_squares.energy_balance.as_ref();
         let shared = balance.iter().flat_map(|balance| &balance.parameters);
         let shared = shared.filter_map(|own| match own.kind {
-            ParameterKind::Shared(coefficient) => Some(of_fit(
-                own.name.clone(),
-                Quantity::Shared(coefficient),
-                &own.estimate,
-                Source::EnergyBalance,
-            )),
+            ParameterKind::Shared(of) => Some(of_balance(own.name.clone(), Quantity::Shared(of), &own.estimate)),
             _ => None,
         });
         let has_delta_c = self.scene.model.viscous.why_no_critical_separation().is_none();
         let ratio = Quantity::DeltaCOverRoughness;
         let of_ratio = balance.iter().filter(|_| has_delta_c).map(|balance| {
             let name = ratio.describe().name.to_owned();
-            of_fit(name, ratio, &balance.delta_c_over_roughness, Source::EnergyBalance)
+            of_balance(name, ratio, &balance.delta_c_over_roughness)
         });
         dry.chain(shared).chain(of_ratio).collect()
     }
@@ -520,20 +520,14 @@ impl MainSources<'_> {
     }
 
     fn of_law(&self, group: &FilmGroup, law: &Scaling) -> MainPlace {
-        let mut liquids: Vec<usize> = self.runs.series[group.series.clone()]
-            .iter()
-            .map(|series| series.liquid)
-            .collect();
-        liquids.sort_unstable();
-        liquids.dedup();
+        let series = &self.runs.series[group.series.clone()];
+        let is_alone = |one: &&Series| series.iter().all(|other| other.liquid == one.liquid);
+        let of_one = series.first().filter(is_alone);
         let source = Source::SquareRootLaw;
         MainPlace {
             particle: law.particle.clone(),
             film_ratio: group.film_ratio,
-            liquid: match liquids.as_slice() {
-                [one] => Some(self.scene.liquids[*one].name.clone()),
-                _ => None,
-            },
+            liquid: of_one.map(|one| self.scene.liquids[one.liquid].name.clone()),
             diameter_m: law.diameter_m,
             e_inf: MainNumber::of_fit(&law.e_inf, source),
             st_c: MainNumber::of_fit(&law.st_c, source),

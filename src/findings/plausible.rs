@@ -1,6 +1,6 @@
 //! Questions constants, runs and results that no such experiment has: a wrong unit shows there first.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::ops::Range;
 
 use super::document::Findings;
@@ -121,7 +121,6 @@ impl Bounds {
 /// The check of what went in: the constants of the materials in use, diameters, films, and how speeds compare.
 pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Remark> {
     let mut questions = vec![];
-    let used: HashSet<usize> = runs.series.iter().map(|series| series.liquid).collect();
     for (index, particle) in scene.particles.iter().enumerate() {
         let spheres = runs.spheres_of(index);
         let wet = runs.series_in(spheres);
@@ -138,12 +137,8 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Remark> {
         questions.extend(DENSITY.question(name, [*density].into_iter()));
         questions.extend(ROUGHNESS.question(name, roughness.iter().copied()));
         questions.extend(DIAMETER.question(name, wet.iter().map(|series| series.diameter)));
-        let mut liquids: Vec<usize> = wet.iter().map(|series| series.liquid).collect();
-        liquids.sort_unstable();
-        liquids.dedup();
-        let apart = liquids
-            .iter()
-            .filter_map(|liquid| films_apart(scene, runs, index, *liquid));
+        let liquids = 0..scene.liquids.len();
+        let apart = liquids.filter_map(|liquid| films_apart(scene, runs, index, liquid));
         let apart: Vec<String> = apart.collect();
         if apart.is_empty() {
             let films = wet.iter().flat_map(Series::runs).map(|run| runs.film[run]);
@@ -159,7 +154,7 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Remark> {
             viscosity,
             ..
         } = liquid;
-        if used.contains(&index) {
+        if runs.series.iter().any(|series| series.liquid == index) {
             questions.extend(DENSITY.question(name, [*density].into_iter()));
             questions.extend(VISCOSITY.question(name, [*viscosity].into_iter()));
         }
@@ -335,18 +330,9 @@ pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> 
         questions.extend(both.iter().find_map(|l| beyond_films(particle, l, runs, index)));
     }
     for (kind, symbol, most) in SPREADS {
-        let found = sampled.get(kind.name(scene, runs).as_str()).and_then(|one| one.mean);
-        questions.extend(found.and_then(|value| {
-            let source = "the posterior";
-            let sd = 0.0;
-            Uncertain {
-                symbol,
-                source,
-                value,
-                sd,
-            }
-            .question([0.0, most])
-        }));
+        let found = of_both(symbol, None, sampled.get(kind.name(scene, runs).as_str()));
+        let as_it_is = found.first().map(|own| Uncertain { sd: 0.0, ..*own });
+        questions.extend(as_it_is.and_then(|own| own.question([0.0, most])));
     }
     let wet = runs.series.iter().flat_map(Series::runs);
     if let Some([least, most]) = range(wet.map(|run| 1.0 / runs.inverse_stokes(run))) {

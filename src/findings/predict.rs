@@ -88,10 +88,9 @@ pub struct CoveredIn {
     pub liquid: String,
     /// slowest and fastest, m/s
     pub impact_speed_m_s: [f64; 2],
-    /// Stokes numbers
-    pub stokes: [f64; 2],
-    /// film ratios
-    pub film_ratio: [f64; 2],
+    /// Stokes numbers and film ratios
+    #[serde(flatten)]
+    pub covered: Covered,
 }
 
 /// What the runs in a liquid covered, the liquid being told by its density and viscosity as a [`Setting`] has them.
@@ -137,12 +136,11 @@ impl Basis {
                 covered: covered(runs, index, None).map(|(covered, _)| covered),
                 covered_in: (0..scene.liquids.len())
                     .filter_map(|liquid| {
-                        let (Covered { stokes, film_ratio }, speeds) = covered(runs, index, Some(liquid))?;
+                        let (covered, impact_speed_m_s) = covered(runs, index, Some(liquid))?;
                         Some(CoveredIn {
                             liquid: scene.liquids[liquid].name.clone(),
-                            impact_speed_m_s: speeds,
-                            stokes,
-                            film_ratio,
+                            impact_speed_m_s,
+                            covered,
                         })
                     })
                     .collect(),
@@ -181,10 +179,7 @@ impl Basis {
                 density: liquid.density_kg_m3,
                 viscosity: liquid.viscosity_pa_s,
                 impact_speed: own.impact_speed_m_s,
-                covered: Covered {
-                    stokes: own.stokes,
-                    film_ratio: own.film_ratio,
-                },
+                covered: own.covered,
             })
         };
         particle.covered_in.iter().filter_map(of).collect()

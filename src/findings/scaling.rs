@@ -13,7 +13,7 @@ use super::wet_fit::{two, WetFit, WetRuns};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
-use crate::inference::least_squares::{Fit, Stop};
+use crate::inference::least_squares::Fit;
 use crate::inference::nested::FTest;
 use crate::inference::regression::Regression;
 use crate::physics::quantity::{Place, Quantity};
@@ -229,7 +229,7 @@ fn test_one_for_all(
                 return None;
             }
             let separate = fits.iter().filter(of_ratio);
-            if !separate.clone().all(|(_, fit)| fit.stop == Stop::Converged) {
+            if !separate.clone().all(|(_, fit)| fit.converged()) {
                 return None;
             }
             let pool =
@@ -467,9 +467,9 @@ impl Scaling {
 
 fn linear_verdict(fit: &Fit) -> Verdict {
     let [a, b] = two(fit);
-    if fit.stop == Stop::Converged && !(a > 0.0 && b > 0.0) {
+    if fit.converged() && !(a > 0.0 && b > 0.0) {
         Verdict::failed(NO_FALL)
-    } else if fit.stop != Stop::Converged || fit.covariance.is_none() {
+    } else if !fit.converged() || fit.covariance.is_none() {
         Verdict::failed(why_stopped(fit))
     } else {
         Verdict::passed("converged")

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::effective_variance::{ErrorColumns, RunInSpeed, SpeedDependent};
 use super::law::SpeedResponse;
-use super::least_squares::{fit, no_scatter_left, Fit, OutOfDomain, ResidualProblem, Stop};
+use super::least_squares::{fit, no_scatter_left, Fit, OutOfDomain, ResidualProblem};
 use super::sums::{add_square, Sums};
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::{Balance, BalanceAtFilm, Impact, Lost};
@@ -612,7 +612,7 @@ pub fn fit_joint(problem: &JointFit) -> Fit {
         return with_wet_spread(problem, first);
     }
     let second = fit(problem, &lowered);
-    let rank = |fit: &Fit| (fit.stop != Stop::Converged, fit.residual_sum_of_squares);
+    let rank = |fit: &Fit| (!fit.converged(), fit.residual_sum_of_squares);
     let best = if rank(&second) < rank(&first) { second } else { first };
     with_wet_spread(problem, best)
 }
