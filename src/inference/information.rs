@@ -98,10 +98,11 @@ impl RunsWithPriors<'_> {
         (all.squares.is_finite() && entries.all(|x| x.is_finite())).then_some(all)
     }
 
-    /// Finds the least squares of runs and prior together, which exist whatever the runs determine.
+    /// Searches the least squares of runs and prior together, which exist whatever the runs determine; with whether the search
+    /// ended at them.
     ///
-    /// `None` where a sum is not finite at the start, or the search does not end at them.
-    pub fn fit_with_priors(&self, start: &[f64]) -> Option<Vec<f64>> {
+    /// `None` where a sum is not finite at the start.
+    pub fn fit_with_priors(&self, start: &[f64]) -> Option<(Vec<f64>, bool)> {
         /// spreads follow the residuals and vice versa
         const ROUNDS: usize = 4;
         /// a fall of the squares that moves no direction by a noticeable part of its spread
@@ -128,7 +129,7 @@ impl RunsWithPriors<'_> {
                 break;
             }
         }
-        converged.then(|| self.values(&z))
+        Some((self.values(&z), converged))
     }
 
     /// What the runs say about a point; `None` where it is not finite.
@@ -295,16 +296,17 @@ mod tests {
             spreads: &[0.01],
             sums: &sums,
         };
-        let end = kinds.fit_with_priors(&[1.0, 1.0]).expect("finite");
+        let (end, converged) = kinds.fit_with_priors(&[1.0, 1.0]).expect("finite");
+        assert!(converged);
         assert!((end[0] * end[1] / 6.0 - 1.0).abs() < 1e-3, "{end:?}");
         assert!((end[0] / end[1] - 1.0).abs() < 1e-6, "{end:?}");
         assert_eq!(kinds.information(&end).expect("finite").unseen()[0].members, vec![0, 1]);
         assert_eq!(kinds.fit_with_priors(&[f64::INFINITY, 1.0]), None);
     }
 
-    /// Slopes of the wrong sign lead nowhere: the start is no estimate.
+    /// Slopes of the wrong sign lead nowhere.
     #[test]
-    fn a_search_that_does_not_end_at_the_least_squares_gives_no_point() {
+    fn a_search_that_does_not_end_at_the_least_squares_says_so() {
         let sums = |values: &[f64]| {
             let mut sums = Sums::new(1);
             sums.add(values[0] - 6.0, &[(0, -1.0)]);
@@ -318,6 +320,7 @@ mod tests {
             spreads: &[0.01],
             sums: &sums,
         };
-        assert_eq!(runs.fit_with_priors(&[1.0]), None);
+        let (_, converged) = runs.fit_with_priors(&[1.0]).expect("finite");
+        assert!(!converged);
     }
 }

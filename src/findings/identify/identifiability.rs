@@ -203,7 +203,9 @@ fn linearisation_point(
         found.filter(here).unwrap_or(belief.median)
     };
     let start: Vec<f64> = with_beliefs().map(near).collect();
-    Some((evidence.fit_with_priors(&start)?, false))
+    // runs that determine nothing may lead a search on and on: the slopes where it got to tell so all the same
+    let (values, _) = evidence.fit_with_priors(&start)?;
+    Some((values, false))
 }
 
 /// The terms that are held; where the form of the inertial loss is left open, the one the energy balance took.

@@ -12,7 +12,6 @@ use super::totals::{BlockSums, Totals};
 use super::trend::{BlockLaw, CHUNK};
 use crate::exponential::{is_fused, logarithm};
 use crate::lanes::sums;
-use crate::physics::balance;
 use crate::physics::dry::Order;
 use crate::physics::rebound::{kept_of_mean_restitution, mean_and_slope};
 
@@ -208,8 +207,9 @@ impl Columns {
         let [kept, dry_k, g] = [kept, dry_k, &mut shapes[0]].map(|column| &mut column[..chunk.len()]);
         let own = x.iter().zip(p).zip(b).zip(f.iter().zip(&*g));
         for ((kept, dry_k), (((x, p), b), (f, g))) in kept.iter_mut().zip(dry_k).zip(own) {
-            let lost = inertial * g + (viscous + trend * f) * x + b - law.offset;
-            (*kept, *dry_k) = balance::kept(order, k, *p, lost);
+            let [e_dry, in_loss, _] = order.of_loss(k * p);
+            *dry_k = 2.0 * e_dry * in_loss * p;
+            *kept = e_dry * e_dry - inertial * g - (viscous + trend * f) * x - b + law.offset;
         }
     }
 
