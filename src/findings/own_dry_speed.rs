@@ -24,10 +24,7 @@ impl OwnDrySpeed {
 
     /// v o′ and v² o″ of the offset o, in the speed.
     pub fn offset_slopes(&self, v: f64) -> [f64; 2] {
-        let loss = self.dry_k * speed_root(v);
-        let restitution = self.order.of_loss(loss)[0];
-        let [slope, bend] = self.order.in_log_speed(loss);
-        [2.0 * restitution * slope, 2.0 * (slope * slope + restitution * bend)]
+        self.order.square_in_log_speed(self.dry_k * speed_root(v))
     }
 
     /// The same at some speeds.

@@ -122,13 +122,6 @@ impl BalanceAtFilm {
     }
 }
 
-/// r = e_dry² − lost and its slope in k, e_dry to this order at a speed with this fifth root.
-#[inline(always)]
-pub fn kept(order: Order, dry_k: f64, dry_root: f64, lost: f64) -> (f64, f64) {
-    let [e_dry, slope, _] = order.of_loss(dry_k * dry_root);
-    (e_dry * e_dry - lost, 2.0 * e_dry * slope * dry_root)
-}
-
 impl Balance {
     /// The balance of a particle with this k where losses take so much.
     #[inline]
@@ -181,8 +174,9 @@ impl Balance {
     /// r, the share of the energy kept, and its slope in k; r is negative where the impact cannot rebound.
     #[inline(always)]
     pub fn kept(&self, at: &Impact) -> (f64, f64) {
+        let [e_dry, slope, _] = self.e_dry(at.dry_root);
         let lost = self.lost.constant + self.lost.over_stokes * at.over_stokes + at.fixed[0];
-        kept(self.order, self.dry_k, at.dry_root, lost)
+        (e_dry * e_dry - lost, 2.0 * e_dry * slope)
     }
 
     /// The same impact at so many times its speed.
@@ -204,13 +198,8 @@ impl Balance {
         if !self.own_speed {
             return losses;
         }
-        let loss = self.dry_k * at.dry_root;
-        let e_dry = self.order.of_loss(loss)[0];
-        let [first, second] = self.order.in_log_speed(loss);
-        [
-            losses[0] + 2.0 * e_dry * first,
-            losses[1] + 2.0 * (first * first + e_dry * second),
-        ]
+        let [first, second] = self.order.square_in_log_speed(self.dry_k * at.dry_root);
+        [losses[0] + first, losses[1] + second]
     }
 
     /// Slope of v dr/dv in k.

@@ -96,6 +96,14 @@ impl Order {
         [first * slope, second * slope * slope + first * (POWER - 1.0) * slope]
     }
 
+    /// The same of e_dry².
+    #[inline]
+    pub fn square_in_log_speed(self, z: f64) -> [f64; 2] {
+        let e_dry = self.of_loss(z)[0];
+        let [first, second] = self.in_log_speed(z);
+        [2.0 * e_dry * first, 2.0 * (first * first + e_dry * second)]
+    }
+
     /// k v^(1/5) up to which e_dry is positive and falls: 1, and 5/6, where the second order has its minimum.
     pub fn largest_loss(self) -> f64 {
         match self {

@@ -179,10 +179,7 @@ impl Restitution {
         let LawNumbers { plateau, beta, kappa } = self.0;
         let of_plateau = match plateau {
             Plateau::Constant(_) => 0.0,
-            Plateau::OfSpeed { dry_k, order, .. } => {
-                let z = dry_loss(order, dry_k, impact_speed);
-                2.0 * order.of_loss(z)[0] * order.in_log_speed(z)[0]
-            }
+            Plateau::OfSpeed { dry_k, order, .. } => order.square_in_log_speed(dry_loss(order, dry_k, impact_speed))[0],
         };
         let falling = 2.0 * kappa / (impact_speed * impact_speed) - beta / impact_speed;
         Some((of_plateau + falling) / (2.0 * kept))
