@@ -161,7 +161,10 @@ impl SimulatedRuns {
             };
             let fitted = fit_posterior(scene, &table.runs, found.least_squares(), setup, &|_, _| ());
             let fitted = fitted.unwrap_or_else(|error| panic!("{error}"));
-            let reached = |fitted: &Posterior| fitted.sampled.accuracy.as_ref().is_some_and(|one| one.reached());
+            let reached = |fitted: &Posterior| {
+                let accuracy = fitted.sampled.accuracy.as_ref();
+                accuracy.is_some_and(|own| own.vouched <= own.requested)
+            };
             fitted.ok().filter(reached)
         };
         requested.iter().map(fit).collect()

@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::importance::{propose, DrawCounts, ProposalTails, Proposed, Weights};
-use super::laplace::Laplace;
 use super::mixing::ParameterDraws;
 use super::nuts::{divergences, sample_chains, Chain, SamplingFailure, SamplingPlan, LARGEST_DEPTH};
 use super::prepared_posterior::PreparedPosterior;
@@ -53,13 +52,6 @@ pub struct ReachedAccuracy {
     pub tried: Vec<(Method, String)>,
 }
 
-impl ReachedAccuracy {
-    /// Whether it was reached.
-    pub fn reached(&self) -> bool {
-        self.vouched <= self.requested
-    }
-}
-
 /// Draws of a posterior.
 #[derive(Debug, Clone)]
 pub struct Sampled {
@@ -75,8 +67,6 @@ pub struct Sampled {
     pub values: Vec<Vec<Vec<f64>>>,
     /// those of the offsets of r of each series; empty where series have none
     pub series_offsets: Vec<Vec<Vec<f64>>>,
-    /// mode and curvature the draws started from
-    pub laplace: Laplace,
     /// Pareto shape of the importance weights of the normal about the mode, where these were used
     pub khat: Option<f64>,
     /// Monte Carlo errors are so many times those of the draws alone; more than 1 where they were resampled
@@ -125,7 +115,6 @@ impl Sampled {
             target_accept: 0.0,
             values,
             series_offsets,
-            laplace: prepared.about.clone(),
             khat: None,
             mcse_factor: 1.0,
             accuracy: None,
