@@ -117,14 +117,11 @@ pub(super) fn rows_apart(compared: &[ComparedColumns], places: &RowPlaces) -> Op
             count += both.all_apart;
             let (rows, ratios): (Vec<u32>, Vec<f64>) = both.apart.iter().copied().unzip();
             let rows = places.of_each(&rows).into_iter().zip(ratios);
-            let mut rows: Vec<String> = rows.map(|(row, ratio)| format!("{row} ({ratio:.2} times)")).collect();
-            if both.all_apart > rows.len() {
-                rows.push(format!("and {} more", both.all_apart - rows.len()));
-            }
+            let rows = rows.map(|(row, ratio)| format!("{row} ({ratio:.2} times)")).collect();
             let [one, other] = &both.names;
             format!(
                 "`{one}` gives another speed than `{other}` by more than 10 % in {}",
-                rows.join(", ")
+                remarks::and_more(rows, both.all_apart, ", ")
             )
         })
         .collect();

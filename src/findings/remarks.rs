@@ -669,11 +669,16 @@ pub(crate) fn in_symbols(name: &str) -> String {
 /// A list cut to what can be read.
 pub(super) fn shortened(items: &[String]) -> String {
     const SHOWN: usize = 3;
-    let mut text = items.iter().take(SHOWN).cloned().collect::<Vec<_>>().join("; ");
-    if items.len() > SHOWN {
-        text.push_str(&format!("; and {} more", items.len() - SHOWN));
+    let shown = items.iter().take(SHOWN).cloned().collect();
+    and_more(shown, items.len(), "; ")
+}
+
+/// What is shown of so many, with the number of those that are not.
+pub(super) fn and_more(mut shown: Vec<String>, all: usize, between: &str) -> String {
+    if all > shown.len() {
+        shown.push(format!("and {} more", all - shown.len()));
     }
-    text
+    shown.join(between)
 }
 
 /// Those of them that, where they only inform, a table of the report tells: that of the terms, or that of the series without

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::ops::RangeInclusive;
 
-use super::remarks::{self, shortened};
+use super::remarks::{self, and_more, shortened};
 use crate::distributions::chi_squared_tail;
 use crate::physics::numbers::GRAVITY;
 use crate::remark::Remark;
@@ -564,10 +564,7 @@ fn question_means(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> {
     if rows.is_empty() || p >= remarks::BEYOND_CHANCE {
         return None;
     }
-    let mut named = places.of_each(&rows[..rows.len().min(NAMED)]);
-    if rows.len() > NAMED {
-        named.push(format!("and {} more", rows.len() - NAMED));
-    }
+    let named = places.of_each(&rows[..rows.len().min(NAMED)]);
     let others = match of.is_of_one_speed() {
         true => "other rows near that speed",
         false => "the other rows of a group or block",
@@ -577,7 +574,7 @@ fn question_means(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> {
         rows.len(),
         by_number(rows.len(), "row is", "rows are"),
         significant(expected, 1),
-        named.join(", ")
+        and_more(named, rows.len(), ", ")
     );
     Some(remarks::MEAN_ROWS.check(p, text))
 }

@@ -75,15 +75,12 @@ fn outliers(noise: &Noise) -> Option<Remark> {
     if found == 0 {
         return None;
     }
-    let mut rows: Vec<String> = noise.outliers.iter().take(SHOWN).map(described).collect();
-    if found > rows.len() {
-        rows.push(format!("and {} more", found - rows.len()));
-    }
+    let rows = noise.outliers.iter().take(SHOWN).map(described).collect();
     let text = format!(
         "{found} {} so far from the law that normal noise would take any of {} runs there in one table of a hundred: {}",
         by_number(found, "run lies", "runs lie"),
         noise.runs,
-        rows.join("; ")
+        remarks::and_more(rows, found, "; ")
     );
     // those that are not described lie nearer, but nobody knows what they move
     let felt = found > noise.outliers.len() || noise.outliers.iter().any(|one| one.moves_in_se.abs() > BIAS);

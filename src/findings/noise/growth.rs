@@ -12,6 +12,7 @@ use super::outliers::OutlierSearch;
 use super::rows::{Rows, RunAtFit, RunKind};
 use super::scatter::RobustFit;
 use super::spread::LEVEL;
+use crate::findings::range::range;
 use crate::model::likelihood::normal::normal_cdf;
 
 /// Growth that makes the sd at an end of the runs larger than the one sd by more than this matters: a 90 % band of single
@@ -182,8 +183,7 @@ fn test(kind: RunKind, with: GrowthWith, runs: Vec<(f64, f64)>) -> Option<Growth
     /// a quantity that varies by less tells nothing
     const LEAST_RANGE: f64 = 1e-3;
     let n = runs.len() as f64;
-    let ends = |(lo, hi): (f64, f64), (value, _): &(f64, f64)| (lo.min(*value), hi.max(*value));
-    let (lo, hi) = runs.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+    let [lo, hi] = range(runs.iter().map(|(value, _)| *value))?;
     let range = with.regressor(hi) - with.regressor(lo);
     if range.is_nan() || range < LEAST_RANGE {
         return None;

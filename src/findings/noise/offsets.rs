@@ -97,8 +97,7 @@ pub(super) fn test_offsets(
         return None;
     }
     // in units of e², since the offsets' slopes are those of e
-    let of_offsets = (explained - df_between as f64 * variance) / expected;
-    let of_offsets = if expected > 0.0 { of_offsets.max(0.0) } else { 0.0 };
+    let of_offsets = ((explained - df_between as f64 * variance) / expected).max(0.0);
     let from_others = |part: &usize| {
         let offset = SharedOffset::of(&sums[*part]);
         offset.gradient.abs() / offset.weight.sqrt()
