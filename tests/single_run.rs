@@ -138,6 +138,32 @@ fn a_barely_rebounding_run_is_not_taken_at_its_word() {
     assert!(posterior.parameters.iter().all(|own| own.name != "sigma_energy"));
 }
 
+/// The same of more runs than a posterior with such noise is sampled of unasked; and a scene that names the noise is believed.
+#[test]
+fn many_runs_carry_barely_rebounding_ones_no_better() {
+    let speeds: Vec<f64> = (0..80).map(|step| 0.9 + 0.02 * f64::from(step)).collect();
+    let mut rows = table("many_runs_carry", &speeds);
+    // their speeds written 1.5 % too large
+    for step in 0..12 {
+        let e = 0.02 + 0.005 * f64::from(step);
+        rows += &line(true, 0.1, 1.015 * speed_of(true, 0.1, e), e);
+    }
+    let z = |found: &Findings| {
+        let own = st_c(found);
+        (own.value.expect("a mean") - 2.0 * L / law(true, 0.1).0) / own.se.expect("an sd")
+    };
+    let with = fit(&rows);
+    told(&with, "slow_rebounds").expect("told").1.says("noise = \"both\"");
+    assert!(z(&with).abs() < 3.0, "{}", z(&with));
+    let named = scene_text().replace("[model]", "[model]\nnoise = \"restitution\"");
+    let believed = fit_with(&named, &rows);
+    told(&believed, "slow_rebounds")
+        .expect("told")
+        .1
+        .says("taken at their word");
+    assert!(z(&believed).abs() > 4.0, "{}", z(&believed));
+}
+
 /// Least squares knows no noise on the energy: until the posterior is sampled, what such a run pins is not quoted.
 #[test]
 fn least_squares_alone_quotes_nothing_that_a_barely_rebounding_run_pins() {

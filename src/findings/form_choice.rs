@@ -16,6 +16,11 @@ pub const GAIN: f64 = 4.0;
 /// clear gain of a small table is only a few of its errors: four would keep the wrong form of 135 runs.
 pub const GAIN_IN_SE: f64 = 2.0;
 
+/// A form with a further parameter stands in for one without if it gains more than this: leave-one-out has charged it for the
+/// parameter, and its numbers hold where the other form is right, too. Of 60 simulated tables of 52 runs of each form, the
+/// saturating one is so taken in 90 % of its own and in 7 % of stepwise ones; by a gain of 4, k was covered in 80 % of its own.
+const GAIN_OF_MORE: f64 = 1.0;
+
 /// Whether what one form gains over another in log density is more than chance.
 pub fn is_gain(gain: Difference) -> bool {
     gain.value > GAIN && gain.se.is_some_and(|se| gain.value > GAIN_IN_SE * se)
@@ -99,15 +104,18 @@ impl Candidate {
     ///
     /// Between forms of as many parameters the more probable one is taken: neither can feign a better fit, and where their
     /// shapes are so near that runs hardly tell them apart, what tells is which of them needs a C that was to be expected.
-    /// Weights that cannot be trusted do not favour either of these. One of more or fewer parameters wants a clear gain, and
-    /// wants it by the runs whose weights can be trusted in both.
+    /// Weights that cannot be trusted do not favour either of these. One of more or fewer parameters wants a gain by the runs
+    /// whose weights can be trusted in both, one of fewer a clear one: where it is wrong, so are its numbers.
     fn preferred_to(&self, standing: &Candidate) -> Option<f64> {
-        match self.prior_gain_over(standing) {
-            Some(of_prior) => Some(self.gain_over(standing).value + of_prior).filter(|both| *both > 0.0),
-            None => Some(self.trusted_gain_over(standing))
-                .filter(|gain| is_gain(*gain))
-                .map(|gain| gain.value),
+        if let Some(of_prior) = self.prior_gain_over(standing) {
+            return Some(self.gain_over(standing).value + of_prior).filter(|both| *both > 0.0);
         }
+        let gain = self.trusted_gain_over(standing);
+        let is_enough = match self.parameters() > standing.parameters() {
+            true => gain.value > GAIN_OF_MORE,
+            false => is_gain(gain),
+        };
+        is_enough.then_some(gain.value)
     }
 }
 
@@ -133,7 +141,7 @@ impl InertiaChoice {
     }
 
     /// Chooses among forms: the best of those with as many parameters as the default one, then whatever gains most of those
-    /// that clearly gain over it; `None` without the default one.
+    /// that are to be preferred to it; `None` without the default one.
     pub(super) fn among(forms: &[Candidate], by: ChosenBy) -> Option<InertiaChoice> {
         let usual = forms.iter().find(|form| form.inertia == Inertia::DEFAULT)?;
         let best_that_replaces = |standing: &Candidate, as_many: bool| {
@@ -203,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn another_number_of_parameters_wants_a_clear_gain_over_the_better_of_these() {
+    fn another_number_of_parameters_wants_a_gain_over_the_better_of_these() {
         let forms = |cap: f64, gain: f64, se: f64| {
             [
                 form(Inertia::Stepwise, 0.0, 0.0),
@@ -215,11 +223,10 @@ mod tests {
                 },
             ]
         };
-        assert_eq!(chosen(&forms(-1.0, 6.0, 1.0)), Some(Inertia::Saturating));
-        assert_eq!(chosen(&forms(-1.0, 6.0, 4.0)), Some(Inertia::Stepwise));
-        assert_eq!(chosen(&forms(-1.0, 3.9, 0.1)), Some(Inertia::Stepwise));
-        assert_eq!(chosen(&forms(3.0, 6.0, 0.1)), Some(Inertia::Cap));
-        assert_eq!(chosen(&forms(3.0, 8.0, 1.0)), Some(Inertia::Saturating));
+        assert_eq!(chosen(&forms(-1.0, 1.1, 4.0)), Some(Inertia::Saturating));
+        assert_eq!(chosen(&forms(-1.0, 0.9, 0.1)), Some(Inertia::Stepwise));
+        assert_eq!(chosen(&forms(3.0, 3.9, 0.1)), Some(Inertia::Cap));
+        assert_eq!(chosen(&forms(3.0, 4.1, 1.0)), Some(Inertia::Saturating));
         // what a form gains by runs that cannot be trusted does not count, and what it gains by the others does
         let untrusted = |run: usize, gains: [f64; 4]| {
             let mut forms = forms(-1.0, 0.0, 0.0);
@@ -229,8 +236,11 @@ mod tests {
         };
         assert_eq!(untrusted(0, [6.0, 2.0, 2.1, 2.0]), Some(Inertia::Saturating));
         assert_eq!(untrusted(0, [6.0, 0.0, 0.1, 0.0]), Some(Inertia::Stepwise));
-        let none = [form(Inertia::Stepwise, 0.0, 0.0), form(Inertia::None, 3.9, 0.1)];
-        assert_eq!(chosen(&none), Some(Inertia::Stepwise));
+        // the loss is left out only where that is clear
+        let none = |gain: f64, se: f64| chosen(&[form(Inertia::Stepwise, 0.0, 0.0), form(Inertia::None, gain, se)]);
+        assert_eq!(none(3.9, 0.1), Some(Inertia::Stepwise));
+        assert_eq!(none(6.0, 4.0), Some(Inertia::Stepwise));
+        assert_eq!(none(6.0, 1.0), Some(Inertia::None));
     }
 
     #[test]

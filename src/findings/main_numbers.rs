@@ -512,7 +512,7 @@ impl MainSources<'_> {
             && (law.tells_its_spread() || self.posterior.is_none())
             && law.stuck == 0
             && law.measurement_errors.is_none()
-            && self.scene.model.noise == NoiseOn::Restitution
+            && self.scene.model.noise != NoiseOn::Both
             && !self.scene.model.series_offsets
             && !form.viscous.tells_diameters_apart()
             && !Term::Bridge.is_held(form)

@@ -152,7 +152,7 @@ pub fn fit_least_squares_watched(
     let line = fits.line.as_ref();
     let mut remarks = verdicts::check_least_squares(scene, table, &fits.dry, &fits.scaling, balance, line);
     if let Some(noise) = &noise {
-        remarks.extend(verdicts::wet_law_holds(noise));
+        remarks.extend(verdicts::wet_law_holds(noise, line));
         remarks.extend(verdicts::independent_runs(scene, noise));
     }
     let setup = balance::BalanceSetup {

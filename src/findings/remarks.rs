@@ -238,7 +238,7 @@ pub const SLOW_REBOUNDS: Kind = forbids(
     "slow_rebounds",
     AtMost(1.0),
     "an error of 1 % in speed or of 3 % in film moves the energy of a run of e < 0.15 by more than its noise",
-    "give impact_speed_sd_m_s and film_sd_um, or leave out these rows",
+    "give impact_speed_sd_m_s for each run, or write noise = \"both\" in [model]",
 );
 
 /// Runs that were not screened.
@@ -558,7 +558,7 @@ pub(crate) const SERIES_OFFSETS: Kind = found(
 );
 pub(crate) const SLOW_REBOUNDS_ALLOWED: Kind = found(
     "slow_rebounds",
-    "measure speeds and films of these rows again, or give their errors: impact_speed_sd_m_s, and film_sd_um in [data]",
+    "measure speeds and films of these rows again, or give the errors of speeds: impact_speed_sd_m_s",
 );
 pub(crate) const SINGLE_RUN: Kind = found(
     "single_run",
@@ -668,8 +668,13 @@ pub(crate) fn in_symbols(name: &str) -> String {
 
 /// A list cut to what can be read.
 pub(super) fn shortened(items: &[String]) -> String {
+    shortened_by(items, String::clone)
+}
+
+/// A list cut to what can be read, whose items take some looking up to be put into words.
+pub(super) fn shortened_by<T>(items: &[T], words: impl Fn(&T) -> String) -> String {
     const SHOWN: usize = 3;
-    let shown = items.iter().take(SHOWN).cloned().collect();
+    let shown = items.iter().take(SHOWN).map(words).collect();
     and_more(shown, items.len(), "; ")
 }
 

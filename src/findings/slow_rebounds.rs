@@ -9,17 +9,21 @@
 use super::balance::{fit_balance, BalanceSetup, EnergyBalance};
 use super::estimate::Estimate;
 use super::least_squares::LeastSquares;
-use super::posterior::{fit_posterior, Posterior};
-use super::remarks::{self, shortened};
+use super::posterior::derived::{derived_draws, DerivedDraws};
+use super::posterior::{fit_posterior, MethodChoice, Posterior};
+use super::remarks::{self, shortened_by};
 use super::scaling::FittedScaling;
 use super::single_run::run_words;
 use crate::error::Error;
-use crate::model::parameters::ParameterKind;
+use crate::inference::prepared_posterior::PreparedPosterior;
+use crate::inference::sampling::{sample_about_the_mode, Sampled};
+use crate::model::likelihood::Likelihood;
+use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::rebound::slope_mean_restitution;
 use crate::physics::{Form, Quantity};
-use crate::remark::Remark;
+use crate::remark::{Level, Remark};
 use crate::rounding::{short, to_digits, with_se};
 use crate::runs::Runs;
 use crate::scene::{NoiseOn, Prior, PriorChoice, Scene, Sticking, SIGMA_ENERGY};
@@ -37,8 +41,14 @@ const LN_SD: f64 = 0.5;
 /// Where the prior of that spread comes from.
 const SOURCE: &str = "errors of 1 % in speed and 3 % in film of the runs that barely rebound";
 
-/// Runs up to which slow ones are asked about: the second posterior integrates every run, and takes minutes of more.
-const MOST_RUNS: usize = 600;
+/// Runs up to which the second posterior is sampled wherever it is asked for. Of more, which integrate each for longer, it is
+/// sampled where its mode lies further off than [`CLOSE`] of a ±; of more than the most not at all.
+const FEW_RUNS: usize = 600;
+const MOST_RUNS: usize = 10_000;
+const CLOSE: f64 = 0.9;
+
+/// Largest error, in posterior sd, of the second posterior of many runs: the cheapest method that vouches for it will do.
+const ACCURACY: f64 = 0.1;
 
 /// What the second posterior says.
 pub(super) enum Beside {
@@ -46,7 +56,7 @@ pub(super) enum Beside {
     Same,
     /// it says something else: it stands, and the notice says so
     Stands(Box<Posterior>, Remark),
-    /// something else may be true, and it could not be sampled
+    /// something else may be true: it could not be sampled, or the scene takes such runs at their word
     Open(Remark),
 }
 
@@ -58,15 +68,36 @@ pub(super) fn fit_beside(
     own: &Posterior,
 ) -> Result<Beside, Error> {
     let model = &scene.model;
-    let is_asked = model.noise == NoiseOn::Restitution && model.sticking != Sticking::Truncated;
-    let slow = slow_rebounds(runs, own.setup.form);
+    let is_asked = model.noise != NoiseOn::Both && model.sticking != Sticking::Truncated;
+    let slow = slow_rebounds(runs.sample(), own.setup.form);
     if !is_asked || slow.is_empty() {
         return Ok(Beside::Same);
     }
-    let Some(errors) = energy_errors(scene, runs, own, &slow) else {
+    let Some(errors) = energy_errors(scene, runs.sample(), own, &slow) else {
         return Ok(Beside::Same);
     };
-    let rows: Vec<String> = slow.iter().map(|run| run_words(scene, runs, *run)).collect();
+    let rows = shortened_by(&slow, |run| run_words(scene, runs.sample(), *run));
+    if model.noise == NoiseOn::Restitution {
+        let text = format!(
+            "{rows}: taken at their word, as noise = \"restitution\" says. An error of 1 % in speed or of 3 % in film moves the \
+             energy of such a run by more than its noise"
+        );
+        let notice = remarks::SLOW_REBOUNDS_ALLOWED.notice(slow.len(), text);
+        return Ok(Beside::Open(notice.at(Level::Informs)));
+    }
+    if !can_be_asked(runs) {
+        let text = format!(
+            "{rows}: such runs fix the energy more tightly than errors of 1 % in speed and 3 % in film allow, and a posterior \
+             with these errors is not sampled of {} runs",
+            runs.all_measured()
+        );
+        let mut check = remarks::SLOW_REBOUNDS.check(None, text);
+        check.next_step = format!(
+            "write noise = \"restitution\" in [model] where speeds and films err by much less; else fit a part of the runs, \
+             {MOST_RUNS} at most"
+        );
+        return Ok(Beside::Open(check));
+    }
     // with errors of speeds in columns, noise on the energy besides would make each density an integral of integrals: what it
     // does to the restitution is an error of that
     let by_speeds = runs.errors.as_ref().is_some_and(|errors| errors.counts()[1] > 0);
@@ -91,16 +122,26 @@ pub(super) fn fit_beside(
             line: None,
         });
     }
-    let wider = fit_posterior(&wider_scene, &wider_runs, least_squares, own.setup, &|_, _| ())?;
+    let main = main_numbers(&own.sampled, &own.derived);
+    let mut setup = own.setup;
+    if runs.all_measured() > FEW_RUNS {
+        let about = about_the_mode(&wider_scene, &wider_runs, own)?;
+        let apart = about.and_then(|about| moved_most(&main, &about));
+        if apart.is_some_and(|(shift, _)| shift < CLOSE) {
+            return Ok(Beside::Same);
+        }
+        setup.method = MethodChoice::Accuracy(ACCURACY);
+    }
+    let wider = fit_posterior(&wider_scene, &wider_runs, least_squares, setup, &|_, _| ())?;
     let Some(mut wider) = wider.ok().filter(Posterior::sampling_holds) else {
         let text = format!(
-            "{}: such runs fix the energy more tightly than errors of speeds and films allow, and a posterior with these \
-             errors could not be sampled",
-            shortened(&rows)
+            "{rows}: such runs fix the energy more tightly than errors of speeds and films allow, and a posterior with these \
+             errors could not be sampled"
         );
         return Ok(Beside::Open(remarks::SLOW_REBOUNDS.check(None, text)));
     };
-    let Some((name, before, after)) = posterior_moves(own, &wider) else {
+    let moved = moved_most(&main, &main_numbers(&wider.sampled, &wider.derived));
+    let Some((_, (name, before, after))) = moved.filter(|(shift, _)| !remarks::SLOW_REBOUNDS.holds(*shift)) else {
         return Ok(Beside::Same);
     };
     let how = if by_speeds {
@@ -109,29 +150,39 @@ pub(super) fn fit_beside(
         "by noise = \"both\""
     };
     let text = format!(
-        "{}: with noise on e alone such runs fix the energy more tightly than errors of 1 % in speed and 3 % in film allow. \
-         With these allowed for, {how}, {} is {} in place of {}: the numbers here allow for them",
-        shortened(&rows),
+        "{rows}: with noise on e alone such runs fix the energy more tightly than errors of 1 % in speed and 3 % in film \
+         allow. With these allowed for, {how}, {} is {} in place of {}: the numbers here allow for them",
         remarks::in_symbols(&name),
         with_se(after[0], after[1]),
         with_se(before[0], before[1])
     );
     let notice = remarks::SLOW_REBOUNDS_ALLOWED.notice(slow.len(), text);
-    // no prior of the scene: what the user can write is the noise itself
+    // no prior of the scene: what the user can write is the noise itself. Where energies scatter by less than was allowed for,
+    // the numbers are the more careful
     let energy = format!("{}:", remarks::in_symbols(SIGMA_ENERGY.name));
-    let is_of_energy = |check: &&mut Remark| check.code == remarks::PRIOR_CONFLICT.code && check.text.contains(&energy);
-    if let Some(check) = wider.checks.iter_mut().filter(|_| is_ours).find(is_of_energy) {
+    let is_of_energy =
+        |check: &Remark| is_ours && check.code == remarks::PRIOR_CONFLICT.code && check.text.contains(&energy);
+    let mut priors = wider.findings.parameters.iter_mut();
+    let prior = priors.find(|one| is_ours && one.name == SIGMA_ENERGY.name);
+    let prior = prior.and_then(|one| one.prior.as_mut());
+    let scatter_less = prior
+        .as_ref()
+        .and_then(|prior| prior.runs_alone)
+        .is_some_and(|alone| alone.from_prior < 0.0);
+    if scatter_less {
+        let is_alone = |check: &Remark| is_of_energy(check) && !check.text.contains("; ");
+        wider.checks.retain(|check| !is_alone(check));
+    }
+    if let Some(check) = wider.checks.iter_mut().find(|check| is_of_energy(check)) {
         check.next_step =
-            "write noise = \"both\" in [model]: energies scatter otherwise than errors of 1 % in speed and 3 % in \
-                           film make them"
+            "write noise = \"both\" in [model]: energies scatter otherwise than errors of 1 % in speed and 3 % in film \
+                           make them"
                 .to_owned();
     }
-    wider.scene = (!by_speeds).then(|| Box::new(wider_scene));
-    let mut priors = wider.findings.parameters.iter_mut();
-    let energy = priors.find(|one| is_ours && one.name == SIGMA_ENERGY.name);
-    if let Some(prior) = energy.and_then(|one| one.prior.as_mut()) {
+    if let Some(prior) = prior {
         prior.source = SOURCE;
     }
+    wider.scene = (!by_speeds).then(|| Box::new(wider_scene));
     // a prior that the runs contradict at their word is no better for reading less from them
     if let Some(before) = own.prior_conflict().filter(|_| wider.prior_conflict().is_none()) {
         wider.checks.retain(|check| check.code != before.code);
@@ -149,14 +200,21 @@ pub(super) fn fit_beside(
 /// `None` where there are none.
 pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &EnergyBalance) -> Option<Remark> {
     let BalanceSetup { scene, runs, .. } = setup;
-    let slow = slow_rebounds(runs, own.form());
-    if slow.is_empty() {
+    let measured = runs.sample();
+    let slow = slow_rebounds(measured, own.form());
+    if slow.is_empty() || scene.model.noise == NoiseOn::Restitution {
         return None;
     }
-    let rows: Vec<String> = slow.iter().map(|run| run_words(scene, runs, *run)).collect();
-    let others = runs.with_runs(|run| !slow.contains(&run));
-    let others = BalanceSetup { runs: &others, ..setup };
-    let moved = fit_balance(others, scaling, own.form(), false).and_then(|without| fit_moves(own, &without));
+    let rows = shortened_by(&slow, |run| run_words(scene, measured, *run));
+    // few that stand for very many runs are not told apart by what they keep
+    let without = can_be_asked(runs).then(|| {
+        let others = runs.with_runs(|run| slow.binary_search(&run).is_err());
+        let others = BalanceSetup { runs: &others, ..setup };
+        fit_balance(others, scaling, own.form(), false)
+    });
+    let moved = without
+        .flatten()
+        .and_then(|without| moved_most(&fit_numbers(own), &fit_numbers(&without)));
     let found = match &moved {
         Some((_, (name, before, after))) => {
             let told = |[value, se]: [f64; 2]| with_se(value, se);
@@ -167,54 +225,58 @@ pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &En
                 told(*after)
             )
         }
-        None => "without them the others tell no number".to_owned(),
+        None => "what the others tell without them is not known".to_owned(),
     };
     let text = format!(
-        "{}: such runs fix the energy more tightly than errors of 1 % in speed or 3 % in film allow: by least squares {found}",
-        shortened(&rows)
+        "{rows}: such runs fix the energy more tightly than errors of 1 % in speed or 3 % in film allow: by least squares \
+         {found}"
     );
     let mut check = remarks::SLOW_REBOUNDS.check(moved.map(|(shift, _)| shift), text);
     check.next_step = "sample the posterior (no --stages), which allows for such errors".to_owned();
     Some(check)
 }
 
+/// A number by its name, with its value and ±.
+type Told = (String, [f64; 2]);
+
 /// A number by its name, with its value and ± in two fits.
 type InBoth = (String, [f64; 2], [f64; 2]);
 
 /// The number that differs most between two fits, after by how many of the smaller ±.
-fn moved_most(numbers: impl Iterator<Item = InBoth>) -> Option<(f64, InBoth)> {
+fn moved_most(before: &[Told], after: &[Told]) -> Option<(f64, InBoth)> {
     let shift = |(_, before, after): &InBoth| (after[0] - before[0]).abs() / before[1].min(after[1]);
-    numbers
+    let in_both = before.iter().filter_map(|(name, before)| {
+        let (_, after) = after.iter().find(|(other, _)| other == name)?;
+        Some((name.clone(), *before, *after))
+    });
+    in_both
         .map(|number| (shift(&number), number))
         .max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// The number that two fits of the balance differ in most.
-fn fit_moves(own: &EnergyBalance, other: &EnergyBalance) -> Option<(f64, InBoth)> {
-    let parameters = own.parameters.iter().filter_map(|parameter| {
-        let after = other.estimate(parameter.kind)?;
-        Some((parameter.name.clone(), &parameter.estimate, after))
-    });
-    let derived = own.derived.iter().flat_map(|row| {
-        let after = other.derived.iter().find(|after| after.place == row.place);
+/// The parameters of a fit of the balance, and e_inf and St_c at each film ratio.
+fn fit_numbers(fit: &EnergyBalance) -> Vec<Told> {
+    let parameters = fit.parameters.iter().map(|own| (own.name.clone(), &own.estimate));
+    let derived = fit.derived.iter().flat_map(|row| {
         let here = format!("({}, δ/D = {})", row.particle, short(row.film_ratio));
-        let pairs = after.map(|after| [("e_inf", &row.e_inf, &after.e_inf), ("St_c", &row.st_c, &after.st_c)]);
-        let pairs = pairs.into_iter().flatten();
-        pairs.map(move |(name, before, after)| (format!("{name} {here}"), before, after))
+        [("e_inf", &row.e_inf), ("St_c", &row.st_c)].map(|(name, estimate)| (format!("{name} {here}"), estimate))
     });
-    let pair = |estimate: &Estimate| estimate.value_and_scale().map(<[f64; 2]>::from);
-    let each = parameters.chain(derived);
-    moved_most(each.filter_map(|(name, before, after)| Some((name, pair(before)?, pair(after)?))))
+    let told = |(name, estimate): (String, &Estimate)| Some((name, estimate.value_and_scale().map(<[f64; 2]>::from)?));
+    parameters.chain(derived).filter_map(told).collect()
 }
 
-/// The rebounds with a small restitution, where the liquid takes energy; none of many runs, which no few of them carry.
+/// The rebounds with a small restitution, where the liquid takes energy.
 fn slow_rebounds(runs: &Runs, form: Form) -> Vec<usize> {
-    let are_many = runs.sample.is_some() || !runs.count.is_empty() || runs.all_measured() > MOST_RUNS;
-    if are_many || !Term::Viscous.is_held(form) {
+    if !Term::Viscous.is_held(form) {
         return vec![];
     }
     let rebounds = runs.series.iter().flat_map(|series| series.rebounds.clone());
     rebounds.filter(|run| runs.restitution[*run] < SLOW).collect()
+}
+
+/// Whether runs are few enough to ask what the slow ones move.
+fn can_be_asked(runs: &Runs) -> bool {
+    runs.all_measured() <= MOST_RUNS && runs.count.is_empty()
 }
 
 /// The sd of the energy kept that errors of speed and film make of these runs where no column tells them; `None` where that is
@@ -244,25 +306,51 @@ fn energy_errors(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize]) ->
     all.iter().any(|error| *error > 0.0).then_some(all)
 }
 
-/// The main number that differs most between two posteriors, with its mean and sd in both; `None` where none differs by more
-/// than one of the smaller sds.
-fn posterior_moves(own: &Posterior, wider: &Posterior) -> Option<InBoth> {
+/// Mean and sd of the draws of each main number.
+fn main_numbers(sampled: &Sampled, derived: &[DerivedDraws]) -> Vec<Told> {
+    numbers(sampled, derived, |values| {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        [mean, (sum_of_squares(values, mean) / (n - 1.0)).sqrt()]
+    })
+}
+
+/// Value and ± of each main number by the normal about the mode, which lies near those of another posterior; `None` where
+/// there is none.
+fn about_the_mode(scene: &Scene, runs: &Runs, own: &Posterior) -> Result<Option<Vec<Told>>, Error> {
+    let form = own.setup.form;
+    let likelihood = Likelihood::new(scene, runs, form);
+    let parameters = ModelParameters::of(scene, runs, form)?;
+    let found = own.sampled.parameters.sampled.iter().zip(&own.findings.parameters);
+    let start = found.filter_map(|(own, found)| Some((own.kind, found.mean?))).collect();
+    let prepared = PreparedPosterior::near(parameters, &likelihood, &start).ok();
+    let is_peak = |prepared: &PreparedPosterior| prepared.about.converged && prepared.about.peaked;
+    Ok(prepared.filter(is_peak).map(|prepared| {
+        let pairs = sample_about_the_mode(&prepared);
+        let derived = derived_draws(scene, runs, form, &pairs);
+        // one ± to either side in each direction of the normal
+        numbers(&pairs, &derived, |values| {
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            [mean, (sum_of_squares(values, mean) / 2.0).sqrt()]
+        })
+    }))
+}
+
+fn sum_of_squares(values: &[f64], mean: f64) -> f64 {
+    values.iter().map(|value| (value - mean).powi(2)).sum()
+}
+
+/// The physical parameters, e_inf and St_c, each as its draws tell it.
+fn numbers(sampled: &Sampled, derived: &[DerivedDraws], told: impl Fn(&[f64]) -> [f64; 2]) -> Vec<Told> {
     let quoted = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.describe().name);
-    let all = |posterior: &Posterior| -> Vec<(String, [f64; 2])> {
-        let found = &posterior.findings;
-        let parameters = posterior.sampled.parameters.sampled.iter().zip(&found.parameters);
-        let parameters = parameters.filter(|(own, _)| own.kind.quantity().is_some());
-        let derived = posterior.derived.iter().zip(&found.derived);
-        let derived = derived.filter(|(own, _)| quoted.contains(&own.quantity));
-        let each = parameters.map(|(_, one)| one).chain(derived.map(|(_, one)| one));
-        each.filter_map(|one| Some((one.name.clone(), [one.mean?, one.sd?])))
-            .collect()
-    };
-    let wider = all(wider);
-    let pairs = all(own).into_iter().filter_map(|(name, before)| {
-        let (_, after) = wider.iter().find(|(other, _)| *other == name)?;
-        Some((name, before, *after))
-    });
-    let (shift, most) = moved_most(pairs)?;
-    (!remarks::SLOW_REBOUNDS.holds(shift)).then_some(most)
+    let parameters = sampled.parameters.sampled.iter().zip(&sampled.values);
+    let parameters = parameters
+        .filter(|(own, _)| own.kind.quantity().is_some())
+        .map(|(own, chains)| (&own.name, chains));
+    let derived = derived.iter().filter(|own| quoted.contains(&own.quantity));
+    let all = parameters.chain(derived.map(|own| (&own.name, &own.values)));
+    let all = all.map(|(name, chains)| (name.clone(), told(&chains.concat())));
+    // a number that some draws do not have is not told
+    all.filter(|(_, number)| number.iter().all(|one| one.is_finite()))
+        .collect()
 }

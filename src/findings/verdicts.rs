@@ -146,7 +146,7 @@ fn dry_law_holds(fitted: &FittedDry) -> Option<Remark> {
 }
 
 /// Whether the wet law describes the runs of each particle, liquid and film from slow to fast ones.
-pub fn wet_law_holds(noise: &Noise) -> Option<Remark> {
+pub fn wet_law_holds(noise: &Noise, line: Option<&LineAgainstRoot>) -> Option<Remark> {
     let found = noise.wet_law.as_ref()?;
     let text = format!(
         "{} beyond the wet law, most of it in {}: F({}, {}) = {:.1}, {} off by up to {:.1} of its ±",
@@ -160,14 +160,21 @@ pub fn wet_law_holds(noise: &Noise) -> Option<Remark> {
     );
     // what moves a number by many of its ± wants no such certainty
     let far = found.moves_in_se > remarks::FAR;
-    let criterion = |line: f64| Kind {
+    let criterion = |p: f64| Kind {
         next_step: after_wet_law(found.against),
-        ..remarks::WET_LAW_HOLDS.at(line)
+        ..remarks::WET_LAW_HOLDS.at(p)
     };
-    let line = if far { remarks::SELDOM } else { remarks::BEYOND_CHANCE };
-    let check = gating_where_felt(criterion(line), &found.test, Some(found.moves_in_se), text.clone());
+    let p = if far { remarks::SELDOM } else { remarks::BEYOND_CHANCE };
+    let mut check = gating_where_felt(criterion(p), &found.test, Some(found.moves_in_se), text.clone());
     if check.passed && found.moves_in_se > 1.0 && found.test.p < remarks::DOUBTED {
-        return Some(criterion(remarks::DOUBTED).check(found.test.p, text));
+        check = criterion(remarks::DOUBTED).check(found.test.p, text);
+    }
+    if let Some(line) = line.filter(|line| !check.passed && line.gain > 0.0) {
+        let [of_line, of_root] = line.residual_sds.map(|sd| significant(sd, 2));
+        check.text += &format!(
+            "; the linear law e = e_inf (1 − St_c/St) is nearer to the runs than the square root: residual sd {of_line} against \
+             {of_root}"
+        );
     }
     Some(check)
 }

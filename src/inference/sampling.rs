@@ -201,6 +201,22 @@ pub fn sample_normal(prepared: &PreparedPosterior, size: DrawCounts, stream: Str
     Sampled::of_chains(prepared, Method::Laplace, chains, began)
 }
 
+/// Two points about the mode of a prepared posterior for each dimension, one ± of the normal there to either side: what a few
+/// evaluations tell of it.
+pub fn sample_about_the_mode(prepared: &PreparedPosterior) -> Sampled {
+    let (about, dimension) = (&prepared.about, prepared.posterior.dimension());
+    let mut chain = Chain::default();
+    let (mut z, mut point) = (vec![0.0; dimension], vec![0.0; dimension]);
+    for (place, sign) in (0..dimension).flat_map(|place| [(place, 1.0), (place, -1.0)]) {
+        z.fill(0.0);
+        z[place] = sign;
+        about.point(&z, &mut point);
+        chain.points.extend_from_slice(&point);
+        chain.ln_density.push(about.ln_density - 0.5);
+    }
+    Sampled::of_chains(prepared, Method::Laplace, vec![chain], std::time::Instant::now())
+}
+
 /// Draws from Student's t for one that is kept after weighing.
 pub const PROPOSED: usize = 2;
 

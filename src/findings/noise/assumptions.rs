@@ -59,7 +59,7 @@ fn noise_grows(scene: &Scene, found: &GrowthTest) -> Remark {
     };
     let mut notice = entry.notice(found.runs, text);
     // noise on the energy kept grows so
-    if found.with == GrowthWith::InverseStokes && scene.model.noise == NoiseOn::Restitution {
+    if found.with == GrowthWith::InverseStokes && scene.model.noise != NoiseOn::Both {
         let both = "try [model] noise = \"both\", which scatters so; else ";
         notice.next_step.insert_str(0, both);
     }

@@ -5,7 +5,7 @@ use super::summary::{HeldParameter, PosteriorFindings, QuantitySummary};
 use crate::findings::identify::Directions;
 use crate::findings::remarks;
 use crate::remark::Remark;
-use crate::rounding::{signed, with_se};
+use crate::rounding::{signed, significant, with_se};
 
 /// A correlation below this is no partner.
 const PARTNER: f64 = 0.3;
@@ -70,11 +70,17 @@ pub(super) fn prior_conflict(found: &PosteriorFindings) -> Option<Remark> {
         return Some(remarks::PRIOR_CONFLICT.check(distance, text));
     }
     let told = conflicts.iter().map(|(name, alone, apart)| {
-        format!(
-            "{}: the runs alone give {}, {apart}",
-            remarks::in_symbols(name),
-            with_se(alone.value, alone.se)
-        )
+        // a spread that is hardly known is known by its logarithm
+        let is_rough = name.starts_with("sigma_") && alone.se > 0.5 * alone.value;
+        let value = match is_rough {
+            true => format!(
+                "{}, known within a factor of {}",
+                significant(alone.value, 1),
+                significant((alone.se / alone.value).exp(), 2)
+            ),
+            false => with_se(alone.value, alone.se),
+        };
+        format!("{}: the runs alone give {value}, {apart}", remarks::in_symbols(name))
     });
     let told: Vec<String> = told.collect();
     let felt = |alone: &RunsAlone| alone.from_posterior.abs() > remarks::FELT;

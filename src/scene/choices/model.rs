@@ -145,6 +145,8 @@ pub enum DryKOf {
 /// Where the scatter of wet runs acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoiseOn {
+    /// on the restitution; on the energy kept, too, where runs barely rebound and a main number depends on it
+    Auto,
     /// on the restitution alone
     Restitution,
     /// on the energy kept, too
@@ -226,11 +228,17 @@ const STICKING: Key<OneOf<Sticking>, DefaultsTo<Sticking>> = Key::new(
 
 const NOISE_ON: Key<OneOf<NoiseOn>, DefaultsTo<NoiseOn>> = Key::new(
     "noise",
-    OneOf::of(|| vec![("restitution", NoiseOn::Restitution), ("both", NoiseOn::Both)]),
+    OneOf::of(|| {
+        vec![
+            ("auto", NoiseOn::Auto),
+            ("restitution", NoiseOn::Restitution),
+            ("both", NoiseOn::Both),
+        ]
+    }),
 )
-.means("what scatters; both: the energy that a wet run keeps, too")
+.means("what scatters; both: the energy that a wet run keeps, too; auto: that only where barely rebounding runs ask for it")
 .example("\"both\"")
-.defaults_to(NoiseOn::Restitution);
+.defaults_to(NoiseOn::Auto);
 
 const SERIES_OFFSETS: Key<Switch, DefaultsTo<bool>> = Key::new("series_offsets", Switch)
     .means("whether every series of runs has an offset of the energy kept")
