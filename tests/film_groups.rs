@@ -5,7 +5,6 @@ use crate::common::{read_in_project, seed_of, Folder, Place, Told};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use wetcor::findings::scaling::Scaling;
-use wetcor::findings::verdicts::quotable;
 use wetcor::findings::Findings;
 use wetcor::model::parameters::ParameterKind;
 use wetcor::runs::WIDEST;
@@ -84,10 +83,10 @@ fn film_ratios_that_run_into_each_other_have_no_laws() {
     assert!(at(&findings, None).iter().all(|row| !row.verdict.passed));
     // what uses each run's own film stands
     let found = findings.check("film_groups");
-    assert!(
-        !found.passed && !found.gates() && quotable(&findings.remarks),
-        "{found:?}"
-    );
+    assert!(!found.passed && !found.gates(), "{found:?}");
+    // the runs that barely rebound are asked about without a posterior
+    let mut others = findings.remarks.iter().filter(|check| check.code != "slow_rebounds");
+    assert!(others.all(|check| !check.forbids()), "{:?}", findings.remarks);
     let balance = findings.balance();
     let (l, se) = balance
         .estimate(ParameterKind::LUBRICATION_LOG)
