@@ -624,7 +624,7 @@ fn the_page_of_questions() {
          runs is given, that of dry runs is half of it. Rates with their binomial standard error; those in the rows of a true \
          trend of 0 are false alarms.\n\n\
          A trend is seen where its 95 % interval excludes zero and it predicts the runs better by more than {} in log density \
-         and {} standard errors (PSIS-LOO); one value serves where \
+         (PSIS-LOO), and by {} standard errors of that or with a trend over 3.2 of its sds from zero; one value serves where \
          neither end of that interval moves an e_inf or a St_c at a film ratio of the runs by more than 2 %. The last column \
          counts sets where one value was said to serve although the true trend moves St_c (of L′) or e_inf (of C′) by more \
          than that, against the value at the middle film ratio.\n\n\
