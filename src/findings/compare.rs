@@ -409,7 +409,9 @@ pub(super) fn settle_dry_speed(notices: &mut Vec<Remark>, models: &[ComparedMode
 fn check_better_form((form, own, own_loo): (Form, &ComparedModel, &Loo), best: &EvaluatedModel) -> Remark {
     let gain = -own.delta;
     let is_better = own.is_clearly_worse();
-    let text = if is_better {
+    let trusted = trusted_difference(&best.loo, own_loo, khat_threshold(best.row.draws));
+    let forbids = trusted.is_some_and(is_gain);
+    let mut text = if is_better {
         format!(
             "{} ({}) predicts the runs better than {} by {gain:.1} in log density, {:.1} standard errors",
             best.row.model,
@@ -423,7 +425,10 @@ fn check_better_form((form, own, own_loo): (Form, &ComparedModel, &Loo), best: &
             best.row.model
         )
     };
-    let forbids = trusted_difference(&best.loo, own_loo, khat_threshold(best.row.draws)).is_some_and(is_gain);
+    if is_better && !forbids {
+        let by_trusted = trusted.map_or("nothing".to_owned(), |gain| format!("{:.1}", gain.value));
+        text += &format!("; by the runs whose weights can be trusted it gains {by_trusted}, too little to forbid quoting");
+    }
     Remark {
         passed: !is_better,
         ..remarks::BETTER_FORM.check(gain, text).forbidding_if(forbids)
