@@ -427,7 +427,8 @@ fn check_better_form((form, own, own_loo): (Form, &ComparedModel, &Loo), best: &
     };
     if is_better && !forbids {
         let by_trusted = trusted.map_or("nothing".to_owned(), |gain| format!("{:.1}", gain.value));
-        text += &format!("; by the runs whose weights can be trusted it gains {by_trusted}, too little to forbid quoting");
+        text +=
+            &format!("; by the runs whose weights can be trusted it gains {by_trusted}, too little to forbid quoting");
     }
     Remark {
         passed: !is_better,
