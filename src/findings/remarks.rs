@@ -232,8 +232,8 @@ pub const PRIOR_CONFLICT: Kind = cautions(
     "widen or drop the prior in [priors], or look for what is wrong in all runs: a unit, the films, a constant",
 );
 
-/// Distance of a main number with noise on the energy, too, from that without, in the smaller ±: beyond this the wider
-/// stands, and where it could not be sampled nothing is quoted.
+/// Distance of a main number with noise on the energy, too, from that without, or of its ±, in the smaller ±: beyond this the
+/// wider stands, and where it could not be sampled nothing is quoted.
 pub const SLOW_REBOUNDS: Kind = forbids(
     "slow_rebounds",
     AtMost(1.0),

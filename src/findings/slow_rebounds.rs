@@ -2,8 +2,8 @@
 //!
 //! Where e is small, e² is known to 2 e σ: a run of e = 0.03 fixes the energy kept to 0.001 if all noise is on e, and by that
 //! the critical Stokes number. An error of 1 % in its speed or of 3 % in its film moves that energy by several times as much.
-//! So the noise that such errors make is allowed for; where it moves a main number by more than one ±, the wider posterior
-//! stands. Where columns tell errors of speeds, that noise is an error of the restitution of these runs. Least squares alone
+//! So the noise that such errors make is allowed for; where it moves a main number by more than one ±, or widens its ± by as
+//! much, the wider posterior stands. Where columns tell errors of speeds, that noise is an error of the restitution of these runs. Least squares alone
 //! is held against itself without them.
 
 use super::balance::{fit_balance, BalanceSetup, EnergyBalance};
@@ -126,8 +126,8 @@ pub(super) fn fit_beside(
     let mut setup = own.setup;
     if runs.all_measured() > FEW_RUNS {
         let about = about_the_mode(&wider_scene, &wider_runs, own)?;
-        let apart = about.and_then(|about| moved_most(&main, &about));
-        if apart.is_some_and(|(shift, _)| shift < CLOSE) {
+        let apart = about.and_then(|about| most_different(&main, &about, shift_or_widening));
+        if apart.is_some_and(|(difference, _)| difference < CLOSE) {
             return Ok(Beside::Same);
         }
         setup.method = MethodChoice::Accuracy(ACCURACY);
@@ -140,8 +140,8 @@ pub(super) fn fit_beside(
         );
         return Ok(Beside::Open(remarks::SLOW_REBOUNDS.check(None, text)));
     };
-    let moved = moved_most(&main, &main_numbers(&wider.sampled, &wider.derived));
-    let Some((_, (name, before, after))) = moved.filter(|(shift, _)| !remarks::SLOW_REBOUNDS.holds(*shift)) else {
+    let moved = most_different(&main, &main_numbers(&wider.sampled, &wider.derived), shift_or_widening);
+    let Some((_, (name, before, after))) = moved.filter(|(by, _)| !remarks::SLOW_REBOUNDS.holds(*by)) else {
         return Ok(Beside::Same);
     };
     let how = if by_speeds {
@@ -214,7 +214,7 @@ pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &En
     });
     let moved = without
         .flatten()
-        .and_then(|without| moved_most(&fit_numbers(own), &fit_numbers(&without)));
+        .and_then(|without| most_different(&fit_numbers(own), &fit_numbers(&without), shift));
     let found = match &moved {
         Some((_, (name, before, after))) => {
             let told = |[value, se]: [f64; 2]| with_se(value, se);
@@ -242,23 +242,32 @@ type Told = (String, [f64; 2]);
 /// A number by its name, with its value and ± in two fits.
 type InBoth = (String, [f64; 2], [f64; 2]);
 
-/// The number that differs most between two fits, after by how many of the smaller ±.
-fn moved_most(before: &[Told], after: &[Told]) -> Option<(f64, InBoth)> {
-    let shift = |(_, before, after): &InBoth| (after[0] - before[0]).abs() / before[1].min(after[1]);
+/// The number that `by` tells most different in two fits.
+fn most_different(before: &[Told], after: &[Told], by: fn([f64; 2], [f64; 2]) -> f64) -> Option<(f64, InBoth)> {
     let in_both = before.iter().filter_map(|(name, before)| {
         let (_, after) = after.iter().find(|(other, _)| other == name)?;
-        Some((name.clone(), *before, *after))
+        Some((by(*before, *after), (name.clone(), *before, *after)))
     });
-    in_both
-        .map(|number| (shift(&number), number))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
+    in_both.max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// By how many of the smaller ± a value differs.
+fn shift(before: [f64; 2], after: [f64; 2]) -> f64 {
+    (after[0] - before[0]).abs() / before[1].min(after[1])
+}
+
+/// By how many of the smaller ± a value, or the ± itself, differs.
+fn shift_or_widening(before: [f64; 2], after: [f64; 2]) -> f64 {
+    shift(before, after).max((after[1] - before[1]) / before[1])
 }
 
 /// The parameters of a fit of the balance, and e_inf and St_c at each film ratio.
 fn fit_numbers(fit: &EnergyBalance) -> Vec<Told> {
     let parameters = fit.parameters.iter().map(|own| (own.name.clone(), &own.estimate));
     let derived = fit.derived.iter().flat_map(|row| {
-        let here = format!("({}, δ/D = {})", row.particle, short(row.film_ratio));
+        let diameter = row.diameter_m.map(|d| format!(", D = {} mm", short(d * 1e3)));
+        let diameter = diameter.unwrap_or_default();
+        let here = format!("({}, δ/D = {}{diameter})", row.particle, short(row.film_ratio));
         [("e_inf", &row.e_inf), ("St_c", &row.st_c)].map(|(name, estimate)| (format!("{name} {here}"), estimate))
     });
     let told = |(name, estimate): (String, &Estimate)| Some((name, estimate.value_and_scale().map(<[f64; 2]>::from)?));
@@ -324,8 +333,7 @@ fn about_the_mode(scene: &Scene, runs: &Runs, own: &Posterior) -> Result<Option<
     let found = own.sampled.parameters.sampled.iter().zip(&own.findings.parameters);
     let start = found.filter_map(|(own, found)| Some((own.kind, found.mean?))).collect();
     let prepared = PreparedPosterior::near(parameters, &likelihood, &start).ok();
-    let is_peak = |prepared: &PreparedPosterior| prepared.about.converged && prepared.about.peaked;
-    Ok(prepared.filter(is_peak).map(|prepared| {
+    Ok(prepared.filter(|prepared| prepared.about.is_at_peak()).map(|prepared| {
         let pairs = sample_about_the_mode(&prepared);
         let derived = derived_draws(scene, runs, form, &pairs);
         // one ± to either side in each direction of the normal
