@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::common::workbook::{workbook, Sheet};
 use crate::common::{
     ask, binomial_z, fitted_example as example, normal, parameters_of, rows, seed_of, setting, table_of, Folder, Ran,
     Says,
@@ -678,4 +679,33 @@ fn a_table_of_settings_gives_what_each_setting_gives_alone() {
         assert_eq!((status, out.as_str()), (Some(2), ""), "{err}");
         assert!(err.contains(expected), "{err}");
     }
+}
+
+#[test]
+fn a_workbook_of_settings_hides_nothing() {
+    let place = Folder::new();
+    let book = place.join("settings.xlsx");
+    let file = book.to_str().expect("a plain path");
+    let rows = "particle,liquid,diameter_mm,film_um\nPTFE,AK10,4.762,286\nPTFE,dry,4.762,\n";
+    let told = |sheet: Sheet| {
+        place.write("settings.xlsx", workbook(&[sheet]));
+        let (status, _, err) = predict(example(), &format!("--settings {file} --speed-m-s 1:1:1"));
+        (status, err)
+    };
+    let shown = || Sheet::of("Films", rows);
+    assert_eq!(told(shown()), (Some(0), String::new()));
+    let hidden = Sheet {
+        hidden_columns: vec![4],
+        ..shown()
+    };
+    let (status, err) = told(hidden);
+    assert_eq!(status, Some(2));
+    err.says("sheet `Films`: found hidden column `film_um`, expected none: show it, or delete it");
+    let hidden = Sheet {
+        hidden_rows: vec![3],
+        ..shown()
+    };
+    let (status, err) = told(hidden);
+    assert_eq!(status, Some(2));
+    err.says("sheet `Films`: found hidden row 3, expected none: show it, or delete it");
 }

@@ -3,7 +3,7 @@
 use super::columns::Header;
 use super::refusals::whole_file;
 use super::source::TableSource;
-use super::workbook::Workbook;
+use super::workbook::{Workbook, NONE_HIDDEN};
 use crate::error::{Error, Problem};
 use crate::scene::{Naming, TableFile};
 
@@ -45,13 +45,14 @@ pub(crate) fn each_row(
         let mut book = Workbook::open(&bytes).map_err(refused)?;
         let mut sheet = book.sheet(file.sheet.as_deref()).map_err(refused)?;
         let header = sheet.names(&naming).map_err(refused)?;
+        sheet.refuse_hidden_columns(&header).map_err(refused)?;
         take(header.line.unwrap_or(1), &names_of(&header))?;
         while let Some(row) = sheet.next_row().map_err(refused)? {
             let texts = row.texts(row.width());
             let cells: Vec<&str> = texts.iter().map(|text| text.as_deref().unwrap_or_default()).collect();
             take(row.number, &cells)?;
         }
-        return sheet.refuse_hidden_rows().map_err(refused);
+        return sheet.refuse_hidden_rows(NONE_HIDDEN).map_err(refused);
     }
     let mut table = source.csv(path, &naming)?;
     let header = table.names(None).map_err(refused)?;

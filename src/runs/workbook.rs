@@ -81,7 +81,7 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, R
             row.held(place.index).map(Cell::borrowed)
         });
     }
-    if let Err(problems) = sheet.refuse_hidden_rows() {
+    if let Err(problems) = sheet.refuse_hidden_rows(HIDDEN_ROWS_EXPECTED) {
         problems.into_iter().for_each(|problem| checked.refuse(problem));
     }
     let own = layout.columns_read().filter(|place| sheet.hides_column(place.index));
@@ -89,6 +89,13 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, R
     checked.of_sheet(sheet.read, unnamed);
     checked.finish()
 }
+
+/// What is expected of hidden rows where a scene can say what they are.
+const HIDDEN_ROWS_EXPECTED: &str =
+    "none, or in [data] `hidden_rows = \"leave\"` to leave them out or \"take\" to read them";
+
+/// What is expected of hidden rows and columns where none can.
+pub(super) const NONE_HIDDEN: &str = "none: show it, or delete it";
 
 /// A workbook whose sheets can be read.
 pub(super) struct Workbook<'b> {
@@ -234,13 +241,25 @@ impl Sheet<'_, '_> {
     }
 
     /// Refuses hidden rows where nothing says what is to be done with them.
-    pub fn refuse_hidden_rows(&self) -> Result<(), Vec<Problem>> {
+    pub fn refuse_hidden_rows(&self, expected: &str) -> Result<(), Vec<Problem>> {
         if self.hidden_rows.is_some() || self.read.hidden_rows.is_empty() {
             return Ok(());
         }
         let found = format!("hidden {}", rows_in_words(&self.read.hidden_rows));
-        let expected = "none, or in [data] `hidden_rows = \"leave\"` to leave them out or \"take\" to read them";
         Err(vec![in_sheet(self.name(), &found, expected)])
+    }
+
+    /// Refuses a hidden column with a name, for tables that no scene can speak of.
+    pub fn refuse_hidden_columns(&self, header: &Header) -> Result<(), Vec<Problem>> {
+        let named = header.names.iter().enumerate().filter(|(_, name)| !name.is_empty());
+        let hidden = named.filter(|(index, _)| self.hides_column(*index));
+        let problems =
+            hidden.map(|(_, name)| in_sheet(self.name(), &format!("hidden column {}", quoted(name)), NONE_HIDDEN));
+        let problems: Vec<Problem> = problems.collect();
+        match problems.is_empty() {
+            true => Ok(()),
+            false => Err(problems),
+        }
     }
 
     /// The texts of the next rows, at most so many, which are still to be read; with their numbers.
