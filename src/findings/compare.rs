@@ -330,10 +330,14 @@ pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Res
             evaluated: vec![],
         });
     };
-    let (mut evaluated, mut candidates) = (vec![], vec![]);
+    let (mut evaluated, mut candidates): (Vec<EvaluatedModel>, _) = (vec![], vec![]);
     for inertia in Inertia::ALL {
         let setup = of(inertia);
-        let Ok(LeftOutModel { sampled, loo, used }) = draw_form(context, setup, None)? else {
+        let best = evaluated
+            .iter()
+            .max_by(|a, b| a.row.elpd_loo.total_cmp(&b.row.elpd_loo));
+        let drawn = draw_form(context, setup, best.map(|best| &best.loo))?;
+        let Ok(LeftOutModel { sampled, loo, used }) = drawn else {
             continue;
         };
         let c = geometric_mean(&sampled, ParameterKind::INERTIAL_PREFACTOR);

@@ -108,22 +108,30 @@ pub(super) fn draw_and_leave_out(
         parameters: &parameters,
         stream,
     };
-    let is_far_behind = |sampled: &Sampled| {
-        let apart = beside.and_then(|beside| {
-            let used = affordable_draws(context.runs, sampled.draws())?;
-            difference(&model.weigh_out(sampled, used).ok()?, beside)
-        });
-        apart.is_some_and(|apart| -apart.value > FAR_BEHIND.max(FAR_BEHIND_IN_SE * apart.se.unwrap_or(f64::INFINITY)))
+    let is_far = |loo: &Loo| beside.is_some_and(|beside| is_far_behind(loo, beside));
+    let will_do = |sampled: &Sampled| {
+        let used = affordable_draws(context.runs, sampled.draws());
+        used.is_some_and(|used| model.weigh_out(sampled, used).is_ok_and(|loo| is_far(&loo)))
     };
-    let sampled = model.draw(context.runs, stream, is_far_behind)?;
+    let sampled = model.draw(context.runs, stream, will_do)?;
     let used = affordable_draws(context.runs, sampled.draws()).ok_or("too many runs to leave each out")?;
-    let is_rough = sampled.khat.is_some_and(|khat| khat > khat_threshold(sampled.draws()));
-    let loo = if is_rough {
-        model.weigh_out(&sampled, used)?
-    } else {
-        model.leave_out(&sampled, used)?
-    };
+    let mut loo = model.weigh_out(&sampled, used)?;
+    if !is_far(&loo) {
+        loo = model.mend(loo, &sampled, used);
+    }
     Ok(LeftOutModel { sampled, loo, used })
+}
+
+/// Whether these are weighed draws that the Pareto tail of their weights allows.
+fn are_weighed_well(sampled: &Sampled) -> bool {
+    let line = khat_threshold(PROPOSED * sampled.draws());
+    sampled.khat.is_some_and(|khat| khat <= line)
+}
+
+/// Whether a model predicts so much less than another that rough draws of it will do.
+fn is_far_behind(loo: &Loo, beside: &Loo) -> bool {
+    difference(loo, beside)
+        .is_some_and(|apart| -apart.value > FAR_BEHIND.max(FAR_BEHIND_IN_SE * apart.se.unwrap_or(f64::INFINITY)))
 }
 
 /// PSIS leave-one-out of a sampled model, by so many of its draws; `Err` says which run stands in the way.
@@ -139,7 +147,8 @@ pub(super) fn leave_out(
         parameters: &sampled.parameters,
         stream: "leave out",
     };
-    model.leave_out(sampled, used)
+    let loo = model.weigh_out(sampled, used)?;
+    Ok(model.mend(loo, sampled, used))
 }
 
 /// A model that draws are made of, with and without some of the runs.
@@ -152,7 +161,7 @@ pub(super) struct Model<'a> {
 }
 
 impl Model<'_> {
-    /// Draws of the model of these runs; weighed ones also where their weights are too unequal, if these will `do`.
+    /// Draws of the model of these runs; a few rough ones where these `will_do`.
     fn draw(&self, runs: &Runs, stream: &str, will_do: impl Fn(&Sampled) -> bool) -> Result<Sampled, String> {
         let ComparisonContext {
             scene,
@@ -169,10 +178,12 @@ impl Model<'_> {
             true => DRAWS_BESIDE[0],
             false => (DENSITIES_BESIDE / runs.len().max(1)).clamp(DRAWS_BESIDE[0], DRAWS_BESIDE[1]),
         };
-        let weighed = sample_by_importance(&prepared, DrawCounts { chains, draws }, stream);
-        let line = khat_threshold(PROPOSED * chains * draws);
-        let serves = |sampled: &Sampled| sampled.khat.is_some_and(|khat| khat <= line) || will_do(sampled);
-        if let Some(sampled) = weighed.filter(serves) {
+        let few = FEWEST_DRAWS.div_ceil(chains);
+        let weighed = |draws: usize| sample_by_importance(&prepared, DrawCounts { chains, draws }, stream);
+        if let Some(rough) = weighed(few).filter(|rough| will_do(rough)) {
+            return Ok(rough);
+        }
+        if let Some(sampled) = weighed(draws).filter(are_weighed_well) {
             return Ok(sampled);
         }
         // not followed until they have mixed: how rough the answer is, R-hat and the Monte Carlo error say
@@ -192,7 +203,7 @@ impl Model<'_> {
     /// Draws of the model of all runs but these, which keep their places among the spheres and series.
     pub fn draw_without(&self, left_out: &Range<usize>) -> Result<Sampled, String> {
         let stream = format!("{} without {}", self.stream, left_out.start + 1);
-        self.draw(&self.context.runs.without(left_out), &stream, |_| false)
+        self.draw(&self.context.runs.without(left_out), &stream, are_weighed_well)
     }
 
     /// Each run left out by weights alone.
@@ -208,21 +219,20 @@ impl Model<'_> {
         units.leave_out(&some, draws)
     }
 
-    /// Each run left out, a few that weigh too much by draws without them.
-    fn leave_out(&self, sampled: &Sampled, used: usize) -> Result<Loo, String> {
-        let loo = self.weigh_out(sampled, used)?;
+    /// Runs left out by weights, but a few that weigh too much by draws without them.
+    fn mend(&self, loo: Loo, sampled: &Sampled, used: usize) -> Loo {
         let units = Units::new(self.context.scene, self.context.runs, self.setup);
         let line = khat_threshold(used);
         let is_high = |unit: &usize| loo.runs[*unit].khat.is_some_and(|khat| khat > line);
         let high: Vec<usize> = (0..loo.runs.len()).filter(is_high).collect();
         if high.is_empty() || high.len() > MOST_REFITS || units.are_integrals() {
-            return Ok(loo);
+            return loo;
         }
         let found: Vec<WithoutRun> = high
             .iter()
             .filter_map(|unit| self.predicted(&units, *unit, sampled))
             .collect();
-        Ok(loo.with(&found))
+        loo.with(&found)
     }
 
     /// The density of a run or series given the others, by draws without it and with it; `None` where these are too far apart.
@@ -397,9 +407,13 @@ mod tests {
             with_model(&scene, &table, inertia, name, |model| {
                 let drawn = model.draw(&table.runs, name, |_| false).expect("draws");
                 assert_eq!(drawn.method, Method::LaplacePsis);
-                let weighed = model.leave_out(&drawn, drawn.draws()).expect("finite");
+                let left_out = |sampled: &Sampled| {
+                    let used = sampled.draws();
+                    model.mend(model.weigh_out(sampled, used).expect("finite"), sampled, used)
+                };
+                let weighed = left_out(&drawn);
                 let long = followed(model, 3500);
-                let long = model.leave_out(&long, long.draws()).expect("finite");
+                let long = left_out(&long);
                 let apart = difference(&weighed, &long).expect("the same runs");
                 let z = apart.value / apart.mcse;
                 assert!(z.abs() < 4.0, "{inertia:?} {z}");
@@ -455,7 +469,7 @@ mod tests {
             let plain = units.leave_out(&full, draws).expect("finite");
             let khat = plain.runs[run].khat.expect("a shape");
             assert!(khat > khat_threshold(used), "{khat}");
-            let mended = model.leave_out(&sampled, used).expect("finite");
+            let mended = model.mend(plain, &sampled, used);
             let shape = mended.runs[run].khat.expect("a shape");
             assert!(shape < khat_threshold(used), "{shape}");
             let gap = mended.runs[run].elpd - expected;
