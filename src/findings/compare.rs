@@ -8,7 +8,6 @@ use super::left_out::{
 };
 use super::posterior::{effort, Posterior, SamplingSetup};
 use super::remarks;
-use super::terms::COMPARE_DRY_SPEEDS;
 use crate::error::Error;
 use crate::inference::diagnostics::loo::{difference, trusted_difference, Difference, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
@@ -368,7 +367,7 @@ fn geometric_mean(sampled: &Sampled, kind: ParameterKind) -> Option<f64> {
 
 /// Settles the notice that e_dry at each run's own speed is not in the model, once forms that have it are compared.
 pub(super) fn settle_dry_speed(notices: &mut Vec<Remark>, models: &[ComparedModel]) {
-    let awaits = |notice: &Remark| notice.next_step == COMPARE_DRY_SPEEDS;
+    let awaits = |notice: &Remark| notice.next_step == remarks::COMPARE_DRY_SPEEDS;
     let Some(at) = notices.iter().position(awaits) else {
         return;
     };
@@ -494,7 +493,12 @@ mod tests {
 
     /// What the notice of the dry speed says once these forms are compared, the best first; `None` where nothing.
     fn told(best: (&str, bool), other: (&str, f64)) -> Option<Remark> {
-        let mut notices = vec![Remark::new("term_not_held", 1, "if it acts", COMPARE_DRY_SPEEDS)];
+        let mut notices = vec![Remark::new(
+            "term_not_held",
+            1,
+            "if it acts",
+            remarks::COMPARE_DRY_SPEEDS,
+        )];
         let models = [
             ComparedModel::made_up(best.0, best.1, 0.0, 0.0),
             ComparedModel::made_up(other.0, !best.1, other.1, 3.0),

@@ -98,7 +98,7 @@ use crate::error::Error;
 use crate::inference::nuts::Watcher;
 use crate::model::parameters::ModelParameters;
 use crate::physics::form::Term;
-use crate::physics::inertia::Inertia;
+use crate::physics::inertia::{Inertia, PREFACTOR};
 use crate::physics::Form;
 use crate::remark::{Level, Remark};
 use crate::runs::{FilmGroup, Runs, Table};
@@ -109,6 +109,7 @@ use compare::Comparison;
 use dry::{Dry, FittedDry};
 use energy::Energy;
 use estimate::Quoting;
+use form_choice::OtherForm;
 use left_out::ComparisonContext;
 use main_numbers::{MainNumbers, MainSources};
 use posterior::{contraction, ExpectedSampling, MethodChoice, Posterior, PosteriorRefusal, SamplingSetup};
@@ -484,7 +485,8 @@ impl Findings {
         }));
     }
 
-    /// Gives what may follow from a prior that the runs contradict no advice of its own.
+    /// Gives what may follow from a prior that the runs contradict no advice of its own, and names the form without inertia where
+    /// it is C that its prior keeps too large.
     fn blame_the_prior(&mut self) {
         const FOLLOWS: [Kind; 7] = [
             remarks::DRY_CONSISTENCY,
@@ -502,6 +504,17 @@ impl Findings {
         let follows = |check: &&mut Remark| FOLLOWS.iter().any(|own| own.code == check.code) && !check.passed;
         for check in self.remarks.iter_mut().filter(follows) {
             check.next_step = "mend the prior first: this may come of it".to_owned();
+        }
+        let is_better = |other: &OtherForm| other.inertia == Inertia::None && other.difference > 0.0;
+        if !self.inertia.iter().flat_map(|choice| &choice.others).any(is_better) {
+            return;
+        }
+        let of_c = format!("{}: the runs alone", remarks::in_symbols(PREFACTOR.name));
+        let is_of_c = |check: &&mut Remark| check.code == remarks::PRIOR_CONFLICT.code && check.text.contains(&of_c);
+        for check in self.remarks.iter_mut().filter(is_of_c) {
+            check.next_step =
+                "write inertia = \"none\" in [model], which predicts these runs better; else widen or drop the prior"
+                    .to_owned();
         }
     }
 

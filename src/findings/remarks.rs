@@ -469,6 +469,18 @@ pub const BETTER_FORM: Kind = forbids(
     "hold the form that predicts better",
 );
 
+/// What is to be done about e_dry at each run's own speed until forms that have it are compared.
+pub(super) const COMPARE_DRY_SPEEDS: &str = "compare the forms: dry_speed_m_s = \"impact\" holds it";
+
+/// What e_dry at each run's own speed gains in log density over its being absent, by a joint fit; fails where it would also
+/// move a main number by more than its ±.
+pub const DRY_SPEED: Kind = forbids(
+    "dry_speed",
+    AtMost(3.0),
+    "20 to 1 for it; at most 7 of 1,000 right tables gain so much by chance",
+    COMPARE_DRY_SPEEDS,
+);
+
 /// What a trend of L or C with the film gains in log density; fails where the trend is answered to be there.
 pub const FILM_TREND: Kind = forbids(
     "film_trend",

@@ -29,10 +29,12 @@ struct Rebound {
     steps: [f64; 3],
     /// by how much restitutions scatter at its setting
     scatter: f64,
-    /// share of the runs at its setting whose speed agrees with its own to the last digit
-    same_speed: f64,
+    /// the other runs at its setting, and those of them whose speed agrees with its own to the last digit
+    near: [f64; 2],
     /// whether another run of its table has its speed to every digit, which may then be one that was set
     is_set: bool,
+    /// whether in its table runs of one speed have different restitutions: copies do not
+    has_set_speeds: bool,
 }
 
 /// The checks of a table's rows, and what of them is only named.
@@ -69,8 +71,9 @@ fn rebounds(runs: &Runs) -> Vec<Rebound> {
             restitution: runs.restitution[run],
             steps: [0.0; 3],
             scatter: 0.0,
-            same_speed: 1.0,
+            near: [0.0; 2],
             is_set: false,
+            has_set_speeds: false,
         }));
     }
     all.sort_by_key(|rebound| rebound.row);
@@ -90,12 +93,18 @@ fn last_digits(column: &[f64]) -> Vec<f64> {
     const MOST_DECIMALS: i32 = 7;
     // a value in other units is not to the last bit what it is in these
     let is_whole = |x: f64| (x - x.round()).abs() < 1e-6;
-    let count = column.len() as f64;
-    // of ten numbers one ends in 0 that may not be written
-    let by_zeros = 0.1 * count + 2.5 * (0.09 * count).sqrt();
-    let is_told = |scale: f64| column.iter().filter(|x| is_whole(*x * scale)).count() as f64 > by_zeros;
-    let scales = (0..=MOST_DECIMALS).map(|decimals| 10f64.powi(decimals));
-    let scales: Vec<f64> = scales.filter(|scale| is_told(*scale)).collect();
+    let decimals = (0..=MOST_DECIMALS).rev().map(|decimals| 10f64.powi(decimals));
+    let mut scales: Vec<f64> = vec![];
+    // of ten numbers with a digit more one ends in 0 that may not be written
+    let (mut finer, mut those) = (None, column.len() as f64);
+    for scale in decimals {
+        let whole = column.iter().filter(|x| is_whole(*x * scale)).count() as f64;
+        let by_zeros = finer.map_or(0.1, |finer| scale / finer) * those;
+        if whole > by_zeros + 2.5 * (0.9 * by_zeros).sqrt() {
+            (finer, those) = (Some(scale), whole);
+            scales.insert(0, scale);
+        }
+    }
     let of_number = |x: &f64| {
         scales
             .iter()
@@ -106,32 +115,33 @@ fn last_digits(column: &[f64]) -> Vec<f64> {
 }
 
 /// The step between the values of a column, each known to what rounding left of it, as they are met in each group; [`FINEST`]
-/// where there is none.
+/// where there is none. Speeds at even distances have rebounds at nearly even ones: no step, since these scatter.
 fn step_between(mut column: Vec<(usize, f64, f64)>) -> f64 {
     /// steps to the next value
     const FEWEST: usize = 4;
     const NEARLY_ALL: f64 = 0.9;
     const NEAR: f64 = 0.15;
+    /// by what share a step may be off that a factor, such as gravity, was applied to
+    const SCALE_OFF: f64 = 0.02;
     /// steps to a value, of which each is known as far as the rows tell, and of one that is decimal
     const MOST: [f64; 2] = [6.5, 200.0];
     column.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let pairs = column.windows(2).filter(|pair| pair[0].0 == pair[1].0);
-    let apart = pairs.filter(|pair| pair[1].1 - pair[0].1 > pair[0].2 + pair[1].2 + FINEST);
-    let mut apart: Vec<f64> = apart.map(|pair| pair[1].1 - pair[0].1).collect();
-    apart.sort_by(f64::total_cmp);
+    let apart = pairs.map(|pair| (pair[1].1 - pair[0].1, pair[0].2 + pair[1].2));
+    let mut apart: Vec<(f64, f64)> = apart.filter(|(apart, left)| *apart > left + FINEST).collect();
+    apart.sort_by(|a, b| a.0.total_cmp(&b.0));
     let is_step = |(step, most): &(f64, f64)| {
-        let few: Vec<f64> = apart
-            .iter()
-            .map(|apart| apart / step)
-            .take_while(|steps| steps < most)
-            .collect();
+        let few = apart.iter().map(|(apart, left)| (apart / step, left / step));
+        let few: Vec<(f64, f64)> = few.take_while(|(steps, _)| steps < most).collect();
+        let is_near =
+            |steps: f64, left: f64| (steps - steps.round()).abs() < NEAR.min((1.0 + steps) * left + SCALE_OFF * steps);
         let whole = few
             .iter()
-            .filter(|steps| **steps > 0.5 && (*steps - steps.round()).abs() < NEAR);
+            .filter(|(steps, left)| *steps > 0.5 && is_near(*steps, *left));
         few.len() >= FEWEST && whole.count() as f64 >= NEARLY_ALL * few.len() as f64
     };
-    let smallest = apart.chunk_by(|a, b| *b < 1.5 * *a).take(3);
-    let smallest = smallest.map(|alike| (alike[alike.len() / 2], MOST[0]));
+    let smallest = apart.chunk_by(|a, b| b.0 < 1.5 * a.0).take(3);
+    let smallest = smallest.map(|alike| (alike[alike.len() / 2].0, MOST[0]));
     let decimal = (0..6).flat_map(|decimals| [1.0, 0.5, 0.2].map(|step| (step * 0.1f64.powi(decimals), MOST[1])));
     let steps = smallest.chain(decimal).filter(is_step).map(|(step, _)| step);
     steps.fold(FINEST, f64::max)
@@ -196,6 +206,9 @@ struct Difference {
     /// whether rounding explains it
     is_rounding: bool,
 }
+
+/// By what share the speeds of one setting may differ.
+const SAME_SETTING: f64 = 0.03;
 
 /// What no experiment scatters less than; only where the rows cannot tell.
 const LEAST_SCATTER: f64 = 0.002;
@@ -281,18 +294,25 @@ fn compare_speeds(rebounds: &mut [Rebound]) {
         let others = rebounds
             .iter()
             .filter(|other| other.is_at_setting(one) && other.row != one.row);
-        let (mut near, mut agreeing, mut is_set) = (0.0, 0.0, false);
+        let (mut near, mut is_set, mut is_apart) = ([0.0; 2], false, false);
         for other in others {
-            near += 1.0;
-            agreeing += f64::from(u8::from(is_rounded(one.speed - other.speed, one.steps[1])));
-            is_set |= other.table == one.table && other.has_speed_of(one);
+            near[0] += 1.0;
+            near[1] += f64::from(u8::from(is_rounded(one.speed - other.speed, one.steps[1])));
+            let is_same = other.table == one.table && other.has_speed_of(one);
+            is_set |= is_same;
+            is_apart |= is_same && !other.agrees(one, 2);
         }
-        (agreeing / f64::max(near, 1.0), is_set)
+        (near, is_set, is_apart)
     };
-    let compared: Vec<(f64, bool)> = rebounds.iter().map(compare).collect();
-    for (one, (same_speed, is_set)) in rebounds.iter_mut().zip(compared) {
-        one.same_speed = same_speed;
+    let compared: Vec<([f64; 2], bool, bool)> = rebounds.iter().map(compare).collect();
+    for (one, (near, is_set, is_apart)) in rebounds.iter_mut().zip(compared) {
+        one.near = near;
         one.is_set = is_set;
+        one.has_set_speeds = is_apart;
+    }
+    for table in rebounds.chunk_by_mut(|one, other| one.table == other.table) {
+        let any = table.iter().any(|one| one.has_set_speeds);
+        table.iter_mut().for_each(|one| one.has_set_speeds = any);
     }
 }
 
@@ -310,9 +330,15 @@ impl Rebound {
 
     /// Whether another is of the same group and speed, but for how speeds of one setting scatter.
     fn is_at_setting(&self, other: &Rebound) -> bool {
-        /// as a share
-        const CLOSE: f64 = 0.03;
-        other.group == self.group && (other.speed - self.speed).abs() <= CLOSE * self.speed
+        other.group == self.group && (other.speed - self.speed).abs() <= SAME_SETTING * self.speed
+    }
+
+    /// Probability that the speed of another run at its setting agrees with its own to the last digit: by all others there, and
+    /// by one more that is anywhere near.
+    fn chance_of_speed(&self, other: &Rebound) -> f64 {
+        let own = f64::from(u8::from(is_rounded(self.speed - other.speed, self.steps[1])));
+        let by_width = (self.steps[1] / (2.0 * SAME_SETTING * self.speed)).min(1.0);
+        (self.near[1] - own + by_width) / self.near[0].max(1.0)
     }
 
     /// Whether another has the same speed to every digit.
@@ -332,10 +358,11 @@ impl Rebound {
             true => [self, other],
             false => [other, self],
         };
-        // of speeds with the same digits, or that were set, only those that agree are compared
-        let of_speeds = match fine.is_set || fine.steps[1] == coarse.steps[1] {
+        // of speeds that were set only those that agree are compared
+        let is_set = self.has_set_speeds && (fine.is_set || fine.steps[1] == coarse.steps[1]);
+        let of_speeds = match is_set {
             true => f64::from(u8::from(self.agrees(other, 1))),
-            false => coarse.same_speed,
+            false => coarse.chance_of_speed(fine),
         };
         (CAUTIOUS * step / (two_root_pi * spread)).min(1.0) * of_speeds
     }

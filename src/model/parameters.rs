@@ -173,6 +173,9 @@ pub fn offset_slot(runs: &Runs, series: usize) -> usize {
 /// The prior of a trend with the film ratio.
 const TREND_PRIOR: Prior = Prior::Normal(0.0, 1.0);
 
+/// The source of a prior that the scene gives.
+pub const OF_SCENE: &str = "the scene";
+
 /// A parameter to be sampled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelParameter {
@@ -426,7 +429,7 @@ impl ModelParameters {
 /// The prior of a parameter and where it comes from: that of one particle goes before that of all.
 pub fn prior_of(scene: &Scene, runs: &Runs, kind: ParameterKind, form: Form) -> (Prior, &'static str) {
     match choice_of(scene, runs, kind) {
-        Some(choice) => (choice.prior, "the scene"),
+        Some(choice) => (choice.prior, OF_SCENE),
         None => kind.default_prior(form),
     }
 }

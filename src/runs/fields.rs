@@ -286,9 +286,13 @@ impl Fields {
             self.problem(line, "particle", None, format!("expected {NAME_RULE}"));
             return None;
         };
-        let liquid = self
-            .name(of.liquid, row)
-            .filter(|liquid| !liquid.eq_ignore_ascii_case(DRY));
+        let named = self.name(of.liquid, row);
+        let has_film = self.word(of.film, cells).is_some_and(|film| film.parse() != Ok(0.0));
+        if named.is_none() && has_film {
+            let expected = format!("expected the name of a liquid, or `{DRY}`, beside a film");
+            self.problem(line, "liquid", None, expected);
+        }
+        let liquid = named.filter(|liquid| !liquid.eq_ignore_ascii_case(DRY));
         let diameter = self.needed_number(of.diameter, row, "");
         let film = liquid.and_then(|_| self.needed_number(of.film, row, ", since there is a liquid"));
         Some(RowOfSetting {

@@ -163,7 +163,7 @@ fn runs(table: &SceneTable, path: &Path) -> Vec<TableFile> {
         if !file.has_known_ending() {
             refuse(&format!("expected {}", TableFile::ENDING_EXPECTED));
         }
-        if runs.contains(&file) {
+        if runs.iter().any(|other| other.is_same_as(&file)) {
             refuse("expected every table once");
         }
         runs.push(file);

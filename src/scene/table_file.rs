@@ -26,6 +26,12 @@ impl TableFile {
         TableFile::ENDINGS.iter().any(|ending| self.ends_with(ending))
     }
 
+    /// Whether both are one sheet or file, by whatever path or link.
+    pub fn is_same_as(&self, other: &TableFile) -> bool {
+        let place = |file: &TableFile| std::fs::canonicalize(&file.path).unwrap_or_else(|_| file.path.clone());
+        self.sheet == other.sheet && place(self) == place(other)
+    }
+
     /// The table that a scene names; the name of a sheet, which has no slash, stands after that of its workbook.
     pub fn named(folder: Option<&Path>, name: &str) -> TableFile {
         let lower = name.to_ascii_lowercase();

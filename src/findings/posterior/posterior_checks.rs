@@ -8,7 +8,7 @@ use crate::inference::accuracy::asked_of_draws;
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::mixing::MixingLines;
 use crate::inference::sampling::Method;
-use crate::model::parameters::{ModelParameters, ParameterKind};
+use crate::model::parameters::{ModelParameters, ParameterKind, OF_SCENE};
 use crate::remark::Remark;
 use crate::rounding::{by_number, counted};
 use crate::runs::{DryGroup, Runs};
@@ -288,12 +288,17 @@ fn dry_consistency(found: &PosteriorFindings, least_squares: LeastSquares) -> Op
             let (k, se) = dry.dry_k.pair()?;
             let name = dry.name();
             let pooled = found.parameters.iter().find(|q| q.name == name)?;
-            Some(((pooled.mean? - k).abs() / se.hypot(pooled.sd?), name))
+            Some(((pooled.mean? - k).abs() / se.hypot(pooled.sd?), pooled))
         });
-    let (shift, name) = shifts.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (shift, pooled) = shifts.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let name = &pooled.name;
     let text =
         format!("largest distance of a pooled k from that of the dry runs ({name}), in combined standard errors");
-    Some(remarks::DRY_CONSISTENCY.check(shift, text))
+    let mut check = remarks::DRY_CONSISTENCY.check(shift, text);
+    if pooled.prior.as_ref().is_some_and(|prior| prior.source == OF_SCENE) {
+        check.next_step = format!("widen or drop the prior of {name} in [priors]: it holds the pooled k");
+    }
+    Some(check)
 }
 
 /// Coverage of the predicted bands.

@@ -10,7 +10,7 @@ mod size;
 use self::size::term_sizes;
 pub use self::size::{SizedTerm, LINE};
 use super::balance::{self, BalanceSetup, EnergyBalance};
-use super::remarks;
+use super::remarks::{self, COMPARE_DRY_SPEEDS};
 use super::scaling::FittedScaling;
 use crate::physics::form::Term;
 use crate::physics::Form;
@@ -66,9 +66,6 @@ pub(super) fn term_notices(terms: &[SizedTerm]) -> Vec<Remark> {
     terms.iter().filter_map(term_notice).collect()
 }
 
-/// What is to be done about e_dry at each run's own speed until forms that have it are compared.
-pub(super) const COMPARE_DRY_SPEEDS: &str = "compare the forms: dry_speed_m_s = \"impact\" holds it";
-
 fn term_notice(sized: &SizedTerm) -> Option<Remark> {
     let (name, size) = (sized.term.in_words(), sized.size?);
     let digits = if size < 10.0 { 2 } else { 0 };
@@ -95,6 +92,13 @@ fn term_notice(sized: &SizedTerm) -> Option<Remark> {
                 return Some(told.at(Level::Informs));
             }
             let text = format!("{name}: not in the model; if it acts, leaving it out moves {far}{shown}");
+            // as many parameters either way: neither can feign a better fit
+            let gain = sized
+                .gain_without()
+                .filter(|_| sized.term == Term::OwnDrySpeed && size >= 1.0);
+            if let Some(gain) = gain.map(|gain| -gain).filter(|gain| !remarks::DRY_SPEED.holds(*gain)) {
+                return Some(remarks::DRY_SPEED.check(gain, text));
+            }
             let next = match sized.term {
                 Term::OwnDrySpeed => COMPARE_DRY_SPEEDS,
                 _ => remarks::TERM_NOT_HELD.next_step,
@@ -122,30 +126,38 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_term_that_the_runs_reject_is_no_caution() {
-        let left_out = |share: f64| {
+    fn a_term_that_the_runs_reject_is_no_caution_and_a_dry_speed_that_they_show_is_a_check() {
+        let left_out = |term: Term, share: f64| {
             let sized = SizedTerm {
-                term: Term::DrySecondOrder,
+                term,
                 held: false,
                 chosen_by: "default",
                 size: Some(15.0),
                 moves: Some("dry_k[PTFE]".to_owned()),
                 largest_effect: 0.15,
                 runs_show: Some(share),
-                runs_show_se: Some(0.1),
+                runs_show_se: Some(0.3),
                 widens: None,
             };
             term_notice(&sized).expect("it matters")
         };
-        let rejected = left_out(0.02);
+        let rejected = left_out(Term::DrySecondOrder, 0.02);
         assert!(
             !rejected.cautions() && rejected.text.contains("speak against it; the runs show"),
             "{rejected:?}"
         );
-        let open = left_out(0.47);
+        let open = left_out(Term::DrySecondOrder, 0.47);
         assert!(
             open.cautions() && open.text.contains("leaving it out moves k of PTFE by 15"),
             "{open:?}"
         );
+        // a difference of 0.28 is e^3.1 times as likely where it acts
+        for (term, share, forbids) in [
+            (Term::OwnDrySpeed, 0.78, true),
+            (Term::OwnDrySpeed, 0.76, false),
+            (Term::DrySecondOrder, 0.9, false),
+        ] {
+            assert_eq!(left_out(term, share).forbids(), forbids, "{term:?} {share}");
+        }
     }
 }

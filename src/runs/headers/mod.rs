@@ -25,7 +25,9 @@ use quantities::named_quantity;
 use spreads::other_spread;
 
 /// Words of a column that marks the runs to keep.
-const KEPT: &str = "in valid valide gültig gueltig ok good gut use used keep kept include included brauchbar bon";
+const KEPT: &str =
+    "in valid valide gültig gueltig ok good gut use used usable keep kept include included brauchbar bon accept \
+                    accepted pass passed is to fit verwendet verwendbar ordnung i o io válido valido";
 
 /// What a header names in place of the quantity of a column that is read under a key, and what to do about it; `None` where it
 /// names none.

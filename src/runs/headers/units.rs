@@ -474,7 +474,8 @@ struct Piece<'n> {
     is_last: bool,
     /// whether a number stands before it, of which it is the unit then, as in `4 mm spheres`
     is_of_number: bool,
-    is_after_blank: bool,
+    /// whether a blank or a word stands before it; what stands at a symbol, as in `D_m`, is an index
+    stands_apart: bool,
 }
 
 /// Every part of a name between two places where words begin or end: at a mark, or at the capital of `DropHeight`.
@@ -504,7 +505,8 @@ fn pieces(name: &str) -> Vec<Piece<'_>> {
             is_whole: start == 0,
             is_last: name[end..].trim_start_matches(['.', ' ']).is_empty() || name[end..].starts_with([',', ';']),
             is_of_number: word.parse::<f64>().is_ok(),
-            is_after_blank: name[..start].ends_with(char::is_whitespace),
+            stands_apart: name[..start].ends_with(char::is_whitespace)
+                || letters_at_end(before.trim_end_matches(MARKS)) > 2,
         }
     };
     let all = starts.iter().flat_map(|start| ends.iter().map(|end| (*start, *end)));
@@ -513,6 +515,10 @@ fn pieces(name: &str) -> Vec<Piece<'_>> {
         !text.is_empty() && !text.starts_with(MARKS) && !text.trim_end_matches('.').ends_with(MARKS)
     });
     all.map(piece).collect()
+}
+
+fn letters_at_end(text: &str) -> usize {
+    text.chars().rev().take_while(|c| c.is_alphabetic()).count()
 }
 
 impl Piece<'_> {
@@ -542,7 +548,7 @@ impl Piece<'_> {
         // apart from the rest, `m` is the metre of a length, and `in` and `mil` the inch and the mil of one
         match lower.as_str() {
             "in" => is_length && self.is_last,
-            "m" => is_length && self.is_last && self.is_after_blank,
+            "m" => is_length && self.is_last && self.stands_apart,
             "mil" => is_length,
             // the `m_s` of a speed is one, the `s_g` of a sphere in gas none
             _ => !is_among(UNCLEAR, &lower) && (measure.letters > 1 || measure.atoms > 1 && measure.powers[0] != 0),
