@@ -666,6 +666,7 @@ fn a_table_of_settings_gives_what_each_setting_gives_alone() {
     let at_1 = "--speed-m-s 1:1:1";
     for (columns, rows, more, expected) in [
         (films, "PTFE,AK10,4.762,2800", at_1, "settings.csv: line 2: --film-um: found a film ratio of 0.588, expected at most 0.5"),
+        (films, "PTFE,,4.762,280", at_1, "line 2, liquid: expected the name of a liquid, or `dry`, beside a film"),
         (films, "PTFE,AK10,4.762,", at_1, "line 2, film: expected a number above 0, since there is a liquid"),
         (speeds, "PTFE,AK10,4.762,280,\nPTFE,AK10,4.762,280,x", "", "line 3, impact_speed_m_s: found `x`, expected a number"),
         (speeds, "PTFE,AK10,4.762,280,1", at_1, "the table of settings has impact speeds of its own: expected no --speed-m-s"),

@@ -122,12 +122,6 @@ pub(super) fn draw_and_leave_out(
     Ok(LeftOutModel { sampled, loo, used })
 }
 
-/// Whether these are weighed draws that the Pareto tail of their weights allows.
-fn are_weighed_well(sampled: &Sampled) -> bool {
-    let line = khat_threshold(PROPOSED * sampled.draws());
-    sampled.khat.is_some_and(|khat| khat <= line)
-}
-
 /// Whether a model predicts so much less than another that rough draws of it will do.
 fn is_far_behind(loo: &Loo, beside: &Loo) -> bool {
     difference(loo, beside)
@@ -183,7 +177,9 @@ impl Model<'_> {
         if let Some(rough) = weighed(few).filter(|rough| will_do(rough)) {
             return Ok(rough);
         }
-        if let Some(sampled) = weighed(draws).filter(are_weighed_well) {
+        let line = khat_threshold(PROPOSED * chains * draws);
+        let serves = |sampled: &Sampled| sampled.khat.is_some_and(|khat| khat <= line);
+        if let Some(sampled) = weighed(draws).filter(serves) {
             return Ok(sampled);
         }
         // not followed until they have mixed: how rough the answer is, R-hat and the Monte Carlo error say
@@ -203,7 +199,7 @@ impl Model<'_> {
     /// Draws of the model of all runs but these, which keep their places among the spheres and series.
     pub fn draw_without(&self, left_out: &Range<usize>) -> Result<Sampled, String> {
         let stream = format!("{} without {}", self.stream, left_out.start + 1);
-        self.draw(&self.context.runs.without(left_out), &stream, are_weighed_well)
+        self.draw(&self.context.runs.without(left_out), &stream, |_| false)
     }
 
     /// Each run left out by weights alone.

@@ -33,7 +33,7 @@ struct Rebound {
     near: [f64; 2],
     /// whether another run of its table has its speed to every digit, which may then be one that was set
     is_set: bool,
-    /// whether in its table runs of one speed have different restitutions: copies do not
+    /// whether the runs of one speed in its table have different restitutions, as copies have not
     has_set_speeds: bool,
 }
 
@@ -182,10 +182,15 @@ fn set_steps(rebounds: &mut [Rebound]) {
         for quantity in MADE_FROM {
             let (values, slopes): (Vec<f64>, Vec<f64>) =
                 table.iter().map(quantity).map(|[x, slope]| (x, slope)).unzip();
-            let left = table.iter().zip(&values).zip(restitutions.iter().zip(&slopes));
-            let left = left.map(|((one, value), (step, slope))| (one.group, *value, 0.5 * step / slope));
+            let digits = last_digits(&values);
+            let left = table
+                .iter()
+                .zip(&values)
+                .zip(digits.iter().zip(restitutions.iter().zip(&slopes)));
+            let left =
+                left.map(|((one, value), (digit, (step, slope)))| (one.group, *value, 0.5 * digit.max(step / slope)));
             let between = step_between(left.collect());
-            for ((step, digit), slope) in coarsest.iter_mut().zip(last_digits(&values)).zip(slopes) {
+            for ((step, digit), slope) in coarsest.iter_mut().zip(digits).zip(slopes) {
                 *step = step.max(digit.max(between) * slope);
             }
         }
@@ -209,6 +214,9 @@ struct Difference {
 
 /// By what share the speeds of one setting may differ.
 const SAME_SETTING: f64 = 0.03;
+
+/// Share of the pairs of runs at one speed that may differ in restitution where all others are copies.
+const FEW_APART: f64 = 0.1;
 
 /// What no experiment scatters less than; only where the rows cannot tell.
 const LEAST_SCATTER: f64 = 0.002;
@@ -294,25 +302,25 @@ fn compare_speeds(rebounds: &mut [Rebound]) {
         let others = rebounds
             .iter()
             .filter(|other| other.is_at_setting(one) && other.row != one.row);
-        let (mut near, mut is_set, mut is_apart) = ([0.0; 2], false, false);
+        let (mut near, mut same) = ([0.0; 2], [0.0; 2]);
         for other in others {
             near[0] += 1.0;
             near[1] += f64::from(u8::from(is_rounded(one.speed - other.speed, one.steps[1])));
-            let is_same = other.table == one.table && other.has_speed_of(one);
-            is_set |= is_same;
-            is_apart |= is_same && !other.agrees(one, 2);
+            if other.table == one.table && other.has_speed_of(one) {
+                same[usize::from(other.agrees(one, 2))] += 1.0;
+            }
         }
-        (near, is_set, is_apart)
+        (near, same)
     };
-    let compared: Vec<([f64; 2], bool, bool)> = rebounds.iter().map(compare).collect();
-    for (one, (near, is_set, is_apart)) in rebounds.iter_mut().zip(compared) {
-        one.near = near;
-        one.is_set = is_set;
-        one.has_set_speeds = is_apart;
-    }
+    let mut compared: Vec<([f64; 2], [f64; 2])> = rebounds.iter().map(compare).collect();
     for table in rebounds.chunk_by_mut(|one, other| one.table == other.table) {
-        let any = table.iter().any(|one| one.has_set_speeds);
-        table.iter_mut().for_each(|one| one.has_set_speeds = any);
+        let own: Vec<_> = compared.drain(..table.len()).collect();
+        let [apart, agree] = [0, 1].map(|at| own.iter().map(|(_, same)| same[at]).sum::<f64>());
+        for (one, (near, same)) in table.iter_mut().zip(own) {
+            one.near = near;
+            one.is_set = same[0] + same[1] > 0.0;
+            one.has_set_speeds = apart > FEW_APART * (apart + agree);
+        }
     }
 }
 
