@@ -3,8 +3,8 @@
 //! Where e is small, e² is known to 2 e σ: a run of e = 0.03 fixes the energy kept to 0.001 if all noise is on e, and by that
 //! the critical Stokes number. An error of 1 % in its speed or of 3 % in its film moves that energy by several times as much.
 //! So the noise that such errors make is allowed for; where it moves a main number by more than one ±, or widens its ± by as
-//! much, the wider posterior stands. Where columns tell errors of speeds, that noise is an error of the restitution of these runs. Least squares alone
-//! is held against itself without them.
+//! much, the wider posterior stands. Where columns tell errors of speeds, that noise is an error of the restitution of these
+//! runs. Least squares alone is held against itself without them.
 
 use super::balance::{fit_balance, BalanceSetup, EnergyBalance};
 use super::estimate::Estimate;

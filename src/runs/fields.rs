@@ -287,7 +287,9 @@ impl Fields {
             return None;
         };
         let named = self.name(of.liquid, row);
-        let has_film = self.word(of.film, cells).is_some_and(|film| film.parse() != Ok(0.0));
+        let has_film = self
+            .word(of.film, cells)
+            .is_some_and(|film| film.replace(',', ".").parse() != Ok(0.0));
         if named.is_none() && has_film {
             let expected = format!("expected the name of a liquid, or `{DRY}`, beside a film");
             self.problem(line, "liquid", None, expected);
