@@ -32,6 +32,18 @@ pub(crate) const MOST_OF_LINE: usize = 1 << 20;
 /// Columns of the widest table.
 pub(crate) const MOST_COLUMNS: usize = 4096;
 
+/// Endings of files that are recordings of a camera or a video.
+const VIDEOS: [&str; 17] = [
+    "mp4", "avi", "mov", "mkv", "webm", "wmv", "m4v", "mpg", "mpeg", "mts", "m2ts", "3gp", "flv", "ogv", "cine",
+    "mraw", "y4m",
+];
+
+/// Whether a file is a video by its name.
+pub(crate) fn is_video(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default();
+    VIDEOS.iter().any(|video| ending.eq_ignore_ascii_case(video))
+}
+
 /// How long a pipe is waited for that nobody writes to: a command beside this one may only be starting.
 const PATIENCE: Duration = Duration::from_secs(2);
 

@@ -250,6 +250,9 @@ fn a_table_given_for_a_scene_is_told_what_to_do_with_it() {
         let (status, _, err) = folder.run(&format!("{verb} book.xlsx"));
         let advice = "book.xlsx: a table, where a scene is expected; `wetcor new book.xlsx` drafts the scene from it";
         assert!(status == Some(2) && err.contains(advice), "{err}");
+        let (status, _, err) = folder.run(&format!("{verb} drop.MP4"));
+        let advice = "drop.MP4: a video, where a scene is expected; `wetcor track` finds the runs";
+        assert!(status == Some(2) && err.contains(advice), "{err}");
     }
 }
 

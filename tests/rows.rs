@@ -321,6 +321,11 @@ fn a_column_of_the_film_over_the_radius_forbids_quoting() {
     assert!(radius[0].contains("as of the film over the radius"), "{radius:?}");
     assert!(of(&|run, _| 0.5 * nominal[run % 2])[0].contains("half the film ratio"));
     assert!(of(&|_, own| 2.0 * own)[0].contains("over the radius"));
+    // a part of the table, of one film and of both
+    let part = of(&|run, _| nominal[run % 2] * if run % 2 == 0 { 2.0 } else { 1.0 });
+    assert!(part.len() == 1 && part[0].contains("over the radius"), "{part:?}");
+    let part = of(&|run, _| nominal[run % 2] * if run < 20 { 0.5 } else { 1.0 });
+    assert!(part.len() == 1 && part[0].contains("half the film ratio"), "{part:?}");
     // nominal ratios are only near the films
     assert_eq!(of(&|run, _| nominal[run % 2]), Vec::<String>::new());
     assert_eq!(of(&|run, _| [0.06, 0.09][run % 2]), Vec::<String>::new());

@@ -798,6 +798,39 @@ fn a_frame_lost_beside_the_contact_leaves_the_run_out() {
     assert!(told >= 18, "{told}");
 }
 
+/// Tracks drops that are seen over three contacts, of which the first lacks so many frames.
+fn lost_at_the_contact(lost: i32, rng: &mut ChaCha8Rng) -> (Vec<Seen>, Folder, Campaign) {
+    let mut seen = drops(40, rng);
+    for seen in &mut seen {
+        seen.until = seen.bounces.second_contact() + 0.08;
+    }
+    let at = |seen: &Seen| vec![((1000.0 * seen.bounces.contact) as usize - lost as usize / 2, lost)];
+    let faults: Vec<Vec<(usize, i32)>> = seen.iter().map(at).collect();
+    let (folder, campaign) = faulty_campaign(&seen, &faults, rng);
+    (seen, folder, campaign)
+}
+
+#[test]
+fn frames_lost_at_the_contact_are_seen_by_its_height() {
+    let mut rng = rng_of("frames_lost_at_the_contact_are_seen_by_its_height");
+    let apart = |campaign: &Campaign| -> usize {
+        each(campaign)
+            .filter(|tracked| tracked.is_some_and(|tracked| tracked.impacts[0].apart.is_some()))
+            .count()
+    };
+    let (seen, folder, campaign) = lost_at_the_contact(4, &mut rng);
+    assert!(apart(&campaign) >= 38, "{}", apart(&campaign));
+    let found = errors(&campaign, &seen);
+    let off = found.speeds.iter().filter(|[error, _]| error.abs() > 0.01).count();
+    assert!(off >= 40, "{off}");
+    assert!(covered(&found.speeds, 2.0) == found.speeds.len());
+    let (_, _, stderr) = folder.run("track recordings.csv --out runs.csv --report out");
+    stderr.says("off the height of its other contacts");
+    // the planted fault: with all frames nothing is told
+    let (_, _folder, campaign) = lost_at_the_contact(0, &mut rng);
+    assert_eq!(apart(&campaign), 0);
+}
+
 #[test]
 fn frames_at_uneven_times_are_left_out_with_the_true_reason() {
     let mut rng = rng_of("frames_at_uneven_times_are_left_out_with_the_true_reason");

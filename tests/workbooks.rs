@@ -656,6 +656,26 @@ fn a_row_of_another_width_is_refused_in_every_table() {
     said.says("line 3, row: found 3 cells");
 }
 
+/// A list of recordings on one of several sheets is named, so that none is read that was not meant.
+#[test]
+fn a_list_on_one_of_several_sheets_is_asked_for_by_name() {
+    let place = Folder::new();
+    let list = |file: &str| format!("file,particle,diameter_mm,frame_rate_Hz\n{file},PTFE,4.762,1000\n");
+    let sheets = [Sheet::of("May", &list("may.csv")), Sheet::of("June", &list("june.csv"))];
+    place.write("book.xlsx", workbook(&sheets));
+    let track = |list: &str| {
+        let (status, _, err) = place.run(&format!("track {list} --out runs.csv"));
+        assert_eq!(status, Some(2), "{err}");
+        err
+    };
+    let several = track("book.xlsx");
+    several.says("the workbook has several sheets: expected the one to read");
+    several.says("`May`, `June`");
+    assert!(track("book.xlsx#June").contains("june.csv"));
+    place.write("book.xlsx", workbook(&sheets[..1]));
+    assert!(track("book.xlsx").contains("may.csv"));
+}
+
 /// A camera's e beside measured heights: two measurements, which agree as such and not to the last digit.
 #[test]
 fn a_height_may_be_measured_beside_a_restitution() {

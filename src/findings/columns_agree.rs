@@ -2,7 +2,7 @@
 
 use super::remarks;
 use crate::remark::Remark;
-use crate::runs::{ComparedColumns, RowPlaces};
+use crate::runs::{ComparedBlock, ComparedColumns, RowPlaces};
 use crate::scene::RunColumn;
 
 /// A failed check of each two columns that tell the same thing and do not: over the whole table, in a block of it, or in many
@@ -81,23 +81,35 @@ fn is_of_films(both: &ComparedColumns) -> bool {
     both.columns[0] == RunColumn::FilmRatio
 }
 
-/// The same of a column of film ratios, which are nominal and so need only be near δ/D: by a factor that nearly all runs have.
+/// The same of a column of film ratios, which are nominal and so need only be near δ/D: by a factor that nearly all runs have,
+/// or by a larger one in a tenth of them.
 fn contradicting_films(both: &ComparedColumns, places: &RowPlaces) -> Option<(f64, String)> {
     /// no nominal film ratio is off by such a factor in nearly every run
     const ANOTHER: f64 = 1.2;
+    /// nor by such a one in a tenth of the runs
+    const OF_PART: f64 = 1.6;
     let [least, most] = both.ends;
     let is_another = least > ANOTHER || most < 1.0 / ANOTHER;
     let [ratio, film] = &both.names;
-    is_another.then(|| {
-        let text = format!(
-            "`{ratio}` is {:.3} times `{film}` over the diameter (median of {} runs, {}){}",
-            both.ratio,
-            both.runs,
-            places.of_range(both.rows, None),
-            likely_slip(both, both.ratio).unwrap_or_default()
-        );
-        (distance(both.ratio), text)
-    })
+    let text = |times: f64, runs: String| {
+        let slip = likely_slip(both, times).unwrap_or_default();
+        let text = format!("`{ratio}` is {times:.3} times `{film}` over the diameter ({runs}){slip}");
+        (distance(times), text)
+    };
+    if is_another {
+        let runs = format!("median of {} runs, {}", both.runs, places.of_range(both.rows, None));
+        return Some(text(both.ratio, runs));
+    }
+    let far = both.ends.into_iter().find(|end| distance(*end) > OF_PART - 1.0)?;
+    let is_alike = |block: &&ComparedBlock| (block.ratio > 1.0) == (far > 1.0) && distance(block.ratio) > OF_PART - 1.0;
+    let where_first = match both.blocks.iter().find(is_alike) {
+        Some(block) => format!("first {}", places.of_range(block.rows, None)),
+        None => places.of_range(both.rows, None),
+    };
+    Some(text(
+        far,
+        format!("a tenth of {} runs or more, {where_first}", both.runs),
+    ))
 }
 
 /// How far a ratio lies from one, as a share of the smaller.

@@ -70,6 +70,9 @@ pub struct Impact {
     pub stuck: bool,
     /// v and v_r at the film's surface; of a dry plate at the plate
     pub at_film: [f64; 2],
+    /// by how much, in m, its contact lies off the height of the recording's other contacts or rests, where that is more than
+    /// the film and their errors explain; the speeds' errors hold it
+    pub apart: Option<f64>,
     /// why the run is left out, where it is
     pub verdict: Option<String>,
 }
@@ -300,13 +303,19 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, NoContact> {
         let stuck = contact.rebound().is_none();
         let lost = 2.0 * gravity.value * of.recording.film;
         let at_film = [speeds.impact_speed, speeds.rebound_speed].map(|v| (v * v - lost).max(0.0).sqrt());
+        let apart = flights.apart(*contact, gravity, of.recording.film);
+        // a height that is off by so much moves both squares of speeds by 2 g times it
+        let off = apart.map_or([0.0; 2], |gap| {
+            [speeds.impact_speed, speeds.rebound_speed].map(|v| gravity.value * gap / v)
+        });
         Impact {
             speeds: ContactSpeeds {
                 height: speeds.height - at.height,
-                ..*speeds
+                ..speeds.with_error_along(off)
             },
             stuck,
             at_film,
+            apart,
             verdict: verdict(of, (*contact, *speeds), gravity, check),
         }
     });

@@ -1,6 +1,6 @@
 //! Finds the contacts of a sphere with the plate among the segments of its track.
 
-use super::parabola::Kind;
+use super::parabola::{Kind, LEAST_FRAMES};
 use super::segments::Segment;
 use super::track::Track;
 
@@ -44,6 +44,8 @@ pub enum NoContact {
     BeginsRising,
     /// too few frames of the fall are seen before the sphere rises
     ShortFall,
+    /// what comes before the first flight, which rises, is no fall
+    NoFall,
     /// a flight is followed by another that goes on falling
     Torn,
     /// too many frames are repeated or missing
@@ -85,11 +87,10 @@ pub(super) fn contacts(
             .frames
             .first()
             .map_or(&[][..], |place| &track.heights[..*place]);
-        let falls = matches!(before, [top, .., last] if top > last);
-        return Err(if falls {
-            NoContact::ShortFall
-        } else {
-            NoContact::BeginsRising
+        return Err(match before {
+            [] | [_] => NoContact::BeginsRising,
+            [top, .., last] if top > last && before.len() <= LEAST_FRAMES => NoContact::ShortFall,
+            _ => NoContact::NoFall,
         });
     }
     let mut found = vec![];
@@ -149,6 +150,10 @@ impl NoContact {
             NoContact::ShortFall => "fewer than five frames of the fall are seen before the sphere rises",
             NoContact::Torn => "its flight is torn in two, and not by whole frames: the times of its frames are uneven",
             NoContact::Uneven => "more than one frame in twelve is repeated or missing: its frame rate is not known",
+            NoContact::NoFall => {
+                "its first free flight rises, and the frames before it are no fall: they scatter too much, or some are repeated \
+                 or missing"
+            }
             NoContact::BeginsRising => "it begins with a sphere that rises, after a first impact that was not seen",
             NoContact::EndsBefore => "it ends before the sphere has rebounded",
             NoContact::Unclear => "what follows the impact is neither a flight of five frames nor a sphere at rest",

@@ -205,9 +205,50 @@ impl Flights {
         rests.min_by(|a, b| self.level(*a).height.total_cmp(&self.level(*b).height))
     }
 
-    /// Gives each flight the frames that are its own once its contacts are known: up to them, but for those whose exposure
-    /// may hold the contact and those in a film of this thickness. Then what rose no higher than the film stayed.
+    /// How far a contact lies from the height at which the sphere met the plate nearest to it: at its other contacts, and where
+    /// it came to rest. `None` where it met it nowhere else, and where the film, the errors of both or half a per cent of the
+    /// rebound speed explain it.
+    ///
+    /// A frame that is missing at a contact, where no flight shows it, lets both flights meet above the plate.
+    pub fn apart(&self, contact: Contact, gravity: Gravity, film: f64) -> Option<f64> {
+        /// standard deviations of both heights that they differ by, at least
+        const SURE: f64 = 5.0;
+        /// relative error of the rebound speed that counts
+        const COUNTS: f64 = 0.005;
+        contact.rebound()?;
+        let mut whole = self.clone();
+        whole.contacts = contacts(&self.track, &self.segments, (self.sigma, true)).ok()?;
+        whole.take_own_frames(gravity, film);
+        let own = whole.speeds(contact, gravity)?;
+        let met = whole.met(gravity).into_iter();
+        let others = met.filter(|(other, _)| other.before != contact.before && whole.has_frames(*other));
+        let others = others.map(|(_, speeds)| Level {
+            height: speeds.height,
+            sd: speeds.height_sd,
+        });
+        let rest = whole.rest_after(contact).map(|rest| whole.level(rest));
+        let gaps = others.chain(rest).map(|other| {
+            let gap = (own.height - other.height).abs();
+            let explained = film + SURE * own.height_sd.hypot(other.sd);
+            if gap > explained {
+                gap
+            } else {
+                0.0
+            }
+        });
+        let counts = |gap: &f64| gravity.value * gap > COUNTS * own.rebound_speed * own.rebound_speed;
+        gaps.reduce(f64::min).filter(counts)
+    }
+
+    /// Gives each flight the frames that are its own. Then what rose no higher than the film stayed.
     pub fn refine(&mut self, gravity: Gravity, film: f64) -> Result<(), NoContact> {
+        self.take_own_frames(gravity, film);
+        self.settle(gravity, film)
+    }
+
+    /// Gives each flight the frames that are its own once its contacts are known: up to them, but for those whose exposure
+    /// may hold the contact and those in a film of this thickness.
+    fn take_own_frames(&mut self, gravity: Gravity, film: f64) {
         let met = self.met(gravity);
         for place in self.places().collect::<Vec<_>>() {
             let from = met.iter().find(|(contact, _)| contact.rebound() == Some(place));
@@ -228,7 +269,6 @@ impl Flights {
         if free > 0 {
             self.sigma = (leaves.sum::<f64>() / free as f64).sqrt().max(f64::MIN_POSITIVE);
         }
-        self.settle(gravity, film)
     }
 
     /// The frames of a flight between two contacts.

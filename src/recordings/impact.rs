@@ -14,6 +14,8 @@ pub struct ContactSpeeds {
     pub time: f64,
     /// the height there, in the unit of the track
     pub height: f64,
+    /// standard deviation of the height
+    pub height_sd: f64,
     /// v
     pub impact_speed: f64,
     /// standard deviation of v
@@ -101,6 +103,10 @@ pub(super) fn rebound(before: &FlightFit, after: &FlightFit, gravity: Gravity) -
         slopes
     };
     let (v, v_r) = (of_velocity(a, 1), of_velocity(b, 3));
+    let mut of_height: Slopes = of_time.map(|slope| falling * slope);
+    for (slope, own) in of_height.iter_mut().zip([1.0, xa, 0.0, 0.0, by_g(a)]) {
+        *slope += own;
+    }
     let ([ca, ua], [cb, ub]) = (variances(before), variances(after));
     let of = [ca, ua, cb, ub, gravity.se * gravity.se];
     let (variance, variance_r) = (covariance(&v, &v, &of), covariance(&v_r, &v_r, &of));
@@ -109,6 +115,7 @@ pub(super) fn rebound(before: &FlightFit, after: &FlightFit, gravity: Gravity) -
     Some(ContactSpeeds {
         time,
         height: a.height_under(acceleration, time),
+        height_sd: covariance(&of_height, &of_height, &of).sqrt(),
         impact_speed: -falling,
         impact_speed_sd: variance.sqrt(),
         rebound_speed: rising,
@@ -142,6 +149,7 @@ pub(super) fn stayed(before: &FlightFit, level: Level, gravity: Gravity) -> Opti
     Some(ContactSpeeds {
         time: a.time + (velocity + v) / g,
         height: level.height,
+        height_sd: level.sd,
         impact_speed: v,
         impact_speed_sd: covariance(&slopes, &slopes, &of).sqrt(),
         rebound_speed: 0.0,

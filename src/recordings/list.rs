@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::frames::{is_video, FFMPEG};
+use super::frames::FFMPEG;
 use crate::error::{Error, Problem};
+use crate::files::is_video;
 use crate::remark::Remark;
 use crate::runs::{column, rows_by_fields, whole_file, words_for_no, Column, Fields, Row, SettingFields};
 use crate::scene::TableFile;
@@ -64,7 +65,7 @@ impl Axis {
 pub(super) const Y_UNITS: [&str; 4] = ["px", "mm", "cm", "m"];
 
 /// Frame rates that a camera may have, in Hz.
-const FRAME_RATES: std::ops::RangeInclusive<f64> = 1e-3..=1e9;
+const FRAME_RATES: std::ops::RangeInclusive<f64> = 1e-3..=1e7;
 
 /// The columns of the list, by their place in [`COLUMNS`].
 #[derive(Clone, Copy)]
@@ -159,7 +160,7 @@ fn recording(folder: &Path, fields: &mut Fields, row: Row) -> Option<Recording> 
     let of = fields.setting(SETTING, row)?;
     let frame_rate = fields.number(Field::FrameRate as usize, row);
     if let Some(rate) = frame_rate.filter(|rate| !FRAME_RATES.contains(rate)) {
-        let expected = "expected a rate from 0.001 to 1e9 Hz".to_owned();
+        let expected = "expected a rate from 0.001 to 1e7 Hz".to_owned();
         fields.problem(line, "frame_rate", Some(&rate.to_string()), expected);
     }
     let scale = fields.number(Field::Scale as usize, row);

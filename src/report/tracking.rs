@@ -106,18 +106,35 @@ pub fn is_usable(campaign: &Campaign) -> bool {
     !refused(campaign).any(Refusal::is_mistake) && rows(campaign).any(is_used)
 }
 
-/// Each recording with frames that are repeated or missing, and which.
+/// Each recording with frames that are repeated or missing, and which; and each whose contacts lie apart, as where one is
+/// missing there.
 pub fn uneven(campaign: &Campaign) -> Vec<String> {
-    let lines = campaign.outcomes.iter().filter_map(|outcome| {
-        let (tracked, shown) = (outcome.tracked.as_ref().ok()?, outcome.shown.as_ref()?);
-        let recording = &outcome.recording;
-        let frames = uneven_frames(recording, shown, &tracked.jumps)?;
-        Some(format!(
-            "line {}, {}: {frames}; its times are mended, and ± holds what they may do at the contact and to the frame rate",
-            recording.line, recording.run
-        ))
-    });
-    lines.collect()
+    let mut lines = vec![];
+    for Outcome {
+        recording,
+        shown,
+        tracked,
+    } in &campaign.outcomes
+    {
+        let (Ok(tracked), Some(shown)) = (tracked, shown) else {
+            continue;
+        };
+        let Recording { line, run, .. } = recording;
+        if let Some(frames) = uneven_frames(recording, shown, &tracked.jumps) {
+            lines.push(format!(
+                "line {line}, {run}: {frames}; its times are mended, and ± holds what they may do at the contact and to the \
+                 frame rate"
+            ));
+        }
+        for gap in tracked.impacts.iter().filter_map(|impact| impact.apart) {
+            lines.push(format!(
+                "line {line}, {run}: its flights meet {} mm off the height of its other contacts or of the sphere at rest: \
+                 frames may be missing there, or the plate is not level in the picture; ± holds what that does",
+                significant(millimetres(gap), 2)
+            ));
+        }
+    }
+    lines
 }
 
 /// Which frames are repeated, and before which some are missing; nothing where none are.
@@ -430,6 +447,7 @@ fn summary_json(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<St
             "rebound_speed": rebounded.then(|| estimate([speeds.rebound_speed, speeds.rebound_speed_sd])),
             "speed_correlation": rebounded.then_some(speeds.correlation),
             "stuck": impact.stuck,
+            "contact_apart_m": impact.apart,
             "verdict": impact.verdict,
         })
     };

@@ -43,6 +43,9 @@ pub(crate) fn each_row(
     if is_of_sheet {
         let bytes = source.workbook(path)?;
         let mut book = Workbook::open(&bytes).map_err(refused)?;
+        if file.sheet.is_none() {
+            book.refuse_several_sheets().map_err(refused)?;
+        }
         let mut sheet = book.sheet(file.sheet.as_deref()).map_err(refused)?;
         let header = sheet.names(&naming).map_err(refused)?;
         sheet.refuse_hidden_columns(&header).map_err(refused)?;

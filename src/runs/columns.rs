@@ -1,8 +1,9 @@
 //! Matches the header of a table with the columns runs can have.
 
 use super::headers::header::in_plain_signs;
+use super::headers::heights::other_height;
 use super::headers::other_quantity;
-use super::headers::units::{unit_in_name, unit_of_cell, unit_of_cell_above, StatedUnit};
+use super::headers::units::{unit_in_name, unit_of_cell, unit_of_cell_above, units_above, StatedUnit};
 use super::raw_row::RawRow;
 use super::told_twice::TOLD_TWICE;
 use crate::error::{quoted, Problem};
@@ -29,6 +30,36 @@ pub(super) struct Header {
     pub line: Option<u64>,
     /// which sheet of a workbook it is
     pub sheet: Option<String>,
+}
+
+impl Header {
+    /// Of names below a row with the units, or the groups, of its columns: names that stand there twice are told apart by
+    /// their group, as the `Speed` below `Impact` and the one below `Rebound`.
+    pub fn below(above: &[String], mut names: Vec<String>) -> Header {
+        let units_above = units_above(above.iter().map(String::as_str));
+        // the cells of a group are one, or empty but the first
+        let mut group = "";
+        let mut in_groups = vec![];
+        for (index, name) in names.iter().enumerate() {
+            let cell = above.get(index).map_or("", |cell| cell.trim());
+            if !cell.is_empty() && unit_of_cell(cell).is_none() {
+                group = cell;
+            }
+            in_groups.push(format!("{group} {name}"));
+        }
+        let count = |all: &[String], name: &String| all.iter().filter(|other| *other == name).count();
+        let alone = names.clone();
+        for (name, in_group) in names.iter_mut().zip(&in_groups) {
+            if !name.is_empty() && count(&alone, name) > 1 && count(&in_groups, in_group) == 1 {
+                name.clone_from(in_group);
+            }
+        }
+        Header {
+            names,
+            units_above,
+            ..Header::default()
+        }
+    }
 }
 
 /// Where each column stands in the table, and in which unit.
@@ -280,7 +311,8 @@ impl Matching<'_> {
                     ] {
                         self.refuse_another_unit((column, unit), name, stated, by);
                     }
-                    if let Some(expected) = other {
+                    let height = told.and_then(|_| other_height(&plain, column, naming));
+                    for expected in other.into_iter().chain(height) {
                         self.refuse(format!("column {name}"), expected);
                     }
                     let name = name.clone();
@@ -442,6 +474,23 @@ mod tests {
 
     /// Headers that laboratories write, each under the key that its numbers are read as.
     const HEADERS: &str = include_str!("headers/examples.txt");
+
+    #[test]
+    fn names_that_stand_twice_are_told_apart_by_their_group() {
+        let names = |above: &[&str], names: &[&str]| {
+            let [above, names] =
+                [above, names].map(|cells| cells.iter().map(|cell| (*cell).to_owned()).collect::<Vec<_>>());
+            Header::below(&above, names).names.join(", ")
+        };
+        let of_groups = names(
+            &["", "Impact", "", "Rebound", ""],
+            &["ball", "Speed", "angle", "Speed", "e"],
+        );
+        assert_eq!(of_groups, "ball, Impact Speed, angle, Rebound Speed, e");
+        // nothing tells these apart
+        assert_eq!(names(&["", "[m/s]", "[m/s]"], &["ball", "v", "v"]), "ball, v, v");
+        assert_eq!(names(&["Drops", "", ""], &["ball", "v", "v"]), "ball, v, v");
+    }
 
     #[test]
     fn headers_are_read_as_they_say_or_refused() {

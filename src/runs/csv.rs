@@ -6,7 +6,7 @@ use super::checked_rows::{Cell, CheckedRows};
 use super::collect::{Collected, Gathering};
 use super::columns::{Header, TableLayout};
 use super::decimals::separator_of;
-use super::headers::units::{is_row_of_units, units_above};
+use super::headers::units::is_row_of_units;
 use super::records::{separator_named, Records};
 use super::refusals::{bad_row, whole_file, CellPlace, Refused};
 use super::survey::Survey;
@@ -67,10 +67,10 @@ impl<R: Read> Records<R> {
     /// Reads the names, on the line that the scene says or the first that is not blank, and the units above them.
     pub fn names(&mut self, header_row: Option<u64>) -> Result<Header, Vec<Problem>> {
         let first = header_row.unwrap_or(1);
-        let mut above = vec![];
+        let mut above: Vec<String> = vec![];
         while let Some(record) = self.next_record()? {
             if record.line < first {
-                above = units_above(record.cells());
+                above = record.cells().map(str::to_owned).collect();
                 continue;
             }
             if header_row.is_some_and(|row| record.line > row) {
@@ -80,11 +80,10 @@ impl<R: Read> Records<R> {
             if record.width() > MOST_COLUMNS {
                 return Err(vec![too_many_columns(record.width(), Some(record.line))]);
             }
+            let names = record.cells().map(|cell| cell.trim().to_owned()).collect();
             return Ok(Header {
-                names: record.cells().map(|cell| cell.trim().to_owned()).collect(),
-                units_above: above,
                 line: Some(record.line),
-                ..Header::default()
+                ..Header::below(&above, names)
             });
         }
         let found = header_row.map_or("the file is blank".to_owned(), |row| format!("there is no line {row}"));

@@ -140,7 +140,8 @@ impl Survey {
 pub(super) const ROWS_OF_HEADER: usize = 40;
 
 /// The row that names the columns, of the first rows of a table with their numbers: words alone, with numbers in the row
-/// below it or below its units. `None` where no row is like that.
+/// below it or below its units, and more than half as wide as the widest such row, which a line about the whole table is not.
+/// `None` where no row is like that.
 pub(super) fn row_of_names(rows: &[(u64, Vec<String>)]) -> Option<u64> {
     let filled = |row: &[String]| row.iter().filter(|cell| present(cell).is_some()).count();
     let numbers = |row: &[String]| row.iter().filter(|cell| parse_number(cell.trim()).is_ok()).count();
@@ -150,7 +151,13 @@ pub(super) fn row_of_names(rows: &[(u64, Vec<String>)]) -> Option<u64> {
         let (_, names) = &rows[*at];
         filled(names) >= 2 && numbers(names) == 0 && below.next().is_some_and(|row| numbers(row) >= 1)
     };
-    (0..rows.len()).find(is_of_names).map(|at| rows[at].0)
+    let found: Vec<(u64, usize)> = (0..rows.len())
+        .filter(is_of_names)
+        .map(|at| (rows[at].0, filled(&rows[at].1)))
+        .collect();
+    let widest = found.iter().map(|(_, width)| *width).max()?;
+    let first = found.iter().find(|(_, width)| 2 * width > widest);
+    first.map(|(row, _)| *row)
 }
 
 impl SurveyedColumn {
@@ -192,6 +199,10 @@ mod tests {
         let table = "Drops,,\nTrial,,Impact\nNo.,ball,v\n,,[m/s]\n1,PTFE,0.5\n2,PTFE,0.7";
         assert_eq!(row_of_names(&rows(table)), Some(3));
         assert_eq!(row_of_names(&rows("ball,v\nPTFE,0.5\nPE,0.6")), Some(1));
+        // lines about the whole table, of a label and a value
+        let table =
+            "Series,wet drops,,\nDate,2026-03-01,,\nFilm (mm),0.4,,\nOperator,AB,,\nNo.,ball,v,e\n1,PTFE,0.5,0.8";
+        assert_eq!(row_of_names(&rows(table)), Some(5));
         // names of numbers are no names, and words below words are not measured
         assert_eq!(row_of_names(&rows("1,2\n3,4")), None);
         assert_eq!(row_of_names(&rows("a,b\nc,d")), None);

@@ -10,7 +10,7 @@ use super::checked_rows::{Cell, CheckedRows};
 use super::collect::{rows_in_words, Collected, SheetRead};
 use super::columns::{Header, TableLayout};
 use super::csv::too_many_columns;
-use super::headers::units::{is_row_of_units, units_above};
+use super::headers::units::is_row_of_units;
 use super::hidden_rows::{hidden_in, Hidden};
 use super::refusals::{readable, whole_file, CellPlace, Refused};
 use crate::error::{quoted, Problem};
@@ -119,6 +119,20 @@ impl<'b> Workbook<'b> {
         each.collect()
     }
 
+    /// Refuses a workbook in which more than one sheet may be meant.
+    pub fn refuse_several_sheets(&self) -> Result<(), Vec<Problem>> {
+        let sheets = self.sheets();
+        let visible = sheets.iter().filter(|(_, is_hidden)| !is_hidden);
+        let names: Vec<String> = visible.take(MOST_NAMED).map(|(name, _)| quoted(name)).collect();
+        match names.len() {
+            0 | 1 => Ok(()),
+            _ => {
+                let expected = format!("the one to read, as \"book.xlsx#May\", of {}", names.join(", "));
+                Err(vec![whole_file("the workbook has several sheets", &expected)])
+            }
+        }
+    }
+
     /// The sheet that is named, or the first that is not hidden.
     pub fn sheet(&mut self, wanted: Option<&str>) -> Result<Sheet<'_, 'b>, Vec<Problem>> {
         let mut sheets = self.sheets();
@@ -183,12 +197,12 @@ impl Sheet<'_, '_> {
         self.hidden_rows = naming.hidden_rows;
         let expected = "a row of column names and one row a run";
         let first = naming.header_row.unwrap_or(1);
-        let mut above = vec![];
+        let mut above: Vec<String> = vec![];
         let names = loop {
             self.fill(1)?;
             match self.ahead.pop_front() {
                 Some(row) if row.number < first => {
-                    above = units_above(row.trimmed(row.width()).iter().map(String::as_str));
+                    above = row.trimmed(row.width());
                 }
                 Some(row) if naming.header_row.is_none_or(|wanted| wanted == row.number) => break row,
                 Some(_) => {
@@ -204,11 +218,9 @@ impl Sheet<'_, '_> {
             }
         };
         Ok(Header {
-            names: names.trimmed(names.width()),
-            units: vec![],
-            units_above: above,
             line: Some(names.number),
             sheet: Some(self.read.name.clone()),
+            ..Header::below(&above, names.trimmed(names.width()))
         })
     }
 

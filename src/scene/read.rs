@@ -47,6 +47,13 @@ pub fn read(path: &Path) -> Result<Scene, Error> {
             "{name}: a table, where a scene is expected; `wetcor new {name}` drafts the scene from it"
         )));
     }
+    if files::is_video(path) {
+        return Err(Error::Usage(format!(
+            "{}: a video, where a scene is expected; `wetcor track` finds the runs of a list of recordings, and `wetcor track \
+             --help` says how to make frames of a video",
+            named(path)
+        )));
+    }
     let bytes = files::read(path, files::MOST_OF_SCENE, "read")?;
     let hash = sha256(&bytes);
     let text = decode(&bytes).map_err(|problem| Error::input(path, vec![problem]))?;

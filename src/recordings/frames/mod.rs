@@ -24,7 +24,7 @@ mod source;
 mod sphere;
 mod votes;
 
-pub(super) use source::{is_video, FFMPEG};
+pub(super) use source::FFMPEG;
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -10,6 +10,7 @@ use std::sync::{Mutex, PoisonError};
 use tiff::decoder::Decoder;
 
 use super::decode::{self, Format, Grey, Room};
+use crate::files::is_video;
 
 /// Frames below which a background is not told from a sphere.
 pub(super) const FEWEST_FRAMES: usize = 5;
@@ -22,12 +23,6 @@ const EXPECTED: &str = "expected a folder of PNG, JPEG or TIFF frames, or a TIFF
 /// Names of files that are images, but of a format that is not read.
 const OTHER_IMAGES: [&str; 14] = [
     "bmp", "gif", "webp", "jp2", "jxl", "avif", "heic", "dng", "pgm", "ppm", "pnm", "tga", "exr", "b16",
-];
-
-/// Names of files that are recordings of a camera or a video.
-const VIDEOS: [&str; 17] = [
-    "mp4", "avi", "mov", "mkv", "webm", "wmv", "m4v", "mpg", "mpeg", "mts", "m2ts", "3gp", "flv", "ogv", "cine",
-    "mraw", "y4m",
 ];
 
 type Pages = Decoder<BufReader<File>>;
@@ -108,11 +103,6 @@ fn page(path: &Path, frame: usize, idle: &Mutex<Vec<Pages>>, room: &mut Room) ->
     let grey = decode::tiff_page(&mut reader, room)?;
     idle.lock().unwrap_or_else(PoisonError::into_inner).push(reader);
     Ok(grey)
-}
-
-/// Whether a file is a video by its name.
-pub(in crate::recordings) fn is_video(path: &Path) -> bool {
-    VIDEOS.contains(&extension(path).as_str())
 }
 
 fn extension(path: &Path) -> String {
