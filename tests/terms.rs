@@ -161,7 +161,6 @@ fn each_term_is_decided_by_its_size() {
                 let mut notices = found.notices();
                 notices.any(|own| own.code == code && own.text.starts_with(sized.term.in_words()))
             };
-            assert_eq!(told("term_left_out"), by_itself && size < LINE, "{sized:?}");
             assert_eq!(told("term_not_held"), !by_itself && size >= LINE, "{sized:?}");
             size
         };
@@ -221,7 +220,6 @@ fn a_list_of_terms_is_obeyed() {
         sized.held && sized.chosen_by == "scene" && sized.widens.is_some_and(|factor| factor > 1.0),
         "{sized:?}"
     );
-    assert!(found.tells("term_too_small"));
     let found = Place::new(&far.scene("[\"viscous\"]", "2.0")).infer(1);
     let sized = of(&found, "inertia");
     assert!(!sized.held && sized.size.is_some_and(|size| size > LINE), "{sized:?}");

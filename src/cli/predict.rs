@@ -34,7 +34,7 @@ pub struct Predict {
     folder: PathBuf,
     #[command(flatten)]
     setting: SettingArguments,
-    /// A table of settings in place of one: CSV or workbook
+    /// A table of settings in place of one: CSV or workbook (`book.xlsx#May` of several sheets)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["particle", "liquid", "liquid_density", "viscosity", "diameter", "film"])]
     settings: Option<PathBuf>,
     /// Impact speeds, m/s: so many from the first to the last

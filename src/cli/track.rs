@@ -36,7 +36,7 @@ mkdir drop && ffmpeg -i drop.mp4 -fps_mode passthrough drop/%06d.png
 
 Exit status: 1 where a recording cannot be read or nothing falls in it, or no run is left; the others are written.")]
 pub(super) struct Track {
-    /// The list of recordings: .csv, .tsv, .txt or .xlsx
+    /// The list of recordings: .csv, .tsv, .txt or .xlsx (`book.xlsx#May` of several sheets)
     recordings: PathBuf,
     /// File to write, .csv
     #[arg(long)]
@@ -123,7 +123,7 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
     if let Some(left) = tracking::drag_left(&campaign) {
         warn(&left);
     }
-    warn_each(&tracking::uneven(&campaign), "have frames repeated or missing");
+    warn_each(&tracking::doubts(&campaign), "such lines are in the report");
     warn_each(&tracking::left_out(&campaign), "are left out");
     let mut text = tracking::summary(&campaign);
     text.push_str(&format!("runs: {}\n", named(out)));

@@ -2,7 +2,7 @@
 
 use super::remarks;
 use crate::remark::Remark;
-use crate::runs::{ComparedBlock, ComparedColumns, RowPlaces};
+use crate::runs::{ComparedColumns, RowPlaces};
 use crate::scene::RunColumn;
 
 /// A failed check of each two columns that tell the same thing and do not: over the whole table, in a block of it, or in many
@@ -82,12 +82,13 @@ fn is_of_films(both: &ComparedColumns) -> bool {
 }
 
 /// The same of a column of film ratios, which are nominal and so need only be near δ/D: by a factor that nearly all runs have,
-/// or by a larger one in a tenth of them.
+/// or by a larger one in a part of the table.
 fn contradicting_films(both: &ComparedColumns, places: &RowPlaces) -> Option<(f64, String)> {
     /// no nominal film ratio is off by such a factor in nearly every run
     const ANOTHER: f64 = 1.2;
-    /// nor by such a one in a tenth of the runs
+    /// nor by such a one in a block of runs, or in a tenth of so many
     const OF_PART: f64 = 1.6;
+    const FEWEST: usize = 50;
     let [least, most] = both.ends;
     let is_another = least > ANOTHER || most < 1.0 / ANOTHER;
     let [ratio, film] = &both.names;
@@ -100,16 +101,15 @@ fn contradicting_films(both: &ComparedColumns, places: &RowPlaces) -> Option<(f6
         let runs = format!("median of {} runs, {}", both.runs, places.of_range(both.rows, None));
         return Some(text(both.ratio, runs));
     }
-    let far = both.ends.into_iter().find(|end| distance(*end) > OF_PART - 1.0)?;
-    let is_alike = |block: &&ComparedBlock| (block.ratio > 1.0) == (far > 1.0) && distance(block.ratio) > OF_PART - 1.0;
-    let where_first = match both.blocks.iter().find(is_alike) {
-        Some(block) => format!("first {}", places.of_range(block.rows, None)),
-        None => places.of_range(both.rows, None),
-    };
-    Some(text(
-        far,
-        format!("a tenth of {} runs or more, {where_first}", both.runs),
-    ))
+    let is_far = |ratio: f64| distance(ratio) > OF_PART - 1.0;
+    if let Some(block) = both.blocks.iter().find(|block| is_far(block.ratio)) {
+        let rows = places.of_range(block.rows, None);
+        return Some(text(block.ratio, format!("mean of {} runs, {rows}", block.runs)));
+    }
+    // rows of a part that are not one after the other
+    let far = both.ends.into_iter().find(|end| is_far(*end))?;
+    let rows = places.of_range(both.rows, None);
+    (both.runs >= FEWEST).then(|| text(far, format!("a tenth of {} runs or more, {rows}", both.runs)))
 }
 
 /// How far a ratio lies from one, as a share of the smaller.

@@ -6,7 +6,7 @@ use crate::remark::{Level, Remark};
 use crate::runs::Runs;
 
 /// The error of v, as a share of it, below which nothing is said: calibrating a speed better is hard.
-pub const SPEED_ERROR: f64 = 0.01;
+const SPEED_ERROR: f64 = 0.01;
 
 /// Squares over the errors' own this many standard deviations below what they should be tell errors that are too large.
 const TOO_SMALL: f64 = 3.0;
@@ -19,7 +19,7 @@ fn error_that_matters(row: &Scaling) -> Option<f64> {
 }
 
 /// The film ratio whose β of the square-root law the smallest error of v would move, with that error.
-pub fn most_sensitive_to_speed<'s>(scaling: impl IntoIterator<Item = &'s Scaling>) -> Option<(&'s Scaling, f64)> {
+fn most_sensitive_to_speed<'s>(scaling: impl IntoIterator<Item = &'s Scaling>) -> Option<(&'s Scaling, f64)> {
     let laws = scaling.into_iter();
     let shares = laws.filter_map(|row| Some((row, error_that_matters(row)?)));
     shares.min_by(|a, b| a.1.total_cmp(&b.1))

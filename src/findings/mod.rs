@@ -175,7 +175,6 @@ pub fn fit_least_squares_watched(
         &fits.dry,
         &fits.series,
         &fits.scaling,
-        watcher.is_some(),
     ));
     let viscous = fits.form.viscous;
     remarks.extend(viscous.caution().map(|caution| {
@@ -463,8 +462,7 @@ impl Findings {
                 sized.held = true;
             }
             let is_left_out = |notice: &Remark| {
-                let of_term = [remarks::TERM_NOT_HELD.code, remarks::TERM_LEFT_OUT.code].contains(&notice.code);
-                of_term && notice.text.starts_with(Term::Inertia.in_words())
+                notice.code == remarks::TERM_NOT_HELD.code && notice.text.starts_with(Term::Inertia.in_words())
             };
             self.remarks.retain(|notice| !is_left_out(notice));
         }

@@ -519,10 +519,6 @@ pub(crate) const DRY_RUN_WITHOUT_REBOUND: Kind = found(
     "dry_run_without_rebound",
     "check that they were dry: nothing in the dry law makes a sphere stick",
 );
-pub(crate) const SERIES_FAILED: Kind = informing(
-    "series_failed",
-    "their runs still count in the scaling with St; more speeds or more rebounds would give them their own",
-);
 pub(crate) const NO_DRY_RUNS: Kind = found("no_dry_runs", "add dry runs over the same speeds");
 pub(crate) const VISCOUS_FORM: Kind = found(
     "viscous_form",
@@ -530,11 +526,9 @@ pub(crate) const VISCOUS_FORM: Kind = found(
 );
 pub(crate) const SETTINGS_UNUSED: Kind = informing(
     "settings_unused",
-    "nothing: they were checked and wait for the stage that reads them; intervals here are delta-method ones",
+    "nothing: they were checked, and are read where [model] asks for them",
 );
 pub(crate) const TERM_NOT_HELD: Kind = found("term_not_held", "name it in [model] terms to hold it");
-pub(crate) const TERM_LEFT_OUT: Kind = informing("term_left_out", "name it in [model] terms to hold it");
-pub(crate) const TERM_TOO_SMALL: Kind = informing("term_too_small", "terms = \"auto\" would decide by the size");
 pub(crate) const SPEED_ERROR_MATTERS: Kind = found(
     "speed_error_matters",
     "give impact_speed_sd_m_s for each run, or leave out the runs nearest to sticking",
@@ -585,16 +579,6 @@ pub(crate) const BOOTSTRAP_FEW_RUNS: Kind =
 pub(crate) const BOOTSTRAP_PARTLY_STUCK: Kind = found(
     "bootstrap_partly_stuck",
     "compare with film ratios whose runs all rebound; the delta interval does not know of it either",
-);
-pub(crate) const BOOTSTRAP_SINGLE_RUN_STRATA: Kind = informing(
-    "bootstrap_single_run_strata",
-    "a second run of such a series would tell its noise",
-);
-pub(crate) const BOOTSTRAP_BY_SANDWICH: Kind =
-    informing("bootstrap_by_sandwich", "nothing: of so many runs both give the same");
-pub(crate) const BOOTSTRAP_ONE_SERIES: Kind = informing(
-    "bootstrap_one_series",
-    "choose scheme = \"cases\" for their bootstrap interval",
 );
 pub(crate) const CONSTANTS_EXACT: Kind = found("constants_exact", "say how well it is known, and the report adds it");
 pub(crate) const UNSEEN: Kind = found("unseen", "add the runs it names");
@@ -698,14 +682,8 @@ pub(super) fn and_more(mut shown: Vec<String>, all: usize, between: &str) -> Str
     shown.join(between)
 }
 
-/// Those of them that, where they only inform, a table of the report tells: that of the terms, or that of the series without
-/// a law.
-pub(crate) const IN_TABLES: [&str; 4] = [
-    TERM_NOT_HELD.code,
-    TERM_LEFT_OUT.code,
-    TERM_TOO_SMALL.code,
-    SERIES_FAILED.code,
-];
+/// The one that, where it only informs, the report's table of terms tells.
+pub(crate) const IN_TABLES: [&str; 1] = [TERM_NOT_HELD.code];
 
 /// Which intervals resampling whole series changes.
 pub(crate) const SERIES_SCHEME_CHANGES: &str =

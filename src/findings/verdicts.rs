@@ -306,15 +306,13 @@ fn check_usable(criterion: Kind, what: &str, all: usize, failed: &[String]) -> R
     criterion.check(failed.len() as f64, text)
 }
 
-/// What a reader of the estimates should look at: runs left out, fits that lack something, and settings that no stage reads;
-/// those of the bootstrap wait where it is not run.
+/// What a reader of the estimates should look at: runs left out, fits that lack something, and settings that the model does not read.
 pub fn fit_notices(
     scene: &Scene,
     table: &Table,
     dry: &[FittedDry],
     series: &[SeriesFit],
     scaling: &[FittedScaling],
-    bootstrap: bool,
 ) -> Vec<Remark> {
     let runs = &table.runs;
     let mut found = vec![];
@@ -347,21 +345,6 @@ pub fn fit_notices(
         );
         found.push(remarks::DRY_RUN_WITHOUT_REBOUND.notice(dry_stuck, text));
     }
-    let of_one_film = || series.iter().filter(|one| !one.is_withheld);
-    let failed = of_one_film().filter(|one| !one.verdict.passed);
-    let failed: Vec<String> = failed
-        .map(|s| format!("{} ({})", s.label(), s.verdict.reason))
-        .collect();
-    if !failed.is_empty() {
-        let text = format!(
-            "{} of {} series {} no square-root law: {}",
-            failed.len(),
-            of_one_film().count(),
-            by_number(failed.len(), "gives", "give"),
-            shortened(&failed)
-        );
-        found.push(remarks::SERIES_FAILED.notice(failed.len(), text));
-    }
     let without: Vec<String> = (0..runs.spheres.len())
         // fits come in the order of the spheres
         .filter(|s| scaling.binary_search_by_key(s, |fit| fit.sphere).is_ok())
@@ -379,11 +362,9 @@ pub fn fit_notices(
         );
         found.push(remarks::NO_DRY_RUNS.notice(without.len(), text));
     }
-    let waits = |key: &&String| !(bootstrap && key.starts_with("bootstrap."));
-    let unused: Vec<String> = scene.unused.iter().filter(waits).cloned().collect();
-    if !unused.is_empty() {
-        let text = format!("settings that no stage of this run reads: {}", unused.join(", "));
-        found.push(remarks::SETTINGS_UNUSED.notice(unused.len(), text));
+    if !scene.unused.is_empty() {
+        let text = format!("settings that this model does not read: {}", scene.unused.join(", "));
+        found.push(remarks::SETTINGS_UNUSED.notice(scene.unused.len(), text));
     }
     found
 }

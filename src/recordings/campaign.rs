@@ -10,7 +10,12 @@ use super::timing::Jump;
 use super::track::Track;
 use crate::rounding::significant;
 use crate::runs::LARGEST_RESTITUTION;
-use crate::units::{pixels_per_millimetre, MAGNITUDES};
+use crate::units::{millimetres, pixels_per_millimetre, MAGNITUDES};
+
+/// What lets two flights meet at another height than others.
+pub const APART_SINCE: &str =
+    "frames are missing at one of these contacts, the plate is not level in the picture, or a mark on \
+                               a spinning sphere was tracked";
 
 /// Rounds in which flights, contacts and gravity follow each other; each brings them nearer by orders of magnitude.
 const ROUNDS: usize = 4;
@@ -70,8 +75,8 @@ pub struct Impact {
     pub stuck: bool,
     /// v and v_r at the film's surface; of a dry plate at the plate
     pub at_film: [f64; 2],
-    /// by how much, in m, its contact lies off the height of the recording's other contacts or rests, where that is more than
-    /// the film and their errors explain; the speeds' errors hold it
+    /// height difference in m to the nearest of the recording's other contacts and the sphere at rest, where film and errors do
+    /// not explain it; included in the standard deviations of the speeds
     pub apart: Option<f64>,
     /// why the run is left out, where it is
     pub verdict: Option<String>,
@@ -304,7 +309,7 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, NoContact> {
         let lost = 2.0 * gravity.value * of.recording.film;
         let at_film = [speeds.impact_speed, speeds.rebound_speed].map(|v| (v * v - lost).max(0.0).sqrt());
         let apart = flights.apart(*contact, gravity, of.recording.film);
-        // a height that is off by so much moves both squares of speeds by 2 g times it
+        // a height that is off by h moves v by g h/v, and v_r likewise
         let off = apart.map_or([0.0; 2], |gap| {
             [speeds.impact_speed, speeds.rebound_speed].map(|v| gravity.value * gap / v)
         });
@@ -316,7 +321,8 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, NoContact> {
             stuck,
             at_film,
             apart,
-            verdict: verdict(of, (*contact, *speeds), gravity, check),
+            verdict: verdict(of, (*contact, *speeds), gravity, check)
+                .or_else(|| too_far_apart(apart?, off[1] / speeds.rebound_speed)),
         }
     });
     let rest = flights
@@ -333,6 +339,21 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, NoContact> {
         jumps: flights.jumps.clone(),
         scale: of.scale,
         rest,
+    })
+}
+
+/// Why an impact is left out whose contact lies this far, in m, from the height of the others, which makes v_r wrong by this
+/// share.
+fn too_far_apart(gap: f64, share: f64) -> Option<String> {
+    /// beyond this nobody knows the speeds well enough for a run
+    const MOST: f64 = 0.03;
+    (share > MOST).then(|| {
+        format!(
+            "the flights before and after this impact meet {} mm from the height of the other contacts or of the sphere at rest, \
+             which puts its rebound speed in doubt by {} %: {APART_SINCE}",
+            significant(millimetres(gap), 2),
+            significant(100.0 * share, 2)
+        )
     })
 }
 

@@ -87,9 +87,10 @@ pub(super) fn contacts(
             .frames
             .first()
             .map_or(&[][..], |place| &track.heights[..*place]);
-        return Err(match before {
-            [] | [_] => NoContact::BeginsRising,
-            [top, .., last] if top > last && before.len() <= LEAST_FRAMES => NoContact::ShortFall,
+        let falls = matches!(before, [top, .., last] if top > last);
+        return Err(match before.len() {
+            _ if !falls => NoContact::BeginsRising,
+            0..=LEAST_FRAMES => NoContact::ShortFall,
             _ => NoContact::NoFall,
         });
     }
@@ -151,8 +152,8 @@ impl NoContact {
             NoContact::Torn => "its flight is torn in two, and not by whole frames: the times of its frames are uneven",
             NoContact::Uneven => "more than one frame in twelve is repeated or missing: its frame rate is not known",
             NoContact::NoFall => {
-                "its first free flight rises, and the frames before it are no fall: they scatter too much, or some are repeated \
-                 or missing"
+                "it begins with a rise, and the frames before it show no free fall: they scatter too much, or some are repeated or \
+                 missing"
             }
             NoContact::BeginsRising => "it begins with a sphere that rises, after a first impact that was not seen",
             NoContact::EndsBefore => "it ends before the sphere has rebounded",

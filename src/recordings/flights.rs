@@ -205,21 +205,23 @@ impl Flights {
         rests.min_by(|a, b| self.level(*a).height.total_cmp(&self.level(*b).height))
     }
 
-    /// How far a contact lies from the height at which the sphere met the plate nearest to it: at its other contacts, and where
-    /// it came to rest. `None` where it met it nowhere else, and where the film, the errors of both or half a per cent of the
-    /// rebound speed explain it.
+    /// Distance between the height of a contact and the nearest height at which the sphere met the plate otherwise: at another
+    /// contact or at rest. `None` where film and errors explain it, where it changes v_r by less than 0.5 %, and where no other
+    /// height is known well enough to tell.
     ///
     /// A frame that is missing at a contact, where no flight shows it, lets both flights meet above the plate.
     pub fn apart(&self, contact: Contact, gravity: Gravity, film: f64) -> Option<f64> {
         /// standard deviations of both heights that they differ by, at least
         const SURE: f64 = 5.0;
-        /// relative error of the rebound speed that counts
+        /// relative change of v_r that counts
         const COUNTS: f64 = 0.005;
         contact.rebound()?;
         let mut whole = self.clone();
         whole.contacts = contacts(&self.track, &self.segments, (self.sigma, true)).ok()?;
         whole.take_own_frames(gravity, film);
         let own = whole.speeds(contact, gravity)?;
+        // a height that is off by h moves v_r by g h/v_r
+        let counts = COUNTS * own.rebound_speed * own.rebound_speed / gravity.value;
         let met = whole.met(gravity).into_iter();
         let others = met.filter(|(other, _)| other.before != contact.before && whole.has_frames(*other));
         let others = others.map(|(_, speeds)| Level {
@@ -227,17 +229,17 @@ impl Flights {
             sd: speeds.height_sd,
         });
         let rest = whole.rest_after(contact).map(|rest| whole.level(rest));
-        let gaps = others.chain(rest).map(|other| {
+        let explained = |other: &Level| SURE * own.height_sd.hypot(other.sd);
+        let well_known = others.chain(rest).filter(|other| explained(other) < counts);
+        let gaps = well_known.map(|other| {
             let gap = (own.height - other.height).abs();
-            let explained = film + SURE * own.height_sd.hypot(other.sd);
-            if gap > explained {
+            if gap > film + explained(&other) {
                 gap
             } else {
                 0.0
             }
         });
-        let counts = |gap: &f64| gravity.value * gap > COUNTS * own.rebound_speed * own.rebound_speed;
-        gaps.reduce(f64::min).filter(counts)
+        gaps.reduce(f64::min).filter(|gap| *gap > counts)
     }
 
     /// Gives each flight the frames that are its own. Then what rose no higher than the film stayed.

@@ -33,7 +33,9 @@ mod track;
 mod write;
 
 pub use air::SphereInAir;
-pub use campaign::{FreeFlight, GravityCheck, ImageScale, Impact, Outcome, Refusal, ScaleSource, Shown, Tracked};
+pub use campaign::{
+    FreeFlight, GravityCheck, ImageScale, Impact, Outcome, Refusal, ScaleSource, Shown, Tracked, APART_SINCE,
+};
 pub use contacts::NoContact;
 pub use gravity::{Gravity, FAR, GRAVITY, OFF};
 pub use impact::ContactSpeeds;

@@ -10,9 +10,10 @@ use super::folder::{Files, TRACKING_SCHEMA};
 use super::json;
 use super::template;
 use crate::error::Error;
+use crate::findings::range::range;
 use crate::recordings::{
     Campaign, FreeFlight, GravityCheck, Impact, Jump, Outcome, Recording, Refusal, ScaleSource, Shown, SphereInAir,
-    Track, Tracked, FAR, GRAVITY, OFF,
+    Track, Tracked, APART_SINCE, FAR, GRAVITY, OFF,
 };
 use crate::rounding::{by_number, significant, with_se};
 use crate::scene::DRY;
@@ -70,13 +71,6 @@ fn rows(campaign: &Campaign) -> impl Iterator<Item = (&Recording, &Impact)> {
     tracked(campaign).flat_map(|(recording, tracked)| tracked.impacts.iter().map(move |impact| (recording, impact)))
 }
 
-/// The least and the largest of some numbers; `None` of none.
-fn ends(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
-    numbers
-        .map(|x| [x, x])
-        .reduce(|[least, most], [x, _]| [least.min(x), most.max(x)])
-}
-
 /// How many recordings gave runs, what became of the others, and the gravity, a line each.
 pub fn summary(campaign: &Campaign) -> String {
     let used = || rows(campaign).filter(|(_, impact)| impact.verdict.is_none());
@@ -106,9 +100,9 @@ pub fn is_usable(campaign: &Campaign) -> bool {
     !refused(campaign).any(Refusal::is_mistake) && rows(campaign).any(is_used)
 }
 
-/// Each recording with frames that are repeated or missing, and which; and each whose contacts lie apart, as where one is
-/// missing there.
-pub fn uneven(campaign: &Campaign) -> Vec<String> {
+/// What ± includes besides the scatter of positions: of each recording which frames are repeated or missing, and how far the
+/// contacts of its impacts lie apart.
+pub fn doubts(campaign: &Campaign) -> Vec<String> {
     let mut lines = vec![];
     for Outcome {
         recording,
@@ -126,10 +120,11 @@ pub fn uneven(campaign: &Campaign) -> Vec<String> {
                  frame rate"
             ));
         }
-        for gap in tracked.impacts.iter().filter_map(|impact| impact.apart) {
+        let used = tracked.impacts.iter().filter(|impact| impact.verdict.is_none());
+        for gap in used.filter_map(|impact| impact.apart) {
             lines.push(format!(
-                "line {line}, {run}: its flights meet {} mm off the height of its other contacts or of the sphere at rest: \
-                 frames may be missing there, or the plate is not level in the picture; ± holds what that does",
+                "line {line}, {run}: the flights before and after an impact meet {} mm from the height of the other contacts or of \
+                 the sphere at rest: {APART_SINCE}; ± includes it",
                 significant(millimetres(gap), 2)
             ));
         }
@@ -209,7 +204,7 @@ fn gravity_lines(campaign: &Campaign) -> Vec<String> {
 /// How wide the spheres are by the scale that gravity gives: what shows a wrong frame rate to whoever saw the images.
 fn widths_by_gravity(campaign: &Campaign) -> String {
     let by_gravity = tracked(campaign).filter(|(_, tracked)| tracked.scale.source == ScaleSource::Gravity);
-    let Some(widths) = ends(by_gravity.map(|(recording, tracked)| tracked.scale.value * recording.diameter)) else {
+    let Some(widths) = range(by_gravity.map(|(recording, tracked)| tracked.scale.value * recording.diameter)) else {
         return String::new();
     };
     let [least, most] = widths.map(|width| significant(width, 2));
@@ -223,7 +218,7 @@ fn widths_by_gravity(campaign: &Campaign) -> String {
 
 fn page(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<String, Error> {
     let mut looks: Vec<String> = campaign.notices.iter().map(|notice| notice.text.clone()).collect();
-    looks.extend(uneven(campaign));
+    looks.extend(doubts(campaign));
     let impacts = rows(campaign).map(|(recording, impact)| {
         let speeds = &impact.speeds;
         context! {
@@ -325,7 +320,7 @@ pub fn drag_left(campaign: &Campaign) -> Option<String> {
 /// The least and the largest drag over the weight of the runs that are used, of these recordings.
 fn drags(campaign: &Campaign, takes: impl Fn(&Recording) -> bool) -> Option<[f64; 2]> {
     let used = rows(campaign).filter(|(recording, impact)| impact.verdict.is_none() && takes(recording));
-    ends(used.map(drag))
+    range(used.map(drag))
 }
 
 /// Density of a light sphere in kg/m³, where the list has none.

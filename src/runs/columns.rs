@@ -33,19 +33,19 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// Of names below a row with the units, or the groups, of its columns: names that stand there twice are told apart by
-    /// their group, as the `Speed` below `Impact` and the one below `Rebound`.
+    /// A header with a row of units or group titles above it; a name that occurs twice gets its group's title: `Impact Speed`.
     pub fn below(above: &[String], mut names: Vec<String>) -> Header {
         let units_above = units_above(above.iter().map(String::as_str));
-        // the cells of a group are one, or empty but the first
-        let mut group = "";
+        // the cells of a group are merged, so that all but the first are empty; a line about the whole table has no groups
+        let mut group = String::new();
         let mut in_groups = vec![];
         for (index, name) in names.iter().enumerate() {
-            let cell = above.get(index).map_or("", |cell| cell.trim());
-            if !cell.is_empty() && unit_of_cell(cell).is_none() {
-                group = cell;
+            let cell = above.get(index).filter(|_| !units_above.is_empty());
+            let title = cell.map(|cell| cell.trim()).filter(|cell| !cell.is_empty());
+            if let Some(title) = title.filter(|title| unit_of_cell(title).is_none()) {
+                group = format!("{title} ");
             }
-            in_groups.push(format!("{group} {name}"));
+            in_groups.push(format!("{group}{name}"));
         }
         let count = |all: &[String], name: &String| all.iter().filter(|other| *other == name).count();
         let alone = names.clone();
@@ -487,7 +487,10 @@ mod tests {
             &["ball", "Speed", "angle", "Speed", "e"],
         );
         assert_eq!(of_groups, "ball, Impact Speed, angle, Rebound Speed, e");
+        let of_some = names(&["", "Reference", ""], &["e", "e", "v"]);
+        assert_eq!(of_some, "e, Reference e, v");
         // nothing tells these apart
+        assert_eq!(names(&["Diameter", "4.762", "mm"], &["ball", "v", "v"]), "ball, v, v");
         assert_eq!(names(&["", "[m/s]", "[m/s]"], &["ball", "v", "v"]), "ball, v, v");
         assert_eq!(names(&["Drops", "", ""], &["ball", "v", "v"]), "ball, v, v");
     }

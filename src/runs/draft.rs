@@ -1,6 +1,7 @@
 //! Drafts a scene from a table of runs: its particles and liquids, its columns as far as they can be guessed, and every key.
 
 use super::guess::{guess, is_plain_speed, marks_bad_runs, may_hold_films, may_hold_names, may_hold_reasons};
+use super::headers::heights::other_height;
 use super::headers::other_quantity;
 use super::headers::units::{unit_of, StatedUnit};
 use super::survey::{LabelledRow, Survey, SurveyedColumn};
@@ -398,13 +399,20 @@ impl Naming<'_> {
         self.column(of_runs).map_or(0, |column| column.filled)
     }
 
-    /// Whether heights give speeds that no other column gives.
+    /// Whether heights give speeds that no other column gives, or a header says of what or above what they are.
     fn needs_heights(&self) -> bool {
         let rebound = self
             .filled(RunColumn::ReboundSpeed)
             .max(self.filled(RunColumn::Restitution));
+        let usual = scene::Naming::default();
+        let heights = [RunColumn::DropHeight, RunColumn::ReboundHeight];
+        let says = |of: &RunColumn| {
+            self.column(*of)
+                .is_some_and(|column| other_height(&column.name, *of, &usual).is_some())
+        };
         self.filled(RunColumn::DropHeight) > self.filled(RunColumn::ImpactSpeed)
             || self.filled(RunColumn::ReboundHeight) > rebound
+            || heights.iter().any(says)
     }
 
     /// Says what a name leaves open: which Stokes number, and which column may say what to leave out.

@@ -140,8 +140,8 @@ impl Survey {
 pub(super) const ROWS_OF_HEADER: usize = 40;
 
 /// The row that names the columns, of the first rows of a table with their numbers: words alone, with numbers in the row
-/// below it or below its units, and more than half as wide as the widest such row, which a line about the whole table is not.
-/// `None` where no row is like that.
+/// below it or below its units, and more than two thirds as wide as the widest such row. A line about the whole table is
+/// narrower. `None` where no row is like that.
 pub(super) fn row_of_names(rows: &[(u64, Vec<String>)]) -> Option<u64> {
     let filled = |row: &[String]| row.iter().filter(|cell| present(cell).is_some()).count();
     let numbers = |row: &[String]| row.iter().filter(|cell| parse_number(cell.trim()).is_ok()).count();
@@ -156,7 +156,7 @@ pub(super) fn row_of_names(rows: &[(u64, Vec<String>)]) -> Option<u64> {
         .map(|at| (rows[at].0, filled(&rows[at].1)))
         .collect();
     let widest = found.iter().map(|(_, width)| *width).max()?;
-    let first = found.iter().find(|(_, width)| 2 * width > widest);
+    let first = found.iter().find(|(_, width)| 3 * width > 2 * widest);
     first.map(|(row, _)| *row)
 }
 
@@ -203,6 +203,8 @@ mod tests {
         let table =
             "Series,wet drops,,\nDate,2026-03-01,,\nFilm (mm),0.4,,\nOperator,AB,,\nNo.,ball,v,e\n1,PTFE,0.5,0.8";
         assert_eq!(row_of_names(&rows(table)), Some(5));
+        let table = "Date,2026-03-01,\nFilm (mm),0.4,\nball,v,e\nPTFE,0.5,0.8";
+        assert_eq!(row_of_names(&rows(table)), Some(3));
         // names of numbers are no names, and words below words are not measured
         assert_eq!(row_of_names(&rows("1,2\n3,4")), None);
         assert_eq!(row_of_names(&rows("a,b\nc,d")), None);

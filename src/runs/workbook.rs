@@ -119,18 +119,21 @@ impl<'b> Workbook<'b> {
         each.collect()
     }
 
-    /// Refuses a workbook in which more than one sheet may be meant.
-    pub fn refuse_several_sheets(&self) -> Result<(), Vec<Problem>> {
-        let sheets = self.sheets();
-        let visible = sheets.iter().filter(|(_, is_hidden)| !is_hidden);
-        let names: Vec<String> = visible.take(MOST_NAMED).map(|(name, _)| quoted(name)).collect();
-        match names.len() {
-            0 | 1 => Ok(()),
-            _ => {
-                let expected = format!("the one to read, as \"book.xlsx#May\", of {}", names.join(", "));
-                Err(vec![whole_file("the workbook has several sheets", &expected)])
+    /// Refuses a workbook of which more than one sheet has something in it and is not hidden.
+    pub fn refuse_several_sheets(&mut self) -> Result<(), Vec<Problem>> {
+        let mut names = vec![];
+        for (name, _) in self.sheets().into_iter().filter(|(_, is_hidden)| !is_hidden) {
+            if !self.sheet(Some(&name))?.peek(1)?.is_empty() {
+                names.push(quoted(&name));
             }
         }
+        if names.len() < 2 {
+            return Ok(());
+        }
+        let found = format!("the workbook has {} sheets", names.len());
+        names.truncate(MOST_NAMED);
+        let expected = format!("the one to read, as \"book.xlsx#May\", of {}", names.join(", "));
+        Err(vec![whole_file(&found, &expected)])
     }
 
     /// The sheet that is named, or the first that is not hidden.

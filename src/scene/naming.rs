@@ -131,7 +131,7 @@ const SHEETS: Key<Inner> = Key::new("sheets", Inner("for each sheet a table of c
     .optional("sheets differ in what their columns say alone");
 
 const HEADER_ROW: Key<Count> = Key::new("header_row", Count(1, 1 << 20))
-    .means("row that names the columns, as an editor or a spreadsheet counts; titles above it are not read")
+    .means("row that names the columns, as an editor or a spreadsheet counts; titles above it are not read, but for units and groups right above it")
     .example("5")
     .optional("the first that is not blank");
 

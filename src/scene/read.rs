@@ -92,7 +92,7 @@ fn assemble(root: &SceneTable, path: &Path, sha256: String) -> Option<Scene> {
     let model = choices::model(root, &particles, &liquids);
     let priors = choices::priors(root, &names.particles, model.likelihood, &mut unused);
     let sampler = choices::sampler(root);
-    let bootstrap = choices::bootstrap(root, &mut unused);
+    let bootstrap = choices::bootstrap(root);
     let published = root
         .tables("published")
         .iter()

@@ -1,7 +1,7 @@
-//! Says which bootstrap intervals want a second look: few runs, strata that cannot vary, one series alone.
+//! Says which bootstrap intervals want a second look: few runs, and runs that partly stuck.
 
 use super::replicates::FEWEST_RUNS;
-use super::resampling::{Estimates, Resampling};
+use super::resampling::Estimates;
 use crate::findings::estimate::Bootstrapped;
 use crate::findings::remarks;
 use crate::remark::{Level, Remark};
@@ -10,12 +10,7 @@ use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
 /// What a reader of the replicates should look at.
-pub(super) fn bootstrap_notices(
-    scene: &Scene,
-    runs: &Runs,
-    resampling: &Resampling,
-    estimates: &Estimates,
-) -> Vec<Remark> {
+pub(super) fn bootstrap_notices(scene: &Scene, runs: &Runs, estimates: &Estimates) -> Vec<Remark> {
     let mut found = vec![];
     let drawn = |boot: &Option<Bootstrapped>| boot.as_ref().is_some_and(|boot| boot.replicates > 0);
     let dry = estimates.dry.iter().map(|fit| (fit.dry.runs, &fit.dry.dry_k));
@@ -56,23 +51,6 @@ pub(super) fn bootstrap_notices(
             runs.series.len()
         );
         found.push(remarks::BOOTSTRAP_PARTLY_STUCK.notice(partly, text));
-    }
-    let single = resampling.single_run_strata;
-    if single > 0 {
-        let (strata, hold) = (resampling.strata, by_number(single, "holds", "hold"));
-        let text = format!("{single} of {strata} strata {hold} a single run, which no resample can vary");
-        found.push(remarks::BOOTSTRAP_SINGLE_RUN_STRATA.notice(single, text));
-    }
-    let alone = fits
-        .iter()
-        .filter_map(|(_, estimate)| estimate.bootstrap.as_ref())
-        .filter(|boot| boot.se.is_none() && boot.replicates == 0)
-        .count();
-    if alone > 0 {
-        let rest = by_number(alone, "fit rests", "fits rest");
-        let text =
-            format!("{alone} {rest} on one series, for which none can be drawn: the delta interval stands there");
-        found.push(remarks::BOOTSTRAP_ONE_SERIES.notice(alone, text));
     }
     found
 }

@@ -139,25 +139,9 @@ pub fn add_bootstrap_intervals(
         strata: pool.strata.len(),
         single_run_strata: pool.single_runs(),
     };
-    let mut found = bootstrap_notices::bootstrap_notices(scene, runs, &resampling, &estimates);
+    let mut found = bootstrap_notices::bootstrap_notices(scene, runs, &estimates);
     let wanted = scene.bootstrap.replicates;
     found.extend(fewer_replicates_notice(wanted, plan.replicates, number));
-    found.extend(many.then(|| {
-        let rest = match resampled_fits {
-            0 => String::new(),
-            some => {
-                let fits = targets.iter().flatten().count();
-                format!("; {some} of {fits} fits were resampled, which have few runs")
-            }
-        };
-        let text = format!(
-            "{} runs, more than the {} that are resampled: the intervals are made with the sandwich covariance, which that \
-             of replicates tends to{rest}",
-            runs.all_measured(),
-            options.most_resampled
-        );
-        remarks::BOOTSTRAP_BY_SANDWICH.notice(runs.all_measured(), text)
-    }));
     (resampling, found)
 }
 

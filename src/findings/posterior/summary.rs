@@ -165,7 +165,7 @@ pub struct PriorSummary {
 const PRIOR_LED: f64 = 0.5;
 
 impl PriorSummary {
-    /// Whether the prior says more of the parameter than the runs; where the two contradict each other, neither leads.
+    /// Whether more than half of the prior's sd is left; where the two contradict each other, neither leads.
     pub fn leads(&self) -> bool {
         let conflict = self.runs_alone.is_some_and(|alone| alone.contradicts_prior());
         self.sd_ratio.is_some_and(|ratio| ratio > PRIOR_LED) && !conflict

@@ -105,18 +105,6 @@ fn term_notice(sized: &SizedTerm) -> Option<Remark> {
             };
             Some(remarks::TERM_NOT_HELD.with_next_step(1, text, next))
         }
-        (false, false, "auto") => {
-            let text = format!("{name}: left out, since that moves {far}: less than {LINE}");
-            Some(remarks::TERM_LEFT_OUT.notice(1, text))
-        }
-        (true, false, "scene") if sized.term != Term::OwnDrySpeed => {
-            let text = format!(
-                "{name}: held as the scene asks; leaving it out moves {far}, holding it makes another standard error {:.2} \
-                 times as wide",
-                sized.widens.unwrap_or(1.0)
-            );
-            Some(remarks::TERM_TOO_SMALL.notice(1, text))
-        }
         _ => None,
     }
 }

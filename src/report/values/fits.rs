@@ -5,21 +5,18 @@ use minijinja::{context, Value};
 
 use super::super::template::{serialized, with};
 use super::super::{quantities, ReportInput};
-use crate::distributions::normal_quantile;
 use crate::findings::balance::{EnergyBalance, ParameterEstimate};
 use crate::findings::bootstrap::MOST_RESAMPLED;
 use crate::findings::constants::Sensitivity;
-use crate::findings::error_notices::{most_sensitive_to_speed, SPEED_ERROR};
-use crate::findings::estimate::Estimate;
 use crate::findings::measurement_errors::ErrorSummary;
-use crate::findings::noise::{GrowthTest, Noise, StandardErrorRatio, FALSE_ALARM, LINE};
+use crate::findings::noise::{GrowthTest, Noise, FALSE_ALARM};
 use crate::findings::remarks::SERIES_SCHEME_CHANGES;
 use crate::findings::scaling::Scaling;
 use crate::findings::Findings;
 use crate::physics::Quantity;
-use crate::rounding::{self, counted};
+use crate::rounding;
 use crate::runs::sphere_words;
-use crate::scene::{LikelihoodFamily, NoiseOn, WetLaw};
+use crate::scene::WetLaw;
 
 pub(super) fn values(input: ReportInput) -> Value {
     let (scene, findings) = (input.scene, input.findings);
@@ -40,7 +37,6 @@ pub(super) fn values(input: ReportInput) -> Value {
     };
     let mut wet = input.runs.wet_particles();
     let has_roughness = wet.any(|particle| scene.particles[particle].roughness.is_some());
-    let sensitive = most_sensitive_to_speed(&findings.scaling).filter(|(_, share)| *share >= SPEED_ERROR);
     let dry = findings.dry.iter();
     let laws = context! {
         dry => dry.map(|own| with(own, context! { words => own.words() })).collect::<Vec<_>>(),
@@ -50,13 +46,7 @@ pub(super) fn values(input: ReportInput) -> Value {
             failed => serialized(&failed),
         },
         scaling => scaling.iter().map(|row| with(row, context! { words => row.words() })).collect::<Vec<_>>(),
-        long_intervals => scaling.iter().flat_map(|law| long_intervals(law)).collect::<Vec<_>>(),
         linear_drawn => findings.scaling.iter().any(drawn),
-        speed_error => sensitive.map(|(row, share)| context! {
-            share,
-            words => row.words(),
-            film_ratio => row.film_ratio,
-        }),
         energy => energy
             .map(|row| with(row, context! { words => sphere_words(&row.particle, row.diameter_m) }))
             .collect::<Vec<_>>(),
@@ -71,10 +61,7 @@ pub(super) fn values(input: ReportInput) -> Value {
         with_errors => with_errors(findings),
         constants => constants(&findings.constants),
     };
-    merge_maps([
-        laws,
-        findings.noise.as_ref().map_or(context! {}, |own| noise(input, own)),
-    ])
+    merge_maps([laws, findings.noise.as_ref().map_or(context! {}, noise)])
 }
 
 /// Whether a law of some runs tells what stands nowhere else: not where these have no film ratio of their own, and the linear
@@ -92,23 +79,6 @@ fn is_told(findings: &Findings, particle: &str, place: [Option<f64>; 2], law: We
             !of(WetLaw::Sqrt).is_some_and(stands) && of(law).is_some_and(tells)
         }
     }
-}
-
-/// The estimates of a usable law at one film ratio whose interval is more than twice as long as their ± makes one.
-fn long_intervals(law: &Scaling) -> Vec<String> {
-    let is_long = |estimate: &Estimate| {
-        let z = normal_quantile(0.5 + 0.5 * estimate.level);
-        let both = estimate.se.zip(estimate.interval);
-        both.is_some_and(|(se, [lo, hi])| hi - lo > 4.0 * z * se)
-    };
-    let Some(ratio) = law.film_ratio.filter(|_| law.verdict.passed) else {
-        return vec![];
-    };
-    let at = format!("{}, δ/D = {}", law.words(), rounding::short(ratio));
-    let both = [(Quantity::EInf, &law.e_inf), (Quantity::StC, &law.st_c)].into_iter();
-    let long = both.filter(|(_, estimate)| is_long(estimate));
-    long.map(|(quantity, _)| format!("{} ({at})", quantity.describe().symbol))
-        .collect()
 }
 
 /// The fits of runs that carry errors.
@@ -169,98 +139,21 @@ fn cross_check(input: ReportInput, balance: &EnergyBalance) -> Value {
     });
     let far = balance.parameters.iter();
     let far = far.filter(|row| difference(row).is_some_and(|difference| difference.abs() > FAR));
-    let led = balance
-        .parameters
-        .iter()
-        .filter_map(sampled)
-        .filter(|own| own.prior_led);
-    let led: Vec<&str> = led.map(|own| own.name.as_str()).collect();
     context! {
         rows => rows.collect::<Vec<_>>(),
         far => far.map(|row| label(row, row.kind.symbol())).collect::<Vec<_>>(),
-        reasons => reasons(input, &led),
     }
 }
 
-/// What of these runs and this model least squares does not know.
-fn reasons(input: ReportInput, prior_led: &[&str]) -> Vec<String> {
-    let (model, findings) = (&input.scene.model, input.findings);
-    let stuck = findings.counts.stuck;
-    let priors = input.posterior.map(|posterior| &posterior.findings.parameters);
-    let mut priors = priors.into_iter().flatten().filter_map(|own| own.prior.as_ref());
-    let sampled = input.posterior.map(|posterior| posterior.findings.inertia);
-    let fitted = findings.energy_balance.as_ref().map(|balance| balance.inertia);
-    let stuck_words = format!(
-        "{} stuck, which the posterior counts and least squares leaves out",
-        counted(stuck, "run")
-    );
-    let all = [
-        (stuck > 0, stuck_words.as_str()),
-        (model.noise == NoiseOn::Both, "the noise acts on the energy kept, too"),
-        (model.series_offsets, "series have offsets of the energy kept"),
-        (
-            model.likelihood != LikelihoodFamily::Normal,
-            "the posterior's noise is not normal",
-        ),
-        (
-            findings.counts.measurement_errors.is_some(),
-            "runs carry measurement errors",
-        ),
-        (
-            priors.any(|prior| prior.source == "the scene"),
-            "the scene sets priors, which least squares does not read",
-        ),
-        (
-            !prior_led.is_empty(),
-            &format!("the prior leads {}", prior_led.join(", ")),
-        ),
-        (
-            sampled != fitted,
-            "the posterior holds another form of the inertial loss",
-        ),
-    ];
-    let holding = all.into_iter().filter(|(holds, _)| *holds);
-    holding.map(|(_, words)| words.to_owned()).collect()
-}
-
 /// What the scatter of the runs is like, as far as `findings.json` does not have it.
-fn noise(input: ReportInput, noise: &Noise) -> Value {
-    let has_offsets = input.scene.model.series_offsets;
+fn noise(noise: &Noise) -> Value {
     let spread = noise.spread.as_ref();
-    let offsets = noise.offsets.as_ref();
-    let spread_lacks = spread.and_then(|own| own.affected_standard_error());
-    let offsets_lack = offsets.and_then(|own| own.affected_standard_error());
-    // those in a table, where one of them matters
-    let of_spread = spread
-        .filter(|_| spread_lacks.is_some())
-        .map(|own| &own.standard_errors);
-    let of_offsets = offsets.filter(|_| offsets_lack.is_some() && !has_offsets);
-    let both = [of_spread, of_offsets.map(|own| &own.standard_errors)];
-    let mut names: Vec<&str> = both
-        .iter()
-        .flatten()
-        .flat_map(|own| own.iter())
-        .map(|own| own.parameter.as_str())
-        .collect();
-    names.sort_unstable();
-    names.dedup();
-    let ratio = |own: Option<&Vec<StandardErrorRatio>>, name: &str| {
-        let found = own?.iter().find(|lacking| lacking.parameter == name)?;
-        Some(found.ratio)
-    };
-    let row =
-        |name: &&str| context! { parameter => *name, spread => ratio(both[0], name), offsets => ratio(both[1], name) };
     let growth = noise.growth.as_ref();
     context! {
         spread_labels => spread.map(|own| [own.narrowest.label(), own.widest.label()].to_vec()),
-        spread_lacks => spread_lacks.map(serialized),
-        offsets_lack => offsets_lack.map(serialized),
-        lacking_rows => names.iter().map(row).collect::<Vec<_>>(),
-        width_line => LINE,
         false_alarm => 100.0 * FALSE_ALARM,
         growth => growth.and_then(|own| own.of_wet_runs()).map(grown),
         strongest_growth => growth.and_then(|own| own.strongest()).map(grown),
-        found_growth => growth.map_or(vec![], |own| own.found().map(grown).collect()),
     }
 }
 

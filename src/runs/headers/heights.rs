@@ -1,4 +1,4 @@
-//! Tells which point of the sphere a header counts a height of, and above what.
+//! Reads from a header which point of the sphere a height refers to, and what it is measured from.
 
 use super::super::words::is_among;
 use super::header::Header;
@@ -7,7 +7,7 @@ use crate::scene::{HeightsOf, HeightsTo, Naming, RunColumn};
 const CENTRE: &str = "centre center zentrum mitte mittelpunkt kugelmitte kugelmittelpunkt schwerpunkt centroid";
 const LOWEST: &str = "lowest bottom underside unterkante unterseite";
 const ABOVE: &str = "above over über ueber";
-const ARTICLES: &str = "the of der die dem";
+const ARTICLES: &str = "the of a an der die das dem den";
 const FILM: &str = "film liquid oil layer flüssigkeit fluessigkeit öl oel schicht";
 const PLATE: &str = "plate glass wall substrate platte glas wand substrat";
 
@@ -22,15 +22,16 @@ pub(in crate::runs) fn other_height(name: &str, column: RunColumn, naming: &Nami
     let words = header.words.iter().skip_while(|word| !is_among(ABOVE, word)).skip(1);
     let above = words.map(String::as_str).find(|word| !is_among(ARTICLES, word));
     let is_above = |list: &str| above.is_some_and(|word| is_among(list, word));
+    let has_one = |list: &str, other: &str| header.has(list) && !header.has(other);
     let (key, value, says) = match (naming.heights_of, naming.heights_to) {
-        (HeightsOf::Lowest, _) if header.has(CENTRE) => ("heights_of", "centre", "of the sphere's centre"),
-        (HeightsOf::Centre, _) if header.has(LOWEST) => ("heights_of", "lowest", "of its lowest point"),
+        (HeightsOf::Lowest, _) if has_one(CENTRE, LOWEST) => ("heights_of", "centre", "of the sphere's centre"),
+        (HeightsOf::Centre, _) if has_one(LOWEST, CENTRE) => ("heights_of", "lowest", "of its lowest point"),
         (_, HeightsTo::Plate) if is_above(FILM) => ("heights_to", "film", "above the film"),
         (_, HeightsTo::Film) if is_above(PLATE) => ("heights_to", "plate", "above the plate"),
         _ => return None,
     };
     Some(format!(
-        "by its name its heights are {says}: expected `{key} = \"{value}\"` in [data], or another column"
+        "by its name its heights are {says}: expected `{key} = \"{value}\"` in [data], or another name or column"
     ))
 }
 
@@ -73,7 +74,7 @@ mod tests {
             "drop height",
             "height above surface",
             "film height",
-            "h after plate",
+            "Mitte über Unterkante",
         ] {
             assert_eq!(asked(name, lowest, plate), "");
             assert_eq!(asked(name, centre, film), "");

@@ -6,7 +6,7 @@
 //! | `header.rs` | holds a header as it is looked through |
 //! | `units.rs` | reads the units that headers state |
 //! | `conversions.rs` | knows what a factor, a power or a difference turns into the quantity of a column |
-//! | `heights.rs` | tells which point of the sphere a height is of, and above what |
+//! | `heights.rs` | tells which point of the sphere a height refers to, and what it is measured from |
 //! | `spreads.rs` | tells a standard deviation from a standard error, and both from other spreads |
 //! | `quantities.rs` | tells by words and symbols which quantity a header names, by `quantities.txt` |
 //! | `examples.txt` | headers that must be read, and those that must be refused |

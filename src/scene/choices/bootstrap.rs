@@ -103,7 +103,7 @@ pub(in crate::scene) fn guide() -> Section {
     }
 }
 
-pub fn bootstrap(root: &SceneTable, unused: &mut Vec<String>) -> Bootstrap {
+pub fn bootstrap(root: &SceneTable) -> Bootstrap {
     let table = root.table_or_empty("bootstrap");
     let bootstrap = Bootstrap {
         replicates: table.read_or(&REPLICATES),
@@ -112,9 +112,5 @@ pub fn bootstrap(root: &SceneTable, unused: &mut Vec<String>) -> Bootstrap {
         level: table.read_or(&LEVEL),
     };
     table.finish();
-    unused.extend(table.given(&[REPLICATES.base, SCHEME.base]));
-    if bootstrap.interval.is_some_and(|method| method != IntervalMethod::Delta) {
-        unused.extend(table.given(&[INTERVAL.base]));
-    }
     bootstrap
 }
