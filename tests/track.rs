@@ -846,6 +846,40 @@ fn frames_lost_at_the_contact_are_seen_by_its_height() {
     assert_eq!(apart(&campaign), 0);
 }
 
+/// The outcome of a sphere that is held, falls and bounces, of which some frames are not seen.
+fn seen_but_for(lost: std::ops::Range<usize>, rng: &mut ChaCha8Rng) -> Result<Tracked, Refusal> {
+    let bounces = fall(0.250, 1.0, 0.8);
+    let held = bounces.contact - bounces.impact_speed / GRAVITY;
+    let row =
+        |frame: usize, noise: f64| 900.0 - CAMERA.scale * bounces.height((1e-3 * frame as f64).max(held)) + 0.2 * noise;
+    let rows = (0..620).map(|frame| (frame, row(frame, normal(rng))));
+    let rows = rows.filter(|(frame, _)| !lost.contains(frame));
+    let rows: String = rows.map(|(frame, row)| format!("{frame},{row:.3}\n")).collect();
+    let folder = Folder::new();
+    folder.write("drop.csv", format!("frame,y_px\n{rows}"));
+    let path = folder.join("recordings.csv");
+    std::fs::write(
+        &path,
+        format!("{HEADER},scale_px_per_mm\ndrop.csv,PTFE,dry,4.762,,1000,20\n"),
+    )
+    .expect("writable");
+    tracked(&path).outcomes.remove(0).tracked
+}
+
+#[test]
+fn a_contact_that_nobody_saw_gives_no_run() {
+    let mut rng = rng_of("a_contact_that_nobody_saw_gives_no_run");
+    let verdict = |lost, rng: &mut ChaCha8Rng| seen_but_for(lost, rng).expect("two flights").impacts[0].verdict.clone();
+    assert_eq!(verdict(0..0, &mut rng), None);
+    assert_eq!(verdict(248..253, &mut rng), None);
+    // the first and the second contact
+    let told = verdict(240..430, &mut rng).expect("left out");
+    told.says("nothing is seen for 190 ms about its contact");
+    // the whole fall: what is seen first is the rise after it
+    let reason = seen_but_for(146..256, &mut rng).expect_err("no fall is seen");
+    reason.words().says("begins with a");
+}
+
 #[test]
 fn frames_at_uneven_times_are_left_out_with_the_true_reason() {
     let mut rng = rng_of("frames_at_uneven_times_are_left_out_with_the_true_reason");

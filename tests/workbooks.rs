@@ -656,6 +656,26 @@ fn a_row_of_another_width_is_refused_in_every_table() {
     said.says("line 3, row: found 3 cells");
 }
 
+/// A diameter in the title of one sheet holds for no other.
+#[test]
+fn a_diameter_in_the_title_of_one_sheet_is_asked_for_where_others_say_another() {
+    let sheet = |name, title: &str| {
+        let rows: String = (0..6).map(|run| format!("PTFE,0.{}5,0.8\n", run + 4)).collect();
+        Sheet::of(name, &format!("{title},,\nball,v (m/s),e\n{rows}"))
+    };
+    let drafted = |titles: [&str; 2]| {
+        let sheets = [sheet("small", titles[0]), sheet("large", titles[1])];
+        let place = Folder::new();
+        place.write("book.xlsx", workbook(&sheets));
+        let (status, _, err) = place.run("new book.xlsx");
+        assert_eq!(status, Some(0), "{err}");
+        place.read("scene.toml")
+    };
+    assert!(drafted(["D = 8 mm", "D = 8 mm"]).contains("diameter_mm = 8"));
+    assert!(!drafted(["D = 4.762 mm", "D = 8 mm"]).contains("4.762"));
+    assert!(!drafted(["plate D = 50 mm", "plate D = 50 mm"]).contains("50"));
+}
+
 /// A list of recordings on one of several sheets is named, so that none is read that was not meant.
 #[test]
 fn a_list_on_one_of_several_sheets_is_asked_for_by_name() {

@@ -10,7 +10,10 @@ use super::timing::Jump;
 use super::track::Track;
 use crate::rounding::significant;
 use crate::runs::LARGEST_RESTITUTION;
-use crate::units::{millimetres, pixels_per_millimetre, MAGNITUDES};
+use crate::units::{millimetres, milliseconds, pixels_per_millimetre, MAGNITUDES};
+
+/// Relative change of v_r by a contact that lies apart which is told.
+const APART_COUNTS: f64 = 0.005;
 
 /// What lets two flights meet at another height than others.
 pub const APART_SINCE: &str =
@@ -76,7 +79,7 @@ pub struct Impact {
     /// v and v_r at the film's surface; of a dry plate at the plate
     pub at_film: [f64; 2],
     /// height difference in m to the nearest of the recording's other contacts and the sphere at rest, where film and errors do
-    /// not explain it; included in the standard deviations of the speeds
+    /// not explain it and it matters; included in the standard deviations of the speeds, as a smaller one is
     pub apart: Option<f64>,
     /// why the run is left out, where it is
     pub verdict: Option<String>,
@@ -313,6 +316,7 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, NoContact> {
         let off = apart.map_or([0.0; 2], |gap| {
             [speeds.impact_speed, speeds.rebound_speed].map(|v| gravity.value * gap / v)
         });
+        let share = off[1] / speeds.rebound_speed;
         Impact {
             speeds: ContactSpeeds {
                 height: speeds.height - at.height,
@@ -320,9 +324,8 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, NoContact> {
             },
             stuck,
             at_film,
-            apart,
-            verdict: verdict(of, (*contact, *speeds), gravity, check)
-                .or_else(|| too_far_apart(apart?, off[1] / speeds.rebound_speed)),
+            apart: apart.filter(|_| share > APART_COUNTS),
+            verdict: verdict(of, (*contact, *speeds), gravity, check).or_else(|| too_far_apart(apart?, share)),
         }
     });
     let rest = flights
@@ -386,6 +389,7 @@ fn verdict(
 ) -> Option<String> {
     of.width_verdict()
         .or_else(|| of.fall_verdict(contact, gravity, check))
+        .or_else(|| of.unseen_verdict(speeds))
         .or_else(|| of.contact_verdict(contact, speeds))
         .or_else(|| of.run_verdict(contact, speeds))
 }
@@ -507,6 +511,24 @@ impl Underway<'_> {
             return "frame rate or scale is wrong".to_owned();
         }
         format!("frame rate or scale is wrong ({})", would.join(", or "))
+    }
+
+    /// Whether it was seen near its contact: in a long gap it may have met the plate more than once.
+    fn unseen_verdict(&self, speeds: ContactSpeeds) -> Option<String> {
+        /// frames that a tracker may lose about a contact
+        const LOST: f64 = 6.0;
+        /// share of the impact speed with which a rebound may come that fits into the gap
+        const HIDDEN: f64 = 0.1;
+        let track = &self.flights.track;
+        let after = track.times.partition_point(|t| *t <= speeds.time);
+        let gap = track.times.get(after)? - track.times.get(after.checked_sub(1)?)?;
+        let hides = 0.5 * GRAVITY * gap > HIDDEN * speeds.impact_speed;
+        (hides && gap > LOST * track.frame_time()).then(|| {
+            format!(
+                "nothing is seen for {} ms about its contact, in which it may have met the plate more than once",
+                significant(milliseconds(gap), 2)
+            )
+        })
     }
 
     /// Whether its flights reach the contact: where frames are missing or repeated beside it, some belong to neither.

@@ -73,7 +73,7 @@ pub(super) fn contacts(
         return Err(NoContact::FallsUpwards);
     }
     let first = flights.first().ok_or(NoContact::NeverFalls)?;
-    // a sphere that was just let go may seem to rise a little
+    // a sphere that was just let go, frames ago, may seem to rise a little
     const LET_GO: f64 = 0.1;
     let rises = |place: usize| {
         let [start, end] = segments[place]
@@ -81,7 +81,11 @@ pub(super) fn contacts(
             .map(|t| segments[place].parabola.velocity(t));
         start > LET_GO * end.abs()
     };
-    let held_before = segments[..*first].iter().any(|segment| segment.kind == Kind::Rest);
+    const SOON: f64 = 10.0;
+    let start = segments[*first].span(track)[0];
+    let is_soon = |rest: &Segment| start - rest.span(track)[1] <= SOON * track.frame_time();
+    let mut before = segments[..*first].iter();
+    let held_before = before.any(|segment| segment.kind == Kind::Rest && is_soon(segment));
     if rises(*first) && !held_before && !all {
         let before = segments[*first]
             .frames
@@ -149,7 +153,8 @@ impl NoContact {
             NoContact::FallsUpwards => "it falls upwards: y_axis is the other one",
             NoContact::BendsUpwards => "what moves in its frames is accelerated upwards: the ground must be below",
             NoContact::ShortFall => "fewer than five frames of the fall are seen before the sphere rises",
-            NoContact::Torn => "its flight is torn in two, and not by whole frames: the times of its frames are uneven",
+            NoContact::Torn => "its flight is torn in two, and not by whole frames: the times of its frames are uneven, or the air \
+                                bends the flight of a light sphere",
             NoContact::Uneven => "more than one frame in twelve is repeated or missing: its frame rate is not known",
             NoContact::NoFall => {
                 "it begins with a rise, and the frames before it show no free fall: they scatter too much, or some are repeated or \

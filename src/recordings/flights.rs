@@ -206,22 +206,19 @@ impl Flights {
     }
 
     /// Distance between the height of a contact and the nearest height at which the sphere met the plate otherwise: at another
-    /// contact or at rest. `None` where film and errors explain it, where it changes v_r by less than 0.5 %, and where no other
-    /// height is known well enough to tell.
+    /// contact or at rest. `None` where film and errors explain it, or there is no other.
     ///
     /// A frame that is missing at a contact, where no flight shows it, lets both flights meet above the plate.
     pub fn apart(&self, contact: Contact, gravity: Gravity, film: f64) -> Option<f64> {
         /// standard deviations of both heights that they differ by, at least
         const SURE: f64 = 5.0;
-        /// relative change of v_r that counts
-        const COUNTS: f64 = 0.005;
+        /// times the error of the best known height, beyond which another tells nothing beside it
+        const WORSE: f64 = 3.0;
         contact.rebound()?;
         let mut whole = self.clone();
         whole.contacts = contacts(&self.track, &self.segments, (self.sigma, true)).ok()?;
         whole.take_own_frames(gravity, film);
         let own = whole.speeds(contact, gravity)?;
-        // a height that is off by h moves v_r by g h/v_r
-        let counts = COUNTS * own.rebound_speed * own.rebound_speed / gravity.value;
         let met = whole.met(gravity).into_iter();
         let others = met.filter(|(other, _)| other.before != contact.before && whole.has_frames(*other));
         let others = others.map(|(_, speeds)| Level {
@@ -229,17 +226,17 @@ impl Flights {
             sd: speeds.height_sd,
         });
         let rest = whole.rest_after(contact).map(|rest| whole.level(rest));
+        let others: Vec<Level> = others.chain(rest).collect();
         let explained = |other: &Level| SURE * own.height_sd.hypot(other.sd);
-        let well_known = others.chain(rest).filter(|other| explained(other) < counts);
-        let gaps = well_known.map(|other| {
-            let gap = (own.height - other.height).abs();
-            if gap > film + explained(&other) {
-                gap
-            } else {
-                0.0
-            }
-        });
-        gaps.reduce(f64::min).filter(|gap| *gap > counts)
+        let best = others.iter().map(explained).reduce(f64::min)?;
+        let well_known = others.iter().filter(|other| explained(other) <= WORSE * best);
+        let is_explained = |other: &Level| (own.height - other.height).abs() <= film + explained(other);
+        if well_known.clone().any(is_explained) {
+            return None;
+        }
+        well_known
+            .map(|other| (own.height - other.height).abs())
+            .reduce(f64::min)
     }
 
     /// Gives each flight the frames that are its own. Then what rose no higher than the film stayed.

@@ -67,6 +67,9 @@ pub(super) const Y_UNITS: [&str; 4] = ["px", "mm", "cm", "m"];
 /// Frame rates that a camera may have, in Hz.
 const FRAME_RATES: std::ops::RangeInclusive<f64> = 1e-3..=1e7;
 
+/// Smallest density of a sphere, in kg/m³: a smaller number is one in g/cm³.
+const LEAST_DENSITY: f64 = 25.0;
+
 /// The columns of the list, by their place in [`COLUMNS`].
 #[derive(Clone, Copy)]
 enum Field {
@@ -165,6 +168,10 @@ fn recording(folder: &Path, fields: &mut Fields, row: Row) -> Option<Recording> 
     }
     let scale = fields.number(Field::Scale as usize, row);
     let density = fields.number(Field::Density as usize, row);
+    if let Some(density) = density.filter(|density| *density < LEAST_DENSITY) {
+        let expected = format!("expected at least {LEAST_DENSITY} kg/m^3: 2.15 g/cm^3 are 2150");
+        fields.problem(line, "density", Some(&density.to_string()), expected);
+    }
     let axis = fields.word(Field::YAxis as usize, cells);
     let read_axis = axis.and_then(Axis::named);
     if axis.is_some() && read_axis.is_none() {

@@ -33,17 +33,28 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// A header with a row of units or group titles above it; a name that occurs twice gets its group's title: `Impact Speed`.
+    /// A header with a row of units or titles above it: a column without a name has the title right above it, and a name that
+    /// occurs twice gets its group's title, as `Impact Speed`.
     pub fn below(above: &[String], mut names: Vec<String>) -> Header {
-        let units_above = units_above(above.iter().map(String::as_str));
-        // the cells of a group are merged, so that all but the first are empty; a line about the whole table has no groups
+        let mut units_above = units_above(above.iter().map(String::as_str));
+        // a line about the whole table has no titles of columns
+        let titles = if units_above.is_empty() { &[] } else { above };
+        let title = |index: usize| {
+            let cell = titles.get(index).map_or("", |cell| cell.trim());
+            Some(cell).filter(|cell| !cell.is_empty() && unit_of_cell(cell).is_none())
+        };
+        let is_two_rows = names.iter().any(String::is_empty);
+        if is_two_rows && titles.len() > names.len() {
+            names.resize(titles.len(), String::new());
+        }
+        // the cells of a group are merged, so that all but the first are empty
         let mut group = String::new();
         let mut in_groups = vec![];
-        for (index, name) in names.iter().enumerate() {
-            let cell = above.get(index).filter(|_| !units_above.is_empty());
-            let title = cell.map(|cell| cell.trim()).filter(|cell| !cell.is_empty());
-            if let Some(title) = title.filter(|title| unit_of_cell(title).is_none()) {
-                group = format!("{title} ");
+        for (index, name) in names.iter_mut().enumerate() {
+            match title(index) {
+                Some(title) if name.is_empty() => title.clone_into(name),
+                Some(title) => group = format!("{title} "),
+                None => {}
             }
             in_groups.push(format!("{group}{name}"));
         }
@@ -53,6 +64,9 @@ impl Header {
             if !name.is_empty() && count(&alone, name) > 1 && count(&in_groups, in_group) == 1 {
                 name.clone_from(in_group);
             }
+        }
+        if units_above.iter().all(String::is_empty) {
+            units_above.clear();
         }
         Header {
             names,
@@ -489,6 +503,8 @@ mod tests {
         assert_eq!(of_groups, "ball, Impact Speed, angle, Rebound Speed, e");
         let of_some = names(&["", "Reference", ""], &["e", "e", "v"]);
         assert_eq!(of_some, "e, Reference e, v");
+        let merged = names(&["No.", "ball", "Speed", "", "bad"], &["", "", "in", "out"]);
+        assert_eq!(merged, "No., ball, in, out, bad");
         // nothing tells these apart
         assert_eq!(names(&["Diameter", "4.762", "mm"], &["ball", "v", "v"]), "ball, v, v");
         assert_eq!(names(&["", "[m/s]", "[m/s]"], &["ball", "v", "v"]), "ball, v, v");

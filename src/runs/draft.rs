@@ -597,7 +597,13 @@ fn names_of(words: &[String], is_dry: impl Fn(&str) -> bool) -> Vec<(String, Str
 
 /// A diameter that a title states as `D = 4,762 mm`: our name of it, and its value.
 fn diameter_in(title: &str) -> Option<(String, String)> {
+    /// other things that have one
+    const OTHERS: &str = "plate platte beam strahl hole dish schale lens tube rohr magnet nozzle düse";
     let lower = title.to_lowercase();
+    let mut words = lower.split(|c: char| !c.is_alphanumeric());
+    if words.any(|word| is_among(OTHERS, word)) {
+        return None;
+    }
     let after = ["d =", "d=", "durchmesser", "diameter", "dia.", "ø", "∅"]
         .iter()
         .find_map(|word| {

@@ -236,7 +236,10 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
         };
         let width = header.names.len();
         let survey = match &mut found {
-            Some((known, survey)) if *known == header => survey,
+            Some((known, survey)) if *known == header => {
+                survey.keep_titles(&first);
+                survey
+            }
             Some((_, survey)) if survey.is_table() && survey.has_rows() => {
                 left.push(sheet.name().to_owned());
                 continue;

@@ -100,6 +100,13 @@ impl Survey {
         self.has_titles = !self.titles.is_empty();
     }
 
+    /// Keeps what the titles of another sheet say, too: what they say alone holds there alone.
+    pub fn keep_titles(&mut self, first: &[(u64, Vec<String>)]) {
+        let above = || first.iter().filter(|(row, _)| Some(*row) < self.header);
+        self.titles
+            .retain(|title| above().any(|(_, cells)| cells.contains(title)));
+    }
+
     /// Adds a row, which stands on this line; cells that it lacks are missing, those beyond the header are not seen.
     pub fn add<'c>(&mut self, line: u64, cells: impl IntoIterator<Item = Option<&'c str>> + Clone) {
         /// rows with a label that are kept until it is known whether labels are names here
@@ -145,11 +152,13 @@ pub(super) const ROWS_OF_HEADER: usize = 40;
 pub(super) fn row_of_names(rows: &[(u64, Vec<String>)]) -> Option<u64> {
     let filled = |row: &[String]| row.iter().filter(|cell| present(cell).is_some()).count();
     let numbers = |row: &[String]| row.iter().filter(|cell| parse_number(cell.trim()).is_ok()).count();
+    // as a date is, which is no number either
+    let is_value = |cell: &String| cell.contains(|c: char| c.is_ascii_digit()) && !cell.contains(char::is_alphabetic);
     let is_of_names = |at: &usize| {
         let below = rows.iter().skip(at + 1).map(|(_, row)| row);
         let mut below = below.skip_while(|row| is_row_of_units(row.iter().map(String::as_str)));
         let (_, names) = &rows[*at];
-        filled(names) >= 2 && numbers(names) == 0 && below.next().is_some_and(|row| numbers(row) >= 1)
+        filled(names) >= 2 && !names.iter().any(is_value) && below.next().is_some_and(|row| numbers(row) >= 1)
     };
     let found: Vec<(u64, usize)> = (0..rows.len())
         .filter(is_of_names)
@@ -205,6 +214,7 @@ mod tests {
         assert_eq!(row_of_names(&rows(table)), Some(5));
         let table = "Date,2026-03-01,\nFilm (mm),0.4,\nball,v,e\nPTFE,0.5,0.8";
         assert_eq!(row_of_names(&rows(table)), Some(3));
+        assert_eq!(row_of_names(&rows("Date,2026-03-01\nRoom,22.5\nv,e\n0.5,0.8")), Some(3));
         // names of numbers are no names, and words below words are not measured
         assert_eq!(row_of_names(&rows("1,2\n3,4")), None);
         assert_eq!(row_of_names(&rows("a,b\nc,d")), None);

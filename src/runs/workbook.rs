@@ -119,10 +119,10 @@ impl<'b> Workbook<'b> {
         each.collect()
     }
 
-    /// Refuses a workbook of which more than one sheet has something in it and is not hidden.
+    /// Refuses a workbook of which more than one sheet has something in it, hidden or not.
     pub fn refuse_several_sheets(&mut self) -> Result<(), Vec<Problem>> {
         let mut names = vec![];
-        for (name, _) in self.sheets().into_iter().filter(|(_, is_hidden)| !is_hidden) {
+        for (name, _) in self.sheets() {
             if !self.sheet(Some(&name))?.peek(1)?.is_empty() {
                 names.push(quoted(&name));
             }

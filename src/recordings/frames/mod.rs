@@ -117,7 +117,7 @@ pub fn find_sphere(path: &Path, progress: &(dyn Fn(usize, usize) + Sync)) -> Res
     let shared = sphere::shared(&outlines).ok_or_else(nothing)?;
     sphere::leave_mirror_images_out(&mut outlines);
     let (mut seen, mut missed) = (vec![], vec![]);
-    for (frame, outline) in outlines.iter().enumerate() {
+    for (frame, outline) in frames.counted().into_iter().zip(&outlines) {
         match outline
             .as_ref()
             .and_then(|outline| seeker.sighting(frame, outline, shared))

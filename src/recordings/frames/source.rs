@@ -67,6 +67,16 @@ impl Frames {
         }
     }
 
+    /// How many frame times each comes after the first: by the numbers in the names of files, where one that lacks is a frame
+    /// that is missing.
+    pub fn counted(&self) -> Vec<usize> {
+        let by_name = match self {
+            Frames::Files { paths, .. } => counted_by_name(paths),
+            Frames::Pages { .. } => None,
+        };
+        by_name.unwrap_or_else(|| (0..self.len()).collect())
+    }
+
     /// What a message calls a frame.
     pub fn name(&self, frame: usize) -> String {
         match self {
@@ -189,6 +199,25 @@ fn of_folder(folder: &Path) -> Result<Frames, String> {
     })
 }
 
+/// `None` where the last numbers of the names do not go up by one step in most places and by some of it in the others.
+fn counted_by_name(paths: &[PathBuf]) -> Option<Vec<usize>> {
+    let number = |path: &PathBuf| -> Option<usize> {
+        let stem = path.file_stem()?.to_str()?;
+        let end = stem.trim_end_matches(|c: char| !c.is_ascii_digit());
+        let start = end.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+        end.get(start..)?.parse().ok()
+    };
+    let numbers: Vec<usize> = paths.iter().map(number).collect::<Option<_>>()?;
+    let steps: Vec<usize> = numbers
+        .windows(2)
+        .map(|pair| pair[1].checked_sub(pair[0]))
+        .collect::<Option<_>>()?;
+    let step = steps.iter().copied().min().filter(|step| *step > 0)?;
+    let usual = steps.iter().filter(|own| **own == step).count();
+    let is_counted = 2 * usual > steps.len() && steps.iter().all(|own| own % step == 0);
+    is_counted.then(|| numbers.iter().map(|number| (number - numbers[0]) / step).collect())
+}
+
 /// The order in which numbers in names are compared as numbers: frame2 stands before frame10.
 fn natural_order(one: &Path, other: &Path) -> Ordering {
     let bytes = |path: &Path| {
@@ -231,6 +260,22 @@ fn without_zeros(digits: &[u8]) -> &[u8] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_that_lacks_is_a_frame_that_is_missing() {
+        let counted = |names: &[&str]| counted_by_name(&names.iter().map(PathBuf::from).collect::<Vec<_>>());
+        assert_eq!(
+            counted(&["f07.png", "f08.png", "f11.png", "f12.png"]),
+            Some(vec![0, 1, 4, 5])
+        );
+        assert_eq!(
+            counted(&["a_010_x.png", "a_020_x.png", "a_030_x.png"]),
+            Some(vec![0, 1, 2])
+        );
+        // as times in microseconds are
+        assert_eq!(counted(&["t100.png", "t351.png", "t603.png", "t850.png"]), None);
+        assert_eq!(counted(&["a.png", "b.png", "c.png"]), None);
+    }
 
     #[test]
     fn numbers_in_names_are_compared_as_numbers() {

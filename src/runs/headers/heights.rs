@@ -4,12 +4,16 @@ use super::super::words::is_among;
 use super::header::Header;
 use crate::scene::{HeightsOf, HeightsTo, Naming, RunColumn};
 
-const CENTRE: &str = "centre center zentrum mitte mittelpunkt kugelmitte kugelmittelpunkt schwerpunkt centroid";
+const CENTRE: &str =
+    "centre center zentrum mitte mittelpunkt kugelmitte kugelmittelpunkt schwerpunkt centroid mittelpunktshöhe \
+                      schwerpunktshöhe";
 const LOWEST: &str = "lowest bottom underside unterkante unterseite";
 const ABOVE: &str = "above over über ueber";
-const ARTICLES: &str = "the of a an der die das dem den";
-const FILM: &str = "film liquid oil layer flüssigkeit fluessigkeit öl oel schicht";
+const OF: &str = "the of a an der die das dem den des silicone";
+const FILM: &str = "film liquid oil layer flüssigkeit fluessigkeit flüssigkeitsfilm öl oel ölfilm schicht";
 const PLATE: &str = "plate glass wall substrate platte glas wand substrat";
+const PICTURE: &str = "image picture frame bild view";
+const AFTER_FILM: &str = "surface oberfläche layer film mm cm m µm um in";
 
 /// The key of `[data]` that a header of heights contradicts, with the value that it asks for; `None` where it agrees or says
 /// nothing.
@@ -18,14 +22,28 @@ pub(in crate::runs) fn other_height(name: &str, column: RunColumn, naming: &Nami
         return None;
     }
     let header = Header::new(name);
-    // what stands after `above`
-    let words = header.words.iter().skip_while(|word| !is_among(ABOVE, word)).skip(1);
-    let above = words.map(String::as_str).find(|word| !is_among(ARTICLES, word));
-    let is_above = |list: &str| above.is_some_and(|word| is_among(list, word));
-    let has_one = |list: &str, other: &str| header.has(list) && !header.has(other);
+    let words: Vec<&str> = header.words.iter().map(String::as_str).collect();
+    let at = words
+        .iter()
+        .position(|word| is_among(ABOVE, word))
+        .unwrap_or(words.len());
+    let (point, above) = words.split_at(at);
+    // the centre of the plate is no sphere's
+    let of_sphere = |list: &str| {
+        let named = without_articles(point);
+        let found = named.iter().position(|word| is_among(list, word));
+        let is_others = |next: &&str| is_among(PLATE, next) || is_among(PICTURE, next);
+        found.is_some_and(|found| !named.get(found + 1).is_some_and(is_others))
+    };
+    let is_of = |list: &str, other: &str| of_sphere(list) && !of_sphere(other);
+    let above = without_articles(above.get(1..).unwrap_or_default());
+    let is_above = |list: &str| match above.split_first() {
+        Some((first, rest)) => is_among(list, first) && rest.iter().all(|word| is_among(AFTER_FILM, word)),
+        None => false,
+    };
     let (key, value, says) = match (naming.heights_of, naming.heights_to) {
-        (HeightsOf::Lowest, _) if has_one(CENTRE, LOWEST) => ("heights_of", "centre", "of the sphere's centre"),
-        (HeightsOf::Centre, _) if has_one(LOWEST, CENTRE) => ("heights_of", "lowest", "of its lowest point"),
+        (HeightsOf::Lowest, _) if is_of(CENTRE, LOWEST) => ("heights_of", "centre", "of the sphere's centre"),
+        (HeightsOf::Centre, _) if is_of(LOWEST, CENTRE) => ("heights_of", "lowest", "of its lowest point"),
         (_, HeightsTo::Plate) if is_above(FILM) => ("heights_to", "film", "above the film"),
         (_, HeightsTo::Film) if is_above(PLATE) => ("heights_to", "plate", "above the plate"),
         _ => return None,
@@ -33,6 +51,10 @@ pub(in crate::runs) fn other_height(name: &str, column: RunColumn, naming: &Nami
     Some(format!(
         "by its name its heights are {says}: expected `{key} = \"{value}\"` in [data], or another name or column"
     ))
+}
+
+fn without_articles<'w>(words: &[&'w str]) -> Vec<&'w str> {
+    words.iter().copied().filter(|word| !is_among(OF, word)).collect()
 }
 
 #[cfg(test)]
@@ -52,7 +74,12 @@ mod tests {
         };
         let [lowest, centre] = [HeightsOf::Lowest, HeightsOf::Centre];
         let [plate, film] = [HeightsTo::Plate, HeightsTo::Film];
-        for name in ["h centre (mm)", "Höhe der Kugelmitte", "height of the center"] {
+        for name in [
+            "h centre (mm)",
+            "Höhe der Kugelmitte",
+            "height of the center",
+            "centre above plate",
+        ] {
             assert_eq!(asked(name, lowest, plate), "heights_of = \"centre\"");
             assert_eq!(asked(name, centre, plate), "");
         }
@@ -74,7 +101,12 @@ mod tests {
             "drop height",
             "height above surface",
             "film height",
-            "Mitte über Unterkante",
+            "height (mm) above plate centre",
+            "h (mm, center of the image)",
+            "h (mm) Mitte Platte",
+            "height above bottom plate (mm)",
+            "h above the film-covered plate (mm)",
+            "h (mm) mean over oil batches",
         ] {
             assert_eq!(asked(name, lowest, plate), "");
             assert_eq!(asked(name, centre, film), "");
