@@ -43,25 +43,31 @@ impl Header {
             let cell = titles.get(index).map_or("", |cell| cell.trim());
             Some(cell).filter(|cell| !cell.is_empty() && unit_of_cell(cell).is_none())
         };
-        let is_two_rows = names.iter().any(String::is_empty);
-        if is_two_rows && titles.len() > names.len() {
-            names.resize(titles.len(), String::new());
+        let unnamed = |names: &[String], index: usize| names.get(index).is_none_or(String::is_empty);
+        // names over two rows: those that have no groups are merged with the row below
+        let merged: Vec<usize> = (0..titles.len())
+            .filter(|index| title(*index).is_some() && unnamed(&names, *index))
+            .collect();
+        if let (Some(last), true) = (merged.last(), merged.len() > 1) {
+            names.resize(names.len().max(last + 1), String::new());
         }
-        // the cells of a group are merged, so that all but the first are empty
+        // the cells of a group are merged, too, so that all but the first are empty
         let mut group = String::new();
         let mut in_groups = vec![];
         for (index, name) in names.iter_mut().enumerate() {
-            match title(index) {
-                Some(title) if name.is_empty() => title.clone_into(name),
-                Some(title) => group = format!("{title} "),
-                None => {}
+            if let Some(title) = title(index) {
+                group = format!("{title} ");
+            }
+            if merged.contains(&index) {
+                *name = std::mem::take(&mut group).trim_end().to_owned();
             }
             in_groups.push(format!("{group}{name}"));
         }
         let count = |all: &[String], name: &String| all.iter().filter(|other| *other == name).count();
         let alone = names.clone();
         for (name, in_group) in names.iter_mut().zip(&in_groups) {
-            if !name.is_empty() && count(&alone, name) > 1 && count(&in_groups, in_group) == 1 {
+            let is_told = merged.len() > 1 || count(&alone, name) > 1;
+            if is_told && !name.is_empty() && count(&in_groups, in_group) == 1 {
                 name.clone_from(in_group);
             }
         }
@@ -504,7 +510,7 @@ mod tests {
         let of_some = names(&["", "Reference", ""], &["e", "e", "v"]);
         assert_eq!(of_some, "e, Reference e, v");
         let merged = names(&["No.", "ball", "Speed", "", "bad"], &["", "", "in", "out"]);
-        assert_eq!(merged, "No., ball, in, out, bad");
+        assert_eq!(merged, "No., ball, Speed in, Speed out, bad");
         // nothing tells these apart
         assert_eq!(names(&["Diameter", "4.762", "mm"], &["ball", "v", "v"]), "ball, v, v");
         assert_eq!(names(&["", "[m/s]", "[m/s]"], &["ball", "v", "v"]), "ball, v, v");
