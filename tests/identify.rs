@@ -207,13 +207,12 @@ fn a_few_runs_at_one_film_ratio_are_too_few() {
 }
 
 #[test]
-fn one_speed_tells_only_the_restitution_there() {
+fn one_speed_tells_no_parameter() {
     let one = Design {
         films: "0.06",
         heights: "90",
         ..WELL
     };
-    let e = one.at(0.06, 0.09).1;
     let seen = one.see("one_speed_tells_only_the_restitution_there");
     let unseen = only(&seen);
     assert_eq!(unseen.parameters, ["lubrication_log", "inertial_prefactor"]);
@@ -221,7 +220,7 @@ fn one_speed_tells_only_the_restitution_there() {
         "one film ratio and one Stokes number: the inertial prefactor and the viscous loss cannot be told apart",
     );
     assert_eq!(unseen.add, "add another film ratio or runs at other speeds");
-    assert_true(&unseen.determined[0], "e[PTFE,AK10,0.06] at St 162.5", e);
+    assert_eq!(unseen.determined, vec![]);
     // without dry runs nothing else is told, either
     let nothing = Design { dry: "", ..one };
     let seen = nothing.see("one_speed_tells_only_the_restitution_there");
@@ -234,7 +233,7 @@ fn one_speed_tells_only_the_restitution_there() {
         (unseen.directions, unseen.add.as_str()),
         (2, "add 2 of: another film ratio, runs at other speeds, dry runs")
     );
-    assert_true(&unseen.determined[0], "e[PTFE,AK10,0.06] at St 162.5", e);
+    assert_eq!(unseen.determined, vec![]);
 }
 
 #[test]
@@ -312,9 +311,9 @@ fn a_narrow_prior_takes_nothing_from_what_the_runs_tell() {
     assert_eq!(narrow.see(test).unseen, vec![]);
 }
 
-/// Films and speeds so near each other that no known reason names what is missing: the restitution is told all the same.
+/// Films and speeds so near each other that no known reason names what is missing: the parameters are named all the same.
 #[test]
-fn what_no_known_reason_explains_still_tells_the_restitution() {
+fn what_no_known_reason_explains_is_still_named() {
     let design = Design {
         films: "0.06, 0.065",
         dry: "",
@@ -324,8 +323,6 @@ fn what_no_known_reason_explains_still_tells_the_restitution() {
     let seen = design.see("what_no_known_reason_explains_still_tells_the_restitution");
     let unseen = only(&seen);
     assert!(unseen.parameters.len() == 3 && unseen.directions == 2, "{unseen:?}");
-    let (st, e) = design.at(0.065, 0.101);
-    assert_true(&unseen.determined[0], &format!("e[PTFE,AK10,0.065] at St {st:.1}"), e);
 }
 
 /// Runs that determine nothing end in words, never in a panic or a number that is none.
@@ -402,7 +399,6 @@ fn two_density_ratios_stand_in_for_dry_runs() {
         .expect("parameters");
     let unseen = only(&seen);
     assert_eq!(unseen.parameters, ["inertial_prefactor", "film_scale"]);
-    assert_true(&unseen.determined[0], "inertial_prefactor·g(0.12)", C * design.g(0.12));
 }
 
 /// Few runs tell apart what they scatter too little to blur, as the posterior then does.

@@ -221,18 +221,6 @@ impl DirectionalInformation {
         };
         found.into_iter().map(group).collect()
     }
-
-    /// Standard error of a quantity by its slopes in z, under runs and prior.
-    pub fn se(&self, slopes: &[f64]) -> f64 {
-        let along = self.axes.eigenvectors.tr_mul(&DVector::from_column_slice(slopes));
-        let of_axis = |(along, s2): (&f64, &f64)| along * along * left_of_variance(*s2);
-        along
-            .iter()
-            .zip(&self.axes.eigenvalues)
-            .map(of_axis)
-            .sum::<f64>()
-            .sqrt()
-    }
 }
 
 /// Share of its prior variance that a direction keeps; rounding may leave an s² of zero a little below it.
@@ -259,7 +247,6 @@ mod tests {
         let groups = information.unseen();
         assert_eq!(groups.len(), 1);
         assert_eq!((groups[0].members.as_slice(), groups[0].directions), (&[0, 1][..], 1));
-        assert!((information.se(&[0.5, 0.5, 0.0]) - (0.5 / 101.0f64).sqrt()).abs() < 1e-12);
         let left = information.left();
         // half of the variance stays unseen, the other half shrinks to 1/101
         assert!((left[0] - (0.5 + 0.5 / 101.0f64).sqrt()).abs() < 1e-12);

@@ -2,14 +2,13 @@
 
 use serde::Serialize;
 
-use super::identifiability::Identifiability;
 use super::words;
 use crate::findings::energy::Energy;
 use crate::findings::estimate::Estimate;
 use crate::findings::least_squares::LeastSquares;
 use crate::findings::scaling::Scaling;
 use crate::model::parameters::ParameterKind;
-use crate::runs::{rounded_film_ratio, FilmGroup, Runs, Sphere};
+use crate::runs::{rounded_film_ratio, Runs, Sphere};
 use crate::scene::{Scene, WetLaw};
 
 /// A quantity that the runs determine.
@@ -35,41 +34,26 @@ impl IdentifiableCombination {
     }
 }
 
-/// What is determined of the parameters at these places: e_inf where k is among them, the inertial loss where it is not,
-/// and only the restitution itself where neither is, or L is among them. Nothing of one parameter by itself.
+/// What is determined of the parameters at these places, by the laws at one film ratio: e_inf where k is among them, the
+/// inertial loss where it is not. Nothing of one parameter by itself, and nothing where L is among them.
 pub(super) fn find_combinations(
     scene: &Scene,
     runs: &Runs,
     least_squares: LeastSquares,
-    identifiability: &Identifiability,
-    members: &[usize],
+    kinds: &[ParameterKind],
 ) -> Vec<IdentifiableCombination> {
-    let kinds: Vec<ParameterKind> = members.iter().map(|place| identifiability.kinds[*place]).collect();
     let has = |kind: ParameterKind| kinds.contains(&kind);
-    let spheres = words::spheres(&kinds);
     // a parameter by itself has no combination, except that C g(δ̃) stands while δ̃0 moves
-    if kinds.len() == 1 && !has(ParameterKind::FILM_SCALE) {
+    let is_alone = kinds.len() == 1 && !has(ParameterKind::FILM_SCALE);
+    if is_alone || has(ParameterKind::LUBRICATION_LOG) {
         return vec![];
     }
-    let found: Vec<IdentifiableCombination> = if has(ParameterKind::LUBRICATION_LOG) {
-        vec![]
-    } else if spheres.is_empty() {
-        inertial_loss(least_squares)
-            .or_else(|| loss_of_balance(runs, identifiability))
-            .into_iter()
-            .collect()
-    } else {
-        let of = |sphere: &usize| e_inf(scene, least_squares, runs.spheres[*sphere]);
-        spheres.iter().filter_map(of).collect()
-    };
-    if !found.is_empty() {
-        return found;
+    let spheres = words::spheres(kinds);
+    if spheres.is_empty() {
+        return inertial_loss(least_squares).into_iter().collect();
     }
-    let all: Vec<usize> = (0..runs.spheres.len()).collect();
-    let of = if spheres.is_empty() { &all } else { &spheres };
-    of.iter()
-        .filter_map(|s| restitution(scene, runs, identifiability, *s))
-        .collect()
+    let of = |sphere: &usize| e_inf(scene, least_squares, runs.spheres[*sphere]);
+    spheres.iter().filter_map(of).collect()
 }
 
 /// The best known of some estimates.
@@ -102,39 +86,6 @@ fn inertial_loss(least_squares: LeastSquares) -> Option<IdentifiableCombination>
     best(rows, |value, se| se / value.abs())
 }
 
-/// The same from all runs at once, where dry runs give no e_dry to read it off.
-fn loss_of_balance(runs: &Runs, identifiability: &Identifiability) -> Option<IdentifiableCombination> {
-    let rebounds = |group: &&FilmGroup| -> usize {
-        let series = &runs.series[group.series.clone()];
-        series.iter().map(|series| series.rebounds.len()).sum()
-    };
-    let ratio = runs.film_groups.iter().max_by_key(rebounds)?.film_ratio;
-    let found = identifiability.inertial_loss(ratio)?;
-    Some(IdentifiableCombination::new(loss_name(ratio), found))
-}
-
 fn loss_name(film_ratio: f64) -> String {
     format!("inertial_prefactor·g({})", rounded_film_ratio(film_ratio))
-}
-
-/// Restitution of a sphere's series with most rebounds, at its middle speed: what runs tell though they tell no
-/// parameter apart.
-fn restitution(
-    scene: &Scene,
-    runs: &Runs,
-    identifiability: &Identifiability,
-    sphere: usize,
-) -> Option<IdentifiableCombination> {
-    let all = runs.series.iter().enumerate();
-    let own = all.filter(|(_, series)| series.sphere == sphere);
-    let (index, series) = own.max_by_key(|(_, series)| series.rebounds.len())?;
-    let mut by_speed: Vec<usize> = series.rebounds.clone().collect();
-    by_speed.sort_by(|a, b| runs.impact_speed[*a].total_cmp(&runs.impact_speed[*b]));
-    let run = *by_speed.get(by_speed.len() / 2)?;
-    let found = identifiability.restitution(index, run)?;
-    let (sphere, liquid) = (runs.spheres[sphere].label(scene), &scene.liquids[series.liquid].name);
-    let st = 1.0 / runs.inverse_stokes(run);
-    let ratio = rounded_film_ratio(series.film_ratio);
-    let quantity = format!("e[{sphere},{liquid},{ratio}] at St {st:.1}");
-    Some(IdentifiableCombination::new(quantity, found))
 }

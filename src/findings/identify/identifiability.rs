@@ -5,25 +5,16 @@ use crate::findings::least_squares::LeastSquares;
 use crate::inference::information::{DirectionalInformation, LogNormalPrior, RunsWithPriors, UnseenGroup};
 use crate::inference::joint::Joint;
 use crate::model::parameters::{prior_of, ParameterKind};
-use crate::physics::loss::Loss;
 use crate::physics::Form;
 use crate::runs::Runs;
 use crate::scene::{Prior, Scene};
 
 /// The parameters that runs could identify, and the information they give.
-pub(super) struct Identifiability<'r> {
-    /// the runs in use, and every parameter of their fit
-    joint: Joint<'r>,
+pub(super) struct Identifiability {
     /// the parameters, those the scene holds left out
     pub kinds: Vec<ParameterKind>,
     /// where the slopes were taken
     pub values: Vec<f64>,
-    /// belief of each parameter
-    beliefs: Vec<LogNormalPrior>,
-    /// their places among all parameters of the fit
-    free: Vec<usize>,
-    /// all parameters of the fit
-    full: Vec<f64>,
     /// information of the runs and of the priors there
     pub information: DirectionalInformation,
     /// the same beside the default priors, where the scene's are narrower
@@ -32,9 +23,9 @@ pub(super) struct Identifiability<'r> {
     pub fitted: bool,
 }
 
-impl<'r> Identifiability<'r> {
+impl Identifiability {
     /// `None` without parameters, or where a sum is not finite.
-    pub fn of(scene: &Scene, runs: &'r Runs, least_squares: LeastSquares) -> Option<Identifiability<'r>> {
+    pub fn of(scene: &Scene, runs: &Runs, least_squares: LeastSquares) -> Option<Identifiability> {
         let form = form(scene, least_squares);
         let spheres = || 0..runs.spheres.len();
         let wet: Vec<usize> = spheres().filter(|s| !runs.series_of(*s).is_empty()).collect();
@@ -107,14 +98,9 @@ impl<'r> Identifiability<'r> {
             ..evidence
         };
         let beside_defaults = beside_defaults.information(&values)?;
-        let full = whole(&values);
         Some(Identifiability {
-            joint,
             kinds,
             values,
-            beliefs,
-            free,
-            full,
             information,
             beside_defaults,
             fitted,
@@ -135,44 +121,6 @@ impl<'r> Identifiability<'r> {
     pub fn value(&self, kind: ParameterKind) -> Option<f64> {
         let place = self.kinds.iter().position(|own| *own == kind)?;
         Some(self.values[place])
-    }
-
-    /// Slopes in the parameters, by their places, as slopes in z.
-    fn in_z(&self, slope: impl Fn(usize) -> f64) -> Vec<f64> {
-        let width = |place: usize| self.values[place] * self.beliefs[place].ln_sd;
-        (0..self.kinds.len()).map(|place| slope(place) * width(place)).collect()
-    }
-
-    /// C g(δ̃) at a film ratio with its standard error; `None` where the scene holds C, or the runs say less of it than
-    /// the priors.
-    pub fn inertial_loss(&self, film_ratio: f64) -> Option<(f64, f64)> {
-        self.value(ParameterKind::INERTIAL_PREFACTOR)?;
-        let values = self.joint.of_sphere(f64::NAN, &self.full).shared;
-        let at = self.joint.form.inertia.at(film_ratio, &values);
-        let in_z = self.in_z(|place| {
-            let mut slopes = at.slopes.iter().flatten();
-            let own = slopes.find(|slope| ParameterKind::Shared(slope.of) == self.kinds[place]);
-            own.map_or(0.0, |own| own.share.inertial)
-        });
-        let believed = in_z.iter().map(|slope| slope * slope).sum::<f64>().sqrt();
-        let se = self.information.se(&in_z);
-        // below half of the variance is where runs say more than priors
-        (se > 0.0 && se * se < 0.5 * believed * believed).then_some((at.share.inertial, se))
-    }
-
-    /// Restitution at the setting of one wet run of a series, by its place, with its standard error; `None` where it does
-    /// not rebound, or either is not finite.
-    pub fn restitution(&self, series: usize, run: usize) -> Option<(f64, f64)> {
-        let part = self.joint.wet_parts().find(|part| part.series == Some(series))?;
-        let mut found = None;
-        self.joint.each(part, run..run + 1, &self.full, |row| found = Some(row));
-        let row = found?;
-        let mut slopes = vec![0.0; self.full.len()];
-        for (place, slope) in part.places.iter().zip(row.slopes) {
-            slopes[*place] = slope;
-        }
-        let se = self.information.se(&self.in_z(|place| slopes[self.free[place]]));
-        (row.model > 0.0 && se > 0.0 && se.is_finite()).then_some((row.model, se))
     }
 }
 

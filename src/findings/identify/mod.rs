@@ -79,7 +79,7 @@ pub fn identify_directions(scene: &Scene, runs: &Runs, least_squares: LeastSquar
             spread_left: group.members.iter().map(|place| left[*place]).fold(0.0, f64::max),
             reason,
             add,
-            determined: combinations::find_combinations(scene, runs, least_squares, &identifiability, &group.members),
+            determined: combinations::find_combinations(scene, runs, least_squares, &kinds),
         }
     });
     Some(Directions {
