@@ -317,9 +317,19 @@ fn fitted(fit: &Fit) -> Value {
 }
 
 /// Fields that none of these fits writes: they need replicates or draws that fail, or more runs than are kept.
-const WRITTEN_BY_NONE: &str = "Bootstrapped.failures CompressionSummary.bound CompressionSummary.held_against \
-    CompressionSummary.max_log_density_error CompressionSummary.nodes CompressionSummary.rows Counts.sheets \
-    Failed.reason Failed.replicates SeriesOffset.why_none";
+const WRITTEN_BY_NONE: &str = "Bootstrapped.failures \
+     CompressionSummary.bound \
+     CompressionSummary.held_against \
+     CompressionSummary.max_log_density_error \
+     CompressionSummary.nodes \
+     CompressionSummary.rows \
+     Counts.sheets \
+     Failed.reason \
+     Failed.replicates \
+     IdentifiableCombination.quantity \
+     IdentifiableCombination.se \
+     IdentifiableCombination.value \
+     SeriesOffset.why_none";
 
 /// The whole document and every object in it, by its name.
 fn objects(schema: &Value) -> impl Iterator<Item = (&str, &Value)> {
