@@ -563,6 +563,12 @@ fn bad_input_is_named_by_its_line() {
             "{stderr}"
         );
     }
+    // a density in g/cm³
+    let dense = "file,particle,liquid,diameter_mm,frame_rate_Hz,density_kg_m3\ngood.csv,PTFE,dry,4.762,1000,2.15\n";
+    write("recordings.csv", dense);
+    let (status, _, stderr) = folder.run("track recordings.csv --out runs.csv");
+    assert_eq!(status, Some(2), "{stderr}");
+    stderr.says("line 2, density: found `2.15`, expected at least 25 kg/m^3");
     write("recordings.csv", &format!("{header}good.csv,PTFE,dry,4.762,,1000\n"));
     let track = |more: &str| folder.run(&format!("track recordings.csv {more}"));
     for (more, expected) in [

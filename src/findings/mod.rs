@@ -461,10 +461,10 @@ impl Findings {
             for sized in self.terms.iter_mut().filter(|sized| sized.term == Term::Inertia) {
                 sized.held = true;
             }
-            let is_left_out = |notice: &Remark| {
+            let is_of_inertia = |notice: &Remark| {
                 notice.code == remarks::TERM_NOT_HELD.code && notice.text.starts_with(Term::Inertia.in_words())
             };
-            self.remarks.retain(|notice| !is_left_out(notice));
+            self.remarks.retain(|notice| !is_of_inertia(notice));
         }
     }
 

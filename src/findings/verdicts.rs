@@ -306,7 +306,8 @@ fn check_usable(criterion: Kind, what: &str, all: usize, failed: &[String]) -> R
     criterion.check(failed.len() as f64, text)
 }
 
-/// What a reader of the estimates should look at: runs left out, fits that lack something, and settings that the model does not read.
+/// What a reader of the estimates should look at: runs left out, fits that lack something, and settings that the model does
+/// not read.
 pub fn fit_notices(
     scene: &Scene,
     table: &Table,

@@ -17,8 +17,8 @@ const APART_COUNTS: f64 = 0.005;
 
 /// What lets two flights meet at another height than others.
 pub const APART_SINCE: &str =
-    "frames are missing at one of these contacts, the plate is not level in the picture, or a mark on \
-                               a spinning sphere was tracked";
+    "frames are missing at one of these contacts, the plate is not level in the picture, or a \
+                               mark on a spinning sphere was tracked";
 
 /// Rounds in which flights, contacts and gravity follow each other; each brings them nearer by orders of magnitude.
 const ROUNDS: usize = 4;

@@ -73,15 +73,15 @@ pub(super) fn contacts(
         return Err(NoContact::FallsUpwards);
     }
     let first = flights.first().ok_or(NoContact::NeverFalls)?;
-    // a sphere that was just let go, frames ago, may seem to rise a little
+    // a sphere that was let go just now, so many frames ago, may seem to rise a little
     const LET_GO: f64 = 0.1;
+    const SOON: f64 = 10.0;
     let rises = |place: usize| {
         let [start, end] = segments[place]
             .span(track)
             .map(|t| segments[place].parabola.velocity(t));
         start > LET_GO * end.abs()
     };
-    const SOON: f64 = 10.0;
     let start = segments[*first].span(track)[0];
     let is_soon = |rest: &Segment| start - rest.span(track)[1] <= SOON * track.frame_time();
     let mut before = segments[..*first].iter();

@@ -199,7 +199,8 @@ fn of_folder(folder: &Path) -> Result<Frames, String> {
     })
 }
 
-/// `None` where the last numbers of the names do not go up by one step in most places and by some of it in the others.
+/// By the last number in each name, counted in steps from the first; `None` where these do not go up by one step in most places
+/// and by several in the others.
 fn counted_by_name(paths: &[PathBuf]) -> Option<Vec<usize>> {
     let number = |path: &PathBuf| -> Option<usize> {
         let stem = path.file_stem()?.to_str()?;
