@@ -449,16 +449,16 @@ impl Repeats {
         let order = |a: &Block, b: &Block| a.chance.total_cmp(&b.chance).then(b.length.cmp(&a.length));
         self.blocks.sort_by(order);
     }
+}
 
-    /// Bound on the probability of so many repeats or more (Chernoff).
-    fn chance_of_rows(&self) -> f64 {
-        let bound = |tilt: f64| {
-            let each = self.chances.iter().map(|chance| (chance * tilt.exp_m1()).ln_1p());
-            each.sum::<f64>() - tilt * self.rows as f64
-        };
-        let tilts = (0..40).map(|step| 0.25 * f64::from(step));
-        tilts.map(bound).fold(0.0, f64::min).exp()
-    }
+/// Bound on the probability of so many or more, each with a chance of its own (Chernoff).
+fn chance_of_so_many(found: usize, chances: &[f64]) -> f64 {
+    let bound = |tilt: f64| {
+        let each = chances.iter().map(|chance| (chance * tilt.exp_m1()).ln_1p());
+        each.sum::<f64>() - tilt * found as f64
+    };
+    let tilts = (0..40).map(|step| 0.25 * f64::from(step));
+    tilts.map(bound).fold(0.0, f64::min).exp()
 }
 
 /// Questions rows that have the cells of earlier ones, or these rounded to fewer digits.
@@ -468,7 +468,7 @@ fn question_repeats(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> 
     let in_order = found.blocks.iter().filter(|block| block.length >= IN_ORDER);
     let of_blocks = in_order.map(|block| pairs * block.chance).fold(1.0, f64::min);
     // the rarer of two
-    let of_all = found.chance_of_rows();
+    let of_all = chance_of_so_many(found.rows, &found.chances);
     let p = (2.0 * of_blocks.min(of_all)).min(1.0);
     if found.rows == 0 || p >= UNLIKELY {
         return None;
@@ -594,7 +594,8 @@ fn question_means(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> {
             .into_iter()
             .map(|rows| Means::of_one_kind(rebounds, *of, &rows, *step))
     });
-    let Means { of, rows, expected, p } = found.min_by(|a, b| a.p.total_cmp(&b.p))?;
+    let at_ends = [Above, Below].into_iter().map(|of| Means::at_one_end(rebounds, of));
+    let Means { of, rows, expected, p } = found.chain(at_ends).min_by(|a, b| a.p.total_cmp(&b.p))?;
     let p = (tried * p).min(1.0);
     if rows.is_empty() || p >= remarks::BEYOND_CHANCE {
         return None;
@@ -694,6 +695,36 @@ impl Means {
         }
         let p = at_least(rows.len(), expected);
         Means { of, rows, expected, p }
+    }
+
+    /// The last rows of settings, or the first, that are the means of the others there. Runs of one setting may stand in any
+    /// order: each is as likely at the end as those that are means of the others, too, whatever digits and scatter are.
+    fn at_one_end(rebounds: &[Rebound], of: MeanOf) -> Means {
+        let mut rows = vec![];
+        let mut chances = vec![];
+        for setting in rebounds.chunk_by(|one, other| one.is_near(other)) {
+            if !ROWS[1].contains(&(setting.len() - 1)) {
+                continue;
+            }
+            let is_mean = |at: usize| {
+                let others = || setting[..at].iter().chain(&setting[at + 1..]);
+                let of_others = |value: fn(&Rebound) -> f64| Spread::of(others().map(value));
+                let one = &setting[at];
+                of_others(|other| other.speed).has_mean(one.speed, one.steps[1])
+                    && of_others(|other| other.restitution).has_mean(one.restitution, one.steps[2])
+            };
+            let means: Vec<bool> = (0..setting.len()).map(is_mean).collect();
+            let count = means.iter().filter(|is_mean| **is_mean).count();
+            let end = if of == MeanOf::Above { setting.len() - 1 } else { 0 };
+            rows.extend(means[end].then_some(setting[end].row));
+            chances.push(count as f64 / setting.len() as f64);
+        }
+        Means {
+            of,
+            p: chance_of_so_many(rows.len(), &chances),
+            expected: chances.iter().sum(),
+            rows,
+        }
     }
 }
 

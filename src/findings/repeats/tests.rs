@@ -143,6 +143,46 @@ fn pasted_blocks_and_means_are_found() {
     }
 }
 
+/// With two digits in both, so that chance makes every sixth run the mean of the others.
+#[test]
+fn means_of_two_digits_stand_at_the_end_of_their_setting() {
+    let rounded_to_two = |run: &NewRun<'static>| NewRun {
+        impact_speed: rounded(run.impact_speed, 0.01),
+        restitution: rounded(run.restitution, 0.01),
+        ..*run
+    };
+    let mean = |block: &[NewRun<'static>]| {
+        let mean = |of: fn(&NewRun) -> f64| block.iter().map(of).sum::<f64>() / block.len() as f64;
+        rounded_to_two(&NewRun {
+            impact_speed: mean(|run| run.impact_speed),
+            restitution: mean(|run| run.restitution),
+            ..block[0]
+        })
+    };
+    let (mut alarms, mut missed) = (0, vec![]);
+    for set in 0..300 {
+        let kind = Kind {
+            step: 0.01,
+            sd: [0.005, 0.01, 0.02][set as usize % 3],
+            repeats: [4, 5, 8][set as usize / 3 % 3],
+            speeds: [0.005, 0.01, 0.02][set as usize / 9 % 3],
+        };
+        let rows: Vec<NewRun> = table(kind, 200_000 + set).iter().map(rounded_to_two).collect();
+        alarms += usize::from(!codes(&rows).is_empty());
+        let blocks = || rows.chunks(kind.repeats);
+        let below: Vec<NewRun> = blocks().flat_map(|block| [block, &[mean(block)]].concat()).collect();
+        let above: Vec<NewRun> = blocks().flat_map(|block| [&[mean(block)], block].concat()).collect();
+        for table in [below, above] {
+            // where nearly every run has the digits of the mean, nobody can tell
+            let is_plain = kind.sd < 0.01 && kind.speeds < 0.01;
+            if !is_plain && !codes(&table).contains(&"mean_rows") {
+                missed.push((kind.sd, kind.repeats, kind.speeds));
+            }
+        }
+    }
+    assert!(alarms <= 3 && missed.is_empty(), "{alarms} {missed:?}");
+}
+
 /// Dry runs and those of two films at varied speeds, in blocks: measured ones anywhere, or set ones, evenly and not, the mean
 /// of which is one of them, with a scatter about them and without.
 fn varied(count: usize, [speed_step, step]: [f64; 2], set: u64) -> Vec<Vec<NewRun<'static>>> {
