@@ -1,9 +1,12 @@
 //! Matches the header of a table with the columns runs can have.
 
+use super::headers::called::parted;
 use super::headers::header::in_plain_signs;
 use super::headers::heights::other_height;
 use super::headers::other_quantity;
-use super::headers::units::{unit_in_name, unit_of_cell, unit_of_cell_above, units_above, StatedUnit};
+use super::headers::units::{
+    unit_in_brackets, unit_in_name, unit_of_cell, unit_of_cell_above, units_above, StatedUnit,
+};
 use super::raw_row::RawRow;
 use super::told_twice::TOLD_TWICE;
 use crate::error::{quoted, Problem};
@@ -26,6 +29,8 @@ pub(super) struct Header {
     pub units: Vec<String>,
     /// units in the row above the names, nothing in place of other cells; empty without such a row
     pub units_above: Vec<String>,
+    /// the titles right above the names, nothing where there is none; empty without such a row
+    pub titles: Vec<String>,
     /// the line or row of the names, from 1
     pub line: Option<u64>,
     /// which sheet of a workbook it is
@@ -71,12 +76,23 @@ impl Header {
                 name.clone_from(in_group);
             }
         }
+        // a single one above the first column is that of the table
+        let of_table = titles.iter().skip(1).all(|cell| cell.trim().is_empty());
+        let titles = (0..if of_table { 0 } else { names.len() }).map(|index| title(index).unwrap_or_default());
+        let titles: Vec<String> = titles.map(str::to_owned).collect();
+        // the unit of a group, above a name that has none
+        for ((unit, title), name) in units_above.iter_mut().zip(&titles).zip(&names) {
+            if unit.is_empty() && parted(name).1.is_none() {
+                *unit = unit_in_brackets(title).map_or(String::new(), |(before, _)| title[before.len()..].to_owned());
+            }
+        }
         if units_above.iter().all(String::is_empty) {
             units_above.clear();
         }
         Header {
             names,
             units_above,
+            titles,
             ..Header::default()
         }
     }
@@ -331,7 +347,9 @@ impl Matching<'_> {
                     ] {
                         self.refuse_another_unit((column, unit), name, stated, by);
                     }
-                    let height = told.and_then(|_| other_height(&plain, column, naming));
+                    let title = in_plain_signs(header.titles.get(index).map_or("", String::as_str));
+                    let heights = [&plain, &title].map(|name| told.and_then(|_| other_height(name, column, naming)));
+                    let height = heights.into_iter().flatten().next();
                     for expected in other.into_iter().chain(height) {
                         self.refuse(format!("column {name}"), expected);
                     }
@@ -515,6 +533,35 @@ mod tests {
         assert_eq!(names(&["Diameter", "4.762", "mm"], &["ball", "v", "v"]), "ball, v, v");
         assert_eq!(names(&["", "[m/s]", "[m/s]"], &["ball", "v", "v"]), "ball, v, v");
         assert_eq!(names(&["Drops", "", ""], &["ball", "v", "v"]), "ball, v, v");
+    }
+
+    #[test]
+    fn the_title_of_a_group_says_unit_and_point_of_what_is_right_below_it() {
+        let cells = |cells: &[&str]| cells.iter().map(|cell| (*cell).to_owned()).collect::<Vec<_>>();
+        let of = |above: &[&str], names: &[&str]| Header::below(&cells(above), cells(names));
+        let refused = |header: Header, theirs: &str| {
+            let naming = Naming {
+                columns: vec![("drop_height_mm".to_owned(), theirs.to_owned())],
+                ..Naming::default()
+            };
+            let problems = TableLayout::new(&header, &naming).err().unwrap_or_default();
+            let of_name = format!("column {theirs}");
+            let of_name = problems.into_iter().filter(|problem| problem.place == of_name);
+            of_name
+                .map(|problem| problem.expected)
+                .collect::<Vec<String>>()
+                .join("; ")
+        };
+        let names = ["ball", "drop", "rebound"];
+        assert!(refused(of(&["", "Height of centre (mm)", ""], &names), "drop").contains("heights_of"));
+        assert!(refused(of(&["Run", "Height [cm]", ""], &names), "drop").contains("drop_height_cm"));
+        assert_eq!(refused(of(&["Run", "Height [mm]", ""], &names), "drop"), "");
+        assert_eq!(
+            refused(of(&["", "Height [cm]", ""], &["ball", "drop (mm)", "e"]), "drop (mm)"),
+            ""
+        );
+        // the title of the table
+        assert_eq!(refused(of(&["Drops (cm)", ""], &["drop", "rebound"]), "drop"), "");
     }
 
     #[test]

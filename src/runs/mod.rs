@@ -232,7 +232,11 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
             Err(problems) if only => return Err(problems),
             // an empty sheet
             Err(_) => continue,
-            Ok(header) => columns::Header { sheet: None, ..header },
+            Ok(header) => columns::Header {
+                sheet: None,
+                titles: vec![],
+                ..header
+            },
         };
         let width = header.names.len();
         let survey = match &mut found {

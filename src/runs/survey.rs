@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use super::columns::{present, Header};
 use super::decimals::parse_number;
+use super::headers::called::columns_called;
 use super::headers::units::is_row_of_units;
 use super::labels::{is_count, label};
 
@@ -147,8 +148,9 @@ impl Survey {
 pub(super) const ROWS_OF_HEADER: usize = 40;
 
 /// The row that names the columns, of the first rows of a table with their numbers: words alone, with numbers in the row
-/// below it or below its units, and more than two thirds as wide as the widest such row. A line about the whole table is
-/// narrower. `None` where no row is like that.
+/// below it or below its units, and with more than half as many cells that are called like columns as any such row; where
+/// hardly any is, more than two thirds as wide as the widest. A line about the whole table is neither. `None` where no row is
+/// like that.
 pub(super) fn row_of_names(rows: &[(u64, Vec<String>)]) -> Option<u64> {
     let filled = |row: &[String]| row.iter().filter(|cell| present(cell).is_some()).count();
     let numbers = |row: &[String]| row.iter().filter(|cell| parse_number(cell.trim()).is_ok()).count();
@@ -160,12 +162,15 @@ pub(super) fn row_of_names(rows: &[(u64, Vec<String>)]) -> Option<u64> {
         let (_, names) = &rows[*at];
         filled(names) >= 2 && !names.iter().any(is_value) && below.next().is_some_and(|row| numbers(row) >= 1)
     };
-    let found: Vec<(u64, usize)> = (0..rows.len())
-        .filter(is_of_names)
-        .map(|at| (rows[at].0, filled(&rows[at].1)))
-        .collect();
-    let widest = found.iter().map(|(_, width)| *width).max()?;
-    let first = found.iter().find(|(_, width)| 3 * width > 2 * widest);
+    let is_known = |cell: &&String| present(cell).is_some_and(|cell| !columns_called(cell).is_empty());
+    let known = |row: &[String]| row.iter().filter(is_known).count();
+    let found: Vec<&(u64, Vec<String>)> = (0..rows.len()).filter(is_of_names).map(|at| &rows[at]).collect();
+    let most = found.iter().map(|(_, row)| known(row)).max()?;
+    let widest = found.iter().map(|(_, row)| filled(row)).max()?;
+    let first = found.iter().find(|(_, row)| match most {
+        0 | 1 => 3 * filled(row) > 2 * widest,
+        _ => 2 * known(row) > most,
+    });
     first.map(|(row, _)| *row)
 }
 
@@ -215,6 +220,9 @@ mod tests {
         let table = "Date,2026-03-01,\nFilm (mm),0.4,\nball,v,e\nPTFE,0.5,0.8";
         assert_eq!(row_of_names(&rows(table)), Some(3));
         assert_eq!(row_of_names(&rows("Date,2026-03-01\nRoom,22.5\nv,e\n0.5,0.8")), Some(3));
+        // one that is wider than the table
+        let table = "Operator,AB,Room,lab,Film,oil,Plate,glass\nNo.,ball,v (m/s),e\n1,PTFE,0.5,0.8";
+        assert_eq!(row_of_names(&rows(table)), Some(2));
         // names of numbers are no names, and words below words are not measured
         assert_eq!(row_of_names(&rows("1,2\n3,4")), None);
         assert_eq!(row_of_names(&rows("a,b\nc,d")), None);

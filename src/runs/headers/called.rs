@@ -33,7 +33,7 @@ pub(super) fn called_as(header: &str) -> (String, Vec<RunColumn>) {
 }
 
 /// The columns that are called like a header, its unit aside.
-pub(super) fn columns_called(header: &str) -> Vec<RunColumn> {
+pub(in crate::runs) fn columns_called(header: &str) -> Vec<RunColumn> {
     called_as(header).1
 }
 

@@ -12,7 +12,9 @@ const ABOVE: &str = "above over über ueber";
 const OF: &str = "the of a an der die das dem den des silicone";
 const FILM: &str = "film liquid oil layer flüssigkeit fluessigkeit flüssigkeitsfilm öl oel ölfilm schicht";
 const PLATE: &str = "plate glass wall substrate platte glas wand substrat";
-const PICTURE: &str = "image picture frame bild view";
+const OTHERS: &str =
+    "image picture frame bild view tray dish cell box table line ruler scale camera sensor lens wanne \
+                      schale tisch linie lineal kamera";
 const AFTER_FILM: &str = "surface oberfläche layer film mm cm m µm um in";
 
 /// The key of `[data]` that a header of heights contradicts, with the value that it asks for; `None` where it agrees or says
@@ -28,12 +30,15 @@ pub(in crate::runs) fn other_height(name: &str, column: RunColumn, naming: &Nami
         .position(|word| is_among(ABOVE, word))
         .unwrap_or(words.len());
     let (point, above) = words.split_at(at);
-    // the centre of the plate is no sphere's
+    // the centre of the plate is not the sphere's
     let of_sphere = |list: &str| {
         let named = without_articles(point);
         let found = named.iter().position(|word| is_among(list, word));
-        let is_others = |next: &&str| is_among(PLATE, next) || is_among(PICTURE, next);
-        found.is_some_and(|found| !named.get(found + 1).is_some_and(is_others))
+        let is_others = |at: usize| {
+            let word = named.get(at);
+            word.is_some_and(|word| is_among(PLATE, word) || is_among(OTHERS, word))
+        };
+        found.is_some_and(|found| !is_others(found + 1) && !is_others(found.wrapping_sub(1)))
     };
     let is_of = |list: &str, other: &str| of_sphere(list) && !of_sphere(other);
     let above = without_articles(above.get(1..).unwrap_or_default());
@@ -104,6 +109,9 @@ mod tests {
             "height (mm) above plate centre",
             "h (mm, center of the image)",
             "h (mm) Mitte Platte",
+            "Height, plate centre",
+            "h center of tray",
+            "centre line of scale",
             "height above bottom plate (mm)",
             "h above the film-covered plate (mm)",
             "h (mm) mean over oil batches",
