@@ -411,17 +411,17 @@ fn covered_from_priors(name: &str, model: &str, sets: u64) -> [[usize; 2]; 2] {
 }
 
 #[test]
-#[ignore = "samples 320 posteriors: half a minute"]
+#[ignore = "samples 160 posteriors: some minutes"]
 fn what_only_priors_tell_is_covered_in_the_mean() {
-    for [covered, of] in covered_from_priors("what_only_priors_tell", "", 200) {
+    for [covered, of] in covered_from_priors("what_only_priors_tell", "", 100) {
         let z = binomial_z(covered, of, 0.95);
-        assert!(of > 150 && z.abs() < 4.0, "{covered} of {of}: {z}");
+        assert!(of > 75 && z.abs() < 4.0, "{covered} of {of}: {z}");
     }
     // the planted fault: C held at its prior's median leaves k an interval that knows too much
     let held = "[priors]\ninertial_prefactor = { fixed = 1.0 }\n";
-    let [[covered, of], _] = covered_from_priors("what_only_priors_tell, held", held, 120);
+    let [[covered, of], _] = covered_from_priors("what_only_priors_tell, held", held, 60);
     let z = binomial_z(covered, of, 0.95);
-    assert!(z < -6.0, "{covered} of {of}: {z}");
+    assert!(z < -4.0, "{covered} of {of}: {z}");
 }
 
 /// The runs of the example, with a truth of this form; C is that of the formula as derived.

@@ -278,9 +278,9 @@ fn a_run_that_carries_a_square_root_law_is_named() {
 /// Over right tables of 21 to 89 runs, some stuck, some of a barely rebounding run: how many are refused, in how many one run
 /// is named, in how many the wider posterior stands.
 #[test]
-#[ignore = "fits 300 tables: some minutes"]
+#[ignore = "fits 100 tables: some minutes"]
 fn right_tables_are_quoted() {
-    const SETS: u64 = 300;
+    const SETS: u64 = 100;
     let longer = scene_text().replace("chains = 2\nwarmup = 200\ndraws = 200", "warmup = 400\ndraws = 400");
     let (mut refused, mut named, mut wider, mut slow) = (0, 0, 0, 0);
     let mut covered = [0; 2];
