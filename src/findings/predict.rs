@@ -468,7 +468,7 @@ struct SingleRun {
 
 /// What one draw says of a run.
 struct DrawShare {
-    /// r; e_dry² of a dry run, whose noise then is that of a wet one
+    /// r
     kept: f64,
     noise: RunNoise,
 }
@@ -489,7 +489,6 @@ impl DrawShare {
             noise: RunNoise {
                 tails: draw.tails,
                 spreads: Spreads { sigma, energy },
-                wet: true,
             },
         }
     }

@@ -235,22 +235,14 @@ impl<'s> Simulation<'s> {
         }
     }
 
-    /// The noise of wet runs, or of dry ones.
-    fn noise(&self, wet: bool) -> RunNoise {
-        let spreads = match wet {
-            true => Spreads {
+    /// The noise of wet runs.
+    fn noise(&self) -> RunNoise {
+        RunNoise {
+            tails: self.tails(),
+            spreads: Spreads {
                 sigma: self.values.sigma_wet,
                 energy: self.truth.sigma_energy.unwrap_or(0.0),
             },
-            false => Spreads {
-                sigma: self.values.sigma_dry,
-                energy: 0.0,
-            },
-        };
-        RunNoise {
-            tails: self.tails(),
-            spreads,
-            wet,
         }
     }
 
@@ -295,11 +287,8 @@ impl<'s> Simulation<'s> {
         let (liquid, film, latent) = match point.wet {
             None => {
                 let e_dry = self.truth.form().dry.restitution(k, v);
-                (
-                    None,
-                    None,
-                    self.noise(false).restitution(e_dry, 0.0, self.tails().draw(rng)),
-                )
+                // which m(e_dry²) is but for rounding
+                (None, None, e_dry + self.values.sigma_dry * self.tails().draw(rng))
             }
             Some((index, film_ratio)) => {
                 let liquid = &self.scene.liquids[index];
@@ -311,7 +300,7 @@ impl<'s> Simulation<'s> {
                 };
                 let truth = self.truth;
                 let kept = kept_energy(&setting, truth.form(), &parameters, v);
-                let (noise, of_noise) = (self.noise(true), self.wet_noise(setting.stokes(v), rng));
+                let (noise, of_noise) = (self.noise(), self.wet_noise(setting.stokes(v), rng));
                 // drawn only where there is some, so that other scenes' runs stay as they are
                 let of_energy = match noise.spreads.energy {
                     0.0 => 0.0,

@@ -15,7 +15,7 @@ use super::trend::FilmLaw;
 use crate::physics::balance::Balance;
 
 impl Pointwise {
-    /// Adds the runs, but for wet rebounds where nodes hold these.
+    /// Adds the runs, but for rebounds where nodes hold these.
     pub(super) fn add_to(&self, full: &[f64], noise: &[RunNoise; 2], rebounds_are_nodes: bool, totals: &mut Totals) {
         let mut laws = self.laws(full);
         // what a run errs by is its own, and is seen to one run at a time
@@ -24,7 +24,7 @@ impl Pointwise {
         // repeats stick with one probability
         let mut last_stuck: Option<(usize, RunDensity)> = None;
         for first in (0..self.len()).step_by(MOST_REBOUNDS) {
-            let is_read = |run: &usize| !(self.is_shared(*run) || rebounds_are_nodes && is_wet_rebound(*run));
+            let is_read = |run: &usize| !(self.is_shared(*run) || rebounds_are_nodes && !self.is_stuck(*run));
             let runs = (first..self.len().min(first + MOST_REBOUNDS)).filter(is_read);
             let runs: Vec<(usize, FilmLaw)> = runs.map(|run| (run, laws(self.setting(run)))).collect();
             let mut rebounds = Rebounds::NONE;
@@ -37,7 +37,7 @@ impl Pointwise {
                 let (at, kind) = (self.impact(run, &law.balance), usize::from(run >= self.dry));
                 let is_one_of_many = together && is_wet_rebound(run);
                 let of_rebound = is_one_of_many.then(|| found.next().flatten()).flatten();
-                let of_rebound = of_rebound.map(|of| at.with_slopes(of, at.kept(true).1));
+                let of_rebound = of_rebound.map(|of| at.with_slopes(of, at.kept().1));
                 let of = match last_stuck {
                     Some((same, of)) if self.sticks_as(run, same) => of,
                     _ => self.alone(run, at, &noise[kind], of_rebound),

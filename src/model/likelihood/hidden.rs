@@ -24,6 +24,7 @@ use super::run_noise::{MeasuredRun, RunNoise};
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::dry::Order;
+use crate::physics::rebound::mean_restitution;
 use crate::runs::TrueSpeed;
 
 /// Runs of one setting, with what is known of them.
@@ -296,36 +297,25 @@ impl Hidden<'_> {
         }
     }
 
-    /// r of a setting, or e_dry.
+    /// r of a setting.
     fn kept(&self, setting: &SettingRuns, z: f64) -> f64 {
         self.kept_at(setting, &self.impact(setting, z), z)
     }
 
     fn kept_at(&self, setting: &SettingRuns, at: &Impact, z: f64) -> f64 {
-        let kept = if self.noise.wet {
-            setting.balance.kept(at).0
-        } else {
-            setting.balance.e_dry(at.dry_root)[0]
-        };
+        let kept = setting.balance.kept(at).0;
         match self.moves {
             Moves::Speed => kept,
             Moves::Energy => kept + self.noise.spreads.energy * z,
         }
     }
 
-    /// dr/dz, or that of e_dry.
+    /// dr/dz.
     fn kept_slope(&self, setting: &SettingRuns, at: &Impact, z: f64) -> f64 {
         if self.moves == Moves::Energy {
             return self.noise.spreads.energy;
         }
-        let balance = setting.balance;
-        let in_log_speed = if self.noise.wet {
-            balance.in_log_speed(at)[0]
-        } else {
-            // v d/dv is a fifth of k d/dk
-            0.2 * balance.dry_k * balance.e_dry(at.dry_root)[1]
-        };
-        in_log_speed * setting.runs[0].errors.true_speed.sd / setting.ratio(z)
+        setting.balance.in_log_speed(at)[0] * setting.runs[0].errors.true_speed.sd / setting.ratio(z)
     }
 
     /// What a run adds at a z, whose setting keeps this there: with noise on the energy kept, where that is not what z stands
@@ -379,7 +369,7 @@ impl Hidden<'_> {
     fn is_certain(&self) -> bool {
         let sigma = self.noise.spreads.sigma;
         let is_at = |setting: &SettingRuns, z: f64| {
-            let mean = self.noise.mean(self.kept(setting, z)).0;
+            let mean = mean_restitution(self.kept(setting, z));
             setting.runs.iter().all(|run| match run.seen {
                 Seen::On(side, limit) => side.sign() * (limit - mean) > CERTAIN * sigma,
                 _ => false,

@@ -1,7 +1,8 @@
 //! Computes the log likelihood of all runs at once and its slopes.
 //!
-//! The generative statement: a wet run's e* = m(r) + σ_wet z, a dry run's e* = e_dry(v) + σ_dry z; the run stuck if e* is
-//! at or below the limit; where such runs were not logged, a rebound's density is that of runs that rebound. A node is a
+//! The generative statement: e* = m(r) + σ z, with σ_wet or σ_dry; a dry run keeps r = e_dry², of which m(r) is e_dry within
+//! 1e-6 from e_dry = 0.23 on. The run stuck if e* is at or below the limit; where such runs were not logged, a rebound's
+//! density is that of runs that rebound. A node is a
 //! setting with a count and a mean restitution: where noise is normal and of one spread, runs of one setting are one node, and
 //! what they scatter about their mean by is a sum of squares of its own, which is exact. Where z is of another family, or runs
 //! have errors of their own, or noise acts on the energy kept, `by_row.rs` takes a run at a time, as what leaves runs out and
@@ -17,7 +18,6 @@
 mod asymmetric_laplace;
 mod by_row;
 mod by_series;
-mod dry;
 mod errors;
 mod hidden;
 mod nodes;
@@ -44,7 +44,7 @@ use self::run_density::{RunDensity, Side};
 use self::sums::{Asked, NodeSums};
 use self::totals::Totals;
 use self::trend::{BlockLaw, FilmParameters};
-use super::parameters::{ParameterKind, COMMON_SLOTS, SHAPE_SLOT};
+use super::parameters::{ParameterKind, SHAPE_SLOT};
 
 /// The parameters give no density here: not an error, a place to turn back from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,19 +59,15 @@ impl Likelihood {
         let films = FilmParameters::new(self.form, full);
         let laws: Vec<BlockLaw> = self.blocks.iter().map(|block| block.law(films, full)).collect();
         let noise = self.noise.at(full);
-        let [dry, wet] = &noise;
         let mut totals = Totals {
             of_kind: [RunDensity::default(); 2],
             blocks: vec![Default::default(); laws.len()],
         };
-        for (runs, place) in self.dry.iter().zip(COMMON_SLOTS..) {
-            let of = runs.density(dry, self.form.dry, full[place], self.limit);
-            totals.of_kind[0].add(of, 1.0);
-            slopes[place] += of.dry_k;
+        for (kind, noise) in noise.iter().enumerate() {
+            self.add_nodes(kind, noise, &laws, &mut totals);
         }
-        self.add_nodes(wet, &laws, &mut totals);
         if let Some(rows) = &self.rows {
-            rows.add_to(full, &noise, self.rebounds.len() > 0, &mut totals);
+            rows.add_to(full, &noise, self.nodes.iter().any(|own| own.runs > 0.0), &mut totals);
         }
         for (law, sums) in laws.iter().zip(&totals.blocks) {
             law.add_slopes(sums, slopes);
@@ -92,15 +88,18 @@ impl Likelihood {
         }
     }
 
-    /// Adds the wet runs that nodes stand for.
-    fn add_nodes(&self, noise: &RunNoise, laws: &[BlockLaw], totals: &mut Totals) {
-        let Some(summed) = noise.tails.summed().filter(|_| self.nodes() > 0) else {
+    /// Adds the runs of a kind that nodes stand for. What a dry run keeps is e_dry², without losses.
+    fn add_nodes(&self, kind: usize, noise: &RunNoise, laws: &[BlockLaw], totals: &mut Totals) {
+        let own = &self.nodes[kind];
+        let is_empty = own.rebounds.len() + own.stuck.len() == 0;
+        let Some(summed) = noise.tails.summed().filter(|_| !is_empty) else {
             return;
         };
         let sigma = noise.spreads.sigma;
         let mut add = |nodes, asked, times| {
             let sums = NodeSums {
                 nodes,
+                kind,
                 laws,
                 order: self.form.dry,
                 sigma,
@@ -109,17 +108,17 @@ impl Likelihood {
             };
             sums.add_to(totals);
         };
-        add(&self.rebounds, Asked::Rebounds(summed), 1.0);
-        add(&self.stuck, Asked::Side(Side::Below, self.limit), 1.0);
+        add(&own.rebounds, Asked::Rebounds(summed), 1.0);
+        add(&own.stuck, Asked::Side(Side::Below, self.limit), 1.0);
         if self.truncated {
             // the density of a rebound is that of runs that rebound
-            add(&self.rebounds, Asked::Side(Side::Above, self.limit), -1.0);
+            add(&own.rebounds, Asked::Side(Side::Above, self.limit), -1.0);
         }
-        let (runs, squares) = (self.rebounds_of_nodes, self.leftover / (sigma * sigma));
-        let wet = &mut totals.of_kind[1];
-        wet.value += runs * (summed.peak - sigma.ln()) - 0.5 * squares;
-        wet.sigma += (squares - runs) / sigma;
-        wet.shape += runs * summed.peak_slope;
+        let squares = own.leftover / (sigma * sigma);
+        let all = &mut totals.of_kind[kind];
+        all.value += own.runs * (summed.peak - sigma.ln()) - 0.5 * squares;
+        all.sigma += (squares - own.runs) / sigma;
+        all.shape += own.runs * summed.peak_slope;
     }
 }
 

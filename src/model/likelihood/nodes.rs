@@ -64,7 +64,7 @@ pub(super) struct Nodes {
     pub film_ratio: Vec<f64>,
     /// f
     pub ln_film: Vec<f64>,
-    /// g(δ̃); empty where a parameter moves it
+    /// g(δ̃); 0 of dry runs, and where a parameter moves it
     pub shape: Vec<f64>,
     /// mean e of the runs
     pub restitution: Vec<f64>,
@@ -84,7 +84,7 @@ impl Nodes {
         self.fixed.push(impact.fixed[0]);
         self.film_ratio.push(film.ratio);
         self.ln_film.push(film.ln);
-        self.shape.extend(film.shape);
+        self.shape.push(film.shape.unwrap_or_default());
         self.restitution.push(restitution);
         self.count.push(count);
     }

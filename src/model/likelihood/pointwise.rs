@@ -24,6 +24,7 @@ use super::tails::Tails;
 use super::trend::{middle_film_ratio, FilmLaw, FilmParameters};
 use crate::model::parameters::offset_slot;
 use crate::physics::balance::Balance;
+use crate::physics::rebound::mean_restitution;
 use crate::physics::Form;
 use crate::runs::{Conditions, Runs, SharedSpeed};
 use crate::scene::{NoiseOn, Scene, Sticking};
@@ -367,11 +368,11 @@ impl EvaluatedLaw<'_> {
         self.score(run, restitution, Seen::Measured)
     }
 
-    /// Mean of e* and its spread σ: m(r) and σ_wet, or e_dry and σ_dry.
+    /// Mean of e*, m(r), and its spread σ.
     pub fn mean_and_sigma(&self, run: usize) -> (f64, f64) {
         let noise = self.noise(run);
-        let (kept, _) = self.impact(run).kept(noise.wet);
-        (noise.mean(kept).0, noise.spreads.sigma)
+        let (kept, _) = self.impact(run).kept();
+        (mean_restitution(kept), noise.spreads.sigma)
     }
 
     /// Log likelihood of a run: a density where it rebounded, a probability where it stuck; given the other runs where some
@@ -458,7 +459,7 @@ impl EvaluatedLaw<'_> {
             ratio = (errors.true_speed.mean + normal(errors.true_speed.sd)).max(0.01);
             at.impact = at.balance.at_speed_ratio(&at.impact, ratio);
         }
-        let e = noise.restitution(at.kept(noise.wet).0, normal(noise.spreads.energy), scatter);
+        let e = noise.restitution(at.kept().0, normal(noise.spreads.energy), scatter);
         if e <= self.pointwise.limit {
             return e;
         }

@@ -1,7 +1,5 @@
-//! Holds the runs of a scene as the likelihood reads them: wet ones as nodes, dry ones as sums, and one by one those of which
-//! these do not say enough.
+//! Holds the runs of a scene as the likelihood reads them: as nodes, and one by one those of which these do not say enough.
 
-use super::dry::DryRuns;
 use super::nodes::{Block, Nodes};
 use super::pointwise::Pointwise;
 use super::run_noise::NoiseModel;
@@ -20,16 +18,21 @@ pub struct Likelihood {
     pub(super) noise: NoiseModel,
     /// runs of one k, density ratio and offset
     pub(super) blocks: Vec<Block>,
-    pub(super) rebounds: Nodes,
-    pub(super) stuck: Nodes,
-    /// runs that the nodes stand for, of those that rebounded
-    pub(super) rebounds_of_nodes: f64,
-    /// sum of squares of these about the means of their settings
-    pub(super) leftover: f64,
-    /// of each sphere; empty where dry runs are taken one by one
-    pub(super) dry: Vec<DryRuns>,
+    /// dry ones and wet ones
+    pub(super) nodes: [KindNodes; 2],
     /// the runs, where some have spreads or tails that neither says
     pub(super) rows: Option<Pointwise>,
+}
+
+/// The runs of a kind as nodes.
+#[derive(Debug, Clone, Default)]
+pub(super) struct KindNodes {
+    pub rebounds: Nodes,
+    pub stuck: Nodes,
+    /// runs that the nodes of rebounds stand for
+    pub runs: f64,
+    /// sum of squares of these about the means of their settings
+    pub leftover: f64,
 }
 
 impl Likelihood {
@@ -40,29 +43,26 @@ impl Likelihood {
         // the rebounds with Student's noise of one spread are nodes, too, each by itself
         let is_student = rows.noise.family == LikelihoodFamily::Student;
         let rebounds_are_nodes = !needs_rows || is_student && !rows.is_integrated() && !rows.truncated;
-        let mut of_blocks = vec![[vec![], vec![]]; rows.blocks.len()];
-        for run in rows.dry..rows.len() {
-            let is_stuck = rows.is_stuck(run);
-            if rebounds_are_nodes && !(is_stuck && needs_rows) {
-                of_blocks[rows.setting(run).block][usize::from(is_stuck)].push(run);
+        let is_node = |run: usize| !needs_rows || rebounds_are_nodes && !rows.is_stuck(run);
+        let nodes = [0..rows.dry, rows.dry..rows.len()].map(|of_kind| {
+            let mut of_blocks = vec![[vec![], vec![]]; rows.blocks.len()];
+            for run in of_kind.filter(|run| is_node(*run)) {
+                of_blocks[rows.setting(run).block][usize::from(rows.is_stuck(run))].push(run);
             }
-        }
-        let (mut rebounds, mut stuck, mut leftover) = (Nodes::default(), Nodes::default(), 0.0);
-        for [of_rebounds, of_stuck] in of_blocks {
-            leftover += rebounds.add(&rows, of_rebounds, !needs_rows);
-            stuck.add(&rows, of_stuck, !needs_rows);
-        }
-        let dry = if needs_rows { 0 } else { runs.spheres.len() };
+            let mut nodes = KindNodes::default();
+            for [of_rebounds, of_stuck] in of_blocks {
+                nodes.leftover += nodes.rebounds.add(&rows, of_rebounds, !needs_rows);
+                nodes.stuck.add(&rows, of_stuck, !needs_rows);
+            }
+            nodes.runs = nodes.rebounds.count.iter().sum();
+            nodes
+        });
         Likelihood {
             form,
             limit: rows.limit,
             truncated: rows.truncated,
             blocks: rows.blocks.clone(),
-            rebounds_of_nodes: rebounds.count.iter().sum(),
-            rebounds,
-            stuck,
-            leftover,
-            dry: (0..dry).map(|sphere| DryRuns::of(scene, runs, sphere)).collect(),
+            nodes,
             noise: rows.noise,
             rows: needs_rows.then_some(rows),
         }
@@ -75,7 +75,8 @@ impl Likelihood {
 
     /// Nodes of wet runs, rebounded and stuck: different settings, or runs where these are not joined.
     pub fn nodes(&self) -> usize {
-        self.rebounds.len() + self.stuck.len()
+        let [_, wet] = &self.nodes;
+        wet.rebounds.len() + wet.stuck.len()
     }
 
     /// Whether it takes one run at a time, because these have spreads or tails of their own.

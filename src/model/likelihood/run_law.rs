@@ -15,13 +15,9 @@ pub(super) struct RunImpact<'b> {
 }
 
 impl RunImpact<'_> {
-    /// r, or e_dry of a dry run, with its slope in k.
-    pub fn kept(&self, wet: bool) -> (f64, f64) {
-        if wet {
-            return self.balance.kept(&self.impact);
-        }
-        let [e_dry, slope, _] = self.balance.e_dry(self.impact.dry_root);
-        (e_dry, slope)
+    /// r with its slope in k.
+    pub fn kept(&self) -> (f64, f64) {
+        self.balance.kept(&self.impact)
     }
 
     /// The same with the slopes that follow from that in what is kept, whose slope in k is this.
@@ -40,7 +36,7 @@ impl RunImpact<'_> {
             seen,
             errors: self.errors,
         };
-        let (kept, slope_k) = self.kept(noise.wet);
+        let (kept, slope_k) = self.kept();
         if self.errors.speed > 0.0 {
             self.integrated(noise, &run, Moves::Speed)
         } else if noise.acts_on_energy(kept) {

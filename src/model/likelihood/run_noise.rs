@@ -24,8 +24,6 @@ pub struct RunNoise {
     pub tails: Tails,
     /// its spreads
     pub spreads: Spreads,
-    /// whether there was a liquid
-    pub wet: bool,
 }
 
 /// What is known of a run, and what its measurement errs by.
@@ -52,60 +50,41 @@ impl NoiseModel {
         let tails = Tails::of(self.family, full[SHAPE_SLOT]);
         let of = |kind: ParameterKind| full[kind.slot()];
         let energy = if self.both { of(ParameterKind::SigmaEnergy) } else { 0.0 };
-        let kinds = [
-            (ParameterKind::SigmaDry, 0.0, false),
-            (ParameterKind::SigmaWet, energy, true),
-        ];
-        kinds.map(|(sigma, energy, wet)| RunNoise {
+        let kinds = [(ParameterKind::SigmaDry, 0.0), (ParameterKind::SigmaWet, energy)];
+        kinds.map(|(sigma, energy)| RunNoise {
             tails,
             spreads: Spreads {
                 sigma: of(sigma),
                 energy,
             },
-            wet,
         })
     }
 }
 
 impl RunNoise {
-    /// m(r) and its slope; of a dry run what is kept is its mean restitution already.
-    #[inline(always)]
-    pub fn mean(&self, kept: f64) -> (f64, f64) {
-        if self.wet {
-            mean_and_slope(kept)
-        } else {
-            (kept, 1.0)
-        }
-    }
-
     /// e* of a run that keeps this, with what noise adds to the energy kept, and with noise on the restitution in units of its
     /// spread.
     pub fn restitution(&self, kept: f64, of_energy: f64, of_noise: f64) -> f64 {
-        let mean = if self.wet {
-            mean_restitution(kept + of_energy)
-        } else {
-            kept
-        };
-        mean + self.spreads.sigma * of_noise
+        mean_restitution(kept + of_energy) + self.spreads.sigma * of_noise
     }
 
     /// Whether noise on the energy kept moves a run that keeps this by more than a rounding of its σ.
     pub fn acts_on_energy(&self, kept: f64) -> bool {
         let Spreads { sigma, energy } = self.spreads;
-        self.wet && energy > 0.0 && slope_mean_restitution(kept) * energy > NOTICED * sigma
+        energy > 0.0 && slope_mean_restitution(kept) * energy > NOTICED * sigma
     }
 
     /// Whether normal noise on the energy kept moves every run by more than that.
     pub fn acts_on_every_energy(&self) -> bool {
         // m′ is above a half up to r = 1
-        self.wet && self.tails == Tails::Normal && self.spreads.energy > 2.0 * NOTICED * self.spreads.sigma
+        self.tails == Tails::Normal && self.spreads.energy > 2.0 * NOTICED * self.spreads.sigma
     }
 
     /// The log density or probability of a run that keeps this at so many times its measured speed, with its slopes in what is
     /// kept, σ and the shape of the noise: without noise on the energy kept.
     #[inline]
     pub(super) fn density(&self, MeasuredRun { seen, errors }: &MeasuredRun, kept: f64, ratio: f64) -> RunDensity {
-        let (mean, slope) = self.mean(kept);
+        let (mean, slope) = mean_and_slope(kept);
         let sigma = self.spreads.sigma;
         // of the rebound speed over the measured impact speed
         let measured = |side: Side, e: f64| {

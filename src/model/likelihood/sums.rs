@@ -27,6 +27,8 @@ pub(super) enum Asked {
 /// Sums over the nodes of all blocks.
 pub(super) struct NodeSums<'a> {
     pub nodes: &'a Nodes,
+    /// of which kind they are: 0 dry, 1 wet
+    pub kind: usize,
     /// of each block
     pub laws: &'a [BlockLaw],
     pub order: Order,
@@ -38,7 +40,7 @@ pub(super) struct NodeSums<'a> {
 }
 
 impl NodeSums<'_> {
-    /// Adds them to the totals of wet runs.
+    /// Adds them to the totals of their kind.
     pub fn add_to(self, totals: &mut Totals) {
         // one call for all: a block of a few nodes costs no more than its roots
         Arch::new().dispatch(Dispatched { of: self, totals });
@@ -76,7 +78,7 @@ impl WithSimd for Dispatched<'_, '_> {
                 columns.add_slopes(of.nodes, chunk, of.times, sums);
             }
         }
-        totals.of_kind[1].add(all, of.times);
+        totals.of_kind[of.kind].add(all, of.times);
     }
 }
 

@@ -168,9 +168,8 @@ fn plain(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
     let mut sum = 0.0;
     for group in &runs.dry {
         for run in group.rebounds.start..group.stuck.end {
-            let mean = form
-                .dry
-                .restitution(full[COMMON_SLOTS + group.particle], runs.impact_speed[run]);
+            let dry_k = full[COMMON_SLOTS + group.particle];
+            let mean = rebound::mean_restitution(form.dry.restitution(dry_k, runs.impact_speed[run]).powi(2));
             sum += term(
                 mean,
                 full[ParameterKind::SigmaDry.slot()],

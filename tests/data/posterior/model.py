@@ -163,7 +163,8 @@ class Scene:
         for run in self.dry:
             key = run["particle"], run["v"]
             if key not in means:
-                means[key] = 1 - at[f"dry_k[{run['particle']}]"] * power(run["v"], f)
+                dry = 1 - at[f"dry_k[{run['particle']}]"] * power(run["v"], f)
+                means[key] = mean_restitution(dry * dry, f)
         return noise(((run["e"], means[run["particle"], run["v"]]) for run in self.dry), at["sigma_dry"], self.limit, f)
 
     def log_likelihood_wet(self, at, f=np):
@@ -176,7 +177,7 @@ class Scene:
                 stokes = run["density"] * run["D"] * run["v"] / (9 * run["viscosity"])
                 kept = dry * dry - self.inertial_loss(run, run["film_ratio"], at, f)
                 kept = kept - 4 * at["lubrication_log"] / stokes
-                means[key] = kept / f.sqrt(f.sqrt(kept * kept + TURN**4))
+                means[key] = mean_restitution(kept, f)
             runs.append((run["e"], means[key]))
         return noise(runs, at["sigma_wet"], self.limit, f)
 
@@ -200,6 +201,10 @@ class Scene:
 
 def power(speed, f):
     return speed**0.2 if f is np else f.mpf(speed) ** (f.mpf(1) / 5)
+
+
+def mean_restitution(kept, f):
+    return kept / f.sqrt(f.sqrt(kept * kept + TURN**4))
 
 
 def log_phi(z, f=np):

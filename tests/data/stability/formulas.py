@@ -327,7 +327,7 @@ for form in ("stepwise", "saturating"):
 
 def dry_density(stuck):
     def value(v, e, k, sigma):
-        m = 1 - k * v**FIFTH
+        m = mean((1 - k * v**FIFTH) ** 2)
         return ln_phi(-m / sigma) if stuck else -(((e - m) / sigma) ** 2) / 2 - LN_ROOT - mp.log(sigma)
 
     def slope(j):

@@ -115,7 +115,7 @@ impl Hidden<'_> {
         let spreads = self.noise.spreads;
         self.noise.tails == Tails::Normal
             && SIGMA.contains(&spreads.sigma)
-            && (self.moves == Moves::Energy || !self.noise.wet || spreads.energy == 0.0)
+            && (self.moves == Moves::Energy || spreads.energy == 0.0)
     }
 
     /// Adds nodes, a multiple of [`LANES`], to sums.
@@ -186,11 +186,8 @@ impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
         for (setting, to) in hidden.settings.iter().zip(sums.at.iter_mut()) {
             hidden.setting_at(setting, z, fused, to);
             let (mut mean, mut slope) = ([0.0; ROOM], [1.0; ROOM]);
-            mean[..count].copy_from_slice(&to.kept[..count]);
-            if hidden.noise.wet {
-                for ((mean, slope), kept) in mean[..count].iter_mut().zip(&mut slope[..count]).zip(&to.kept[..count]) {
-                    (*mean, *slope) = mean_and_slope(*kept);
-                }
+            for ((mean, slope), kept) in mean[..count].iter_mut().zip(&mut slope[..count]).zip(&to.kept[..count]) {
+                (*mean, *slope) = mean_and_slope(*kept);
             }
             to.of_kept[..count].fill(0.0);
             for run in setting.runs {
@@ -317,19 +314,17 @@ impl Hidden<'_> {
             }
         }
         // each a loop of its own without a choice in it
-        match (self.noise.wet, setting.balance.order) {
-            (true, Order::First) => setting.kept_at::<true>(Order::First, places, roots, to),
-            (true, Order::Second) => setting.kept_at::<true>(Order::Second, places, roots, to),
-            (false, Order::First) => setting.kept_at::<false>(Order::First, places, roots, to),
-            (false, Order::Second) => setting.kept_at::<false>(Order::Second, places, roots, to),
+        match setting.balance.order {
+            Order::First => setting.kept_at(Order::First, places, roots, to),
+            Order::Second => setting.kept_at(Order::Second, places, roots, to),
         }
     }
 }
 
 impl SettingRuns<'_> {
-    /// What a wet or dry impact keeps, where the dry speed's fifth root is so many times as large.
+    /// What an impact keeps, where the dry speed's fifth root is so many times as large.
     #[inline(always)]
-    fn kept_at<const WET: bool>(&self, order: Order, places: &[f64], roots: &[f64], to: &mut SettingNodes) {
+    fn kept_at(&self, order: Order, places: &[f64], roots: &[f64], to: &mut SettingNodes) {
         let balance = self.balance.of_order(order);
         let (first, errors) = (self.impact, self.runs[0].errors);
         let count = places.len();
@@ -338,12 +333,7 @@ impl SettingRuns<'_> {
         let to = kept.iter_mut().zip(slope_k).zip(over_stokes);
         for (((kept, slope_k), over_stokes), (z, root)) in to.zip(places.iter().zip(roots)) {
             let impact = first.at_speed_ratio(errors.ratio(*z), *root);
-            (*kept, *slope_k) = if WET {
-                balance.kept(&impact)
-            } else {
-                let [e_dry, slope, _] = balance.e_dry(impact.dry_root);
-                (e_dry, slope)
-            };
+            (*kept, *slope_k) = balance.kept(&impact);
             *over_stokes = impact.over_stokes;
         }
     }

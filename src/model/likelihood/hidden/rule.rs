@@ -12,7 +12,7 @@ use crate::distributions::LN_ROOT_TWO_PI;
 use crate::model::likelihood::run_density::Seen;
 use crate::model::likelihood::run_noise::MeasuredRun;
 use crate::model::likelihood::tails::Tails;
-use crate::physics::rebound::TURN;
+use crate::physics::rebound::{mean_and_slope, TURN};
 use crate::roots::root_between;
 
 /// Panels beyond which parameters are taken to have no density.
@@ -172,9 +172,6 @@ impl Hidden<'_> {
     fn keeps_its_sign(&self, rule: Hermite, sums: &Sums) -> bool {
         /// of the way between the last two nodes
         const BEYOND: f64 = 1.4;
-        if !self.noise.wet {
-            return true;
-        }
         let count = 2 * rule.pairs.len();
         let beyond = if rule == Hermite::EIGHT { BEYOND } else { 0.0 };
         sums.at.iter().all(|setting| {
@@ -377,9 +374,9 @@ impl Hidden<'_> {
         let mut squares = 1.0;
         for setting in self.settings {
             let impact = self.impact(setting, z);
-            let (mean, slope) = self.noise.mean(self.kept_at(setting, &impact, z));
+            let (mean, slope) = mean_and_slope(self.kept_at(setting, &impact, z));
             let of_mean = slope * self.kept_slope(setting, &impact, z);
-            let energy = if self.noise.wet { spreads.energy * slope } else { 0.0 };
+            let energy = spreads.energy * slope;
             for run in setting.runs {
                 squares += match run.seen {
                     Seen::Rebound(_) | Seen::Measured(..) => {
@@ -414,8 +411,7 @@ impl Hidden<'_> {
 
     /// z where the r of a setting is zero within reach.
     fn turn(&self, setting: &SettingRuns, reach: f64) -> Option<f64> {
-        let turn = || root_between([-reach, reach], |z| self.kept(setting, z));
-        self.noise.wet.then(turn).flatten()
+        root_between([-reach, reach], |z| self.kept(setting, z))
     }
 
     /// The largest value that the logarithm of all factors but φ has.

@@ -76,9 +76,13 @@ impl Case {
             restitution: self.errors.restitution,
             ..Errors::NONE
         };
-        let mean = self.noise.mean(self.balance.kept(&self.impact).0).0;
+        let mean = mean_restitution(self.balance.kept(&self.impact).0);
         self.e = mean + self.errors.variance(self.noise.spreads.sigma).sqrt() * of_noise;
         self
+    }
+
+    fn is_wet(&self) -> bool {
+        self.balance.lost.over_stokes > 0.0 || self.balance.lost.constant != 0.0
     }
 
     /// The same at a film or diameter at which the liquid takes so many times as much.
@@ -86,7 +90,7 @@ impl Case {
         let mut other = *self;
         other.impact.over_stokes *= times;
         other.balance.lost.constant *= times;
-        if self.noise.wet {
+        if self.is_wet() {
             let mean = |case: &Case| mean_restitution(case.balance.kept(&case.impact).0);
             other.e += mean(&other) - mean(self);
         }
@@ -100,7 +104,7 @@ impl Case {
             let moved = 1.0 + self.errors.speed * apart;
             let true_speed = self.errors.true_speed;
             MeasuredRun {
-                seen: if index % 4 == 3 && self.noise.wet {
+                seen: if index % 4 == 3 && self.is_wet() {
                     Seen::On(Side::Below, 0.0)
                 } else {
                     Seen::Rebound(self.e + 2.0 * self.noise.spreads.sigma * apart)
@@ -124,7 +128,7 @@ impl Case {
         let setting = [self.setting(&run)];
         let hidden = self.hidden(&setting);
         let ratio = hidden.errors(&run[0]).ratio(z);
-        let mean = self.noise.mean(hidden.kept(&setting[0], z)).0;
+        let mean = mean_restitution(hidden.kept(&setting[0], z));
         let spread = self.errors.variance(self.noise.spreads.sigma * ratio).sqrt();
         let e = mean * ratio + self.errors.shared() * (1.0 - ratio) + spread * of_noise;
         Case { e, ..self }
@@ -184,7 +188,6 @@ fn of_speed(rng: &mut ChaCha8Rng, index: usize, energy: f64) -> Case {
         noise: RunNoise {
             tails: Tails::Normal,
             spreads,
-            wet,
         },
         moves: Moves::Speed,
         errors,
@@ -222,7 +225,6 @@ fn of_energy(rng: &mut ChaCha8Rng, index: usize) -> Case {
         noise: RunNoise {
             tails: Tails::Normal,
             spreads,
-            wet: true,
         },
         moves: Moves::Energy,
         errors: Errors::NONE,
@@ -425,7 +427,7 @@ fn slopes_agree_with_differences() {
             let smallest = if energy > 0.0 { sigma.min(energy) } else { 4e-3 };
             let steps = [1e-3 * sigma, 1e-3 * smallest, 1e-3 * smallest, 1e-3 * energy, 1e-2];
             for (place, (slope, h)) in slopes.into_iter().zip(steps).enumerate() {
-                if place == 1 && !case.noise.wet || place == 3 && energy == 0.0 || place == 4 && !has_shape {
+                if place == 1 && !case.is_wet() || place == 3 && energy == 0.0 || place == 4 && !has_shape {
                     continue;
                 }
                 let of = |step: f64| at(place, step * h).value;
@@ -573,7 +575,7 @@ fn parameters_beyond_all_numbers_have_no_density() {
                     let found = case.density(seen);
                     let all = found.value + found.kept + found.sigma;
                     // what is certain to stick may say so, and what a run does not feel is none of it
-                    let no_noise = place == 1 && odd.is_nan() || !case.noise.wet && (place == 1 || place == 2);
+                    let no_noise = place == 1 && odd.is_nan() || !case.is_wet() && (place == 1 || place == 2);
                     let is_side = matches!(seen, Seen::On(..)) || no_noise;
                     assert!(is_side || !all.is_finite(), "{index} {place} {odd} {seen:?} {found:?}");
                 }

@@ -156,7 +156,8 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
         let of = |run: usize| known(run, full[sigma.slot()], energy);
         let mean = |run: usize, v: f64, lucky: f64| {
             if let Some(group) = dry(run) {
-                return form.dry.restitution(full[COMMON_SLOTS + group.particle], v);
+                let e_dry = form.dry.restitution(full[COMMON_SLOTS + group.particle], v);
+                return rebound::mean_restitution(e_dry.powi(2));
             }
             let mut series = runs.series.iter();
             let series = series.find(|series| series.runs().contains(&run)).expect("wet");

@@ -193,6 +193,7 @@ fn largest_difference(wrong: impl Fn(&mut BlockLaw), seed: &str) -> f64 {
         let mut wide = nothing();
         let sums = NodeSums {
             nodes: &nodes,
+            kind: 1,
             laws: &[other],
             order: form.dry,
             sigma: SIGMA,
