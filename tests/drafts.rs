@@ -211,6 +211,10 @@ fn columns_that_may_say_what_is_wet_are_asked_for() {
         ("Oleje,Tloušťka (µm)", "M50,200"),
         ("h_l [mm]", "0.2"),
         ("depth / mm", "0.2"),
+        ("Filmdicke/D", "0.05"),
+        ("film mass (mg)", "3"),
+        ("wet", "1"),
+        ("Ca", "0.01"),
     ] {
         let (marks, out) = run(header, row);
         assert_eq!(marks, ["columns.liquid"], "{header}");
@@ -219,6 +223,8 @@ fn columns_that_may_say_what_is_wet_are_asked_for() {
         out.says("no column is known to say the liquid or the film: if `");
         out.says("if every run is dry, take `liquid` out of columns");
     }
+    let (_, out) = run("film ratio", "0.05");
+    assert!(out.contains("no column says the liquid: all runs are wet"), "{out}");
     // the twins: what holds neither
     for (header, row) in [
         ("date", "May 3"),

@@ -468,10 +468,10 @@ impl Matching<'_> {
     /// Refuses a header without the columns that every table needs.
     fn require_columns(&mut self) {
         use RunColumn::{
-            Diameter, DropHeight, Film, ImpactSpeed, Liquid, Particle, ReboundHeight, ReboundSpeed, Restitution,
-            RestitutionSdOfRuns, RestitutionSe, Runs, Stokes,
+            Diameter, DropHeight, Film, FilmRatio, ImpactSpeed, Liquid, Particle, ReboundHeight, ReboundSpeed,
+            Restitution, RestitutionSdOfRuns, RestitutionSe, Runs, Stokes,
         };
-        let has_films = !self.lacks(Film);
+        let has_films = !self.lacks(Film) || !self.lacks(FilmRatio);
         let has_means = !self.lacks_all(&[RestitutionSdOfRuns, RestitutionSe]);
         let speeds = " (or `drop_height_mm`, or `stokes`)";
         let rebounds = " (or `rebound_speed_m_s`, or `rebound_height_mm`)";

@@ -203,7 +203,7 @@ impl<'s> Naming<'s> {
             ours
         } else if of_runs == RunColumn::Particle {
             return self.only(of_runs, SPHERE, "all spheres are of one kind");
-        } else if self.has(RunColumn::Film) {
+        } else if self.has(RunColumn::Film) || self.has(RunColumn::FilmRatio) || self.has(RunColumn::Stokes) {
             return self.only(of_runs, LIQUID, "all runs are wet, with one liquid");
         } else {
             self.ask_for_liquids();

@@ -56,12 +56,21 @@ pub(super) fn may_hold_names(column: &SurveyedColumn) -> bool {
     is_of_words && !holds_days && !may_hold_reasons(&column.name)
 }
 
-/// Whether a column that is not read may hold films: numbers with a unit of length.
+/// What is in the names of columns that only runs with a liquid have.
+const OF_LIQUIDS: &str = "film schicht layer liquid flüssig fluessig fluid oil öl visk visc wet nass delta δ";
+
+/// Numbers that only runs with a liquid have.
+const LIQUID_NUMBERS: &str = "ca we bo oh hd hr";
+
+/// Whether a column that is not read may hold films: numbers with a unit of length, or named for what only wet runs have.
 pub(super) fn may_hold_films(column: &SurveyedColumn) -> bool {
+    let name = letters(&column.name);
+    let is_of_liquids = OF_LIQUIDS.split(' ').any(|word| name.contains(word)) || is_among(LIQUID_NUMBERS, &name);
     let stated = parted(&column.name).1.or_else(|| unit_of_cell(&column.unit));
     let units = Dimension::Length.units().iter().chain(Dimension::Thickness.units());
     let mut suffixes = units.map(|unit| unit.suffix);
-    column.largest.is_some() && suffixes.any(|suffix| stated == Some(StatedUnit::Ours(suffix)))
+    let is_length = suffixes.any(|suffix| stated == Some(StatedUnit::Ours(suffix)));
+    column.largest.is_some() && (is_of_liquids || is_length)
 }
 
 /// What columns of days and times are called, which are words to a reader of cells.

@@ -182,10 +182,9 @@ pub(super) fn check_row(
             index
         }
         // an empty cell means dry only where nothing speaks of a film: else it is a name that was left out, as of merged cells
-        None if !checker.scene.liquids.is_empty()
-            && [RunColumn::Film, RunColumn::FilmRatio]
-                .iter()
-                .any(|film| raw[*film].is_some_and(|film| film > 0.0)) =>
+        None if [RunColumn::Film, RunColumn::FilmRatio]
+            .iter()
+            .any(|film| raw[*film].is_some_and(|film| film > 0.0)) =>
         {
             let expected = format!("expected a name in [liquids], or `{DRY}`, beside a film");
             problems.push(bad_cell(RunColumn::Liquid, expected));
