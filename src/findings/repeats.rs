@@ -669,7 +669,7 @@ impl Means {
                 if !has_speed {
                     continue;
                 }
-                expected += restitutions.chance(step);
+                expected += restitutions.chance(step, one.scatter);
             } else {
                 // repeats of a set speed have its mean restitution together
                 if one.is_set {
@@ -700,9 +700,13 @@ impl Means {
     /// The last rows of settings, or the first, that are the means of the others there. Runs of one setting may stand in any
     /// order: each is as likely at the end as those that are means of the others, too, whatever digits and scatter are.
     fn at_one_end(rebounds: &[Rebound], of: MeanOf) -> Means {
+        /// share by which speeds of one setting follow each other: wider designs may end with their middle
+        const APART: f64 = 0.05;
+        let is_repeat =
+            |one: &Rebound, other: &Rebound| one.group == other.group && (other.speed / one.speed - 1.0).abs() <= APART;
         let mut rows = vec![];
         let mut chances = vec![];
-        for setting in rebounds.chunk_by(|one, other| one.is_near(other)) {
+        for setting in rebounds.chunk_by(is_repeat) {
             if !ROWS[1].contains(&(setting.len() - 1)) {
                 continue;
             }
@@ -797,11 +801,19 @@ impl Spread {
         is_rounded(value - self.mean, step)
     }
 
-    /// Probability that one more value is.
-    fn chance(&self, step: f64) -> f64 {
+    /// Probability that one more value is: of a mean halfway between two that can be written, either. Two values may lie close together by
+    /// chance: they scatter by this at least.
+    fn chance(&self, step: f64, scatter: f64) -> f64 {
         let root_two_pi = (2.0 * std::f64::consts::PI).sqrt();
-        let sd = self.sd * (1.0 + 1.0 / self.count).sqrt();
-        (step / (root_two_pi * sd)).min(1.0)
+        let own = if self.count < 3.0 {
+            self.sd.max(scatter)
+        } else {
+            self.sd
+        };
+        let sd = own * (1.0 + 1.0 / self.count).sqrt();
+        let is_halfway = ((self.mean / step).fract() - 0.5).abs() < 1e-6;
+        let written = if is_halfway { 2.0 } else { 1.0 };
+        (written * step / (root_two_pi * sd)).min(1.0)
     }
 }
 
