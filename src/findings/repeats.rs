@@ -801,8 +801,8 @@ impl Spread {
         is_rounded(value - self.mean, step)
     }
 
-    /// Probability that one more value is: of a mean halfway between two that can be written, either. Two values may lie close together by
-    /// chance: they scatter by this at least.
+    /// Probability that one more value is: of a mean halfway between two that can be written, either. Two values may lie close
+    /// together by chance: they scatter by this at least.
     fn chance(&self, step: f64, scatter: f64) -> f64 {
         let root_two_pi = (2.0 * std::f64::consts::PI).sqrt();
         let own = if self.count < 3.0 {
