@@ -240,6 +240,20 @@ fn columns_that_may_say_what_is_wet_are_asked_for() {
     }
 }
 
+/// What stands above the names may say that runs are wet: a line about the table, or a small table of constants.
+#[test]
+fn titles_that_speak_of_a_liquid_are_asked_about() {
+    let rows = "ball,v (m/s),e\nPTFE,1,0.8\nPTFE,1.2,0.8\nPTFE,1.4,0.8\n";
+    for title in ["Drops on an oil film,,", "liquid,film_um,D_mm\nAK10,286,4.762"] {
+        let (marks, out) = drafted(&format!("{title}\n{rows}"));
+        assert!(marks.contains(&"columns.liquid".to_owned()), "{title}: {marks:?}");
+        out.says("; no liquid known");
+        out.says("constants and write a table [liquids.NAME] for each liquid");
+    }
+    let (_, out) = drafted(&format!("Drops of May,,\n{rows}"));
+    out.says("; every run is dry");
+}
+
 /// A scene that names liquids, with a table that says of no run which one it has.
 #[test]
 fn liquids_that_no_table_tells_of_are_asked_for() {

@@ -111,6 +111,40 @@ fn hidden_rows_are_asked_about_and_then_taken_or_left() {
     assert_eq!(fit(&place).2["counts"]["runs"], 24);
 }
 
+/// What is written once a block: in cells that are merged it is every row's; in others an empty cell may be a dry run's.
+#[test]
+fn a_liquid_in_merged_cells_is_that_of_every_row() {
+    let row = |v: f64, wet: &str, loss: f64| {
+        let e = ((1.0 - 0.18 * v.powf(0.2)).powi(2) - loss / v).sqrt();
+        format!("PTFE,4.762,{v},{e:.4},{wet}\n")
+    };
+    let speeds = || (0..12).map(|at| 0.6 + 0.1 * f64::from(at));
+    let dry: String = speeds().map(|v| row(v, "", 0.0)).collect();
+    let wet: String = speeds()
+        .map(|v| row(v, if v < 0.65 { "AK10,286" } else { "" }, 0.03))
+        .collect();
+    let header = "particle,diameter_mm,impact_speed_m_s,restitution,liquid,film_um\n";
+    let mut book = Sheet::of("May", &format!("{header}{dry}{wet}"));
+    let data = "[liquids.AK10]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 9.3\n";
+    let (status, _, err) = place(data, &[book.clone()]).run("check scene.toml");
+    assert_eq!(status, Some(2));
+    err.says("row 15, column liquid: found an empty cell");
+    err.says("11 cells below names are empty, as if each name");
+    book.merged = vec!["E14:E25".to_owned(), "F14:F25".to_owned()];
+    let (status, out, err) = place(data, &[book.clone()]).run("check scene.toml");
+    assert_eq!((status, err.as_str()), (Some(0), ""));
+    for of_rows in ["PTFE dry 12", "PTFE AK10 12"] {
+        let mut lines = out
+            .lines()
+            .map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
+        assert!(lines.any(|line| line.starts_with(of_rows)), "{of_rows}: {out}");
+    }
+    // the planted fault: films merged over too few rows
+    book.merged[1] = "F14:F24".to_owned();
+    let (_, _, err) = place(data, &[book]).run("check scene.toml");
+    err.says("row 25, column film_um");
+}
+
 #[test]
 fn hidden_columns_that_are_read_are_named() {
     let hidden = Sheet {

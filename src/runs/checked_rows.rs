@@ -3,9 +3,10 @@
 use std::borrow::Cow;
 
 use super::collect::{Collected, Gathering, SheetRead};
-use super::columns::{ColumnPlace, TableLayout};
+use super::columns::{present, ColumnPlace, TableLayout};
 use super::decimals::{parse_number, rounding_of, Decimals, DoubtfulNumber};
 use super::labels::{is_count, label, Label};
+use super::liquid_cells::LiquidCells;
 use super::raw_row::{BadCell, RawRow};
 use super::refusals::{CellPlace, Refusals, Refused};
 use super::row::{check_row, RowChecker};
@@ -55,6 +56,7 @@ pub(super) struct CheckedRows<'s> {
     checker: RowChecker<'s>,
     collected: Collected,
     decimals: Decimals<RunColumn>,
+    liquids: LiquidCells,
     refusals: Refusals<'s>,
 }
 
@@ -69,6 +71,7 @@ impl<'s> CheckedRows<'s> {
             collected: Collected::new(checker.has_film_ratio, &layout.remarks),
             checker,
             decimals: Decimals::new(),
+            liquids: LiquidCells::default(),
             refusals: Refusals::new(layout),
         }
     }
@@ -89,6 +92,15 @@ impl<'s> CheckedRows<'s> {
         let mut row: RawRow<'_> = layout.row_before_its_cells();
         for (word, (column, _)) in words.iter().zip(&self.words) {
             row.set_word(*column, word.as_deref().and_then(|text| layout.read(*column, text)));
+        }
+        if layout.place(RunColumn::Liquid).is_some() {
+            let holds = |column| match layout.place(column).and_then(&cell) {
+                Some(Cell::Text(text)) => present(text).is_some(),
+                held => held.is_some(),
+            };
+            let liquid = row.word(RunColumn::Liquid);
+            let has_film = liquid.is_none() && [RunColumn::Film, RunColumn::FilmRatio].into_iter().any(holds);
+            self.liquids.add(at, liquid, has_film);
         }
         self.collected.count(at.number(), row.word(RunColumn::Run));
         // of a run that is left out nothing else is read
@@ -190,6 +202,9 @@ impl<'s> CheckedRows<'s> {
             let DoubtfulNumber { column, expected, .. } = doubt;
             self.refusals
                 .cell_before_others(doubt.place, BadCell { column, expected }, quoted(&doubt.text));
+        }
+        if let Some((at, bad)) = self.liquids.doubt() {
+            self.refusals.cell(at, bad, |_| None);
         }
         self.refusals.or(self.collected)
     }

@@ -98,6 +98,14 @@ impl Header {
     }
 }
 
+impl Header {
+    /// The title above a name; of a group, whose cells are merged, that of its first column.
+    fn title(&self, index: usize) -> &str {
+        let mut up_to = self.titles.iter().take(index + 1).rev();
+        up_to.find(|title| !title.is_empty()).map_or("", String::as_str)
+    }
+}
+
 /// Where each column stands in the table, and in which unit.
 #[derive(Debug)]
 pub(super) struct TableLayout<'s> {
@@ -340,16 +348,19 @@ impl Matching<'_> {
                     let other = told.and_then(|(ours, _)| other_quantity(&plain, column, ours));
                     // the unit of another quantity says no more
                     let by_name = by_name.filter(|_| other.is_none());
+                    let has_own = parted(&plain).1.is_some() || below.is_some() || above.is_some();
+                    let title = in_plain_signs(header.title(index));
+                    let of_group = parted(&title).1.filter(|stated| !has_own && is_unit_of(stated, column));
                     for (stated, by) in [
                         (by_name, "its name"),
                         (below, "the row below its name"),
                         (above, "the row above its name"),
+                        (of_group, "the title above its name"),
                     ] {
                         self.refuse_another_unit((column, unit), name, stated, by);
                     }
-                    let title = in_plain_signs(header.titles.get(index).map_or("", String::as_str));
-                    let heights = [&plain, &title].map(|name| told.and_then(|_| other_height(name, column, naming)));
-                    let height = heights.into_iter().flatten().next();
+                    let by_name = told.and_then(|_| other_height(&plain, "its name", column, naming));
+                    let height = by_name.or_else(|| other_height(&title, "the title above it", column, naming));
                     for expected in other.into_iter().chain(height) {
                         self.refuse(format!("column {name}"), expected);
                     }
@@ -501,6 +512,12 @@ fn stated_by_name(name: &str, column: RunColumn) -> Option<StatedUnit> {
     }
 }
 
+/// Whether a unit is one that a column is written in.
+fn is_unit_of(stated: &StatedUnit, column: RunColumn) -> bool {
+    let mut units = column.dimension().units().iter();
+    units.any(|unit| !unit.suffix.is_empty() && *stated == StatedUnit::Ours(unit.suffix))
+}
+
 /// A column without a name, as a message shows it.
 pub(super) fn unnamed_column(index: usize) -> String {
     format!("no. {} (without a name)", index + 1)
@@ -560,6 +577,13 @@ mod tests {
             refused(of(&["", "Height [cm]", ""], &["ball", "drop (mm)", "e"]), "drop (mm)"),
             ""
         );
+        // what reaches over the next column, and units without brackets
+        let merged = of(&["", "Heights of centre in cm", ""], &["ball", "rebound", "drop"]);
+        assert!(
+            refused(merged.clone(), "drop").contains("by the title above it its heights are of the sphere's centre")
+        );
+        assert!(refused(merged, "drop").contains("drop_height_cm"));
+        assert_eq!(refused(of(&["", "v (m/s)", ""], &["ball", "v", "drop"]), "drop"), "");
         // the title of the table
         assert_eq!(refused(of(&["Drops (cm)", ""], &["drop", "rebound"]), "drop"), "");
     }

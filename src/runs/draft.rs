@@ -1,6 +1,8 @@
 //! Drafts a scene from a table of runs: its particles and liquids, its columns as far as they can be guessed, and every key.
 
-use super::guess::{guess, is_plain_speed, marks_bad_runs, may_hold_films, may_hold_names, may_hold_reasons};
+use super::guess::{
+    guess, is_plain_speed, marks_bad_runs, may_hold_films, may_hold_names, may_hold_reasons, speaks_of_liquids,
+};
 use super::headers::heights::other_height;
 use super::headers::other_quantity;
 use super::headers::units::{unit_of, StatedUnit};
@@ -206,7 +208,7 @@ impl<'s> Naming<'s> {
         } else if self.has(RunColumn::Film) || self.has(RunColumn::FilmRatio) || self.has(RunColumn::Stokes) {
             return self.only(of_runs, LIQUID, "all runs are wet, with one liquid");
         } else {
-            self.ask_for_liquids();
+            self.ask_for_liquids(survey);
             return vec![];
         };
         let ours = ours.into_iter().map(|(_, ours)| ours);
@@ -234,20 +236,34 @@ impl<'s> Naming<'s> {
         vec![name.to_owned()]
     }
 
-    /// Leaves the column of liquids to be filled in where one that is not known may hold them, or films.
-    fn ask_for_liquids(&mut self) {
+    /// Leaves the column of liquids to be filled in where one that is not known may hold them, or films, or where a title or the
+    /// name of a sheet speaks of either.
+    fn ask_for_liquids(&mut self, survey: &Survey) {
         let unused = self.unused.iter();
         let wet = unused.filter(|column| may_hold_names(column) || may_hold_films(column));
         let wet: Vec<String> = wet.map(|column| quoted(&column.name)).collect();
-        if wet.is_empty() {
+        let around = survey.titles.iter().chain(&survey.sheets);
+        let said: Vec<String> = around
+            .filter(|text| speaks_of_liquids(text))
+            .map(|text| quoted(text))
+            .collect();
+        let liquids =
+            "and write a table [liquids.NAME] for each liquid; if every run is dry, take `liquid` out of columns";
+        if !wet.is_empty() {
+            self.guessed.push(format!(
+                "no column is known to say the liquid or the film: if {} does, name it `liquid` or `film_um` in columns {liquids}",
+                wet.join(" or ")
+            ));
+        } else if !said.is_empty() {
+            self.guessed.push(format!(
+                "no column says the liquid or the film, of which {} may speak: give `liquid` and `film_um` as columns or \
+                 constants {liquids}",
+                said.join(", ")
+            ));
+        } else {
             return;
         }
         self.may_be_wet = true;
-        self.guessed.push(format!(
-            "no column is known to say the liquid or the film: if {} does, name it `liquid` or `film_um` in columns and write a \
-             table [liquids.NAME] for each liquid; if every run is dry, take `liquid` out of columns",
-            wet.join(" or ")
-        ));
         self.columns
             .push((RunColumn::Liquid.base().to_owned(), FILL_IN.to_owned()));
     }
@@ -408,7 +424,7 @@ impl Naming<'_> {
         let heights = [RunColumn::DropHeight, RunColumn::ReboundHeight];
         let says = |of: &RunColumn| {
             self.column(*of)
-                .is_some_and(|column| other_height(&column.name, *of, &usual).is_some())
+                .is_some_and(|column| other_height(&column.name, "its name", *of, &usual).is_some())
         };
         self.filled(RunColumn::DropHeight) > self.filled(RunColumn::ImpactSpeed)
             || self.filled(RunColumn::ReboundHeight) > rebound

@@ -62,15 +62,19 @@ const OF_LIQUIDS: &str = "film schicht layer liquid flüssig fluessig fluid oil 
 /// Numbers that only runs with a liquid have.
 const LIQUID_NUMBERS: &str = "ca we bo oh hd hr";
 
+/// Whether a name or title has a part of a word for what only wet runs have.
+pub(super) fn speaks_of_liquids(text: &str) -> bool {
+    let name = letters(text);
+    OF_LIQUIDS.split(' ').any(|word| name.contains(word)) || is_among(LIQUID_NUMBERS, &name)
+}
+
 /// Whether a column that is not read may hold films: numbers with a unit of length, or named for what only wet runs have.
 pub(super) fn may_hold_films(column: &SurveyedColumn) -> bool {
-    let name = letters(&column.name);
-    let is_of_liquids = OF_LIQUIDS.split(' ').any(|word| name.contains(word)) || is_among(LIQUID_NUMBERS, &name);
     let stated = parted(&column.name).1.or_else(|| unit_of_cell(&column.unit));
     let units = Dimension::Length.units().iter().chain(Dimension::Thickness.units());
     let mut suffixes = units.map(|unit| unit.suffix);
     let is_length = suffixes.any(|suffix| stated == Some(StatedUnit::Ours(suffix)));
-    column.largest.is_some() && (is_of_liquids || is_length)
+    column.largest.is_some() && (speaks_of_liquids(&column.name) || is_length)
 }
 
 /// What columns of days and times are called, which are words to a reader of cells.

@@ -15,6 +15,7 @@
 //! | `screen.rs` | says why a checked run is left out |
 //! | `damaged.rs` | catches a library's panic over a damaged file, and passes our own on |
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
+//! | `liquid_cells.rs` | watches whether liquids are written in every row or once a block |
 //! | `decimals.rs` | finds what separates columns and decimals |
 //! | `survey.rs` | says what each column of an unknown table is called and holds |
 //! | `guess.rs` | guesses which column of runs it is, by the names in `headers/called.txt` |
@@ -66,6 +67,7 @@ mod headers;
 mod hidden_rows;
 mod impacts;
 mod labels;
+mod liquid_cells;
 mod many;
 mod new_run;
 mod parquet;

@@ -17,7 +17,7 @@ use super::refusals::{readable, unreadable, CellPlace, Refusals, Refused};
 use super::survey::Survey;
 use crate::error::Problem;
 use crate::files::MOST_COLUMNS;
-use crate::scene::{Naming, RunColumn, Scene};
+use crate::scene::{Naming, RunColumn, Scene, DRY};
 
 /// Where the bytes of a Parquet table are.
 #[derive(Clone, Copy)]
@@ -319,7 +319,7 @@ impl ParquetBlock {
             }
         }
         let particle: Vec<&str> = runs.iter().map(|run| run.particle).collect();
-        let liquid: Vec<Option<&str>> = runs.iter().map(|run| run.liquid).collect();
+        let liquid: Vec<&str> = runs.iter().map(|run| run.liquid.unwrap_or(DRY)).collect();
         let words = [
             Column::new("particle".into(), particle),
             Column::new("liquid".into(), liquid),

@@ -7,6 +7,7 @@ use super::decimals::parse_number;
 use super::headers::called::columns_called;
 use super::headers::units::is_row_of_units;
 use super::labels::{is_count, label};
+use crate::scene::RunColumn;
 
 /// A column of a table of which nothing is known but its cells.
 #[derive(Debug, Clone, Default)]
@@ -144,34 +145,65 @@ impl Survey {
     }
 }
 
+/// The columns of which runs have at least one for the impact, and one for the rebound.
+const IMPACTS: [RunColumn; 3] = [RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes];
+const REBOUNDS: [RunColumn; 3] = [
+    RunColumn::Restitution,
+    RunColumn::ReboundSpeed,
+    RunColumn::ReboundHeight,
+];
+
 /// Rows among which the names of columns are looked for.
 pub(super) const ROWS_OF_HEADER: usize = 40;
 
+/// Rows of numbers below the names of runs, at least, where other words stand above numbers, too.
+const FEWEST_RUNS: usize = 3;
+
 /// The row that names the columns, of the first rows of a table with their numbers: words alone, with numbers in the row
-/// below it or below its units, and with more than half as many cells that are called like columns as any such row; where
-/// hardly any is, more than two thirds as wide as the widest. A line about the whole table is neither. `None` where no row is
-/// like that.
+/// below it or below its units. Of several those come first that name an impact and a rebound, then those with more than two
+/// rows of numbers, which a table of constants above the runs has not; then the first with more than half as many cells that
+/// are called like columns as any of them or, where hardly any is, more than two thirds as wide as the widest. A line about
+/// the whole table is none of these. `None` where no row is like that.
 pub(super) fn row_of_names(rows: &[(u64, Vec<String>)]) -> Option<u64> {
     let filled = |row: &[String]| row.iter().filter(|cell| present(cell).is_some()).count();
-    let numbers = |row: &[String]| row.iter().filter(|cell| parse_number(cell.trim()).is_ok()).count();
+    let has_number = |row: &[String]| row.iter().any(|cell| parse_number(cell.trim()).is_ok());
     // as a date is, which is no number either
     let is_value = |cell: &String| cell.contains(|c: char| c.is_ascii_digit()) && !cell.contains(char::is_alphabetic);
-    let is_of_names = |at: &usize| {
+    let runs_below = |at: usize| {
         let below = rows.iter().skip(at + 1).map(|(_, row)| row);
-        let mut below = below.skip_while(|row| is_row_of_units(row.iter().map(String::as_str)));
-        let (_, names) = &rows[*at];
-        filled(names) >= 2 && !names.iter().any(is_value) && below.next().is_some_and(|row| numbers(row) >= 1)
+        let below = below.skip_while(|row| is_row_of_units(row.iter().map(String::as_str)));
+        below.take_while(|row| has_number(row)).count()
     };
-    let is_known = |cell: &&String| present(cell).is_some_and(|cell| !columns_called(cell).is_empty());
-    let known = |row: &[String]| row.iter().filter(is_known).count();
-    let found: Vec<&(u64, Vec<String>)> = (0..rows.len()).filter(is_of_names).map(|at| &rows[at]).collect();
-    let most = found.iter().map(|(_, row)| known(row)).max()?;
-    let widest = found.iter().map(|(_, row)| filled(row)).max()?;
-    let first = found.iter().find(|(_, row)| match most {
-        0 | 1 => 3 * filled(row) > 2 * widest,
-        _ => 2 * known(row) > most,
+    let called = |row: &[String]| -> Vec<Vec<RunColumn>> {
+        let all = row.iter().filter_map(|cell| present(cell)).map(columns_called);
+        all.filter(|columns| !columns.is_empty()).collect()
+    };
+    let names_runs = |at: &usize| {
+        let called = called(&rows[*at].1);
+        let has = |one_of: [RunColumn; 3]| called.iter().flatten().any(|column| one_of.contains(column));
+        has(IMPACTS) && has(REBOUNDS)
+    };
+    let is_of_names = |at: &usize| {
+        let (_, names) = &rows[*at];
+        filled(names) >= 2 && !names.iter().any(is_value) && runs_below(*at) >= 1
+    };
+    let mut found: Vec<usize> = (0..rows.len()).filter(is_of_names).collect();
+    let mut prefer = |is_better: &dyn Fn(&usize) -> bool| {
+        if found.iter().any(is_better) {
+            found.retain(is_better);
+        }
+    };
+    prefer(&names_runs);
+    prefer(&|at| runs_below(*at) >= FEWEST_RUNS);
+    let names = |at: &usize| rows[*at].1.as_slice();
+    let known = |at: &usize| called(names(at)).len();
+    let most = found.iter().map(known).max()?;
+    let widest = found.iter().map(|at| filled(names(at))).max()?;
+    let first = found.iter().find(|at| match most {
+        0 | 1 => 3 * filled(names(at)) > 2 * widest,
+        _ => 2 * known(at) > most,
     });
-    first.map(|(row, _)| *row)
+    first.map(|at| rows[*at].0)
 }
 
 impl SurveyedColumn {
@@ -223,6 +255,13 @@ mod tests {
         // one that is wider than the table
         let table = "Operator,AB,Room,lab,Film,oil,Plate,glass\nNo.,ball,v (m/s),e\n1,PTFE,0.5,0.8";
         assert_eq!(row_of_names(&rows(table)), Some(2));
+        // tables of constants and of results
+        let table = "particle,diameter_mm,film_um,liquid\nPTFE,4.762,286,AK10\nball,v,e\nPTFE,0.5,0.8\nPTFE,0.6,0.8\nPTFE,0.7,0.8";
+        assert_eq!(row_of_names(&rows(table)), Some(3));
+        let table = "liquid,density,film\nAK10,930,286\nball,d,a,b\nPTFE,5,0.5,0.8\nPTFE,5,0.6,0.8\nPTFE,5,0.7,0.8";
+        assert_eq!(row_of_names(&rows(table)), Some(3));
+        let table = "ball,liquid,e_inf,St_c\nPE,M5,0.7,2\nPE,M9,0.7,2\nPE,M7,0.7,2\nball,v,e\nPE,0.5,0.8";
+        assert_eq!(row_of_names(&rows(table)), Some(5));
         // names of numbers are no names, and words below words are not measured
         assert_eq!(row_of_names(&rows("1,2\n3,4")), None);
         assert_eq!(row_of_names(&rows("a,b\nc,d")), None);

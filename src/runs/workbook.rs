@@ -1,9 +1,10 @@
 //! Reads a sheet of a spreadsheet with calamine. The only file that names it.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io::Cursor;
 
-use calamine::{DataRef, Reader, SheetType, SheetVisible, Xlsx, XlsxCellReader};
+use calamine::{DataRef, Dimensions, Reader, SheetType, SheetVisible, Xlsx, XlsxCellReader};
 use zip::result::ZipError;
 
 use super::checked_rows::{Cell, CheckedRows};
@@ -143,6 +144,7 @@ impl<'b> Workbook<'b> {
         let (name, is_hidden) = sheets.remove(at);
         let hidden = hidden_in(self.bytes, &name)?;
         let (book, sheet) = (&mut self.book, name.as_str());
+        let merged = workbook(|| book.merge_cells_by_sheet_name(sheet))?;
         let cells = workbook(move || book.worksheet_cells_reader(sheet))?;
         Ok(Sheet {
             read: SheetRead {
@@ -155,6 +157,7 @@ impl<'b> Workbook<'b> {
             ahead: VecDeque::new(),
             begun: None,
             at_end: false,
+            merged: MergedCells::new(merged),
             hidden,
             hidden_rows: None,
         })
@@ -170,6 +173,7 @@ pub(super) struct Sheet<'s, 'b> {
     /// the row whose cells are being read
     begun: Option<SheetRow>,
     at_end: bool,
+    merged: MergedCells,
     hidden: Hidden,
     /// what is done with hidden rows
     hidden_rows: Option<HiddenRows>,
@@ -227,13 +231,15 @@ impl Sheet<'_, '_> {
         })
     }
 
-    /// The next row below the header that is not empty; a hidden one only where the scene takes these.
+    /// The next row below the header that is not empty, with what cells hold that are merged with those above them; a hidden
+    /// one only where the scene takes these.
     pub fn next_row(&mut self) -> Result<Option<SheetRow>, Vec<Problem>> {
         loop {
             self.fill(1)?;
-            let Some(row) = self.ahead.pop_front() else {
+            let Some(mut row) = self.ahead.pop_front() else {
                 return Ok(None);
             };
+            self.merged.fill(&mut row);
             if self.hidden.rows.binary_search(&row.number).is_err() {
                 return Ok(Some(row));
             }
@@ -328,6 +334,39 @@ impl Sheet<'_, '_> {
             })?;
         }
         Ok(())
+    }
+}
+
+/// Cells of the runs that reach over several rows, of which the first alone is stored with what they hold.
+struct MergedCells {
+    /// those not come to, the next one last
+    below: Vec<Dimensions>,
+    /// of each column the last that was begun: the index of its last row, and what it holds
+    begun: BTreeMap<usize, (u32, Cell<String>)>,
+}
+
+impl MergedCells {
+    fn new(mut all: Vec<Dimensions>) -> MergedCells {
+        all.retain(|cells| cells.end.0 > cells.start.0);
+        all.sort_unstable_by_key(|cells| Reverse(cells.start));
+        MergedCells {
+            below: all,
+            begun: BTreeMap::new(),
+        }
+    }
+
+    /// Gives a row what cells hold that began above it; rows come from the top.
+    fn fill(&mut self, row: &mut SheetRow) {
+        let index = row.number - 1;
+        self.begun.retain(|_, (last, _)| u64::from(*last) >= index);
+        for (column, (_, held)) in &self.begun {
+            row.set(*column, held.clone());
+        }
+        while let Some(cells) = self.below.pop_if(|cells| u64::from(cells.start.0) <= index) {
+            let column = cells.start.1 as usize;
+            let held = row.held(column).filter(|_| u64::from(cells.start.0) == index).cloned();
+            self.begun.extend(held.map(|held| (column, (cells.end.0, held))));
+        }
     }
 }
 

@@ -102,7 +102,7 @@ impl RunColumn {
         match self {
             RunColumn::Particle => word("particle", "PTFE").means("name of the sphere's material, one in [particles]"),
             RunColumn::Liquid => word("liquid", "AK10")
-                .means("name of the liquid, one in [liquids]; empty or `dry` without liquid")
+                .means("name of the liquid in every row, one in [liquids]; empty or `dry` without liquid")
                 .without("every run is dry, and the scene has no [liquids]"),
             RunColumn::Diameter => number("diameter", Dimension::Length, "4.762").means("diameter of the sphere"),
             RunColumn::Film => number("film", Dimension::Thickness, "287")

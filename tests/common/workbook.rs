@@ -24,6 +24,8 @@ pub struct Sheet {
     pub hidden_rows: Vec<usize>,
     /// numbers of hidden columns, from 1
     pub hidden_columns: Vec<usize>,
+    /// cells that are merged, as `B2:B5`
+    pub merged: Vec<String>,
 }
 
 impl Sheet {
@@ -40,6 +42,7 @@ impl Sheet {
             rows: text.lines().map(|line| line.split(',').map(cell).collect()).collect(),
             hidden_rows: vec![],
             hidden_columns: vec![],
+            merged: vec![],
         }
     }
 
@@ -74,7 +77,12 @@ impl Sheet {
             }
             xml.push_str("</row>");
         }
-        xml + "</sheetData></worksheet>"
+        xml.push_str("</sheetData>");
+        if !self.merged.is_empty() {
+            let each = self.merged.iter().map(|cells| format!(r#"<mergeCell ref="{cells}"/>"#));
+            xml.push_str(&format!("<mergeCells>{}</mergeCells>", each.collect::<String>()));
+        }
+        xml + "</worksheet>"
     }
 }
 

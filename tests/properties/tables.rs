@@ -133,7 +133,12 @@ impl Dress {
             run.particle.to_owned(),
             run.wet.map_or(self.dry, |(liquid, ..)| liquid).to_owned(),
             number(0, run.diameter),
-            run.wet.map_or_else(missing, |(_, film, _)| number(1, film)),
+            match run.wet {
+                Some((_, film, _)) => number(1, film),
+                // an empty liquid may be one that is written once a block
+                None if self.dry != "dry" => "0".to_owned(),
+                None => missing(),
+            },
             run.wet.map_or_else(missing, |(_, _, ratio)| ratio.to_string()),
             number(2, run.speed),
             run.restitution.to_string(),

@@ -5,21 +5,26 @@ use super::header::Header;
 use crate::scene::{HeightsOf, HeightsTo, Naming, RunColumn};
 
 const CENTRE: &str =
-    "centre center zentrum mitte mittelpunkt kugelmitte kugelmittelpunkt schwerpunkt centroid mittelpunktshöhe \
-                      schwerpunktshöhe";
-const LOWEST: &str = "lowest bottom underside unterkante unterseite";
+    "centre center centroid com zentrum kugelzentrum mitte kugelmitte mittelpunkt mittelpunkts mittelpunktes \
+     kugelmittelpunkt kugelmittelpunkts kugelmittelpunktes mittelpunktshöhe schwerpunkt schwerpunkts schwerpunktes \
+     kugelschwerpunkt kugelschwerpunkts schwerpunktshöhe schwerpunkthöhe";
+const LOWEST: &str = "lowest bottom underside unterkante unterseite tiefster tiefsten tiefste";
+const TOP: &str = "top highest oberkante oberseite höchster höchsten höchste";
 const ABOVE: &str = "above over über ueber";
 const OF: &str = "the of a an der die das dem den des silicone";
-const FILM: &str = "film liquid oil layer flüssigkeit fluessigkeit flüssigkeitsfilm öl oel ölfilm schicht";
+const FILM: &str =
+    "film liquid oil layer flüssigkeit fluessigkeit flüssigkeitsfilm öl oel ölfilm schicht filmoberfläche \
+     flüssigkeitsoberfläche öloberfläche";
 const PLATE: &str = "plate glass wall substrate platte glas wand substrat";
 const OTHERS: &str =
     "image picture frame bild view tray dish cell box table line ruler scale camera sensor lens wanne \
                       schale tisch linie lineal kamera";
+const SPHERE: &str = "sphere ball bead kugel sphère bille";
 const AFTER_FILM: &str = "surface oberfläche layer film mm cm m µm um in";
 
-/// The key of `[data]` that a header of heights contradicts, with the value that it asks for; `None` where it agrees or says
-/// nothing.
-pub(in crate::runs) fn other_height(name: &str, column: RunColumn, naming: &Naming) -> Option<String> {
+/// What a name or title of heights asks for in place of what `[data]` says of them: another value of a key, or other heights;
+/// `None` where it agrees or says nothing. `by` is what says so.
+pub(in crate::runs) fn other_height(name: &str, by: &str, column: RunColumn, naming: &Naming) -> Option<String> {
     if !matches!(column, RunColumn::DropHeight | RunColumn::ReboundHeight) {
         return None;
     }
@@ -40,6 +45,11 @@ pub(in crate::runs) fn other_height(name: &str, column: RunColumn, naming: &Nami
         };
         found.is_some_and(|found| !is_others(found + 1) && !is_others(found.wrapping_sub(1)))
     };
+    if of_sphere(TOP) && !of_sphere(CENTRE) && !of_sphere(LOWEST) && words.iter().any(|word| is_among(SPHERE, word)) {
+        return Some(format!(
+            "by {by} its heights are of the sphere's highest point: expected those of its lowest point or centre"
+        ));
+    }
     let is_of = |list: &str, other: &str| of_sphere(list) && !of_sphere(other);
     let above = without_articles(above.get(1..).unwrap_or_default());
     let is_above = |list: &str| match above.split_first() {
@@ -54,7 +64,7 @@ pub(in crate::runs) fn other_height(name: &str, column: RunColumn, naming: &Nami
         _ => return None,
     };
     Some(format!(
-        "by its name its heights are {says}: expected `{key} = \"{value}\"` in [data], or another name or column"
+        "by {by} its heights are {says}: expected `{key} = \"{value}\"` in [data], or another name or column"
     ))
 }
 
@@ -74,7 +84,7 @@ mod tests {
                 heights_to,
                 ..Naming::default()
             };
-            let told = other_height(name, RunColumn::DropHeight, &naming).unwrap_or_default();
+            let told = other_height(name, "its name", RunColumn::DropHeight, &naming).unwrap_or_default();
             told.split('`').nth(1).unwrap_or_default().to_owned()
         };
         let [lowest, centre] = [HeightsOf::Lowest, HeightsOf::Centre];
@@ -84,6 +94,8 @@ mod tests {
             "Höhe der Kugelmitte",
             "height of the center",
             "centre above plate",
+            "Höhe des Schwerpunkts",
+            "Kugelzentrum (mm)",
         ] {
             assert_eq!(asked(name, lowest, plate), "heights_of = \"centre\"");
             assert_eq!(asked(name, centre, plate), "");
@@ -100,12 +112,20 @@ mod tests {
             assert_eq!(asked(name, lowest, plate), "heights_to = \"film\"");
             assert_eq!(asked(name, lowest, film), "");
         }
+        let top = other_height(
+            "h (mm), top of the ball",
+            "its name",
+            RunColumn::DropHeight,
+            &Naming::default(),
+        );
+        assert!(top.is_some_and(|told| told.contains("highest point")));
         assert_eq!(asked("h above glass", lowest, film), "heights_to = \"plate\"");
         for name in [
             "h",
             "drop height",
             "height above surface",
             "film height",
+            "top plate to ball",
             "height (mm) above plate centre",
             "h (mm, center of the image)",
             "h (mm) Mitte Platte",
