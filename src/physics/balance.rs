@@ -419,13 +419,6 @@ mod tests {
         }
     }
 
-    #[test]
-    fn the_dry_speed_matters_only_for_impact_speeds_other_than_the_reference() {
-        let at = |dry_speed, v| kept_energy(&SETTING, Form::new(Inertia::Cap, dry_speed), &parameters(), v);
-        assert_eq!(at(DrySpeed::Impact, 2.0), at(DrySpeed::Reference(2.0), 2.0));
-        assert!(at(DrySpeed::Impact, 0.8) > at(DrySpeed::Reference(2.0), 0.8) + 0.05);
-    }
-
     /// The bridge takes κ/v² and no more, and only where the liquid's surface tension is known.
     #[test]
     fn the_bridge_takes_its_share() {

@@ -63,18 +63,3 @@ pub fn loss(kappa: f64, impact_speed: f64) -> f64 {
 pub fn slope_impact_speed(kappa: f64, impact_speed: f64) -> f64 {
     -2.0 * kappa / impact_speed.powi(3)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn kappa_is_the_rupture_energy_over_the_impact_energy() {
-        let (gamma, density, diameter, film, v) = (20.1e-3, 2150.0, 4.762e-3, 286e-6, 0.9);
-        let rupture = PI * gamma * (2.0 * volume(diameter, film) * diameter).sqrt();
-        let impact = 0.5 * density * PI * diameter.powi(3) / 6.0 * v * v;
-        let share = loss(kappa(gamma, density, diameter, film), v);
-        assert!((share / (rupture / impact) - 1.0).abs() < 1e-13);
-        assert!(share < 0.01, "{share}");
-    }
-}

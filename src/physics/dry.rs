@@ -143,20 +143,6 @@ impl Order {
 mod tests {
     use super::*;
 
-    /// Slip 3 of the paper: beyond v = k⁻⁵ the law is negative and its square grows again.
-    #[test]
-    fn the_law_turns_negative_beyond_its_speed_limit() {
-        let k: f64 = 0.8;
-        let law = Order::First;
-        let limit = law.speed_limit(k);
-        assert!(law.restitution(k, limit).abs() < 1e-15);
-        assert!(law.restitution(k, 0.99 * limit) > 0.0);
-        assert!(law.restitution(k, 1.01 * limit) < 0.0);
-        let squared = |v: f64| law.restitution(k, v).powi(2);
-        assert!(squared(2.0 * limit) > squared(1.5 * limit));
-        assert!(law.speed_limit(0.183) > 2.0 && law.speed_limit(0.0).is_infinite());
-    }
-
     /// The second order never reaches zero: it turns at its limit, which comes before the first order's.
     #[test]
     fn the_second_order_turns_at_its_limit() {

@@ -37,17 +37,3 @@ const SAME_DIAMETER: f64 = 1e-3;
 pub fn same_diameter(one: f64, other: f64) -> bool {
     one.max(other) <= one.min(other) * (1.0 + SAME_DIAMETER)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_papers_reynolds_numbers_reach_from_6_to_150() {
-        // "Re ranges from 6 to 150" (text below fig. 2): M50 thin and slow to AK10 thick and fast, δ̃ ≈ 0.06
-        let slow = reynolds(965.0, 0.06 * 7.938e-3, free_fall_speed(0.03), 48.3e-3);
-        let fast = reynolds(930.0, 0.06 * 8.0e-3, free_fall_speed(0.15), 9.3e-3);
-        assert!(slow > 4.0 && slow < 10.0, "{slow}");
-        assert!(fast > 70.0 && fast < 160.0, "{fast}");
-    }
-}

@@ -117,27 +117,6 @@ mod tests {
     }
 
     #[test]
-    fn the_linear_law_is_the_first_order_of_the_square_root() {
-        let (e_inf, l) = (0.72, 1.92);
-        let st_c = super::super::viscous::st_c(l, e_inf);
-        let error = |st: f64| {
-            let root = square_root_law(e_inf * e_inf, -4.0 * l, st).expect("above the threshold");
-            (root - linear_law(e_inf, st_c, st)).abs()
-        };
-        let order = (error(1e3) / error(1e4)).log10();
-        assert!((order - 2.0).abs() < 0.05, "{order}");
-    }
-
-    #[test]
-    fn the_smooth_root_is_the_root_where_it_is_used() {
-        for r in [0.05, 0.1, 0.5, 0.9] {
-            assert!((mean_restitution(r) - f64::sqrt(r)).abs() < 1e-6);
-            assert!((mean_restitution(-r) + f64::sqrt(r)).abs() < 1e-6);
-        }
-        assert!((slope_mean_restitution(0.0) * TURN - 1.0).abs() < 1e-14);
-    }
-
-    #[test]
     fn the_inverse_of_the_smooth_root_comes_back() {
         for r in [-0.7, -3e-4, -1e-9, 0.0, 2e-5, 0.013, 0.62] {
             let back = kept_of_mean_restitution(mean_restitution(r));

@@ -229,6 +229,16 @@ mod tests {
     use super::super::inertia::Inertia;
     use super::*;
 
+    const SETTING: Setting = Setting {
+        density: 2150.0,
+        diameter: 4.762e-3,
+        roughness: Some(5e-6),
+        liquid_density: 930.0,
+        viscosity: 9.3e-3,
+        film: 286e-6,
+        surface_tension: None,
+    };
+
     /// L = ½ (ln(δ/ε) + ln(δr/ε)) summed up plainly, over the films and diameters of the published experiments.
     #[test]
     fn lubrication_over_the_whole_film_takes_the_plain_sum() {
@@ -238,13 +248,9 @@ mod tests {
         };
         for (diameter, film, scale) in [(4.762e-3, 286e-6, 1.0), (1e-2, 1e-3, 1.6), (2e-3, 20e-6, 4e-3)] {
             let setting = Setting {
-                density: 2150.0,
                 diameter,
-                roughness: Some(5e-6),
-                liquid_density: 930.0,
-                viscosity: 9.3e-3,
                 film,
-                surface_tension: None,
+                ..SETTING
             };
             let volume = std::f64::consts::PI * film * film * (diameter / 2.0 - film / 3.0);
             let rupture = scale * volume.powf(1.0 / 3.0);
@@ -270,15 +276,7 @@ mod tests {
             ..Form::new(Inertia::Stepwise, DrySpeed::Impact)
         };
         let at = |roughness: Option<f64>, scale: f64| {
-            let setting = Setting {
-                density: 2150.0,
-                diameter: 4.762e-3,
-                roughness,
-                liquid_density: 930.0,
-                viscosity: 9.3e-3,
-                film: 286e-6,
-                surface_tension: None,
-            };
+            let setting = Setting { roughness, ..SETTING };
             let parameters = Parameters::new(0.18).with(Coefficient::InertialPrefactor, 0.4);
             kept_energy(&setting, form, &parameters.with(Coefficient::RuptureScale, scale), 1.1)
         };

@@ -300,39 +300,6 @@ fn agree(scene: &Scene, runs: &Runs, form: Form, errors: ErrorsOf) {
     }
 }
 
-/// Errors of zero are none, and change no bit of what rows say.
-#[test]
-fn errors_of_zero_are_none() {
-    let scene = scene();
-    let runs = runs(&scene, 20, "errors_of_zero_are_none");
-    let mut zero = runs.clone();
-    zero.errors = Some(MeasurementErrors {
-        impact_speed_sd: vec![0.0; runs.len()],
-        restitution_sd: vec![0.0; runs.len()],
-        speed_correlation: vec![],
-    });
-    let form = Form::new(Inertia::Saturating, DRY_SPEEDS[1]);
-    let mut slopes = [0.0; SLOTS];
-    let [expected, found] = [&runs, &zero].map(|runs| {
-        let rows = Likelihood::new(&scene, runs, form);
-        rows.ln_density(&FULL, &mut slopes).expect("inside")
-    });
-    assert!((found / expected - 1.0).abs() < 1e-13, "{found} {expected}");
-    let at = [&runs, &zero].map(|runs| {
-        let pointwise = Pointwise::new(&scene, runs, form);
-        let at = pointwise.at(&FULL);
-        (0..pointwise.len())
-            .map(|run| at.ln_likelihood(run))
-            .collect::<Vec<f64>>()
-    });
-    for (found, expected) in at[1].iter().zip(&at[0]) {
-        assert!(
-            (found - expected).abs() <= 1e-13 * (1.0 + expected.abs()),
-            "{found} {expected}"
-        );
-    }
-}
-
 /// How many standard deviations the most deviant share of new draws lies from its probability: of those below a restitution on
 /// both sides of a run's mean, and of those that stick. Draws are made at these parameters.
 fn farthest(scene: &Scene, errors: bool, drawn_at: &[f64], name: &str) -> f64 {
