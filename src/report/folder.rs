@@ -254,20 +254,6 @@ mod tests {
     }
 
     #[test]
-    fn an_earlier_report_of_the_same_title_is_replaced_whole() {
-        let place = tempfile::tempdir().expect("a temporary folder");
-        let folder = place.path().join("deep/report");
-        write(&folder, Contents::Fit, "one", files("one", "first")).expect("a free place");
-        std::fs::write(folder.join("figures/stale.svg"), "x").expect("writable");
-        write(&folder, Contents::Fit, "one", files("one", "second")).expect("ours");
-        let read = std::fs::read_to_string(folder.join("figures/a.svg"));
-        assert_eq!(read.ok().as_deref(), Some("second"));
-        assert!(!folder.join("figures/stale.svg").exists());
-        let left = std::fs::read_dir(place.path().join("deep")).map(Iterator::count);
-        assert_eq!(left.ok(), Some(1), "nothing unfinished is left beside");
-    }
-
-    #[test]
     fn what_is_made_while_it_is_written_is_there_or_nothing_is() {
         let place = tempfile::tempdir().expect("a temporary folder");
         let folder = place.path().join("report");
@@ -315,27 +301,5 @@ mod tests {
         assert!(!folder.exists());
         written.put().expect("a free place");
         assert!(folder.join("findings.json").exists());
-    }
-
-    #[test]
-    fn what_is_not_ours_is_left_alone() {
-        let place = tempfile::tempdir().expect("a temporary folder");
-        let folder = place.path().join("theirs");
-        std::fs::create_dir(&folder).expect("writable");
-        std::fs::write(folder.join("thesis.tex"), "years of work").expect("writable");
-        assert!(matches!(
-            write(&folder, Contents::Fit, "one", files("one", "")),
-            Err(Error::Out { .. })
-        ));
-        std::fs::write(folder.join("findings.json"), "{\"schema\": \"other\"}").expect("writable");
-        let refused = write(&folder, Contents::Fit, "one", files("one", ""));
-        assert!(matches!(refused, Err(Error::Out { .. })));
-        let ours = place.path().join("ours");
-        write(&ours, Contents::Fit, "one", files("one", "")).expect("a free place");
-        for (contents, title) in [(Contents::Fit, "two"), (Contents::Trade, "one")] {
-            let refused = Destination::prepare(&ours, contents, title, &[]);
-            assert!(matches!(refused, Err(Error::Out { .. })));
-        }
-        assert!(folder.join("thesis.tex").exists());
     }
 }

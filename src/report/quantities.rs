@@ -73,39 +73,3 @@ pub fn in_scripts(text: &str) -> String {
     }
     label
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::physics::Coefficient;
-
-    #[test]
-    fn labels_hold_the_unit_they_are_printed_in() {
-        for (quantity, expected) in [
-            (Quantity::DryK, "k / (m/s)^(−1/5)"),
-            (Quantity::DeltaC, "δc / µm"),
-            (Quantity::Beta, "β / (m/s)"),
-            (Quantity::StC, "St_c"),
-        ] {
-            assert_eq!(label(quantity), expected);
-        }
-        assert_eq!(in_unit(Quantity::DeltaC, 2e-6), 2.0);
-    }
-
-    #[test]
-    fn charts_have_subscripts_and_powers() {
-        let scale = Quantity::Shared(Coefficient::FilmScale);
-        for (text, expected) in [
-            (Quantity::StCEInf2.describe().symbol, "St_{c} e_{inf}^{2}"),
-            (
-                Quantity::InertialLoss.describe().symbol,
-                "(e_{dry}^{2} − e_{inf}^{2})/ρ̃",
-            ),
-            (scale.describe().symbol, "δ̃_{0}"),
-            ("(m/s)^(−1/5)", "(m/s)^{−1/5}"),
-            ("L", "L"),
-        ] {
-            assert_eq!(in_scripts(text), expected);
-        }
-    }
-}

@@ -206,14 +206,4 @@ mod tests {
         }
         assert_eq!(short, long);
     }
-
-    #[test]
-    fn a_text_is_wrapped_between_words() {
-        let text = wrapped(&"word ".repeat(40), "  ");
-        assert!(
-            text.lines().all(|line| line.starts_with("  w") && line.len() <= 100),
-            "{text}"
-        );
-        assert_eq!(text.split_whitespace().count(), 40);
-    }
 }

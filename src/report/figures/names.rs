@@ -102,15 +102,6 @@ mod tests {
     }
 
     #[test]
-    fn a_particle_keeps_its_name_where_no_other_is_like_it() {
-        let names = Names::of_particles(&["PTFE", "PE", "Glas-2", "µ"]);
-        assert_eq!(names.speed("PTFE"), "restitution-speed-PTFE.svg");
-        assert_eq!(names.stokes("PE"), "restitution-stokes-PE.svg");
-        assert_eq!(names.stokes("µ"), "restitution-stokes-µ.svg");
-        assert_eq!(names.speed("Glas-2"), "restitution-speed-Glas-2.svg");
-    }
-
-    #[test]
     fn d14_no_two_figures_share_a_name() {
         let long = ["a".repeat(255), "a".repeat(254), "ä".repeat(200)];
         let sets: [&[&str]; 6] = [

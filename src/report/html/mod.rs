@@ -258,17 +258,4 @@ mod tests {
         }
         assert!(page.contains("Wet &amp; dry</a>"));
     }
-
-    #[test]
-    fn nothing_a_user_wrote_becomes_html() {
-        let page = page_of(
-            "# a \\<b\\> title\n\n<script>alert(1)</script> <img src=x onerror=y>\n\n<div>\nblock\n</div>\n",
-            &[],
-        );
-        let body = page.split_once("<main>").expect("a body").1;
-        for tag in ["<script", "<img", "<div"] {
-            assert!(!body.contains(tag), "{tag}: {body}");
-        }
-        assert!(page.contains("<title>a &lt;b&gt; title</title>"));
-    }
 }
