@@ -128,14 +128,4 @@ mod tests {
         assert!(made.lo > 0.0);
         assert!((made.lo * made.hi / 4.0 - 1.0).abs() < 1e-14);
     }
-
-    #[test]
-    fn without_a_covariance_the_reason_is_passed_on() {
-        let none = Uncertain {
-            covariance: Err("two runs for two parameters".to_owned()),
-            degrees_of_freedom: 0,
-        };
-        assert_eq!(none.se(&[1.0, 0.0]), Err("two runs for two parameters".to_owned()));
-        assert_eq!(none.correlation(&[1.0, 0.0], &[0.0, 1.0]), None);
-    }
 }

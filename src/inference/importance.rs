@@ -242,16 +242,6 @@ mod tests {
     }
 
     #[test]
-    fn the_right_normal_needs_no_weights() {
-        let draws = proposed(&Off { mean: 0.0, sd: 1.0 });
-        let weights = Weights::of(&draws).expect("densities");
-        assert!((weights.effective() - 8000.0).abs() < 1e-6);
-        let mut rng = stream(1, "resample", 0);
-        let kept = weights.resample(8000, &mut rng);
-        assert!(kept.iter().enumerate().all(|(i, place)| i.abs_diff(*place) <= 1));
-    }
-
-    #[test]
     fn a_tail_the_normal_does_not_have_shows_and_students_t_has_it() {
         let size = DrawCounts { chains: 4, draws: 2000 };
         let wide = Off { mean: 0.2, sd: 1.8 };

@@ -290,24 +290,4 @@ mod tests {
         assert_eq!(kinds.information(&end).expect("finite").unseen()[0].members, vec![0, 1]);
         assert_eq!(kinds.fit_with_priors(&[f64::INFINITY, 1.0]), None);
     }
-
-    /// Slopes of the wrong sign lead nowhere.
-    #[test]
-    fn a_search_that_does_not_end_at_the_least_squares_says_so() {
-        let sums = |values: &[f64]| {
-            let mut sums = Sums::new(1);
-            sums.add(values[0] - 6.0, &[(0, -1.0)]);
-            vec![sums]
-        };
-        let runs = RunsWithPriors {
-            beliefs: &[LogNormalPrior {
-                median: 1.0,
-                ln_sd: 0.5,
-            }],
-            spreads: &[0.01],
-            sums: &sums,
-        };
-        let (_, converged) = runs.fit_with_priors(&[1.0]).expect("finite");
-        assert!(!converged);
-    }
 }

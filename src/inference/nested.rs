@@ -72,20 +72,19 @@ pub fn nested(narrow: Spread, wide: Spread) -> Option<FTest> {
 mod tests {
     use super::*;
 
+    fn spread(sum_of_squares: f64, runs: usize) -> Spread {
+        Spread {
+            sum_of_squares,
+            runs,
+            parameters: 1,
+        }
+    }
+
     #[test]
     fn a_one_way_analysis_of_variance_comes_back() {
         // groups {1, 2, 3} and {3, 4, 5}: within 2 + 2, total 10, F = 6 on 1 and 4
-        let one = Spread {
-            sum_of_squares: 10.0,
-            runs: 6,
-            parameters: 1,
-        };
-        let group = Spread {
-            sum_of_squares: 2.0,
-            runs: 3,
-            parameters: 1,
-        };
-        let test = one_law_for_all(one, &[group, group]).expect("two groups with scatter");
+        let group = spread(2.0, 3);
+        let test = one_law_for_all(spread(10.0, 6), &[group, group]).expect("two groups with scatter");
         assert!((test.f - 6.0).abs() < 1e-12);
         assert_eq!((test.df_between, test.df_within), (1, 4));
         // R: pf(6, 1, 4, lower.tail = FALSE)
@@ -94,27 +93,11 @@ mod tests {
 
     #[test]
     fn without_scatter_or_groups_there_is_no_test() {
-        let flat = Spread {
-            sum_of_squares: 0.0,
-            runs: 3,
-            parameters: 1,
-        };
-        let one = Spread {
-            sum_of_squares: 0.0,
-            runs: 6,
-            parameters: 1,
-        };
-        assert_eq!(one_law_for_all(one, &[flat, flat]), None);
+        let flat = spread(0.0, 3);
+        assert_eq!(one_law_for_all(spread(0.0, 6), &[flat, flat]), None);
         assert_eq!(one_law_for_all(flat, &[flat]), None);
         // a law that was undefined at its start is no evidence for either side
-        let unknown = Spread {
-            sum_of_squares: f64::INFINITY,
-            ..flat
-        };
-        let some = Spread {
-            sum_of_squares: 1.0,
-            ..one
-        };
+        let (unknown, some) = (spread(f64::INFINITY, 3), spread(1.0, 6));
         assert_eq!(one_law_for_all(some, &[flat, unknown]), None);
         assert_eq!(one_law_for_all(unknown, &[some]), None);
     }

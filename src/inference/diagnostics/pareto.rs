@@ -135,13 +135,4 @@ mod tests {
         assert_eq!(fit(&[1.0; 40]), None);
         assert_eq!(fit(&[0.1, 0.2, 0.3, 0.4, 0.5, f64::INFINITY]), None);
     }
-
-    #[test]
-    fn tails_and_thresholds_follow_the_number_of_draws() {
-        assert_eq!(tail_length(4000, 1.0), 189);
-        assert_eq!(tail_length(4000, 0.05), 800);
-        assert_eq!(tail_length(100, 1.0), 20);
-        assert!((khat_threshold(100) - 0.5).abs() < 1e-15);
-        assert_eq!(khat_threshold(4000), 0.7);
-    }
 }

@@ -47,16 +47,6 @@ mod tests {
     }
 
     #[test]
-    fn chains_that_stand_still_have_no_rhat_but_a_reason() {
-        let (a, b) = ([1.0; 8], [2.0; 8]);
-        assert_eq!(rhat(&[&a, &b]), Err(WhyNone::StandingStill));
-        assert_eq!(rhat(&[&a, &a]), Err(WhyNone::Constant));
-        assert_eq!(rhat(&[&a[..3], &b[..3]]), Err(WhyNone::TooFewDraws));
-        assert_eq!(rhat(&[&a, &b[..7]]), Err(WhyNone::UnequalChains));
-        assert_eq!(rhat(&[]), Err(WhyNone::TooFewDraws));
-    }
-
-    #[test]
     fn draws_at_two_values_are_compared_in_location_alone() {
         let even = [1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0];
         let rhat = rhat(&[&even, &even]).expect("the halves have a spread");
