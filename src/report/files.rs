@@ -17,6 +17,17 @@ pub struct Files<'a> {
     pub last: Option<Last<'a>>,
 }
 
+impl Files<'_> {
+    /// Texts, each with its path.
+    pub fn of(texts: impl IntoIterator<Item = (String, String)>) -> Self {
+        let bytes = |(name, text): (String, String)| (name, text.into_bytes());
+        Files {
+            whole: texts.into_iter().map(bytes).collect(),
+            ..Files::default()
+        }
+    }
+}
+
 /// Makes a file.
 pub type Last<'a> = Box<dyn FnOnce() -> File + Send + Sync + 'a>;
 

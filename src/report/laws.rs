@@ -12,9 +12,9 @@ pub(super) const LAWS: &str = "laws.csv";
 pub(super) const TABLE: &str = "laws_table.csv";
 
 /// Both files by their names; names of particles and liquids have no comma.
-pub(super) fn files(laws: &[PairLaw]) -> Result<[(String, Vec<u8>); 2], Error> {
+pub(super) fn files(laws: &[PairLaw]) -> Result<[(String, String); 2], Error> {
     let values = context! { laws => laws.iter().map(row).collect::<Vec<_>>() };
-    let file = |name: &str| Ok((name.to_owned(), template::plain(name, &values)?.into_bytes()));
+    let file = |name: &str| Ok((name.to_owned(), template::plain(name, &values)?));
     Ok([file(LAWS)?, file(TABLE)?])
 }
 

@@ -84,19 +84,15 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
         },
     );
     let [report, page, findings] = texts?;
-    let mut whole = vec![
-        ("report.md".to_owned(), report.into_bytes()),
-        ("report.html".to_owned(), page.into_bytes()),
-        ("findings.json".to_owned(), findings.into_bytes()),
+    let texts = [
+        ("report.md".to_owned(), report),
+        ("report.html".to_owned(), page),
+        ("findings.json".to_owned(), findings),
     ];
-    whole.extend(laws::files(&of_pairs)?);
-    for figure in figures {
-        whole.push((format!("figures/{}", figure.name), figure.svg.into_bytes()));
-    }
-    let mut files = Files {
-        whole,
-        ..Files::default()
-    };
+    let laws = laws::files(&of_pairs)?;
+    let figures = figures.into_iter();
+    let figures = figures.map(|figure| (format!("figures/{}", figure.name), figure.svg));
+    let mut files = Files::of(texts.into_iter().chain(laws).chain(figures));
     if let Some(draws) = draws? {
         files.whole.extend(draws.whole);
         files.streamed.extend(draws.streamed);

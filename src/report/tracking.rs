@@ -12,8 +12,8 @@ use super::template;
 use crate::error::Error;
 use crate::findings::range::range;
 use crate::recordings::{
-    Campaign, FreeFlight, GravityCheck, Impact, Jump, Outcome, Recording, Refusal, ScaleSource, Shown, SphereInAir,
-    Track, Tracked, APART_SINCE, FAR, GRAVITY, OFF,
+    Campaign, FreeFlight, GravityCheck, Impact, Jump, Outcome, Recording, Refusal, ScaleSource, Shown, Track, Tracked,
+    APART_SINCE, FAR, GRAVITY, OFF,
 };
 use crate::rounding::{by_number, significant, with_se};
 use crate::scene::DRY;
@@ -40,11 +40,7 @@ pub fn files(title: &str, campaign: &Campaign) -> Result<Files<'static>, Error> 
     let (page, json) = (page(title, campaign, &names)?, summary_json(title, campaign, &names)?);
     let figures = figures.into_iter().map(|(name, svg)| (format!("figures/{name}"), svg));
     let texts = [("report.md".to_owned(), page), ("tracking.json".to_owned(), json)];
-    let whole = texts.into_iter().chain(figures);
-    Ok(Files {
-        whole: whole.map(|(name, text)| (name, text.into_bytes())).collect(),
-        ..Files::default()
-    })
+    Ok(Files::of(texts.into_iter().chain(figures)))
 }
 
 /// By the line of the list, since names may hold what no file is called.
@@ -71,16 +67,20 @@ fn rows(campaign: &Campaign) -> impl Iterator<Item = (&Recording, &Impact)> {
     tracked(campaign).flat_map(|(recording, tracked)| tracked.impacts.iter().map(move |impact| (recording, impact)))
 }
 
+/// Those that are used.
+fn used(campaign: &Campaign) -> impl Iterator<Item = (&Recording, &Impact)> {
+    rows(campaign).filter(|(_, impact)| impact.verdict.is_none())
+}
+
 /// How many recordings gave runs, what became of the others, and the gravity, a line each.
 pub fn summary(campaign: &Campaign) -> String {
-    let used = || rows(campaign).filter(|(_, impact)| impact.verdict.is_none());
     let mistakes = refused(campaign).filter(|refusal| refusal.is_mistake()).count();
-    let (all, runs) = (campaign.outcomes.len(), used().count());
+    let (all, runs) = (campaign.outcomes.len(), used(campaign).count());
     let mut text = format!(
         "{all} {}: {runs} {}, {} of them stuck; {} left out with a reason",
         by_number(all, "recording", "recordings"),
         by_number(runs, "run", "runs"),
-        used().filter(|(_, impact)| impact.stuck).count(),
+        used(campaign).filter(|(_, impact)| impact.stuck).count(),
         rows(campaign).count() - runs + refused(campaign).count()
     );
     if mistakes > 0 {
@@ -96,8 +96,7 @@ pub fn summary(campaign: &Campaign) -> String {
 
 /// Whether every recording is one that was meant, and any gives a run that is used.
 pub fn is_usable(campaign: &Campaign) -> bool {
-    let is_used = |(_, impact): (_, &Impact)| impact.verdict.is_none();
-    !refused(campaign).any(Refusal::is_mistake) && rows(campaign).any(is_used)
+    !refused(campaign).any(Refusal::is_mistake) && used(campaign).next().is_some()
 }
 
 /// What ± includes besides the scatter of positions: of each recording which frames are repeated or missing, and how far the
@@ -187,7 +186,7 @@ fn gravity_lines(campaign: &Campaign) -> Vec<String> {
             widths_by_gravity(campaign)
         ));
     }
-    let is_any_used = rows(campaign).any(|(_, impact)| impact.verdict.is_none());
+    let is_any_used = used(campaign).next().is_some();
     match gravity.shared_error() {
         Some(error) if is_any_used => lines.push(format!(
             "an error that all speeds share: `speed_rel_sd = {}` in [data] of the scene",
@@ -319,8 +318,7 @@ pub fn drag_left(campaign: &Campaign) -> Option<String> {
 
 /// The least and the largest drag over the weight of the runs that are used, of these recordings.
 fn drags(campaign: &Campaign, takes: impl Fn(&Recording) -> bool) -> Option<[f64; 2]> {
-    let used = rows(campaign).filter(|(recording, impact)| impact.verdict.is_none() && takes(recording));
-    range(used.map(drag))
+    range(used(campaign).filter(|(recording, _)| takes(recording)).map(drag))
 }
 
 /// Density of a light sphere in kg/m³, where the list has none.
@@ -328,10 +326,7 @@ const LIGHT: f64 = 1000.0;
 
 /// Drag at the impact speed over the weight.
 fn drag((recording, impact): (&Recording, &Impact)) -> f64 {
-    let sphere = SphereInAir {
-        diameter: recording.diameter,
-        density: recording.density.unwrap_or(LIGHT),
-    };
+    let sphere = recording.in_air(recording.density.unwrap_or(LIGHT));
     sphere.deceleration(impact.speeds.impact_speed) / GRAVITY
 }
 
@@ -391,18 +386,13 @@ fn since_start(track: &Track, time: f64) -> f64 {
 }
 
 fn over_time(label: &str, layers: Vec<Layer>) -> Chart {
-    Chart {
-        title: None,
-        x: Axis::new("time / ms"),
-        y: Axis::new(label),
-        layers,
-    }
+    Chart::new(Axis::new("time / ms"), Axis::new(label), layers)
 }
 
 fn points(name: Option<&str>, group: usize, at: impl Iterator<Item = (f64, f64)>) -> Layer {
     Layer::Points {
         name: name.map(str::to_owned),
-        points: at.map(|(x, y)| ChartPoint { x, y, y_se: None }).collect(),
+        points: at.map(|(x, y)| ChartPoint::at(x, y)).collect(),
         style: Style::group(group).open(),
     }
 }
@@ -424,12 +414,7 @@ fn parabola(track: &Track, flight: &FreeFlight) -> Layer {
         let y = height + velocity * x - 0.5 * gravity * x * x;
         (since_start(track, t), millimetres(y))
     });
-    Layer::Line {
-        name: Some("parabolas of one gravity".to_owned()),
-        xy: xy.collect(),
-        style: Style::group(1),
-        dash: Dash::Solid,
-    }
+    Layer::curve("parabolas of one gravity", xy.collect(), Style::group(1), Dash::Solid)
 }
 
 fn summary_json(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<String, Error> {

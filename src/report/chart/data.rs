@@ -13,6 +13,18 @@ pub struct Chart {
     pub layers: Vec<Layer>,
 }
 
+impl Chart {
+    /// A chart without a heading.
+    pub fn new(x: Axis, y: Axis, layers: Vec<Layer>) -> Self {
+        Self {
+            title: None,
+            x,
+            y,
+            layers,
+        }
+    }
+}
+
 /// An axis, linear in what it is given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
@@ -84,6 +96,12 @@ pub enum Layer {
 }
 
 impl Layer {
+    /// A curve with its text in the legend.
+    pub fn curve(name: impl Into<String>, xy: Vec<(f64, f64)>, style: Style, dash: Dash) -> Self {
+        let name = Some(name.into());
+        Layer::Line { name, xy, style, dash }
+    }
+
     /// The layer's text in the legend.
     pub fn name(&self) -> Option<&str> {
         match self {
@@ -101,6 +119,13 @@ pub struct ChartPoint {
     pub y: f64,
     /// Standard error of `y`, drawn as a bar from `y − se` to `y + se`.
     pub y_se: Option<f64>,
+}
+
+impl ChartPoint {
+    /// A marker without an error bar.
+    pub fn at(x: f64, y: f64) -> Self {
+        Self { x, y, y_se: None }
+    }
 }
 
 /// Colour and marker of a layer.

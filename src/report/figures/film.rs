@@ -3,7 +3,7 @@
 use super::super::chart::{Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::super::quantities::in_scripts;
 use super::super::ReportInput;
-use super::points::{chart, curve, points, steps};
+use super::points::{points, steps};
 use crate::findings::energy::Energy;
 use crate::findings::estimate::Estimate;
 use crate::findings::predict::Draw;
@@ -38,7 +38,7 @@ fn estimate_point(film_ratio: f64, estimate: &Estimate) -> Option<ChartPoint> {
 /// Axes of a quantity over the film ratio.
 fn over_film_ratio(quantity: Quantity, layers: Vec<Layer>) -> Chart {
     let symbol = in_scripts(quantity.describe().symbol);
-    chart(Axis::new(FILM_RATIO), Axis::new(symbol), layers)
+    Chart::new(Axis::new(FILM_RATIO), Axis::new(symbol), layers)
 }
 
 /// e_inf and St_c against the film ratio: a colour a particle or diameter with a k of its own, hollow for the linear law,
@@ -106,7 +106,7 @@ fn posterior_curve(input: ReportInput, sphere: usize, quantity: Quantity) -> Opt
     let points = steps(lowest, highest).map(|x| (x, at(x)));
     let points: Vec<(f64, f64)> = points.filter(|(_, y)| y.is_finite()).collect();
     let name = format!("{}, posterior", input.runs.spheres[sphere].words(input.scene));
-    (lowest < highest && points.len() > 1).then(|| curve(name, points, Style::group(sphere + 1), Dash::Solid))
+    (lowest < highest && points.len() > 1).then(|| Layer::curve(name, points, Style::group(sphere + 1), Dash::Solid))
 }
 
 /// The inertial loss with both predictions, and St_c e_inf², against the film ratio, by the square-root law.
@@ -126,7 +126,7 @@ pub(super) fn energy(input: ReportInput) -> Vec<Chart> {
             (Inertia::Cap, "cap, eq. Eint1", Dash::Dashed),
         ] {
             let law = steps(0.0, end.min(form.valid_to())).map(|x| (x, form.shape(x, 1.0)));
-            loss.push(curve(words, law.collect(), Style::group(0), dash));
+            loss.push(Layer::curve(words, law.collect(), Style::group(0), dash));
         }
         loss.extend(fitted_loss(input, end));
     }
@@ -145,7 +145,7 @@ pub(super) fn residuals(input: ReportInput) -> Vec<Chart> {
     let wet = groups.iter().filter_map(|group| group.film_ratio);
     let end = 1.08 * wet.reduce(f64::max).unwrap_or(0.1);
     let zero = vec![(0.0, 0.0), (end, 0.0)];
-    let mut layers = vec![curve("the model", zero, Style::group(0), Dash::Dashed)];
+    let mut layers = vec![Layer::curve("the model", zero, Style::group(0), Dash::Dashed)];
     layers.extend(of_spheres(input, |sphere| {
         let mine = groups
             .iter()
@@ -160,7 +160,7 @@ pub(super) fn residuals(input: ReportInput) -> Vec<Chart> {
         points.collect()
     }));
     let x = Axis::new(FILM_RATIO).between(0.0, end);
-    vec![chart(x, Axis::new("mean residual in σ"), layers)]
+    vec![Chart::new(x, Axis::new("mean residual in σ"), layers)]
 }
 
 /// The inertial loss of the energy balance with its fitted C and δ̃0, where it may be quoted.
@@ -172,5 +172,5 @@ fn fitted_loss(input: ReportInput, end: f64) -> Option<Layer> {
     let c = value(ParameterKind::INERTIAL_PREFACTOR)?;
     let law = steps(0.0, end.min(form.valid_to())).map(|x| (x, c * form.shape(x, scale)));
     let name = format!("fitted, {}", form.name());
-    Some(curve(name, law.collect(), Style::group(0), Dash::Dotted))
+    Some(Layer::curve(name, law.collect(), Style::group(0), Dash::Dotted))
 }

@@ -36,7 +36,7 @@ pub(super) use of_particle::series_name;
 use of_particle::{dry_k, main_film_ratio, scaling_of, series_at, title_at, ShownSeries};
 use pairs::pairs_of_parameters;
 pub(super) use pairs::MOST_PAIRED;
-use points::{curve, largest, means_of, points, steps};
+use points::{largest, means_of, points, steps};
 pub(super) use points::{means, SAME};
 
 /// Every figure the scene has something to show in.
@@ -94,7 +94,7 @@ fn against_speed(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Ch
         if let Some((s, fit)) = shown.single() {
             layers.extend(bands.into_iter().flat_map(|bands| bands.of_series(s, style, |v| v)));
             let law = series_curve(input, (s, fit), fastest);
-            layers.extend(law.map(|law| curve(label.clone(), law, style, Dash::Solid)));
+            layers.extend(law.map(|law| Layer::curve(label.clone(), law, style, Dash::Solid)));
         }
         layers.extend(points(label.clone(), points_of, style));
     }
@@ -114,11 +114,10 @@ fn of_restitution(title: Option<String>, x: Axis, layers: Vec<Layer>) -> Chart {
     } else {
         1.0
     };
+    let y = Axis::new("restitution e_{n}").between(0.0, end);
     Chart {
         title,
-        x,
-        y: Axis::new("restitution e_{n}").between(0.0, end),
-        layers,
+        ..Chart::new(x, y, layers)
     }
 }
 
@@ -134,7 +133,7 @@ fn dry_layers(input: ReportInput, sphere: usize, dry_points: Vec<ChartPoint>, fa
         // steep at zero: even steps in v^(1/5)
         let law = steps(0.0, 1.0).map(|u| fastest * u.powi(5));
         let law = law.map(|v| (v, order.restitution(k, v))).collect();
-        layers.push(curve(label, law, Style::group(0), Dash::Dashed));
+        layers.push(Layer::curve(label, law, Style::group(0), Dash::Dashed));
     }
     layers
 }
@@ -211,7 +210,7 @@ fn laws(input: ReportInput, sphere: usize, ratio: Option<f64>, end: f64) -> Vec<
     if let Some((e_inf, st_c)) = values(WetLaw::Linear) {
         let last = end.min(1.0 / st_c);
         let line = [0.0, last].map(|x| (x, e_inf * (1.0 - st_c * x))).to_vec();
-        layers.push(curve("linear law", line, Style::group(0), Dash::Dashed));
+        layers.push(Layer::curve("linear law", line, Style::group(0), Dash::Dashed));
     }
     if let Some((e_inf, st_c)) = values(WetLaw::Sqrt) {
         let last = 0.5 / st_c;
@@ -220,7 +219,7 @@ fn laws(input: ReportInput, sphere: usize, ratio: Option<f64>, end: f64) -> Vec<
             (x, e_inf * (1.0 - 2.0 * st_c * x).max(0.0).sqrt())
         };
         let law = steps(0.0, 1.0).map(root).filter(|(x, _)| *x <= end).collect();
-        layers.push(curve("square-root law", law, Style::group(0), Dash::Solid));
+        layers.push(Layer::curve("square-root law", law, Style::group(0), Dash::Solid));
     }
     layers
 }

@@ -4,7 +4,7 @@ use super::super::chart::{grid, Axis, Chart, ChartPoint, Dash, Extent, Layer, St
 use super::super::quantities::{in_scripts, parameter_label};
 use super::super::ReportInput;
 use super::figure::{Figure, PAIRS};
-use super::points::{chart, curve, points};
+use super::points::points;
 use crate::findings::posterior::Posterior;
 use crate::findings::range::range;
 use crate::model::parameters::{ModelParameter, ParameterKind};
@@ -61,19 +61,15 @@ fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Vec<Option<Chart>>> 
                 let (ln, _) = parameters[places[row]].prior.ln_density(x)?;
                 Some(ln.exp())
             });
-            return Some(chart(x, Axis::new("").between(0.0, 1.08 * highest), layers));
+            return Some(Chart::new(x, Axis::new("").between(0.0, 1.08 * highest), layers));
         }
         let cloud = |name: &str, which: &[usize], style: Style| {
-            let point = |draw: &usize| ChartPoint {
-                x: all[column][*draw],
-                y: all[row][*draw],
-                y_se: None,
-            };
+            let point = |draw: &usize| ChartPoint::at(all[column][*draw], all[row][*draw]);
             points(name, which.iter().map(point).collect(), style)
         };
         let mut layers = Vec::from_iter(cloud("draws", &plain, Style::group(1)));
         layers.extend(cloud("divergent draws", &diverging, Style::group(2).open()));
-        Some(chart(x, axis(row, column == 0), layers))
+        Some(Chart::new(x, axis(row, column == 0), layers))
     };
     (0..places.len())
         .map(|row| (0..places.len()).map(|column| panel(row, column)).collect())
@@ -145,7 +141,7 @@ fn histogram(draws: &[f64], (lo, hi): (f64, f64), prior: impl Fn(f64) -> Option<
             edges,
             style: Style::group(1),
         },
-        curve("prior density", density, Style::group(2), Dash::Solid),
+        Layer::curve("prior density", density, Style::group(2), Dash::Solid),
     ];
     (layers, highest)
 }

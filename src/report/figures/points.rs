@@ -1,6 +1,6 @@
 //! Makes layers of points and curves: means of repeated runs, laws in steps.
 
-use super::super::chart::{Axis, Chart, ChartPoint, Dash, Layer, Style};
+use super::super::chart::{ChartPoint, Layer, Style};
 
 /// More points than this are joined into wider bins.
 const MOST_POINTS: usize = 2000;
@@ -15,24 +15,6 @@ const CURVE: usize = 160;
 pub(super) fn points(name: impl Into<String>, points: Vec<ChartPoint>, style: Style) -> Option<Layer> {
     let name = Some(name.into());
     (!points.is_empty()).then_some(Layer::Points { name, points, style })
-}
-
-pub(super) fn curve(name: impl Into<String>, xy: Vec<(f64, f64)>, style: Style, dash: Dash) -> Layer {
-    Layer::Line {
-        name: Some(name.into()),
-        xy,
-        style,
-        dash,
-    }
-}
-
-pub(super) fn chart(x: Axis, y: Axis, layers: Vec<Layer>) -> Chart {
-    Chart {
-        title: None,
-        x,
-        y,
-        layers,
-    }
 }
 
 /// Points of (x, e): runs whose x agree are one mean with its standard error.

@@ -17,15 +17,11 @@ const FIGURE: &str = "trade.svg";
 
 /// Every file of a trade.
 pub fn files(scene: &Scene, trade: &Trade) -> Result<Files<'static>, Error> {
-    let whole = vec![
-        ("trade.md".to_owned(), page(scene, trade)?.into_bytes()),
-        ("trade.json".to_owned(), json::text(trade)?.into_bytes()),
-        (FIGURE.to_owned(), figure(trade).into_bytes()),
-    ];
-    Ok(Files {
-        whole,
-        ..Files::default()
-    })
+    Ok(Files::of([
+        ("trade.md".to_owned(), page(scene, trade)?),
+        ("trade.json".to_owned(), json::text(trade)?),
+        (FIGURE.to_owned(), figure(trade)),
+    ]))
 }
 
 /// The methods that may be trusted, a line each.
@@ -69,11 +65,7 @@ fn figure(trade: &Trade) -> String {
         let (Some(mean), Some(sd)) = (method.worst_mean, method.worst_sd) else {
             continue;
         };
-        let point = ChartPoint {
-            x: method.seconds.log10(),
-            y: mean.max(sd).log10(),
-            y_se: None,
-        };
+        let point = ChartPoint::at(method.seconds.log10(), mean.max(sd).log10());
         (lo, hi) = (lo.min(point.x), hi.max(point.x));
         let style = Style::group(group);
         layers.push(Layer::Points {
@@ -83,16 +75,14 @@ fn figure(trade: &Trade) -> String {
         });
     }
     let floor = (SURE * trade.reference.mcse_mean.max(trade.reference.mcse_sd)).log10();
-    layers.push(Layer::Line {
-        name: Some("the long run's own error".to_owned()),
-        xy: vec![(lo.floor(), floor), (hi.ceil(), floor)],
-        style: Style::group(0),
-        dash: Dash::Dashed,
-    });
-    svg(&[Chart {
-        title: None,
-        x: Axis::new("time / s").of_decades(),
-        y: Axis::new("largest error of a mean / sd, or of an sd").of_decades(),
-        layers,
-    }])
+    let across = vec![(lo.floor(), floor), (hi.ceil(), floor)];
+    layers.push(Layer::curve(
+        "the long run's own error",
+        across,
+        Style::group(0),
+        Dash::Dashed,
+    ));
+    let x = Axis::new("time / s").of_decades();
+    let y = Axis::new("largest error of a mean / sd, or of an sd").of_decades();
+    svg(&[Chart::new(x, y, layers)])
 }
