@@ -130,31 +130,35 @@ fn filled_from(templates: &[(&str, &str)], name: &str, values: &Value, figures: 
     template.render(values).map_err(fail)
 }
 
+/// What stands in a page of a number that there may be none of.
+fn or_none<T>(of: Option<T>, text: impl FnOnce(T) -> String) -> String {
+    of.map_or(NONE.to_owned(), text)
+}
+
 fn add_filters(environment: &mut Environment) {
     let mut number = |name: &'static str, text: fn(f64) -> String| {
-        environment.add_filter(name, move |x: Option<f64>| x.map_or(NONE.to_owned(), text));
+        environment.add_filter(name, move |x: Option<f64>| or_none(x, text));
     };
     number("short", rounding::short);
     number("signed", rounding::signed);
     number("probability", rounding::probability);
     environment.add_filter("digits", rounding::optional);
     environment.add_filter("fixed", |x: Option<f64>, places: usize| {
-        x.map_or(NONE.to_owned(), |x| format!("{x:.places$}"))
+        or_none(x, |x| format!("{x:.places$}"))
     });
     environment.add_filter("signed_to", |x: Option<f64>, place: i32| {
-        x.map_or(NONE.to_owned(), |x| rounding::signed_to(x, place))
+        or_none(x, |x| rounding::signed_to(x, place))
     });
     environment.add_filter("shift", |x: Option<f64>, se: Option<f64>| {
-        x.map_or(NONE.to_owned(), |x| rounding::shift(x, se))
+        or_none(x, |x| rounding::shift(x, se))
     });
     environment.add_filter("by_mcse", rounding::by_mcse);
     environment.add_filter("range", |ends: Option<Vec<f64>>, factor: Option<f64>| {
-        ends_of(ends).map_or(NONE.to_owned(), |ends| {
-            rounding::range(ends.map(|x| x * factor.unwrap_or(1.0)))
-        })
+        let factor = factor.unwrap_or(1.0);
+        or_none(ends_of(ends), |ends| rounding::range(ends.map(|x| x * factor)))
     });
     environment.add_filter("between", |ends: Option<Vec<f64>>, se: f64| {
-        ends_of(ends).map_or(NONE.to_owned(), |[lo, hi]| rounding::between(lo, hi, se))
+        or_none(ends_of(ends), |[lo, hi]| rounding::between(lo, hi, se))
     });
     environment.add_filter("listed", listed);
     environment.add_filter("full", |x: Option<f64>| {
@@ -184,8 +188,7 @@ fn add_filters(environment: &mut Environment) {
     );
     environment.add_filter("with_se", |x: Option<f64>, se: Option<f64>, factor: Option<f64>| {
         let factor = factor.unwrap_or(1.0);
-        x.zip(se)
-            .map_or(NONE.to_owned(), |(x, se)| rounding::with_se(factor * x, factor * se))
+        or_none(x.zip(se), |(x, se)| rounding::with_se(factor * x, factor * se))
     });
     environment.add_filter("code", |text: String| code(&text));
     environment.add_filter("literal", |text: String| literal(&text));
@@ -276,7 +279,7 @@ impl Number {
 
     /// The interval, rounded as its error is, without one by a quarter of its width.
     fn interval_alone(&self) -> String {
-        self.interval.map_or(NONE.to_owned(), |[lo, hi]| {
+        or_none(self.interval, |[lo, hi]| {
             rounding::between(lo, hi, self.se.unwrap_or(0.25 * (hi - lo)))
         })
     }
