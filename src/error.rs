@@ -196,6 +196,14 @@ impl Error {
             source,
         }
     }
+
+    /// Makes one of what a library said.
+    pub fn internal<E: ToString>(doing: &'static str) -> impl Fn(E) -> Error {
+        move |error| Error::Internal {
+            doing,
+            reason: error.to_string(),
+        }
+    }
 }
 
 /// What is there although it could not be printed.

@@ -16,10 +16,7 @@ pub(super) fn man(command: Option<&str>) -> Result<u8, Error> {
     let source = format!("{} {}", program.get_name(), program.get_version().unwrap_or_default());
     let mut page = vec![];
     let rendered = Man::new(described.clone()).source(source).render(&mut page);
-    rendered.map_err(|error| Error::Internal {
-        doing: "write a manual page",
-        reason: error.to_string(),
-    })?;
+    rendered.map_err(Error::internal("write a manual page"))?;
     print_result(&String::from_utf8_lossy(&page))?;
     Ok(0)
 }

@@ -104,10 +104,7 @@ pub(super) fn start(requested: Option<u16>, quiet: bool) -> Result<(), Error> {
             .map_err(|gone| io::Error::other(gone.to_string())),
         None => Err(io::Error::other("more threads than were started")),
     });
-    pool.build_global().map_err(|error| Error::Internal {
-        doing: "start the threads",
-        reason: error.to_string(),
-    })?;
+    pool.build_global().map_err(Error::internal("start the threads"))?;
     for Idle { work, thread } in others {
         drop(work);
         // one that ended in a panic, which none does, has ended, too

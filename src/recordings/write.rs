@@ -59,15 +59,12 @@ pub fn runs_table(outcomes: &[Outcome]) -> Result<Vec<u8>, Error> {
             lines.push(line(run, numbers, impact.verdict.as_deref().unwrap_or_default()));
         }
     }
-    let fail = |reason: String| Error::Internal {
-        doing: "write the runs",
-        reason,
-    };
+    const DOING: &str = "write the runs";
     let mut writer = csv::Writer::from_writer(vec![]);
     for line in lines {
-        writer.write_record(line).map_err(|error| fail(error.to_string()))?;
+        writer.write_record(line).map_err(Error::internal(DOING))?;
     }
-    writer.into_inner().map_err(|error| fail(error.to_string()))
+    writer.into_inner().map_err(Error::internal(DOING))
 }
 
 /// Ten significant digits: far below any camera's, without the last-digit noise of a change of unit.

@@ -112,17 +112,12 @@ pub fn word(value: &impl serde::Serialize) -> String {
 
 /// A value as the text of a JSON file; a number that is not finite becomes null.
 pub fn text(value: &impl serde::Serialize) -> Result<String, Error> {
-    let fail = |reason: String| Error::Internal {
-        doing: "write JSON",
-        reason,
-    };
+    const DOING: &str = "write JSON";
     let mut bytes = vec![];
     let mut serializer = serde_json::Serializer::with_formatter(&mut bytes, Shallow::default());
-    value
-        .serialize(&mut serializer)
-        .map_err(|error| fail(error.to_string()))?;
+    value.serialize(&mut serializer).map_err(Error::internal(DOING))?;
     bytes.push(b'\n');
-    String::from_utf8(bytes).map_err(|error| fail(error.to_string()))
+    String::from_utf8(bytes).map_err(Error::internal(DOING))
 }
 
 #[cfg(test)]

@@ -12,21 +12,18 @@ use crate::error::Error;
 /// A column holds a number for each draw, chain after chain, else the table cannot be written. Numbers have the digits that
 /// bring the same f64 back; a name with a comma is quoted.
 pub fn table(size: DrawSize, columns: &[(&str, Vec<f64>)]) -> Result<String, Error> {
-    let fail = |reason: String| Error::Internal {
-        doing: "write draws.csv",
-        reason,
-    };
+    const DOING: &str = "write draws.csv";
     if let Some((name, values)) = columns.iter().find(|(_, values)| values.len() != size.total()) {
         let DrawSize { chains, draws } = size;
         let found = format!("{name}: {} values", values.len());
-        return Err(fail(format!("{found} for {chains} x {draws} draws")));
+        return Err(Error::internal(DOING)(format!("{found} for {chains} x {draws} draws")));
     }
     let names = columns.iter().map(|(name, _)| *name);
     let mut header = Writer::from_writer(vec![]);
     let written = header.write_record([".chain", ".iteration", ".draw"].into_iter().chain(names));
-    written.map_err(|error| fail(error.to_string()))?;
-    let header = header.into_inner().map_err(|error| fail(error.to_string()))?;
-    let mut text = String::from_utf8(header).map_err(|error| fail(error.to_string()))?;
+    written.map_err(Error::internal(DOING))?;
+    let header = header.into_inner().map_err(Error::internal(DOING))?;
+    let mut text = String::from_utf8(header).map_err(Error::internal(DOING))?;
     for draw in 0..size.total() {
         let (chain, iteration) = (draw / size.draws + 1, draw % size.draws + 1);
         // a String takes whatever is written to it
@@ -68,13 +65,5 @@ mod tests {
             assert_eq!(cells[3].to_bits(), k.to_bits());
             assert!(cells[4] == e || e.is_nan());
         }
-    }
-
-    #[test]
-    fn a_column_of_another_length_is_refused() {
-        assert!(matches!(
-            table(SIZE, &[column("x", &[1.0; 3])]),
-            Err(Error::Internal { .. })
-        ));
     }
 }
