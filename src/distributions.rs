@@ -10,6 +10,9 @@ use statrs::function::gamma::{checked_gamma_lr, checked_gamma_ur, digamma, ln_ga
 /// ln √(2π)
 pub const LN_ROOT_TWO_PI: f64 = 0.918_938_533_204_672_8;
 
+/// sd of a normal over its median distance from the mean.
+pub const SD_OF_MEDIAN_DISTANCE: f64 = 1.482_602_218_505_602;
+
 /// Degrees of freedom above which Student's t is expanded about the normal: the library's inversion of it loses digits
 /// there (1e-8 at 5,000, 7 % at 10⁷), differences of logarithms of Γ do too, and the expansions have none to lose (1e-15 at
 /// 1,000).
@@ -23,6 +26,18 @@ pub const FEW: f64 = 0.5;
 
 /// Probability of a tail below which they are not, either: the library's search for them may never end, or panic.
 const FAR: f64 = 1e-20;
+
+/// Middle of some numbers, which are put in another order; `None` without any.
+pub fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return None;
+    }
+    let even = values.len().is_multiple_of(2);
+    let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    let lower = below.iter().copied().reduce(f64::max).filter(|_| even);
+    Some(lower.map_or(*upper, |lower| 0.5 * (lower + *upper)))
+}
 
 /// Quantile of the standard normal; no number outside \[0, 1\].
 pub fn normal_quantile(probability: f64) -> f64 {
@@ -206,6 +221,13 @@ pub fn chi_squared_tail(chi_squared: f64, degrees_of_freedom: f64) -> Option<f64
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_middle_of_an_even_number_lies_between_two() {
+        assert_eq!(median(&mut [3.0, 1.0, 10.0, 2.0]), Some(2.5));
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(&mut []), None);
+    }
 
     /// scipy.stats.t.ppf (SciPy 1.18.1)
     #[test]

@@ -1,24 +1,10 @@
 //! Tests whether groups of residuals have one spread, by their distances from each group's median.
 
 use super::nested::FTest;
+pub use crate::distributions::{median, SD_OF_MEDIAN_DISTANCE};
 
 /// Fewer residuals than this say too little of a spread to be a group.
 pub const LEAST_RESIDUALS: usize = 5;
-
-/// sd of a normal over its median distance from the mean.
-pub const SD_OF_MEDIAN_DISTANCE: f64 = 1.482_602_218_505_602;
-
-/// Middle of some numbers, which are put in another order; `None` without any.
-pub fn median(values: &mut [f64]) -> Option<f64> {
-    let middle = values.len() / 2;
-    if values.is_empty() {
-        return None;
-    }
-    let even = values.len().is_multiple_of(2);
-    let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    let lower = below.iter().copied().reduce(f64::max).filter(|_| even);
-    Some(lower.map_or(*upper, |lower| 0.5 * (lower + *upper)))
-}
 
 /// Brown and Forsythe's test of equal spreads among the groups of each kind; kinds may differ.
 ///
@@ -87,12 +73,5 @@ mod tests {
         one[0].push(40.0);
         let test = equal_spreads(&mut [one], 1.0).expect("two groups");
         assert!(test.p > 0.1, "{}", test.p);
-    }
-
-    #[test]
-    fn the_middle_of_an_even_number_lies_between_two() {
-        assert_eq!(median(&mut [3.0, 1.0, 10.0, 2.0]), Some(2.5));
-        assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
-        assert_eq!(median(&mut []), None);
     }
 }

@@ -1,6 +1,5 @@
 //! Goes from recordings to runs: one gravity for all of them, a scale each, a verdict each.
 
-use super::air::SphereInAir;
 use super::contacts::{Contact, NoContact};
 use super::flights::Flights;
 use super::gravity::{is_off, shared, FlightFit, Gravity, GRAVITY};
@@ -239,17 +238,13 @@ fn scale(recording: &Recording, shown: &Shown) -> ImageScale {
 fn settle(underway: &mut [Result<Underway, Refusal>]) -> GravityCheck {
     let mut check = GravityCheck::default();
     // a long recording at another scale than the others has most of the frames: each counts once
-    let by_gravity = underway
-        .iter()
-        .flatten()
-        .filter(|of| of.scale.source == ScaleSource::Gravity);
+    let by_gravity = underway.iter().flatten().filter(|of| of.is_by_gravity());
     let mut own: Vec<Gravity> = by_gravity.filter_map(|of| shared(&of.flights.fits())).collect();
     own.sort_by(|a, b| a.value.total_cmp(&b.value));
     let mut found = own.get(own.len().saturating_sub(1) / 2).copied();
     for round in 0..=ROUNDS {
         if let Some(g) = found {
-            let by_gravity = underway.iter_mut().flatten();
-            for of in by_gravity.filter(|of| of.scale.source == ScaleSource::Gravity) {
+            for of in underway.iter_mut().flatten().filter(|of| of.is_by_gravity()) {
                 of.flights = of.flights.over(g.value / GRAVITY);
                 of.scale.value *= g.value / GRAVITY;
                 check.scale = Some([of.scale.value, of.scale.value * g.se / g.value]);
@@ -291,7 +286,7 @@ fn gravity_for(of: &Underway, check: GravityCheck) -> Option<Gravity> {
     if of.stray.is_some() {
         return of.stray;
     }
-    if of.scale.source == ScaleSource::Gravity {
+    if of.is_by_gravity() {
         return Some(Gravity {
             value: GRAVITY,
             se: 0.0,
@@ -410,6 +405,11 @@ impl Underway<'_> {
         })
     }
 
+    /// Whether its scale is one that gravity gives.
+    fn is_by_gravity(&self) -> bool {
+        self.scale.source == ScaleSource::Gravity
+    }
+
     /// Sets it apart where its own flights do not fall as things do, so that its mistake is no other recording's.
     fn hold_against_free_fall(&mut self) {
         self.stray = shared(&self.flights.fits()).filter(|own| is_off(own.value, own.se, GRAVITY));
@@ -420,10 +420,7 @@ impl Underway<'_> {
         let gravity = gravity_for(self, check).ok_or(NoContact::NeverFalls)?;
         let recording = self.recording;
         // lengths are metres from here on
-        self.flights.air = recording.density.map(|density| SphereInAir {
-            diameter: recording.diameter,
-            density,
-        });
+        self.flights.air = recording.density.map(|density| recording.in_air(density));
         self.flights.refine(gravity, recording.film)
     }
 
@@ -436,7 +433,7 @@ impl Underway<'_> {
         /// by which share two scales may differ: a sphere may hang nearer to the camera than the scale did
         const APART: f64 = 0.1;
         let scale = self.scale.value;
-        if self.scale.source == ScaleSource::Gravity {
+        if self.is_by_gravity() {
             let (width, scatter) = (self.recording.diameter * scale, self.flights.sigma * scale);
             return (width < LEAST_WIDTH.max(LEAST_SDS * scatter)).then(|| {
                 format!(
@@ -558,10 +555,7 @@ impl Underway<'_> {
         /// kg/m³ of the densest sphere there is, where the list has no density
         const DENSEST: f64 = 22_600.0;
         let (v, v_r) = (speeds.impact_speed, speeds.rebound_speed);
-        let sphere = SphereInAir {
-            diameter: self.recording.diameter,
-            density: self.recording.density.unwrap_or(DENSEST),
-        };
+        let sphere = self.recording.in_air(self.recording.density.unwrap_or(DENSEST));
         let drag = sphere.deceleration(v) / GRAVITY;
         if drag > 1.0 {
             return Some(format!(

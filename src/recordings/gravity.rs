@@ -1,7 +1,7 @@
 //! Estimates the one gravity that all flights share.
 
 use super::parabola::Parabola;
-use super::track::median;
+use crate::distributions::median;
 
 /// The acceleration of free fall where it is not measured, in m/s².
 pub use crate::physics::numbers::GRAVITY;

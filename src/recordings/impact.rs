@@ -93,18 +93,18 @@ pub(super) fn rebound(before: &FlightFit, after: &FlightFit, gravity: Gravity) -
     }
     // heights by c, by u and by g
     let [xa, xb] = [time - a.time, time - b.time];
-    let by_g = |flight: &Parabola| flight.height_under(-1.0, time) - flight.height_under(0.0, time);
+    let ([height_a, _], [height_b, _]) = (a.by_gravity(time), b.by_gravity(time));
     // dt = −d(gap)/gain
-    let of_time = [1.0, xa, -1.0, -xb, by_g(a) - by_g(b)].map(|slope| slope / gain);
+    let of_time = [1.0, xa, -1.0, -xb, height_a - height_b].map(|slope| slope / gain);
     let of_velocity = |flight: &Parabola, own: usize| {
         let mut slopes: Slopes = of_time.map(|slope| acceleration * slope);
         slopes[own] += 1.0;
-        slopes[4] += flight.velocity_under(-1.0, time) - flight.velocity_under(0.0, time);
+        slopes[4] += flight.by_gravity(time)[1];
         slopes
     };
     let (v, v_r) = (of_velocity(a, 1), of_velocity(b, 3));
     let mut of_height: Slopes = of_time.map(|slope| falling * slope);
-    for (slope, own) in of_height.iter_mut().zip([1.0, xa, 0.0, 0.0, by_g(a)]) {
+    for (slope, own) in of_height.iter_mut().zip([1.0, xa, 0.0, 0.0, height_a]) {
         *slope += own;
     }
     let ([ca, ua], [cb, ub]) = (variances(before), variances(after));
@@ -138,11 +138,8 @@ pub(super) fn stayed(before: &FlightFit, level: Level, gravity: Gravity) -> Opti
         return None;
     }
     let v = square.sqrt();
-    let by_g = [
-        a.velocity_under(-1.0, a.time) - a.velocity_under(0.0, a.time),
-        a.height_under(-1.0, a.time) - a.height_under(0.0, a.time),
-    ];
-    let of_g = (velocity * by_g[0] + g * by_g[1] + (height - level.height)) / v;
+    let [height_by_g, velocity_by_g] = a.by_gravity(a.time);
+    let of_g = (velocity * velocity_by_g + g * height_by_g + (height - level.height)) / v;
     let slopes = [g / v, velocity / v, -g / v, 0.0, of_g];
     let [c, u] = variances(before);
     let of = [c, u, level.sd * level.sd, 0.0, gravity.se * gravity.se];

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::air::SphereInAir;
 use super::frames::FFMPEG;
 use crate::error::{Error, Problem};
 use crate::files::is_video;
@@ -39,6 +40,16 @@ pub struct Recording {
     pub y_unit: Option<String>,
     /// why it is left out, where it is
     pub exclude: Option<String>,
+}
+
+impl Recording {
+    /// Its sphere in air, with a density.
+    pub fn in_air(&self, density: f64) -> SphereInAir {
+        SphereInAir {
+            diameter: self.diameter,
+            density,
+        }
+    }
 }
 
 /// Where an axis of heights points.

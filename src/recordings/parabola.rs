@@ -112,6 +112,14 @@ impl Parabola {
         self.slope + acceleration * (t - self.time + self.skew)
     }
 
+    /// By what height and velocity at a time change with g.
+    pub fn by_gravity(&self, t: f64) -> [f64; 2] {
+        [
+            self.height_under(-1.0, t) - self.height_under(0.0, t),
+            self.velocity_under(-1.0, t) - self.velocity_under(0.0, t),
+        ]
+    }
+
     /// Σ (y − the parabola)² with this acceleration.
     pub fn squares_under(&self, acceleration: f64) -> f64 {
         let off = acceleration - self.acceleration();

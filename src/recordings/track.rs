@@ -1,5 +1,7 @@
 //! Holds where a sphere was, frame by frame, and how far its positions scatter.
 
+use crate::distributions::{median, SD_OF_MEDIAN_DISTANCE};
+
 /// Heights of a sphere over time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Track {
@@ -28,8 +30,6 @@ impl Track {
     ///
     /// Not below what rounding to a grid leaves; `None` without four frames in a row, and of what does not move.
     pub fn noise(&self) -> Option<f64> {
-        /// of the median of |x| of a standard normal x
-        const OF_MEDIAN: f64 = 1.482_602_218_505_602;
         /// frames are one after the other where their gaps are so equal
         const EVEN: f64 = 0.01;
         /// of heights in m or in pixels: far below what any camera tells
@@ -59,7 +59,7 @@ impl Track {
             .filter(|y| !moving || moves(y))
             .map(|y| (y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]).abs())
             .collect();
-        let scatter = OF_MEDIAN * median(&mut differences)? / of_differences;
+        let scatter = SD_OF_MEDIAN_DISTANCE * median(&mut differences)? / of_differences;
         Some(scatter.max(self.rounding()))
     }
 
@@ -87,19 +87,4 @@ impl Track {
         let grid = if grid.is_finite() { grid } else { 0.0 };
         (grid / 12f64.sqrt()).max(LEAST * range)
     }
-}
-
-/// The median; `None` of none.
-pub(super) fn median(numbers: &mut [f64]) -> Option<f64> {
-    let middle = numbers.len() / 2;
-    if numbers.is_empty() {
-        return None;
-    }
-    let (below, upper, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
-    let upper = *upper;
-    if below.len() == middle && numbers.len().is_multiple_of(2) {
-        let lower = numbers[..middle].iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        return Some(0.5 * (lower + upper));
-    }
-    Some(upper)
 }

@@ -295,7 +295,7 @@ fn without_wrong_arcs(points: Vec<Point>, circle: &Trial, outside: f64) -> Vec<P
 /// The median; `None` of none.
 pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
-    crate::recordings::track::median(&mut values)
+    crate::distributions::median(&mut values)
 }
 
 #[cfg(test)]
