@@ -5,7 +5,7 @@
 //! counts [`SURE`] times.
 
 use super::diagnostics::pareto::khat_threshold;
-use super::importance::{propose, weighted_shift, DrawCounts, ProposalTails, Weights};
+use super::importance::{weighted_shift, DrawCounts, ProposalTails, Weights};
 use super::mixing::{draws_a_chain, summary_of, MixingLines, ParameterDraws};
 use super::nuts::{SamplingFailure, SamplingPlan};
 use super::prepared_posterior::PreparedPosterior;
@@ -192,18 +192,11 @@ pub fn normal_error(prepared: &PreparedPosterior, stream: StreamName) -> Result<
     if !prepared.about.is_at_peak() {
         return Err("the posterior has no peak to lay a normal about".to_owned());
     }
-    let name = format!("{} pilot", stream.name);
     let size = DrawCounts {
         chains: 1,
         draws: PILOT,
     };
-    let stream = StreamName::new(stream.seed, &name);
-    let pilot = propose(
-        &prepared.posterior,
-        (&prepared.about, ProposalTails::Normal),
-        size,
-        stream,
-    );
+    let pilot = prepared.propose(ProposalTails::Normal, size, stream, "pilot");
     let Some(weights) = Weights::of(&pilot) else {
         return Err("the posterior has no density near the normal's draws".to_owned());
     };

@@ -1,9 +1,11 @@
 //! Prepares a posterior for sampling: finds a start, and the mode with its curvature.
 
+use super::importance::{propose, DrawCounts, ProposalTails, Proposed};
 use super::laplace::{laplace, Laplace};
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::model::posterior::{LogDensity, PosteriorDensity};
+use crate::seed::StreamName;
 
 /// A posterior with what every method of sampling starts from.
 #[derive(Debug, Clone)]
@@ -60,6 +62,19 @@ impl PreparedPosterior {
             about,
             seconds: began.elapsed().as_secs_f64(),
         })
+    }
+
+    /// Proposals about the mode, from the stream of a step of what the stream is for.
+    pub(super) fn propose(
+        &self,
+        tails: ProposalTails,
+        size: DrawCounts,
+        stream: StreamName,
+        step: &str,
+    ) -> Vec<Proposed> {
+        let name = format!("{} {step}", stream.name);
+        let from = (&self.about, tails);
+        propose(&self.posterior, from, size, StreamName::new(stream.seed, &name))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::importance::{propose, DrawCounts, ProposalTails, Proposed, Weights};
+use super::importance::{DrawCounts, ProposalTails, Proposed, Weights};
 use super::mixing::ParameterDraws;
 use super::nuts::{divergences, sample_chains, Chain, SamplingFailure, SamplingPlan, LARGEST_DEPTH};
 use super::prepared_posterior::PreparedPosterior;
@@ -189,14 +189,7 @@ pub fn sample_by_nuts(
 /// Draws from the normal about the mode of a prepared posterior, whatever the posterior has there.
 pub fn sample_normal(prepared: &PreparedPosterior, size: DrawCounts, stream: StreamName) -> Sampled {
     let began = std::time::Instant::now();
-    let name = format!("{} normal", stream.name);
-    let stream = StreamName::new(stream.seed, &name);
-    let proposed = propose(
-        &prepared.posterior,
-        (&prepared.about, ProposalTails::Normal),
-        size,
-        stream,
-    );
+    let proposed = prepared.propose(ProposalTails::Normal, size, stream, "normal");
     let chains = proposed.into_iter().map(Proposed::into_chain).collect();
     Sampled::of_chains(prepared, Method::Laplace, chains, began)
 }
@@ -225,17 +218,15 @@ pub const PROPOSED: usize = 2;
 pub fn sample_by_importance(prepared: &PreparedPosterior, size: DrawCounts, stream: StreamName) -> Option<Sampled> {
     let began = std::time::Instant::now();
     let dimension = prepared.posterior.dimension().max(1);
-    let name = |step: &str| format!("{} {step}", stream.name);
     let more = DrawCounts {
         draws: PROPOSED * size.draws,
         ..size
     };
-    let own = name("proposed");
-    let from = (&prepared.about, ProposalTails::Student);
-    let proposed = propose(&prepared.posterior, from, more, StreamName::new(stream.seed, &own));
+    let proposed = prepared.propose(ProposalTails::Student, more, stream, "proposed");
     let weights = Weights::of(&proposed)?;
-    let own = name("resampled");
-    let kept = weights.resample(size.chains * size.draws, &mut StreamName::new(stream.seed, &own).at(0));
+    let name = format!("{} resampled", stream.name);
+    let mut rng = StreamName::new(stream.seed, &name).at(0);
+    let kept = weights.resample(size.chains * size.draws, &mut rng);
     let points: Vec<&[f64]> = proposed
         .iter()
         .flat_map(|one| one.points.chunks_exact(dimension))
