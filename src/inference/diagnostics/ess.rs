@@ -6,7 +6,7 @@
 //! section 3.2, with the refined end of the sum and the bound τ ≥ 1/log10 S for antithetic chains.
 
 use super::halves::Halves;
-use super::{check_chains, mean, pool, quantile, variance, WhyNone};
+use super::{check_chains, mean, quantile, variance, WhyNone};
 
 /// Probability of each tail whose ESS is reported.
 pub const TAIL: f64 = 0.05;
@@ -21,7 +21,7 @@ pub(super) fn of_sd_about(chains: &[&[f64]], centre: f64) -> Result<f64, WhyNone
 /// Fails as [`WhyNone`] says.
 pub fn of_quantile(chains: &[&[f64]], probability: f64) -> Result<f64, WhyNone> {
     check_chains(chains)?;
-    let sorted = quantile::sorted(pool(chains));
+    let sorted = quantile::sorted(chains.concat());
     below(chains, quantile::of_sorted(&sorted, probability))
 }
 

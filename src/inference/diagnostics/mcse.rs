@@ -1,6 +1,6 @@
 //! Gives the Monte Carlo standard error of a mean, a standard deviation and a quantile: what more draws would lower.
 
-use super::{ess, pool, quantile, WhyNone};
+use super::{ess, quantile, WhyNone};
 use crate::distributions::beta_quantile;
 
 /// Probabilities between which a normal variable lies within one standard deviation of its mean.
@@ -29,7 +29,7 @@ pub(super) fn from_moments(draws: &[f64], centre: f64, effective: f64) -> f64 {
 /// Source: Vehtari et al. 2021 (Bayesian Analysis 16, 667), section 4.4.
 pub fn of_quantile(chains: &[&[f64]], probability: f64) -> Result<f64, WhyNone> {
     let effective = ess::of_quantile(chains, probability)?;
-    Ok(from_order(&quantile::sorted(pool(chains)), probability, effective))
+    Ok(from_order(&quantile::sorted(chains.concat()), probability, effective))
 }
 
 /// Monte Carlo error of a quantile of sorted draws, with `effective` draws for it.

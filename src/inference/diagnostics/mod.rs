@@ -89,11 +89,6 @@ fn check_chains(chains: &[&[f64]]) -> Result<usize, WhyNone> {
     Ok(length)
 }
 
-/// All draws, chain after chain.
-fn pool(chains: &[&[f64]]) -> Vec<f64> {
-    chains.concat()
-}
-
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }

@@ -2,7 +2,7 @@
 
 use super::halves::Halves;
 use super::ranks::OrderedDraws;
-use super::{check_chains, ess, mcse, mean, pool, quantile, rhat, variance, WhyNone};
+use super::{check_chains, ess, mcse, mean, quantile, rhat, variance, WhyNone};
 
 /// What the draws say of one quantity, in its own unit.
 ///
@@ -53,7 +53,7 @@ pub struct Summary {
 /// From three sorts and five sums of autocovariances.
 pub fn summarise(chains: &[&[f64]]) -> Summary {
     let mut summary = Summary::default();
-    let draws = pool(chains);
+    let draws = chains.concat();
     if draws.iter().any(|x| !x.is_finite()) {
         summary.why_none = Some(check_chains(chains).err().unwrap_or(WhyNone::NotFinite));
         return summary;
