@@ -14,7 +14,7 @@ use wetcor::findings;
 use wetcor::findings::bootstrap::MOST_RESAMPLED;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::model::simulate::Simulation;
-use wetcor::report::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
+use wetcor::report::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Marks, Style};
 use wetcor::runs::{self, Existing, RunWriter, Table};
 use wetcor::scene::{self, DesignSpeeds, Scene};
 
@@ -129,31 +129,19 @@ impl Panel {
                 .map(|(x, y)| (x.log10(), y.log10()))
                 .collect();
             let style = Style::group(group);
-            let points = at.iter().map(|(x, y)| ChartPoint {
-                x: *x,
-                y: *y,
-                y_se: None,
-            });
+            let points = at.iter().map(|(x, y)| ChartPoint::at(*x, *y)).collect();
             [
-                Layer::Points {
-                    name: Some((*name).to_owned()),
-                    points: points.collect(),
-                    style,
-                },
-                Layer::Line {
+                Layer::points(Some((*name).to_owned()), points, style),
+                Layer {
                     name: None,
-                    xy: at,
                     style,
-                    dash: Dash::Solid,
+                    marks: Marks::Line(at, Dash::Solid),
                 },
             ]
         });
-        Chart {
-            title: None,
-            x: Axis::new(self.what).of_decades(),
-            y: Axis::new("time / s").of_decades(),
-            layers: layers.collect(),
-        }
+        let x = Axis::new(self.what).of_decades();
+        let y = Axis::new("time / s").of_decades();
+        Chart::new(x, y, layers.collect())
     }
 }
 

@@ -23,7 +23,7 @@ mod panel;
 mod scale;
 mod text;
 
-pub use data::{Axis, Chart, ChartPoint, Dash, Extent, Layer, Style};
+pub use data::{Axis, Chart, ChartPoint, Dash, Extent, Layer, Marks, Style};
 use layout::Layout;
 use panel::Look;
 

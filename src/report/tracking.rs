@@ -390,11 +390,8 @@ fn over_time(label: &str, layers: Vec<Layer>) -> Chart {
 }
 
 fn points(name: Option<&str>, group: usize, at: impl Iterator<Item = (f64, f64)>) -> Layer {
-    Layer::Points {
-        name: name.map(str::to_owned),
-        points: at.map(|(x, y)| ChartPoint::at(x, y)).collect(),
-        style: Style::group(group).open(),
-    }
+    let points = at.map(|(x, y)| ChartPoint::at(x, y)).collect();
+    Layer::points(name.map(str::to_owned), points, Style::group(group).open())
 }
 
 /// At most so many, evenly spaced.

@@ -60,53 +60,45 @@ impl Axis {
     }
 }
 
-/// One series. A `name` puts it in the legend; layers with equal names share an entry.
-/// Values that are not finite are left out.
+/// One series. Layers with equal names share an entry of the legend.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Layer {
-    /// Markers, with error bars where a point has a standard error.
-    Points {
-        /// Text of the legend.
-        name: Option<String>,
-        /// The points in any order.
-        points: Vec<ChartPoint>,
-        /// Colour and marker.
-        style: Style,
-    },
-    /// A curve through its points, broken where a value is not finite.
-    Line {
-        /// Text of the legend.
-        name: Option<String>,
-        /// Points (x, y) along the curve.
-        xy: Vec<(f64, f64)>,
-        /// Colour.
-        style: Style,
-        /// Stroke pattern.
-        dash: Dash,
-    },
-    /// A translucent strip between two curves, broken where a value is not finite.
-    Band {
-        /// Text of the legend.
-        name: Option<String>,
-        /// Edges (x, lower y, upper y) along the strip.
-        edges: Vec<(f64, f64, f64)>,
-        /// Colour.
-        style: Style,
-    },
+pub struct Layer {
+    /// Text of the legend, in which a layer without does not stand.
+    pub name: Option<String>,
+    /// Colour and marker.
+    pub style: Style,
+    /// What is drawn.
+    pub marks: Marks,
+}
+
+/// What a layer draws. Values that are not finite are left out.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Marks {
+    /// Markers in any order, with error bars where a point has a standard error.
+    Points(Vec<ChartPoint>),
+    /// A curve through points (x, y), broken where a value is not finite.
+    Line(Vec<(f64, f64)>, Dash),
+    /// A translucent strip between two curves, by edges (x, lower y, upper y), broken where a value is not finite.
+    Band(Vec<(f64, f64, f64)>),
 }
 
 impl Layer {
-    /// A curve with its text in the legend.
-    pub fn curve(name: impl Into<String>, xy: Vec<(f64, f64)>, style: Style, dash: Dash) -> Self {
-        let name = Some(name.into());
-        Layer::Line { name, xy, style, dash }
+    /// Markers.
+    pub fn points(name: Option<String>, points: Vec<ChartPoint>, style: Style) -> Self {
+        let marks = Marks::Points(points);
+        Self { name, style, marks }
     }
 
-    /// The layer's text in the legend.
-    pub fn name(&self) -> Option<&str> {
-        match self {
-            Layer::Points { name, .. } | Layer::Line { name, .. } | Layer::Band { name, .. } => name.as_deref(),
-        }
+    /// A curve with its text in the legend.
+    pub fn curve(name: impl Into<String>, xy: Vec<(f64, f64)>, style: Style, dash: Dash) -> Self {
+        let (name, marks) = (Some(name.into()), Marks::Line(xy, dash));
+        Self { name, style, marks }
+    }
+
+    /// A strip with its text in the legend.
+    pub fn band(name: impl Into<String>, edges: Vec<(f64, f64, f64)>, style: Style) -> Self {
+        let (name, marks) = (Some(name.into()), Marks::Band(edges));
+        Self { name, style, marks }
     }
 }
 

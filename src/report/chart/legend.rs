@@ -1,6 +1,6 @@
 //! Lists the named layers with samples of their marks.
 
-use super::data::{Chart, Extent, Layer};
+use super::data::{Chart, Extent, Layer, Marks};
 use super::drawing::{Drawing, Element, Pixel};
 use super::{mark, text};
 
@@ -19,7 +19,7 @@ impl<'a> Legend<'a> {
     pub(super) fn of(charts: impl Iterator<Item = &'a Chart>) -> Self {
         let mut entries: Vec<(&str, Vec<&Layer>)> = Vec::new();
         for layer in charts.flat_map(|chart| &chart.layers) {
-            let Some(name) = layer.name() else { continue };
+            let Some(name) = layer.name.as_deref() else { continue };
             match entries.iter_mut().find(|(known, _)| *known == name) {
                 Some((_, layers)) => layers.push(layer),
                 None => entries.push((name, vec![layer])),
@@ -62,12 +62,15 @@ impl<'a> Legend<'a> {
             let y = top + ROW * ((i % rows) as f64 + 0.5);
             // One sample of each kind: later panels repeat a name with the same marks, and a
             // band painted twice would look darker than it is.
-            let kinds: [fn(&Layer) -> bool; 3] = [
-                |l| matches!(l, Layer::Band { .. }),
-                |l| matches!(l, Layer::Line { .. }),
-                |l| matches!(l, Layer::Points { .. }),
+            let kinds: [fn(&Marks) -> bool; 3] = [
+                |marks| matches!(marks, Marks::Band(_)),
+                |marks| matches!(marks, Marks::Line(..)),
+                |marks| matches!(marks, Marks::Points(_)),
             ];
-            for layer in kinds.iter().filter_map(|kind| layers.iter().find(|l| kind(l))) {
+            for layer in kinds
+                .iter()
+                .filter_map(|kind| layers.iter().find(|layer| kind(&layer.marks)))
+            {
                 drawing.add(sample(layer, (x, y)));
             }
             drawing.write(Element::text((x + SAMPLE + GAP, y + 4.7), SIZE), name);
@@ -77,13 +80,14 @@ impl<'a> Legend<'a> {
 
 /// A layer's mark, from a place to the right.
 fn sample(layer: &Layer, (x, y): Pixel) -> Element {
-    match layer {
-        Layer::Points { style, .. } => mark::marker((x + SAMPLE / 2.0, y), *style),
-        Layer::Line { style, dash, .. } => mark::stroke(&[(x, y), (x + SAMPLE, y)], *style, *dash),
-        Layer::Band { style, .. } => {
+    let style = layer.style;
+    match &layer.marks {
+        Marks::Points(_) => mark::marker((x + SAMPLE / 2.0, y), style),
+        Marks::Line(_, dash) => mark::stroke(&[(x, y), (x + SAMPLE, y)], style, *dash),
+        Marks::Band(_) => {
             let (low, high) = (y + 6.0, y - 6.0);
             let corners = [(x, low), (x + SAMPLE, low), (x + SAMPLE, high), (x, high)];
-            mark::area(&corners, *style)
+            mark::area(&corners, style)
         }
     }
 }

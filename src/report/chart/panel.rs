@@ -1,6 +1,6 @@
 //! Draws one chart: its axes, the marks inside them and the labels around them.
 
-use super::data::{Axis, Chart, ChartPoint, Extent, Layer, Style};
+use super::data::{Axis, Chart, ChartPoint, Extent, Marks, Style};
 use super::drawing::{Drawing, Element, Frame, Pixel};
 use super::scale::{drawable, AxisScale};
 use super::{mark, text};
@@ -50,7 +50,8 @@ pub(super) struct Panel<'a> {
 
 impl<'a> Panel<'a> {
     pub(super) fn new(chart: &'a Chart, look: &'static Look) -> Self {
-        let reached = chart.layers.iter().flat_map(reach).filter(edge_drawable);
+        let reached = chart.layers.iter().flat_map(|layer| reach(&layer.marks));
+        let reached = reached.filter(edge_drawable);
         let (xs, ys): (Vec<f64>, Vec<[f64; 2]>) = reached.map(|(x, low, high)| (x, [low, high])).unzip();
         Self {
             chart,
@@ -138,26 +139,26 @@ impl<'a> Panel<'a> {
 
     fn draw_bands(&self, drawing: &mut Drawing, frame: Frame) {
         for layer in &self.chart.layers {
-            let Layer::Band { edges, style, .. } = layer else {
+            let Marks::Band(edges) = &layer.marks else {
                 continue;
             };
             for piece in edges.split(|e| !edge_drawable(e)).filter(|piece| piece.len() > 1) {
                 let upper = piece.iter().map(|&(x, _, upper)| self.at(frame, x, upper));
                 let lower = piece.iter().rev().map(|&(x, lower, _)| self.at(frame, x, lower));
-                drawing.add(mark::area(&upper.chain(lower).collect::<Vec<_>>(), *style));
+                drawing.add(mark::area(&upper.chain(lower).collect::<Vec<_>>(), layer.style));
             }
         }
     }
 
     fn draw_lines(&self, drawing: &mut Drawing, frame: Frame) {
         for layer in &self.chart.layers {
-            let Layer::Line { xy, style, dash, .. } = layer else {
+            let Marks::Line(xy, dash) = &layer.marks else {
                 continue;
             };
             let broken = |p: &(f64, f64)| !(drawable(p.0) && drawable(p.1));
             for piece in xy.split(broken).filter(|piece| piece.len() > 1) {
                 let pixels: Vec<Pixel> = piece.iter().map(|&(x, y)| self.at(frame, x, y)).collect();
-                drawing.add(mark::stroke(&pixels, *style, *dash));
+                drawing.add(mark::stroke(&pixels, layer.style, *dash));
             }
         }
     }
@@ -187,11 +188,11 @@ impl<'a> Panel<'a> {
     /// Points inside the axes, layer by layer, with the style of each.
     fn points_within(&self) -> impl Iterator<Item = (Style, Vec<&ChartPoint>)> + '_ {
         self.chart.layers.iter().filter_map(|layer| {
-            let Layer::Points { points, style, .. } = layer else {
+            let Marks::Points(points) = &layer.marks else {
                 return None;
             };
             let within = |p: &&ChartPoint| self.x.contains(p.x) && self.y.contains(p.y);
-            Some((*style, points.iter().filter(within).collect()))
+            Some((layer.style, points.iter().filter(within).collect()))
         })
     }
 
@@ -259,16 +260,16 @@ fn line(from: Pixel, to: Pixel, colour: &str) -> Element {
         .set("stroke", colour)
 }
 
-/// How far the marks of a layer reach: x, lowest and highest y.
-fn reach(layer: &Layer) -> Vec<(f64, f64, f64)> {
+/// How far marks reach: x, lowest and highest y.
+fn reach(marks: &Marks) -> Vec<(f64, f64, f64)> {
     let of_point = |p: &ChartPoint| {
         let se = bar(p).unwrap_or(0.0);
         (p.x, p.y - se, p.y + se)
     };
-    match layer {
-        Layer::Points { points, .. } => points.iter().map(of_point).collect(),
-        Layer::Line { xy, .. } => xy.iter().map(|&(x, y)| (x, y, y)).collect(),
-        Layer::Band { edges, .. } => edges.clone(),
+    match marks {
+        Marks::Points(points) => points.iter().map(of_point).collect(),
+        Marks::Line(xy, _) => xy.iter().map(|&(x, y)| (x, y, y)).collect(),
+        Marks::Band(edges) => edges.clone(),
     }
 }
 

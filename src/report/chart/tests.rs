@@ -5,24 +5,15 @@ fn named(name: &str) -> Option<String> {
 }
 
 fn point(x: f64, y: f64) -> ChartPoint {
-    ChartPoint { x, y, y_se: None }
+    ChartPoint::at(x, y)
 }
 
 fn points(name: &str, points: Vec<ChartPoint>) -> Layer {
-    Layer::Points {
-        name: named(name),
-        points,
-        style: Style::group(1),
-    }
+    Layer::points(named(name), points, Style::group(1))
 }
 
 fn chart(layers: Vec<Layer>) -> Chart {
-    Chart {
-        title: None,
-        x: Axis::new("x"),
-        y: Axis::new("y"),
-        layers,
-    }
+    Chart::new(Axis::new("x"), Axis::new("y"), layers)
 }
 
 fn size(width: f64, height: f64) -> Extent {
@@ -30,11 +21,9 @@ fn size(width: f64, height: f64) -> Extent {
 }
 
 fn line(xy: Vec<(f64, f64)>) -> Layer {
-    Layer::Line {
+    Layer {
         name: None,
-        xy,
-        style: Style::group(2),
-        dash: Dash::Dashed,
+        ..Layer::curve("", xy, Style::group(2), Dash::Dashed)
     }
 }
 
@@ -85,17 +74,8 @@ fn hostile_text_is_escaped() {
 fn every_name_stands_in_the_legend_once() {
     let layers = vec![
         points("AK_10", vec![point(1.0, 2.0)]),
-        Layer::Line {
-            name: named("fit"),
-            xy: vec![(0.0, 0.0), (1.0, 1.0)],
-            style: Style::group(1),
-            dash: Dash::Solid,
-        },
-        Layer::Band {
-            name: named("spread"),
-            edges: vec![(0.0, 0.0, 1.0), (1.0, 1.0, 2.0)],
-            style: Style::group(1),
-        },
+        Layer::curve("fit", vec![(0.0, 0.0), (1.0, 1.0)], Style::group(1), Dash::Solid),
+        Layer::band("spread", vec![(0.0, 0.0, 1.0), (1.0, 1.0, 2.0)], Style::group(1)),
         points("nothing to show", Vec::new()),
         line(vec![(0.0, 0.0), (1.0, 1.0)]),
     ];
@@ -148,10 +128,10 @@ fn degenerate_charts_are_drawn() {
         vec![points("A", vec![point(1e-320, 1.0), point(0.0, 1.0 + f64::EPSILON)])],
         vec![line(vec![]), line(vec![(1.0, 1.0)])],
         vec![line(vec![(0.0, nan), (1.0, 1e300), (2.0, -1.0)])],
-        vec![Layer::Band {
+        vec![Layer {
             name: None,
-            edges: vec![(nan, 0.0, 1.0), (0.0, 0.0, f64::INFINITY), (1.0, 0.0, 1.0)],
             style: Style::group(99),
+            marks: Marks::Band(vec![(nan, 0.0, 1.0), (0.0, 0.0, f64::INFINITY), (1.0, 0.0, 1.0)]),
         }],
     ];
     for layers in layers {
@@ -174,11 +154,8 @@ fn degenerate_charts_are_drawn() {
 fn groups_differ_in_more_than_colour() {
     let drawn: Vec<String> = (0..16)
         .map(|group| {
-            let document = svg(&[chart(vec![Layer::Points {
-                name: None,
-                points: vec![point(1.0, 1.0)],
-                style: Style::group(group),
-            }])]);
+            let layer = Layer::points(None, vec![point(1.0, 1.0)], Style::group(group));
+            let document = svg(&[chart(vec![layer])]);
             // Keeps fillings apart while hiding the colours.
             let grey: Vec<&str> = document
                 .split(['"', '<'])

@@ -69,12 +69,7 @@ impl Bands<'_> {
         if runs.iter().all(|(_, _, high)| *high <= 0.0) {
             return vec![];
         }
-        let band = |edges| Layer::Band {
-            name: Some(name.clone()),
-            edges,
-            style,
-        };
-        vec![band(runs), band(mean)]
+        [runs, mean].map(|edges| Layer::band(&name, edges, style)).to_vec()
     }
 
     /// The bands against 1/St of the series at `place`; `inverse` is 1/St at a speed.

@@ -20,8 +20,9 @@ mod points;
 
 use std::ops::Range;
 
-use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
+use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Marks, Style};
 use super::ReportInput;
+use crate::findings::film_ratio::reference_film_ratio;
 use crate::findings::laws::numbers_of_series;
 use crate::findings::series::SeriesFit;
 use crate::physics::numbers::stokes;
@@ -33,7 +34,7 @@ pub use figure::{Figure, ENERGY, FILM, PAIRS, RESIDUALS};
 use film::{energy, film, residuals};
 pub use names::Names;
 pub(super) use of_particle::series_name;
-use of_particle::{dry_k, main_film_ratio, scaling_of, series_at, title_at, ShownSeries};
+use of_particle::{dry_k, scaling_of, series_at, title_at, ShownSeries};
 use pairs::pairs_of_parameters;
 pub(super) use pairs::MOST_PAIRED;
 use points::{largest, means_of, points, steps};
@@ -66,7 +67,7 @@ pub fn all(input: ReportInput) -> Vec<Figure> {
 }
 
 fn has_points(layer: &Layer) -> bool {
-    matches!(layer, Layer::Points { points, .. } if !points.is_empty())
+    matches!(&layer.marks, Marks::Points(points) if !points.is_empty())
 }
 
 /// (x, e) of some rebounds; `x` places a run on the horizontal axis.
@@ -78,7 +79,7 @@ fn rebounds(input: ReportInput, rebounds: &Range<usize>, x: impl Fn(usize) -> f6
 }
 
 fn against_speed(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Chart {
-    let chosen = main_film_ratio(input, sphere);
+    let chosen = reference_film_ratio(input.scene, input.runs, sphere);
     let series = series_at(input, sphere, chosen);
     let of_rebounds = |own: &Range<usize>| rebounds(input, own, |run| input.runs.impact_speed[run]);
     let of_shown = |shown: &ShownSeries| shown.series().flat_map(|s| of_rebounds(&s.rebounds)).collect();
@@ -105,8 +106,8 @@ fn against_speed(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Ch
 
 /// A chart of restitutions; those above one stay in the picture.
 fn of_restitution(title: Option<String>, x: Axis, layers: Vec<Layer>) -> Chart {
-    let highest = layers.iter().filter_map(|layer| match layer {
-        Layer::Points { points, .. } => points.iter().map(|p| p.y + p.y_se.unwrap_or(0.0)).reduce(f64::max),
+    let highest = layers.iter().filter_map(|layer| match &layer.marks {
+        Marks::Points(points) => points.iter().map(|p| p.y + p.y_se.unwrap_or(0.0)).reduce(f64::max),
         _ => None,
     });
     let end = if highest.reduce(f64::max).is_some_and(|y| y > 0.99) {
@@ -182,20 +183,14 @@ fn stuck_layers(series: &[ShownSeries], stuck: Vec<Vec<ChartPoint>>) -> Vec<Laye
         .map(|(group, (shown, marks))| {
             // a series that has no other marks is known by these
             let only_stuck = shown.series().all(|s| s.rebounds.is_empty());
-            Layer::Points {
-                name: only_stuck.then(|| shown.name.clone()),
-                points: marks,
-                style: Style::group(group + 1).open(),
-            }
+            let name = only_stuck.then(|| shown.name.clone());
+            Layer::points(name, marks, Style::group(group + 1).open())
         })
         .collect();
     if !layers.is_empty() {
         // in the legend, of no series
-        layers.push(Layer::Points {
-            name: Some("stuck (hollow)".to_owned()),
-            points: vec![],
-            style: Style::group(0).open(),
-        });
+        let name = Some("stuck (hollow)".to_owned());
+        layers.push(Layer::points(name, vec![], Style::group(0).open()));
     }
     layers
 }
@@ -225,7 +220,7 @@ fn laws(input: ReportInput, sphere: usize, ratio: Option<f64>, end: f64) -> Vec<
 }
 
 fn against_stokes(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Chart {
-    let chosen = main_film_ratio(input, sphere);
+    let chosen = reference_film_ratio(input.scene, input.runs, sphere);
     let series = series_at(input, sphere, chosen);
     let of_series = |own: &Series| rebounds(input, &own.rebounds, |run| input.runs.inverse_stokes(run));
     let of_shown = |shown: &ShownSeries| shown.series().flat_map(of_series).collect();

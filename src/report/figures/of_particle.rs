@@ -1,17 +1,12 @@
 //! Looks up what the figures of one sphere show, a particle or one of its diameters: its series with their names, and the fits to them.
 
 use super::super::ReportInput;
-use crate::findings::film_ratio::reference_film_ratio;
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
 use crate::rounding;
 use crate::runs::Series;
 use crate::scene::WetLaw;
 use crate::units::{micrometres, millimetres};
-
-pub(super) fn main_film_ratio(input: ReportInput, sphere: usize) -> Option<f64> {
-    reference_film_ratio(input.scene, input.runs, sphere)
-}
 
 /// More series than this are shown by liquid: a figure of hundreds is all legend.
 const MOST_SERIES: usize = 12;

@@ -136,11 +136,7 @@ fn histogram(draws: &[f64], (lo, hi): (f64, f64), prior: impl Fn(f64) -> Option<
         .chain(density.iter().map(|point| point.1));
     let highest = heights.filter(|height| height.is_finite()).fold(0.0, f64::max);
     let layers = vec![
-        Layer::Band {
-            name: Some("posterior density".to_owned()),
-            edges,
-            style: Style::group(1),
-        },
+        Layer::band("posterior density", edges, Style::group(1)),
         Layer::curve("prior density", density, Style::group(2), Dash::Solid),
     ];
     (layers, highest)

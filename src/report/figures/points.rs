@@ -13,8 +13,7 @@ const CURVE: usize = 160;
 
 /// A layer of points; `None` without any.
 pub(super) fn points(name: impl Into<String>, points: Vec<ChartPoint>, style: Style) -> Option<Layer> {
-    let name = Some(name.into());
-    (!points.is_empty()).then_some(Layer::Points { name, points, style })
+    (!points.is_empty()).then(|| Layer::points(Some(name.into()), points, style))
 }
 
 /// Points of (x, e): runs whose x agree are one mean with its standard error.

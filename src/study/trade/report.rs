@@ -68,11 +68,8 @@ fn figure(trade: &Trade) -> String {
         let point = ChartPoint::at(method.seconds.log10(), mean.max(sd).log10());
         (lo, hi) = (lo.min(point.x), hi.max(point.x));
         let style = Style::group(group);
-        layers.push(Layer::Points {
-            name: Some(method.name.to_owned()),
-            points: vec![point],
-            style: if is_whole(method) { style } else { style.open() },
-        });
+        let style = if is_whole(method) { style } else { style.open() };
+        layers.push(Layer::points(Some(method.name.to_owned()), vec![point], style));
     }
     let floor = (SURE * trade.reference.mcse_mean.max(trade.reference.mcse_sd)).log10();
     let across = vec![(lo.floor(), floor), (hi.ceil(), floor)];
