@@ -64,8 +64,7 @@ pub(crate) const SIGMA_SERIES: NoiseParameter = NoiseParameter {
     example: "0.01",
     prior: Prior::HalfNormal(0.03),
     reason: "default: series whose energy kept differs by more than 0.06 would be no repeats of one law",
-    least: 0.0,
-    may_be_zero: false,
+    ..SIGMA_ENERGY
 };
 
 /// Degrees of freedom of Student's noise; noise of two or fewer has no variance.
