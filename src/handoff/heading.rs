@@ -6,12 +6,10 @@ use super::law::{Handoff, CONSTANT_WITHIN, FARTHEST};
 use super::numbers::{number, restitution};
 use super::template::filled;
 use crate::error::plain;
+use crate::physics::numbers::GRAVITY;
 
 /// Characters of a name or title that a file repeats.
 const NAME_SHOWN: usize = 200;
-
-/// Acceleration of the drop that the heading tells a height of, m/s².
-const GRAVITY: f64 = 9.81;
 
 /// A user's text on one line, without what ends a comment, carries it on, or is looked for in one.
 ///
