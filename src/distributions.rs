@@ -1,4 +1,5 @@
-//! Computes quantiles, tails and peaks of distributions, each in bounded time and without a panic for any number.
+//! Computes quantiles, tails and peaks of distributions, and the median of numbers, each in bounded time and without a panic for
+//! any number.
 //!
 //! The library below panics, or never comes back, on some numbers that a scene or its runs can lead to: it is called here
 //! alone, and only where it was found to come back.
