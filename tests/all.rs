@@ -17,7 +17,6 @@ mod diagnostics;
 mod docs;
 mod drafts;
 mod drawn_on;
-mod draws;
 mod dry_k_by_diameter;
 mod errors;
 mod film_groups;
