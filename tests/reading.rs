@@ -2,8 +2,7 @@
 //!
 //! `tests/data/README.md` says how the examples are laid out and how the golden texts are rewritten.
 
-use crate::common::{fitted_example, Folder, Says};
-use crate::completions::verbs;
+use crate::common::{contents, entries, fitted_example, Folder, Says};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -46,25 +45,6 @@ fn name(path: &Path) -> &str {
     path.file_name().and_then(|name| name.to_str()).expect("a plain name")
 }
 
-/// Every file below a folder with its bytes, every folder with none.
-fn contents(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
-    let mut found = BTreeMap::new();
-    let mut open = vec![folder.to_path_buf()];
-    while let Some(next) = open.pop() {
-        for entry in std::fs::read_dir(&next).expect("readable") {
-            let path = entry.expect("readable").path();
-            let inside = path.strip_prefix(folder).expect("it lies inside").to_path_buf();
-            if path.is_dir() {
-                found.insert(inside, None);
-                open.push(path);
-            } else {
-                found.insert(inside, Some(std::fs::read(&path).expect("readable")));
-            }
-        }
-    }
-    found
-}
-
 /// An example copied to a temporary folder, under its own name: a run leaves the repository alone.
 struct Copy {
     _place: Folder,
@@ -78,13 +58,8 @@ impl Copy {
         std::fs::create_dir(&folder).expect("writable");
         for (path, bytes) in contents(case) {
             let to = folder.join(&path);
-            match bytes {
-                None => std::fs::create_dir_all(&to).expect("writable"),
-                Some(bytes) => {
-                    std::fs::create_dir_all(to.parent().expect("it lies inside")).expect("writable");
-                    std::fs::write(&to, bytes).expect("writable");
-                }
-            }
+            std::fs::create_dir_all(to.parent().expect("it lies inside")).expect("writable");
+            std::fs::write(&to, bytes).expect("writable");
         }
         for kept in ["args.txt", "expected.txt"] {
             let _ = std::fs::remove_file(folder.join(kept));
@@ -94,6 +69,11 @@ impl Copy {
 
     fn plain() -> Copy {
         Copy::of(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain"))
+    }
+
+    /// Its files with their bytes, and what lies in it, empty folders among it.
+    fn holds(&self) -> (BTreeMap<PathBuf, Vec<u8>>, Vec<String>) {
+        (contents(&self.folder), entries(&self.folder))
     }
 
     fn scene(&self) -> Scene {
@@ -135,7 +115,7 @@ fn every_bad_example_is_refused_in_its_words_and_nothing_is_written() {
     let mut failures = vec![];
     for case in cases("bad") {
         let copy = Copy::of(&case);
-        let before = contents(&copy.folder);
+        let before = copy.holds();
         let arguments = arguments(&case);
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         let (status, out, err) = copy.run(&arguments);
@@ -146,7 +126,7 @@ fn every_bad_example_is_refused_in_its_words_and_nothing_is_written() {
         if !out.is_empty() {
             fail(format!("standard output holds {out:?}"));
         }
-        if contents(&copy.folder) != before {
+        if copy.holds() != before {
             fail("something was written".to_owned());
         }
         if err.contains("panicked") || !err.starts_with("error: ") && !err.starts_with("Infers ") {
@@ -275,40 +255,6 @@ fn every_good_example_gives_the_same_findings() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// A text with quotes is cut record by record where one without is cut by lines.
-#[test]
-fn quotes_around_a_cell_change_nothing_in_any_good_example() {
-    let mut compared = 0;
-    for case in cases("good") {
-        let copy = Copy::of(&case);
-        let path = copy.folder.join("runs.csv");
-        let Ok(text) = std::fs::read_to_string(&path) else {
-            let other = ["runs.parquet", "runs.xlsx"].map(|file| copy.folder.join(file).exists());
-            assert!(other.contains(&true), "{}", name(&case));
-            continue;
-        };
-        let read = || {
-            let scene = copy.scene();
-            let table = wetcor::runs::read(&scene).unwrap_or_else(|e| panic!("{}: {e}", name(&case)));
-            (table.rows, table.screened, table.notices, format!("{:?}", table.runs))
-        };
-        let whole = read();
-        let quoted = if text.contains('"') {
-            text.clone()
-        } else if !text.contains("particle") {
-            let (first, rest) = text.split_once([',', ';']).expect("a header");
-            let between = &text[first.len()..text.len() - rest.len()];
-            format!("\"{first}\"{between}{rest}")
-        } else {
-            text.replacen("particle", "\"particle\"", 1)
-        };
-        std::fs::write(&path, quoted.replacen(" \"particle\"", "\"particle\"", 1)).expect("writable");
-        assert_eq!(whole, read(), "{}", name(&case));
-        compared += 1;
-    }
-    assert!(compared >= 15, "only {compared} examples compared");
-}
-
 /// Rows count from 1 below the header, screened ones too; what a restitution shares with its speed is taken out.
 #[test]
 fn rows_and_measurement_errors_are_the_same_from_every_format() {
@@ -344,26 +290,6 @@ fn rows_and_measurement_errors_are_the_same_from_every_format() {
         assert!((own - expected).abs() < 1e-15, "{own} and {expected}");
     }
     assert_eq!(from_csv.restitution, [0.81, 0.84, 0.6, 0.7, 0.65, 0.0]);
-}
-
-/// Errors of 0, and errors of runs that are screened, are none.
-#[test]
-fn runs_without_errors_above_zero_have_no_such_columns() {
-    let copy = Copy::plain();
-    let scene = copy.scene();
-    let plain = read(&scene).runs;
-    assert_eq!(plain.errors, None);
-    assert_eq!(plain.row.len(), plain.len());
-    let path = copy.folder.join("runs.csv");
-    let text = std::fs::read_to_string(&path).expect("the example is there");
-    let mut with_zeros = text.replace('\n', ",0\n").replacen(",0\n", ",restitution_sd\n", 1);
-    with_zeros.push_str("PTFE,AK10,1,600,0.1,0.3,0.5,0.1\n");
-    std::fs::write(&path, with_zeros).expect("writable");
-    let mut table = read(&scene);
-    assert_eq!((table.rows, table.runs.len()), (32, 31));
-    // this table has a line more
-    table.runs.places = plain.places.clone();
-    assert_eq!(format!("{:?}", table.runs), format!("{plain:?}"));
 }
 
 #[test]
@@ -403,7 +329,7 @@ fn a_reader_that_leaves_early_is_no_error() {
 #[test]
 fn check_prints_json_and_writes_nothing() {
     let copy = Copy::plain();
-    let before = contents(&copy.folder);
+    let before = copy.holds();
     let (status, out, err) = copy.run(&["check", "scene.toml", "--json"]);
     assert_eq!((status, err.as_str()), (Some(0), ""));
     let overview: Value = serde_json::from_str(&out).expect("it is JSON");
@@ -412,7 +338,7 @@ fn check_prints_json_and_writes_nothing() {
     let (status, out, _) = copy.run(&["check", "scene.toml"]);
     assert_eq!(status, Some(0));
     out.begins("PTFE spheres on a wetted plate\n31 runs read\n");
-    assert!(contents(&copy.folder) == before);
+    assert!(copy.holds() == before);
 }
 
 #[test]
@@ -431,7 +357,7 @@ fn quiet_prints_nothing_on_success() {
 }
 
 /// A report's files, without the one that holds times.
-fn report(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
+fn report(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut files = contents(folder);
     files.remove(Path::new("timing.json")).expect("timing.json is there");
     assert!(files.contains_key(Path::new("report.md")) && files.contains_key(Path::new("findings.json")));
@@ -456,7 +382,7 @@ fn the_number_of_threads_changes_no_byte() {
 #[test]
 fn a_second_fit_replaces_the_first_whole() {
     let copy = Copy::plain();
-    let before = contents(&copy.folder);
+    let before = copy.holds();
     // the default place: reports/<the scene's folder name> under the current folder
     let place = copy.folder.join("reports/plain");
     let (status, out, err) = copy.run(&["fit", "scene.toml"]);
@@ -469,28 +395,7 @@ fn a_second_fit_replaces_the_first_whole() {
     assert_eq!(status, Some(0), "{err}");
     assert!(report(&place) == first);
     std::fs::remove_dir_all(copy.folder.join("reports")).expect("it is there");
-    assert!(contents(&copy.folder) == before, "something unfinished is left");
-}
-
-#[test]
-fn every_verb_of_the_help_exists_and_shows_an_example() {
-    let copy = Copy::plain();
-    let verbs = verbs();
-    for verb in &verbs {
-        let (status, help, err) = copy.run(&[verb, "--help"]);
-        assert_eq!((status, err.as_str()), (Some(0), ""), "{verb}");
-        let shown = ["Example", "Examples"].map(|word| format!("{word}:\n  wetcor {verb} "));
-        assert!(shown.iter().any(|shown| help.contains(shown)), "{help}");
-    }
-    // an example names no verb that the list lacks
-    let mut pages = vec![copy.run(&["--help"]).1];
-    pages.extend(verbs.iter().map(|verb| copy.run(&[verb, "--help"]).1));
-    for page in pages {
-        for line in page.lines().filter_map(|line| line.strip_prefix("  wetcor ")) {
-            let verb = line.split_whitespace().next().expect("a verb");
-            assert!(verbs.iter().any(|known| known == verb), "{line}");
-        }
-    }
+    assert!(copy.holds() == before, "something unfinished is left");
 }
 
 /// A run with a reason in `exclude` is counted under it, and nothing else of its row is read, by either reader.
