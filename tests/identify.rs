@@ -6,8 +6,7 @@ use wetcor::findings::identify::{identify_directions, Directions, IdentifiableCo
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::inertia::Inertia;
-use wetcor::physics::rebound::mean_restitution;
-use wetcor::physics::{viscous, Order};
+use wetcor::physics::Order;
 use wetcor::runs::Table;
 
 const DRY_K: f64 = 0.183;
@@ -91,13 +90,6 @@ repeats = 20
     fn e_inf2(&self, film_ratio: f64) -> f64 {
         Order::First.restitution(DRY_K, 2.0).powi(2) - C * DENSITY_RATIO * self.g(film_ratio)
     }
-
-    /// Stokes number and restitution of the truth after a fall from a height, m.
-    fn at(&self, film_ratio: f64, height: f64) -> (f64, f64) {
-        let v = (2.0 * 9.81 * height).sqrt();
-        let st = 2150.0 * 4.762e-3 * v / (9.0 * 9.3e-3);
-        (st, mean_restitution(self.e_inf2(film_ratio) - viscous::loss(L, st)))
-    }
 }
 
 /// The only group of unseen directions.
@@ -141,8 +133,44 @@ fn one_film_ratio_without_dry_runs_tells_e_inf() {
     assert_true(&unseen.determined[0], "e_inf[PTFE,0.06]", design.e_inf2(0.06).sqrt());
 }
 
+/// What a design in the saturating form cannot tell, by its film ratios and dry runs, and the loss that it tells instead.
 #[test]
-fn one_film_ratio_with_a_film_scale_and_no_dry_runs_hides_two_directions() {
+fn the_saturating_form_hides_what_its_films_do_not_reach() {
+    let both = &["inertial_prefactor", "film_scale"];
+    for (films, name, parameters, reason, add) in [
+        (
+            "0.12",
+            "one_film_ratio_with_dry_runs_tells_the_loss_of_that_film",
+            &both[..],
+            "one film ratio: the inertial prefactor and the film scale cannot be told apart",
+            "add another film ratio",
+        ),
+        (
+            "0.44, 0.46, 0.48",
+            "films_beyond_the_level_off_tell_the_level_but_no_film_scale",
+            &both[1..],
+            "every film is beyond the level-off: the film scale cannot be told",
+            "add thinner films",
+        ),
+        (
+            "0.02, 0.03",
+            "films_below_the_level_off_tell_the_loss_but_not_its_level",
+            &both[..],
+            "every film is below the level-off: ",
+            "add thicker films",
+        ),
+    ] {
+        let design = Design::of("saturating", films, WELL.dry);
+        let seen = design.see(name);
+        let unseen = only(&seen);
+        assert_eq!(unseen.parameters, parameters);
+        assert_eq!(unseen.add, add);
+        unseen.reason.begins(reason);
+        let found = &unseen.determined[0];
+        let film = found.quantity.strip_prefix("inertial_prefactor·g(").expect("a loss");
+        let film: f64 = film.trim_end_matches(')').parse().expect("a film ratio");
+        assert_true(found, &found.quantity, C * design.g(film));
+    }
     let design = Design::of("saturating", "0.06", "");
     let seen = design.see("one_film_ratio_with_a_film_scale_and_no_dry_runs_hides_two_directions");
     let unseen = only(&seen);
@@ -150,19 +178,6 @@ fn one_film_ratio_with_a_film_scale_and_no_dry_runs_hides_two_directions() {
     assert_eq!(unseen.directions, 2);
     assert_eq!(unseen.add, "add another film ratio and dry runs");
     assert_true(&unseen.determined[0], "e_inf[PTFE,0.06]", design.e_inf2(0.06).sqrt());
-}
-
-#[test]
-fn one_film_ratio_with_dry_runs_tells_the_loss_of_that_film() {
-    let design = Design::of("saturating", "0.12", WELL.dry);
-    let seen = design.see("one_film_ratio_with_dry_runs_tells_the_loss_of_that_film");
-    let unseen = only(&seen);
-    assert_eq!(unseen.parameters, ["inertial_prefactor", "film_scale"]);
-    unseen
-        .reason
-        .reads("one film ratio: the inertial prefactor and the film scale cannot be told apart");
-    assert_eq!(unseen.add, "add another film ratio");
-    assert_true(&unseen.determined[0], "inertial_prefactor·g(0.12)", C * design.g(0.12));
 }
 
 /// With a form that has no film scale, the same runs tell the prefactor; with the dry runs forgotten, k and C could not be
@@ -234,38 +249,6 @@ fn one_speed_tells_no_parameter() {
         (2, "add 2 of: another film ratio, runs at other speeds, dry runs")
     );
     assert_eq!(unseen.determined, vec![]);
-}
-
-#[test]
-fn films_beyond_the_level_off_tell_the_level_but_no_film_scale() {
-    let design = Design::of("saturating", "0.44, 0.46, 0.48", WELL.dry);
-    let seen = design.see("films_beyond_the_level_off_tell_the_level_but_no_film_scale");
-    let unseen = only(&seen);
-    assert_eq!(unseen.parameters, ["film_scale"]);
-    assert_eq!(
-        (unseen.reason.as_str(), unseen.add.as_str()),
-        (
-            "every film is beyond the level-off: the film scale cannot be told",
-            "add thinner films"
-        )
-    );
-    let found = &unseen.determined[0];
-    assert!(found.quantity.starts_with("inertial_prefactor·g(0."), "{found:?}");
-    // the level is C to 0.5 %
-    assert_true(found, &found.quantity, C);
-}
-
-#[test]
-fn films_below_the_level_off_tell_the_loss_but_not_its_level() {
-    let design = Design::of("saturating", "0.02, 0.03", WELL.dry);
-    let seen = design.see("films_below_the_level_off_tell_the_loss_but_not_its_level");
-    let unseen = only(&seen);
-    assert_eq!(unseen.parameters, ["inertial_prefactor", "film_scale"]);
-    assert_eq!(unseen.add, "add thicker films");
-    unseen.reason.begins("every film is below the level-off: ");
-    let found = &unseen.determined[0];
-    let film = if found.quantity.contains("0.03") { 0.03 } else { 0.02 };
-    assert_true(found, &format!("inertial_prefactor·g({film})"), C * design.g(film));
 }
 
 /// The same from the posterior's draws: what keeps its prior is named with the parameter it moves with, and the runs
@@ -371,16 +354,6 @@ fn degenerate_runs_are_told_in_finite_numbers() {
     }
 }
 
-#[test]
-fn the_committed_example_has_no_unseen_direction() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(root.join("reports/mueller2016/findings.json")).expect("committed");
-    let findings: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
-    let told = &findings["identifies"];
-    assert_eq!(told["unseen"], serde_json::json!([]));
-    assert!(told.to_string().len() < 1000, "{told}");
-}
-
 /// Two liquids whose density ratios differ tell the loss of one film without dry runs, though not how it grows.
 #[test]
 fn two_density_ratios_stand_in_for_dry_runs() {
@@ -399,42 +372,4 @@ fn two_density_ratios_stand_in_for_dry_runs() {
         .expect("parameters");
     let unseen = only(&seen);
     assert_eq!(unseen.parameters, ["inertial_prefactor", "film_scale"]);
-}
-
-/// Few runs tell apart what they scatter too little to blur, as the posterior then does.
-#[test]
-fn runs_that_scatter_little_tell_more() {
-    let design = Design {
-        films: "0.05, 0.06",
-        heights: "30, 150",
-        ..WELL
-    };
-    let place = design.place();
-    let see = |scatter: f64| {
-        let mut csv = "particle,liquid,diameter_mm,film_um,film_ratio,impact_speed_m_s,restitution\n".to_owned();
-        let mut sign = scatter;
-        let mut noisy = |e: f64| {
-            sign = -sign;
-            e + sign
-        };
-        for speed in [0.4f64, 1.2, 2.0] {
-            let e = noisy(1.0 - DRY_K * speed.powf(0.2));
-            csv += &format!("PTFE,,4.762,,,{speed},{e:.5}\n");
-        }
-        for film_ratio in [0.05, 0.06] {
-            for height in [0.03f64, 0.08, 0.15] {
-                let speed = (2.0 * 9.81 * height).sqrt();
-                let (_, e) = design.at(film_ratio, height);
-                let film = 4762.0 * film_ratio;
-                csv += &format!("PTFE,AK10,4.762,{film},{film_ratio},{speed},{:.5}\n", noisy(e));
-            }
-        }
-        place
-            .fit_rows(&csv)
-            .identifies
-            .expect("parameters and finite sums")
-            .unseen
-    };
-    assert!(see(0.0).is_empty());
-    assert!(!see(0.02).is_empty());
 }

@@ -158,29 +158,75 @@ fn a_spread_that_one_run_makes_names_that_run() {
     assert!(check(0.700).passed);
 }
 
+/// The example's scene or table with numbers in another unit, and what is asked.
 #[test]
-fn a_roughness_of_millimetres_is_questioned_with_its_separation() {
-    let text = read_in_project("datasets/mueller2016/scene.toml").replace("roughness_um  = 5", "roughness_um  = 5000");
-    let asked = questions(&Place::new(&text).fit_rows(&read_in_project("datasets/mueller2016/runs.csv")));
-    assert_asked(
-        &asked,
-        &[
-            "roughness of PTFE is 5000 µm, outside",
-            "δc of PE = ",
-            "larger than the sphere",
-        ],
-    );
-}
-
-#[test]
-fn a_viscosity_of_pascal_seconds_is_questioned() {
-    let text =
-        read_in_project("datasets/mueller2016/scene.toml").replace("viscosity_mPa_s = 9.3", "viscosity_mPa_s = 0.0093");
-    let asked = questions(&Place::new(&text).fit_rows(&read_in_project("datasets/mueller2016/runs.csv")));
-    assert_asked(
-        &asked,
-        &["viscosity of AK10 is 0.0093 mPa s, outside", "0.0093 looks like Pa s"],
-    );
+fn numbers_in_another_unit_are_questioned() {
+    let scene = read_in_project("datasets/mueller2016/scene.toml");
+    let own = read_in_project("datasets/mueller2016/runs.csv");
+    for (from, to, expected) in [
+        (
+            "roughness_um  = 5",
+            "roughness_um  = 5000",
+            [
+                "roughness of PTFE is 5000 µm, outside",
+                "δc of PE = ",
+                "larger than the sphere",
+            ],
+        ),
+        (
+            "viscosity_mPa_s = 9.3",
+            "viscosity_mPa_s = 0.0093",
+            [
+                "viscosity of AK10 is 0.0093 mPa s, outside",
+                "0.0093 looks like Pa s",
+                "",
+            ],
+        ),
+    ] {
+        let place = Place::new(&scene.replace(from, to));
+        assert_asked(&questions(&place.fit_rows(&own)), &expected);
+    }
+    let one_series = rows(|cells| {
+        let key: Vec<&str> = cells[..3].iter().map(String::as_str).collect();
+        if key == ["PTFE", "AK10", "4.762"] && cells[4] == "0.06" {
+            thousandth(&mut cells[3]);
+        }
+    });
+    // heights in mm that are read as cm, in one of two files under one header: the speeds are √10 times the others
+    let one_liquid = rows(|cells| {
+        if cells[0] == "PTFE" && cells[1] == "M50" {
+            let speed: f64 = cells[5].parse().expect("a speed");
+            cells[5] = (speed * 10f64.sqrt()).to_string();
+        }
+    });
+    for (rows, expected) in [
+        (
+            one_series,
+            [
+                "film of 25 runs of PTFE in AK10, the first in runs.csv, line ",
+                "some 1000 times thinner",
+                "mm for µm?",
+            ],
+        ),
+        (
+            rows(|cells| thousandth(&mut cells[3])),
+            [
+                "film of PTFE is 0.24 to 1.2 µm, outside 2 to 20000 µm: 0.24 to 1.2 looks like mm",
+                "",
+                "",
+            ],
+        ),
+        (
+            one_liquid,
+            [
+                "impact speeds of PTFE in M50, ",
+                " are 3.16 times those ",
+                "heights in mm for cm?",
+            ],
+        ),
+    ] {
+        assert_asked(&questions(&unscreened().fit_rows(&rows)), &expected);
+    }
 }
 
 /// The example's scene without the limit that would screen films of the wrong unit.
@@ -192,34 +238,6 @@ fn thousandth(cell: &mut String) {
     if let Ok(film) = cell.parse::<f64>() {
         *cell = (film / 1000.0).to_string();
     }
-}
-
-#[test]
-fn films_of_one_series_in_millimetres_are_found_among_their_neighbours() {
-    let rows = rows(|cells| {
-        let key: Vec<&str> = cells[..3].iter().map(String::as_str).collect();
-        if key == ["PTFE", "AK10", "4.762"] && cells[4] == "0.06" {
-            thousandth(&mut cells[3]);
-        }
-    });
-    let asked = questions(&unscreened().fit_rows(&rows));
-    assert_asked(
-        &asked,
-        &[
-            "film of 25 runs of PTFE in AK10, the first in runs.csv, line ",
-            "some 1000 times thinner",
-            "mm for µm?",
-        ],
-    );
-}
-
-#[test]
-fn a_column_of_films_in_millimetres_is_questioned() {
-    let asked = questions(&unscreened().fit_rows(&rows(|cells| thousandth(&mut cells[3]))));
-    assert_asked(
-        &asked,
-        &["film of PTFE is 0.24 to 1.2 µm, outside 2 to 20000 µm: 0.24 to 1.2 looks like mm"],
-    );
 }
 
 #[test]
@@ -237,25 +255,5 @@ fn a_k_that_no_sphere_has_is_questioned() {
     assert!(
         k > 0.7 && !asked.passed && asked.text.contains("k of PTFE = "),
         "{k} {asked:?}"
-    );
-}
-
-/// Heights in mm that are read as cm, in one of two files under one header: the speeds are √10 times the others.
-#[test]
-fn speeds_of_one_liquid_in_another_unit_are_questioned() {
-    let rows = rows(|cells| {
-        if cells[0] == "PTFE" && cells[1] == "M50" {
-            let speed: f64 = cells[5].parse().expect("a speed");
-            cells[5] = (speed * 10f64.sqrt()).to_string();
-        }
-    });
-    let asked = questions(&Place::new(&read_in_project("datasets/mueller2016/scene.toml")).fit_rows(&rows));
-    assert_asked(
-        &asked,
-        &[
-            "impact speeds of PTFE in M50, ",
-            " are 3.16 times those ",
-            "heights in mm for cm?",
-        ],
     );
 }
