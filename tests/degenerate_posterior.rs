@@ -61,7 +61,7 @@ fn sample_scene(scene: &str, rows: &str) -> (Findings, Option<Posterior>) {
 }
 
 /// What is told is finite, or is missing with its reason.
-fn assert_honest(findings: &Findings) {
+pub fn assert_honest(findings: &Findings) {
     let Some(posterior) = &findings.posterior else {
         return;
     };
@@ -69,6 +69,7 @@ fn assert_honest(findings: &Findings) {
         let numbers = [
             quantity.mean,
             quantity.sd,
+            quantity.median,
             quantity.q05,
             quantity.q95,
             quantity.rhat,
@@ -125,27 +126,17 @@ fn one_film_ratio_without_dry_runs_keeps_the_priors_of_k_and_the_prefactor() {
     assert!(notice.is_some_and(|notice| notice.text.contains(" C (")));
 }
 
+/// Bounds alone mix slowly, and a few draws show what keeps its prior.
 #[test]
-fn runs_that_all_stuck_are_not_sampled() {
+fn wet_runs_that_all_stuck_bound_the_parameters_and_without_dry_ones_are_not_sampled() {
     let stuck: Vec<(f64, f64, f64)> = at(286.0, &WET).into_iter().map(|(film, v, _)| (film, v, 0.0)).collect();
     let (findings, posterior) = sample(&rows("PTFE", &[], &stuck));
-    assert!(posterior.is_none());
-    assert!(findings.forbids("rebounds"));
-}
-
-#[test]
-fn wet_runs_that_all_stuck_bound_the_parameters_and_say_so() {
-    let stuck: Vec<(f64, f64, f64)> = at(286.0, &WET).into_iter().map(|(film, v, _)| (film, v, 0.0)).collect();
-    // bounds alone mix slowly, and a few draws show what keeps its prior
+    assert!(posterior.is_none() && findings.forbids("rebounds"));
     let short = scene_text().replace("chains = 4", "chains = 2\nwarmup = 100\ndraws = 25");
     let (findings, posterior) = sample_scene(&short, &rows("PTFE", &DRY, &stuck));
     assert!(posterior.is_some());
-    let notice = findings.notice("prior_rules");
-    assert!(
-        notice.is_some_and(|notice| notice.text.contains("σ_wet")),
-        "{:?}",
-        findings.remarks
-    );
+    let notice = findings.notice("prior_rules").expect("told");
+    notice.text.says("σ_wet");
 }
 
 /// Restitutions of one value at one setting have no spread: no likelihood, but an end.
@@ -171,20 +162,18 @@ fn every_prior_fixed_leaves_nothing_to_sample() {
 
 #[test]
 fn too_few_draws_fail_by_name() {
-    let short = scene_text().replace("chains = 4", "chains = 2\nwarmup = 20\ndraws = 5");
-    let (findings, _) = sample_scene(&short, &rows("PTFE", &DRY, &at(286.0, &WET)));
+    let of = |sampler: &str| {
+        let short = scene_text().replace("chains = 4", sampler);
+        sample_scene(&short, &rows("PTFE", &DRY, &at(286.0, &WET))).0
+    };
+    let findings = of("chains = 2\nwarmup = 20\ndraws = 5");
     assert!(findings.forbids("ess_bulk"), "{:?}", failed(&findings));
     assert!(!quotable(&findings.remarks));
     let check = findings.check("ess_bulk");
     check.text.says("after 40 draws a chain in place of 5");
     check.next_step.says("raise draws and warmup in [sampler]");
-}
-
-#[test]
-fn fewer_draws_than_diagnostics_need_fail_too() {
-    let short = scene_text().replace("chains = 4", "chains = 1\nwarmup = 1\ndraws = 1");
-    let (findings, _) = sample_scene(&short, &rows("PTFE", &DRY, &at(286.0, &WET)));
-    assert!(findings.forbids("rhat"), "{:?}", failed(&findings));
+    // fewer than diagnostics need
+    assert!(of("chains = 1\nwarmup = 1\ndraws = 1").forbids("rhat"));
 }
 
 #[test]

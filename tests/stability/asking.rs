@@ -13,7 +13,7 @@ use wetcor::seed::stream;
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
 use crate::common::{normal, parameters_of, sample, seed_of, setting, Place};
-use crate::degenerate;
+use crate::{degenerate, degenerate_posterior};
 
 /// A scene whose least squares and posterior are plainly right, before anything is taken to an extreme.
 pub fn base() -> String {
@@ -251,41 +251,10 @@ fn estimates(findings: &Findings) -> Vec<&Estimate> {
 
 /// Everything told is finite, or is missing with its reason; no ± is zero; no failed check is without words.
 fn honest(findings: &Findings) {
-    for estimate in estimates(findings) {
-        let complete = estimate.se.is_some() && estimate.interval.is_some();
-        assert_eq!(estimate.why_none.is_none(), complete, "{estimate:?}");
-        assert!(estimate.why_none.as_deref() != Some(""), "{estimate:?}");
-        let numbers = [estimate.value, estimate.se];
-        assert!(numbers.iter().flatten().all(|x| x.is_finite()), "{estimate:?}");
-        let interval = estimate.interval.iter().flatten();
-        assert!(interval.clone().all(|x| x.is_finite()), "{estimate:?}");
-        assert!(estimate.se.is_none_or(|se| se > 0.0), "{estimate:?}");
-    }
-    for quantity in findings
-        .posterior
-        .iter()
-        .flat_map(|p| p.parameters.iter().chain(&p.derived))
-    {
-        let numbers = [
-            quantity.mean,
-            quantity.sd,
-            quantity.median,
-            quantity.q05,
-            quantity.q95,
-            quantity.rhat,
-        ];
-        assert!(numbers.iter().flatten().all(|x| x.is_finite()), "{quantity:?}");
-        let more = [quantity.ess_bulk, quantity.ess_tail, quantity.mcse_mean];
-        assert!(more.iter().flatten().all(|x| x.is_finite()), "{quantity:?}");
-        let complete = numbers.iter().chain(&more).all(Option::is_some);
-        assert_eq!(complete, quantity.why_none.is_none(), "{quantity:?}");
-        if let Some(prior) = &quantity.prior {
-            assert!(
-                prior.sd.is_none_or(f64::is_finite) && prior.sd_ratio.is_none_or(f64::is_finite),
-                "{prior:?}"
-            );
-        }
-    }
+    estimates(findings)
+        .into_iter()
+        .for_each(degenerate::assert_estimate_is_honest);
+    degenerate_posterior::assert_honest(findings);
     for check in findings.checks() {
         assert!(
             check.value.is_none_or(f64::is_finite) && !check.text.is_empty(),
