@@ -9,7 +9,7 @@ use wetcor::findings;
 use wetcor::findings::posterior::{fit_posterior, MethodChoice, Posterior, SamplingSetup};
 use wetcor::inference::accuracy::SURE;
 use wetcor::inference::diagnostics::summary::Summary;
-use wetcor::inference::mixing::{summary_of, MixingLines};
+use wetcor::inference::mixing::summary_of;
 use wetcor::inference::nuts::{Effort, SamplingPlan, TARGET_ACCEPT};
 use wetcor::inference::prepared_posterior::PreparedPosterior;
 use wetcor::inference::sampling::{sample_by_nuts, Method, Sampled};
@@ -337,36 +337,6 @@ fn an_accuracy_is_kept() {
     let all: usize = table.promises.iter().map(|promise| promise.answers.len()).sum();
     let z = common::binomial_z(once, all, KEPT);
     assert!(z < -6.0, "{once} of {all}: {z}");
-}
-
-/// What vouches for an accuracy passes its own checks; the lines of sampling without one would refuse most of a coarse one.
-#[test]
-#[ignore = "slow: sixty posteriors"]
-fn an_accuracy_that_is_vouched_for_may_be_quoted() {
-    let seed = common::seed_of("an_accuracy_that_is_vouched_for_may_be_quoted");
-    let requested = [0.3, 0.1, 0.05];
-    let mut reached = [0; 3];
-    let (mut quotable, mut by_the_usual_lines) = ([0; 3], [0; 3]);
-    for index in 0..20 {
-        let runs = SimulatedRuns::new(index, seed);
-        let fits = runs.fit(&requested);
-        for (place, fitted) in fits.iter().enumerate() {
-            let Some(fitted) = fitted else { continue };
-            let sampled = &fitted.sampled;
-            reached[place] += 1;
-            quotable[place] += usize::from(fitted.sampling_holds());
-            let usual = MixingLines::of_chains(sampled.chains.len());
-            by_the_usual_lines[place] += usize::from(usual.hold(&sampled.values, sampled.mcse_factor));
-        }
-    }
-    println!("{reached:?} {quotable:?} {by_the_usual_lines:?}");
-    for place in 0..requested.len() {
-        assert!(reached[place] * 20 >= 20 * 19, "{reached:?}");
-        let z = common::binomial_z(quotable[place], reached[place], KEPT);
-        assert!(z > -4.0, "{}: {quotable:?} of {reached:?}", requested[place]);
-    }
-    let z = common::binomial_z(by_the_usual_lines[0], reached[0], KEPT);
-    assert!(z < -6.0, "{by_the_usual_lines:?} of {reached:?}");
 }
 
 fn scene_text() -> String {

@@ -190,18 +190,6 @@ fn d13_no_change_of_findings_gives_a_number_that_is_none() {
     assert!(started.elapsed().as_secs_f64() < 60.0);
 }
 
-#[test]
-fn d13_a_viscosity_of_nothing_is_refused_by_its_name() {
-    let copy = Copy::new();
-    let mut findings = copy.findings();
-    findings["posterior"]["basis"]["liquids"][0]["viscosity_Pa_s"] = json!(0.0);
-    copy.write(findings.to_string());
-    copy.assert_refused(
-        "viscosity 0",
-        &["findings.json: viscosity_Pa_s of `AK10`: found 0.0, expected a number above 0"],
-    );
-}
-
 /// Numbers of the command line that are too large or too small for any formula.
 #[test]
 fn d13_no_number_that_is_asked_for_gives_one_that_is_none() {

@@ -7,11 +7,13 @@ use wetcor::runs::NewRun;
 
 /// The claims under the noise every interval assumes: alarms as rare as they are said to be, and an exact test of the
 /// offsets whose probabilities are even over [0, 1].
-fn alarms_of_plain_noise(sets: u64) {
+#[test]
+fn plain_noise_alarms_as_rarely_as_claimed() {
+    const SETS: u64 = 120;
     const LEVELS: [f64; 3] = [0.01, 0.1, 0.5];
     let place = USUAL.place();
     let exact = rows(&place.scene, 1);
-    let found = study("plain_noise_alarms_as_rarely_as_claimed", sets, |seed| {
+    let found = study("plain_noise_alarms_as_rarely_as_claimed", SETS, |seed| {
         let found = fit(&place.scene, &scattered(&exact, seed, plain), (1, false));
         let noise = noise_of(&found);
         assert_eq!(tells(&found, "outlier"), noise.outliers_found > 0);
@@ -36,25 +38,14 @@ fn alarms_of_plain_noise(sets: u64) {
     println!(
         "outliers {outliers}, p of spreads and offsets below {LEVELS:?}: {spreads:?} {offsets:?}, notices {notices:?}"
     );
-    assert_expected("outliers", outliers, sets, FALSE_ALARM);
+    assert_expected("outliers", outliers, SETS, FALSE_ALARM);
     for ((level, spreads), offsets) in LEVELS.into_iter().zip(spreads).zip(offsets) {
-        assert_expected("offsets", offsets, sets, level);
-        assert_seldom("spreads", spreads, sets, level);
+        assert_expected("offsets", offsets, SETS, level);
+        assert_seldom("spreads", spreads, SETS, level);
     }
     for count in notices {
-        assert_seldom("notices", count, sets, 0.01);
+        assert_seldom("notices", count, SETS, 0.01);
     }
-}
-
-#[test]
-fn plain_noise_alarms_as_rarely_as_claimed() {
-    alarms_of_plain_noise(120);
-}
-
-#[test]
-#[ignore = "slow: fits 600 tables"]
-fn plain_noise_alarms_as_rarely_as_claimed_over_many_tables() {
-    alarms_of_plain_noise(600);
 }
 
 /// Few runs: the scale by medians is off by a third or more, and no more of the tables have an outlier for it.
@@ -75,14 +66,16 @@ fn few_runs_raise_no_more_alarms() {
 }
 
 /// Near the threshold runs stick or bounce by luck, which is no mistake; one that sticks far above it is.
-fn alarms_of_stuck_runs(sets: u64) {
+#[test]
+fn runs_that_stick_near_the_threshold_raise_no_alarm() {
+    const SETS: u64 = 40;
     let design = Design {
         speeds: "0.35, 0.45, 0.55, 0.7, 0.9, 1.2, 1.6",
         sigma: SIGMA,
         ..USUAL
     };
     let place = design.place();
-    let found = study("runs_that_stick_near_the_threshold_raise_no_alarm", sets, |seed| {
+    let found = study("runs_that_stick_near_the_threshold_raise_no_alarm", SETS, |seed| {
         let mut runs = rows(&place.scene, seed);
         let stuck = runs.iter().filter(|run| run.restitution == 0.0).count();
         let found = fit(&place.scene, &runs, (1, false));
@@ -96,22 +89,11 @@ fn alarms_of_stuck_runs(sets: u64) {
     });
     let alarms = counts(&found.iter().map(|one| one.0).collect::<Vec<_>>());
     let (stuck, all): (usize, usize) = (found.iter().map(|one| one.1).sum(), found.iter().map(|one| one.2).sum());
-    println!("{alarms:?} of {sets} tables, in which {stuck} of {all} runs stuck");
+    println!("{alarms:?} of {SETS} tables, in which {stuck} of {all} runs stuck");
     assert!(stuck * 50 > all);
     for count in alarms {
-        assert_seldom("alarms", count, sets, 0.01);
+        assert_seldom("alarms", count, SETS, 0.01);
     }
-}
-
-#[test]
-fn runs_that_stick_near_the_threshold_raise_no_alarm() {
-    alarms_of_stuck_runs(40);
-}
-
-#[test]
-#[ignore = "slow: fits 1,200 tables"]
-fn runs_that_stick_raise_no_alarm_over_many_tables() {
-    alarms_of_stuck_runs(600);
 }
 
 /// One series, series of one run, a handful of runs, none that scatter: no test where there is nothing to test.
