@@ -241,20 +241,24 @@ fn a_file_listed_twice_is_not_quoted() {
     assert!(!quotable(&found.remarks));
 }
 
-/// The example's wet runs with each run's own film, and a column of film ratios that a cell is made for.
-fn own_films(ratio: impl Fn(usize, f64) -> f64) -> String {
+/// Wet runs of films that `film` gives, and a column of film ratios that `ratio` makes a cell of for a run and its film.
+fn with_ratios(film: impl Fn(usize) -> f64, ratio: impl Fn(usize, f64) -> f64) -> String {
     let mut text = format!("{HEADER},film_ratio\n");
-    let (diameter, k) = (4.762, 0.18);
     for run in 0..120 {
-        // films about two values, each its own
-        let film_ratio = [0.05, 0.08][run % 2] * (1.0 + 0.0005 * ((37 * run) % 101) as f64);
+        let film_ratio = film(run);
         let v = 0.5 + 0.011 * run as f64;
-        let e = 1.0 - k * v.powf(0.2) - 0.06 / v + 0.01 * ((11 * run) % 17) as f64 / 17.0;
-        let film = 1e3 * diameter * film_ratio;
+        let e = 1.0 - 0.18 * v.powf(0.2) - 0.06 / v + 0.01 * ((11 * run) % 17) as f64 / 17.0;
+        let film = 1e3 * 4.762 * film_ratio;
         let ratio = ratio(run, film_ratio);
-        writeln!(text, "PTFE,thin,{diameter},{film},{v},{e:.4},{ratio:.5}").expect("a text");
+        writeln!(text, "PTFE,thin,4.762,{film},{v},{e:.4},{ratio:.5}").expect("a text");
     }
     text
+}
+
+/// Of films about two values, each its own.
+fn own_films(ratio: impl Fn(usize, f64) -> f64) -> String {
+    let film = |run: usize| [0.05, 0.08][run % 2] * (1.0 + 0.0005 * ((37 * run) % 101) as f64);
+    with_ratios(film, ratio)
 }
 
 #[test]
@@ -343,22 +347,8 @@ fn a_column_of_the_film_over_the_radius_forbids_quoting() {
 fn film_ratios_that_are_nearly_each_runs_own_are_told() {
     let place = place();
     // films that go over a wide range
-    let wide = |ratio: &dyn Fn(usize, f64) -> f64| {
-        let mut text = format!("{HEADER},film_ratio\n");
-        for run in 0..120 {
-            let film_ratio = 0.03 + 0.0004 * ((37 * run) % 101) as f64;
-            let v = 0.5 + 0.011 * run as f64;
-            let e = 1.0 - 0.18 * v.powf(0.2) - 0.06 / v + 0.01 * ((11 * run) % 17) as f64 / 17.0;
-            let film = 1e3 * 4.762 * film_ratio;
-            writeln!(
-                text,
-                "PTFE,thin,4.762,{film:.3},{v},{e:.4},{:.5}",
-                ratio(run, film_ratio)
-            )
-            .expect("a text");
-        }
-        place.fit_rows(&text)
-    };
+    let film = |run: usize| 0.03 + 0.0004 * ((37 * run) % 101) as f64;
+    let wide = |ratio: &dyn Fn(usize, f64) -> f64| place.fit_rows(&with_ratios(film, ratio));
     let told = |found: &Findings, code: &str| -> Vec<String> {
         let own = found.notices().filter(|notice| notice.code == code);
         own.map(|notice| notice.text.clone()).collect()
