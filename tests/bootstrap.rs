@@ -8,7 +8,7 @@ use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::acceleration;
 use wetcor::inference::bootstrap::{replicate, weights, Plan, Pool, Target};
-use wetcor::inference::kernel::{self, Failure, Sample};
+use wetcor::inference::kernel::{self, Sample};
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
 use wetcor::physics::dry::Order;
@@ -149,28 +149,6 @@ fn the_kernels_are_the_full_fit() {
     assert!((bent[0] / straight[0] - 1.0).abs() > 0.01);
 }
 
-#[test]
-fn a_kernel_refuses_what_the_runs_do_not_determine() {
-    let e = [0.6, 0.61, 0.59];
-    let w = [1.0, 1.0, 1.0];
-    assert_eq!(
-        kernel::fit(Law::SQUARE_ROOT, &Sample::new(&[0.02; 3], &e, &w), [0.5, -5.0]),
-        Err(Failure::Degenerate)
-    );
-    assert_eq!(
-        kernel::fit(Law::LINEAR, &Sample::new(&[0.02; 3], &e, &w), [0.5, 0.0]),
-        Err(Failure::Degenerate)
-    );
-    assert_eq!(
-        kernel::fit(
-            Law::SQUARE_ROOT,
-            &Sample::new(&[0.01, 0.02, 0.03], &e, &[0.0, 3.0, 0.0]),
-            [0.5, -5.0]
-        ),
-        Err(Failure::Degenerate)
-    );
-}
-
 /// Strata of these sizes, of one x each or of an x a run, as x and a scattered e.
 fn strata(sizes: &[usize], alike: impl Fn(usize) -> bool) -> (Pool, Vec<f64>, Vec<f64>) {
     let (mut pool, mut x) = (Pool::default(), vec![]);
@@ -253,42 +231,6 @@ fn every_replicate_is_the_plain_fit_of_its_weights() {
             // the planted fault: weights of another replicate
             assert!(distance(target, 3, 4) > 1e-4, "{target}");
         }
-    }
-}
-
-/// Two strata with their own levels: how far resampled stratum sizes would move the estimate.
-fn stratified(pool: &Pool, scheme: ResamplingScheme, replicates: usize) -> Vec<f64> {
-    let x: Vec<f64> = [0.01; 20].into_iter().chain([0.05; 20]).collect();
-    let e: Vec<f64> = (0..40)
-        .map(|i| if i < 20 { 0.7 } else { 0.3 } + 0.01 * f64::from(i % 3 - 1))
-        .collect();
-    let target = Target {
-        regression: Regression::new(Law::LINEAR, &x, &e),
-        strata: 0..pool.strata.len(),
-        series: 0..pool.series.len(),
-        fitted: [0.8, 10.0],
-        errors: None,
-    };
-    let plan = Plan {
-        replicates,
-        scheme,
-        seed: 5,
-    };
-    let made = replicate(pool, &[target], plan, &|_| ());
-    made[0].iter().map(|fit| fit.map_or(f64::NAN, |fit| fit[0])).collect()
-}
-
-#[test]
-fn raising_the_replicates_keeps_the_first_ones() {
-    let pool = Pool {
-        strata: vec![0..20, 20..40],
-        series: vec![0..10, 10..20, 20..30, 30..40],
-    };
-    for scheme in [ResamplingScheme::Cases, ResamplingScheme::Series] {
-        let (few, many) = (stratified(&pool, scheme, 100), stratified(&pool, scheme, 1000));
-        let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(&few), bits(&many[..100]), "{scheme:?}");
-        assert!(many[100..].iter().any(|x| *x != many[0] && x.is_finite()), "{scheme:?}");
     }
 }
 

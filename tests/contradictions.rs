@@ -1,7 +1,7 @@
 //! Looks through what `fit` says of the committed scenes for two remarks that say opposite things, or one that its own findings
 //! have decided.
 
-use crate::common::{in_project, read_in_project, Folder};
+use crate::common::{in_project, read_in_project, table_of, Folder};
 use serde_json::{json, Value};
 
 /// A failed check or a notice.
@@ -303,54 +303,30 @@ fn planted_contradictions_are_found() {
             json!({"code": code, "level": "cautions", "count": 1, "text": text, "next_step": next_step}),
         )
     };
-    let check = |code: &str, gates: bool, text: &str| {
-        with(
-            "verdicts",
-            json!({"check": code, "passed": false, "gates": gates, "text": text, "advice": ""}),
-        )
-    };
-    let planted = [
-        (
-            "is in the model",
-            notice("term_not_held", "inertia of the liquid: not in the model", ""),
-        ),
-        (
-            "speak against",
-            notice(
-                "term_not_held",
-                "second order of the dry law: the runs speak against it",
-                "",
-            ),
-        ),
-        (
-            "the comparison rejects",
-            notice("term_not_held", "e_dry at the run's own speed: not in the model", ""),
-        ),
-        (
-            "against the checks",
-            check("better_form", true, "none/2 predicts better"),
-        ),
+    for [words, code, text] in table_of(
+        "is in the model | term_not_held | inertia of the liquid: not in the model
+         speak against | term_not_held | second order of the dry law: the runs speak against it
+         the comparison rejects | term_not_held | e_dry at the run's own speed: not in the model
+         some are not | unseen | one film ratio
+         another form was chosen | form_chosen | inertia = \"auto\" took none: the intervals
+         no film ratio | outlier | moves k of PTFE, δ/D = 4.762, by 1
+         compared all the same | form_not_compared | cap/2 is not compared",
+    ) {
+        let found = contradictions(&notice(code, text, ""), &given);
+        assert!(found.iter().any(|one| one.contains(words)), "{words}: {found:?}");
+    }
+    for (words, code, gates, text) in [
+        ("against the checks", "better_form", true, "none/2 predicts better"),
         (
             "quoted, and not usable",
-            check("energy_balance", false, "energy balance: not usable"),
+            "energy_balance",
+            false,
+            "energy balance: not usable",
         ),
-        ("C is independent", check("film_trend", false, "C rises with the film")),
-        ("some are not", notice("unseen", "one film ratio", "add another")),
-        (
-            "another form was chosen",
-            notice("form_chosen", "inertia = \"auto\" took none: the intervals", ""),
-        ),
-        (
-            "no film ratio",
-            notice("outlier", "moves k of PTFE, δ/D = 4.762, by 1", ""),
-        ),
-        (
-            "compared all the same",
-            notice("form_not_compared", "cap/2 is not compared", ""),
-        ),
-    ];
-    for (words, planted) in planted {
-        let found = contradictions(&planted, &given);
+        ("C is independent", "film_trend", false, "C rises with the film"),
+    ] {
+        let failed = json!({"check": code, "passed": false, "gates": gates, "text": text, "advice": ""});
+        let found = contradictions(&with("verdicts", failed), &given);
         assert!(found.iter().any(|one| one.contains(words)), "{words}: {found:?}");
     }
     let advice = notice(

@@ -196,26 +196,31 @@ fn plain(name: &'static str, model: &'static str, arguments: &'static [&'static 
     }
 }
 
+impl Fit {
+    fn of(self, scene: &'static str) -> Fit {
+        Fit { scene, ..self }
+    }
+
+    fn with(self, bootstrap: &'static str) -> Fit {
+        Fit { bootstrap, ..self }
+    }
+
+    fn rows(self, row: fn(usize, &str) -> Option<String>) -> Fit {
+        Fit { row, ..self }
+    }
+}
+
 fn fits() -> Vec<Fit> {
-    let dry = |_: usize, row: &str| only(row.contains(",dry,"), row);
-    let wet = |_: usize, row: &str| only(!row.contains(",dry,"), row);
     let an_outlier = |i: usize, row: &str| match (i, row.rsplit_once(',')) {
         (10, Some((before, _))) => Some(format!("{before},0.2")),
         _ => Some(row.to_owned()),
     };
     let own_films = |i: usize, row: &str| Some(row.replace(",240,", &format!(",{},", 140 + 15 * i)));
-    let dry_of_one_diameter = |_: usize, row: &str| only(!row.contains(",dry,8,"), row);
     vec![
         plain("every stage", "inertia = \"auto\"", &[]),
         plain("least squares", "", LEAST_SQUARES),
-        Fit {
-            bootstrap: "interval = \"bca\"",
-            ..plain("bca", "", RESAMPLED)
-        },
-        Fit {
-            bootstrap: "interval = \"percentile\"\nscheme = \"series\"",
-            ..plain("series resampled", "", RESAMPLED)
-        },
+        plain("bca", "", RESAMPLED).with("interval = \"bca\""),
+        plain("series resampled", "", RESAMPLED).with("interval = \"percentile\"\nscheme = \"series\""),
         plain("student", "likelihood = \"student\"", SAMPLED),
         plain("series offsets", "series_offsets = true", SAMPLED),
         plain(
@@ -235,52 +240,22 @@ fn fits() -> Vec<Fit> {
             "",
             &["--stages", "least_squares,posterior", "--accuracy", "0.5"],
         ),
-        Fit {
-            row: dry,
-            ..plain("dry runs alone", "", &[])
-        },
-        Fit {
-            row: wet,
-            ..plain("wet runs alone", "", &["--stages", "least_squares,bootstrap,posterior"])
-        },
-        Fit {
-            row: |i, row| only(i % 9 == 0, row),
-            ..plain("too few to quote", "", &[])
-        },
-        Fit {
-            scene: "errors",
-            ..plain("measurement errors", "", SAMPLED)
-        },
-        Fit {
-            scene: "good/uncertain_constants",
-            ..plain("uncertain constants", "", LEAST_SQUARES)
-        },
-        Fit {
-            scene: "good/no_film_ratio",
-            ..plain("no film ratio", "", RESAMPLED)
-        },
-        Fit {
-            row: an_outlier,
-            ..plain("an outlier", "", LEAST_SQUARES)
-        },
-        Fit {
-            scene: "good/no_film_ratio",
-            row: own_films,
-            ..plain("films of their own", "", SAMPLED)
-        },
-        Fit {
-            row: dry_of_one_diameter,
-            ..plain("k of a diameter without dry runs", "dry_k = \"diameter\"", SAMPLED)
-        },
-        Fit {
-            bootstrap: "[priors]\nlubrication_log = { fixed = 1.9 }\n",
-            ..plain("a value that is held", "", SAMPLED)
-        },
+        plain("dry runs alone", "", &[]).rows(|_, row| only(row.contains(",dry,"), row)),
+        plain("wet runs alone", "", &["--stages", "least_squares,bootstrap,posterior"])
+            .rows(|_, row| only(!row.contains(",dry,"), row)),
+        plain("too few to quote", "", &[]).rows(|i, row| only(i % 9 == 0, row)),
+        plain("measurement errors", "", SAMPLED).of("errors"),
+        plain("uncertain constants", "", LEAST_SQUARES).of("good/uncertain_constants"),
+        plain("no film ratio", "", RESAMPLED).of("good/no_film_ratio"),
+        plain("an outlier", "", LEAST_SQUARES).rows(an_outlier),
+        plain("films of their own", "", SAMPLED)
+            .of("good/no_film_ratio")
+            .rows(own_films),
+        plain("k of a diameter without dry runs", "dry_k = \"diameter\"", SAMPLED)
+            .rows(|_, row| only(!row.contains(",dry,8,"), row)),
+        plain("a value that is held", "", SAMPLED).with("[priors]\nlubrication_log = { fixed = 1.9 }\n"),
         plain("no viscous loss", "terms = [\"inertia\"]", SAMPLED),
-        Fit {
-            bootstrap: PUBLISHED,
-            ..plain("a number published elsewhere", "", LEAST_SQUARES)
-        },
+        plain("a number published elsewhere", "", LEAST_SQUARES).with(PUBLISHED),
     ]
 }
 

@@ -94,20 +94,14 @@ fn without_out_the_first_file_is_printed_and_the_other_named() {
 fn a_fit_that_is_not_to_be_quoted_says_so_in_the_file() {
     let place = Folder::new();
     let findings = std::fs::read_to_string(example().join("findings.json")).expect("it is written");
-    let mut changed: serde_json::Value = serde_json::from_str(&findings).expect("JSON");
-    place.write("findings.json", findings);
+    let mut findings: serde_json::Value = serde_json::from_str(&findings).expect("JSON");
+    findings["verdicts"][0]["passed"] = false.into();
+    findings["verdicts"][0]["gates"] = true.into();
+    place.write("findings.json", findings.to_string());
     let words = format!("{WET} --speed-m-s 1.2 --to yade");
-    let (status, printed, err) = ask("handoff", place.path(), &words);
-    assert_eq!(status, Some(0));
-    printed.says("posterior median of the energy balance, 1000 draws");
-    assert_eq!(err, "");
-    assert!(!printed.contains("NOT TO BE QUOTED"));
-    changed["verdicts"][0]["passed"] = false.into();
-    changed["verdicts"][0]["gates"] = true.into();
-    place.write("findings.json", changed.to_string());
     let (status, printed, _) = ask("handoff", place.path(), &words);
     assert_eq!(status, Some(1));
-    assert!(printed.contains("NOT TO BE QUOTED"));
+    printed.says("NOT TO BE QUOTED");
     assert_eq!(ask("handoff", place.path(), &format!("{words} --anyway")).0, Some(0));
 }
 
@@ -121,30 +115,17 @@ fn what_no_law_or_code_has_is_refused_in_one_line() {
         // slow enough that LIGGGHTS takes no such e
         (format!("{WET} --speed-m-s 0.1203 --to liggghts"), "LIGGGHTS"),
         (
-            "--particle PTFE --liquid AK10 --diameter-mm 4.762 --speed-m-s 1 --to yade".to_owned(),
-            "expected --film-um as well",
-        ),
-        (
             "--speed-m-s 1 --to yade".to_owned(),
             "expected --particle, --liquid (or --liquid-density-kg-m3 and --viscosity-mPa-s), --diameter-mm, --film-um as well",
         ),
-        (format!("{WET} --speed-m-s 1 --to fortran"), "invalid value 'fortran' for '--to <TO>'"),
         (
             format!("{WET} --speed-m-s 1 --to mfix"),
             "expected `table`; docs/simulation-codes.md has lines to paste for this code, which were never run",
-        ),
-        (
-            format!("{WET} --speed-m-s 1 --to mercurydpm"),
-            "invalid value 'mercurydpm' for '--to <TO>': expected `table`",
         ),
         (format!("{WET} --speed-m-s -1 --to yade"), "expected a number above 0"),
         (
             "--particle PTFE --liquid AK10 --diameter-mm 4 --film-um 2500 --speed-m-s 1 --to yade".to_owned(),
             "--film-um: found a film ratio of 0.625, expected at most 0.5",
-        ),
-        (
-            "--particle PTFF --liquid dry --diameter-mm 4 --speed-m-s 1 --to yade".to_owned(),
-            "--particle: the fit has no k of `PTFF`",
         ),
     ] {
         let (status, out, err) = handoff(&words);

@@ -189,11 +189,11 @@ fn a_law_is_the_curve_that_is_predicted_there() {
     }
 }
 
-/// One line a law in both files, the same numbers.
 #[test]
-fn laws_in_the_findings_are_those_of_the_table() {
+fn without_a_posterior_the_numbers_are_those_of_the_series_own_fits() {
     let fitted = Fitted::new("least_squares", str::to_owned);
     let (laws, findings) = (fitted.laws(), fitted.findings());
+    // one line a law in both files, the same numbers
     let listed = findings["laws"].as_array().expect("a list");
     assert_eq!(laws.len(), listed.len());
     for (row, law) in laws.iter().zip(listed) {
@@ -217,12 +217,6 @@ fn laws_in_the_findings_are_those_of_the_table() {
             assert!(same, "{cell}: {found:?} {expected:?}");
         }
     }
-}
-
-#[test]
-fn without_a_posterior_the_numbers_are_those_of_the_series_own_fits() {
-    let fitted = Fitted::new("least_squares", str::to_owned);
-    let (laws, findings) = (fitted.laws(), fitted.findings());
     let wet: Vec<&Row> = laws.iter().filter(|law| law["law"] == "reference").collect();
     let mut series = findings["series"].as_array().expect("a list").iter();
     let mut usable = 0;

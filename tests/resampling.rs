@@ -11,7 +11,6 @@ use wetcor::findings::scaling::Scaling;
 use wetcor::findings::{self, dry, energy, scaling, series, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
-use wetcor::inference::bootstrap::sandwich::sandwich;
 use wetcor::inference::bootstrap::{replicate, Plan, Pool, Target};
 use wetcor::inference::kernel::{self, Sample};
 use wetcor::inference::law::Law;
@@ -310,32 +309,6 @@ fn a_fit_of_many_that_hangs_on_few_runs_has_no_uncertainty_but_its_profile() {
         withheld + profiles > 3 && (withheld == 0 || off),
         "{withheld} {profiles} {off}"
     );
-}
-
-#[test]
-fn the_sandwich_of_a_fit_that_hangs_on_a_run_is_far_from_its_limit() {
-    let of = |runs: usize, edge: f64| {
-        let mut rng = stream(1, "a_fit_that_hangs_on_a_run", 0);
-        let x: Vec<f64> = (0..runs)
-            .map(|run| 0.4 + 0.6 * run as f64 / runs as f64)
-            .chain([(0.6 - edge) / 0.5])
-            .collect();
-        let noisy = |x: &f64| {
-            let z = normal(&mut rng);
-            (0.6 - 0.5 * x).sqrt() + 0.02 * z
-        };
-        let e: Vec<f64> = x.iter().map(noisy).map(|e: f64| e.abs()).collect();
-        let pool = Pool {
-            strata: (0..x.len() / 3).map(|stratum| 3 * stratum..3 * stratum + 3).collect(),
-            series: std::iter::once(0..x.len()).collect(),
-        };
-        let regression = Regression::new(Law::SQUARE_ROOT, &x, &e);
-        let fitted = kernel::fit(Law::SQUARE_ROOT, &Sample::new(&x, &e, &vec![1.0; x.len()]), [0.6, -0.5]);
-        let target = target(regression, pool.strata.len(), fitted.expect("determined"));
-        sandwich(&pool, &target).is_near()
-    };
-    assert!(of(2_999, 0.1));
-    assert!(!of(2_999, 1e-6));
 }
 
 #[test]

@@ -509,19 +509,6 @@ fn forms_are_compared_where_series_have_offsets() {
     assert_eq!(notices.find(|notice| notice.code == "form_not_compared"), None);
 }
 
-#[test]
-fn a_simulation_without_offsets_draws_what_it_drew_before() {
-    let rows = |sigma: &str| {
-        let text = text(0.01, "").replace("sigma_series = 0.01\n", sigma);
-        let scene = scene::parse(&text, Path::new("a/scene.toml"), String::new()).expect("valid");
-        let rows = rows_from(&scene, stream(1, "simulation", 0));
-        rows.iter().map(|row| row.restitution).collect::<Vec<f64>>()
-    };
-    let none = rows("");
-    assert_eq!(none, rows("sigma_series = 0\n"));
-    assert_ne!(none, rows("sigma_series = 0.01\n"));
-}
-
 /// Whole reports, whose e_inf and St_c come from the posterior alone: fit, then predict a new series and a measured one.
 #[test]
 fn predict_says_of_which_series_its_bands_are() {

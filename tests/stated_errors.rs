@@ -4,6 +4,7 @@ use crate::common::scenes::{scene_of, PTFE, THIN};
 use crate::common::{
     assert_expected, assert_seldom, compare, counts, holds, normal, rows, sample_as_usual, seed_of, Place, Says, Told,
 };
+use crate::laws;
 use wetcor::findings::remarks::BEYOND_CHANCE;
 use wetcor::findings::{self, Findings};
 use wetcor::remark::Remark;
@@ -166,17 +167,11 @@ fn every_stage_and_prediction_run_without_a_spread() {
     let predicted = place.folder.succeed(&format!("predict out {asked}"));
     assert!(!predicted.contains("NaN") && !predicted.contains("inf"), "{predicted}");
     // a run without error of its own lies where the curve does
-    let cells: Vec<Vec<f64>> = predicted
-        .lines()
-        .skip(1)
-        .map(|line| line.split(',').filter_map(|cell| cell.parse().ok()).collect())
-        .collect();
+    let cells = laws::rows(&predicted);
     assert_eq!(cells.len(), 4, "{predicted}");
-    let header: Vec<&str> = predicted.lines().next().expect("a header").split(',').collect();
-    let place_of = |name: &str| header.iter().position(|own| *own == name).expect("a column");
     for row in &cells {
-        for (run, curve) in [("run_q05", "restitution_q05"), ("run_q95", "restitution_q95")] {
-            let (run, curve) = (row[place_of(run)], row[place_of(curve)]);
+        for names in [["run_q05", "restitution_q05"], ["run_q95", "restitution_q95"]] {
+            let [run, curve] = names.map(|name| row[name].parse::<f64>().expect("a number"));
             assert!((run - curve).abs() < 1e-3, "{predicted}");
         }
     }

@@ -187,14 +187,6 @@ fn leave_one_out_tells_the_forms_apart() {
     }
 }
 
-/// What stands in one cell of a table's first row that starts so.
-fn cell(report: &str, row: &str, column: usize) -> String {
-    let line = report.lines().find(|line| line.starts_with(row));
-    let line = line.unwrap_or_else(|| panic!("no row {row}"));
-    let cell = line.split(" | ").nth(column).expect("so many columns");
-    cell.trim_matches(['|', ' ']).to_owned()
-}
-
 /// Report, output, figures and predictions have λ in place of L, a diameter beside each St_c, and no δc.
 #[test]
 fn a_report_says_diameters_beside_critical_stokes_numbers() {
@@ -213,19 +205,11 @@ fn a_report_says_diameters_beside_critical_stokes_numbers() {
     report.says("L = ½ (ln(δ/ε) + ln(λ V_b^(1/3)/ε)) with V_b = π δ² (D/2 − δ/3)");
     report.says("\n| λ | ");
     report.says("\n| particle | δ/D | D / mm | liquid | e_inf | ");
-    report.says(", D = 6 mm, energy balance)");
     report.says("St_c belongs to a film and a diameter");
     report.says("there is no δc");
-    report.says("`+film`: lubrication over the whole film");
     for absent in ["δc / µm", "δc/ε", "δc = ε", "`lubrication_log`"] {
         assert!(!report.contains(absent), "{absent}");
     }
-    let [small, large] = ["| PTFE | 0.06 | 3 |", "| PTFE | 0.06 | 6 |"].map(|row| cell(&report, row, 6));
-    let value = |cell: &str| cell.split(" ± ").next().and_then(|value| value.parse::<f64>().ok());
-    assert!(
-        value(&large).expect("a value") > value(&small).expect("a value") + 1.0,
-        "{small} {large}"
-    );
     let figure = place.folder.read("r/figures/restitution-stokes-PTFE.svg");
     for diameter in ["3", "6"] {
         figure.says(&format!("AK10, D = {diameter} mm, posterior"));

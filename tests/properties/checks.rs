@@ -7,8 +7,6 @@ use proptest::sample::select;
 use wetcor::findings::{self, overview};
 use wetcor::report;
 
-use crate::common::wetcor;
-
 use super::scenes::{scene_lines, scene_text};
 use super::{assert_every_row_counted, hold, Folder};
 
@@ -75,34 +73,4 @@ fn check_tells_of_any_scene_and_runs_in_finite_numbers() {
         told.set(told.get() + 1);
     });
     assert!(told.get() > 150, "{told:?}");
-}
-
-#[test]
-fn the_command_ends_in_0_or_2_and_says_why() {
-    let folder = Folder::new();
-    let counts = std::cell::Cell::new((0, 0));
-    hold(
-        "the_command_ends_in_0_or_2_and_says_why",
-        100,
-        any_pair(),
-        |(scene, table)| {
-            folder.write("scene.toml", &scene);
-            folder.write("runs.csv", &table);
-            let (status, out, err) = wetcor(folder.path(), &["check", "scene.toml", "--json"]);
-            let (good, bad) = counts.get();
-            match status {
-                Some(0) => {
-                    serde_json::from_str::<serde_json::Value>(&out).expect("it is JSON");
-                    counts.set((good + 1, bad));
-                }
-                Some(2) => {
-                    assert!(err.starts_with("error: ") && out.is_empty(), "{err}");
-                    counts.set((good, bad + 1));
-                }
-                status => panic!("{status:?}: {err}"),
-            }
-        },
-    );
-    let (good, bad) = counts.get();
-    assert!(good > 5 && bad > 5, "{good} and {bad}");
 }
