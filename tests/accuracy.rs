@@ -315,7 +315,6 @@ fn the_page_of_accuracy() {
 fn an_accuracy_is_kept() {
     let seed = common::seed_of("an_accuracy_is_kept");
     let table = measure(SCENES / 8, seed);
-    print!("{}", markdown(&table));
     // of 200 scenes 5 have no run to hold answers to
     let left_out = common::binomial_z(table.left_out as usize, table.scenes as usize, 0.05);
     assert!(left_out < 4.0, "{} of {}", table.left_out, table.scenes);

@@ -81,11 +81,6 @@ fn the_energy_follows_haffs_law() {
     for (e, gone) in [(0.9, 2.0), (0.9, 15.0), (0.8, 2.0), (0.8, 15.0)] {
         let [rises, impacts] = ratios(test, e, along_the_normal, gone);
         let found = [z(&rises, 1.0), z(&impacts, 1.0)];
-        println!(
-            "e {e}, {gone} τ: {:?}, {:?}, z {found:.2?}",
-            mean(&rises),
-            mean(&impacts)
-        );
         assert!(found.iter().all(|z| z.abs() < 4.5), "{e}, {gone} τ: {found:?}");
         // an energy loss of 1 − e in place of 1 − e², and every impact counted for both of its spheres
         for wrong in [1.0 / (1.0 + e), 2.0].map(|wrong| z(&rises, wrong)) {
@@ -96,11 +91,6 @@ fn the_energy_follows_haffs_law() {
     let [rises, _] = ratios(test, 0.0, along_the_normal, 15.0);
     assert!((mean(&rises).0 - 0.99).abs() < 0.01, "{:?}", mean(&rises));
     let [rises, _] = ratios(test, 0.9, of_the_whole, 2.0);
-    println!(
-        "twin: {:?} z {:.0}",
-        mean(&rises),
-        (mean(&rises).0 - 1.0) / mean(&rises).1
-    );
     assert!(z(&rises, 1.0) > 50.0, "{}", z(&rises, 1.0));
 }
 
@@ -130,7 +120,6 @@ fn momentum_is_kept_and_at_e_1_the_energy_and_the_frequency_of_hard_spheres() {
     let [energy, momentum, _] = kept(test, 0, 0.999);
     assert!(energy > 1e-3 && momentum < 1e-13, "{energy} {momentum}");
     let impacts: Vec<f64> = elastic.iter().map(|[_, _, impacts]| *impacts).collect();
-    println!("frequency {:?} z {:.2}", mean(&impacts), z(&impacts, 1.0));
     assert!(z(&impacts, 1.0).abs() < 4.5 && z(&impacts, 2.0) < -50.0, "{impacts:?}");
 }
 
@@ -194,7 +183,6 @@ fn the_wet_gas_cools_as_the_page_says() {
                 .collect::<Vec<_>>(),
         );
         let (met, _) = mean(&gases.iter().map(Gas::collisions_per_sphere).collect::<Vec<_>>());
-        println!("{time} s: {met:.2} impacts, {found:.4}");
         assert!(
             (found - ratio).abs() < 0.008 && (met - impacts).abs() < 0.6,
             "{time} s: {met} {found}"

@@ -140,17 +140,3 @@ fn a_failed_series_does_not_gate_but_no_law_at_all_does() {
     // one film ratio and one density ratio: dry runs tell C, so the stepwise balance is determined
     assert!(!gates(&findings), "{:?}", findings.remarks);
 }
-
-#[test]
-fn near_the_threshold_the_fit_stays_inside_the_domain() {
-    let near: Vec<(f64, f64)> = [0.401, 0.402, 0.41, 0.42, 0.45, 0.5, 0.6]
-        .into_iter()
-        .map(|v: f64| (v, (0.5 - 0.2 / v).sqrt() + 0.001 * (40.0 * v).sin()))
-        .collect();
-    let findings = fit(&near);
-    assert_honest(&findings);
-    let series = &findings.series[0];
-    assert_eq!(series.stop, "converged");
-    let threshold = series.threshold_speed_m_s.value.expect("beta is negative");
-    assert!(threshold < 0.401 && (threshold - 0.4).abs() < 2e-3, "{threshold}");
-}

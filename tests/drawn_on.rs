@@ -1,11 +1,10 @@
 //! Holds that right scenes of few runs are seldom refused for their sampling, and that sampling which fails says so.
 
 use crate::common::scenes::{scene_of, M50, PTFE};
-use crate::common::{self, sample, seed_of, Place};
+use crate::common::{self, seed_of, Place};
 use wetcor::findings;
 use wetcor::findings::posterior::{fit_posterior, MethodChoice, SamplingSetup};
 use wetcor::inference::mixing::MixingLines;
-use wetcor::inference::sampling::MOST_TIMES;
 use wetcor::runs::Table;
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
@@ -75,30 +74,7 @@ fn right_scenes_of_a_poor_design_seldom_fail_by_their_sampling() {
         .collect();
     let count = |of: fn(&Failures) -> bool| found.iter().filter(|one| of(one)).count();
     let (fitted, not) = (count(|one| one.as_fitted), count(|one| one.by_a_quarter));
-    println!("{fitted} and {not} of {SETS}");
     let z = |failed| common::binomial_z(failed, found.len(), 0.01);
     assert!(z(fitted) < 4.0, "{fitted} of {SETS}");
     assert!(z(not) > 6.0, "{not} of {SETS}");
-}
-
-#[test]
-fn the_draws_made_and_those_asked_for_are_told() {
-    let short = poor() + "[sampler]\ndraws = 60\n";
-    let place = Place::new(&short);
-    let table = place.draw(seed_of("the_draws_made_and_those_asked_for_are_told"), None);
-    let mut found = findings::fit_least_squares(&place.scene, &table, 1, false);
-    let drawn = |found: &mut findings::Findings| sample(found, &place.scene, &table.runs).expect("sampled");
-    let posterior = drawn(&mut found);
-    let (asked, made) = (posterior.findings.draws_asked, posterior.findings.draws);
-    // 240 draws in all are no 400 effective ones
-    assert_eq!(asked, Some(60));
-    assert!(made > 60 && made <= 60 * MOST_TIMES, "{made}");
-    assert!(posterior
-        .sampled
-        .values
-        .iter()
-        .flatten()
-        .all(|chain| chain.len() == made));
-    let again = drawn(&mut findings::fit_least_squares(&place.scene, &table, 1, false));
-    assert_eq!(posterior.sampled.values, again.sampled.values);
 }

@@ -180,7 +180,6 @@ fn intervals_cover_with_a_k_for_each_diameter() {
         };
         let covered = all.iter().filter(covers).count();
         let z = binomial_z(covered, SETS as usize, 0.95);
-        println!("{name}: {:.3}, z = {z:+.1}", covered as f64 / SETS as f64);
         if z.abs() > worst.0.abs() {
             worst = (z, name);
         }
@@ -196,7 +195,6 @@ fn intervals_cover_with_a_k_for_each_diameter() {
     let wrong: Vec<f64> = fitted("particle", SETS / 2).iter().map(off).collect();
     let right: Vec<f64> = all.iter().map(off).collect();
     let [(wrong, _), (right, se)] = [&wrong, &right].map(|each| mean(each));
-    println!("L is off by {wrong:+.2} se with one k a particle, by {right:+.2} with one a diameter");
     assert!(wrong.abs() > 2.0, "{wrong}");
     assert!(right.abs() < 4.0 * se.max(0.05), "{right} {se}");
 }

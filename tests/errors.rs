@@ -103,8 +103,6 @@ fn weighed_fits_cover_and_are_sharper_than_plain_ones() {
         let gains: Vec<f64> = plain.iter().zip(&weighed).map(|(plain, own)| plain - own).collect();
         let (gain, mcse) = mean(&gains);
         assert!(gain > 4.0 * mcse, "{sigma}: {gain:e} ± {mcse:e}");
-        let share = mean(&weighed).0 / mean(&plain).0;
-        println!("σ = {sigma}: coverage z {z:?}, variance of β over that of plain fits {share:.2}");
     }
 }
 

@@ -149,10 +149,6 @@ fn positions_are_within_hundredths_of_a_pixel() {
         let near = |frame: usize| PLATE - 20.0 - impact(frame as f64).1 < 6.0;
         let free = errors_between(&sightings, impact, |frame| !near(frame));
         let wet = errors_between(&sightings, impact, near);
-        println!(
-            "bright {bright}: free {free:?}, wet {wet:?}, radius {}",
-            sightings.radius_px
-        );
         assert!(free.are_small(200), "{free:?}");
         assert!(wet.are_small(20), "{wet:?}");
         assert!((sightings.radius_px - 20.0).abs() < 0.1, "{}", sightings.radius_px);
@@ -170,7 +166,6 @@ fn positions_are_within_hundredths_of_a_pixel() {
             })
             .collect();
         let simple = Errors::of(&simple);
-        println!("  simple {simple:?}");
         assert!(!simple.are_small(60) && simple.bias.1.abs() > 0.2, "{simple:?}");
     }
 }
@@ -190,11 +185,6 @@ fn the_background_is_without_a_sphere_at_rest() {
         for (first, last) in [(84.0, 0.0), (0.0, 84.0), (42.0, 42.0)] {
             let centre = held(first, last);
             let sightings = found_in(&scene, &centre, 120);
-            let all = errors(&sightings, &centre);
-            println!(
-                "bright {bright}, at rest for {first} and {last}: {} {all:?}",
-                sightings.seen.len()
-            );
             assert!(sightings.missed.is_empty(), "{bright} {first} {last}");
             // the simple background, a median over time, has the sphere in it
             if first > 60.0 {
@@ -235,7 +225,6 @@ fn light_that_changes_and_other_things_move_nothing() {
     let centre = |time: f64| (110.0 + 0.11 * time, 30.0 + 0.83 * time);
     let sightings = found_in(&scene, centre, 200);
     let all = errors(&sightings, centre);
-    println!("{all:?} {}", sightings.radius_px);
     assert!(sightings.missed.is_empty());
     assert!(all.are_small(200), "{all:?}");
     assert!((sightings.radius_px - 20.0).abs() < 0.1, "{}", sightings.radius_px);
@@ -280,7 +269,6 @@ fn a_motion_blur_is_borne() {
         blurred(12.0, 16.0),
         blurred(16.0, 20.1),
     );
-    println!("{sharp:?}\n {some:?}\n {strong:?}\n {longest:?}");
     assert!(sightings.missed.len() <= 1, "{:?}", sightings.missed);
     assert!(
         sharp.largest < 0.2 && some.largest < 0.4 && strong.largest < 1.0,
@@ -333,7 +321,6 @@ fn a_mirror_image_is_no_sphere() {
     };
     let sightings = found_in(&scene, centre, 135);
     let all = errors(&sightings, centre);
-    println!("{all:?}");
     assert!(all.largest < 0.3, "{all:?}");
     assert!(
         sightings.seen.len() > 50 && sightings.missed.contains(&60),
@@ -445,7 +432,6 @@ fn what_is_no_recording_is_told() {
     let path = folder.path();
     let tells = |path: &Path, words: &[&str]| {
         let message = refusal(path);
-        println!("{message}");
         for word in words {
             assert!(message.contains(word), "{word}: {message}");
         }
@@ -550,7 +536,6 @@ fn a_stated_size_is_not_believed() {
     bytes[29..33].copy_from_slice(&checksum);
     std::fs::write(&first, bytes).expect("a file");
     let message = refusal(folder.path());
-    println!("{message}");
     assert!(
         message.contains("65536 × 65536") || message.contains("limit"),
         "{message}"
@@ -618,7 +603,6 @@ fn broken_images_break_nothing() {
                 },
             );
             let broken: usize = broken.sum();
-            println!("{ending}: {broken}");
             broken
         })
         .sum();

@@ -517,7 +517,6 @@ fn main_numbers_cover_with_the_form_left_open() {
     let shares = |scene: &str| covered_main_numbers(scene, SETS).map(|[covered, of]| covered as f64 / of as f64);
     for inertia in [Inertia::Stepwise, Inertia::Cap] {
         let shares = shares(&small_table_of_form(inertia));
-        println!("{}: {shares:?}", inertia.name());
         for (share, name) in shares.into_iter().zip(["k", "L", "C", "e_inf", "St_c"]) {
             // of 300 tables: k 95 %, L 96 to 98 %, C 93 % of stepwise and 89 % of cap, since C is another one in the other form;
             // places of one table are as good as one

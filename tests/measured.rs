@@ -176,14 +176,12 @@ const TEST: &str = "fits_of_measured_runs_cover_the_truth_and_are_sharper";
 #[ignore = "slow: samples 600 posteriors"]
 fn fits_of_measured_runs_cover_the_truth_and_are_sharper() {
     let [posterior, balance] = held(300, Forgets::Nothing, TEST);
-    println!("posterior {posterior:?}\nbalance {balance:?}");
     for (way, found) in [("posterior", &posterior), ("least squares", &balance)] {
         for ((name, _), (z, _)) in TRUTH.iter().zip(found) {
             assert!(z.abs() < 4.0, "{way}, {name}: {z}");
         }
     }
     let [plain, of_balance] = held(300, Forgets::Errors, TEST);
-    println!("without: posterior {plain:?}\nbalance {of_balance:?}");
     // errors twentyfold apart are worth telling: L and C
     for parameter in [1, 2] {
         assert!(posterior[parameter].1 < 0.8 * plain[parameter].1);
@@ -212,7 +210,6 @@ fn a_forgotten_covariance_is_seen() {
     };
     let (right, se) = scatter(Forgets::Nothing);
     let (wrong, _) = scatter(Forgets::Covariance);
-    println!("sigma_wet {right} ± {se}, covariance forgotten {wrong}");
     let near = |found: f64| (found - TRUTH[4].1).abs() < 0.0005 + 4.0 * se;
     assert!(near(right), "{right} {se}");
     assert!(!near(wrong), "{wrong} {se}");

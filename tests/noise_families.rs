@@ -88,11 +88,9 @@ fn an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd() {
             let mut rows = rows.clone();
             rows[run].restitution = e;
             let student = moved(&clean[0], &posterior(&place, &rows, LikelihoodFamily::Student, seed));
-            println!("run {run} at {e}: {}", student.1);
             assert!(student.0 < 1.0, "run {run} at {e}: {}", student.1);
             if e == 1.0 || e == 0.0 {
                 let normal = moved(&clean[1], &posterior(&place, &rows, LikelihoodFamily::Normal, seed));
-                println!("    normal: {}", normal.1);
                 worst_normal = worst_normal.max(normal.0);
             }
         }

@@ -160,7 +160,6 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
 
 fn assert_even(model: &str, name: &str, scenes: usize) {
     let ranks = ranks(model, name, scenes, Fault::Nothing);
-    println!("{model}: {ranks:?}");
     for (parameter, z) in ranks {
         assert!(z.abs() < 4.0, "{model} {parameter}: {z}");
     }
@@ -209,7 +208,6 @@ fn ranks_are_uneven_under_each_planted_fault() {
         (Fault::StuckRunsDropped, 1000),
     ] {
         let ranks = ranks(MODELS[0], "ranks_are_uneven_under_each_planted_fault", scenes, fault);
-        println!("{fault:?}: {ranks:?}");
         let worst = ranks.iter().map(|(_, z)| *z).fold(0.0, f64::max);
         assert!(worst > 8.0, "{fault:?} {ranks:?}");
     }

@@ -708,25 +708,24 @@ fn a_workbook_of_settings_hides_nothing() {
     let book = place.join("settings.xlsx");
     let file = book.to_str().expect("a plain path");
     let rows = "particle,liquid,diameter_mm,film_um\nPTFE,AK10,4.762,286\nPTFE,dry,4.762,\n";
-    let told = |sheet: Sheet| {
+    let told = |hidden_rows: Vec<usize>, hidden_columns: Vec<usize>| {
+        let sheet = Sheet {
+            hidden_rows,
+            hidden_columns,
+            ..Sheet::of("Films", rows)
+        };
         place.write("settings.xlsx", workbook(&[sheet]));
         let (status, _, err) = predict(example(), &format!("--settings {file} --speed-m-s 1:1:1"));
         (status, err)
     };
-    let shown = || Sheet::of("Films", rows);
-    assert_eq!(told(shown()), (Some(0), String::new()));
-    let hidden = Sheet {
-        hidden_columns: vec![4],
-        ..shown()
-    };
-    let (status, err) = told(hidden);
-    assert_eq!(status, Some(2));
-    err.says("sheet `Films`: found hidden column `film_um`, expected none: show it, or delete it");
-    let hidden = Sheet {
-        hidden_rows: vec![3],
-        ..shown()
-    };
-    let (status, err) = told(hidden);
-    assert_eq!(status, Some(2));
-    err.says("sheet `Films`: found hidden row 3, expected none: show it, or delete it");
+    assert_eq!(told(vec![], vec![]), (Some(0), String::new()));
+    for ((status, err), hidden) in [
+        (told(vec![], vec![4]), "column `film_um`"),
+        (told(vec![3], vec![]), "row 3"),
+    ] {
+        assert_eq!(status, Some(2));
+        err.says(&format!(
+            "sheet `Films`: found hidden {hidden}, expected none: show it, or delete it"
+        ));
+    }
 }

@@ -3,7 +3,6 @@
 use crate::common::scenes::{scene_of, AK10, DESIGN, M50, PTFE, SATURATING};
 use crate::common::{self, Folder, Says};
 use std::path::Path;
-use std::sync::LazyLock;
 
 use serde_json::Value;
 
@@ -12,49 +11,25 @@ fn scene_text() -> String {
     scene_of("report", &[PTFE, AK10, M50, SATURATING, DESIGN, sampler])
 }
 
-const SAMPLED: &str = "--stages least_squares,posterior";
-
-/// The scene fitted with every stage, once.
-fn whole() -> &'static Written {
-    static FIT: LazyLock<Written> = LazyLock::new(|| fit(&scene_text(), "", all));
-    &FIT
-}
-
 /// What a fit wrote.
 struct Written {
     status: Option<i32>,
     report: String,
-    figures: Vec<String>,
     /// where scene and runs lie, and in `out` what was written
     folder: Folder,
 }
 
-/// Simulates the scene, keeps the rows that `keep` rewrites, and fits them.
-fn fit(scene: &str, flags: &str, keep: impl Fn(&str) -> Option<String>) -> Written {
+/// Simulates the scene and fits it.
+fn fit(scene: &str, flags: &str) -> Written {
     let folder = Folder::new();
     folder.write("scene.toml", scene);
     folder.succeed("simulate scene.toml --out runs.csv");
-    let text = folder.read("runs.csv");
-    let mut lines = text.lines();
-    let header = lines.next().unwrap_or_default().to_owned();
-    let kept: Vec<String> = std::iter::once(header).chain(lines.filter_map(keep)).collect();
-    folder.write("runs.csv", kept.join("\n"));
     let (status, ..) = folder.run(&format!("fit scene.toml --out out {flags}"));
-    let names = std::fs::read_dir(folder.join("out/figures")).map_or(vec![], |entries| {
-        entries
-            .filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned()))
-            .collect()
-    });
     Written {
         status,
         report: folder.read("out/report.md"),
-        figures: names,
         folder,
     }
-}
-
-fn all(row: &str) -> Option<String> {
-    Some(row.to_owned())
 }
 
 fn is_dry(row: &str) -> bool {
@@ -108,7 +83,7 @@ fn the_report_opens_with_the_verdict_and_is_short_before_its_appendix() {
 
 #[test]
 fn a_posterior_is_told_step_by_step_and_its_figure_is_drawn() {
-    let written = whole();
+    let written = fit(&scene_text(), "");
     let report = &written.report;
     let steps = [
         "## Cautions",
@@ -125,7 +100,7 @@ fn a_posterior_is_told_step_by_step_and_its_figure_is_drawn() {
     let places: Vec<Option<usize>> = steps.iter().map(|step| report.find(&format!("\n{step}\n"))).collect();
     assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{places:?}");
     let pairs = "posterior-pairs.svg";
-    assert!(written.figures.iter().any(|drawn| drawn == pairs));
+    assert!(written.folder.join("out/figures").join(pairs).exists());
     assert!(report.contains(&format!("(figures/{pairs})")));
     // k stands in the main numbers from the posterior, and the truth lies where it says
     let k = cells(report, "k / (m/s)^(−1/5), PTFE");
@@ -142,7 +117,7 @@ fn a_posterior_is_told_step_by_step_and_its_figure_is_drawn() {
 
 #[test]
 fn a_terminal_has_the_verdict_first_and_three_cautions_unless_all_are_asked_for() {
-    let folder = fit(&scene_text(), "--stages least_squares", all).folder;
+    let folder = fit(&scene_text(), "--stages least_squares").folder;
     // without dry runs there is more to mind, and a column of notes that nothing reads
     let runs = folder.join("runs.csv");
     let text = std::fs::read_to_string(&runs).expect("just written");
@@ -226,60 +201,6 @@ fn a_table_given_for_a_scene_is_told_what_to_do_with_it() {
     }
 }
 
-#[test]
-fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows() {
-    let scene = scene_text().replace("= 200", "= 5");
-    let written = fit(&scene, "--stages least_squares,posterior,figures", all);
-    assert_eq!(written.status, Some(1));
-    let (opening, _) = written.report.split_once("\n## Main numbers").expect("main numbers");
-    let first = opening.lines().nth(2).unwrap_or_default();
-    assert!(
-        first.starts_with("**Verdict: not to be quoted; the checks below failed.**"),
-        "{first}"
-    );
-    assert!(opening.contains("effective draws"), "{opening}");
-    assert!(written.report.contains("* Not to be quoted: "));
-    let good = whole();
-    let digits = |report: &str| {
-        let mut rows = report.lines().skip_while(|line| *line != "#### Parameters");
-        let row = rows.find(|line| line.starts_with("| L |")).expect("the row of L");
-        row.split('|').nth(4).map_or(0, |mean| mean.trim().len())
-    };
-    assert!(digits(&written.report) < digits(&good.report));
-}
-
-#[test]
-fn without_dry_runs_the_posterior_alone_has_k_and_what_is_not_sampled_is_said() {
-    let written = fit(&scene_text(), SAMPLED, |row| (!is_dry(row)).then(|| row.to_owned()));
-    let k = cells(&written.report, "k / (m/s)^(−1/5), PTFE");
-    assert!(k[1].contains('±') && k[3].starts_with("posterior"), "{k:?}");
-    assert_eq!(cells(&written.report, "`sigma_dry`")[1], "not read");
-    assert!(!written.report.contains("A dry run has"));
-    // one film ratio as well: C keeps its prior
-    let one = fit(&scene_text(), SAMPLED, |row| {
-        let one = !is_dry(row) && row.split(',').nth(4) == Some("0.08");
-        one.then(|| row.to_owned())
-    });
-    let c = cells(&one.report, "C (saturating)");
-    assert_eq!(c[3], "posterior, prior-led", "{}", one.report);
-}
-
-#[test]
-fn runs_without_noise_have_no_posterior_and_the_report_says_why() {
-    let scene = scene_text()
-        .replace("sigma_dry = 0.009", "sigma_dry = 0.0")
-        .replace("sigma_wet = 0.02", "sigma_wet = 0.0");
-    let written = fit(&scene, "", all);
-    assert_eq!(written.status, Some(1));
-    written.report.says("\nNothing was sampled: the runs lie on their law");
-    assert!(written.report.contains("## Main numbers (provisional)"));
-    assert!(!written.report.contains("minus posterior mean"));
-    assert!(!written.figures.iter().any(|name| name.starts_with("posterior")));
-    // where the stage was not asked for there is nothing to say
-    let unasked = fit(&scene_text(), "--stages least_squares", all);
-    assert!(!unasked.report.contains("## Posterior"));
-}
-
 /// The scene with PE beside PTFE, whose roughness it does not give.
 fn with_pe() -> String {
     scene_text()
@@ -299,7 +220,7 @@ fn entries<'f>(findings: &'f Value, list: &str) -> &'f Vec<Value> {
 #[test]
 fn a_particle_without_roughness_lacks_the_length_of_its_critical_separation_alone() {
     let why = "no roughness is given for PE";
-    let written = fit(&with_pe(), "", all);
+    let written = fit(&with_pe(), "");
     assert!(matches!(written.status, Some(0 | 1)), "{:?}", written.status);
     written.folder.succeed("check scene.toml");
     let findings = written.folder.json("out/findings.json");

@@ -199,7 +199,6 @@ fn the_main_numbers_cover_where_series_have_offsets() {
             }
         }
     }
-    println!("{rows}");
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/series_offsets.md");
     if std::env::var_os("UPDATE_EXPECTED").is_some() {
         let text = format!(

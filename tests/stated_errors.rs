@@ -91,7 +91,6 @@ fn right_errors_pass_and_halved_ones_gate() {
         all += 2;
         covered.push(TRUTHS.map(|(name, truth)| holds(findings.fitted(name).interval, truth)));
     }
-    println!("p below 0.05 in {low}, gated {gated} of {all}");
     assert_expected("p below 0.05", low, all, 0.05);
     assert_seldom("gated", gated, all, BEYOND_CHANCE);
     for ((name, _), count) in TRUTHS.into_iter().zip(counts(&covered)) {

@@ -204,7 +204,6 @@ fn speeds_are_as_good_as_they_can_be_and_their_sds_cover() {
     // an error beside the bound has a mean square of 1 where the bound is met
     let square = |(error, bound): (&[f64; 2], &f64)| (error[0] / bound).powi(2);
     let beside = (all.iter().zip(&bound).map(square).sum::<f64>() / all.len() as f64).sqrt();
-    println!("{beside:.3} of the bound");
     assert!((0.9..1.3).contains(&beside), "{beside} of the bound");
     let z = binomial_z(covered(&all, 1.959_963_985), all.len(), 0.95);
     assert!(z.abs() < 4.0, "{z}");
@@ -734,11 +733,6 @@ fn lost_frames_anywhere_are_covered_by_what_is_stated() {
         speeds.push([of.impact_speed - v, of.impact_speed_sd]);
         speeds.push([of.rebound_speed - seen.bounces.restitution * v, of.rebound_speed_sd]);
     }
-    println!(
-        "{} of 400 speeds, {} within two sd",
-        speeds.len(),
-        covered(&speeds, 2.0)
-    );
     assert!(speeds.len() >= 340, "{}", speeds.len());
     let z = binomial_z(covered(&speeds, 1.959_963_985), speeds.len(), 0.95);
     assert!(z > -4.0, "{z}");
@@ -1046,7 +1040,6 @@ fn whatever_was_seen_the_runs_are_ones_that_check_takes() {
         assert!(matches!(status, Some(0 | 1)), "{round}: {stderr}\n{runs}");
         used += runs.lines().filter(|line| line.ends_with(',')).count();
     }
-    println!("{used} runs of {ROUNDS} campaigns");
     assert!(used > ROUNDS, "{used}");
 }
 

@@ -3,18 +3,14 @@
 use std::f64::consts::PI;
 
 use crate::common::scenes::{scene_of, AK10, PE, PTFE};
-use crate::common::{
-    assert_expected, binomial_z, compare, counts, rows, sample_as_usual, seed_of, study, Place, Says, Told,
-};
+use crate::common::{assert_expected, binomial_z, compare, counts, sample_as_usual, seed_of, study, Place, Says, Told};
 use wetcor::findings;
 use wetcor::findings::balance::DerivedEstimate;
 use wetcor::findings::compare::ComparedModel;
 use wetcor::findings::Findings;
 use wetcor::model::parameters::ParameterKind;
-use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::viscous::RUPTURE_SCALE;
 use wetcor::physics::{Coefficient, Viscous};
-use wetcor::runs::NewRun;
 
 /// Two particles of three diameters, whose roughness differs.
 fn scene(fitted: &str, truth: &str, noise: f64) -> Place {
@@ -63,35 +59,6 @@ fn lubrication_log(particle: &str, diameter: f64, film: f64, scale: f64) -> f64 
     let volume = PI * film * film * (diameter / 2.0 - film / 3.0);
     let rupture = scale * volume.powf(1.0 / 3.0);
     0.5 * ((film / roughness(particle)).ln() + (rupture / roughness(particle)).ln())
-}
-
-#[test]
-fn runs_are_drawn_by_the_plain_sum() {
-    let place = scene("film", "film", 0.0);
-    let mut wet = 0;
-    for run in rows(&place.scene, 1) {
-        let NewRun {
-            particle,
-            diameter,
-            impact_speed,
-            restitution,
-            ..
-        } = run;
-        let (density, k) = if particle == "PTFE" {
-            (2150.0, 0.183)
-        } else {
-            (940.0, 0.12)
-        };
-        let Some((film, ratio)) = run.film else { continue };
-        wet += 1;
-        let e_dry = 1.0 - k * 2f64.powf(0.2);
-        let inertial = 0.5 * 930.0 / density * ratio * (3.0 - 6.0 * ratio + 4.0 * ratio * ratio);
-        let l = lubrication_log(particle, diameter, film, 0.9);
-        let stokes = density * diameter * impact_speed / (9.0 * 9.3e-3);
-        let kept = e_dry * e_dry - inertial - 4.0 * l / stokes;
-        assert!((restitution - mean_restitution(kept)).abs() < 1e-12, "{run:?} {kept}");
-    }
-    assert_eq!(wet, 80);
 }
 
 fn fit(place: &Place, seed: u64) -> Findings {

@@ -421,7 +421,6 @@ fn held_by_page(designs: &[Design]) -> Counts {
     let mut all = Counts::default();
     for design in designs {
         let found = design.count(30);
-        println!("{}: {found:?}", design.name);
         // a share that was counted as none or all may be a per cent off
         let z = binomial_z(found.refused, found.sets, on_page(&page, design).clamp(0.01, 0.99));
         assert!(z.abs() < 4.0, "{}: {found:?}", design.name);

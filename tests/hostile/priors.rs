@@ -182,7 +182,6 @@ fn a_prior_at_an_extreme_is_used_or_refused_in_time() {
     let passes = |(model, priors): &&(&str, String)| attack("check", model, priors).status == Some(0);
     let passed: Vec<_> = all.par_iter().filter(passes).collect();
     let refused = all.len() - passed.len();
-    println!("{refused} refused, {} pass", passed.len());
     assert!(
         refused * MADE > 300 && passed.len() * MADE > 50,
         "{refused} {}",

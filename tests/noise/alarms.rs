@@ -35,9 +35,6 @@ fn plain_noise_alarms_as_rarely_as_claimed() {
     let [outliers, notices @ ..] = counts(&found.iter().map(|one| one.0).collect::<Vec<[bool; 3]>>());
     let spreads = counts(&found.iter().map(|one| one.1).collect::<Vec<_>>());
     let offsets = counts(&found.iter().map(|one| one.2).collect::<Vec<_>>());
-    println!(
-        "outliers {outliers}, p of spreads and offsets below {LEVELS:?}: {spreads:?} {offsets:?}, notices {notices:?}"
-    );
     assert_expected("outliers", outliers, SETS, FALSE_ALARM);
     for ((level, spreads), offsets) in LEVELS.into_iter().zip(spreads).zip(offsets) {
         assert_expected("offsets", offsets, SETS, level);
@@ -60,7 +57,6 @@ fn few_runs_raise_no_more_alarms() {
             [noise_of(&found).outliers_found > 0]
         });
         let [outliers] = counts(&found);
-        println!("{outliers} of {SETS} tables of {} runs", exact.len());
         assert_expected("outliers", outliers, SETS, FALSE_ALARM);
     }
 }
@@ -89,7 +85,6 @@ fn runs_that_stick_near_the_threshold_raise_no_alarm() {
     });
     let alarms = counts(&found.iter().map(|one| one.0).collect::<Vec<_>>());
     let (stuck, all): (usize, usize) = (found.iter().map(|one| one.1).sum(), found.iter().map(|one| one.2).sum());
-    println!("{alarms:?} of {SETS} tables, in which {stuck} of {all} runs stuck");
     assert!(stuck * 50 > all);
     for count in alarms {
         assert_seldom("alarms", count, SETS, 0.01);

@@ -42,15 +42,7 @@ fn growth_by_a_factor_of_three_is_noticed_and_named() {
     let name = "growth_by_a_factor_of_three_is_noticed_and_named";
     let place = growing().place();
     let exact = rows(&place.scene, 1);
-    let wet = || exact.iter().filter(|run| run.liquid.is_some());
-    assert_eq!(wet().count(), 200);
-    let e = wet()
-        .map(|run| run.restitution)
-        .fold((1.0, 0.0), |(lo, hi), e| (f64::min(lo, e), f64::max(hi, e)));
-    let inverse = wet()
-        .map(inverse_stokes)
-        .fold((1.0, 0.0), |(lo, hi), x| (f64::min(lo, x), f64::max(hi, x)));
-    println!("e {e:?}, 1/St {inverse:?}");
+    assert_eq!(exact.iter().filter(|run| run.liquid.is_some()).count(), 200);
     let of = |which: GrowthWith, sd: fn(&NewRun) -> f64| {
         let sd = |run: &NewRun| if run.liquid.is_some() { sd(run) } else { plain(run) };
         let found = told(&place.scene, name, SETS, sd);
@@ -58,11 +50,6 @@ fn growth_by_a_factor_of_three_is_noticed_and_named() {
         let mut factors = named.clone();
         factors.sort_by(f64::total_cmp);
         let middle = factors[factors.len() / 2];
-        println!(
-            "{which:?}: told {} of {SETS}, named so {}, median factor {middle:.2}",
-            found.len(),
-            named.len()
-        );
         (found.len(), named.len(), middle)
     };
     let lines = [

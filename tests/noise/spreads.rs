@@ -80,7 +80,6 @@ fn the_factor_is_what_a_standard_error_lacks() {
             });
             let lacks = value.1 * (SETS as f64).sqrt() / se.0;
             let told = ratio.0;
-            println!("offsets {offsets}, {name}: lacks {lacks:.3}, told {told:.3}");
             // one standard error of an sd of so many sets
             let se = lacks / (2.0 * SETS as f64).sqrt();
             assert!(((lacks - told) / se).abs() < 4.0, "{name}: {lacks} {told}");
@@ -123,7 +122,6 @@ fn shared_offsets_are_told_and_the_series_bootstrap_covers_them() {
             ]
         });
         let [told, covered @ ..] = counts(&found);
-        println!("{scheme}: told {told}, covered {covered:?} of {SETS}");
         (told, covered)
     };
     let (told, series) = of_scheme("scheme = \"series\"\nreplicates = 400");

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use proptest::sample::{select, Index};
-use wetcor::runs::{self, Existing, NewRun, RunWriter, Table};
+use wetcor::runs::Table;
 use wetcor::units::{Dimension, Unit};
 
 use super::{assert_every_row_counted, assert_told, hold, same, Folder};
@@ -247,42 +247,6 @@ fn a_table_reads_to_the_same_runs_in_any_dress() {
         expected.sort_unstable();
         found.sort_unstable();
         assert_eq!(found, expected);
-    });
-}
-
-#[test]
-fn csv_and_parquet_hold_the_same_runs() {
-    let folder = Folder::new();
-    let mut scene = folder.scene(TWO_OF_EACH).expect("a good scene");
-    let name = "csv_and_parquet_hold_the_same_runs";
-    let inputs = prop::collection::vec(any_run(), 1..30);
-    let scene = std::cell::RefCell::new(&mut scene);
-    hold(name, 300, inputs, |rows| {
-        let read = |name: &str| {
-            let path = folder.join(name);
-            let mut writer = RunWriter::create(&path, Existing::Replaced).unwrap_or_else(|error| panic!("{error}"));
-            let new = rows.iter().map(|run| NewRun {
-                particle: run.particle,
-                liquid: run.wet.map(|(liquid, ..)| liquid),
-                diameter: run.diameter / 1e3,
-                film: run.wet.map(|(_, film, ratio)| (film / 1e6, ratio)),
-                impact_speed: run.speed,
-                restitution: run.restitution,
-            });
-            let encoded = writer.format().encode(&new.collect::<Vec<_>>());
-            writer.write(encoded).unwrap_or_else(|error| panic!("{error}"));
-            writer.finish().unwrap_or_else(|error| panic!("{error}"));
-            let mut scene = scene.borrow_mut();
-            scene.data.runs = vec![path.into()];
-            runs::read(&scene).unwrap_or_else(|error| panic!("{error}"))
-        };
-        let (mut csv, mut parquet) = (read("both.csv"), read("both.parquet"));
-        // lines of the one are rows of the other
-        for table in [&mut csv, &mut parquet] {
-            table.runs.places = Default::default();
-        }
-        assert_eq!(format!("{:?}", csv.runs), format!("{:?}", parquet.runs));
-        assert_eq!((csv.rows, csv.screened), (parquet.rows, parquet.screened));
     });
 }
 
