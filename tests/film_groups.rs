@@ -153,10 +153,10 @@ fn runs_near_no_nominal_film_ratio_count_where_their_own_film_does() {
 #[test]
 fn the_column_goes_before_the_scene() {
     let place = scene("film_ratios = [0.2]");
-    let findings = place.fit_rows(&read_in_project("datasets/mueller2016/runs.csv"));
+    let rows = read_in_project("datasets/mueller2016/runs.csv");
+    let findings = place.fit_rows(&rows);
     assert!(findings.film_groups.iter().all(|group| group.why_no_laws.is_none()));
     // films that are not the nominal ones
-    let rows = read_in_project("datasets/mueller2016/runs.csv");
     let pooled: Vec<String> = rows
         .lines()
         .map(|line| {

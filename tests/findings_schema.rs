@@ -363,18 +363,15 @@ fn planted_faults_are_refused() {
         let faults = Validator::faults(&schema, &changed);
         assert!(faults.iter().any(|fault| fault.contains(words)), "{words}: {faults:#?}");
     };
-    refused(|all| drop(remove(all, "", "seed")), "without seed");
     refused(
         |all| drop(remove(all, "/series/0/alpha", "level")),
         "series[0].alpha: without level",
     );
     refused(|all| all["dry"][0]["weight"] = json!(1.0), "dry[0]: weight is unknown");
-    refused(|all| all["later"] = json!(null), "later is unknown");
     refused(
         |all| all["series"][3]["film_m"] = json!("0.0003"),
         "series[3].film_m: not of type",
     );
-    refused(|all| all["counts"]["runs"] = json!(1.5), "counts.runs: not of type");
     refused(|all| all["counts"]["runs"] = json!(-1), "counts.runs: below 0");
     refused(
         |all| all["posterior"]["chains"] = json!("four"),
@@ -389,7 +386,6 @@ fn planted_faults_are_refused() {
         "dry[0].stop: \"tired\" is none of",
     );
     refused(|all| all["schema"] = json!("wetcor.findings/1"), "schema: not");
-    refused(|all| all["data_sha256"] = json!("00"), "data_sha256: 2 items");
 }
 
 fn remove(value: &mut Value, place: &str, name: &str) -> Option<Value> {

@@ -233,21 +233,12 @@ fn light_that_changes_and_other_things_move_nothing() {
 #[test]
 fn a_motion_blur_is_borne() {
     // a fall from rest to a radius a frame, and as fast up again
-    let speed = |time: f64| {
-        if time < 40.0 {
-            0.5 * time
-        } else {
-            -20.0 + 0.3 * (time - 40.0)
-        }
+    let path = |time: f64| match time - 40.0 {
+        rise if rise < 0.0 => (30.0 + 0.25 * time * time, 0.5 * time),
+        rise => (430.0 - 20.0 * rise + 0.15 * rise * rise, -20.0 + 0.3 * rise),
     };
-    let centre = |time: f64| {
-        let y = if time < 40.0 {
-            30.0 + 0.25 * time * time
-        } else {
-            430.0 - 20.0 * (time - 40.0) + 0.15 * (time - 40.0).powi(2)
-        };
-        (70.2 + 0.37 * time, y)
-    };
+    let speed = |time: f64| path(time).1.abs();
+    let centre = |time: f64| (70.2 + 0.37 * time, path(time).0);
     let scene = Scene {
         width: 160,
         height: 480,
@@ -259,16 +250,11 @@ fn a_motion_blur_is_borne() {
     let sightings = found_in(&scene, centre, 58);
     let blurred = |from: f64, to: f64| {
         errors_between(&sightings, centre, |frame| {
-            let speed = speed(frame as f64).abs();
-            frame != 40 && speed >= from && speed < to
+            frame != 40 && (from..to).contains(&speed(frame as f64))
         })
     };
-    let (sharp, some, strong, longest) = (
-        blurred(0.0, 5.0),
-        blurred(5.0, 12.0),
-        blurred(12.0, 16.0),
-        blurred(16.0, 20.1),
-    );
+    let ends = [[0.0, 5.0], [5.0, 12.0], [12.0, 16.0], [16.0, 20.1]];
+    let [sharp, some, strong, longest] = ends.map(|[from, to]| blurred(from, to));
     assert!(sightings.missed.len() <= 1, "{:?}", sightings.missed);
     assert!(
         sharp.largest < 0.2 && some.largest < 0.4 && strong.largest < 1.0,
@@ -280,7 +266,7 @@ fn a_motion_blur_is_borne() {
     );
     // a frame says how far it is blurred
     for one in sightings.seen.iter().filter(|one| one.frame != 40) {
-        let length = speed(one.frame as f64).abs();
+        let length = speed(one.frame as f64);
         assert!(
             (one.blur_px - length.max(1.5)).abs() < 0.35 * length + 1.5,
             "{length} {one:?}"
@@ -442,24 +428,13 @@ fn what_is_no_recording_is_told() {
         &["nowhere", "folder of PNG, JPEG or TIFF frames"],
     );
     tells(path, &["no image is in it"]);
-    for video in ["fall.mp4", "fall.AVI", "fall.cine"] {
-        std::fs::write(path.join(video), "a video").expect("a file");
-        tells(
-            &path.join(video),
-            &[
-                video,
-                "a video",
-                "mkdir frames && ffmpeg -i FILE -fps_mode passthrough frames/%06d.png",
-            ],
-        );
-    }
-    tells(
-        path,
-        &["mkdir frames && ffmpeg -i FILE -fps_mode passthrough frames/%06d.png"],
-    );
-    std::fs::write(path.join("notes"), "notes").expect("a file");
+    let convert = "mkdir frames && ffmpeg -i FILE -fps_mode passthrough frames/%06d.png";
+    folder.write("fall.AVI", "a video");
+    tells(&path.join("fall.AVI"), &["fall.AVI", "a video", convert]);
+    tells(path, &[convert]);
+    folder.write("notes", "notes");
     tells(&path.join("notes"), &["not frames", "ffmpeg"]);
-    std::fs::write(path.join("old.bmp"), "BM").expect("a file");
+    folder.write("old.bmp", "BM");
     tells(path, &["old.bmp", "not read"]);
     std::fs::remove_file(path.join("old.bmp")).expect("a file");
 
@@ -470,7 +445,7 @@ fn what_is_no_recording_is_told() {
         render(&scene, still, frame).png(&path.join(format!("f{frame}.png")));
     }
     tells(path, &["no sphere in 8 frames"]);
-    std::fs::write(path.join("f3.png"), "no PNG").expect("a file");
+    folder.write("f3.png", "no PNG");
     tells(path, &["f3.png", "not a PNG image that can be read"]);
     let larger = Scene {
         width: 64,
@@ -481,7 +456,7 @@ fn what_is_no_recording_is_told() {
     render(&scene, still, 3).png_of_16_bits(&path.join("f3.png"));
     tells(path, &["f3.png", "16 bits", "expected 8"]);
     render(&scene, still, 3).png(&path.join("f3.png"));
-    std::fs::write(path.join("f9.gif"), "GIF89a").expect("a file");
+    folder.write("f9.gif", "GIF89a");
     tells(path, &["several formats", "f9.gif"]);
     std::fs::remove_file(path.join("f9.gif")).expect("a file");
     render(&scene, still, 9).jpeg(&path.join("f9.jpg"));

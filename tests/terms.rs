@@ -257,38 +257,36 @@ fn the_share_of_a_term_that_the_runs_show_is_that_of_their_truth() {
     const SETS: u64 = 40;
     // these designs show neither a bridge nor the second order of the dry law well enough to tell both truths apart
     let [_, _, _, _, own] = all().map(|[_, _, far]| far);
-    for present in [own] {
-        let absent = Design {
-            truth: USUAL.truth,
-            dry_speed: USUAL.dry_speed,
-            ..present
-        };
-        for (design, truth) in [(absent, 0.0), (present, 1.0)] {
-            let place = Place::new(&design.scene("\"auto\"", "2.0"));
-            let seed = seed_of("the_share_of_a_term_that_the_runs_show_is_that_of_their_truth");
-            let shown: Vec<[f64; 2]> = (0..SETS)
-                .filter_map(|set| {
-                    let found = place.infer(seed.wrapping_add(set));
-                    let sized = of(&found, design.term);
-                    // not where a parameter is not told from zero
-                    Some([sized.runs_show?, sized.runs_show_se?])
-                })
-                .collect();
-            let sets = shown.len() as f64;
-            assert!(2.0 * sets > SETS as f64, "{}: {sets} sets", design.term);
-            let mean = shown.iter().map(|[share, _]| share).sum::<f64>() / sets;
-            let se = shown.iter().map(|[_, se]| se * se).sum::<f64>().sqrt() / sets;
-            let scatter = shown
-                .iter()
-                .map(|[share, se]| ((share - mean) / se).powi(2))
-                .sum::<f64>()
-                / (sets - 1.0);
-            let name = format!("{} {truth}: {mean} ± {se}, {scatter}", design.term);
-            // the fit is linear about a point without the term
-            assert!((mean - truth).abs() < 0.1 + 4.5 * se, "{name}");
-            assert!((mean - (1.0 - truth)).abs() > 4.5 * se + 0.2, "{name}");
-            // χ² of 39 degrees of freedom over them, within 4.5 sd
-            assert!((scatter - 1.0).abs() < 4.5 * (2.0 / (sets - 1.0)).sqrt(), "{name}");
-        }
+    let absent = Design {
+        truth: USUAL.truth,
+        dry_speed: USUAL.dry_speed,
+        ..own
+    };
+    for (design, truth) in [(absent, 0.0), (own, 1.0)] {
+        let place = Place::new(&design.scene("\"auto\"", "2.0"));
+        let seed = seed_of("the_share_of_a_term_that_the_runs_show_is_that_of_their_truth");
+        let shown: Vec<[f64; 2]> = (0..SETS)
+            .filter_map(|set| {
+                let found = place.infer(seed.wrapping_add(set));
+                let sized = of(&found, design.term);
+                // not where a parameter is not told from zero
+                Some([sized.runs_show?, sized.runs_show_se?])
+            })
+            .collect();
+        let sets = shown.len() as f64;
+        assert!(2.0 * sets > SETS as f64, "{}: {sets} sets", design.term);
+        let mean = shown.iter().map(|[share, _]| share).sum::<f64>() / sets;
+        let se = shown.iter().map(|[_, se]| se * se).sum::<f64>().sqrt() / sets;
+        let scatter = shown
+            .iter()
+            .map(|[share, se]| ((share - mean) / se).powi(2))
+            .sum::<f64>()
+            / (sets - 1.0);
+        let name = format!("{} {truth}: {mean} ± {se}, {scatter}", design.term);
+        // the fit is linear about a point without the term
+        assert!((mean - truth).abs() < 0.1 + 4.5 * se, "{name}");
+        assert!((mean - (1.0 - truth)).abs() > 4.5 * se + 0.2, "{name}");
+        // χ² of 39 degrees of freedom over them, within 4.5 sd
+        assert!((scatter - 1.0).abs() < 4.5 * (2.0 / (sets - 1.0)).sqrt(), "{name}");
     }
 }

@@ -156,7 +156,7 @@ fn leave_one_out_tells_the_forms_apart() {
 
 /// Report, output, figures and predictions have λ in place of L, a diameter beside each St_c, and no δc.
 #[test]
-fn a_report_says_diameters_beside_critical_stokes_numbers() {
+fn a_report_says_diameters_and_predictions_read_the_roughness_back() {
     let place = scene("film", "film", 0.01);
     place.folder.succeed("simulate scene.toml --out runs.csv");
     let (_, overview, _) = place.run("check scene.toml");
@@ -181,20 +181,12 @@ fn a_report_says_diameters_beside_critical_stokes_numbers() {
     for diameter in ["3", "6"] {
         figure.says(&format!("AK10, D = {diameter} mm, posterior"));
     }
-}
-
-/// A prediction from the draws is the law at the posterior's means, to what the posterior leaves open.
-#[test]
-fn predictions_read_the_roughness_back() {
-    let place = scene("film", "film", 0.01);
-    place.folder.succeed("simulate scene.toml --out runs.csv");
-    let (code, _, err) = place.run("fit scene.toml --out r --stages least_squares,posterior");
-    assert!(matches!(code, Some(0 | 1)), "{err}");
+    // a prediction from the draws is the law at the posterior's means, to what the posterior leaves open
     for (particle, density, k) in [("PTFE", 2150.0, 0.183), ("PE", 940.0, 0.12)] {
         let asked = "--liquid AK10 --diameter-mm 4 --film-um 240 --speed-m-s 1.5:1.5:1";
         let text = place
             .folder
-            .succeed(&format!("predict r --particle {particle} {asked}"));
+            .succeed(&format!("predict r --anyway --particle {particle} {asked}"));
         let row: Vec<&str> = text.lines().nth(1).expect("a row").split(',').collect();
         let found: f64 = row[3].parse().expect("a number");
         let l = lubrication_log(particle, 4e-3, 240e-6, 0.9);

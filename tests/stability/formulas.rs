@@ -29,8 +29,6 @@ pub const NOTHING: f64 = 1e-5;
 #[derive(Debug, Clone, Default)]
 pub struct Measured {
     pub answers: usize,
-    /// largest error, ulp
-    pub worst: f64,
     /// largest error where the condition number is 10 or less, ulp
     pub worst_of_tame: f64,
     pub largest_condition: f64,
@@ -269,7 +267,6 @@ pub fn measure(
             // a NaN is as wrong as can be
             let error = if error.is_nan() { f64::INFINITY } else { error };
             let share = error / (1.0 + condition);
-            measured.worst = measured.worst.max(error);
             measured.largest_condition = measured.largest_condition.max(condition);
             if condition <= 10.0 {
                 measured.worst_of_tame = measured.worst_of_tame.max(error);
