@@ -229,25 +229,6 @@ fn d15_places_that_cannot_be_are_refused_before_the_fit() {
 }
 
 #[test]
-fn d15_a_folder_that_nobody_may_write_to_is_refused_before_the_fit() {
-    let place = Place::plain();
-    std::fs::create_dir(place.path("theirs")).expect("writable");
-    let locked = std::fs::Permissions::from_mode(0o555);
-    std::fs::set_permissions(place.path("theirs"), locked).expect("ours");
-    // the superuser may write everywhere
-    let is_superuser = std::fs::write(place.path("theirs/probe"), "").is_ok();
-    if is_superuser {
-        std::fs::remove_file(place.path("theirs/probe")).expect("just made");
-    } else {
-        fit(&place, "theirs/report").assert_refused("read-only", &["theirs/report: cannot write: ", "denied"]);
-    }
-    assert_eq!(
-        std::fs::read_dir(place.path("theirs")).map(Iterator::count).ok(),
-        Some(0)
-    );
-}
-
-#[test]
 fn d17_a_limit_on_file_sizes_leaves_nothing() {
     let place = fitted();
     let before = place.read("report/findings.json");
