@@ -1,6 +1,5 @@
 //! Holds that numbers in a wrong unit are questioned in words and not quoted, and that right scenes are left alone.
 
-use crate::common::scenes::{scene_of, AK10, HEADER, PTFE};
 use crate::common::{in_project, read_in_project, sample, Place, Told};
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{overview, Findings};
@@ -114,48 +113,6 @@ fn what_the_posterior_alone_tells_is_questioned_too() {
         "{}",
         asked(&found)
     );
-}
-
-/// A spread that one row makes names the row before it asks for units.
-#[test]
-fn a_spread_that_one_run_makes_names_that_run() {
-    let sampler = "[sampler]\nchains = 2\nwarmup = 200\ndraws = 200\n";
-    let place = Place::new(&scene_of("one", &[PTFE, AK10, sampler]));
-    let rows = |last: f64| {
-        let mut csv = HEADER.to_owned();
-        for (v, e) in [
-            (0.5, 0.847),
-            (0.8, 0.822),
-            (1.1, 0.822),
-            (1.4, 0.804),
-            (1.7, 0.806),
-            (2.0, 0.788),
-        ] {
-            csv += &format!("PTFE,dry,4.762,,{v},{e}\n");
-        }
-        let thin = [0.671, 0.715, 0.734, 0.733, 0.746, 0.747];
-        let thick = [0.630, 0.684, 0.689, last, 0.707, 0.713];
-        for (film, all) in [(190, thin), (476, thick)] {
-            for (v, e) in [0.6, 1.0, 1.2, 1.5, 1.8, 2.1].into_iter().zip(all) {
-                csv += &format!("PTFE,AK10,4.762,{film},{v},{e}\n");
-            }
-        }
-        csv
-    };
-    let check = |last: f64| {
-        let mut found = place.fit_rows(&rows(last));
-        sample(&mut found, &place.scene, &place.read().runs).expect("a posterior");
-        found.check("plausible_result").clone()
-    };
-    let failed = check(0.06);
-    assert!(!failed.passed, "{failed:?}");
-    assert!(
-        failed
-            .next_step
-            .starts_with("look first at runs.csv, line 17 (e = 0.060, "),
-        "{failed:?}"
-    );
-    assert!(check(0.700).passed);
 }
 
 /// The example's scene or table with numbers in another unit, and what is asked.

@@ -454,31 +454,6 @@ fn kind(name: &str) -> Kind {
     all.find(|kind| kind.name == name).expect("a kind of that name")
 }
 
-/// A trend that forbids quoting is also held in `questions`.
-#[test]
-#[ignore = "slow: fits four tables, every stage"]
-fn a_law_that_another_form_or_a_trend_betters_is_not_quoted() {
-    for (name, check) in [("dry speed", "better_form"), ("L rises", "film_trend")] {
-        let kind = Kind {
-            truth: kind(name).truth,
-            ..right(name, "", 120, 12)
-        };
-        let outcome = kind.outcome(0);
-        let failed = outcome["failed"].as_array().expect("a list");
-        assert!(
-            !is_quoted(&outcome) && failed.iter().any(|code| code == check),
-            "{name}: {outcome}"
-        );
-        // the same design with the law that is fitted
-        let right = Kind {
-            truth: LABORATORY,
-            ..kind
-        };
-        let outcome = right.outcome(0);
-        assert!(is_quoted(&outcome), "{name}: {outcome}");
-    }
-}
-
 #[test]
 #[ignore = "slow: run with --ignored"]
 fn right_tables_are_quoted_and_those_of_another_dry_speed_are_not() {

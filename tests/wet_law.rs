@@ -506,29 +506,6 @@ fn runs_of_the_linear_law_are_said_to_follow_it() {
     }
 }
 
-/// Of runs that fall exponentially with 1/St neither law's numbers are to be taken, though the linear law is the nearer one.
-#[test]
-fn runs_of_another_law_are_said_to_follow_neither() {
-    let design = USUAL.but("exponential, 60 wet runs", |own| {
-        (own.law, own.runs) = (exponential, [60, 12])
-    });
-    let scene = scene("");
-    let findings: Vec<Findings> = (0..5).map(|set| design.fit(&scene, set)).collect();
-    let nearer = findings.iter().filter(|own| own.check("linear_law").forbids());
-    let nearer: Vec<&Findings> = nearer.collect();
-    assert!(nearer.len() > 2);
-    for own in nearer {
-        let check = own.check("linear_law");
-        check.text.says("neither law describes the runs");
-        check.next_step.says("quote no e_inf");
-        assert!(own
-            .scaling
-            .iter()
-            .filter(|row| row.film_ratio.is_some())
-            .all(|row| !row.verdict.passed));
-    }
-}
-
 /// A liquid that departs from the law of the others is to be fitted by itself: no film and no speed is at fault.
 #[test]
 fn a_liquid_with_an_l_of_its_own_is_to_be_fitted_apart() {
