@@ -180,11 +180,3 @@ fn what_is_no_shell_and_no_command_is_refused_with_those_there_are() {
     let (status, _, err) = wetcor(Path::new("."), &["completions"]);
     assert!(status == Some(2) && err.contains("<SHELL>"), "{err}");
 }
-
-#[test]
-fn flags_of_every_verb_change_nothing() {
-    for arguments in [["completions", "bash"], ["man", "fit"]] {
-        let with_flags = [&["--quiet"], arguments.as_slice(), &["--threads", "1"]].concat();
-        assert_eq!(printed(&with_flags), printed(&arguments));
-    }
-}

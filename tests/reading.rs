@@ -341,21 +341,6 @@ fn check_prints_json_and_writes_nothing() {
     assert!(copy.holds() == before);
 }
 
-#[test]
-fn quiet_prints_nothing_on_success() {
-    let copy = Copy::of(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/unknown_column"));
-    let (status, out, err) = copy.run(&["fit", "scene.toml", "--out", "out", "--quiet"]);
-    assert_eq!((status, out.as_str(), err.as_str()), (Some(0), "", ""));
-    let design = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
-    let design = design.to_str().expect("a plain path");
-    let (status, out, err) = copy.run(&["simulate", design, "--out", "new.csv", "--quiet"]);
-    assert_eq!((status, out.as_str(), err.as_str()), (Some(0), "", ""));
-    // an error is still told
-    let (status, _, err) = copy.run(&["check", "nowhere.toml", "--quiet"]);
-    assert_eq!(status, Some(2));
-    assert!(err.starts_with("error: nowhere.toml: cannot read"), "{err}");
-}
-
 /// A report's files, without the one that holds times.
 fn report(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut files = contents(folder);
@@ -436,9 +421,6 @@ fn an_excluded_run_is_counted_under_its_reason() {
     assert_eq!(status, Some(0), "{err}");
     let report = std::fs::read_to_string(plain.folder.join("out/report.md")).expect("a report");
     assert!(report.contains("excluded: `blurred | twice`"), "{report}");
-    let many = excluding(&|row| if row > 5 { ["a", "b", "c"][row % 3] } else { "" });
-    std::fs::write(&path, many).expect("writable");
-    assert_eq!(read(&scene).screened.len(), 3);
 }
 
 /// Several tables are one, of any formats, whose rows count on; the file with a mistake is named.

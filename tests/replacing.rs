@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use rand::{RngExt, SeedableRng};
 use wetcor::findings::{self, overview};
@@ -344,28 +344,6 @@ fn by_the_command() -> [BTreeMap<PathBuf, Vec<u8>>; 2] {
         assert!(matches!(status.code(), Some(0 | 1)));
         written_to(&out)
     })
-}
-
-#[test]
-fn the_command_killed_at_any_time_leaves_one_whole_report() {
-    let whole = by_the_command();
-    let mut rng = rand::rngs::ChaCha8Rng::seed_from_u64(common::seed_of("the_command_killed_at_any_time"));
-    let place = Folder::new();
-    let out = place.join("report");
-    let began = Instant::now();
-    fit(&out, 1).status().expect("it can be started");
-    let took = began.elapsed();
-    for (count, signal) in SIGNALS.into_iter().cycle().take(20).enumerate() {
-        let mut child = fit(&out, 1 + count as u64 % 2).spawn().expect("it can be started");
-        std::thread::sleep(took.mul_f64(1.2 * rng.random::<f64>()));
-        kill(&child, signal);
-        child.wait().expect("it ends");
-        if signal == "KILL" {
-            staging::prepare(&out).unwrap_or_else(|error| panic!("{error}"));
-        }
-        assert!(whole.contains(&written_to(&out)), "SIG{signal}");
-        assert_eq!(entries(place.path()), ["report"], "SIG{signal}");
-    }
 }
 
 #[test]

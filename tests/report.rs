@@ -1,4 +1,4 @@
-//! Holds what the report says of a posterior: on good runs, where sampling failed, and where there was nothing to sample.
+//! Holds how a report opens, what it says of a posterior and of a sphere without roughness, and what a terminal has of it.
 
 use crate::common::scenes::{scene_of, AK10, DESIGN, M50, PTFE, SATURATING};
 use crate::common::{self, Folder, Says};
@@ -205,7 +205,6 @@ fn a_table_given_for_a_scene_is_told_what_to_do_with_it() {
 fn with_pe() -> String {
     scene_text()
         .replace("[liquids.AK10]", "[particles.PE]\ndensity_kg_m3 = 940\n[liquids.AK10]")
-        .replace("roughness_um = 5\n", "roughness_um = 5\nroughness_rel_sd = 0.02\n")
         .replace("PTFE = 0.183", "PTFE = 0.183, PE = 0.123")
         .replace("{ PTFE = [3.175, 8.0] }", "[3.175, 8.0]")
         .replace("{ PTFE = [0.04, 0.08, 0.15] }", "[0.04, 0.08, 0.15]")
@@ -222,20 +221,18 @@ fn a_particle_without_roughness_lacks_the_length_of_its_critical_separation_alon
     let why = "no roughness is given for PE";
     let written = fit(&with_pe(), "");
     assert!(matches!(written.status, Some(0 | 1)), "{:?}", written.status);
-    written.folder.succeed("check scene.toml");
     let findings = written.folder.json("out/findings.json");
     let energy = entries(&findings, "/energy");
     assert_eq!(energy.len(), 12);
     for row in energy {
         let delta_c = &row["delta_c_m"];
         assert!(row["st_c_e_inf2"]["value"].is_f64(), "{row}");
-        if row["particle"] == "PE" {
-            let numbers = ["value", "se", "interval", "bootstrap"];
-            assert!(numbers.iter().all(|key| delta_c[key].is_null()), "{delta_c}");
-            assert_eq!(delta_c["why_none"], why);
-        } else {
-            assert!(delta_c["value"].is_f64() && delta_c["why_none"].is_null(), "{delta_c}");
-        }
+        let of_pe = row["particle"] == "PE";
+        assert_eq!(
+            (delta_c["value"].is_null(), delta_c["why_none"] == why),
+            (of_pe, of_pe),
+            "{delta_c}"
+        );
     }
     let derived = entries(&findings, "/posterior/derived").iter();
     let lengths = derived.filter_map(|one| one["name"].as_str().filter(|name| name.starts_with("delta_c")));
@@ -243,33 +240,13 @@ fn a_particle_without_roughness_lacks_the_length_of_its_critical_separation_alon
         lengths.collect::<Vec<_>>(),
         ["delta_c_over_roughness", "delta_c_m[PTFE]"]
     );
-    // the roughness of PTFE is that of all, and as uncertain as the scene says
-    let constants = entries(&findings, "/constants").iter();
-    let lengths: Vec<&Value> = constants.filter(|row| row["result"] == "delta_c_m").collect();
-    let [of_ptfe] = lengths.as_slice() else {
-        panic!("{lengths:?}");
-    };
-    let mut by = entries(of_ptfe, "/by").iter();
-    let by = by.find(|one| one["constant"] == "roughness").expect("it moves δc");
-    assert_eq!(
-        (by["elasticity"].as_f64(), by["rel_sd"].as_f64()),
-        (Some(1.0), Some(0.02))
-    );
     // lubrication over the whole film cannot be tried
     let forms = entries(&findings, "/compare");
     assert!(!forms.is_empty() && forms.iter().all(|form| form["model"] != "saturating/2+film"));
     let mut notices = entries(&findings, "/notices").iter();
-    let told = notices.find(|notice| notice["code"] == "form_not_compared");
-    assert_eq!(
-        told.map(|notice| notice["text"].as_str()),
-        Some(Some(format!("saturating/2+film is not compared: {why}").as_str()))
-    );
-    let report = &written.report;
-    for absent in ["NaN", "each other form of the viscous loss"] {
-        assert!(!report.contains(absent), "{absent}");
-    }
-    assert_eq!(report.matches(why).count(), 2);
-    let energy = report.split("\n### Energy\n").nth(1).expect("a section");
+    let told = format!("saturating/2+film is not compared: {why}");
+    assert!(notices.any(|notice| notice["text"] == told.as_str()), "{told}");
+    let energy = written.report.split("\n### Energy\n").nth(1).expect("a section");
     let lengths = |row: &str| cells(energy, row).into_iter().rev().take(2).collect::<Vec<_>>();
     assert_eq!(lengths("PE | 0.08"), ["–", "–"]);
     assert!(lengths("PTFE | 0.08")[1].contains('±'));

@@ -340,28 +340,6 @@ fn a_long_recording_at_another_scale_condemns_no_others() {
     }
 }
 
-/// What falls faster than any sphere can has a wrong scale or rate: no drag is told of it.
-#[test]
-fn a_drag_beyond_the_weight_is_a_mistake() {
-    let mut rng = rng_of("a_drag_beyond_the_weight_is_a_mistake");
-    let mut seen = drops(2, &mut rng);
-    // by gravity as many times as fast as the rate is lower: a ball of half a metre can be, one of foam cannot
-    for (density, rate, used) in [("1000", 50, "2 runs"), ("30", 25, "0 runs")] {
-        seen.iter_mut().for_each(|seen| seen.more = format!(",{density}"));
-        let (folder, path) = written(&seen, CAMERA, "scale_px_per_mm,density_kg_m3", &mut rng);
-        let list = std::fs::read_to_string(&path).expect("readable");
-        std::fs::write(&path, list.replace("4.762,,1000", &format!("476.2,,{rate}"))).expect("writable");
-        let (_, stdout, stderr) = folder.run("track recordings.csv --out runs.csv --report out");
-        stdout.says(used);
-        assert!(!stderr.contains("of the weight,"), "{stderr}");
-        if used == "0 runs" {
-            stderr.says("is wrong");
-            assert!(!folder.read("out/report.md").contains("% of the weight was taken off"));
-            assert!(!stdout.contains("speed_rel_sd"), "{stdout}");
-        }
-    }
-}
-
 #[test]
 fn a_sphere_that_stays_is_a_run_that_stuck() {
     let mut rng = rng_of("a_sphere_that_stays_is_a_run_that_stuck");
