@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::common::{seed_of, write, Place, Told};
 use crate::condensing::{self, OF_THEIR_OWN};
 use serde_json::Value;
-use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
 use wetcor::ranks::Ranks;
@@ -161,29 +160,5 @@ fn least_squares_says_the_same_of_a_table_that_is_not_kept() {
         let of_faulty = numbers_of(&fit(&place, &faulty), &FITTED);
         let found = apart(&of_faulty, &numbers_of(&of_all, &FITTED), of_least_squares);
         assert!(found.len() > 20, "{found:#?}");
-    }
-}
-
-#[test]
-#[ignore = "a million runs"]
-fn a_million_runs_that_are_not_kept_say_what_they_say_when_they_are() {
-    let place = drawn(OF_THEIR_OWN, "parquet", 1_000_000, "a million runs");
-    let (few, all) = (few_of(&place, 999_999), place.read());
-    let (mut of_few, mut of_all) = (fit(&place, &few), fit(&place, &all));
-    hold_least_squares(&of_few, &of_all);
-    let widths = widths_apart(&of_few, &of_all);
-    assert!(widths < 0.03, "{widths}");
-    let sample = |findings: &mut Findings, table: &Table| {
-        let sampled = findings.add_posterior(&place.scene, &table.runs, MethodChoice::Sampler, &|_, _| ());
-        sampled.expect("room").expect("draws").findings.parameters
-    };
-    let (few, all) = (sample(&mut of_few, &few), sample(&mut of_all, &all));
-    assert_eq!(few.len(), all.len());
-    for (few, all) in few.iter().zip(&all) {
-        let (error, other) = (few.mcse_mean.expect("draws"), all.mcse_mean.expect("draws"));
-        let left = few.mean.expect("draws") - all.mean.expect("draws");
-        assert!(left.abs() < 4.0 * error.hypot(other), "{}: {left}", few.name);
-        let sd = few.sd.expect("draws") / all.sd.expect("draws");
-        assert!((sd - 1.0).abs() < 0.15, "{}: {sd}", few.name);
     }
 }
