@@ -1,7 +1,7 @@
 //! Holds that what runs cannot see is named, with a true value for what they determine instead.
 
 use crate::common::scenes::{scene_of, AK10, HEADER, PTFE};
-use crate::common::{seed_of, Place, Says, Told};
+use crate::common::{seed_of, table_of, Place, Says, Told};
 use wetcor::findings::identify::{identify_directions, Directions, IdentifiableCombination, Unidentified};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
@@ -136,35 +136,21 @@ fn one_film_ratio_without_dry_runs_tells_e_inf() {
 /// What a design in the saturating form cannot tell, by its film ratios and dry runs, and the loss that it tells instead.
 #[test]
 fn the_saturating_form_hides_what_its_films_do_not_reach() {
-    let both = &["inertial_prefactor", "film_scale"];
-    for (films, name, parameters, reason, add) in [
-        (
-            "0.12",
-            "one_film_ratio_with_dry_runs_tells_the_loss_of_that_film",
-            &both[..],
-            "one film ratio: the inertial prefactor and the film scale cannot be told apart",
-            "add another film ratio",
-        ),
-        (
-            "0.44, 0.46, 0.48",
-            "films_beyond_the_level_off_tell_the_level_but_no_film_scale",
-            &both[1..],
-            "every film is beyond the level-off: the film scale cannot be told",
-            "add thinner films",
-        ),
-        (
-            "0.02, 0.03",
-            "films_below_the_level_off_tell_the_loss_but_not_its_level",
-            &both[..],
-            "every film is below the level-off: ",
-            "add thicker films",
-        ),
-    ] {
+    let seeds = [
+        "one_film_ratio_with_dry_runs_tells_the_loss_of_that_film",
+        "films_beyond_the_level_off_tell_the_level_but_no_film_scale",
+        "films_below_the_level_off_tell_the_loss_but_not_its_level",
+    ];
+    let cases = table_of(
+        "0.12 | inertial_prefactor, film_scale | one film ratio: the inertial prefactor and | add another film ratio
+         0.44, 0.46, 0.48 | film_scale | every film is beyond the level-off: the film scale | add thinner films
+         0.02, 0.03 | inertial_prefactor, film_scale | every film is below the level-off: | add thicker films",
+    );
+    for ([films, parameters, reason, add], name) in cases.into_iter().zip(seeds) {
         let design = Design::of("saturating", films, WELL.dry);
         let seen = design.see(name);
         let unseen = only(&seen);
-        assert_eq!(unseen.parameters, parameters);
-        assert_eq!(unseen.add, add);
+        assert_eq!([&unseen.parameters.join(", "), &unseen.add], [parameters, add]);
         unseen.reason.begins(reason);
         let found = &unseen.determined[0];
         let film = found.quantity.strip_prefix("inertial_prefactor·g(").expect("a loss");

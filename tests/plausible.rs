@@ -1,6 +1,6 @@
 //! Holds that numbers in a wrong unit are questioned in words and not quoted, and that right scenes are left alone.
 
-use crate::common::{in_project, read_in_project, sample, Place, Told};
+use crate::common::{in_project, read_in_project, sample, table_of, Place, Says, Told};
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{overview, Findings};
 use wetcor::{findings, runs, scene};
@@ -30,10 +30,9 @@ fn questions(findings: &Findings) -> String {
     texts.join("; ")
 }
 
-fn assert_asked(text: &str, expected: &[&str]) {
-    for part in expected {
-        assert!(text.contains(part), "{part} in {text}");
-    }
+/// Each of some parts with `; ` between them.
+fn assert_asked(text: &str, expected: &str) {
+    expected.split("; ").for_each(|part| text.says(part));
 }
 
 #[test]
@@ -62,7 +61,7 @@ fn the_density_of_a_sphere_without_wet_runs_forbids_nothing() {
         .collect();
     assert!(dry.iter().any(|line| line.starts_with("PE,")));
     assert_eq!(questions(&place.fit_rows(&dry.join("\n"))), "");
-    assert_asked(&questions(&place.fit_rows(&of_dry)), &["density of PE is 84 kg/m³"]);
+    assert_asked(&questions(&place.fit_rows(&of_dry)), "density of PE is 84 kg/m³");
 }
 
 #[test]
@@ -75,12 +74,8 @@ fn densities_in_grams_are_named_as_such() {
     let asked = questions(&found);
     assert_asked(
         &asked,
-        &[
-            "density of PTFE is 2.15 kg/m³, outside 300 to 25000 kg/m³: 2.15 looks like g/cm³",
-            "0.94 looks like g/cm³",
-            "is below 0.3",
-            "St of every wet run is below 1",
-        ],
+        "density of PTFE is 2.15 kg/m³, outside 300 to 25000 kg/m³: 2.15 looks like g/cm³; 0.94 looks like g/cm³; \
+         is below 0.3; St of every wet run is below 1",
     );
     // the cause comes before what follows from it
     assert_eq!(found.remarks[0].code, "plausible_input");
@@ -120,35 +115,28 @@ fn what_the_posterior_alone_tells_is_questioned_too() {
 fn numbers_in_another_unit_are_questioned() {
     let scene = read_in_project("datasets/mueller2016/scene.toml");
     let own = read_in_project("datasets/mueller2016/runs.csv");
-    for (from, to, expected) in [
-        (
-            "roughness_um  = 5",
-            "roughness_um  = 5000",
-            [
-                "roughness of PTFE is 5000 µm, outside",
-                "δc of PE = ",
-                "larger than the sphere",
-            ],
-        ),
-        (
-            "viscosity_mPa_s = 9.3",
-            "viscosity_mPa_s = 0.0093",
-            [
-                "viscosity of AK10 is 0.0093 mPa s, outside",
-                "0.0093 looks like Pa s",
-                "",
-            ],
-        ),
-    ] {
+    for [from, to, expected] in table_of(
+        "roughness_um  = 5 | roughness_um  = 5000 | roughness of PTFE is 5000 µm, outside; δc of PE = ; larger than the sphere
+         viscosity_mPa_s = 9.3 | viscosity_mPa_s = 0.0093 | viscosity of AK10 is 0.0093 mPa s, outside; 0.0093 looks like Pa s",
+    ) {
         let place = Place::new(&scene.replace(from, to));
-        assert_asked(&questions(&place.fit_rows(&own)), &expected);
+        assert_asked(&questions(&place.fit_rows(&own)), expected);
     }
+    let asked = |rows: &str, expected: &str| assert_asked(&questions(&unscreened().fit_rows(rows)), expected);
     let one_series = rows(|cells| {
         let key: Vec<&str> = cells[..3].iter().map(String::as_str).collect();
         if key == ["PTFE", "AK10", "4.762"] && cells[4] == "0.06" {
             thousandth(&mut cells[3]);
         }
     });
+    asked(
+        &one_series,
+        "film of 25 runs of PTFE in AK10, the first in runs.csv, line ; some 1000 times thinner; mm for µm?",
+    );
+    asked(
+        &rows(|cells| thousandth(&mut cells[3])),
+        "film of PTFE is 0.24 to 1.2 µm, outside 2 to 20000 µm: 0.24 to 1.2 looks like mm",
+    );
     // heights in mm that are read as cm, in one of two files under one header: the speeds are √10 times the others
     let one_liquid = rows(|cells| {
         if cells[0] == "PTFE" && cells[1] == "M50" {
@@ -156,34 +144,10 @@ fn numbers_in_another_unit_are_questioned() {
             cells[5] = (speed * 10f64.sqrt()).to_string();
         }
     });
-    for (rows, expected) in [
-        (
-            one_series,
-            [
-                "film of 25 runs of PTFE in AK10, the first in runs.csv, line ",
-                "some 1000 times thinner",
-                "mm for µm?",
-            ],
-        ),
-        (
-            rows(|cells| thousandth(&mut cells[3])),
-            [
-                "film of PTFE is 0.24 to 1.2 µm, outside 2 to 20000 µm: 0.24 to 1.2 looks like mm",
-                "",
-                "",
-            ],
-        ),
-        (
-            one_liquid,
-            [
-                "impact speeds of PTFE in M50, ",
-                " are 3.16 times those ",
-                "heights in mm for cm?",
-            ],
-        ),
-    ] {
-        assert_asked(&questions(&unscreened().fit_rows(&rows)), &expected);
-    }
+    asked(
+        &one_liquid,
+        "impact speeds of PTFE in M50, ; are 3.16 times those ; heights in mm for cm?",
+    );
 }
 
 /// The example's scene without the limit that would screen films of the wrong unit.

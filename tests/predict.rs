@@ -650,55 +650,20 @@ fn a_table_of_settings_gives_what_each_setting_gives_alone() {
     let (_, json, _) = told(settings, "--speed-m-s 0.8:1.6:3 --format json");
     let json: serde_json::Value = serde_json::from_str(&json).expect("valid JSON");
     assert_eq!(json["predictions"].as_array().map(Vec::len), Some(2));
-    let (films, speeds) = ("film_um", "film_um,impact_speed_m_s");
-    let at_1 = "--speed-m-s 1:1:1";
-    for (columns, rows, more, expected) in [
-        (
-            films,
-            "PTFE,AK10,4.762,2800",
-            at_1,
-            "settings.csv: line 2: --film-um: found a film ratio of 0.588, expected at most 0.5",
-        ),
-        (
-            films,
-            "PTFE,,4.762,280",
-            at_1,
-            "line 2, liquid: expected the name of a liquid, or `dry`, beside a film",
-        ),
-        (
-            speeds,
-            "PTFE,AK10,4.762,280,\nPTFE,AK10,4.762,280,x",
-            "",
-            "line 3, impact_speed_m_s: found `x`, expected a number",
-        ),
-        (
-            speeds,
-            "PTFE,AK10,4.762,280,1",
-            at_1,
-            "the table of settings has impact speeds of its own: expected no --speed-m-s",
-        ),
-        (
-            films,
-            "PTFE,AK10,4.762,280",
-            "",
-            "expected --speed-m-s, or a column `impact_speed_m_s` in the table of settings",
-        ),
-        (
-            "film_um,colour",
-            "PTFE,AK10,4.762,280,red",
-            at_1,
-            "columns `colour`: expected `particle`, `liquid`, `diameter_mm`, `film_um` and `impact_speed_m_s` alone",
-        ),
-        (films, "", at_1, "no settings below the header"),
-    ] {
-        let rows = if rows.is_empty() {
-            String::new()
-        } else {
-            format!("{rows}\n")
-        };
-        let (status, out, err) = told(&format!("particle,liquid,diameter_mm,{columns}\n{rows}"), more);
+    // columns beside those of the sphere, rows with `/` between them, more of the command, what is said
+    for [columns, rows, more, expected] in table_of(
+        "film_um | PTFE,AK10,4.762,2800 | --speed-m-s 1:1:1 | settings.csv: line 2: --film-um: found a film ratio of 0.588, expected at most 0.5
+         film_um | PTFE,,4.762,280 | --speed-m-s 1:1:1 | line 2, liquid: expected the name of a liquid, or `dry`, beside a film
+         film_um,impact_speed_m_s | PTFE,AK10,4.762,280,/PTFE,AK10,4.762,280,x |  | line 3, impact_speed_m_s: found `x`, expected a number
+         film_um,impact_speed_m_s | PTFE,AK10,4.762,280,1 | --speed-m-s 1:1:1 | the table of settings has impact speeds of its own: expected no --speed-m-s
+         film_um | PTFE,AK10,4.762,280 |  | expected --speed-m-s, or a column `impact_speed_m_s` in the table of settings
+         film_um,colour | PTFE,AK10,4.762,280,red | --speed-m-s 1:1:1 | columns `colour`: expected `particle`, `liquid`, `diameter_mm`, `film_um` and `impact_speed_m_s` alone
+         film_um |  | --speed-m-s 1:1:1 | no settings below the header",
+    ) {
+        let table = format!("particle,liquid,diameter_mm,{columns}\n{}\n", rows.replace('/', "\n"));
+        let (status, out, err) = told(&table, more);
         assert_eq!((status, out.as_str()), (Some(2), ""), "{err}");
-        assert!(err.contains(expected), "{err}");
+        err.says(expected);
     }
 }
 
