@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
-use crate::common::{wetcor, Says};
+use crate::common::wetcor;
 
 /// The long flags of each verb; those of wetcor itself are under no name.
 type Flags = BTreeMap<String, Vec<String>>;
@@ -163,20 +163,4 @@ fn every_manual_page_says_what_the_help_says() {
             assert!(!unsaid(&planted, verb, &help, &flags).is_empty(), "{verb}: {said}");
         }
     }
-}
-
-#[test]
-fn what_is_no_shell_and_no_command_is_refused_with_those_there_are() {
-    for (arguments, known) in [
-        (["completions", "tcsh"], SHELLS.join(", ")),
-        (["man", "fot"], verbs().join(", ")),
-    ] {
-        let (status, out, err) = wetcor(Path::new("."), &arguments);
-        assert_eq!((status, out.as_str()), (Some(2), ""));
-        let said = format!("error: invalid value '{}' for ", arguments[1]);
-        err.begins(&said);
-        err.says(&format!("[possible values: {known}]"));
-    }
-    let (status, _, err) = wetcor(Path::new("."), &["completions"]);
-    assert!(status == Some(2) && err.contains("<SHELL>"), "{err}");
 }

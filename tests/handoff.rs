@@ -112,8 +112,6 @@ fn what_no_law_or_code_has_is_refused_in_one_line() {
             format!("{WET} --speed-m-s 0.05 --to lammps"),
             "--speed-m-s: at 0.05 m/s the law gives no rebound, and no code takes e = 0; it rebounds from",
         ),
-        // slow enough that LIGGGHTS takes no such e
-        (format!("{WET} --speed-m-s 0.1203 --to liggghts"), "LIGGGHTS"),
         (
             "--speed-m-s 1 --to yade".to_owned(),
             "expected --particle, --liquid (or --liquid-density-kg-m3 and --viscosity-mPa-s), --diameter-mm, --film-um as well",

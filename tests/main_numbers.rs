@@ -1,7 +1,7 @@
 //! Holds where each main number comes from, and that the dry law and one k for all diameters are tested before it is quoted.
 
 use crate::common::scenes::{scene_of, HEADER, PTFE, THIN};
-use crate::common::{binomial_z, holds, normal, sample, seed_of, Place, Told};
+use crate::common::{binomial_z, holds, normal, sample, seed_of, table_of, Place, Says, Told};
 use wetcor::findings::main_numbers::{MainNumber, MainPlace, Source};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::scaling::Scaling;
@@ -163,16 +163,16 @@ fn a_prior_of_any_kind_is_held_against_the_runs() {
         let mut all = findings.main.parameters.iter();
         all.find(|own| own.name.starts_with(key)).map(|own| own.prior_led)
     };
-    for (key, prior) in [
-        ("lubrication_log", "uniform = [2.2, 4.0]"),
-        ("lubrication_log", "uniform = [0.5, 1.5]"),
-        ("lubrication_log", "normal = [2.3, 0.02]"),
-        ("lubrication_log", "fixed = 2.3"),
-        ("dry_k", "normal = [0.15, 0.001]"),
-        ("sigma_wet", "lognormal = [0.002, 0.1]"),
-        ("sigma_wet", "fixed = 0.2"),
-        ("sigma_dry", "fixed = 0.1"),
-    ] {
+    for [key, symbol, prior] in table_of(
+        "lubrication_log | L:  | uniform = [2.2, 4.0]
+         lubrication_log | L:  | uniform = [0.5, 1.5]
+         lubrication_log | L:  | normal = [2.3, 0.02]
+         lubrication_log | L:  | fixed = 2.3
+         dry_k | k of  | normal = [0.15, 0.001]
+         sigma_wet | σ_wet:  | lognormal = [0.002, 0.1]
+         sigma_wet | σ_wet:  | fixed = 0.2
+         sigma_dry | σ_dry:  | fixed = 0.1",
+    ) {
         let findings = fit(key, prior);
         let check = findings.check("prior_conflict");
         assert!(
@@ -182,14 +182,7 @@ fn a_prior_of_any_kind_is_held_against_the_runs() {
         // what follows from it comes after it
         let first = findings.checks().find(|check| !check.passed && check.gates());
         assert_eq!(first.map(|check| check.code), Some("prior_conflict"), "{key} {prior}");
-        let symbol = match key {
-            "lubrication_log" => "L: ",
-            "inertial_prefactor" => "C: ",
-            "dry_k" => "k of ",
-            "sigma_wet" => "σ_wet: ",
-            _ => "σ_dry: ",
-        };
-        assert!(check.text.starts_with(symbol), "{key} {prior}: {}", check.text);
+        check.text.begins(symbol);
         assert_ne!(own(&findings, key), Some(true), "{key} {prior}");
     }
     // its tails let the runs lead

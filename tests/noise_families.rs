@@ -127,25 +127,6 @@ fn outliers_are_no_misfit_of_a_film_and_a_film_that_is_off_is_one() {
     assert!(!holds(&is_thick, 0.1));
 }
 
-#[test]
-fn the_degrees_of_freedom_are_those_of_the_noise() {
-    let name = "the_degrees_of_freedom_are_those_of_the_noise";
-    let nu_of = |truth: &str| {
-        let text = scene_text()
-            .replace("[design]", &format!("{truth}[design]"))
-            .replace("repeats = 3", "repeats = 20");
-        let place = Place::new(&text);
-        let rows = rows(&place.scene, seed_of(name));
-        let found = posterior(&place, &rows, LikelihoodFamily::Student, seed_of(name));
-        let (_, mean, sd) = found.iter().find(|(name, ..)| name == "nu").expect("sampled");
-        (*mean, *sd)
-    };
-    let (mean, sd) = nu_of("noise = \"student\"\nnu = 4\n");
-    assert!((mean - 4.0).abs() < 3.0 * sd && sd < 1.0, "{mean} {sd}");
-    let (mean, sd) = nu_of("");
-    assert!(mean - sd > 8.0, "{mean} {sd}");
-}
-
 /// Tails of different length are found: η of simulated runs lies inside its posterior, on its side of 0, and L is told better
 /// than where noise is taken for normal.
 #[test]

@@ -233,47 +233,30 @@ fn d08_long_lines_long_rows_and_many_columns_are_refused_by_line() {
     place.write("runs.csv", noted(mebi - 100));
     assert_eq!(check(&place).status, Some(0));
     let filled = |rows: usize| format!("{row}\n").repeat(rows);
-    for (of, table, words) in [
+    let mistakes = "PTFE,dry,4,,,0.5,x\n".repeat(300_000);
+    for (table, words) in [
         (
-            "a long line",
             noted(mebi + 1),
-            [
-                "line 3: found a longer line, expected lines of at most 1048576 bytes",
-                "",
-            ],
+            "line 3: found a longer line, expected lines of at most 1048576 bytes",
         ),
+        (format!("{good}{}", "x".repeat(3 * mebi)), "found a longer line"),
         (
-            "a line that does not end",
-            format!("{good}{}", "x".repeat(3 * mebi)),
-            ["found a longer line", ""],
-        ),
-        (
-            "a quote that is not closed",
             format!("{header}\n{row}\n\"{}", filled(60_000)),
-            [
-                "line 3, row: found a longer row, expected rows of at most 1048576 bytes",
-                "is a quote not closed?",
-            ],
+            "line 3, row: found a longer row, expected rows of at most 1048576 bytes; is a quote not closed?",
         ),
         (
-            "many columns",
             format!("{header}{}\n", ",c".repeat(100_000)),
-            ["line 1, header: found 100007 columns, expected at most 4096", ""],
+            "line 1, header: found 100007 columns, expected at most 4096",
         ),
         (
-            "a mistake far down",
             format!("{header}\n{}{row},8\n", filled(200_000)),
-            ["line 200002, row: found 8 cells, expected 7 as in the header", ""],
+            "line 200002, row: found 8 cells, expected 7 as in the header",
         ),
-        (
-            "nothing but mistakes",
-            format!("{header}\n{}", "PTFE,dry,4,,,0.5,x\n".repeat(300_000)),
-            ["300000 problems", "and 299980 more"],
-        ),
+        (format!("{header}\n{mistakes}"), "300000 problems; and 299980 more"),
     ] {
         let place = Place::plain();
         place.write("runs.csv", table);
-        check(&place).assert_refused(of, &words);
+        check(&place).assert_refused(words, &words.split("; ").collect::<Vec<&str>>());
     }
 }
 
