@@ -10,7 +10,7 @@ fn scene_text() -> String {
 }
 
 /// Fits wet runs of one series, given as speed and restitution, beside some dry runs.
-fn fit(wet: &[(f64, f64)]) -> Findings {
+pub fn fit(wet: &[(f64, f64)]) -> Findings {
     let mut csv = HEADER.to_owned();
     for (v, e) in [(0.5, 0.841), (1.0, 0.818), (1.5, 0.80), (2.0, 0.79), (2.0, 0.788)] {
         csv.push_str(&format!("PTFE,dry,4.762,,{v},{e}\n"));

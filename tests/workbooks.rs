@@ -539,29 +539,3 @@ fn a_list_on_one_of_several_sheets_is_asked_for_by_name() {
     place.write("book.xlsx", workbook(&sheets));
     assert!(track("book.xlsx").contains("may.csv"));
 }
-
-/// A camera's e beside measured heights: two measurements, which agree as such and not to the last digit.
-#[test]
-fn a_height_may_be_measured_beside_a_restitution() {
-    let text = |share: f64| {
-        let rows = dry_rows(0.18);
-        let with_e = rows.lines().enumerate().map(|(at, line)| {
-            let cells: Vec<f64> = line
-                .split(',')
-                .skip(2)
-                .map(|cell| cell.parse().expect("a number"))
-                .collect();
-            let e = (cells[1] / cells[0]).sqrt();
-            format!("{line},{:.3}\n", e * (1.0 + share * [0.7, -1.0, 0.3][at % 3]))
-        });
-        format!("{},restitution\n{}", HEADER.trim_end(), with_e.collect::<String>())
-    };
-    let beside = |share: f64| place("", &[Sheet::of("May", &text(share))]);
-    assert_eq!(fit(&beside(0.02)).2["counts"]["runs"], 24);
-    let (status, _, err) = beside(0.2).run("check scene.toml");
-    assert_eq!(status, Some(2));
-    assert!(
-        err.contains("expected agreement with rebound over impact speed"),
-        "{err}"
-    );
-}
