@@ -6,7 +6,7 @@ use crate::common::scenes::{scene_of, AK10, M50, PTFE};
 use crate::common::{self, rows_from, Place};
 use rand::RngExt;
 use wetcor::findings;
-use wetcor::findings::posterior::{fit_posterior, MethodChoice, Posterior, SamplingSetup};
+use wetcor::findings::posterior::{fit_posterior, MethodChoice, SamplingSetup};
 use wetcor::inference::accuracy::SURE;
 use wetcor::inference::diagnostics::summary::Summary;
 use wetcor::inference::mixing::summary_of;
@@ -15,7 +15,6 @@ use wetcor::inference::prepared_posterior::PreparedPosterior;
 use wetcor::inference::sampling::{sample_by_nuts, Method, Sampled};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
-use wetcor::physics::Form;
 use wetcor::runs::{self, Table};
 use wetcor::scene::{self, Scene};
 use wetcor::seed::{stream, StreamName};
@@ -103,72 +102,32 @@ fn measure(scenes: u64, seed: u64) -> AccuracyTable {
 /// For each accuracy what came out, if it was reached; `None` without a long run.
 type Answers = Option<Vec<Option<Answer>>>;
 
+/// Draws a scene with its runs, and fits it as `wetcor fit --accuracy X` does, for each X.
 fn one(index: u64, seed: u64) -> Answers {
-    let simulated = SimulatedRuns::new(index, seed);
-    let SimulatedRuns { scene, table, form, .. } = &simulated;
-    let parameters = ModelParameters::of(scene, &table.runs, *form).unwrap_or_else(|error| panic!("{error}"));
-    let rows = Likelihood::new(scene, &table.runs, *form);
+    let scene = simulated(index, seed);
+    let drawn = rows_from(&scene, stream(seed, "accuracy runs", index));
+    let table = Table::of(runs::arrange(&scene, &drawn));
+    let form = scene.model.form();
+    let parameters = ModelParameters::of(&scene, &table.runs, form).unwrap_or_else(|error| panic!("{error}"));
+    let rows = Likelihood::new(&scene, &table.runs, form);
     let truth = long_run(&parameters, &rows, seed, index)?;
-    let answer = |fitted: Option<Posterior>| {
-        let fitted = fitted?;
-        Some(Answer {
+    let seed_of_fits = stream(seed, "accuracy fits", index).random();
+    let found = findings::fit_least_squares(&scene, &table, seed_of_fits, false);
+    let answer = |requested: &f64| {
+        let setup = SamplingSetup {
+            form,
+            method: MethodChoice::Accuracy(*requested),
+        };
+        let fitted = fit_posterior(&scene, &table.runs, found.least_squares(), setup, &|_, _| ());
+        let fitted = fitted.unwrap_or_else(|error| panic!("{error}")).ok()?;
+        let accuracy = fitted.sampled.accuracy.as_ref()?;
+        (accuracy.vouched <= accuracy.requested).then(|| Answer {
             method: fitted.sampled.method,
             error: error(&summaries(&fitted.sampled), &truth),
             quotable: fitted.sampling_holds(),
         })
     };
-    Some(simulated.fit(&REQUESTED).into_iter().map(answer).collect())
-}
-
-/// One of the study's scenes with its runs.
-struct SimulatedRuns {
-    scene: Scene,
-    table: Table,
-    form: Form,
-    /// seed of the fits
-    seed: u64,
-}
-
-impl SimulatedRuns {
-    /// Draws a scene, and its runs.
-    fn new(index: u64, seed: u64) -> SimulatedRuns {
-        let scene = simulated(index, seed);
-        let table = Table::of(runs::arrange(
-            &scene,
-            &rows_from(&scene, stream(seed, "accuracy runs", index)),
-        ));
-        SimulatedRuns {
-            form: scene.model.form(),
-            scene,
-            table,
-            seed: stream(seed, "accuracy fits", index).random(),
-        }
-    }
-
-    /// Fits as `wetcor fit --accuracy X` does, for each X; `None` where that was not reached.
-    fn fit(&self, requested: &[f64]) -> Vec<Option<Posterior>> {
-        let SimulatedRuns {
-            scene,
-            table,
-            form,
-            seed,
-        } = self;
-        let found = findings::fit_least_squares(scene, table, *seed, false);
-        let fit = |requested: &f64| {
-            let setup = SamplingSetup {
-                form: *form,
-                method: MethodChoice::Accuracy(*requested),
-            };
-            let fitted = fit_posterior(scene, &table.runs, found.least_squares(), setup, &|_, _| ());
-            let fitted = fitted.unwrap_or_else(|error| panic!("{error}"));
-            let reached = |fitted: &Posterior| {
-                let accuracy = fitted.sampled.accuracy.as_ref();
-                accuracy.is_some_and(|own| own.vouched <= own.requested)
-            };
-            fitted.ok().filter(reached)
-        };
-        requested.iter().map(fit).collect()
-    }
+    Some(REQUESTED.iter().map(answer).collect())
 }
 
 fn effort(draws: usize) -> Effort {
