@@ -1,20 +1,15 @@
 //! Holds the posterior's L to the truth where impact speeds are measured with an error.
 
-use crate::common::{draws_of, mean, normal, seed_of};
+use crate::common::{draws_of, mean, normal, seed_of, weighed_or_sampled};
 use rayon::prelude::*;
 use std::path::Path;
-use wetcor::findings::posterior::{effort, speed_errors, start};
-use wetcor::findings::{self};
+use wetcor::findings::posterior::{effort, speed_errors};
 use wetcor::inference::importance::DrawCounts;
-use wetcor::inference::nuts::{Effort, SamplingPlan};
-use wetcor::inference::prepared_posterior::PreparedPosterior;
-use wetcor::inference::sampling::{sample_by_importance, sample_by_nuts};
-use wetcor::model::likelihood::Likelihood;
-use wetcor::model::parameters::ModelParameters;
+use wetcor::inference::nuts::Effort;
 use wetcor::physics::numbers::stokes;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::Order;
-use wetcor::runs::{self, MeasurementErrors, NewRun, Runs, Table};
+use wetcor::runs::{self, MeasurementErrors, NewRun, Table};
 use wetcor::scene::{self, Scene};
 use wetcor::seed::{stream, StreamName};
 
@@ -120,28 +115,15 @@ fn table(scene: &Scene, design: Design, seed: u64) -> Table {
 fn z(design: Design, seed: u64) -> Option<f64> {
     let scene = scene(design);
     let table = table(&scene, design, seed);
-    let runs: &Runs = &table.runs;
-    let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
-    let form = scene.model.form();
-    let parameters = ModelParameters::of(&scene, runs, form).ok()?;
-    let rows = Likelihood::new(&scene, runs, form);
-    let stream = StreamName::new(seed, "hidden speeds");
-    let start = start(least_squares.least_squares());
-    let prepared = PreparedPosterior::new(parameters, &rows, &start).ok()?;
-    let size = DrawCounts { chains: 1, draws: 150 };
-    let weighed = sample_by_importance(&prepared, size, stream).filter(|sampled| sampled.khat < Some(0.7));
-    let sampled = match weighed {
-        Some(sampled) => sampled,
-        None => {
-            let effort = Effort {
-                chains: 2,
-                warmup: 200,
-                draws: 100,
-                ..effort(&scene)
-            };
-            sample_by_nuts(&prepared, SamplingPlan::new(effort, stream), &mut |_| 0).ok()?
-        }
+    let effort = Effort {
+        chains: 2,
+        warmup: 200,
+        draws: 100,
+        ..effort(&scene)
     };
+    let size = DrawCounts { chains: 1, draws: 150 };
+    let stream = StreamName::new(seed, "hidden speeds");
+    let sampled = weighed_or_sampled((&scene, &table), (size, 0.7), effort, stream)?;
     let draws = draws_of(&sampled, "lubrication_log");
     let (middle, _) = mean(&draws);
     let sd = (draws.iter().map(|x| (x - middle).powi(2)).sum::<f64>() / (draws.len() - 1) as f64).sqrt();

@@ -158,26 +158,11 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
         .collect()
 }
 
-fn assert_even(model: &str, name: &str, scenes: usize) {
-    let ranks = ranks(model, name, scenes, Fault::Nothing);
-    for (parameter, z) in ranks {
-        assert!(z.abs() < 4.0, "{model} {parameter}: {z}");
-    }
-}
-
 const MODELS: [&str; 3] = [
     "inertia = \"stepwise\"",
     "inertia = \"saturating\"\ndry_speed_m_s = \"impact\"",
     "inertia = \"none\"\ndry_speed_m_s = \"impact\"",
 ];
-
-#[test]
-#[ignore = "a thousand posteriors a model: a minute"]
-fn truths_drawn_from_the_priors_rank_evenly_among_the_draws() {
-    for model in MODELS {
-        assert_even(model, "truths_drawn_from_the_priors_rank_evenly", 1000);
-    }
-}
 
 /// What a scene may ask for besides: Student's tails, every term, noise on the energy with next to none on the restitution
 /// (to whose first order that likelihood holds).
@@ -188,10 +173,16 @@ const ASKED: [&str; 3] = [
 ];
 
 #[test]
-#[ignore = "five hundred posteriors a model: a minute"]
-fn truths_rank_evenly_under_whatever_a_scene_asks_for() {
-    for model in ASKED {
-        assert_even(model, "truths_rank_evenly_under_whatever_a_scene_asks_for", 500);
+#[ignore = "a thousand or five hundred posteriors a model: two minutes"]
+fn truths_drawn_from_the_priors_rank_evenly_among_the_draws() {
+    let of_form = ("truths_drawn_from_the_priors_rank_evenly", 1000);
+    let of_scene = ("truths_rank_evenly_under_whatever_a_scene_asks_for", 500);
+    for (models, (name, scenes)) in [(MODELS, of_form), (ASKED, of_scene)] {
+        for model in models {
+            for (parameter, z) in ranks(model, name, scenes, Fault::Nothing) {
+                assert!(z.abs() < 4.0, "{model} {parameter}: {z}");
+            }
+        }
     }
 }
 

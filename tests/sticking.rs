@@ -3,17 +3,13 @@
 use crate::common::scenes::HEADER;
 use std::fmt::Write;
 
-use crate::common::{binomial_z, draws_of, mean, normal, seed_of, Place};
+use crate::common::{binomial_z, draws_of, mean, normal, seed_of, weighed_or_sampled, Place};
 use rayon::prelude::*;
-use wetcor::findings::posterior::{effort, start};
+use wetcor::findings::posterior::effort;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::diagnostics::pareto::khat_threshold;
 use wetcor::inference::importance::DrawCounts;
-use wetcor::inference::nuts::{Effort, SamplingPlan};
-use wetcor::inference::prepared_posterior::PreparedPosterior;
-use wetcor::inference::sampling::{sample_by_importance, sample_by_nuts};
-use wetcor::model::likelihood::Likelihood;
-use wetcor::model::parameters::ModelParameters;
+use wetcor::inference::nuts::Effort;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::Order;
 use wetcor::runs;
@@ -109,33 +105,21 @@ fn by_posterior(place: &Place, (sticking, noise): (Sticking, NoiseOn), seed: u64
     let mut scene: Scene = place.scene.clone();
     (scene.model.sticking, scene.model.noise) = (sticking, noise);
     let table = runs::read(&scene).expect("good runs");
-    let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
-    let form = scene.model.form();
-    let parameters = ModelParameters::of(&scene, &table.runs, form).expect("room");
-    let rows = Likelihood::new(&scene, &table.runs, form);
-    let stream = StreamName::new(seed, "sticking posterior");
-    let start = start(least_squares.least_squares());
-    let prepared = PreparedPosterior::new(parameters, &rows, &start).ok()?;
     const CHAINS: usize = 2;
     const DRAWS: usize = 500;
-    let line = khat_threshold(CHAINS * DRAWS);
     let size = DrawCounts {
         chains: CHAINS,
         draws: DRAWS,
     };
-    let weighed = sample_by_importance(&prepared, size, stream);
-    let sampled = match weighed.filter(|sampled| sampled.khat.is_some_and(|khat| khat <= line)) {
-        Some(sampled) => sampled,
-        None => {
-            let effort = Effort {
-                chains: CHAINS,
-                warmup: 300,
-                draws: DRAWS,
-                ..effort(&scene)
-            };
-            sample_by_nuts(&prepared, SamplingPlan::new(effort, stream), &mut |_| 0).ok()?
-        }
+    let effort = Effort {
+        chains: CHAINS,
+        warmup: 300,
+        draws: DRAWS,
+        ..effort(&scene)
     };
+    let stream = StreamName::new(seed, "sticking posterior");
+    let line = khat_threshold(CHAINS * DRAWS);
+    let sampled = weighed_or_sampled((&scene, &table), (size, line), effort, stream)?;
     let mut draws = draws_of(&sampled, "lubrication_log");
     draws.sort_by(f64::total_cmp);
     let at = |p: f64| draws[((draws.len() - 1) as f64 * p).round() as usize];

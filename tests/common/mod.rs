@@ -19,9 +19,10 @@ pub use told::Told;
 use wetcor::findings::compare::Comparison;
 use wetcor::findings::posterior::{start, MethodChoice, Posterior};
 use wetcor::findings::{self, overview, Findings};
+use wetcor::inference::importance::DrawCounts;
 use wetcor::inference::nuts::{Effort, SamplingPlan};
 use wetcor::inference::prepared_posterior::PreparedPosterior;
-use wetcor::inference::sampling::{sample_by_nuts, Sampled};
+use wetcor::inference::sampling::{sample_by_importance, sample_by_nuts, Sampled};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::model::simulate::Simulation;
@@ -138,6 +139,25 @@ pub fn sampled(scene: &Scene, table: &Table, effort: Effort, stream: StreamName)
     let prepared = PreparedPosterior::new(parameters, &rows, &begin).unwrap_or_else(|error| panic!("{error}"));
     let sampled = sample_by_nuts(&prepared, SamplingPlan::new(effort, stream), &mut |_| 0);
     (least_squares, sampled.unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// Draws by importance where their largest shape is below a line, else trajectories; `None` where there is no start.
+pub fn weighed_or_sampled(
+    (scene, table): (&Scene, &Table),
+    (counts, line): (DrawCounts, f64),
+    effort: Effort,
+    stream: StreamName,
+) -> Option<Sampled> {
+    let least_squares = findings::fit_least_squares(scene, table, 1, false);
+    let form = scene.model.form();
+    let parameters = ModelParameters::of(scene, &table.runs, form).ok()?;
+    let rows = Likelihood::new(scene, &table.runs, form);
+    let begin = start(least_squares.least_squares());
+    let prepared = PreparedPosterior::new(parameters, &rows, &begin).ok()?;
+    let weighed = sample_by_importance(&prepared, counts, stream);
+    weighed
+        .filter(|sampled| sampled.khat.is_some_and(|khat| khat < line))
+        .or_else(|| sample_by_nuts(&prepared, SamplingPlan::new(effort, stream), &mut |_| 0).ok())
 }
 
 /// All draws of a parameter.
