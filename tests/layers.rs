@@ -1,10 +1,10 @@
-//! Holds the order of the modules: no file names a module that stands below its own in the table of the crate, and in the
-//! folders that have such a table no file names one below it.
+//! Holds the order of the modules: no import upwards, and no circle of files.
 //!
-//! A path is followed as far as it names files; where an item is handed on from, and methods, are not seen. Tests inside
-//! `src/` are left out.
+//! An import goes from the file that names a path to the file that defines the item: a re-export is followed to its
+//! source, and neither it nor a `mod` line is an import by itself. Tests inside `src/` are left out. Not seen is a method
+//! that stands in another file than its type.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
 
 /// The modules of the program, which stand after those of the library.
@@ -15,6 +15,20 @@ const ORDERED: [&str; 3] = ["findings", "runs", "scene"];
 
 /// The text of each file by its module, `findings::dry`; that of `lib.rs` has none.
 type Sources = BTreeMap<String, String>;
+
+/// The files that each file imports from.
+type Imports = BTreeMap<String, BTreeSet<String>>;
+
+/// What one file holds that matters here.
+#[derive(Default)]
+struct File {
+    /// items defined at its top level
+    defined: BTreeSet<String>,
+    /// names that `use` binds, with their paths
+    bound: BTreeMap<String, Vec<String>>,
+    /// paths that it imports or that its code names
+    named: Vec<Vec<String>>,
+}
 
 /// Every source by its module; the two roots hold no code to order, `lib.rs` is kept for its table.
 fn sources() -> Sources {
@@ -30,82 +44,178 @@ fn sources() -> Sources {
             }
             if path.is_dir() {
                 folders.push(path);
-            } else if path.extension().is_some_and(|ending| ending == "rs") {
-                if parts == ["lib"] || parts.last() == Some(&"mod") {
-                    parts.pop();
-                }
-                found.insert(parts.join("::"), std::fs::read_to_string(&path).expect("readable"));
+                continue;
             }
+            // a text that a module takes in is none
+            if path.extension().is_none_or(|ending| ending != "rs") {
+                continue;
+            }
+            if parts == ["lib"] || parts.last() == Some(&"mod") {
+                parts.pop();
+            }
+            found.insert(parts.join("::"), std::fs::read_to_string(&path).expect("readable"));
         }
     }
     found
 }
 
-/// The code of a file: without comments, and without its tests, which stand at the end.
-fn code(text: &str) -> String {
-    let code = text.split("\n#[cfg(test)]\nmod tests {").next().unwrap_or(text);
-    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
-    lines.collect::<Vec<&str>>().join("\n")
-}
-
-/// What stands in the braces that a text begins with, cut at the commas between its own items; else the text itself.
-fn items(text: &str) -> Vec<&str> {
-    let Some(inside) = text.strip_prefix('{') else {
-        return vec![text];
-    };
-    let (mut depth, mut start, mut found) = (0, 0, vec![]);
-    for (at, c) in inside.char_indices() {
+/// Length of the comment, string or character that a text begins with.
+fn skipped(text: &str) -> Option<usize> {
+    if text.starts_with("//") {
+        return text.find('\n').or(Some(text.len()));
+    }
+    let raw = text.strip_prefix('r').map(|after| after.trim_start_matches('#'));
+    if let Some(raw) = raw.filter(|raw| raw.starts_with('"')) {
+        let start = text.len() - raw.len();
+        let end = format!("\"{}", "#".repeat(start - 1));
+        return Some(start + 1 + raw[1..].find(&end)? + end.len());
+    }
+    let mut chars = text.char_indices();
+    let (_, quote) = chars.next()?;
+    // else a lifetime
+    let is_character = || text[1..].starts_with('\\') || text.chars().nth(2) == Some('\'');
+    if quote != '"' && (quote != '\'' || !is_character()) {
+        return None;
+    }
+    while let Some((at, c)) = chars.next() {
         match c {
-            '{' => depth += 1,
-            ',' | '}' if depth == 0 => {
-                found.push(inside[start..at].trim_start());
-                start = at + 1;
-                if c == '}' {
-                    break;
-                }
-            }
-            '}' => depth -= 1,
+            '\\' => _ = chars.next(),
+            _ if c == quote => return Some(at + 1),
             _ => {}
         }
     }
+    None
+}
+
+/// Identifiers, `::` and other signs; comments, strings and characters are left out.
+fn tokens(text: &str) -> Vec<&str> {
+    let mut found = vec![];
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let skipped = skipped(rest).or(first.is_whitespace().then_some(first.len_utf8()));
+        let is_sign = |c: char| !c.is_alphanumeric() && c != '_';
+        let length = skipped.unwrap_or_else(|| match rest.find(is_sign) {
+            Some(0) if rest.starts_with("::") => 2,
+            Some(0) => first.len_utf8(),
+            end => end.unwrap_or(rest.len()),
+        });
+        found.extend(skipped.is_none().then_some(&rest[..length]));
+        rest = &rest[length..];
+    }
     found
 }
 
-/// The files that a path leads to, seen from a module: the last of each of its branches.
-fn add_named(sources: &Sources, module: &str, path: &str, found: &mut Vec<String>) {
-    for item in items(path) {
-        let end = item
-            .find(|c: char| !c.is_alphanumeric() && c != '_')
-            .unwrap_or(item.len());
-        let next = match &item[..end] {
-            "crate" => String::new(),
-            "super" => module.rsplit_once("::").map_or("", |(parent, _)| parent).to_owned(),
-            name => format!("{module}::{name}").trim_start_matches("::").to_owned(),
-        };
-        if !sources.contains_key(&next) {
-            found.push(module.to_owned());
-        } else if let Some(rest) = item[end..].strip_prefix("::") {
-            add_named(sources, &next, rest, found);
-        } else {
-            found.push(next);
+/// Adds the paths of a `use` tree, each with the name it binds, and gives the place after it.
+fn add_tree(tokens: &[&str], mut at: usize, mut path: Vec<String>, found: &mut Vec<(String, Vec<String>)>) -> usize {
+    loop {
+        match tokens[at] {
+            "{" => {
+                while tokens[at] != "}" {
+                    at += 1; // the brace or a comma
+                    if tokens[at] != "}" {
+                        at = add_tree(tokens, at, path.clone(), found);
+                    }
+                }
+                return at + 1;
+            }
+            "as" => {
+                found.push((tokens[at + 1].to_owned(), path));
+                return at + 2;
+            }
+            "," | "}" | ";" => {
+                found.push((path.last().expect("a path has a name").clone(), path));
+                return at;
+            }
+            "::" => {}
+            "self" if !path.is_empty() => {}
+            word => path.push(word.to_owned()),
         }
+        at += 1;
     }
 }
 
-/// The files that the code of a file names by a path from the crate or from its folder.
-fn named(sources: &Sources, module: &str) -> Vec<String> {
-    let code = code(&sources[module]);
-    let mut found = vec![];
-    for word in ["crate::", "super::"] {
-        for (at, _) in code.match_indices(word) {
-            let is_inside = code[..at].ends_with(|c: char| c.is_alphanumeric() || ":_".contains(c));
-            // what stands in the brackets of `pub(in crate::…)` names no item
-            if !is_inside && !code[..at].ends_with("pub(in ") {
-                add_named(sources, module, &code[at..], &mut found);
+fn read(text: &str) -> File {
+    // tests stand at the end
+    let tokens = tokens(text.split("\n#[cfg(test)]\nmod tests {").next().unwrap_or(text));
+    let mut file = File::default();
+    let (mut words, mut handed_on) = (BTreeSet::new(), vec![]);
+    let (mut at, mut depth, mut public) = (0, 0, false);
+    while at < tokens.len() {
+        let was_public = std::mem::take(&mut public);
+        match tokens[at] {
+            "{" => depth += 1,
+            "}" => depth -= 1,
+            "pub" => {
+                public = true;
+                if tokens[at + 1] == "(" {
+                    // what stands in brackets names no item
+                    at = (at..).find(|at| tokens[*at] == ")").expect("it is closed");
+                }
+            }
+            // not the `use<…>` of a type
+            "use" if tokens[at + 1] != "<" => {
+                let mut found = vec![];
+                at = add_tree(&tokens, at + 1, vec![], &mut found);
+                if was_public {
+                    handed_on.extend(found.clone());
+                } else {
+                    file.named.extend(found.iter().map(|(_, path)| path.clone()));
+                }
+                file.bound.extend(found);
+            }
+            "fn" | "struct" | "enum" | "trait" | "type" | "const" | "static" if depth == 0 => {
+                file.defined.insert(tokens[at + 1].to_owned());
+            }
+            word => {
+                let mut path = vec![word.to_owned()];
+                while tokens.get(at + 1) == Some(&"::") && tokens[at + 2] != "<" {
+                    path.push(tokens[at + 2].to_owned());
+                    at += 2;
+                }
+                words.insert(word);
+                file.named.extend((path.len() > 1).then_some(path));
+            }
+        }
+        at += 1;
+    }
+    // what is handed on is no import, unless the code uses it, too
+    handed_on.retain(|(name, _)| words.contains(name.as_str()));
+    file.named.extend(handed_on.into_iter().map(|(_, path)| path));
+    file
+}
+
+/// The file that defines what a path names, seen from a module; `None` for a module itself and what is not ours.
+fn definer(files: &BTreeMap<String, File>, module: &str, path: &[String]) -> Option<String> {
+    let parent = |module: &str| module.rsplit_once("::").map_or("", |(parent, _)| parent).to_owned();
+    let mut at = module.to_owned();
+    for (place, name) in path.iter().enumerate() {
+        let child = format!("{at}::{name}").trim_start_matches("::").to_owned();
+        match name.as_str() {
+            "crate" | "wetcor" => at = String::new(),
+            "self" => {}
+            "super" => at = parent(&at),
+            _ if files.contains_key(&child) => at = child,
+            _ => {
+                let file = files.get(&at)?;
+                if file.defined.contains(name) {
+                    return Some(at);
+                }
+                // what is called as the crate it comes from is not ours
+                let bound = file.bound.get(name).filter(|bound| bound[0] != *name)?;
+                return definer(files, &at, &[bound, &path[place + 1..]].concat());
             }
         }
     }
-    found
+    None
+}
+
+fn imports(sources: &Sources) -> Imports {
+    let files: BTreeMap<String, File> = sources.iter().map(|(m, text)| (m.clone(), read(text))).collect();
+    let of = |(module, file): (&String, &File)| {
+        let from = file.named.iter().filter_map(|path| definer(&files, module, path));
+        (module.clone(), from.filter(|other| other != module).collect())
+    };
+    files.iter().map(of).collect()
 }
 
 /// What a table of modules names in its first column, in order.
@@ -126,70 +236,111 @@ fn entry<'a>(folder: &str, file: &'a str) -> Option<&'a str> {
     inside.split("::").next().filter(|entry| !entry.is_empty())
 }
 
-/// What stands against the order of a folder's entries.
-fn out_of_order(sources: &Sources, folder: &str, order: &[String]) -> Vec<String> {
-    let place = |file: &str| entry(folder, file).map(|entry| order.iter().position(|name| name == entry));
+/// What stands against the order of a folder's entries, whose own file stands after them.
+fn out_of_order(imports: &Imports, folder: &str, order: &[String]) -> Vec<String> {
+    let place = |entry: &str| order.iter().position(|name| name == entry);
     let mut faults = vec![];
-    for file in sources.keys() {
-        let Some(own) = place(file) else { continue };
-        let Some(own) = own else {
+    for (file, others) in imports {
+        let Some(own) = entry(folder, file) else { continue };
+        let Some(own) = place(own) else {
             faults.push(format!("{file} is missing from the table"));
             continue;
         };
-        let is_later = |other: &String| place(other).flatten().is_some_and(|place| place > own);
-        let upwards = named(sources, file).into_iter().filter(is_later);
+        let is_later = |other: &&String| match entry(folder, other) {
+            Some(entry) => place(entry).is_some_and(|place| place > own),
+            None => *other == folder,
+        };
+        let upwards = others.iter().filter(is_later);
         faults.extend(upwards.map(|other| format!("{file} imports upwards from {other}")));
     }
     faults
 }
 
-/// Everything that stands against the order.
+/// The shortest chain of imports from a file back to itself.
+fn circle<'a>(imports: &'a Imports, file: &'a str) -> Option<Vec<&'a str>> {
+    let mut seen = BTreeSet::new();
+    let mut chains = VecDeque::from([vec![file]]);
+    while let Some(chain) = chains.pop_front() {
+        for next in imports.get(chain[chain.len() - 1]).into_iter().flatten() {
+            let longer = [chain.as_slice(), &[next.as_str()]].concat();
+            if next == file {
+                return Some(longer);
+            }
+            if seen.insert(next) {
+                chains.push_back(longer);
+            }
+        }
+    }
+    None
+}
+
+/// Everything that stands against the order; of several circles the shortest.
 fn faults(sources: &Sources) -> Vec<String> {
+    let imports = imports(sources);
+    let circles = imports.keys().filter_map(|file| circle(&imports, file));
+    let shortest = circles.min_by_key(Vec::len);
+    let mut faults = Vec::from_iter(shortest.map(|files| format!("a circle: {}", files.join(" -> "))));
     let modules = [table(&sources[""]), PROGRAM.map(str::to_owned).to_vec()].concat();
-    let mut faults = out_of_order(sources, "", &modules);
+    faults.extend(out_of_order(&imports, "", &modules));
     for folder in ORDERED {
-        faults.extend(out_of_order(sources, folder, &table(&sources[folder])));
+        faults.extend(out_of_order(&imports, folder, &table(&sources[folder])));
     }
     faults
 }
 
 #[test]
-fn no_file_names_what_stands_below_it() {
-    let sources = sources();
-    assert_eq!(faults(&sources), Vec::<String>::new());
-    // the planted faults: the file, what is planted in it, and what is then found
-    for [module, code, found] in [
-        [
-            "scene::prior",
-            "use crate::findings::{Counts, dry::{self, Dry}};",
-            "prior imports upwards from findings::dry",
-        ],
-        [
-            "units",
-            "fn x() -> f64 { crate::physics::viscous::st_c(1.0, 1.0) }",
-            "units imports upwards from physics::viscous",
-        ],
-        [
-            "findings::fit_verdict",
-            "fn x(series: &super::series::SeriesFit) {}",
-            "upwards from findings::series",
-        ],
-        [
-            "findings::dry",
-            "// crate::report::json\npub(in crate::report) fn x() {}\n",
-            "",
-        ],
-    ] {
-        let mut planted = sources.clone();
-        planted.get_mut(module).expect("it is there").insert_str(0, code);
-        let faults = faults(&planted);
-        assert!(
-            found.is_empty() || faults.iter().any(|fault| fault.ends_with(found)),
-            "{code}: {faults:?}"
-        );
-        assert!(!found.is_empty() || faults.is_empty(), "{code}: {faults:?}");
+fn no_import_goes_upwards_and_no_files_stand_in_a_circle() {
+    let faults = faults(&sources());
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// The faults after this code is put before that of a file.
+fn with(module: &str, code: &str) -> Vec<String> {
+    let mut sources = sources();
+    sources.get_mut(module).expect("the file is there").insert_str(0, code);
+    faults(&sources)
+}
+
+#[test]
+fn a_planted_import_is_found() {
+    // the file, what is planted in it, the end of the fault
+    let planted = "
+        scene::prior | use crate::findings::{Counts, dry::{self, Dry}}; | prior imports upwards from findings::dry
+        units | fn x() -> f64 { crate::physics::viscous::st_c(1.0, 1.0) } | units imports upwards from physics::viscous
+        runs::part | use crate::report::json as x; fn y() { x::word(&1.0); } | upwards from report::json
+        findings::fit_verdict | fn x(series: &super::series::SeriesFit) {} | fit_verdict imports upwards from findings::series
+        findings::fit_verdict | use super::{dry::Dry as X}; | circle: findings::dry -> findings::fit_verdict -> findings::dry
+        report::chart::layout | use super::svg; | circle: report::chart -> report::chart::layout -> report::chart";
+    for row in planted.lines().skip(1) {
+        let columns: Vec<&str> = row.trim().split(" | ").collect();
+        let found = with(columns[0], columns[1]);
+        let is_expected = |fault: &String| fault.ends_with(columns[2]);
+        assert!(found.iter().any(is_expected), "{row}: {found:?}");
     }
-    let mut planted = sources;
-    planted.insert("planted".to_owned(), String::new());
-    assert_eq!(faults(&planted), ["planted is missing from the table"]);
+}
+
+#[test]
+fn what_is_no_import_is_not_taken_for_one() {
+    for code in [
+        "// use crate::findings::Findings;\n",
+        "const PLANTED: &str = r#\"use crate::findings::Findings;\"#;",
+        "const PLANTED: char = '\"'; // crate::findings::Findings\n",
+        "\n#[cfg(test)]\nmod tests { use crate::findings::Findings; fn f() { \"}\"; } }",
+        "pub(in crate::findings) fn planted() {}",
+        "use std::collections::HashMap;",
+    ] {
+        assert_eq!(with("units", code), Vec::<String>::new(), "{code}");
+    }
+    // handed on, not used
+    assert_eq!(
+        with("scene", "pub use overwriting::why_not_overwritten as planted;"),
+        Vec::<String>::new()
+    );
+}
+
+#[test]
+fn a_module_missing_from_its_table_is_found() {
+    let mut sources = sources();
+    sources.insert("planted".to_owned(), String::new());
+    assert_eq!(faults(&sources), ["planted is missing from the table"]);
 }
