@@ -308,12 +308,7 @@ pub struct Chosen {
 /// The form of inertia that a scene which leaves it open is given, by how well each predicts runs it has not seen. Where runs
 /// are too many for that, the one that least squares took.
 pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Result<Chosen, Error> {
-    let ComparisonContext {
-        scene,
-        runs,
-        least_squares,
-        ..
-    } = context;
+    let (scene, runs) = (context.scene, context.runs);
     let of = |inertia: Inertia| SamplingSetup {
         form: Form {
             inertia,
@@ -322,7 +317,7 @@ pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Res
         ..default
     };
     if why_none_beside(scene, runs, effort(scene).chains * effort(scene).draws).is_some() {
-        let balance = least_squares.energy_balance;
+        let balance = context.least_squares.energy_balance;
         return Ok(Chosen {
             setup: balance.map_or(default, |balance| of(balance.form().inertia)),
             choice: balance.and_then(|balance| balance.choice.clone()),

@@ -18,13 +18,6 @@ fn error_that_matters(row: &Scaling) -> Option<f64> {
     share.filter(|_| row.film_ratio.is_some() && row.verdict.passed)
 }
 
-/// The film ratio whose β of the square-root law the smallest error of v would move, with that error.
-fn most_sensitive_to_speed<'s>(scaling: impl IntoIterator<Item = &'s Scaling>) -> Option<(&'s Scaling, f64)> {
-    let laws = scaling.into_iter();
-    let shares = laws.filter_map(|row| Some((row, error_that_matters(row)?)));
-    shares.min_by(|a, b| a.1.total_cmp(&b.1))
-}
-
 /// What of the measurement errors wants a second look. A law that `is_main` says no main number of cautions of nothing.
 pub(super) fn measurement_error_notices(
     runs: &Runs,
@@ -42,7 +35,10 @@ pub(super) fn measurement_error_notices(
         false => (Level::Cautions, main),
     };
     let count = told.len();
-    if let Some((row, share)) = most_sensitive_to_speed(told).filter(|_| !given) {
+    let shares = told.into_iter().filter_map(|row| Some((row, error_that_matters(row)?)));
+    // the law that the smallest error would move
+    let most_sensitive = shares.min_by(|a, b| a.1.total_cmp(&b.1));
+    if let Some((row, share)) = most_sensitive.filter(|_| !given) {
         let at = match count {
             1 => "one film ratio".to_owned(),
             some => format!("{some} film ratios"),

@@ -135,8 +135,11 @@ impl InertiaChoice {
     /// Whether the chosen form gains clearly over every other.
     pub(super) fn is_clear(&self) -> bool {
         let falls_short = |other: &OtherForm| {
-            let gain = -other.difference;
-            gain > GAIN && other.se.is_some_and(|se| gain > GAIN_IN_SE * se)
+            is_gain(Difference {
+                value: -other.difference,
+                se: other.se,
+                mcse: 0.0,
+            })
         };
         self.others.iter().all(falls_short)
     }

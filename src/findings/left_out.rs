@@ -157,12 +157,7 @@ pub(super) struct Model<'a> {
 impl Model<'_> {
     /// Draws of the model of these runs; a few rough ones where these `will_do`.
     fn draw(&self, runs: &Runs, stream: &str, will_do: impl Fn(&Sampled) -> bool) -> Result<Sampled, String> {
-        let ComparisonContext {
-            scene,
-            least_squares,
-            watcher,
-            ..
-        } = self.context;
+        let (scene, least_squares) = (self.context.scene, self.context.least_squares);
         let likelihood = Likelihood::new(scene, runs, self.setup.form);
         let prepared = PreparedPosterior::new(self.parameters.clone(), &likelihood, &start(least_squares));
         let prepared = prepared.map_err(|why| why.to_string())?;
@@ -190,7 +185,7 @@ impl Model<'_> {
         let plan = SamplingPlan {
             effort,
             streams: stream,
-            watcher,
+            watcher: self.context.watcher,
         };
         let sampled = sample_by_nuts(&prepared, plan, &mut |_| 0);
         sampled.map_err(|why| why.to_string())

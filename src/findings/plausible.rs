@@ -12,7 +12,7 @@ use crate::model::parameters::ParameterKind;
 use crate::remark::Remark;
 use crate::rounding::to_digits;
 use crate::runs::{Runs, Series};
-use crate::scene::{Liquid, Particle, Scene, DRY};
+use crate::scene::{Particle, Scene, DRY};
 use crate::units::Dimension;
 
 /// What a quantity lies between in every experiment with spheres on wetted plates, with room to spare.
@@ -128,14 +128,9 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Remark> {
         if wet.is_empty() {
             continue;
         }
-        let Particle {
-            name,
-            density,
-            roughness,
-            ..
-        } = particle;
-        questions.extend(DENSITY.question(name, [*density].into_iter()));
-        questions.extend(ROUGHNESS.question(name, roughness.iter().copied()));
+        let name = &particle.name;
+        questions.extend(DENSITY.question(name, [particle.density].into_iter()));
+        questions.extend(ROUGHNESS.question(name, particle.roughness.into_iter()));
         questions.extend(DIAMETER.question(name, wet.iter().map(|series| series.diameter)));
         let liquids = 0..scene.liquids.len();
         let apart = liquids.filter_map(|liquid| films_apart(scene, runs, index, liquid));
@@ -148,15 +143,9 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Remark> {
         questions.extend(speeds_apart(scene, runs, index));
     }
     for (index, liquid) in scene.liquids.iter().enumerate() {
-        let Liquid {
-            name,
-            density,
-            viscosity,
-            ..
-        } = liquid;
         if runs.series.iter().any(|series| series.liquid == index) {
-            questions.extend(DENSITY.question(name, [*density].into_iter()));
-            questions.extend(VISCOSITY.question(name, [*viscosity].into_iter()));
+            questions.extend(DENSITY.question(&liquid.name, [liquid.density].into_iter()));
+            questions.extend(VISCOSITY.question(&liquid.name, [liquid.viscosity].into_iter()));
         }
     }
     let plain = "constants, diameters, films and speeds are such as experiments have";

@@ -14,6 +14,7 @@ use crate::runs::{RowPlaces, Runs};
 const MOST: usize = 10_000;
 
 /// A rebound with what tells it from others.
+#[derive(Default)]
 struct Rebound {
     row: u32,
     /// file or sheet, which has digits of its own
@@ -69,11 +70,7 @@ fn rebounds(runs: &Runs) -> Vec<Rebound> {
             film: runs.film[run],
             speed: runs.impact_speed[run],
             restitution: runs.restitution[run],
-            steps: [0.0; 3],
-            scatter: 0.0,
-            near: [0.0; 2],
-            is_set: false,
-            has_set_speeds: false,
+            ..Rebound::default()
         }));
     }
     all.sort_by_key(|rebound| rebound.row);

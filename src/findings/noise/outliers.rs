@@ -8,7 +8,7 @@
 use nalgebra::DVector;
 use serde::Serialize;
 
-use super::rows::{Rows, RunAtFit, RunGroup, RunKind};
+use super::rows::{Rows, RunAtFit, RunKind};
 use super::scatter::RobustFit;
 use crate::distributions::student_t_quantile;
 use crate::inference::joint::Part;
@@ -247,12 +247,7 @@ impl<'r> ReferenceFit<'r> {
     fn describe(&self, candidate: &Candidate) -> Outlier {
         let rows = self.rows;
         let part = &rows.parts[candidate.run.part];
-        let RunGroup {
-            sphere,
-            liquid,
-            film_ratio,
-            ..
-        } = rows.groups[rows.group_of[candidate.run.part]];
+        let group = rows.groups[rows.group_of[candidate.run.part]];
         let run = candidate.run.row.run;
         let stuck = part.stuck.contains(&run);
         let restitution = rows.runs.restitution[run];
@@ -266,10 +261,12 @@ impl<'r> ReferenceFit<'r> {
         Outlier {
             row: rows.runs.row[run],
             place: rows.runs.places.of(rows.runs.row[run]).to_string(),
-            particle: rows.scene.particles[rows.runs.spheres[sphere].particle].name.clone(),
-            liquid: liquid.map(|liquid| rows.scene.liquids[liquid].name.clone()),
+            particle: rows.scene.particles[rows.runs.spheres[group.sphere].particle]
+                .name
+                .clone(),
+            liquid: group.liquid.map(|liquid| rows.scene.liquids[liquid].name.clone()),
             diameter_m: part.diameter,
-            film_ratio,
+            film_ratio: group.film_ratio,
             impact_speed_m_s: rows.runs.impact_speed[run],
             restitution,
             expected: from - distance * candidate.run.sd,

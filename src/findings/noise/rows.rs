@@ -111,16 +111,11 @@ impl<'a> Rows<'a> {
 
     /// Particle, liquid, diameter and film ratio of a part in a sentence.
     pub(super) fn part_name(&self, part: usize) -> String {
-        let RunGroup {
-            sphere,
-            liquid,
-            film_ratio,
-            ..
-        } = self.groups[self.group_of[part]];
-        let particle = &self.scene.particles[self.runs.spheres[sphere].particle].name;
-        let liquid = liquid.map(|liquid| self.scene.liquids[liquid].name.as_str());
+        let group = self.groups[self.group_of[part]];
+        let particle = &self.scene.particles[self.runs.spheres[group.sphere].particle].name;
+        let liquid = group.liquid.map(|liquid| self.scene.liquids[liquid].name.as_str());
         let diameter = format!("{} mm", short(millimetres(self.parts[part].diameter)));
-        group_name(particle, liquid, Some(&diameter), film_ratio)
+        group_name(particle, liquid, Some(&diameter), group.film_ratio)
     }
 
     /// Whether the energy kept scatters, too, so that wet restitutions near the threshold scatter more.

@@ -120,21 +120,23 @@ impl TrendComparison<'_> {
             }
         };
         let with = parameters.with_trend(self.trend);
-        let LeftOutModel {
-            sampled: bent,
-            loo: better,
-            used,
-        } = self.draw(setup, with, "trend")?;
+        let bent = self.draw(setup, with, "trend")?;
         // a run that weighs too much makes its model look better than it is
-        let gain =
-            trusted_difference(&better, &usual, khat_threshold(used)).ok_or("the models differ in their runs")?;
+        let gain = trusted_difference(&bent.loo, &usual, khat_threshold(bent.used));
+        let gain = gain.ok_or("the models differ in their runs")?;
         let mut models = [
             summarise_model(model.clone(), is_own, plain, &usual, used_plain),
-            summarise_model(format!("{model}+{}", self.trend.key()), false, &bent, &better, used),
+            summarise_model(
+                format!("{model}+{}", self.trend.key()),
+                false,
+                &bent.sampled,
+                &bent.loo,
+                bent.used,
+            ),
         ];
         let behind = &mut models[usize::from(gain.value < 0.0)];
         (behind.delta, behind.delta_se, behind.delta_mcse) = (-gain.value.abs(), gain.se, Some(gain.mcse));
-        let trend = self.trend(&bent).ok_or("the trend has no draws")?;
+        let trend = self.trend(&bent.sampled).ok_or("the trend has no draws")?;
         Ok((models, gain, trend))
     }
 
