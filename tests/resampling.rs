@@ -6,9 +6,9 @@ use crate::common::scenes::{scene_of, AK10, M20, PTFE};
 use crate::common::{binomial_z, mean, normal, seed_of, Place, Says, Told};
 use rayon::prelude::*;
 use wetcor::findings::bootstrap::{self, Estimates, Options, Resampling, MOST_RESAMPLED};
-use wetcor::findings::estimate::{Estimate, Quoting};
+use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
-use wetcor::findings::{self, dry, energy, scaling, series, Findings};
+use wetcor::findings::{self, dry, energy, scaling, series, Findings, FitSetup};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
 use wetcor::inference::bootstrap::{replicate, Plan, Pool, Target};
@@ -200,11 +200,11 @@ replicates = 1000
 /// Every estimate that is resampled, and how.
 fn resampled(place: &Place, table: &Table, most_resampled: usize) -> (Vec<Estimate>, Resampling) {
     let (scene, runs) = (&place.scene, &table.runs);
-    let quoting = Quoting { level: 0.95 };
-    let mut dry = dry::fit_dry_laws(scene, runs, quoting);
-    let mut series = series::fit_series(scene, runs, &dry, quoting);
-    let mut scaling = scaling::fit_scaling(scene, runs, &dry, quoting);
-    let mut energy = energy::estimate_energy(scene, runs, &dry, &scaling, quoting);
+    let mut dry = dry::fit_dry_laws(scene, runs);
+    let setup = FitSetup { scene, runs, dry: &dry };
+    let mut series = series::fit_series(setup);
+    let mut scaling = scaling::fit_scaling(setup);
+    let mut energy = energy::estimate_energy(setup, &scaling);
     let estimates = Estimates {
         dry: &mut dry,
         series: &mut series,

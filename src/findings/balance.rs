@@ -5,13 +5,13 @@ use serde::Serialize;
 
 use super::dry::{self, FittedDry};
 use super::estimate::{Estimate, IntervalScale, Quoting};
-use super::fit_verdict::{one_against, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
+use super::fit_verdict::{f_words, one_against, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
 use super::form_choice::{ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
 use super::measurement_errors::{error_columns, ErrorSummary};
 use super::places::WetPlace;
 use super::quantities::scale_of;
 use super::scaling::FittedScaling;
-use super::wet_fit::WetRuns;
+use super::wet_fit::{FitSetup, WetRuns};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{chi_squared, reweight, ErrorWeights, SpeedDependent};
 use crate::inference::joint::{fit_joint, Joint, JointFit};
@@ -130,23 +130,10 @@ pub struct DerivedEstimate {
 }
 
 /// Why there is no St_c and no δc.
-const NO_VISCOUS: &str = "the viscous loss is left out of the model";
+pub(super) const NO_VISCOUS: &str = "the viscous loss is left out of the model";
 
 /// Probability of the lack-of-fit test below which the balance does not describe the runs.
 pub const MISFIT: f64 = 0.001;
-
-/// What the energy balance is fitted to.
-#[derive(Debug, Clone, Copy)]
-pub struct BalanceSetup<'a> {
-    /// what was held fixed
-    pub scene: &'a Scene,
-    /// what was measured
-    pub runs: &'a Runs,
-    /// k of each sphere by its dry runs
-    pub dry: &'a [FittedDry],
-    /// how estimates are quoted
-    pub quoting: Quoting,
-}
 
 /// A balance that was fitted, with all that follows from it.
 struct FittedBalance<'r> {
@@ -175,14 +162,6 @@ struct BalanceEstimates<'f, 'r> {
 }
 
 impl<'f, 'r> BalanceEstimates<'f, 'r> {
-    fn new(fitted: &'f FittedBalance<'r>, quoting: Quoting) -> BalanceEstimates<'f, 'r> {
-        BalanceEstimates {
-            fitted,
-            quoting,
-            profile: Self::profile(fitted, quoting),
-        }
-    }
-
     fn profile(fitted: &'f FittedBalance<'r>, quoting: Quoting) -> Option<ProblemProfile<'f>> {
         /// slopes of m(r) are at most 1/τ, and a run weighs at most as 1/τ² = 10⁴ others: it pins no fit of more runs
         const MOST_RUNS: usize = 50_000;
@@ -224,7 +203,9 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
     /// Estimate of a function of all parameters; `None` where it is not defined at the fit.
     fn of(&self, of: impl Fn(&[f64]) -> Option<WithSlopes>, how: IntervalScale) -> Option<Estimate> {
         let at = of(&self.fitted.fit.parameters)?;
-        let estimate = self.quoting.of(&self.fitted.uncertain, at.value, &at.slopes, how);
+        let estimate = self
+            .quoting
+            .of_function(&self.fitted.uncertain, at.value, &at.slopes, how);
         let limits = match how {
             IntervalScale::Plain => self.limits(of),
             IntervalScale::Log => {
@@ -254,8 +235,8 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
 
 /// Fits the balance of this form, with the form of inertia `open` or not; `None` without wet runs of a sphere whose k is
 /// known.
-pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, open: bool) -> Option<EnergyBalance> {
-    let BalanceSetup { scene, runs, dry, .. } = setup;
+pub fn fit_balance(setup: FitSetup, scaling: &[FittedScaling], form: Form, open: bool) -> Option<EnergyBalance> {
+    let FitSetup { scene, runs, dry } = setup;
     let known = spheres_with_known_k(runs, dry);
     if known.is_empty() {
         return None;
@@ -264,7 +245,7 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
         .iter()
         .filter(|fitted| fitted.law == WetLaw::Sqrt && fitted.scaling.film_ratio.is_some())
         .filter(|fitted| fitted.scaling.runs > 0 && known.binary_search(&fitted.sphere).is_ok())
-        .map(|fitted| WetRuns::over_stokes(scene, runs, dry, &runs.series[fitted.series.clone()]))
+        .map(|fitted| WetRuns::over_stokes(setup, &runs.series[fitted.series.clone()]))
         .collect();
     let separate: Vec<OwnLaw> = pools.iter().map(|pool| pool.own_law(WetLaw::Sqrt)).collect();
     let of_form = |inertia: Inertia| {
@@ -276,11 +257,7 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
     } else {
         (of_form(form.inertia), None)
     };
-    let WeighedFit {
-        problem,
-        spread: spread_of_runs,
-        fit,
-    } = weighed;
+    let WeighedFit { problem, spread, fit } = weighed;
     let wet = problem.joint.wet_parts().map(|part| part.rebounds.clone());
     let errors = error_columns(scene, problem.joint.runs, ParameterKind::SigmaWet, wet, None);
     let (problem, fit, error_weights) = match errors {
@@ -299,7 +276,7 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
             roots.resize(problem.runs(), 1.0);
             roots
         }),
-        spread: if error_weights.is_some() { 1.0 } else { spread_of_runs },
+        spread: if error_weights.is_some() { 1.0 } else { spread },
         error_weights,
         problem,
         fit,
@@ -312,8 +289,8 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
 }
 
 /// Holds this law for all against a square-root law for each particle and film ratio.
-fn lack_of_fit(setup: BalanceSetup, fitted: &FittedBalance, known: &[usize], separate: &[OwnLaw]) -> Option<FTest> {
-    let BalanceSetup { scene, runs, dry, .. } = setup;
+fn lack_of_fit(setup: FitSetup, fitted: &FittedBalance, known: &[usize], separate: &[OwnLaw]) -> Option<FTest> {
+    let FitSetup { scene, runs, dry } = setup;
     // series with offsets of their own share no law as it stands
     if !fitted.fit.converged() || scene.model.series_offsets {
         return None;
@@ -345,13 +322,16 @@ fn at_group_ratios(runs: &Runs) -> Runs {
 }
 
 /// What a fit says.
-fn findings_of(setup: BalanceSetup, fitted: &FittedBalance, lack_of_fit: Option<FTest>) -> EnergyBalance {
-    let BalanceSetup {
-        scene, runs, quoting, ..
-    } = setup;
+fn findings_of(setup: FitSetup, fitted: &FittedBalance, lack_of_fit: Option<FTest>) -> EnergyBalance {
+    let FitSetup { scene, runs, dry } = setup;
+    let quoting = Quoting::of(scene);
     let joint = fitted.joint();
     let point = &fitted.fit.parameters;
-    let estimates = BalanceEstimates::new(fitted, quoting);
+    let estimates = BalanceEstimates {
+        fitted,
+        quoting,
+        profile: BalanceEstimates::profile(fitted, quoting),
+    };
     let parameters: Vec<ParameterEstimate> = joint
         .kinds()
         .enumerate()
@@ -383,7 +363,7 @@ fn findings_of(setup: BalanceSetup, fitted: &FittedBalance, lack_of_fit: Option<
         verdict: balance_verdict(&fitted.fit, l, lack_of_fit.as_ref(), scene.model.noise),
         dry_k_shift_in_se: parameters
             .iter()
-            .filter_map(|own| shift_of_k(setup.dry, own))
+            .filter_map(|own| shift_of_k(dry, own))
             .reduce(f64::max),
         parameters,
         derived: derived
@@ -660,8 +640,8 @@ fn balance_verdict(fit: &Fit, l: Option<f64>, misfit: Option<&FTest>, noise: Noi
         Verdict::failed("noise on the energy kept moves L and C, which only the posterior allows for")
     } else if let Some(test) = misfit.filter(|test| test.p < MISFIT) {
         Verdict::failed(format!(
-            "one law does not describe all particles and film ratios (lack of fit, F({}, {}) = {:.3})",
-            test.df_between, test.df_within, test.f
+            "one law does not describe all particles and film ratios (lack of fit, {})",
+            f_words(test, 3)
         ))
     } else {
         Verdict::passed("converged")

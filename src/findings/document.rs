@@ -151,10 +151,9 @@ impl Findings {
     /// Everything that bears on a main number without forbidding to quote it, in the order in which it is told, without
     /// what the first lines or a failed check say already.
     pub fn cautions(&self) -> Vec<&Remark> {
-        let is_apart = |remark: &Remark| remark.code == remarks::INDEPENDENT_RUNS.code && !remark.passed;
+        let is_apart = |remark: &Remark| remarks::INDEPENDENT_RUNS.is(remark) && !remark.passed;
         let offsets_are_told = self.remarks.iter().any(is_apart);
-        let is_told =
-            |remark: &Remark| remark.code == SINGLE_RUN.code || offsets_are_told && remark.code == SERIES_OFFSETS.code;
+        let is_told = |remark: &Remark| SINGLE_RUN.is(remark) || offsets_are_told && SERIES_OFFSETS.is(remark);
         let mut told = in_order(&self.remarks);
         told.retain(|remark| remark.cautions() && !is_told(remark));
         told

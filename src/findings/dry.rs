@@ -119,10 +119,10 @@ impl FittedDry {
 }
 
 /// k of every sphere that has dry runs, in their order.
-pub fn fit_dry_laws(scene: &Scene, runs: &Runs, quoting: Quoting) -> Vec<FittedDry> {
+pub fn fit_dry_laws(scene: &Scene, runs: &Runs) -> Vec<FittedDry> {
     let spheres = (0..runs.spheres.len()).filter_map(|sphere| {
         let groups: Vec<&DryGroup> = runs.dry_of(sphere).iter().collect();
-        (!groups.is_empty()).then(|| of_sphere(scene, runs, sphere, &groups, quoting))
+        (!groups.is_empty()).then(|| of_sphere(scene, runs, sphere, &groups))
     });
     let mut fits: Vec<FittedDry> = spheres.collect();
     for of_particle in fits.chunk_by_mut(|a, b| runs.spheres[a.sphere].particle == runs.spheres[b.sphere].particle) {
@@ -165,7 +165,8 @@ pub(super) fn own_dry_speed(scene: &Scene, dry: &[FittedDry], sphere: usize) -> 
     })
 }
 
-fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup], quoting: Quoting) -> FittedDry {
+fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup]) -> FittedDry {
+    let quoting = Quoting::of(scene);
     let gather = |column: &[f64]| -> Vec<f64> {
         let slices = groups.iter().map(|group| &column[group.rebounds.clone()]);
         slices.flatten().copied().collect()
@@ -268,7 +269,7 @@ fn rows_of(runs: &Runs, order: Order, groups: &[DryGroup], separate: &[OwnLaw]) 
 
 fn estimate(fit: &Fit, quoting: Quoting) -> Estimate {
     match fit.parameters.first() {
-        Some(k) if fit.converged() => quoting.of(&uncertain(fit), *k, &[1.0], IntervalScale::Plain),
+        Some(k) if fit.converged() => quoting.of_function(&uncertain(fit), *k, &[1.0], IntervalScale::Plain),
         _ => quoting.none(why_stopped(fit)),
     }
 }

@@ -3,16 +3,16 @@
 use nalgebra::DMatrix;
 use serde::Serialize;
 
-use super::dry::{self, FittedDry};
+use super::dry;
 use super::estimate::{Estimate, Quoting};
 use super::places::WetPlace;
 use super::quantities::{variables, wetted_of, FittedLaw, PARAMETERS};
 use super::scaling::{FittedScaling, NO_FALL};
+use super::wet_fit::FitSetup;
 use crate::inference::delta::Uncertain;
 use crate::physics::inertia::Inertia;
 use crate::physics::jet::Jet;
 use crate::physics::quantity::{Place, Quantity};
-use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
 
 /// The energy balance of one particle, or one diameter of it, at one film ratio, by one law.
@@ -53,24 +53,13 @@ impl Energy {
 }
 
 /// The energy table, in the order of the scaling table.
-pub fn estimate_energy(
-    scene: &Scene,
-    runs: &Runs,
-    dry: &[FittedDry],
-    scaling: &[FittedScaling],
-    quoting: Quoting,
-) -> Vec<Energy> {
-    let of_group = |fitted: &FittedScaling| energy_of(scene, runs, dry, fitted, quoting);
-    scaling.iter().filter_map(of_group).collect()
+pub fn estimate_energy(setup: FitSetup, scaling: &[FittedScaling]) -> Vec<Energy> {
+    scaling.iter().filter_map(|fitted| energy_of(setup, fitted)).collect()
 }
 
-fn energy_of(
-    scene: &Scene,
-    runs: &Runs,
-    dry: &[FittedDry],
-    fitted: &FittedScaling,
-    quoting: Quoting,
-) -> Option<Energy> {
+fn energy_of(setup: FitSetup, fitted: &FittedScaling) -> Option<Energy> {
+    let FitSetup { scene, runs, .. } = setup;
+    let quoting = Quoting::of(scene);
     let film_ratio = fitted.scaling.film_ratio?;
     let mut groups = runs.film_groups_of(fitted.sphere).iter();
     let place = WetPlace::of_group(runs, groups.find(|group| group.film_ratio == film_ratio)?);
@@ -96,7 +85,7 @@ fn energy_of(
         film_ratio,
         law: fitted.law,
         density_ratio: at.density_ratio,
-        loss_over_density_ratio: inertial_loss(scene, dry, fitted, &at, quoting),
+        loss_over_density_ratio: inertial_loss(setup, fitted, &at),
         stepwise: Inertia::Stepwise.shape(film_ratio, 1.0),
         cap: (film_ratio <= cap.valid_to()).then(|| cap.shape(film_ratio, 1.0)),
         st_c_e_inf2: source.estimate(Quantity::StCEInf2, &at),
@@ -108,7 +97,8 @@ fn energy_of(
 }
 
 /// (e_dry² − e_inf²)/ρ̃ with the uncertainties of k and of the fit, and what they share.
-fn inertial_loss(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: &Place, quoting: Quoting) -> Estimate {
+fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &FittedScaling, at: &Place) -> Estimate {
+    let quoting = Quoting::of(scene);
     let usable = dry::fit_of_sphere(dry, fitted.sphere).and_then(|dry| dry.usable);
     let Some((k, k_se)) = usable else {
         return quoting.none("the particle has no usable dry runs, so e_dry is not known");

@@ -6,6 +6,7 @@ use crate::distributions::normal_quantile;
 use crate::inference::delta::{interval, log_interval, Interval, Uncertain, LEVELS, PROFILE};
 use crate::inference::profile::Limits;
 use crate::rounding::significant;
+use crate::scene::Scene;
 
 /// How intervals are quoted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,6 +112,13 @@ impl IntervalScale {
 const NOT_FINITE: &str = "it is not finite at the fit";
 
 impl Quoting {
+    /// As a scene asks for it.
+    pub fn of(scene: &Scene) -> Quoting {
+        Quoting {
+            level: scene.bootstrap.level,
+        }
+    }
+
     /// A number that the runs do not give.
     pub fn none(self, why: impl Into<String>) -> Estimate {
         self.without_se(None, why)
@@ -132,7 +140,7 @@ impl Quoting {
     }
 
     /// A function of uncertain parameters, from its value and its gradient in them.
-    pub fn of(self, uncertain: &Uncertain, value: f64, gradient: &[f64], scale: IntervalScale) -> Estimate {
+    pub fn of_function(self, uncertain: &Uncertain, value: f64, gradient: &[f64], scale: IntervalScale) -> Estimate {
         if !value.is_finite() {
             return self.none(NOT_FINITE);
         }

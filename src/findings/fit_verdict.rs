@@ -81,6 +81,17 @@ pub(super) fn uncertain(fit: &Fit) -> Uncertain {
     }
 }
 
+/// F with its degrees of freedom, as sentences have it.
+pub(super) fn f_words(test: &FTest, decimals: usize) -> String {
+    let FTest {
+        df_between,
+        df_within,
+        f,
+        ..
+    } = test;
+    format!("F({df_between}, {df_within}) = {f:.decimals$}")
+}
+
 /// Whether a run of this spread is expected so far above sticking that this does not cut it off: a lucky rebound nearer to
 /// it has no fair residual.
 pub(super) fn is_clear(expected: f64, sticks_at: f64, sd: f64) -> bool {

@@ -143,7 +143,7 @@ fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
     let in_doubt = &posterior.predictive.stuck;
     let failed = findings
         .checks()
-        .any(|check| check.code == remarks::PREDICTIVE_STUCK.code && !check.passed);
+        .any(|check| remarks::PREDICTIVE_STUCK.is(check) && !check.passed);
     let Some(worst) = in_doubt.iter().min_by(|a, b| a.p.total_cmp(&b.p)) else {
         return Some(format!("{of_all}, all of them where the law leaves no doubt."));
     };

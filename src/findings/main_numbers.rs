@@ -8,10 +8,10 @@ use std::collections::HashMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::balance::DerivedEstimate;
+use super::balance::{DerivedEstimate, NO_VISCOUS};
 use super::constants::Sensitivity;
 use super::dry::Dry;
-use super::estimate::Estimate;
+use super::estimate::{Estimate, Quoting};
 use super::fit_verdict::Verdict;
 use super::least_squares::LeastSquares;
 use super::posterior::{Posterior, PriorSummary, QuantitySummary};
@@ -30,6 +30,9 @@ use crate::scene::{NoiseOn, Scene, WetLaw};
 /// Dry runs from which on the posterior's 95 % interval of their k covers as stated where no wet run tells of it: of 3 to 6
 /// it covered 97.5 to 99.8 %, of 8 it covered 96.5 % (1000 simulated sets each).
 const FEW_DRY_RUNS: usize = 8;
+
+/// How the interval of a posterior's number is made.
+const POSTERIOR_QUANTILES: &str = "posterior_quantiles";
 
 /// Where a main number comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -205,7 +208,7 @@ impl MainNumber {
             se: summary.sd.filter(|_| !is_held),
             interval: central_interval(draws, level).filter(|_| !is_held),
             level,
-            method: "posterior_quantiles",
+            method: POSTERIOR_QUANTILES,
             source: Source::Posterior,
             mcse: summary.mcse_mean,
             why_none: if is_held {
@@ -217,17 +220,10 @@ impl MainNumber {
         }
     }
 
-    fn without_viscous(level: f64, source: Source) -> MainNumber {
+    fn without_viscous(level: f64) -> MainNumber {
         MainNumber {
-            value: None,
-            se: None,
-            interval: None,
-            level,
-            method: "posterior_quantiles",
-            source,
-            mcse: None,
-            why_none: Some("the viscous loss is left out of the model".to_owned()),
-            failed_replicates: None,
+            method: POSTERIOR_QUANTILES,
+            ..MainNumber::of_fit(&Quoting { level }.none(NO_VISCOUS), Source::Posterior)
         }
     }
 }
@@ -425,7 +421,7 @@ impl MainSources<'_> {
         let ratio = Quantity::DeltaCOverRoughness;
         let derived = posterior.derived.iter().zip(&found.derived);
         let of_ratio = derived
-            .filter(|(draws, _)| draws.quantity == ratio.describe().name)
+            .filter(|(draws, _)| draws.quantity == ratio)
             .map(|(draws, summary)| MainParameter {
                 name: draws.name.clone(),
                 quantity: ratio,
@@ -538,7 +534,7 @@ impl MainSources<'_> {
     /// e_inf and St_c by the posterior, for each liquid of a film group and each diameter where they belong to one.
     fn of_posterior(&self, group: &FilmGroup, posterior: &Posterior) -> Vec<MainPlace> {
         let all = || posterior.derived.iter().zip(&posterior.findings.derived);
-        let of = |quantity: Quantity| all().filter(move |(draws, _)| draws.quantity == quantity.describe().name);
+        let of = |quantity: Quantity| all().filter(move |(draws, _)| draws.quantity == quantity);
         let here = of(Quantity::EInf).filter_map(|(draws, summary)| {
             let setting = draws.setting.as_ref()?;
             let diameter = self.runs.spheres[group.sphere].diameter;
@@ -556,7 +552,7 @@ impl MainSources<'_> {
                     e_inf: number(&draws.values, summary),
                     st_c: match st_c {
                         Some((draws, summary)) => number(&draws.values, summary),
-                        None => MainNumber::without_viscous(self.level(), Source::Posterior),
+                        None => MainNumber::without_viscous(self.level()),
                     },
                     source: Source::Posterior,
                 }

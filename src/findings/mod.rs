@@ -108,7 +108,6 @@ use bootstrap::Resampling;
 use compare::Comparison;
 use dry::{Dry, FittedDry};
 use energy::Energy;
-use estimate::Quoting;
 use form_choice::OtherForm;
 use left_out::ComparisonContext;
 use main_numbers::{MainNumbers, MainSources};
@@ -122,6 +121,7 @@ use which_law::LineAgainstRoot;
 
 pub use document::{Counts, Findings, SCHEMA};
 pub use fit_verdict::Verdict;
+pub use wet_fit::FitSetup;
 
 /// Fits everything least squares can say of a scene's runs; with `bootstrap`, resamples them as the scene says.
 pub fn fit_least_squares(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Findings {
@@ -139,9 +139,14 @@ pub fn fit_least_squares_watched(
     let runs = &table.runs;
     let mut fits = LeastSquaresFits::new(scene, runs);
     let balance = fits.energy_balance.as_ref();
+    let of_sample = FitSetup {
+        scene,
+        runs: runs.sample(),
+        dry: &fits.dry,
+    };
     let (constants, noise) = rayon::join(
-        || constants::find_sensitivities(scene, runs.sample(), &fits.dry, &fits.scaling, balance),
-        || noise::analyse_noise(scene, runs.sample(), &fits.dry, balance, fits.form),
+        || constants::find_sensitivities(of_sample, &fits.scaling, balance),
+        || noise::analyse_noise(of_sample, balance, fits.form),
     );
     let resampled = watcher.map(|done| {
         done(0);
@@ -151,31 +156,22 @@ pub fn fit_least_squares_watched(
     let film_groups = film_groups::list_film_groups(scene, runs);
     let balance = fits.energy_balance.as_ref();
     let line = fits.line.as_ref();
-    let mut remarks = verdicts::check_least_squares(scene, table, &fits.dry, &fits.scaling, balance, line);
+    let setup = FitSetup {
+        scene,
+        runs,
+        dry: &fits.dry,
+    };
+    let mut remarks = verdicts::check_least_squares(setup, table, &fits.scaling, balance, line);
     if let Some(noise) = &noise {
         remarks.extend(verdicts::wet_law_holds(noise, line));
         remarks.extend(verdicts::independent_runs(scene, noise));
     }
-    let setup = balance::BalanceSetup {
-        scene,
-        runs,
-        dry: &fits.dry,
-        quoting: Quoting {
-            level: scene.bootstrap.level,
-        },
-    };
     remarks.extend(balance.and_then(|own| slow_rebounds::check_fit(setup, &fits.scaling, own)));
     let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
     remarks.extend(film_groups::check(&film_groups, own_films_stand));
     remarks.extend(table.notices.iter().cloned());
     remarks.extend(terms::term_notices(&fits.terms));
-    remarks.extend(verdicts::fit_notices(
-        scene,
-        table,
-        &fits.dry,
-        &fits.series,
-        &fits.scaling,
-    ));
+    remarks.extend(verdicts::fit_notices(setup, table, &fits.series, &fits.scaling));
     let viscous = fits.form.viscous;
     remarks.extend(viscous.caution().map(|caution| {
         let text = format!("viscous loss \"{}\": {caution}", viscous.name());
@@ -183,12 +179,7 @@ pub fn fit_least_squares_watched(
     }));
     remarks.extend(bootstrap_notices.into_iter().flatten());
     remarks.extend(noise::noise_notices(scene, noise.as_ref()));
-    let published = published::compare_with_published(published::OwnFits {
-        scene,
-        runs,
-        dry: &fits.dry,
-        scaling: &fits.scaling,
-    });
+    let published = published::compare_with_published(setup, &fits.scaling);
     let dry: Vec<Dry> = fits.dry.into_iter().map(|fitted| fitted.dry).collect();
     let scaling: Vec<Scaling> = fits.scaling.into_iter().map(|fitted| fitted.scaling).collect();
     let mut findings = Findings {
@@ -256,10 +247,7 @@ struct LeastSquaresFits {
 
 impl LeastSquaresFits {
     fn new(scene: &Scene, runs: &Runs) -> LeastSquaresFits {
-        let quoting = Quoting {
-            level: scene.bootstrap.level,
-        };
-        let dry = dry::fit_dry_laws(scene, runs, quoting);
+        let dry = dry::fit_dry_laws(scene, runs);
         // with the form open, models are compared run by run; a law of one film ratio that is fitted over films of all kinds
         // may have the edge of its square root anywhere among the runs
         let needs_each = scene.model.inertia_is_open() || !runs.film_groups.iter().all(FilmGroup::has_one_film_ratio);
@@ -268,25 +256,17 @@ impl LeastSquaresFits {
             false => runs.condensed(scene.data.smallest_restitution),
         };
         let runs = condensed.as_ref().unwrap_or(runs);
-        let (series, mut scaling) = rayon::join(
-            || series::fit_series(scene, runs, &dry, quoting),
-            || scaling::fit_scaling(scene, runs, &dry, quoting),
-        );
-        let setup = balance::BalanceSetup {
-            scene,
-            runs,
-            dry: &dry,
-            quoting,
-        };
+        let setup = FitSetup { scene, runs, dry: &dry };
+        let (series, mut scaling) = rayon::join(|| series::fit_series(setup), || scaling::fit_scaling(setup));
         let (form, energy_balance, terms) = terms::choose_terms(setup, &scaling);
         if let Some(balance) = &energy_balance {
             pooling::add_bias(setup, &mut scaling, balance);
         }
-        let line = LineAgainstRoot::over_all(scene, runs, &dry);
+        let line = LineAgainstRoot::over_all(setup);
         if let Some(line) = line.filter(LineAgainstRoot::favours_line) {
             scaling::quote_lines(&mut scaling, line.line_holds());
         }
-        let energy = energy::estimate_energy(scene, runs, &dry, &scaling, quoting);
+        let energy = energy::estimate_energy(setup, &scaling);
         LeastSquaresFits {
             dry,
             series,
@@ -377,7 +357,7 @@ impl Findings {
                         Beside::Open(check) => (posterior, None, Some(check)),
                     };
                 // what least squares made of barely rebounding runs no longer matters
-                self.remarks.retain(|check| check.code != remarks::SLOW_REBOUNDS.code);
+                self.remarks.retain(|check| !remarks::SLOW_REBOUNDS.is(check));
                 self.remarks.extend(notice);
                 self.remarks.extend(open);
                 let scene = posterior.scene.as_deref().unwrap_or(scene);
@@ -399,11 +379,11 @@ impl Findings {
                 let of_offsets = offsets && !self.scaling.iter().any(Scaling::fails_by_itself);
                 for remark in &mut self.remarks {
                     // least squares does not know this noise, or holds a form that predicts worse: the posterior is quoted
-                    let of_balance = [remarks::ENERGY_BALANCE.code, remarks::WET_ERRORS.code].contains(&remark.code);
-                    let is_law = remark.code == remarks::SCALING_LAW.code;
+                    let of_balance = remarks::ENERGY_BALANCE.is(remark) || remarks::WET_ERRORS.is(remark);
+                    let is_law = remarks::SCALING_LAW.is(remark);
                     let spared = of_balance && (other_noise || other_form);
                     // nor does the posterior need film groups
-                    if spared || is_law && (of_offsets || few) || remark.code == remarks::FILM_GROUPS.code {
+                    if spared || is_law && (of_offsets || few) || remarks::FILM_GROUPS.is(remark) {
                         *remark = remark.clone().forbidding_if(false);
                     }
                     if spared && !remark.passed {
@@ -422,7 +402,7 @@ impl Findings {
                 self.remarks.extend(posterior.checks.iter().cloned());
                 // a prior that the runs contradict explains what else fails
                 self.remarks
-                    .sort_by_key(|check| check.code != remarks::PRIOR_CONFLICT.code || check.passed);
+                    .sort_by_key(|check| !remarks::PRIOR_CONFLICT.is(check) || check.passed);
                 self.settle_notices(scene, &posterior);
                 self.posterior = Some(posterior.findings.clone());
                 if let Some(check) = plausible::check_results(scene, runs, self) {
@@ -448,7 +428,7 @@ impl Findings {
     fn settle_notices(&mut self, scene: &Scene, posterior: &Posterior) {
         // what the runs seem not to tell follows from a prior that they contradict
         if posterior.prior_conflict().is_some() {
-            self.remarks.retain(|notice| notice.code != remarks::UNSEEN.code);
+            self.remarks.retain(|notice| !remarks::UNSEEN.is(notice));
         }
         let directions = self.identifies.as_ref();
         self.remarks
@@ -461,16 +441,13 @@ impl Findings {
             for sized in self.terms.iter_mut().filter(|sized| sized.term == Term::Inertia) {
                 sized.held = true;
             }
-            let is_of_inertia = |notice: &Remark| {
-                notice.code == remarks::TERM_NOT_HELD.code && notice.text.starts_with(Term::Inertia.in_words())
-            };
-            self.remarks.retain(|notice| !is_of_inertia(notice));
+            self.remarks.retain(|notice| !says_not_held(notice, Term::Inertia));
         }
     }
 
     /// Says which form of inertia the runs chose, in place of what was said of it before.
     fn note_chosen_form(&mut self) {
-        self.remarks.retain(|notice| notice.code != remarks::FORM_CHOSEN.code);
+        self.remarks.retain(|notice| !remarks::FORM_CHOSEN.is(notice));
         self.remarks.extend(self.inertia.iter().map(|choice| {
             let name = choice.inertia.name();
             let text = format!("inertia = \"auto\" took {name}: the intervals ignore that the same runs chose it");
@@ -495,11 +472,11 @@ impl Findings {
             remarks::PREDICTIVE_RESIDUAL,
             remarks::PREDICTIVE_STUCK,
         ];
-        let contradicts = |check: &Remark| check.code == remarks::PRIOR_CONFLICT.code && check.forbids();
+        let contradicts = |check: &Remark| remarks::PRIOR_CONFLICT.is(check) && check.forbids();
         if !self.remarks.iter().any(contradicts) {
             return;
         }
-        let follows = |check: &&mut Remark| FOLLOWS.iter().any(|own| own.code == check.code) && !check.passed;
+        let follows = |check: &&mut Remark| FOLLOWS.iter().any(|own| own.is(check)) && !check.passed;
         for check in self.remarks.iter_mut().filter(follows) {
             check.next_step = "mend the prior first: this may come of it".to_owned();
         }
@@ -508,7 +485,7 @@ impl Findings {
             return;
         }
         let of_c = format!("{}: the runs alone", remarks::in_symbols(PREFACTOR.name));
-        let is_of_c = |check: &&mut Remark| check.code == remarks::PRIOR_CONFLICT.code && check.text.contains(&of_c);
+        let is_of_c = |check: &&mut Remark| remarks::PRIOR_CONFLICT.is(check) && check.text.contains(&of_c);
         for check in self.remarks.iter_mut().filter(is_of_c) {
             check.next_step =
                 "write inertia = \"none\" in [model], which predicts these runs better; else widen or drop the prior"
@@ -524,19 +501,19 @@ impl Findings {
             least_squares: self.least_squares(),
             posterior,
         });
-        self.remarks
-            .retain(|check| check.code != remarks::BOOTSTRAP_FAILURES.code);
+        self.remarks.retain(|check| !remarks::BOOTSTRAP_FAILURES.is(check));
         self.remarks.extend(self.main.check_replicates());
         self.order_advice();
         self.blame_the_prior();
         self.main.judge(&self.remarks);
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
         let picked_anew = [
-            remarks::SPEED_ERROR_MATTERS.code,
-            remarks::MEASUREMENT_ERRORS_TOO_LARGE.code,
-            remarks::CONSTANTS_EXACT.code,
+            remarks::SPEED_ERROR_MATTERS,
+            remarks::MEASUREMENT_ERRORS_TOO_LARGE,
+            remarks::CONSTANTS_EXACT,
         ];
-        self.remarks.retain(|remark| !picked_anew.contains(&remark.code));
+        self.remarks
+            .retain(|remark| !picked_anew.iter().any(|kind| kind.is(remark)));
         let of_errors = error_notices::measurement_error_notices(runs, &self.scaling, |law| {
             law.law == WetLaw::Sqrt && self.main.are_of(law)
         });
@@ -568,28 +545,24 @@ impl Findings {
             Some(shift) if shift > remarks::BIAS => Level::Cautions,
             _ => Level::Informs,
         };
-        for remark in &mut self.remarks {
-            let is_it = remark.code == remarks::TERM_NOT_HELD.code && remark.text.starts_with(sized.term.in_words());
-            if is_it {
-                remark.level = level;
-            }
-        }
+        let of_it = |remark: &&mut Remark| says_not_held(remark, sized.term);
+        self.remarks
+            .iter_mut()
+            .filter(of_it)
+            .for_each(|remark| remark.level = level);
     }
 
     /// Says what to see to first where several checks fail that one cause may explain: a law that does not hold lets series lie
     /// apart and feigns trends, and series that lie apart feign trends, too.
     fn order_advice(&mut self) {
-        let fails = |kind: &Kind| {
-            let mut of_kind = self.remarks.iter().filter(|remark| remark.code == kind.code);
-            of_kind.any(Remark::forbids)
-        };
+        let fails = |kind: &Kind| self.remarks.iter().any(|remark| kind.is(remark) && remark.forbids());
         let apart = fails(&remarks::INDEPENDENT_RUNS);
         let law = [remarks::WET_LAW_HOLDS, remarks::LINEAR_LAW].iter().any(fails);
         for remark in self.remarks.iter_mut().filter(|remark| !remark.passed) {
-            let is = |kind: Kind| remark.code == kind.code;
-            if law && (is(remarks::INDEPENDENT_RUNS) || is(remarks::FILM_TREND)) {
+            let is_trend = remarks::FILM_TREND.is(remark);
+            if law && (is_trend || remarks::INDEPENDENT_RUNS.is(remark)) {
                 remark.next_step = remarks::LAW_FIRST.to_owned();
-            } else if apart && is(remarks::FILM_TREND) {
+            } else if apart && is_trend {
                 remark.next_step = remarks::TREND_BESIDE_OFFSETS.to_owned();
             }
         }
@@ -639,20 +612,25 @@ impl Findings {
     }
 }
 
+/// Whether a remark says that a term is not in the model.
+fn says_not_held(remark: &Remark, term: Term) -> bool {
+    remarks::TERM_NOT_HELD.is(remark) && remark.text.starts_with(term.in_words())
+}
+
 /// Settles what was said of stuck runs where the posterior counts them.
 fn settle_stuck_runs(notices: &mut [Remark]) {
     let settled = [
         (
-            remarks::STUCK_LEFT_OUT.code,
+            remarks::STUCK_LEFT_OUT,
             "nothing: the main numbers of their film ratios come from the posterior, which counts them",
         ),
         (
-            remarks::BOOTSTRAP_PARTLY_STUCK.code,
+            remarks::BOOTSTRAP_PARTLY_STUCK,
             "nothing: the main numbers of these film ratios come from the posterior",
         ),
     ];
     for notice in notices {
-        if let Some((_, next)) = settled.iter().find(|(code, _)| *code == notice.code) {
+        if let Some((_, next)) = settled.iter().find(|(kind, _)| kind.is(notice)) {
             *notice = notice.clone().at(Level::Informs);
             notice.next_step = (*next).to_owned();
         }

@@ -133,7 +133,7 @@ fn of_table(check: &Remark) -> Option<Remark> {
         remarks::REPEATED_ROWS,
         remarks::MEAN_ROWS,
     ];
-    let is_one = of_table.iter().any(|kind| kind.code == check.code);
+    let is_one = of_table.iter().any(|kind| kind.is(check));
     let told = || Remark::new(check.code, check.count(), check.text.as_str(), check.next_step.as_str());
     (is_one && !check.passed).then(told)
 }

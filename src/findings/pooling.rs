@@ -1,9 +1,9 @@
 //! Measures what pooling liquids of different density ratio does to the square-root law, without any noise.
 
-use super::balance::{at_place, spheres_with_known_k, BalanceSetup, EnergyBalance};
+use super::balance::{at_place, spheres_with_known_k, EnergyBalance};
 use super::places::WetPlace;
 use super::scaling::{e_inf_and_st_c, Bias, FittedScaling};
-use super::wet_fit::{two, WetRuns};
+use super::wet_fit::{two, FitSetup, WetRuns};
 use crate::inference::joint::{Joint, Part};
 use crate::inference::law::Law;
 use crate::inference::least_squares::Stop;
@@ -16,11 +16,11 @@ use crate::scene::WetLaw;
 ///
 /// Liquids differ in ρ̃, and so in the inertial loss that the law takes as one; what it then gets wrong is its bias, which
 /// stays unknown for spheres outside the balance and where that did not converge.
-pub(super) fn add_bias(setup: BalanceSetup, scaling: &mut [FittedScaling], balance: &EnergyBalance) {
+pub(super) fn add_bias(setup: FitSetup, scaling: &mut [FittedScaling], balance: &EnergyBalance) {
     if balance.stop != Stop::Converged.as_str() {
         return;
     }
-    let BalanceSetup { scene, runs, dry, .. } = setup;
+    let FitSetup { scene, runs, dry } = setup;
     let known = spheres_with_known_k(runs, dry);
     let (joint, point) = (
         Joint::new(scene, runs, balance.fitted_point.form, &known, &[]),
@@ -43,13 +43,10 @@ pub(super) fn add_bias(setup: BalanceSetup, scaling: &mut [FittedScaling], balan
         }) else {
             continue;
         };
-        let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| at.value(quantity));
-        if e_inf.is_finite() && st_c.is_finite() {
+        let both = [Quantity::EInf, Quantity::StC].map(|quantity| at.value(quantity));
+        if both.iter().all(|x| x.is_finite()) {
             let exact = exact_restitutions(&joint, &parts, point, group);
-            row.scaling.bias = root_of_exact(setup, &exact, group).map(|[of_law, st_c_of_law]| Bias {
-                e_inf: of_law - e_inf,
-                st_c: st_c_of_law - st_c,
-            });
+            row.scaling.bias = root_of_exact(setup, &exact, group).map(|of_law| Bias::of(of_law, both));
         }
     }
 }
@@ -68,9 +65,9 @@ fn exact_restitutions(joint: &Joint, parts: &[&Part], point: &[f64], group: &Fil
 }
 
 /// e_inf and St_c of the square-root law fitted to noise-free restitutions at the rebounds of a film group.
-fn root_of_exact(setup: BalanceSetup, exact: &[f64], group: &FilmGroup) -> Option<[f64; 2]> {
+fn root_of_exact(setup: FitSetup, exact: &[f64], group: &FilmGroup) -> Option<[f64; 2]> {
     let series = &setup.runs.series[group.series.clone()];
-    let pool = WetRuns::over_stokes(setup.scene, setup.runs, setup.dry, series);
+    let pool = WetRuns::over_stokes(setup, series);
     // where the balance keeps no energy, the law is not defined and no run would have rebounded
     let kept: Vec<usize> = (0..exact.len()).filter(|run| exact[*run] > 0.0).collect();
     let select = |column: &[f64]| -> Vec<f64> { kept.iter().filter_map(|run| column.get(*run)).copied().collect() };

@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 
-use super::dry::{self, FittedDry};
+use super::dry;
 use super::estimate::Estimate;
 use super::scaling::FittedScaling;
+use super::wet_fit::FitSetup;
 use crate::physics::Quantity;
-use crate::runs::Runs;
-use crate::scene::{Published, Scene, WetLaw};
+use crate::scene::{Published, WetLaw};
 
 /// A published number beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -37,34 +37,27 @@ pub struct PublishedComparison {
     pub why_none: Option<String>,
 }
 
-/// What published numbers are compared with.
-#[derive(Clone, Copy)]
-pub struct OwnFits<'a> {
-    /// what was held fixed
-    pub scene: &'a Scene,
-    /// what was measured
-    pub runs: &'a Runs,
-    /// k of each sphere by its dry runs
-    pub dry: &'a [FittedDry],
-    /// e_inf and St_c by both laws
-    pub scaling: &'a [FittedScaling],
-}
-
 /// Every published number of the scene beside ours.
-pub fn compare_with_published(own: OwnFits) -> Vec<PublishedComparison> {
-    let published = own.scene.published.iter();
-    published.map(|published| compare(own, published)).collect()
+pub fn compare_with_published(setup: FitSetup, scaling: &[FittedScaling]) -> Vec<PublishedComparison> {
+    let published = setup.scene.published.iter();
+    published.map(|published| compare(setup, scaling, published)).collect()
 }
 
-fn compare(own: OwnFits, published: &Published) -> PublishedComparison {
-    let OwnFits { scene, runs, dry, .. } = own;
+fn compare(setup: FitSetup, scaling: &[FittedScaling], published: &Published) -> PublishedComparison {
+    let FitSetup { scene, runs, dry } = setup;
     let spheres = runs.spheres_of(published.particle);
     // a published number is of all diameters
     let several = spheres.len() > 1;
     let sphere = Some(spheres.start).filter(|_| !several);
     let ours = sphere.and_then(|sphere| match published.quantity {
         Quantity::DryK => dry::fit_of_sphere(dry, sphere).map(|d| &d.dry.dry_k),
-        quantity => group(own, sphere, published).and_then(|fitted| fitted.scaling.estimate(quantity)),
+        quantity => {
+            let laws = scaling.iter();
+            let laws = laws.filter(|fit| fit.sphere == sphere && Some(fit.law) == published.law);
+            nearest(laws, published.film_ratio, scene.data.film_ratio_gap)?
+                .scaling
+                .estimate(quantity)
+        }
     });
     let pair = ours.and_then(Estimate::pair);
     let difference = pair.map(|(value, se)| (value - published.value) / published.se.hypot(se));
@@ -89,15 +82,17 @@ fn compare(own: OwnFits, published: &Published) -> PublishedComparison {
     }
 }
 
-/// Our fit of the sphere and law at the nearest film ratio, no further off than groups are told apart.
-fn group<'a>(own: OwnFits<'a>, sphere: usize, published: &Published) -> Option<&'a FittedScaling> {
-    let same = own.scaling.iter();
-    let same = same.filter(|fit| fit.sphere == sphere && Some(fit.law) == published.law);
-    match published.film_ratio {
-        None => same.into_iter().find(|fit| fit.scaling.film_ratio.is_none()),
-        Some(wanted) => same
+/// The fit at the nearest film ratio, no further off than groups are told apart; `None`: that over all film ratios.
+fn nearest<'a>(
+    mut laws: impl Iterator<Item = &'a FittedScaling>,
+    film_ratio: Option<f64>,
+    gap: f64,
+) -> Option<&'a FittedScaling> {
+    match film_ratio {
+        None => laws.find(|fit| fit.scaling.film_ratio.is_none()),
+        Some(wanted) => laws
             .filter_map(|fit| Some(((fit.scaling.film_ratio? - wanted).abs(), fit)))
-            .filter(|(distance, _)| *distance <= own.scene.data.film_ratio_gap)
+            .filter(|(distance, _)| *distance <= gap)
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, fit)| fit),
     }

@@ -171,7 +171,7 @@ impl FittedLaw<'_> {
             .map_or(0, |covariance| covariance.nrows());
         let estimate = self
             .quoting
-            .of(self.uncertain, value, &slopes[..used], scale_of(quantity));
+            .of_function(self.uncertain, value, &slopes[..used], scale_of(quantity));
         match self.limits_of(quantity, at, &estimate) {
             Some(limits) => estimate.with_profile(limits),
             None => estimate,

@@ -38,6 +38,11 @@ impl Kind {
         }
     }
 
+    /// Whether a remark is of this kind.
+    pub fn is(&self, remark: &Remark) -> bool {
+        remark.code == self.code
+    }
+
     /// The number of its line.
     pub fn threshold(&self) -> f64 {
         self.line.map_or(GIVEN, Line::threshold)

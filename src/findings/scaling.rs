@@ -3,13 +3,12 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::dry::FittedDry;
 use super::estimate::{Estimate, Quoting};
 use super::film_groups::why_no_laws;
-use super::fit_verdict::{one_against, square_root_verdict, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
+use super::fit_verdict::{f_words, one_against, square_root_verdict, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
 use super::measurement_errors::ErrorSummary;
 use super::quantities::{variables, wetted_of, FittedLaw, LawLimits, LawOver};
-use super::wet_fit::{two, WetFit, WetRuns};
+use super::wet_fit::{two, FitSetup, WetFit, WetRuns};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
@@ -18,8 +17,8 @@ use crate::inference::nested::FTest;
 use crate::inference::regression::Regression;
 use crate::physics::quantity::{Place, Quantity};
 use crate::physics::Coefficient;
-use crate::runs::{sphere_words, FilmGroup, Runs, Series};
-use crate::scene::{Scene, WetLaw};
+use crate::runs::{sphere_words, FilmGroup, Series};
+use crate::scene::WetLaw;
 
 /// e_inf and St_c of one particle, or one diameter of it, at one film ratio, or over all of them, by one law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -111,6 +110,16 @@ pub struct Bias {
     pub st_c: f64,
 }
 
+impl Bias {
+    /// Of e_inf and St_c by a law, where these are the true ones.
+    pub(super) fn of(law: [f64; 2], [e_inf, st_c]: [f64; 2]) -> Bias {
+        Bias {
+            e_inf: law[0] - e_inf,
+            st_c: law[1] - st_c,
+        }
+    }
+}
+
 /// A scaling estimate with what later steps need of it.
 #[derive(Debug)]
 pub struct FittedScaling {
@@ -147,7 +156,8 @@ struct ScalingGroup {
 }
 
 /// Both laws for every sphere with a k of its own, at each film ratio and over all; square root before linear.
-pub fn fit_scaling(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> Vec<FittedScaling> {
+pub fn fit_scaling(setup: FitSetup) -> Vec<FittedScaling> {
+    let runs = setup.runs;
     let mut groups: Vec<ScalingGroup> = vec![];
     for sphere in 0..runs.spheres.len() {
         let of_ratio: &[FilmGroup] = runs.film_groups_of(sphere);
@@ -170,17 +180,14 @@ pub fn fit_scaling(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoti
             why_no_laws: why_no_laws(group),
         }));
     }
-    let pairs: Vec<[(FittedScaling, Fit); 2]> = groups
-        .par_iter()
-        .map(|group| both_laws(scene, runs, dry, quoting, group))
-        .collect();
-    let mut all = test_one_for_all(scene, runs, dry, pairs);
+    let pairs: Vec<[(FittedScaling, Fit); 2]> = groups.par_iter().map(|group| both_laws(setup, group)).collect();
+    let mut all = test_one_for_all(setup, pairs);
     let of_both = groups
         .into_iter()
         .flat_map(|group| [group.why_no_laws.clone(), group.why_no_laws]);
     for (fitted, why) in all.iter_mut().zip(of_both) {
         if let Some(why) = why {
-            fitted.withhold(why, quoting);
+            fitted.withhold(why, Quoting::of(setup.scene));
         }
     }
     all
@@ -211,12 +218,7 @@ impl FittedScaling {
 }
 
 /// Compares, for each sphere and law, the fit over all film ratios with those at each.
-fn test_one_for_all(
-    scene: &Scene,
-    runs: &Runs,
-    dry: &[FittedDry],
-    pairs: Vec<[(FittedScaling, Fit); 2]>,
-) -> Vec<FittedScaling> {
+fn test_one_for_all(setup: FitSetup, pairs: Vec<[(FittedScaling, Fit); 2]>) -> Vec<FittedScaling> {
     let fits: Vec<(FittedScaling, Fit)> = pairs.into_iter().flatten().collect();
     let tests: Vec<Option<FTest>> = fits
         .iter()
@@ -232,8 +234,7 @@ fn test_one_for_all(
             if !separate.clone().all(|(_, fit)| fit.converged()) {
                 return None;
             }
-            let pool =
-                |fitted: &FittedScaling| WetRuns::over_stokes(scene, runs, dry, &runs.series[fitted.series.clone()]);
+            let pool = |fitted: &FittedScaling| WetRuns::over_stokes(setup, &setup.runs.series[fitted.series.clone()]);
             let pools: Vec<WetRuns> = separate.map(|(fitted, _)| pool(fitted)).collect();
             let own: Vec<OwnLaw> = pools.iter().map(|pool| pool.own_law(all.law)).collect();
             let pool = pool(all);
@@ -241,7 +242,7 @@ fn test_one_for_all(
             let one = OneLaw {
                 parameters: fit.parameters.len(),
                 expected: regression.fitted(fit),
-                sticks_at: scene.data.smallest_restitution,
+                sticks_at: setup.scene.data.smallest_restitution,
             };
             one_against(one, &own, |variance, _| {
                 regression.chi_squared(&variance, &fit.parameters)
@@ -254,8 +255,8 @@ fn test_one_for_all(
             fitted.scaling.one_for_all = test;
             if let Some(test) = test.filter(|test| test.p < DIFFERENT && fitted.scaling.verdict.passed) {
                 fitted.scaling.verdict = Verdict::failed(format!(
-                    "film ratios differ (F({}, {}) = {:.3}): quote each film ratio",
-                    test.df_between, test.df_within, test.f
+                    "film ratios differ ({}): quote each film ratio",
+                    f_words(&test, 3)
                 ));
             }
             fitted
@@ -263,21 +264,16 @@ fn test_one_for_all(
         .collect()
 }
 
-fn both_laws(
-    scene: &Scene,
-    runs: &Runs,
-    dry: &[FittedDry],
-    quoting: Quoting,
-    group: &ScalingGroup,
-) -> [(FittedScaling, Fit); 2] {
+fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(FittedScaling, Fit); 2] {
+    let FitSetup { scene, runs, .. } = setup;
     let series = &runs.series[group.series.clone()];
-    let pool = WetRuns::over_stokes(scene, runs, dry, series);
+    let pool = WetRuns::over_stokes(setup, series);
     let laws = [WetLaw::Sqrt, WetLaw::Linear];
-    let [root, line] = laws.map(|law| pool.fit(LawOver::Stokes(law), &PROFILED, quoting));
+    let [root, line] = laws.map(|law| pool.fit(LawOver::Stokes(law), &PROFILED));
     let regression = pool.regression(WetLaw::Sqrt);
     let sphere = runs.spheres[group.sphere];
     let scaling_of = |law: WetLaw, fitted: &WetFit, verdict: Verdict| {
-        let source = fitted.source([NO_FALL; 2], quoting);
+        let source = fitted.source([NO_FALL; 2]);
         let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
         Scaling {
             particle: scene.particles[sphere.particle].name.clone(),
@@ -309,7 +305,7 @@ fn both_laws(
     of_line = biased(of_line);
     of_root.speed_error_of_a_tenth_se = root.speed_error.filter(|_| of_root.verdict.passed);
     if group.film_ratio.is_some() && pool.errors.is_none() {
-        of_root.without = without_each(&regression, series, &of_root, quoting);
+        of_root.without = without_each(&regression, series, &of_root, Quoting::of(scene));
     }
     [(root, of_root), (line, of_line)].map(|(own, scaling)| {
         let fitted = FittedScaling {
@@ -372,8 +368,8 @@ pub(super) fn quote_lines(laws: &mut [FittedScaling], line_holds: bool) {
 pub const DIFFERENT: f64 = 0.001;
 
 /// e_inf and St_c of the square-root law at the rebounds of some series of one sphere; `None` where it gives none.
-pub(super) fn square_root_of(scene: &Scene, runs: &Runs, dry: &[FittedDry], series: &[Series]) -> Option<[f64; 2]> {
-    let pool = WetRuns::over_stokes(scene, runs, dry, series);
+pub(super) fn square_root_of(setup: FitSetup, series: &[Series]) -> Option<[f64; 2]> {
+    let pool = WetRuns::over_stokes(setup, series);
     let (fit, _) = pool.regression(WetLaw::Sqrt).fit_with_errors(pool.errors.as_ref());
     e_inf_and_st_c(WetLaw::Sqrt, two(&fit))
 }
@@ -485,16 +481,12 @@ pub(super) fn e_inf_and_st_c(law: WetLaw, parameters: [f64; 2]) -> Option<[f64; 
 
 /// Fits the linear law to the noise-free square root at the same runs: what it gets wrong without any noise.
 fn linear_bias(root: &Fit, square_root: &Regression) -> Option<Bias> {
-    let [e_inf, st_c] = e_inf_and_st_c(WetLaw::Sqrt, two(root))?;
+    let of_root = e_inf_and_st_c(WetLaw::Sqrt, two(root))?;
     let exact = square_root.fitted(root);
     let line = Regression {
         counts: square_root.counts,
         ..Regression::new(Law::LINEAR, square_root.x, &exact)
     };
-    let line = line.fit();
-    let [of_line, st_c_of_line] = e_inf_and_st_c(WetLaw::Linear, two(&line))?;
-    Some(Bias {
-        e_inf: of_line - e_inf,
-        st_c: st_c_of_line - st_c,
-    })
+    let of_line = e_inf_and_st_c(WetLaw::Linear, two(&line.fit()))?;
+    Some(Bias::of(of_line, of_root))
 }

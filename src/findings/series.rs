@@ -4,17 +4,15 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::dry::FittedDry;
 use super::estimate::{Estimate, Quoting};
 use super::film_groups::why_no_law_of_series;
 use super::fit_verdict::{falls, square_root_verdict, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE};
 use super::measurement_errors::ErrorSummary;
 use super::quantities::LawOver;
-use super::wet_fit::{two, WetRuns};
+use super::wet_fit::{two, FitSetup, WetRuns};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::physics::quantity::{Place, Quantity};
-use crate::runs::{Runs, Series};
-use crate::scene::Scene;
+use crate::runs::Series;
 
 /// The square-root law e = √(α + β/v) of one series.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -111,11 +109,12 @@ const QUANTITIES: [Quantity; 4] = [
 ];
 
 /// The fit of every series, in the order of the runs.
-pub fn fit_series(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> Vec<SeriesFit> {
+pub fn fit_series(setup: FitSetup) -> Vec<SeriesFit> {
+    let runs = setup.runs;
     let of_place = |place: usize| {
-        let mut fit = of_series(scene, runs, &runs.series[place], dry, quoting);
+        let mut fit = of_series(setup, &runs.series[place]);
         if let Some(why) = why_no_law_of_series(runs, place) {
-            fit.withhold(why, quoting);
+            fit.withhold(why, Quoting::of(setup.scene));
         }
         fit
     };
@@ -126,12 +125,13 @@ fn two_by_two(covariance: &DMatrix<f64>) -> [[f64; 2]; 2] {
     std::array::from_fn(|i| std::array::from_fn(|j| covariance[(i, j)]))
 }
 
-fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quoting: Quoting) -> SeriesFit {
-    let rebounds = WetRuns::over_speed(scene, runs, dry, std::slice::from_ref(series));
-    let law = rebounds.fit(LawOver::Speed, &QUANTITIES, quoting);
+fn of_series(setup: FitSetup, series: &Series) -> SeriesFit {
+    let scene = setup.scene;
+    let rebounds = WetRuns::over_speed(setup, std::slice::from_ref(series));
+    let law = rebounds.fit(LawOver::Speed, &QUANTITIES);
     let (fit, x) = (&law.fit, &rebounds.x);
     let verdict = square_root_verdict(fit, x);
-    let source = law.source([ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE], quoting);
+    let source = law.source([ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE]);
     let [alpha, _] = two(fit);
     let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
     SeriesFit {
@@ -149,7 +149,7 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
         threshold_speed_m_s: if falls(fit, x) || !fit.converged() {
             estimate(Quantity::ThresholdSpeed)
         } else {
-            quoting.none(source.undefined[usize::from(alpha > 0.0)])
+            source.quoting.none(source.undefined[usize::from(alpha > 0.0)])
         },
         residual_sd: fit.residual_sd,
         speed_error_of_a_tenth_se: law.speed_error.filter(|_| verdict.passed),

@@ -18,7 +18,6 @@ use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
 use crate::inference::diagnostics::psis::psis;
 use crate::inference::sampling::Sampled;
 use crate::model::likelihood::pointwise::{AtDraws, Pointwise};
-use crate::physics::Quantity;
 use crate::remark::Remark;
 use crate::rounding::{by_number, short, with_se};
 use crate::runs::Runs;
@@ -223,21 +222,11 @@ pub(super) fn sorted(mut found: Vec<SingleRun>) -> Vec<SingleRun> {
 
 /// The main numbers of a posterior at every so many draws.
 fn numbers_of(sampled: &Sampled, derived: &[derived::DerivedDraws], step: usize) -> Vec<Number> {
-    let thinned = |values: &[Vec<f64>]| values.iter().flatten().step_by(step).copied().collect();
-    let parameters = sampled.parameters.sampled.iter().zip(&sampled.values);
-    let parameters = parameters
-        .filter(|(own, _)| own.kind.quantity().is_some())
-        .map(|(own, values)| Number {
-            name: own.name.clone(),
-            draws: thinned(values),
-        });
-    let quoted = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.describe().name);
-    let derived = derived.iter().filter(|own| quoted.contains(&own.quantity));
-    let derived = derived.map(|own| Number {
-        name: own.name.clone(),
-        draws: thinned(&own.values),
-    });
-    parameters.chain(derived).collect()
+    let number = |(name, values): (&String, &Vec<Vec<f64>>)| Number {
+        name: name.clone(),
+        draws: values.iter().flatten().step_by(step).copied().collect(),
+    };
+    derived::main_draws(sampled, derived).map(number).collect()
 }
 
 /// The number that a run moves most; `None` where none has a spread.

@@ -6,14 +6,15 @@
 //! much, the wider posterior stands. Where columns tell errors of speeds, that noise is an error of the restitution of these
 //! runs. Least squares alone is held against itself without them.
 
-use super::balance::{fit_balance, BalanceSetup, EnergyBalance};
+use super::balance::{fit_balance, EnergyBalance};
 use super::estimate::Estimate;
 use super::least_squares::LeastSquares;
-use super::posterior::derived::{derived_draws, DerivedDraws};
+use super::posterior::derived::{derived_draws, main_draws, DerivedDraws};
 use super::posterior::{fit_posterior, MethodChoice, Posterior};
 use super::remarks::{self, shortened_by};
 use super::scaling::FittedScaling;
 use super::single_run::run_words;
+use super::wet_fit::FitSetup;
 use crate::error::Error;
 use crate::inference::prepared_posterior::PreparedPosterior;
 use crate::inference::sampling::{sample_about_the_mode, Sampled};
@@ -22,7 +23,7 @@ use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::rebound::slope_mean_restitution;
-use crate::physics::{Form, Quantity};
+use crate::physics::Form;
 use crate::remark::{Level, Remark};
 use crate::rounding::{short, to_digits, with_se};
 use crate::runs::Runs;
@@ -160,8 +161,7 @@ pub(super) fn fit_beside(
     // no prior of the scene: what the user can write is the noise itself. Where energies scatter by less than was allowed for,
     // the numbers are the more careful
     let energy = format!("{}:", remarks::in_symbols(SIGMA_ENERGY.name));
-    let is_of_energy =
-        |check: &Remark| is_ours && check.code == remarks::PRIOR_CONFLICT.code && check.text.contains(&energy);
+    let is_of_energy = |check: &Remark| is_ours && remarks::PRIOR_CONFLICT.is(check) && check.text.contains(&energy);
     let mut priors = wider.findings.parameters.iter_mut();
     let prior = priors.find(|one| is_ours && one.name == SIGMA_ENERGY.name);
     let prior = prior.and_then(|one| one.prior.as_mut());
@@ -198,8 +198,8 @@ pub(super) fn fit_beside(
 
 /// Whether least squares, which knows no noise on the energy, gives the same numbers without the runs that barely rebound;
 /// `None` where there are none.
-pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &EnergyBalance) -> Option<Remark> {
-    let BalanceSetup { scene, runs, .. } = setup;
+pub(super) fn check_fit(setup: FitSetup, scaling: &[FittedScaling], own: &EnergyBalance) -> Option<Remark> {
+    let FitSetup { scene, runs, .. } = setup;
     let measured = runs.sample();
     let slow = slow_rebounds(measured, own.form());
     if slow.is_empty() || scene.model.noise == NoiseOn::Restitution {
@@ -209,7 +209,7 @@ pub(super) fn check_fit(setup: BalanceSetup, scaling: &[FittedScaling], own: &En
     // few that stand for very many runs are not told apart by what they keep
     let without = can_be_asked(runs).then(|| {
         let others = runs.with_runs(|run| slow.binary_search(&run).is_err());
-        let others = BalanceSetup { runs: &others, ..setup };
+        let others = FitSetup { runs: &others, ..setup };
         fit_balance(others, scaling, own.form(), false)
     });
     let moved = without
@@ -350,14 +350,7 @@ fn sum_of_squares(values: &[f64], mean: f64) -> f64 {
 
 /// The physical parameters, e_inf and St_c, each as its draws tell it.
 fn numbers(sampled: &Sampled, derived: &[DerivedDraws], told: impl Fn(&[f64]) -> [f64; 2]) -> Vec<Told> {
-    let quoted = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.describe().name);
-    let parameters = sampled.parameters.sampled.iter().zip(&sampled.values);
-    let parameters = parameters
-        .filter(|(own, _)| own.kind.quantity().is_some())
-        .map(|(own, chains)| (&own.name, chains));
-    let derived = derived.iter().filter(|own| quoted.contains(&own.quantity));
-    let all = parameters.chain(derived.map(|own| (&own.name, &own.values)));
-    let all = all.map(|(name, chains)| (name.clone(), told(&chains.concat())));
+    let all = main_draws(sampled, derived).map(|(name, chains)| (name.clone(), told(&chains.concat())));
     // a number that some draws do not have is not told
     all.filter(|(_, number)| number.iter().all(|one| one.is_finite()))
         .collect()

@@ -2,11 +2,13 @@
 
 use super::balance::EnergyBalance;
 use super::dry::{self, FittedDry};
+use super::fit_verdict::f_words;
 use super::measurement_errors::ErrorSummary;
 use super::noise::{Noise, WetAlternative};
 use super::remarks::{self, shortened, Kind};
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
+use super::wet_fit::FitSetup;
 use super::which_law::LineAgainstRoot;
 use crate::inference::lack_of_fit::Alternative;
 use crate::inference::nested::FTest;
@@ -24,9 +26,8 @@ pub fn quotable(remarks: &[Remark]) -> bool {
 
 /// Every check of a least-squares analysis.
 pub fn check_least_squares(
-    scene: &Scene,
+    FitSetup { scene, dry, .. }: FitSetup,
     table: &Table,
-    dry: &[FittedDry],
     scaling: &[FittedScaling],
     balance: Option<&EnergyBalance>,
     line: Option<&LineAgainstRoot>,
@@ -116,11 +117,9 @@ fn one_dry_k(fitted: &FittedDry) -> Option<Remark> {
     let test = dry.heterogeneity.as_ref()?;
     let shift = dry.shift_by_diameter();
     let text = format!(
-        "{}: one k for all diameters, F({}, {}) = {:.1}, k of one off by up to {} of its ±",
+        "{}: one k for all diameters, {}, k of one off by up to {} of its ±",
         dry.particle,
-        test.df_between,
-        test.df_within,
-        test.f,
+        f_words(test, 1),
         share(shift)
     );
     Some(gating_where_felt(remarks::ONE_DRY_K, test, shift, text))
@@ -135,11 +134,9 @@ fn dry_law_holds(fitted: &FittedDry) -> Option<Remark> {
         Alternative::NextPower => "a law with one more power of v",
     };
     let text = format!(
-        "{}: the dry law against {against}, F({}, {}) = {:.1}, k of slow, middle or fast runs off by up to {} of its ±",
+        "{}: the dry law against {against}, {}, k of slow, middle or fast runs off by up to {} of its ±",
         dry.particle,
-        found.test.df_between,
-        found.test.df_within,
-        found.test.f,
+        f_words(&found.test, 1),
         share(shift)
     );
     Some(gating_where_felt(remarks::DRY_LAW_HOLDS, &found.test, shift, text))
@@ -149,12 +146,10 @@ fn dry_law_holds(fitted: &FittedDry) -> Option<Remark> {
 pub fn wet_law_holds(noise: &Noise, line: Option<&LineAgainstRoot>) -> Option<Remark> {
     let found = noise.wet_law.as_ref()?;
     let text = format!(
-        "{} beyond the wet law, most of it in {}: F({}, {}) = {:.1}, {} off by up to {:.1} of its ±",
+        "{} beyond the wet law, most of it in {}: {}, {} off by up to {:.1} of its ±",
         found.against.words(),
         found.group,
-        found.test.df_between,
-        found.test.df_within,
-        found.test.f,
+        f_words(&found.test, 1),
         remarks::in_symbols(&found.moves),
         found.moves_in_se
     );
@@ -220,8 +215,8 @@ fn linear_law(found: &LineAgainstRoot) -> Remark {
             };
             let text = format!(
                 "neither law describes the runs: over {over} {LINE} is nearer than the square root, residual sd {line} against \
-                 {root}, but e bends with 1/St beside it: F({}, {}) = {:.1}",
-                bend.df_between, bend.df_within, bend.f
+                 {root}, but e bends with 1/St beside it: {}",
+                f_words(&bend, 1)
             );
             kind.check(found.gain, text)
         }
@@ -308,14 +303,8 @@ fn check_usable(criterion: Kind, what: &str, all: usize, failed: &[String]) -> R
 
 /// What a reader of the estimates should look at: runs left out, fits that lack something, and settings that the model does
 /// not read.
-pub fn fit_notices(
-    scene: &Scene,
-    table: &Table,
-    dry: &[FittedDry],
-    series: &[SeriesFit],
-    scaling: &[FittedScaling],
-) -> Vec<Remark> {
-    let runs = &table.runs;
+pub fn fit_notices(setup: FitSetup, table: &Table, series: &[SeriesFit], scaling: &[FittedScaling]) -> Vec<Remark> {
+    let FitSetup { scene, runs, dry } = setup;
     let mut found = vec![];
     let left_out: usize = table.screened.iter().map(|one| one.runs).sum();
     if left_out > 0 {

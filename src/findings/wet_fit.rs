@@ -16,6 +16,17 @@ use crate::physics::quantity::Quantity;
 use crate::runs::{Runs, Series};
 use crate::scene::{Scene, WetLaw};
 
+/// What laws of the wet runs are fitted to.
+#[derive(Debug, Clone, Copy)]
+pub struct FitSetup<'a> {
+    /// what was held fixed
+    pub scene: &'a Scene,
+    /// what was measured
+    pub runs: &'a Runs,
+    /// k of each sphere by its dry runs
+    pub dry: &'a [FittedDry],
+}
+
 /// The rebounds of some series of one sphere, pooled, in the order of the table.
 pub(super) struct WetRuns {
     /// 1/St, or 1/v in s/m
@@ -33,28 +44,23 @@ pub(super) struct WetRuns {
     pub stuck: usize,
     pub errors: Option<ErrorColumns>,
     own: Option<OwnDrySpeed>,
+    quoting: Quoting,
 }
 
 impl WetRuns {
     /// Rebounds with their 1/St.
-    pub fn over_stokes(scene: &Scene, runs: &Runs, dry: &[FittedDry], series: &[Series]) -> WetRuns {
-        WetRuns::new(scene, runs, dry, series, |run| runs.inverse_stokes(run))
+    pub fn over_stokes(setup: FitSetup, series: &[Series]) -> WetRuns {
+        WetRuns::new(setup, series, |run| setup.runs.inverse_stokes(run))
     }
 
     /// Rebounds with their 1/v.
-    pub fn over_speed(scene: &Scene, runs: &Runs, dry: &[FittedDry], series: &[Series]) -> WetRuns {
-        WetRuns::new(scene, runs, dry, series, |run| {
-            Law::SQUARE_ROOT.abscissa(runs.impact_speed[run])
-        })
+    pub fn over_speed(setup: FitSetup, series: &[Series]) -> WetRuns {
+        let speeds = &setup.runs.impact_speed;
+        WetRuns::new(setup, series, |run| Law::SQUARE_ROOT.abscissa(speeds[run]))
     }
 
-    fn new(
-        scene: &Scene,
-        runs: &Runs,
-        dry: &[FittedDry],
-        series: &[Series],
-        abscissa: impl Fn(usize) -> f64,
-    ) -> WetRuns {
+    fn new(setup: FitSetup, series: &[Series], abscissa: impl Fn(usize) -> f64) -> WetRuns {
+        let FitSetup { scene, runs, dry } = setup;
         let rebounds = || series.iter().flat_map(|one| one.rebounds.clone());
         let speeds: Vec<f64> = rebounds().map(|run| runs.impact_speed[run]).collect();
         let sphere = series.first().map(|one| one.sphere);
@@ -70,6 +76,7 @@ impl WetRuns {
             errors: error_columns(scene, runs, ParameterKind::SigmaWet, ranges, own.as_ref()),
             speeds,
             own,
+            quoting: Quoting::of(scene),
         }
     }
 
@@ -88,7 +95,7 @@ impl WetRuns {
     }
 
     /// Fits a law, with the profile limits of the numbers that these quantities are functions of.
-    pub fn fit(&self, over: LawOver, quantities: &[Quantity], quoting: Quoting) -> WetFit {
+    pub fn fit(&self, over: LawOver, quantities: &[Quantity]) -> WetFit {
         let regression = self.regression(over.law());
         let (fit, weights) = regression.fit_with_errors(self.errors.as_ref());
         let variance = weights.as_ref().map_or(&[][..], |weights| &weights.variance);
@@ -104,12 +111,13 @@ impl WetRuns {
         }
         WetFit {
             over,
-            limits: LawLimits::find(over, &regression, (&fit, weights.as_ref()), quantities, quoting),
+            limits: LawLimits::find(over, &regression, (&fit, weights.as_ref()), quantities, self.quoting),
             uncertain,
             shift_by_dry_k,
             speed_error,
             fit,
             weights,
+            quoting: self.quoting,
         }
     }
 }
@@ -117,6 +125,7 @@ impl WetRuns {
 /// A law of the wet restitution as it was fitted.
 pub(super) struct WetFit {
     over: LawOver,
+    quoting: Quoting,
     pub fit: Fit,
     /// weights of the runs, where they carry measurement errors
     pub weights: Option<ErrorWeights>,
@@ -132,14 +141,14 @@ pub(super) struct WetFit {
 
 impl WetFit {
     /// What estimates are taken from; `undefined` says why there is none of a quantity without e_inf, and with it.
-    pub fn source(&self, undefined: [&'static str; 2], quoting: Quoting) -> FittedLaw<'_> {
+    pub fn source(&self, undefined: [&'static str; 2]) -> FittedLaw<'_> {
         FittedLaw {
             wetted: self.over.wetted(variables(two(&self.fit))),
             uncertain: &self.uncertain,
             limits: self.limits.as_ref(),
             why_none: (!self.fit.converged()).then(|| why_stopped(&self.fit)),
             undefined,
-            quoting,
+            quoting: self.quoting,
         }
     }
 }

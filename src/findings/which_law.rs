@@ -2,15 +2,13 @@
 
 use std::ops::Range;
 
-use super::dry::FittedDry;
 use super::fit_verdict::is_clear;
 use super::form_choice::GAIN;
 use super::remarks::SELDOM;
-use super::wet_fit::WetRuns;
+use super::wet_fit::{FitSetup, WetRuns};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::nested::{nested, FTest, Spread};
-use crate::runs::Runs;
-use crate::scene::{Scene, WetLaw};
+use crate::scene::WetLaw;
 
 /// The linear law against the square root, each with an e_inf and a St_c of its own at every film ratio of a particle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,7 +30,8 @@ impl LineAgainstRoot {
     /// A lucky rebound near sticking has no fair residual: runs that either law expects within three spreads of it are left
     /// out. Where the square root holds, a gain of 4 comes by chance in less than one table of 400, however far the laws
     /// are apart: the gain is then normal with a mean of minus half its variance.
-    pub fn over_all(scene: &Scene, runs: &Runs, dry: &[FittedDry]) -> Option<LineAgainstRoot> {
+    pub fn over_all(setup: FitSetup) -> Option<LineAgainstRoot> {
+        let FitSetup { scene, runs, .. } = setup;
         let ratios = runs.film_groups.iter().filter(|group| group.has_one_film_ratio());
         let groups: Vec<Range<usize>> = if scene.model.series_offsets {
             (0..runs.series.len()).map(|series| series..series + 1).collect()
@@ -43,7 +42,7 @@ impl LineAgainstRoot {
         let mut bend = Bend::default();
         let mut told = 0;
         for group in groups {
-            let pool = WetRuns::over_stokes(scene, runs, dry, &runs.series[group]);
+            let pool = WetRuns::over_stokes(setup, &runs.series[group]);
             if let Some((of_group, clear)) = Squares::of(&pool, scene.data.smallest_restitution) {
                 all = all.and(of_group);
                 bend.add(&pool, &clear);

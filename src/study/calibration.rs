@@ -7,9 +7,9 @@ use minijinja::context;
 
 use super::coverage::{covers, draw, CoverageDesign, DrawnSets};
 use crate::error::Error;
-use crate::findings::estimate::{Estimate, Quoting};
+use crate::findings::estimate::Estimate;
 use crate::findings::scaling::{self, FittedScaling};
-use crate::findings::{bootstrap, energy};
+use crate::findings::{bootstrap, FitSetup};
 use crate::inference::bootstrap::strata::LEAST_RUNS;
 use crate::inference::delta::LEVELS;
 use crate::physics::Quantity;
@@ -184,18 +184,19 @@ pub fn measure(drawn: DrawnSets) -> Result<CoverageTable, Error> {
 /// Both laws at the design's one film ratio, bootstrapped or not.
 fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<FittedScaling>, Error> {
     let runs = draw(scene, seed, "calibration", set)?;
-    let quoting = Quoting {
-        level: scene.bootstrap.level,
+    let setup = FitSetup {
+        scene,
+        runs: &runs,
+        dry: &[],
     };
-    let mut fitted = scaling::fit_scaling(scene, &runs, &[], quoting);
+    let mut fitted = scaling::fit_scaling(setup);
     fitted.retain(|fitted| fitted.scaling.film_ratio.is_some());
     if replicated {
-        let mut none = energy::estimate_energy(scene, &runs, &[], &[], quoting);
         let estimates = bootstrap::Estimates {
             dry: &mut [],
             series: &mut [],
             scaling: &mut fitted,
-            energy: &mut none,
+            energy: &mut [],
         };
         let options = bootstrap::Options {
             seed: seed.wrapping_add(set),

@@ -10,12 +10,10 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use crate::findings::balance::{
     at_place, problem_of, spheres_with_known_k, EnergyBalance, FittedPoint, WetPlaceValues,
 };
-use crate::findings::dry::FittedDry;
 use crate::findings::places::WetPlace;
+use crate::findings::wet_fit::FitSetup;
 use crate::inference::descent::descend;
 use crate::inference::joint::{Joint, JointFit};
-use crate::runs::Runs;
-use crate::scene::Scene;
 
 /// Share of a parameter, or of its standard error where that is larger, over which g is differenced: the curves this is
 /// for turn within 1e-4 of their values, and slopes are known to 1e-16 of theirs.
@@ -27,7 +25,6 @@ const SMALL: f64 = 1e-14;
 /// The balance at the fit, its form and the weights of the runs kept.
 pub(super) struct LinearisedBalance<'h> {
     fit: &'h FittedPoint,
-    dry: &'h [FittedDry],
     /// b
     point: Vec<f64>,
     /// ∂g/∂b
@@ -43,16 +40,16 @@ pub(super) struct MovedBalance {
 }
 
 /// The balance's problem for a scene and its runs, with the weights that the fit ended with.
-fn problem<'r>(scene: &Scene, runs: &'r Runs, dry: &[FittedDry], fit: &FittedPoint) -> JointFit<'r> {
+fn problem<'r>(FitSetup { scene, runs, dry }: FitSetup<'r>, fit: &FittedPoint) -> JointFit<'r> {
     let known = spheres_with_known_k(runs, dry);
     problem_of(Joint::new(scene, runs, fit.form, &known, &known), dry, fit.spread)
 }
 
 impl<'h> LinearisedBalance<'h> {
     /// `None` where the squares have no proper minimum, or the search for it does not get there.
-    pub(super) fn new(scene: &Scene, runs: &Runs, dry: &'h [FittedDry], balance: &'h EnergyBalance) -> Option<Self> {
+    pub(super) fn new(setup: FitSetup, balance: &'h EnergyBalance) -> Option<Self> {
         let fit = &balance.fitted_point;
-        let problem = problem(scene, runs, dry, fit);
+        let problem = problem(setup, fit);
         // the squares, and g as their gradient
         let sums = |point: &[f64]| problem.sums_at(&fit.roots, point);
         // where the bias by errors of speeds was taken off, the balance is not at its least squares
@@ -73,21 +70,20 @@ impl<'h> LinearisedBalance<'h> {
         let curvature = DMatrix::from_columns(&columns?);
         Some(LinearisedBalance {
             fit,
-            dry,
             point,
             curvature: Cholesky::new((&curvature + curvature.transpose()) * 0.5)?,
         })
     }
 
     /// The balance at two scenes and their runs that lie as far on either side; `None` where the model is undefined.
-    pub(super) fn at(&self, settings: [(&Scene, &Runs); 2]) -> Option<[MovedBalance; 2]> {
-        let problems = settings.map(|(scene, runs)| problem(scene, runs, self.dry, self.fit));
+    pub(super) fn at(&self, settings: [FitSetup; 2]) -> Option<[MovedBalance; 2]> {
+        let problems = settings.map(|setup| problem(setup, self.fit));
         let [first, second] = problems
             .each_ref()
             .map(|problem| problem.sums_at(&self.fit.roots, &self.point));
         let apart = self.curvature.solve(&(second?.gradient - first?.gradient));
         let moved = |side: usize, share: f64| {
-            let (joint, (scene, runs)) = (&problems[side].joint, settings[side]);
+            let (joint, FitSetup { scene, runs, .. }) = (&problems[side].joint, settings[side]);
             let there = self.point.iter().zip(&apart);
             let parameters: Vec<f64> = there.map(|(value, apart)| value + share * apart).collect();
             let places = WetPlace::all(runs, joint.form);

@@ -15,10 +15,8 @@ mod sensitivity;
 use rayon::prelude::*;
 
 use super::balance::EnergyBalance;
-use super::dry::FittedDry;
 use super::scaling::FittedScaling;
-use crate::runs::Runs;
-use crate::scene::Scene;
+use super::wet_fit::FitSetup;
 pub(super) use constant::{list_constants, Constant};
 use linearised::LinearisedBalance;
 use results::{results, Changed, SensitiveResult};
@@ -34,12 +32,11 @@ const PARTS: f64 = 1e5;
 /// The sensitivity of what the energy balance gives and, at the film ratio shown of each particle, of e_inf and St_c; a
 /// fit that may not be quoted has none.
 pub fn find_sensitivities(
-    scene: &Scene,
-    runs: &Runs,
-    dry: &[FittedDry],
+    setup: FitSetup,
     scaling: &[FittedScaling],
     balance: Option<&EnergyBalance>,
 ) -> Vec<Sensitivity> {
+    let FitSetup { scene, runs, dry } = setup;
     let balance = balance.filter(|balance| balance.verdict.passed);
     let results = results(scene, runs, scaling, balance);
     if results.is_empty() {
@@ -47,24 +44,22 @@ pub fn find_sensitivities(
     }
     let listed = list_constants(scene, runs);
     let constants: Vec<&Constant> = listed.iter().filter(|constant| constant.is_varied).collect();
-    let balance = balance.and_then(|balance| LinearisedBalance::new(scene, runs, dry, balance));
-    let columns: Vec<Vec<f64>> =
-        constants
-            .par_iter()
-            .map(|constant| {
-                let sides = [-STEP, STEP].map(|share| constant.changed(scene, runs, share));
-                let settings = sides.each_ref().map(|(scene, runs)| (scene, &**runs));
-                let balances = balance.as_ref().and_then(|balance| balance.at(settings));
-                let [before, after] = balances.map_or([None, None], |balances| balances.map(Some));
-                let [less, more] = [(settings[0], before), (settings[1], after)]
-                    .map(|((scene, runs), balance)| Changed { scene, runs, balance });
-                // a power law has no other error than rounding in logarithms; NaN where a fit gives no number
-                let slope = |result: &SensitiveResult| -> Option<f64> {
-                    Some((result.at(&more, dry)? / result.at(&less, dry)?).ln() / (2.0 * STEP))
-                };
-                results.iter().map(|result| slope(result).unwrap_or(f64::NAN)).collect()
-            })
-            .collect();
+    let balance = balance.and_then(|balance| LinearisedBalance::new(setup, balance));
+    let columns: Vec<Vec<f64>> = constants
+        .par_iter()
+        .map(|constant| {
+            let sides = [-STEP, STEP].map(|share| constant.changed(scene, runs, share));
+            let [less, more] = sides.each_ref().map(|(scene, runs)| FitSetup { scene, runs, dry });
+            let balances = balance.as_ref().and_then(|balance| balance.at([less, more]));
+            let [before, after] = balances.map_or([None, None], |balances| balances.map(Some));
+            let [less, more] = [(less, before), (more, after)].map(|(setup, balance)| Changed { setup, balance });
+            // a power law has no other error than rounding in logarithms; NaN where a fit gives no number
+            let slope = |result: &SensitiveResult| -> Option<f64> {
+                Some((result.at(&more)? / result.at(&less)?).ln() / (2.0 * STEP))
+            };
+            results.iter().map(|result| slope(result).unwrap_or(f64::NAN)).collect()
+        })
+        .collect();
     results
         .into_iter()
         .enumerate()

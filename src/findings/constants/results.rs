@@ -5,10 +5,10 @@ use std::ops::Range;
 use super::linearised::MovedBalance;
 use super::sensitivity::{Sensitivity, BALANCE};
 use crate::findings::balance::EnergyBalance;
-use crate::findings::dry::FittedDry;
 use crate::findings::estimate::Estimate;
 use crate::findings::film_ratio;
 use crate::findings::scaling::{square_root_of, FittedScaling};
+use crate::findings::wet_fit::FitSetup;
 use crate::model::parameters::ParameterKind;
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::runs::Runs;
@@ -16,8 +16,7 @@ use crate::scene::{Scene, WetLaw};
 
 /// A scene and its runs with a constant changed.
 pub(super) struct Changed<'c> {
-    pub(super) scene: &'c Scene,
-    pub(super) runs: &'c Runs,
+    pub(super) setup: FitSetup<'c>,
     /// the energy balance there; `None` without one
     pub(super) balance: Option<MovedBalance>,
 }
@@ -55,13 +54,13 @@ impl SensitiveResult {
     }
 
     /// Its value where a constant has changed; `None` where a fit gives none.
-    pub(super) fn at(&self, changed: &Changed, dry: &[FittedDry]) -> Option<f64> {
-        let balance = changed.balance.as_ref();
+    pub(super) fn at(&self, changed: &Changed) -> Option<f64> {
+        let (setup, balance) = (changed.setup, changed.balance.as_ref());
         match &self.source {
             Source::Parameter(place) => balance?.parameters.get(*place).copied(),
             Source::DeltaC(particle) => {
                 let at = Place {
-                    roughness: changed.scene.particles[*particle].roughness,
+                    roughness: setup.scene.particles[*particle].roughness,
                     ..Place::NONE
                 };
                 let l = *balance?.parameters.first()?;
@@ -69,8 +68,8 @@ impl SensitiveResult {
             }
             Source::AtPlace(place, quantity) => Some(balance?.at_places.get(*place)?.as_ref()?.value(*quantity)),
             Source::Law(series, place) => {
-                let series = &changed.runs.series[series.clone()];
-                Some(square_root_of(changed.scene, changed.runs, dry, series)?[*place])
+                let series = &setup.runs.series[series.clone()];
+                Some(square_root_of(setup, series)?[*place])
             }
         }
     }

@@ -30,11 +30,11 @@ mod wet_law;
 use serde::Serialize;
 
 use super::balance::EnergyBalance;
-use super::dry::FittedDry;
+use super::wet_fit::FitSetup;
 use crate::inference::spreads::equal_spreads;
 use crate::physics::Form;
-use crate::runs::{is_in_even_share, Runs};
-use crate::scene::{LikelihoodFamily, Scene};
+use crate::runs::is_in_even_share;
+use crate::scene::LikelihoodFamily;
 pub(super) use assumptions::noise_notices;
 pub use growth::{GrowthTest, GrowthWith, NoiseGrowth, LINE_OF_BANDS};
 pub use offsets::Offsets;
@@ -67,17 +67,12 @@ pub struct Noise {
 }
 
 /// Analyses the scatter about the joint fit; `None` without a fit or without any scatter.
-pub(super) fn analyse_noise(
-    scene: &Scene,
-    runs: &Runs,
-    dry: &[FittedDry],
-    balance: Option<&EnergyBalance>,
-    form: Form,
-) -> Option<Noise> {
+pub(super) fn analyse_noise(setup: FitSetup, balance: Option<&EnergyBalance>, form: Form) -> Option<Noise> {
+    let FitSetup { scene, runs, .. } = setup;
     let share = MOST_RUNS as f64 / runs.len().max(1) as f64;
     let some = (share < 1.0).then(|| runs.with_runs(|run| runs.film[run] == 0.0 || is_in_even_share(run, share)));
     let runs = some.as_ref().unwrap_or(runs);
-    let (joint, point) = point::linearisation_point(scene, runs, dry, balance, form);
+    let (joint, point) = point::linearisation_point(FitSetup { runs, ..setup }, balance, form);
     let rows = Rows::new(scene, joint, point);
     let tested = outliers::count_tested(&rows);
     let far = outliers::candidate_distance(tested);

@@ -1,28 +1,25 @@
 //! Finds the point about which the joint fit is looked at: where least squares ended, or would with the priors' k.
 
 use crate::findings::balance::{problem_of, rebounds, spheres_with_known_k, EnergyBalance};
-use crate::findings::dry::FittedDry;
+use crate::findings::wet_fit::FitSetup;
 use crate::inference::joint::{fit_joint, Joint, Known};
 use crate::inference::least_squares::Stop;
 use crate::model::parameters::{prior_of, ParameterKind};
 use crate::physics::Form;
-use crate::runs::Runs;
-use crate::scene::Scene;
 
 /// The joint fit, and the values of its parameters: the energy balance's own where it holds every sphere that rebounds;
 /// else those of a balance which takes unknown k from their priors. Spheres with dry runs alone follow.
 pub(super) fn linearisation_point<'r>(
-    scene: &Scene,
-    runs: &'r Runs,
-    dry: &[FittedDry],
+    setup: FitSetup<'r>,
     balance: Option<&EnergyBalance>,
     form: Form,
 ) -> (Joint<'r>, Vec<f64>) {
+    let FitSetup { scene, runs, dry } = setup;
     let all: Vec<usize> = (0..runs.spheres.len()).filter(|s| rebounds(runs, *s)).collect();
     let of_balance = balance.filter(|_| spheres_with_known_k(runs, dry).len() == all.len());
     let found = match of_balance {
         Some(balance) => Some((balance.form(), balance.fitted_point.point.clone(), balance.stop)),
-        None => with_priors(scene, runs, dry, form, &all),
+        None => with_priors(setup, form, &all),
     };
     // a direction the runs cannot see is left out later, and makes the residuals no worse
     let ended = [Stop::Converged, Stop::Degenerate].map(Stop::as_str);
@@ -46,13 +43,8 @@ const OPEN: f64 = 1e-6;
 const USUAL: f64 = 0.02;
 
 /// Form, parameters and stop reason of a balance of all spheres that rebound; `None` without any.
-fn with_priors(
-    scene: &Scene,
-    runs: &Runs,
-    dry: &[FittedDry],
-    form: Form,
-    spheres: &[usize],
-) -> Option<(Form, Vec<f64>, &'static str)> {
+fn with_priors(setup: FitSetup, form: Form, spheres: &[usize]) -> Option<(Form, Vec<f64>, &'static str)> {
+    let FitSetup { scene, runs, dry } = setup;
     if spheres.is_empty() {
         return None;
     }

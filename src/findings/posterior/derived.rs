@@ -17,8 +17,8 @@ use crate::scene::{Particle, Scene};
 pub struct DerivedDraws {
     /// its name in files, with the label in brackets where it has one
     pub name: String,
-    /// what it is: `st_c`
-    pub quantity: &'static str,
+    /// what it is
+    pub quantity: Quantity,
     /// the particle or the setting it holds for: `PTFE,AK10,0.06`
     pub label: Option<String>,
     /// the setting it holds for
@@ -130,6 +130,18 @@ pub fn derived_draws(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) 
     all
 }
 
+/// The draws of the physical parameters, and of e_inf and St_c at each setting, with their names.
+pub(in crate::findings) fn main_draws<'d>(
+    sampled: &'d Sampled,
+    derived: &'d [DerivedDraws],
+) -> impl Iterator<Item = (&'d String, &'d Vec<Vec<f64>>)> {
+    let parameters = sampled.parameters.sampled.iter().zip(&sampled.values);
+    let parameters = parameters.filter(|(own, _)| own.kind.quantity().is_some());
+    let quoted = |own: &&DerivedDraws| matches!(own.quantity, Quantity::EInf | Quantity::StC);
+    let derived = derived.iter().filter(quoted).map(|own| (&own.name, &own.values));
+    parameters.map(|(own, values)| (&own.name, values)).chain(derived)
+}
+
 fn derived(
     quantity: Quantity,
     label: Option<String>,
@@ -141,7 +153,7 @@ fn derived(
         name: label
             .as_ref()
             .map_or(name.to_owned(), |label| format!("{name}[{label}]")),
-        quantity: name,
+        quantity,
         label,
         setting,
         values,

@@ -86,7 +86,7 @@ impl Posterior {
 
     /// That the runs contradict a prior; `None` where they do not.
     pub fn prior_conflict(&self) -> Option<&Remark> {
-        let is_conflict = |check: &&Remark| check.code == remarks::PRIOR_CONFLICT.code && !check.passed;
+        let is_conflict = |check: &&Remark| remarks::PRIOR_CONFLICT.is(check) && !check.passed;
         self.checks.iter().find(is_conflict)
     }
 }

@@ -17,30 +17,30 @@ use crate::scene::Scene;
 /// Standard errors that chance may add to a coverage or a mean residual.
 const CHANCE: f64 = 3.5;
 
-/// Names of the checks that stand where nothing was sampled.
-const NOT_SAMPLED: [&str; 5] = [
-    remarks::PARAMETERS_LEFT.code,
-    remarks::RUNS_TO_SPARE.code,
-    remarks::DRAWS_MADE.code,
-    remarks::NOISE.code,
-    remarks::REBOUNDS.code,
+/// The checks that stand where nothing was sampled.
+const NOT_SAMPLED: [Kind; 5] = [
+    remarks::PARAMETERS_LEFT,
+    remarks::RUNS_TO_SPARE,
+    remarks::DRAWS_MADE,
+    remarks::NOISE,
+    remarks::REBOUNDS,
 ];
 
-/// Names of the checks of how the draws were made.
-const OF_SAMPLING: [&str; 8] = [
-    remarks::RHAT.code,
-    remarks::ESS_BULK.code,
-    remarks::ESS_TAIL.code,
-    remarks::E_BFMI.code,
-    remarks::DIVERGENCES.code,
-    remarks::KHAT.code,
-    remarks::ACCURACY.code,
-    remarks::COMPRESSION_ERROR.code,
+/// The checks of how the draws were made.
+const OF_SAMPLING: [Kind; 8] = [
+    remarks::RHAT,
+    remarks::ESS_BULK,
+    remarks::ESS_TAIL,
+    remarks::E_BFMI,
+    remarks::DIVERGENCES,
+    remarks::KHAT,
+    remarks::ACCURACY,
+    remarks::COMPRESSION_ERROR,
 ];
 
 /// Whether a check asks how the draws were made, and not of the model or the runs.
 pub(super) fn is_of_sampling(check: &Remark) -> bool {
-    OF_SAMPLING.contains(&check.code)
+    OF_SAMPLING.iter().any(|kind| kind.is(check))
 }
 
 /// Why no posterior was sampled, though the scene wants one; the check fails and gates.
@@ -50,7 +50,9 @@ pub struct PosteriorRefusal(pub Box<Remark>);
 impl PosteriorRefusal {
     /// Its check among all, if nothing was sampled.
     pub fn among(checks: &[Remark]) -> Option<&Remark> {
-        checks.iter().find(|check| NOT_SAMPLED.contains(&check.code))
+        checks
+            .iter()
+            .find(|check| NOT_SAMPLED.iter().any(|kind| kind.is(check)))
     }
 }
 

@@ -9,9 +9,10 @@ mod size;
 
 use self::size::term_sizes;
 pub use self::size::{SizedTerm, LINE};
-use super::balance::{self, BalanceSetup, EnergyBalance};
+use super::balance::{self, EnergyBalance};
 use super::remarks::{self, COMPARE_DRY_SPEEDS};
 use super::scaling::FittedScaling;
+use super::wet_fit::FitSetup;
 use crate::physics::form::Term;
 use crate::physics::Form;
 use crate::remark::{Level, Remark};
@@ -22,7 +23,7 @@ use crate::rounding::with_se;
 /// What comes back is the form to hold, its balance, and the terms with the sizes they have in it; a term that was left
 /// out keeps the size it was left out for.
 pub(super) fn choose_terms(
-    setup: BalanceSetup,
+    setup: FitSetup,
     scaling: &[FittedScaling],
 ) -> (Form, Option<EnergyBalance>, Vec<SizedTerm>) {
     let scene = setup.scene;

@@ -3,10 +3,11 @@
 use nalgebra::DVector;
 use serde::Serialize;
 
-use crate::findings::balance::{rebounds, BalanceSetup, EnergyBalance};
+use crate::findings::balance::{rebounds, EnergyBalance};
 use crate::findings::dry;
 use crate::findings::form_choice::GAIN;
 use crate::findings::scaling::FittedScaling;
+use crate::findings::wet_fit::FitSetup;
 use crate::inference::joint::{Joint, JointRow, Part};
 use crate::inference::linearised_joint::Inverse;
 use crate::inference::sums::Sums;
@@ -65,8 +66,8 @@ const WIDE: f64 = 1e6;
 const SEEN: f64 = 2.0;
 
 /// Spreads of dry and of wet restitutions; `None` where the runs leave none.
-fn spreads(setup: BalanceSetup, scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> Option<[f64; 2]> {
-    let BalanceSetup { runs, dry, .. } = setup;
+fn spreads(setup: FitSetup, scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> Option<[f64; 2]> {
+    let FitSetup { runs, dry, .. } = setup;
     let of_laws = || {
         let laws = scaling.iter().filter(|fitted| fitted.law == WetLaw::Sqrt);
         laws.filter_map(|fitted| fitted.scaling.residual_sd).reduce(f64::min)
@@ -82,12 +83,12 @@ fn spreads(setup: BalanceSetup, scaling: &[FittedScaling], balance: Option<&Ener
 
 /// Every term with its size in this form; the bridge only where a liquid in use has a surface tension.
 pub(super) fn term_sizes(
-    setup: BalanceSetup,
+    setup: FitSetup,
     scaling: &[FittedScaling],
     form: Form,
     balance: Option<&EnergyBalance>,
 ) -> Vec<SizedTerm> {
-    let BalanceSetup { scene, runs, .. } = setup;
+    let FitSetup { scene, runs, .. } = setup;
     // where the form of inertia was left open, the one the balance took
     let form = Form {
         inertia: balance.map_or(form.inertia, |balance| balance.form().inertia),

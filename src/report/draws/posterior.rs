@@ -183,7 +183,7 @@ fn derived(posterior: &Posterior, size: DrawSize) -> ArrayGroup {
     for of_one in posterior.derived.chunk_by(|a, b| a.quantity == b.quantity) {
         let labels: Vec<String> = of_one.iter().filter_map(|derived| derived.label.clone()).collect();
         let columns: Vec<&[Vec<f64>]> = of_one.iter().map(|derived| derived.values.as_slice()).collect();
-        let (name, by_setting) = (of_one[0].quantity, of_one[0].setting.is_some());
+        let (name, by_setting) = (of_one[0].quantity.describe().name, of_one[0].setting.is_some());
         if labels.is_empty() {
             group.add(name, &size.dimensions(), ArrayValues::interleaved(&columns));
         } else {

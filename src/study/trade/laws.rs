@@ -2,8 +2,7 @@
 
 use serde::Serialize;
 
-use crate::findings::estimate::Quoting;
-use crate::findings::{dry, energy, scaling};
+use crate::findings::{dry, energy, scaling, FitSetup};
 use crate::inference::law::Law;
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::physics::inertia::Inertia;
@@ -30,12 +29,10 @@ pub(super) fn marginals(
     parameters: &ModelParameters,
     inertia: Inertia,
 ) -> Vec<Option<Marginal>> {
-    let quoting = Quoting {
-        level: scene.bootstrap.level,
-    };
-    let dry = dry::fit_dry_laws(scene, runs, quoting);
-    let scaling = scaling::fit_scaling(scene, runs, &dry, quoting);
-    let energy = energy::estimate_energy(scene, runs, &dry, &scaling, quoting);
+    let dry = dry::fit_dry_laws(scene, runs);
+    let setup = FitSetup { scene, runs, dry: &dry };
+    let scaling = scaling::fit_scaling(setup);
+    let energy = energy::estimate_energy(setup, &scaling);
     let of = |kind: ParameterKind| match kind {
         ParameterKind::DryK(sphere) => {
             let fitted = dry.iter().find(|dry| dry.sphere == sphere)?;
