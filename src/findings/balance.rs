@@ -507,10 +507,7 @@ fn choose_form<'r>(
     scene: &Scene,
     of_form: impl Fn(Inertia) -> WeighedFit<'r>,
 ) -> (WeighedFit<'r>, Option<InertiaChoice>) {
-    let mut fits = Inertia::ALL
-        .map(|inertia| (inertia, of_form(inertia)))
-        .into_iter()
-        .collect::<Vec<_>>();
+    let mut fits = Vec::from(Inertia::ALL.map(|inertia| (inertia, of_form(inertia))));
     let candidate = |(inertia, fit): &(Inertia, WeighedFit)| {
         let joint = &fit.problem.joint;
         let c = joint.value(Coefficient::InertialPrefactor, &fit.fit.parameters);

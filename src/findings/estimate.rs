@@ -169,15 +169,13 @@ impl Quoting {
             intervals.extend(quoted);
         }
         Estimate {
-            value: Some(value),
             se: Some(se),
             delta_se: Some(se),
             interval: quoted.map(|made| [made.lo, made.hi]),
-            level: self.level,
             method: scale.method(),
             intervals,
-            bootstrap: None,
             why_none: quoted.is_none().then(|| "its interval is not finite".to_owned()),
+            ..self.without_se(Some(value), "")
         }
     }
 }

@@ -116,11 +116,7 @@ fn level_off(findings: &Findings) -> Option<String> {
 
 /// What the runs that stuck say.
 fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
-    let stuck = runs
-        .series
-        .iter()
-        .map(|series| runs.measured(series.stuck.clone()))
-        .sum::<usize>();
+    let stuck: usize = runs.series.iter().map(|own| runs.measured(own.stuck.clone())).sum();
     let wet = runs.wet_measured();
     if wet == 0 {
         return None;

@@ -27,11 +27,6 @@ impl OwnDrySpeed {
         self.order.square_in_log_speed(self.dry_k * speed_root(v))
     }
 
-    /// The same at some speeds.
-    pub fn all_offset_slopes(&self, speeds: &[f64]) -> Vec<[f64; 2]> {
-        speeds.iter().map(|v| self.offset_slopes(*v)).collect()
-    }
-
     /// Slopes in k of the parameters fitted to runs at these speeds, with these variances of the residuals if they have
     /// their own; 0 where the fit has no covariance.
     pub fn shift(&self, fit: &Fit, regression: &Regression, speeds: &[f64], variance: &[f64]) -> [f64; 2] {

@@ -21,7 +21,7 @@ use crate::model::likelihood::{probability_below, RunNoise, Spreads};
 use crate::physics::restitution::Restitution;
 use crate::physics::{Form, LawNumbers, Parameters, Setting};
 use crate::roots::root_between;
-use crate::runs::{Runs, Series};
+use crate::runs::{DryGroup, Runs, Series};
 use crate::scene::Scene;
 
 /// Most draws that predictions are made of: quantiles of a band then err by some 3 % of its width.
@@ -124,6 +124,7 @@ pub struct LiquidBasis {
 impl Basis {
     /// What these runs and draws leave to predict from.
     pub fn of(scene: &Scene, runs: &Runs, sampled: &Sampled) -> Basis {
+        let dry_runs = |particle: usize| runs.dry_in(runs.spheres_of(particle)).iter().map(DryGroup::runs);
         let particles = scene
             .particles
             .iter()
@@ -132,7 +133,10 @@ impl Basis {
                 name: particle.name.clone(),
                 density_kg_m3: particle.density,
                 roughness_m: particle.roughness,
-                dry_k_diameters_m: diameters_with_k(runs, index),
+                dry_k_diameters_m: runs.spheres[runs.spheres_of(index)]
+                    .iter()
+                    .filter_map(|sphere| sphere.diameter)
+                    .collect(),
                 covered: covered(runs, index, None).map(|(covered, _)| covered),
                 covered_in: (0..scene.liquids.len())
                     .filter_map(|liquid| {
@@ -144,7 +148,7 @@ impl Basis {
                         })
                     })
                     .collect(),
-                dry_speeds_m_s: range(dry_speeds(runs, index)),
+                dry_speeds_m_s: range(dry_runs(index).flatten().map(|run| runs.impact_speed[run])),
             });
         let liquids = scene.liquids.iter().map(|liquid| LiquidBasis {
             name: liquid.name.clone(),
@@ -202,11 +206,6 @@ fn draws_kept(sampled: &Sampled) -> Vec<ParameterDraws> {
     names.zip(drawn).map(named).collect()
 }
 
-fn diameters_with_k(runs: &Runs, particle: usize) -> Vec<f64> {
-    let spheres = &runs.spheres[runs.spheres_of(particle)];
-    spheres.iter().filter_map(|sphere| sphere.diameter).collect()
-}
-
 /// What the wet runs of a particle covered in a liquid, and between which speeds, m/s; `None`: in all liquids.
 fn covered(runs: &Runs, particle: usize, liquid: Option<usize>) -> Option<(Covered, [f64; 2])> {
     let series = runs.series_in(runs.spheres_of(particle)).iter();
@@ -217,11 +216,6 @@ fn covered(runs: &Runs, particle: usize, liquid: Option<usize>) -> Option<(Cover
         film_ratio: range_of(&|run| runs.impacts.film_ratio[run])?,
     };
     Some((covered, range_of(&|run| runs.impact_speed[run])?))
-}
-
-fn dry_speeds(runs: &Runs, particle: usize) -> impl Iterator<Item = f64> + '_ {
-    let groups = runs.dry_in(runs.spheres_of(particle)).iter();
-    groups.flat_map(|group| &runs.impact_speed[group.runs()]).copied()
 }
 
 impl Covered {

@@ -629,28 +629,17 @@ impl Means {
             if of == MeanOf::Last && rebounds[place + 1..].iter().any(|other| other.group == one.group) {
                 continue;
             }
-            let is_near = |other: &&Rebound| one.is_near(other);
+            let belongs = |other: &&Rebound| match of.is_of_one_speed() {
+                true => one.is_near(other),
+                false => other.group == one.group,
+            };
             let most = length.end() + 1;
+            let (above, below) = (rebounds[begin..place].iter().rev(), rebounds[place + 1..].iter());
+            let others = rebounds.iter().filter(|other| other.row != one.row);
             let block: Vec<&Rebound> = match of {
-                MeanOf::Above => rebounds[begin..place]
-                    .iter()
-                    .rev()
-                    .take_while(is_near)
-                    .take(most)
-                    .collect(),
-                MeanOf::Below => rebounds[place + 1..].iter().take_while(is_near).take(most).collect(),
-                MeanOf::All => {
-                    let others = rebounds.iter().filter(|other| other.row != one.row);
-                    others.filter(is_near).take(most).collect()
-                }
-                MeanOf::Group | MeanOf::Last => {
-                    let others = rebounds.iter().filter(|other| other.row != one.row);
-                    others.filter(|other| other.group == one.group).take(most).collect()
-                }
-                MeanOf::Block => {
-                    let above = rebounds[begin..place].iter().rev();
-                    above.take_while(|other| other.group == one.group).take(most).collect()
-                }
+                MeanOf::Above | MeanOf::Block => above.take_while(belongs).take(most).collect(),
+                MeanOf::Below => below.take_while(belongs).take(most).collect(),
+                MeanOf::All | MeanOf::Group | MeanOf::Last => others.filter(belongs).take(most).collect(),
             };
             let speeds = Spread::of(block.iter().map(|other| other.speed));
             let restitutions = Spread::of(block.iter().map(|other| other.restitution));

@@ -105,7 +105,7 @@ impl WetRuns {
             if let Some(own) = &self.own {
                 shift_by_dry_k = own.shift(&fit, &regression, &self.speeds, variance);
                 own.widen(&mut uncertain, shift_by_dry_k);
-                offset_slopes = own.all_offset_slopes(&self.speeds);
+                offset_slopes = self.speeds.iter().map(|v| own.offset_slopes(*v)).collect();
             }
             speed_error = regression.speed_error_that_matters(&fit, &offset_slopes, variance);
         }

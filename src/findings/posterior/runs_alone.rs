@@ -201,11 +201,7 @@ impl UnderDefaults {
 /// The rebounds, dry or wet, that tell a parameter, less the parameters that these tell.
 fn freedom(runs: &Runs, sampled: &[ModelParameter], kind: ParameterKind) -> f64 {
     let dry: usize = runs.dry.iter().map(|group| runs.measured(group.rebounds.clone())).sum();
-    let wet: usize = runs
-        .series
-        .iter()
-        .map(|series| runs.measured(series.rebounds.clone()))
-        .sum();
+    let wet: usize = runs.series.iter().map(|own| runs.measured(own.rebounds.clone())).sum();
     let is_of_dry = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(_));
     let told_by_dry = dry > 0 && (is_of_dry(kind) || kind == ParameterKind::SigmaDry);
     let rebounds = if told_by_dry { dry } else { wet };
