@@ -116,10 +116,8 @@ impl EvaluatedModel {
 pub struct Comparison {
     /// the forms, best first
     pub models: Vec<ComparedModel>,
-    /// what must hold
-    pub checks: Vec<Remark>,
-    /// what wants a second look
-    pub notices: Vec<Remark>,
+    /// what must hold, and what wants a second look
+    pub remarks: Vec<Remark>,
     /// leave-one-out of the scene's own form
     pub own: Option<Loo>,
 }
@@ -163,22 +161,19 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
     let runs = context.runs;
     let mut found = Comparison {
         models: vec![],
-        checks: vec![],
-        notices: vec![],
+        remarks: vec![],
         own: None,
     };
     let draws = own.sampled.draws();
     let used = affordable_draws(runs, draws);
     let why_none = why_none_beside(context.scene, runs, draws);
     let Some(used) = used.filter(|_| why_none.is_none()) else {
-        let any_wet = !runs.series.is_empty();
-        let why = why_none.unwrap_or_default();
-        found.notices.push(if any_wet {
-            let text = format!("forms of the law are not compared: {why}");
-            remarks::COMPARE_LEFT_OUT.notice(1, text).at(Level::Cautions)
-        } else {
+        found.remarks.push(if runs.series.is_empty() {
             let text = "no wet runs: there are no forms of the wet law to compare";
             remarks::COMPARE_LEFT_OUT.with_next_step(1, text.to_owned(), "nothing")
+        } else {
+            let text = format!("forms of the law are not compared: {}", why_none.unwrap_or_default());
+            remarks::COMPARE_LEFT_OUT.notice(1, text).at(Level::Cautions)
         });
         return found;
     };
@@ -186,7 +181,7 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
     let own_loo = match leave_out(context, own.setup, &own.sampled, used) {
         Ok(loo) => loo,
         Err(why) => {
-            found.notices.push(not_compared(own.setup.form, &why));
+            found.remarks.push(not_compared(own.setup.form, &why));
             return found;
         }
     };
@@ -195,7 +190,7 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
     let mut evaluated = vec![own_model];
     for form in alternatives(own.setup.form).filter(|form| *form != own.setup.form) {
         if let Some(why) = why_no_roughness.as_ref().filter(|_| form.viscous.reads_roughness()) {
-            found.notices.push(Remark {
+            found.remarks.push(Remark {
                 next_step: "give roughness_um in [particles], and it is compared".into(),
                 ..not_compared(form, why)
             });
@@ -207,7 +202,7 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
         let model = known.map_or_else(|| evaluate_form(context, setup, &own_loo), |known| Ok(known.clone()));
         match model {
             Ok(model) => evaluated.push(model),
-            Err(why) => found.notices.push(not_compared(form, &why)),
+            Err(why) => found.remarks.push(not_compared(form, &why)),
         }
     }
     rank(&mut evaluated);
@@ -217,10 +212,8 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
         } else {
             "runs"
         };
-        found.checks.push(check_weights(row, used, units));
-        found
-            .checks
-            .push(check_better_form((own.setup.form, row, &own_loo), &evaluated[0]));
+        let better = check_better_form((own.setup.form, row, &own_loo), &evaluated[0]);
+        found.remarks.extend([check_weights(row, used, units), better]);
     }
     found.own = Some(own_loo);
     found.models = evaluated.into_iter().map(|model| model.row).collect();

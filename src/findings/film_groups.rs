@@ -1,4 +1,5 @@
-//! Lists the film groups with their width, and says why some have no film ratio of their own.
+//! Lists the film groups with their width, says why some have no film ratio of their own, and chooses one that stands for the
+//! others.
 
 use serde::Serialize;
 
@@ -57,11 +58,6 @@ pub(super) fn why_no_laws(group: &FilmGroup) -> Option<String> {
     }
 }
 
-/// That of the group a series belongs to.
-pub(super) fn why_no_law_of_series(runs: &Runs, series: usize) -> Option<String> {
-    why_no_laws(runs.film_group_of(series)?)
-}
-
 /// The check of groups without a film ratio of their own. It gates only where there is no other group, unless a fit stands
 /// that uses each run's own film.
 pub(super) fn check(groups: &[FilmGroupWidth], own_films_stand: bool) -> Option<Remark> {
@@ -87,4 +83,30 @@ pub(super) fn check(groups: &[FilmGroupWidth], own_films_stand: bool) -> Option<
     let forbids = without.len() == groups.len() && !own_films_stand;
     let check = remarks::FILM_GROUPS.check(without.len() as f64, text);
     (!groups.is_empty()).then(|| check.forbidding_if(forbids))
+}
+
+/// The film ratio of a sphere that stands for the others in figures: a published one, else the one with most rebounds.
+pub fn reference_film_ratio(scene: &Scene, runs: &Runs, sphere: usize) -> Option<f64> {
+    let particle = runs.spheres[sphere].particle;
+    let mut groups: Vec<&FilmGroup> = runs.film_groups_of(sphere).iter().collect();
+    if groups.iter().any(|group| group.has_one_film_ratio()) {
+        groups.retain(|group| group.has_one_film_ratio());
+    }
+    if groups.is_empty() {
+        return None;
+    }
+    let mut published = scene.published.iter().filter(|p| p.particle == particle);
+    let wanted = published.find_map(|p| p.film_ratio);
+    let near = wanted.and_then(|wanted| {
+        let distance = |ratio: f64| (ratio - wanted).abs();
+        let nearest = groups
+            .iter()
+            .min_by(|a, b| distance(a.film_ratio).total_cmp(&distance(b.film_ratio)))?;
+        (distance(nearest.film_ratio) <= scene.data.film_ratio_gap).then_some(nearest.film_ratio)
+    });
+    let rebounds = |group: &FilmGroup| {
+        let series = &runs.series[group.series.clone()];
+        series.iter().map(|s| runs.measured(s.rebounds.clone())).sum::<usize>()
+    };
+    near.or_else(|| Some(groups.iter().max_by_key(|g| rebounds(g))?.film_ratio))
 }

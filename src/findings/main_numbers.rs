@@ -249,7 +249,7 @@ fn se_of_interval(estimate: &Estimate) -> Option<f64> {
 }
 
 /// Whether, and why not, the numbers may be quoted.
-fn judge(checks: &[Remark]) -> Verdict {
+pub(super) fn judge(checks: &[Remark]) -> Verdict {
     let failed = checks.iter().filter(|check| check.forbids());
     let failed: Vec<&str> = failed.map(|check| check.text.as_str()).collect();
     if failed.is_empty() {
@@ -300,11 +300,6 @@ impl MainNumbers {
             parameters: vec![],
             at: vec![],
         }
-    }
-
-    /// Judges whether they may be quoted.
-    pub(super) fn judge(&mut self, checks: &[Remark]) {
-        self.verdict = judge(checks);
     }
 
     /// Every number with its name.

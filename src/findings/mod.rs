@@ -9,12 +9,11 @@
 //! | `form_choice.rs` | when a form of the law stands in for the default one |
 //! | `quantities.rs` | estimates of quantities from a fit, by the delta method |
 //! | `range.rs` | the smallest and the largest of some numbers |
-//! | `film_ratio.rs` | the film ratio that stands for the others of a particle |
 //! | `places.rs` | where an energy balance is told: film ratios of particles, and diameters where the form tells them apart |
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
 //! | `measurement_errors.rs` | measurement errors of the runs of a fit |
 //! | `remarks.rs` | every remark: code, level, line with its source, next step; and in which order they are told |
-//! | `film_groups.rs` | film groups with their width, and why some have no film ratio of their own |
+//! | `film_groups.rs` | film groups with their width, why some have no film ratio of their own, and which stands for the others |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
 //! | `wet_fit.rs` | a law of the wet restitution fitted to the rebounds of some series |
 //! | `which_law.rs` | the linear law against the square root, by all runs together |
@@ -61,7 +60,6 @@ pub mod error_notices;
 pub mod estimate;
 mod exact_constants;
 pub mod film_groups;
-pub mod film_ratio;
 mod fit_verdict;
 pub mod form_choice;
 pub mod identify;
@@ -104,7 +102,6 @@ use crate::remark::{Level, Remark};
 use crate::runs::{FilmGroup, Runs, Table};
 use crate::scene::{NoiseOn, Scene, Sticking, WetLaw};
 use balance::EnergyBalance;
-use bootstrap::Resampling;
 use compare::Comparison;
 use dry::{Dry, FittedDry};
 use energy::Energy;
@@ -150,7 +147,18 @@ pub fn fit_least_squares_watched(
     );
     let resampled = watcher.map(|done| {
         done(0);
-        fits.add_bootstrap(scene, runs, seed, done)
+        let estimates = bootstrap::Estimates {
+            dry: &mut fits.dry,
+            series: &mut fits.series,
+            scaling: &mut fits.scaling,
+            energy: &mut fits.energy,
+        };
+        let options = bootstrap::Options {
+            seed,
+            keep_all: false,
+            most_resampled: bootstrap::MOST_RESAMPLED,
+        };
+        bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, done)
     });
     let (resampling, bootstrap_notices) = resampled.unzip();
     let film_groups = film_groups::list_film_groups(scene, runs);
@@ -170,7 +178,7 @@ pub fn fit_least_squares_watched(
     let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
     remarks.extend(film_groups::check(&film_groups, own_films_stand));
     remarks.extend(table.notices.iter().cloned());
-    remarks.extend(terms::term_notices(&fits.terms));
+    remarks.extend(fits.terms.iter().filter_map(terms::term_notice));
     remarks.extend(verdicts::fit_notices(setup, table, &fits.series, &fits.scaling));
     let viscous = fits.form.viscous;
     remarks.extend(viscous.caution().map(|caution| {
@@ -278,28 +286,6 @@ impl LeastSquaresFits {
             terms,
         }
     }
-
-    /// Gives the estimates their bootstrap intervals.
-    fn add_bootstrap(
-        &mut self,
-        scene: &Scene,
-        runs: &Runs,
-        seed: u64,
-        done: &(dyn Fn(usize) + Sync),
-    ) -> (Resampling, Vec<Remark>) {
-        let estimates = bootstrap::Estimates {
-            dry: &mut self.dry,
-            series: &mut self.series,
-            scaling: &mut self.scaling,
-            energy: &mut self.energy,
-        };
-        let options = bootstrap::Options {
-            seed,
-            keep_all: false,
-            most_resampled: bootstrap::MOST_RESAMPLED,
-        };
-        bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, done)
-    }
 }
 
 /// Whether other models are drawn beside the scene's own, to be compared.
@@ -345,81 +331,82 @@ impl Findings {
             self.inertia = chosen.choice.or(self.inertia.take());
             self.note_chosen_form();
         }
-        match posterior::fit_posterior(scene, runs, self.least_squares(), setup, watcher)? {
-            Ok(posterior) => {
-                let (posterior, notice, open) =
-                    match slow_rebounds::fit_beside(scene, runs, self.least_squares(), &posterior)? {
-                        Beside::Same => (posterior, None, None),
-                        Beside::Stands(mut wider, notice) => {
-                            wider.as_given = Some(Box::new(posterior));
-                            (*wider, Some(notice), None)
-                        }
-                        Beside::Open(check) => (posterior, None, Some(check)),
-                    };
-                // what least squares made of barely rebounding runs no longer matters
-                self.remarks.retain(|check| !remarks::SLOW_REBOUNDS.is(check));
-                self.remarks.extend(notice);
-                self.remarks.extend(open);
-                let scene = posterior.scene.as_deref().unwrap_or(scene);
-                let context = self.comparison_context(scene, runs, watcher);
-                let mut carried = single_run::find_single_runs(context, &posterior);
-                // the posterior's own check of k against the dry runs takes the place of least squares'
-                let replaced = |check: &Remark| posterior.checks.iter().any(|new| new.code == check.code);
-                self.remarks.retain(|check| !replaced(check));
-                let other_form =
-                    self.energy_balance.as_ref().map(|own| own.inertia) != Some(posterior.findings.inertia);
-                let offsets = scene.model.series_offsets;
-                // what barely rebounding runs are allowed is too little to excuse a misfit
-                let other_noise = scene.model.noise == NoiseOn::Both && posterior.as_given.is_none() || offsets;
-                // no law of a film ratio is quoted beside the posterior then
-                let balance = self.energy_balance.as_ref();
-                let few = balance.is_some_and(|balance| balance.verdict.passed)
-                    && self.scaling.iter().all(|law| !law.tells_its_spread());
-                // an offset of its only series spoils no law
-                let of_offsets = offsets && !self.scaling.iter().any(Scaling::fails_by_itself);
-                for remark in &mut self.remarks {
-                    // least squares does not know this noise, or holds a form that predicts worse: the posterior is quoted
-                    let of_balance = remarks::ENERGY_BALANCE.is(remark) || remarks::WET_ERRORS.is(remark);
-                    let is_law = remarks::SCALING_LAW.is(remark);
-                    let spared = of_balance && (other_noise || other_form);
-                    // nor does the posterior need film groups
-                    if spared || is_law && (of_offsets || few) || remarks::FILM_GROUPS.is(remark) {
-                        *remark = remark.clone().forbidding_if(false);
-                    }
-                    if spared && !remark.passed {
-                        let why = if other_form {
-                            "holds another form of inertia"
-                        } else {
-                            "does not know the noise of the posterior"
-                        };
-                        remark.text = format!("{} by least squares, which {why}", remark.text);
-                    }
-                    // a film ratio without a law has its numbers from the posterior
-                    if !remark.passed && (spared || is_law && !remark.gates()) {
-                        *remark = remark.clone().at(Level::Informs);
-                    }
-                }
-                self.remarks.extend(posterior.checks.iter().cloned());
-                // a prior that the runs contradict explains what else fails
-                self.remarks
-                    .sort_by_key(|check| !remarks::PRIOR_CONFLICT.is(check) || check.passed);
-                self.settle_notices(scene, &posterior);
-                self.posterior = Some(posterior.findings.clone());
-                if let Some(check) = plausible::check_results(scene, runs, self) {
-                    self.remarks.retain(|before| before.code != check.code);
-                    self.remarks.push(check);
-                }
-                self.pick_main_numbers(scene, runs, Some(&posterior));
-                carried.extend(single_run::carried_laws(&self.main, &self.scaling));
-                let carried = single_run::sorted(carried);
-                self.remarks
-                    .extend(single_run::single_run_notice(scene, runs, &carried));
-                Ok(Some(posterior))
-            }
+        let posterior = match posterior::fit_posterior(scene, runs, self.least_squares(), setup, watcher)? {
+            Ok(posterior) => posterior,
             Err(PosteriorRefusal(check)) => {
                 self.remarks.push(*check);
                 self.pick_main_numbers(scene, runs, None);
-                Ok(None)
+                return Ok(None);
+            }
+        };
+        let (posterior, told) = match slow_rebounds::fit_beside(scene, runs, self.least_squares(), &posterior)? {
+            Beside::Same => (posterior, None),
+            Beside::Stands(mut wider, notice) => {
+                wider.as_given = Some(Box::new(posterior));
+                (*wider, Some(notice))
+            }
+            Beside::Open(check) => (posterior, Some(check)),
+        };
+        // what least squares made of barely rebounding runs no longer matters
+        self.remarks.retain(|check| !remarks::SLOW_REBOUNDS.is(check));
+        self.remarks.extend(told);
+        let scene = posterior.scene.as_deref().unwrap_or(scene);
+        let context = self.comparison_context(scene, runs, watcher);
+        let mut carried = single_run::find_single_runs(context, &posterior);
+        // the posterior's own check of k against the dry runs takes the place of least squares'
+        let replaced = |check: &Remark| posterior.checks.iter().any(|new| new.code == check.code);
+        self.remarks.retain(|check| !replaced(check));
+        self.spare_by_posterior(scene, &posterior);
+        self.remarks.extend(posterior.checks.iter().cloned());
+        // a prior that the runs contradict explains what else fails
+        self.remarks
+            .sort_by_key(|check| !remarks::PRIOR_CONFLICT.is(check) || check.passed);
+        self.settle_notices(scene, &posterior);
+        self.posterior = Some(posterior.findings.clone());
+        if let Some(check) = plausible::check_results(scene, runs, self) {
+            self.remarks.retain(|before| before.code != check.code);
+            self.remarks.push(check);
+        }
+        self.pick_main_numbers(scene, runs, Some(&posterior));
+        carried.extend(single_run::carried_laws(&self.main, &self.scaling));
+        let carried = single_run::sorted(carried);
+        self.remarks
+            .extend(single_run::single_run_notice(scene, runs, &carried));
+        Ok(Some(posterior))
+    }
+
+    /// Takes back what failed checks of least squares forbid where the posterior does not rest on it.
+    fn spare_by_posterior(&mut self, scene: &Scene, posterior: &Posterior) {
+        let other_form = self.energy_balance.as_ref().map(|own| own.inertia) != Some(posterior.findings.inertia);
+        let offsets = scene.model.series_offsets;
+        // what barely rebounding runs are allowed is too little to excuse a misfit
+        let other_noise = scene.model.noise == NoiseOn::Both && posterior.as_given.is_none() || offsets;
+        // no law of a film ratio is quoted beside the posterior then
+        let balance = self.energy_balance.as_ref();
+        let few = balance.is_some_and(|balance| balance.verdict.passed)
+            && self.scaling.iter().all(|law| !law.tells_its_spread());
+        // an offset of its only series spoils no law
+        let of_offsets = offsets && !self.scaling.iter().any(Scaling::fails_by_itself);
+        for remark in &mut self.remarks {
+            // least squares does not know this noise, or holds a form that predicts worse: the posterior is quoted
+            let of_balance = remarks::ENERGY_BALANCE.is(remark) || remarks::WET_ERRORS.is(remark);
+            let is_law = remarks::SCALING_LAW.is(remark);
+            let spared = of_balance && (other_noise || other_form);
+            // nor does the posterior need film groups
+            if spared || is_law && (of_offsets || few) || remarks::FILM_GROUPS.is(remark) {
+                *remark = remark.clone().forbidding_if(false);
+            }
+            if spared && !remark.passed {
+                let why = if other_form {
+                    "holds another form of inertia"
+                } else {
+                    "does not know the noise of the posterior"
+                };
+                remark.text = format!("{} by least squares, which {why}", remark.text);
+            }
+            // a film ratio without a law has its numbers from the posterior
+            if !remark.passed && (spared || is_law && !remark.gates()) {
+                *remark = remark.clone().at(Level::Informs);
             }
         }
     }
@@ -505,7 +492,7 @@ impl Findings {
         self.remarks.extend(self.main.check_replicates());
         self.order_advice();
         self.blame_the_prior();
-        self.main.judge(&self.remarks);
+        self.main.verdict = main_numbers::judge(&self.remarks);
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
         let picked_anew = [
             remarks::SPEED_ERROR_MATTERS,
@@ -581,8 +568,7 @@ impl Findings {
         // forms are compared under the noise that was given: under one on the energy, too, each run is an integral
         let own = posterior.as_given.as_deref().unwrap_or(posterior);
         let found = compare::compare_forms(self.comparison_context(scene, runs, watcher), own, &self.sampled_forms);
-        self.remarks.extend(found.checks.iter().cloned());
-        self.remarks.extend(found.notices.iter().cloned());
+        self.remarks.extend(found.remarks.iter().cloned());
         compare::settle_dry_speed(&mut self.remarks, &found.models);
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());
         let context = questions::Context {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::estimate::{Estimate, Quoting};
-use super::film_groups::why_no_law_of_series;
+use super::film_groups::why_no_laws;
 use super::fit_verdict::{falls, square_root_verdict, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE};
 use super::measurement_errors::ErrorSummary;
 use super::quantities::LawOver;
@@ -113,7 +113,7 @@ pub fn fit_series(setup: FitSetup) -> Vec<SeriesFit> {
     let runs = setup.runs;
     let of_place = |place: usize| {
         let mut fit = of_series(setup, &runs.series[place]);
-        if let Some(why) = why_no_law_of_series(runs, place) {
+        if let Some(why) = runs.film_group_of(place).and_then(why_no_laws) {
             fit.withhold(why, Quoting::of(setup.scene));
         }
         fit

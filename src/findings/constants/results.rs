@@ -6,7 +6,7 @@ use super::linearised::MovedBalance;
 use super::sensitivity::{Sensitivity, BALANCE};
 use crate::findings::balance::EnergyBalance;
 use crate::findings::estimate::Estimate;
-use crate::findings::film_ratio;
+use crate::findings::film_groups::reference_film_ratio;
 use crate::findings::scaling::{square_root_of, FittedScaling};
 use crate::findings::wet_fit::FitSetup;
 use crate::model::parameters::ParameterKind;
@@ -109,7 +109,7 @@ pub(super) fn results(
 ) -> Vec<SensitiveResult> {
     let mut results = balance.map_or_else(Vec::new, |balance| of_balance(scene, balance));
     for (sphere, of_sphere) in runs.spheres.iter().enumerate() {
-        let Some(film_ratio) = film_ratio::reference_film_ratio(scene, runs, sphere) else {
+        let Some(film_ratio) = reference_film_ratio(scene, runs, sphere) else {
             continue;
         };
         let named = |quantity: Quantity, diameter_m: Option<f64>, fit: &'static str| Sensitivity {

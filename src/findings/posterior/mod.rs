@@ -5,8 +5,7 @@
 //! | `sampling.rs` | what is sampled and how |
 //! | `runs_alone.rs` | what the runs alone say of each parameter, beside the scene's priors |
 //! | `summary.rs` | the summary, as `findings.json` writes it |
-//! | `summarise.rs` | summarises the draws of each parameter and of what follows |
-//! | `series_offsets.rs` | summarises the draws of the offsets of r that series have |
+//! | `summarise.rs` | summarises the draws of each parameter, of what follows, and of the offsets of r that series have |
 //! | `contraction.rs` | the parameters that keep much of their prior |
 //! | `derived.rs` | what follows from the parameters, draw by draw |
 //! | `draws.rs` | the draws of a particle, for predictions and figures |
@@ -20,7 +19,6 @@ pub(super) mod posterior_checks;
 pub mod predictive_checks;
 mod runs_alone;
 mod sampling;
-mod series_offsets;
 mod summarise;
 mod summary;
 
@@ -44,7 +42,7 @@ use crate::scene::Scene;
 use crate::seed::StreamName;
 use derived::DerivedDraws;
 use runs_alone::UnderDefaults;
-use summarise::{summarise_posterior, SummarySource};
+use summarise::{summarise_offsets, summarise_posterior, SummarySource};
 
 pub use posterior_checks::{speed_errors, why_not_sampled, PosteriorRefusal};
 pub use runs_alone::RunsAlone;
@@ -168,7 +166,8 @@ pub fn fit_posterior(
     });
     let sampled = match sampled {
         Ok(sampled) => sampled,
-        Err(why) => return Ok(Err(posterior_checks::sampling_failed(&why))),
+        // it could not even start
+        Err(why) => return Ok(Err(PosteriorRefusal(Box::new(remarks::DRAWS_MADE.check(0.0, why))))),
     };
     let derived = derived::derived_draws(scene, runs, setup.form, &sampled);
     let draws = sampled.full_draws();
@@ -202,7 +201,7 @@ pub fn fit_posterior(
         compression,
         derived: &derived,
         predictive,
-        series_offsets: series_offsets::summarise_offsets(scene, runs, &sampled),
+        series_offsets: summarise_offsets(scene, runs, &sampled),
         basis: Basis::of(scene, runs, &sampled),
     };
     let mut findings = summarise_posterior(&sampled, source);

@@ -90,6 +90,8 @@ pub fn why_not_sampled(
 
 /// Runs of one kind, and the parameters that they alone have to tell.
 struct Tally {
+    /// what its runs are called
+    what: &'static str,
     runs: usize,
     parameters: Vec<ParameterKind>,
 }
@@ -98,59 +100,46 @@ struct Tally {
 /// then shrink to nothing, the other parameters passing through every run, and its chains would follow it there.
 fn too_few_runs(runs: &Runs, parameters: &ModelParameters) -> Option<Remark> {
     let sampled: Vec<ParameterKind> = parameters.sampled.iter().map(|parameter| parameter.kind).collect();
-    let is_sampled = |kind: ParameterKind| sampled.contains(&kind);
     let rebounds =
         |groups: &[DryGroup]| -> usize { groups.iter().map(|group| runs.measured(group.rebounds.clone())).sum() };
     let has_dry = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(p) if rebounds(runs.dry_of(p)) > 0);
-    let of_kind = |of: &dyn Fn(ParameterKind) -> bool| sampled.iter().copied().filter(|kind| of(*kind)).collect();
-    let dry = Tally {
-        runs: rebounds(&runs.dry),
-        parameters: of_kind(&has_dry),
-    };
     let is_curve = |kind: ParameterKind| match kind {
         ParameterKind::DryK(_) => !has_dry(kind),
         ParameterKind::Shared(_) | ParameterKind::LubricationTrend | ParameterKind::InertialTrend => true,
         _ => false,
     };
-    let wet = Tally {
-        runs: runs
-            .series
-            .iter()
-            .map(|series| runs.measured(series.rebounds.clone()))
-            .sum(),
-        parameters: of_kind(&is_curve),
-    };
-    let parts = [
-        (dry, "dry rebounds", ParameterKind::SigmaDry),
-        (wet, "wet rebounds", ParameterKind::SigmaWet),
-    ];
+    let of_kind = |of: &dyn Fn(ParameterKind) -> bool| sampled.iter().copied().filter(|kind| of(*kind)).collect();
     let all = Tally {
+        what: "runs",
         runs: runs.all_measured(),
         parameters: sampled.clone(),
     };
+    let dry = Tally {
+        what: "dry rebounds",
+        runs: rebounds(&runs.dry),
+        parameters: of_kind(&has_dry),
+    };
+    let wet = Tally {
+        what: "wet rebounds",
+        runs: runs.series.iter().map(|own| runs.measured(own.rebounds.clone())).sum(),
+        parameters: of_kind(&is_curve),
+    };
     // a spread that is held cannot shrink, and one that no run has is its prior's
-    let parts = parts
-        .into_iter()
-        .filter(|(tally, _, sd)| is_sampled(*sd) && tally.runs > 0);
-    std::iter::once((all, "runs"))
-        .chain(parts.map(|(tally, what, _)| (tally, what)))
-        .find(|(tally, _)| tally.runs <= tally.parameters.len())
-        .map(|(tally, what)| tally.check(what))
-}
-
-impl Tally {
-    fn check(&self, what: &str) -> Remark {
-        let symbols: Vec<&str> = self.parameters.iter().map(|kind| kind.symbol()).collect();
-        let text = format!(
-            "{} {} for {} ({}): too few to tell how far they scatter",
-            self.runs,
-            by_number(self.runs, what.trim_end_matches('s'), what),
-            counted(symbols.len(), "parameter"),
-            symbols.join(", ")
-        );
-        let spare = self.runs as f64 - symbols.len() as f64;
-        remarks::RUNS_TO_SPARE.check(spare, text)
-    }
+    let can_shrink = |tally: &Tally, sd: ParameterKind| sampled.contains(&sd) && tally.runs > 0;
+    let dry = Some(dry).filter(|dry| can_shrink(dry, ParameterKind::SigmaDry));
+    let wet = Some(wet).filter(|wet| can_shrink(wet, ParameterKind::SigmaWet));
+    let mut tallies = [Some(all), dry, wet].into_iter().flatten();
+    let few = tallies.find(|tally| tally.runs <= tally.parameters.len())?;
+    let symbols: Vec<&str> = few.parameters.iter().map(|kind| kind.symbol()).collect();
+    let text = format!(
+        "{} {} for {} ({}): too few to tell how far they scatter",
+        few.runs,
+        by_number(few.runs, few.what.trim_end_matches('s'), few.what),
+        counted(symbols.len(), "parameter"),
+        symbols.join(", ")
+    );
+    let spare = few.runs as f64 - symbols.len() as f64;
+    Some(remarks::RUNS_TO_SPARE.check(spare, text))
 }
 
 /// The smaller spread of the runs about the laws, of the dry ones and of the wet: zero, but for rounding, of an exact fit.
@@ -162,11 +151,6 @@ fn smallest_noise(least_squares: LeastSquares) -> Option<f64> {
     let wet = series.filter_map(|series| series.residual_sd).reduce(f64::max);
     let balance = least_squares.energy_balance.and_then(|balance| balance.residual_sd);
     [dry, wet, balance].into_iter().flatten().reduce(f64::min)
-}
-
-/// The sampling could not even start.
-pub(super) fn sampling_failed(why: &str) -> PosteriorRefusal {
-    PosteriorRefusal(Box::new(remarks::DRAWS_MADE.check(0.0, why)))
 }
 
 /// Every check of a posterior.

@@ -1,4 +1,4 @@
-//! Summarises the draws of each parameter and of what follows from it, with how they were made.
+//! Summarises the draws of each parameter, of what follows from it and of the offsets of series, with how they were made.
 
 use rayon::prelude::*;
 
@@ -11,6 +11,7 @@ use super::summary::{
     RejectedMethod, SeriesOffset,
 };
 use crate::findings::predict::Basis;
+use crate::findings::range::range;
 use crate::inference::diagnostics::energy::e_bfmi;
 use crate::inference::diagnostics::summary::{summarise, Summary};
 use crate::inference::mixing::summary_of;
@@ -18,7 +19,8 @@ use crate::inference::nuts::{divergences, Effort, LARGEST_DEPTH};
 use crate::inference::sampling::{Method, ReachedAccuracy, Sampled};
 use crate::model::parameters::{LeftOut, ModelParameter};
 use crate::physics::DrySpeed;
-use crate::scene::Prior;
+use crate::runs::{Runs, Series};
+use crate::scene::{Prior, Scene};
 
 /// What a summary of a posterior takes besides the draws.
 pub(super) struct SummarySource<'p> {
@@ -197,10 +199,27 @@ fn summarise_quantity(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> Quan
 }
 
 /// The same without Monte Carlo errors of quantiles.
-pub(super) fn summarise_derived(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
+fn summarise_derived(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
     let mut own = summarise_quantity(name, values, mcse_factor);
     (own.numbers.mcse_q05, own.numbers.mcse_q95) = (None, None);
     own
+}
+
+/// The offsets in the order of the series; none where the model has none.
+pub(super) fn summarise_offsets(scene: &Scene, runs: &Runs, sampled: &Sampled) -> Vec<SeriesOffset> {
+    let names = &sampled.parameters.series_offsets;
+    let each = names.par_iter().zip(&sampled.series_offsets).zip(&runs.series);
+    let film_ratios = |series: &Series| range(runs.impacts.film_ratio[series.runs()].iter().copied());
+    let of = |((name, values), series): ((&String, &Vec<Vec<f64>>), &Series)| SeriesOffset {
+        particle: scene.particles[series.particle].name.clone(),
+        liquid: scene.liquids[series.liquid].name.clone(),
+        diameter_m: series.diameter,
+        film_ratio: series.film_ratio,
+        film_ratios: film_ratios(series).unwrap_or([series.film_ratio; 2]),
+        runs: runs.measured(series.runs()),
+        offset: summarise_derived(name, values, sampled.mcse_factor),
+    };
+    each.map(of).collect()
 }
 
 fn correlations(values: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {

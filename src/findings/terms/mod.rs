@@ -61,14 +61,10 @@ pub(super) fn choose_terms(
     }
 }
 
-/// What of the terms wants a second look: one that matters and is not held, one that is held by name and does not, one
-/// that was left out.
-pub(super) fn term_notices(terms: &[SizedTerm]) -> Vec<Remark> {
-    terms.iter().filter_map(term_notice).collect()
-}
-
-fn term_notice(sized: &SizedTerm) -> Option<Remark> {
-    let (name, size) = (sized.term.in_words(), sized.size?);
+/// Whether a term wants a second look: one that matters and is not held.
+pub(super) fn term_notice(sized: &SizedTerm) -> Option<Remark> {
+    let size = sized.size.filter(|size| *size >= LINE && !sized.held)?;
+    let name = sized.term.in_words();
     let digits = if size < 10.0 { 2 } else { 0 };
     let far = format!(
         "{} by {size:.digits$} standard errors, a restitution by up to {:.3}",
@@ -78,36 +74,31 @@ fn term_notice(sized: &SizedTerm) -> Option<Remark> {
             .map_or("no parameter".to_owned(), remarks::in_symbols),
         sized.largest_effect
     );
-    match (sized.held, size >= LINE, sized.chosen_by) {
-        (false, true, _) => {
-            let shown = sized.runs_show.zip(sized.runs_show_se).map(|(share, se)| {
-                format!(
-                    "; the runs show {} of its full effect (0: it is absent, 1: it acts in full)",
-                    with_se(share, se)
-                )
-            });
-            let shown = shown.unwrap_or_default();
-            if sized.is_rejected() {
-                let text = format!("{name}: not in the model, and the runs speak against it{shown}");
-                let told = remarks::TERM_NOT_HELD.with_next_step(1, text, "nothing");
-                return Some(told.at(Level::Informs));
-            }
-            let text = format!("{name}: not in the model; if it acts, leaving it out moves {far}{shown}");
-            // as many parameters either way: neither can feign a better fit
-            let gain = sized
-                .gain_without()
-                .filter(|_| sized.term == Term::OwnDrySpeed && size >= 1.0);
-            if let Some(gain) = gain.map(|gain| -gain).filter(|gain| !remarks::DRY_SPEED.holds(*gain)) {
-                return Some(remarks::DRY_SPEED.check(gain, text));
-            }
-            let next = match sized.term {
-                Term::OwnDrySpeed => COMPARE_DRY_SPEEDS,
-                _ => remarks::TERM_NOT_HELD.next_step,
-            };
-            Some(remarks::TERM_NOT_HELD.with_next_step(1, text, next))
-        }
-        _ => None,
+    let shown = sized.runs_show.zip(sized.runs_show_se).map(|(share, se)| {
+        format!(
+            "; the runs show {} of its full effect (0: it is absent, 1: it acts in full)",
+            with_se(share, se)
+        )
+    });
+    let shown = shown.unwrap_or_default();
+    if sized.is_rejected() {
+        let text = format!("{name}: not in the model, and the runs speak against it{shown}");
+        let told = remarks::TERM_NOT_HELD.with_next_step(1, text, "nothing");
+        return Some(told.at(Level::Informs));
     }
+    let text = format!("{name}: not in the model; if it acts, leaving it out moves {far}{shown}");
+    // as many parameters either way: neither can feign a better fit
+    let gain = sized
+        .gain_without()
+        .filter(|_| sized.term == Term::OwnDrySpeed && size >= 1.0);
+    if let Some(gain) = gain.map(|gain| -gain).filter(|gain| !remarks::DRY_SPEED.holds(*gain)) {
+        return Some(remarks::DRY_SPEED.check(gain, text));
+    }
+    let next = match sized.term {
+        Term::OwnDrySpeed => COMPARE_DRY_SPEEDS,
+        _ => remarks::TERM_NOT_HELD.next_step,
+    };
+    Some(remarks::TERM_NOT_HELD.with_next_step(1, text, next))
 }
 
 #[cfg(test)]

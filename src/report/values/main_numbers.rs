@@ -5,7 +5,7 @@ use minijinja::{context, Value};
 use super::super::template::{serialized, with};
 use super::super::{quantities, ReportInput};
 use crate::findings::constants::Sensitivity;
-use crate::findings::film_ratio::reference_film_ratio;
+use crate::findings::film_groups::reference_film_ratio;
 use crate::findings::main_numbers::{MainNumber, MainParameter, MainPlace, Source};
 use crate::findings::published::PublishedComparison;
 use crate::findings::scaling::Scaling;
