@@ -282,10 +282,8 @@ pub fn fit_balance(setup: FitSetup, scaling: &[FittedScaling], form: Form, open:
         fit,
     };
     let lack_of_fit = lack_of_fit(setup, &fitted, &known, &separate);
-    Some(EnergyBalance {
-        choice,
-        ..findings_of(setup, &fitted, lack_of_fit)
-    })
+    let found = findings_of(setup, &fitted, lack_of_fit);
+    Some(EnergyBalance { choice, ..found })
 }
 
 /// Holds this law for all against a square-root law for each particle and film ratio.
@@ -400,10 +398,7 @@ fn scale_of_parameter(kind: ParameterKind) -> IntervalScale {
 
 /// Distance of a k from that of its dry runs alone, in combined standard errors; `None` of another parameter.
 fn shift_of_k(dry: &[FittedDry], parameter: &ParameterEstimate) -> Option<f64> {
-    let ParameterKind::DryK(sphere) = parameter.kind else {
-        return None;
-    };
-    let (k, se) = dry::fit_of_sphere(dry, sphere)?.usable?;
+    let (k, se) = dry::fit_of_sphere(dry, parameter.kind.sphere()?)?.usable?;
     let (value, joint_se) = parameter.estimate.value_and_scale()?;
     Some((value - k).abs() / se.hypot(joint_se))
 }

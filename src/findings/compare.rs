@@ -81,29 +81,6 @@ impl ComparedModel {
     }
 }
 
-#[cfg(test)]
-impl ComparedModel {
-    /// One that no runs were compared by, for tests of what is said of models.
-    pub(crate) fn made_up(name: &str, own: bool, delta: f64, delta_se: f64) -> ComparedModel {
-        ComparedModel {
-            model: name.to_owned(),
-            own,
-            elpd_loo: 100.0 + delta,
-            se: Some(5.0),
-            p_loo: 3.0,
-            khat_max: Some(0.2),
-            khat_high: 0,
-            delta,
-            delta_se: Some(delta_se),
-            delta_mcse: None,
-            draws: 4000,
-            weighed: false,
-            rhat: Some(1.0),
-            divergences: 0,
-        }
-    }
-}
-
 impl EvaluatedModel {
     fn new(form: Form, own: bool, sampled: &Sampled, loo: Loo, used: usize) -> EvaluatedModel {
         let row = summarise_model(model_name(form), own, sampled, &loo, used);
@@ -478,6 +455,28 @@ pub(super) fn summarise_model(model: String, own: bool, sampled: &Sampled, found
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl ComparedModel {
+        /// One that no runs were compared by, for tests of what is said of models.
+        pub(crate) fn made_up(name: &str, own: bool, delta: f64, delta_se: f64) -> ComparedModel {
+            ComparedModel {
+                model: name.to_owned(),
+                own,
+                elpd_loo: 100.0 + delta,
+                se: Some(5.0),
+                p_loo: 3.0,
+                khat_max: Some(0.2),
+                khat_high: 0,
+                delta,
+                delta_se: Some(delta_se),
+                delta_mcse: None,
+                draws: 4000,
+                weighed: false,
+                rhat: Some(1.0),
+                divergences: 0,
+            }
+        }
+    }
 
     /// What the notice of the dry speed says once these forms are compared, the best first; `None` where nothing.
     fn told(best: (&str, bool), other: (&str, f64)) -> Option<Remark> {

@@ -260,6 +260,14 @@ pub(super) fn judge(checks: &[Remark]) -> Verdict {
 }
 
 impl MainPlace {
+    /// Whether its numbers are those of this law.
+    pub(super) fn is_of(&self, law: &Scaling) -> bool {
+        self.source == Source::SquareRootLaw
+            && law.law == WetLaw::Sqrt
+            && law.film_ratio == Some(self.film_ratio)
+            && (&law.particle, law.diameter_m) == (&self.particle, self.diameter_m)
+    }
+
     /// The number of a quantity here that a sensitivity is of, by the fit that it comes from or is checked by.
     pub fn of_result(&self, result: &Sensitivity) -> Option<(Quantity, &MainNumber)> {
         let both = [(Quantity::EInf, &self.e_inf), (Quantity::StC, &self.st_c)];
@@ -283,12 +291,7 @@ impl MainNumbers {
 
     /// Whether e_inf and St_c of a film ratio among them are those of this law.
     pub(super) fn are_of(&self, law: &Scaling) -> bool {
-        self.at.iter().any(|place| {
-            place.source == Source::SquareRootLaw
-                && place.particle == law.particle
-                && Some(place.film_ratio) == law.film_ratio
-                && place.diameter_m == law.diameter_m
-        })
+        self.at.iter().any(|place| place.is_of(law))
     }
 
     /// Before any is picked.
@@ -391,22 +394,17 @@ impl MainSources<'_> {
         let with_draws = sampled.parameters.sampled.iter().zip(&sampled.values);
         let parameters = with_draws.zip(&found.parameters).filter_map(|((own, draws), summary)| {
             let quantity = own.kind.quantity()?;
-            if let ParameterKind::DryK(sphere) = own.kind {
-                let few = self.of_few_dry_runs(sphere);
-                if few.is_some() {
-                    return few;
-                }
-            }
-            Some(MainParameter {
-                name: own.name.clone(),
-                quantity,
-                sphere: match own.kind {
-                    ParameterKind::DryK(sphere) => Some(sphere),
-                    _ => None,
-                },
-                from: summary.from,
-                number: MainNumber::of_draws(summary, draws, self.level()),
-                prior_led: summary.prior.as_ref().is_some_and(PriorSummary::leads),
+            let sphere = own.kind.sphere();
+            let few = sphere.and_then(|sphere| self.of_few_dry_runs(sphere));
+            few.or_else(|| {
+                Some(MainParameter {
+                    name: own.name.clone(),
+                    quantity,
+                    sphere,
+                    from: summary.from,
+                    number: MainNumber::of_draws(summary, draws, self.level()),
+                    prior_led: summary.prior.as_ref().is_some_and(PriorSummary::leads),
+                })
             })
         });
         let mut parameters: Vec<MainParameter> = parameters.collect();

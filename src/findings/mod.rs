@@ -100,7 +100,7 @@ use crate::physics::inertia::{Inertia, PREFACTOR};
 use crate::physics::Form;
 use crate::remark::{Level, Remark};
 use crate::runs::{FilmGroup, Runs, Table};
-use crate::scene::{NoiseOn, Scene, Sticking, WetLaw};
+use crate::scene::{NoiseOn, Scene, Sticking};
 use balance::EnergyBalance;
 use compare::Comparison;
 use dry::{Dry, FittedDry};
@@ -501,9 +501,8 @@ impl Findings {
         ];
         self.remarks
             .retain(|remark| !picked_anew.iter().any(|kind| kind.is(remark)));
-        let of_errors = error_notices::measurement_error_notices(runs, &self.scaling, |law| {
-            law.law == WetLaw::Sqrt && self.main.are_of(law)
-        });
+        let is_main = |law: &Scaling| self.main.are_of(law);
+        let of_errors = error_notices::measurement_error_notices(runs, &self.scaling, is_main);
         self.remarks.extend(of_errors);
         self.settle_second_order();
         let exact = exact_constants::exact_constants_notice(scene, runs.sample(), &self.constants, &self.main);
@@ -629,6 +628,7 @@ mod tests {
 
     use super::*;
     use crate::runs::Screened;
+    use crate::scene::WetLaw;
     use crate::{runs, scene};
 
     /// What is said of the plain example, of which one run stuck, with these runs left out.

@@ -5,6 +5,7 @@
 
 use super::form_choice::GAIN;
 use crate::inference::mixing::{FEWEST_EFFECTIVE, LARGEST_RHAT};
+use crate::physics::quantity::Described;
 use crate::physics::{Coefficient, Quantity};
 use crate::remark::Line::{self, AtLeast, AtMost};
 use crate::remark::{Level, Remark};
@@ -124,12 +125,9 @@ const fn informing(code: &'static str, next_step: &'static str) -> Kind {
 
 const USABLE: &str = "every fit must converge, with a standard error and the sign the physics has";
 const NESTED: &str = "F test of nested fits; probability of so large a difference by chance";
-const LEAKS: &str = "misfit of the wet law leaks into k";
 const VEHTARI: &str = "Vehtari et al. 2021";
 const VEHTARI_PSIS: &str = "Vehtari et al. 2024: min(1 − 1/log10 S, 0.7)";
 const FEW_RUNS: &str = "5 points, or 3.5 standard errors where there are too few runs to tell";
-
-const BETTER: &str = "log density of runs left out one by one; clear beyond 4 and beyond 2 of its standard errors";
 
 const LONGER: &str = "raise draws and warmup in [sampler]";
 const OTHER_NOISE: &str = "try [model] likelihood = \"student\" or noise = \"both\"";
@@ -224,7 +222,7 @@ pub const SPEED_ERRORS: Kind = forbids(
 pub const DRY_CONSISTENCY: Kind = forbids(
     "dry_consistency",
     AtMost(3.0),
-    LEAKS,
+    "misfit of the wet law leaks into k",
     "the wet law does not fit: try another form of inertia or dry_speed_m_s",
 );
 
@@ -470,7 +468,7 @@ pub const PREDICTIVE_STUCK: Kind = forbids(
 pub const BETTER_FORM: Kind = forbids(
     "better_form",
     AtMost(GAIN),
-    BETTER,
+    "log density of runs left out one by one; clear beyond 4 and beyond 2 of its standard errors",
     "hold the form that predicts better",
 );
 
@@ -636,15 +634,20 @@ pub fn in_order(remarks: &[Remark]) -> Vec<&Remark> {
     sorted
 }
 
+/// What the shared parameter of this name, or one of these quantities, is called; `None` where none has it.
+pub(super) fn described(name: &str, others: [Quantity; 3]) -> Option<Described> {
+    let shared = Coefficient::ALL.into_iter().map(Quantity::Shared);
+    let mut all = shared.chain(others).map(Quantity::describe);
+    all.find(|quantity| quantity.name == name)
+}
+
 /// A parameter or a main number by its symbol, as tables have it: `dry_k[PTFE]` is k of PTFE; one without keeps its name.
 pub(crate) fn in_symbols(name: &str) -> String {
     let (key, of) = match name.split_once('[') {
         Some((key, of)) => (key, Some(of.trim_end_matches(']'))),
         None => (name, None),
     };
-    let shared = Coefficient::ALL.into_iter().map(Quantity::Shared);
-    let all = shared.chain([Quantity::DryK, Quantity::EInf, Quantity::StC]);
-    let described = all.map(Quantity::describe).find(|quantity| quantity.name == key);
+    let described = described(key, [Quantity::DryK, Quantity::EInf, Quantity::StC]);
     let of_noise = crate::scene::NOISE.iter().find(|own| own.name == key);
     match (described, of) {
         (None, _) => of_noise.map_or(name, |own| own.symbol).to_owned(),

@@ -177,23 +177,20 @@ fn set_steps(rebounds: &mut [Rebound]) {
         let restitutions = digits(|one| one.restitution);
         let mut coarsest = restitutions.clone();
         for quantity in MADE_FROM {
-            let (values, slopes): (Vec<f64>, Vec<f64>) =
-                table.iter().map(quantity).map(|[x, slope]| (x, slope)).unzip();
-            let digits = last_digits(&values);
-            let left = table
-                .iter()
-                .zip(&values)
-                .zip(digits.iter().zip(restitutions.iter().zip(&slopes)));
-            let left =
-                left.map(|((one, value), (digit, (step, slope)))| (one.group, *value, 0.5 * digit.max(step / slope)));
-            let between = step_between(left.collect());
-            for ((step, digit), slope) in coarsest.iter_mut().zip(digits).zip(slopes) {
-                *step = step.max(digit.max(between) * slope);
+            let made: Vec<[f64; 2]> = table.iter().map(quantity).collect();
+            let digits = last_digits(&made.iter().map(|[value, _]| *value).collect::<Vec<f64>>());
+            let column = table.iter().zip(&made).enumerate();
+            let column = column.map(|(at, (one, [value, slope]))| {
+                let left = 0.5 * digits[at].max(restitutions[at] / slope);
+                (one.group, *value, left)
+            });
+            let between = step_between(column.collect());
+            for (at, step) in coarsest.iter_mut().enumerate() {
+                *step = step.max(digits[at].max(between) * made[at][1]);
             }
         }
-        for (one, steps) in table.iter_mut().zip(films.into_iter().zip(speeds).zip(coarsest)) {
-            let ((film, speed), restitution) = steps;
-            one.steps = [film, speed, restitution];
+        for (at, one) in table.iter_mut().enumerate() {
+            one.steps = [films[at], speeds[at], coarsest[at]];
             for (step, coarsest) in one.steps.iter_mut().zip(COARSEST) {
                 *step = step.min(coarsest);
             }
@@ -331,6 +328,13 @@ impl Rebound {
     fn agrees(&self, other: &Rebound, at: usize) -> bool {
         let apart = self.measured()[at] - other.measured()[at];
         is_rounded(apart, self.steps[at].max(other.steps[at]))
+    }
+
+    /// Whether another is of the same group and speed, about.
+    fn is_near(&self, other: &Rebound) -> bool {
+        /// as a share
+        const CLOSE: f64 = 0.1;
+        other.group == self.group && (other.speed / self.speed - 1.0).abs() <= CLOSE
     }
 
     /// Whether another is of the same group and speed, but for how speeds of one setting scatter.
@@ -545,7 +549,7 @@ struct Means {
 const ROWS: [RangeInclusive<usize>; 2] = [2..=2, 3..=50];
 
 /// Rows of a group or block at all of its speeds that a mean may be of.
-const ROWS_OF_GROUP: RangeInclusive<usize> = 3..=400;
+const ROWS_OF_GROUP: [RangeInclusive<usize>; 1] = [3..=400];
 
 /// Which rows a mean may be of.
 #[derive(Clone, Copy, PartialEq)]
@@ -584,12 +588,12 @@ fn question_means(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> {
     let tried = 0.5 * ways.len() as f64;
     let found = ways.iter().flat_map(|(of, step)| {
         let lengths = match of.is_of_one_speed() {
-            true => ROWS.to_vec(),
-            false => vec![ROWS_OF_GROUP],
+            true => &ROWS[..],
+            false => &ROWS_OF_GROUP,
         };
         lengths
-            .into_iter()
-            .map(|rows| Means::of_one_kind(rebounds, *of, &rows, *step))
+            .iter()
+            .map(|rows| Means::of_one_kind(rebounds, *of, rows, *step))
     });
     let at_ends = [Above, Below].into_iter().map(|of| Means::at_one_end(rebounds, of));
     let Means { of, rows, expected, p } = found.chain(at_ends).min_by(|a, b| a.p.total_cmp(&b.p))?;
@@ -751,15 +755,6 @@ fn chance_about_line(block: &[&Rebound], step: f64) -> f64 {
     }
     let sd = (rest.max(0.0) / (count - 2.0)).sqrt();
     (2.0 * PEAK * step / sd).min(1.0)
-}
-
-impl Rebound {
-    /// Whether another is of the same group and speed, about.
-    fn is_near(&self, other: &Rebound) -> bool {
-        /// as a share
-        const CLOSE: f64 = 0.1;
-        other.group == self.group && (other.speed / self.speed - 1.0).abs() <= CLOSE
-    }
 }
 
 /// Mean and standard deviation of a block.

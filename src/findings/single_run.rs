@@ -10,7 +10,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::left_out::{affordable_draws, ComparisonContext, Model};
-use super::main_numbers::{MainNumbers, Source};
+use super::main_numbers::MainNumbers;
 use super::posterior::{derived, Posterior};
 use super::remarks::{self, shortened};
 use super::scaling::{with_scale, Scaling};
@@ -21,7 +21,7 @@ use crate::model::likelihood::pointwise::{AtDraws, Pointwise};
 use crate::remark::Remark;
 use crate::rounding::{by_number, short, with_se};
 use crate::runs::Runs;
-use crate::scene::{Scene, WetLaw};
+use crate::scene::Scene;
 
 /// Share of its ± beyond which a main number may not move unsaid when one run is left out.
 const CARRIED: f64 = 1.0;
@@ -189,13 +189,8 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
 /// The runs that carry a square-root law which is quoted.
 pub(super) fn carried_laws(main: &MainNumbers, scaling: &[Scaling]) -> Vec<SingleRun> {
     let mut carried = vec![];
-    for place in main.at.iter().filter(|place| place.source == Source::SquareRootLaw) {
-        let is_here = |law: &&Scaling| {
-            law.law == WetLaw::Sqrt
-                && law.film_ratio == Some(place.film_ratio)
-                && (&law.particle, law.diameter_m) == (&place.particle, place.diameter_m)
-        };
-        for law in scaling.iter().filter(is_here) {
+    for place in &main.at {
+        for law in scaling.iter().filter(|law| place.is_of(law)) {
             let here = format!("({}, δ/D = {}, square-root law)", law.words(), short(place.film_ratio));
             for left in &law.without {
                 let numbers = [("e_inf", &law.e_inf, left.e_inf), ("St_c", &law.st_c, left.st_c)];

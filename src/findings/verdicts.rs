@@ -246,7 +246,11 @@ pub fn independent_runs(scene: &Scene, noise: &Noise) -> Option<Remark> {
 
 /// Whether the stated errors explain the scatter of the runs that nothing else scatters.
 fn stated_errors(scene: &Scene, dry: &[FittedDry], balance: Option<&EnergyBalance>) -> Vec<Remark> {
-    let check = |criterion: Kind, kind: ParameterKind, law: &str, errors: Option<ErrorSummary>| {
+    let check = |kind: ParameterKind, law: &str, errors: Option<ErrorSummary>| {
+        let criterion = match kind {
+            ParameterKind::SigmaDry => remarks::DRY_ERRORS,
+            _ => remarks::WET_ERRORS,
+        };
         let errors = errors.filter(|_| scene.errors_are_all(kind.key()))?;
         let text = format!(
             "{law} with {} = 0: χ² of {:.2} a degree of freedom ({}) against the stated errors",
@@ -258,21 +262,11 @@ fn stated_errors(scene: &Scene, dry: &[FittedDry], balance: Option<&EnergyBalanc
     };
     let of_dry = dry.iter().filter_map(|fitted| {
         let law = format!("{}: the dry law", fitted.dry.words());
-        check(
-            remarks::DRY_ERRORS,
-            ParameterKind::SigmaDry,
-            &law,
-            fitted.dry.measurement_errors,
-        )
+        check(ParameterKind::SigmaDry, &law, fitted.dry.measurement_errors)
     });
     let of_wet = balance.and_then(|balance| {
         let law = "the energy balance over all rebounds";
-        check(
-            remarks::WET_ERRORS,
-            ParameterKind::SigmaWet,
-            law,
-            balance.measurement_errors,
-        )
+        check(ParameterKind::SigmaWet, law, balance.measurement_errors)
     });
     of_dry.chain(of_wet).collect()
 }

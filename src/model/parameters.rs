@@ -48,6 +48,14 @@ impl ParameterKind {
     /// δ̃0
     pub const FILM_SCALE: ParameterKind = ParameterKind::Shared(Coefficient::FilmScale);
 
+    /// The sphere that it is the k of, by its index; `None` of another parameter.
+    pub fn sphere(self) -> Option<usize> {
+        match self {
+            ParameterKind::DryK(sphere) => Some(sphere),
+            _ => None,
+        }
+    }
+
     /// What the physics says of it; `None` of a parameter of the noise or a trend.
     fn physical(self) -> Option<&'static physics::coefficient::Parameter> {
         match self {

@@ -42,28 +42,20 @@ impl Property {
     ///
     /// Each is varied where that says more.
     fn of_materials(self, together: &str, materials: &[(usize, &str, Option<f64>)]) -> Vec<Constant> {
-        let [name, words, key] = self.names();
+        let [name, words, _] = self.names();
         let all_rel_sd = materials.first().filter(|_| materials.len() == 1).and_then(|own| own.2);
         let none_given = materials.iter().all(|own| own.2.is_none());
         let all = Constant {
-            property: self,
             materials: materials.iter().map(|own| own.0).collect(),
-            name: name.to_owned(),
             words: format!("{words} of {together}"),
-            key,
-            rel_sd: all_rel_sd,
-            is_varied: true,
-            is_open: none_given,
+            ..self.of_runs(all_rel_sd, !none_given)
         };
         let each = materials.iter().map(|(index, of, rel_sd)| Constant {
-            property: self,
             materials: vec![*index],
             name: format!("{name}[{of}]"),
             words: format!("{words} of {of}"),
-            key,
-            rel_sd: *rel_sd,
             is_varied: materials.len() > 1 && (self == Property::Viscosity || !none_given),
-            is_open: rel_sd.is_none() && !none_given,
+            ..self.of_runs(*rel_sd, rel_sd.is_some() || none_given)
         });
         std::iter::once(all).chain(each).collect()
     }

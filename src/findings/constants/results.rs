@@ -9,7 +9,6 @@ use crate::findings::estimate::Estimate;
 use crate::findings::film_groups::reference_film_ratio;
 use crate::findings::scaling::{square_root_of, FittedScaling};
 use crate::findings::wet_fit::FitSetup;
-use crate::model::parameters::ParameterKind;
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
@@ -83,9 +82,9 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<SensitiveResult> {
         ..Sensitivity::default()
     };
     // k comes from the dry runs, which no constant enters
-    let of_k = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(_));
-    let wet = balance.parameters.iter().enumerate().filter(|(_, own)| !of_k(own.kind));
-    let parameters = wet
+    let all = balance.parameters.iter().enumerate();
+    let parameters = all
+        .filter(|(_, own)| own.kind.sphere().is_none())
         .filter_map(|(place, own)| SensitiveResult::of(named(&own.name), &own.estimate, 1.0, Source::Parameter(place)));
     let particles = scene.particles.iter().enumerate();
     let held = particles.filter(|(_, particle)| balance.particles.contains(&particle.name));

@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use crate::physics::{Coefficient, Quantity};
+use crate::findings::remarks::described;
+use crate::physics::Quantity;
 use crate::runs::rounded_film_ratio as rounded;
 use crate::units::millimetres;
 
@@ -59,13 +60,7 @@ impl Sensitivity {
     }
 
     fn named(&self, law: Option<&str>) -> String {
-        let coefficients = Coefficient::ALL.map(Quantity::Shared);
-        let all = coefficients
-            .into_iter()
-            .chain([Quantity::DeltaC, Quantity::EInf, Quantity::StC]);
-        let own = all
-            .map(Quantity::describe)
-            .find(|quantity| quantity.name == self.result);
+        let own = described(&self.result, [Quantity::DeltaC, Quantity::EInf, Quantity::StC]);
         let name = own.map_or(self.result.as_str(), |own| own.symbol);
         let ratio = self.film_ratio.map(|ratio| format!("δ/D = {}", rounded(ratio)));
         let diameter = self.diameter_m.map(|d| format!("D = {} mm", rounded(millimetres(d))));

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::words;
 use crate::findings::energy::Energy;
 use crate::findings::estimate::Estimate;
 use crate::findings::least_squares::LeastSquares;
@@ -48,12 +47,12 @@ pub(super) fn find_combinations(
     if is_alone || has(ParameterKind::LUBRICATION_LOG) {
         return vec![];
     }
-    let spheres = words::spheres(kinds);
-    if spheres.is_empty() {
+    let mut spheres = kinds.iter().filter_map(|kind| kind.sphere()).peekable();
+    if spheres.peek().is_none() {
         return inertial_loss(least_squares).into_iter().collect();
     }
-    let of = |sphere: &usize| e_inf(scene, least_squares, runs.spheres[*sphere]);
-    spheres.iter().filter_map(of).collect()
+    let of = |sphere: usize| e_inf(scene, least_squares, runs.spheres[sphere]);
+    spheres.filter_map(of).collect()
 }
 
 /// The best known of some estimates.

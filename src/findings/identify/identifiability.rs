@@ -170,13 +170,12 @@ fn form(scene: &Scene, least_squares: LeastSquares) -> Form {
 /// sphere with wet runs where `balance_alone`, or in the dry runs. `None` unless it is positive.
 fn estimate(runs: &Runs, least_squares: LeastSquares, kind: ParameterKind, balance_alone: bool) -> Option<(f64, f64)> {
     let in_balance = || least_squares.energy_balance?.estimate(kind)?.value_and_scale();
-    let of_dry = || match kind {
+    let of_dry = || {
         // a sphere without wet runs has its k from the dry ones, and no other
-        ParameterKind::DryK(sphere) if !balance_alone || runs.series_of(sphere).is_empty() => {
-            let dry = least_squares.dry.iter().find(|dry| dry.sphere == sphere)?;
-            dry.dry_k.pair().filter(|_| dry.verdict.passed)
-        }
-        _ => None,
+        let by_dry = |sphere: &usize| !balance_alone || runs.series_of(*sphere).is_empty();
+        let sphere = kind.sphere().filter(by_dry)?;
+        let dry = least_squares.dry.iter().find(|dry| dry.sphere == sphere)?;
+        dry.dry_k.pair().filter(|_| dry.verdict.passed)
     };
     in_balance().or_else(of_dry).filter(|(value, _)| *value > 0.0)
 }

@@ -7,15 +7,6 @@ use crate::rounding::to_digits;
 use crate::runs::{FilmGroup, Runs, Series};
 use crate::scene::Scene;
 
-/// The spheres whose k is among some parameters.
-pub(super) fn spheres(kinds: &[ParameterKind]) -> Vec<usize> {
-    let sphere = |kind: &ParameterKind| match kind {
-        ParameterKind::DryK(sphere) => Some(*sphere),
-        _ => None,
-    };
-    kinds.iter().filter_map(sphere).collect()
-}
-
 /// What a parameter is called in a sentence.
 pub(super) fn word(scene: &Scene, runs: &Runs, kind: ParameterKind) -> String {
     match kind {
@@ -49,9 +40,8 @@ pub(super) fn why(
         listed(&reasons, "and")
     };
     // the losses before what they are told from
-    let (k, losses): (Vec<ParameterKind>, Vec<ParameterKind>) =
-        kinds.iter().partition(|kind| matches!(kind, ParameterKind::DryK(_)));
-    let mut losses = losses;
+    let (k, mut losses): (Vec<ParameterKind>, Vec<ParameterKind>) =
+        kinds.iter().partition(|kind| kind.sphere().is_some());
     losses.sort_by_key(|kind| *kind == ParameterKind::LUBRICATION_LOG);
     let names: Vec<String> = losses.iter().chain(&k).map(|kind| word(scene, runs, *kind)).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -83,7 +73,7 @@ fn listed(words: &[&str], last: &str) -> String {
 fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: &[ParameterKind]) -> Vec<Cause> {
     let mut causes = vec![];
     let mut because = |why: String, add: &'static str| causes.push(Cause { why, add });
-    let losses = kinds.iter().any(|kind| !matches!(kind, ParameterKind::DryK(_)));
+    let losses = kinds.iter().any(|kind| kind.sphere().is_none());
     let rebounding: Vec<&FilmGroup> = runs.film_groups.iter().filter(|group| rebounds(runs, group)).collect();
     if losses && rebounding.is_empty() {
         because("no wet run rebounded".to_owned(), "faster runs");
@@ -91,11 +81,10 @@ fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: 
     }
     let films = film_ratios(scene, &rebounding);
     let inertial = kinds.contains(&ParameterKind::INERTIAL_PREFACTOR) || kinds.contains(&ParameterKind::FILM_SCALE);
-    let of_k = spheres(kinds);
+    let of_k = kinds.iter().filter_map(|kind| kind.sphere());
     let without_dry: Vec<String> = of_k
-        .iter()
-        .filter(|s| runs.dry_of(**s).iter().all(|group| group.rebounds.is_empty()))
-        .map(|s| runs.spheres[*s].words(scene))
+        .filter(|s| runs.dry_of(*s).iter().all(|group| group.rebounds.is_empty()))
+        .map(|s| runs.spheres[s].words(scene))
         .collect();
     let shared = inertial || kinds.contains(&ParameterKind::LUBRICATION_LOG);
     let level = identifiability

@@ -102,7 +102,7 @@ fn too_few_runs(runs: &Runs, parameters: &ModelParameters) -> Option<Remark> {
     let sampled: Vec<ParameterKind> = parameters.sampled.iter().map(|parameter| parameter.kind).collect();
     let rebounds =
         |groups: &[DryGroup]| -> usize { groups.iter().map(|group| runs.measured(group.rebounds.clone())).sum() };
-    let has_dry = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(p) if rebounds(runs.dry_of(p)) > 0);
+    let has_dry = |kind: ParameterKind| kind.sphere().is_some_and(|sphere| rebounds(runs.dry_of(sphere)) > 0);
     let is_curve = |kind: ParameterKind| match kind {
         ParameterKind::DryK(_) => !has_dry(kind),
         ParameterKind::Shared(_) | ParameterKind::LubricationTrend | ParameterKind::InertialTrend => true,

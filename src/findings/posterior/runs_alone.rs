@@ -202,7 +202,7 @@ impl UnderDefaults {
 fn freedom(runs: &Runs, sampled: &[ModelParameter], kind: ParameterKind) -> f64 {
     let dry: usize = runs.dry.iter().map(|group| runs.measured(group.rebounds.clone())).sum();
     let wet: usize = runs.series.iter().map(|own| runs.measured(own.rebounds.clone())).sum();
-    let is_of_dry = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(_));
+    let is_of_dry = |kind: ParameterKind| kind.sphere().is_some();
     let told_by_dry = dry > 0 && (is_of_dry(kind) || kind == ParameterKind::SigmaDry);
     let rebounds = if told_by_dry { dry } else { wet };
     let told = |own: &&ModelParameter| !own.kind.is_spread() && is_of_dry(own.kind) == told_by_dry;

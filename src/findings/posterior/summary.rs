@@ -9,7 +9,7 @@ use super::runs_alone::RunsAlone;
 use crate::findings::predict::Basis;
 use crate::inference::diagnostics::summary::Summary;
 use crate::inference::sampling::Method;
-use crate::model::parameters::{ModelParameters, ParameterKind};
+use crate::model::parameters::ModelParameters;
 use crate::physics::form::Term;
 use crate::physics::{Inertia, Viscous};
 use crate::runs::Runs;
@@ -77,7 +77,7 @@ impl PosteriorFindings {
     /// Marks each k of a diameter that comes from wet runs alone.
     pub(super) fn mark_k_of_wet_runs(&mut self, parameters: &ModelParameters, runs: &Runs) {
         for (summary, parameter) in self.parameters.iter_mut().zip(&parameters.sampled) {
-            if let ParameterKind::DryK(sphere) = parameter.kind {
+            if let Some(sphere) = parameter.kind.sphere() {
                 let own = runs.spheres[sphere].diameter.is_some();
                 summary.from = (own && runs.dry_of(sphere).is_empty()).then_some(WET_RUNS);
             }

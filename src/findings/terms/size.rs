@@ -104,10 +104,7 @@ pub(super) fn term_sizes(
     };
     // where the sizes are taken
     let value = |kind: ParameterKind| {
-        let of_dry = || match kind {
-            ParameterKind::DryK(sphere) => Some(dry::fit_of_sphere(setup.dry, sphere)?.usable?.0),
-            _ => None,
-        };
+        let of_dry = || Some(dry::fit_of_sphere(setup.dry, kind.sphere()?)?.usable?.0);
         let believed = || prior_of(scene, runs, kind, form).0.median();
         fitted(kind).or_else(of_dry).unwrap_or_else(believed)
     };
