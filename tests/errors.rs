@@ -116,7 +116,7 @@ fn errors_explain_the_scatter_they_make() {
     for _ in 0..SETS {
         let measured = draw(&mut rng, 60, 0.0, |run| (0.01 + 0.001 * (run % 7) as f64, 0.003, true));
         let (fit, weighing) = measured.weighed();
-        right.push(weighing.reduced_chi_squared);
+        right.push(weighing.summary.reduced_chi_squared);
         let with = |tau2: &dyn Fn(f64, f64) -> f64| {
             let errors = (0..measured.x.len()).map(|run| {
                 let m = (TRUTH[0] + TRUTH[1] * measured.x[run]).sqrt();
@@ -133,7 +133,7 @@ fn errors_explain_the_scatter_they_make() {
                 are_all: false,
             };
             let (_, weighing) = measured.regression().fit_with_errors(Some(&errors));
-            weighing.expect("runs with errors").reduced_chi_squared
+            weighing.expect("runs with errors").summary.reduced_chi_squared
         };
         without.push(with(&|m, slope| m * m + slope * slope));
         wrong.push(with(&|m, slope| (m - slope) * (m - slope)));
@@ -205,8 +205,8 @@ fn fits_are_those_of_an_independent_program() {
                 weighing.bias[j]
             );
         }
-        near(weighing.intrinsic_sd, number("intrinsic_sd"));
-        near(weighing.reduced_chi_squared, number("reduced_chi_squared"));
+        near(weighing.summary.intrinsic_sd, number("intrinsic_sd"));
+        near(weighing.summary.reduced_chi_squared, number("reduced_chi_squared"));
     }
 }
 
@@ -228,7 +228,7 @@ fn an_error_far_too_small_or_large_has_no_infinite_weight() {
     among.restitution_sd[7] = 1e-300;
     among.impact_speed_sd[7] = 0.0;
     let (fit, weighing) = among.weighed();
-    assert_eq!(weighing.runs_with_errors, 59);
+    assert_eq!(weighing.summary.runs_with_errors, 59);
     assert!((fit.parameters[1] - usual.parameters[1]).abs() < 0.3 * fit.se(1).expect("a covariance"));
     // and one that is huge leaves its run out
     for sd in [1e3, 1e60] {
@@ -243,7 +243,7 @@ fn an_error_far_too_small_or_large_has_no_infinite_weight() {
     }
     among.impact_speed_sd[8] = 1e60;
     let (fit, weighing) = among.weighed();
-    assert_eq!(weighing.runs_left_out, 1);
+    assert_eq!(weighing.summary.runs_left_out, 1);
     assert!((fit.parameters[1] - usual.parameters[1]).abs() < 0.5 * fit.se(1).expect("a covariance"));
 }
 
@@ -262,7 +262,7 @@ fn a_run_that_may_have_been_too_slow_to_rebound_is_left_out() {
     let plain = measured.plain();
     assert!(far(&plain) > 4.5, "{plain:?}");
     let (fit, weighing) = measured.weighed();
-    assert_eq!((weighing.runs_left_out, fit.degrees_of_freedom), (1, 58));
+    assert_eq!((weighing.summary.runs_left_out, fit.degrees_of_freedom), (1, 58));
     assert!(far(&fit) < 4.0, "{fit:?}");
     // with a speed that is exact, nothing lets it go
     measured.impact_speed_sd[60] = 0.0;

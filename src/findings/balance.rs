@@ -7,13 +7,13 @@ use super::dry::{self, FittedDry};
 use super::estimate::{Estimate, IntervalScale, Quoting};
 use super::fit_verdict::{f_words, one_against, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
 use super::form_choice::{ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
-use super::measurement_errors::{error_columns, ErrorSummary};
+use super::measurement_errors::error_columns;
 use super::places::WetPlace;
 use super::quantities::scale_of;
 use super::scaling::FittedScaling;
 use super::wet_fit::{FitSetup, WetRuns};
 use crate::inference::delta::Uncertain;
-use crate::inference::effective_variance::{chi_squared, reweight, ErrorWeights, SpeedDependent};
+use crate::inference::effective_variance::{chi_squared, reweight, ErrorSummary, ErrorWeights, SpeedDependent};
 use crate::inference::joint::{fit_joint, Joint, JointFit};
 use crate::inference::least_squares::{Fit, ResidualProblem};
 use crate::inference::nested::FTest;
@@ -368,7 +368,7 @@ fn findings_of(setup: FitSetup, fitted: &FittedBalance, lack_of_fit: Option<FTes
             .filter_map(|(index, place)| derive(scene, index, place, &estimates))
             .collect(),
         residual_sd: fitted.fit.residual_sd,
-        measurement_errors: fitted.error_weights.as_ref().map(ErrorSummary::of),
+        measurement_errors: fitted.error_weights.as_ref().map(|weights| weights.summary),
         lack_of_fit,
         stop: fitted.fit.stop.as_str(),
         choice: None,

@@ -4,10 +4,10 @@ use serde::Serialize;
 
 use super::estimate::{Estimate, IntervalScale, Quoting};
 use super::fit_verdict::{one_against, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
-use super::measurement_errors::{error_columns, ErrorSummary};
+use super::measurement_errors::error_columns;
 use super::own_dry_speed::OwnDrySpeed;
 use crate::distributions::normal_quantile;
-use crate::inference::effective_variance::ErrorWeights;
+use crate::inference::effective_variance::{ErrorSummary, ErrorWeights};
 use crate::inference::lack_of_fit::{lack_of_fit, LackOfFit, LawRow};
 use crate::inference::law::Law;
 use crate::inference::least_squares::Fit;
@@ -222,7 +222,7 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup]) -> 
             stuck,
             dry_k,
             residual_sd: fit.residual_sd,
-            measurement_errors: error_weights.as_ref().map(ErrorSummary::of),
+            measurement_errors: error_weights.as_ref().map(|weights| weights.summary),
             by_diameter: separate
                 .iter()
                 .zip(groups)

@@ -5,8 +5,7 @@ use std::ops::Range;
 use serde::Serialize;
 
 use super::own_dry_speed::OwnDrySpeed;
-use crate::distributions::chi_squared_tail;
-use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
+use crate::inference::effective_variance::ErrorColumns;
 use crate::model::parameters::ParameterKind;
 use crate::runs::Runs;
 use crate::scene::Scene;
@@ -31,37 +30,6 @@ impl RunsWithErrors {
             of_impact_speed,
             of_restitution,
         })
-    }
-}
-
-/// How measurement errors entered a fit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ErrorSummary {
-    /// runs that carry an error above 0; the others are taken to err like the median of these
-    pub runs_with_errors: usize,
-    /// runs left out, since their error of v may take them to where nothing rebounds
-    pub runs_left_out: usize,
-    /// what the restitutions scatter by beyond their measurement errors; 0 where these explain more than the scatter
-    pub intrinsic_sd: f64,
-    /// squares of the residuals over their measurement errors', a degree of freedom
-    pub reduced_chi_squared: f64,
-    /// those degrees of freedom
-    pub degrees_of_freedom: usize,
-    /// probability of squares as large by chance, if nothing but the errors scatters the runs
-    pub p: Option<f64>,
-}
-
-impl ErrorSummary {
-    pub(super) fn of(weights: &ErrorWeights) -> ErrorSummary {
-        let freedom = weights.degrees_of_freedom as f64;
-        ErrorSummary {
-            runs_with_errors: weights.runs_with_errors,
-            runs_left_out: weights.runs_left_out,
-            intrinsic_sd: weights.intrinsic_sd,
-            reduced_chi_squared: weights.reduced_chi_squared,
-            degrees_of_freedom: weights.degrees_of_freedom,
-            p: chi_squared_tail(weights.reduced_chi_squared * freedom, freedom),
-        }
     }
 }
 

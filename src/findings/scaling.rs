@@ -6,11 +6,10 @@ use serde::Serialize;
 use super::estimate::{Estimate, Quoting};
 use super::film_groups::why_no_laws;
 use super::fit_verdict::{f_words, one_against, square_root_verdict, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
-use super::measurement_errors::ErrorSummary;
 use super::quantities::{variables, wetted_of, FittedLaw, LawLimits, LawOver};
 use super::wet_fit::{two, FitSetup, WetFit, WetRuns};
 use crate::inference::delta::Uncertain;
-use crate::inference::effective_variance::ErrorWeights;
+use crate::inference::effective_variance::{ErrorSummary, ErrorWeights};
 use crate::inference::law::Law;
 use crate::inference::least_squares::Fit;
 use crate::inference::nested::FTest;
@@ -291,7 +290,7 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(FittedScaling, Fit); 2]
             one_for_all: None,
             residual_sd: fitted.fit.residual_sd,
             speed_error_of_a_tenth_se: None,
-            measurement_errors: fitted.weights.as_ref().map(ErrorSummary::of),
+            measurement_errors: fitted.weights.as_ref().map(|weights| weights.summary),
             stop: fitted.fit.stop.as_str(),
             without: vec![],
             of_one_series: law == WetLaw::Sqrt && series.len() == 1,

@@ -7,10 +7,9 @@ use serde::Serialize;
 use super::estimate::{Estimate, Quoting};
 use super::film_groups::why_no_laws;
 use super::fit_verdict::{falls, square_root_verdict, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE};
-use super::measurement_errors::ErrorSummary;
 use super::quantities::LawOver;
 use super::wet_fit::{two, FitSetup, WetRuns};
-use crate::inference::effective_variance::ErrorWeights;
+use crate::inference::effective_variance::{ErrorSummary, ErrorWeights};
 use crate::physics::quantity::{Place, Quantity};
 use crate::runs::Series;
 
@@ -153,7 +152,7 @@ fn of_series(setup: FitSetup, series: &Series) -> SeriesFit {
         },
         residual_sd: fit.residual_sd,
         speed_error_of_a_tenth_se: law.speed_error.filter(|_| verdict.passed),
-        measurement_errors: law.weights.as_ref().map(ErrorSummary::of),
+        measurement_errors: law.weights.as_ref().map(|weights| weights.summary),
         covariance: law.uncertain.covariance.as_ref().ok().map(two_by_two),
         stop: fit.stop.as_str(),
         error_weights: law.weights,

@@ -3,13 +3,13 @@
 use super::balance::EnergyBalance;
 use super::dry::{self, FittedDry};
 use super::fit_verdict::f_words;
-use super::measurement_errors::ErrorSummary;
 use super::noise::{Noise, WetAlternative};
 use super::remarks::{self, shortened, Kind};
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
 use super::wet_fit::FitSetup;
 use super::which_law::LineAgainstRoot;
+use crate::inference::effective_variance::ErrorSummary;
 use crate::inference::lack_of_fit::Alternative;
 use crate::inference::nested::FTest;
 use crate::model::parameters::ParameterKind;

@@ -10,7 +10,7 @@ use super::mixing::{draws_a_chain, summary_of, MixingLines, ParameterDraws};
 use super::nuts::{SamplingFailure, SamplingPlan};
 use super::prepared_posterior::PreparedPosterior;
 use super::sampling::{
-    sample_by_importance, sample_by_nuts, sample_normal, Method, ReachedAccuracy, Sampled, PROPOSED,
+    sample_by_importance, sample_by_nuts, sample_normal, Method, ReachedAccuracy, RejectedMethod, Sampled, PROPOSED,
 };
 use crate::model::posterior::LogDensity;
 use crate::seed::StreamName;
@@ -53,7 +53,7 @@ pub fn sample_to_accuracy(
     Ok(Sampled {
         accuracy: Some(ReachedAccuracy {
             requested: accuracy,
-            vouched,
+            vouched: Some(vouched).filter(|error| error.is_finite()),
             tried,
         }),
         ..sampled
@@ -72,11 +72,11 @@ struct MethodSearch<'p> {
 
 impl MethodSearch<'_> {
     /// The normal about the mode, or its weighted draws, if either can be vouched for; else why not.
-    fn about_the_mode(&self, tried: &mut Vec<(Method, String)>) -> Option<Vouched> {
+    fn about_the_mode(&self, tried: &mut Vec<RejectedMethod>) -> Option<Vouched> {
         let error = normal_error(self.prepared, self.plan.streams);
         let mut attempt = |method, draw: &dyn Fn(NormalError) -> Result<Vouched, String>| {
             let found = error.clone().and_then(draw);
-            found.map_err(|why| tried.push((method, why))).ok()
+            found.map_err(|why| tried.push(RejectedMethod { method, why })).ok()
         };
         attempt(Method::Laplace, &|error| self.laplace(error))
             .or_else(|| attempt(Method::LaplacePsis, &|error| self.laplace_psis(error)))

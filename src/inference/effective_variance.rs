@@ -18,6 +18,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::law::SpeedResponse;
 use super::least_squares::{fit_weighted, Fit, OutOfDomain, ResidualProblem, Stop};
+use crate::distributions::chi_squared_tail;
 use crate::roots::root_between;
 
 /// Measurement errors of the runs of a fit, one number a run in every column; 0 where a run carries none.
@@ -81,6 +82,23 @@ pub trait SpeedDependent: ResidualProblem {
     }
 }
 
+/// How measurement errors entered a fit.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct ErrorSummary {
+    /// runs that carry an error above 0; the others are taken to err like the median of these
+    pub runs_with_errors: usize,
+    /// runs left out, since their error of v may take them to where nothing rebounds
+    pub runs_left_out: usize,
+    /// σ, what the restitutions scatter by beyond their measurement errors; 0 where these explain more than the scatter
+    pub intrinsic_sd: f64,
+    /// squares of the residuals over their measurement errors', a degree of freedom: above 1 these do not explain the scatter
+    pub reduced_chi_squared: f64,
+    /// those degrees of freedom, of the runs that were not left out
+    pub degrees_of_freedom: usize,
+    /// probability of squares as large by chance, if nothing but the errors scatters the runs
+    pub p: Option<f64>,
+}
+
 /// How the runs of a fit were weighed by their measurement errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorWeights {
@@ -90,16 +108,8 @@ pub struct ErrorWeights {
     pub variance: Vec<f64>,
     /// Σ r²/(σ² + τ²), at the minimum
     pub squares: f64,
-    /// σ, what the restitutions scatter by beyond their measurement errors
-    pub intrinsic_sd: f64,
-    /// weighted squares over the degrees of freedom with σ = 0: above 1 the errors do not explain the scatter
-    pub reduced_chi_squared: f64,
-    /// degrees of freedom of the runs that were not left out
-    pub degrees_of_freedom: usize,
-    /// runs that carry an error above 0
-    pub runs_with_errors: usize,
-    /// runs without weight, since their error of v may take them to where nothing rebounds
-    pub runs_left_out: usize,
+    /// how they entered
+    pub summary: ErrorSummary,
     /// second-order bias of the parameters by errors of v, taken off
     pub bias: Vec<f64>,
 }
@@ -359,14 +369,19 @@ impl<P: SpeedDependent> WeighedRuns<'_, P> {
         fitted.residual_sd = Some((fitted.residual_sum_of_squares / self.freedom).sqrt());
         // variances of runs left out are infinite
         let chi_squared: f64 = of_runs().zip(&variances.of_errors).map(|(r, tau)| r * r / tau).sum();
+        let (reduced, freedom) = (chi_squared / self.freedom, fitted.degrees_of_freedom as f64);
+        let summary = ErrorSummary {
+            runs_with_errors: variances.runs_with_errors,
+            runs_left_out: self.excluded.iter().filter(|excluded| **excluded).count(),
+            intrinsic_sd: variances.intrinsic.sqrt(),
+            reduced_chi_squared: reduced,
+            degrees_of_freedom: fitted.degrees_of_freedom,
+            p: chi_squared_tail(reduced * freedom, freedom),
+        };
         let weights = ErrorWeights {
             errors: self.errors.clone(),
             squares: squares - variances.prior_squares,
-            intrinsic_sd: variances.intrinsic.sqrt(),
-            reduced_chi_squared: chi_squared / self.freedom,
-            degrees_of_freedom: self.freedom as usize,
-            runs_with_errors: variances.runs_with_errors,
-            runs_left_out: self.excluded.iter().filter(|excluded| **excluded).count(),
+            summary,
             variance: variances.total[..runs].to_vec(),
             bias,
         };

@@ -42,14 +42,24 @@ pub const MOST_TIMES: usize = 8;
 const MOST_STEPS: u64 = 2_000_000;
 
 /// A requested accuracy, and how it was reached.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ReachedAccuracy {
     /// the request
+    #[serde(rename = "asked")]
     pub requested: f64,
-    /// the error the method's own check vouches for; infinite if none did
-    pub vouched: f64,
-    /// the methods tried before, cheapest first, each with why it did not do
-    pub tried: Vec<(Method, String)>,
+    /// the error the method's own check vouches for; `None`: nothing
+    pub vouched: Option<f64>,
+    /// the methods tried before, cheapest first
+    pub tried: Vec<RejectedMethod>,
+}
+
+/// A method that did not do.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RejectedMethod {
+    /// which
+    pub method: Method,
+    /// why it did not do
+    pub why: String,
 }
 
 /// Draws of a posterior.

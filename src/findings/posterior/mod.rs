@@ -47,10 +47,7 @@ use summarise::{summarise_offsets, summarise_posterior, SummarySource};
 pub use posterior_checks::{speed_errors, why_not_sampled, PosteriorRefusal};
 pub use runs_alone::RunsAlone;
 pub use sampling::{check_room, effort, most_draws, start, MethodChoice, SamplingSetup, MOST_NUMBERS};
-pub use summary::{
-    AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod, SeriesOffset,
-};
+pub use summary::{CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary, SeriesOffset};
 
 /// A posterior with its draws, for the report and the files of draws.
 #[derive(Debug)]

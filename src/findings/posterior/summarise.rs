@@ -7,8 +7,7 @@ use super::predictive_checks::PredictiveChecks;
 use super::runs_alone::{RunsAlone, UnderDefaults};
 use super::sampling::SamplingSetup;
 use super::summary::{
-    AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod, SeriesOffset,
+    CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary, SeriesOffset,
 };
 use crate::findings::predict::Basis;
 use crate::findings::range::range;
@@ -16,7 +15,7 @@ use crate::inference::diagnostics::energy::e_bfmi;
 use crate::inference::diagnostics::summary::{summarise, Summary};
 use crate::inference::mixing::summary_of;
 use crate::inference::nuts::{divergences, Effort, LARGEST_DEPTH};
-use crate::inference::sampling::{Method, ReachedAccuracy, Sampled};
+use crate::inference::sampling::{Method, Sampled};
 use crate::model::parameters::{LeftOut, ModelParameter};
 use crate::physics::DrySpeed;
 use crate::runs::{Runs, Series};
@@ -88,7 +87,7 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
             .collect(),
         method: sampled.method,
         khat: sampled.khat.filter(|khat| khat.is_finite()),
-        accuracy: sampled.accuracy.as_ref().map(AccuracySummary::of),
+        accuracy: sampled.accuracy.clone(),
         terms: setup.form.terms(),
         inertia: setup.form.inertia,
         viscous: setup.form.viscous,
@@ -111,20 +110,6 @@ impl HeldParameter {
             runs_alone: under_defaults
                 .zip(left.value)
                 .and_then(|(runs, held)| runs.beside_held(left.kind, held)),
-        }
-    }
-}
-
-impl AccuracySummary {
-    fn of(reached: &ReachedAccuracy) -> AccuracySummary {
-        let tried = reached.tried.iter().map(|(method, why)| RejectedMethod {
-            method: *method,
-            why: why.clone(),
-        });
-        AccuracySummary {
-            requested: reached.requested,
-            vouched: Some(reached.vouched).filter(|error| error.is_finite()),
-            tried: tried.collect(),
         }
     }
 }

@@ -8,7 +8,7 @@ use super::predictive_checks::PredictiveChecks;
 use super::runs_alone::RunsAlone;
 use crate::findings::predict::Basis;
 use crate::inference::diagnostics::summary::Summary;
-use crate::inference::sampling::Method;
+use crate::inference::sampling::{Method, ReachedAccuracy};
 use crate::model::parameters::ModelParameters;
 use crate::physics::form::Term;
 use crate::physics::{Inertia, Viscous};
@@ -51,9 +51,10 @@ pub struct PosteriorFindings {
     /// Pareto shape of the weights of the normal about the mode; `None` where none were asked for
     #[serde(skip_serializing_if = "Option::is_none")]
     pub khat: Option<f64>,
-    /// the accuracy that was asked for; `None` if none was
+    /// the accuracy that was asked for, the largest error of any mean, in posterior sds, and of any sd, relative; `None` if
+    /// none was
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<AccuracySummary>,
+    pub accuracy: Option<ReachedAccuracy>,
     /// the terms of the energy balance, as a scene names them
     pub terms: Vec<Term>,
     /// the form of the inertial loss
@@ -184,27 +185,6 @@ pub struct HeldParameter {
     /// what the runs alone say of it, where a scene's prior holds it
     #[serde(skip_serializing_if = "Option::is_none")]
     pub runs_alone: Option<RunsAlone>,
-}
-
-/// An accuracy that was asked for: the largest error of any mean, in posterior sds, and of any sd, relative.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct AccuracySummary {
-    /// what was asked for
-    #[serde(rename = "asked")]
-    pub requested: f64,
-    /// what the method's own check vouches for; `None`: nothing
-    pub vouched: Option<f64>,
-    /// cheaper methods that did not do
-    pub tried: Vec<RejectedMethod>,
-}
-
-/// A method that did not do.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RejectedMethod {
-    /// which
-    pub method: Method,
-    /// why it did not do
-    pub why: String,
 }
 
 /// The few runs that stood for very many.

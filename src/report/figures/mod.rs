@@ -22,7 +22,7 @@ use std::ops::Range;
 
 use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Marks, Style};
 use super::ReportInput;
-use crate::findings::film_ratio::reference_film_ratio;
+use crate::findings::film_groups::reference_film_ratio;
 use crate::findings::laws::numbers_of_series;
 use crate::findings::series::SeriesFit;
 use crate::physics::numbers::stokes;
