@@ -14,7 +14,6 @@ use super::form_choice::InertiaChoice;
 use super::identify::Directions;
 use super::least_squares::LeastSquares;
 use super::main_numbers::MainNumbers;
-use super::measurement_errors::RunsWithErrors;
 use super::noise::Noise;
 use super::posterior::PosteriorFindings;
 use super::published;
@@ -25,7 +24,7 @@ use super::series::SeriesFit;
 use super::terms::SizedTerm;
 use crate::physics::Form;
 use crate::remark::Remark;
-use crate::runs::{Screened, Table};
+use crate::runs::{MeasurementErrors, RunsWithErrors, Screened, Table};
 
 /// The name and version of the findings file's layout, which `docs/findings.schema.json` describes; the version is raised
 /// where a field is removed or changes its meaning.
@@ -132,7 +131,7 @@ impl Counts {
             used: runs.all_measured() - runs.stuck(),
             stuck: runs.stuck(),
             screened: table.screened.clone(),
-            measurement_errors: RunsWithErrors::of(runs),
+            measurement_errors: runs.errors.as_ref().map(MeasurementErrors::counts),
         }
     }
 }

@@ -27,7 +27,10 @@ pub(super) fn measurement_error_notices(
     let mut found = vec![];
     let below = |row: &&Scaling| error_that_matters(row).is_some_and(|share| share < SPEED_ERROR);
     // where they are given they are asked for no more
-    let given = runs.errors.as_ref().is_some_and(|errors| errors.counts()[1] > 0);
+    let given = runs
+        .errors
+        .as_ref()
+        .is_some_and(|errors| errors.counts().of_impact_speed > 0);
     let all: Vec<&Scaling> = scaling.iter().filter(below).collect();
     let main: Vec<&Scaling> = all.iter().copied().filter(|row| is_main(row)).collect();
     let (level, told) = match main.is_empty() {

@@ -1,37 +1,12 @@
-//! Gathers the measurement errors of the runs of a fit, and warns where they matter.
+//! Gathers the measurement errors of the runs of a fit.
 
 use std::ops::Range;
-
-use serde::Serialize;
 
 use super::own_dry_speed::OwnDrySpeed;
 use crate::inference::effective_variance::ErrorColumns;
 use crate::model::parameters::ParameterKind;
 use crate::runs::Runs;
 use crate::scene::Scene;
-
-/// Which runs carry measurement errors above 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct RunsWithErrors {
-    /// with any
-    pub runs: usize,
-    /// with one of the impact speed
-    pub of_impact_speed: usize,
-    /// with one of the restitution beyond what it shares with the impact speed
-    pub of_restitution: usize,
-}
-
-impl RunsWithErrors {
-    /// `None` where no run carries one.
-    pub(super) fn of(runs: &Runs) -> Option<RunsWithErrors> {
-        let [runs, of_impact_speed, of_restitution] = runs.errors.as_ref()?.counts();
-        Some(RunsWithErrors {
-            runs,
-            of_impact_speed,
-            of_restitution,
-        })
-    }
-}
 
 /// The errors of the runs of some ranges, in the order in which they are fitted, with the dry speed that enters a wet law;
 /// `spread` is that of their kind. `None` where the table has none.

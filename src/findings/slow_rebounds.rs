@@ -101,7 +101,10 @@ pub(super) fn fit_beside(
     }
     // with errors of speeds in columns, noise on the energy besides would make each density an integral of integrals: what it
     // does to the restitution is an error of that
-    let by_speeds = runs.errors.as_ref().is_some_and(|errors| errors.counts()[1] > 0);
+    let by_speeds = runs
+        .errors
+        .as_ref()
+        .is_some_and(|errors| errors.counts().of_impact_speed > 0);
     let (mut wider_scene, mut wider_runs) = (scene.clone(), runs.clone());
     let is_set = |choice: &PriorChoice| choice.parameter == SIGMA_ENERGY.name;
     let is_ours = !by_speeds && !scene.priors.iter().any(is_set);

@@ -72,13 +72,27 @@ impl MeasurementErrors {
         self.speed_correlation.get(run).copied().unwrap_or(0.0)
     }
 
-    /// Runs that carry an error above 0: any at all, of the impact speed, of the restitution beyond its share of that.
-    pub fn counts(&self) -> [usize; 3] {
+    /// How many runs carry an error above 0.
+    pub fn counts(&self) -> RunsWithErrors {
         let both = || self.impact_speed_sd.iter().zip(&self.restitution_sd);
-        let any = both().filter(|(s_v, u)| **s_v > 0.0 || **u > 0.0).count();
         let of = |column: &[f64]| column.iter().filter(|sd| **sd > 0.0).count();
-        [any, of(&self.impact_speed_sd), of(&self.restitution_sd)]
+        RunsWithErrors {
+            runs: both().filter(|(s_v, u)| **s_v > 0.0 || **u > 0.0).count(),
+            of_impact_speed: of(&self.impact_speed_sd),
+            of_restitution: of(&self.restitution_sd),
+        }
     }
+}
+
+/// How many runs carry measurement errors above 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub struct RunsWithErrors {
+    /// with any
+    pub runs: usize,
+    /// with one of the impact speed
+    pub of_impact_speed: usize,
+    /// with one of the restitution beyond what it shares with the impact speed
+    pub of_restitution: usize,
 }
 
 /// What a run errs by, from what a table gives of its impact speed, rebound speed and restitution as a whole, and from the

@@ -98,7 +98,7 @@ pub(crate) use cells::{each_row, TextRow};
 pub use collect::Screened;
 pub(crate) use collect::OF_READING;
 pub use draft::Draft;
-pub use errors::MeasurementErrors;
+pub use errors::{MeasurementErrors, RunsWithErrors};
 pub(crate) use fields::{column, rows_by_fields, Column, Fields, Row, SettingFields};
 pub use film_groups::{rounded_film_ratio, FilmGroup, NEAR_NOMINAL, WIDEST};
 pub use impacts::{by_film, Conditions};

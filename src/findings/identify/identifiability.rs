@@ -26,7 +26,12 @@ pub(super) struct Identifiability {
 impl Identifiability {
     /// `None` without parameters, or where a sum is not finite.
     pub fn of(scene: &Scene, runs: &Runs, least_squares: LeastSquares) -> Option<Identifiability> {
-        let form = form(scene, least_squares);
+        // where the form of inertia was left open, the one the energy balance took
+        let taken = least_squares.energy_balance.map(|balance| balance.form().inertia);
+        let form = Form {
+            inertia: taken.unwrap_or(least_squares.form.inertia),
+            ..least_squares.form
+        };
         let spheres = || 0..runs.spheres.len();
         let wet: Vec<usize> = spheres().filter(|s| !runs.series_of(*s).is_empty()).collect();
         let dry: Vec<usize> = spheres().filter(|s| !runs.dry_of(*s).is_empty()).collect();
@@ -154,16 +159,6 @@ fn linearisation_point(
     // runs that determine nothing may lead a search on and on: the slopes where it got to tell so all the same
     let (values, _) = evidence.fit_with_priors(&start)?;
     Some((values, false))
-}
-
-/// The terms that are held; where the form of the inertial loss is left open, the one the energy balance took.
-fn form(scene: &Scene, least_squares: LeastSquares) -> Form {
-    let taken = least_squares.energy_balance.map(|balance| balance.form().inertia);
-    let taken = taken.filter(|_| scene.model.inertia_is_open());
-    Form {
-        inertia: taken.unwrap_or(least_squares.form.inertia),
-        ..least_squares.form
-    }
 }
 
 /// Where least squares found a parameter, with its standard error: in the energy balance, which alone knows of k of a

@@ -25,7 +25,6 @@ mod summary;
 use rayon::prelude::*;
 
 use super::least_squares::LeastSquares;
-use super::predict::Basis;
 use super::remarks;
 use crate::error::Error;
 use crate::inference::accuracy::sample_to_accuracy;
@@ -42,7 +41,7 @@ use crate::scene::Scene;
 use crate::seed::StreamName;
 use derived::DerivedDraws;
 use runs_alone::UnderDefaults;
-use summarise::{summarise_offsets, summarise_posterior, SummarySource};
+use summarise::{summarise_posterior, SummarySource};
 
 pub use posterior_checks::{speed_errors, why_not_sampled, PosteriorRefusal};
 pub use runs_alone::RunsAlone;
@@ -192,17 +191,15 @@ pub fn fit_posterior(
     let predictive = predictive_checks::check_predictions(scene, runs.sample(), setup.form, &draws);
     let under_defaults = UnderDefaults::of(scene, runs, setup, (&likelihood, &start), least_squares.seed);
     let source = SummarySource {
+        scene,
+        runs,
         setup,
-        effort,
         under_defaults: under_defaults.as_ref(),
         compression,
         derived: &derived,
         predictive,
-        series_offsets: summarise_offsets(scene, runs, &sampled),
-        basis: Basis::of(scene, runs, &sampled),
     };
-    let mut findings = summarise_posterior(&sampled, source);
-    findings.mark_k_of_wet_runs(&sampled.parameters, runs);
+    let findings = summarise_posterior(&sampled, source);
     let mut checks = posterior_checks::check_posterior(&findings, least_squares);
     checks.extend(posterior_checks::speed_errors(scene, runs));
     Ok(Ok(Posterior {

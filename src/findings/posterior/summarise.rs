@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::derived::DerivedDraws;
 use super::predictive_checks::PredictiveChecks;
 use super::runs_alone::{RunsAlone, UnderDefaults};
-use super::sampling::SamplingSetup;
+use super::sampling::{effort, SamplingSetup};
 use super::summary::{
     CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary, SeriesOffset,
 };
@@ -14,19 +14,21 @@ use crate::findings::range::range;
 use crate::inference::diagnostics::energy::e_bfmi;
 use crate::inference::diagnostics::summary::{summarise, Summary};
 use crate::inference::mixing::summary_of;
-use crate::inference::nuts::{divergences, Effort, LARGEST_DEPTH};
+use crate::inference::nuts::{divergences, LARGEST_DEPTH};
 use crate::inference::sampling::{Method, Sampled};
-use crate::model::parameters::{LeftOut, ModelParameter};
+use crate::model::parameters::{LeftOut, ModelParameter, ParameterKind};
 use crate::physics::DrySpeed;
 use crate::runs::{Runs, Series};
 use crate::scene::{Prior, Scene};
 
 /// What a summary of a posterior takes besides the draws.
 pub(super) struct SummarySource<'p> {
+    /// what was held fixed
+    pub(super) scene: &'p Scene,
+    /// what was measured
+    pub(super) runs: &'p Runs,
     /// which model was sampled, and how
     pub(super) setup: SamplingSetup,
-    /// how much of it
-    pub(super) effort: Effort,
     /// what stood for very many runs
     pub(super) compression: Option<CompressionSummary>,
     /// the draws of what follows from the parameters
@@ -35,23 +37,21 @@ pub(super) struct SummarySource<'p> {
     pub(super) predictive: PredictiveChecks,
     /// what the runs say under the default priors, where the scene sets others
     pub(super) under_defaults: Option<&'p UnderDefaults>,
-    /// the offsets of series
-    pub(super) series_offsets: Vec<SeriesOffset>,
-    /// what predictions are made of
-    pub(super) basis: Basis,
 }
 
 /// Summarises the draws, with how they were made.
 pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> PosteriorFindings {
-    let SummarySource { setup, effort, .. } = source;
+    let SummarySource { scene, runs, setup, .. } = source;
+    let effort = effort(scene);
     let parameters = &sampled.parameters;
     let with_draws = parameters.sampled.par_iter().zip(&sampled.values);
     let kept = sampled.chains.iter();
     PosteriorFindings {
         parameters: with_draws
             .map(|(parameter, values)| {
-                let under_defaults = source.under_defaults;
-                summarise_parameter(parameter, values, sampled.mcse_factor, under_defaults)
+                let own = summarise_parameter(parameter, values, sampled.mcse_factor, source.under_defaults);
+                let from = is_of_wet_runs(runs, parameter.kind).then_some(WET_RUNS);
+                QuantitySummary { from, ..own }
             })
             .collect(),
         derived: source
@@ -59,7 +59,7 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
             .par_iter()
             .map(|derived| summarise_derived(&derived.name, &derived.values, sampled.mcse_factor))
             .collect(),
-        series_offsets: source.series_offsets,
+        series_offsets: summarise_offsets(scene, runs, sampled),
         left_out: parameters
             .left_out
             .iter()
@@ -97,8 +97,17 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
         },
         compression: source.compression,
         predictive: source.predictive,
-        basis: source.basis,
+        basis: Basis::of(scene, runs, sampled),
     }
+}
+
+/// Where a diameter's own k comes from that no dry run tells.
+const WET_RUNS: &str = "wet runs";
+
+/// Whether a parameter is a diameter's own k that comes from wet runs alone.
+fn is_of_wet_runs(runs: &Runs, kind: ParameterKind) -> bool {
+    let is_alone = |sphere: usize| runs.spheres[sphere].diameter.is_some() && runs.dry_of(sphere).is_empty();
+    kind.sphere().is_some_and(is_alone)
 }
 
 impl HeldParameter {
@@ -191,7 +200,7 @@ fn summarise_derived(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> Quant
 }
 
 /// The offsets in the order of the series; none where the model has none.
-pub(super) fn summarise_offsets(scene: &Scene, runs: &Runs, sampled: &Sampled) -> Vec<SeriesOffset> {
+fn summarise_offsets(scene: &Scene, runs: &Runs, sampled: &Sampled) -> Vec<SeriesOffset> {
     let names = &sampled.parameters.series_offsets;
     let each = names.par_iter().zip(&sampled.series_offsets).zip(&runs.series);
     let film_ratios = |series: &Series| range(runs.impacts.film_ratio[series.runs()].iter().copied());

@@ -9,10 +9,8 @@ use super::runs_alone::RunsAlone;
 use crate::findings::predict::Basis;
 use crate::inference::diagnostics::summary::Summary;
 use crate::inference::sampling::{Method, ReachedAccuracy};
-use crate::model::parameters::ModelParameters;
 use crate::physics::form::Term;
 use crate::physics::{Inertia, Viscous};
-use crate::runs::Runs;
 
 /// The summary of the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -69,21 +67,6 @@ pub struct PosteriorFindings {
     pub predictive: PredictiveChecks,
     /// what `wetcor predict` reads
     pub basis: Basis,
-}
-
-/// Where a diameter's own k comes from that no dry run tells.
-pub const WET_RUNS: &str = "wet runs";
-
-impl PosteriorFindings {
-    /// Marks each k of a diameter that comes from wet runs alone.
-    pub(super) fn mark_k_of_wet_runs(&mut self, parameters: &ModelParameters, runs: &Runs) {
-        for (summary, parameter) in self.parameters.iter_mut().zip(&parameters.sampled) {
-            if let Some(sphere) = parameter.kind.sphere() {
-                let own = runs.spheres[sphere].diameter.is_some();
-                summary.from = (own && runs.dry_of(sphere).is_empty()).then_some(WET_RUNS);
-            }
-        }
-    }
 }
 
 /// One quantity of the posterior.

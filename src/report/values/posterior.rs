@@ -105,7 +105,7 @@ fn model(input: ReportInput, posterior: &Posterior) -> Value {
         has_dry => !input.runs.dry.is_empty(),
         likelihood_words => input.scene.model.likelihood.words(),
         runs => input.runs.len(),
-        errors => input.runs.errors.as_ref().map(|errors| errors.counts()[0]),
+        errors => input.runs.errors.as_ref().map(|errors| errors.counts().runs),
         erring => speeds.len(),
         repeated => speeds.iter().filter(|speed| speed.repeats > 1).count(),
         gap => GAP,
