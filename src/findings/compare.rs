@@ -89,7 +89,7 @@ impl EvaluatedModel {
 }
 
 /// What a comparison found.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Comparison {
     /// the forms, best first
     pub models: Vec<ComparedModel>,
@@ -136,11 +136,7 @@ pub(super) struct EvaluatedModel {
 /// notice says so.
 pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: &[EvaluatedModel]) -> Comparison {
     let runs = context.runs;
-    let mut found = Comparison {
-        models: vec![],
-        remarks: vec![],
-        own: None,
-    };
+    let mut found = Comparison::default();
     let draws = own.sampled.draws();
     let used = affordable_draws(runs, draws);
     let why_none = why_none_beside(context.scene, runs, draws);

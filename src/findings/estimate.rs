@@ -41,7 +41,7 @@ pub struct Estimate {
 }
 
 /// What the replicates of a quantity say.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Bootstrapped {
     /// standard deviation of the replicates, or by the sandwich that they tend to; `None` where `fallback` says why there are
     /// none
@@ -74,19 +74,14 @@ impl Bootstrapped {
     pub(super) fn of_limit(se: f64) -> Bootstrapped {
         Bootstrapped {
             se: Some(se),
-            fallback: None,
-            ..Bootstrapped::none("")
+            ..Bootstrapped::default()
         }
     }
 
     pub(super) fn none(why: &'static str) -> Bootstrapped {
         Bootstrapped {
-            se: None,
-            bias: None,
-            failed: 0,
-            failures: vec![],
-            replicates: 0,
             fallback: Some(why),
+            ..Bootstrapped::default()
         }
     }
 }

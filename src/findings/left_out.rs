@@ -108,7 +108,11 @@ pub(super) fn draw_and_leave_out(
         parameters: &parameters,
         stream,
     };
-    let is_far = |loo: &Loo| beside.is_some_and(|beside| is_far_behind(loo, beside));
+    // rough draws of a model that predicts so much less will do
+    let is_far = |loo: &Loo| {
+        let apart = beside.and_then(|beside| difference(loo, beside));
+        apart.is_some_and(|apart| -apart.value > FAR_BEHIND.max(FAR_BEHIND_IN_SE * apart.se.unwrap_or(f64::INFINITY)))
+    };
     let will_do = |sampled: &Sampled| {
         let used = affordable_draws(context.runs, sampled.draws());
         used.is_some_and(|used| model.weigh_out(sampled, used).is_ok_and(|loo| is_far(&loo)))
@@ -120,12 +124,6 @@ pub(super) fn draw_and_leave_out(
         loo = model.mend(loo, &sampled, used);
     }
     Ok(LeftOutModel { sampled, loo, used })
-}
-
-/// Whether a model predicts so much less than another that rough draws of it will do.
-fn is_far_behind(loo: &Loo, beside: &Loo) -> bool {
-    difference(loo, beside)
-        .is_some_and(|apart| -apart.value > FAR_BEHIND.max(FAR_BEHIND_IN_SE * apart.se.unwrap_or(f64::INFINITY)))
 }
 
 /// PSIS leave-one-out of a sampled model, by so many of its draws; `Err` says which run stands in the way.

@@ -21,7 +21,7 @@ use crate::distributions::{normal_quantile, student_t_quantile};
 use crate::inference::diagnostics::quantile::central_interval;
 use crate::model::parameters::ParameterKind;
 use crate::physics::form::Term;
-use crate::physics::{Coefficient, Form, Quantity};
+use crate::physics::{Coefficient, Quantity};
 use crate::remark::Remark;
 use crate::rounding::{positive, short, significant, with_sd, with_se, NONE};
 use crate::runs::{FilmGroup, Runs, Series};
@@ -289,11 +289,6 @@ impl MainNumbers {
         parameters.map(|own| &own.number).chain(places)
     }
 
-    /// Whether e_inf and St_c of a film ratio among them are those of this law.
-    pub(super) fn are_of(&self, law: &Scaling) -> bool {
-        self.at.iter().any(|place| place.is_of(law))
-    }
-
     /// Before any is picked.
     pub(super) fn none() -> MainNumbers {
         MainNumbers {
@@ -380,12 +375,6 @@ pub(super) fn pick_main_numbers(from: MainSources) -> MainNumbers {
 impl MainSources<'_> {
     fn level(&self) -> f64 {
         self.scene.bootstrap.level
-    }
-
-    /// The form of the balance that main numbers are of.
-    fn form(&self) -> Form {
-        self.posterior
-            .map_or(self.least_squares.form, |posterior| posterior.setup.form)
     }
 
     fn sampled_parameters(&self, posterior: &Posterior) -> Vec<MainParameter> {
@@ -496,7 +485,7 @@ impl MainSources<'_> {
     /// noise on the restitution alone, independent from run to run, e² is a line in 1/St, and one law for all liquids biases
     /// it by no more than it may; and whether its runs tell their spread, unless there is no posterior that would.
     fn law_serves(&self, law: &Scaling) -> bool {
-        let form = self.form();
+        let form = self.posterior.map_or(self.least_squares.form, |own| own.setup.form);
         law.verdict.passed
             && (law.tells_its_spread() || self.posterior.is_none())
             && law.stuck == 0

@@ -369,9 +369,7 @@ impl Findings {
         }
         self.pick_main_numbers(scene, runs, Some(&posterior));
         carried.extend(single_run::carried_laws(&self.main, &self.scaling));
-        let carried = single_run::sorted(carried);
-        self.remarks
-            .extend(single_run::single_run_notice(scene, runs, &carried));
+        self.remarks.extend(single_run::single_run_notice(scene, runs, carried));
         Ok(Some(posterior))
     }
 
@@ -501,7 +499,7 @@ impl Findings {
         ];
         self.remarks
             .retain(|remark| !picked_anew.iter().any(|kind| kind.is(remark)));
-        let is_main = |law: &Scaling| self.main.are_of(law);
+        let is_main = |law: &Scaling| self.main.at.iter().any(|place| place.is_of(law));
         let of_errors = error_notices::measurement_error_notices(runs, &self.scaling, is_main);
         self.remarks.extend(of_errors);
         self.settle_second_order();

@@ -42,7 +42,7 @@ pub struct Overview {
 }
 
 /// The runs of one particle and one liquid.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Material {
     /// name of the particle
     pub particle: String,
@@ -83,16 +83,13 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
                 runs: runs.measured(all.clone()),
                 stuck: dry.iter().map(|group| runs.measured(group.stuck.clone())).sum(),
                 diameters_m: dry.iter().map(|group| group.diameter).collect(),
-                film_ratios: vec![],
-                film_m: None,
                 impact_speed_m_s: range(runs.impact_speed[all].iter().copied()).unwrap_or_default(),
-                stokes: None,
-                reynolds: None,
                 restitution: {
                     let some = runs.sample();
                     let groups = some.dry_in(spheres.clone()).iter();
                     range(groups.flat_map(|g| some.restitution[g.rebounds.clone()].iter().copied()))
                 },
+                ..Material::default()
             });
         }
         let wet = runs.series_in(spheres);

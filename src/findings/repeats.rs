@@ -394,6 +394,7 @@ const IN_ORDER: usize = 3;
 const UNLIKELY: f64 = 0.05;
 
 /// The rows of a table that repeat others.
+#[derive(Default)]
 struct Repeats {
     /// the least likely first
     blocks: Vec<Block>,
@@ -406,11 +407,7 @@ impl Repeats {
     fn of(rebounds: &[Rebound]) -> Repeats {
         /// blocks that are kept
         const KEPT: usize = 1000;
-        let mut found = Repeats {
-            blocks: vec![],
-            rows: 0,
-            chances: vec![],
-        };
+        let mut found = Repeats::default();
         // the block that ends at the row before, by the place of the row that this one repeats
         let mut open: Vec<Option<Block>> = vec![None; rebounds.len()];
         for (place, one) in rebounds.iter().enumerate() {

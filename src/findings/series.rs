@@ -1,6 +1,5 @@
 //! Estimates the square-root law of each series: α, β, e_inf and the speed below which nothing rebounds.
 
-use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -120,10 +119,6 @@ pub fn fit_series(setup: FitSetup) -> Vec<SeriesFit> {
     (0..runs.series.len()).into_par_iter().map(of_place).collect()
 }
 
-fn two_by_two(covariance: &DMatrix<f64>) -> [[f64; 2]; 2] {
-    std::array::from_fn(|i| std::array::from_fn(|j| covariance[(i, j)]))
-}
-
 fn of_series(setup: FitSetup, series: &Series) -> SeriesFit {
     let scene = setup.scene;
     let rebounds = WetRuns::over_speed(setup, std::slice::from_ref(series));
@@ -132,6 +127,7 @@ fn of_series(setup: FitSetup, series: &Series) -> SeriesFit {
     let verdict = square_root_verdict(fit, x);
     let source = law.source([ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE]);
     let [alpha, _] = two(fit);
+    let covariance = law.uncertain.covariance.as_ref().ok();
     let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
     SeriesFit {
         particle: scene.particles[series.particle].name.clone(),
@@ -153,7 +149,7 @@ fn of_series(setup: FitSetup, series: &Series) -> SeriesFit {
         residual_sd: fit.residual_sd,
         speed_error_of_a_tenth_se: law.speed_error.filter(|_| verdict.passed),
         measurement_errors: law.weights.as_ref().map(|weights| weights.summary),
-        covariance: law.uncertain.covariance.as_ref().ok().map(two_by_two),
+        covariance: covariance.map(|of| [0, 1].map(|i| [0, 1].map(|j| of[(i, j)]))),
         stop: fit.stop.as_str(),
         error_weights: law.weights,
         is_withheld: false,

@@ -207,14 +207,6 @@ pub(super) fn carried_laws(main: &MainNumbers, scaling: &[Scaling]) -> Vec<Singl
     carried
 }
 
-/// The heaviest first, each run once.
-pub(super) fn sorted(mut found: Vec<SingleRun>) -> Vec<SingleRun> {
-    found.sort_by(|a, b| b.shift().total_cmp(&a.shift()));
-    let mut seen = HashSet::new();
-    found.retain(|own| seen.insert(own.run));
-    found
-}
-
 /// The main numbers of a posterior at every so many draws.
 fn numbers_of(sampled: &Sampled, derived: &[derived::DerivedDraws], step: usize) -> Vec<Number> {
     let number = |(name, values): (&String, &Vec<Vec<f64>>)| Number {
@@ -244,8 +236,11 @@ fn moments(draws: &[f64], weights: &[f64]) -> [f64; 2] {
     [mean, (squares.sum::<f64>() / all).sqrt()]
 }
 
-/// A notice of these runs; `None` without any.
-pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, found: &[SingleRun]) -> Option<Remark> {
+/// A notice of these runs, the heaviest first, each once; `None` without any.
+pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, mut found: Vec<SingleRun>) -> Option<Remark> {
+    found.sort_by(|a, b| b.shift().total_cmp(&a.shift()));
+    let mut seen = HashSet::new();
+    found.retain(|own| seen.insert(own.run));
     let told = found.iter().map(|own| {
         let [[with, sd], [without, wider]] = [own.with, own.without];
         format!(

@@ -71,18 +71,12 @@ fn dry_laws(dry: &[FittedDry]) -> Option<Remark> {
     (!dry.is_empty()).then(|| check_usable(remarks::DRY_LAW, "dry law", dry.len(), &names))
 }
 
-/// The fits of a law at a film ratio each, not those over all film ratios.
-fn by_film_ratio(scaling: &[FittedScaling], law: WetLaw) -> impl Iterator<Item = &FittedScaling> {
-    scaling
-        .iter()
-        .filter(move |fit| fit.law == law && fit.scaling.film_ratio.is_some())
-}
-
 /// The square-root laws of film ratios. None of them at all gates, unless no film ratio has runs enough for its law to be
 /// quoted and the energy balance stands, which takes them together.
 fn scaling_laws(scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> Option<Remark> {
     // groups without a film ratio have a check of their own
-    let laws = || by_film_ratio(scaling, WetLaw::Sqrt).filter(|fit| !fit.scaling.is_withheld);
+    let is_told = |fit: &&FittedScaling| fit.scaling.film_ratio.is_some() && !fit.scaling.is_withheld;
+    let laws = || scaling.iter().filter(|fit| fit.law == WetLaw::Sqrt).filter(is_told);
     let all = laws().count();
     let stands = balance.is_some_and(|balance| balance.verdict.passed);
     let failed = laws().filter(|fit| !fit.scaling.verdict.passed);

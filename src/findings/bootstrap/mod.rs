@@ -185,8 +185,9 @@ fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, targets: 
                     quantity.value(&at, &wetted)
                 };
                 if !(none && quantity == Quantity::DeltaC) {
-                    let dry = of_k.filter(|_| quantity == Quantity::InertialLoss);
-                    tasks.push(Task::new(estimate, fit, value).with_k_of(dry));
+                    let mut own = Task::new(estimate, fit, value);
+                    own.dry = of_k.filter(|_| quantity == Quantity::InertialLoss);
+                    tasks.push(own);
                 }
             }
         }

@@ -37,11 +37,6 @@ impl<'e> Task<'e> {
         }
     }
 
-    /// The same with a k of its own fit.
-    pub(super) fn with_k_of(self, dry: Option<usize>) -> Task<'e> {
-        Task { dry, ..self }
-    }
-
     /// The fits it follows from.
     pub(super) fn fits(&self) -> impl Iterator<Item = usize> + use<> {
         std::iter::once(self.fit).chain(self.dry)

@@ -80,11 +80,10 @@ fn e_inf(scene: &Scene, least_squares: LeastSquares, sphere: Sphere) -> Option<I
 fn inertial_loss(least_squares: LeastSquares) -> Option<IdentifiableCombination> {
     let own = |row: &&Energy| row.law == WetLaw::Sqrt;
     let rows = least_squares.energy.iter().filter(own);
-    let rows = rows.map(|row| (&row.loss_over_density_ratio, loss_name(row.film_ratio)));
+    let rows = rows.map(|row| {
+        let ratio = rounded_film_ratio(row.film_ratio);
+        (&row.loss_over_density_ratio, format!("inertial_prefactor·g({ratio})"))
+    });
     // a larger loss says more of C with the same error
     best(rows, |value, se| se / value.abs())
-}
-
-fn loss_name(film_ratio: f64) -> String {
-    format!("inertial_prefactor·g({})", rounded_film_ratio(film_ratio))
 }

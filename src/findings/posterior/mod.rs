@@ -71,11 +71,8 @@ pub struct Posterior {
 impl Posterior {
     /// Whether every check of the sampling passed; those of the model and the runs do not count.
     pub fn sampling_holds(&self) -> bool {
-        let mut of_sampling = self
-            .checks
-            .iter()
-            .filter(|check| posterior_checks::is_of_sampling(check));
-        !of_sampling.any(Remark::forbids)
+        let is_of_sampling = |check: &Remark| posterior_checks::OF_SAMPLING.iter().any(|kind| kind.is(check));
+        !self.checks.iter().any(|check| is_of_sampling(check) && check.forbids())
     }
 
     /// That the runs contradict a prior; `None` where they do not.

@@ -26,8 +26,8 @@ const NOT_SAMPLED: [Kind; 5] = [
     remarks::REBOUNDS,
 ];
 
-/// The checks of how the draws were made.
-const OF_SAMPLING: [Kind; 8] = [
+/// The checks of how the draws were made, and not of the model or the runs.
+pub(super) const OF_SAMPLING: [Kind; 8] = [
     remarks::RHAT,
     remarks::ESS_BULK,
     remarks::ESS_TAIL,
@@ -37,11 +37,6 @@ const OF_SAMPLING: [Kind; 8] = [
     remarks::ACCURACY,
     remarks::COMPRESSION_ERROR,
 ];
-
-/// Whether a check asks how the draws were made, and not of the model or the runs.
-pub(super) fn is_of_sampling(check: &Remark) -> bool {
-    OF_SAMPLING.iter().any(|kind| kind.is(check))
-}
 
 /// Why no posterior was sampled, though the scene wants one; the check fails and gates.
 #[derive(Debug)]

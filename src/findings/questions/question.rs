@@ -11,7 +11,7 @@ use crate::remark::Remark;
 use crate::rounding::with_se;
 
 /// A question with its answer. Field names are those of `findings.json`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Question {
     /// in words
     pub question: &'static str,
@@ -66,7 +66,7 @@ pub struct Trend {
 }
 
 /// Whether a parameter goes with the film ratio.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Answer {
     /// one value for all film ratios
@@ -77,6 +77,7 @@ pub enum Answer {
     /// it falls
     Falls,
     /// the runs leave it open
+    #[default]
     Open,
 }
 

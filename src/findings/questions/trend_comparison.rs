@@ -1,7 +1,7 @@
 //! Samples a model with and without a trend on the same runs, and leaves each run out of both.
 
 use super::effect::TrendOverFilms;
-use super::question::{answer_question, Answer, Question, Trend};
+use super::question::{answer_question, Question, Trend};
 use crate::error::Error;
 use crate::findings::compare::{model_name, summarise_model, ComparedModel};
 use crate::findings::left_out::{
@@ -47,15 +47,7 @@ impl TrendComparison<'_> {
             question,
             parameter: self.of.key(),
             film_ratio_below,
-            runs: 0,
-            film_ratios: None,
-            models: vec![],
-            gain: None,
-            gain_se: None,
-            trend: None,
-            answer: Answer::Open,
-            text: String::new(),
-            why_open: None,
+            ..Question::default()
         };
         let Context { comparison, own, .. } = self.context;
         if let Some(why) = why_none_beside(comparison.scene, comparison.runs, own.sampled.draws()) {
