@@ -330,15 +330,12 @@ fn findings_of(setup: FitSetup, fitted: &FittedBalance, lack_of_fit: Option<FTes
         quoting,
         profile: BalanceEstimates::profile(fitted, quoting),
     };
-    let parameters: Vec<ParameterEstimate> = joint
-        .kinds()
-        .enumerate()
-        .map(|(place, kind)| ParameterEstimate {
-            kind,
-            name: kind.name(scene, runs),
-            estimate: estimates.of_parameter(place, |b| Jet::variable(b, 0), scale_of_parameter(kind)),
-        })
-        .collect();
+    let parameter = |(place, kind): (usize, ParameterKind)| ParameterEstimate {
+        kind,
+        name: kind.name(scene, runs),
+        estimate: estimates.of_parameter(place, |b| Jet::variable(b, 0), scale_of_parameter(kind)),
+    };
+    let parameters: Vec<ParameterEstimate> = joint.kinds().enumerate().map(parameter).collect();
     let places = WetPlace::all(runs, joint.form);
     let derived = places.par_iter().enumerate().filter(|_| fitted.fit.converged());
     let l = joint.value(Coefficient::LubricationLog, point);

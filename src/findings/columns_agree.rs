@@ -2,7 +2,7 @@
 
 use super::remarks;
 use crate::remark::Remark;
-use crate::runs::{ComparedColumns, RowPlaces};
+use crate::runs::{ComparedBlock, ComparedColumns, RowPlaces};
 use crate::scene::RunColumn;
 
 /// A failed check of each two columns that tell the same thing and do not: over the whole table, in a block of it, or in many
@@ -36,13 +36,11 @@ fn contradiction(both: &ComparedColumns, places: &RowPlaces) -> Option<(f64, Str
     if !both.blocks.is_empty() {
         /// blocks that are named
         const NAMED: usize = 5;
-        let named = both.blocks.iter().take(NAMED);
-        let mut blocks: Vec<String> = named
-            .map(|block| {
-                let rows = places.of_range(block.rows, None);
-                format!("{:.3} times in {rows}{}", block.ratio, slip(block.ratio))
-            })
-            .collect();
+        let words = |block: &ComparedBlock| {
+            let rows = places.of_range(block.rows, None);
+            format!("{:.3} times in {rows}{}", block.ratio, slip(block.ratio))
+        };
+        let mut blocks: Vec<String> = both.blocks.iter().take(NAMED).map(words).collect();
         if both.blocks.len() > NAMED {
             blocks.push(format!("and {} blocks more", both.blocks.len() - NAMED));
         }
@@ -121,23 +119,19 @@ fn distance(ratio: f64) -> f64 {
 pub(super) fn rows_apart(compared: &[ComparedColumns], places: &RowPlaces) -> Option<Remark> {
     let agree =
         |both: &&ComparedColumns| both.all_apart > 0 && !is_of_films(both) && contradiction(both, places).is_none();
-    let mut count = 0;
-    let each: Vec<String> = compared
-        .iter()
-        .filter(agree)
-        .map(|both| {
-            count += both.all_apart;
-            let (rows, ratios): (Vec<u32>, Vec<f64>) = both.apart.iter().copied().unzip();
-            let rows = places.of_each(&rows).into_iter().zip(ratios);
-            let rows = rows.map(|(row, ratio)| format!("{row} ({ratio:.2} times)")).collect();
-            let [one, other] = &both.names;
-            format!(
-                "`{one}` gives another speed than `{other}` by more than 10 % in {}",
-                remarks::and_more(rows, both.all_apart, ", ")
-            )
-        })
-        .collect();
-    (!each.is_empty()).then(|| remarks::COLUMNS_DISAGREE.notice(count, each.join("; ")))
+    let words = |both: &&ComparedColumns| {
+        let (rows, ratios): (Vec<u32>, Vec<f64>) = both.apart.iter().copied().unzip();
+        let rows = places.of_each(&rows).into_iter().zip(ratios);
+        let rows = rows.map(|(row, ratio)| format!("{row} ({ratio:.2} times)")).collect();
+        let [one, other] = &both.names;
+        format!(
+            "`{one}` gives another speed than `{other}` by more than 10 % in {}",
+            remarks::and_more(rows, both.all_apart, ", ")
+        )
+    };
+    let apart: Vec<&ComparedColumns> = compared.iter().filter(agree).collect();
+    let (count, each) = (apart.iter().map(|both| both.all_apart).sum(), apart.iter().map(words));
+    (!apart.is_empty()).then(|| remarks::COLUMNS_DISAGREE.notice(count, each.collect::<Vec<_>>().join("; ")))
 }
 
 /// What makes a column of heights, of Stokes numbers or of film ratios off by a factor.

@@ -22,7 +22,7 @@ use crate::physics::restitution::Restitution;
 use crate::physics::{Form, LawNumbers, Parameters, Setting};
 use crate::roots::root_between;
 use crate::runs::{DryGroup, Runs, Series};
-use crate::scene::Scene;
+use crate::scene::{Particle, Scene};
 
 /// Most draws that predictions are made of: quantiles of a band then err by some 3 % of its width.
 const DRAWS_KEPT: usize = 1000;
@@ -125,31 +125,26 @@ impl Basis {
     /// What these runs and draws leave to predict from.
     pub fn of(scene: &Scene, runs: &Runs, sampled: &Sampled) -> Basis {
         let dry_runs = |particle: usize| runs.dry_in(runs.spheres_of(particle)).iter().map(DryGroup::runs);
-        let particles = scene
-            .particles
-            .iter()
-            .enumerate()
-            .map(|(index, particle)| ParticleBasis {
+        let particle = |(index, particle): (usize, &Particle)| {
+            let spheres = &runs.spheres[runs.spheres_of(index)];
+            let covered_in = |liquid: usize| {
+                let (covered, impact_speed_m_s) = covered(runs, index, Some(liquid))?;
+                Some(CoveredIn {
+                    liquid: scene.liquids[liquid].name.clone(),
+                    impact_speed_m_s,
+                    covered,
+                })
+            };
+            ParticleBasis {
                 name: particle.name.clone(),
                 density_kg_m3: particle.density,
                 roughness_m: particle.roughness,
-                dry_k_diameters_m: runs.spheres[runs.spheres_of(index)]
-                    .iter()
-                    .filter_map(|sphere| sphere.diameter)
-                    .collect(),
+                dry_k_diameters_m: spheres.iter().filter_map(|sphere| sphere.diameter).collect(),
                 covered: covered(runs, index, None).map(|(covered, _)| covered),
-                covered_in: (0..scene.liquids.len())
-                    .filter_map(|liquid| {
-                        let (covered, impact_speed_m_s) = covered(runs, index, Some(liquid))?;
-                        Some(CoveredIn {
-                            liquid: scene.liquids[liquid].name.clone(),
-                            impact_speed_m_s,
-                            covered,
-                        })
-                    })
-                    .collect(),
+                covered_in: (0..scene.liquids.len()).filter_map(covered_in).collect(),
                 dry_speeds_m_s: range(dry_runs(index).flatten().map(|run| runs.impact_speed[run])),
-            });
+            }
+        };
         let liquids = scene.liquids.iter().map(|liquid| LiquidBasis {
             name: liquid.name.clone(),
             density_kg_m3: liquid.density,
@@ -158,7 +153,7 @@ impl Basis {
         });
         Basis {
             smallest_restitution: scene.data.smallest_restitution,
-            particles: particles.collect(),
+            particles: scene.particles.iter().enumerate().map(particle).collect(),
             liquids: liquids.collect(),
             draws: draws_kept(sampled),
         }

@@ -219,48 +219,44 @@ impl FittedScaling {
 /// Compares, for each sphere and law, the fit over all film ratios with those at each.
 fn test_one_for_all(setup: FitSetup, pairs: Vec<[(FittedScaling, Fit); 2]>) -> Vec<FittedScaling> {
     let fits: Vec<(FittedScaling, Fit)> = pairs.into_iter().flatten().collect();
-    let tests: Vec<Option<FTest>> = fits
-        .iter()
-        .map(|(all, fit)| {
-            let of_ratio = |other: &&(FittedScaling, Fit)| {
-                let other = &other.0;
-                (other.sphere, other.law) == (all.sphere, all.law) && other.scaling.film_ratio.is_some()
-            };
-            if all.scaling.film_ratio.is_some() {
-                return None;
-            }
-            let separate = fits.iter().filter(of_ratio);
-            if !separate.clone().all(|(_, fit)| fit.converged()) {
-                return None;
-            }
-            let pool = |fitted: &FittedScaling| WetRuns::over_stokes(setup, &setup.runs.series[fitted.series.clone()]);
-            let pools: Vec<WetRuns> = separate.map(|(fitted, _)| pool(fitted)).collect();
-            let own: Vec<OwnLaw> = pools.iter().map(|pool| pool.own_law(all.law)).collect();
-            let pool = pool(all);
-            let regression = pool.regression(all.law);
-            let one = OneLaw {
-                parameters: fit.parameters.len(),
-                expected: regression.fitted(fit),
-                sticks_at: setup.scene.data.smallest_restitution,
-            };
-            one_against(one, &own, |variance, _| {
-                regression.chi_squared(&variance, &fit.parameters)
-            })
+    let test = |(all, fit): &(FittedScaling, Fit)| {
+        let of_ratio = |other: &&(FittedScaling, Fit)| {
+            let other = &other.0;
+            (other.sphere, other.law) == (all.sphere, all.law) && other.scaling.film_ratio.is_some()
+        };
+        if all.scaling.film_ratio.is_some() {
+            return None;
+        }
+        let separate = fits.iter().filter(of_ratio);
+        if !separate.clone().all(|(_, fit)| fit.converged()) {
+            return None;
+        }
+        let pool = |fitted: &FittedScaling| WetRuns::over_stokes(setup, &setup.runs.series[fitted.series.clone()]);
+        let pools: Vec<WetRuns> = separate.map(|(fitted, _)| pool(fitted)).collect();
+        let own: Vec<OwnLaw> = pools.iter().map(|pool| pool.own_law(all.law)).collect();
+        let pool = pool(all);
+        let regression = pool.regression(all.law);
+        let one = OneLaw {
+            parameters: fit.parameters.len(),
+            expected: regression.fitted(fit),
+            sticks_at: setup.scene.data.smallest_restitution,
+        };
+        one_against(one, &own, |variance, _| {
+            regression.chi_squared(&variance, &fit.parameters)
         })
-        .collect();
-    fits.into_iter()
-        .zip(tests)
-        .map(|((mut fitted, _), test)| {
-            fitted.scaling.one_for_all = test;
-            if let Some(test) = test.filter(|test| test.p < DIFFERENT && fitted.scaling.verdict.passed) {
-                fitted.scaling.verdict = Verdict::failed(format!(
-                    "film ratios differ ({}): quote each film ratio",
-                    f_words(&test, 3)
-                ));
-            }
-            fitted
-        })
-        .collect()
+    };
+    let tests: Vec<Option<FTest>> = fits.iter().map(test).collect();
+    let tested = |((mut fitted, _), test): ((FittedScaling, Fit), Option<FTest>)| {
+        fitted.scaling.one_for_all = test;
+        if let Some(test) = test.filter(|test| test.p < DIFFERENT && fitted.scaling.verdict.passed) {
+            fitted.scaling.verdict = Verdict::failed(format!(
+                "film ratios differ ({}): quote each film ratio",
+                f_words(&test, 3)
+            ));
+        }
+        fitted
+    };
+    fits.into_iter().zip(tests).map(tested).collect()
 }
 
 fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(FittedScaling, Fit); 2] {

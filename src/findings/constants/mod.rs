@@ -45,41 +45,35 @@ pub fn find_sensitivities(
     let listed = list_constants(scene, runs);
     let constants: Vec<&Constant> = listed.iter().filter(|constant| constant.is_varied).collect();
     let balance = balance.and_then(|balance| LinearisedBalance::new(setup, balance));
-    let columns: Vec<Vec<f64>> = constants
-        .par_iter()
-        .map(|constant| {
-            let sides = [-STEP, STEP].map(|share| constant.changed(scene, runs, share));
-            let [less, more] = sides.each_ref().map(|(scene, runs)| FitSetup { scene, runs, dry });
-            let balances = balance.as_ref().and_then(|balance| balance.at([less, more]));
-            let [before, after] = balances.map_or([None, None], |balances| balances.map(Some));
-            let [less, more] = [(less, before), (more, after)].map(|(setup, balance)| Changed { setup, balance });
-            // a power law has no other error than rounding in logarithms; NaN where a fit gives no number
-            let slope = |result: &SensitiveResult| -> Option<f64> {
-                Some((result.at(&more)? / result.at(&less)?).ln() / (2.0 * STEP))
-            };
-            results.iter().map(|result| slope(result).unwrap_or(f64::NAN)).collect()
+    // each result's elasticity in a constant
+    let column = |constant: &&Constant| -> Vec<f64> {
+        let sides = [-STEP, STEP].map(|share| constant.changed(scene, runs, share));
+        let [less, more] = sides.each_ref().map(|(scene, runs)| FitSetup { scene, runs, dry });
+        let balances = balance.as_ref().and_then(|balance| balance.at([less, more]));
+        let [before, after] = balances.map_or([None, None], |balances| balances.map(Some));
+        let [less, more] = [(less, before), (more, after)].map(|(setup, balance)| Changed { setup, balance });
+        // a power law has no other error than rounding in logarithms; NaN where a fit gives no number
+        let slope = |result: &SensitiveResult| -> Option<f64> {
+            Some((result.at(&more)? / result.at(&less)?).ln() / (2.0 * STEP))
+        };
+        results.iter().map(|result| slope(result).unwrap_or(f64::NAN)).collect()
+    };
+    let columns: Vec<Vec<f64>> = constants.par_iter().map(column).collect();
+    let sensitivity = |(row, SensitiveResult { blank, .. }): (usize, SensitiveResult)| {
+        let rounded = columns.iter().map(|column| (column[row] * PARTS).round() / PARTS);
+        let elasticities: Vec<f64> = rounded.collect();
+        // where a fit gives no number, what its constant does is not known, nor is the sum
+        elasticities.iter().all(|x| x.is_finite()).then(|| {
+            let by = constants.iter().zip(elasticities).filter(|(_, x)| *x != 0.0);
+            let by = by.map(|(constant, elasticity)| Elasticity {
+                constant: constant.name.clone(),
+                elasticity,
+                rel_sd: constant.rel_sd,
+            });
+            combine(blank, by.collect())
         })
-        .collect();
-    results
-        .into_iter()
-        .enumerate()
-        .filter_map(|(row, SensitiveResult { blank, .. })| {
-            let elasticities: Vec<f64> = columns
-                .iter()
-                .map(|column| (column[row] * PARTS).round() / PARTS)
-                .collect();
-            // where a fit gives no number, what its constant does is not known, nor is the sum
-            elasticities.iter().all(|x| x.is_finite()).then(|| {
-                let by = constants.iter().zip(elasticities).filter(|(_, x)| *x != 0.0);
-                let by = by.map(|(constant, elasticity)| Elasticity {
-                    constant: constant.name.clone(),
-                    elasticity,
-                    rel_sd: constant.rel_sd,
-                });
-                combine(blank, by.collect())
-            })
-        })
-        .collect()
+    };
+    results.into_iter().enumerate().filter_map(sensitivity).collect()
 }
 
 /// Adds what is known of the constants to the statistical error; they are taken as independent of each other.

@@ -101,22 +101,20 @@ pub fn derived_draws(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) 
     let settings = settings(runs, form);
     // what each setting's quantities follow from, draw by draw
     let reference = scene.model.dry_speed.reference();
-    let wetted: Vec<Vec<Wetted<f64>>> = settings
-        .par_iter()
-        .map(|setting| {
-            let density_ratio = scene.liquids[setting.liquid].density / scene.particles[setting.particle].density;
-            let film = Film {
-                film_ratio: setting.film_ratio,
-                density_ratio,
-            };
-            let fixed = setting.fixed_over_stokes(scene, form);
-            let of_draw = |full: &Vec<f64>| {
-                let balance = Balance::new(form, film, &physical(full, setting.sphere));
-                Wetted::of_balance(balance.e_inf(reference), balance.lost.over_stokes + fixed)
-            };
-            full.iter().map(of_draw).collect()
-        })
-        .collect();
+    let of_draws = |setting: &WetSetting| -> Vec<Wetted<f64>> {
+        let density_ratio = scene.liquids[setting.liquid].density / scene.particles[setting.particle].density;
+        let film = Film {
+            film_ratio: setting.film_ratio,
+            density_ratio,
+        };
+        let fixed = setting.fixed_over_stokes(scene, form);
+        let of_draw = |full: &Vec<f64>| {
+            let balance = Balance::new(form, film, &physical(full, setting.sphere));
+            Wetted::of_balance(balance.e_inf(reference), balance.lost.over_stokes + fixed)
+        };
+        full.iter().map(of_draw).collect()
+    };
+    let wetted: Vec<Vec<Wetted<f64>>> = settings.par_iter().map(of_draws).collect();
     let of_setting = [Quantity::EInf, Quantity::StC, Quantity::StNoRebound];
     // without a viscous loss there is no St_c
     for quantity in of_setting.into_iter().take(if has_viscous { 3 } else { 1 }) {

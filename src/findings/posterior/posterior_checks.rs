@@ -2,6 +2,7 @@
 
 use super::contraction;
 use super::summary::{PosteriorFindings, QuantitySummary};
+use crate::findings::dry::Dry;
 use crate::findings::least_squares::LeastSquares;
 use crate::findings::remarks::{self, Kind};
 use crate::inference::accuracy::asked_of_draws;
@@ -261,17 +262,14 @@ fn approximations(found: &PosteriorFindings) -> Vec<Remark> {
 
 /// Misfit of the wet law leaks into k: the pooled k is held against the dry runs' own.
 fn dry_consistency(found: &PosteriorFindings, least_squares: LeastSquares) -> Option<Remark> {
-    let shifts = least_squares
-        .dry
-        .iter()
-        .filter(|dry| dry.verdict.passed)
-        .filter_map(|dry| {
-            let (k, se) = dry.dry_k.pair()?;
-            let name = dry.name();
-            let pooled = found.parameters.iter().find(|q| q.name == name)?;
-            Some(((pooled.mean? - k).abs() / se.hypot(pooled.sd?), pooled))
-        });
-    let (shift, pooled) = shifts.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let shift = |dry: &Dry| {
+        let (k, se) = dry.dry_k.pair()?;
+        let name = dry.name();
+        let pooled = found.parameters.iter().find(|q| q.name == name)?;
+        Some(((pooled.mean? - k).abs() / se.hypot(pooled.sd?), pooled))
+    };
+    let passed = least_squares.dry.iter().filter(|dry| dry.verdict.passed);
+    let (shift, pooled) = passed.filter_map(shift).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let name = &pooled.name;
     let text =
         format!("largest distance of a pooled k from that of the dry runs ({name}), in combined standard errors");

@@ -45,26 +45,18 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
     let effort = effort(scene);
     let parameters = &sampled.parameters;
     let with_draws = parameters.sampled.par_iter().zip(&sampled.values);
+    let of_parameter = |(parameter, values): (&ModelParameter, &Vec<Vec<f64>>)| QuantitySummary {
+        from: is_of_wet_runs(runs, parameter.kind).then_some(WET_RUNS),
+        ..summarise_parameter(parameter, values, sampled.mcse_factor, source.under_defaults)
+    };
+    let of_derived = |own: &DerivedDraws| summarise_derived(&own.name, &own.values, sampled.mcse_factor);
+    let of_held = |left: &LeftOut| HeldParameter::of(left, source.under_defaults);
     let kept = sampled.chains.iter();
     PosteriorFindings {
-        parameters: with_draws
-            .map(|(parameter, values)| {
-                let own = summarise_parameter(parameter, values, sampled.mcse_factor, source.under_defaults);
-                let from = is_of_wet_runs(runs, parameter.kind).then_some(WET_RUNS);
-                QuantitySummary { from, ..own }
-            })
-            .collect(),
-        derived: source
-            .derived
-            .par_iter()
-            .map(|derived| summarise_derived(&derived.name, &derived.values, sampled.mcse_factor))
-            .collect(),
+        parameters: with_draws.map(of_parameter).collect(),
+        derived: source.derived.par_iter().map(of_derived).collect(),
         series_offsets: summarise_offsets(scene, runs, sampled),
-        left_out: parameters
-            .left_out
-            .iter()
-            .map(|left| HeldParameter::of(left, source.under_defaults))
-            .collect(),
+        left_out: parameters.left_out.iter().map(of_held).collect(),
         correlation: correlations(&sampled.values),
         chains: sampled.chains.len(),
         warmup: if sampled.method == Method::Nuts {
@@ -217,18 +209,14 @@ fn summarise_offsets(scene: &Scene, runs: &Runs, sampled: &Sampled) -> Vec<Serie
 }
 
 fn correlations(values: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {
-    let centred: Vec<Vec<f64>> = values
-        .iter()
-        .map(|chains| {
-            let all: Vec<f64> = chains.concat();
-            let mean = all.iter().sum::<f64>() / all.len() as f64;
-            let norm = all.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>().sqrt();
-            all.iter().map(|x| (x - mean) / norm).collect()
-        })
-        .collect();
+    let centre = |chains: &Vec<Vec<f64>>| -> Vec<f64> {
+        let all: Vec<f64> = chains.concat();
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        let norm = all.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>().sqrt();
+        all.iter().map(|x| (x - mean) / norm).collect()
+    };
+    let centred: Vec<Vec<f64>> = values.iter().map(centre).collect();
     let pair = |a: &Vec<f64>, b: &Vec<f64>| a.iter().zip(b).map(|(a, b)| a * b).sum();
-    centred
-        .iter()
-        .map(|a| centred.iter().map(|b| pair(a, b)).collect())
-        .collect()
+    let with_each = |a: &Vec<f64>| centred.iter().map(|b| pair(a, b)).collect();
+    centred.iter().map(with_each).collect()
 }
