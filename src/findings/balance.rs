@@ -403,10 +403,8 @@ fn shift_of_k(dry: &[FittedDry], parameter: &ParameterEstimate) -> Option<f64> {
 /// The spheres with wet rebounds and a usable k.
 pub(super) fn spheres_with_known_k(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec<usize> {
     let usable = fitted_dry.iter().filter(|fitted| fitted.usable.is_some());
-    usable
-        .map(|fitted| fitted.sphere)
-        .filter(|sphere| rebounds(runs, *sphere))
-        .collect()
+    let spheres = usable.map(|fitted| fitted.sphere);
+    spheres.filter(|sphere| rebounds(runs, *sphere)).collect()
 }
 
 /// Whether a sphere has wet rebounds.
@@ -427,14 +425,13 @@ pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -
         .filter_map(|sphere| Some((dry::fit_of_sphere(dry, sphere)?, rows(sphere))))
         .flat_map(|(fitted, rows)| fitted.variances(rows))
         .map(|variance| spread / variance.sqrt());
-    let own = |sphere: &usize| dry::fit_of_sphere(dry, *sphere).and_then(|own| own.usable);
+    let own_k = |sphere: &usize| {
+        let usable = dry::fit_of_sphere(dry, *sphere).and_then(|own| own.usable);
+        usable.map_or(f64::NAN, |(k, _)| k)
+    };
     JointFit {
         dry_roots: roots.collect(),
-        own_k: joint
-            .spheres
-            .iter()
-            .map(|sphere| own(sphere).map_or(f64::NAN, |(k, _)| k))
-            .collect(),
+        own_k: joint.spheres.iter().map(own_k).collect(),
         known: vec![],
         joint,
     }

@@ -230,10 +230,8 @@ fn evaluate_form(context: ComparisonContext, setup: SamplingSetup, own: &Loo) ->
 /// Puts the best first, and says how far each is behind it.
 fn rank(evaluated: &mut [EvaluatedModel]) {
     evaluated.sort_by(|a, b| b.row.elpd_loo.total_cmp(&a.row.elpd_loo));
-    let against_best: Vec<_> = evaluated
-        .iter()
-        .map(|model| difference(&model.loo, &evaluated[0].loo))
-        .collect();
+    let against = |model: &EvaluatedModel| difference(&model.loo, &evaluated[0].loo);
+    let against_best: Vec<_> = evaluated.iter().map(against).collect();
     for (model, against) in evaluated.iter_mut().zip(against_best) {
         if let Some(against) = against {
             model.row.delta = against.value;

@@ -77,10 +77,8 @@ impl Candidate {
 
     /// What it gains over another in log density at each run.
     fn gains_over<'a>(&'a self, other: &'a Candidate) -> impl Iterator<Item = f64> + 'a {
-        self.log_densities
-            .iter()
-            .zip(&other.log_densities)
-            .map(|(own, other)| own - other)
+        let runs = self.log_densities.iter().zip(&other.log_densities);
+        runs.map(|(own, other)| own - other)
     }
 
     /// What it gains over another in log density.

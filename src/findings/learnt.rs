@@ -57,14 +57,10 @@ fn preferred_inertia(findings: &Findings) -> Option<String> {
         let told = preference([best.inertia(), next.inertia()], -next.delta, next.delta_se);
         return Some(format!("Of the forms of the inertial loss the runs {told}."));
     }
-    let choice = findings
-        .inertia
-        .as_ref()
-        .filter(|own| own.by == ChosenBy::LeastSquares)?;
-    let next = choice
-        .others
-        .iter()
-        .max_by(|a, b| a.difference.total_cmp(&b.difference))?;
+    let choice = findings.inertia.as_ref();
+    let choice = choice.filter(|own| own.by == ChosenBy::LeastSquares)?;
+    let others = choice.others.iter();
+    let next = others.max_by(|a, b| a.difference.total_cmp(&b.difference))?;
     let told = preference([choice.inertia.name(), next.inertia.name()], -next.difference, next.se);
     Some(format!(
         "Of the forms of the inertial loss the runs {told}, by the squares they leave."
@@ -129,11 +125,8 @@ fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
         return Some(format!("No wet run stuck: {stays}."));
     }
     let of_all = format!("{stuck} of {wet} wet runs stuck");
-    let Some(posterior) = findings
-        .posterior
-        .as_ref()
-        .filter(|_| scene.model.sticking == Sticking::Censored)
-    else {
+    let is_censored = scene.model.sticking == Sticking::Censored;
+    let Some(posterior) = findings.posterior.as_ref().filter(|_| is_censored) else {
         return Some(format!("{of_all}; these numbers rest on those that rebounded."));
     };
     let in_doubt = &posterior.predictive.stuck;

@@ -217,10 +217,8 @@ impl Model<'_> {
         if high.is_empty() || high.len() > MOST_REFITS || units.are_integrals() {
             return loo;
         }
-        let found: Vec<WithoutRun> = high
-            .iter()
-            .filter_map(|unit| self.predicted(&units, *unit, sampled))
-            .collect();
+        let predicted = |unit: usize| self.predicted(&units, unit, sampled);
+        let found: Vec<WithoutRun> = high.into_iter().filter_map(predicted).collect();
         loo.with(&found)
     }
 

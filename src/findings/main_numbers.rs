@@ -450,10 +450,8 @@ impl MainSources<'_> {
         let laws = self.least_squares.scaling.iter().filter(|row| row.law == WetLaw::Sqrt);
         let laws = by_film_ratio(laws.filter_map(|row| Some((row.film_ratio?, row))));
         let balance = self.least_squares.energy_balance.as_ref();
-        let derived = balance
-            .filter(|own| own.verdict.passed)
-            .into_iter()
-            .flat_map(|own| &own.derived);
+        let stands = balance.filter(|own| own.verdict.passed);
+        let derived = stands.into_iter().flat_map(|own| &own.derived);
         let derived = by_film_ratio(derived.map(|row| (row.film_ratio, row)));
         for group in &self.runs.film_groups {
             let law = self.law_of(group, &laws);

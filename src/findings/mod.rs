@@ -510,11 +510,9 @@ impl Findings {
     /// Lets the second order of the dry law caution only where leaving it out would move a main number by more than a
     /// quarter of its ±, and the runs have not rejected it.
     fn settle_second_order(&mut self) {
-        let mut open = self
-            .terms
-            .iter()
-            .filter(|own| own.term == Term::DrySecondOrder && !own.held);
-        let Some(sized) = open.next().filter(|sized| !sized.is_rejected()) else {
+        let is_open = |own: &&SizedTerm| own.term == Term::DrySecondOrder && !own.held;
+        let open = self.terms.iter().find(is_open);
+        let Some(sized) = open.filter(|sized| !sized.is_rejected()) else {
             return;
         };
         let shift = || {

@@ -165,11 +165,9 @@ fn check(criterion: Kind, questions: &[String], plain: &str) -> Remark {
 /// What to say of films of a particle and a liquid that are in another unit than their neighbours.
 fn films_apart(scene: &Scene, runs: &Runs, particle: usize, liquid: usize) -> Option<String> {
     let own = || {
-        let series = runs
-            .series_in(runs.spheres_of(particle))
-            .iter()
-            .filter(|series| series.liquid == liquid);
-        series.flat_map(Series::runs)
+        let series = runs.series_in(runs.spheres_of(particle)).iter();
+        let in_liquid = series.filter(|series| series.liquid == liquid);
+        in_liquid.flat_map(Series::runs)
     };
     let mut films: Vec<f64> = own().map(|run| runs.film[run]).collect();
     if films.is_empty() {

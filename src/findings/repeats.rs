@@ -103,12 +103,10 @@ fn last_digits(column: &[f64]) -> Vec<f64> {
         }
     }
     let of_number = |x: &f64| {
-        scales
-            .iter()
-            .find(|scale| is_whole(*x * **scale))
-            .map(|scale| 1.0 / scale)
+        let scale = scales.iter().find(|scale| is_whole(*x * **scale));
+        scale.map_or(FINEST, |scale| 1.0 / scale)
     };
-    column.iter().map(|x| of_number(x).unwrap_or(FINEST)).collect()
+    column.iter().map(of_number).collect()
 }
 
 /// The step between the values of a column, each known to what rounding left of it, as they are met in each group; [`FINEST`]

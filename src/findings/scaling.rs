@@ -163,14 +163,12 @@ pub fn fit_scaling(setup: FitSetup) -> Vec<FittedScaling> {
         let (Some(first), Some(last)) = (of_ratio.first(), of_ratio.last()) else {
             continue;
         };
+        let any_wide = of_ratio.iter().any(|group| !group.has_one_film_ratio());
         groups.push(ScalingGroup {
             sphere,
             film_ratio: None,
             series: first.series.start..last.series.end,
-            why_no_laws: of_ratio
-                .iter()
-                .any(|group| !group.has_one_film_ratio())
-                .then(|| WIDE_AMONG_ALL.to_owned()),
+            why_no_laws: any_wide.then(|| WIDE_AMONG_ALL.to_owned()),
         });
         groups.extend(of_ratio.iter().map(|group| ScalingGroup {
             sphere,

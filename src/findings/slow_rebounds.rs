@@ -168,11 +168,8 @@ pub(super) fn fit_beside(
     let mut priors = wider.findings.parameters.iter_mut();
     let prior = priors.find(|one| is_ours && one.name == SIGMA_ENERGY.name);
     let prior = prior.and_then(|one| one.prior.as_mut());
-    let scatter_less = prior
-        .as_ref()
-        .and_then(|prior| prior.runs_alone)
-        .is_some_and(|alone| alone.from_prior < 0.0);
-    if scatter_less {
+    let alone = prior.as_ref().and_then(|prior| prior.runs_alone);
+    if alone.is_some_and(|alone| alone.from_prior < 0.0) {
         let is_alone = |check: &Remark| is_of_energy(check) && !check.text.contains("; ");
         wider.checks.retain(|check| !is_alone(check));
     }

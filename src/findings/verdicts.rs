@@ -16,7 +16,7 @@ use crate::model::parameters::ParameterKind;
 use crate::physics::DrySpeed;
 use crate::remark::Remark;
 use crate::rounding::{by_number, significant};
-use crate::runs::Table;
+use crate::runs::{Screened, Table};
 use crate::scene::{Scene, WetLaw};
 
 /// Whether the main numbers may be quoted: no gating check failed.
@@ -296,11 +296,9 @@ pub fn fit_notices(setup: FitSetup, table: &Table, series: &[SeriesFit], scaling
     let mut found = vec![];
     let left_out: usize = table.screened.iter().map(|one| one.runs).sum();
     if left_out > 0 {
-        let reasons = table
-            .screened
-            .iter()
-            .map(|one| format!("{} with {}", one.runs, one.reason));
-        let reasons = reasons.collect::<Vec<_>>().join(", ");
+        let reason = |one: &Screened| format!("{} with {}", one.runs, one.reason);
+        let reasons: Vec<String> = table.screened.iter().map(reason).collect();
+        let reasons = reasons.join(", ");
         let text = format!("{left_out} {} left out: {reasons}", by_number(left_out, "run", "runs"));
         let mut next: Vec<&str> = table.screened.iter().map(|one| one.next_step).collect();
         next.dedup();

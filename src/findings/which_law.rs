@@ -97,11 +97,8 @@ impl Bend {
         let columns: [&dyn Fn(usize) -> f64; 4] = [&|_| 1.0, &x, &|run| x(run) * x(run), &|run| pool.restitution[run]];
         let mut columns = columns.map(|column| clear.iter().map(|(run, _)| column(*run)).collect::<Vec<f64>>());
         let product = |a: &[f64], b: &[f64]| -> f64 {
-            let weighted = clear
-                .iter()
-                .zip(a.iter().zip(b))
-                .map(|((_, weight), (a, b))| weight * a * b);
-            weighted.sum()
+            let runs = clear.iter().zip(a.iter().zip(b));
+            runs.map(|((_, weight), (a, b))| weight * a * b).sum()
         };
         let whole = product(&columns[2], &columns[2]);
         // each is freed of those before it, twice, so that rounding leaves nothing (Gram and Schmidt)
@@ -109,10 +106,9 @@ impl Bend {
             let (before, rest) = columns.split_at_mut(place);
             for base in before.iter().take(2).chain(before.iter().take(2)) {
                 let share = product(base, &rest[0]) / product(base, base);
-                rest[0]
-                    .iter_mut()
-                    .zip(base)
-                    .for_each(|(own, base)| *own -= share * base);
+                for (own, base) in rest[0].iter_mut().zip(base) {
+                    *own -= share * base;
+                }
             }
         }
         let [_, slope, term, residual] = &columns;

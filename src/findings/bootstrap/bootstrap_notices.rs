@@ -15,17 +15,13 @@ pub(super) fn bootstrap_notices(scene: &Scene, runs: &Runs, estimates: &Estimate
     let drawn = |boot: &Option<Bootstrapped>| boot.as_ref().is_some_and(|boot| boot.replicates > 0);
     let dry = estimates.dry.iter().map(|fit| (fit.dry.runs, &fit.dry.dry_k));
     let series = estimates.series.iter().map(|fit| (fit.runs, &fit.alpha));
-    let scaling = estimates
-        .scaling
-        .iter()
-        .map(|fit| (fit.scaling.runs, &fit.scaling.e_inf));
-    let fits: Vec<_> = dry.chain(series).chain(scaling).collect();
-    let few = fits
-        .iter()
-        .filter(|(runs, estimate)| *runs < FEWEST_RUNS && drawn(&estimate.bootstrap))
-        .count();
+    let scaling = estimates.scaling.iter().map(|fit| &fit.scaling);
+    let scaling = scaling.map(|fit| (fit.runs, &fit.e_inf));
+    let fits = dry.chain(series).chain(scaling);
+    let drawn: Vec<_> = fits.filter(|(_, estimate)| drawn(&estimate.bootstrap)).collect();
+    let few = drawn.iter().filter(|(runs, _)| *runs < FEWEST_RUNS).count();
     if few > 0 {
-        let drawn = fits.iter().filter(|(_, estimate)| drawn(&estimate.bootstrap)).count();
+        let drawn = drawn.len();
         let (level, so) = if scene.bootstrap.interval.is_some() {
             (
                 Level::Cautions,

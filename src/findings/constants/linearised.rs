@@ -87,11 +87,9 @@ impl<'h> LinearisedBalance<'h> {
             let there = self.point.iter().zip(&apart);
             let parameters: Vec<f64> = there.map(|(value, apart)| value + share * apart).collect();
             let places = WetPlace::all(runs, joint.form);
+            let there = |place: &WetPlace| at_place(scene, joint, &parameters, place);
             MovedBalance {
-                at_places: places
-                    .iter()
-                    .map(|place| at_place(scene, joint, &parameters, place))
-                    .collect(),
+                at_places: places.iter().map(there).collect(),
                 parameters,
             }
         };

@@ -64,10 +64,8 @@ impl Sensitivity {
         let name = own.map_or(self.result.as_str(), |own| own.symbol);
         let ratio = self.film_ratio.map(|ratio| format!("δ/D = {}", rounded(ratio)));
         let diameter = self.diameter_m.map(|d| format!("D = {} mm", rounded(millimetres(d))));
-        let about: Vec<String> = [self.particle.clone(), ratio, diameter, law.map(str::to_owned)]
-            .into_iter()
-            .flatten()
-            .collect();
+        let about = [self.particle.clone(), ratio, diameter, law.map(str::to_owned)];
+        let about: Vec<String> = about.into_iter().flatten().collect();
         match about.as_slice() {
             [] => name.to_owned(),
             about => format!("{name} ({})", about.join(", ")),

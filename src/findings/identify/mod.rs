@@ -65,13 +65,10 @@ pub fn identify_directions(scene: &Scene, runs: &Runs, least_squares: LeastSquar
     let identifiability = Identifiability::of(scene, runs, least_squares)?;
     let left = identifiability.information.left();
     let (least, spread_left) = left.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
-    let name = |place: &usize| identifiability.kinds[*place].name(scene, runs);
+    let kind = |place: &usize| identifiability.kinds[*place];
+    let name = |place: &usize| kind(place).name(scene, runs);
     let unseen = identifiability.unseen().into_iter().map(|group| {
-        let kinds: Vec<_> = group
-            .members
-            .iter()
-            .map(|place| identifiability.kinds[*place])
-            .collect();
+        let kinds: Vec<_> = group.members.iter().map(kind).collect();
         let (reason, add) = words::why(scene, runs, &identifiability, &kinds, group.directions);
         Unidentified {
             parameters: group.members.iter().map(name).collect(),

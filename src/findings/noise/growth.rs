@@ -171,11 +171,8 @@ fn squared_residuals(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) ->
             ],
         }
     };
-    let fair = robust
-        .runs
-        .iter()
-        .filter(|own| own.clear && !sorted.is_outlying(own.row.run));
-    fair.map(of_run).collect()
+    let is_fair = |own: &&RunAtFit| own.clear && !sorted.is_outlying(own.row.run);
+    robust.runs.iter().filter(is_fair).map(of_run).collect()
 }
 
 /// One test, p not yet shared; `None` where the quantity does not vary, is not positive, or nothing scatters.

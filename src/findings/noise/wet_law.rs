@@ -297,16 +297,10 @@ fn centred(group: &[WetRow], column: impl Fn(&WetRow) -> f64) -> Vec<f64> {
     const ROUNDING: f64 = 1e-20;
     let values: Vec<f64> = group.iter().map(column).collect();
     let own: f64 = group.iter().map(|row| row.of_energy * row.of_energy).sum();
-    let with: f64 = group
-        .iter()
-        .zip(&values)
-        .map(|(row, value)| row.of_energy * value)
-        .sum();
-    let left: Vec<f64> = group
-        .iter()
-        .zip(&values)
-        .map(|(row, value)| value - row.of_energy * with / own)
-        .collect();
+    let rows = || group.iter().zip(&values);
+    let with: f64 = rows().map(|(row, value)| row.of_energy * value).sum();
+    let left = rows().map(|(row, value)| value - row.of_energy * with / own);
+    let left: Vec<f64> = left.collect();
     if square(&left) > ROUNDING * square(&values) {
         left
     } else {

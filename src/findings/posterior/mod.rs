@@ -223,10 +223,8 @@ fn largest_difference(scene: &Scene, runs: &Runs, form: Form, (few, draws): (&Li
         let mut slopes = vec![0.0; full.len()];
         likelihood.ln_density(full, &mut slopes).unwrap_or(f64::INFINITY)
     };
-    let some: Vec<&Vec<f64>> = draws
-        .iter()
-        .step_by(draws.len().div_ceil(CHECKED_RUNS).max(1))
-        .collect();
+    let step = draws.len().div_ceil(CHECKED_RUNS).max(1);
+    let some: Vec<&Vec<f64>> = draws.iter().step_by(step).collect();
     let of = |likelihood: &Likelihood| -> Vec<f64> { some.iter().map(|full| ln_density(likelihood, full)).collect() };
     let parts = runs.parts().enumerate().par_bridge();
     let mut of_parts: Vec<(usize, Vec<f64>)> = parts

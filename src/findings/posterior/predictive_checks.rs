@@ -255,10 +255,8 @@ fn stuck(scene: &Scene, runs: &Runs, draws: &[&EvaluatedLaw]) -> Vec<StuckCount>
         let observed = series.stuck.len();
         let (mut expected, mut lower, mut upper) = (0.0, 0.0, 0.0);
         for at in draws {
-            let p: Vec<f64> = series
-                .runs()
-                .map(|run| at.tails().probability(at.limit_z(run)))
-                .collect();
+            let sticks = |run: usize| at.tails().probability(at.limit_z(run));
+            let p: Vec<f64> = series.runs().map(sticks).collect();
             expected += p.iter().sum::<f64>();
             let (at_most, at_least) = tails(&p, observed);
             lower += at_most;
@@ -290,12 +288,8 @@ fn in_doubt(stuck: &StuckCount) -> bool {
 fn tails(p: &[f64], observed: usize) -> (f64, f64) {
     if p.len() > EXACT_TO {
         let mean: f64 = p.iter().sum();
-        let sd = p
-            .iter()
-            .map(|p| p * (1.0 - p))
-            .sum::<f64>()
-            .sqrt()
-            .max(f64::MIN_POSITIVE);
+        let variance: f64 = p.iter().map(|p| p * (1.0 - p)).sum();
+        let sd = variance.sqrt().max(f64::MIN_POSITIVE);
         let observed = observed as f64;
         return (
             normal_cdf((observed + 0.5 - mean) / sd),

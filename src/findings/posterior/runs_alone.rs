@@ -89,10 +89,8 @@ impl RunsAlone {
             from_prior: as_normal(apart, runs.freedom / share.powi(4)),
             from_posterior: (z - mean) / sd,
         };
-        [found.from_prior, found.from_posterior]
-            .iter()
-            .all(|x| x.is_finite())
-            .then_some(found)
+        let distances = [found.from_prior, found.from_posterior];
+        distances.iter().all(|x| x.is_finite()).then_some(found)
     }
 }
 

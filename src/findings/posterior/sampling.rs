@@ -1,6 +1,7 @@
 //! Says what is sampled and how: the terms, the method, the effort, and where the chains start.
 
 use crate::error::Error;
+use crate::findings::dry::Dry;
 use crate::findings::least_squares::LeastSquares;
 use crate::inference::nuts::{Effort, TARGET_ACCEPT};
 use crate::inference::prepared_posterior::Start;
@@ -73,11 +74,8 @@ pub fn start(least_squares: LeastSquares) -> Start {
     let mut start = vec![];
     let with_k = least_squares.dry.iter().filter_map(|dry| Some((dry, dry.dry_k.value?)));
     start.extend(with_k.map(|(dry, k)| (ParameterKind::DryK(dry.sphere), k)));
-    let spreads: Vec<(f64, f64)> = least_squares
-        .dry
-        .iter()
-        .filter_map(|dry| Some((dry.residual_sd?, dry.runs as f64)))
-        .collect();
+    let spread = |dry: &Dry| Some((dry.residual_sd?, dry.runs as f64));
+    let spreads: Vec<(f64, f64)> = least_squares.dry.iter().filter_map(spread).collect();
     let runs: f64 = spreads.iter().map(|(_, runs)| runs).sum();
     if runs > 0.0 {
         let pooled = spreads.iter().map(|(sd, runs)| sd * sd * runs).sum::<f64>() / runs;

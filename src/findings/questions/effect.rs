@@ -104,11 +104,8 @@ impl<'a> TrendOverFilms<'a> {
         let (thinnest, thickest) = ratios.fold((f64::INFINITY, 0.0), |(lo, hi): (f64, f64), x| (lo.min(x), hi.max(x)));
         let gap = self.scene.data.film_ratio_gap;
         let at = |end: f64| {
-            let near = self
-                .runs
-                .series
-                .iter()
-                .filter(|series| (ratio(series) - end).abs() <= gap);
+            let is_near = |series: &&Series| (ratio(series) - end).abs() <= gap;
+            let near = self.runs.series.iter().filter(is_near);
             let felt = near.filter_map(|series| Some((series, self.most_felt(series)?)));
             felt.max_by(|(_, a), (_, b)| a[1].total_cmp(&b[1]))
         };

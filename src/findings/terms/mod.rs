@@ -66,12 +66,10 @@ pub(super) fn term_notice(sized: &SizedTerm) -> Option<Remark> {
     let size = sized.size.filter(|size| *size >= LINE && !sized.held)?;
     let name = sized.term.in_words();
     let digits = if size < 10.0 { 2 } else { 0 };
+    let moved = sized.moves.as_deref();
     let far = format!(
         "{} by {size:.digits$} standard errors, a restitution by up to {:.3}",
-        sized
-            .moves
-            .as_deref()
-            .map_or("no parameter".to_owned(), remarks::in_symbols),
+        moved.map_or("no parameter".to_owned(), remarks::in_symbols),
         sized.largest_effect
     );
     let shown = sized.runs_show.zip(sized.runs_show_se).map(|(share, se)| {
