@@ -338,6 +338,13 @@ fn findings_of(setup: FitSetup, fitted: &FittedBalance, lack_of_fit: Option<FTes
     let parameters: Vec<ParameterEstimate> = joint.kinds().enumerate().map(parameter).collect();
     let places = WetPlace::all(runs, joint.form);
     let derived = places.par_iter().enumerate().filter(|_| fitted.fit.converged());
+    let derived = derived.filter_map(|(index, place)| derive(scene, index, place, &estimates));
+    // from that of its dry runs alone
+    let shift_of_k = |own: &ParameterEstimate| {
+        let (k, se) = dry::fit_of_sphere(dry, own.kind.sphere()?)?.usable?;
+        let (value, joint_se) = own.estimate.value_and_scale()?;
+        Some((value - k).abs() / se.hypot(joint_se))
+    };
     let l = joint.value(Coefficient::LubricationLog, point);
     EnergyBalance {
         inertia: joint.form.inertia,
@@ -356,14 +363,9 @@ fn findings_of(setup: FitSetup, fitted: &FittedBalance, lack_of_fit: Option<FTes
             None => quoting.none(joint.form.viscous.why_no_critical_separation().unwrap_or(NO_VISCOUS)),
         },
         verdict: balance_verdict(&fitted.fit, l, lack_of_fit.as_ref(), scene.model.noise),
-        dry_k_shift_in_se: parameters
-            .iter()
-            .filter_map(|own| shift_of_k(dry, own))
-            .reduce(f64::max),
+        dry_k_shift_in_se: parameters.iter().filter_map(shift_of_k).reduce(f64::max),
         parameters,
-        derived: derived
-            .filter_map(|(index, place)| derive(scene, index, place, &estimates))
-            .collect(),
+        derived: derived.collect(),
         residual_sd: fitted.fit.residual_sd,
         measurement_errors: fitted.error_weights.as_ref().map(|weights| weights.summary),
         lack_of_fit,
@@ -391,13 +393,6 @@ fn scale_of_parameter(kind: ParameterKind) -> IntervalScale {
         ParameterKind::Shared(coefficient) => scale_of(Quantity::Shared(coefficient)),
         _ => IntervalScale::Plain,
     }
-}
-
-/// Distance of a k from that of its dry runs alone, in combined standard errors; `None` of another parameter.
-fn shift_of_k(dry: &[FittedDry], parameter: &ParameterEstimate) -> Option<f64> {
-    let (k, se) = dry::fit_of_sphere(dry, parameter.kind.sphere()?)?.usable?;
-    let (value, joint_se) = parameter.estimate.value_and_scale()?;
-    Some((value - k).abs() / se.hypot(joint_se))
 }
 
 /// The spheres with wet rebounds and a usable k.

@@ -1,5 +1,6 @@
 //! Says which measurement errors want a second look: too large for the scatter, or large enough to matter and not given.
 
+use super::measurement_errors::speeds_err;
 use super::remarks;
 use super::scaling::Scaling;
 use crate::remark::{Level, Remark};
@@ -27,10 +28,7 @@ pub(super) fn measurement_error_notices(
     let mut found = vec![];
     let below = |row: &&Scaling| error_that_matters(row).is_some_and(|share| share < SPEED_ERROR);
     // where they are given they are asked for no more
-    let given = runs
-        .errors
-        .as_ref()
-        .is_some_and(|errors| errors.counts().of_impact_speed > 0);
+    let given = speeds_err(runs);
     let all: Vec<&Scaling> = scaling.iter().filter(below).collect();
     let main: Vec<&Scaling> = all.iter().copied().filter(|row| is_main(row)).collect();
     let (level, told) = match main.is_empty() {

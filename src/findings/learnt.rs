@@ -10,6 +10,7 @@ use super::remarks;
 use crate::inference::diagnostics::loo::Difference;
 use crate::physics::inertia::Inertia;
 use crate::physics::{Coefficient, Quantity};
+use crate::remark::Remark;
 use crate::rounding::{short, significant, to_digits, with_se};
 use crate::runs::Runs;
 use crate::scene::{Scene, Sticking, NOISE};
@@ -130,9 +131,8 @@ fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
         return Some(format!("{of_all}; these numbers rest on those that rebounded."));
     };
     let in_doubt = &posterior.predictive.stuck;
-    let failed = findings
-        .checks()
-        .any(|check| remarks::PREDICTIVE_STUCK.is(check) && !check.passed);
+    let is_failed = |check: &Remark| remarks::PREDICTIVE_STUCK.is(check) && !check.passed;
+    let failed = findings.remarks.iter().any(is_failed);
     let Some(worst) = in_doubt.iter().min_by(|a, b| a.p.total_cmp(&b.p)) else {
         return Some(format!("{of_all}, all of them where the law leaves no doubt."));
     };
@@ -163,11 +163,11 @@ fn least_known(findings: &Findings) -> Option<(String, f64)> {
     let of_law = parameters.filter(|own| NOISE.iter().all(|noise| noise.name != own.name));
     let each = of_law.filter_map(|own| {
         let prior = own.prior.as_ref()?;
-        let of = own
-            .name
-            .split_once('[')
-            .map(|(_, of)| format!(" of {}", of.trim_end_matches(']')));
-        Some((prior.symbol.to_owned() + &of.unwrap_or_default(), prior.sd_ratio?))
+        let name = match own.name.split_once('[') {
+            Some((_, of)) => format!("{} of {}", prior.symbol, of.trim_end_matches(']')),
+            None => prior.symbol.to_owned(),
+        };
+        Some((name, prior.sd_ratio?))
     });
     each.max_by(|a, b| a.1.total_cmp(&b.1))
 }

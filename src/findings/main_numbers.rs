@@ -180,6 +180,7 @@ impl MainNumber {
     }
 
     fn of_fit(estimate: &Estimate, source: Source) -> MainNumber {
+        let boot = estimate.bootstrap.as_ref().filter(|boot| boot.replicates > 0);
         MainNumber {
             value: estimate.value,
             se: se_of_interval(estimate),
@@ -189,11 +190,7 @@ impl MainNumber {
             source,
             mcse: None,
             why_none: estimate.why_none.clone(),
-            failed_replicates: estimate
-                .bootstrap
-                .as_ref()
-                .filter(|boot| boot.replicates > 0)
-                .map(|boot| boot.failed as f64 / boot.replicates as f64),
+            failed_replicates: boot.map(|boot| boot.failed as f64 / boot.replicates as f64),
         }
     }
 

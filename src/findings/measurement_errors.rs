@@ -8,6 +8,12 @@ use crate::model::parameters::ParameterKind;
 use crate::runs::Runs;
 use crate::scene::Scene;
 
+/// Whether columns tell errors of impact speeds.
+pub(super) fn speeds_err(runs: &Runs) -> bool {
+    let errors = runs.errors.as_ref();
+    errors.is_some_and(|errors| errors.counts().of_impact_speed > 0)
+}
+
 /// The errors of the runs of some ranges, in the order in which they are fitted, with the dry speed that enters a wet law;
 /// `spread` is that of their kind. `None` where the table has none.
 pub(super) fn error_columns(

@@ -528,10 +528,9 @@ impl Findings {
             _ => Level::Informs,
         };
         let of_it = |remark: &&mut Remark| says_not_held(remark, sized.term);
-        self.remarks
-            .iter_mut()
-            .filter(of_it)
-            .for_each(|remark| remark.level = level);
+        for remark in self.remarks.iter_mut().filter(of_it) {
+            remark.level = level;
+        }
     }
 
     /// Says what to see to first where several checks fail that one cause may explain: a law that does not hold lets series lie

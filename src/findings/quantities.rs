@@ -109,10 +109,8 @@ impl LawLimits {
         let parameters = <[f64; 2]>::try_from(fit.parameters.as_slice()).ok()?;
         let has_straight = |quantity: &Quantity| *quantity != Quantity::EInf || has_straight_root(&region);
         let limits = Held::ALL.map(|held| {
-            let mut of_held = quantities
-                .iter()
-                .filter(|quantity| law.held(**quantity) == held)
-                .peekable();
+            let is_of_held = |quantity: &&Quantity| law.held(**quantity) == held;
+            let mut of_held = quantities.iter().filter(is_of_held).peekable();
             of_held.peek()?;
             let profile = law_squares::profile(regression, errors, &region, held)?;
             if profile.is_straight(WithSlopes::first) && of_held.all(has_straight) {
@@ -164,11 +162,8 @@ impl FittedLaw<'_> {
             let has_e_inf = self.wetted.e_inf.value.is_finite();
             return self.quoting.none(self.undefined[usize::from(has_e_inf)]);
         }
-        let used = self
-            .uncertain
-            .covariance
-            .as_ref()
-            .map_or(0, |covariance| covariance.nrows());
+        let covariance = self.uncertain.covariance.as_ref();
+        let used = covariance.map_or(0, |covariance| covariance.nrows());
         let estimate = self
             .quoting
             .of_function(self.uncertain, value, &slopes[..used], scale_of(quantity));

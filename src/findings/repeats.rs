@@ -291,11 +291,9 @@ fn is_rounded(apart: f64, step: f64) -> bool {
 /// Sets how the speed of each rebound compares with those of its setting.
 fn compare_speeds(rebounds: &mut [Rebound]) {
     let compare = |one: &Rebound| {
-        let others = rebounds
-            .iter()
-            .filter(|other| other.is_at_setting(one) && other.row != one.row);
+        let is_other = |other: &&Rebound| other.is_at_setting(one) && other.row != one.row;
         let (mut near, mut same) = ([0.0; 2], [0.0; 2]);
-        for other in others {
+        for other in rebounds.iter().filter(is_other) {
             near[0] += 1.0;
             near[1] += f64::from(u8::from(is_rounded(one.speed - other.speed, one.steps[1])));
             if other.table == one.table && other.has_speed_of(one) {

@@ -9,6 +9,7 @@
 use super::balance::{fit_balance, EnergyBalance};
 use super::estimate::Estimate;
 use super::least_squares::LeastSquares;
+use super::measurement_errors::speeds_err;
 use super::posterior::derived::{derived_draws, main_draws, DerivedDraws};
 use super::posterior::{fit_posterior, MethodChoice, Posterior};
 use super::remarks::{self, shortened_by};
@@ -101,10 +102,7 @@ pub(super) fn fit_beside(
     }
     // with errors of speeds in columns, noise on the energy besides would make each density an integral of integrals: what it
     // does to the restitution is an error of that
-    let by_speeds = runs
-        .errors
-        .as_ref()
-        .is_some_and(|errors| errors.counts().of_impact_speed > 0);
+    let by_speeds = speeds_err(runs);
     let (mut wider_scene, mut wider_runs) = (scene.clone(), runs.clone());
     let is_set = |choice: &PriorChoice| choice.parameter == SIGMA_ENERGY.name;
     let is_ours = !by_speeds && !scene.priors.iter().any(is_set);

@@ -283,9 +283,8 @@ fn leave_out_outliers(group: &mut Vec<WetRow>) {
 /// Takes out of residuals and slopes what an energy of the group's own explains.
 fn free_of_own_energy(group: &mut [WetRow]) {
     let residuals = centred(group, |row| row.residual);
-    let slopes: Vec<Vec<f64>> = (0..group[0].slopes.len())
-        .map(|j| centred(group, |row| row.slopes[j].1))
-        .collect();
+    let slope = |j: usize| centred(group, |row| row.slopes[j].1);
+    let slopes: Vec<Vec<f64>> = (0..group[0].slopes.len()).map(slope).collect();
     for (i, row) in group.iter_mut().enumerate() {
         row.residual = residuals[i];
         row.within.iter_mut().zip(&slopes).for_each(|(own, all)| own.1 = all[i]);

@@ -95,13 +95,9 @@ pub(super) fn prior_conflict(found: &PosteriorFindings) -> Option<Remark> {
 /// A parameter with what is left of its prior sd, and the parameter that moves most with it.
 fn describe(found: &PosteriorFindings, place: usize, left: f64) -> String {
     let name = &found.parameters[place].name;
-    let others = found.correlation[place]
-        .iter()
-        .enumerate()
-        .filter(|(other, _)| *other != place);
-    let partner = others
-        .filter(|(_, correlation)| correlation.abs() >= PARTNER)
-        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let is_partner = |(other, correlation): &(usize, &f64)| *other != place && correlation.abs() >= PARTNER;
+    let partners = found.correlation[place].iter().enumerate().filter(is_partner);
+    let partner = partners.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let partner = partner.map_or(String::new(), |(other, correlation)| {
         format!(
             ", correlation {} with {}",

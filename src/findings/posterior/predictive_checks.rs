@@ -141,14 +141,10 @@ fn check_part(
     (full_draws, affordable): (&[Vec<f64>], usize),
 ) -> PredictiveChecks {
     let pointwise = &Pointwise::new(scene, runs, form);
-    let some: Vec<EvaluatedLaw> = evenly(full_draws, DRAWS.min(affordable))
-        .into_par_iter()
-        .map(|full| pointwise.at(full))
-        .collect();
-    let predictions: Vec<RunPrediction> = (0..pointwise.len())
-        .into_par_iter()
-        .map(|run| predict_run(pointwise, run, runs.restitution[run], &some))
-        .collect();
+    let some = evenly(full_draws, DRAWS.min(affordable)).into_par_iter();
+    let some: Vec<EvaluatedLaw> = some.map(|full| pointwise.at(full)).collect();
+    let predict = |run: usize| predict_run(pointwise, run, runs.restitution[run], &some);
+    let predictions: Vec<RunPrediction> = (0..pointwise.len()).into_par_iter().map(predict).collect();
     let few = evenly(&some, STUCK_DRAWS.min(affordable));
     PredictiveChecks {
         bands: [0.5, 0.9].map(|level| band(pointwise, &predictions, level)).to_vec(),

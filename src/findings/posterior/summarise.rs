@@ -51,7 +51,8 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
     };
     let of_derived = |own: &DerivedDraws| summarise_derived(&own.name, &own.values, sampled.mcse_factor);
     let of_held = |left: &LeftOut| HeldParameter::of(left, source.under_defaults);
-    let kept = sampled.chains.iter();
+    let depths = sampled.chains.iter().flat_map(|chain| &chain.tree_depth);
+    let energies = sampled.chains.iter().map(|chain| chain.energy.as_slice());
     PosteriorFindings {
         parameters: with_draws.map(of_parameter).collect(),
         derived: source.derived.par_iter().map(of_derived).collect(),
@@ -68,15 +69,8 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
         draws_asked: sampled.accuracy.is_none().then_some(effort.draws),
         target_accept: sampled.target_accept,
         divergences: divergences(&sampled.chains),
-        trajectories_cut: kept
-            .clone()
-            .flat_map(|chain| &chain.tree_depth)
-            .filter(|depth| **depth >= LARGEST_DEPTH)
-            .count(),
-        e_bfmi: kept
-            .filter(|chain| !chain.energy.is_empty())
-            .map(|chain| e_bfmi(&chain.energy))
-            .collect(),
+        trajectories_cut: depths.filter(|depth| **depth >= LARGEST_DEPTH).count(),
+        e_bfmi: energies.filter(|own| !own.is_empty()).map(e_bfmi).collect(),
         method: sampled.method,
         khat: sampled.khat.filter(|khat| khat.is_finite()),
         accuracy: sampled.accuracy.clone(),

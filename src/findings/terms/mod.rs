@@ -38,12 +38,9 @@ pub(super) fn choose_terms(
             let optional = matches!(sized.term, Term::Inertia | Term::Viscous) && sized.term.is_held(form);
             optional && sized.size.is_some_and(|size| size < LINE)
         };
-        let smallest = terms
-            .iter()
-            .filter(may_go)
-            .min_by(|a, b| a.size.unwrap_or(f64::NAN).total_cmp(&b.size.unwrap_or(f64::NAN)))
-            .filter(|_| scene.model.terms.is_none());
-        let Some(smallest) = smallest else {
+        let size = |sized: &SizedTerm| sized.size.unwrap_or(f64::NAN);
+        let smallest = terms.iter().filter(may_go).min_by(|a, b| size(a).total_cmp(&size(b)));
+        let Some(smallest) = smallest.filter(|_| scene.model.terms.is_none()) else {
             for gone in left_out {
                 terms.retain(|sized| sized.term != gone.term);
                 terms.insert(0, gone);
