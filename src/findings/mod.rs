@@ -15,7 +15,7 @@
 //! | `remarks.rs` | every remark: code, level, line with its source, next step; and in which order they are told |
 //! | `film_groups.rs` | film groups with their width, why some have no film ratio of their own, and which stands for the others |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
-//! | `wet_fit.rs` | a law of the wet restitution fitted to the rebounds of some series |
+//! | `wet_fit.rs` | what laws of the wet runs are fitted to, and a law fitted to the rebounds of some series |
 //! | `which_law.rs` | the linear law against the square root, by all runs together |
 //! | `series.rs` | the square-root law of each series |
 //! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design |

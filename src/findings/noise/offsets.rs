@@ -103,13 +103,8 @@ pub(super) fn test_offsets(
         offset.gradient.abs() / offset.weight.sqrt()
     };
     let farthest = wet().max_by(|a, b| from_others(a).total_cmp(&from_others(b)))?;
-    let mut scores = rows.together(sums, |part| {
-        if is_wet(&part) {
-            weight(part) * variance
-        } else {
-            weight(part)
-        }
-    });
+    let of_part = |part: usize| if is_wet(&part) { variance } else { 1.0 };
+    let mut scores = rows.together(sums, |part| weight(part) * of_part(part));
     for (weight, offset) in &offsets {
         let slopes = &offset.slopes * *weight;
         scores.information += &slopes * slopes.transpose() * of_offsets;

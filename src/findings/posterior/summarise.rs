@@ -51,6 +51,7 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
     };
     let of_derived = |own: &DerivedDraws| summarise_derived(&own.name, &own.values, sampled.mcse_factor);
     let of_held = |left: &LeftOut| HeldParameter::of(left, source.under_defaults);
+    let is_followed = sampled.method == Method::Nuts;
     let depths = sampled.chains.iter().flat_map(|chain| &chain.tree_depth);
     let energies = sampled.chains.iter().map(|chain| chain.energy.as_slice());
     PosteriorFindings {
@@ -60,11 +61,7 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
         left_out: parameters.left_out.iter().map(of_held).collect(),
         correlation: correlations(&sampled.values),
         chains: sampled.chains.len(),
-        warmup: if sampled.method == Method::Nuts {
-            effort.warmup
-        } else {
-            0
-        },
+        warmup: if is_followed { effort.warmup } else { 0 },
         draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
         draws_asked: sampled.accuracy.is_none().then_some(effort.draws),
         target_accept: sampled.target_accept,
