@@ -121,11 +121,14 @@ fn one(index: u64, seed: u64) -> Answers {
         let fitted = fit_posterior(&scene, &table.runs, found.least_squares(), setup, &|_, _| ());
         let fitted = fitted.unwrap_or_else(|error| panic!("{error}")).ok()?;
         let accuracy = fitted.sampled.accuracy.as_ref()?;
-        accuracy.vouched.is_some_and(|error| error <= accuracy.requested).then(|| Answer {
-            method: fitted.sampled.method,
-            error: error(&summaries(&fitted.sampled), &truth),
-            quotable: fitted.sampling_holds(),
-        })
+        accuracy
+            .vouched
+            .is_some_and(|error| error <= accuracy.requested)
+            .then(|| Answer {
+                method: fitted.sampled.method,
+                error: error(&summaries(&fitted.sampled), &truth),
+                quotable: fitted.sampling_holds(),
+            })
     };
     Some(REQUESTED.iter().map(answer).collect())
 }

@@ -6,6 +6,7 @@ use crate::common::{rows, sample_as_usual, seed_of, Place, Says, Told};
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::{self, Findings};
 use wetcor::model::parameters::ModelParameters;
+use wetcor::physics::Quantity;
 use wetcor::runs::{arrange, Table};
 use wetcor::scene::{DryKOf, Prior, PriorChoice};
 
@@ -170,7 +171,7 @@ fn the_posterior_agrees_with_least_squares() {
         assert!((mean - truth).abs() < 4.0 * sd, "{name}: {mean} ± {sd}, not {truth}");
         assert_eq!(own.from, None);
     }
-    let derived = posterior.derived.iter().filter(|one| one.quantity == "e_inf");
+    let derived = posterior.derived.iter().filter(|one| one.quantity == Quantity::EInf);
     let labels: Vec<&str> = derived.filter_map(|one| one.label.as_deref()).collect();
     assert_eq!(labels.len(), 2 * 12, "{labels:?}");
     assert!(labels.contains(&"PE,M20,0.05,7.938 mm"), "{labels:?}");
