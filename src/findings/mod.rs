@@ -43,7 +43,7 @@
 //! | `document.rs` | everything a fit says, as `findings.json` writes it |
 //! | `learnt.rs` | what was learnt, in sentences |
 //! | `laws.rs` | the law e(v) of every pair, in numbers |
-//! | `repeats.rs` | rows that repeat others, and means of others |
+//! | `repeats.rs`, `repeats/` | rows that repeat others, and means of others |
 //! | `columns_agree.rs` | columns that tell the same thing and contradict each other |
 //! | `plausible.rs` | constants, runs and results that no such experiment has |
 //! | `overview.rs` | what was read, for `check` |

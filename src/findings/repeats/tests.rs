@@ -6,6 +6,7 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
+use crate::physics::numbers::GRAVITY;
 use crate::runs::{arrange, NewRun};
 use crate::scene::{self, Scene};
 use crate::seed::stream;
