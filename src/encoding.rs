@@ -7,21 +7,12 @@ use crate::error::Problem;
 const EXPECTED: &str = "expected a text file saved as UTF-8";
 
 fn whole_file(place: &str) -> Problem {
-    Problem {
-        line: None,
-        place: place.to_owned(),
-        found: None,
-        expected: EXPECTED.to_owned(),
-    }
+    Problem::new(place, EXPECTED)
 }
 
 fn not_utf8(line: u64, byte: Option<&u8>) -> Problem {
-    Problem {
-        line: Some(line),
-        place: "not valid UTF-8".to_owned(),
-        found: byte.map(|byte| format!("byte 0x{byte:02X}")),
-        expected: EXPECTED.to_owned(),
-    }
+    let found = byte.map(|byte| format!("byte 0x{byte:02X}"));
+    Problem::new("not valid UTF-8", EXPECTED).on(line).found(found)
 }
 
 /// What a file is that starts so or holds such a byte, if it is no UTF-8 for that; the bytes begin on a line.
@@ -30,12 +21,8 @@ fn no_text(bytes: &[u8], at_start: bool, first_line: u64) -> Option<Problem> {
         Some(whole_file("the file is UTF-16"))
     } else {
         let zero = memchr::memchr(0, bytes)?;
-        Some(Problem {
-            line: Some(first_line + line_of(bytes, zero) - 1),
-            place: "the file is binary".to_owned(),
-            found: Some("byte 0x00".to_owned()),
-            expected: EXPECTED.to_owned(),
-        })
+        let line = first_line + line_of(bytes, zero) - 1;
+        Some(whole_file("the file is binary").on(line).found("byte 0x00".to_owned()))
     }
 }
 
@@ -83,12 +70,9 @@ pub(crate) fn check(mut source: impl Read, longest_line: usize) -> std::io::Resu
         }
         of_line += valid - start;
         if of_line > longest_line {
-            return Ok(Err(Problem {
-                line: Some(lines.line()),
-                place: String::new(),
-                found: Some("a longer line".to_owned()),
-                expected: format!("expected lines of at most {longest_line} bytes"),
-            }));
+            let expected = format!("expected lines of at most {longest_line} bytes");
+            let problem = Problem::new("", expected).on(lines.line());
+            return Ok(Err(problem.found("a longer line".to_owned())));
         }
         if broken {
             return Ok(Err(not_utf8(lines.line(), piece.get(valid))));

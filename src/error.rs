@@ -22,6 +22,40 @@ pub struct Problem {
     pub expected: String,
 }
 
+impl Problem {
+    /// A mistake of no line and of nothing that stood there.
+    pub fn new(place: impl Into<String>, expected: impl Into<String>) -> Problem {
+        Problem {
+            line: None,
+            place: place.into(),
+            found: None,
+            expected: expected.into(),
+        }
+    }
+
+    /// The same, on a line.
+    #[must_use]
+    pub fn on(mut self, line: impl Into<Option<u64>>) -> Problem {
+        self.line = line.into();
+        self
+    }
+
+    /// The same, where this stood.
+    #[must_use]
+    pub fn found(mut self, found: impl Into<Option<String>>) -> Problem {
+        self.found = found.into();
+        self
+    }
+}
+
+/// What was read, unless something is wrong with it.
+pub fn unless_wrong<T>(problems: Vec<Problem>, read: T) -> Result<T, Vec<Problem>> {
+    match problems.is_empty() {
+        true => Ok(read),
+        false => Err(problems),
+    }
+}
+
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // names of the input stand in a place: they too stay on one line, and are cut where nobody would read on

@@ -121,12 +121,8 @@ pub(crate) fn check_length(path: &Path, length: u64, most: u64) -> Result<(), Er
 }
 
 fn too_large(path: &Path, found: &str, most: u64) -> Error {
-    let problem = Problem {
-        line: None,
-        place: "the file is too large".to_owned(),
-        found: Some(found.to_owned()),
-        expected: format!("expected at most {most} bytes ({} MiB)", most / MIB),
-    };
+    let expected = format!("expected at most {most} bytes ({} MiB)", most / MIB);
+    let problem = Problem::new("the file is too large", expected).found(found.to_owned());
     Error::input(path, vec![problem])
 }
 

@@ -89,12 +89,7 @@ pub fn track(list: &Path, options: TrackOptions, progress: &(dyn Fn(f64) + Sync)
     let mut unread = vec![];
     for (shown, recording) in shown.iter().zip(&recordings) {
         if let Err(Refusal::Unread(reason)) = shown {
-            unread.push(Problem {
-                line: Some(recording.line),
-                place: recording.run.clone(),
-                found: None,
-                expected: reason.clone(),
-            });
+            unread.push(Problem::new(&recording.run, reason).on(recording.line));
         }
     }
     if !unread.is_empty() && shown.iter().all(Result::is_err) {

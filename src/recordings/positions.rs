@@ -8,8 +8,8 @@ use super::list::{Axis, Recording};
 use super::parabola::Kind;
 use super::segments::segments;
 use super::track::Track;
-use crate::error::{quoted, Error, Problem};
-use crate::runs::{column, each_row, Column, Fields, Row, TextRow};
+use crate::error::{quoted, unless_wrong, Error, Problem};
+use crate::runs::{column, each_row, whole_file, Column, Fields, Row, TextRow};
 use crate::scene::TableFile;
 use crate::units::Dimension;
 
@@ -82,9 +82,7 @@ pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<Position
     let axis = recording.axis.or(axis).unwrap_or(usual);
     let counted_from = (!rows.has(Field::Time)).then_some(0);
     let (problems, _) = rows.fields.finish();
-    if !problems.is_empty() {
-        return Err(refused(problems));
-    }
+    unless_wrong(problems, ()).map_err(refused)?;
     let mut positions = positions(rows.seen, axis).map_err(|problem| refused(vec![problem]))?;
     positions.shown.in_pixels = in_pixels;
     positions.shown.counted_from = counted_from;
@@ -136,12 +134,7 @@ impl Rows<'_> {
         self.fields.find(&ours, line)?;
         let mut problems = vec![];
         let mut lacks = |expected: &str| {
-            problems.push(Problem {
-                line: Some(line),
-                place: "header".to_owned(),
-                found: Some(shown(names)),
-                expected: expected.to_owned(),
-            });
+            problems.push(Problem::new("header", expected).on(line).found(shown(names)));
         };
         if !self.has(Field::Frame) && !self.has(Field::Time) {
             lacks("expected a column `frame`, `time_s` or `time_ms`");
@@ -156,10 +149,7 @@ impl Rows<'_> {
                 "expected one column of heights: `y_px`, `y_mm` or `y_m`"
             });
         }
-        match problems.is_empty() {
-            true => Ok(()),
-            false => Err(problems),
-        }
+        unless_wrong(problems, ())
     }
 
     fn position(&mut self, row: Row) {
@@ -223,12 +213,9 @@ impl Rows<'_> {
 
     /// The problem of a table in which no line is a header.
     fn no_header(&self) -> Vec<Problem> {
-        vec![Problem {
-            line: Some(1),
-            place: "header".to_owned(),
-            found: self.first_line.as_deref().map(shown),
-            expected: "expected columns `frame`, `time_s` or `time_ms`, and `y_px`, `y_mm` or `y_m`".to_owned(),
-        }]
+        let expected = "expected columns `frame`, `time_s` or `time_ms`, and `y_px`, `y_mm` or `y_m`";
+        let problem = Problem::new("header", expected).on(1u64);
+        vec![problem.found(self.first_line.as_deref().map(shown))]
     }
 
     fn number(&mut self, field: Field, row: Row) -> Option<f64> {
@@ -268,15 +255,11 @@ fn positions(all: Vec<Seen>, axis: Axis) -> Result<Positions, Problem> {
     for (object, mut seen) in objects {
         seen.sort_by(|a, b| a.time.total_cmp(&b.time));
         if let Some(pair) = seen.windows(2).find(|pair| pair[0].time == pair[1].time) {
-            return Err(Problem {
-                line: Some(pair[1].line),
-                place: String::new(),
-                found: None,
-                expected: format!(
-                    "the frame of line {} has another position: expected one, or a column `object` that tells two things apart",
-                    pair[0].line
-                ),
-            });
+            let expected = format!(
+                "the frame of line {} has another position: expected one, or a column `object` that tells two things apart",
+                pair[0].line
+            );
+            return Err(Problem::new("", expected).on(pair[1].line));
         }
         let sign = if axis == Axis::Up { 1.0 } else { -1.0 };
         let track = Track {
@@ -301,12 +284,7 @@ fn positions(all: Vec<Seen>, axis: Axis) -> Result<Positions, Problem> {
         }
     }
     let Some(([farthest, _], shown)) = best else {
-        return Err(Problem {
-            line: None,
-            place: "no positions below the header".to_owned(),
-            found: None,
-            expected: "expected one line a frame".to_owned(),
-        });
+        return Err(whole_file("no positions below the header", "one line a frame"));
     };
     /// of the farthest fall, that another object's is no speck's
     const AS_FAR: f64 = 0.3;

@@ -9,7 +9,7 @@ use super::headers::units::{
 };
 use super::raw_row::RawRow;
 use super::told_twice::TOLD_TWICE;
-use crate::error::{quoted, Problem};
+use crate::error::{quoted, unless_wrong, Problem};
 use crate::scene::{closest, Constant, ConstantValue, HeightsTo, Naming, RunColumn, MISSING};
 use crate::units::{names_in_words, Unit};
 
@@ -179,22 +179,15 @@ impl<'s> TableLayout<'s> {
                 None => "; where titles stand above the names, `header_row` in [data] says in which row these are",
                 Some(_) => "",
             };
-            return Err(vec![Problem {
-                line: header.line,
-                place: "header".to_owned(),
-                found: Some(quoted(&header.names.join(","))),
-                expected: format!("{expected}{hint}"),
-            }]);
+            let problem = Problem::new("header", format!("{expected}{hint}")).on(header.line);
+            return Err(vec![problem.found(quoted(&header.names.join(",")))]);
         }
         matching.require_columns();
         let Matching {
             mut layout, problems, ..
         } = matching;
         layout.remark();
-        match problems.is_empty() {
-            true => Ok(layout),
-            false => Err(problems),
-        }
+        unless_wrong(problems, layout)
     }
 
     /// Notes which columns are read only where others have nothing, and what columns that tell the same are called.
@@ -316,12 +309,7 @@ impl<'s> TableLayout<'s> {
                 format!("; columns not known: {}", unread.join(", "))
             }
         };
-        Problem {
-            line: self.line,
-            place: format!("column {name}"),
-            found: None,
-            expected: format!("missing column{also}{hint}"),
-        }
+        Problem::new(format!("column {name}"), format!("missing column{also}{hint}")).on(self.line)
     }
 }
 
@@ -385,12 +373,7 @@ impl Matching<'_> {
     }
 
     fn refuse(&mut self, place: String, expected: String) {
-        self.problems.push(Problem {
-            line: self.layout.line,
-            place,
-            found: None,
-            expected,
-        });
+        self.problems.push(Problem::new(place, expected).on(self.layout.line));
     }
 
     /// Puts a column in its place, once and in one unit.

@@ -187,10 +187,6 @@ pub(super) fn other_width(line: u64, cells: usize, width: usize, has_line_ends: 
 
 /// Says that a table is wider than any table of runs.
 pub(super) fn too_many_columns(found: usize, line: Option<u64>) -> Problem {
-    Problem {
-        line,
-        place: "header".to_owned(),
-        found: Some(format!("{found} columns")),
-        expected: format!("expected at most {MOST_COLUMNS}"),
-    }
+    let problem = Problem::new("header", format!("expected at most {MOST_COLUMNS}")).on(line);
+    problem.found(format!("{found} columns"))
 }

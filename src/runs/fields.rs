@@ -5,7 +5,7 @@ use super::columns::{present, ColumnPlace};
 use super::csv::other_width;
 use super::decimals::Decimals;
 use super::refusals::CellPlace;
-use crate::error::{quoted, Error, Problem};
+use crate::error::{quoted, unless_wrong, Error, Problem};
 use crate::scene::{closest, letters_apart, name_is_allowed, TableFile, DRY, NAME_RULE};
 use crate::units::{names_in_words, Dimension, Unit, MAGNITUDES, MAGNITUDE_EXPECTED};
 
@@ -121,12 +121,7 @@ impl Fields {
     pub fn find(&mut self, names: &[String], line: u64) -> Result<(), Vec<Problem>> {
         let mut columns: Vec<Option<ColumnPlace>> = vec![None; self.wanted.len()];
         let mut problems = vec![];
-        let problem = |named: Option<&str>, expected: String| Problem {
-            line: Some(line),
-            place: "header".to_owned(),
-            found: named.map(quoted),
-            expected,
-        };
+        let problem = |expected: String| Problem::new("header", expected).on(line);
         let known = || {
             let units_of = |column: &Column| column.dimension.units().iter();
             let named = |column: &Column, unit: &Unit| format!("{}{}", column.base, unit.suffix);
@@ -143,11 +138,11 @@ impl Fields {
                 }
                 Some((_, Some(before))) => {
                     let expected = format!("expected one column for it; {} is there already", quoted(&before.name));
-                    problems.push(problem(Some(name), expected));
+                    problems.push(problem(expected).found(quoted(name)));
                 }
                 None => match known().find(|known| letters_apart(name, known, MISSPELT).is_some()) {
                     Some(near) if near.len() > 2 * MISSPELT => {
-                        problems.push(problem(Some(name), format!("expected `{near}`")));
+                        problems.push(problem(format!("expected `{near}`")).found(quoted(name)));
                     }
                     _ if name.is_empty() => {}
                     _ => self.unread.push(quoted(name)),
@@ -159,13 +154,10 @@ impl Fields {
                 let names = names_in_words(column.base, column.dimension);
                 let near = closest(column.base, self.unread.iter().map(|name| name.trim_matches('`')));
                 let hint = near.map_or(String::new(), |near| format!("; {} may be it", quoted(near)));
-                problems.push(problem(None, format!("expected a column {names}{hint}")));
+                problems.push(problem(format!("expected a column {names}{hint}")));
             }
         }
-        if !problems.is_empty() {
-            return Err(problems);
-        }
-        (self.columns, self.width) = (columns, names.len());
+        (self.columns, self.width) = unless_wrong(problems, (columns, names.len()))?;
         Ok(())
     }
 
@@ -211,12 +203,8 @@ impl Fields {
 
     /// Adds what is wrong with a cell, or with a line for want of one.
     pub fn problem(&mut self, line: u64, place: &str, found: Option<&str>, expected: String) {
-        self.problems.push(Problem {
-            line: Some(line),
-            place: place.to_owned(),
-            found: found.map(quoted),
-            expected,
-        });
+        let problem = Problem::new(place, expected).on(line);
+        self.problems.push(problem.found(found.map(quoted)));
     }
 
     /// A word; `None` where it is missing.

@@ -13,7 +13,7 @@ use super::columns::{ColumnPlace, Header, TableLayout};
 use super::csv::too_many_columns;
 use super::new_run::NewRun;
 use super::parquet_footer::{check_counts, check_footer, check_mark};
-use super::refusals::{readable, unreadable, CellPlace, Refusals, Refused};
+use super::refusals::{readable, unreadable, whole_file, CellPlace, Refusals, Refused};
 use super::survey::Survey;
 use crate::error::Problem;
 use crate::files::MOST_COLUMNS;
@@ -119,12 +119,8 @@ impl<'b> ParquetTable<'b> {
             let given = self.type_of(&place.name);
             if let Some(given) = given.filter(|given| !is_readable(given, is_number) && !is_yes_or_no(given)) {
                 let expected = if is_number { "32- or 64-bit numbers" } else { "texts" };
-                refusals.other(Problem {
-                    line: None,
-                    place: format!("column {}", place.name),
-                    found: Some(format!("type {given:?}")),
-                    expected: format!("expected {expected}"),
-                });
+                let problem = whole_file(&format!("column {}", place.name), expected);
+                refusals.other(problem.found(format!("type {given:?}")));
             }
         }
         refusals.or(())

@@ -37,23 +37,13 @@ impl CellPlace {
 
 /// A problem of the file as a whole.
 pub(crate) fn whole_file(found: &str, expected: &str) -> Problem {
-    Problem {
-        line: None,
-        place: found.to_owned(),
-        found: None,
-        expected: format!("expected {expected}"),
-    }
+    Problem::new(found, format!("expected {expected}"))
 }
 
 /// A problem of a line of a text as a whole.
 #[cold]
 pub(super) fn bad_row(line: u64, found: &str, expected: &str) -> Problem {
-    Problem {
-        line: Some(line),
-        place: "row".to_owned(),
-        found: Some(found.to_owned()),
-        expected: format!("expected {expected}"),
-    }
+    whole_file("row", expected).on(line).found(found.to_owned())
 }
 
 /// Does a step of reading a file of some format by a library. A damaged file may make that panic: it too is only an
@@ -68,12 +58,9 @@ pub(super) fn readable<T, E: Display>(format: &str, step: impl FnOnce() -> Resul
 
 /// Says why a file cannot be read, by the first line of what a library says.
 pub(super) fn unreadable(format: &str, why: &dyn Display) -> Vec<Problem> {
-    vec![Problem {
-        line: None,
-        place: format!("not a readable {format}"),
-        found: None,
-        expected: why.to_string().lines().next().unwrap_or_default().to_owned(),
-    }]
+    let why = why.to_string();
+    let first = why.lines().next().unwrap_or_default();
+    vec![Problem::new(format!("not a readable {format}"), first)]
 }
 
 /// Why a table is refused.
@@ -126,12 +113,8 @@ impl<'p> Refusals<'p> {
             CellPlace::Line(line) => (Some(line), format!("column {name}")),
             CellPlace::Row(row) => (None, format!("row {row}, column {name}")),
         };
-        self.other(Problem {
-            line,
-            place,
-            found: Some(found(column).unwrap_or_else(|| "an empty cell".to_owned())),
-            expected: bad.expected,
-        });
+        let found = found(column).unwrap_or_else(|| "an empty cell".to_owned());
+        self.other(Problem::new(place, bad.expected).on(line).found(found));
     }
 
     /// A bad cell without which others may be good.

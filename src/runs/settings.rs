@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::fields::{column, rows_by_fields, Column, SettingFields};
 use super::refusals::whole_file;
-use crate::error::{Error, Problem};
+use crate::error::{unless_wrong, Error};
 use crate::scene::TableFile;
 use crate::units::Dimension;
 
@@ -71,14 +71,8 @@ pub fn read_settings(path: &Path) -> Result<Vec<AskedSetting>, Error> {
         problems.push(whole_file("no settings below the header", "one line a setting"));
     }
     if let Some(setting) = settings.iter().find(|own| has_speed && own.impact_speed.is_none()) {
-        problems.push(Problem {
-            line: Some(setting.line),
-            ..whole_file("impact_speed", "a number above 0, as the column has in other lines")
-        });
+        let problem = whole_file("impact_speed", "a number above 0, as the column has in other lines");
+        problems.push(problem.on(setting.line));
     }
-    if problems.is_empty() {
-        Ok(settings)
-    } else {
-        Err(Error::input(path, problems))
-    }
+    unless_wrong(problems, settings).map_err(|problems| Error::input(path, problems))
 }

@@ -43,13 +43,12 @@ pub(super) fn check_spheres(scene: &Scene, spheres: &[Sphere]) -> Result<(), Err
         DryKOf::Particle => ("[particles]", "particles"),
         DryKOf::Diameter => ("[model] dry_k", "diameters of particles"),
     };
-    let problem = Problem {
-        line: None,
-        place: place.to_owned(),
-        found: Some(format!("{count} {what}, each with a k of its own")),
-        expected: format!("expected at most {MOST_SPHERES}, since all k are fitted together: split the scene"),
-    };
-    Err(Error::input(&scene.file, vec![problem]))
+    let expected = format!("expected at most {MOST_SPHERES}, since all k are fitted together: split the scene");
+    let found = format!("{count} {what}, each with a k of its own");
+    Err(Error::input(
+        &scene.file,
+        vec![Problem::new(place, expected).found(found)],
+    ))
 }
 
 /// The words in names of files of a particle, and of its diameter in m where it is one of several.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::series::{DryGroup, Runs, Series};
-use crate::error::{Error, Problem};
+use crate::error::{unless_wrong, Error, Problem};
 use crate::scene::{NoiseOn, Scene, Sticking, SIGMA_DRY, SIGMA_WET};
 
 /// Runs of one kind, as far as their noise goes.
@@ -26,19 +26,12 @@ pub(super) fn check_stated_errors(scene: &Scene, runs: &Runs) -> Result<(), Erro
     let problem = |(key, kind, noise): (&str, &str, NoiseOfRuns)| {
         let choice = scene.held_at_zero(key)?;
         let why = noise.why_not_zero(scene, kind)?;
-        Some(Problem {
-            line: choice.line,
-            place: format!("[priors] {key}"),
-            found: Some("`fixed 0`".to_owned()),
-            expected: format!("expected a number above 0: {why}"),
-        })
+        let expected = format!("expected a number above 0: {why}");
+        let problem = Problem::new(format!("[priors] {key}"), expected).on(choice.line);
+        Some(problem.found("`fixed 0`".to_owned()))
     };
-    let problems: Vec<Problem> = kinds.into_iter().filter_map(problem).collect();
-    if problems.is_empty() {
-        Ok(())
-    } else {
-        Err(Error::input(&scene.file, problems))
-    }
+    let problems = kinds.into_iter().filter_map(problem).collect();
+    unless_wrong(problems, ()).map_err(|problems| Error::input(&scene.file, problems))
 }
 
 impl NoiseOfRuns {

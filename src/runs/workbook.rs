@@ -14,7 +14,7 @@ use super::csv::too_many_columns;
 use super::headers::units::is_row_of_units;
 use super::hidden_rows::{hidden_in, Hidden};
 use super::refusals::{readable, whole_file, CellPlace, Refused};
-use crate::error::{quoted, Problem};
+use crate::error::{quoted, unless_wrong, Problem};
 use crate::files::{MOST_COLUMNS, MOST_UNPACKED};
 use crate::scene::{closest, HiddenRows, Naming, Scene};
 
@@ -276,11 +276,7 @@ impl Sheet<'_, '_> {
         let hidden = named.filter(|(index, _)| self.hides_column(*index));
         let problems =
             hidden.map(|(_, name)| in_sheet(self.name(), &format!("hidden column {}", quoted(name)), NONE_HIDDEN));
-        let problems: Vec<Problem> = problems.collect();
-        match problems.is_empty() {
-            true => Ok(()),
-            false => Err(problems),
-        }
+        unless_wrong(problems.collect(), ())
     }
 
     /// The texts of the next rows, at most so many, which are still to be read; with their numbers.
@@ -415,24 +411,14 @@ fn sheet_named(sheets: &[(String, bool)], wanted: Option<&str>) -> Result<usize,
         || format!("expected one of {}", some()),
         |near| format!("unknown sheet; did you mean {}?", quoted(near)),
     );
-    Err(vec![Problem {
-        line: None,
-        place: format!("sheet {}", quoted(wanted)),
-        found: None,
-        expected,
-    }])
+    Err(vec![Problem::new(format!("sheet {}", quoted(wanted)), expected)])
 }
 
 /// Sheets that a message names.
 const MOST_NAMED: usize = 10;
 
 fn in_sheet(sheet: &str, found: &str, expected: &str) -> Problem {
-    Problem {
-        line: None,
-        place: format!("sheet {}", quoted(sheet)),
-        found: Some(found.to_owned()),
-        expected: format!("expected {expected}"),
-    }
+    whole_file(&format!("sheet {}", quoted(sheet)), expected).found(found.to_owned())
 }
 
 /// What a cell holds; `None` of an empty one.

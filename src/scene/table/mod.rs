@@ -27,6 +27,8 @@ use super::document::Document;
 use super::names::name_expected;
 use super::unknown_keys::ReadKeys;
 
+const NOT_TOML: &str = "not valid TOML";
+
 /// Reads a whole document; the problem is the parser's own when it is no TOML.
 pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, Problem> {
     DeTable::parse(text).map_err(|error| {
@@ -36,13 +38,10 @@ pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, Problem> {
         }
         let found = span.clone().and_then(|span| text.get(span)).map(str::trim);
         let found = found.filter(|found| !found.is_empty());
-        Problem {
-            // some of the parser's own limits have no place
-            line: span.map(|span| line_of(text.as_bytes(), span.start)),
-            place: "not valid TOML".to_owned(),
-            found: found.map(quoted),
-            expected: error.message().to_owned(),
-        }
+        // some of the parser's own limits have no place
+        let line = span.map(|span| line_of(text.as_bytes(), span.start));
+        let problem = Problem::new(NOT_TOML, error.message()).on(line);
+        problem.found(found.map(quoted))
     })
 }
 
@@ -60,12 +59,9 @@ fn decimal_comma(text: &str, at: usize) -> Option<Problem> {
         is_number.then_some(number)
     };
     let number = line.match_indices('=').find_map(number_after)?;
-    Some(Problem {
-        line: Some(line_of(text.as_bytes(), start)),
-        place: "not valid TOML".to_owned(),
-        found: Some(quoted(number)),
-        expected: format!("expected a decimal point: `{}`", number.replace(',', ".")),
-    })
+    let expected = format!("expected a decimal point: `{}`", number.replace(',', "."));
+    let problem = Problem::new(NOT_TOML, expected).on(line_of(text.as_bytes(), start));
+    Some(problem.found(quoted(number)))
 }
 
 /// One table of the document; remembers which keys were read.
@@ -115,13 +111,8 @@ impl<'a, 'i> SceneTable<'a, 'i> {
 
     /// Says that the value of `key` is not what was expected.
     pub fn refuse(&self, key: &str, at: usize, found: Option<String>, expected: impl Into<String>) {
-        let problem = Problem {
-            line: Some(self.document.line(at)),
-            place: self.place(key),
-            found,
-            expected: expected.into(),
-        };
-        self.document.report(at, problem);
+        let problem = Problem::new(self.place(key), expected).on(self.document.line(at));
+        self.document.report(at, problem.found(found));
     }
 
     /// Says that a name is not one of some, and which may have been meant; among very many problems only the former.
@@ -142,13 +133,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
 
     /// Says what the file as a whole lacks.
     pub fn refuse_whole(&self, expected: &str) {
-        let problem = Problem {
-            line: None,
-            place: String::new(),
-            found: None,
-            expected: expected.to_owned(),
-        };
-        self.document.report(0, problem);
+        self.document.report(0, Problem::new("", expected));
     }
 
     fn refuse_value(&self, key: &str, value: &Spanned<DeValue<'i>>, expected: &str) {
