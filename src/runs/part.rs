@@ -49,43 +49,36 @@ impl Runs {
     /// The runs that `keep` selects by their places. Spheres, film groups and series keep theirs, with their mean diameters and
     /// films, also where none of their runs is left.
     pub fn with_runs(&self, keep: impl Fn(usize) -> bool) -> Runs {
-        let mut part = self.emptied();
+        let mut part = self.select(&self.dry, &self.series, keep);
         part.film_groups.clone_from(&self.film_groups);
-        for group in &self.dry {
-            part.add_dry(group, group.kinds(), |part, range| {
-                part.take(self, range.filter(|run| keep(*run)))
-            });
+        part
+    }
+
+    /// Some of the groups of dry runs and of the series, without film groups, with the runs that `keep` selects.
+    fn select(&self, dry: &[DryGroup], series: &[Series], keep: impl Fn(usize) -> bool) -> Runs {
+        let mut part = self.emptied();
+        let take = |part: &mut Runs, range: Range<usize>| part.take(self, range.filter(|run| keep(*run)));
+        for group in dry {
+            part.add_dry(group, group.kinds(), take);
         }
-        for series in &self.series {
-            part.add_series(series, series.kinds(), |part, range| {
-                part.take(self, range.filter(|run| keep(*run)))
-            });
+        for one in series {
+            part.add_series(one, one.kinds(), take);
         }
         part
     }
 
     /// The dry runs, and the runs of each film group, as tables of their own.
     pub fn parts(&self) -> impl Iterator<Item = Runs> + '_ {
-        let dry = std::iter::once(&self.dry).filter(|groups| !groups.is_empty());
-        let dry = dry.map(|groups| {
-            let mut part = self.emptied();
-            for group in groups {
-                part.add_dry(group, group.kinds(), |part, range| part.take(self, range));
-            }
-            part
-        });
+        let dry = (!self.dry.is_empty()).then(|| self.select(&self.dry, &[], |_| true));
         let wet = self.film_groups.iter().map(|group| {
-            let mut part = self.emptied();
-            for series in &self.series[group.series.clone()] {
-                part.add_series(series, series.kinds(), |part, range| part.take(self, range));
-            }
+            let mut part = self.select(&[], &self.series[group.series.clone()], |_| true);
             part.film_groups.push(FilmGroup {
                 series: 0..part.series.len(),
                 ..group.clone()
             });
             part
         });
-        dry.chain(wet)
+        dry.into_iter().chain(wet)
     }
 
     /// Wet runs.

@@ -321,7 +321,7 @@ fn changes(column: &[f64]) -> Vec<f64> {
 pub(super) fn arrange(columns: RunsAsRead, cells: &ClassCells, scene: &Scene) -> Runs {
     let diameters = DiameterClasses::new(&cells.diameters);
     let groups = FilmClasses::new(&cells.films, cells.has_film_ratio, scene);
-    let mut ids: BTreeMap<Key, (u32, usize)> = BTreeMap::new();
+    let mut ids: BTreeMap<Key, u32> = BTreeMap::new();
     let mut id_of_row: Vec<u32> = Vec::with_capacity(columns.restitution.len());
     let mut last: Option<(Key, u32)> = None;
     let mut last_diameter = (f64::NAN, 0);
@@ -345,14 +345,10 @@ pub(super) fn arrange(columns: RunsAsRead, cells: &ClassCells, scene: &Scene) ->
         };
         let id = match last {
             Some((same, id)) if same == key => id,
-            _ => {
-                let next = counts.len();
-                let (id, _) = *ids.entry(key).or_insert_with(|| {
-                    counts.push(0);
-                    (next as u32, next)
-                });
-                id
-            }
+            _ => *ids.entry(key).or_insert_with(|| {
+                counts.push(0);
+                counts.len() as u32 - 1
+            }),
         };
         last = Some((key, id));
         counts[id as usize] += 1;
@@ -362,10 +358,11 @@ pub(super) fn arrange(columns: RunsAsRead, cells: &ClassCells, scene: &Scene) ->
     let mut start_of_id = vec![0usize; counts.len()];
     let mut spans: Vec<(Key, Range<usize>)> = Vec::with_capacity(counts.len());
     let mut start = 0;
-    for (key, (_, id)) in &ids {
-        start_of_id[*id] = start;
-        spans.push((*key, start..start + counts[*id]));
-        start += counts[*id];
+    for (key, id) in &ids {
+        let count = counts[*id as usize];
+        start_of_id[*id as usize] = start;
+        spans.push((*key, start..start + count));
+        start += count;
     }
     let place: Vec<u32> = id_of_row
         .into_iter()
