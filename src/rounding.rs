@@ -122,7 +122,7 @@ pub fn with_sd(mean: f64, sd: f64, mcse: f64) -> String {
 }
 
 /// The word that agrees with a number of things.
-pub fn by_number<'w>(count: usize, one: &'w str, more: &'w str) -> &'w str {
+pub fn by_number<W>(count: usize, one: W, more: W) -> W {
     if count == 1 {
         one
     } else {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::air::SphereInAir;
 use super::frames::FFMPEG;
-use crate::error::{Error, Problem};
+use crate::error::{unless_wrong, Error, Problem};
 use crate::files::is_video;
 use crate::remark::Remark;
 use crate::runs::{column, rows_by_fields, whole_file, words_for_no, Column, Fields, Row, SettingFields};
@@ -130,13 +130,8 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Recording>, Vec<Remark>), Error> 
             "expected a list of recordings, a .csv with columns `file`, `particle`, `diameter_mm` and more, whose `file` is \
              a folder of frames; make them of a video with `{FFMPEG}`"
         );
-        let problem = Problem {
-            line: None,
-            place: if path.is_dir() { "a folder" } else { "a video" }.to_owned(),
-            found: None,
-            expected,
-        };
-        return Err(Error::input(path, vec![problem]));
+        let place = if path.is_dir() { "a folder" } else { "a video" };
+        return Err(Error::input(path, vec![Problem::new(place, expected)]));
     }
     let table = TableFile::named(None, &path.to_string_lossy());
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -147,17 +142,10 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Recording>, Vec<Remark>), Error> 
     if recordings.is_empty() && problems.is_empty() {
         problems.push(whole_file("no recordings below the header", "one line a recording"));
     }
-    if !problems.is_empty() {
-        return Err(Error::input(path, problems));
-    }
-    let notice = (!unread.is_empty()).then(|| {
-        Remark::new(
-            "unknown_column",
-            unread.len(),
-            format!("columns not read: {}", unread.join(", ")),
-            "`wetcor track --help` lists those that are",
-        )
-    });
+    unless_wrong(problems, ()).map_err(|problems| Error::input(path, problems))?;
+    let text = format!("columns not read: {}", unread.join(", "));
+    let next = "`wetcor track --help` lists those that are";
+    let notice = (!unread.is_empty()).then(|| Remark::new("unknown_column", unread.len(), text, next));
     Ok((recordings, notice.into_iter().collect()))
 }
 

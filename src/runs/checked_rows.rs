@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::collect::{Collected, Gathering, SheetRead};
-use super::columns::{present, ColumnPlace, TableLayout};
+use super::columns::{present, unnamed_column, ColumnPlace, TableLayout};
 use super::decimals::{parse_number, rounding_of, Decimals, DoubtfulNumber};
 use super::labels::{is_count, label, Label};
 use super::liquid_cells::LiquidCells;
@@ -193,7 +193,8 @@ impl<'s> CheckedRows<'s> {
     /// Takes up what was read of a workbook, and its columns without a name that hold something.
     pub fn of_sheet(&mut self, sheet: SheetRead, unnamed: impl IntoIterator<Item = usize>) {
         self.collected.sheet = Some(sheet);
-        self.collected.add_unnamed_columns(unnamed);
+        let unnamed = unnamed.into_iter().map(unnamed_column);
+        self.collected.remarks.unknown.extend(unnamed);
     }
 
     /// Every run, unless something is wrong.

@@ -5,9 +5,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::averaged::MOST_AVERAGED;
-use super::columns::{unnamed_column, HeaderRemarks};
+use super::columns::HeaderRemarks;
 use super::errors::{MeasurementErrors, RunError};
 use super::places::{RowLines, RowPlaces};
+use super::refusals::whole_file;
 use super::row::CheckedRow;
 use super::screen::{screen, REASONS};
 use super::told_twice::{ComparedColumns, Comparison, RowSetting, TOLD_TWICE};
@@ -254,14 +255,12 @@ const MOST_WHOLE: usize = 10_000_000;
 
 /// What is wrong with so many rows, where the scene's model needs every run.
 pub(super) fn too_many_rows(rows: usize, scene: &Scene) -> Option<Problem> {
-    (rows > MOST_WHOLE && scene.model.needs_every_run()).then(|| Problem {
-        line: None,
-        place: "too many rows for a model that keeps every run".to_owned(),
-        found: Some(format!("{rows} rows")),
-        expected: format!(
-            "expected at most {MOST_WHOLE}, or [model] with a named inertia, normal likelihood and noise = \"restitution\": few \
-             runs then stand for all"
-        ),
+    (rows > MOST_WHOLE && scene.model.needs_every_run()).then(|| {
+        let expected = format!(
+            "at most {MOST_WHOLE}, or [model] with a named inertia, normal likelihood and noise = \"restitution\": few runs \
+             then stand for all"
+        );
+        whole_file("too many rows for a model that keeps every run", &expected).found(format!("{rows} rows"))
     })
 }
 
@@ -295,7 +294,7 @@ pub(super) struct Collected {
     /// whether the table has a column of nominal film ratios
     pub has_film_ratio: bool,
     /// of its header
-    remarks: HeaderRemarks,
+    pub remarks: HeaderRemarks,
     screened: [usize; REASONS.len()],
     /// left out by the file itself, by its reasons in the order they come
     excluded: Vec<(String, usize)>,
@@ -305,7 +304,7 @@ pub(super) struct Collected {
     /// the words of its column `exclude` that say no, where all its words say yes or no: their runs are kept
     pub kept_by_no: Vec<String>,
     /// rows that are means, and the runs that these stand for
-    averaged: [usize; 2],
+    pub averaged: [usize; 2],
     /// how columns that tell the same thing compare, in the order of [`TOLD_TWICE`]
     told_twice: [Comparison; TOLD_TWICE.len()],
     /// where its rows stand in the file
@@ -423,19 +422,14 @@ impl Collected {
     /// Says which words of the column `exclude` keep a run.
     pub fn excluded_by_yes(&self, path: &Path) -> Option<Remark> {
         let words: Vec<String> = self.kept_by_no.iter().map(|word| quoted(word)).collect();
-        (!words.is_empty()).then(|| {
-            Remark::new(
-                EXCLUDE_BY_YES,
-                words.len(),
-                format!(
-                    "{}: every word in the column `exclude` says yes or no, so runs with {} are kept",
-                    file_name(path),
-                    words.join(" or ")
-                ),
-                "nothing; a run is left out by any other word there",
-            )
-            .at(Level::Informs)
-        })
+        let text = format!(
+            "{}: every word in the column `exclude` says yes or no, so runs with {} are kept",
+            file_name(path),
+            words.join(" or ")
+        );
+        let next = "nothing; a run is left out by any other word there";
+        let notice = Remark::new(EXCLUDE_BY_YES, words.len(), text, next);
+        (!words.is_empty()).then(|| notice.at(Level::Informs))
     }
 
     /// Adds the next part of the table.
@@ -502,16 +496,6 @@ impl Collected {
         self.rows - self.averaged[0] + self.averaged[1]
     }
 
-    /// Whether means stand for more runs than are kept.
-    pub fn has_too_many_averaged(&self) -> bool {
-        self.averaged[1] > MOST_AVERAGED
-    }
-
-    /// Whether the table, or the scene, says of each run which liquid it has.
-    pub fn tells_liquid(&self) -> bool {
-        self.remarks.tells_liquid
-    }
-
     /// Says that the scene names liquids and no run in use has one.
     pub fn liquids_without_runs(&self, scene: &Scene) -> Option<Remark> {
         let is_wet = |liquid: &u32| *liquid != RunsAsRead::NO_LIQUID;
@@ -519,12 +503,9 @@ impl Collected {
             return None;
         }
         let names: Vec<&str> = scene.liquids.iter().map(|liquid| liquid.name.as_str()).collect();
-        Some(Remark::new(
-            LIQUIDS_WITHOUT_RUNS,
-            names.len(),
-            format!("no run in use has a liquid; the scene names {}", names.join(", ")),
-            "look whether the column `liquid` says which runs are wet",
-        ))
+        let text = format!("no run in use has a liquid; the scene names {}", names.join(", "));
+        let next = "look whether the column `liquid` says which runs are wet";
+        Some(Remark::new(LIQUIDS_WITHOUT_RUNS, names.len(), text, next))
     }
 
     /// How columns of the table, which stands after so many rows of others, compare where they tell the same thing.
@@ -554,35 +535,25 @@ impl Collected {
         } else {
             ["rows", "are", "their labels say that they are"]
         };
-        (*count > 0).then(|| {
-            Remark::new(
-                LABELLED_ROWS,
-                *count,
-                format!(
-                    "{count} {noun} {verb} left out: {is} the mean, total or spread of other rows ({})",
-                    rows.join(", ")
-                ),
-                "give such a row another word if it is a run; a mean of runs that the table does not have is read with a column \
-                 `runs`",
-            )
-        })
+        let text = format!(
+            "{count} {noun} {verb} left out: {is} the mean, total or spread of other rows ({})",
+            rows.join(", ")
+        );
+        let next =
+            "give such a row another word if it is a run; a mean of runs that the table does not have is read with a \
+                    column `runs`";
+        (*count > 0).then(|| Remark::new(LABELLED_ROWS, *count, text, next))
     }
 
     /// Says how many runs the rows that are means stand for.
     pub fn averaged_rows(&self) -> Option<Remark> {
         let [rows, runs] = self.averaged;
-        (rows > 0).then(|| {
-            Remark::new(
-                AVERAGED_ROWS,
-                rows,
-                format!(
-                    "{rows} rows are means and stand for {runs} runs: each is read as normally spread runs of its mean and sd, \
-                     so that outliers and tails among the single runs cannot be seen"
-                ),
-                "give the single runs where you have them",
-            )
-            .at(Level::Informs)
-        })
+        let text = format!(
+            "{rows} rows are means and stand for {runs} runs: each is read as normally spread runs of its mean and sd, so that \
+             outliers and tails among the single runs cannot be seen"
+        );
+        let notice = Remark::new(AVERAGED_ROWS, rows, text, "give the single runs where you have them");
+        (rows > 0).then(|| notice.at(Level::Informs))
     }
 
     /// Takes film ratios that are each run's own δ/D for no nominal ones, and says so; says as well where there are as many of
@@ -596,77 +567,46 @@ impl Collected {
         }
         let runs = found.runs;
         self.columns.film_ratio.clear();
-        let notice = Remark::new(
-            FILM_RATIO_OF_EACH_RUN,
-            runs,
-            format!(
-                "the column film_ratio holds the own δ/D of each of {runs} wet runs and no nominal film ratio: it is not used, \
-                 and film groups are found from the films"
-            ),
-            "nothing; name the film ratios that were meant as film_ratios in [data]",
+        let text = format!(
+            "the column film_ratio holds the own δ/D of each of {runs} wet runs and no nominal film ratio: it is not used, and \
+             film groups are found from the films"
         );
-        Some(notice.at(Level::Informs))
-    }
-
-    /// The columns that no key names.
-    pub fn unknown_columns(&self) -> &[String] {
-        &self.remarks.unknown
-    }
-
-    /// Adds columns below no name to those that were not read.
-    pub fn add_unnamed_columns(&mut self, columns: impl IntoIterator<Item = usize>) {
-        let names = columns.into_iter().map(unnamed_column);
-        self.remarks.unknown.extend(names);
+        let next = "nothing; name the film ratios that were meant as film_ratios in [data]";
+        Some(Remark::new(FILM_RATIO_OF_EACH_RUN, runs, text, next).at(Level::Informs))
     }
 
     /// Says what was done with the hidden rows of a sheet.
     pub fn hidden_rows(&self, path: &Path) -> Option<Remark> {
         let sheet = self.sheet.as_ref().filter(|sheet| !sheet.hidden_rows.is_empty())?;
         let done = if sheet.are_taken { "are read" } else { "are left out" };
-        Some(Remark::new(
-            HIDDEN_ROWS,
-            sheet.hidden_rows.len(),
-            format!(
-                "{}, sheet {}: hidden {} {done}",
-                file_name(path),
-                quoted(&sheet.name),
-                rows_in_words(&sheet.hidden_rows)
-            ),
-            "nothing, unless `hidden_rows` in [data] should say otherwise",
-        ))
+        let (file, name, rows) = (file_name(path), quoted(&sheet.name), &sheet.hidden_rows);
+        let text = format!("{file}, sheet {name}: hidden {} {done}", rows_in_words(rows));
+        let next = "nothing, unless `hidden_rows` in [data] should say otherwise";
+        Some(Remark::new(HIDDEN_ROWS, rows.len(), text, next))
     }
 
     /// Says which columns of a sheet are read although it hides them.
     pub fn hidden_columns(&self, path: &Path) -> Option<Remark> {
         let sheet = self.sheet.as_ref().filter(|sheet| !sheet.hidden_columns.is_empty())?;
-        let hidden = sheet.hidden_columns.len();
-        Some(Remark::new(
-            HIDDEN_COLUMNS,
-            hidden,
-            format!(
-                "{}, sheet {}: hidden {} {} {} read",
-                file_name(path),
-                quoted(&sheet.name),
-                by_number(hidden, "column", "columns"),
-                sheet.hidden_columns.join(", "),
-                by_number(hidden, "is", "are"),
-            ),
-            "show what is hidden in the spreadsheet and see that it is meant; else name another column as `columns` in [data]",
-        ))
+        let (file, name, hidden) = (file_name(path), quoted(&sheet.name), sheet.hidden_columns.len());
+        let (noun, verb) = by_number(hidden, ("column", "is"), ("columns", "are"));
+        let columns = sheet.hidden_columns.join(", ");
+        let text = format!("{file}, sheet {name}: hidden {noun} {columns} {verb} read");
+        let next =
+            "show what is hidden in the spreadsheet and see that it is meant; else name another column as `columns` in [data]";
+        Some(Remark::new(HIDDEN_COLUMNS, hidden, text, next))
     }
 
     /// Says which point of the sphere the heights are taken to be of, where the scene does not.
     pub fn heights_assumed(&self) -> Option<Remark> {
         let surface = self.remarks.lowest_point_above.as_ref()?;
-        Some(Remark::new(
-            HEIGHTS_ASSUMED,
-            self.rows,
-            format!(
-                "heights are taken as those of the sphere's lowest point above {surface}; of its centre, half a diameter would \
-                 be taken off"
-            ),
-            "say which, as heights_of = \"lowest\" or \"centre\" and heights_to = \"plate\" or \"film\" in [data]",
-        ))
+        let text = format!(
+            "heights are taken as those of the sphere's lowest point above {surface}; of its centre, half a diameter would be \
+             taken off"
+        );
+        let next =
+            "say which, as heights_of = \"lowest\" or \"centre\" and heights_to = \"plate\" or \"film\" in [data]";
+        Some(Remark::new(HEIGHTS_ASSUMED, self.rows, text, next))
     }
 
     /// Says which columns of a file are read only where another has nothing.
@@ -676,30 +616,18 @@ impl Collected {
             .iter()
             .map(|[column, other]| format!("{column} read only where {other} is empty"));
         let each: Vec<String> = each.collect();
-        (!each.is_empty()).then(|| {
-            Remark::new(
-                UNHEEDED_COLUMN,
-                each.len(),
-                format!("{}: {}", file_name(path), each.join(", ")),
-                "leave out the column that is less sure, if it is the other",
-            )
-            .at(Level::Informs)
-        })
+        let text = format!("{}: {}", file_name(path), each.join(", "));
+        let next = "leave out the column that is less sure, if it is the other";
+        let notice = Remark::new(UNHEEDED_COLUMN, each.len(), text, next);
+        (!each.is_empty()).then(|| notice.at(Level::Informs))
     }
 
     /// Says how many runs rebounded faster than they fell.
     pub fn above_one(&self) -> Option<Remark> {
-        (self.above_one > 0).then(|| {
-            Remark::new(
-                RESTITUTION_ABOVE_ONE,
-                self.above_one,
-                format!(
-                    "{} runs rebounded faster than they fell, by at most 10 %; they are kept",
-                    self.above_one
-                ),
-                "check the speed calibration of these runs",
-            )
-        })
+        let runs = self.above_one;
+        let text = format!("{runs} runs rebounded faster than they fell, by at most 10 %; they are kept");
+        let next = "check the speed calibration of these runs";
+        (runs > 0).then(|| Remark::new(RESTITUTION_ABOVE_ONE, runs, text, next))
     }
 }
 
@@ -708,23 +636,17 @@ fn many_film_ratios(found: &FilmRatioValues, name: &str) -> Remark {
     let FilmRatioValues {
         rows, values, groups, ..
     } = found;
-    let (noun, verb) = if *groups == 1 {
-        ("group", "is")
-    } else {
-        ("groups", "are")
-    };
-    Remark::new(
-        MANY_FILM_RATIOS,
-        *values,
-        format!(
-            "the column {} has {values} different film ratios in {rows} wet rows, where by their films there {verb} {groups} \
-             {noun}: each value is a film group of its own, of {:.1} rows on average",
-            quoted(name),
-            *rows as f64 / *values as f64
-        ),
-        "write the nominal film ratio of each run into the column, or give it another name, which leaves it out: film groups \
-         are then found from the films, or by film_ratios in [data]",
-    )
+    let (noun, verb) = by_number(*groups, ("group", "is"), ("groups", "are"));
+    let text = format!(
+        "the column {} has {values} different film ratios in {rows} wet rows, where by their films there {verb} {groups} \
+         {noun}: each value is a film group of its own, of {:.1} rows on average",
+        quoted(name),
+        *rows as f64 / *values as f64
+    );
+    let next =
+        "write the nominal film ratio of each run into the column, or give it another name, which leaves it out: film \
+                groups are then found from the films, or by film_ratios in [data]";
+    Remark::new(MANY_FILM_RATIOS, *values, text, next)
 }
 
 /// Says once which columns were not read: those of each table by name, tables with the same ones together.
@@ -745,15 +667,9 @@ pub(super) fn columns_not_read(tables: &[(String, Vec<String>)]) -> Option<Remar
             format!("{}: {noun} {} not read", names.join(", "), columns.join(", "))
         })
         .collect();
-    (count > 0).then(|| {
-        Remark::new(
-            UNKNOWN_COLUMN,
-            count,
-            each.join("; "),
-            "nothing, unless one of them holds what the analysis needs under another name",
-        )
-        .at(Level::Informs)
-    })
+    let next = "nothing, unless one of them holds what the analysis needs under another name";
+    let notice = Remark::new(UNKNOWN_COLUMN, count, each.join("; "), next);
+    (count > 0).then(|| notice.at(Level::Informs))
 }
 
 /// Some rows in a few words: `rows 4, 9 to 12`.

@@ -130,20 +130,14 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
 }
 
 fn condensed_notice(runs: &Runs, sample: &Runs) -> Remark {
-    let all = runs.all_measured();
-    Remark::new(
-        CONDENSED_RUNS,
-        all,
-        format!(
-            "{all} runs are more than are kept: laws and posterior are fitted to {} that stand for all of them; scatter, the \
-             bootstrap's widths, sensitivities to constants, the dry law's fit, predictive checks and figures are of an even \
-             sample of {}",
-            runs.len(),
-            sample.len()
-        ),
-        "nothing; what needs every run (comparing models, densities of each) is for a part of the table",
-    )
-    .at(Level::Informs)
+    let (all, few, some) = (runs.all_measured(), runs.len(), sample.len());
+    let text = format!(
+        "{all} runs are more than are kept: laws and posterior are fitted to {few} that stand for all of them; scatter, the \
+         bootstrap's widths, sensitivities to constants, the dry law's fit, predictive checks and figures are of an even sample \
+         of {some}"
+    );
+    let next = "nothing; what needs every run (comparing models, densities of each) is for a part of the table";
+    Remark::new(CONDENSED_RUNS, all, text, next).at(Level::Informs)
 }
 
 /// What some pieces give, in their order.

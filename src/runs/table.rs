@@ -159,8 +159,8 @@ impl<'p> Joined<'p> {
             table.unheeded_columns(path),
             table.excluded_by_yes(path),
         ];
-        self.unknown.push((file_name(path), table.unknown_columns().to_vec()));
-        self.tells_liquid |= table.tells_liquid();
+        self.unknown.push((file_name(path), table.remarks.unknown.clone()));
+        self.tells_liquid |= table.remarks.tells_liquid;
         self.compared.extend(table.compared_columns(self.all.rows));
         for notice in notices.into_iter().flatten() {
             // what is so of several sheets or files is said once
@@ -192,13 +192,7 @@ impl<'p> Joined<'p> {
                 "expected a column `film_ratio`, as {} has: runs of one scene all belong to nominal film ratios, or none does",
                 file_name(with)
             );
-            let problem = Problem {
-                line: None,
-                place: "header".to_owned(),
-                found: None,
-                expected,
-            };
-            return Err(Error::input(without, vec![problem]));
+            return Err(Error::input(without, vec![Problem::new("header", expected)]));
         }
         self.all.extend(&table);
         check_averaged(&self.all, path)
@@ -279,22 +273,17 @@ impl<'p> Joined<'p> {
                 let not = if visible.is_empty() { "not" } else { "nor" };
                 text.push_str(&format!(", {not} the hidden {}", hidden.join(", ")));
             }
-            Some(Remark::new(
-                SHEETS_NOT_READ,
-                visible.len() + hidden.len(),
-                text,
-                format!(
-                    "name the sheets that hold runs, as `runs = [\"{book}#{}\", …]`",
-                    sheet.name
-                ),
-            ))
+            let count = visible.len() + hidden.len();
+            let name = &sheet.name;
+            let next = format!("name the sheets that hold runs, as `runs = [\"{book}#{name}\", …]`");
+            Some(Remark::new(SHEETS_NOT_READ, count, text, next))
         })
     }
 }
 
 /// Refuses tables whose means stand for more runs than are kept.
 fn check_averaged(collected: &Collected, path: &Path) -> Result<(), Error> {
-    if collected.has_too_many_averaged() {
+    if collected.averaged[1] > MOST_AVERAGED {
         let found = "the rows are means of too many runs";
         let expected = format!("at most {MOST_AVERAGED} together");
         return Err(Error::input(path, vec![whole_file(found, &expected)]));
