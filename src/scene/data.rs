@@ -113,12 +113,8 @@ pub(super) fn guide() -> Section {
         &FILM_SD,
         &SPEED_REL_SD,
     ]));
-    Section {
-        head: "[data]",
-        may_be_empty: false,
-        about: "Which tables hold the runs, what they call things, and which runs are used".to_owned(),
-        keys,
-    }
+    let about = "Which tables hold the runs, what they call things, and which runs are used";
+    Section::new("[data]", about, keys)
 }
 
 /// Reads the table of the data of a scene that lies at `path`.

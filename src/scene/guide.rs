@@ -16,12 +16,9 @@ pub fn guide() -> Vec<Section> {
 
 /// The columns of a table of runs.
 fn columns() -> Section {
-    Section {
-        head: "Columns of a table of runs",
-        may_be_empty: false,
-        about: "Not in the scene: the header of the table, one row a run. Empty cells and `NA` are missing".to_owned(),
-        keys: RunColumn::ALL.map(RunColumn::guide).to_vec(),
-    }
+    let about = "Not in the scene: the header of the table, one row a run. Empty cells and `NA` are missing";
+    let keys = RunColumn::ALL.map(RunColumn::guide).to_vec();
+    Section::new("Columns of a table of runs", about, keys)
 }
 
 /// What holds of every key.

@@ -156,3 +156,23 @@ pub struct Section {
     /// its keys, in the order they are told
     pub keys: Vec<KeyGuide>,
 }
+
+impl Section {
+    /// A table that says something by being there.
+    pub(super) fn new(head: &'static str, about: impl Into<String>, keys: Vec<KeyGuide>) -> Section {
+        Section {
+            head,
+            about: about.into(),
+            may_be_empty: false,
+            keys,
+        }
+    }
+
+    /// The same of one that says no more than no such table where it has no keys.
+    pub(super) fn that_may_be_empty(self) -> Section {
+        Section {
+            may_be_empty: true,
+            ..self
+        }
+    }
+}

@@ -83,25 +83,22 @@ const SURFACE_TENSION: Key<Number> = Key::new("surface_tension", Number(Dimensio
 
 /// What is to be said of the tables of particles and liquids.
 pub(super) fn guide() -> [Section; 2] {
+    let of_particle = guides(&[&PARTICLE_DENSITY, &DENSITY_REL_SD, &ROUGHNESS, &ROUGHNESS_REL_SD]);
+    let of_liquid = guides(&[
+        &LIQUID_DENSITY,
+        &DENSITY_REL_SD,
+        &VISCOSITY,
+        &VISCOSITY_REL_SD,
+        &SURFACE_TENSION,
+    ]);
+    let about_liquids = format!("A liquid, by {NAME_RULE}; none where every run is dry");
     [
-        Section {
-            head: "[particles.NAME]",
-            may_be_empty: false,
-            about: format!("A kind of sphere, by {NAME_RULE}"),
-            keys: guides(&[&PARTICLE_DENSITY, &DENSITY_REL_SD, &ROUGHNESS, &ROUGHNESS_REL_SD]),
-        },
-        Section {
-            head: "[liquids.NAME]",
-            may_be_empty: false,
-            about: format!("A liquid, by {NAME_RULE}; none where every run is dry"),
-            keys: guides(&[
-                &LIQUID_DENSITY,
-                &DENSITY_REL_SD,
-                &VISCOSITY,
-                &VISCOSITY_REL_SD,
-                &SURFACE_TENSION,
-            ]),
-        },
+        Section::new(
+            "[particles.NAME]",
+            format!("A kind of sphere, by {NAME_RULE}"),
+            of_particle,
+        ),
+        Section::new("[liquids.NAME]", about_liquids, of_liquid),
     ]
 }
 

@@ -203,7 +203,7 @@ fn shapes() -> impl Iterator<Item = (LikelihoodFamily, Key<Number>)> {
 
 const NOISE: Key<OneOf<NoiseShape>, DefaultsTo<NoiseShape>> = Key::new(
     "noise",
-    OneOf::of(|| {
+    OneOf(|| {
         let families = LikelihoodFamily::NAMED.map(|(name, family)| (name, NoiseShape::Family(family)));
         let others = [
             ("skewed", NoiseShape::Skewed),
@@ -221,7 +221,7 @@ const AS_THE_MODEL: &str = "as in [model]";
 
 const TRUE_INERTIA: Key<OneOf<Inertia>> = Key::new(
     "inertia",
-    OneOf::of(|| Inertia::ALL.map(|form| (form.name(), form)).to_vec()),
+    OneOf(|| Inertia::ALL.map(|form| (form.name(), form)).to_vec()),
 )
 .means("form of the inertial loss")
 .example("\"saturating\"")
@@ -303,29 +303,21 @@ pub(super) fn guide() -> [Section; 2] {
         &NOISE,
     ]));
     truth.extend(shapes().map(|(_, key)| key.guide()));
+    let design = guides(&[
+        &DIAMETER,
+        &LIQUIDS,
+        &FILM_RATIOS,
+        &HEIGHT,
+        &IMPACT_SPEED,
+        &DRY_IMPACT_SPEED,
+        &FILM_REL_SD,
+        &IMPACT_SPEED_REL_SD,
+        &REPEATS,
+    ]);
+    let of_truth = "The parameters that simulated runs are drawn from; of a fit only the report reads them";
     [
-        Section {
-            head: "[truth]",
-            may_be_empty: false,
-            about: "The parameters that simulated runs are drawn from; of a fit only the report reads them".to_owned(),
-            keys: truth,
-        },
-        Section {
-            head: "[design]",
-            may_be_empty: false,
-            about: "The settings that simulated runs are made at".to_owned(),
-            keys: guides(&[
-                &DIAMETER,
-                &LIQUIDS,
-                &FILM_RATIOS,
-                &HEIGHT,
-                &IMPACT_SPEED,
-                &DRY_IMPACT_SPEED,
-                &FILM_REL_SD,
-                &IMPACT_SPEED_REL_SD,
-                &REPEATS,
-            ]),
-        },
+        Section::new("[truth]", of_truth, truth),
+        Section::new("[design]", "The settings that simulated runs are made at", design),
     ]
 }
 

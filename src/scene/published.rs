@@ -47,7 +47,7 @@ pub struct Published {
     pub source: String,
 }
 
-const QUANTITY: Key<OneOf<Quantity>> = Key::new("quantity", OneOf::of(quantities))
+const QUANTITY: Key<OneOf<Quantity>> = Key::new("quantity", OneOf(quantities))
     .means("what it is")
     .example("\"e_inf\"");
 
@@ -68,7 +68,7 @@ const OF_FILM_RATIO: Key<Number> = Key::new("film_ratio", Number(Dimension::One,
 
 const LAW: Key<OneOf<WetLaw>> = Key::new(
     "law",
-    OneOf::of(|| [WetLaw::Linear, WetLaw::Sqrt].map(|law| (law.name(), law)).to_vec()),
+    OneOf(|| [WetLaw::Linear, WetLaw::Sqrt].map(|law| (law.name(), law)).to_vec()),
 )
 .means("the law it was fitted with; not of dry_k")
 .example("\"linear\"")
@@ -88,12 +88,9 @@ const SOURCE: Key<Text> = Key::new("source", Text)
 
 /// What is to be said of a table of a number from the literature.
 pub(super) fn guide() -> Section {
-    Section {
-        head: "[[published]]",
-        may_be_empty: false,
-        about: "A number from the literature, to set beside ours; one table for each".to_owned(),
-        keys: guides(&[&QUANTITY, &PARTICLE, &OF_FILM_RATIO, &LAW, &VALUE, &SE, &SOURCE]),
-    }
+    let about = "A number from the literature, to set beside ours; one table for each";
+    let keys = guides(&[&QUANTITY, &PARTICLE, &OF_FILM_RATIO, &LAW, &VALUE, &SE, &SOURCE]);
+    Section::new("[[published]]", about, keys)
 }
 
 /// Reads a number from the literature.

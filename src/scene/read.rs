@@ -29,12 +29,8 @@ const SOURCE: Key<Text> = Key::new("source", Text)
 
 /// What is to be said of the keys above all tables.
 pub(super) fn guide() -> Section {
-    Section {
-        head: "",
-        may_be_empty: true,
-        about: "What the report says of itself".to_owned(),
-        keys: guides(&[&TITLE, &SOURCE]),
-    }
+    let keys = guides(&[&TITLE, &SOURCE]);
+    Section::new("", "What the report says of itself", keys).that_may_be_empty()
 }
 
 /// Reads and checks a scene file.

@@ -72,21 +72,16 @@ const REPLICATES: Key<Count, DefaultsTo<u64>> = Key::new("replicates", Count(1, 
     .example("2000")
     .defaults_to(10_000);
 
-const SCHEME: Key<OneOf<ResamplingScheme>, DefaultsTo<ResamplingScheme>> = Key::new(
-    "scheme",
-    OneOf::of(|| ResamplingScheme::NAMED.to_vec()).replacing(&[("residuals", "cases"), ("parametric", "cases")]),
-)
-.means("what is resampled: runs, or whole series")
-.example("\"series\"")
-.defaults_to(ResamplingScheme::Cases);
+const SCHEME: Key<OneOf<ResamplingScheme>, DefaultsTo<ResamplingScheme>> =
+    Key::new("scheme", OneOf(|| ResamplingScheme::NAMED.to_vec()))
+        .means("what is resampled: runs, or whole series")
+        .example("\"series\"")
+        .defaults_to(ResamplingScheme::Cases);
 
-const INTERVAL: Key<OneOf<IntervalMethod>> = Key::new(
-    "interval",
-    OneOf::of(|| IntervalMethod::NAMED.to_vec()).replacing(&[("studentized", "bca")]),
-)
-.means("the interval to quote")
-.example("\"bca\"")
-.optional("percentile; of few runs that of least squares");
+const INTERVAL: Key<OneOf<IntervalMethod>> = Key::new("interval", OneOf(|| IntervalMethod::NAMED.to_vec()))
+    .means("the interval to quote")
+    .example("\"bca\"")
+    .optional("percentile; of few runs that of least squares");
 
 const LEVEL: Key<Number, DefaultsTo<f64>> = Key::new("level", Number(Dimension::One, INSIDE_ONE))
     .means("probability of the intervals")
@@ -95,12 +90,8 @@ const LEVEL: Key<Number, DefaultsTo<f64>> = Key::new("level", Number(Dimension::
 
 /// What is to be said of the table of the bootstrap.
 pub(in crate::scene) fn guide() -> Section {
-    Section {
-        head: "[bootstrap]",
-        may_be_empty: true,
-        about: "How the intervals of least squares are made".to_owned(),
-        keys: guides(&[&REPLICATES, &SCHEME, &INTERVAL, &LEVEL]),
-    }
+    let keys = guides(&[&REPLICATES, &SCHEME, &INTERVAL, &LEVEL]);
+    Section::new("[bootstrap]", "How the intervals of least squares are made", keys).that_may_be_empty()
 }
 
 pub fn bootstrap(root: &SceneTable) -> Bootstrap {

@@ -135,19 +135,15 @@ pub(in crate::scene) fn guide() -> Section {
         without: Without::Value(parameter.default.written()),
         ..KeyGuide::new(parameter.name, Dimension::One, "a prior", parameter.example).means(parameter.meaning)
     });
-    Section {
-        head: "[priors]",
-        may_be_empty: true,
-        about: format!(
-            "What is believed of the parameters before the runs. A prior is one of {}. `\"{}.NAME\"`, in quotes, is that of \
-             one particle. Those of the noise are read where [model] asks for them. {} of the saturating form has the default `{}`",
-            families.join(", "),
-            DRY_K.name,
-            prefactor.describe().symbol,
-            log_normal(saturating.prior(prefactor)).written(),
-        ),
-        keys: keys.collect(),
-    }
+    let about = format!(
+        "What is believed of the parameters before the runs. A prior is one of {}. `\"{}.NAME\"`, in quotes, is that of one \
+         particle. Those of the noise are read where [model] asks for them. {} of the saturating form has the default `{}`",
+        families.join(", "),
+        DRY_K.name,
+        prefactor.describe().symbol,
+        log_normal(saturating.prior(prefactor)).written(),
+    );
+    Section::new("[priors]", about, keys.collect()).that_may_be_empty()
 }
 
 fn prior(parameter: &Parameter, table: &SceneTable) -> Option<Prior> {

@@ -39,12 +39,8 @@ const DRAWS: Key<Count, DefaultsTo<u64>> = Key::new("draws", Count(1, MOST_DRAWS
 
 /// What is to be said of the table of the sampler.
 pub(in crate::scene) fn guide() -> Section {
-    Section {
-        head: "[sampler]",
-        may_be_empty: true,
-        about: "How the posterior is sampled".to_owned(),
-        keys: guides(&[&CHAINS, &WARMUP, &DRAWS]),
-    }
+    let keys = guides(&[&CHAINS, &WARMUP, &DRAWS]);
+    Section::new("[sampler]", "How the posterior is sampled", keys).that_may_be_empty()
 }
 
 pub fn sampler(root: &SceneTable) -> Sampler {
