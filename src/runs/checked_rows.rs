@@ -160,8 +160,8 @@ impl<'s> CheckedRows<'s> {
     fn knows(&self, index: usize, text: &str, row: &RawRow) -> bool {
         let column = self.words.iter().find(|(_, place)| place.index == index);
         match column.map(|(column, _)| *column) {
-            Some(RunColumn::Particle) => self.checker.knows_particle(row.word(RunColumn::Particle)),
-            Some(RunColumn::Liquid) => row.is_dry() || self.checker.knows_liquid(row.word(RunColumn::Liquid)),
+            Some(column @ RunColumn::Particle) => self.checker.knows(column, row.word(column)),
+            Some(column @ RunColumn::Liquid) => row.is_dry() || self.checker.knows(column, row.word(column)),
             Some(column) => self.layout.read(column, text).is_some_and(|word| label(word).is_none()),
             None => false,
         }

@@ -96,9 +96,7 @@ impl Header {
             ..Header::default()
         }
     }
-}
 
-impl Header {
     /// The title above a name; of a group, whose cells are merged, that of its first column.
     fn title(&self, index: usize) -> &str {
         let mut up_to = self.titles.iter().take(index + 1).rev();

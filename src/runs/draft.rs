@@ -556,7 +556,7 @@ impl Text {
         for key in &section.keys {
             let pairs: Vec<(String, String)> = match key.base {
                 "sheets" => naming.sheets.iter().map(of_sheet).collect(),
-                "columns" => naming.columns.iter().map(quoted_value).collect(),
+                "columns" => naming.columns.iter().map(quoted_pair).collect(),
                 "values" => {
                     let words = naming.words.iter();
                     words
@@ -655,10 +655,6 @@ fn tables(runs: &str, sheets: &[String]) -> String {
 
 fn of_sheet((sheet, column, value): &(String, &'static str, String)) -> (String, String) {
     (key_of(sheet), format!("{{ {column} = {} }}", text_of(value)))
-}
-
-fn quoted_value((key, value): &(String, String)) -> (String, String) {
-    (key.clone(), text_of(value))
 }
 
 fn quoted_pair((key, value): &(String, String)) -> (String, String) {

@@ -275,9 +275,7 @@ impl Runs {
         stuck.for_each(|range| all.stuck[range.clone()].fill(true));
         all
     }
-}
 
-impl Runs {
     /// Some of the runs that these stand for, in the same series; of a series of which they have none, these.
     fn alike(&self, some: &Runs) -> Runs {
         let mut alike = self.emptied();

@@ -51,13 +51,16 @@ pub(super) struct CheckedRow {
 
 /// Names of the scene with their places in it. Runs come in blocks: the name that was found last is tried first.
 struct Names<'s> {
+    /// what is expected where none of them stands
+    what: &'static str,
     places: HashMap<&'s str, usize>,
     last: Option<(&'s str, usize)>,
 }
 
 impl<'s> Names<'s> {
-    fn of(names: impl Iterator<Item = &'s str>) -> Names<'s> {
+    fn of(what: &'static str, names: impl Iterator<Item = &'s str>) -> Names<'s> {
         Names {
+            what,
             places: names.zip(0..).collect(),
             last: None,
         }
@@ -80,8 +83,8 @@ impl<'s> Names<'s> {
 /// What a row is checked against.
 pub(super) struct RowChecker<'s> {
     pub scene: &'s Scene,
-    particles: Names<'s>,
-    liquids: Names<'s>,
+    /// of particles and of liquids, whose columns come first in this order
+    names: [Names<'s>; 2],
     /// whether the table has a column of film ratios, which then every wet run needs
     pub has_film_ratio: bool,
     /// unknown names that may still be compared with every name of the scene: beyond, no message is printed
@@ -92,27 +95,37 @@ impl<'s> RowChecker<'s> {
     pub fn new(scene: &'s Scene, has_film_ratio: bool) -> Self {
         RowChecker {
             scene,
-            particles: Names::of(scene.particles.iter().map(|p| p.name.as_str())),
-            liquids: Names::of(scene.liquids.iter().map(|l| l.name.as_str())),
+            names: [
+                Names::of("a name in [particles]", scene.particles.iter().map(|p| p.name.as_str())),
+                Names::of(
+                    "a name in [liquids] or `dry`",
+                    scene.liquids.iter().map(|l| l.name.as_str()),
+                ),
+            ],
             has_film_ratio,
             to_compare: PROBLEMS_SHOWN,
         }
     }
 
-    pub fn knows_particle(&self, name: Option<&str>) -> bool {
-        name.is_some_and(|name| self.particles.known(name).is_some())
+    /// Whether a particle or a liquid is one of the scene, by the column of it.
+    pub fn knows(&self, column: RunColumn, name: Option<&str>) -> bool {
+        name.is_some_and(|name| self.names[column as usize].known(name).is_some())
     }
 
-    pub fn knows_liquid(&self, name: Option<&str>) -> bool {
-        name.is_some_and(|name| self.liquids.known(name).is_some())
-    }
-
-    fn name_expected(&mut self, what: &str, name: &str, names: impl Iterator<Item = &'s str>) -> String {
-        if self.to_compare == 0 {
-            return format!("expected {what}");
+    /// The place of a particle or a liquid in the scene; a name that is none there is pushed to `problems`.
+    #[inline]
+    fn find(&mut self, column: RunColumn, name: &str, problems: &mut Vec<BadCell>) -> Option<usize> {
+        let names = &mut self.names[column as usize];
+        let found = names.find(name);
+        if found.is_none() {
+            let expected = match self.to_compare {
+                0 => format!("expected {}", names.what),
+                _ => name_expected(names.what, name, names.places.keys().copied()),
+            };
+            self.to_compare = self.to_compare.saturating_sub(1);
+            problems.push(bad_cell(column, expected));
         }
-        self.to_compare -= 1;
-        name_expected(what, name, names)
+        found
     }
 }
 
@@ -156,31 +169,14 @@ pub(super) fn check_row(
 ) -> Option<CheckedRow> {
     let is_dry = raw.is_dry();
     let particle = match raw.word(RunColumn::Particle) {
-        Some(name) => {
-            let index = checker.particles.find(name);
-            if index.is_none() {
-                let all = checker.scene.particles.iter().map(|p| p.name.as_str());
-                let expected = checker.name_expected("a name in [particles]", name, all);
-                problems.push(bad_cell(RunColumn::Particle, expected));
-            }
-            index
-        }
+        Some(name) => checker.find(RunColumn::Particle, name, problems),
         None => {
             problems.push(bad_cell(RunColumn::Particle, "expected a name in [particles]"));
             None
         }
     };
     let liquid = match raw.word(RunColumn::Liquid) {
-        Some(name) if !is_dry => {
-            let index = checker.liquids.find(name);
-            if index.is_none() {
-                let all = checker.scene.liquids.iter().map(|l| l.name.as_str());
-                let what = format!("a name in [liquids] or `{DRY}`");
-                let expected = checker.name_expected(&what, name, all);
-                problems.push(bad_cell(RunColumn::Liquid, expected));
-            }
-            index
-        }
+        Some(name) if !is_dry => checker.find(RunColumn::Liquid, name, problems),
         // an empty cell means dry only where nothing speaks of a film: else it is a name that was left out, as of merged cells
         None if [RunColumn::Film, RunColumn::FilmRatio]
             .iter()

@@ -234,9 +234,7 @@ impl Repeats {
             repeats: self.runs,
         }
     }
-}
 
-impl Repeats {
     /// The true speed of a run that none repeats, these being all runs of its kind.
     fn true_speed_of_one(&self, measured: f64, sd: f64) -> TrueSpeed {
         if self.spread > 0.0 {
