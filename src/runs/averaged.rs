@@ -1,6 +1,6 @@
 //! Reads a row that is the mean of several runs as those runs.
 
-use super::raw_row::{bad_cell, BadCell, RawRow, LARGEST_RESTITUTION, MEASUREMENT_SDS};
+use super::raw_row::{bad_cell, refuse, BadCell, RawRow, LARGEST_RESTITUTION, MEASUREMENT_SDS};
 use crate::distributions::normal_quantile;
 use crate::scene::RunColumn;
 
@@ -52,16 +52,14 @@ pub(super) fn mean_of(raw: &RawRow, restitution: f64, limit: f64, problems: &mut
     let runs = raw[RunColumn::Runs].unwrap_or(1.0);
     if !(runs >= 1.0 && runs <= f64::from(MOST_IN_ROW) && runs.fract() == 0.0) {
         let expected = format!("expected how many runs the row is the mean of, a whole number from 1 to {MOST_IN_ROW}");
-        problems.push(bad_cell(RunColumn::Runs, expected));
-        return None;
+        return refuse(problems, RunColumn::Runs, expected);
     }
     let of_runs = [RunColumn::RestitutionSdOfRuns, RunColumn::RestitutionSe];
     let is_above_zero = |column: RunColumn| raw[column].is_some_and(|sd| sd > 0.0);
     for column in of_runs {
         if raw[column].is_some_and(|sd| !(0.0..=LARGEST_RESTITUTION).contains(&sd)) {
             let expected = format!("expected a spread of restitutions, from 0 to {LARGEST_RESTITUTION}");
-            problems.push(bad_cell(column, expected));
-            return None;
+            return refuse(problems, column, expected);
         }
     }
     if runs == 1.0 {
@@ -90,8 +88,7 @@ pub(super) fn mean_of(raw: &RawRow, restitution: f64, limit: f64, problems: &mut
                 "expected `restitution_sd_of_runs` over the square root of `runs` ({:.2e}), or one of the two alone",
                 sd / runs.sqrt()
             );
-            problems.push(bad_cell(RunColumn::RestitutionSe, expected));
-            return None;
+            return refuse(problems, RunColumn::RestitutionSe, expected);
         }
         (Some(sd), _) | (None, Some(sd)) => sd,
         // runs that stuck are all at 0
@@ -100,8 +97,7 @@ pub(super) fn mean_of(raw: &RawRow, restitution: f64, limit: f64, problems: &mut
             let expected =
                 "expected the sd of the single runs in `restitution_sd_of_runs`, or the standard error of their \
                             mean in `restitution_se`, since the row is the mean of several";
-            problems.push(bad_cell(RunColumn::RestitutionSdOfRuns, expected));
-            return None;
+            return refuse(problems, RunColumn::RestitutionSdOfRuns, expected);
         }
     };
     let mean_of = MeanOf { runs: runs as u32, sd };

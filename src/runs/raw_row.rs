@@ -74,6 +74,12 @@ pub(super) fn bad_cell(column: RunColumn, expected: impl Into<String>) -> BadCel
     }
 }
 
+/// Adds a wrong cell; gives nothing in its place.
+pub(super) fn refuse<T>(problems: &mut Vec<BadCell>, column: RunColumn, expected: impl Into<String>) -> Option<T> {
+    problems.push(bad_cell(column, expected));
+    None
+}
+
 /// Speed over Stokes number of a run.
 pub(super) enum StokesScale {
     Known(f64),

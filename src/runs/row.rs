@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::averaged::{mean_of, MeanOf};
 use super::errors::{self, RunError};
-use super::raw_row::{bad_cell, BadCell, RawRow, StokesScale, Surface, LARGEST_RESTITUTION, MEASUREMENT_SDS};
+use super::raw_row::{bad_cell, refuse, BadCell, RawRow, StokesScale, Surface, LARGEST_RESTITUTION, MEASUREMENT_SDS};
 use super::told_twice::{rounding_of_log, speed_ratios, SpeedRatios};
 use crate::error::PROBLEMS_SHOWN;
 use crate::physics::numbers::free_fall_speed;
@@ -170,21 +170,15 @@ pub(super) fn check_row(
     let is_dry = raw.is_dry();
     let particle = match raw.word(RunColumn::Particle) {
         Some(name) => checker.find(RunColumn::Particle, name, problems),
-        None => {
-            problems.push(bad_cell(RunColumn::Particle, "expected a name in [particles]"));
-            None
-        }
+        None => refuse(problems, RunColumn::Particle, "expected a name in [particles]"),
     };
+    let has = |column: RunColumn| raw[column].is_some_and(|value| value > 0.0);
     let liquid = match raw.word(RunColumn::Liquid) {
         Some(name) if !is_dry => checker.find(RunColumn::Liquid, name, problems),
         // an empty cell means dry only where nothing speaks of a film: else it is a name that was left out, as of merged cells
-        None if [RunColumn::Film, RunColumn::FilmRatio]
-            .iter()
-            .any(|film| raw[*film].is_some_and(|film| film > 0.0)) =>
-        {
+        None if has(RunColumn::Film) || has(RunColumn::FilmRatio) => {
             let expected = format!("expected a name in [liquids], or `{DRY}`, beside a film");
-            problems.push(bad_cell(RunColumn::Liquid, expected));
-            None
+            refuse(problems, RunColumn::Liquid, expected)
         }
         _ => None,
     };
@@ -209,10 +203,8 @@ pub(super) fn check_row(
         problems.push(bad_cell(RunColumn::FilmRatio, expected));
     }
     if film_ratio.is_some_and(|ratio| !(ratio > 0.0 && ratio <= 1.0)) {
-        problems.push(bad_cell(
-            RunColumn::FilmRatio,
-            "expected a film ratio above 0 and up to 1",
-        ));
+        let expected = "expected a film ratio above 0 and up to 1";
+        problems.push(bad_cell(RunColumn::FilmRatio, expected));
     }
     let surface = Surface::of(checker.scene, film, diameter);
     let mut ratios = SpeedRatios::default();
@@ -228,11 +220,12 @@ pub(super) fn check_row(
     let rebound = rebound_speed(raw, surface.as_ref(), problems);
     let restitution = restitution(raw, impact_speed, rebound, rounding, problems);
     let mut row_mean_of = None;
-    if raw.has_any(&[
+    let of_means = [
         RunColumn::Runs,
         RunColumn::RestitutionSdOfRuns,
         RunColumn::RestitutionSe,
-    ]) {
+    ];
+    if raw.has_any(&of_means) {
         let limit = checker.scene.data.smallest_restitution;
         row_mean_of = restitution.and_then(|restitution| mean_of(raw, restitution, limit, problems));
     }
@@ -243,10 +236,8 @@ pub(super) fn check_row(
     }
     let correlation = raw[RunColumn::SpeedCorrelation];
     if correlation.is_some_and(|rho| !(-1.0..=1.0).contains(&rho)) {
-        problems.push(bad_cell(
-            RunColumn::SpeedCorrelation,
-            "expected a correlation from -1 to 1",
-        ));
+        let expected = "expected a correlation from -1 to 1";
+        problems.push(bad_cell(RunColumn::SpeedCorrelation, expected));
     }
     if !problems.is_empty() {
         return None;
@@ -278,10 +269,8 @@ fn check_sds(sds: [Option<f64>; 3], problems: &mut Vec<BadCell>) {
             problems.push(bad_cell(column, "expected a finite standard deviation of 0 or more"));
         } else if sd.is_some_and(|sd| sd > *MAGNITUDES.end()) {
             let most = MAGNITUDES.end();
-            problems.push(bad_cell(
-                column,
-                format!("expected a standard deviation of at most {most:e} in SI units"),
-            ));
+            let expected = format!("expected a standard deviation of at most {most:e} in SI units");
+            problems.push(bad_cell(column, expected));
         }
     }
 }
@@ -301,8 +290,7 @@ fn derived_speed(
                 "expected a drop height above {:.4} mm, where the fall ends",
                 millimetres(surface.height)
             );
-            problems.push(bad_cell(RunColumn::DropHeight, expected));
-            return None;
+            return refuse(problems, RunColumn::DropHeight, expected);
         };
         (RunColumn::DropHeight, free_fall_speed(fall))
     } else {
@@ -311,8 +299,7 @@ fn derived_speed(
             StokesScale::Known(scale) => (RunColumn::Stokes, stokes * scale),
             StokesScale::Dry => {
                 let expected = "expected a drop height or an impact speed: without a liquid there is no Stokes number";
-                problems.push(bad_cell(RunColumn::Stokes, expected));
-                return None;
+                return refuse(problems, RunColumn::Stokes, expected);
             }
             StokesScale::Unknown => return None,
         }
@@ -329,8 +316,7 @@ fn rebound_speed(raw: &RawRow, surface: Option<&Surface>, problems: &mut Vec<Bad
     let height = raw[RunColumn::ReboundHeight]?;
     if height.is_nan() || height < 0.0 {
         let expected = "expected a rebound height of 0 or more";
-        problems.push(bad_cell(RunColumn::ReboundHeight, expected));
-        return None;
+        return refuse(problems, RunColumn::ReboundHeight, expected);
     }
     let speed = surface?.fall(height).map_or(0.0, free_fall_speed);
     Some((RunColumn::ReboundHeight, speed))
@@ -354,8 +340,7 @@ fn restitution(
             ""
         };
         let expected = format!("expected a restitution from 0 to {LARGEST_RESTITUTION}{hint}");
-        problems.push(bad_cell(RunColumn::Restitution, expected));
-        return None;
+        return refuse(problems, RunColumn::Restitution, expected);
     }
     let Some((column, rebound_speed)) = rebound else {
         let could_say = [
@@ -372,15 +357,13 @@ fn restitution(
         return given;
     };
     if rebound_speed.is_nan() || rebound_speed < 0.0 {
-        problems.push(bad_cell(column, "expected a rebound speed of 0 or more"));
-        return None;
+        return refuse(problems, column, "expected a rebound speed of 0 or more");
     }
     let quotient = rebound_speed / impact_speed?;
     if !in_range(quotient) {
         let expected =
             format!("expected at most {LARGEST_RESTITUTION} times the impact speed (restitution {quotient:.3})");
-        problems.push(bad_cell(column, expected));
-        return None;
+        return refuse(problems, column, expected);
     }
     // a height is a measurement of its own, beside a restitution from a camera
     let agreement = match (column, given) {
@@ -409,8 +392,7 @@ fn restitution(
         Some(e) if (e - quotient).abs() > agreement && (e - quotient).abs() > by_rounding(e) => {
             let agreement = (1e3 * by_rounding(e)).round() / 1e3;
             let expected = format!("expected agreement with rebound over impact speed ({quotient:.4}) to {agreement}");
-            problems.push(bad_cell(RunColumn::Restitution, expected));
-            None
+            refuse(problems, RunColumn::Restitution, expected)
         }
         Some(e) => Some(e),
         None => Some(quotient),
