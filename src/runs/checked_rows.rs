@@ -2,15 +2,15 @@
 
 use std::borrow::Cow;
 
-use super::collect::{Collected, Gathering, SheetRead};
-use super::columns::{present, unnamed_column, ColumnPlace, TableLayout};
+use super::collect::Collected;
+use super::columns::{present, ColumnPlace, TableLayout};
 use super::decimals::{parse_number, rounding_of, Decimals, DoubtfulNumber};
 use super::labels::{is_count, label, Label};
 use super::liquid_cells::LiquidCells;
 use super::raw_row::{BadCell, RawRow};
 use super::refusals::{CellPlace, Refusals, Refused};
 use super::row::{check_row, RowChecker};
-use crate::error::{quoted, Problem};
+use crate::error::quoted;
 use crate::scene::{RunColumn, Scene};
 
 /// A cell that is not empty.
@@ -54,10 +54,10 @@ pub(super) struct CheckedRows<'s> {
     words: Vec<(RunColumn, &'s ColumnPlace)>,
     numbers: Vec<(RunColumn, &'s ColumnPlace)>,
     checker: RowChecker<'s>,
-    collected: Collected,
+    pub collected: Collected,
     decimals: Decimals<RunColumn>,
     liquids: LiquidCells,
-    refusals: Refusals<'s>,
+    pub refusals: Refusals<'s>,
 }
 
 impl<'s> CheckedRows<'s> {
@@ -178,23 +178,6 @@ impl<'s> CheckedRows<'s> {
             Some(Cell::Number(value)) => Ok(self.layout.read_number(column, value)),
             Some(Cell::Other(_, why)) => Err(format!("expected a number{why}")),
         }
-    }
-
-    /// Says what is wrong with a row as a whole, or with the rest of the table.
-    pub fn refuse(&mut self, problem: Problem) {
-        self.refusals.other(problem);
-    }
-
-    /// Gives away the runs so far, where these are enough.
-    pub fn give_away(&mut self, gathering: &mut Gathering) {
-        gathering.after(&mut self.collected);
-    }
-
-    /// Takes up what was read of a workbook, and its columns without a name that hold something.
-    pub fn of_sheet(&mut self, sheet: SheetRead, unnamed: impl IntoIterator<Item = usize>) {
-        self.collected.sheet = Some(sheet);
-        let unnamed = unnamed.into_iter().map(unnamed_column);
-        self.collected.remarks.unknown.extend(unnamed);
     }
 
     /// Every run, unless something is wrong.

@@ -271,11 +271,6 @@ const CLEAR_EXCLUDE: &str = "clear the word in the column `exclude` to use those
 const BLOCK: usize = 1 << 19;
 
 impl Gathering<'_> {
-    /// Whether all runs are held.
-    pub fn is_whole(&self) -> bool {
-        matches!(self, Gathering::Whole)
-    }
-
     /// Gives away what was gathered, where that is enough.
     pub fn after(&mut self, collected: &mut Collected) {
         if let Gathering::Blocks(take) = self {

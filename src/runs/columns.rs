@@ -285,11 +285,6 @@ impl<'s> TableLayout<'s> {
         instead.find(|column| self.place(*column).is_some()).unwrap_or(column)
     }
 
-    /// What to say to a wet run in a table without films.
-    pub fn missing_film(&self) -> Problem {
-        self.missing_column(RunColumn::Film, " (wet runs need it)")
-    }
-
     /// The name a column has in this table.
     pub fn name(&self, column: RunColumn) -> String {
         self.place(column)
@@ -297,7 +292,7 @@ impl<'s> TableLayout<'s> {
     }
 
     /// Says that a column is missing, and which name in the header is nearest.
-    fn missing_column(&self, column: RunColumn, also: &str) -> Problem {
+    pub fn missing_column(&self, column: RunColumn, also: &str) -> Problem {
         let name = column.usual_name();
         let hint = match closest(&name, self.unread.iter().map(String::as_str)) {
             Some(near) => format!("; the nearest is {}", quoted(near)),

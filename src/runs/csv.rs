@@ -119,7 +119,7 @@ impl<R: Read> Records<R> {
         let layout = TableLayout::new(&header, &scene.data.naming)?;
         let mut rows = CheckedRows::new(&layout, scene);
         if let Err(problems) = self.add_rows(&mut rows, layout.width, gathering) {
-            problems.into_iter().for_each(|problem| rows.refuse(problem));
+            problems.into_iter().for_each(|problem| rows.refusals.other(problem));
         }
         rows.finish()
     }
@@ -131,7 +131,7 @@ impl<R: Read> Records<R> {
         width: usize,
         gathering: &mut Gathering,
     ) -> Result<(), Vec<Problem>> {
-        let separator = self.separator();
+        let separator = self.separator;
         // lines of separators, which are none below the last run
         let mut empty = vec![];
         while let Some(record) = self.next_record()? {
@@ -140,26 +140,25 @@ impl<R: Read> Records<R> {
                 continue;
             }
             for line in empty.drain(..) {
-                rows.refuse(bad_row(line, "empty cells only", "a run, or no line at all"));
+                let problem = bad_row(line, "empty cells only", "a run, or no line at all");
+                rows.refusals.other(problem);
             }
             let (line, cells) = (record.line, record.width());
             if cells != width {
-                rows.refuse(other_width(line, cells, width, record.has_line_ends()));
+                let problem = other_width(line, cells, width, record.has_line_ends());
+                rows.refusals.other(problem);
                 continue;
             }
             if let Some(cell) = record.cells().find(|cell| holds_a_row(cell, separator, width)) {
                 let found = quoted(cell.lines().next().unwrap_or_default());
-                rows.refuse(bad_row(
-                    line,
-                    &found,
-                    "a cell without rows in it: is a quote not closed?",
-                ));
+                let expected = "a cell without rows in it: is a quote not closed?";
+                rows.refusals.other(bad_row(line, &found, expected));
                 continue;
             }
             rows.add(CellPlace::Line(line), record.cells(), |place| {
                 record.cell(place.index).map(Cell::Text)
             });
-            rows.give_away(gathering);
+            gathering.after(&mut rows.collected);
         }
         Ok(())
     }

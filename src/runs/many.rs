@@ -195,7 +195,7 @@ struct Condensing<'a> {
 impl Condensing<'_> {
     fn few(&self, columns: RunsAsRead) -> RunsAsRead {
         let runs = arrange_part(columns, self.cells, self.scene);
-        runs.condensed_in(self.slabs).as_read(self.cells.has_film_ratio())
+        runs.condensed_in(self.slabs).as_read(self.cells.has_film_ratio)
     }
 
     /// Those of all pieces; each rank reads some of them at a time.

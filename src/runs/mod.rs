@@ -262,7 +262,7 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
         while let Some(row) = sheet.next_row()? {
             survey.add(row.number, row.texts(width).iter().map(Option::as_deref));
         }
-        survey.hidden_rows += sheet.hidden();
+        survey.hidden_rows += sheet.read.hidden_rows.len();
         for (index, column) in survey.columns.iter().enumerate() {
             let name = quoted(&column.name);
             if !column.name.is_empty() && sheet.hides_column(index) && !survey.hidden_columns.contains(&name) {

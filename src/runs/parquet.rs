@@ -194,7 +194,8 @@ pub(super) fn read_parquet(
     let names: Vec<String> = wanted(&layout).iter().map(|(_, place)| place.name.clone()).collect();
     table.check_counts(&names, &rows)?;
     // what a few bytes may claim is not kept to be refused then
-    if let Some(problem) = gathering.is_whole().then(|| too_many_rows(rows.len(), scene)).flatten() {
+    let is_whole = matches!(gathering, Gathering::Whole);
+    if let Some(problem) = too_many_rows(rows.len(), scene).filter(|_| is_whole) {
         return Err(vec![problem].into());
     }
     let mut checked = CheckedRows::new(&layout, scene);
@@ -209,7 +210,7 @@ pub(super) fn read_parquet(
         let (added, following) = rayon::join(
             || {
                 let added = add_rows(&mut checked, &layout, frame, first);
-                checked.give_away(gathering);
+                gathering.after(&mut checked.collected);
                 added
             },
             || read(after),

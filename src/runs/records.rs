@@ -64,7 +64,8 @@ impl<'r> Record<'r> {
 /// The records of a source, one after the other.
 pub(super) struct Records<R> {
     source: BufReader<R>,
-    separator: u8,
+    /// what separates cells
+    pub separator: u8,
     parser: Reader,
     lines: LineCount,
     /// the line the record at hand starts on
@@ -117,11 +118,6 @@ impl<R: Read> Records<R> {
             text: text.map_err(|_| unreadable("no text"))?,
             ends: &self.ends[..self.width],
         }))
-    }
-
-    /// What separates cells.
-    pub fn separator(&self) -> u8 {
-        self.separator
     }
 
     /// Lets the next record be the one at hand again.

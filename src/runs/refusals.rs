@@ -137,7 +137,8 @@ impl<'p> Refusals<'p> {
     /// What was read, if nothing was refused.
     pub fn or<T>(mut self, read: T) -> Result<T, Refused> {
         if self.wants_film {
-            self.problems.insert(0, self.layout.missing_film());
+            let problem = self.layout.missing_column(RunColumn::Film, " (wet runs need it)");
+            self.problems.insert(0, problem);
             self.count += 1;
         }
         if self.count == 0 {

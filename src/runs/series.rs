@@ -269,7 +269,8 @@ pub(super) struct ClassCells {
     diameters: Cells,
     /// of each particle
     films: Vec<Cells>,
-    has_film_ratio: bool,
+    /// whether the table has nominal film ratios
+    pub has_film_ratio: bool,
 }
 
 impl ClassCells {
@@ -283,11 +284,6 @@ impl ClassCells {
             films,
             has_film_ratio: !columns.film_ratio.is_empty(),
         }
-    }
-
-    /// Whether the table has nominal film ratios.
-    pub fn has_film_ratio(&self) -> bool {
-        self.has_film_ratio
     }
 
     /// What this part says and another.

@@ -9,7 +9,7 @@ use zip::result::ZipError;
 
 use super::checked_rows::{Cell, CheckedRows};
 use super::collect::{rows_in_words, Collected, SheetRead};
-use super::columns::{Header, TableLayout};
+use super::columns::{unnamed_column, Header, TableLayout};
 use super::csv::too_many_columns;
 use super::headers::units::is_row_of_units;
 use super::hidden_rows::{hidden_in, Hidden};
@@ -83,11 +83,13 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, R
         });
     }
     if let Err(problems) = sheet.refuse_hidden_rows(HIDDEN_ROWS_EXPECTED) {
-        problems.into_iter().for_each(|problem| checked.refuse(problem));
+        problems.into_iter().for_each(|problem| checked.refusals.other(problem));
     }
     let own = layout.columns_read().filter(|place| sheet.hides_column(place.index));
     sheet.read.hidden_columns = own.map(|place| quoted(&place.name)).collect();
-    checked.of_sheet(sheet.read, unnamed);
+    checked.collected.sheet = Some(sheet.read);
+    let unnamed = unnamed.into_iter().map(unnamed_column);
+    checked.collected.remarks.unknown.extend(unnamed);
     checked.finish()
 }
 
@@ -166,7 +168,7 @@ impl<'b> Workbook<'b> {
 
 /// A sheet, read row by row; what the formulas gave stands for them.
 pub(super) struct Sheet<'s, 'b> {
-    read: SheetRead,
+    pub read: SheetRead,
     cells: XlsxCellReader<'s, Cursor<&'b [u8]>>,
     /// rows that were read and not given yet
     ahead: VecDeque<SheetRow>,
@@ -254,11 +256,6 @@ impl Sheet<'_, '_> {
     /// Whether a column, counted from 0, is hidden.
     pub fn hides_column(&self, index: usize) -> bool {
         self.hidden.columns.iter().any(|columns| columns.contains(&(index + 1)))
-    }
-
-    /// Hidden rows with something in them below the header, as far as was read.
-    pub fn hidden(&self) -> usize {
-        self.read.hidden_rows.len()
     }
 
     /// Refuses hidden rows where nothing says what is to be done with them.

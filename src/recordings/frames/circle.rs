@@ -38,7 +38,7 @@ pub(super) struct Circle {
 
 /// Directions of rays from a centre, evenly over the circle.
 pub(super) struct Rays {
-    directions: Vec<(f64, f64)>,
+    pub directions: Vec<(f64, f64)>,
 }
 
 impl Rays {
@@ -51,10 +51,6 @@ impl Rays {
 
     pub fn count(&self) -> usize {
         self.directions.len()
-    }
-
-    pub fn directions(&self) -> &[(f64, f64)] {
-        &self.directions
     }
 
     /// The circle through most of the edge points, one a ray; with its radius if that is known. `None` where fewer than a
@@ -304,7 +300,7 @@ mod tests {
 
     /// Edge points of a circle about (x, y), from rays that start at the origin.
     fn edges(rays: &Rays, x: f64, y: f64, radius: f64) -> Vec<EdgePoint> {
-        let each = rays.directions().iter().map(|(nx, ny)| {
+        let each = rays.directions.iter().map(|(nx, ny)| {
             let along = nx * x + ny * y;
             let distance = along + (radius * radius - x * x - y * y + along * along).sqrt();
             EdgePoint {

@@ -10,8 +10,8 @@ use super::decode::Grey;
 
 /// A frame less its background.
 pub(super) struct Difference<'f> {
-    grey: &'f Grey,
-    background: &'f Background,
+    pub grey: &'f Grey,
+    pub background: &'f Background,
     /// what a level of the frame is in levels of the background
     gain: f32,
 }
@@ -23,18 +23,6 @@ impl<'f> Difference<'f> {
             background,
             gain: 1.0 / background.brightness(grey),
         }
-    }
-
-    pub fn width(&self) -> usize {
-        self.grey.width
-    }
-
-    pub fn height(&self) -> usize {
-        self.grey.height
-    }
-
-    pub fn noise(&self) -> f32 {
-        self.background.noise
     }
 
     /// A row of it, pixel by pixel; empty outside.
@@ -115,7 +103,7 @@ impl Profiles {
         let first = (search.radius - search.reach).max(STEP);
         let samples = ((search.radius + search.reach - first) / STEP).max(0.0) as usize;
         let mut levels = Vec::with_capacity(samples * rays.count());
-        for (nx, ny) in rays.directions() {
+        for (nx, ny) in &rays.directions {
             levels.extend((0..samples).map(|i| {
                 let distance = first + STEP * i as f64;
                 let level = difference.at(search.x + distance * nx, search.y + distance * ny);
@@ -200,12 +188,12 @@ pub(super) fn edges(difference: &Difference, rays: &Rays, search: Search) -> Edg
     let profiles = Profiles::of(difference, rays, search);
     let widths = profiles.widths(rays.count(), search.radius);
     let found: Vec<Option<(f64, f32)>> = rays
-        .directions()
+        .directions
         .iter()
         .zip(&widths)
         .enumerate()
         .map(|(ray, (direction, width))| {
-            let about = profiles.steepest(ray, *width, difference.noise())?;
+            let about = profiles.steepest(ray, *width, difference.background.noise)?;
             // wider for a blur: its middle is found from farther away
             let half = (0.6 * width + 0.3 + 0.25 * (width - 3.0).max(0.0)).min(0.8 * search.radius);
             // from a place that is found better the second time
@@ -215,7 +203,7 @@ pub(super) fn edges(difference: &Difference, rays: &Rays, search: Search) -> Edg
         .collect();
     let steps = || found.iter().flatten().map(|(_, step)| f64::from(step.abs()));
     let contrast = median(steps()).unwrap_or(0.0) as f32;
-    let least = 4.0 * difference.noise();
+    let least = 4.0 * difference.background.noise;
     let points = found.iter().zip(&widths).map(|(found, width)| match found {
         Some((distance, step)) if step.abs() > least => {
             let share = (step / contrast).abs().min(1.0);

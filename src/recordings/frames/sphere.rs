@@ -321,7 +321,7 @@ fn discs_in(difference: &Difference, cell: usize, tallies: &mut Tallies) -> Vec<
     /// Part of an outline that is on one circle.
     const LEAST_SHARE: f64 = 0.6;
     let cells = EdgeCells::of(difference, cell, tallies);
-    let most = 0.5 * difference.width().min(difference.height()) as f64;
+    let most = 0.5 * difference.grey.width.min(difference.grey.height) as f64;
     let mut places: Vec<Place> = vec![];
     let mut radius = (FIRST * cell as f64).max(LEAST_RADIUS);
     while radius < most {

@@ -42,7 +42,7 @@ pub(super) struct Tallies {
 
 impl EdgeCells {
     pub fn of(difference: &Difference, cell: usize, room: &mut Tallies) -> EdgeCells {
-        let (width, height) = (difference.width() / cell, difference.height() / cell);
+        let (width, height) = (difference.grey.width / cell, difference.grey.height / cell);
         let Tallies { means, slopes, .. } = room;
         means.clear();
         means.resize(width * height, 0.0);
@@ -56,7 +56,7 @@ impl EdgeCells {
         }
         let part = 1.0 / (cell * cell) as f32;
         means.iter_mut().for_each(|sum| *sum *= part);
-        let voters = voters(means, slopes, width, height, difference.noise() / cell as f32);
+        let voters = voters(means, slopes, width, height, difference.background.noise / cell as f32);
         EdgeCells {
             cell,
             width,
