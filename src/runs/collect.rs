@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::averaged::MOST_AVERAGED;
 use super::columns::HeaderRemarks;
 use super::errors::{MeasurementErrors, RunError};
-use super::places::{RowLines, RowPlaces};
+use super::places::{short, RowLines, RowPlaces};
 use super::refusals::whole_file;
 use super::row::CheckedRow;
 use super::screen::{screen, REASONS};
@@ -339,7 +339,7 @@ impl Collected {
                     diameter: row.diameter,
                     film: row.film,
                 };
-                comparison.add(u32::try_from(self.rows).unwrap_or(u32::MAX), setting, ratio);
+                comparison.add(short(self.rows), setting, ratio);
             }
         }
         let runs = row.mean_of.map_or(1, |mean| mean.runs as usize);
@@ -375,7 +375,7 @@ impl Collected {
         columns.film.push(row.film);
         columns.impact_speed.push(row.impact_speed);
         columns.restitution.push(row.restitution);
-        columns.row.push(u32::try_from(self.rows).unwrap_or(u32::MAX));
+        columns.row.push(short(self.rows));
         if self.has_film_ratio {
             columns.film_ratio.push(row.film_ratio.unwrap_or(f64::NAN));
         }
@@ -385,7 +385,7 @@ impl Collected {
     pub fn add_labelled(&mut self, label: &str) {
         self.labelled.1 += 1;
         if self.labelled.0.len() < NAMED {
-            let row = u32::try_from(self.rows).unwrap_or(u32::MAX);
+            let row = short(self.rows);
             self.labelled.0.push((row, label.to_owned()));
         }
     }
@@ -429,7 +429,7 @@ impl Collected {
 
     /// Adds the next part of the table.
     pub fn extend(&mut self, part: &Collected) {
-        let rows_before = u32::try_from(self.rows).unwrap_or(u32::MAX);
+        let rows_before = short(self.rows);
         for (all, own) in self.told_twice.iter_mut().zip(&part.told_twice) {
             all.extend(own, rows_before);
         }
@@ -507,7 +507,7 @@ impl Collected {
     pub fn compared_columns(&self, rows_before: usize) -> Vec<ComparedColumns> {
         let names = self.remarks.told_twice.iter().cloned();
         let each = TOLD_TWICE.into_iter().zip(names).zip(&self.told_twice);
-        let before = u32::try_from(rows_before).unwrap_or(u32::MAX);
+        let before = short(rows_before);
         let speeds = each.filter_map(|((columns, names), comparison)| comparison.of(columns, names, before));
         let films = self.columns.compare_film_ratios();
         let columns = [RunColumn::FilmRatio, RunColumn::Film];

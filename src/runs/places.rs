@@ -63,7 +63,8 @@ impl RowLines {
     }
 }
 
-fn short(row: usize) -> u32 {
+/// The number of a row as runs hold it.
+pub(super) fn short(row: usize) -> u32 {
     u32::try_from(row).unwrap_or(u32::MAX)
 }
 

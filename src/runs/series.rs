@@ -386,14 +386,10 @@ pub(super) fn arrange(columns: RunsAsRead, cells: &ClassCells, scene: &Scene) ->
     );
     // after the others, whose memory it may then have
     reorder([&mut runs.row], &place);
-    if !runs.count.is_empty() {
-        reorder([&mut runs.count], &place);
-    }
+    reorder([&mut runs.count], &place);
     if let Some(errors) = &mut runs.errors {
         reorder([&mut errors.impact_speed_sd, &mut errors.restitution_sd], &place);
-        if !errors.speed_correlation.is_empty() {
-            reorder([&mut errors.speed_correlation], &place);
-        }
+        reorder([&mut errors.speed_correlation], &place);
     }
     let spheres = Spheres::new(&runs, &spans, scene);
     name_groups(&mut runs, &spans, &groups, &spheres);
@@ -402,8 +398,11 @@ pub(super) fn arrange(columns: RunsAsRead, cells: &ClassCells, scene: &Scene) ->
     runs
 }
 
-/// Puts every value of some columns in its place, through the memory of one more.
+/// Puts every value of some columns in its place, through the memory of one more; empty ones stay so.
 fn reorder<T: Copy + Default, const N: usize>(columns: [&mut Vec<T>; N], place: &[u32]) {
+    if columns.iter().any(|column| column.is_empty()) {
+        return;
+    }
     let mut ordered = vec![T::default(); place.len()];
     for column in columns {
         for (value, at) in column.iter().zip(place) {
@@ -481,18 +480,14 @@ fn mean_diameter(runs: &Runs, ranges: &[Range<usize>]) -> Option<f64> {
 
 /// Turns spans of equal keys into groups, joining each series' rebounds with its stuck runs.
 fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClasses, spheres: &Spheres) {
-    let mut index = 0;
     let mut last_group = None;
-    while let Some((key, first)) = spans.get(index) {
-        let rest = spans.get(index + 1);
-        let paired = rest.filter(|(next, _)| *next == Key { stuck: true, ..*key } && !key.stuck);
-        let (rebounds, stuck) = match paired {
-            Some((_, second)) => (first.clone(), second.clone()),
-            None if key.stuck => (first.start..first.start, first.clone()),
-            None => (first.clone(), first.end..first.end),
-        };
-        index += if paired.is_some() { 2 } else { 1 };
-        let all = rebounds.start..stuck.end;
+    let whole = |(key, _): &(Key, Range<usize>)| Key { stuck: true, ..*key };
+    // spans follow one another: the stuck runs begin where the rebounds end
+    for own in spans.chunk_by(|a, b| whole(a) == whole(b)) {
+        let ((key, first), (_, last)) = (&own[0], &own[own.len() - 1]);
+        let all = first.start..last.end;
+        let turn = if key.stuck { first.start } else { first.end };
+        let (rebounds, stuck) = (all.start..turn, turn..all.end);
         let (particle, sphere) = (key.particle as usize, spheres.of(key));
         let mean = |column: &[f64]| mean_by_count(&column[all.clone()], runs.counts(all.clone()));
         let (diameter, film) = (mean(&runs.diameter), mean(&runs.film));
@@ -508,15 +503,12 @@ fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClas
         }
         let film_ratio = groups.film_ratio(particle, key.film_group);
         let at = runs.series.len();
-        let own = (key.particle, key.sphere, key.film_group);
-        if last_group == Some(own) {
-            if let Some(last) = runs.film_groups.last_mut() {
-                last.series.end = at + 1;
-            }
-        } else {
-            last_group = Some(own);
-            runs.film_groups
-                .push(groups.group((particle, sphere), key.film_group, at));
+        let group = (key.particle, key.sphere, key.film_group);
+        if last_group.replace(group) != Some(group) {
+            let group = groups.group((particle, sphere), key.film_group, at);
+            runs.film_groups.push(group);
+        } else if let Some(last) = runs.film_groups.last_mut() {
+            last.series.end = at + 1;
         }
         let liquid = key.liquid as usize;
         runs.series.push(Series {

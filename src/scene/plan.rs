@@ -4,7 +4,7 @@ use super::choices::{
     checked_terms, checked_viscous, dry_speed, LikelihoodFamily, ModelChoices, NoiseParameter, DRY_SPEED_TAKES,
     SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET, TERMS_TAKES, VISCOUS_TAKES,
 };
-use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
+use super::expect::{Expect, ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
 use super::keys::{DefaultsTo, Key, Section};
 use super::materials::{Liquid, Particle};
 use super::naming::SceneNames;
@@ -175,29 +175,25 @@ fn shared(coefficient: Coefficient) -> Key<Number> {
     .optional(WANTED)
 }
 
-/// The key of a spread of the noise.
-const fn spread(own: &NoiseParameter, absent: &'static str) -> Key<Number> {
-    Key::new(own.name, Number(Dimension::One, NOT_NEGATIVE))
+/// The key of a parameter of the noise.
+const fn noise(own: &NoiseParameter, expect: Expect, absent: &'static str) -> Key<Number> {
+    Key::new(own.name, Number(Dimension::One, expect))
         .means(own.meaning)
         .example(own.example)
         .optional(absent)
 }
 
-const TRUE_SIGMA_DRY: Key<Number> = spread(&SIGMA_DRY, WANTED);
-const TRUE_SIGMA_WET: Key<Number> = spread(&SIGMA_WET, WANTED);
-const TRUE_SIGMA_ENERGY: Key<Number> = spread(&SIGMA_ENERGY, "none");
-const TRUE_SIGMA_SERIES: Key<Number> = spread(&SIGMA_SERIES, "none");
+const TRUE_SIGMA_DRY: Key<Number> = noise(&SIGMA_DRY, NOT_NEGATIVE, WANTED);
+const TRUE_SIGMA_WET: Key<Number> = noise(&SIGMA_WET, NOT_NEGATIVE, WANTED);
+const TRUE_SIGMA_ENERGY: Key<Number> = noise(&SIGMA_ENERGY, NOT_NEGATIVE, "none");
+const TRUE_SIGMA_SERIES: Key<Number> = noise(&SIGMA_SERIES, NOT_NEGATIVE, "none");
 
 /// The keys of the shapes of the families, each with its family.
 fn shapes() -> impl Iterator<Item = (LikelihoodFamily, Key<Number>)> {
     LikelihoodFamily::NAMED.into_iter().filter_map(|(_, family)| {
         let own = family.shape()?;
-        let expected = if own.least < 0.0 { FINITE } else { ABOVE_ZERO };
-        let key = Key::new(own.name, Number(Dimension::One, expected))
-            .means(own.meaning)
-            .example(own.example)
-            .optional(WANTED);
-        Some((family, key))
+        let expect = if own.least < 0.0 { FINITE } else { ABOVE_ZERO };
+        Some((family, noise(&own, expect, WANTED)))
     })
 }
 
