@@ -333,25 +333,21 @@ pub(super) struct ParquetRuns<W: Write> {
 }
 
 impl<W: Write> ParquetRuns<W> {
-    pub fn new(sink: W) -> Result<Self, String> {
+    pub fn new(sink: W) -> PolarsResult<Self> {
         let ParquetBlock(columns) = ParquetBlock::of(&[]);
-        let none = DataFrame::new(0, columns).map_err(|error| error.to_string())?;
+        let none = DataFrame::new(0, columns)?;
         // nobody asks such a table for its smallest value
-        let writer = ParquetWriter::new(sink)
-            .with_statistics(StatisticsOptions::empty())
-            .batched(none.schema())
-            .map_err(|error| error.to_string())?;
+        let writer = ParquetWriter::new(sink).with_statistics(StatisticsOptions::empty());
+        let writer = writer.batched(none.schema())?;
         Ok(ParquetRuns { writer })
     }
 
-    pub fn write(&mut self, ParquetBlock(columns): ParquetBlock) -> Result<(), String> {
+    pub fn write(&mut self, ParquetBlock(columns): ParquetBlock) -> PolarsResult<()> {
         let rows = columns.first().map_or(0, Column::len);
-        DataFrame::new(rows, columns)
-            .and_then(|frame| self.writer.write_batch(&frame))
-            .map_err(|error| error.to_string())
+        self.writer.write_batch(&DataFrame::new(rows, columns)?)
     }
 
-    pub fn finish(self) -> Result<(), String> {
-        self.writer.finish().map(|_| ()).map_err(|error| error.to_string())
+    pub fn finish(self) -> PolarsResult<()> {
+        self.writer.finish().map(|_| ())
     }
 }
