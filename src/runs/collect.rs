@@ -333,13 +333,7 @@ impl Collected {
     pub fn push(&mut self, row: &CheckedRow, scene: &Scene) {
         for (comparison, ratio) in self.told_twice.iter_mut().zip(row.ratios) {
             if let Some(ratio) = ratio {
-                let setting = RowSetting {
-                    particle: row.particle,
-                    liquid: row.liquid,
-                    diameter: row.diameter,
-                    film: row.film,
-                };
-                comparison.add(short(self.rows), setting, ratio);
+                comparison.add(short(self.rows), row.setting, ratio);
             }
         }
         let runs = row.mean_of.map_or(1, |mean| mean.runs as usize);
@@ -369,10 +363,10 @@ impl Collected {
         if row.errors != RunError::default() || !columns.errors.is_empty() {
             columns.push_error(row.errors);
         }
-        columns.particle.push(row.particle);
-        columns.liquid.push(row.liquid.unwrap_or(RunsAsRead::NO_LIQUID));
-        columns.diameter.push(row.diameter);
-        columns.film.push(row.film);
+        columns.particle.push(row.setting.particle);
+        columns.liquid.push(row.setting.liquid.unwrap_or(RunsAsRead::NO_LIQUID));
+        columns.diameter.push(row.setting.diameter);
+        columns.film.push(row.setting.film);
         columns.impact_speed.push(row.impact_speed);
         columns.restitution.push(row.restitution);
         columns.row.push(short(self.rows));

@@ -111,10 +111,12 @@ impl Runs {
         let mut few = self.emptied();
         few.film_groups.clone_from(&self.film_groups);
         for (group, stand_ins) in self.dry.iter().zip(dry) {
-            few.add_dry(group, stand_ins, |few, some| few.take_stand_ins(self, &some));
+            let kinds = stand_ins.map(|some| few.take_stand_ins(self, &some));
+            few.dry.push(group.with_kinds(kinds));
         }
         for (series, stand_ins) in self.series.iter().zip(wet) {
-            few.add_series(series, stand_ins, |few, some| few.take_stand_ins(self, &some));
+            let kinds = stand_ins.map(|some| few.take_stand_ins(self, &some));
+            few.series.push(series.with_kinds(kinds));
         }
         few
     }

@@ -285,12 +285,14 @@ impl Runs {
                 |own: &&DryGroup| own.particle == group.particle && same_diameter(own.diameter, group.diameter);
             let own = some.dry.iter().find(is_same);
             let (from, of) = own.map_or((self, group), |own| (some, own));
-            alike.add_dry(group, of.kinds(), |alike, range| alike.take(from, range));
+            let kinds = of.kinds().map(|range| alike.take(from, range));
+            alike.dry.push(group.with_kinds(kinds));
         }
         for series in &self.series {
             let own = some.series.iter().find(|own| own.is_same(series));
             let (from, of) = own.map_or((self, series), |own| (some, own));
-            alike.add_series(series, of.kinds(), |alike, range| alike.take(from, range));
+            let kinds = of.kinds().map(|range| alike.take(from, range));
+            alike.series.push(series.with_kinds(kinds));
         }
         // as runs by themselves
         alike.count.clear();

@@ -59,10 +59,12 @@ impl Runs {
         let mut part = self.emptied();
         let take = |part: &mut Runs, range: Range<usize>| part.take(self, range.filter(|run| keep(*run)));
         for group in dry {
-            part.add_dry(group, group.kinds(), take);
+            let own = group.kinds().map(|range| take(&mut part, range));
+            part.dry.push(group.with_kinds(own));
         }
         for one in series {
-            part.add_series(one, one.kinds(), take);
+            let own = one.kinds().map(|range| take(&mut part, range));
+            part.series.push(one.with_kinds(own));
         }
         part
     }
@@ -98,36 +100,6 @@ impl Runs {
             places: Arc::clone(&self.places),
             ..Runs::default()
         }
-    }
-
-    /// Adds a group of dry runs like that of another table; `take` appends first its rebounds, then its stuck runs.
-    pub(super) fn add_dry<T>(
-        &mut self,
-        group: &DryGroup,
-        of: [T; 2],
-        mut take: impl FnMut(&mut Runs, T) -> Range<usize>,
-    ) {
-        let [rebounds, stuck] = of.map(|of| take(self, of));
-        self.dry.push(DryGroup {
-            rebounds,
-            stuck,
-            ..group.clone()
-        });
-    }
-
-    /// Adds a series like that of another table; `take` appends first its rebounds, then its stuck runs.
-    pub(super) fn add_series<T>(
-        &mut self,
-        series: &Series,
-        of: [T; 2],
-        mut take: impl FnMut(&mut Runs, T) -> Range<usize>,
-    ) {
-        let [rebounds, stuck] = of.map(|of| take(self, of));
-        self.series.push(Series {
-            rebounds,
-            stuck,
-            ..series.clone()
-        });
     }
 
     /// Appends some runs of another table, and says where they are.

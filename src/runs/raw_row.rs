@@ -53,6 +53,14 @@ impl Index<RunColumn> for RawRow<'_> {
     }
 }
 
+/// The columns of which runs have at least one for the impact, and one for the rebound.
+pub(super) const IMPACTS: [RunColumn; 3] = [RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes];
+pub(super) const REBOUNDS: [RunColumn; 3] = [
+    RunColumn::Restitution,
+    RunColumn::ReboundSpeed,
+    RunColumn::ReboundHeight,
+];
+
 /// The columns of the standard deviations of measurement: of impact speed, rebound speed and restitution.
 pub(super) const MEASUREMENT_SDS: [RunColumn; 3] = [
     RunColumn::ImpactSpeedSd,

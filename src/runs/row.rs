@@ -4,8 +4,10 @@ use std::collections::HashMap;
 
 use super::averaged::{mean_of, MeanOf};
 use super::errors::{self, RunError};
-use super::raw_row::{bad_cell, refuse, BadCell, RawRow, StokesScale, Surface, LARGEST_RESTITUTION, MEASUREMENT_SDS};
-use super::told_twice::{rounding_of_log, speed_ratios, SpeedRatios};
+use super::raw_row::{
+    bad_cell, refuse, BadCell, RawRow, StokesScale, Surface, IMPACTS, LARGEST_RESTITUTION, MEASUREMENT_SDS, REBOUNDS,
+};
+use super::told_twice::{rounding_of_log, speed_ratios, RowSetting, SpeedRatios};
 use crate::error::PROBLEMS_SHOWN;
 use crate::physics::numbers::free_fall_speed;
 use crate::scene::{name_expected, RunColumn, Scene, DRY};
@@ -31,13 +33,8 @@ const REBOUND_EXPECTED: &str =
 /// One run, checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct CheckedRow {
-    /// index into the scene's particles
-    pub particle: u32,
-    /// index into the scene's liquids; `None` for a dry run
-    pub liquid: Option<u32>,
-    pub diameter: f64,
-    /// 0 for a dry run
-    pub film: f64,
+    /// with a film of 0 for a dry run
+    pub setting: RowSetting,
     pub impact_speed: f64,
     pub restitution: f64,
     pub film_ratio: Option<f64>,
@@ -243,11 +240,14 @@ pub(super) fn check_row(
         return None;
     }
     let (impact_speed, restitution) = (impact_speed?, restitution?);
-    Some(CheckedRow {
+    let setting = RowSetting {
         particle: u32::try_from(particle?).ok()?,
         liquid: liquid.and_then(|index| u32::try_from(index).ok()),
         diameter: diameter?,
         film: film?,
+    };
+    Some(CheckedRow {
+        setting,
         impact_speed,
         restitution,
         film_ratio,
@@ -343,14 +343,9 @@ fn restitution(
         return refuse(problems, RunColumn::Restitution, expected);
     }
     let Some((column, rebound_speed)) = rebound else {
-        let could_say = [
-            RunColumn::Restitution,
-            RunColumn::ReboundSpeed,
-            RunColumn::ReboundHeight,
-        ];
+        let is_any_bad = || REBOUNDS.into_iter().any(|column| is_bad(column, problems));
         // a height that says nothing was refused, or what it is counted from
-        let refused =
-            raw[RunColumn::ReboundHeight].is_some() || could_say.into_iter().any(|column| is_bad(column, problems));
+        let refused = raw[RunColumn::ReboundHeight].is_some() || is_any_bad();
         if given.is_none() && !refused {
             problems.push(bad_cell(RunColumn::Restitution, REBOUND_EXPECTED));
         }
@@ -371,8 +366,7 @@ fn restitution(
         _ => AGREEMENT,
     };
     let by_rounding = |e: f64| {
-        let impact = [RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes];
-        let impact = impact.into_iter().find(|column| raw[*column].is_some());
+        let impact = IMPACTS.into_iter().find(|column| raw[*column].is_some());
         let columns = [Some(RunColumn::Restitution), Some(column), impact];
         let by = |heights: bool| {
             let is_height = |column: &RunColumn| matches!(column, RunColumn::DropHeight | RunColumn::ReboundHeight);

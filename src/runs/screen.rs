@@ -44,11 +44,11 @@ pub(super) fn screen(row: &CheckedRow, scene: &Scene) -> Option<Reason> {
     }
     let stuck = row.restitution <= scene.data.smallest_restitution && scene.model.sticking != Sticking::Censored;
     let of_stuck = stuck.then_some(Reason::Stuck);
-    if row.liquid.is_none() {
+    if row.setting.liquid.is_none() {
         return of_stuck;
     }
-    let film_ratio = row.film / row.diameter;
-    if screens.min_film.is_some_and(|least| row.film < least) {
+    let film_ratio = row.setting.film / row.setting.diameter;
+    if screens.min_film.is_some_and(|least| row.setting.film < least) {
         Some(Reason::FilmTooThin)
     } else if film_ratio > LARGEST_FILM_RATIO {
         Some(Reason::FilmRatioInvalid)

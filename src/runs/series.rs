@@ -106,6 +106,15 @@ impl DryGroup {
     pub(super) fn kinds(&self) -> [Range<usize>; 2] {
         [self.rebounds.clone(), self.stuck.clone()]
     }
+
+    /// The group in another table, which has these in their place.
+    pub(super) fn with_kinds(&self, [rebounds, stuck]: [Range<usize>; 2]) -> DryGroup {
+        DryGroup {
+            rebounds,
+            stuck,
+            ..self.clone()
+        }
+    }
 }
 
 impl Series {
@@ -124,6 +133,15 @@ impl Series {
     /// Its rebounds, and its stuck runs.
     pub(super) fn kinds(&self) -> [Range<usize>; 2] {
         [self.rebounds.clone(), self.stuck.clone()]
+    }
+
+    /// The series in another table, which has these in their place.
+    pub(super) fn with_kinds(&self, [rebounds, stuck]: [Range<usize>; 2]) -> Series {
+        Series {
+            rebounds,
+            stuck,
+            ..self.clone()
+        }
     }
 }
 

@@ -7,6 +7,7 @@ use super::decimals::parse_number;
 use super::headers::called::columns_called;
 use super::headers::units::is_row_of_units;
 use super::labels::{is_count, label};
+use super::raw_row::{IMPACTS, REBOUNDS};
 use crate::scene::RunColumn;
 
 /// A column of a table of which nothing is known but its cells.
@@ -144,14 +145,6 @@ impl Survey {
         }
     }
 }
-
-/// The columns of which runs have at least one for the impact, and one for the rebound.
-const IMPACTS: [RunColumn; 3] = [RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes];
-const REBOUNDS: [RunColumn; 3] = [
-    RunColumn::Restitution,
-    RunColumn::ReboundSpeed,
-    RunColumn::ReboundHeight,
-];
 
 /// Rows among which the names of columns are looked for.
 pub(super) const ROWS_OF_HEADER: usize = 40;

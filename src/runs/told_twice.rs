@@ -71,7 +71,7 @@ pub(super) fn speed_ratios(
 }
 
 /// What a run was made with: a block of rows goes on while it stays the same.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct RowSetting {
     /// index into the scene's particles
     pub particle: u32,
