@@ -54,18 +54,14 @@ impl Flights {
     /// The same in another unit of length.
     pub fn over(&self, scale: f64) -> Flights {
         let track = self.track.over(scale);
-        let in_unit = |segment: &Segment| Segment {
-            frames: segment.frames.clone(),
-            kind: segment.kind,
-            parabola: Parabola::through(&track, &segment.frames).unwrap_or(segment.parabola),
-        };
+        let mut flights = self.clone();
+        for segment in &mut flights.segments {
+            segment.parabola = Parabola::through(&track, &segment.frames).unwrap_or(segment.parabola);
+        }
         Flights {
-            segments: self.segments.iter().map(in_unit).collect(),
             sigma: self.sigma / scale,
-            contacts: self.contacts.clone(),
-            air: self.air,
-            jumps: self.jumps.clone(),
             track,
+            ..flights
         }
     }
 

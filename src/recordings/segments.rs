@@ -36,24 +36,12 @@ pub(super) fn segments(track: &Track, sigma: f64) -> Vec<Segment> {
 /// The same before any are joined, with what they are compared with; nothing where nothing falls.
 pub(super) fn parted(track: &Track, sigma: f64) -> (Option<Beside<'_>>, Vec<Segment>) {
     let block = track.times.len().div_ceil(MOST_PLACES).max(1);
-    let parts = if block > 1 {
-        let blocks = in_blocks(track, block);
-        let parts = parts(&blocks, sigma / (block as f64).sqrt());
-        let frames = track.times.len();
-        parts
-            .into_iter()
-            .map(|part| {
-                part.into_iter()
-                    .flat_map(|place| place * block..((place + 1) * block).min(frames))
-                    .collect()
-            })
-            .collect()
-    } else {
-        parts(track, sigma)
-    };
-    let parabolas = parts
+    let parts = parts(&in_blocks(track, block), sigma / (block as f64).sqrt());
+    let frames_of = |place: usize| place * block..((place + 1) * block).min(track.times.len());
+    let frames = parts
         .into_iter()
-        .filter_map(|frames| Some((Parabola::through(track, &frames)?, frames)));
+        .map(|part| part.into_iter().flat_map(frames_of).collect::<Vec<usize>>());
+    let parabolas = frames.filter_map(|frames| Some((Parabola::through(track, &frames)?, frames)));
     let parabolas: Vec<(Parabola, Vec<usize>)> = parabolas.collect();
     // what bends downwards most is a fall: a long rest that drifts bends a little, and surely
     let falls = parabolas.iter().filter(|(parabola, _)| parabola.bends_downwards(sigma));

@@ -78,10 +78,8 @@ impl Track {
         const LEAST: f64 = 1e-9;
         let mut heights = self.heights.clone();
         heights.sort_by(f64::total_cmp);
-        let range = match (heights.first(), heights.last()) {
-            (Some(first), Some(last)) => last - first,
-            _ => 0.0,
-        };
+        let [lowest, highest] = self.ends_of_heights();
+        let range = highest - lowest;
         let steps = heights.windows(2).map(|pair| pair[1] - pair[0]);
         let grid = steps.filter(|step| *step > LEAST * range).fold(f64::INFINITY, f64::min);
         let grid = if grid.is_finite() { grid } else { 0.0 };
