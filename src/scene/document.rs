@@ -1,11 +1,10 @@
 //! Keeps a scene file's text and gathers the problems found in it.
 
 use std::cell::{OnceCell, RefCell};
-use std::ops::Range;
 use std::rc::Rc;
 
 use crate::encoding::line_ends;
-use crate::error::{quoted, Problem, PROBLEMS_SHOWN};
+use crate::error::{Problem, PROBLEMS_SHOWN};
 
 /// The text of a file and the problems found in it so far.
 pub(super) struct Document<'i> {
@@ -45,10 +44,5 @@ impl<'i> Document<'i> {
     pub fn line(&self, at: usize) -> u64 {
         let ends = self.ends.get_or_init(|| line_ends(self.text.as_bytes()).collect());
         1 + ends.partition_point(|end| *end < at) as u64
-    }
-
-    /// A piece of the text as a message shows it.
-    pub fn snippet(&self, span: Range<usize>) -> String {
-        quoted(self.text.get(span).unwrap_or_default().trim())
     }
 }

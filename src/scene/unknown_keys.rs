@@ -10,32 +10,14 @@ use crate::units::{names_in_words, Dimension};
 #[derive(Default)]
 pub(super) struct ReadKeys {
     /// every key; true once it was found
-    keys: BTreeMap<String, bool>,
+    pub keys: BTreeMap<String, bool>,
     /// every quantity, without its unit
-    quantities: BTreeMap<String, Dimension>,
+    pub quantities: BTreeMap<String, Dimension>,
     /// required keys that are not there, each with all its units
-    missing: Vec<Vec<String>>,
+    pub missing: Vec<Vec<String>>,
 }
 
 impl ReadKeys {
-    pub fn key(&mut self, key: &str, found: bool) {
-        self.keys.insert(key.to_owned(), found);
-    }
-
-    pub fn quantity(&mut self, base: &str, dimension: Dimension) {
-        self.quantities.insert(base.to_owned(), dimension);
-    }
-
-    pub fn missing(&mut self, keys: Vec<String>) {
-        self.missing.push(keys);
-    }
-
-    /// Every key that was asked for.
-    #[cfg(test)]
-    pub fn names(&self) -> impl Iterator<Item = String> + '_ {
-        self.keys.keys().cloned()
-    }
-
     /// A message for each key that nothing reads.
     pub fn unknown(&mut self, names: &[String]) -> Vec<(String, String)> {
         let mut unknown: Vec<(String, String)> = vec![];

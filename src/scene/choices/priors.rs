@@ -106,7 +106,7 @@ pub fn priors(
         .into_iter()
         .filter(|(_, family)| *family != likelihood);
     for shape in others.filter_map(|(_, family)| family.shape()) {
-        unused.extend(table.given(&[shape.name]));
+        unused.extend(table.has(shape.name).then(|| format!("priors.{}", shape.name)));
     }
     choices
 }

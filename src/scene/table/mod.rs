@@ -137,8 +137,9 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     }
 
     fn refuse_value(&self, key: &str, value: &Spanned<DeValue<'i>>, expected: &str) {
-        let found = self.document.snippet(value.span());
-        self.refuse(key, value.span().start, Some(found), format!("expected {expected}"));
+        let found = self.document.text.get(value.span()).unwrap_or_default();
+        let expected = format!("expected {expected}");
+        self.refuse(key, value.span().start, Some(quoted(found.trim())), expected);
     }
 
     /// Says that the value the file gives for `key` is not what was expected, and repeats it.
@@ -162,7 +163,8 @@ impl<'a, 'i> SceneTable<'a, 'i> {
 
     fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'i>>> {
         let value = self.entries.get(key);
-        self.read_keys.borrow_mut().key(key, value.is_some());
+        let mut read_keys = self.read_keys.borrow_mut();
+        read_keys.keys.insert(key.to_owned(), value.is_some());
         value
     }
 
@@ -174,12 +176,6 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     /// Whether the file sets a key.
     pub fn has(&self, key: &str) -> bool {
         self.entries.contains_key(key)
-    }
-
-    /// Those of some keys that the file sets, as `table.key`.
-    pub fn given(&self, keys: &[&str]) -> Vec<String> {
-        let given = keys.iter().filter(|key| self.has(key));
-        given.map(|key| format!("{}.{key}", self.name)).collect()
     }
 
     /// Whether the value of a key is a table.
@@ -236,7 +232,8 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     pub fn finish(&self) {
         let mut read_keys = self.read_keys.borrow_mut();
         #[cfg(test)]
-        tests::ASKED.with_borrow_mut(|asked| asked.extend(read_keys.names().map(|key| (self.name.clone(), key))));
+        tests::ASKED
+            .with_borrow_mut(|asked| asked.extend(read_keys.keys.keys().map(|key| (self.name.clone(), key.clone()))));
         for (name, hint) in read_keys.unknown(&self.keys()) {
             let key = self
                 .entries

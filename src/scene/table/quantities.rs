@@ -131,7 +131,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         if key.without.is_none() && !self.gives(key) {
             let units = key.takes.dimension().units().iter();
             let names = units.map(|unit| format!("{}{}", key.base, unit.suffix)).collect();
-            self.read_keys.borrow_mut().missing(names);
+            self.read_keys.borrow_mut().missing.push(names);
         }
         self.read_given(key)
     }
@@ -186,7 +186,8 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         read: impl Fn(&str, &'a Spanned<DeValue<'i>>, ToSi) -> Option<T>,
     ) -> Option<T> {
         let (base, dimension) = (key.base, key.takes.dimension());
-        self.read_keys.borrow_mut().quantity(base, dimension);
+        let quantities = &mut self.read_keys.borrow_mut().quantities;
+        quantities.insert(base.to_owned(), dimension);
         let mut given: Vec<(String, &'a Spanned<DeValue<'i>>, &'static Unit)> = vec![];
         for unit in dimension.units() {
             let name = format!("{base}{}", unit.suffix);
