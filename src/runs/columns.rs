@@ -10,7 +10,7 @@ use super::headers::units::{
 use super::raw_row::RawRow;
 use super::told_twice::TOLD_TWICE;
 use crate::error::{quoted, unless_wrong, Problem};
-use crate::scene::{closest, Constant, ConstantValue, HeightsTo, Naming, RunColumn, MISSING};
+use crate::scene::{already_given, closest, Constant, ConstantValue, HeightsTo, Naming, RunColumn, MISSING};
 use crate::units::{names_in_words, Unit};
 
 /// What a cell holds without the blanks around it; `None` where it is missing.
@@ -377,11 +377,7 @@ impl Matching<'_> {
                 self.refuse(format!("column {name}"), "the column is there twice".to_owned());
             }
             Some(first) => {
-                let expected = format!(
-                    "`{}` is already given as `{}`; expected one unit for one quantity",
-                    column.base(),
-                    first.name
-                );
+                let expected = already_given(column.base(), &first.name);
                 self.refuse(format!("column {name}"), expected);
             }
             None => self.layout.places[column as usize] = Some(place),

@@ -10,7 +10,6 @@ use zip::result::ZipError;
 use super::checked_rows::{Cell, CheckedRows};
 use super::collect::{rows_in_words, Collected, SheetRead};
 use super::columns::{unnamed_column, Header, TableLayout};
-use super::csv::too_many_columns;
 use super::headers::units::is_row_of_units;
 use super::hidden_rows::{hidden_in, Hidden};
 use super::refusals::{readable, whole_file, CellPlace, Refused};
@@ -219,11 +218,11 @@ impl Sheet<'_, '_> {
                     let expected = "the names of columns where `header_row` says";
                     return Err(vec![in_sheet(self.name(), &found, expected)]);
                 }
-                None if naming.header_row.is_some() => {
-                    let found = format!("there is no row {first}");
+                None => {
+                    let named = naming.header_row.map(|row| format!("there is no row {row}"));
+                    let found = named.unwrap_or("it is empty".to_owned());
                     return Err(vec![in_sheet(self.name(), &found, expected)]);
                 }
-                None => return Err(vec![in_sheet(self.name(), "it is empty", expected)]),
             }
         };
         Ok(Header {
@@ -307,12 +306,8 @@ impl Sheet<'_, '_> {
                         continue;
                     };
                     if column >= MOST_COLUMNS {
-                        let too_many = too_many_columns(column + 1, None);
-                        return Err(format!(
-                            "a row of {}, {}",
-                            too_many.found.unwrap_or_default(),
-                            too_many.expected
-                        ));
+                        let found = format!("a row of {} columns", column + 1);
+                        return Err(format!("{found}, expected at most {MOST_COLUMNS}"));
                     }
                     if begun.as_ref().is_some_and(|last| last.number > number) {
                         return Err("its rows are not in order".to_owned());

@@ -55,6 +55,7 @@ pub(crate) use guide::wrapped;
 pub use guide::{guide, markdown, plain};
 pub use keys::{KeyGuide, Section, Without};
 pub use materials::{Liquid, Particle};
+pub(crate) use names::already_given;
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, DRY, FILL_IN, MISSING, NAME_RULE};
 pub use naming::{Constant, ConstantValue, HeightsOf, HeightsTo, HiddenRows, Naming};
 pub use overwriting::why_not_overwritten;

@@ -55,6 +55,11 @@ pub(super) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a s
         .min_by_key(|candidate| (strsim::damerau_levenshtein(name, candidate), *candidate))
 }
 
+/// Says that a quantity is given in a second unit, or a second time.
+pub(crate) fn already_given(base: &str, first: &str) -> String {
+    format!("`{base}` is already given as `{first}`; expected one unit for one quantity")
+}
+
 /// Says that a name is not `what` it should be, and which of the names may have been meant.
 pub fn name_expected<'a>(what: &str, name: &str, names: impl IntoIterator<Item = &'a str>) -> String {
     let near = closest(name, names);

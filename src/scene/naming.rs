@@ -2,7 +2,7 @@
 
 use super::expect::{ABOVE_ZERO, FINITE};
 use super::keys::{DefaultsTo, Key, KeyGuide};
-use super::names::{closest, DRY, FILL_IN, MISSING};
+use super::names::{already_given, closest, name_expected, DRY, FILL_IN, MISSING};
 use super::run_columns::RunColumn;
 use super::table::{guides, Count, Inner, OneOf, SceneTable};
 use super::table_file::TableFile;
@@ -186,8 +186,7 @@ fn sheets(
     let named = || runs.iter().filter_map(|file| file.sheet.as_deref());
     let of_sheet = |sheet: String| {
         if all_are_named && !named().any(|name| name == sheet) {
-            let near = closest(&sheet, named()).map_or(String::new(), |near| format!("; did you mean `{near}`?"));
-            table.refuse_key(&sheet, &format!("expected a sheet that `runs` names{near}"));
+            table.refuse_key(&sheet, &name_expected("a sheet that `runs` names", &sheet, named()));
         }
         let own = table.table(&sheet)?;
         let own = constants(&own, names, everywhere);
@@ -277,12 +276,7 @@ fn constants(table: &SceneTable, names: &SceneNames, everywhere: &[Constant]) ->
             word.map(ConstantValue::Word)
         };
         if let Some(other) = constants.iter().chain(everywhere).find(|other| other.column == column) {
-            let expected = format!(
-                "`{}` is already given as `{}`; expected one unit for one quantity",
-                column.base(),
-                other.name
-            );
-            table.refuse_key(&name, &expected);
+            table.refuse_key(&name, &already_given(column.base(), &other.name));
         }
         constants.extend(value.map(|value| Constant { column, name, value }));
     }

@@ -146,26 +146,17 @@ pub fn find_sphere(path: &Path, progress: &(dyn Fn(usize, usize) + Sync)) -> Res
 /// A frame that must be like the first.
 fn read_like(frames: &Frames, frame: usize, first: &Grey, room: &mut Room) -> Result<Grey, String> {
     let grey = frames.read(frame, room)?;
+    let refused = |found: &str, expected: &str| {
+        let [own, other] = [frame, 0].map(|frame| frames.name(frame));
+        Err(format!("{own}: {found}; expected {expected} as in {other}"))
+    };
     if (grey.width, grey.height) != (first.width, first.height) {
-        return Err(format!(
-            "{}: {} × {} pixels; expected {} × {} as in {}",
-            frames.name(frame),
-            grey.width,
-            grey.height,
-            first.width,
-            first.height,
-            frames.name(0)
-        ));
+        let [own, other] = [&grey, first].map(|grey| format!("{} × {}", grey.width, grey.height));
+        return refused(&format!("{own} pixels"), &other);
     }
     if grey.unit != first.unit {
-        let bits = |grey: &Grey| if grey.unit == 1 { 16 } else { 8 };
-        return Err(format!(
-            "{}: {} bits; expected {} as in {}",
-            frames.name(frame),
-            bits(&grey),
-            bits(first),
-            frames.name(0)
-        ));
+        let [own, other] = [&grey, first].map(|grey| if grey.unit == 1 { "16" } else { "8" });
+        return refused(&format!("{own} bits"), other);
     }
     Ok(grey)
 }

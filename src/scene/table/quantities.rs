@@ -6,6 +6,7 @@ use super::values::{as_number, Takes, ToSi};
 use super::{DeValue, SceneTable, Spanned};
 use crate::scene::expect::Expect;
 use crate::scene::keys::{DefaultsTo, Key, KeyGuide, Without};
+use crate::scene::names::already_given;
 use crate::units::{Dimension, Unit, MAGNITUDES, MAGNITUDE_EXPECTED};
 
 /// What stands where a quantity or one word is expected.
@@ -197,12 +198,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         }
         given.sort_by_key(|(_, value, _)| value.span().start);
         if let [(first, _, _), (second, value, _), ..] = given.as_slice() {
-            self.refuse(
-                second,
-                value.span().start,
-                None,
-                format!("`{base}` is already given as `{first}`; expected one unit for one quantity"),
-            );
+            self.refuse(second, value.span().start, None, already_given(base, first));
             return None;
         }
         let (name, value, unit) = given.first()?;
