@@ -7,7 +7,7 @@ use super::headers::other_quantity;
 use super::headers::units::{
     unit_in_brackets, unit_in_name, unit_of_cell, unit_of_cell_above, units_above, StatedUnit,
 };
-use super::raw_row::RawRow;
+use super::raw_row::{RawRow, IMPACTS, REBOUNDS};
 use super::told_twice::TOLD_TWICE;
 use crate::error::{quoted, unless_wrong, Problem};
 use crate::scene::{already_given, closest, Constant, ConstantValue, HeightsTo, Naming, RunColumn, MISSING};
@@ -195,14 +195,12 @@ impl<'s> TableLayout<'s> {
             .into_iter()
             .filter_map(|[column, other]| Some([told(column)?, told(other)?]));
         let unheeded = unheeded.collect();
-        let only = |height: RunColumn, others: [RunColumn; 2]| {
-            self.gives(height) && !others.into_iter().any(|column| self.gives(column))
+        let gives_only = |height: RunColumn, one_of: [RunColumn; 3]| {
+            let mut others = one_of.into_iter().filter(|column| *column != height);
+            self.gives(height) && !others.any(|column| self.gives(column))
         };
-        let reads_heights = only(RunColumn::DropHeight, [RunColumn::ImpactSpeed, RunColumn::Stokes])
-            || only(
-                RunColumn::ReboundHeight,
-                [RunColumn::ReboundSpeed, RunColumn::Restitution],
-            );
+        let reads_heights =
+            gives_only(RunColumn::DropHeight, IMPACTS) || gives_only(RunColumn::ReboundHeight, REBOUNDS);
         self.remarks = HeaderRemarks {
             unheeded,
             told_twice: TOLD_TWICE.map(|both| both.map(|column| self.name(column))),
@@ -272,17 +270,14 @@ impl<'s> TableLayout<'s> {
 
     /// The column to name where a value is missing that one of several columns could give.
     pub fn blamed(&self, column: RunColumn) -> RunColumn {
-        let instead: &[RunColumn] = match column {
-            RunColumn::Restitution => &[RunColumn::ReboundSpeed, RunColumn::ReboundHeight],
-            RunColumn::ImpactSpeed => &[RunColumn::DropHeight, RunColumn::Stokes],
-            RunColumn::RestitutionSdOfRuns => &[RunColumn::RestitutionSe],
-            _ => &[],
+        let one_of: &[RunColumn] = match column {
+            RunColumn::Restitution => &REBOUNDS,
+            RunColumn::ImpactSpeed => &IMPACTS,
+            RunColumn::RestitutionSdOfRuns => &[RunColumn::RestitutionSdOfRuns, RunColumn::RestitutionSe],
+            _ => return column,
         };
-        if self.place(column).is_some() {
-            return column;
-        }
-        let mut instead = instead.iter().copied();
-        instead.find(|column| self.place(*column).is_some()).unwrap_or(column)
+        let mut given = one_of.iter().filter(|column| self.place(**column).is_some());
+        given.next().copied().unwrap_or(column)
     }
 
     /// The name a column has in this table.
@@ -450,10 +445,7 @@ impl Matching<'_> {
 
     /// Refuses a header without the columns that every table needs.
     fn require_columns(&mut self) {
-        use RunColumn::{
-            Diameter, DropHeight, Film, FilmRatio, ImpactSpeed, Liquid, Particle, ReboundHeight, ReboundSpeed,
-            Restitution, RestitutionSdOfRuns, RestitutionSe, Runs, Stokes,
-        };
+        use RunColumn::{Diameter, Film, FilmRatio, Liquid, Particle, RestitutionSdOfRuns, RestitutionSe, Runs};
         let has_films = !self.lacks(Film) || !self.lacks(FilmRatio);
         let has_means = !self.lacks_all(&[RestitutionSdOfRuns, RestitutionSe]);
         let speeds = " (or `drop_height_mm`, or `stokes`)";
@@ -462,8 +454,8 @@ impl Matching<'_> {
         for (one_of, also, is_needed) in [
             (&[Particle][..], "", true),
             (&[Diameter], "", true),
-            (&[ImpactSpeed, DropHeight, Stokes], speeds, true),
-            (&[Restitution, ReboundSpeed, ReboundHeight], rebounds, true),
+            (&IMPACTS, speeds, true),
+            (&REBOUNDS, rebounds, true),
             (&[Liquid], " (runs with a film need it)", has_films),
             (&[Runs], " (how many runs each row is the mean of)", has_means),
         ] {

@@ -6,6 +6,7 @@ use super::guess::{
 use super::headers::heights::other_height;
 use super::headers::other_quantity;
 use super::headers::units::{unit_of, StatedUnit};
+use super::raw_row::{IMPACTS, REBOUNDS};
 use super::survey::{LabelledRow, Survey, SurveyedColumn};
 use super::words::is_among;
 use crate::error::{is_unseen, plain, quoted};
@@ -302,16 +303,12 @@ impl<'s> Naming<'s> {
 
     /// Leaves to be filled in what runs need and nothing gives.
     fn ask_for_columns(&mut self, is_wet: bool) {
-        use RunColumn::{Diameter, DropHeight, Film, ImpactSpeed, ReboundHeight, ReboundSpeed, Restitution, Stokes};
-        for (of_runs, instead) in [
-            (ImpactSpeed, [DropHeight, Stokes]),
-            (Restitution, [ReboundSpeed, ReboundHeight]),
-        ] {
-            if !self.has(of_runs) && !instead.into_iter().any(|column| self.has(column)) {
-                self.columns.push((of_runs.usual_name(), FILL_IN.to_owned()));
+        for one_of in [IMPACTS, REBOUNDS] {
+            if !one_of.into_iter().any(|column| self.has(column)) {
+                self.columns.push((one_of[0].usual_name(), FILL_IN.to_owned()));
             }
         }
-        for (of_runs, is_needed) in [(Diameter, true), (Film, is_wet)] {
+        for (of_runs, is_needed) in [(RunColumn::Diameter, true), (RunColumn::Film, is_wet)] {
             let is_of_it = |name: &str| RunColumn::named(name).is_some_and(|(own, _)| own == of_runs);
             let is_constant = self.constants.iter().any(|(name, _)| is_of_it(name));
             if !is_needed || self.has(of_runs) || is_constant {

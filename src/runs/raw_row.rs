@@ -53,7 +53,7 @@ impl Index<RunColumn> for RawRow<'_> {
     }
 }
 
-/// The columns of which runs have at least one for the impact, and one for the rebound.
+/// The columns of which runs have at least one for the impact, and one for the rebound; the usual one first.
 pub(super) const IMPACTS: [RunColumn; 3] = [RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes];
 pub(super) const REBOUNDS: [RunColumn; 3] = [
     RunColumn::Restitution,
