@@ -391,11 +391,8 @@ impl Collected {
         const OTHER: &str = "another reason";
         let place = |reason: &str| self.excluded.iter().position(|(known, _)| known == reason);
         let is_new = place(reason).is_none();
-        let reason = if is_new && self.excluded.len() >= MOST {
-            OTHER
-        } else {
-            reason
-        };
+        let is_told = !is_new || self.excluded.len() < MOST;
+        let reason = if is_told { reason } else { OTHER };
         match place(reason) {
             Some(at) => self.excluded[at].1 += runs,
             None => self.excluded.push((reason.to_owned(), runs)),

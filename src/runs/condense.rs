@@ -148,18 +148,11 @@ impl Runs {
 impl Members<'_> {
     /// What stands for the runs of each slab.
     fn stand_ins(&self, slabs: &[Slab]) -> Vec<StandIn> {
-        let few = slabs.iter().flat_map(|slab| self.few_of_slab(slab));
+        let few = slabs.iter().flat_map(|slab| match slab.is_kept {
+            true => self.settings(&slab.places),
+            false => self.few_of(self.settings(&slab.places)),
+        });
         few.flat_map(SettingRuns::stand_ins).collect()
-    }
-
-    /// The settings of a slab, or few of them for all.
-    fn few_of_slab(&self, slab: &Slab) -> Vec<SettingRuns> {
-        let settings = self.settings(&slab.places);
-        if slab.is_kept {
-            settings
-        } else {
-            self.few_of(settings)
-        }
     }
 
     /// Few of some settings, where they are more than it takes.

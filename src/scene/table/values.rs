@@ -240,12 +240,8 @@ impl SceneTable<'_, '_> {
     pub fn numbers(&self, key: &str, how_many: usize) -> Option<Vec<f64>> {
         let value = self.entry(key)?;
         let items = value.get_ref().as_array().filter(|items| items.len() == how_many);
-        let numbers: Option<Vec<f64>> = items.and_then(|items| {
-            items
-                .iter()
-                .map(|item| as_number(item.get_ref()).filter(|x| x.is_finite()))
-                .collect()
-        });
+        let finite = |item: &Spanned<DeValue>| as_number(item.get_ref()).filter(|x| x.is_finite());
+        let numbers: Option<Vec<f64>> = items.and_then(|items| items.iter().map(finite).collect());
         if numbers.is_none() {
             self.refuse_value(key, value, &format!("a list of {how_many} numbers"));
         }
