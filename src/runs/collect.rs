@@ -429,9 +429,9 @@ impl Collected {
         let later = later.map(|(row, label)| (row.saturating_add(rows_before), label));
         self.labelled.0.extend(later);
         self.labelled.0.truncate(NAMED);
-        for (all, own) in self.averaged.iter_mut().zip(part.averaged) {
-            *all += own;
-        }
+        let counts = self.averaged.iter_mut().chain(&mut self.screened);
+        let of_part = part.averaged.iter().chain(&part.screened);
+        counts.zip(of_part).for_each(|(all, own)| *all += own);
         if self.averaged[1] <= MOST_AVERAGED {
             let runs = 0..part.columns.restitution.len();
             self.columns.extend(&part.columns, runs, rows_before);
@@ -439,9 +439,6 @@ impl Collected {
         self.lines.extend(&part.lines, self.rows);
         self.rows += part.rows;
         self.above_one += part.above_one;
-        for (all, own) in self.screened.iter_mut().zip(part.screened) {
-            *all += own;
-        }
         for (reason, runs) in &part.excluded {
             self.exclude(reason, *runs);
         }

@@ -163,14 +163,8 @@ pub(super) fn survey_parquet(bytes: ParquetBytes) -> Result<Survey, Vec<Problem>
         let frame = table.read(&known, first, table.rows)?;
         let mut columns = vec![];
         for column in &survey.columns {
-            let texts = match frame.column(&column.name) {
-                Ok(given) => {
-                    let texts = polars(|| given.cast(&DataType::String))?;
-                    Some(polars(|| texts.str().cloned())?)
-                }
-                Err(_) => None,
-            };
-            columns.push(texts);
+            let texts = |given: &Column| polars(|| given.cast(&DataType::String)?.str().cloned());
+            columns.push(frame.column(&column.name).ok().map(texts).transpose()?);
         }
         for row in 0..frame.height() {
             let cells = columns.iter().map(|texts| texts.as_ref()?.get(row));

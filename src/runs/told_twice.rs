@@ -246,8 +246,9 @@ impl Comparison {
             ..block
         });
         let apart = self.apart.0.iter().map(|(row, ratio)| (moved(*row), *ratio));
-        let above = self.classes.iter().filter(|(class, _)| **class > 0);
-        let above: usize = above.filter(|(class, _)| is_apart(**class)).map(|(_, runs)| runs).sum();
+        let is_above = |class: i32| f64::from(class) * Comparison::STEP > APART;
+        let above = self.classes.iter().filter(|(class, _)| is_above(**class));
+        let above: usize = above.map(|(_, runs)| runs).sum();
         Some(ComparedColumns {
             columns,
             names,
@@ -307,10 +308,6 @@ impl Comparison {
         };
         apart.into_iter().map(compared).collect()
     }
-}
-
-fn is_apart(class: i32) -> bool {
-    (f64::from(class) * Comparison::STEP).abs() > APART
 }
 
 /// Two columns of a table that tell the same thing.

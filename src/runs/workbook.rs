@@ -219,8 +219,8 @@ impl Sheet<'_, '_> {
                     return Err(vec![in_sheet(self.name(), &found, expected)]);
                 }
                 None => {
-                    let named = naming.header_row.map(|row| format!("there is no row {row}"));
-                    let found = named.unwrap_or("it is empty".to_owned());
+                    let header_row = naming.header_row;
+                    let found = header_row.map_or("it is empty".to_owned(), |row| format!("there is no row {row}"));
                     return Err(vec![in_sheet(self.name(), &found, expected)]);
                 }
             }

@@ -135,12 +135,8 @@ pub fn free_place(path: &Path, existing: Existing) -> Result<OutputPlace, Error>
     let place = staging::prepare(path)?;
     if !place.path().parent().is_some_and(Path::is_dir) {
         let folder = path.parent().unwrap_or(path).display();
-        let reason = format!("there is no folder {folder}");
-        return Err(Error::io(
-            path,
-            "write",
-            io::Error::new(io::ErrorKind::NotFound, reason),
-        ));
+        let missing = io::Error::new(io::ErrorKind::NotFound, format!("there is no folder {folder}"));
+        return Err(Error::io(path, "write", missing));
     }
     allow(&place, existing)?;
     Ok(place)

@@ -26,16 +26,21 @@ const RULES: &str =
     "A unit is a part of a name, and any one of those told may be used. What has a default may be left \
                      out. An unknown key is an error that names the nearest known one.";
 
+/// What a table is called.
+fn title(section: &Section) -> &'static str {
+    match section.head {
+        "" => "Above all tables",
+        head => head,
+    }
+}
+
 /// A page of all keys.
 pub fn markdown() -> String {
     let mut page = format!("# The keys of a scene, and the columns of its runs\n\n{RULES}\n");
     for section in guide().into_iter().chain([columns()]) {
-        let head = match section.head {
-            "" => "Above all tables".to_owned(),
-            head if head.starts_with('[') => format!("`{head}`"),
-            head => head.to_owned(),
-        };
-        page.push_str(&format!("\n## {head}\n\n{}.\n\n", section.about));
+        let mark = if section.head.starts_with('[') { "`" } else { "" };
+        let head = title(&section);
+        page.push_str(&format!("\n## {mark}{head}{mark}\n\n{}.\n\n", section.about));
         page.push_str("| name | what it is | takes | without it | example |\n|---|---|---|---|---|\n");
         for key in &section.keys {
             let mut names = format!("`{}`", key.usual_name());
@@ -60,11 +65,7 @@ pub fn markdown() -> String {
 pub fn plain() -> String {
     let mut text = format!("{}\n", wrapped(RULES, ""));
     for section in guide().into_iter().chain([columns()]) {
-        let head = if section.head.is_empty() {
-            "Above all tables"
-        } else {
-            section.head
-        };
+        let head = title(&section);
         let about = wrapped(&format!("{}.", section.about), "  ");
         text.push_str(&format!("\n{head}\n{about}\n"));
         for key in &section.keys {

@@ -424,12 +424,8 @@ fn undivided_unit(name: &str, dimension: Dimension) -> Option<StatedUnit> {
     let is_meant = |unit: &StatedUnit| is_meant(unit, dimension);
     if dimension == Dimension::Share && has_factor(&name.to_lowercase()) {
         let is_percent = name.contains("100") && !name.contains("1000");
-        let written = StatedUnit::Other(name.trim().to_owned());
-        return Some(if is_percent {
-            StatedUnit::Ours("_percent")
-        } else {
-            written
-        });
+        let (percent, written) = (StatedUnit::Ours("_percent"), StatedUnit::Other(name.trim().to_owned()));
+        return Some(if is_percent { percent } else { written });
     }
     // a micrometer in brackets may be what it was measured with
     let is_tool = |unit: &StatedUnit| *unit == StatedUnit::Ours("_um") && name.to_lowercase().contains("(micrometer)");
