@@ -35,14 +35,11 @@ pub fn runs_table(outcomes: &[Outcome]) -> Result<Vec<u8>, Error> {
             ];
             [begin.as_slice(), &numbers, &[exclude.to_owned()]].concat()
         };
-        let impacts = match tracked {
-            Ok(tracked) => tracked.impacts.as_slice(),
-            Err(reason) => {
-                lines.push(line(recording.run.clone(), Default::default(), reason.words()));
-                continue;
-            }
-        };
-        for (place, impact) in impacts.iter().enumerate() {
+        if let Err(reason) = tracked {
+            lines.push(line(recording.run.clone(), Default::default(), reason.words()));
+        }
+        let impacts = tracked.iter().flat_map(|tracked| &tracked.impacts);
+        for (place, impact) in impacts.enumerate() {
             let run = match place {
                 0 => recording.run.clone(),
                 _ => format!("{} rebound {}", recording.run, place + 1),

@@ -23,12 +23,11 @@ pub enum TableFormat {
 impl TableFormat {
     /// The format that the ending of a file's name stands for; `None` for any other ending.
     pub fn of(path: &Path) -> Option<TableFormat> {
-        let is = |ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
-        let formats = [("csv", TableFormat::Csv), ("parquet", TableFormat::Parquet)];
-        formats
-            .into_iter()
-            .find(|(ending, _)| is(ending))
-            .map(|(_, format)| format)
+        match path.extension()?.to_ascii_lowercase().to_str()? {
+            "csv" => Some(TableFormat::Csv),
+            "parquet" => Some(TableFormat::Parquet),
+            _ => None,
+        }
     }
 
     /// Puts a block of runs as a table of this format has them: what takes time, and can be done by several threads.
