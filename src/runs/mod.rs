@@ -246,7 +246,7 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
                 survey.keep_titles(&first);
                 survey
             }
-            Some((_, survey)) if survey.is_table() && survey.has_rows() => {
+            Some((_, survey)) if survey.is_table() && survey.rows + survey.labelled.len() > 0 => {
                 left.push(sheet.name().to_owned());
                 continue;
             }

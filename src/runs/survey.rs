@@ -85,11 +85,6 @@ impl Survey {
         }
     }
 
-    /// Whether anything stands below its header.
-    pub fn has_rows(&self) -> bool {
-        self.rows > 0 || !self.labelled.is_empty()
-    }
-
     /// Whether its columns have names.
     pub fn is_table(&self) -> bool {
         self.columns.iter().filter(|column| !column.name.is_empty()).count() >= 2

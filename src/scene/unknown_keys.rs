@@ -62,9 +62,4 @@ impl ReadKeys {
             .max_by_key(|(base, _)| base.len())?;
         Some((longest.0.as_str(), *longest.1))
     }
-
-    /// The usual names of the required keys that are not there under any name.
-    pub fn still_missing(&self) -> Vec<String> {
-        self.missing.iter().filter_map(|keys| keys.first().cloned()).collect()
-    }
 }

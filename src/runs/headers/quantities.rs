@@ -121,7 +121,9 @@ pub(super) fn named_quantity(header: &Header, column: RunColumn) -> Option<Inste
     if is_one_of(&named) || header.has(SOURCES) {
         return None;
     }
-    let is_known = has_symbol || !called.is_empty() || is_called_within(header, column);
+    // one of its words is what the column is called
+    let is_within = || header.words.iter().any(|word| columns_called(word).contains(&column));
+    let is_known = has_symbol || !called.is_empty() || is_within();
     let by_symbol = of_symbol.first().filter(|_| !is_known);
     let found = named.first().or(by_symbol)?;
     let is_beside = |other: &RunColumn| other.is_of_rebound() == column.is_of_rebound();
@@ -138,11 +140,6 @@ fn takes_ratios(column: RunColumn) -> bool {
 
 fn is_quotient(header: &Header) -> bool {
     header.has_end(RATIOS) || header.contains("/ :") || header.has("over relative")
-}
-
-/// Whether one of its words is what the column is called.
-fn is_called_within(header: &Header, column: RunColumn) -> bool {
-    header.words.iter().any(|word| columns_called(word).contains(&column))
 }
 
 /// A function of its quantity that a header names, or one of another.

@@ -241,7 +241,8 @@ impl<'a, 'i> SceneTable<'a, 'i> {
                 .map(|(key, _)| key.span().start);
             self.refuse(&name, key.unwrap_or(self.at), None, hint);
         }
-        for key in read_keys.still_missing() {
+        // by their usual names
+        for key in read_keys.missing.iter().filter_map(|keys| keys.first()) {
             self.refuse("", self.at, None, format!("missing key `{key}`"));
         }
     }
