@@ -1,59 +1,159 @@
 //! Watches how a table writes its liquids: an empty cell is a dry run, unless each name is written once, above its block.
 
+use std::collections::BTreeMap;
+
 use super::raw_row::{bad_cell, BadCell};
 use super::refusals::CellPlace;
+use super::row::CheckedRow;
+use crate::physics::dry::POWER;
 use crate::scene::{RunColumn, DRY};
 
 /// The cells of a column of liquids, as far as they were read.
 #[derive(Default)]
 pub(super) struct LiquidCells {
-    /// whether a liquid was named above, below any `dry`
+    /// whether a liquid was named above, below any `dry`, and whether right above
     is_named: bool,
-    /// whether right above
     is_right_above: bool,
     /// names right below a name
     in_blocks: usize,
     /// names right above an empty cell
     alone: usize,
-    /// empty cells below a name, and the first of them
+    /// whether `dry` is written anywhere
+    writes_dry: bool,
+    /// empty cells below names
     empty: usize,
-    first_empty: Option<CellPlace>,
+    /// those right below each other, of one particle: the first so many
+    blocks: Vec<EmptyBlock>,
+    /// what runs that are dry for certain lose at 1 m/s, of each particle
+    dry: BTreeMap<u32, Losses>,
+    /// what the row at hand is
+    row: Row,
+}
+
+/// What a row is by its liquid.
+#[derive(Default, Clone, Copy, PartialEq)]
+enum Row {
+    #[default]
+    Wet,
+    Dry,
+    /// dry, or of the liquid above
+    Doubtful,
+}
+
+/// Runs whose liquid is empty below a name.
+struct EmptyBlock {
+    first: CellPlace,
+    particle: Option<u32>,
+    losses: Losses,
+}
+
+/// How many runs there are, the mean of (1 − e)/v^(1/5), and the sum of squares about it.
+#[derive(Default, Clone, Copy)]
+struct Losses {
+    count: f64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Losses {
+    fn add(&mut self, loss: f64) {
+        self.count += 1.0;
+        let apart = loss - self.mean;
+        self.mean += apart / self.count;
+        self.squares += apart * (loss - self.mean);
+    }
+
+    /// Whether the runs of a block lose more than these by what no scatter of these explains; `None` of too few.
+    fn is_below(&self, block: &Losses) -> Option<bool> {
+        const FEWEST: f64 = 5.0;
+        /// sds of their difference
+        const FAR: f64 = 6.0;
+        /// what no dry law or diameter makes of it, as a share, and what no experiment scatters less than
+        const SHARE: f64 = 0.1;
+        const LEAST_SD: f64 = 0.003;
+        let sd = (self.squares / (self.count - 1.0)).sqrt().max(LEAST_SD);
+        let apart = block.mean - self.mean;
+        let far = FAR * sd * (1.0 / self.count + 1.0 / block.count).sqrt();
+        (self.count >= FEWEST && block.count > 0.0).then_some(apart > far.max(SHARE * self.mean))
+    }
 }
 
 impl LiquidCells {
     /// Adds a cell; `has_film` says whether another of its row speaks of a film, which tells an empty one from a name left out.
     pub fn add(&mut self, at: CellPlace, liquid: Option<&str>, has_film: bool) {
-        match liquid {
-            Some(name) => {
-                let is_wet = !name.eq_ignore_ascii_case(DRY);
-                self.in_blocks += usize::from(is_wet && self.is_right_above);
-                (self.is_named, self.is_right_above) = (is_wet, is_wet);
+        /// blocks that are kept
+        const MOST: usize = 10_000;
+        let was_doubtful = self.row == Row::Doubtful;
+        let is_dry = liquid.map(|name| name.eq_ignore_ascii_case(DRY));
+        self.row = match is_dry {
+            Some(false) => Row::Wet,
+            Some(true) => Row::Dry,
+            None if has_film || !self.is_named => Row::Dry,
+            None => Row::Doubtful,
+        };
+        self.writes_dry |= is_dry == Some(true);
+        if self.row == Row::Doubtful {
+            self.alone += usize::from(self.is_right_above);
+            self.empty += 1;
+            if !was_doubtful && self.blocks.len() < MOST {
+                self.blocks.push(EmptyBlock {
+                    first: at,
+                    particle: None,
+                    losses: Losses::default(),
+                });
             }
-            None => {
-                if !has_film && self.is_named {
-                    self.alone += usize::from(self.is_right_above);
-                    self.empty += 1;
-                    self.first_empty.get_or_insert(at);
-                }
-                self.is_right_above = false;
+        }
+        if let Some(is_dry) = is_dry {
+            self.in_blocks += usize::from(!is_dry && self.is_right_above);
+            self.is_named = !is_dry;
+        }
+        self.is_right_above = is_dry == Some(false);
+    }
+
+    /// Takes what was measured in the row of the last cell.
+    pub fn measured(&mut self, row: &CheckedRow) {
+        if self.row == Row::Wet {
+            return;
+        }
+        let loss = (1.0 - row.restitution) / row.impact_speed.powf(POWER);
+        let particle = row.setting.particle;
+        if self.row == Row::Dry {
+            self.dry.entry(particle).or_default().add(loss);
+        } else if let Some(block) = self.blocks.last_mut() {
+            // one of several particles is judged by its first
+            if *block.particle.get_or_insert(particle) == particle {
+                block.losses.add(loss);
             }
         }
     }
 
-    /// The first cell that may have been left empty for the name above it: where names stand above empty cells, and hardly any
-    /// above another name.
+    /// The first cell that may have been left empty for the name above it: where its runs lose more than dry ones, where the
+    /// table writes `dry` of other runs, and where hardly any name stands above another but for runs that are dry for certain.
     pub fn doubt(&self) -> Option<(CellPlace, BadCell)> {
         /// empty cells below names, at least
         const EMPTY: usize = 2;
         /// names right above empty cells for each that stands below a name, at least
         const ALONE: usize = 10;
-        let is_once_a_block = self.empty >= EMPTY && self.alone >= ALONE * self.in_blocks;
-        let at = self.first_empty.filter(|_| is_once_a_block)?;
-        let expected = format!(
-            "expected a name in [liquids] or `{DRY}` in every row: {} cells below names are empty, as if each name were \
-             written once for the rows below it",
-            self.empty
-        );
+        let is_wet = |block: &EmptyBlock| self.dry.get(&block.particle?)?.is_below(&block.losses);
+        let (at, why) = if let Some(wet) = self.blocks.iter().find(|block| is_wet(block) == Some(true)) {
+            let why = "its restitution is too small for a dry run, as if the name above it were meant".to_owned();
+            (wet.first, why)
+        } else {
+            let is_once_a_block = self.empty >= EMPTY && self.alone >= ALONE * self.in_blocks;
+            let mut unknown = self.blocks.iter().filter(|block| is_wet(block).is_none());
+            let doubtful = if self.writes_dry {
+                self.blocks.first()
+            } else {
+                unknown.next().filter(|_| is_once_a_block)
+            };
+            let cells = match self.empty {
+                1 => "one cell below a name is empty".to_owned(),
+                empty => format!("{empty} cells below names are empty"),
+            };
+            let why = format!("{cells}, as if each name were written once for the rows below it");
+            (doubtful?.first, why)
+        };
+        let expected = format!("expected a name in [liquids] or `{DRY}` in every row: {why}");
         Some((at, bad_cell(RunColumn::Liquid, expected)))
     }
 }
@@ -61,26 +161,55 @@ impl LiquidCells {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runs::told_twice::RowSetting;
+
+    /// The line of the first doubt, in a column of liquids with `_` for an empty cell; `+` says that a film stands beside it, a
+    /// small letter that the run loses as much as a wet one.
+    fn first_doubt(cells: &str, is_measured: bool) -> Option<u64> {
+        let mut seen = LiquidCells::default();
+        for (row, cell) in (2..).zip(cells.split(' ')) {
+            let liquid = cell.trim_end_matches(['+', 'w']);
+            let liquid = Some(liquid).filter(|name| *name != "_");
+            seen.add(CellPlace::Row(row), liquid, cell.ends_with('+'));
+            let is_wet = cell.ends_with('w') || !matches!(liquid, None | Some("dry"));
+            let restitution = if is_wet { 0.7 } else { 0.8 } + 1e-3 * (row % 3) as f64;
+            if is_measured {
+                seen.measured(&checked(restitution));
+            }
+        }
+        seen.doubt().map(|(at, _)| at.number())
+    }
+
+    fn checked(restitution: f64) -> CheckedRow {
+        CheckedRow {
+            setting: RowSetting {
+                particle: 0,
+                liquid: None,
+                diameter: 4e-3,
+                film: 0.0,
+            },
+            impact_speed: 1.0,
+            restitution,
+            film_ratio: None,
+            errors: Default::default(),
+            mean_of: None,
+            ratios: Default::default(),
+        }
+    }
 
     #[test]
     fn a_liquid_written_once_a_block_is_doubted() {
-        let first_doubt = |cells: &str| {
-            let mut seen = LiquidCells::default();
-            for (row, cell) in (2..).zip(cells.split(' ')) {
-                let (liquid, film) = cell.split_once('+').unwrap_or((cell, ""));
-                seen.add(
-                    CellPlace::Row(row),
-                    Some(liquid).filter(|name| *name != "_"),
-                    !film.is_empty(),
-                );
-            }
-            seen.doubt().map(|(at, _)| at.number())
-        };
-        assert_eq!(first_doubt("A _ _ B _ _"), Some(3));
-        assert_eq!(first_doubt("_ _ A _ _ dry _ _ A _"), Some(5));
-        assert_eq!(first_doubt("dry _ _ A _ _"), Some(6));
-        // nothing tells these from such blocks
-        assert_eq!(first_doubt("A _ A _ A _"), Some(3));
+        for (cells, row) in [
+            ("A _ _ B _ _", 3),
+            ("_ _ A _ _ dry _ _ A _", 5),
+            ("dry _ _ A _ _", 6),
+            // nothing tells these from such blocks
+            ("A _ A _ A _", 3),
+            // the table has a word for dry runs
+            ("dry dry A _ _ B B B B", 5),
+        ] {
+            assert_eq!(first_doubt(cells, false), Some(row), "{cells}");
+        }
         for right in [
             "_ _ _ A A A",
             "A _",
@@ -88,10 +217,25 @@ mod tests {
             "A A A _ _ _",
             "A A A A _ B B B _ _",
             "dry _ _ A",
-            "A+7 _+0 A+7 _+0",
+            "A+ _+ A+ _+",
             "A dry A dry",
         ] {
-            assert_eq!(first_doubt(right), None, "{right}");
+            assert_eq!(first_doubt(right, false), None, "{right}");
+        }
+    }
+
+    #[test]
+    fn what_was_measured_tells_a_name_left_out_from_a_dry_run() {
+        // a block in full beside one that is not, and a name forgotten
+        assert_eq!(first_doubt("_ _ _ _ _ A _w _w _w B B B B", true), Some(8));
+        assert_eq!(first_doubt("_ _ _ _ _ A A A _w A A", true), Some(10));
+        // dry runs in any order
+        for right in [
+            "_ _ _ _ _ A _ _ A _ _ _",
+            "_ _ _ _ _ A A A _ A A",
+            "_ _ _ _ _ A _ A _ A _",
+        ] {
+            assert_eq!(first_doubt(right, true), None, "{right}");
         }
     }
 }

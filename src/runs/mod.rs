@@ -15,11 +15,11 @@
 //! | `screen.rs` | says why a checked run is left out |
 //! | `damaged.rs` | catches a library's panic over a damaged file, and passes our own on |
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
-//! | `liquid_cells.rs` | watches whether liquids are written in every row or once a block |
 //! | `decimals.rs` | finds what separates columns and decimals |
 //! | `survey.rs` | says what each column of an unknown table is called and holds |
 //! | `guess.rs` | guesses which column of runs it is, by the names in `headers/called.txt` |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
+//! | `liquid_cells.rs` | watches whether liquids are written in every row or once a block |
 //! | `checked_rows.rs` | checks rows of cells, and gathers their runs or what is wrong |
 //! | `records.rs` | cuts a CSV into records and their cells with csv-core; the only file that names it |
 //! | `csv.rs` | reads CSV in the order of the file, its runs or what is wrong with them |

@@ -30,6 +30,13 @@ const REBOUND_EXPECTED: &str =
     "expected what the rebound was, 0 where the run stuck; a run whose rebound was not measured \
                                 is left out by a reason in a column `exclude`";
 
+/// Columns that only runs with a liquid have a number above 0 in.
+const OF_WET_RUNS: [(RunColumn, &str); 3] = [
+    (RunColumn::Film, "a film"),
+    (RunColumn::FilmRatio, "a film"),
+    (RunColumn::Stokes, "a Stokes number"),
+];
+
 /// One run, checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct CheckedRow {
@@ -173,11 +180,14 @@ pub(super) fn check_row(
     let liquid = match raw.word(RunColumn::Liquid) {
         Some(name) if !is_dry => checker.find(RunColumn::Liquid, name, problems),
         // an empty cell means dry only where nothing speaks of a film: else it is a name that was left out, as of merged cells
-        None if has(RunColumn::Film) || has(RunColumn::FilmRatio) => {
-            let expected = format!("expected a name in [liquids], or `{DRY}`, beside a film");
-            refuse(problems, RunColumn::Liquid, expected)
-        }
-        _ => None,
+        None => match OF_WET_RUNS.into_iter().find(|(column, _)| has(*column)) {
+            Some((_, beside)) => {
+                let expected = format!("expected a name in [liquids], or `{DRY}`, beside {beside}");
+                refuse(problems, RunColumn::Liquid, expected)
+            }
+            None => None,
+        },
+        Some(_) => None,
     };
     let diameter = positive(raw, RunColumn::Diameter, "a diameter", problems);
     let has_speed = raw[RunColumn::ImpactSpeed].is_some() || !raw.has_any(&[RunColumn::DropHeight, RunColumn::Stokes]);

@@ -111,7 +111,7 @@ const CONSTANTS: Key<Inner> = Key::new("constants", Inner("a table of columns wi
 
 const HEIGHTS_TO: Key<OneOf<HeightsTo>, DefaultsTo<HeightsTo>> = Key::new(
     "heights_to",
-    OneOf(|| vec![("plate", HeightsTo::Plate), ("film", HeightsTo::Film)]),
+    OneOf::of(|| vec![("plate", HeightsTo::Plate), ("film", HeightsTo::Film)]),
 )
 .means("where drop and rebound heights are counted from")
 .example("\"film\"")
@@ -119,7 +119,7 @@ const HEIGHTS_TO: Key<OneOf<HeightsTo>, DefaultsTo<HeightsTo>> = Key::new(
 
 const HEIGHTS_OF: Key<OneOf<HeightsOf>, DefaultsTo<HeightsOf>> = Key::new(
     "heights_of",
-    OneOf(|| vec![("lowest", HeightsOf::Lowest), ("centre", HeightsOf::Centre)]),
+    OneOf::of(|| vec![("lowest", HeightsOf::Lowest), ("centre", HeightsOf::Centre)]),
 )
 .means("point of the sphere whose heights they are: its lowest point or its centre")
 .example("\"centre\"")
@@ -137,7 +137,7 @@ const HEADER_ROW: Key<Count> = Key::new("header_row", Count(1, 1 << 20))
 
 const HIDDEN_ROWS: Key<OneOf<HiddenRows>> = Key::new(
     "hidden_rows",
-    OneOf(|| vec![("take", HiddenRows::Take), ("leave", HiddenRows::Leave)]),
+    OneOf::of(|| vec![("take", HiddenRows::Take), ("leave", HiddenRows::Leave)]),
 )
 .means("rows that a workbook hides, by a filter or by hand: read them or leave them out")
 .example("\"leave\"")

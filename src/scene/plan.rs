@@ -199,7 +199,7 @@ fn shapes() -> impl Iterator<Item = (LikelihoodFamily, Key<Number>)> {
 
 const NOISE: Key<OneOf<NoiseShape>, DefaultsTo<NoiseShape>> = Key::new(
     "noise",
-    OneOf(|| {
+    OneOf::of(|| {
         let families = LikelihoodFamily::NAMED.map(|(name, family)| (name, NoiseShape::Family(family)));
         let others = [
             ("skewed", NoiseShape::Skewed),
@@ -217,7 +217,7 @@ const AS_THE_MODEL: &str = "as in [model]";
 
 const TRUE_INERTIA: Key<OneOf<Inertia>> = Key::new(
     "inertia",
-    OneOf(|| Inertia::ALL.map(|form| (form.name(), form)).to_vec()),
+    OneOf::of(|| Inertia::ALL.map(|form| (form.name(), form)).to_vec()),
 )
 .means("form of the inertial loss")
 .example("\"saturating\"")

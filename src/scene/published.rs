@@ -47,7 +47,7 @@ pub struct Published {
     pub source: String,
 }
 
-const QUANTITY: Key<OneOf<Quantity>> = Key::new("quantity", OneOf(quantities))
+const QUANTITY: Key<OneOf<Quantity>> = Key::new("quantity", OneOf::of(quantities))
     .means("what it is")
     .example("\"e_inf\"");
 
@@ -68,7 +68,7 @@ const OF_FILM_RATIO: Key<Number> = Key::new("film_ratio", Number(Dimension::One,
 
 const LAW: Key<OneOf<WetLaw>> = Key::new(
     "law",
-    OneOf(|| [WetLaw::Linear, WetLaw::Sqrt].map(|law| (law.name(), law)).to_vec()),
+    OneOf::of(|| [WetLaw::Linear, WetLaw::Sqrt].map(|law| (law.name(), law)).to_vec()),
 )
 .means("the law it was fitted with; not of dry_k")
 .example("\"linear\"")

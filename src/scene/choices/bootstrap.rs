@@ -72,16 +72,21 @@ const REPLICATES: Key<Count, DefaultsTo<u64>> = Key::new("replicates", Count(1, 
     .example("2000")
     .defaults_to(10_000);
 
-const SCHEME: Key<OneOf<ResamplingScheme>, DefaultsTo<ResamplingScheme>> =
-    Key::new("scheme", OneOf(|| ResamplingScheme::NAMED.to_vec()))
-        .means("what is resampled: runs, or whole series")
-        .example("\"series\"")
-        .defaults_to(ResamplingScheme::Cases);
+const SCHEME: Key<OneOf<ResamplingScheme>, DefaultsTo<ResamplingScheme>> = Key::new(
+    "scheme",
+    OneOf::of(|| ResamplingScheme::NAMED.to_vec()).replacing(&[("residuals", "cases"), ("parametric", "cases")]),
+)
+.means("what is resampled: runs, or whole series")
+.example("\"series\"")
+.defaults_to(ResamplingScheme::Cases);
 
-const INTERVAL: Key<OneOf<IntervalMethod>> = Key::new("interval", OneOf(|| IntervalMethod::NAMED.to_vec()))
-    .means("the interval to quote")
-    .example("\"bca\"")
-    .optional("percentile; of few runs that of least squares");
+const INTERVAL: Key<OneOf<IntervalMethod>> = Key::new(
+    "interval",
+    OneOf::of(|| IntervalMethod::NAMED.to_vec()).replacing(&[("studentized", "bca")]),
+)
+.means("the interval to quote")
+.example("\"bca\"")
+.optional("percentile; of few runs that of least squares");
 
 const LEVEL: Key<Number, DefaultsTo<f64>> = Key::new("level", Number(Dimension::One, INSIDE_ONE))
     .means("probability of the intervals")

@@ -172,7 +172,7 @@ pub const DRY_SPEED_TAKES: NumberOr = NumberOr(Dimension::Speed, ABOVE_ZERO, "im
 
 const INERTIA: Key<OneOf<Option<Inertia>>, DefaultsTo<Option<Inertia>>> = Key::new(
     "inertia",
-    OneOf(|| {
+    OneOf::of(|| {
         let forms = Inertia::ALL.map(|form| (form.name(), Some(form)));
         forms.into_iter().chain([("auto", None)]).collect()
     }),
@@ -185,7 +185,7 @@ const VISCOUS: Key<OneOf<Viscous>, DefaultsTo<Viscous>> = Key::new("viscous", VI
     .means("form of the viscous loss: one L, or L of each film, without δc")
     .example("\"film\"")
     .defaults_to(Viscous::Constant);
-pub const VISCOUS_TAKES: OneOf<Viscous> = OneOf(|| Viscous::NAMED.map(|form| (form.name(), form)).to_vec());
+pub const VISCOUS_TAKES: OneOf<Viscous> = OneOf::of(|| Viscous::NAMED.map(|form| (form.name(), form)).to_vec());
 
 const TERMS: Key<SomeOf<Term>, DefaultsTo<Option<Vec<Term>>>> = Key::new("terms", TERMS_TAKES)
     .means("terms of the energy balance; auto: inertia and viscous, unless the runs do not require one")
@@ -197,7 +197,7 @@ pub const TERMS_TAKES: SomeOf<Term> = SomeOf {
 };
 
 const LIKELIHOOD: Key<OneOf<LikelihoodFamily>, DefaultsTo<LikelihoodFamily>> =
-    Key::new("likelihood", OneOf(|| LikelihoodFamily::NAMED.to_vec()))
+    Key::new("likelihood", OneOf::of(|| LikelihoodFamily::NAMED.to_vec()))
         .means(
             "distribution of the noise; student: with outliers; asymmetric_laplace: two exponentials, one to each side",
         )
@@ -206,7 +206,7 @@ const LIKELIHOOD: Key<OneOf<LikelihoodFamily>, DefaultsTo<LikelihoodFamily>> =
 
 const DRY_K: Key<OneOf<DryKOf>, DefaultsTo<DryKOf>> = Key::new(
     "dry_k",
-    OneOf(|| vec![("particle", DryKOf::Particle), ("diameter", DryKOf::Diameter)]),
+    OneOf::of(|| vec![("particle", DryKOf::Particle), ("diameter", DryKOf::Diameter)]),
 )
 .means("what has a k of its own; a fit takes at most 300 k")
 .example("\"diameter\"")
@@ -214,7 +214,7 @@ const DRY_K: Key<OneOf<DryKOf>, DefaultsTo<DryKOf>> = Key::new(
 
 const STICKING: Key<OneOf<Sticking>, DefaultsTo<Sticking>> = Key::new(
     "sticking",
-    OneOf(|| {
+    OneOf::of(|| {
         vec![
             ("censored", Sticking::Censored),
             ("truncated", Sticking::Truncated),
@@ -228,7 +228,7 @@ const STICKING: Key<OneOf<Sticking>, DefaultsTo<Sticking>> = Key::new(
 
 const NOISE_ON: Key<OneOf<NoiseOn>, DefaultsTo<NoiseOn>> = Key::new(
     "noise",
-    OneOf(|| {
+    OneOf::of(|| {
         vec![
             ("auto", NoiseOn::Auto),
             ("restitution", NoiseOn::Restitution),

@@ -1,6 +1,7 @@
 //! Reads words, texts and plain numbers, one or a list.
 
 use super::{DeValue, Located, SceneTable, Spanned};
+use crate::error::quoted;
 use crate::scene::expect::Expect;
 use crate::units::Dimension;
 
@@ -53,7 +54,11 @@ pub(in crate::scene) struct Switch;
 pub(in crate::scene) struct Count(pub u64, pub u64);
 /// One of some words, each with what it stands for.
 #[derive(Clone, Copy)]
-pub(in crate::scene) struct OneOf<T>(pub fn() -> Vec<(&'static str, T)>);
+pub(in crate::scene) struct OneOf<T> {
+    words: fn() -> Vec<(&'static str, T)>,
+    /// words of earlier versions, each refused with the one that replaces it
+    replaced: &'static [(&'static str, &'static str)],
+}
 /// Some of some words, or one word that stands for no list.
 #[derive(Clone, Copy)]
 pub(in crate::scene) struct SomeOf<T> {
@@ -152,21 +157,43 @@ fn quoted_words<T>(words: &[(&'static str, T)]) -> Vec<String> {
     words.iter().map(|(name, _)| format!("\"{name}\"")).collect()
 }
 
+impl<T> OneOf<T> {
+    /// One of the words that a function lists.
+    pub const fn of(words: fn() -> Vec<(&'static str, T)>) -> OneOf<T> {
+        OneOf { words, replaced: &[] }
+    }
+
+    /// The same, where earlier versions had other words.
+    pub const fn replacing(self, replaced: &'static [(&'static str, &'static str)]) -> OneOf<T> {
+        OneOf { replaced, ..self }
+    }
+}
+
 impl<T: PartialEq> Takes for OneOf<T> {
     type Value = T;
 
     fn in_words(&self) -> String {
-        quoted_words(&self.0()).join(" or ")
+        quoted_words(&(self.words)()).join(" or ")
     }
 
     fn taken(&self, value: &Spanned<DeValue>, _: ToSi) -> Option<T> {
         let word = value.get_ref().as_str()?;
-        let mut words = self.0().into_iter();
+        let mut words = (self.words)().into_iter();
         words.find(|(name, _)| *name == word).map(|(_, choice)| choice)
     }
 
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<T> {
+        let word = value.get_ref().as_str();
+        let Some((old, new)) = self.replaced.iter().find(|(old, _)| Some(*old) == word) else {
+            return table.taken(self, key, value, to_si);
+        };
+        let expected = format!("expected \"{new}\", which replaces it");
+        table.refuse(key, value.span().start, Some(quoted(old)), expected);
+        None
+    }
+
     fn written(&self, value: &T) -> String {
-        let words = self.0();
+        let words = (self.words)();
         let word = words.iter().find(|(_, stands_for)| stands_for == value);
         word.map_or_else(String::new, |(name, _)| format!("\"{name}\""))
     }
