@@ -241,6 +241,13 @@ fn titles_that_speak_of_a_liquid_are_asked_about() {
         out.says("; no liquid known");
         out.says("constants and write a table [liquids.NAME] for each liquid");
     }
+    // nor does size tell a unit that a title may
+    let plain = rows.replace(" (m/s)", "");
+    let (marks, out) = drafted(&format!("speeds in ft/s,,\n{plain}"));
+    assert!(marks.contains(&"columns.impact_speed_m_s".to_owned()), "{marks:?}");
+    out.says("`v` may be impact_speed, but `speeds in ft/s` may say its unit");
+    let (_, out) = drafted(&format!("Room 22.5 °C; D = 4 mm,,\n{plain}"));
+    out.says("`v` is impact_speed_m_s");
     let (_, out) = drafted(&format!("Drops of May,,\n{rows}"));
     out.says("; every run is dry");
 }

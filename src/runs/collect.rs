@@ -650,9 +650,22 @@ pub(super) fn columns_not_read(tables: &[(String, Vec<String>)]) -> Option<Remar
             format!("{}: {noun} {} not read", names.join(", "), columns.join(", "))
         })
         .collect();
-    let next = "nothing, unless one of them holds what the analysis needs under another name";
-    let notice = Remark::new(UNKNOWN_COLUMN, count, each.join("; "), next);
-    (count > 0).then(|| notice.at(Level::Informs))
+    // the angle at which a liquid wets is another one
+    let is_of_impact = |name: &String| {
+        let name = name.to_lowercase();
+        (name.contains("angle") || name.contains("winkel")) && !(name.contains("contact") || name.contains("kontakt"))
+    };
+    let (next, level) = match alike.iter().flat_map(|(_, columns)| *columns).any(is_of_impact) {
+        true => (
+            "see that speeds and restitutions are normal to the plate, as they are taken whatever an angle says",
+            Level::Cautions,
+        ),
+        false => (
+            "nothing, unless one of them holds what the analysis needs under another name",
+            Level::Informs,
+        ),
+    };
+    (count > 0).then(|| Remark::new(UNKNOWN_COLUMN, count, each.join("; "), next).at(level))
 }
 
 /// Some rows in a few words: `rows 4, 9 to 12`.
@@ -690,5 +703,8 @@ mod tests {
         let text = "b.xlsx, c.csv: column ok not read; d.csv: columns x, y not read";
         assert_eq!(told(&sheets), Some((text.to_owned(), 3)));
         assert!(columns_not_read(&sheets).is_some_and(|notice| !notice.cautions()));
+        let cautions =
+            |name: &str| columns_not_read(&[table("a.csv", &[name])]).is_some_and(|notice| notice.cautions());
+        assert!(cautions("Aufprallwinkel (deg)") && !cautions("contact angle"));
     }
 }

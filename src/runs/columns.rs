@@ -2,7 +2,7 @@
 
 use super::headers::called::parted;
 use super::headers::header::in_plain_signs;
-use super::headers::heights::other_height;
+use super::headers::heights::{other_height, other_height_by_line};
 use super::headers::other_quantity;
 use super::headers::units::{
     unit_in_brackets, unit_in_name, unit_of_cell, unit_of_cell_above, units_above, StatedUnit,
@@ -31,13 +31,28 @@ pub(super) struct Header {
     pub units_above: Vec<String>,
     /// the titles right above the names, nothing where there is none; empty without such a row
     pub titles: Vec<String>,
+    /// what else stands above the names
+    pub lines_above: Vec<String>,
     /// the line or row of the names, from 1
     pub line: Option<u64>,
     /// which sheet of a workbook it is
     pub sheet: Option<String>,
 }
 
+/// Rows above the names whose words are looked at, besides the last.
+pub(super) const MOST_ABOVE: usize = 40;
+
 impl Header {
+    /// A header of these rows, the last of which names the columns.
+    pub fn of(above: &[Vec<String>], names: Vec<String>) -> Header {
+        let right_above = above.last().map_or(&[][..], Vec::as_slice);
+        let lines = above.iter().flatten().filter(|cell| present(cell).is_some());
+        Header {
+            lines_above: lines.map(|cell| cell.trim().to_owned()).collect(),
+            ..Header::below(right_above, names)
+        }
+    }
+
     /// A header with a row of units or titles above it: a column without a name has the title right above it, and a name that
     /// occurs twice gets its group's title, as `Impact Speed`.
     pub fn below(above: &[String], mut names: Vec<String>) -> Header {
@@ -336,7 +351,10 @@ impl Matching<'_> {
                         self.refuse_another_unit((column, unit), name, stated, by);
                     }
                     let by_name = told.and_then(|_| other_height(&plain, "its name", column, naming));
-                    let height = by_name.or_else(|| other_height(&title, "the title above it", column, naming));
+                    let by_title = || other_height(&title, "the title above it", column, naming);
+                    let mut lines = header.lines_above.iter();
+                    let by_line = || lines.find_map(|line| other_height_by_line(line, column, naming));
+                    let height = by_name.or_else(by_title).or_else(by_line);
                     for expected in other.into_iter().chain(height) {
                         self.refuse(format!("column {name}"), expected);
                     }
@@ -548,6 +566,13 @@ mod tests {
         );
         assert!(refused(merged, "drop").contains("drop_height_cm"));
         assert_eq!(refused(of(&["", "v (m/s)", ""], &["ball", "v", "drop"]), "drop"), "");
+        // a line about the whole table
+        let line = |text: &str| {
+            let above = [cells(&[text, "", ""]), cells(&["May", "", ""])];
+            refused(Header::of(&above, cells(&names)), "drop")
+        };
+        assert!(line("All heights are of the sphere's centre").contains("heights_of"));
+        assert_eq!(line("Centre for Granular Physics"), "");
         // the title of the table
         assert_eq!(refused(of(&["Drops (cm)", ""], &["drop", "rebound"]), "drop"), "");
     }

@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Read};
 
 use super::checked_rows::{Cell, CheckedRows};
 use super::collect::{Collected, Gathering};
-use super::columns::{Header, TableLayout};
+use super::columns::{Header, TableLayout, MOST_ABOVE};
 use super::decimals::separator_of;
 use super::headers::units::is_row_of_units;
 use super::records::{separator_named, Records};
@@ -67,10 +67,11 @@ impl<R: Read> Records<R> {
     /// Reads the names, on the line that the scene says or the first that is not blank, and the units above them.
     pub fn names(&mut self, header_row: Option<u64>) -> Result<Header, Vec<Problem>> {
         let first = header_row.unwrap_or(1);
-        let mut above: Vec<String> = vec![];
+        let mut above: Vec<Vec<String>> = vec![];
         while let Some(record) = self.next_record()? {
             if record.line < first {
-                above = record.cells().map(str::to_owned).collect();
+                above.truncate(MOST_ABOVE);
+                above.push(record.cells().map(str::to_owned).collect());
                 continue;
             }
             if header_row.is_some_and(|row| record.line > row) {
@@ -83,7 +84,7 @@ impl<R: Read> Records<R> {
             let names = record.cells().map(|cell| cell.trim().to_owned()).collect();
             return Ok(Header {
                 line: Some(record.line),
-                ..Header::below(&above, names)
+                ..Header::of(&above, names)
             });
         }
         let found = header_row.map_or("the file is blank".to_owned(), |row| format!("there is no line {row}"));

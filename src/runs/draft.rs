@@ -1,11 +1,12 @@
 //! Drafts a scene from a table of runs: its particles and liquids, its columns as far as they can be guessed, and every key.
 
 use super::guess::{
-    guess, is_plain_speed, marks_bad_runs, may_hold_films, may_hold_names, may_hold_reasons, speaks_of_liquids,
+    guess, is_plain_speed, marks_bad_runs, may_hold_films, may_hold_names, may_hold_reasons, speaks_of_liquids, Guess,
+    NotGuessed,
 };
 use super::headers::heights::other_height;
 use super::headers::other_quantity;
-use super::headers::units::{unit_of, StatedUnit};
+use super::headers::units::{unit_in_name, unit_of, StatedUnit};
 use super::raw_row::{IMPACTS, REBOUNDS};
 use super::survey::{LabelledRow, Survey, SurveyedColumn};
 use super::words::is_among;
@@ -129,7 +130,8 @@ impl<'s> Naming<'s> {
         others.sort_by_key(|column: &&SurveyedColumn| is_plain_speed(&column.name));
         for column in others {
             let theirs = quoted(&column.name);
-            let guess = match guess(column, |candidate| !naming.has(candidate)) {
+            let guess = guess(column, |candidate| !naming.has(candidate));
+            let guess = match guess.and_then(|guess| unless_a_title_says(&survey.titles, guess)) {
                 Ok(guess) => guess,
                 Err(_) if marks_bad_runs(column) => {
                     let marks: Vec<String> = column.words.iter().map(|word| quoted(word)).collect();
@@ -606,6 +608,22 @@ fn names_of(words: &[String], is_dry: impl Fn(&str) -> bool) -> Vec<(String, Str
         names.push((word.clone(), name));
     }
     names
+}
+
+/// A guess, unless its unit goes by the size of numbers and a title speaks of another one.
+fn unless_a_title_says(titles: &[String], guess: Guess) -> Result<Guess, Option<NotGuessed>> {
+    let dimension = guess.column.dimension();
+    let is_another = |unit: StatedUnit| match unit {
+        StatedUnit::Ours(suffix) => {
+            suffix != guess.unit.suffix && dimension.units().iter().any(|own| own.suffix == suffix)
+        }
+        StatedUnit::Other(_) => true,
+    };
+    let mut titles = titles.iter().filter(|_| guess.is_unit_guessed);
+    match titles.find(|title| unit_in_name(title, dimension).is_some_and(is_another)) {
+        Some(title) => Err(Some((guess.column, format!("but {} may say its unit", quoted(title))))),
+        None => Ok(guess),
+    }
 }
 
 /// A diameter that a title states as `D = 4,762 mm`: our name of it, and its value.

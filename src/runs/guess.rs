@@ -112,6 +112,10 @@ pub(super) type NotGuessed = (RunColumn, String);
 pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Result<Guess, Option<NotGuessed>> {
     let (candidate, stated) = candidate(column, is_free).ok_or(None)?;
     let not_guessed = |why: String| Some((candidate, why));
+    if candidate == RunColumn::Restitution && column.name.trim_start().starts_with('E') && parted(&column.name).0 == "e"
+    {
+        return Err(not_guessed("but a capital E may be an energy".to_owned()));
+    }
     let units = candidate.dimension().units();
     let (suffix, is_unit_guessed) = match stated {
         _ if candidate.dimension() == Dimension::One => ("", false),
@@ -251,6 +255,8 @@ mod tests {
         for (name, cell) in [
             ("temperature", "21"),
             ("e", "PTFE"),
+            ("E", "0.7"),
+            ("E [%]", "70"),
             ("D (m/s)", "4"),
             ("D", "4e9"),
             ("D", "0.4762"),

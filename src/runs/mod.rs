@@ -237,6 +237,7 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
             Ok(header) => columns::Header {
                 sheet: None,
                 titles: vec![],
+                lines_above: vec![],
                 ..header
             },
         };

@@ -9,7 +9,7 @@ use zip::result::ZipError;
 
 use super::checked_rows::{Cell, CheckedRows};
 use super::collect::{rows_in_words, Collected, SheetRead};
-use super::columns::{unnamed_column, Header, TableLayout};
+use super::columns::{unnamed_column, Header, TableLayout, MOST_ABOVE};
 use super::headers::units::is_row_of_units;
 use super::hidden_rows::{hidden_in, Hidden};
 use super::refusals::{readable, whole_file, CellPlace, Refused};
@@ -205,12 +205,13 @@ impl Sheet<'_, '_> {
         self.hidden_rows = naming.hidden_rows;
         let expected = "a row of column names and one row a run";
         let first = naming.header_row.unwrap_or(1);
-        let mut above: Vec<String> = vec![];
+        let mut above: Vec<Vec<String>> = vec![];
         let names = loop {
             self.fill(1)?;
             match self.ahead.pop_front() {
                 Some(row) if row.number < first => {
-                    above = row.trimmed(row.width());
+                    above.truncate(MOST_ABOVE);
+                    above.push(row.trimmed(row.width()));
                 }
                 Some(row) if naming.header_row.is_none_or(|wanted| wanted == row.number) => break row,
                 Some(_) => {
@@ -228,7 +229,7 @@ impl Sheet<'_, '_> {
         Ok(Header {
             line: Some(names.number),
             sheet: Some(self.read.name.clone()),
-            ..Header::below(&above, names.trimmed(names.width()))
+            ..Header::of(&above, names.trimmed(names.width()))
         })
     }
 

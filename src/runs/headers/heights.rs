@@ -2,15 +2,19 @@
 
 use super::super::words::is_among;
 use super::header::Header;
+use crate::error::quoted;
 use crate::scene::{HeightsOf, HeightsTo, Naming, RunColumn};
 
 const CENTRE: &str =
-    "centre center centroid com zentrum kugelzentrum mitte kugelmitte mittelpunkt mittelpunkts mittelpunktes \
-     kugelmittelpunkt kugelmittelpunkts kugelmittelpunktes mittelpunktshöhe schwerpunkt schwerpunkts schwerpunktes \
-     kugelschwerpunkt kugelschwerpunkts schwerpunktshöhe schwerpunkthöhe";
-const LOWEST: &str = "lowest bottom underside unterkante unterseite tiefster tiefsten tiefste";
-const TOP: &str = "top highest oberkante oberseite höchster höchsten höchste";
-const ABOVE: &str = "above over über ueber";
+    "centre center ctr centroid barycentre barycenter com cog cg mid midpoint zentrum kugelzentrum mitte kugelmitte \
+     mittelpunkt mittelpunkts mittelpunktes kugelmittelpunkt kugelmittelpunkts kugelmittelpunktes mittelpunktshöhe \
+     schwerpunkt schwerpunkts schwerpunktes schwerpkt kugelschwerpunkt kugelschwerpunkts schwerpunktshöhe schwerpunkthöhe \
+     massenmittelpunkt massenmittelpunkts massenmittelpunktes";
+const LOWEST: &str =
+    "lowest bottom underside unterkante unterseite kugelunterkante kugelunterseite tiefster tiefsten tiefste";
+// what is highest, or an apex, may be where the sphere turns
+const TOP: &str = "top oberkante oberseite kugeloberkante kugeloberseite";
+const ABOVE: &str = "above over from über ueber ab";
 const OF: &str = "the of a an der die das dem den des silicone";
 const FILM: &str =
     "film liquid oil layer flüssigkeit fluessigkeit flüssigkeitsfilm öl oel ölfilm schicht filmoberfläche \
@@ -19,7 +23,6 @@ const PLATE: &str = "plate glass wall substrate platte glas wand substrat";
 const OTHERS: &str =
     "image picture frame bild view tray dish cell box table line ruler scale camera sensor lens wanne \
                       schale tisch linie lineal kamera";
-const SPHERE: &str = "sphere ball bead kugel sphère bille";
 const AFTER_FILM: &str = "surface oberfläche layer film mm cm m µm um in";
 
 /// What a name or title of heights asks for in place of what `[data]` says of them: another value of a key, or other heights;
@@ -45,9 +48,9 @@ pub(in crate::runs) fn other_height(name: &str, by: &str, column: RunColumn, nam
         };
         found.is_some_and(|found| !is_others(found + 1) && !is_others(found.wrapping_sub(1)))
     };
-    if of_sphere(TOP) && !of_sphere(CENTRE) && !of_sphere(LOWEST) && words.iter().any(|word| is_among(SPHERE, word)) {
+    if of_sphere(TOP) && !of_sphere(CENTRE) && !of_sphere(LOWEST) {
         return Some(format!(
-            "by {by} its heights are of the sphere's highest point: expected those of its lowest point or centre"
+            "by {by} its heights are of the sphere's top: expected those of its lowest point or centre"
         ));
     }
     let is_of = |list: &str, other: &str| of_sphere(list) && !of_sphere(other);
@@ -66,6 +69,15 @@ pub(in crate::runs) fn other_height(name: &str, by: &str, column: RunColumn, nam
     Some(format!(
         "by {by} its heights are {says}: expected `{key} = \"{value}\"` in [data], or another name or column"
     ))
+}
+
+/// The same of a line about the whole table, where it speaks of heights or of the sphere.
+pub(in crate::runs) fn other_height_by_line(line: &str, column: RunColumn, naming: &Naming) -> Option<String> {
+    const SPEAKS: &str = "height höhe hoehe kugel sphere ball";
+    let lower = line.to_lowercase();
+    let speaks = SPEAKS.split(' ').any(|word| lower.contains(word));
+    let by = format!("the line {}", quoted(line));
+    other_height(line, &by, column, naming).filter(|_| speaks && !naming.heights_of_is_told)
 }
 
 fn without_articles<'w>(words: &[&'w str]) -> Vec<&'w str> {
@@ -96,6 +108,8 @@ mod tests {
             "centre above plate",
             "Höhe des Schwerpunkts",
             "Kugelzentrum (mm)",
+            "h mid-point (mm)",
+            "Alle Höhen beziehen sich auf den Kugelmittelpunkt",
         ] {
             assert_eq!(asked(name, lowest, plate), "heights_of = \"centre\"");
             assert_eq!(asked(name, centre, plate), "");
@@ -108,6 +122,8 @@ mod tests {
             "h above film",
             "Höhe über der Flüssigkeit",
             "drop height above the liquid",
+            "Fallhöhe ab Filmoberfläche [mm]",
+            "drop height from liquid surface (mm)",
         ] {
             assert_eq!(asked(name, lowest, plate), "heights_to = \"film\"");
             assert_eq!(asked(name, lowest, film), "");
@@ -118,7 +134,7 @@ mod tests {
             RunColumn::DropHeight,
             &Naming::default(),
         );
-        assert!(top.is_some_and(|told| told.contains("highest point")));
+        assert!(top.is_some_and(|told| told.contains("sphere's top")));
         assert_eq!(asked("h above glass", lowest, film), "heights_to = \"plate\"");
         for name in [
             "h",
