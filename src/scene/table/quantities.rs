@@ -187,8 +187,9 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         read: impl Fn(&str, &'a Spanned<DeValue<'i>>, ToSi) -> Option<T>,
     ) -> Option<T> {
         let (base, dimension) = (key.base, key.takes.dimension());
-        let quantities = &mut self.read_keys.borrow_mut().quantities;
-        quantities.insert(base.to_owned(), dimension);
+        let mut read_keys = self.read_keys.borrow_mut();
+        read_keys.quantities.insert(base.to_owned(), dimension);
+        drop(read_keys);
         let mut given: Vec<(String, &'a Spanned<DeValue<'i>>, &'static Unit)> = vec![];
         for unit in dimension.units() {
             let name = format!("{base}{}", unit.suffix);
