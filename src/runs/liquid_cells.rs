@@ -63,18 +63,29 @@ impl Losses {
         self.squares += apart * (loss - self.mean);
     }
 
-    /// Whether the runs of a block lose more than these by what no scatter of these explains; `None` of too few.
+    /// Whether the runs of a block lose more than these by what no scatter of these explains; `None` where they may, or of too
+    /// few.
     fn is_below(&self, block: &Losses) -> Option<bool> {
         const FEWEST: f64 = 5.0;
-        /// sds of their difference
+        /// sds of their difference that are scatter, and those that are none
+        const NEAR: f64 = 3.0;
         const FAR: f64 = 6.0;
         /// what no dry law or diameter makes of it, as a share, and what no experiment scatters less than
         const SHARE: f64 = 0.1;
         const LEAST_SD: f64 = 0.003;
+        if self.count < FEWEST || block.count == 0.0 {
+            return None;
+        }
         let sd = (self.squares / (self.count - 1.0)).sqrt().max(LEAST_SD);
         let apart = block.mean - self.mean;
-        let far = FAR * sd * (1.0 / self.count + 1.0 / block.count).sqrt();
-        (self.count >= FEWEST && block.count > 0.0).then_some(apart > far.max(SHARE * self.mean))
+        let sds = apart / (sd * (1.0 / self.count + 1.0 / block.count).sqrt());
+        if sds > FAR && apart > SHARE * self.mean {
+            Some(true)
+        } else if sds < NEAR {
+            Some(false)
+        } else {
+            None
+        }
     }
 }
 
@@ -163,16 +174,17 @@ mod tests {
     use super::*;
     use crate::runs::told_twice::RowSetting;
 
-    /// The line of the first doubt, in a column of liquids with `_` for an empty cell; `+` says that a film stands beside it, a
-    /// small letter that the run loses as much as a wet one.
+    /// The line of the first doubt, in a column of liquids with `_` for an empty cell; `+` says that a film stands beside it, `w`
+    /// that the run loses as much as a wet one, `t` as one in a thin film.
     fn first_doubt(cells: &str, is_measured: bool) -> Option<u64> {
         let mut seen = LiquidCells::default();
         for (row, cell) in (2..).zip(cells.split(' ')) {
-            let liquid = cell.trim_end_matches(['+', 'w']);
+            let liquid = cell.trim_end_matches(['+', 'w', 't']);
             let liquid = Some(liquid).filter(|name| *name != "_");
             seen.add(CellPlace::Row(row), liquid, cell.ends_with('+'));
             let is_wet = cell.ends_with('w') || !matches!(liquid, None | Some("dry"));
-            let restitution = if is_wet { 0.7 } else { 0.8 } + 1e-3 * (row % 3) as f64;
+            let of_film = if cell.ends_with('t') { 0.785 } else { 0.8 };
+            let restitution = if is_wet { 0.7 } else { of_film } + 1e-3 * (row % 3) as f64;
             if is_measured {
                 seen.measured(&checked(restitution));
             }
@@ -229,6 +241,8 @@ mod tests {
         // a block in full beside one that is not, and a name forgotten
         assert_eq!(first_doubt("_ _ _ _ _ A _w _w _w B B B B", true), Some(8));
         assert_eq!(first_doubt("_ _ _ _ _ A A A _w A A", true), Some(10));
+        // what is lost in a thin film tells neither
+        assert_eq!(first_doubt("_ _ _ _ _ A _t _t _t", true), Some(8));
         // dry runs in any order
         for right in [
             "_ _ _ _ _ A _ _ A _ _ _",
