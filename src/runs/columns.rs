@@ -112,6 +112,16 @@ impl Header {
         }
     }
 
+    /// A name with what a line `D = …` or `D: …` above the names says of it in words, in brackets.
+    fn legend(&self, name: &str) -> Option<String> {
+        let says = |line: &String| {
+            let meaning = line.strip_prefix(name)?.trim_start().strip_prefix(['=', ':'])?.trim();
+            let is_in_words = meaning.contains(char::is_alphabetic) && !meaning.contains(|c: char| c.is_ascii_digit());
+            is_in_words.then(|| format!("{name} ({meaning})"))
+        };
+        self.lines_above.iter().find_map(says)
+    }
+
     /// The title above a name; of a group, whose cells are merged, that of its first column.
     fn title(&self, index: usize) -> &str {
         let mut up_to = self.titles.iter().take(index + 1).rev();
@@ -330,34 +340,9 @@ impl Matching<'_> {
         for (index, name) in header.names.iter().enumerate() {
             let told = naming.columns.iter().find(|(_, theirs)| theirs == name);
             match RunColumn::named(told.map_or(name, |(ours, _)| ours)) {
-                Some((column, unit)) => {
-                    let plain = in_plain_signs(name);
-                    let by_name = told.and_then(|_| stated_by_name(&plain, column));
-                    let below = header.units.get(index).and_then(|cell| unit_of_cell(cell));
-                    let above = header.units_above.get(index);
-                    let above = above.and_then(|cell| unit_of_cell_above(cell, column.dimension()));
-                    let other = told.and_then(|(ours, _)| other_quantity(&plain, column, ours));
-                    // the unit of another quantity says no more
-                    let by_name = by_name.filter(|_| other.is_none());
-                    let has_own = parted(&plain).1.is_some() || below.is_some() || above.is_some();
-                    let title = in_plain_signs(header.title(index));
-                    let of_group = parted(&title).1.filter(|stated| !has_own && is_unit_of(stated, column));
-                    for (stated, by) in [
-                        (by_name, "its name"),
-                        (below, "the row below its name"),
-                        (above, "the row above its name"),
-                        (of_group, "the title above its name"),
-                    ] {
-                        self.refuse_another_unit((column, unit), name, stated, by);
-                    }
-                    let by_name = told.and_then(|_| other_height(&plain, "its name", column, naming));
-                    let by_title = || other_height(&title, "the title above it", column, naming);
-                    let mut lines = header.lines_above.iter();
-                    let by_line = || lines.find_map(|line| other_height_by_line(line, column, naming));
-                    let height = by_name.or_else(by_title).or_else(by_line);
-                    for expected in other.into_iter().chain(height) {
-                        self.refuse(format!("column {name}"), expected);
-                    }
+                Some(read_as) => {
+                    self.compare_with_header(header, index, read_as, told.map(|(ours, _)| ours.as_str()));
+                    let (column, unit) = read_as;
                     let name = name.clone();
                     self.add_column(column, ColumnPlace { index, name, unit });
                 }
@@ -375,6 +360,58 @@ impl Matching<'_> {
                 let expected = format!("expected no such column: by the scene `{name}` is the same in every row");
                 self.refuse(place, expected);
             }
+        }
+    }
+
+    /// Refuses a column where its header says another unit, quantity or height than it is read as; by its name only where that
+    /// is not ours but `told` in the scene.
+    fn compare_with_header(
+        &mut self,
+        header: &Header,
+        index: usize,
+        read_as: (RunColumn, &'static Unit),
+        told: Option<&str>,
+    ) {
+        let naming = self.layout.naming;
+        let (column, name) = (read_as.0, &header.names[index]);
+        let plain = in_plain_signs(name);
+        let legend = header.legend(name).filter(|_| told.is_some());
+        let by_name = told.and_then(|_| stated_by_name(&plain, column));
+        let below = header.units.get(index).and_then(|cell| unit_of_cell(cell));
+        let above = header.units_above.get(index);
+        let above = above.and_then(|cell| unit_of_cell_above(cell, column.dimension()));
+        let by_legend = |ours| {
+            let told = other_quantity(legend.as_deref()?, column, ours)?;
+            Some(told.replacen("by its name", "by a line above the names", 1))
+        };
+        let other = told.and_then(|ours| other_quantity(&plain, column, ours).or_else(|| by_legend(ours)));
+        // the unit of another quantity says no more
+        let by_name = by_name.filter(|_| other.is_none());
+        let has_own = parted(&plain).1.is_some() || below.is_some() || above.is_some();
+        let title = in_plain_signs(header.title(index));
+        let of_group = parted(&title).1.filter(|stated| !has_own && is_unit_of(stated, column));
+        let of_legend = legend
+            .as_deref()
+            .and_then(|legend| unit_in_name(legend, column.dimension()));
+        for (stated, by) in [
+            (by_name, "its name"),
+            (below, "the row below its name"),
+            (above, "the row above its name"),
+            (of_group, "the title above its name"),
+            (
+                of_legend.filter(|_| !has_own && other.is_none()),
+                "a line above the names",
+            ),
+        ] {
+            self.refuse_another_unit(read_as, name, stated, by);
+        }
+        let by_name = told.and_then(|_| other_height(&plain, "its name", column, naming));
+        let by_title = || other_height(&title, "the title above it", column, naming);
+        let mut lines = header.lines_above.iter();
+        let by_line = || lines.find_map(|line| other_height_by_line(line, column, naming));
+        let height = by_name.or_else(by_title).or_else(by_line);
+        for expected in other.into_iter().chain(height) {
+            self.refuse(format!("column {name}"), expected);
         }
     }
 
@@ -571,6 +608,12 @@ mod tests {
             let above = [cells(&[text, "", ""]), cells(&["May", "", ""])];
             refused(Header::of(&above, cells(&names)), "drop")
         };
+        assert!(line("drop: height in inches").contains("by a line above the names it is in"));
+        assert!(line("drop = rebound height").contains("by a line above the names"));
+        assert_eq!(
+            line("drop = 10 to 40 cm") + &line("drop: drop height (mm)") + &line("drops: in inches"),
+            ""
+        );
         assert!(line("All heights are of the sphere's centre").contains("heights_of"));
         assert_eq!(line("Centre for Granular Physics"), "");
         // the title of the table

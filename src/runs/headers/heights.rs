@@ -31,7 +31,8 @@ pub(in crate::runs) fn other_height(name: &str, by: &str, column: RunColumn, nam
     if !matches!(column, RunColumn::DropHeight | RunColumn::ReboundHeight) {
         return None;
     }
-    let header = Header::new(name);
+    let name = name.replace("c.o.g", "cog").replace("c.o.m", "com");
+    let header = Header::new(&name);
     let words: Vec<&str> = header.words.iter().map(String::as_str).collect();
     let at = words
         .iter()
@@ -109,6 +110,7 @@ mod tests {
             "Höhe des Schwerpunkts",
             "Kugelzentrum (mm)",
             "h mid-point (mm)",
+            "drop height c.o.g. (mm)",
             "Alle Höhen beziehen sich auf den Kugelmittelpunkt",
         ] {
             assert_eq!(asked(name, lowest, plate), "heights_of = \"centre\"");
