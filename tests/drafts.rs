@@ -248,7 +248,7 @@ fn titles_that_speak_of_a_liquid_are_asked_about() {
     out.says("`v` may be impact_speed, but `speeds in ft/s` may say its unit");
     let (_, out) = drafted(&format!("Room 22.5 °C; D = 4 mm,,\n{plain}"));
     out.says("`v` is impact_speed_m_s");
-    let (_, out) = drafted(&format!("Drops of May,,\n{rows}"));
+    let (_, out) = drafted(&format!("Drops of May: Universität zu Köln,,\n{rows}"));
     out.says("; every run is dry");
 }
 

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::collect::Collected;
-use super::columns::{present, ColumnPlace, TableLayout};
+use super::columns::{ColumnPlace, TableLayout};
 use super::decimals::{parse_number, rounding_of, Decimals, DoubtfulNumber};
 use super::labels::{is_count, label, Label};
 use super::liquid_cells::LiquidCells;
@@ -62,7 +62,9 @@ pub(super) struct CheckedRows<'s> {
 
 impl<'s> CheckedRows<'s> {
     pub fn new(layout: &'s TableLayout<'s>, scene: &'s Scene) -> CheckedRows<'s> {
-        let checker = RowChecker::new(scene, layout.gives(RunColumn::FilmRatio));
+        let [has_film_ratio, names_liquids] =
+            [RunColumn::FilmRatio, RunColumn::Liquid].map(|column| layout.gives(column));
+        let checker = RowChecker::new(scene, has_film_ratio, names_liquids);
         let placed = |column| Some((column, layout.place(column)?));
         CheckedRows {
             layout,
@@ -93,19 +95,12 @@ impl<'s> CheckedRows<'s> {
         for (word, (column, _)) in words.iter().zip(&self.words) {
             row.set_word(*column, word.as_deref().and_then(|text| layout.read(*column, text)));
         }
-        if layout.place(RunColumn::Liquid).is_some() {
-            let holds = |column| match layout.place(column).and_then(&cell) {
-                Some(Cell::Text(text)) => present(text).is_some(),
-                held => held.is_some(),
-            };
-            let liquid = row.word(RunColumn::Liquid);
-            let has_film = liquid.is_none() && [RunColumn::Film, RunColumn::FilmRatio].into_iter().any(holds);
-            self.liquids.add(at, liquid, has_film);
-        }
+        let liquid = row.word(RunColumn::Liquid);
         self.collected.count(at.number(), row.word(RunColumn::Run));
-        // of a run that is left out nothing else is read
+        // of a run that is left out nothing else is read but what its liquid says of those below
         if let Some(reason) = row.word(RunColumn::Exclude) {
             self.collected.exclude(reason, 1);
+            self.liquids.pass(at, liquid);
             return;
         }
         let runs = layout.place(RunColumn::Runs).and_then(&cell);
@@ -125,6 +120,7 @@ impl<'s> CheckedRows<'s> {
         };
         if let Some((_, text)) = texts.enumerate().find(marks_no_run) {
             self.collected.add_labelled(text.trim());
+            self.liquids.pass(at, liquid);
             return;
         }
         let mut bad = vec![];
@@ -141,6 +137,9 @@ impl<'s> CheckedRows<'s> {
                 Err(expected) => bad.push(BadCell { column, expected }),
             }
         }
+        let holds = |column: RunColumn| row[column].is_some_and(|number| !number.is_nan());
+        self.liquids
+            .add(at, liquid, holds(RunColumn::Film) || holds(RunColumn::FilmRatio));
         let rounding = |column| {
             let cell = layout.place(column).and_then(&cell);
             cell.map_or(0.0, |cell| rounding_of(&cell.text()))

@@ -650,14 +650,16 @@ pub(super) fn columns_not_read(tables: &[(String, Vec<String>)]) -> Option<Remar
             format!("{}: {noun} {} not read", names.join(", "), columns.join(", "))
         })
         .collect();
-    // the angle at which a liquid wets is another one
+    // others are those at which a liquid wets, and more corners
+    const OTHERS: &str = "contact wetting kontakt rand benetz tangle triangle";
     let is_of_impact = |name: &String| {
         let name = name.to_lowercase();
-        (name.contains("angle") || name.contains("winkel")) && !(name.contains("contact") || name.contains("kontakt"))
+        let is_other = OTHERS.split(' ').any(|part| name.contains(part));
+        (name.contains("angle") || name.contains("winkel")) && !is_other
     };
     let (next, level) = match alike.iter().flat_map(|(_, columns)| *columns).any(is_of_impact) {
         true => (
-            "see that speeds and restitutions are normal to the plate, as they are taken whatever an angle says",
+            "see that speeds and restitutions are those normal to the plate: no angle is read",
             Level::Cautions,
         ),
         false => (
@@ -705,6 +707,6 @@ mod tests {
         assert!(columns_not_read(&sheets).is_some_and(|notice| !notice.cautions()));
         let cautions =
             |name: &str| columns_not_read(&[table("a.csv", &[name])]).is_some_and(|notice| notice.cautions());
-        assert!(cautions("Aufprallwinkel (deg)") && !cautions("contact angle"));
+        assert!(cautions("Aufprallwinkel (deg)") && !cautions("contact angle") && !cautions("Randwinkel"));
     }
 }

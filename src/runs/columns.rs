@@ -31,7 +31,7 @@ pub(super) struct Header {
     pub units_above: Vec<String>,
     /// the titles right above the names, nothing where there is none; empty without such a row
     pub titles: Vec<String>,
-    /// what else stands above the names
+    /// what stands above the names, but for titles right above several of them
     pub lines_above: Vec<String>,
     /// the line or row of the names, from 1
     pub line: Option<u64>,
@@ -46,7 +46,13 @@ impl Header {
     /// A header of these rows, the last of which names the columns.
     pub fn of(above: &[Vec<String>], names: Vec<String>) -> Header {
         let right_above = above.last().map_or(&[][..], Vec::as_slice);
-        let lines = above.iter().flatten().filter(|cell| present(cell).is_some());
+        let filled = |row: &[String]| row.iter().filter(|cell| present(cell).is_some()).count();
+        let lines = if filled(right_above) > 1 {
+            &above[..above.len() - 1]
+        } else {
+            above
+        };
+        let lines = lines.iter().flatten().filter(|cell| present(cell).is_some());
         Header {
             lines_above: lines.map(|cell| cell.trim().to_owned()).collect(),
             ..Header::below(right_above, names)
@@ -122,10 +128,20 @@ impl Header {
         self.lines_above.iter().find_map(says)
     }
 
-    /// The title above a name; of a group, whose cells are merged, that of its first column.
-    fn title(&self, index: usize) -> &str {
+    /// The title above a name, or of heights the one that reaches over it from the left.
+    fn title(&self, index: usize, column: RunColumn) -> &str {
         let mut up_to = self.titles.iter().take(index + 1).rev();
-        up_to.find(|title| !title.is_empty()).map_or("", String::as_str)
+        let own = up_to.next().filter(|title| !title.is_empty());
+        let is_of_heights = |title: &str| {
+            let title = title.to_lowercase();
+            ["height", "höhe"].iter().any(|word| title.contains(word))
+        };
+        let of_group = || {
+            let title = up_to.find(|title| !title.is_empty())?;
+            let is_height = matches!(column, RunColumn::DropHeight | RunColumn::ReboundHeight);
+            Some(title).filter(|title| is_height && is_of_heights(title))
+        };
+        own.or_else(of_group).map_or("", String::as_str)
     }
 }
 
@@ -388,7 +404,7 @@ impl Matching<'_> {
         // the unit of another quantity says no more
         let by_name = by_name.filter(|_| other.is_none());
         let has_own = parted(&plain).1.is_some() || below.is_some() || above.is_some();
-        let title = in_plain_signs(header.title(index));
+        let title = in_plain_signs(header.title(index, column));
         let of_group = parted(&title).1.filter(|stated| !has_own && is_unit_of(stated, column));
         let of_legend = legend
             .as_deref()
@@ -406,7 +422,7 @@ impl Matching<'_> {
             self.refuse_another_unit(read_as, name, stated, by);
         }
         let by_name = told.and_then(|_| other_height(&plain, "its name", column, naming));
-        let by_title = || other_height(&title, "the title above it", column, naming);
+        let by_title = || other_height(&title, "the title above its name", column, naming);
         let mut lines = header.lines_above.iter();
         let by_line = || lines.find_map(|line| other_height_by_line(line, column, naming));
         let height = by_name.or_else(by_title).or_else(by_line);
@@ -598,11 +614,16 @@ mod tests {
         );
         // what reaches over the next column, and units without brackets
         let merged = of(&["", "Heights of centre in cm", ""], &["ball", "rebound", "drop"]);
-        assert!(
-            refused(merged.clone(), "drop").contains("by the title above it its heights are of the sphere's centre")
-        );
+        assert!(refused(merged.clone(), "drop")
+            .contains("by the title above its name its heights are of the sphere's centre"));
         assert!(refused(merged, "drop").contains("drop_height_cm"));
-        assert_eq!(refused(of(&["", "v (m/s)", ""], &["ball", "v", "drop"]), "drop"), "");
+        for title in ["v (m/s)", "RH (%)", "D (cm)"] {
+            assert_eq!(
+                refused(of(&["", title, ""], &["ball", "v", "drop"]), "drop"),
+                "",
+                "{title}"
+            );
+        }
         // a line about the whole table
         let line = |text: &str| {
             let above = [cells(&[text, "", ""]), cells(&["May", "", ""])];

@@ -259,8 +259,7 @@ impl<'s> Naming<'s> {
             ));
         } else if !said.is_empty() {
             self.guessed.push(format!(
-                "no column says the liquid or the film, of which {} may speak: give `liquid` and `film_um` as columns or \
-                 constants {liquids}",
+                "no column says the liquid or the film, but {} may: give `liquid` and `film_um` as columns or constants {liquids}",
                 said.join(", ")
             ));
         } else {

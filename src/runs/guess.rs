@@ -62,10 +62,14 @@ const OF_LIQUIDS: &str = "film schicht layer liquid flüssig fluessig fluid oil 
 /// Numbers that only runs with a liquid have.
 const LIQUID_NUMBERS: &str = "ca we bo oh hd hr";
 
-/// Whether a name or title has a part of a word for what only wet runs have.
-pub(super) fn speaks_of_liquids(text: &str) -> bool {
-    let name = letters(text);
-    OF_LIQUIDS.split(' ').any(|word| name.contains(word)) || is_among(LIQUID_NUMBERS, &name)
+/// Whether a line about a table speaks of a liquid or a film.
+pub(super) fn speaks_of_liquids(line: &str) -> bool {
+    const PARTS: &str = "film schicht layer liquid flüssig fluessig fluid visk visc";
+    const WORDS: &str = "oil oel öl oils öle wet nass";
+    let lower = line.to_lowercase();
+    let mut words = lower.split(|c: char| !c.is_alphanumeric());
+    // silicone oil is one word in German
+    words.any(|word| is_among(WORDS, word) || word.ends_with("öl") || PARTS.split(' ').any(|part| word.contains(part)))
 }
 
 /// Whether a column that is not read may hold films: numbers with a unit of length, or named for what only wet runs have.
@@ -74,7 +78,9 @@ pub(super) fn may_hold_films(column: &SurveyedColumn) -> bool {
     let units = Dimension::Length.units().iter().chain(Dimension::Thickness.units());
     let mut suffixes = units.map(|unit| unit.suffix);
     let is_length = suffixes.any(|suffix| stated == Some(StatedUnit::Ours(suffix)));
-    column.largest.is_some() && (speaks_of_liquids(&column.name) || is_length)
+    let name = letters(&column.name);
+    let is_of_liquids = OF_LIQUIDS.split(' ').any(|word| name.contains(word)) || is_among(LIQUID_NUMBERS, &name);
+    column.largest.is_some() && (is_of_liquids || is_length)
 }
 
 /// What columns of days and times are called, which are words to a reader of cells.

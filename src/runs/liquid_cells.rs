@@ -22,9 +22,11 @@ pub(super) struct LiquidCells {
     writes_dry: bool,
     /// empty cells below names
     empty: usize,
-    /// those right below each other, of one particle: the first so many
+    /// those right below each other: the first so many
     blocks: Vec<EmptyBlock>,
-    /// what runs that are dry for certain lose at 1 m/s, of each particle
+    /// whether the last of them is the one at hand
+    is_kept: bool,
+    /// what runs that are dry for certain lose, of each particle
     dry: BTreeMap<u32, Losses>,
     /// what the row at hand is
     row: Row,
@@ -47,41 +49,47 @@ struct EmptyBlock {
     losses: Losses,
 }
 
-/// How many runs there are, the mean of (1 − e)/v^(1/5), and the sum of squares about it.
+/// How many runs there are, and of 1 − e and of (1 − e)/v^(1/5) the mean and the sum of squares about it: a dry law makes one
+/// or the other the same at all speeds, nearly.
 #[derive(Default, Clone, Copy)]
 struct Losses {
     count: f64,
-    mean: f64,
-    squares: f64,
+    means: [f64; 2],
+    squares: [f64; 2],
 }
 
 impl Losses {
-    fn add(&mut self, loss: f64) {
+    fn add(&mut self, losses: [f64; 2]) {
         self.count += 1.0;
-        let apart = loss - self.mean;
-        self.mean += apart / self.count;
-        self.squares += apart * (loss - self.mean);
+        for ((mean, squares), loss) in self.means.iter_mut().zip(&mut self.squares).zip(losses) {
+            let apart = loss - *mean;
+            *mean += apart / self.count;
+            *squares += apart * (loss - *mean);
+        }
     }
 
-    /// Whether the runs of a block lose more than these by what no scatter of these explains; `None` where they may, or of too
-    /// few.
+    /// Whether the runs of a block lose more than these, in either way to compare them; `None` where they may, or of too few.
     fn is_below(&self, block: &Losses) -> Option<bool> {
         const FEWEST: f64 = 5.0;
         /// sds of their difference that are scatter, and those that are none
         const NEAR: f64 = 3.0;
         const FAR: f64 = 6.0;
-        /// what no dry law or diameter makes of it, as a share, and what no experiment scatters less than
-        const SHARE: f64 = 0.1;
+        /// by how much spheres of other diameters may differ, as a share and at least, and what no experiment scatters less than
+        const SHARE: f64 = 0.15;
+        const LEAST: f64 = 0.015;
         const LEAST_SD: f64 = 0.003;
         if self.count < FEWEST || block.count == 0.0 {
             return None;
         }
-        let sd = (self.squares / (self.count - 1.0)).sqrt().max(LEAST_SD);
-        let apart = block.mean - self.mean;
-        let sds = apart / (sd * (1.0 / self.count + 1.0 / block.count).sqrt());
-        if sds > FAR && apart > SHARE * self.mean {
+        let each = [0, 1].map(|at| {
+            let sd = (self.squares[at] / (self.count - 1.0)).sqrt().max(LEAST_SD);
+            let apart = block.means[at] - self.means[at];
+            let sds = apart / (sd * (1.0 / self.count + 1.0 / block.count).sqrt());
+            (sds < NEAR, sds > FAR && apart > LEAST.max(SHARE * self.means[at]))
+        });
+        if each.iter().all(|(_, is_far)| *is_far) {
             Some(true)
-        } else if sds < NEAR {
+        } else if each.iter().any(|(is_near, _)| *is_near) {
             Some(false)
         } else {
             None
@@ -106,12 +114,13 @@ impl LiquidCells {
         if self.row == Row::Doubtful {
             self.alone += usize::from(self.is_right_above);
             self.empty += 1;
-            if !was_doubtful && self.blocks.len() < MOST {
-                self.blocks.push(EmptyBlock {
+            if !was_doubtful {
+                self.is_kept = self.blocks.len() < MOST;
+                self.blocks.extend(self.is_kept.then(|| EmptyBlock {
                     first: at,
                     particle: None,
                     losses: Losses::default(),
-                });
+                }));
             }
         }
         if let Some(is_dry) = is_dry {
@@ -121,25 +130,34 @@ impl LiquidCells {
         self.is_right_above = is_dry == Some(false);
     }
 
+    /// Passes a row that is left out: it may name the liquid of those below.
+    pub fn pass(&mut self, at: CellPlace, liquid: Option<&str>) {
+        if liquid.is_some() {
+            self.add(at, liquid, false);
+        }
+    }
+
     /// Takes what was measured in the row of the last cell.
     pub fn measured(&mut self, row: &CheckedRow) {
         if self.row == Row::Wet {
             return;
         }
-        let loss = (1.0 - row.restitution) / row.impact_speed.powf(POWER);
+        let loss = 1.0 - row.restitution;
+        let losses = [loss, loss / row.impact_speed.powf(POWER)];
         let particle = row.setting.particle;
         if self.row == Row::Dry {
-            self.dry.entry(particle).or_default().add(loss);
-        } else if let Some(block) = self.blocks.last_mut() {
+            self.dry.entry(particle).or_default().add(losses);
+        } else if let Some(block) = self.blocks.last_mut().filter(|_| self.is_kept) {
             // one of several particles is judged by its first
             if *block.particle.get_or_insert(particle) == particle {
-                block.losses.add(loss);
+                block.losses.add(losses);
             }
         }
     }
 
-    /// The first cell that may have been left empty for the name above it: where its runs lose more than dry ones, where the
-    /// table writes `dry` of other runs, and where hardly any name stands above another but for runs that are dry for certain.
+    /// The first cell that may have been left empty for the name above it: where its runs lose more than dry ones; where the
+    /// table writes `dry` of other runs; or where names stand above empty cells and hardly any above another name, unless what
+    /// was measured says that these runs are dry.
     pub fn doubt(&self) -> Option<(CellPlace, BadCell)> {
         /// empty cells below names, at least
         const EMPTY: usize = 2;
@@ -181,6 +199,11 @@ mod tests {
         for (row, cell) in (2..).zip(cells.split(' ')) {
             let liquid = cell.trim_end_matches(['+', 'w', 't']);
             let liquid = Some(liquid).filter(|name| *name != "_");
+            // an `x` is left out, like a mean
+            if liquid == Some("x") {
+                seen.pass(CellPlace::Row(row), None);
+                continue;
+            }
             seen.add(CellPlace::Row(row), liquid, cell.ends_with('+'));
             let is_wet = cell.ends_with('w') || !matches!(liquid, None | Some("dry"));
             let of_film = if cell.ends_with('t') { 0.785 } else { 0.8 };
@@ -248,6 +271,7 @@ mod tests {
             "_ _ _ _ _ A _ _ A _ _ _",
             "_ _ _ _ _ A A A _ A A",
             "_ _ _ _ _ A _ A _ A _",
+            "_ _ _ _ _ x A _ _ _ x A",
         ] {
             assert_eq!(first_doubt(right, true), None, "{right}");
         }

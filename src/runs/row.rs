@@ -91,12 +91,14 @@ pub(super) struct RowChecker<'s> {
     names: [Names<'s>; 2],
     /// whether the table has a column of film ratios, which then every wet run needs
     pub has_film_ratio: bool,
+    /// whether the table or the scene says of each run which liquid it has
+    names_liquids: bool,
     /// unknown names that may still be compared with every name of the scene: beyond, no message is printed
     to_compare: usize,
 }
 
 impl<'s> RowChecker<'s> {
-    pub fn new(scene: &'s Scene, has_film_ratio: bool) -> Self {
+    pub fn new(scene: &'s Scene, has_film_ratio: bool, names_liquids: bool) -> Self {
         RowChecker {
             scene,
             names: [
@@ -107,6 +109,7 @@ impl<'s> RowChecker<'s> {
                 ),
             ],
             has_film_ratio,
+            names_liquids,
             to_compare: PROBLEMS_SHOWN,
         }
     }
@@ -180,7 +183,10 @@ pub(super) fn check_row(
     let liquid = match raw.word(RunColumn::Liquid) {
         Some(name) if !is_dry => checker.find(RunColumn::Liquid, name, problems),
         // an empty cell means dry only where nothing speaks of a film: else it is a name that was left out, as of merged cells
-        None => match OF_WET_RUNS.into_iter().find(|(column, _)| has(*column)) {
+        None => match OF_WET_RUNS
+            .into_iter()
+            .find(|(column, _)| checker.names_liquids && has(*column))
+        {
             Some((_, beside)) => {
                 let expected = format!("expected a name in [liquids], or `{DRY}`, beside {beside}");
                 refuse(problems, RunColumn::Liquid, expected)
@@ -307,6 +313,7 @@ fn derived_speed(
         let stokes = positive(raw, RunColumn::Stokes, "a Stokes number", problems)?;
         match of_stokes {
             StokesScale::Known(scale) => (RunColumn::Stokes, stokes * scale),
+            StokesScale::Dry if is_bad(RunColumn::Liquid, problems) => return None,
             StokesScale::Dry => {
                 let expected = "expected a drop height or an impact speed: without a liquid there is no Stokes number";
                 return refuse(problems, RunColumn::Stokes, expected);

@@ -23,6 +23,8 @@ pub(super) struct SheetRow {
     pub number: u64,
     /// those that are not empty with their columns, ascending: one far out costs no more than one beside the others
     pub(super) cells: Vec<(usize, Cell<String>)>,
+    /// columns of those of them that are merged with cells above
+    merged: Vec<usize>,
 }
 
 impl SheetRow {
@@ -72,7 +74,8 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, R
         let own = row.cells.iter().map(|(column, _)| *column);
         unnamed.extend(own.skip_while(|column| *column < layout.width));
         let texts = row.texts(layout.width);
-        if texts.iter().all(Option::is_none) {
+        let is_own = |(column, text): (usize, &Option<String>)| text.is_some() && !row.merged.contains(&column);
+        if !texts.iter().enumerate().any(is_own) {
             // a note beside the table
             continue;
         }
@@ -316,7 +319,11 @@ impl Sheet<'_, '_> {
                     if begun.as_ref().is_some_and(|last| last.number < number) {
                         ahead.extend(begun.take());
                     }
-                    let row = begun.get_or_insert_with(|| SheetRow { number, cells: vec![] });
+                    let row = begun.get_or_insert_with(|| SheetRow {
+                        number,
+                        cells: vec![],
+                        merged: vec![],
+                    });
                     row.set(column, held);
                 }
                 Ok(false)
@@ -349,7 +356,10 @@ impl MergedCells {
         let index = row.number - 1;
         self.begun.retain(|_, (last, _)| u64::from(*last) >= index);
         for (column, (_, held)) in &self.begun {
-            row.set(*column, held.clone());
+            if row.held(*column).is_none() {
+                row.set(*column, held.clone());
+                row.merged.push(*column);
+            }
         }
         while let Some(cells) = self.below.pop_if(|cells| u64::from(cells.start.0) <= index) {
             let column = cells.start.1 as usize;

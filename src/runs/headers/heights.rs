@@ -12,9 +12,12 @@ const CENTRE: &str =
      massenmittelpunkt massenmittelpunkts massenmittelpunktes";
 const LOWEST: &str =
     "lowest bottom underside unterkante unterseite kugelunterkante kugelunterseite tiefster tiefsten tiefste";
-// what is highest, or an apex, may be where the sphere turns
-const TOP: &str = "top oberkante oberseite kugeloberkante kugeloberseite";
-const ABOVE: &str = "above over from über ueber ab";
+// the `top`, like an apex, may be where the sphere turns, unless it is said to be the sphere's
+const TOP: &str = "oberkante oberseite kugeloberkante kugeloberseite";
+const SPHERE: &str = "sphere ball bead kugel";
+const ABOVE: &str = "above over über ueber";
+/// The same before what is not the sphere.
+const FROM: &str = "from ab";
 const OF: &str = "the of a an der die das dem den des silicone";
 const FILM: &str =
     "film liquid oil layer flüssigkeit fluessigkeit flüssigkeitsfilm öl oel ölfilm schicht filmoberfläche \
@@ -34,10 +37,12 @@ pub(in crate::runs) fn other_height(name: &str, by: &str, column: RunColumn, nam
     let name = name.replace("c.o.g", "cog").replace("c.o.m", "com");
     let header = Header::new(&name);
     let words: Vec<&str> = header.words.iter().map(String::as_str).collect();
-    let at = words
-        .iter()
-        .position(|word| is_among(ABOVE, word))
-        .unwrap_or(words.len());
+    let is_above = |at: &usize| {
+        let next = words[at + 1..].iter().find(|word| !is_among(OF, word));
+        let is_of_plate = next.is_some_and(|word| is_among(FILM, word) || is_among(PLATE, word));
+        is_among(ABOVE, words[*at]) || is_among(FROM, words[*at]) && is_of_plate
+    };
+    let at = (0..words.len()).find(is_above).unwrap_or(words.len());
     let (point, above) = words.split_at(at);
     // the centre of the plate is not the sphere's
     let of_sphere = |list: &str| {
@@ -49,7 +54,8 @@ pub(in crate::runs) fn other_height(name: &str, by: &str, column: RunColumn, nam
         };
         found.is_some_and(|found| !is_others(found + 1) && !is_others(found.wrapping_sub(1)))
     };
-    if of_sphere(TOP) && !of_sphere(CENTRE) && !of_sphere(LOWEST) {
+    let is_top = of_sphere(TOP) || of_sphere("top") && words.iter().any(|word| is_among(SPHERE, word));
+    if is_top && !of_sphere(CENTRE) && !of_sphere(LOWEST) {
         return Some(format!(
             "by {by} its heights are of the sphere's top: expected those of its lowest point or centre"
         ));
@@ -72,13 +78,21 @@ pub(in crate::runs) fn other_height(name: &str, by: &str, column: RunColumn, nam
     ))
 }
 
-/// The same of a line about the whole table, where it speaks of heights or of the sphere.
+/// The same of a line about the whole table that says of which point of the sphere heights are, where the scene does not.
 pub(in crate::runs) fn other_height_by_line(line: &str, column: RunColumn, naming: &Naming) -> Option<String> {
-    const SPEAKS: &str = "height höhe hoehe kugel sphere ball";
+    const HEIGHTS: &str = "height höhe hoehe";
+    const SPHERE: &str = "sphere ball kugel";
+    /// words of a line that says no more than the point
+    const FEW: usize = 3;
     let lower = line.to_lowercase();
-    let speaks = SPEAKS.split(' ').any(|word| lower.contains(word));
-    let by = format!("the line {}", quoted(line));
-    other_height(line, &by, column, naming).filter(|_| speaks && !naming.heights_of_is_told)
+    let has = |list: &str| list.split(' ').any(|word| lower.contains(word));
+    let speaks = has(HEIGHTS) || has(SPHERE) && lower.split_whitespace().count() <= FEW;
+    if naming.heights_of_is_told || !speaks {
+        return None;
+    }
+    let told = other_height(line, &format!("the line {}", quoted(line)), column, naming)?;
+    told.contains("heights_of")
+        .then(|| told.replace(", or another name or column", ", or \"lowest\" where it is not so"))
 }
 
 fn without_articles<'w>(words: &[&'w str]) -> Vec<&'w str> {
@@ -109,6 +123,8 @@ mod tests {
             "centre above plate",
             "Höhe des Schwerpunkts",
             "Kugelzentrum (mm)",
+            "Height from centre of ball (mm)",
+            "Höhe ab Kugelmitte",
             "h mid-point (mm)",
             "drop height c.o.g. (mm)",
             "Alle Höhen beziehen sich auf den Kugelmittelpunkt",
@@ -144,6 +160,8 @@ mod tests {
             "height above surface",
             "film height",
             "top plate to ball",
+            "rebound height, top of bounce (mm)",
+            "h_top",
             "height (mm) above plate centre",
             "h (mm, center of the image)",
             "h (mm) Mitte Platte",
