@@ -118,12 +118,15 @@ impl Header {
         }
     }
 
-    /// A name with what a line `D = …` or `D: …` above the names says of it in words, in brackets.
+    /// A name with what a line `D = …` or `D: …` above the names says of it in words, in brackets, without its unit.
     fn legend(&self, name: &str) -> Option<String> {
+        let symbol = name.split(['(', '[', '/', ',']).next()?.trim();
         let says = |line: &String| {
-            let meaning = line.strip_prefix(name)?.trim_start().strip_prefix(['=', ':'])?.trim();
+            let (before, after) = line.split_once(['=', ':'])?;
+            let meaning = after.split(';').next()?.trim();
             let is_in_words = meaning.contains(char::is_alphabetic) && !meaning.contains(|c: char| c.is_ascii_digit());
-            is_in_words.then(|| format!("{name} ({meaning})"))
+            let is_of_name = before.split_whitespace().next_back() == Some(symbol);
+            (is_of_name && is_in_words).then(|| format!("{symbol} ({meaning})"))
         };
         self.lines_above.iter().find_map(says)
     }
@@ -630,7 +633,6 @@ mod tests {
             refused(Header::of(&above, cells(&names)), "drop")
         };
         assert!(line("drop: height in inches").contains("by a line above the names it is in"));
-        assert!(line("drop = rebound height").contains("by a line above the names"));
         assert_eq!(
             line("drop = 10 to 40 cm") + &line("drop: drop height (mm)") + &line("drops: in inches"),
             ""
@@ -639,6 +641,37 @@ mod tests {
         assert_eq!(line("Centre for Granular Physics"), "");
         // the title of the table
         assert_eq!(refused(of(&["Drops (cm)", ""], &["drop", "rebound"]), "drop"), "");
+    }
+
+    #[test]
+    fn a_line_above_the_names_says_what_a_column_is() {
+        let refused = |line: &str| {
+            let naming = Naming {
+                columns: vec![
+                    ("diameter_mm".to_owned(), "D (mm)".to_owned()),
+                    ("impact_speed_m_s".to_owned(), "v".to_owned()),
+                ],
+                ..Naming::default()
+            };
+            let [line, names] = [&[line][..], &["D (mm)", "v", "particle", "restitution"]];
+            let [line, names]: [Vec<String>; 2] =
+                [line, names].map(|cells| cells.iter().map(|cell| (*cell).to_owned()).collect());
+            let problems = TableLayout::new(&Header::of(&[line], names), &naming).err();
+            let told = problems.into_iter().flatten().map(|problem| problem.expected);
+            told.collect::<Vec<String>>().join("; ")
+        };
+        assert!(
+            refused("only radii were measured; column D = radius").contains("by a line above the names it is a radius")
+        );
+        assert!(refused("v: speeds in ft/s").contains("by a line above the names it is in"));
+        for right in [
+            "D = 4.762 mm",
+            "v: impact speed (m/s)",
+            "D = diameter of the sphere",
+            "v0: in ft/s",
+        ] {
+            assert_eq!(refused(right), "", "{right}");
+        }
     }
 
     #[test]

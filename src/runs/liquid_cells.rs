@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use super::raw_row::{bad_cell, BadCell};
 use super::refusals::CellPlace;
 use super::row::CheckedRow;
-use crate::physics::dry::POWER;
 use crate::scene::{RunColumn, DRY};
 
 /// The cells of a column of liquids, as far as they were read.
@@ -49,26 +48,30 @@ struct EmptyBlock {
     losses: Losses,
 }
 
-/// How many runs there are, and of 1 − e and of (1 − e)/v^(1/5) the mean and the sum of squares about it: a dry law makes one
-/// or the other the same at all speeds, nearly.
+/// How many runs there are, the means of ln v and of 1 − e, and the sums of squares and products about these.
 #[derive(Default, Clone, Copy)]
 struct Losses {
     count: f64,
-    means: [f64; 2],
-    squares: [f64; 2],
+    ln_speed: f64,
+    loss: f64,
+    speed_squares: f64,
+    products: f64,
+    loss_squares: f64,
 }
 
 impl Losses {
-    fn add(&mut self, losses: [f64; 2]) {
+    fn add(&mut self, ln_speed: f64, loss: f64) {
         self.count += 1.0;
-        for ((mean, squares), loss) in self.means.iter_mut().zip(&mut self.squares).zip(losses) {
-            let apart = loss - *mean;
-            *mean += apart / self.count;
-            *squares += apart * (loss - *mean);
-        }
+        let [x, y] = [ln_speed - self.ln_speed, loss - self.loss];
+        self.ln_speed += x / self.count;
+        self.loss += y / self.count;
+        self.speed_squares += x * (ln_speed - self.ln_speed);
+        self.products += x * (loss - self.loss);
+        self.loss_squares += y * (loss - self.loss);
     }
 
-    /// Whether the runs of a block lose more than these, in either way to compare them; `None` where they may, or of too few.
+    /// Whether the runs of a block lose more than these by their straight line in ln v, which any dry law follows nearly; `None`
+    /// where they may, or where there are too few.
     fn is_below(&self, block: &Losses) -> Option<bool> {
         const FEWEST: f64 = 5.0;
         /// sds of their difference that are scatter, and those that are none
@@ -78,18 +81,21 @@ impl Losses {
         const SHARE: f64 = 0.15;
         const LEAST: f64 = 0.015;
         const LEAST_SD: f64 = 0.003;
+        /// the sd up to which an agreement says something
+        const SURE: f64 = 0.01;
         if self.count < FEWEST || block.count == 0.0 {
             return None;
         }
-        let each = [0, 1].map(|at| {
-            let sd = (self.squares[at] / (self.count - 1.0)).sqrt().max(LEAST_SD);
-            let apart = block.means[at] - self.means[at];
-            let sds = apart / (sd * (1.0 / self.count + 1.0 / block.count).sqrt());
-            (sds < NEAR, sds > FAR && apart > LEAST.max(SHARE * self.means[at]))
-        });
-        if each.iter().all(|(_, is_far)| *is_far) {
+        let slope = self.products / self.speed_squares.max(f64::MIN_POSITIVE);
+        let rest = (self.loss_squares - slope * self.products).max(0.0);
+        let beyond = block.ln_speed - self.ln_speed;
+        let apart = block.loss - self.loss - slope * beyond;
+        let by_slope = beyond * beyond / self.speed_squares.max(f64::MIN_POSITIVE);
+        let sd_of_runs = (rest / (self.count - 2.0)).sqrt().max(LEAST_SD);
+        let sd = sd_of_runs * (1.0 / self.count + 1.0 / block.count + by_slope).sqrt();
+        if apart > FAR * sd && apart > LEAST.max(SHARE * self.loss) {
             Some(true)
-        } else if each.iter().any(|(is_near, _)| *is_near) {
+        } else if apart < NEAR * sd && sd < SURE {
             Some(false)
         } else {
             None
@@ -142,15 +148,14 @@ impl LiquidCells {
         if self.row == Row::Wet {
             return;
         }
-        let loss = 1.0 - row.restitution;
-        let losses = [loss, loss / row.impact_speed.powf(POWER)];
+        let (ln_speed, loss) = (row.impact_speed.ln(), 1.0 - row.restitution);
         let particle = row.setting.particle;
         if self.row == Row::Dry {
-            self.dry.entry(particle).or_default().add(losses);
+            self.dry.entry(particle).or_default().add(ln_speed, loss);
         } else if let Some(block) = self.blocks.last_mut().filter(|_| self.is_kept) {
             // one of several particles is judged by its first
             if *block.particle.get_or_insert(particle) == particle {
-                block.losses.add(losses);
+                block.losses.add(ln_speed, loss);
             }
         }
     }
@@ -209,13 +214,15 @@ mod tests {
             let of_film = if cell.ends_with('t') { 0.785 } else { 0.8 };
             let restitution = if is_wet { 0.7 } else { of_film } + 1e-3 * (row % 3) as f64;
             if is_measured {
-                seen.measured(&checked(restitution));
+                // both over the same speeds, at which a dry sphere loses more the faster it is
+                let speed = 1.0 + 0.3 * (row % 3) as f64;
+                seen.measured(&checked(speed, restitution - 0.05 * speed.ln()));
             }
         }
         seen.doubt().map(|(at, _)| at.number())
     }
 
-    fn checked(restitution: f64) -> CheckedRow {
+    fn checked(impact_speed: f64, restitution: f64) -> CheckedRow {
         CheckedRow {
             setting: RowSetting {
                 particle: 0,
@@ -223,7 +230,7 @@ mod tests {
                 diameter: 4e-3,
                 film: 0.0,
             },
-            impact_speed: 1.0,
+            impact_speed,
             restitution,
             film_ratio: None,
             errors: Default::default(),
