@@ -118,15 +118,15 @@ impl Header {
         }
     }
 
-    /// A name with what a line `D = …` or `D: …` above the names says of it in words, in brackets, without its unit.
-    fn legend(&self, name: &str) -> Option<String> {
+    /// What a line `D = …` or `D: …` above the names says of a column in words: with the name, less its unit, before it, and alone.
+    fn legend(&self, name: &str) -> Option<[String; 2]> {
         let symbol = name.split(['(', '[', '/', ',']).next()?.trim();
         let says = |line: &String| {
             let (before, after) = line.split_once(['=', ':'])?;
             let meaning = after.split(';').next()?.trim();
             let is_in_words = meaning.contains(char::is_alphabetic) && !meaning.contains(|c: char| c.is_ascii_digit());
             let is_of_name = before.split_whitespace().next_back() == Some(symbol);
-            (is_of_name && is_in_words).then(|| format!("{symbol} ({meaning})"))
+            (is_of_name && is_in_words).then(|| [format!("{symbol} ({meaning})"), meaning.to_owned()])
         };
         self.lines_above.iter().find_map(says)
     }
@@ -400,7 +400,8 @@ impl Matching<'_> {
         let above = header.units_above.get(index);
         let above = above.and_then(|cell| unit_of_cell_above(cell, column.dimension()));
         let by_legend = |ours| {
-            let told = other_quantity(legend.as_deref()?, column, ours)?;
+            let mut each = legend.iter().flatten();
+            let told = each.find_map(|legend| other_quantity(legend, column, ours))?;
             Some(told.replacen("by its name", "by a line above the names", 1))
         };
         let other = told.and_then(|ours| other_quantity(&plain, column, ours).or_else(|| by_legend(ours)));
@@ -409,9 +410,8 @@ impl Matching<'_> {
         let has_own = parted(&plain).1.is_some() || below.is_some() || above.is_some();
         let title = in_plain_signs(header.title(index, column));
         let of_group = parted(&title).1.filter(|stated| !has_own && is_unit_of(stated, column));
-        let of_legend = legend
-            .as_deref()
-            .and_then(|legend| unit_in_name(legend, column.dimension()));
+        let of_legend = legend.iter().flatten().next();
+        let of_legend = of_legend.and_then(|legend| unit_in_name(legend, column.dimension()));
         for (stated, by) in [
             (by_name, "its name"),
             (below, "the row below its name"),
