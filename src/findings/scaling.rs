@@ -122,11 +122,11 @@ impl Bias {
 /// A scaling estimate with what later steps need of it.
 #[derive(Debug)]
 pub struct FittedScaling {
-    /// index into [`Runs::spheres`]
+    /// index into [`crate::runs::Runs::spheres`]
     pub sphere: usize,
     /// the law
     pub law: WetLaw,
-    /// range of [`Runs::series`] it was fitted to
+    /// range of [`crate::runs::Runs::series`] it was fitted to
     pub series: std::ops::Range<usize>,
     /// α and its slope in 1/St (square root), intercept and minus the slope (linear); `None` unless it converged
     pub parameters: Option<[f64; 2]>,
