@@ -81,7 +81,6 @@ pub(in crate::runs) fn other_height(name: &str, by: &str, column: RunColumn, nam
 /// The same of a line about the whole table that says of which point of the sphere heights are, where the scene does not.
 pub(in crate::runs) fn other_height_by_line(line: &str, column: RunColumn, naming: &Naming) -> Option<String> {
     const HEIGHTS: &str = "height höhe hoehe";
-    const SPHERE: &str = "sphere ball kugel";
     /// words of a line that says no more than the point
     const FEW: usize = 3;
     let lower = line.to_lowercase();
