@@ -12,11 +12,9 @@
 
 mod at_nodes;
 mod gauss;
-mod rebounds;
 mod rule;
 
-pub(super) use rebounds::{Rebounds, MOST_REBOUNDS};
-
+use self::gauss::has_converged;
 use super::errors::Errors;
 use super::normal::CERTAIN;
 use super::run_density::{RunDensity, Seen};
@@ -106,6 +104,7 @@ impl SettingNodes {
 
 /// What the integrand is at some nodes.
 struct AtNodes {
+    z: Column,
     /// its logarithm, as a function of z
     ln: Column,
     /// slope of z along the path
@@ -116,10 +115,26 @@ struct AtNodes {
 
 impl AtNodes {
     const NONE: AtNodes = AtNodes {
+        z: [0.0; MOST_NODES],
         ln: [0.0; MOST_NODES],
         stretch: [1.0; MOST_NODES],
         parts: [0.0; MOST_NODES],
     };
+
+    /// What the nodes on both sides of a bell add to the mass.
+    fn pairs(&self) -> &[[f64; 2]] {
+        self.parts.as_chunks().0
+    }
+}
+
+/// Every node of an integral, one after another.
+#[derive(Debug, Default)]
+struct Trace {
+    z: Vec<f64>,
+    /// what each adds to the mass
+    parts: Vec<f64>,
+    /// what each setting keeps there, the settings of a node together
+    kept: Vec<f64>,
 }
 
 /// Sums over nodes, all divided by the exponential of a value that the logarithm of the integrand has near its largest.
@@ -133,6 +148,8 @@ struct Sums<'s> {
     at: &'s mut [SettingNodes],
     /// what the integrand is there
     nodes: AtNodes,
+    /// all nodes since the sums were cleared, where these are wanted
+    trace: Option<Trace>,
 }
 
 impl<'s> Sums<'s> {
@@ -144,6 +161,7 @@ impl<'s> Sums<'s> {
             settings,
             at,
             nodes: AtNodes::NONE,
+            trace: None,
         };
         sums.clear();
         sums
@@ -153,6 +171,17 @@ impl<'s> Sums<'s> {
         self.reference = f64::NEG_INFINITY;
         self.of = [0.0; 4];
         self.settings.fill(SettingSlopes::default());
+        self.trace = self.trace.take().map(|_| Trace::default());
+    }
+
+    /// Traces so many nodes that were asked for last.
+    fn trace_last(&mut self, count: usize) {
+        let Some(trace) = &mut self.trace else { return };
+        trace.z.extend(&self.nodes.z[..count]);
+        trace.parts.extend(&self.nodes.parts[..count]);
+        for node in 0..count {
+            trace.kept.extend(self.at.iter().map(|setting| setting.kept[node]));
+        }
     }
 
     /// Makes this logarithm the reference where its exponential would else be beyond all numbers.
@@ -180,7 +209,8 @@ impl<'s> Sums<'s> {
 
     fn scale(&mut self, factor: f64) {
         let each = self.of.iter_mut().chain(self.settings.iter_mut().flatten());
-        each.for_each(|sum| *sum *= factor);
+        let traced = self.trace.iter_mut().flat_map(|trace| &mut trace.parts);
+        each.chain(traced).for_each(|sum| *sum *= factor);
     }
 }
 
@@ -242,10 +272,54 @@ impl Hidden<'_> {
 
     /// The log density of each run given the others, in their order: that of all less that of the others.
     pub fn given_the_others(&self) -> Vec<f64> {
-        let all = self.value();
-        (0..self.runs().count())
-            .map(|place| all - self.without(place))
-            .collect()
+        let mut slopes = vec![SettingSlopes::default(); self.settings.len()];
+        let mut at = vec![SettingNodes::NONE; self.settings.len()];
+        let mut sums = Sums::of(&mut slopes, &mut at);
+        sums.trace = Some(Trace::default());
+        let is_bell = self.over_bell(&mut sums);
+        if !is_bell && self.over_panels(&mut sums).is_none() {
+            return vec![f64::NAN; self.runs().count()];
+        }
+        let all = sums.density().value;
+        let trace = sums.trace.unwrap_or_default();
+        let settings = self.settings.iter().enumerate();
+        let runs = settings.flat_map(|(place, setting)| setting.runs.iter().map(move |run| (place, run)));
+        let found = runs.enumerate().map(|(place, (setting, run))| {
+            let by_nodes = self.given_by_nodes(run, setting, &trace, is_bell);
+            by_nodes.unwrap_or_else(|| all - self.without(place))
+        });
+        found.collect()
+    }
+
+    /// That of one run from the nodes of all, whose mass is 1: the integrand of the others is that of all over its own density.
+    /// `None` where these nodes do not do for that.
+    fn given_by_nodes(&self, run: &MeasuredRun, setting: usize, trace: &Trace, is_bell: bool) -> Option<f64> {
+        /// what one of the outermost nodes may have of the mass
+        const NOTHING: f64 = 1e-10;
+        let kept = trace.kept.iter().skip(setting).step_by(self.settings.len());
+        let own = kept
+            .zip(&trace.z)
+            .map(|(kept, z)| self.density_at(run, *kept, *z).value);
+        let own: Vec<f64> = own.collect();
+        let least = own.iter().copied().fold(f64::INFINITY, f64::min);
+        let others = trace
+            .parts
+            .iter()
+            .zip(&own)
+            .map(|(part, own)| part * (least - own).exp());
+        let others: Vec<f64> = others.collect();
+        let mass: f64 = others.iter().sum();
+        let does = if is_bell {
+            has_converged(others.as_chunks().0)
+        } else {
+            let z = || trace.z.iter().zip(&others);
+            let ends = [
+                z().min_by(|a, b| a.0.total_cmp(b.0)),
+                z().max_by(|a, b| a.0.total_cmp(b.0)),
+            ];
+            ends.into_iter().flatten().all(|(_, part)| *part < NOTHING * mass)
+        };
+        does.then(|| least - mass.ln())
     }
 
     /// Every run, setting by setting.

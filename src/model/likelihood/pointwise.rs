@@ -29,6 +29,9 @@ use crate::physics::Form;
 use crate::runs::{Conditions, Runs, SharedSpeed};
 use crate::scene::{NoiseOn, Scene, Sticking};
 
+/// Of factors of a density, and of those that divide it.
+const SIGNS: [f64; 2] = [1.0, -1.0];
+
 /// The runs of a scene, in the order of [`Runs`], ready for one run at a time.
 #[derive(Debug, Clone)]
 pub struct Pointwise {
@@ -164,29 +167,21 @@ impl Pointwise {
 
     /// The groups that share a true speed.
     fn shared_runs(&self, groups: &[SharedSpeed]) -> Vec<SharedRuns> {
-        let setting = |of: Vec<usize>, seen: &dyn Fn(usize) -> Seen| SharedSetting {
-            impact: self.setting(of[0]).impact,
-            known: of
-                .iter()
-                .map(|run| MeasuredRun {
-                    seen: seen(*run),
-                    errors: self.errors[*run],
-                })
-                .collect(),
-            runs: of,
-        };
         let mut found = vec![];
-        for group in groups {
-            let all = group.settings.iter().cloned();
-            found.push(SharedRuns {
-                sign: 1.0,
-                settings: all.clone().map(|of| setting(of, &|run| self.seen(run))).collect(),
+        for (group, sign) in groups.iter().flat_map(|group| SIGNS.map(|sign| (group, sign))) {
+            let known = |run: &usize| {
+                let errors = self.errors[*run];
+                let seen = self.factor(*run, sign)?;
+                Some((*run, MeasuredRun { seen, errors }))
+            };
+            let settings = group.settings.iter().filter_map(|of| {
+                let (runs, known): (Vec<usize>, Vec<MeasuredRun>) = of.iter().filter_map(known).unzip();
+                let impact = self.setting(*runs.first()?).impact;
+                Some(SharedSetting { impact, runs, known })
             });
-            let logged = all.map(|of| of.into_iter().filter(|run| !self.stuck[*run]).collect());
-            let logged = logged.filter(|of: &Vec<usize>| self.truncated && !of.is_empty());
             found.push(SharedRuns {
-                sign: -1.0,
-                settings: logged.map(|of| setting(of, &|_| self.rebounded())).collect(),
+                sign,
+                settings: settings.collect(),
             });
         }
         found.retain(|shared| !shared.settings.is_empty());
@@ -232,18 +227,14 @@ impl Pointwise {
         self.errors.get(run).is_some_and(|errors| errors.is_shared)
     }
 
-    /// What is known of a run: its restitution, or that it stuck.
-    fn seen(&self, run: usize) -> Seen {
-        if self.stuck[run] {
-            Seen::On(Side::Below, self.limit)
-        } else {
-            Seen::Rebound(self.restitution[run])
+    /// What is known of a run, a factor of its density by one of [`SIGNS`]: its restitution or that it stuck, divided by the
+    /// probability that it rebounded where other runs were not logged.
+    fn factor(&self, run: usize, sign: f64) -> Option<Seen> {
+        match (self.stuck[run], sign > 0.0) {
+            (true, true) => Some(Seen::On(Side::Below, self.limit)),
+            (false, true) => Some(Seen::Rebound(self.restitution[run])),
+            (stuck, false) => (self.truncated && !stuck).then_some(Seen::On(Side::Above, self.limit)),
         }
-    }
-
-    /// What is known of a run where all that is known is that it rebounded.
-    fn rebounded(&self) -> Seen {
-        Seen::On(Side::Above, self.limit)
     }
 
     pub(super) fn impact<'b>(&self, run: usize, balance: &'b Balance) -> RunImpact<'b> {
@@ -254,12 +245,12 @@ impl Pointwise {
         }
     }
 
-    /// What a run adds to the log likelihood that shares its true speed with none; `found` where its density is known.
+    /// What a run adds to the log likelihood that shares its true speed with none.
     #[inline]
-    pub(super) fn alone(&self, run: usize, at: RunImpact, noise: &RunNoise, found: Option<RunDensity>) -> RunDensity {
-        let mut all = found.unwrap_or_else(|| at.density(noise, self.seen(run)));
-        if self.truncated && !self.stuck[run] {
-            all.add(at.density(noise, self.rebounded()), -1.0);
+    pub(super) fn alone(&self, run: usize, at: RunImpact, noise: &RunNoise) -> RunDensity {
+        let mut all = RunDensity::default();
+        for (seen, sign) in SIGNS.iter().filter_map(|sign| Some((self.factor(run, *sign)?, *sign))) {
+            all.add(at.density(noise, seen), sign);
         }
         all
     }
@@ -392,7 +383,7 @@ impl EvaluatedLaw<'_> {
         } = self.pointwise;
         let noise = self.noise(run);
         if *truncated || self.pointwise.is_integrated() || self.pointwise.is_stuck(run) {
-            return self.pointwise.alone(run, self.impact(run), noise, None).value;
+            return self.pointwise.alone(run, self.impact(run), noise).value;
         }
         // where runs are left out very many of these are asked for, and no slope: with them it takes nearly twice as long
         noise.tails.ln_unit_density(self.z(run, restitution[run])) - self.ln_sigma[self.kind(run)]

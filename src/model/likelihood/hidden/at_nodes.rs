@@ -120,13 +120,12 @@ impl Hidden<'_> {
 
     /// Adds nodes, a multiple of [`LANES`], to sums.
     pub(super) fn at_nodes(&self, nodes: &RuleNodes, sums: &mut Sums) {
-        let (hidden, arch) = (self, Arch::new());
-        // room for few is made sooner
-        if nodes.count > LANES {
-            arch.dispatch(Nodes::<MOST_NODES> { hidden, nodes, sums });
-        } else {
-            arch.dispatch(Nodes::<LANES> { hidden, nodes, sums });
-        }
+        Arch::new().dispatch(Nodes {
+            hidden: self,
+            nodes,
+            sums,
+        });
+        sums.trace_last(nodes.count);
     }
 
     /// The logarithm of the integrand at these places.
@@ -143,14 +142,13 @@ impl Hidden<'_> {
     }
 }
 
-/// At most so many nodes.
-struct Nodes<'n, 'b, 'm, 's, const ROOM: usize> {
+struct Nodes<'n, 'b, 'm, 's> {
     hidden: &'n Hidden<'b>,
     nodes: &'n RuleNodes,
     sums: &'m mut Sums<'s>,
 }
 
-impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
+impl WithSimd for Nodes<'_, '_, '_, '_> {
     type Output = ();
 
     // each loop is over slices whose length is not known where the code is made: of one that is, the registers are not filled
@@ -164,13 +162,13 @@ impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
             weights,
             count,
         } = *nodes;
-        let count = count.min(ROOM);
+        let count = count.min(MOST_NODES);
         let fused = is_fused::<S>();
         let sigma = hidden.noise.spreads.sigma;
         let is_plain = hidden.is_plain();
-        let [mut ln, mut parts, mut of_sigma, mut of_energy, mut of_shape] = [[0.0; ROOM]; 5];
-        let (mut variances, mut factors) = ([1.0; ROOM], 0);
-        let (mut z, mut stretch) = ([0.0; ROOM], [1.0; ROOM]);
+        let [mut ln, mut parts, mut of_sigma, mut of_energy, mut of_shape] = [[0.0; MOST_NODES]; 5];
+        let (mut variances, mut factors) = ([1.0; MOST_NODES], 0);
+        let (mut z, mut stretch) = ([0.0; MOST_NODES], [1.0; MOST_NODES]);
         z[..count].copy_from_slice(&x[..count]);
         if let Path::Turn { kept, slope } = path {
             let columns = z[..count].iter_mut().zip(&mut stretch[..count]);
@@ -185,7 +183,7 @@ impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
         }
         for (setting, to) in hidden.settings.iter().zip(sums.at.iter_mut()) {
             hidden.setting_at(setting, z, fused, to);
-            let (mut mean, mut slope) = ([0.0; ROOM], [1.0; ROOM]);
+            let (mut mean, mut slope) = ([0.0; MOST_NODES], [1.0; MOST_NODES]);
             for ((mean, slope), kept) in mean[..count].iter_mut().zip(&mut slope[..count]).zip(&to.kept[..count]) {
                 (*mean, *slope) = mean_and_slope(*kept);
             }
@@ -287,6 +285,7 @@ impl<const ROOM: usize> WithSimd for Nodes<'_, '_, '_, '_, ROOM> {
             }
         }
         let at = &mut sums.nodes;
+        at.z[..count].copy_from_slice(z);
         for (to, of) in [(&mut at.ln, &ln), (&mut at.stretch, &stretch), (&mut at.parts, &parts)] {
             to[..count].copy_from_slice(&of[..count]);
         }

@@ -6,7 +6,7 @@
 //! smooth as the rest; where several settings turn, from each of them half the way to the next.
 
 use super::at_nodes::{Path, RuleNodes};
-use super::gauss::{Hermite, GAUSS};
+use super::gauss::{has_converged, GAUSS, HERMITE, HERMITE_NODES};
 use super::{AtNodes, Hidden, Moves, SettingRuns, Sums, FALL, MOST_NODES, REACH};
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::model::likelihood::run_density::Seen;
@@ -98,28 +98,22 @@ impl Hidden<'_> {
         /// of a step, in widths, and of the ratio of two widths: what follows is as good as it gets
         const NEAR: f64 = 0.2;
         let mut bell = self.start(path);
-        let mut rule = Hermite::EIGHT;
         for _ in 0..STEPS {
             if !bell.is_clear(path) {
                 return false;
             }
             sums.clear();
-            self.at_hermite(path, bell, rule, sums);
-            let parts = sums.nodes.parts.as_chunks::<2>().0;
-            if rule.last_coefficient(parts) < rule.most_of_last * sums.of[0] && self.keeps_its_sign(rule, sums) {
+            self.at_hermite(path, bell, sums);
+            if has_converged(sums.nodes.pairs()) && keeps_its_sign(sums) {
                 return true;
             }
-            let (step, ratio) = match bell.towards(rule, &sums.nodes) {
-                Some(towards) => towards,
-                None => return false,
+            let Some((step, ratio)) = bell.towards(&sums.nodes) else {
+                return false;
             };
             bell.x += step * bell.width;
             bell.width *= ratio;
             if step.abs() < NEAR && (ratio - 1.0).abs() < NEAR {
-                if rule == Hermite::SIXTEEN {
-                    return false;
-                }
-                rule = Hermite::SIXTEEN;
+                return false;
             }
         }
         false
@@ -159,29 +153,13 @@ impl Hidden<'_> {
         }
     }
 
-    fn at_hermite(&self, path: Path, Bell { x, width }: Bell, rule: Hermite, sums: &mut Sums) {
+    fn at_hermite(&self, path: Path, Bell { x, width }: Bell, sums: &mut Sums) {
         let mut nodes = RuleNodes::along(path);
-        for [node, weight, _] in rule.pairs {
+        for [node, weight, _] in HERMITE {
             nodes.push(x - width * node, width * weight);
             nodes.push(x + width * node, width * weight);
         }
         self.at_nodes(&nodes, sums);
-    }
-
-    /// Whether no setting turns within the nodes that were asked for last, nor as far beyond as a bell has something.
-    fn keeps_its_sign(&self, rule: Hermite, sums: &Sums) -> bool {
-        /// of the way between the last two nodes
-        const BEYOND: f64 = 1.4;
-        let count = 2 * rule.pairs.len();
-        let beyond = if rule == Hermite::EIGHT { BEYOND } else { 0.0 };
-        sums.at.iter().all(|setting| {
-            let ends = [0, 1].map(|side| {
-                let [inner, outer] = [count - 4 + side, count - 2 + side].map(|node| setting.kept[node]);
-                outer + beyond * (outer - inner)
-            });
-            // also where one is no number
-            ends[0] * ends[1] > 0.0
-        })
     }
 
     /// Writes the integral over the true speed to the sums, by panels along the whole line as far as there is something; `None`
@@ -439,12 +417,10 @@ impl Bell {
 
     /// A step in widths and the ratio of the widths, by the parabola through the logarithm at the innermost nodes; `None` where
     /// that has no largest value.
-    fn towards(&self, rule: Hermite, at: &AtNodes) -> Option<(f64, f64)> {
+    fn towards(&self, at: &AtNodes) -> Option<(f64, f64)> {
         /// of a step: farther away another parabola fits
         const FARTHEST: f64 = 4.0;
-        let [[a, ..], [b, ..], ..] = rule.pairs else {
-            return None;
-        };
+        let [[a, ..], [b, ..], ..] = HERMITE;
         // with the stretch of the path, which is a factor of what is integrated
         let ln = |node: usize| at.ln[node] + at.stretch[node].ln();
         let [inner, outer] = [[ln(0), ln(1)], [ln(2), ln(3)]];
@@ -453,6 +429,15 @@ impl Bell {
         // nor where it is no number
         (bend > 0.0).then(|| ((slope / bend).clamp(-FARTHEST, FARTHEST), 1.0 / bend.sqrt()))
     }
+}
+
+/// Whether no setting turns within the nodes of the bell that were asked for last.
+fn keeps_its_sign(sums: &Sums) -> bool {
+    let ends = [HERMITE_NODES - 2, HERMITE_NODES - 1];
+    // not where one is no number
+    sums.at
+        .iter()
+        .all(|setting| ends.map(|node| setting.kept[node]).iter().product::<f64>() > 0.0)
 }
 
 /// Gives Gauss's nodes of a panel, with their weights.
