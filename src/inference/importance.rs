@@ -110,7 +110,7 @@ impl Weights {
     pub fn of(proposed: &[Proposed]) -> Option<Weights> {
         let ln_ratios: Vec<f64> = proposed.iter().flat_map(|one| &one.ln_ratio).copied().collect();
         // the draws are independent
-        let smoothed = psis(&ln_ratios, tail_length(ln_ratios.len(), 1.0)).ok()?;
+        let smoothed = psis(&ln_ratios, tail_length(ln_ratios.len(), 1.0))?;
         Some(Weights {
             weights: smoothed.weights,
             khat: smoothed.khat.unwrap_or(f64::NEG_INFINITY),
