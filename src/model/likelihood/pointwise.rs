@@ -65,8 +65,6 @@ pub struct EvaluatedLaw<'p> {
     balances: Vec<Balance>,
     /// of dry and of wet runs
     noise: [RunNoise; 2],
-    /// ln of their spreads
-    ln_sigma: [f64; 2],
     /// log density of each run given those that share its true speed, where some do
     given_the_others: OnceLock<Vec<f64>>,
 }
@@ -292,20 +290,15 @@ impl Pointwise {
             first: settings.start,
             balances: self.settings[settings].iter().map(|of| laws(of).balance).collect(),
             noise,
-            ln_sigma: noise.map(|of| of.spreads.sigma.ln()),
             given_the_others: OnceLock::new(),
         }
     }
 }
 
 impl EvaluatedLaw<'_> {
-    /// 0 of a dry run, 1 of a wet one.
-    fn kind(&self, run: usize) -> usize {
-        usize::from(run >= self.pointwise.dry)
-    }
-
+    /// Of a dry or a wet run.
     fn noise(&self, run: usize) -> &RunNoise {
-        &self.noise[self.kind(run)]
+        &self.noise[usize::from(run >= self.pointwise.dry)]
     }
 
     fn balance(&self, run: usize) -> &Balance {
@@ -387,15 +380,8 @@ impl EvaluatedLaw<'_> {
 
     /// The same of a run that shares its true speed with none.
     fn ln_likelihood_alone(&self, run: usize) -> f64 {
-        let Pointwise {
-            truncated, restitution, ..
-        } = self.pointwise;
-        let noise = self.noise(run);
-        if *truncated || self.pointwise.is_integrated() || self.pointwise.is_stuck(run) {
-            return self.pointwise.alone(run, self.impact(run), noise, None).value;
-        }
-        // where runs are left out very many of these are asked for, and no slope: with them it takes nearly twice as long
-        noise.tails.ln_unit_density(self.z(run, restitution[run])) - self.ln_sigma[self.kind(run)]
+        let (at, noise) = (self.impact(run), self.noise(run));
+        self.pointwise.alone(run, at, noise, None).value
     }
 
     /// Log likelihood of some runs together, of which none shares its true speed with another one.
