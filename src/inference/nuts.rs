@@ -172,7 +172,13 @@ fn sample_chain<T: LogDensity + ?Sized>(
         ..DiagNutsSettings::default()
     };
     settings.adapt_options.step_size_settings.target_accept = effort.target_accept;
-    let math = CpuMath::new(Rounded::new(target, about));
+    let zeros = vec![0.0; target.dimension()];
+    let math = CpuMath::new(Rounded {
+        target,
+        about,
+        point: zeros.clone(),
+        slopes: zeros,
+    });
     let reason = |error: &dyn std::fmt::Display| error.to_string();
     let mut chain = settings.new_chain(number, math, &mut rng).map_err(|e| reason(&e))?;
     chain.set_position(&start).map_err(|e| reason(&e))?;
@@ -219,18 +225,6 @@ struct Rounded<'t, T: ?Sized> {
     about: &'t Laplace,
     point: Vec<f64>,
     slopes: Vec<f64>,
-}
-
-impl<'t, T: LogDensity + ?Sized> Rounded<'t, T> {
-    fn new(target: &'t T, about: &'t Laplace) -> Self {
-        let dimension = target.dimension();
-        Rounded {
-            target,
-            about,
-            point: vec![0.0; dimension],
-            slopes: vec![0.0; dimension],
-        }
-    }
 }
 
 impl<T: ?Sized> HasDims for Rounded<'_, T> {
