@@ -21,7 +21,7 @@ use crate::findings::remarks::in_symbols;
 use crate::rounding::{self, by_number, positive, with_sd, NONE};
 
 /// The templates by their names.
-const TEMPLATES: [(&str, &str); 31] = [
+const TEMPLATES: [(&str, &str); 30] = [
     ("against_film.md", include_str!("templates/against_film.md")),
     ("against_speed.md", include_str!("templates/against_speed.md")),
     ("bands.txt", include_str!("templates/bands.txt")),
@@ -36,7 +36,6 @@ const TEMPLATES: [(&str, &str); 31] = [
     ("laws.csv", include_str!("templates/laws.csv")),
     ("laws.md", include_str!("templates/laws.md")),
     ("laws_table.csv", include_str!("templates/laws_table.csv")),
-    ("main_coverage.md", include_str!("templates/main_coverage.md")),
     ("main_numbers.md", include_str!("templates/main_numbers.md")),
     ("materials.md", include_str!("templates/materials.md")),
     ("noise.md", include_str!("templates/noise.md")),
