@@ -38,13 +38,16 @@ const MOST_ROUNDING: f64 = 1e-3;
 /// Depth at which a trajectory is cut: 2¹⁰ steps.
 pub const LARGEST_DEPTH: u64 = 10;
 
-/// What one chain kept. Every column but `points` has one number a draw.
+/// What one chain kept. A column has one number a draw, `points` several; where no trajectory was followed, those of
+/// trajectories are empty.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Chain {
     /// the points, one after the other, as many numbers each as there are dimensions
     pub points: Vec<f64>,
     /// log density at the point
     pub ln_density: Vec<f64>,
+    /// the same less that of the proposal it was drawn from, up to a constant; empty where there was none
+    pub ln_ratio: Vec<f64>,
     /// mean acceptance probability of the trajectory
     pub acceptance_rate: Vec<f64>,
     /// step size in the rounded space

@@ -1,7 +1,8 @@
 //! Prepares a posterior for sampling: finds a start, and the mode with its curvature.
 
-use super::importance::{propose, DrawCounts, ProposalTails, Proposed};
+use super::importance::{propose, DrawCounts, ProposalTails};
 use super::laplace::{laplace, Laplace};
+use super::nuts::Chain;
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::model::posterior::{LogDensity, PosteriorDensity};
@@ -47,13 +48,7 @@ impl PreparedPosterior {
     }
 
     /// Proposals about the mode, from the stream of a step of what the stream is for.
-    pub(super) fn propose(
-        &self,
-        tails: ProposalTails,
-        size: DrawCounts,
-        stream: StreamName,
-        step: &str,
-    ) -> Vec<Proposed> {
+    pub(super) fn propose(&self, tails: ProposalTails, size: DrawCounts, stream: StreamName, step: &str) -> Vec<Chain> {
         let name = format!("{} {step}", stream.name);
         let from = (&self.about, tails);
         propose(&self.posterior, from, size, StreamName::new(stream.seed, &name))
