@@ -242,12 +242,11 @@ enum Units<'r> {
 
 impl<'r> Units<'r> {
     fn new(scene: &Scene, runs: &'r Runs, setup: SamplingSetup) -> Units<'r> {
-        let pointwise = Pointwise::new(scene, runs, setup.form);
         if scene.model.series_offsets {
             let likelihood = Likelihood::new(scene, runs, setup.form);
-            Units::Series(Box::new(SeriesDensities::new(pointwise, likelihood, runs)))
+            Units::Series(Box::new(SeriesDensities::new(likelihood, runs)))
         } else {
-            Units::Runs(Box::new(pointwise))
+            Units::Runs(Box::new(Pointwise::new(scene, runs, setup.form)))
         }
     }
 

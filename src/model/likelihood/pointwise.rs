@@ -32,7 +32,7 @@ use crate::scene::{NoiseOn, Scene, Sticking};
 /// The runs of a scene, in the order of [`Runs`], ready for one run at a time.
 #[derive(Debug, Clone)]
 pub struct Pointwise {
-    form: Form,
+    pub(super) form: Form,
     /// at or below this e* the run stuck
     pub(super) limit: f64,
     /// whether runs that stuck were not logged, so that a rebound's density is that of runs that rebound
