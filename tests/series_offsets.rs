@@ -331,7 +331,7 @@ fn a_series_density_is_that_of_quadrature() {
         let pointwise = Pointwise::new(&scene, runs, form);
         let dry = runs.len() - runs.wet();
         let rows = Likelihood::new(&scene, runs, form);
-        let units = SeriesDensities::new(Pointwise::new(&scene, runs, form), rows, runs);
+        let units = SeriesDensities::new(rows, runs);
         let found = units.ln_densities(&full).expect("inside");
         assert_eq!(found.len(), dry + runs.series.len());
         // wherever the search for each offset begins

@@ -7,8 +7,7 @@ use clap::Args;
 use wetcor::error::{named, Error};
 use wetcor::ranks::Ranks;
 use wetcor::staging::{self, Staging};
-use wetcor::study::coverage::DrawnSets;
-use wetcor::study::{calibration, main_coverage};
+use wetcor::study::calibration::{self, DrawnSets};
 
 use super::messages::print_after_writing;
 use crate::progress::Progress;
@@ -34,9 +33,7 @@ pub(super) struct Calibrate {
 
 pub(super) fn calibrate(request: &Calibrate, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
     let Calibrate { ref out, sets, seed } = *request;
-    let of_main = main_coverage::SETS.min(sets);
-    let own = |pieces: u64| ranks.own(pieces).len() as u64;
-    let all = own(sets) * calibration::DESIGNS + own(of_main) * main_coverage::DESIGNS;
+    let all = ranks.own(sets).len() as u64 * calibration::DESIGNS;
     let place = if ranks.is_first() {
         let place = staging::prepare(out)?;
         calibration::may_replace(&place)?;
@@ -48,20 +45,17 @@ pub(super) fn calibrate(request: &Calibrate, ranks: &Ranks, quiet: bool) -> Resu
     let progress = Progress::bar("calibrate", all, quiet);
     let done = AtomicU64::new(0);
     let step = || progress.at(1 + done.fetch_add(1, Relaxed));
-    let drawn = |sets| DrawnSets {
+    let table = calibration::measure(DrawnSets {
         sets,
         seed,
         ranks,
         progress: &step,
-    };
-    let table = calibration::measure(drawn(sets))?;
-    let main = main_coverage::measure(drawn(of_main))?;
+    })?;
     let Some(place) = place else {
         return Ok(0);
     };
-    let text = calibration::markdown(&table)? + "\n" + &main_coverage::markdown(&main)?;
     let staging = Staging::beside(&place)?;
-    staging.write(text.as_bytes())?;
+    staging.write(calibration::markdown(&table)?.as_bytes())?;
     staging.put(calibration::may_replace)?;
     drop(progress);
     if !quiet {

@@ -242,12 +242,11 @@ enum Units<'r> {
 
 impl<'r> Units<'r> {
     fn new(scene: &Scene, runs: &'r Runs, setup: SamplingSetup) -> Units<'r> {
-        let pointwise = Pointwise::new(scene, runs, setup.form);
         if scene.model.series_offsets {
             let likelihood = Likelihood::new(scene, runs, setup.form);
-            Units::Series(Box::new(SeriesDensities::new(pointwise, likelihood, runs)))
+            Units::Series(Box::new(SeriesDensities::new(likelihood, runs)))
         } else {
-            Units::Runs(Box::new(pointwise))
+            Units::Runs(Box::new(Pointwise::new(scene, runs, setup.form)))
         }
     }
 
@@ -272,7 +271,7 @@ impl<'r> Units<'r> {
                 let some = pointwise.at_draws(full.to_vec());
                 let fill = |runs: Range<usize>, rows: &mut [f64]| some.ln_likelihoods(runs, rows);
                 let found = loo(pointwise.len(), draws, fill);
-                found.map_err(|(run, why)| format!("run {}: {why}", run + 1))
+                found.map_err(|run| format!("run {}: a draw is not finite", run + 1))
             }
             Units::Series(units) => leave_series_out(units, full, draws),
         }
@@ -307,7 +306,7 @@ fn leave_series_out(units: &SeriesDensities, full: &[&[f64]], draws: LooDraws) -
         }
     };
     let found = loo(units.len(), draws, fill);
-    found.map_err(|(unit, why)| format!("dry run or series {}: {why}", unit + 1))
+    found.map_err(|unit| format!("dry run or series {}: a draw is not finite", unit + 1))
 }
 
 /// Relative efficiency of the draws: over the sampled parameters, or what their weights leave of them.

@@ -109,7 +109,7 @@ impl Draws<'_> {
             return None;
         }
         row.iter_mut().for_each(|ln| *ln = -*ln);
-        let smoothed = psis(row, tail_length(count, 1.0)).ok()?;
+        let smoothed = psis(row, tail_length(count, 1.0))?;
         let weights = smoothed.weights;
         let khat = smoothed.khat.unwrap_or(0.0);
         // no mean moves by more of its sds than the weights spread about theirs

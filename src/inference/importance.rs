@@ -53,10 +53,10 @@ pub fn propose<T: LogDensity + ?Sized>(
     (about, tails): (&Laplace, ProposalTails),
     size: DrawCounts,
     streams: StreamName,
-) -> Vec<Proposed> {
+) -> Vec<Chain> {
     let one = |chain: usize| {
         let mut rng = streams.at(chain as u64);
-        let mut proposed = Proposed::default();
+        let mut proposed = Chain::default();
         let dimension = target.dimension();
         let (mut point, mut slopes) = (vec![0.0; dimension], vec![0.0; dimension]);
         let mut z = vec![0.0; dimension];
@@ -74,28 +74,6 @@ pub fn propose<T: LogDensity + ?Sized>(
     (0..size.chains).into_par_iter().map(one).collect()
 }
 
-/// Draws from a proposal, with what the posterior has there.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Proposed {
-    /// the points, one after the other
-    pub points: Vec<f64>,
-    /// the posterior's log density
-    pub ln_density: Vec<f64>,
-    /// the same less the proposal's, up to a constant
-    pub ln_ratio: Vec<f64>,
-}
-
-impl Proposed {
-    /// The draws as they are.
-    pub fn into_chain(self) -> Chain {
-        Chain {
-            points: self.points,
-            ln_density: self.ln_density,
-            ..Chain::default()
-        }
-    }
-}
-
 /// Smoothed weights of all draws.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Weights {
@@ -107,10 +85,10 @@ pub struct Weights {
 
 impl Weights {
     /// The Pareto-smoothed weights of draws; `None` where the densities allow none.
-    pub fn of(proposed: &[Proposed]) -> Option<Weights> {
+    pub fn of(proposed: &[Chain]) -> Option<Weights> {
         let ln_ratios: Vec<f64> = proposed.iter().flat_map(|one| &one.ln_ratio).copied().collect();
         // the draws are independent
-        let smoothed = psis(&ln_ratios, tail_length(ln_ratios.len(), 1.0)).ok()?;
+        let smoothed = psis(&ln_ratios, tail_length(ln_ratios.len(), 1.0))?;
         Some(Weights {
             weights: smoothed.weights,
             khat: smoothed.khat.unwrap_or(f64::NEG_INFINITY),
@@ -217,7 +195,7 @@ mod tests {
         }
     }
 
-    fn proposed(target: &Off) -> Vec<Proposed> {
+    fn proposed(target: &Off) -> Vec<Chain> {
         let size = DrawCounts { chains: 4, draws: 2000 };
         let from = (&standard(), ProposalTails::Normal);
         propose(target, from, size, StreamName::new(1, "importance"))

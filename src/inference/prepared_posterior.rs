@@ -1,7 +1,8 @@
 //! Prepares a posterior for sampling: finds a start, and the mode with its curvature.
 
-use super::importance::{propose, DrawCounts, ProposalTails, Proposed};
+use super::importance::{propose, DrawCounts, ProposalTails};
 use super::laplace::{laplace, Laplace};
+use super::nuts::Chain;
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::model::posterior::{LogDensity, PosteriorDensity};
@@ -33,29 +34,11 @@ impl PreparedPosterior {
         likelihood: &Likelihood,
         start: &Start,
     ) -> Result<PreparedPosterior, NoStart> {
-        let starts = starts(&parameters, start);
-        PreparedPosterior::of_starts(parameters, likelihood, &starts)
-    }
-
-    /// The same by one search alone, for a start that is known to be near the mode.
-    pub fn near(
-        parameters: ModelParameters,
-        likelihood: &Likelihood,
-        start: &Start,
-    ) -> Result<PreparedPosterior, NoStart> {
-        let [near, _] = starts(&parameters, start);
-        PreparedPosterior::of_starts(parameters, likelihood, &[near])
-    }
-
-    fn of_starts(
-        parameters: ModelParameters,
-        likelihood: &Likelihood,
-        starts: &[Vec<f64>],
-    ) -> Result<PreparedPosterior, NoStart> {
         let began = std::time::Instant::now();
+        let starts = starts(&parameters, start);
         let reference = parameters.full(&starts[0]);
         let posterior = PosteriorDensity::new(parameters, likelihood.clone()).with_offsets_about(&reference);
-        let about = highest(&posterior, starts)?;
+        let about = highest(&posterior, &starts)?;
         let (posterior, about) = about_the_mode(posterior, about)?;
         Ok(PreparedPosterior {
             posterior,
@@ -65,13 +48,7 @@ impl PreparedPosterior {
     }
 
     /// Proposals about the mode, from the stream of a step of what the stream is for.
-    pub(super) fn propose(
-        &self,
-        tails: ProposalTails,
-        size: DrawCounts,
-        stream: StreamName,
-        step: &str,
-    ) -> Vec<Proposed> {
+    pub(super) fn propose(&self, tails: ProposalTails, size: DrawCounts, stream: StreamName, step: &str) -> Vec<Chain> {
         let name = format!("{} {step}", stream.name);
         let from = (&self.about, tails);
         propose(&self.posterior, from, size, StreamName::new(stream.seed, &name))

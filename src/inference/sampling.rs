@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::importance::{DrawCounts, ProposalTails, Proposed, Weights};
+use super::importance::{DrawCounts, ProposalTails, Weights};
 use super::mixing::ParameterDraws;
 use super::nuts::{divergences, sample_chains, Chain, SamplingFailure, SamplingPlan, LARGEST_DEPTH};
 use super::prepared_posterior::PreparedPosterior;
@@ -199,8 +199,7 @@ pub fn sample_by_nuts(
 /// Draws from the normal about the mode of a prepared posterior, whatever the posterior has there.
 pub fn sample_normal(prepared: &PreparedPosterior, size: DrawCounts, stream: StreamName) -> Sampled {
     let began = std::time::Instant::now();
-    let proposed = prepared.propose(ProposalTails::Normal, size, stream, "normal");
-    let chains = proposed.into_iter().map(Proposed::into_chain).collect();
+    let chains = prepared.propose(ProposalTails::Normal, size, stream, "normal");
     Sampled::of_chains(prepared, Method::Laplace, chains, began)
 }
 

@@ -215,7 +215,7 @@ pub struct LeftOut {
 /// Why a parameter is not sampled, and the value it is held at; `None` where no formula in use reads it.
 struct NotSampled {
     value: Option<f64>,
-    reason: String,
+    reason: &'static str,
 }
 
 /// A parameter that runs may call for.
@@ -257,10 +257,7 @@ impl ModelParameters {
         for trend in [ParameterKind::LubricationTrend, ParameterKind::InertialTrend] {
             parameters.template[trend.slot()] = 0.0;
         }
-        let unread = |text: &str| NotSampled {
-            value: None,
-            reason: text.to_owned(),
-        };
+        let unread = |reason| NotSampled { value: None, reason };
         let dry_k = |sphere: usize| {
             let fastest = fastest(runs, sphere, form);
             // e_dry is positive and falls at every speed in use; beyond, e_dry² grows again and a second mode appears
@@ -279,11 +276,10 @@ impl ModelParameters {
         let mut candidates: Vec<CandidateParameter> = (0..runs.spheres.len()).map(dry_k).collect();
         if !Term::Viscous.is_held(form) {
             let mut viscous = of_wet(ParameterKind::LUBRICATION_LOG);
-            let left_out = || NotSampled {
+            viscous.why_not.get_or_insert(NotSampled {
                 value: Some(0.0),
-                reason: "the viscous loss is left out of the model".to_owned(),
-            };
-            viscous.why_not.get_or_insert_with(left_out);
+                reason: "the viscous loss is left out of the model",
+            });
             candidates.push(viscous);
         }
         // what the runs cannot tell keeps its prior: held, it would make another look known
@@ -356,7 +352,7 @@ impl ModelParameters {
         let (prior, source) = prior_of(scene, runs, kind, form);
         let held_by_scene = |value: f64| NotSampled {
             value: Some(value),
-            reason: "held by the scene's prior".to_owned(),
+            reason: "held by the scene's prior",
         };
         let left_out = match (why_not, prior) {
             // what no run reads stays unread; what cannot be identified is held where the scene holds it
@@ -376,13 +372,12 @@ impl ModelParameters {
                 }
                 self.template[kind.slot()] = value;
             }
-            let left = LeftOut {
+            self.left_out.push(LeftOut {
                 kind,
                 name,
                 value,
-                reason,
-            };
-            self.left_out.push(left);
+                reason: reason.to_owned(),
+            });
             return Ok(());
         }
         if let Some(expected) = prior.fails(bounds) {

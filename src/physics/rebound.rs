@@ -26,20 +26,8 @@ pub fn slope_mean_restitution(kept: f64) -> f64 {
 /// m(r) and m′(r) with two roots and one division.
 #[inline(always)]
 pub fn mean_and_slope(kept: f64) -> (f64, f64) {
-    mean_and_slope_over(kept, 1.0 / mean_denominator(kept))
-}
-
-/// What m(r) and m′(r) are divided by: (r² + τ⁴)^(5/4).
-#[inline(always)]
-pub fn mean_denominator(kept: f64) -> f64 {
     let square = kept * kept + TURN4;
-    square * square.sqrt().sqrt()
-}
-
-/// m(r) and m′(r) by the inverse of [`mean_denominator`].
-#[inline(always)]
-pub fn mean_and_slope_over(kept: f64, inverse: f64) -> (f64, f64) {
-    let square = kept * kept + TURN4;
+    let inverse = 1.0 / (square * square.sqrt().sqrt());
     (kept * square * inverse, (0.5 * kept * kept + TURN4) * inverse)
 }
 

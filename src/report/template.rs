@@ -21,14 +21,13 @@ use crate::findings::remarks::in_symbols;
 use crate::rounding::{self, by_number, positive, with_sd, NONE};
 
 /// The templates by their names.
-const TEMPLATES: [(&str, &str); 31] = [
+const TEMPLATES: [(&str, &str); 29] = [
     ("against_film.md", include_str!("templates/against_film.md")),
     ("against_speed.md", include_str!("templates/against_speed.md")),
     ("bands.txt", include_str!("templates/bands.txt")),
     ("calibration.md", include_str!("templates/calibration.md")),
     ("cautions.txt", include_str!("templates/cautions.txt")),
     ("constants.md", include_str!("templates/constants.md")),
-    ("designs.md", include_str!("templates/designs.md")),
     ("determined.txt", include_str!("templates/determined.txt")),
     ("errors.md", include_str!("templates/errors.md")),
     ("film_groups.md", include_str!("templates/film_groups.md")),
@@ -36,7 +35,6 @@ const TEMPLATES: [(&str, &str); 31] = [
     ("laws.csv", include_str!("templates/laws.csv")),
     ("laws.md", include_str!("templates/laws.md")),
     ("laws_table.csv", include_str!("templates/laws_table.csv")),
-    ("main_coverage.md", include_str!("templates/main_coverage.md")),
     ("main_numbers.md", include_str!("templates/main_numbers.md")),
     ("materials.md", include_str!("templates/materials.md")),
     ("noise.md", include_str!("templates/noise.md")),

@@ -2,19 +2,24 @@
 
 use std::array::from_fn;
 use std::io::Read;
+use std::path::Path;
 
 use minijinja::context;
+use rayon::prelude::*;
 
-use super::coverage::{covers, draw, CoverageDesign, DrawnSets};
 use crate::error::Error;
 use crate::findings::estimate::Estimate;
 use crate::findings::scaling::{self, FittedScaling};
 use crate::findings::{bootstrap, FitSetup};
 use crate::inference::bootstrap::strata::LEAST_RUNS;
 use crate::inference::delta::LEVELS;
+use crate::model::simulate::Simulation;
 use crate::physics::Quantity;
+use crate::ranks::Ranks;
 use crate::report::template;
-use crate::scene::{Scene, WetLaw};
+use crate::runs;
+use crate::scene::{self, Scene, WetLaw};
+use crate::seed::stream;
 use crate::staging::OutputPlace;
 
 /// The methods compared, as intervals name them, the simplest first.
@@ -28,6 +33,31 @@ pub const MOST_SETS: u64 = 1_000_000;
 
 /// Replicates of each simulated data set: enough that their number does not show in the coverage.
 const REPLICATES: u64 = 2000;
+
+/// The data sets that are drawn of each design, and who draws them.
+#[derive(Clone, Copy)]
+pub struct DrawnSets<'a> {
+    /// how many a design
+    pub sets: u64,
+    /// seed of every use of chance
+    pub seed: u64,
+    /// the processes that share them
+    pub ranks: &'a Ranks,
+    /// called after each data set of this process
+    pub progress: &'a (dyn Fn() + Sync),
+}
+
+/// A design whose intervals are put to the test.
+struct CoverageDesign {
+    name: &'static str,
+    /// in words
+    what: &'static str,
+    diameter_mm: &'static str,
+    /// the other lines of `[design]`
+    design: &'static str,
+    /// lines of `[truth]` in which designs differ
+    truth: &'static str,
+}
 
 /// How many designs are measured.
 pub const DESIGNS: u64 = ALL.len() as u64;
@@ -71,14 +101,27 @@ const ALL: [CoverageDesign; 5] = [
     },
 ];
 
-/// The scene of a design; both liquids have one density, so that the square-root law is the truth itself.
-fn scene(design: &CoverageDesign, sigma: f64) -> Result<Scene, Error> {
-    design.scene(&format!(
-        "[liquids.AK10]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 9.3\n\
-         [liquids.M50]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 48.3\n[bootstrap]\nreplicates = {REPLICATES}\n\
-         [truth]\ndry_k = {{ PTFE = 0.183 }}\nlubrication_log = 1.85\ninertia = \"saturating\"\n\
-         inertial_prefactor = 0.47\nfilm_scale = 0.069\nsigma_dry = 0.009\nsigma_wet = {sigma}\n"
-    ))
+impl CoverageDesign {
+    /// Its scene with this spread of the wet restitutions; both liquids have one density, so that the square-root law is the
+    /// truth itself.
+    fn scene(&self, sigma_wet: f64) -> Result<Scene, Error> {
+        let CoverageDesign {
+            name,
+            diameter_mm,
+            design,
+            truth,
+            ..
+        } = self;
+        let text = format!(
+            "title = \"{name}\"\n[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n\
+             [liquids.AK10]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 9.3\n\
+             [liquids.M50]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 48.3\n[bootstrap]\nreplicates = {REPLICATES}\n\
+             [truth]\ndry_k = {{ PTFE = 0.183 }}\nlubrication_log = 1.85\ninertia = \"saturating\"\n\
+             inertial_prefactor = 0.47\nfilm_scale = 0.069\nsigma_dry = 0.009\nsigma_wet = {sigma_wet}\n{truth}\
+             [design]\ndiameter_mm = {{ PTFE = [{diameter_mm}] }}\n{design}"
+        );
+        scene::parse(&text, Path::new("calibration/scene.toml"), String::new())
+    }
 }
 
 /// A law, a quantity of it, and the law whose fit of noise-free runs is the truth that its intervals are held against.
@@ -101,32 +144,26 @@ fn estimate(fitted: &[FittedScaling], law: WetLaw, quantity: Quantity) -> Option
     })
 }
 
-/// How often the intervals of one quantity covered its truth on one design.
-struct Coverage {
-    design: &'static str,
-    aim: Aim,
-    /// share of the data sets covered, by method and level
-    covered: [[f64; LEVELS.len()]; METHODS.len()],
-}
+/// By aim, method and level.
+type ByInterval<T> = [[[T; LEVELS.len()]; METHODS.len()]; AIMS.len()];
 
 /// The measured table.
 pub struct CoverageTable {
     /// data sets a design
     sets: u64,
-    rows: Vec<Coverage>,
+    /// share of the data sets of each design whose interval covers the truth
+    covered: Vec<ByInterval<f64>>,
 }
 
 impl CoverageTable {
     /// The largest |coverage − level| of a method, over designs, laws, quantities and levels that count.
     fn worst(&self, method: usize) -> f64 {
-        let rows = self.rows.iter().filter(|row| row.aim.0 == row.aim.2);
-        rows.flat_map(|row| {
-            row.covered[method]
-                .iter()
-                .zip(LEVELS)
-                .map(|(c, level)| (c - level).abs())
-        })
-        .fold(0.0, f64::max)
+        let of_aims = self.covered.iter().flat_map(|design| AIMS.iter().zip(design));
+        let counted = of_aims.filter(|((law, _, truth_of), _)| law == truth_of);
+        let distance = |(covered, level): (&f64, f64)| (covered - level).abs();
+        counted
+            .flat_map(|(_, of_aim)| of_aim[method].iter().zip(LEVELS).map(distance))
+            .fold(0.0, f64::max)
     }
 
     /// The method with the smallest worst; of methods nearer to it than the Monte Carlo error, the simplest.
@@ -146,44 +183,53 @@ impl CoverageTable {
 /// Simulates, fits and bootstraps the data sets of every design.
 pub fn measure(drawn: DrawnSets) -> Result<CoverageTable, Error> {
     const SIGMA: f64 = 0.02;
-    let mut rows = vec![];
+    // processes of MPI are no thread's to share
+    let DrawnSets {
+        sets,
+        seed,
+        ranks,
+        progress,
+    } = drawn;
+    let mut covered = vec![];
     for design in &ALL {
-        let exact = infer(&scene(design, 0.0)?, 0, 0, false)?;
-        let scene = scene(design, SIGMA)?;
-        // processes of MPI are no thread's to share
-        let seed = drawn.seed;
-        let of_set = |set: u64| {
+        let exact = infer(&design.scene(0.0)?, 0, 0, false)?;
+        let scene = design.scene(SIGMA)?;
+        let of_set = |set: u64| -> Result<_, Error> {
             let fitted = infer(&scene, seed, set, true)?;
-            let mut told = vec![];
-            for (place, (law, quantity, truth_of)) in AIMS.into_iter().enumerate() {
-                let truth = estimate(&exact, truth_of, quantity).and_then(|own| own.value);
-                for interval in estimate(&fitted, law, quantity).map_or(&[][..], |own| &own.intervals) {
-                    let method = METHODS.into_iter().position(|method| method == interval.method);
-                    let level = LEVELS.into_iter().position(|level| level == interval.level);
-                    let covers = truth.map(|truth| covers([interval.lo, interval.hi], truth));
-                    told.extend(method.zip(level).map(|at| ((place, at), covers)));
-                }
-            }
-            Ok(told)
+            progress();
+            Ok(covering(&exact, &fitted))
         };
-        let counts = drawn.count_over_sets(of_set)?;
-        let share = |at| {
-            counts
-                .get(&at)
-                .map_or(0.0, |[_, covered]| *covered as f64 / drawn.sets as f64)
-        };
-        rows.extend(AIMS.into_iter().enumerate().map(|(place, aim)| Coverage {
-            design: design.name,
-            aim,
-            covered: from_fn(|method| from_fn(|level| share((place, (method, level))))),
-        }));
+        let each = ranks.gather(sets, |own| own.into_par_iter().map(of_set).collect())?;
+        let mut counts = ByInterval::<u64>::default();
+        for [aim, method, level] in each.into_iter().flatten() {
+            counts[aim][method][level] += 1;
+        }
+        let share = |count: u64| count as f64 / sets as f64;
+        covered.push(counts.map(|of_aim| of_aim.map(|of_method| of_method.map(share))));
     }
-    Ok(CoverageTable { sets: drawn.sets, rows })
+    Ok(CoverageTable { sets, covered })
+}
+
+/// The intervals that cover their truth, by the places of aim, method and level.
+fn covering(exact: &[FittedScaling], fitted: &[FittedScaling]) -> Vec<[usize; 3]> {
+    let mut found = vec![];
+    for (aim, (law, quantity, truth_of)) in AIMS.into_iter().enumerate() {
+        let truth = estimate(exact, truth_of, quantity).and_then(|own| own.value);
+        for interval in estimate(fitted, law, quantity).map_or(&[][..], |own| &own.intervals) {
+            let method = METHODS.into_iter().position(|method| method == interval.method);
+            let level = LEVELS.into_iter().position(|level| level == interval.level);
+            let covers = truth.is_some_and(|truth| interval.lo <= truth && truth <= interval.hi);
+            let place = method.zip(level).filter(|_| covers);
+            found.extend(place.map(|(method, level)| [aim, method, level]));
+        }
+    }
+    found
 }
 
 /// Both laws at the design's one film ratio, bootstrapped or not.
 fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<FittedScaling>, Error> {
-    let runs = draw(scene, seed, "calibration", set)?;
+    let drawn = Simulation::new(scene, None)?.draw_from(stream(seed, "calibration", set));
+    let runs = runs::arrange(scene, &drawn);
     let setup = FitSetup {
         scene,
         runs: &runs,
@@ -234,16 +280,20 @@ pub fn markdown(table: &CoverageTable) -> Result<String, Error> {
     let columns = METHODS
         .iter()
         .flat_map(|method| LEVELS.map(|at| format!("{method} {:.0}", 100.0 * at)));
-    let row = |row: &Coverage| {
-        let (law, quantity, truth_of) = row.aim;
+    let row = |(design, aim, covered): (&CoverageDesign, Aim, &[[f64; LEVELS.len()]; METHODS.len()])| {
+        let (law, quantity, truth_of) = aim;
         let of = if law == truth_of { "" } else { "true " };
         context! {
-            design => row.design,
+            design => design.name,
             law => law.name(),
             quantity => format!("{of}{}", quantity.describe().name),
-            covered => row.covered.as_flattened().to_vec(),
+            covered => covered.as_flattened().to_vec(),
         }
     };
+    let rows = ALL.iter().zip(&table.covered).flat_map(|(design, of_design)| {
+        let of_aims = AIMS.into_iter().zip(of_design);
+        of_aims.map(move |(aim, covered)| (design, aim, covered))
+    });
     let worst = METHODS.iter().enumerate();
     let worst = worst.map(|(place, method)| context! { method => method.to_string(), distance => table.worst(place) });
     let values = context! {
@@ -252,9 +302,9 @@ pub fn markdown(table: &CoverageTable) -> Result<String, Error> {
         replicates => REPLICATES,
         errors => LEVELS.map(|level| 100.0 * table.mcse(level)).to_vec(),
         least_runs => LEAST_RUNS,
-        designs => ALL.each_ref().map(CoverageDesign::explained).to_vec(),
+        designs => ALL.each_ref().map(|design| format!("{}: {}", design.name, design.what)).to_vec(),
         columns => columns.collect::<Vec<_>>(),
-        rows => table.rows.iter().map(row).collect::<Vec<_>>(),
+        rows => rows.map(row).collect::<Vec<_>>(),
         worst => worst.collect::<Vec<_>>(),
         best => table.best().to_string(),
     };

@@ -45,7 +45,6 @@ pub struct Fitted {
     pub distance: f64,
     /// largest relative error of a standard error
     pub of_se: f64,
-    pub evaluations: usize,
     /// fits that gave no standard errors, by reason
     pub declined: BTreeMap<String, usize>,
 }
@@ -282,7 +281,6 @@ pub fn measure(
 
 fn compare_fit(fitted: &mut Fitted, fit: &Fit, answers: &str) {
     fitted.fits += 1;
-    fitted.evaluations = fitted.evaluations.max(fit.evaluations);
     assert!(fit.parameters.iter().all(|b| b.is_finite()), "{fit:?}");
     if fit.stop != Stop::Converged || fit.covariance.is_none() {
         let why = fit

@@ -152,10 +152,10 @@ fn summarise_quantity(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> Quan
     let missing = values.iter().flatten().filter(|value| !value.is_finite()).count();
     let all: usize = values.iter().map(Vec::len).sum();
     let found = summary_of(values);
-    let why_none = match found.why_none {
-        Some(_) if missing > 0 => Some(format!("{missing} of {all} draws leave no energy at infinite speed")),
-        why => why.map(|why| why.to_string()),
-    };
+    let why_none = (!found.is_whole()).then(|| match missing {
+        0 => "the draws are too few or too much alike".to_owned(),
+        _ => format!("{missing} of {all} draws leave no energy at infinite speed"),
+    });
     let larger = |mcse: f64| mcse_factor * mcse;
     let fewer = |effective: f64| effective / (mcse_factor * mcse_factor);
     QuantitySummary {

@@ -6,35 +6,31 @@
 //! section 3.2, with the refined end of the sum and the bound τ ≥ 1/log10 S for antithetic chains.
 
 use super::halves::Halves;
-use super::{check_chains, mean, quantile, variance, WhyNone};
+use super::{have_diagnostics, mean, quantile, variance};
 
 /// Probability of each tail whose ESS is reported.
 pub const TAIL: f64 = 0.05;
 
 /// Effective draws for the standard deviation about a mean computed already.
-pub(super) fn of_sd_about(chains: &[&[f64]], centre: f64) -> Result<f64, WhyNone> {
+pub(super) fn of_sd_about(chains: &[&[f64]], centre: f64) -> Option<f64> {
     of_halves(&Halves::map(chains, |x| (x - centre) * (x - centre)))
 }
 
 /// Effective draws for the quantile at a probability inside (0, 1): those of whether a draw lies at or below it.
-///
-/// Fails as [`WhyNone`] says.
-pub fn of_quantile(chains: &[&[f64]], probability: f64) -> Result<f64, WhyNone> {
-    check_chains(chains)?;
-    let sorted = quantile::sorted(chains.concat());
+pub fn of_quantile(chains: &[&[f64]], probability: f64) -> Option<f64> {
+    let sorted = have_diagnostics(chains).then(|| quantile::sorted(chains.concat()))?;
     below(chains, quantile::of_sorted(&sorted, probability))
 }
 
-/// Effective draws for whether a draw lies at or below `limit`.
-pub(super) fn below(chains: &[&[f64]], limit: f64) -> Result<f64, WhyNone> {
-    let indicators = Halves::map(chains, |x| f64::from(u8::from(x <= limit)));
-    of_halves(&indicators).map_err(|_| WhyNone::OneSided)
+/// Effective draws for whether a draw lies at or below `limit`; `None` where all do.
+pub(super) fn below(chains: &[&[f64]], limit: f64) -> Option<f64> {
+    of_halves(&Halves::map(chains, |x| f64::from(u8::from(x <= limit))))
 }
 
-/// Effective draws of halves of chains, of at least two draws each.
-pub(super) fn of_halves(halves: &Halves) -> Result<f64, WhyNone> {
-    if halves.draws.iter().all(|x| *x == halves.draws[0]) {
-        return Err(WhyNone::Constant);
+/// Effective draws of halves of chains, of at least two draws each; `None` where all are the same.
+pub(super) fn of_halves(halves: &Halves) -> Option<f64> {
+    if halves.stand_still() {
+        return None;
     }
     let n = halves.length;
     let means: Vec<f64> = halves.iter().map(mean).collect();
@@ -55,7 +51,7 @@ pub(super) fn of_halves(halves: &Halves) -> Result<f64, WhyNone> {
     make_monotone(&mut pairs);
     let sum: f64 = pairs.iter().sum();
     let tau = (2.0 * sum - 1.0 + last).max(1.0 / count.log10());
-    Ok(count / tau)
+    Some(count / tau)
 }
 
 /// Σ x_i x_{i+lag}, in eight sums at once because one sum waits for itself.

@@ -22,6 +22,11 @@ impl Halves {
         Halves { draws, length }
     }
 
+    /// Whether all draws are the same.
+    pub fn stand_still(&self) -> bool {
+        self.draws.iter().all(|x| *x == self.draws[0])
+    }
+
     /// One half after another.
     pub fn iter(&self) -> impl Iterator<Item = &[f64]> + Clone {
         self.draws.chunks_exact(self.length)

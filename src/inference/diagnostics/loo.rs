@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{pareto, psis, variance, WhyNone};
+use super::{pareto, psis, variance};
 
 /// How well one run is predicted by the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +42,7 @@ impl WithoutRun {
         let mean_of_power = |(ln, r_eff): (&[f64], f64), power: f64| {
             let powers: Vec<f64> = ln.iter().map(|ln| power * ln).collect();
             let count = powers.len() as f64;
-            let shares = psis::psis(&powers, pareto::tail_length(powers.len(), r_eff)).ok()?;
+            let shares = psis::psis(&powers, pareto::tail_length(powers.len(), r_eff))?;
             let top = powers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let mean = top + (powers.iter().map(|ln| (ln - top).exp()).sum::<f64>() / count).ln();
             let squares: f64 = shares.log_weights.iter().map(|ln| (2.0 * ln).exp()).sum();
@@ -165,7 +165,7 @@ pub fn loo(
     runs: usize,
     draws: LooDraws,
     log_likelihood: impl Fn(Range<usize>, &mut [f64]) + Sync,
-) -> Result<Loo, (usize, WhyNone)> {
+) -> Result<Loo, usize> {
     let LooDraws { count, r_eff } = draws;
     let tail = pareto::tail_length(count, r_eff);
     let left_out = |first: usize| {
@@ -174,7 +174,7 @@ pub fn loo(
         log_likelihood(some.clone(), &mut rows);
         let mut influence = vec![0.0; count];
         let each = some.zip(rows.chunks_exact(count.max(1)));
-        let each = each.map(|(run, row)| leave_out(row, tail, &mut influence).map_err(|why| (run, why)));
+        let each = each.map(|(run, row)| leave_out(row, tail, &mut influence).ok_or(run));
         (each.collect::<Vec<_>>(), influence)
     };
     let blocks: Vec<_> = (0..runs).into_par_iter().step_by(BLOCK).map(left_out).collect();
@@ -242,10 +242,11 @@ fn sum(values: &[f64]) -> (f64, Option<f64>) {
 /// A run whose log densities lie no further apart is as likely under every draw.
 pub const SAME: f64 = 1e-7;
 
-/// Leaves one run out, given its log density at every draw; adds what each draw moves its predictive density by.
-fn leave_out(values: &[f64], tail_length: usize, influence: &mut [f64]) -> Result<LeftOutRun, WhyNone> {
+/// Leaves one run out, given its log density at every draw; adds what each draw moves its predictive density by. `None` where
+/// a value is not finite.
+fn leave_out(values: &[f64], tail_length: usize, influence: &mut [f64]) -> Option<LeftOutRun> {
     if !values.iter().all(|log| log.is_finite()) {
-        return Err(WhyNone::NotFinite);
+        return None;
     }
     let count = values.len() as f64;
     let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -253,7 +254,7 @@ fn leave_out(values: &[f64], tail_length: usize, influence: &mut [f64]) -> Resul
     if largest - smallest <= SAME {
         // no weight differs from another: leaving the run out changes nothing, and a shape would be that of rounding
         let above: f64 = values.iter().map(|log| log - smallest).sum();
-        return Ok(LeftOutRun {
+        return Some(LeftOutRun {
             elpd: smallest + above / count,
             p_loo: 0.0,
             khat: None,
@@ -282,7 +283,7 @@ fn leave_out(values: &[f64], tail_length: usize, influence: &mut [f64]) -> Resul
         }
     }
     let seen: f64 = values.iter().map(|log| (log - largest).exp()).sum();
-    Ok(LeftOutRun {
+    Some(LeftOutRun {
         elpd,
         p_loo: largest + (seen / count).ln() - elpd,
         khat: smoothed.khat,
@@ -359,7 +360,7 @@ mod tests {
                     rows[(bad - runs.start) * 100 + 5] = f64::NEG_INFINITY;
                 }
             });
-            assert_eq!(found, Err((bad, WhyNone::NotFinite)));
+            assert_eq!(found, Err(bad));
         }
     }
 }

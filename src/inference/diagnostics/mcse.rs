@@ -1,6 +1,6 @@
 //! Gives the Monte Carlo standard error of a mean, a standard deviation and a quantile: what more draws would lower.
 
-use super::{ess, quantile, WhyNone};
+use super::{ess, quantile};
 use crate::distributions::beta_quantile;
 
 /// Probabilities between which a normal variable lies within one standard deviation of its mean.
@@ -23,13 +23,13 @@ pub(super) fn from_moments(draws: &[f64], centre: f64, effective: f64) -> f64 {
     ((fourth - second * second) / effective / second / 4.0).sqrt()
 }
 
-/// Monte Carlo error of the quantile at a probability inside (0, 1), in the draws' unit. Fails as [`WhyNone`] says.
+/// Monte Carlo error of the quantile at a probability inside (0, 1), in the draws' unit.
 ///
 /// Half the distance between the draws that bound, with the probability of ±1 sd, where the quantile may lie.
 /// Source: Vehtari et al. 2021 (Bayesian Analysis 16, 667), section 4.4.
-pub fn of_quantile(chains: &[&[f64]], probability: f64) -> Result<f64, WhyNone> {
+pub fn of_quantile(chains: &[&[f64]], probability: f64) -> Option<f64> {
     let effective = ess::of_quantile(chains, probability)?;
-    Ok(from_order(&quantile::sorted(chains.concat()), probability, effective))
+    Some(from_order(&quantile::sorted(chains.concat()), probability, effective))
 }
 
 /// Monte Carlo error of a quantile of sorted draws, with `effective` draws for it.

@@ -14,8 +14,8 @@
 //! | `loo.rs` | predicts each run from the others |
 //! | `summary.rs` | makes the summary of one quantity |
 //!
-//! Draws come as one slice a chain, all of the same length. What cannot be had is a [`WhyNone`], by the rule of R's
-//! `posterior` (1.7): a value that is not finite, or draws that are all the same, have no diagnostic. ArviZ (1.3)
+//! Draws come as one slice a chain, all of the same length. What cannot be had is `None`, by the rule of R's `posterior`
+//! (1.7): a value that is not finite, or draws that are all the same, have no diagnostic. ArviZ (1.3)
 //! differs in a few places: draws that are all the same, or differ by less than 1e-15 in whatever unit, it counts as that
 //! many independent ones (ours are the same only if they are equal, in any unit); R-hat of a single chain it refuses;
 //! infinite draws have ranks and so a bulk ESS; its default tail is 11 %/89 % where ours is 5 %/95 %. With an odd number
@@ -34,59 +34,18 @@ mod ranks;
 mod rhat;
 pub mod summary;
 
-use std::fmt;
-
 /// Fewest draws a chain: each half then has two.
 pub const FEWEST_DRAWS: usize = 4;
 
-/// Why a diagnostic cannot be had.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WhyNone {
-    /// no chain, or fewer than [`FEWEST_DRAWS`] draws in each
-    TooFewDraws,
-    /// the chains differ in length
-    UnequalChains,
-    /// a draw is NaN or infinite
-    NotFinite,
-    /// all draws are the same
-    Constant,
-    /// no draw lies above the quantile, because many draws share the largest value
-    OneSided,
-    /// each half of each chain stands still, at values of their own
-    StandingStill,
-}
-
-impl fmt::Display for WhyNone {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            WhyNone::TooFewDraws => "fewer than 4 draws a chain",
-            WhyNone::UnequalChains => "chains of different lengths",
-            WhyNone::NotFinite => "a draw is not finite",
-            WhyNone::Constant => "all draws are the same",
-            WhyNone::OneSided => "no draw lies above the quantile",
-            WhyNone::StandingStill => "the chains stand still at different values",
-        })
-    }
-}
-
-/// Draws a chain, once it is sure that they have diagnostics.
-fn check_chains(chains: &[&[f64]]) -> Result<usize, WhyNone> {
+/// Whether chains have diagnostics: of one length, long enough, finite, and not all the same.
+fn have_diagnostics(chains: &[&[f64]]) -> bool {
     let length = chains.first().map_or(0, |chain| chain.len());
-    if chains.iter().any(|chain| chain.len() != length) {
-        return Err(WhyNone::UnequalChains);
-    }
-    if length < FEWEST_DRAWS {
-        return Err(WhyNone::TooFewDraws);
-    }
     let mut draws = chains.iter().copied().flatten();
-    if !draws.clone().all(|x| x.is_finite()) {
-        return Err(WhyNone::NotFinite);
-    }
-    let first = draws.next();
-    if draws.all(|x| Some(x) == first) {
-        return Err(WhyNone::Constant);
-    }
-    Ok(length)
+    let first = draws.clone().next();
+    length >= FEWEST_DRAWS
+        && chains.iter().all(|chain| chain.len() == length)
+        && draws.clone().all(|x| x.is_finite())
+        && draws.any(|x| Some(x) != first)
 }
 
 fn mean(values: &[f64]) -> f64 {

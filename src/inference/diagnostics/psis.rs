@@ -1,7 +1,6 @@
 //! Smooths importance weights: the largest become the order statistics of a Pareto tail fitted to them.
 
 use super::pareto::{self, Pareto};
-use super::WhyNone;
 
 /// Smoothed weights of draws.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,12 +16,12 @@ pub struct Smoothed {
 
 /// Pareto-smoothed importance weights from the logarithms of density ratios, up to any constant.
 ///
-/// `tail` is how many of the largest are smoothed: [`pareto::tail_length`]. A log ratio of −∞ is a weight of 0; NaN, +∞
-/// or no finite one fail. Source: Vehtari et al. 2024 (JMLR 25, 72).
-pub fn psis(log_ratios: &[f64], tail: usize) -> Result<Smoothed, WhyNone> {
+/// `tail` is how many of the largest are smoothed: [`pareto::tail_length`]. A log ratio of −∞ is a weight of 0; with NaN, +∞
+/// or no finite one there are none. Source: Vehtari et al. 2024 (JMLR 25, 72).
+pub fn psis(log_ratios: &[f64], tail: usize) -> Option<Smoothed> {
     let largest = log_ratios.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if !largest.is_finite() || log_ratios.iter().any(|ratio| ratio.is_nan()) {
-        return Err(WhyNone::NotFinite);
+        return None;
     }
     let mut log_weights: Vec<f64> = log_ratios.iter().map(|ratio| ratio - largest).collect();
     let mut order: Vec<usize> = (0..log_weights.len()).collect();
@@ -46,7 +45,7 @@ pub fn psis(log_ratios: &[f64], tail: usize) -> Result<Smoothed, WhyNone> {
     let sum: f64 = weights.iter().sum();
     weights.iter_mut().for_each(|weight| *weight /= sum);
     log_weights.iter_mut().for_each(|log| *log -= sum.ln());
-    Ok(Smoothed {
+    Some(Smoothed {
         log_weights,
         weights,
         khat,
@@ -77,9 +76,9 @@ mod tests {
         let result = psis(&ratios, 10).expect("a weight of nothing");
         assert_eq!(result.log_weights[3], f64::NEG_INFINITY);
         ratios[3] = f64::NAN;
-        assert_eq!(psis(&ratios, 10), Err(WhyNone::NotFinite));
+        assert_eq!(psis(&ratios, 10), None);
         ratios[3] = f64::INFINITY;
-        assert_eq!(psis(&ratios, 10), Err(WhyNone::NotFinite));
-        assert_eq!(psis(&[], 10), Err(WhyNone::NotFinite));
+        assert_eq!(psis(&ratios, 10), None);
+        assert_eq!(psis(&[], 10), None);
     }
 }

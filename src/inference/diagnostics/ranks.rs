@@ -1,7 +1,5 @@
 //! Replaces draws by the normal scores of their ranks, so that heavy tails and infinite variances do no harm.
 
-use std::sync::{Arc, Mutex, PoisonError};
-
 use super::halves::Halves;
 use super::quantile;
 use crate::distributions::normal_quantile;
@@ -39,41 +37,20 @@ impl OrderedDraws {
     /// Source: Vehtari et al. 2021 (Bayesian Analysis 16, 667), eq. 14, with Blom's offset.
     pub fn scores(&self) -> Halves {
         let count = self.draws.len();
-        let alone = untied(count);
         let mut scores = vec![0.0; count];
-        let mut below = 0;
+        let mut below = 0.0;
         for tied in self.draws.chunk_by(|a, b| a.0 == b.0) {
-            let score = match tied.len() {
-                1 => alone[below],
-                several => score(below as f64 + (several as f64 + 1.0) / 2.0, count),
-            };
+            let several = tied.len() as f64;
+            let rank = below + (several + 1.0) / 2.0;
+            let score = normal_quantile((rank - 0.375) / (count as f64 + 0.25));
             for &(_, place) in tied {
                 scores[place as usize] = score;
             }
-            below += tied.len();
+            below += several;
         }
         Halves {
             draws: scores,
             length: self.length,
-        }
-    }
-}
-
-fn score(rank: f64, count: usize) -> f64 {
-    normal_quantile((rank - 0.375) / (count as f64 + 0.25))
-}
-
-/// The scores of the ranks 1 to S; kept for the next call, as all quantities of a posterior have as many draws.
-fn untied(count: usize) -> Arc<[f64]> {
-    static KEPT: Mutex<Option<Arc<[f64]>>> = Mutex::new(None);
-    // what is kept is replaced whole, so that a panic elsewhere does not spoil it
-    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
-    match &*kept {
-        Some(scores) if scores.len() == count => scores.clone(),
-        _ => {
-            let scores: Arc<[f64]> = (1..=count).map(|rank| score(rank as f64, count)).collect();
-            *kept = Some(scores.clone());
-            scores
         }
     }
 }

@@ -2,54 +2,44 @@
 
 use super::halves::Halves;
 use super::ranks::OrderedDraws;
-use super::{mean, variance, WhyNone};
+use super::{mean, variance};
 
 /// R-hat of one quantity, by its halves and their normal scores: 1 where all halves of all chains look alike, above 1.01 not
 /// reliable.
 ///
 /// The larger of the split R-hat of the normal scores (do the chains agree in location?) and of the normal scores of
-/// |x − median| (do they agree in spread?). A single chain is compared with itself, half against half. Fails as
-/// [`WhyNone`] says. Source: Vehtari et al. 2021 (Bayesian Analysis 16, 667), section 4.
-pub(super) fn of_scores(ordered: &OrderedDraws, bulk_scores: &Halves) -> Result<f64, WhyNone> {
+/// |x − median| (do they agree in spread?). A single chain is compared with itself, half against half. `None` where every half
+/// stands still. Source: Vehtari et al. 2021 (Bayesian Analysis 16, 667), section 4.
+pub(super) fn of_scores(ordered: &OrderedDraws, bulk_scores: &Halves) -> Option<f64> {
     let bulk = split_rhat(bulk_scores)?;
-    match split_rhat(&ordered.folded().scores()) {
-        Ok(tail) => Ok(bulk.max(tail)),
+    let spread = ordered.folded().scores();
+    if spread.stand_still() {
         // draws at two values equally far from the median have no spread to compare
-        Err(WhyNone::Constant) => Ok(bulk),
-        Err(why) => Err(why),
+        return Some(bulk);
     }
+    split_rhat(&spread).map(|tail| bulk.max(tail))
 }
 
-/// √((B/W + n − 1)/n) of halves of n draws: B is n times the variance of their means, W the mean of their variances.
-fn split_rhat(halves: &Halves) -> Result<f64, WhyNone> {
+/// √((B/W + n − 1)/n) of halves of n draws: B is n times the variance of their means, W the mean of their variances; `None`
+/// where W is 0.
+fn split_rhat(halves: &Halves) -> Option<f64> {
     if halves.iter().all(|half| half.iter().all(|x| *x == half[0])) {
-        let still = halves.draws.iter().all(|x| *x == halves.draws[0]);
-        return Err(if still {
-            WhyNone::Constant
-        } else {
-            WhyNone::StandingStill
-        });
+        return None;
     }
     let means: Vec<f64> = halves.iter().map(mean).collect();
     let variances: Vec<f64> = halves.iter().map(variance).collect();
     let n = halves.length as f64;
-    Ok(((n * variance(&means) / mean(&variances) + n - 1.0) / n).sqrt())
+    Some(((n * variance(&means) / mean(&variances) + n - 1.0) / n).sqrt())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::inference::diagnostics::summary::summarise;
-
-    fn rhat(chains: &[&[f64]]) -> Result<f64, WhyNone> {
-        let found = summarise(chains);
-        found.rhat.ok_or(found.why_none.expect("a reason"))
-    }
 
     #[test]
     fn draws_at_two_values_are_compared_in_location_alone() {
         let even = [1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0];
-        let rhat = rhat(&[&even, &even]).expect("the halves have a spread");
+        let rhat = summarise(&[&even, &even]).rhat.expect("the halves have a spread");
         assert!((rhat - (3.0f64 / 4.0).sqrt()).abs() < 1e-12, "{rhat}");
     }
 }

@@ -2,12 +2,12 @@
 
 use super::halves::Halves;
 use super::ranks::OrderedDraws;
-use super::{check_chains, ess, mcse, mean, quantile, rhat, variance, WhyNone};
+use super::{ess, have_diagnostics, mcse, mean, quantile, rhat, variance};
 
 /// What the draws say of one quantity, in its own unit.
 ///
 /// Mean, sd and quantiles are `None` where a draw is not finite or there is none, the sd also of a single draw; the rest
-/// is `None` where a function of this module fails, and `why_none` is then its reason (the first, if there are more).
+/// is `None` where the draws are too few or too much alike.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Summary {
     /// mean
@@ -43,9 +43,14 @@ pub struct Summary {
     /// [`mcse::of_quantile`] at 95 %
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mcse_q95: Option<f64>,
-    /// why any of these is `None`
-    #[serde(skip)]
-    pub why_none: Option<WhyNone>,
+}
+
+impl Summary {
+    /// Whether the draws give all of it.
+    pub fn is_whole(&self) -> bool {
+        let diagnostics = [self.rhat, self.ess_bulk, self.ess_tail, self.ess_mean, self.mcse_sd];
+        diagnostics.iter().all(Option::is_some)
+    }
 }
 
 /// Summary of one quantity from its draws, one slice a chain.
@@ -55,37 +60,21 @@ pub fn summarise(chains: &[&[f64]]) -> Summary {
     let mut summary = Summary::default();
     let draws = chains.concat();
     if draws.iter().any(|x| !x.is_finite()) {
-        summary.why_none = Some(check_chains(chains).err().unwrap_or(WhyNone::NotFinite));
         return summary;
     }
     let sorted = quantile::sorted(draws.clone());
-    let Some((low, high)) = describe(&mut summary, &draws, &sorted) else {
-        summary.why_none = Some(WhyNone::TooFewDraws);
+    let Some((low, high)) = describe(&mut summary, &draws, &sorted).filter(|_| have_diagnostics(chains)) else {
         return summary;
     };
-    if let Err(why) = check_chains(chains) {
-        summary.why_none = Some(why);
-        return summary;
-    }
     let halves = Halves::map(chains, |x| x);
     let ordered = OrderedDraws::of(&halves);
-    let mut keep = |result: Result<f64, WhyNone>| match result {
-        Ok(value) => Some(value),
-        Err(why) => {
-            summary.why_none = summary.why_none.or(Some(why));
-            None
-        }
-    };
-    let centre = mean(&draws);
     let scores = ordered.scores();
-    let rhat = keep(rhat::of_scores(&ordered, &scores));
-    let ess_bulk = keep(ess::of_halves(&scores));
-    let ess_low = keep(ess::below(chains, low));
-    let ess_high = keep(ess::below(chains, high));
-    let ess_mean = keep(ess::of_halves(&halves));
-    let ess_sd = keep(ess::of_sd_about(chains, centre));
-    summary.rhat = rhat;
-    summary.ess_bulk = ess_bulk;
+    let (ess_low, ess_high) = (ess::below(chains, low), ess::below(chains, high));
+    let ess_mean = ess::of_halves(&halves);
+    let centre = mean(&draws);
+    let ess_sd = ess::of_sd_about(chains, centre);
+    summary.rhat = rhat::of_scores(&ordered, &scores);
+    summary.ess_bulk = ess::of_halves(&scores);
     summary.ess_tail = ess_low.zip(ess_high).map(|(low, high)| low.min(high));
     summary.ess_mean = ess_mean;
     summary.mcse_mean = summary.sd.zip(ess_mean).map(|(sd, effective)| sd / effective.sqrt());
@@ -119,17 +108,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_cannot_be_had_has_a_reason() {
+    fn what_cannot_be_had_is_none() {
         let same = summarise(&[&[0.3; 40], &[0.3; 40]]);
         assert_eq!((same.mean, same.sd, same.q95), (Some(0.3), Some(0.0), Some(0.3)));
-        assert_eq!((same.rhat, same.why_none), (None, Some(WhyNone::Constant)));
+        assert_eq!(same.rhat, None);
         let few = summarise(&[&[1.0, 2.0, 3.0]]);
-        assert_eq!((few.median, few.why_none), (Some(2.0), Some(WhyNone::TooFewDraws)));
+        assert_eq!((few.median, few.ess_mean), (Some(2.0), None));
         let unequal = summarise(&[&[1.0; 5], &[2.0; 6]]);
-        assert_eq!((unequal.rhat, unequal.why_none), (None, Some(WhyNone::UnequalChains)));
+        assert_eq!(unequal.rhat, None);
         let none = summarise(&[]);
-        assert_eq!((none.mean, none.why_none), (None, Some(WhyNone::TooFewDraws)));
+        assert_eq!((none.mean, none.rhat), (None, None));
         let nan = summarise(&[&[1.0, 2.0, 3.0, 4.0, f64::NAN]]);
-        assert_eq!((nan.mean, nan.why_none), (None, Some(WhyNone::NotFinite)));
+        assert_eq!((nan.mean, nan.rhat), (None, None));
     }
 }

@@ -24,7 +24,7 @@ pub(super) fn fit_of<P: ResidualProblem>(attempt: LevenbergMarquardt<P>, met_edg
     let (end, runs) = (current?, residuals.len());
     let freedom = runs - end.parameters.len();
     let residual_sd = (freedom > 0).then(|| (end.residual_sum_of_squares / freedom as f64).sqrt());
-    let (condition, evaluations) = (condition(&end), model.evaluations);
+    let condition = condition(&end);
     // an end on the edge is only reached by trying to cross it
     let inside = |b: &DVector<f64>| !met_edge || model.residuals(b, &mut residuals).is_some();
     let stop = stop.unwrap_or(Stop::MaxIterations);
@@ -45,7 +45,6 @@ pub(super) fn fit_of<P: ResidualProblem>(attempt: LevenbergMarquardt<P>, met_edg
         covariance,
         stop,
         condition,
-        evaluations,
         why_no_covariance,
     })
 }

@@ -23,8 +23,6 @@ pub struct Fit {
     pub stop: Stop,
     /// Condition number of the slopes in columns of unit length; infinite if singular.
     pub condition: f64,
-    /// How often residuals or slopes were computed, over all attempts.
-    pub evaluations: usize,
     /// Why there is no covariance; `None` exactly where there is one.
     pub why_no_covariance: Option<String>,
 }
@@ -83,7 +81,6 @@ impl Fit {
             covariance: None,
             stop,
             condition: f64::INFINITY,
-            evaluations: 0,
             why_no_covariance: Some(why),
         }
     }

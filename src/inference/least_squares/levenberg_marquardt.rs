@@ -53,13 +53,11 @@ pub(super) enum Variant {
     ShortenedSteps,
 }
 
-/// A problem with the count of its evaluations. (argmin's own count, a hash map, takes a tenth of a small
-/// fit.)
+/// A problem with the weights of its residuals.
 pub(super) struct Model<'a, P> {
     problem: &'a P,
     /// The root of each residual's weight; empty where all weigh the same.
     roots: &'a [f64],
-    pub(super) evaluations: usize,
     /// Whether any point was outside the domain.
     pub(super) met_edge: bool,
 }
@@ -69,7 +67,6 @@ impl<'a, P: ResidualProblem> Model<'a, P> {
         Self {
             problem,
             roots,
-            evaluations: 0,
             met_edge: false,
         }
     }
@@ -80,7 +77,6 @@ impl<'a, P: ResidualProblem> Model<'a, P> {
         if !parameters.iter().all(|b| b.is_finite()) {
             return None;
         }
-        self.evaluations += 1;
         let inside = self.problem.residuals(parameters.as_slice(), out.as_mut_slice());
         out.iter_mut()
             .zip(self.roots)
@@ -98,7 +94,6 @@ impl<'a, P: ResidualProblem> Model<'a, P> {
         residuals: &DVector<f64>,
         work: &mut DVector<f64>,
     ) -> Option<Linearised> {
-        self.evaluations += 1;
         let mut jacobian = DMatrix::zeros(self.problem.runs(), self.problem.parameters());
         self.problem.jacobian(parameters.as_slice(), &mut jacobian).ok()?;
         for mut column in jacobian.column_iter_mut() {

@@ -59,12 +59,10 @@ pub fn fit_weighted<P: ResidualProblem>(problem: &P, roots: &[f64], start: &[f64
         let squares = model.residuals(&DVector::from_column_slice(start), &mut DVector::zeros(n));
         return Fit {
             residual_sum_of_squares: squares.unwrap_or(f64::INFINITY),
-            evaluations: 1,
             ..Fit::without_enough_runs(start, n, p)
         };
     }
     let mut best: Option<Fit> = None;
-    let mut evaluations = 0;
     let mut met_edge = false;
     for variant in [Variant::LargestScale, Variant::ShortenedSteps, Variant::CurrentScale] {
         if variant == Variant::ShortenedSteps && !met_edge {
@@ -73,7 +71,6 @@ pub fn fit_weighted<P: ResidualProblem>(problem: &P, roots: &[f64], start: &[f64
         let Some(attempt) = attempt(Model::new(problem, roots), start, variant) else {
             break;
         };
-        evaluations += attempt.model.evaluations;
         met_edge |= attempt.model.met_edge;
         let Some(other) = fit_of(attempt, met_edge) else {
             break;
@@ -86,12 +83,12 @@ pub fn fit_weighted<P: ResidualProblem>(problem: &P, roots: &[f64], start: &[f64
             break;
         }
     }
-    let Some(best) = best else {
-        let why = "the law is undefined at the starting values".to_owned();
-        return Fit {
-            degrees_of_freedom: n - p,
-            ..Fit::not_begun(start, Stop::OutOfDomain, why)
-        };
-    };
-    Fit { evaluations, ..best }
+    best.unwrap_or_else(|| Fit {
+        degrees_of_freedom: n - p,
+        ..Fit::not_begun(
+            start,
+            Stop::OutOfDomain,
+            "the law is undefined at the starting values".to_owned(),
+        )
+    })
 }

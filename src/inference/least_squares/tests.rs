@@ -9,6 +9,8 @@ use nalgebra::DMatrix;
 struct SqrtLaw {
     u: Vec<f64>,
     e: Vec<f64>,
+    /// how often residuals were computed
+    evaluations: std::cell::Cell<usize>,
 }
 
 impl SqrtLaw {
@@ -16,6 +18,7 @@ impl SqrtLaw {
         Self {
             u: speeds.iter().map(|v| 1.0 / v).collect(),
             e: e.to_vec(),
+            evaluations: 0.into(),
         }
     }
 
@@ -37,6 +40,7 @@ impl ResidualProblem for SqrtLaw {
         self.u.len()
     }
     fn residuals(&self, b: &[f64], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
+        self.evaluations.set(self.evaluations.get() + 1);
         for (i, r) in residuals.iter_mut().enumerate() {
             let square = b[0] + b[1] * self.u[i];
             if square <= 0.0 {

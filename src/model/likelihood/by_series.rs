@@ -6,26 +6,20 @@
 
 use std::ops::Range;
 
-use super::pointwise::Pointwise;
 use super::{Likelihood, OutsideDomain};
 use crate::model::parameters::{offset_slot, ParameterKind};
 use crate::runs::Runs;
 
 /// What is left out together where series have offsets: a series, or a dry run.
 pub struct SeriesDensities<'r> {
-    pointwise: Pointwise,
     likelihood: Likelihood,
     runs: &'r Runs,
 }
 
 impl<'r> SeriesDensities<'r> {
-    /// The runs of a likelihood with offsets, run by run and all at once.
-    pub fn new(pointwise: Pointwise, likelihood: Likelihood, runs: &'r Runs) -> SeriesDensities<'r> {
-        SeriesDensities {
-            pointwise,
-            likelihood,
-            runs,
-        }
+    /// The runs of a likelihood with offsets.
+    pub fn new(likelihood: Likelihood, runs: &'r Runs) -> SeriesDensities<'r> {
+        SeriesDensities { likelihood, runs }
     }
 
     /// Dry runs and series.
@@ -44,7 +38,7 @@ impl<'r> SeriesDensities<'r> {
 
     /// Whether the density of a run is an integral.
     pub fn are_integrals(&self) -> bool {
-        self.pointwise.is_integrated()
+        self.likelihood.rows.is_integrated()
     }
 
     /// Whether there are none.
@@ -60,7 +54,7 @@ impl<'r> SeriesDensities<'r> {
         let variance = sigma * sigma;
         let first = offset_slot(self.runs, 0);
         let (at, strengths) = self.likelihood.highest_offsets(full, first..full.len(), variance)?;
-        let law = self.pointwise.at(&at);
+        let law = self.likelihood.rows.at(&at);
         let dry = self.runs.len() - self.runs.wet();
         let mut densities: Vec<f64> = (0..dry).map(|run| law.ln_likelihood(run)).collect();
         let each = self.runs.series.iter().zip(strengths).zip(&at[first..]);

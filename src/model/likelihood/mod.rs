@@ -56,9 +56,10 @@ impl Likelihood {
     /// Fails where it is not finite; a full vector with e_dry ≤ 0 or σ ≤ 0 is the caller's to avoid by its bounds.
     pub fn ln_density(&self, full: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
         slopes.fill(0.0);
-        let films = FilmParameters::new(self.form, full);
-        let laws: Vec<BlockLaw> = self.blocks.iter().map(|block| block.law(films, full)).collect();
-        let noise = self.noise.at(full);
+        let rows = &self.rows;
+        let films = FilmParameters::new(rows.form, full);
+        let laws: Vec<BlockLaw> = rows.blocks.iter().map(|block| block.law(films, full)).collect();
+        let noise = rows.noise.at(full);
         let mut totals = Totals {
             of_kind: [RunDensity::default(); 2],
             blocks: vec![Default::default(); laws.len()],
@@ -66,7 +67,7 @@ impl Likelihood {
         for (kind, noise) in noise.iter().enumerate() {
             self.add_nodes(kind, noise, &laws, &mut totals);
         }
-        if let Some(rows) = &self.rows {
+        if self.needs_rows {
             rows.add_to(full, &noise, self.nodes.iter().any(|own| own.runs > 0.0), &mut totals);
         }
         for (law, sums) in laws.iter().zip(&totals.blocks) {
@@ -101,7 +102,7 @@ impl Likelihood {
                 nodes,
                 kind,
                 laws,
-                order: self.form.dry,
+                order: self.rows.form.dry,
                 sigma,
                 asked,
                 times,
@@ -109,10 +110,10 @@ impl Likelihood {
             sums.add_to(totals);
         };
         add(&own.rebounds, Asked::Rebounds(summed), 1.0);
-        add(&own.stuck, Asked::Side(Side::Below, self.limit), 1.0);
-        if self.truncated {
+        add(&own.stuck, Asked::Side(Side::Below, self.rows.limit), 1.0);
+        if self.rows.truncated {
             // the density of a rebound is that of runs that rebound
-            add(&own.rebounds, Asked::Side(Side::Above, self.limit), -1.0);
+            add(&own.rebounds, Asked::Side(Side::Above, self.rows.limit), -1.0);
         }
         let squares = own.leftover / (sigma * sigma);
         let all = &mut totals.of_kind[kind];

@@ -35,7 +35,7 @@ const SIGNS: [f64; 2] = [1.0, -1.0];
 /// The runs of a scene, in the order of [`Runs`], ready for one run at a time.
 #[derive(Debug, Clone)]
 pub struct Pointwise {
-    form: Form,
+    pub(super) form: Form,
     /// at or below this e* the run stuck
     pub(super) limit: f64,
     /// whether runs that stuck were not logged, so that a rebound's density is that of runs that rebound
@@ -68,8 +68,6 @@ pub struct EvaluatedLaw<'p> {
     balances: Vec<Balance>,
     /// of dry and of wet runs
     noise: [RunNoise; 2],
-    /// ln of their spreads
-    ln_sigma: [f64; 2],
     /// log density of each run given those that share its true speed, where some do
     given_the_others: OnceLock<Vec<f64>>,
 }
@@ -283,20 +281,15 @@ impl Pointwise {
             first: settings.start,
             balances: self.settings[settings].iter().map(|of| laws(of).balance).collect(),
             noise,
-            ln_sigma: noise.map(|of| of.spreads.sigma.ln()),
             given_the_others: OnceLock::new(),
         }
     }
 }
 
 impl EvaluatedLaw<'_> {
-    /// 0 of a dry run, 1 of a wet one.
-    fn kind(&self, run: usize) -> usize {
-        usize::from(run >= self.pointwise.dry)
-    }
-
+    /// Of a dry or a wet run.
     fn noise(&self, run: usize) -> &RunNoise {
-        &self.noise[self.kind(run)]
+        &self.noise[usize::from(run >= self.pointwise.dry)]
     }
 
     fn balance(&self, run: usize) -> &Balance {
@@ -378,15 +371,7 @@ impl EvaluatedLaw<'_> {
 
     /// The same of a run that shares its true speed with none.
     fn ln_likelihood_alone(&self, run: usize) -> f64 {
-        let Pointwise {
-            truncated, restitution, ..
-        } = self.pointwise;
-        let noise = self.noise(run);
-        if *truncated || self.pointwise.is_integrated() || self.pointwise.is_stuck(run) {
-            return self.pointwise.alone(run, self.impact(run), noise).value;
-        }
-        // where runs are left out very many of these are asked for, and no slope: with them it takes nearly twice as long
-        noise.tails.ln_unit_density(self.z(run, restitution[run])) - self.ln_sigma[self.kind(run)]
+        self.pointwise.alone(run, self.impact(run), self.noise(run)).value
     }
 
     /// Log likelihood of some runs together, of which none shares its true speed with another one.

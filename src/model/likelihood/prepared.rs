@@ -1,8 +1,7 @@
 //! Holds the runs of a scene as the likelihood reads them: as nodes, and one by one those of which these do not say enough.
 
-use super::nodes::{Block, Nodes};
+use super::nodes::Nodes;
 use super::pointwise::Pointwise;
-use super::run_noise::NoiseModel;
 use crate::physics::Form;
 use crate::runs::Runs;
 use crate::scene::{LikelihoodFamily, Scene};
@@ -10,18 +9,12 @@ use crate::scene::{LikelihoodFamily, Scene};
 /// The log likelihood of the runs of a scene as a function of a full vector of parameters.
 #[derive(Debug, Clone)]
 pub struct Likelihood {
-    pub(super) form: Form,
-    /// at or below this e* the run stuck
-    pub(super) limit: f64,
-    /// whether runs that stuck were not logged
-    pub(super) truncated: bool,
-    pub(super) noise: NoiseModel,
-    /// runs of one k, density ratio and offset
-    pub(super) blocks: Vec<Block>,
-    /// dry ones and wet ones
+    /// the runs
+    pub(super) rows: Pointwise,
+    /// dry ones and wet ones as nodes
     pub(super) nodes: [KindNodes; 2],
-    /// the runs, where some have spreads or tails that neither says
-    pub(super) rows: Option<Pointwise>,
+    /// whether some runs have spreads or tails that no node says
+    pub(super) needs_rows: bool,
 }
 
 /// The runs of a kind as nodes.
@@ -58,13 +51,9 @@ impl Likelihood {
             nodes
         });
         Likelihood {
-            form,
-            limit: rows.limit,
-            truncated: rows.truncated,
-            blocks: rows.blocks.clone(),
+            rows,
             nodes,
-            noise: rows.noise,
-            rows: needs_rows.then_some(rows),
+            needs_rows,
         }
     }
 

@@ -102,16 +102,6 @@ impl Student {
         }
     }
 
-    /// Probability of less than z.
-    pub(super) fn probability(&self, z: f64) -> f64 {
-        let beyond = self.t.above(self.quantile * z.abs());
-        if z > 0.0 {
-            1.0 - beyond
-        } else {
-            beyond
-        }
-    }
-
     /// Whether what lies above z is lost in rounding beside 1: z Q(z) is less than the mean f(z) (ν + z²)/(ν − 1) of what
     /// lies there.
     fn is_certain(&self, z: f64) -> bool {

@@ -94,8 +94,7 @@ impl Tails {
     pub fn probability(&self, z: f64) -> f64 {
         match self {
             Tails::Normal => normal_cdf(z),
-            Tails::Student(student) => student.probability(z),
-            Tails::AsymmetricLaplace(laplace) => laplace.ln_probability(z).value.exp(),
+            Tails::Student(_) | Tails::AsymmetricLaplace(_) => self.ln_probability(z).value.exp(),
         }
     }
 

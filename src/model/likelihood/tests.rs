@@ -368,7 +368,7 @@ fn films_of_their_own_are_one_block() {
         .collect();
     let runs = runs::arrange(&scene, &rows);
     let likelihood = Likelihood::new(&scene, &runs, Form::new(Inertia::Stepwise, DRY_SPEEDS[0]));
-    assert_eq!((likelihood.blocks.len(), likelihood.nodes()), (1, 60));
+    assert_eq!((likelihood.rows.blocks.len(), likelihood.nodes()), (1, 60));
     let mut slopes = [0.0; SLOTS];
     let value = likelihood.ln_density(&FULL, &mut slopes).expect("inside");
     let expected = plain(&scene, &runs, Form::new(Inertia::Stepwise, DRY_SPEEDS[0]), &FULL);
