@@ -30,7 +30,7 @@
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
 //! | `constants/` | how results move with the constants taken as exact |
 //! | `least_squares.rs` | what least squares found, for the stages that start from it |
-//! | `identify/` | which parameters the runs identify, and which combinations are determined instead |
+//! | `identify/` | which parameters the runs identify |
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
 //! | `posterior/` | parameters from all runs at once, with priors |
 //! | `main_numbers.rs` | the main numbers, each from the source that serves it |

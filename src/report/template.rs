@@ -29,7 +29,6 @@ const TEMPLATES: [(&str, &str); 31] = [
     ("cautions.txt", include_str!("templates/cautions.txt")),
     ("constants.md", include_str!("templates/constants.md")),
     ("designs.md", include_str!("templates/designs.md")),
-    ("determined.txt", include_str!("templates/determined.txt")),
     ("errors.md", include_str!("templates/errors.md")),
     ("film_groups.md", include_str!("templates/film_groups.md")),
     ("held.md", include_str!("templates/held.md")),
