@@ -160,7 +160,7 @@ pub fn fit_least_squares_watched(
         };
         bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, done)
     });
-    let (resampling, bootstrap_notices) = resampled.unzip();
+    let (resampling, fewer_replicates) = resampled.unzip();
     let film_groups = film_groups::list_film_groups(scene, runs);
     let balance = fits.energy_balance.as_ref();
     let line = fits.line.as_ref();
@@ -185,7 +185,7 @@ pub fn fit_least_squares_watched(
         let text = format!("viscous loss \"{}\": {caution}", viscous.name());
         remarks::VISCOUS_FORM.notice(runs.wet_measured(), text)
     }));
-    remarks.extend(bootstrap_notices.into_iter().flatten());
+    remarks.extend(fewer_replicates.flatten());
     remarks.extend(noise::noise_notices(scene, noise.as_ref()));
     let published = published::compare_with_published(setup, &fits.scaling);
     let dry: Vec<Dry> = fits.dry.into_iter().map(|fitted| fitted.dry).collect();
@@ -599,21 +599,10 @@ fn says_not_held(remark: &Remark, term: Term) -> bool {
 
 /// Settles what was said of stuck runs where the posterior counts them.
 fn settle_stuck_runs(notices: &mut [Remark]) {
-    let settled = [
-        (
-            remarks::STUCK_LEFT_OUT,
-            "nothing: the main numbers of their film ratios come from the posterior, which counts them",
-        ),
-        (
-            remarks::BOOTSTRAP_PARTLY_STUCK,
-            "nothing: the main numbers of these film ratios come from the posterior",
-        ),
-    ];
-    for notice in notices {
-        if let Some((_, next)) = settled.iter().find(|(kind, _)| kind.is(notice)) {
-            *notice = notice.clone().at(Level::Informs);
-            notice.next_step = (*next).to_owned();
-        }
+    for notice in notices.iter_mut().filter(|notice| remarks::STUCK_LEFT_OUT.is(notice)) {
+        *notice = notice.clone().at(Level::Informs);
+        notice.next_step =
+            "nothing: the main numbers of their film ratios come from the posterior, which counts them".to_owned();
     }
 }
 

@@ -577,12 +577,6 @@ pub(crate) const BOOTSTRAP_FEWER_REPLICATES: Kind = informing(
     "bootstrap_fewer_replicates",
     "ask for fewer replicates, or fit fewer series in one scene",
 );
-pub(crate) const BOOTSTRAP_FEW_RUNS: Kind =
-    informing("bootstrap_few_runs", "take such intervals as rough, or repeat the runs");
-pub(crate) const BOOTSTRAP_PARTLY_STUCK: Kind = found(
-    "bootstrap_partly_stuck",
-    "compare with film ratios whose runs all rebound; the delta interval does not know of it either",
-);
 pub(crate) const CONSTANTS_EXACT: Kind = found("constants_exact", "say how well it is known, and the report adds it");
 pub(crate) const UNSEEN: Kind = found("unseen", "add the runs it names");
 pub(crate) const PRIOR_RULES: Kind = found("prior_rules", "quote it beside its prior, or add runs that tell it");
