@@ -54,8 +54,6 @@ pub struct Trend {
     /// largest change of an e_inf or a St_c at a film ratio of the runs, as a share of it, with the trend at either end of
     /// the interval in place of none; `None` where one of them ceases to be
     pub largest_change: Option<f64>,
-    /// the runs, in words, of which more would tell most of it
-    pub add: Option<String>,
     /// what was believed before, as a scene writes it
     pub prior: String,
     /// the sd of that; `None` where it has none
@@ -138,11 +136,9 @@ impl Question {
                     || "leaves no e_inf or St_c at a film of the runs".to_owned(),
                     |share| format!("may move e_inf or St_c by up to {share}"),
                 );
-                let add = trend.add.as_ref();
-                let add = add.map_or(String::new(), |runs| format!(", or more runs of {runs}"));
                 return format!(
                     "Whether {symbol} is independent of {film} is open: a trend with the film ({slope}) {moves}; film ratios \
-                     farther apart would tell{add}"
+                     farther apart would tell"
                 );
             }
             Answer::Rises => "rises",
@@ -252,7 +248,6 @@ mod tests {
             sd,
             interval,
             largest_change: Some(0.1 * f64::max(-interval[0], interval[1])),
-            add: Some("PTFE in AK10".to_owned()),
             prior: String::new(),
             prior_sd: Some(1.0),
             source: "",

@@ -157,7 +157,6 @@ impl TrendComparison<'_> {
             sd: found.sd?,
             interval,
             largest_change: Some(over_films.largest_change(interval)).filter(|change| change.is_finite()),
-            add: over_films.runs_to_add(),
             prior: parameter.prior.text(),
             prior_sd: parameter.prior.sd(),
             source: parameter.source,
