@@ -217,11 +217,11 @@ fn resampled(place: &Place, table: &Table, most_resampled: usize) -> (Vec<Estima
         most_resampled,
     };
     let (resampling, _) = bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, &|_| ());
-    let of_dry = dry.into_iter().map(|fitted| fitted.dry.dry_k);
+    let of_dry = dry.into_iter().map(|fitted| fitted.dry_k);
     let of_series = series.into_iter().flat_map(|fit| [fit.alpha, fit.beta]);
     let of_scaling = scaling
         .into_iter()
-        .flat_map(|fitted| [fitted.scaling.e_inf, fitted.scaling.st_c]);
+        .flat_map(|fitted| [fitted.e_inf, fitted.st_c]);
     let of_energy = energy.into_iter().map(|row| row.loss_over_density_ratio);
     let all = of_dry.chain(of_series).chain(of_scaling).chain(of_energy);
     (all.collect(), resampling)

@@ -103,14 +103,14 @@ use crate::runs::{FilmGroup, Runs, Table};
 use crate::scene::{NoiseOn, Scene, Sticking};
 use balance::EnergyBalance;
 use compare::Comparison;
-use dry::{Dry, FittedDry};
+use dry::Dry;
 use energy::Energy;
 use form_choice::OtherForm;
 use left_out::ComparisonContext;
 use main_numbers::{MainNumbers, MainSources};
 use posterior::{contraction, ExpectedSampling, MethodChoice, Posterior, PosteriorRefusal, SamplingSetup};
 use remarks::Kind;
-use scaling::{FittedScaling, Scaling};
+use scaling::Scaling;
 use series::SeriesFit;
 use slow_rebounds::Beside;
 use terms::SizedTerm;
@@ -188,8 +188,6 @@ pub fn fit_least_squares_watched(
     remarks.extend(fewer_replicates.flatten());
     remarks.extend(noise::noise_notices(scene, noise.as_ref()));
     let published = published::compare_with_published(setup, &fits.scaling);
-    let dry: Vec<Dry> = fits.dry.into_iter().map(|fitted| fitted.dry).collect();
-    let scaling: Vec<Scaling> = fits.scaling.into_iter().map(|fitted| fitted.scaling).collect();
     let mut findings = Findings {
         schema: SCHEMA,
         scene: scene.name.clone(),
@@ -202,10 +200,10 @@ pub fn fit_least_squares_watched(
         main: MainNumbers::none(),
         inertia: fits.energy_balance.as_ref().and_then(|balance| balance.choice.clone()),
         sampled_forms: vec![],
-        dry,
+        dry: fits.dry,
         film_groups,
         series: fits.series,
-        scaling,
+        scaling: fits.scaling,
         energy_balance: fits.energy_balance,
         terms: fits.terms,
         form: fits.form,
@@ -242,9 +240,9 @@ pub fn fit_least_squares_watched(
 
 /// Every fit by least squares, with what later stages need of it besides the estimates.
 struct LeastSquaresFits {
-    dry: Vec<FittedDry>,
+    dry: Vec<Dry>,
     series: Vec<SeriesFit>,
-    scaling: Vec<FittedScaling>,
+    scaling: Vec<Scaling>,
     line: Option<LineAgainstRoot>,
     energy: Vec<Energy>,
     /// the energy balance that is held; its form of inertia may still be open

@@ -20,7 +20,7 @@ use crate::runs::{sphere_words, FilmGroup, Series};
 use crate::scene::WetLaw;
 
 /// e_inf and St_c of one particle, or one diameter of it, at one film ratio, or over all of them, by one law.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Scaling {
     /// name of the particle
     pub particle: String,
@@ -71,6 +71,27 @@ pub struct Scaling {
     pub is_withheld: bool,
     /// whether it may be quoted
     pub verdict: Verdict,
+    /// index into [`crate::runs::Runs::spheres`]
+    #[serde(skip)]
+    pub sphere: usize,
+    /// range of [`crate::runs::Runs::series`] it was fitted to
+    #[serde(skip)]
+    pub(super) series: std::ops::Range<usize>,
+    /// α and its slope in 1/St (square root), intercept and minus the slope (linear); `None` unless it converged
+    #[serde(skip)]
+    pub(super) parameters: Option<[f64; 2]>,
+    /// their covariance
+    #[serde(skip)]
+    pub(super) uncertain: Uncertain,
+    /// limits of its profiles, where it is curved
+    #[serde(skip)]
+    pub(super) limits: Option<LawLimits>,
+    /// how the parameters move with k, where the run's own dry speed enters
+    #[serde(skip)]
+    pub(super) shift_by_dry_k: [f64; 2],
+    /// weights of its runs, where they carry measurement errors
+    #[serde(skip)]
+    pub(super) error_weights: Option<ErrorWeights>,
 }
 
 /// Fewest degrees of freedom with which the law of a film ratio tells its own spread: on one, ±1.96 of its standard errors
@@ -119,29 +140,6 @@ impl Bias {
     }
 }
 
-/// A scaling estimate with what later steps need of it.
-#[derive(Debug)]
-pub struct FittedScaling {
-    /// index into [`crate::runs::Runs::spheres`]
-    pub sphere: usize,
-    /// the law
-    pub law: WetLaw,
-    /// range of [`crate::runs::Runs::series`] it was fitted to
-    pub series: std::ops::Range<usize>,
-    /// α and its slope in 1/St (square root), intercept and minus the slope (linear); `None` unless it converged
-    pub parameters: Option<[f64; 2]>,
-    /// their covariance
-    pub uncertain: Uncertain,
-    /// limits of its profiles, where it is curved
-    pub(super) limits: Option<LawLimits>,
-    /// how the parameters move with k, where the run's own dry speed enters
-    pub shift_by_dry_k: [f64; 2],
-    /// weights of its runs, where they carry measurement errors
-    pub error_weights: Option<ErrorWeights>,
-    /// the estimates
-    pub scaling: Scaling,
-}
-
 /// Runs that one law is fitted to.
 struct ScalingGroup {
     /// index into [`Runs::spheres`]
@@ -155,7 +153,7 @@ struct ScalingGroup {
 }
 
 /// Both laws for every sphere with a k of its own, at each film ratio and over all; square root before linear.
-pub fn fit_scaling(setup: FitSetup) -> Vec<FittedScaling> {
+pub fn fit_scaling(setup: FitSetup) -> Vec<Scaling> {
     let runs = setup.runs;
     let mut groups: Vec<ScalingGroup> = vec![];
     for sphere in 0..runs.spheres.len() {
@@ -177,7 +175,7 @@ pub fn fit_scaling(setup: FitSetup) -> Vec<FittedScaling> {
             why_no_laws: why_no_laws(group),
         }));
     }
-    let pairs: Vec<[(FittedScaling, Fit); 2]> = groups.par_iter().map(|group| both_laws(setup, group)).collect();
+    let pairs: Vec<[(Scaling, Fit); 2]> = groups.par_iter().map(|group| both_laws(setup, group)).collect();
     let mut all = test_one_for_all(setup, pairs);
     let of_both = groups
         .into_iter()
@@ -194,42 +192,42 @@ pub fn fit_scaling(setup: FitSetup) -> Vec<FittedScaling> {
 const WIDE_AMONG_ALL: &str =
     "some of its runs have no film ratio of their own: whether one law holds for all cannot be tested";
 
-impl FittedScaling {
+impl Scaling {
     /// Takes back a law that may not be quoted: over all film ratios its verdict, at one its numbers with it. What it leaves
     /// unexplained stays, as the energy balance is held against it.
     fn withhold(&mut self, why: String, quoting: Quoting) {
-        if self.scaling.film_ratio.is_some() {
+        if self.film_ratio.is_some() {
             self.parameters = None;
-            self.scaling.is_withheld = true;
-            self.scaling.correlation = None;
-            self.scaling.bias = None;
-            self.scaling.speed_error_of_a_tenth_se = None;
-            for (_, estimate) in self.scaling.estimates_mut() {
+            self.is_withheld = true;
+            self.correlation = None;
+            self.bias = None;
+            self.speed_error_of_a_tenth_se = None;
+            for (_, estimate) in self.estimates_mut() {
                 *estimate = quoting.none(why.as_str());
             }
-        } else if !self.scaling.verdict.passed {
+        } else if !self.verdict.passed {
             return;
         }
-        self.scaling.verdict = Verdict::failed(why);
+        self.verdict = Verdict::failed(why);
     }
 }
 
 /// Compares, for each sphere and law, the fit over all film ratios with those at each.
-fn test_one_for_all(setup: FitSetup, pairs: Vec<[(FittedScaling, Fit); 2]>) -> Vec<FittedScaling> {
-    let fits: Vec<(FittedScaling, Fit)> = pairs.into_iter().flatten().collect();
-    let test = |(all, fit): &(FittedScaling, Fit)| {
-        let of_ratio = |other: &&(FittedScaling, Fit)| {
+fn test_one_for_all(setup: FitSetup, pairs: Vec<[(Scaling, Fit); 2]>) -> Vec<Scaling> {
+    let fits: Vec<(Scaling, Fit)> = pairs.into_iter().flatten().collect();
+    let test = |(all, fit): &(Scaling, Fit)| {
+        let of_ratio = |other: &&(Scaling, Fit)| {
             let other = &other.0;
-            (other.sphere, other.law) == (all.sphere, all.law) && other.scaling.film_ratio.is_some()
+            (other.sphere, other.law) == (all.sphere, all.law) && other.film_ratio.is_some()
         };
-        if all.scaling.film_ratio.is_some() {
+        if all.film_ratio.is_some() {
             return None;
         }
         let separate = fits.iter().filter(of_ratio);
         if !separate.clone().all(|(_, fit)| fit.converged()) {
             return None;
         }
-        let pool = |fitted: &FittedScaling| WetRuns::over_stokes(setup, &setup.runs.series[fitted.series.clone()]);
+        let pool = |fitted: &Scaling| WetRuns::over_stokes(setup, &setup.runs.series[fitted.series.clone()]);
         let pools: Vec<WetRuns> = separate.map(|(fitted, _)| pool(fitted)).collect();
         let own: Vec<OwnLaw> = pools.iter().map(|pool| pool.own_law(all.law)).collect();
         let pool = pool(all);
@@ -244,10 +242,10 @@ fn test_one_for_all(setup: FitSetup, pairs: Vec<[(FittedScaling, Fit); 2]>) -> V
         })
     };
     let tests: Vec<Option<FTest>> = fits.iter().map(test).collect();
-    let tested = |((mut fitted, _), test): ((FittedScaling, Fit), Option<FTest>)| {
-        fitted.scaling.one_for_all = test;
-        if let Some(test) = test.filter(|test| test.p < DIFFERENT && fitted.scaling.verdict.passed) {
-            fitted.scaling.verdict = Verdict::failed(format!(
+    let tested = |((mut fitted, _), test): ((Scaling, Fit), Option<FTest>)| {
+        fitted.one_for_all = test;
+        if let Some(test) = test.filter(|test| test.p < DIFFERENT && fitted.verdict.passed) {
+            fitted.verdict = Verdict::failed(format!(
                 "film ratios differ ({}): quote each film ratio",
                 f_words(&test, 3)
             ));
@@ -257,7 +255,7 @@ fn test_one_for_all(setup: FitSetup, pairs: Vec<[(FittedScaling, Fit); 2]>) -> V
     fits.into_iter().zip(tests).map(tested).collect()
 }
 
-fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(FittedScaling, Fit); 2] {
+fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(Scaling, Fit); 2] {
     let FitSetup { scene, runs, .. } = setup;
     let series = &runs.series[group.series.clone()];
     let pool = WetRuns::over_stokes(setup, series);
@@ -265,55 +263,55 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(FittedScaling, Fit); 2]
     let [root, line] = laws.map(|law| pool.fit(LawOver::Stokes(law), &PROFILED));
     let regression = pool.regression(WetLaw::Sqrt);
     let sphere = runs.spheres[group.sphere];
-    let scaling_of = |law: WetLaw, fitted: &WetFit, verdict: Verdict| {
-        let source = fitted.source([NO_FALL; 2]);
+    let scaling_of = |law: WetLaw, own: WetFit, verdict: Verdict| {
+        let source = own.source([NO_FALL; 2]);
         let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
-        Scaling {
+        let [e_inf, st_c, lubrication_log] = PROFILED.map(estimate);
+        let st_no_rebound = (law == WetLaw::Sqrt).then(|| estimate(Quantity::StNoRebound));
+        let correlation = source.correlation(Quantity::EInf, Quantity::StC);
+        let scaling = Scaling {
             particle: scene.particles[sphere.particle].name.clone(),
             diameter_m: sphere.diameter,
             film_ratio: group.film_ratio,
             law,
             runs: pool.rebounds,
             stuck: pool.stuck,
-            e_inf: estimate(Quantity::EInf),
-            st_c: estimate(Quantity::StC),
-            st_no_rebound: (law == WetLaw::Sqrt).then(|| estimate(Quantity::StNoRebound)),
-            lubrication_log: estimate(Quantity::Shared(Coefficient::LubricationLog)),
-            correlation: source.correlation(Quantity::EInf, Quantity::StC),
+            e_inf,
+            st_c,
+            st_no_rebound,
+            lubrication_log,
+            correlation,
             bias: None,
             one_for_all: None,
-            residual_sd: fitted.fit.residual_sd,
-            speed_error_of_a_tenth_se: None,
-            measurement_errors: fitted.weights.as_ref().map(|weights| weights.summary),
-            stop: fitted.fit.stop.as_str(),
+            residual_sd: own.fit.residual_sd,
+            speed_error_of_a_tenth_se: own.speed_error.filter(|_| verdict.passed),
+            measurement_errors: own.weights.as_ref().map(|weights| weights.summary),
+            stop: own.fit.stop.as_str(),
             without: vec![],
             of_one_series: law == WetLaw::Sqrt && series.len() == 1,
             is_withheld: false,
             verdict,
-        }
-    };
-    let mut of_root = scaling_of(WetLaw::Sqrt, &root, square_root_verdict(&root.fit, &pool.x));
-    let mut of_line = scaling_of(WetLaw::Linear, &line, linear_verdict(&line.fit));
-    of_line.bias = linear_bias(&root.fit, &regression);
-    of_line = biased(of_line);
-    of_root.speed_error_of_a_tenth_se = root.speed_error.filter(|_| of_root.verdict.passed);
-    if group.film_ratio.is_some() && pool.errors.is_none() {
-        of_root.without = without_each(&regression, series, &of_root, Quoting::of(scene));
-    }
-    [(root, of_root), (line, of_line)].map(|(own, scaling)| {
-        let fitted = FittedScaling {
             sphere: group.sphere,
-            law: scaling.law,
             series: group.series.clone(),
             parameters: Some(two(&own.fit)).filter(|p| p.iter().all(|p| p.is_finite())),
             uncertain: own.uncertain,
             limits: own.limits,
             shift_by_dry_k: own.shift_by_dry_k,
-            scaling,
             error_weights: own.weights,
         };
-        (fitted, own.fit)
-    })
+        (scaling, own.fit)
+    };
+    let (of_root, of_line) = (square_root_verdict(&root.fit, &pool.x), linear_verdict(&line.fit));
+    let (mut of_root, root) = scaling_of(WetLaw::Sqrt, root, of_root);
+    let (of_line, line) = scaling_of(WetLaw::Linear, line, of_line);
+    let of_line = biased(Scaling {
+        bias: linear_bias(&root, &regression),
+        ..of_line
+    });
+    if group.film_ratio.is_some() && pool.errors.is_none() {
+        of_root.without = without_each(&regression, series, &of_root, Quoting::of(scene));
+    }
+    [(of_root, root), (of_line, line)]
 }
 
 /// The quantities whose numbers are profiled.
@@ -339,14 +337,13 @@ fn biased(line: Scaling) -> Scaling {
 }
 
 /// Says of every law that the linear one is to be quoted, where all film ratios together bear it out and it holds.
-pub(super) fn quote_lines(laws: &mut [FittedScaling], line_holds: bool) {
-    for fitted in laws {
-        let law = &mut fitted.scaling;
+pub(super) fn quote_lines(laws: &mut [Scaling], line_holds: bool) {
+    for law in laws {
         match law.law {
             WetLaw::Sqrt if law.verdict.passed => {
                 law.verdict = Verdict::failed("the linear law describes the runs better")
             }
-            WetLaw::Linear if fitted.parameters.is_some() && law.bias.take().is_some() => {
+            WetLaw::Linear if law.parameters.is_some() && law.bias.take().is_some() => {
                 law.verdict = match line_holds {
                     true => Verdict::passed("describes the runs better than the square root"),
                     false => Verdict::failed("neither law describes the runs"),

@@ -8,7 +8,7 @@ use minijinja::context;
 use super::coverage::{covers, draw, CoverageDesign, DrawnSets};
 use crate::error::Error;
 use crate::findings::estimate::Estimate;
-use crate::findings::scaling::{self, FittedScaling};
+use crate::findings::scaling::{self, Scaling};
 use crate::findings::{bootstrap, FitSetup};
 use crate::inference::bootstrap::strata::LEAST_RUNS;
 use crate::inference::delta::LEVELS;
@@ -92,8 +92,8 @@ const AIMS: [Aim; 5] = [
     (WetLaw::Linear, Quantity::EInf, WetLaw::Sqrt),
 ];
 
-fn estimate(fitted: &[FittedScaling], law: WetLaw, quantity: Quantity) -> Option<&Estimate> {
-    let own = &fitted.iter().find(|fitted| fitted.law == law)?.scaling;
+fn estimate(fitted: &[Scaling], law: WetLaw, quantity: Quantity) -> Option<&Estimate> {
+    let own = fitted.iter().find(|fitted| fitted.law == law)?;
     Some(if quantity == Quantity::EInf {
         &own.e_inf
     } else {
@@ -182,7 +182,7 @@ pub fn measure(drawn: DrawnSets) -> Result<CoverageTable, Error> {
 }
 
 /// Both laws at the design's one film ratio, bootstrapped or not.
-fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<FittedScaling>, Error> {
+fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<Scaling>, Error> {
     let runs = draw(scene, seed, "calibration", set)?;
     let setup = FitSetup {
         scene,
@@ -190,7 +190,7 @@ fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<Fit
         dry: &[],
     };
     let mut fitted = scaling::fit_scaling(setup);
-    fitted.retain(|fitted| fitted.scaling.film_ratio.is_some());
+    fitted.retain(|fitted| fitted.film_ratio.is_some());
     if replicated {
         let estimates = bootstrap::Estimates {
             dry: &mut [],

@@ -150,7 +150,7 @@ fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, targets: 
     // the next fit, if it has numbers
     let mut next = || numbers.next().filter(|fit| targets[*fit].is_some());
     for fitted in estimates.dry.iter_mut() {
-        let own = next().map(|fit| Task::new(&mut fitted.dry.dry_k, fit, |[k, _], _| k));
+        let own = next().map(|fit| Task::new(&mut fitted.dry_k, fit, |[k, _], _| k));
         tasks.extend(own);
     }
     for fitted in estimates.series.iter_mut() {
@@ -163,7 +163,7 @@ fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, targets: 
     // the energy table follows the film ratios of the scaling table
     let mut energy = estimates.energy.iter_mut();
     for fitted in estimates.scaling.iter_mut() {
-        let row = fitted.scaling.film_ratio.and_then(|_| energy.next());
+        let row = fitted.film_ratio.and_then(|_| energy.next());
         let Some(fit) = next() else { continue };
         let law = fitted.law;
         if let Some(row) = row {
@@ -186,7 +186,7 @@ fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, targets: 
                 }
             }
         }
-        for (quantity, estimate) in fitted.scaling.estimates_mut() {
+        for (quantity, estimate) in fitted.estimates_mut() {
             let value = move |parameters, _| quantity.value(&Place::NONE, &wetted_of(law, parameters));
             tasks.push(Task::new(estimate, fit, value));
         }

@@ -15,7 +15,7 @@ mod sensitivity;
 use rayon::prelude::*;
 
 use super::balance::EnergyBalance;
-use super::scaling::FittedScaling;
+use super::scaling::Scaling;
 use super::wet_fit::FitSetup;
 pub(super) use constant::{list_constants, Constant};
 use linearised::LinearisedBalance;
@@ -33,7 +33,7 @@ const PARTS: f64 = 1e5;
 /// fit that may not be quoted has none.
 pub fn find_sensitivities(
     setup: FitSetup,
-    scaling: &[FittedScaling],
+    scaling: &[Scaling],
     balance: Option<&EnergyBalance>,
 ) -> Vec<Sensitivity> {
     let FitSetup { scene, runs, dry } = setup;

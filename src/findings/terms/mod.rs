@@ -11,7 +11,7 @@ use self::size::term_sizes;
 pub use self::size::{SizedTerm, LINE};
 use super::balance::{self, EnergyBalance};
 use super::remarks::{self, COMPARE_DRY_SPEEDS};
-use super::scaling::FittedScaling;
+use super::scaling::Scaling;
 use super::wet_fit::FitSetup;
 use crate::physics::form::Term;
 use crate::physics::Form;
@@ -24,7 +24,7 @@ use crate::rounding::with_se;
 /// out keeps the size it was left out for.
 pub(super) fn choose_terms(
     setup: FitSetup,
-    scaling: &[FittedScaling],
+    scaling: &[Scaling],
 ) -> (Form, Option<EnergyBalance>, Vec<SizedTerm>) {
     let scene = setup.scene;
     let mut form = scene.model.form();

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::findings::balance::{rebounds, EnergyBalance};
 use crate::findings::dry;
 use crate::findings::form_choice::GAIN;
-use crate::findings::scaling::FittedScaling;
+use crate::findings::scaling::Scaling;
 use crate::findings::wet_fit::FitSetup;
 use crate::inference::joint::{Joint, JointRow, Part};
 use crate::inference::linearised_joint::Inverse;
@@ -66,14 +66,14 @@ const WIDE: f64 = 1e6;
 const SEEN: f64 = 2.0;
 
 /// Spreads of dry and of wet restitutions; `None` where the runs leave none.
-fn spreads(setup: FitSetup, scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> Option<[f64; 2]> {
+fn spreads(setup: FitSetup, scaling: &[Scaling], balance: Option<&EnergyBalance>) -> Option<[f64; 2]> {
     let FitSetup { runs, dry, .. } = setup;
     let of_laws = || {
         let laws = scaling.iter().filter(|fitted| fitted.law == WetLaw::Sqrt);
-        laws.filter_map(|fitted| fitted.scaling.residual_sd).reduce(f64::min)
+        laws.filter_map(|fitted| fitted.residual_sd).reduce(f64::min)
     };
     let wet = balance.and_then(|balance| balance.residual_sd).or_else(of_laws);
-    let of_dry = dry.iter().filter_map(|one| one.dry.residual_sd).reduce(f64::max);
+    let of_dry = dry.iter().filter_map(|one| one.residual_sd).reduce(f64::max);
     // runs of one kind have their spread stand for the other's, which then weighs nothing
     let wet = wet.or(of_dry.filter(|_| runs.series.is_empty()));
     let spread = |sd: &f64| *sd > 1e-12;
@@ -84,7 +84,7 @@ fn spreads(setup: FitSetup, scaling: &[FittedScaling], balance: Option<&EnergyBa
 /// Every term with its size in this form; the bridge only where a liquid in use has a surface tension.
 pub(super) fn term_sizes(
     setup: FitSetup,
-    scaling: &[FittedScaling],
+    scaling: &[Scaling],
     form: Form,
     balance: Option<&EnergyBalance>,
 ) -> Vec<SizedTerm> {
