@@ -82,8 +82,27 @@ impl ComparedModel {
 }
 
 impl EvaluatedModel {
+    /// Its difference to the best is not known here.
     fn new(form: Form, own: bool, sampled: &Sampled, loo: Loo, used: usize) -> EvaluatedModel {
-        let row = summarise_model(model_name(form), own, sampled, &loo, used);
+        let (khat_max, khat_high) = loo.worst_khat(khat_threshold(used));
+        // rough draws of a form far behind have weights of their own that are too unequal
+        let rough = sampled.khat.filter(|khat| *khat > khat_threshold(used));
+        let row = ComparedModel {
+            model: model_name(form),
+            own,
+            elpd_loo: loo.elpd,
+            se: loo.se,
+            p_loo: loo.p_loo,
+            khat_max: khat_max.into_iter().chain(rough).reduce(f64::max),
+            khat_high,
+            delta: 0.0,
+            delta_se: None,
+            delta_mcse: None,
+            draws: used,
+            weighed: sampled.method != Method::Nuts,
+            rhat: largest_rhat(sampled),
+            divergences: divergences(&sampled.chains),
+        };
         EvaluatedModel { form, row, loo }
     }
 }
@@ -420,30 +439,6 @@ fn draw_form(
     let parameters = ModelParameters::of(context.scene, context.runs, setup.form)?;
     let stream = format!("compare {}", model_name(setup.form));
     Ok(draw_and_leave_out(context, setup, parameters, &stream, beside))
-}
-
-/// The row of a sampled model; its difference to the best is not known here.
-pub(super) fn summarise_model(model: String, own: bool, sampled: &Sampled, found: &Loo, used: usize) -> ComparedModel {
-    let (khat_max, khat_high) = found.worst_khat(khat_threshold(used));
-    // rough draws of a form far behind have weights of their own that are too unequal
-    let rough = sampled.khat.filter(|khat| *khat > khat_threshold(used));
-    let khat_max = khat_max.into_iter().chain(rough).reduce(f64::max);
-    ComparedModel {
-        model,
-        own,
-        elpd_loo: found.elpd,
-        se: found.se,
-        p_loo: found.p_loo,
-        khat_max,
-        khat_high,
-        delta: 0.0,
-        delta_se: None,
-        delta_mcse: None,
-        draws: used,
-        weighed: sampled.method != Method::Nuts,
-        rhat: largest_rhat(sampled),
-        divergences: divergences(&sampled.chains),
-    }
 }
 
 #[cfg(test)]

@@ -231,7 +231,6 @@ mod tests {
             film_ratio_below: Some(0.10),
             runs: 100,
             film_ratios: Some(4),
-            models: vec![],
             gain: Some(12.34),
             gain_se: Some(3.21),
             trend: Some(Trend {

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use crate::findings::compare::ComparedModel;
 use crate::findings::form_choice::{is_gain, GAIN};
 use crate::findings::remarks;
 use crate::inference::diagnostics::loo::Difference;
@@ -23,8 +22,6 @@ pub struct Question {
     pub runs: usize,
     /// film ratios that enough of them have; `None` where they were not counted
     pub film_ratios: Option<usize>,
-    /// the model without the trend and the one with it; none where nothing was sampled
-    pub models: Vec<ComparedModel>,
     /// by how much the trend predicts runs better, in log density summed over them
     pub gain: Option<f64>,
     /// standard error of the gain, run by run
@@ -179,21 +176,16 @@ fn conclude(gain: Difference, trend: &Trend) -> Answer {
     }
 }
 
-/// The question answered by what a model without the trend and one with it say; the gain of the second is in log density.
-pub(super) fn answer_question(
-    question: Question,
-    models: [ComparedModel; 2],
-    gain: Difference,
-    trend: Trend,
-) -> Question {
-    let why_open = doubt(&models).or_else(|| untold(&trend));
+/// The question answered by what a model with the trend gains in log density over one without, and by that trend; `doubt`
+/// says why nothing can be built on the two.
+pub(super) fn answer_question(question: Question, gain: Difference, trend: Trend, doubt: Option<String>) -> Question {
+    let why_open = doubt.or_else(|| untold(&trend));
     let answer = if why_open.is_some() {
         Answer::Open
     } else {
         conclude(gain, &trend)
     };
     Question {
-        models: models.to_vec(),
         gain: Some(gain.value),
         gain_se: gain.se,
         trend: Some(trend),
@@ -202,18 +194,6 @@ pub(super) fn answer_question(
         ..question
     }
     .worded()
-}
-
-/// Chains that differ by more than this tell nothing; the stricter line of the posterior is one for quoting its numbers.
-const RHAT: f64 = 1.05;
-
-/// Why an answer cannot be built on the models.
-fn doubt(models: &[ComparedModel]) -> Option<String> {
-    let apart = |model: &ComparedModel| {
-        let rhat = model.rhat.filter(|rhat| *rhat > RHAT)?;
-        Some(format!("the chains of {} do not agree (R-hat {rhat:.2})", model.model))
-    };
-    models.iter().find_map(apart)
 }
 
 /// Why runs at nearly one film ratio tell no trend, however little it would move there.
