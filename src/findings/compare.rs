@@ -199,13 +199,8 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
     }
     rank(&mut evaluated);
     if let Some(EvaluatedModel { row, .. }) = evaluated.iter().find(|model| model.row.own) {
-        let units = if context.scene.model.series_offsets {
-            "series or dry runs"
-        } else {
-            "runs"
-        };
         let better = check_better_form((own.setup.form, row, &own_loo), &evaluated[0]);
-        found.remarks.extend([check_weights(row, used, units), better]);
+        found.remarks.push(better);
     }
     found.own = Some(own_loo);
     found.models = evaluated.into_iter().map(|model| model.row).collect();
@@ -258,23 +253,6 @@ fn rank(evaluated: &mut [EvaluatedModel]) {
             model.row.delta_se = against.se;
             model.row.delta_mcse = (model.row.delta != 0.0).then_some(against.mcse);
         }
-    }
-}
-
-/// Whether the weights of the scene's own form can be trusted.
-fn check_weights(own: &ComparedModel, used: usize, units: &str) -> Remark {
-    let text = if own.khat_high == 0 {
-        "largest shape of the leave-one-out weights".to_owned()
-    } else {
-        format!(
-            "{} of the {units} cannot be left out by weighing these draws: the weights are too unequal",
-            own.khat_high
-        )
-    };
-    Remark {
-        // a run without a shape may weigh too much, too, and without any run of a shape none does
-        passed: own.khat_high == 0,
-        ..remarks::LOO_KHAT.at(khat_threshold(used)).check(own.khat_max, text)
     }
 }
 

@@ -503,14 +503,6 @@ pub(super) const LAW_FIRST: &str =
     "see first to what the check of the wet law names, which lets series lie apart and feigns trends; [model] series_offsets = \
      true looks inside the series alone: where that check then holds, it was offsets";
 
-/// Shape of the leave-one-out weights, against what so many draws bear.
-pub const LOO_KHAT: Kind = informs(
-    "loo_khat",
-    AtMost(GIVEN),
-    VEHTARI_PSIS,
-    "take the comparison of forms as rough, and check the runs of largest weight",
-);
-
 pub(crate) const SCREENED: Kind = found("screened", "see the reasons");
 pub(crate) const REPEATS_PERHAPS: Kind = found("repeated_rows", "look whether a row was entered twice");
 pub(crate) const COLUMNS_DISAGREE: Kind = found("columns_disagree", "look for a slip in these rows");
