@@ -51,7 +51,6 @@ pub(super) fn choose_terms(
         left_out.push(SizedTerm {
             held: false,
             chosen_by: "auto",
-            widens: None,
             ..smallest.clone()
         });
         form = smallest.term.toggled(form);
@@ -112,7 +111,6 @@ mod tests {
                 largest_effect: 0.15,
                 runs_show: Some(share),
                 runs_show_se: Some(0.3),
-                widens: None,
             };
             term_notice(&sized).expect("it matters")
         };
