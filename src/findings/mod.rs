@@ -366,7 +366,12 @@ impl Findings {
             self.remarks.push(check);
         }
         self.pick_main_numbers(scene, runs, Some(&posterior));
-        carried.extend(single_run::carried_laws(&self.main, &self.scaling));
+        let setup = FitSetup {
+            scene,
+            runs,
+            dry: &self.dry,
+        };
+        carried.extend(single_run::carried_laws(setup, &self.main, &self.scaling));
         self.remarks.extend(single_run::single_run_notice(scene, runs, carried));
         Ok(Some(posterior))
     }

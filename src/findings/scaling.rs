@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::estimate::{Estimate, Quoting};
 use super::film_groups::why_no_laws;
-use super::fit_verdict::{f_words, one_against, square_root_verdict, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
-use super::quantities::{variables, wetted_of, FittedLaw, LawLimits, LawOver};
+use super::fit_verdict::{f_words, one_against, square_root_verdict, why_stopped, OneLaw, OwnLaw, Verdict};
+use super::quantities::{wetted_of, LawLimits, LawOver};
 use super::wet_fit::{two, FitSetup, WetFit, WetRuns};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{ErrorSummary, ErrorWeights};
@@ -60,9 +60,6 @@ pub struct Scaling {
     pub measurement_errors: Option<ErrorSummary>,
     /// how the fit ended
     pub stop: &'static str,
-    /// the law without each of its runs (square root at a film ratio only, where that is cheap)
-    #[serde(skip)]
-    pub(super) without: Vec<LawWithoutRun>,
     /// whether its runs are of one series, which share an offset
     #[serde(skip)]
     pub(super) of_one_series: bool,
@@ -287,7 +284,6 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(Scaling, Fit); 2] {
             speed_error_of_a_tenth_se: own.speed_error.filter(|_| verdict.passed),
             measurement_errors: own.weights.as_ref().map(|weights| weights.summary),
             stop: own.fit.stop.as_str(),
-            without: vec![],
             of_one_series: law == WetLaw::Sqrt && series.len() == 1,
             is_withheld: false,
             verdict,
@@ -302,15 +298,12 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(Scaling, Fit); 2] {
         (scaling, own.fit)
     };
     let (of_root, of_line) = (square_root_verdict(&root.fit, &pool.x), linear_verdict(&line.fit));
-    let (mut of_root, root) = scaling_of(WetLaw::Sqrt, root, of_root);
+    let (of_root, root) = scaling_of(WetLaw::Sqrt, root, of_root);
     let (of_line, line) = scaling_of(WetLaw::Linear, line, of_line);
     let of_line = biased(Scaling {
         bias: linear_bias(&root, &regression),
         ..of_line
     });
-    if group.film_ratio.is_some() && pool.errors.is_none() {
-        of_root.without = without_each(&regression, series, &of_root, Quoting::of(scene));
-    }
     [(of_root, root), (of_line, line)]
 }
 
@@ -365,60 +358,6 @@ pub(super) fn square_root_of(setup: FitSetup, series: &[Series]) -> Option<[f64;
 }
 
 pub(super) const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
-
-/// A square-root law without one of its runs.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct LawWithoutRun {
-    /// its place among the runs
-    pub run: usize,
-    /// e_inf and its standard error
-    pub e_inf: [f64; 2],
-    /// St_c and its standard error
-    pub st_c: [f64; 2],
-}
-
-/// A value and its standard error; NaN where there is none.
-pub(super) fn with_scale(estimate: &Estimate) -> [f64; 2] {
-    [estimate.value, estimate.scale()].map(|number| number.unwrap_or(f64::NAN))
-}
-
-/// A square-root law that may be quoted without each of its runs in turn.
-fn without_each(regression: &Regression, series: &[Series], law: &Scaling, quoting: Quoting) -> Vec<LawWithoutRun> {
-    /// of more runs none carries a law
-    const MOST: usize = 1000;
-    let rebounds: Vec<usize> = series.iter().flat_map(|one| one.rebounds.clone()).collect();
-    if rebounds.len() > MOST || !regression.counts.is_empty() || !law.tells_its_spread() || !law.verdict.passed {
-        return vec![];
-    }
-    let of_place = |(place, run): (usize, &usize)| {
-        let others = |column: &[f64]| -> Vec<f64> {
-            let others = column.iter().enumerate().filter(|(own, _)| *own != place);
-            others.map(|(_, value)| *value).collect()
-        };
-        let [x, offset, restitution] = [regression.x, regression.offset, regression.restitution].map(others);
-        let without = Regression {
-            offset: &offset,
-            ..Regression::new(regression.law, &x, &restitution)
-        };
-        let fit = without.fit();
-        let uncertain = uncertain(&fit);
-        let source = FittedLaw {
-            wetted: wetted_of(WetLaw::Sqrt, variables(two(&fit))),
-            uncertain: &uncertain,
-            limits: None,
-            why_none: (!fit.converged()).then(|| why_stopped(&fit)),
-            undefined: [NO_FALL; 2],
-            quoting,
-        };
-        let estimate = |quantity: Quantity| with_scale(&source.estimate(quantity, &Place::NONE));
-        LawWithoutRun {
-            run: *run,
-            e_inf: estimate(Quantity::EInf),
-            st_c: estimate(Quantity::StC),
-        }
-    };
-    rebounds.iter().enumerate().map(of_place).collect()
-}
 
 impl Scaling {
     /// The particle's words in a text: `PTFE`, `PTFE of 4.762 mm`.
