@@ -301,9 +301,6 @@ const WRITTEN_BY_NONE: &str = "Bootstrapped.failures \
      Counts.sheets \
      Failed.reason \
      Failed.replicates \
-     IdentifiableCombination.quantity \
-     IdentifiableCombination.se \
-     IdentifiableCombination.value \
      SeriesOffset.why_none";
 
 /// The whole document and every object in it, by its name.

@@ -254,7 +254,7 @@ fn what_cannot_be_asked_is_open_with_its_reason() {
         both.map(|question| {
             let told = question.text.clone();
             assert!(
-                question.answer == Answer::Open && question.models.is_empty(),
+                question.answer == Answer::Open && question.trend.is_none(),
                 "{question:?}"
             );
             assert!(told.contains(" is open: "), "{told}");
@@ -295,7 +295,7 @@ fn more_runs_than_can_be_left_out_are_not_asked() {
     for question in [fitted.lubrication(questions::THIN), fitted.prefactor()] {
         assert_eq!(question.answer, Answer::Open);
         assert!(
-            question.models.is_empty() && question.text.contains("52800 runs are too many"),
+            question.trend.is_none() && question.text.contains("52800 runs are too many"),
             "{question:?}"
         );
     }

@@ -508,9 +508,9 @@ fn forms_are_compared_where_series_have_offsets() {
     assert_eq!(notices.find(|notice| notice.code == "form_not_compared"), None);
 }
 
-/// Whole reports, whose e_inf and St_c come from the posterior alone: fit, then predict a new series and a measured one.
+/// Whole reports, whose e_inf and St_c come from the posterior alone: fit, then predict a new series.
 #[test]
-fn predict_says_of_which_series_its_bands_are() {
+fn predict_says_that_its_bands_are_of_a_new_series() {
     let place = Place::new(&text(0.02, &format!("series_offsets = true\n{SAMPLER}")));
     place.draw(seed_of("predict_says_of_which_series"), None);
     place.folder.succeed("fit scene.toml --out report");
@@ -520,29 +520,18 @@ fn predict_says_of_which_series_its_bands_are() {
     let findings = place.folder.json("report/findings.json");
     let places = findings["main"]["at"].as_array().expect("a list");
     assert!(!places.is_empty() && places.iter().all(|place| place["source"] == "posterior"));
-    let predict = |film: &str, more: &str| {
-        let asked = "predict report --particle PTFE --liquid thin --diameter-mm 4.762 --speed-m-s 1.2:1.2:1";
-        place.run(&format!("{asked} --film-um {film} {more}"))
-    };
-    let width = |csv: &str| {
-        let cells: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
-        let of = |name: &str| {
-            let place = cells[0].iter().position(|own| *own == name).expect(name);
-            cells[1][place].to_owned()
-        };
-        let number = |name: &str| of(name).parse::<f64>().expect("a number");
-        (of("series"), number("restitution_q95") - number("restitution_q05"))
-    };
-    let (status, new, err) = predict("333.3", "");
+    let asked =
+        "predict report --particle PTFE --liquid thin --diameter-mm 4.762 --speed-m-s 1.2:1.2:1 --film-um 333.3";
+    let (status, csv, err) = place.run(asked);
     assert_eq!(status, Some(0), "{err}");
-    let (_, measured, _) = predict("333.3", "--measured-series");
-    let ((new, wide), (measured, narrow)) = (width(&new), width(&measured));
-    assert_eq!([new, measured], ["new", "measured"]);
-    assert!(wide > 2.0 * narrow, "{wide} {narrow}");
-    let (status, _, err) = predict("250", "--measured-series");
-    assert_eq!(status, Some(2));
-    let expected =
-        "no series of `PTFE` in `thin` was measured at 4.762 mm with a film of 250 µm; expected one of 3.175 mm \
-                    with a film of 127 µm, 4.762 mm with a film of 190 µm";
-    assert!(err.contains(expected), "{err}");
+    let cells: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    let of = |name: &str| {
+        let place = cells[0].iter().position(|own| *own == name).expect(name);
+        cells[1][place]
+    };
+    assert_eq!(of("series"), "new");
+    let number = |name: &str| of(name).parse::<f64>().expect("a number");
+    // 90 % of the offsets lie within 1.645 sds, which move e by 1/(2 e) as much
+    let width = number("restitution_q95") - number("restitution_q05");
+    assert!(width > 0.03, "{width}");
 }

@@ -199,16 +199,13 @@ fn intervals_do_not_cover_without_a_term_that_matters() {
     }
 }
 
-/// A list is obeyed whatever the sizes say, and what it costs is told.
+/// A list is obeyed whatever the sizes say.
 #[test]
 fn a_list_of_terms_is_obeyed() {
     let [[below, _, far], ..] = all();
     let found = Place::new(&below.scene("[\"viscous\", \"inertia\"]", "2.0")).infer(1);
     let sized = of(&found, "inertia");
-    assert!(
-        sized.held && sized.chosen_by == "scene" && sized.widens.is_some_and(|factor| factor > 1.0),
-        "{sized:?}"
-    );
+    assert!(sized.held && sized.chosen_by == "scene", "{sized:?}");
     let found = Place::new(&far.scene("[\"viscous\"]", "2.0")).infer(1);
     let sized = of(&found, "inertia");
     assert!(!sized.held && sized.size.is_some_and(|size| size > LINE), "{sized:?}");

@@ -63,12 +63,12 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
         place.check_free("folder")?;
     }
     let finished = Finished::read(&request.folder)?;
-    let found = find_law(&asked, &finished, false)?;
+    let found = find_law(&asked, &finished)?;
     let curve = found.law.curve(found.wet.as_ref());
     let source = format!(
         "posterior median of the energy balance, {} draws{}",
         found.law.draws.len(),
-        if finished.series().is_some() && found.wet.is_some() {
+        if finished.has_offsets() && found.wet.is_some() {
             ", of a new series"
         } else {
             ""

@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use wetcor::error::{named, Error};
-use wetcor::findings::predict::{Covered, PredictedSeries};
+use wetcor::findings::predict::Covered;
 use wetcor::report::finished::Finished;
 use wetcor::report::prediction::{self, Origin, Prediction};
 use wetcor::runs::{read_settings, AskedSetting};
-use wetcor::scene::DRY;
 
 use super::messages::{print_result, status, warn};
 use super::setting::{find_law, positive, warn_of, AskedLiquid, AskedPair, FoundLaw, SettingArguments};
@@ -27,7 +26,7 @@ run_q05 to run_q95 are those of a single run with its scatter, 0 where it sticks
 is d ln e/d ln v of the curve. extrapolated: outside the speeds, the Stokes numbers or the film ratios of the particle's runs in that liquid, or the \
 speeds of its dry ones. A table of settings has the columns particle, liquid, diameter, film and, in place of \
 --speed-m-s, impact_speed, in any unit; each line of the output then begins with its setting. Of a fit with [model] \
-series_offsets all bands are those of a new series, unless --measured-series is given; series says which. A fit that is not to be quoted is \
+series_offsets all bands are those of a new series, and series says so. A fit that is not to be quoted is \
 predicted from with exit status 1, unless --anyway is given.")]
 pub struct Predict {
     /// Folder of a finished fit
@@ -40,9 +39,6 @@ pub struct Predict {
     /// Impact speeds, m/s: so many from the first to the last
     #[arg(long = "speed-m-s", value_name = "FIRST:LAST:COUNT", value_parser = speeds, required_unless_present = "settings")]
     speed: Option<Speeds>,
-    /// Predict the series that was measured at this setting, where series have offsets, in place of a new one
-    #[arg(long)]
-    measured_series: bool,
     /// Exit with 0 on a fit that is not to be quoted, too
     #[arg(long)]
     anyway: bool,
@@ -153,29 +149,15 @@ impl Predict {
 pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
     let all = request.asked()?;
     let finished = Finished::read(&request.folder)?;
-    let offsets = finished.series();
-    if request.measured_series
-        && all
-            .iter()
-            .any(|asked| asked.pair.liquid.name().is_none_or(|name| name == DRY))
-    {
-        let text = "--measured-series: expected liquids of the scene, no dry plate among them";
-        return Err(Error::Usage(text.to_owned()));
-    }
     let in_table = |error, asked: &Asked| match (error, &request.settings, asked.line) {
         (Error::Usage(text), Some(path), Some(line)) => Error::Usage(format!("{}: line {line}: {text}", named(path))),
         (other, ..) => other,
     };
     let predicted = all.par_iter().map(|asked| {
-        let found =
-            find_law(&asked.pair, &finished, request.measured_series).map_err(|error| in_table(error, asked))?;
+        let found = find_law(&asked.pair, &finished).map_err(|error| in_table(error, asked))?;
         let rows = found.law.curve(found.wet.as_ref()).predict(&asked.speeds);
         let beyond = rows.iter().filter(|row| row.extrapolated).count();
         let outside = (beyond > 0).then(|| beyond_the_runs(asked, &found, beyond));
-        let series = match offsets.filter(|_| found.wet.is_some()) {
-            Some(_) if request.measured_series => Some(PredictedSeries::Measured),
-            series => series,
-        };
         let AskedPair {
             particle,
             liquid,
@@ -183,7 +165,7 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
             ..
         } = &asked.pair;
         let prediction = Prediction {
-            series,
+            series: (finished.has_offsets() && found.wet.is_some()).then_some("new"),
             ..Prediction::new(particle, liquid.name(), *diameter, found.wet.as_ref(), rows)
         };
         Ok((prediction, outside))

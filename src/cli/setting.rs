@@ -157,16 +157,13 @@ fn plate(asked: &AskedPair, finished: &Finished) -> Result<Option<Setting>, Erro
     Ok(Some(setting))
 }
 
-/// The law that holds there: that of a new series, or of the one measured there.
-pub(super) fn find_law(asked: &AskedPair, finished: &Finished, measured: bool) -> Result<FoundLaw, Error> {
+/// The law that holds there: that of a new series, where series have offsets.
+pub(super) fn find_law(asked: &AskedPair, finished: &Finished) -> Result<FoundLaw, Error> {
     let Some(setting) = plate(asked, finished)? else {
         let law = finished.dry_law(&asked.particle, asked.diameter)?;
         return Ok(FoundLaw { wet: None, law });
     };
-    let law = match asked.liquid.name().filter(|_| measured) {
-        Some(liquid) => finished.law_of_series(&asked.particle, liquid, &setting)?,
-        None => finished.law(&asked.particle, setting.diameter)?,
-    };
+    let law = finished.law(&asked.particle, setting.diameter)?;
     if Term::Bridge.is_held(law.form) && setting.surface_tension.is_none() {
         let text = "the fit holds the rupture of the bridge, and this liquid's surface tension is not known";
         return Err(Error::Usage(format!(

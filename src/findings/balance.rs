@@ -3,14 +3,14 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::dry::{self, FittedDry};
+use super::dry::{self, Dry};
 use super::estimate::{Estimate, IntervalScale, Quoting};
 use super::fit_verdict::{f_words, one_against, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
 use super::form_choice::{ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
 use super::measurement_errors::error_columns;
 use super::places::WetPlace;
 use super::quantities::scale_of;
-use super::scaling::FittedScaling;
+use super::scaling::Scaling;
 use super::wet_fit::{FitSetup, WetRuns};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{chi_squared, reweight, ErrorSummary, ErrorWeights, SpeedDependent};
@@ -235,7 +235,7 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
 
 /// Fits the balance of this form, with the form of inertia `open` or not; `None` without wet runs of a sphere whose k is
 /// known.
-pub fn fit_balance(setup: FitSetup, scaling: &[FittedScaling], form: Form, open: bool) -> Option<EnergyBalance> {
+pub fn fit_balance(setup: FitSetup, scaling: &[Scaling], form: Form, open: bool) -> Option<EnergyBalance> {
     let FitSetup { scene, runs, dry } = setup;
     let known = spheres_with_known_k(runs, dry);
     if known.is_empty() {
@@ -243,8 +243,8 @@ pub fn fit_balance(setup: FitSetup, scaling: &[FittedScaling], form: Form, open:
     }
     let pools: Vec<WetRuns> = scaling
         .iter()
-        .filter(|fitted| fitted.law == WetLaw::Sqrt && fitted.scaling.film_ratio.is_some())
-        .filter(|fitted| fitted.scaling.runs > 0 && known.binary_search(&fitted.sphere).is_ok())
+        .filter(|fitted| fitted.law == WetLaw::Sqrt && fitted.film_ratio.is_some())
+        .filter(|fitted| fitted.runs > 0 && known.binary_search(&fitted.sphere).is_ok())
         .map(|fitted| WetRuns::over_stokes(setup, &runs.series[fitted.series.clone()]))
         .collect();
     let separate: Vec<OwnLaw> = pools.iter().map(|pool| pool.own_law(WetLaw::Sqrt)).collect();
@@ -396,7 +396,7 @@ fn scale_of_parameter(kind: ParameterKind) -> IntervalScale {
 }
 
 /// The spheres with wet rebounds and a usable k.
-pub(super) fn spheres_with_known_k(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec<usize> {
+pub(super) fn spheres_with_known_k(runs: &Runs, fitted_dry: &[Dry]) -> Vec<usize> {
     let usable = fitted_dry.iter().filter(|fitted| fitted.usable.is_some());
     let spheres = usable.map(|fitted| fitted.sphere);
     spheres.filter(|sphere| rebounds(runs, *sphere)).collect()
@@ -409,7 +409,7 @@ pub(super) fn rebounds(runs: &Runs, sphere: usize) -> bool {
 
 /// The least-squares problem of a joint fit in which dry runs weigh as much as their scatter, or their own errors, let
 /// them beside wet runs of this spread.
-pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -> JointFit<'r> {
+pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[Dry], spread: f64) -> JointFit<'r> {
     let rows = |sphere: usize| {
         let own = joint.dry_parts().filter(|part| part.sphere == sphere);
         own.map(|part| part.rebounds.len()).sum()
@@ -435,7 +435,7 @@ pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -
 /// Fits the balance, and again with its own spread where that is far below the one that weighed the dry runs: the separate
 /// laws pool liquids, and where noise is small their misfit would hold k too fast and its error too small. Says at what
 /// spread it ended.
-fn fit_weighed<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -> WeighedFit<'r> {
+fn fit_weighed<'r>(joint: Joint<'r>, dry: &[Dry], spread: f64) -> WeighedFit<'r> {
     /// a weight this near moves no standard error that matters
     const NEAR: f64 = 0.5;
     /// each time the spread is nearer by orders of magnitude

@@ -82,8 +82,27 @@ impl ComparedModel {
 }
 
 impl EvaluatedModel {
+    /// Its difference to the best is not known here.
     fn new(form: Form, own: bool, sampled: &Sampled, loo: Loo, used: usize) -> EvaluatedModel {
-        let row = summarise_model(model_name(form), own, sampled, &loo, used);
+        let (khat_max, khat_high) = loo.worst_khat(khat_threshold(used));
+        // rough draws of a form far behind have weights of their own that are too unequal
+        let rough = sampled.khat.filter(|khat| *khat > khat_threshold(used));
+        let row = ComparedModel {
+            model: model_name(form),
+            own,
+            elpd_loo: loo.elpd,
+            se: loo.se,
+            p_loo: loo.p_loo,
+            khat_max: khat_max.into_iter().chain(rough).reduce(f64::max),
+            khat_high,
+            delta: 0.0,
+            delta_se: None,
+            delta_mcse: None,
+            draws: used,
+            weighed: sampled.method != Method::Nuts,
+            rhat: largest_rhat(sampled),
+            divergences: divergences(&sampled.chains),
+        };
         EvaluatedModel { form, row, loo }
     }
 }
@@ -180,13 +199,8 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
     }
     rank(&mut evaluated);
     if let Some(EvaluatedModel { row, .. }) = evaluated.iter().find(|model| model.row.own) {
-        let units = if context.scene.model.series_offsets {
-            "series or dry runs"
-        } else {
-            "runs"
-        };
         let better = check_better_form((own.setup.form, row, &own_loo), &evaluated[0]);
-        found.remarks.extend([check_weights(row, used, units), better]);
+        found.remarks.push(better);
     }
     found.own = Some(own_loo);
     found.models = evaluated.into_iter().map(|model| model.row).collect();
@@ -239,23 +253,6 @@ fn rank(evaluated: &mut [EvaluatedModel]) {
             model.row.delta_se = against.se;
             model.row.delta_mcse = (model.row.delta != 0.0).then_some(against.mcse);
         }
-    }
-}
-
-/// Whether the weights of the scene's own form can be trusted.
-fn check_weights(own: &ComparedModel, used: usize, units: &str) -> Remark {
-    let text = if own.khat_high == 0 {
-        "largest shape of the leave-one-out weights".to_owned()
-    } else {
-        format!(
-            "{} of the {units} cannot be left out by weighing these draws: the weights are too unequal",
-            own.khat_high
-        )
-    };
-    Remark {
-        // a run without a shape may weigh too much, too, and without any run of a shape none does
-        passed: own.khat_high == 0,
-        ..remarks::LOO_KHAT.at(khat_threshold(used)).check(own.khat_max, text)
     }
 }
 
@@ -420,30 +417,6 @@ fn draw_form(
     let parameters = ModelParameters::of(context.scene, context.runs, setup.form)?;
     let stream = format!("compare {}", model_name(setup.form));
     Ok(draw_and_leave_out(context, setup, parameters, &stream, beside))
-}
-
-/// The row of a sampled model; its difference to the best is not known here.
-pub(super) fn summarise_model(model: String, own: bool, sampled: &Sampled, found: &Loo, used: usize) -> ComparedModel {
-    let (khat_max, khat_high) = found.worst_khat(khat_threshold(used));
-    // rough draws of a form far behind have weights of their own that are too unequal
-    let rough = sampled.khat.filter(|khat| *khat > khat_threshold(used));
-    let khat_max = khat_max.into_iter().chain(rough).reduce(f64::max);
-    ComparedModel {
-        model,
-        own,
-        elpd_loo: found.elpd,
-        se: found.se,
-        p_loo: found.p_loo,
-        khat_max,
-        khat_high,
-        delta: 0.0,
-        delta_se: None,
-        delta_mcse: None,
-        draws: used,
-        weighed: sampled.method != Method::Nuts,
-        rhat: largest_rhat(sampled),
-        divergences: divergences(&sampled.chains),
-    }
 }
 
 #[cfg(test)]

@@ -165,7 +165,6 @@ impl Findings {
             dry: &self.dry,
             series: &self.series,
             scaling: &self.scaling,
-            energy: &self.energy,
             energy_balance: self.energy_balance.as_ref(),
             form: self.form,
         }

@@ -51,6 +51,15 @@ pub struct Dry {
     pub stop: &'static str,
     /// whether k may be quoted
     pub verdict: Verdict,
+    /// k and its standard error, where it may be used
+    #[serde(skip)]
+    pub usable: Option<(f64, f64)>,
+    /// spread of the restitutions that its runs are weighed by: that of all diameters of the particle
+    #[serde(skip)]
+    weighing_sd: Option<f64>,
+    /// weights of its runs, where they carry measurement errors
+    #[serde(skip)]
+    pub error_weights: Option<ErrorWeights>,
 }
 
 /// k of one particle at one diameter.
@@ -62,21 +71,6 @@ pub struct DryOfDiameter {
     pub runs: usize,
     /// k, (m/s)^(-1/5)
     pub dry_k: Estimate,
-}
-
-/// A dry estimate with what later steps need of it.
-#[derive(Debug)]
-pub struct FittedDry {
-    /// index into [`Runs::spheres`]
-    pub sphere: usize,
-    /// k and its standard error, where it may be used
-    pub usable: Option<(f64, f64)>,
-    /// spread of the restitutions that its runs are weighed by: that of all diameters of the particle
-    weighing_sd: Option<f64>,
-    /// weights of its runs, where they carry measurement errors
-    pub error_weights: Option<ErrorWeights>,
-    /// the estimates
-    pub dry: Dry,
 }
 
 impl Dry {
@@ -107,9 +101,7 @@ impl Dry {
     pub fn words(&self) -> String {
         sphere_words(&self.particle, self.diameter_m)
     }
-}
 
-impl FittedDry {
     /// Variance of each of so many rows of rebounds about the law, in their order; infinite where one was left out.
     pub(super) fn variances(&self, rows: usize) -> impl Iterator<Item = f64> + '_ {
         let of_all = self.weighing_sd.map_or(f64::NAN, |sd| sd * sd);
@@ -119,12 +111,12 @@ impl FittedDry {
 }
 
 /// k of every sphere that has dry runs, in their order.
-pub fn fit_dry_laws(scene: &Scene, runs: &Runs) -> Vec<FittedDry> {
+pub fn fit_dry_laws(scene: &Scene, runs: &Runs) -> Vec<Dry> {
     let spheres = (0..runs.spheres.len()).filter_map(|sphere| {
         let groups: Vec<&DryGroup> = runs.dry_of(sphere).iter().collect();
         (!groups.is_empty()).then(|| of_sphere(scene, runs, sphere, &groups))
     });
-    let mut fits: Vec<FittedDry> = spheres.collect();
+    let mut fits: Vec<Dry> = spheres.collect();
     for of_particle in fits.chunk_by_mut(|a, b| runs.spheres[a.sphere].particle == runs.spheres[b.sphere].particle) {
         if of_particle.len() > 1 {
             let sd = pooled_sd(of_particle);
@@ -136,10 +128,10 @@ pub fn fit_dry_laws(scene: &Scene, runs: &Runs) -> Vec<FittedDry> {
 
 /// Spread of the restitutions about some laws of one parameter each. Each diameter has its k, but what scatters them is
 /// one; a few runs alone say too little of it, and intervals with weights from them would be too short.
-fn pooled_sd(fits: &[FittedDry]) -> Option<f64> {
+fn pooled_sd(fits: &[Dry]) -> Option<f64> {
     let known = || {
         fits.iter()
-            .filter_map(|fitted| Some((fitted.dry.residual_sd?, (fitted.dry.runs - 1) as f64)))
+            .filter_map(|fitted| Some((fitted.residual_sd?, (fitted.runs - 1) as f64)))
     };
     let freedom: f64 = known().map(|(_, freedom)| freedom).sum();
     let squares: f64 = known().map(|(sd, freedom)| freedom * sd * sd).sum();
@@ -147,13 +139,13 @@ fn pooled_sd(fits: &[FittedDry]) -> Option<f64> {
 }
 
 /// That of one sphere, out of all in their order.
-pub(super) fn fit_of_sphere(dry: &[FittedDry], sphere: usize) -> Option<&FittedDry> {
+pub(super) fn fit_of_sphere(dry: &[Dry], sphere: usize) -> Option<&Dry> {
     let place = dry.binary_search_by_key(&sphere, |fitted| fitted.sphere).ok()?;
     dry.get(place)
 }
 
 /// The dry speed of a sphere's own runs; `None` unless the scene asks for it and the sphere has a usable k.
-pub(super) fn own_dry_speed(scene: &Scene, dry: &[FittedDry], sphere: usize) -> Option<OwnDrySpeed> {
+pub(super) fn own_dry_speed(scene: &Scene, dry: &[Dry], sphere: usize) -> Option<OwnDrySpeed> {
     if scene.model.dry_speed != DrySpeed::Impact {
         return None;
     }
@@ -165,7 +157,7 @@ pub(super) fn own_dry_speed(scene: &Scene, dry: &[FittedDry], sphere: usize) -> 
     })
 }
 
-fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup]) -> FittedDry {
+fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup]) -> Dry {
     let quoting = Quoting::of(scene);
     let gather = |column: &[f64]| -> Vec<f64> {
         let slices = groups.iter().map(|group| &column[group.rebounds.clone()]);
@@ -210,36 +202,33 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup]) -> 
     });
     let dry_k = estimate(&fit, quoting);
     let sphere = runs.spheres[index];
-    FittedDry {
-        sphere: index,
+    Dry {
         usable: dry_k.pair().filter(|_| verdict.passed),
         weighing_sd: fit.residual_sd,
-        dry: Dry {
-            particle: scene.particles[sphere.particle].name.clone(),
-            diameter_m: sphere.diameter,
-            sphere: index,
-            runs: groups.iter().map(|group| runs.measured(group.rebounds.clone())).sum(),
-            stuck,
-            dry_k,
-            residual_sd: fit.residual_sd,
-            measurement_errors: error_weights.as_ref().map(|weights| weights.summary),
-            by_diameter: separate
-                .iter()
-                .zip(groups)
-                .map(|(own, group)| DryOfDiameter {
-                    diameter_m: group.diameter,
-                    runs: runs.measured(group.rebounds.clone()),
-                    dry_k: estimate(&own.fit, quoting),
-                })
-                .collect(),
-            heterogeneity,
-            lack_of_fit: {
-                let some = runs.sample();
-                lack_of_fit(&rows_of(some, order, some.dry_of(index), &separate))
-            },
-            stop: fit.stop.as_str(),
-            verdict,
+        particle: scene.particles[sphere.particle].name.clone(),
+        diameter_m: sphere.diameter,
+        sphere: index,
+        runs: groups.iter().map(|group| runs.measured(group.rebounds.clone())).sum(),
+        stuck,
+        dry_k,
+        residual_sd: fit.residual_sd,
+        measurement_errors: error_weights.as_ref().map(|weights| weights.summary),
+        by_diameter: separate
+            .iter()
+            .zip(groups)
+            .map(|(own, group)| DryOfDiameter {
+                diameter_m: group.diameter,
+                runs: runs.measured(group.rebounds.clone()),
+                dry_k: estimate(&own.fit, quoting),
+            })
+            .collect(),
+        heterogeneity,
+        lack_of_fit: {
+            let some = runs.sample();
+            lack_of_fit(&rows_of(some, order, some.dry_of(index), &separate))
         },
+        stop: fit.stop.as_str(),
+        verdict,
         error_weights,
     }
 }

@@ -7,7 +7,7 @@ use super::dry;
 use super::estimate::{Estimate, Quoting};
 use super::places::WetPlace;
 use super::quantities::{variables, wetted_of, FittedLaw, PARAMETERS};
-use super::scaling::{FittedScaling, NO_FALL};
+use super::scaling::{Scaling, NO_FALL};
 use super::wet_fit::FitSetup;
 use crate::inference::delta::Uncertain;
 use crate::physics::inertia::Inertia;
@@ -53,14 +53,14 @@ impl Energy {
 }
 
 /// The energy table, in the order of the scaling table.
-pub fn estimate_energy(setup: FitSetup, scaling: &[FittedScaling]) -> Vec<Energy> {
+pub fn estimate_energy(setup: FitSetup, scaling: &[Scaling]) -> Vec<Energy> {
     scaling.iter().filter_map(|fitted| energy_of(setup, fitted)).collect()
 }
 
-fn energy_of(setup: FitSetup, fitted: &FittedScaling) -> Option<Energy> {
+fn energy_of(setup: FitSetup, fitted: &Scaling) -> Option<Energy> {
     let FitSetup { scene, runs, .. } = setup;
     let quoting = Quoting::of(scene);
-    let film_ratio = fitted.scaling.film_ratio?;
+    let film_ratio = fitted.film_ratio?;
     let mut groups = runs.film_groups_of(fitted.sphere).iter();
     let place = WetPlace::of_group(runs, groups.find(|group| group.film_ratio == film_ratio)?);
     let at = Place {
@@ -69,19 +69,19 @@ fn energy_of(setup: FitSetup, fitted: &FittedScaling) -> Option<Energy> {
     };
     let why_no_delta_c = scene.model.viscous.why_no_critical_separation().map(str::to_owned);
     let why_no_delta_c = why_no_delta_c.or_else(|| scene.why_no_roughness([place.particle]));
-    let why_no_l = fitted.scaling.lubrication_log.why_none.clone();
+    let why_no_l = fitted.lubrication_log.why_none.clone();
     let source = FittedLaw {
         wetted: wetted_of(fitted.law, variables(fitted.parameters.unwrap_or([f64::NAN; 2]))),
         uncertain: &fitted.uncertain,
         limits: fitted.limits.as_ref(),
-        why_none: why_no_l.filter(|_| fitted.scaling.lubrication_log.value.is_none()),
+        why_none: why_no_l.filter(|_| fitted.lubrication_log.value.is_none()),
         undefined: [NO_FALL; 2],
         quoting,
     };
     let cap = Inertia::Cap;
     Some(Energy {
-        particle: fitted.scaling.particle.clone(),
-        diameter_m: fitted.scaling.diameter_m,
+        particle: fitted.particle.clone(),
+        diameter_m: fitted.diameter_m,
         film_ratio,
         law: fitted.law,
         density_ratio: at.density_ratio,
@@ -97,13 +97,13 @@ fn energy_of(setup: FitSetup, fitted: &FittedScaling) -> Option<Energy> {
 }
 
 /// (e_dry² − e_inf²)/ρ̃ with the uncertainties of k and of the fit, and what they share.
-fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &FittedScaling, at: &Place) -> Estimate {
+fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &Scaling, at: &Place) -> Estimate {
     let quoting = Quoting::of(scene);
     let usable = dry::fit_of_sphere(dry, fitted.sphere).and_then(|dry| dry.usable);
     let Some((k, k_se)) = usable else {
         return quoting.none("the particle has no usable dry runs, so e_dry is not known");
     };
-    let e_inf = &fitted.scaling.e_inf;
+    let e_inf = &fitted.e_inf;
     let (Some(_), Some(parameters)) = (e_inf.value, fitted.parameters) else {
         return quoting.none(e_inf.why_none.clone().unwrap_or_default());
     };

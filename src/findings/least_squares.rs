@@ -2,7 +2,6 @@
 
 use super::balance::EnergyBalance;
 use super::dry::Dry;
-use super::energy::Energy;
 use super::scaling::Scaling;
 use super::series::SeriesFit;
 use crate::physics::Form;
@@ -18,8 +17,6 @@ pub struct LeastSquares<'f> {
     pub series: &'f [SeriesFit],
     /// e_inf and St_c by both laws
     pub scaling: &'f [Scaling],
-    /// where the energy went
-    pub energy: &'f [Energy],
     /// L, inertial prefactor and film scale over all rebounds; `None` without a usable k
     pub energy_balance: Option<&'f EnergyBalance>,
     /// the energy balance that is held; its form of inertia may still be open

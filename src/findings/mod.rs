@@ -30,7 +30,7 @@
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
 //! | `constants/` | how results move with the constants taken as exact |
 //! | `least_squares.rs` | what least squares found, for the stages that start from it |
-//! | `identify/` | which parameters the runs identify, and which combinations are determined instead |
+//! | `identify/` | which parameters the runs identify |
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
 //! | `posterior/` | parameters from all runs at once, with priors |
 //! | `main_numbers.rs` | the main numbers, each from the source that serves it |
@@ -103,14 +103,14 @@ use crate::runs::{FilmGroup, Runs, Table};
 use crate::scene::{NoiseOn, Scene, Sticking};
 use balance::EnergyBalance;
 use compare::Comparison;
-use dry::{Dry, FittedDry};
+use dry::Dry;
 use energy::Energy;
 use form_choice::OtherForm;
 use left_out::ComparisonContext;
 use main_numbers::{MainNumbers, MainSources};
 use posterior::{contraction, ExpectedSampling, MethodChoice, Posterior, PosteriorRefusal, SamplingSetup};
 use remarks::Kind;
-use scaling::{FittedScaling, Scaling};
+use scaling::Scaling;
 use series::SeriesFit;
 use slow_rebounds::Beside;
 use terms::SizedTerm;
@@ -160,7 +160,7 @@ pub fn fit_least_squares_watched(
         };
         bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, done)
     });
-    let (resampling, bootstrap_notices) = resampled.unzip();
+    let (resampling, fewer_replicates) = resampled.unzip();
     let film_groups = film_groups::list_film_groups(scene, runs);
     let balance = fits.energy_balance.as_ref();
     let line = fits.line.as_ref();
@@ -185,11 +185,9 @@ pub fn fit_least_squares_watched(
         let text = format!("viscous loss \"{}\": {caution}", viscous.name());
         remarks::VISCOUS_FORM.notice(runs.wet_measured(), text)
     }));
-    remarks.extend(bootstrap_notices.into_iter().flatten());
+    remarks.extend(fewer_replicates.flatten());
     remarks.extend(noise::noise_notices(scene, noise.as_ref()));
     let published = published::compare_with_published(setup, &fits.scaling);
-    let dry: Vec<Dry> = fits.dry.into_iter().map(|fitted| fitted.dry).collect();
-    let scaling: Vec<Scaling> = fits.scaling.into_iter().map(|fitted| fitted.scaling).collect();
     let mut findings = Findings {
         schema: SCHEMA,
         scene: scene.name.clone(),
@@ -202,10 +200,10 @@ pub fn fit_least_squares_watched(
         main: MainNumbers::none(),
         inertia: fits.energy_balance.as_ref().and_then(|balance| balance.choice.clone()),
         sampled_forms: vec![],
-        dry,
+        dry: fits.dry,
         film_groups,
         series: fits.series,
-        scaling,
+        scaling: fits.scaling,
         energy_balance: fits.energy_balance,
         terms: fits.terms,
         form: fits.form,
@@ -242,9 +240,9 @@ pub fn fit_least_squares_watched(
 
 /// Every fit by least squares, with what later stages need of it besides the estimates.
 struct LeastSquaresFits {
-    dry: Vec<FittedDry>,
+    dry: Vec<Dry>,
     series: Vec<SeriesFit>,
-    scaling: Vec<FittedScaling>,
+    scaling: Vec<Scaling>,
     line: Option<LineAgainstRoot>,
     energy: Vec<Energy>,
     /// the energy balance that is held; its form of inertia may still be open
@@ -368,7 +366,12 @@ impl Findings {
             self.remarks.push(check);
         }
         self.pick_main_numbers(scene, runs, Some(&posterior));
-        carried.extend(single_run::carried_laws(&self.main, &self.scaling));
+        let setup = FitSetup {
+            scene,
+            runs,
+            dry: &self.dry,
+        };
+        carried.extend(single_run::carried_laws(setup, &self.main, &self.scaling));
         self.remarks.extend(single_run::single_run_notice(scene, runs, carried));
         Ok(Some(posterior))
     }
@@ -599,21 +602,10 @@ fn says_not_held(remark: &Remark, term: Term) -> bool {
 
 /// Settles what was said of stuck runs where the posterior counts them.
 fn settle_stuck_runs(notices: &mut [Remark]) {
-    let settled = [
-        (
-            remarks::STUCK_LEFT_OUT,
-            "nothing: the main numbers of their film ratios come from the posterior, which counts them",
-        ),
-        (
-            remarks::BOOTSTRAP_PARTLY_STUCK,
-            "nothing: the main numbers of these film ratios come from the posterior",
-        ),
-    ];
-    for notice in notices {
-        if let Some((_, next)) = settled.iter().find(|(kind, _)| kind.is(notice)) {
-            *notice = notice.clone().at(Level::Informs);
-            notice.next_step = (*next).to_owned();
-        }
+    for notice in notices.iter_mut().filter(|notice| remarks::STUCK_LEFT_OUT.is(notice)) {
+        *notice = notice.clone().at(Level::Informs);
+        notice.next_step =
+            "nothing: the main numbers of their film ratios come from the posterior, which counts them".to_owned();
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::balance::{at_place, spheres_with_known_k, EnergyBalance};
 use super::places::WetPlace;
-use super::scaling::{e_inf_and_st_c, Bias, FittedScaling};
+use super::scaling::{e_inf_and_st_c, Bias, Scaling};
 use super::wet_fit::{two, FitSetup, WetRuns};
 use crate::inference::joint::{Joint, Part};
 use crate::inference::law::Law;
@@ -16,7 +16,7 @@ use crate::scene::WetLaw;
 ///
 /// Liquids differ in ρ̃, and so in the inertial loss that the law takes as one; what it then gets wrong is its bias, which
 /// stays unknown for spheres outside the balance and where that did not converge.
-pub(super) fn add_bias(setup: FitSetup, scaling: &mut [FittedScaling], balance: &EnergyBalance) {
+pub(super) fn add_bias(setup: FitSetup, scaling: &mut [Scaling], balance: &EnergyBalance) {
     if balance.stop != Stop::Converged.as_str() {
         return;
     }
@@ -28,7 +28,7 @@ pub(super) fn add_bias(setup: FitSetup, scaling: &mut [FittedScaling], balance: 
     );
     // in the order of the series
     let parts: Vec<&Part> = joint.wet_parts().collect();
-    let fitted = |row: &&mut FittedScaling| row.law == WetLaw::Sqrt && !row.scaling.is_withheld;
+    let fitted = |row: &&mut Scaling| row.law == WetLaw::Sqrt && !row.is_withheld;
     for row in scaling.iter_mut().filter(fitted) {
         let groups = runs.film_groups_of(row.sphere);
         let of_ratio = |film_ratio: f64| {
@@ -36,7 +36,7 @@ pub(super) fn add_bias(setup: FitSetup, scaling: &mut [FittedScaling], balance: 
             let place = groups.partition_point(|group| group.film_ratio < film_ratio);
             groups.get(place).filter(|group| group.film_ratio == film_ratio)
         };
-        let group = row.scaling.film_ratio.and_then(of_ratio);
+        let group = row.film_ratio.and_then(of_ratio);
         let Some((group, at)) = group.and_then(|group| {
             let place = WetPlace::of_group(runs, group);
             Some((group, at_place(scene, &joint, point, &place)?))
@@ -46,7 +46,7 @@ pub(super) fn add_bias(setup: FitSetup, scaling: &mut [FittedScaling], balance: 
         let both = [Quantity::EInf, Quantity::StC].map(|quantity| at.value(quantity));
         if both.iter().all(|x| x.is_finite()) {
             let exact = exact_restitutions(&joint, &parts, point, group);
-            row.scaling.bias = root_of_exact(setup, &exact, group).map(|of_law| Bias::of(of_law, both));
+            row.bias = root_of_exact(setup, &exact, group).map(|of_law| Bias::of(of_law, both));
         }
     }
 }

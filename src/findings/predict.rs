@@ -6,8 +6,8 @@
 //! quantiles of the mixture of those distributions over all draws with the probability of sticking as a mass at 0, solved for
 //! to rounding instead of sampled, so that nothing here takes chance.
 //!
-//! Where series have offsets of r, both are of one series: of one that was measured with its own offset, of a new one with an
-//! offset that σ_series spreads, the quantiles of which are dealt out evenly over the draws.
+//! Where series have offsets of r, both are of a new series, with an offset that σ_series spreads, the quantiles of which are
+//! dealt out evenly over the draws.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -36,8 +36,8 @@ pub struct Basis {
     pub particles: Vec<ParticleBasis>,
     /// the liquids of the scene
     pub liquids: Vec<LiquidBasis>,
-    /// up to 1,000 draws of each sampled parameter and of each offset of a series, evenly spaced among those of all chains;
-    /// numbers at the same place are of the same draw
+    /// up to 1,000 draws of each sampled parameter, evenly spaced among those of all chains; numbers at the same place are of
+    /// the same draw
     pub draws: Vec<ParameterDraws>,
 }
 
@@ -186,19 +186,17 @@ impl Basis {
 }
 
 fn draws_kept(sampled: &Sampled) -> Vec<ParameterDraws> {
-    let parameters = sampled.parameters.sampled.iter().map(|parameter| &parameter.name);
-    let names = parameters.chain(&sampled.parameters.series_offsets);
+    let names = sampled.parameters.sampled.iter().map(|parameter| &parameter.name);
     let thinned = |chains: &Vec<Vec<f64>>| {
         let all = chains.concat();
         let kept = all.len().min(DRAWS_KEPT);
         (0..kept).map(|draw| all[draw * all.len() / kept]).collect()
     };
-    let drawn = sampled.values.iter().chain(&sampled.series_offsets).map(thinned);
-    let named = |(name, values): (&String, Vec<f64>)| ParameterDraws {
+    let named = |(name, chains): (&String, &Vec<Vec<f64>>)| ParameterDraws {
         name: name.clone(),
-        values,
+        values: thinned(chains),
     };
-    names.zip(drawn).map(named).collect()
+    names.zip(&sampled.values).map(named).collect()
 }
 
 /// What the wet runs of a particle covered in a liquid, and between which speeds, m/s; `None`: in all liquids.
@@ -256,18 +254,8 @@ pub struct Draw {
     pub sigma_energy: f64,
     /// the distribution of the noise
     pub tails: Tails,
-    /// offset of r of the series that is predicted; 0 where series have none
+    /// offset of r of a new series; 0 where series have none
     pub series_offset: f64,
-}
-
-/// The series that a prediction is of, where series have offsets of r.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PredictedSeries {
-    /// one that was not measured
-    New,
-    /// the one of that particle, liquid, diameter and film
-    Measured,
 }
 
 /// The offset of a new series that a draw is given, by its number from 0: quantiles of the normal of this sd, as evenly

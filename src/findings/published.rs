@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::dry;
 use super::estimate::Estimate;
-use super::scaling::FittedScaling;
+use super::scaling::Scaling;
 use super::wet_fit::FitSetup;
 use crate::physics::Quantity;
 use crate::scene::{Published, WetLaw};
@@ -38,25 +38,23 @@ pub struct PublishedComparison {
 }
 
 /// Every published number of the scene beside ours.
-pub fn compare_with_published(setup: FitSetup, scaling: &[FittedScaling]) -> Vec<PublishedComparison> {
+pub fn compare_with_published(setup: FitSetup, scaling: &[Scaling]) -> Vec<PublishedComparison> {
     let published = setup.scene.published.iter();
     published.map(|published| compare(setup, scaling, published)).collect()
 }
 
-fn compare(setup: FitSetup, scaling: &[FittedScaling], published: &Published) -> PublishedComparison {
+fn compare(setup: FitSetup, scaling: &[Scaling], published: &Published) -> PublishedComparison {
     let FitSetup { scene, runs, dry } = setup;
     let spheres = runs.spheres_of(published.particle);
     // a published number is of all diameters
     let several = spheres.len() > 1;
     let sphere = Some(spheres.start).filter(|_| !several);
     let ours = sphere.and_then(|sphere| match published.quantity {
-        Quantity::DryK => dry::fit_of_sphere(dry, sphere).map(|d| &d.dry.dry_k),
+        Quantity::DryK => dry::fit_of_sphere(dry, sphere).map(|d| &d.dry_k),
         quantity => {
             let laws = scaling.iter();
             let laws = laws.filter(|fit| fit.sphere == sphere && Some(fit.law) == published.law);
-            nearest(laws, published.film_ratio, scene.data.film_ratio_gap)?
-                .scaling
-                .estimate(quantity)
+            nearest(laws, published.film_ratio, scene.data.film_ratio_gap)?.estimate(quantity)
         }
     });
     let pair = ours.and_then(Estimate::pair);
@@ -83,15 +81,11 @@ fn compare(setup: FitSetup, scaling: &[FittedScaling], published: &Published) ->
 }
 
 /// The fit at the nearest film ratio, no further off than groups are told apart; `None`: that over all film ratios.
-fn nearest<'a>(
-    mut laws: impl Iterator<Item = &'a FittedScaling>,
-    film_ratio: Option<f64>,
-    gap: f64,
-) -> Option<&'a FittedScaling> {
+fn nearest<'a>(mut laws: impl Iterator<Item = &'a Scaling>, film_ratio: Option<f64>, gap: f64) -> Option<&'a Scaling> {
     match film_ratio {
-        None => laws.find(|fit| fit.scaling.film_ratio.is_none()),
+        None => laws.find(|fit| fit.film_ratio.is_none()),
         Some(wanted) => laws
-            .filter_map(|fit| Some(((fit.scaling.film_ratio? - wanted).abs(), fit)))
+            .filter_map(|fit| Some(((fit.film_ratio? - wanted).abs(), fit)))
             .filter(|(distance, _)| *distance <= gap)
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, fit)| fit),

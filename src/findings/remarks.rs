@@ -503,14 +503,6 @@ pub(super) const LAW_FIRST: &str =
     "see first to what the check of the wet law names, which lets series lie apart and feigns trends; [model] series_offsets = \
      true looks inside the series alone: where that check then holds, it was offsets";
 
-/// Shape of the leave-one-out weights, against what so many draws bear.
-pub const LOO_KHAT: Kind = informs(
-    "loo_khat",
-    AtMost(GIVEN),
-    VEHTARI_PSIS,
-    "take the comparison of forms as rough, and check the runs of largest weight",
-);
-
 pub(crate) const SCREENED: Kind = found("screened", "see the reasons");
 pub(crate) const REPEATS_PERHAPS: Kind = found("repeated_rows", "look whether a row was entered twice");
 pub(crate) const COLUMNS_DISAGREE: Kind = found("columns_disagree", "look for a slip in these rows");
@@ -576,12 +568,6 @@ pub(crate) const SINGLE_RUN: Kind = found(
 pub(crate) const BOOTSTRAP_FEWER_REPLICATES: Kind = informing(
     "bootstrap_fewer_replicates",
     "ask for fewer replicates, or fit fewer series in one scene",
-);
-pub(crate) const BOOTSTRAP_FEW_RUNS: Kind =
-    informing("bootstrap_few_runs", "take such intervals as rough, or repeat the runs");
-pub(crate) const BOOTSTRAP_PARTLY_STUCK: Kind = found(
-    "bootstrap_partly_stuck",
-    "compare with film ratios whose runs all rebound; the delta interval does not know of it either",
 );
 pub(crate) const CONSTANTS_EXACT: Kind = found("constants_exact", "say how well it is known, and the report adds it");
 pub(crate) const UNSEEN: Kind = found("unseen", "add the runs it names");

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::estimate::{Estimate, Quoting};
 use super::film_groups::why_no_laws;
-use super::fit_verdict::{f_words, one_against, square_root_verdict, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
-use super::quantities::{variables, wetted_of, FittedLaw, LawLimits, LawOver};
+use super::fit_verdict::{f_words, one_against, square_root_verdict, why_stopped, OneLaw, OwnLaw, Verdict};
+use super::quantities::{wetted_of, LawLimits, LawOver};
 use super::wet_fit::{two, FitSetup, WetFit, WetRuns};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{ErrorSummary, ErrorWeights};
@@ -20,7 +20,7 @@ use crate::runs::{sphere_words, FilmGroup, Series};
 use crate::scene::WetLaw;
 
 /// e_inf and St_c of one particle, or one diameter of it, at one film ratio, or over all of them, by one law.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Scaling {
     /// name of the particle
     pub particle: String,
@@ -60,9 +60,6 @@ pub struct Scaling {
     pub measurement_errors: Option<ErrorSummary>,
     /// how the fit ended
     pub stop: &'static str,
-    /// the law without each of its runs (square root at a film ratio only, where that is cheap)
-    #[serde(skip)]
-    pub(super) without: Vec<LawWithoutRun>,
     /// whether its runs are of one series, which share an offset
     #[serde(skip)]
     pub(super) of_one_series: bool,
@@ -71,6 +68,27 @@ pub struct Scaling {
     pub is_withheld: bool,
     /// whether it may be quoted
     pub verdict: Verdict,
+    /// index into [`crate::runs::Runs::spheres`]
+    #[serde(skip)]
+    pub sphere: usize,
+    /// range of [`crate::runs::Runs::series`] it was fitted to
+    #[serde(skip)]
+    pub(super) series: std::ops::Range<usize>,
+    /// α and its slope in 1/St (square root), intercept and minus the slope (linear); `None` unless it converged
+    #[serde(skip)]
+    pub(super) parameters: Option<[f64; 2]>,
+    /// their covariance
+    #[serde(skip)]
+    pub(super) uncertain: Uncertain,
+    /// limits of its profiles, where it is curved
+    #[serde(skip)]
+    pub(super) limits: Option<LawLimits>,
+    /// how the parameters move with k, where the run's own dry speed enters
+    #[serde(skip)]
+    pub(super) shift_by_dry_k: [f64; 2],
+    /// weights of its runs, where they carry measurement errors
+    #[serde(skip)]
+    pub(super) error_weights: Option<ErrorWeights>,
 }
 
 /// Fewest degrees of freedom with which the law of a film ratio tells its own spread: on one, ±1.96 of its standard errors
@@ -119,29 +137,6 @@ impl Bias {
     }
 }
 
-/// A scaling estimate with what later steps need of it.
-#[derive(Debug)]
-pub struct FittedScaling {
-    /// index into [`crate::runs::Runs::spheres`]
-    pub sphere: usize,
-    /// the law
-    pub law: WetLaw,
-    /// range of [`crate::runs::Runs::series`] it was fitted to
-    pub series: std::ops::Range<usize>,
-    /// α and its slope in 1/St (square root), intercept and minus the slope (linear); `None` unless it converged
-    pub parameters: Option<[f64; 2]>,
-    /// their covariance
-    pub uncertain: Uncertain,
-    /// limits of its profiles, where it is curved
-    pub(super) limits: Option<LawLimits>,
-    /// how the parameters move with k, where the run's own dry speed enters
-    pub shift_by_dry_k: [f64; 2],
-    /// weights of its runs, where they carry measurement errors
-    pub error_weights: Option<ErrorWeights>,
-    /// the estimates
-    pub scaling: Scaling,
-}
-
 /// Runs that one law is fitted to.
 struct ScalingGroup {
     /// index into [`Runs::spheres`]
@@ -155,7 +150,7 @@ struct ScalingGroup {
 }
 
 /// Both laws for every sphere with a k of its own, at each film ratio and over all; square root before linear.
-pub fn fit_scaling(setup: FitSetup) -> Vec<FittedScaling> {
+pub fn fit_scaling(setup: FitSetup) -> Vec<Scaling> {
     let runs = setup.runs;
     let mut groups: Vec<ScalingGroup> = vec![];
     for sphere in 0..runs.spheres.len() {
@@ -177,7 +172,7 @@ pub fn fit_scaling(setup: FitSetup) -> Vec<FittedScaling> {
             why_no_laws: why_no_laws(group),
         }));
     }
-    let pairs: Vec<[(FittedScaling, Fit); 2]> = groups.par_iter().map(|group| both_laws(setup, group)).collect();
+    let pairs: Vec<[(Scaling, Fit); 2]> = groups.par_iter().map(|group| both_laws(setup, group)).collect();
     let mut all = test_one_for_all(setup, pairs);
     let of_both = groups
         .into_iter()
@@ -194,42 +189,42 @@ pub fn fit_scaling(setup: FitSetup) -> Vec<FittedScaling> {
 const WIDE_AMONG_ALL: &str =
     "some of its runs have no film ratio of their own: whether one law holds for all cannot be tested";
 
-impl FittedScaling {
+impl Scaling {
     /// Takes back a law that may not be quoted: over all film ratios its verdict, at one its numbers with it. What it leaves
     /// unexplained stays, as the energy balance is held against it.
     fn withhold(&mut self, why: String, quoting: Quoting) {
-        if self.scaling.film_ratio.is_some() {
+        if self.film_ratio.is_some() {
             self.parameters = None;
-            self.scaling.is_withheld = true;
-            self.scaling.correlation = None;
-            self.scaling.bias = None;
-            self.scaling.speed_error_of_a_tenth_se = None;
-            for (_, estimate) in self.scaling.estimates_mut() {
+            self.is_withheld = true;
+            self.correlation = None;
+            self.bias = None;
+            self.speed_error_of_a_tenth_se = None;
+            for (_, estimate) in self.estimates_mut() {
                 *estimate = quoting.none(why.as_str());
             }
-        } else if !self.scaling.verdict.passed {
+        } else if !self.verdict.passed {
             return;
         }
-        self.scaling.verdict = Verdict::failed(why);
+        self.verdict = Verdict::failed(why);
     }
 }
 
 /// Compares, for each sphere and law, the fit over all film ratios with those at each.
-fn test_one_for_all(setup: FitSetup, pairs: Vec<[(FittedScaling, Fit); 2]>) -> Vec<FittedScaling> {
-    let fits: Vec<(FittedScaling, Fit)> = pairs.into_iter().flatten().collect();
-    let test = |(all, fit): &(FittedScaling, Fit)| {
-        let of_ratio = |other: &&(FittedScaling, Fit)| {
+fn test_one_for_all(setup: FitSetup, pairs: Vec<[(Scaling, Fit); 2]>) -> Vec<Scaling> {
+    let fits: Vec<(Scaling, Fit)> = pairs.into_iter().flatten().collect();
+    let test = |(all, fit): &(Scaling, Fit)| {
+        let of_ratio = |other: &&(Scaling, Fit)| {
             let other = &other.0;
-            (other.sphere, other.law) == (all.sphere, all.law) && other.scaling.film_ratio.is_some()
+            (other.sphere, other.law) == (all.sphere, all.law) && other.film_ratio.is_some()
         };
-        if all.scaling.film_ratio.is_some() {
+        if all.film_ratio.is_some() {
             return None;
         }
         let separate = fits.iter().filter(of_ratio);
         if !separate.clone().all(|(_, fit)| fit.converged()) {
             return None;
         }
-        let pool = |fitted: &FittedScaling| WetRuns::over_stokes(setup, &setup.runs.series[fitted.series.clone()]);
+        let pool = |fitted: &Scaling| WetRuns::over_stokes(setup, &setup.runs.series[fitted.series.clone()]);
         let pools: Vec<WetRuns> = separate.map(|(fitted, _)| pool(fitted)).collect();
         let own: Vec<OwnLaw> = pools.iter().map(|pool| pool.own_law(all.law)).collect();
         let pool = pool(all);
@@ -244,10 +239,10 @@ fn test_one_for_all(setup: FitSetup, pairs: Vec<[(FittedScaling, Fit); 2]>) -> V
         })
     };
     let tests: Vec<Option<FTest>> = fits.iter().map(test).collect();
-    let tested = |((mut fitted, _), test): ((FittedScaling, Fit), Option<FTest>)| {
-        fitted.scaling.one_for_all = test;
-        if let Some(test) = test.filter(|test| test.p < DIFFERENT && fitted.scaling.verdict.passed) {
-            fitted.scaling.verdict = Verdict::failed(format!(
+    let tested = |((mut fitted, _), test): ((Scaling, Fit), Option<FTest>)| {
+        fitted.one_for_all = test;
+        if let Some(test) = test.filter(|test| test.p < DIFFERENT && fitted.verdict.passed) {
+            fitted.verdict = Verdict::failed(format!(
                 "film ratios differ ({}): quote each film ratio",
                 f_words(&test, 3)
             ));
@@ -257,7 +252,7 @@ fn test_one_for_all(setup: FitSetup, pairs: Vec<[(FittedScaling, Fit); 2]>) -> V
     fits.into_iter().zip(tests).map(tested).collect()
 }
 
-fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(FittedScaling, Fit); 2] {
+fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(Scaling, Fit); 2] {
     let FitSetup { scene, runs, .. } = setup;
     let series = &runs.series[group.series.clone()];
     let pool = WetRuns::over_stokes(setup, series);
@@ -265,55 +260,51 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(FittedScaling, Fit); 2]
     let [root, line] = laws.map(|law| pool.fit(LawOver::Stokes(law), &PROFILED));
     let regression = pool.regression(WetLaw::Sqrt);
     let sphere = runs.spheres[group.sphere];
-    let scaling_of = |law: WetLaw, fitted: &WetFit, verdict: Verdict| {
-        let source = fitted.source([NO_FALL; 2]);
+    let scaling_of = |law: WetLaw, own: WetFit, verdict: Verdict| {
+        let source = own.source([NO_FALL; 2]);
         let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
-        Scaling {
+        let [e_inf, st_c, lubrication_log] = PROFILED.map(estimate);
+        let st_no_rebound = (law == WetLaw::Sqrt).then(|| estimate(Quantity::StNoRebound));
+        let correlation = source.correlation(Quantity::EInf, Quantity::StC);
+        let scaling = Scaling {
             particle: scene.particles[sphere.particle].name.clone(),
             diameter_m: sphere.diameter,
             film_ratio: group.film_ratio,
             law,
             runs: pool.rebounds,
             stuck: pool.stuck,
-            e_inf: estimate(Quantity::EInf),
-            st_c: estimate(Quantity::StC),
-            st_no_rebound: (law == WetLaw::Sqrt).then(|| estimate(Quantity::StNoRebound)),
-            lubrication_log: estimate(Quantity::Shared(Coefficient::LubricationLog)),
-            correlation: source.correlation(Quantity::EInf, Quantity::StC),
+            e_inf,
+            st_c,
+            st_no_rebound,
+            lubrication_log,
+            correlation,
             bias: None,
             one_for_all: None,
-            residual_sd: fitted.fit.residual_sd,
-            speed_error_of_a_tenth_se: None,
-            measurement_errors: fitted.weights.as_ref().map(|weights| weights.summary),
-            stop: fitted.fit.stop.as_str(),
-            without: vec![],
+            residual_sd: own.fit.residual_sd,
+            speed_error_of_a_tenth_se: own.speed_error.filter(|_| verdict.passed),
+            measurement_errors: own.weights.as_ref().map(|weights| weights.summary),
+            stop: own.fit.stop.as_str(),
             of_one_series: law == WetLaw::Sqrt && series.len() == 1,
             is_withheld: false,
             verdict,
-        }
-    };
-    let mut of_root = scaling_of(WetLaw::Sqrt, &root, square_root_verdict(&root.fit, &pool.x));
-    let mut of_line = scaling_of(WetLaw::Linear, &line, linear_verdict(&line.fit));
-    of_line.bias = linear_bias(&root.fit, &regression);
-    of_line = biased(of_line);
-    of_root.speed_error_of_a_tenth_se = root.speed_error.filter(|_| of_root.verdict.passed);
-    if group.film_ratio.is_some() && pool.errors.is_none() {
-        of_root.without = without_each(&regression, series, &of_root, Quoting::of(scene));
-    }
-    [(root, of_root), (line, of_line)].map(|(own, scaling)| {
-        let fitted = FittedScaling {
             sphere: group.sphere,
-            law: scaling.law,
             series: group.series.clone(),
             parameters: Some(two(&own.fit)).filter(|p| p.iter().all(|p| p.is_finite())),
             uncertain: own.uncertain,
             limits: own.limits,
             shift_by_dry_k: own.shift_by_dry_k,
-            scaling,
             error_weights: own.weights,
         };
-        (fitted, own.fit)
-    })
+        (scaling, own.fit)
+    };
+    let (of_root, of_line) = (square_root_verdict(&root.fit, &pool.x), linear_verdict(&line.fit));
+    let (of_root, root) = scaling_of(WetLaw::Sqrt, root, of_root);
+    let (of_line, line) = scaling_of(WetLaw::Linear, line, of_line);
+    let of_line = biased(Scaling {
+        bias: linear_bias(&root, &regression),
+        ..of_line
+    });
+    [(of_root, root), (of_line, line)]
 }
 
 /// The quantities whose numbers are profiled.
@@ -339,14 +330,13 @@ fn biased(line: Scaling) -> Scaling {
 }
 
 /// Says of every law that the linear one is to be quoted, where all film ratios together bear it out and it holds.
-pub(super) fn quote_lines(laws: &mut [FittedScaling], line_holds: bool) {
-    for fitted in laws {
-        let law = &mut fitted.scaling;
+pub(super) fn quote_lines(laws: &mut [Scaling], line_holds: bool) {
+    for law in laws {
         match law.law {
             WetLaw::Sqrt if law.verdict.passed => {
                 law.verdict = Verdict::failed("the linear law describes the runs better")
             }
-            WetLaw::Linear if fitted.parameters.is_some() && law.bias.take().is_some() => {
+            WetLaw::Linear if law.parameters.is_some() && law.bias.take().is_some() => {
                 law.verdict = match line_holds {
                     true => Verdict::passed("describes the runs better than the square root"),
                     false => Verdict::failed("neither law describes the runs"),
@@ -368,60 +358,6 @@ pub(super) fn square_root_of(setup: FitSetup, series: &[Series]) -> Option<[f64;
 }
 
 pub(super) const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
-
-/// A square-root law without one of its runs.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct LawWithoutRun {
-    /// its place among the runs
-    pub run: usize,
-    /// e_inf and its standard error
-    pub e_inf: [f64; 2],
-    /// St_c and its standard error
-    pub st_c: [f64; 2],
-}
-
-/// A value and its standard error; NaN where there is none.
-pub(super) fn with_scale(estimate: &Estimate) -> [f64; 2] {
-    [estimate.value, estimate.scale()].map(|number| number.unwrap_or(f64::NAN))
-}
-
-/// A square-root law that may be quoted without each of its runs in turn.
-fn without_each(regression: &Regression, series: &[Series], law: &Scaling, quoting: Quoting) -> Vec<LawWithoutRun> {
-    /// of more runs none carries a law
-    const MOST: usize = 1000;
-    let rebounds: Vec<usize> = series.iter().flat_map(|one| one.rebounds.clone()).collect();
-    if rebounds.len() > MOST || !regression.counts.is_empty() || !law.tells_its_spread() || !law.verdict.passed {
-        return vec![];
-    }
-    let of_place = |(place, run): (usize, &usize)| {
-        let others = |column: &[f64]| -> Vec<f64> {
-            let others = column.iter().enumerate().filter(|(own, _)| *own != place);
-            others.map(|(_, value)| *value).collect()
-        };
-        let [x, offset, restitution] = [regression.x, regression.offset, regression.restitution].map(others);
-        let without = Regression {
-            offset: &offset,
-            ..Regression::new(regression.law, &x, &restitution)
-        };
-        let fit = without.fit();
-        let uncertain = uncertain(&fit);
-        let source = FittedLaw {
-            wetted: wetted_of(WetLaw::Sqrt, variables(two(&fit))),
-            uncertain: &uncertain,
-            limits: None,
-            why_none: (!fit.converged()).then(|| why_stopped(&fit)),
-            undefined: [NO_FALL; 2],
-            quoting,
-        };
-        let estimate = |quantity: Quantity| with_scale(&source.estimate(quantity, &Place::NONE));
-        LawWithoutRun {
-            run: *run,
-            e_inf: estimate(Quantity::EInf),
-            st_c: estimate(Quantity::StC),
-        }
-    };
-    rebounds.iter().enumerate().map(of_place).collect()
-}
 
 impl Scaling {
     /// The particle's words in a text: `PTFE`, `PTFE of 4.762 mm`.

@@ -9,19 +9,25 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::estimate::{Estimate, Quoting};
+use super::fit_verdict::{uncertain, why_stopped};
 use super::left_out::{affordable_draws, ComparisonContext, Model};
 use super::main_numbers::MainNumbers;
 use super::posterior::{derived, Posterior};
+use super::quantities::{variables, wetted_of, FittedLaw};
 use super::remarks::{self, shortened};
-use super::scaling::{with_scale, Scaling};
+use super::scaling::{Scaling, NO_FALL};
+use super::wet_fit::{two, FitSetup, WetRuns};
 use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
 use crate::inference::diagnostics::psis::psis;
+use crate::inference::regression::Regression;
 use crate::inference::sampling::Sampled;
 use crate::model::likelihood::pointwise::{AtDraws, Pointwise};
+use crate::physics::quantity::{Place, Quantity};
 use crate::remark::Remark;
 use crate::rounding::{by_number, short, with_se};
 use crate::runs::Runs;
-use crate::scene::Scene;
+use crate::scene::{Scene, WetLaw};
 
 /// Share of its ± beyond which a main number may not move unsaid when one run is left out.
 const CARRIED: f64 = 1.0;
@@ -187,24 +193,64 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
 }
 
 /// The runs that carry a square-root law which is quoted.
-pub(super) fn carried_laws(main: &MainNumbers, scaling: &[Scaling]) -> Vec<SingleRun> {
-    let mut carried = vec![];
-    for place in &main.at {
-        for law in scaling.iter().filter(|law| place.is_of(law)) {
-            let here = format!("({}, δ/D = {}, square-root law)", law.words(), short(place.film_ratio));
-            for left in &law.without {
-                let numbers = [("e_inf", &law.e_inf, left.e_inf), ("St_c", &law.st_c, left.st_c)];
-                carried.extend(numbers.map(|(name, with, without)| SingleRun {
-                    run: left.run,
-                    name: format!("{name} {here}"),
-                    with: with_scale(with),
-                    without,
-                }));
-            }
-        }
+pub(super) fn carried_laws(setup: FitSetup, main: &MainNumbers, scaling: &[Scaling]) -> Vec<SingleRun> {
+    let laws = main
+        .at
+        .iter()
+        .flat_map(|place| scaling.iter().filter(|law| place.is_of(law)));
+    laws.flat_map(|law| runs_that_carry(setup, law)).collect()
+}
+
+/// The runs of a square-root law without which, fitted anew, it has another e_inf or St_c.
+fn runs_that_carry(setup: FitSetup, law: &Scaling) -> Vec<SingleRun> {
+    /// of more runs none carries a law
+    const MOST: usize = 1000;
+    let series = &setup.runs.series[law.series.clone()];
+    let pool = WetRuns::over_stokes(setup, series);
+    let regression = pool.regression(WetLaw::Sqrt);
+    if regression.x.len() > MOST || !regression.counts.is_empty() || pool.errors.is_some() {
+        return vec![];
     }
-    carried.retain(SingleRun::carries);
-    carried
+    let ratio = short(law.film_ratio.unwrap_or_default());
+    let here = format!("({}, δ/D = {ratio}, square-root law)", law.words());
+    let without = |(place, run): (usize, usize)| {
+        let others = |column: &[f64]| -> Vec<f64> {
+            let others = column.iter().enumerate().filter(|(own, _)| *own != place);
+            others.map(|(_, value)| *value).collect()
+        };
+        let [x, offset, restitution] = [regression.x, regression.offset, regression.restitution].map(others);
+        let fit = Regression {
+            offset: &offset,
+            ..Regression::new(regression.law, &x, &restitution)
+        }
+        .fit();
+        let source = FittedLaw {
+            wetted: wetted_of(WetLaw::Sqrt, variables(two(&fit))),
+            uncertain: &uncertain(&fit),
+            limits: None,
+            why_none: (!fit.converged()).then(|| why_stopped(&fit)),
+            undefined: [NO_FALL; 2],
+            quoting: Quoting::of(setup.scene),
+        };
+        let numbers = [
+            ("e_inf", Quantity::EInf, &law.e_inf),
+            ("St_c", Quantity::StC, &law.st_c),
+        ];
+        numbers.map(|(name, quantity, with)| SingleRun {
+            run,
+            name: format!("{name} {here}"),
+            with: with_scale(with),
+            without: with_scale(&source.estimate(quantity, &Place::NONE)),
+        })
+    };
+    let rebounds = series.iter().flat_map(|one| one.rebounds.clone());
+    let each = rebounds.enumerate().flat_map(without);
+    each.filter(SingleRun::carries).collect()
+}
+
+/// A value and its standard error; NaN where there is none.
+fn with_scale(estimate: &Estimate) -> [f64; 2] {
+    [estimate.value, estimate.scale()].map(|number| number.unwrap_or(f64::NAN))
 }
 
 /// The main numbers of a posterior at every so many draws.

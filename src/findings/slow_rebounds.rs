@@ -13,7 +13,7 @@ use super::measurement_errors::speeds_err;
 use super::posterior::derived::{derived_draws, main_draws, DerivedDraws};
 use super::posterior::{fit_posterior, MethodChoice, Posterior};
 use super::remarks::{self, shortened_by};
-use super::scaling::FittedScaling;
+use super::scaling::Scaling;
 use super::single_run::run_words;
 use super::wet_fit::FitSetup;
 use crate::error::Error;
@@ -196,7 +196,7 @@ pub(super) fn fit_beside(
 
 /// Whether least squares, which knows no noise on the energy, gives the same numbers without the runs that barely rebound;
 /// `None` where there are none.
-pub(super) fn check_fit(setup: FitSetup, scaling: &[FittedScaling], own: &EnergyBalance) -> Option<Remark> {
+pub(super) fn check_fit(setup: FitSetup, scaling: &[Scaling], own: &EnergyBalance) -> Option<Remark> {
     let FitSetup { scene, runs, .. } = setup;
     let measured = runs.sample();
     let slow = slow_rebounds(measured, own.form());

@@ -1,11 +1,11 @@
 //! Judges what must hold before the numbers are quoted, and collects what wants a second look.
 
 use super::balance::EnergyBalance;
-use super::dry::{self, FittedDry};
+use super::dry::{self, Dry};
 use super::fit_verdict::f_words;
 use super::noise::{Noise, WetAlternative};
 use super::remarks::{self, shortened, Kind};
-use super::scaling::FittedScaling;
+use super::scaling::Scaling;
 use super::series::SeriesFit;
 use super::wet_fit::FitSetup;
 use super::which_law::LineAgainstRoot;
@@ -28,7 +28,7 @@ pub fn quotable(remarks: &[Remark]) -> bool {
 pub fn check_least_squares(
     FitSetup { scene, dry, .. }: FitSetup,
     table: &Table,
-    scaling: &[FittedScaling],
+    scaling: &[Scaling],
     balance: Option<&EnergyBalance>,
     line: Option<&LineAgainstRoot>,
 ) -> Vec<Remark> {
@@ -64,33 +64,29 @@ fn no_runs_in_use(table: &Table) -> Option<Remark> {
     })
 }
 
-fn dry_laws(dry: &[FittedDry]) -> Option<Remark> {
-    let failed = dry.iter().filter(|d| !d.dry.verdict.passed);
-    let names = failed.map(|d| format!("{}: {}", d.dry.words(), d.dry.verdict.reason));
+fn dry_laws(dry: &[Dry]) -> Option<Remark> {
+    let failed = dry.iter().filter(|d| !d.verdict.passed);
+    let names = failed.map(|d| format!("{}: {}", d.words(), d.verdict.reason));
     let names: Vec<String> = names.collect();
     (!dry.is_empty()).then(|| check_usable(remarks::DRY_LAW, "dry law", dry.len(), &names))
 }
 
 /// The square-root laws of film ratios. None of them at all gates, unless no film ratio has runs enough for its law to be
 /// quoted and the energy balance stands, which takes them together.
-fn scaling_laws(scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> Option<Remark> {
+fn scaling_laws(scaling: &[Scaling], balance: Option<&EnergyBalance>) -> Option<Remark> {
     // groups without a film ratio have a check of their own
-    let is_told = |fit: &&FittedScaling| fit.scaling.film_ratio.is_some() && !fit.scaling.is_withheld;
+    let is_told = |fit: &&Scaling| fit.film_ratio.is_some() && !fit.is_withheld;
     let laws = || scaling.iter().filter(|fit| fit.law == WetLaw::Sqrt).filter(is_told);
     let all = laws().count();
     let stands = balance.is_some_and(|balance| balance.verdict.passed);
-    let failed = laws().filter(|fit| !fit.scaling.verdict.passed);
+    let failed = laws().filter(|fit| !fit.verdict.passed);
     let names = failed.map(|fit| {
-        let ratio = fit.scaling.film_ratio.unwrap_or_default();
-        format!(
-            "{} at film ratio {ratio:.3}: {}",
-            fit.scaling.words(),
-            fit.scaling.verdict.reason
-        )
+        let ratio = fit.film_ratio.unwrap_or_default();
+        format!("{} at film ratio {ratio:.3}: {}", fit.words(), fit.verdict.reason)
     });
     let names: Vec<String> = names.collect();
     // a film ratio without a law is a gap; only none at all leaves no main number
-    let forbids = names.len() == all && !(stands && laws().all(|fit| !fit.scaling.tells_its_spread()));
+    let forbids = names.len() == all && !(stands && laws().all(|fit| !fit.tells_its_spread()));
     let check = check_usable(remarks::SCALING_LAW, "square-root law of a film ratio", all, &names);
     (all > 0).then(|| check.forbidding_if(forbids))
 }
@@ -106,8 +102,7 @@ fn of_balance(balance: &EnergyBalance) -> Vec<Remark> {
     [fit].into_iter().chain(shift).collect()
 }
 
-fn one_dry_k(fitted: &FittedDry) -> Option<Remark> {
-    let dry = &fitted.dry;
+fn one_dry_k(dry: &Dry) -> Option<Remark> {
     let test = dry.heterogeneity.as_ref()?;
     let shift = dry.shift_by_diameter();
     let text = format!(
@@ -119,8 +114,7 @@ fn one_dry_k(fitted: &FittedDry) -> Option<Remark> {
     Some(gating_where_felt(remarks::ONE_DRY_K, test, shift, text))
 }
 
-fn dry_law_holds(fitted: &FittedDry) -> Option<Remark> {
-    let dry = &fitted.dry;
+fn dry_law_holds(dry: &Dry) -> Option<Remark> {
     let found = dry.lack_of_fit.as_ref()?;
     let shift = dry.shift_by_speed();
     let against = match found.against {
@@ -239,7 +233,7 @@ pub fn independent_runs(scene: &Scene, noise: &Noise) -> Option<Remark> {
 }
 
 /// Whether the stated errors explain the scatter of the runs that nothing else scatters.
-fn stated_errors(scene: &Scene, dry: &[FittedDry], balance: Option<&EnergyBalance>) -> Vec<Remark> {
+fn stated_errors(scene: &Scene, dry: &[Dry], balance: Option<&EnergyBalance>) -> Vec<Remark> {
     let check = |kind: ParameterKind, law: &str, errors: Option<ErrorSummary>| {
         let criterion = match kind {
             ParameterKind::SigmaDry => remarks::DRY_ERRORS,
@@ -255,8 +249,8 @@ fn stated_errors(scene: &Scene, dry: &[FittedDry], balance: Option<&EnergyBalanc
         Some(criterion.check(errors.p, text))
     };
     let of_dry = dry.iter().filter_map(|fitted| {
-        let law = format!("{}: the dry law", fitted.dry.words());
-        check(ParameterKind::SigmaDry, &law, fitted.dry.measurement_errors)
+        let law = format!("{}: the dry law", fitted.words());
+        check(ParameterKind::SigmaDry, &law, fitted.measurement_errors)
     });
     let of_wet = balance.and_then(|balance| {
         let law = "the energy balance over all rebounds";
@@ -291,7 +285,7 @@ fn check_usable(criterion: Kind, what: &str, all: usize, failed: &[String]) -> R
 
 /// What a reader of the estimates should look at: runs left out, fits that lack something, and settings that the model does
 /// not read.
-pub fn fit_notices(setup: FitSetup, table: &Table, series: &[SeriesFit], scaling: &[FittedScaling]) -> Vec<Remark> {
+pub fn fit_notices(setup: FitSetup, table: &Table, series: &[SeriesFit], scaling: &[Scaling]) -> Vec<Remark> {
     let FitSetup { scene, runs, dry } = setup;
     let mut found = vec![];
     let left_out: usize = table.screened.iter().map(|one| one.runs).sum();
@@ -314,7 +308,7 @@ pub fn fit_notices(setup: FitSetup, table: &Table, series: &[SeriesFit], scaling
         );
         found.push(remarks::STUCK_LEFT_OUT.notice(stuck, text));
     }
-    let dry_stuck: usize = dry.iter().map(|d| d.dry.stuck).sum();
+    let dry_stuck: usize = dry.iter().map(|d| d.stuck).sum();
     if dry_stuck > 0 {
         let text = format!(
             "left out, without a rebound: {dry_stuck} of the dry runs; were it noise that kept them down, k is too small"

@@ -1,6 +1,6 @@
 //! Fits a law of the wet restitution to the rebounds of some series of one sphere.
 
-use super::dry::{own_dry_speed, FittedDry};
+use super::dry::{own_dry_speed, Dry};
 use super::estimate::Quoting;
 use super::fit_verdict::{uncertain, why_stopped, OwnLaw};
 use super::measurement_errors::error_columns;
@@ -24,7 +24,7 @@ pub struct FitSetup<'a> {
     /// what was measured
     pub runs: &'a Runs,
     /// k of each sphere by its dry runs
-    pub dry: &'a [FittedDry],
+    pub dry: &'a [Dry],
 }
 
 /// The rebounds of some series of one sphere, pooled, in the order of the table.

@@ -9,21 +9,18 @@ use serde::Deserialize;
 
 use crate::error::{named, quoted, Error};
 use crate::files;
-use crate::findings::predict::{
-    offset_of_new_series, Basis, Draw, ParameterDraws, ParticleBasis, ParticleLaw, PredictedSeries,
-};
+use crate::findings::posterior::HeldParameter;
+use crate::findings::predict::{offset_of_new_series, Basis, Draw, ParameterDraws, ParticleBasis, ParticleLaw};
 use crate::findings::remarks::NOISE_GROWS;
 use crate::findings::SCHEMA;
 use crate::model::likelihood::tails::Tails;
-use crate::model::parameters::SERIES_OFFSET;
 use crate::physics::coefficient::Coefficients;
 use crate::physics::dry::DRY_K;
 use crate::physics::form::Term;
 use crate::physics::numbers::same_diameter;
-use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Setting, Viscous};
+use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Viscous};
 use crate::runs::{diameter_in_mm, sphere_label};
 use crate::scene::{name_expected, LikelihoodFamily, NOISE, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
-use crate::units::micrometres;
 
 /// The findings in a report's folder.
 const FINDINGS: &str = "findings.json";
@@ -45,8 +42,7 @@ pub struct Finished {
     /// the scene's numbers
     pub basis: Basis,
     form: Form,
-    left_out: Vec<HeldRecord>,
-    series_offsets: Vec<SeriesRecord>,
+    left_out: Vec<HeldParameter>,
 }
 
 #[derive(Deserialize)]
@@ -92,54 +88,12 @@ impl CheckRecord {
 /// The posterior, as far as predictions read it.
 #[derive(Debug, Deserialize)]
 struct PosteriorRecord {
-    left_out: Vec<HeldRecord>,
+    left_out: Vec<HeldParameter>,
     terms: Vec<Term>,
     inertia: Inertia,
     viscous: Viscous,
     dry_speed_m_s: Option<f64>,
-    #[serde(default)]
-    series_offsets: Vec<SeriesRecord>,
     basis: Basis,
-}
-
-/// A parameter that was not sampled, with the value it is held at.
-#[derive(Debug, Deserialize)]
-struct HeldRecord {
-    name: String,
-    value: Option<f64>,
-}
-
-/// A series with an offset of its own.
-#[derive(Debug, Deserialize)]
-struct SeriesRecord {
-    name: String,
-    particle: String,
-    liquid: String,
-    diameter_m: f64,
-    /// smallest and largest δ/D of its runs
-    film_ratios: [f64; 2],
-}
-
-impl SeriesRecord {
-    /// Whether it was measured with the diameter and the film of a plate, but for what films are rounded by.
-    fn is_at(&self, plate: &Setting) -> bool {
-        const ROUNDING: f64 = 0.02;
-        let [lo, hi] = self.film_ratios;
-        let films = lo * (1.0 - ROUNDING)..=hi * (1.0 + ROUNDING);
-        same_diameter(self.diameter_m, plate.diameter) && films.contains(&plate.film_ratio())
-    }
-
-    /// Its diameter and films.
-    fn words(&self) -> String {
-        let [lo, hi] = self.film_ratios.map(|ratio| micrometres(self.diameter_m * ratio));
-        let more = if hi - lo < 0.5 {
-            String::new()
-        } else {
-            format!(" to {hi:.0}")
-        };
-        let diameter = diameter_in_mm(self.diameter_m);
-        format!("{diameter} mm with a film of {lo:.0}{more} µm")
-    }
 }
 
 impl PosteriorRecord {
@@ -192,7 +146,7 @@ impl PosteriorRecord {
         let physical = named.find_map(|(owner, numbers)| not_above_zero(owner, "", &numbers));
         let speed = self.dry_speed_m_s.filter(|speed| *speed <= 0.0);
         let speed = speed.map(|speed| format!("dry_speed_m_s: found {speed:?}, expected a number above 0"));
-        let held = |own: &HeldRecord| odd_value(&own.name, own.value?, true);
+        let held = |own: &HeldParameter| odd_value(&own.name, own.value?, true);
         let drawn = |own: &ParameterDraws| own.values.iter().find_map(|x| odd_value(&own.name, *x, false));
         let odd = physical.or(speed).or_else(|| self.left_out.iter().find_map(held));
         odd.or_else(|| basis.draws.iter().find_map(drawn))
@@ -225,8 +179,6 @@ fn limit(name: &str) -> Option<(f64, bool)> {
         Some((own.least, own.may_be_zero))
     } else if let Some(own) = of_terms.find(|own| own.name == name) {
         Some((0.0, !own.must_be_positive))
-    } else if name.starts_with(SERIES_OFFSET) {
-        Some((f64::NEG_INFINITY, true))
     } else {
         let of_sphere = name.strip_prefix(DRY_K.name)?.starts_with('[');
         of_sphere.then_some((0.0, false))
@@ -285,7 +237,6 @@ impl Finished {
             form: posterior.form(),
             basis: posterior.basis,
             left_out: posterior.left_out,
-            series_offsets: posterior.series_offsets,
         })
     }
 
@@ -315,10 +266,9 @@ impl Finished {
         }
     }
 
-    /// Of which series [`Finished::law`] is; `None` where series have no offsets.
-    pub fn series(&self) -> Option<PredictedSeries> {
-        let has_offsets = !self.series_offsets.is_empty();
-        has_offsets.then_some(PredictedSeries::New)
+    /// Whether series have offsets, so that [`Finished::law`] is that of a new one.
+    pub fn has_offsets(&self) -> bool {
+        self.has(SIGMA_SERIES.name)
     }
 
     /// The law of a particle of a diameter, m, which is read where each has its own k. Where
@@ -326,46 +276,18 @@ impl Finished {
     ///
     /// Fails for a particle or diameter that the fit has no k of, and for a fit without wet runs.
     pub fn law(&self, particle: &str, diameter: f64) -> Result<ParticleLaw, Error> {
-        self.law_with(particle, diameter, Some(SIGMA_SERIES.name))
+        self.law_with(particle, diameter, true)
     }
 
     /// The same for dry impacts: what is of wet runs alone is not asked for.
     ///
     /// Fails as [`Finished::law`] does, and where the fit has no spread of dry runs.
     pub fn dry_law(&self, particle: &str, diameter: f64) -> Result<ParticleLaw, Error> {
-        self.law_with(particle, diameter, None)
+        self.law_with(particle, diameter, false)
     }
 
-    /// That of the series that was measured on a plate with a liquid of this name.
-    ///
-    /// Fails as [`Finished::law`] does, and where series have no offsets or none was measured there.
-    pub fn law_of_series(&self, particle: &str, liquid: &str, plate: &Setting) -> Result<ParticleLaw, Error> {
-        let all = &self.series_offsets;
-        if all.is_empty() {
-            let text = "the fit has no offsets of series ([model] series_offsets), so that one law is that of all";
-            return Err(Error::Usage(format!("--measured-series: {text}")));
-        }
-        let of_pair = all
-            .iter()
-            .filter(|own| own.particle == particle && own.liquid == liquid);
-        let of_pair: Vec<&SeriesRecord> = of_pair.collect();
-        if let Some(own) = of_pair.iter().find(|own| own.is_at(plate)) {
-            return self.law_with(particle, plate.diameter, Some(&own.name));
-        }
-        let pair = format!("{} in {}", quoted(particle), quoted(liquid));
-        Err(Error::Usage(format!(
-            "--measured-series: no series of {pair} was measured at {} mm with a film of {:.0} µm; {}",
-            diameter_in_mm(plate.diameter),
-            micrometres(plate.film),
-            match series_in_words(&of_pair) {
-                words if words.is_empty() => format!("of {pair} none was"),
-                words => format!("expected one of {}", words.join(", ")),
-            }
-        )))
-    }
-
-    /// The law of a particle of a diameter: of wet runs with this offset, or with one of this spread; of dry ones without.
-    fn law_with(&self, particle: &str, diameter: f64, offset: Option<&str>) -> Result<ParticleLaw, Error> {
+    /// The law of a particle of a diameter, with all that wet runs or dry ones ask for.
+    fn law_with(&self, particle: &str, diameter: f64, is_wet: bool) -> Result<ParticleLaw, Error> {
         let known = self.particle(particle)?;
         let own = &known.dry_k_diameters_m;
         let sphere = own.iter().copied().find(|own| same_diameter(*own, diameter));
@@ -374,12 +296,12 @@ impl Finished {
         }
         let dry_k = name_of_k(particle, sphere);
         let name = |own: Coefficient| own.describe().name;
-        let (runs, sigma) = if offset.is_some() {
+        let (runs, sigma) = if is_wet {
             ("wet", SIGMA_WET.name)
         } else {
             ("dry", SIGMA_DRY.name)
         };
-        let of_terms = self.form.coefficients().map(name).filter(|_| offset.is_some());
+        let of_terms = self.form.coefficients().map(name).filter(|_| is_wet);
         let mut needed = [dry_k.as_str()].into_iter().chain(of_terms).chain([sigma]);
         if let Some(missing) = needed.find(|name| !self.has(name)) {
             let folder = self.folder.display();
@@ -391,8 +313,13 @@ impl Finished {
         let has_shape = |family: &LikelihoodFamily| family.shape().is_some_and(|own| self.has(own.name));
         let family = families.find(has_shape).unwrap_or(LikelihoodFamily::Normal);
         let shape = family.shape().map_or("", |own| own.name);
-        let offset = offset.unwrap_or(SIGMA_SERIES.name);
-        let noise = [SIGMA_DRY.name, SIGMA_WET.name, SIGMA_ENERGY.name, shape, offset];
+        let noise = [
+            SIGMA_DRY.name,
+            SIGMA_WET.name,
+            SIGMA_ENERGY.name,
+            shape,
+            SIGMA_SERIES.name,
+        ];
         let names = [&[dry_k.as_str()][..], &Coefficient::ALL.map(name), &noise].concat();
         let columns: Vec<Vec<f64>> = names.iter().map(|name| self.column(name)).collect();
         let draws = (0..self.basis.draws_kept()).map(|draw| {
@@ -407,10 +334,7 @@ impl Finished {
                 sigma_wet: noise[1],
                 sigma_energy: noise[2],
                 tails: Tails::of(family, noise[3]),
-                series_offset: match offset == SIGMA_SERIES.name {
-                    true => offset_of_new_series(draw, noise[4]),
-                    false => noise[4],
-                },
+                series_offset: offset_of_new_series(draw, noise[4]),
             }
         });
         Ok(ParticleLaw {
@@ -446,14 +370,6 @@ impl Finished {
         own.chain([None])
             .any(|diameter| self.has(&name_of_k(&particle.name, diameter)))
     }
-}
-
-/// Where some series were measured, the first few of them.
-fn series_in_words(all: &[&SeriesRecord]) -> Vec<String> {
-    const SHOWN: usize = 6;
-    let (shown, more) = all.split_at(all.len().min(SHOWN));
-    let more = (!more.is_empty()).then(|| format!("{} more", more.len()));
-    shown.iter().map(|own| own.words()).chain(more).collect()
 }
 
 /// The name of a k in files.

@@ -101,15 +101,6 @@ impl Formatter for Shallow {
     }
 }
 
-/// The word that stands for a value in files; the value is one of an enumeration that holds nothing.
-pub fn word(value: &impl serde::Serialize) -> String {
-    let word = serde_json::to_value(value).ok();
-    word.as_ref()
-        .and_then(|word| word.as_str())
-        .unwrap_or_default()
-        .to_owned()
-}
-
 /// A value as the text of a JSON file; a number that is not finite becomes null.
 pub fn text(value: &impl serde::Serialize) -> Result<String, Error> {
     const DOING: &str = "write JSON";

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::json;
 use crate::error::Error;
-use crate::findings::predict::{Predicted, PredictedSeries};
+use crate::findings::predict::Predicted;
 use crate::physics::Setting;
 
 /// A column's name with what of a row stands in it.
@@ -46,9 +46,9 @@ pub struct Prediction<'a> {
     pub particle: &'a str,
     /// name of the liquid, [`DRY`](crate::scene::DRY) with none on the plate; `None`: one the scene has not
     pub liquid: Option<&'a str>,
-    /// of which series the curve and the runs are; `None` where series have no offsets
+    /// `new`: of a series that was not measured; `None` where series have no offsets
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub series: Option<PredictedSeries>,
+    pub series: Option<&'static str>,
     /// D
     pub diameter_m: f64,
     /// δ; `None` on the dry plate, as the ratios are
@@ -127,7 +127,7 @@ pub fn csv(predictions: &[Prediction], name_pairs: bool) -> Result<String, Error
             false => String::new(),
         };
         let end = match has_series {
-            true => format!(",{}", prediction.series.map_or(String::new(), |own| json::word(&own))),
+            true => format!(",{}", prediction.series.unwrap_or_default()),
             false => String::new(),
         };
         for row in &prediction.predicted {

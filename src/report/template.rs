@@ -21,14 +21,13 @@ use crate::findings::remarks::in_symbols;
 use crate::rounding::{self, by_number, positive, with_sd, NONE};
 
 /// The templates by their names.
-const TEMPLATES: [(&str, &str); 29] = [
+const TEMPLATES: [(&str, &str); 28] = [
     ("against_film.md", include_str!("templates/against_film.md")),
     ("against_speed.md", include_str!("templates/against_speed.md")),
     ("bands.txt", include_str!("templates/bands.txt")),
     ("calibration.md", include_str!("templates/calibration.md")),
     ("cautions.txt", include_str!("templates/cautions.txt")),
     ("constants.md", include_str!("templates/constants.md")),
-    ("determined.txt", include_str!("templates/determined.txt")),
     ("errors.md", include_str!("templates/errors.md")),
     ("film_groups.md", include_str!("templates/film_groups.md")),
     ("held.md", include_str!("templates/held.md")),

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::findings::estimate::Estimate;
-use crate::findings::scaling::{self, FittedScaling};
+use crate::findings::scaling::{self, Scaling};
 use crate::findings::{bootstrap, FitSetup};
 use crate::inference::bootstrap::strata::LEAST_RUNS;
 use crate::inference::delta::LEVELS;
@@ -135,8 +135,8 @@ const AIMS: [Aim; 5] = [
     (WetLaw::Linear, Quantity::EInf, WetLaw::Sqrt),
 ];
 
-fn estimate(fitted: &[FittedScaling], law: WetLaw, quantity: Quantity) -> Option<&Estimate> {
-    let own = &fitted.iter().find(|fitted| fitted.law == law)?.scaling;
+fn estimate(fitted: &[Scaling], law: WetLaw, quantity: Quantity) -> Option<&Estimate> {
+    let own = fitted.iter().find(|fitted| fitted.law == law)?;
     Some(if quantity == Quantity::EInf {
         &own.e_inf
     } else {
@@ -211,7 +211,7 @@ pub fn measure(drawn: DrawnSets) -> Result<CoverageTable, Error> {
 }
 
 /// The intervals that cover their truth, by the places of aim, method and level.
-fn covering(exact: &[FittedScaling], fitted: &[FittedScaling]) -> Vec<[usize; 3]> {
+fn covering(exact: &[Scaling], fitted: &[Scaling]) -> Vec<[usize; 3]> {
     let mut found = vec![];
     for (aim, (law, quantity, truth_of)) in AIMS.into_iter().enumerate() {
         let truth = estimate(exact, truth_of, quantity).and_then(|own| own.value);
@@ -227,7 +227,7 @@ fn covering(exact: &[FittedScaling], fitted: &[FittedScaling]) -> Vec<[usize; 3]
 }
 
 /// Both laws at the design's one film ratio, bootstrapped or not.
-fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<FittedScaling>, Error> {
+fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<Scaling>, Error> {
     let drawn = Simulation::new(scene, None)?.draw_from(stream(seed, "calibration", set));
     let runs = runs::arrange(scene, &drawn);
     let setup = FitSetup {
@@ -236,7 +236,7 @@ fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<Fit
         dry: &[],
     };
     let mut fitted = scaling::fit_scaling(setup);
-    fitted.retain(|fitted| fitted.scaling.film_ratio.is_some());
+    fitted.retain(|fitted| fitted.film_ratio.is_some());
     if replicated {
         let estimates = bootstrap::Estimates {
             dry: &mut [],

@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use super::resampling::Estimates;
-use crate::findings::dry::{own_dry_speed, FittedDry};
+use crate::findings::dry::{own_dry_speed, Dry};
 use crate::findings::own_dry_speed::OwnDrySpeed;
-use crate::findings::scaling::FittedScaling;
+use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
 use crate::inference::bootstrap::{strata, Pool, RunErrors, Target};
 use crate::inference::effective_variance::ErrorWeights;
@@ -114,13 +114,13 @@ impl<'r> Division<'r> {
     pub(super) fn fits(&self, scene: &Scene, estimates: &Estimates) -> Vec<Option<FitRuns>> {
         let (runs, dry) = (self.runs, &*estimates.dry);
         let wet = |series: Range<usize>| runs.dry.len() + series.start..runs.dry.len() + series.end;
-        let of_dry = |fitted: &FittedDry| {
+        let of_dry = |fitted: &Dry| {
             let first = runs.dry.partition_point(|group| group.sphere < fitted.sphere);
             let to = FittedTo {
                 law: Law::Dry(scene.model.form().dry),
                 groups: first..first + runs.dry_of(fitted.sphere).len(),
                 own: None,
-                fitted: [fitted.dry.dry_k.value?, 0.0],
+                fitted: [fitted.dry_k.value?, 0.0],
                 error_weights: fitted.error_weights.as_ref(),
             };
             (!to.groups.is_empty()).then(|| self.runs_of(to, |run| runs.impacts.speed_root[run]))
@@ -135,7 +135,7 @@ impl<'r> Division<'r> {
             };
             Some(self.runs_of(to, |run| 1.0 / runs.impact_speed[run]))
         };
-        let of_scaling = |fitted: &FittedScaling| {
+        let of_scaling = |fitted: &Scaling| {
             let to = FittedTo {
                 law: Law::Wet(fitted.law),
                 groups: wet(fitted.series.clone()),

@@ -6,16 +6,13 @@
 //! | `columns.rs` | lays the runs of every fit out in strata |
 //! | `replicates.rs` | turns the replicates of a quantity into its interval |
 //! | `by_sandwich.rs` | gives the fits of very many runs the intervals that resampling tends to |
-//! | `bootstrap_notices.rs` | which intervals want a second look |
 
-mod bootstrap_notices;
 mod by_sandwich;
 mod columns;
 mod replicates;
 mod resampling;
 
 pub use by_sandwich::MOST_RESAMPLED;
-pub use replicates::FEWEST_RUNS;
 pub use resampling::{Estimates, Resampling};
 
 use rayon::prelude::*;
@@ -71,14 +68,14 @@ pub struct Options {
 /// Bootstraps every estimate that has a fit, and quotes the interval the scene names.
 ///
 /// Of the other intervals only the delta method's are kept, unless all are asked for.
-/// `done` is called with the number of replicates finished.
+/// `done` is called with the number of replicates finished. The remark says where these are fewer than were asked for.
 pub fn add_bootstrap_intervals(
     scene: &Scene,
     runs: &Runs,
     mut estimates: Estimates,
     options: Options,
     done: &(dyn Fn(usize) + Sync),
-) -> (Resampling, Vec<Remark>) {
+) -> (Resampling, Option<Remark>) {
     let number = estimates.dry.len() + estimates.series.len() + estimates.scaling.len();
     let plan = Plan {
         replicates: affordable_replicates(scene.bootstrap.replicates, number),
@@ -139,10 +136,8 @@ pub fn add_bootstrap_intervals(
         strata: pool.strata.len(),
         single_run_strata: pool.single_runs(),
     };
-    let mut found = bootstrap_notices::bootstrap_notices(scene, runs, &estimates);
-    let wanted = scene.bootstrap.replicates;
-    found.extend(fewer_replicates_notice(wanted, plan.replicates, number));
-    (resampling, found)
+    let fewer = fewer_replicates_notice(scene.bootstrap.replicates, plan.replicates, number);
+    (resampling, fewer)
 }
 
 /// Every estimate of a fit with numbers that replicates give an interval, with its quantity; fits are numbered as by
@@ -155,7 +150,7 @@ fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, targets: 
     // the next fit, if it has numbers
     let mut next = || numbers.next().filter(|fit| targets[*fit].is_some());
     for fitted in estimates.dry.iter_mut() {
-        let own = next().map(|fit| Task::new(&mut fitted.dry.dry_k, fit, |[k, _], _| k));
+        let own = next().map(|fit| Task::new(&mut fitted.dry_k, fit, |[k, _], _| k));
         tasks.extend(own);
     }
     for fitted in estimates.series.iter_mut() {
@@ -168,7 +163,7 @@ fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, targets: 
     // the energy table follows the film ratios of the scaling table
     let mut energy = estimates.energy.iter_mut();
     for fitted in estimates.scaling.iter_mut() {
-        let row = fitted.scaling.film_ratio.and_then(|_| energy.next());
+        let row = fitted.film_ratio.and_then(|_| energy.next());
         let Some(fit) = next() else { continue };
         let law = fitted.law;
         if let Some(row) = row {
@@ -191,7 +186,7 @@ fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, targets: 
                 }
             }
         }
-        for (quantity, estimate) in fitted.scaling.estimates_mut() {
+        for (quantity, estimate) in fitted.estimates_mut() {
             let value = move |parameters, _| quantity.value(&Place::NONE, &wetted_of(law, parameters));
             tasks.push(Task::new(estimate, fit, value));
         }

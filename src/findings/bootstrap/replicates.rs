@@ -63,7 +63,7 @@ impl<'e> Task<'e> {
 /// Runs of a fit from which on its bootstrap interval is quoted. On simulated designs of 3 to 10 runs 95 % percentile
 /// intervals of k, e_inf and St_c covered 61 to 99 %, the delta method's with Student's t 88 to 96 %; from 12 on both
 /// covered 94 to 97 % (1500 sets a design).
-pub const FEWEST_RUNS: usize = 12;
+const FEWEST_RUNS: usize = 12;
 
 const TOO_FEW: &str = "fewer than 12 runs: resampling so few makes intervals too short";
 

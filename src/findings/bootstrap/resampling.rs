@@ -2,19 +2,19 @@
 
 use serde::Serialize;
 
-use crate::findings::dry::FittedDry;
+use crate::findings::dry::Dry;
 use crate::findings::energy::Energy;
-use crate::findings::scaling::FittedScaling;
+use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
 
 /// The estimates that get a bootstrap interval.
 pub struct Estimates<'e> {
     /// k of each sphere
-    pub dry: &'e mut [FittedDry],
+    pub dry: &'e mut [Dry],
     /// the square-root law of each series
     pub series: &'e mut [SeriesFit],
     /// e_inf and St_c
-    pub scaling: &'e mut [FittedScaling],
+    pub scaling: &'e mut [Scaling],
     /// the energy table
     pub energy: &'e mut [Energy],
 }

@@ -15,7 +15,7 @@ mod sensitivity;
 use rayon::prelude::*;
 
 use super::balance::EnergyBalance;
-use super::scaling::FittedScaling;
+use super::scaling::Scaling;
 use super::wet_fit::FitSetup;
 pub(super) use constant::{list_constants, Constant};
 use linearised::LinearisedBalance;
@@ -31,11 +31,7 @@ const PARTS: f64 = 1e5;
 
 /// The sensitivity of what the energy balance gives and, at the film ratio shown of each particle, of e_inf and St_c; a
 /// fit that may not be quoted has none.
-pub fn find_sensitivities(
-    setup: FitSetup,
-    scaling: &[FittedScaling],
-    balance: Option<&EnergyBalance>,
-) -> Vec<Sensitivity> {
+pub fn find_sensitivities(setup: FitSetup, scaling: &[Scaling], balance: Option<&EnergyBalance>) -> Vec<Sensitivity> {
     let FitSetup { scene, runs, dry } = setup;
     let balance = balance.filter(|balance| balance.verdict.passed);
     let results = results(scene, runs, scaling, balance);

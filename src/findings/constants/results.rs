@@ -7,7 +7,7 @@ use super::sensitivity::{Sensitivity, BALANCE};
 use crate::findings::balance::EnergyBalance;
 use crate::findings::estimate::Estimate;
 use crate::findings::film_groups::reference_film_ratio;
-use crate::findings::scaling::{square_root_of, FittedScaling};
+use crate::findings::scaling::{square_root_of, Scaling};
 use crate::findings::wet_fit::FitSetup;
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::runs::Runs;
@@ -103,7 +103,7 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<SensitiveResult> {
 pub(super) fn results(
     scene: &Scene,
     runs: &Runs,
-    scaling: &[FittedScaling],
+    scaling: &[Scaling],
     balance: Option<&EnergyBalance>,
 ) -> Vec<SensitiveResult> {
     let mut results = balance.map_or_else(Vec::new, |balance| of_balance(scene, balance));
@@ -128,11 +128,11 @@ pub(super) fn results(
             }
         }
         let direct = scaling.iter().find(|fitted| {
-            (fitted.sphere, fitted.law, fitted.scaling.film_ratio) == (sphere, WetLaw::Sqrt, Some(film_ratio))
-                && fitted.scaling.verdict.passed
+            (fitted.sphere, fitted.law, fitted.film_ratio) == (sphere, WetLaw::Sqrt, Some(film_ratio))
+                && fitted.verdict.passed
         });
         for (place, quantity) in [Quantity::EInf, Quantity::StC].into_iter().enumerate() {
-            let Some((fitted, estimate)) = direct.and_then(|own| Some((own, own.scaling.estimate(quantity)?))) else {
+            let Some((fitted, estimate)) = direct.and_then(|own| Some((own, own.estimate(quantity)?))) else {
                 continue;
             };
             let named = named(quantity, of_sphere.diameter, WetLaw::Sqrt.name());

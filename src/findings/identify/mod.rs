@@ -4,20 +4,16 @@
 //! |---|---|
 //! | `identifiability.rs` | the information of the runs at the fit, beside that of the priors |
 //! | `words.rs` | why a direction is not seen, and what would show it |
-//! | `combinations.rs` | the combinations that are determined instead |
 //!
 //! A direction is unidentified where the runs say less of it than its prior: the slopes of every restitution, wet and dry,
 //! over the runs' spread and for a step of one prior sd in the logarithm of each parameter, leave it a singular value
 //! below 1, and the prior then more than 1/√2 of its sd. Stuck runs are left out, as by least squares. In the place of a
 //! prior that least squares contradicts stands the default one.
 
-mod combinations;
 mod identifiability;
 mod words;
 
 use serde::Serialize;
-
-pub use combinations::IdentifiableCombination;
 
 use super::least_squares::LeastSquares;
 use super::remarks;
@@ -56,8 +52,6 @@ pub struct Unidentified {
     pub reason: String,
     /// the runs that would show it
     pub add: String,
-    /// what is determined of them instead
-    pub determined: Vec<IdentifiableCombination>,
 }
 
 /// Identifiability of the parameters at the fit; `None` without parameters, or where a sum is not finite.
@@ -76,7 +70,6 @@ pub fn identify_directions(scene: &Scene, runs: &Runs, least_squares: LeastSquar
             spread_left: group.members.iter().map(|place| left[*place]).fold(0.0, f64::max),
             reason,
             add,
-            determined: combinations::find_combinations(scene, runs, least_squares, &kinds),
         }
     });
     Some(Directions {
@@ -95,16 +88,8 @@ pub fn identify_directions(scene: &Scene, runs: &Runs, least_squares: LeastSquar
 /// A notice of what the runs do not identify; `None` where they identify everything.
 pub fn unidentified_notice(directions: Option<&Directions>) -> Option<Remark> {
     let unseen = &directions?.unseen;
-    let describe = |one: &Unidentified| {
-        let determined: Vec<String> = one.determined.iter().map(IdentifiableCombination::text).collect();
-        if determined.is_empty() {
-            one.reason.clone()
-        } else {
-            format!("{}; determined instead: {}", one.reason, determined.join(", "))
-        }
-    };
-    let texts: Vec<String> = unseen.iter().map(describe).collect();
+    let reasons: Vec<&str> = unseen.iter().map(|one| one.reason.as_str()).collect();
     let next: Vec<&str> = unseen.iter().map(|one| one.add.as_str()).collect();
     let count = unseen.iter().map(|one| one.directions).sum();
-    (count > 0).then(|| remarks::UNSEEN.with_next_step(count, texts.join("; "), next.join("; ")))
+    (count > 0).then(|| remarks::UNSEEN.with_next_step(count, reasons.join("; "), next.join("; ")))
 }

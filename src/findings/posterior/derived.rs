@@ -10,7 +10,7 @@ use crate::physics::loss::Film;
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::{Coefficient, Form};
 use crate::runs::{rounded_film_ratio, Runs};
-use crate::scene::{Particle, Scene};
+use crate::scene::Scene;
 
 /// A quantity with its draws, chain by chain; NaN where a draw leaves none.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,12 +66,22 @@ impl WetSetting {
 /// δc/ε, δc of each particle whose roughness is given, then e_inf, St_c and the Stokes number of no rebound at each setting
 /// of the runs; without a viscous loss e_inf alone.
 pub fn derived_draws(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<DerivedDraws> {
+    let full = sampled.full_draws();
+    let per_chain = full.len() / sampled.chains.len().max(1);
+    derived_at(scene, runs, form, &full, per_chain.max(1))
+}
+
+/// How many quantities [`derived_draws`] gives.
+pub fn count_derived(scene: &Scene, runs: &Runs, form: Form) -> usize {
+    derived_at(scene, runs, form, &[], 1).len()
+}
+
+/// The quantities at draws of every parameter, so many of each chain.
+fn derived_at(scene: &Scene, runs: &Runs, form: Form, full: &[Vec<f64>], per_chain: usize) -> Vec<DerivedDraws> {
     if runs.series.is_empty() {
         return vec![];
     }
-    let full = sampled.full_draws();
-    let per_chain = full.len() / sampled.chains.len().max(1);
-    let chains = |values: Vec<f64>| values.chunks(per_chain.max(1)).map(<[f64]>::to_vec).collect();
+    let chains = |values: Vec<f64>| values.chunks(per_chain).map(<[f64]>::to_vec).collect();
     let has_viscous = Term::Viscous.is_held(form);
     let mut all = vec![];
     if form.has(Coefficient::LubricationLog) {
@@ -88,14 +98,10 @@ pub fn derived_draws(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) 
         };
         let ratio = Quantity::DeltaCOverRoughness;
         all.push(derived(ratio, None, None, chains(of_l(ratio, None))));
-        for particle in with_delta_c(scene, runs) {
-            let values = of_l(Quantity::DeltaC, particle.roughness);
-            all.push(derived(
-                Quantity::DeltaC,
-                Some(particle.name.clone()),
-                None,
-                chains(values),
-            ));
+        let particles = runs.wet_particles().map(|index| &scene.particles[index]);
+        for particle in particles.filter(|own| own.roughness.is_some()) {
+            let values = chains(of_l(Quantity::DeltaC, particle.roughness));
+            all.push(derived(Quantity::DeltaC, Some(particle.name.clone()), None, values));
         }
     }
     let settings = settings(runs, form);
@@ -156,27 +162,6 @@ fn derived(
         setting,
         values,
     }
-}
-
-/// The particles of the wet runs whose roughness is given.
-fn with_delta_c<'s>(scene: &'s Scene, runs: &'s Runs) -> impl Iterator<Item = &'s Particle> {
-    let particles = runs.wet_particles().map(|index| &scene.particles[index]);
-    particles.filter(|particle| particle.roughness.is_some())
-}
-
-/// How many quantities [`derived_draws`] gives.
-pub fn count_derived(scene: &Scene, runs: &Runs, form: Form) -> usize {
-    if runs.series.is_empty() {
-        return 0;
-    }
-    let settings = settings(runs, form).len();
-    let critical_separations = if form.has(Coefficient::LubricationLog) {
-        1 + with_delta_c(scene, runs).count()
-    } else {
-        0
-    };
-    let each = if Term::Viscous.is_held(form) { 3 } else { 1 };
-    critical_separations + each * settings
 }
 
 /// The different particles, liquids and film ratios of the runs, in their order; and diameters where the form or k

@@ -2,7 +2,7 @@
 
 use std::ops::Deref;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::predictive_checks::PredictiveChecks;
 use super::runs_alone::RunsAlone;
@@ -157,7 +157,7 @@ impl PriorSummary {
 }
 
 /// A parameter that was not sampled.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HeldParameter {
     /// its name
     pub name: String,
@@ -166,7 +166,7 @@ pub struct HeldParameter {
     /// why
     pub reason: String,
     /// what the runs alone say of it, where a scene's prior holds it
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
     pub runs_alone: Option<RunsAlone>,
 }
 

@@ -1,19 +1,13 @@
-//! Says how far a trend moves what is quoted at the films of the runs, and which runs would tell more of it.
+//! Says how far a trend moves what is quoted at the films of the runs.
 
 use crate::inference::sampling::Sampled;
 use crate::model::likelihood::trend::middle_film_ratio;
 use crate::model::parameters::{physical, ParameterKind};
-use crate::physics::balance::{kept_energy_slopes, Balance};
+use crate::physics::balance::Balance;
 use crate::physics::quantity::{Place, Quantity, Wetted};
-use crate::physics::rebound::slope_mean_restitution;
-use crate::physics::{kept_energy, Coefficient, Form, Parameters};
-use crate::rounding::short;
-use crate::runs::{sphere_words, Runs, Series};
+use crate::physics::{Coefficient, Form, Parameters};
+use crate::runs::{Runs, Series};
 use crate::scene::Scene;
-use crate::units::millimetres;
-
-/// Runs slower than those which keep this share of their energy may stick.
-const CLEAR: f64 = 0.05;
 
 /// A law with a trend in one parameter, at the posterior's mean, over the films of the runs.
 pub(super) struct TrendOverFilms<'a> {
@@ -94,47 +88,5 @@ impl<'a> TrendOverFilms<'a> {
 
     fn ln_film(&self, series: &Series) -> f64 {
         (series.film / series.diameter / self.middle).ln()
-    }
-
-    /// The runs of the thinnest and of the thickest film that feel the parameter most, in words: more of them tell most of
-    /// the trend.
-    pub(super) fn runs_to_add(&self) -> Option<String> {
-        let ratio = |series: &Series| series.film / series.diameter;
-        let ratios = self.runs.series.iter().map(ratio);
-        let (thinnest, thickest) = ratios.fold((f64::INFINITY, 0.0), |(lo, hi): (f64, f64), x| (lo.min(x), hi.max(x)));
-        let gap = self.scene.data.film_ratio_gap;
-        let at = |end: f64| {
-            let is_near = |series: &&Series| (ratio(series) - end).abs() <= gap;
-            let near = self.runs.series.iter().filter(is_near);
-            let felt = near.filter_map(|series| Some((series, self.most_felt(series)?)));
-            felt.max_by(|(_, a), (_, b)| a[1].total_cmp(&b[1]))
-        };
-        let both = [at(thinnest)?, at(thickest)?].map(|(series, [speed, _])| self.words(series, speed));
-        Some(both.join(" and "))
-    }
-
-    /// Speed of the run of a series, clear of sticking, whose restitution the parameter moves most, and the slope of that.
-    fn most_felt(&self, series: &Series) -> Option<[f64; 2]> {
-        let setting = series.setting(self.scene);
-        let parameters = physical(&self.full, series.sphere);
-        let of_run = |run: usize| {
-            let speed = self.runs.impact_speed[run];
-            let kept = kept_energy(&setting, self.form, &parameters, speed);
-            let slopes = kept_energy_slopes(&setting, self.form, &parameters, speed);
-            let slope = (slopes.shared[self.of as usize] * slope_mean_restitution(kept)).abs();
-            (kept > CLEAR).then_some([speed, slope])
-        };
-        let all = series.rebounds.clone().filter_map(of_run);
-        all.max_by(|a, b| a[1].total_cmp(&b[1]))
-    }
-
-    fn words(&self, series: &Series, speed: f64) -> String {
-        format!(
-            "{} in {}, D = {} mm, film ratio {:.3}, at {speed:.2} m/s",
-            sphere_words(&self.scene.particles[series.particle].name, None),
-            self.scene.liquids[series.liquid].name,
-            short(millimetres(series.diameter)),
-            series.film / series.diameter
-        )
     }
 }

@@ -3,7 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `question.rs` | a question, what answers it, and the answer in fields and words |
-//! | `effect.rs` | how far a trend moves what is quoted, and which runs would tell more of it |
+//! | `effect.rs` | how far a trend moves what is quoted |
 //! | `trend_comparison.rs` | samples a model with and one without a trend on the same runs, and leaves each run out of both |
 
 mod effect;

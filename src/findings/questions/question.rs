@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use crate::findings::compare::ComparedModel;
 use crate::findings::form_choice::{is_gain, GAIN};
 use crate::findings::remarks;
 use crate::inference::diagnostics::loo::Difference;
@@ -23,8 +22,6 @@ pub struct Question {
     pub runs: usize,
     /// film ratios that enough of them have; `None` where they were not counted
     pub film_ratios: Option<usize>,
-    /// the model without the trend and the one with it; none where nothing was sampled
-    pub models: Vec<ComparedModel>,
     /// by how much the trend predicts runs better, in log density summed over them
     pub gain: Option<f64>,
     /// standard error of the gain, run by run
@@ -54,8 +51,6 @@ pub struct Trend {
     /// largest change of an e_inf or a St_c at a film ratio of the runs, as a share of it, with the trend at either end of
     /// the interval in place of none; `None` where one of them ceases to be
     pub largest_change: Option<f64>,
-    /// the runs, in words, of which more would tell most of it
-    pub add: Option<String>,
     /// what was believed before, as a scene writes it
     pub prior: String,
     /// the sd of that; `None` where it has none
@@ -138,11 +133,9 @@ impl Question {
                     || "leaves no e_inf or St_c at a film of the runs".to_owned(),
                     |share| format!("may move e_inf or St_c by up to {share}"),
                 );
-                let add = trend.add.as_ref();
-                let add = add.map_or(String::new(), |runs| format!(", or more runs of {runs}"));
                 return format!(
                     "Whether {symbol} is independent of {film} is open: a trend with the film ({slope}) {moves}; film ratios \
-                     farther apart would tell{add}"
+                     farther apart would tell"
                 );
             }
             Answer::Rises => "rises",
@@ -183,21 +176,16 @@ fn conclude(gain: Difference, trend: &Trend) -> Answer {
     }
 }
 
-/// The question answered by what a model without the trend and one with it say; the gain of the second is in log density.
-pub(super) fn answer_question(
-    question: Question,
-    models: [ComparedModel; 2],
-    gain: Difference,
-    trend: Trend,
-) -> Question {
-    let why_open = doubt(&models).or_else(|| untold(&trend));
+/// The question answered by what a model with the trend gains in log density over one without, and by that trend; `doubt`
+/// says why nothing can be built on the two.
+pub(super) fn answer_question(question: Question, gain: Difference, trend: Trend, doubt: Option<String>) -> Question {
+    let why_open = doubt.or_else(|| untold(&trend));
     let answer = if why_open.is_some() {
         Answer::Open
     } else {
         conclude(gain, &trend)
     };
     Question {
-        models: models.to_vec(),
         gain: Some(gain.value),
         gain_se: gain.se,
         trend: Some(trend),
@@ -206,18 +194,6 @@ pub(super) fn answer_question(
         ..question
     }
     .worded()
-}
-
-/// Chains that differ by more than this tell nothing; the stricter line of the posterior is one for quoting its numbers.
-const RHAT: f64 = 1.05;
-
-/// Why an answer cannot be built on the models.
-fn doubt(models: &[ComparedModel]) -> Option<String> {
-    let apart = |model: &ComparedModel| {
-        let rhat = model.rhat.filter(|rhat| *rhat > RHAT)?;
-        Some(format!("the chains of {} do not agree (R-hat {rhat:.2})", model.model))
-    };
-    models.iter().find_map(apart)
 }
 
 /// Why runs at nearly one film ratio tell no trend, however little it would move there.
@@ -252,7 +228,6 @@ mod tests {
             sd,
             interval,
             largest_change: Some(0.1 * f64::max(-interval[0], interval[1])),
-            add: Some("PTFE in AK10".to_owned()),
             prior: String::new(),
             prior_sd: Some(1.0),
             source: "",

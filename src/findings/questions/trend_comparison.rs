@@ -3,9 +3,9 @@
 use super::effect::TrendOverFilms;
 use super::question::{answer_question, Question, Trend};
 use crate::error::Error;
-use crate::findings::compare::{model_name, summarise_model, ComparedModel};
+use crate::findings::compare::model_name;
 use crate::findings::left_out::{
-    affordable_draws, draw_and_leave_out, leave_out, why_none_beside, ComparisonContext, LeftOutModel,
+    affordable_draws, draw_and_leave_out, largest_rhat, leave_out, why_none_beside, ComparisonContext, LeftOutModel,
 };
 use crate::findings::posterior::{Posterior, SamplingSetup};
 use crate::inference::diagnostics::loo::{trusted_difference, Difference, Loo};
@@ -17,6 +17,9 @@ use crate::runs::Runs;
 
 /// A film ratio counts with so many runs: fewer hardly have a mean and a spread.
 const FEWEST_RUNS: usize = 5;
+
+/// Chains that differ by more than this tell nothing; the stricter line of the posterior is one for quoting its numbers.
+const RHAT: f64 = 1.05;
 
 /// What the questions are answered from.
 #[derive(Clone, Copy)]
@@ -83,32 +86,31 @@ impl TrendComparison<'_> {
             return Ok(question.open(&why));
         }
         Ok(match self.sampled(parameters) {
-            Ok((models, gain, trend)) => answer_question(question, models, gain, trend),
+            Ok((gain, trend, doubt)) => answer_question(question, gain, trend, doubt),
             Err(why) => question.open(&why),
         })
     }
 
-    /// Both models sampled and left every run out of; `Err` says why that cannot be done.
-    fn sampled(&self, parameters: ModelParameters) -> Result<([ComparedModel; 2], Difference, Trend), String> {
+    /// What the model with the trend gains, the trend, and why neither can be built on, from both models sampled and every run
+    /// left out of them; `Err` says why that cannot be done.
+    fn sampled(&self, parameters: ModelParameters) -> Result<(Difference, Trend, Option<String>), String> {
         let Context { own, own_loo, .. } = self.context;
         let setup = own.setup;
-        let model = model_name(setup.form);
         // where no run was left out, the scene's own draws are of these
         let plain = (self.runs.len() == self.context.comparison.runs.len()).then_some(&own.sampled);
-        let is_own = plain.is_some();
         let drawn;
-        let (plain, usual, used_plain) = match plain {
+        let (plain, usual) = match plain {
             Some(plain) => {
                 let used = affordable_draws(self.runs, plain.draws()).ok_or("too many runs to leave each out")?;
                 let loo = match own_loo {
                     Some(known) => known.clone(),
                     None => leave_out(self.comparison(), setup, plain, used)?,
                 };
-                (plain, loo, used)
+                (plain, loo)
             }
             None => {
                 drawn = self.draw(setup, parameters.clone(), "plain")?;
-                (&drawn.sampled, drawn.loo.clone(), drawn.used)
+                (&drawn.sampled, drawn.loo.clone())
             }
         };
         let with = parameters.with_trend(self.trend);
@@ -116,20 +118,16 @@ impl TrendComparison<'_> {
         // a run that weighs too much makes its model look better than it is
         let gain = trusted_difference(&bent.loo, &usual, khat_threshold(bent.used));
         let gain = gain.ok_or("the models differ in their runs")?;
-        let mut models = [
-            summarise_model(model.clone(), is_own, plain, &usual, used_plain),
-            summarise_model(
-                format!("{model}+{}", self.trend.key()),
-                false,
-                &bent.sampled,
-                &bent.loo,
-                bent.used,
-            ),
-        ];
-        let behind = &mut models[usize::from(gain.value < 0.0)];
-        (behind.delta, behind.delta_se, behind.delta_mcse) = (-gain.value.abs(), gain.se, Some(gain.mcse));
         let trend = self.trend(&bent.sampled).ok_or("the trend has no draws")?;
-        Ok((models, gain, trend))
+        let name = model_name(setup.form);
+        let with_trend = format!("{name}+{}", self.trend.key());
+        let doubt = [(name, plain), (with_trend, &bent.sampled)]
+            .into_iter()
+            .find_map(|(name, sampled)| {
+                let rhat = largest_rhat(sampled).filter(|rhat| *rhat > RHAT)?;
+                Some(format!("the chains of {name} do not agree (R-hat {rhat:.2})"))
+            });
+        Ok((gain, trend, doubt))
     }
 
     fn draw(&self, setup: SamplingSetup, parameters: ModelParameters, which: &str) -> Result<LeftOutModel, String> {
@@ -157,7 +155,6 @@ impl TrendComparison<'_> {
             sd: found.sd?,
             interval,
             largest_change: Some(over_films.largest_change(interval)).filter(|change| change.is_finite()),
-            add: over_films.runs_to_add(),
             prior: parameter.prior.text(),
             prior_sd: parameter.prior.sd(),
             source: parameter.source,

@@ -11,7 +11,7 @@ use self::size::term_sizes;
 pub use self::size::{SizedTerm, LINE};
 use super::balance::{self, EnergyBalance};
 use super::remarks::{self, COMPARE_DRY_SPEEDS};
-use super::scaling::FittedScaling;
+use super::scaling::Scaling;
 use super::wet_fit::FitSetup;
 use crate::physics::form::Term;
 use crate::physics::Form;
@@ -22,10 +22,7 @@ use crate::rounding::with_se;
 ///
 /// What comes back is the form to hold, its balance, and the terms with the sizes they have in it; a term that was left
 /// out keeps the size it was left out for.
-pub(super) fn choose_terms(
-    setup: FitSetup,
-    scaling: &[FittedScaling],
-) -> (Form, Option<EnergyBalance>, Vec<SizedTerm>) {
+pub(super) fn choose_terms(setup: FitSetup, scaling: &[Scaling]) -> (Form, Option<EnergyBalance>, Vec<SizedTerm>) {
     let scene = setup.scene;
     let mut form = scene.model.form();
     let open = scene.model.inertia_is_open();
@@ -51,7 +48,6 @@ pub(super) fn choose_terms(
         left_out.push(SizedTerm {
             held: false,
             chosen_by: "auto",
-            widens: None,
             ..smallest.clone()
         });
         form = smallest.term.toggled(form);
@@ -112,7 +108,6 @@ mod tests {
                 largest_effect: 0.15,
                 runs_show: Some(share),
                 runs_show_se: Some(0.3),
-                widens: None,
             };
             term_notice(&sized).expect("it matters")
         };

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::findings::balance::{rebounds, EnergyBalance};
 use crate::findings::dry;
 use crate::findings::form_choice::GAIN;
-use crate::findings::scaling::FittedScaling;
+use crate::findings::scaling::Scaling;
 use crate::findings::wet_fit::FitSetup;
 use crate::inference::joint::{Joint, JointRow, Part};
 use crate::inference::linearised_joint::Inverse;
@@ -40,9 +40,6 @@ pub struct SizedTerm {
     pub runs_show: Option<f64>,
     /// standard error of that share
     pub runs_show_se: Option<f64>,
-    /// factor by which holding it widens the standard error of another parameter at most; `None` if not held, or if it
-    /// has no parameter
-    pub widens: Option<f64>,
 }
 
 impl SizedTerm {
@@ -66,14 +63,14 @@ const WIDE: f64 = 1e6;
 const SEEN: f64 = 2.0;
 
 /// Spreads of dry and of wet restitutions; `None` where the runs leave none.
-fn spreads(setup: FitSetup, scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> Option<[f64; 2]> {
+fn spreads(setup: FitSetup, scaling: &[Scaling], balance: Option<&EnergyBalance>) -> Option<[f64; 2]> {
     let FitSetup { runs, dry, .. } = setup;
     let of_laws = || {
         let laws = scaling.iter().filter(|fitted| fitted.law == WetLaw::Sqrt);
-        laws.filter_map(|fitted| fitted.scaling.residual_sd).reduce(f64::min)
+        laws.filter_map(|fitted| fitted.residual_sd).reduce(f64::min)
     };
     let wet = balance.and_then(|balance| balance.residual_sd).or_else(of_laws);
-    let of_dry = dry.iter().filter_map(|one| one.dry.residual_sd).reduce(f64::max);
+    let of_dry = dry.iter().filter_map(|one| one.residual_sd).reduce(f64::max);
     // runs of one kind have their spread stand for the other's, which then weighs nothing
     let wet = wet.or(of_dry.filter(|_| runs.series.is_empty()));
     let spread = |sd: &f64| *sd > 1e-12;
@@ -84,7 +81,7 @@ fn spreads(setup: FitSetup, scaling: &[FittedScaling], balance: Option<&EnergyBa
 /// Every term with its size in this form; the bridge only where a liquid in use has a surface tension.
 pub(super) fn term_sizes(
     setup: FitSetup,
-    scaling: &[FittedScaling],
+    scaling: &[Scaling],
     form: Form,
     balance: Option<&EnergyBalance>,
 ) -> Vec<SizedTerm> {
@@ -138,7 +135,6 @@ pub(super) fn term_sizes(
             largest_effect: sums.largest_effect[term as usize],
             runs_show: share.map(|[share, _]| share),
             runs_show_se: share.map(|[_, se]| se),
-            widens: sums.widening(term).filter(|_| held),
         }
     };
     Term::ALL.into_iter().filter(applies).map(of).collect()
@@ -227,11 +223,10 @@ impl TermSums {
         }
     }
 
-    /// The places of the parameters that are not this term's own, with the inverse of what runs and priors say of them; `None` where that leaves one
-    /// open.
-    fn others(&self, term: Option<Term>) -> Option<(Vec<usize>, Inverse)> {
-        let is_other = |place: &usize| !term.is_some_and(|term| self.owns(term, *place));
-        let places: Vec<usize> = (0..self.kinds.len()).filter(is_other).collect();
+    /// The places of the parameters that are not this term's own, with the inverse of what runs and priors say of them; `None`
+    /// where that leaves one open.
+    fn others(&self, term: Term) -> Option<(Vec<usize>, Inverse)> {
+        let places: Vec<usize> = (0..self.kinds.len()).filter(|place| !self.owns(term, *place)).collect();
         let inverse = Inverse::of(&self.sums.of(&places).information);
         (self.weighed && inverse.rank == places.len()).then_some((places, inverse))
     }
@@ -244,7 +239,7 @@ impl TermSums {
 
     /// The largest bias in standard errors, and whose it is.
     fn bias(&self, term: Term) -> Option<(f64, ParameterKind)> {
-        let (places, inverse) = self.others(Some(term))?;
+        let (places, inverse) = self.others(term)?;
         let (most, size) = inverse.moved_most(&self.pull(term, &places))?;
         size.is_finite().then(|| (size, self.kinds[places[most]]))
     }
@@ -254,7 +249,7 @@ impl TermSums {
     fn share_shown(&self, term: Term) -> Option<[f64; 2]> {
         /// what must be left of a term's squares beside the other parameters
         const LEAST_LEFT: f64 = 1e-6;
-        let (places, inverse) = self.others(Some(term))?;
+        let (places, inverse) = self.others(term)?;
         let (pull, own) = (self.pull(term, &places), self.kinds.len() + term as usize);
         let taken = &inverse.matrix * &pull;
         let squares = self.sums.information[(own, own)];
@@ -265,16 +260,5 @@ impl TermSums {
         let gradient = &self.sums.gradient;
         let share = (gradient.select_rows(&places).dot(&taken) - gradient[own]) / left;
         Some([share, left.sqrt().recip()]).filter(|own| own.iter().all(|x| x.is_finite()))
-    }
-
-    /// Largest factor by which the term's own parameters widen another's standard error.
-    fn widening(&self, term: Term) -> Option<f64> {
-        if !(0..self.kinds.len()).any(|place| self.owns(term, place)) {
-            return None;
-        }
-        // of all the parameters, none is left out
-        let ((_, with), (places, without)) = (self.others(None)?, self.others(Some(term))?);
-        let ratio = |(i, place): (usize, &usize)| (with.matrix[(*place, *place)] / without.matrix[(i, i)]).sqrt();
-        places.iter().enumerate().map(ratio).reduce(f64::max)
     }
 }

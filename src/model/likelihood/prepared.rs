@@ -67,11 +67,6 @@ impl Likelihood {
         let [_, wet] = &self.nodes;
         wet.rebounds.len() + wet.stuck.len()
     }
-
-    /// Whether it takes one run at a time, because these have spreads or tails of their own.
-    pub fn needs_rows(&self) -> bool {
-        self.rows.is_some()
-    }
 }
 
 impl Nodes {

@@ -11,12 +11,11 @@ use crate::findings::posterior::{
     Posterior, PosteriorRefusal, PriorSummary, QuantitySummary, SeriesOffset, CHECKED_RUNS,
 };
 use crate::findings::questions::SMALL;
-use crate::findings::remarks::LOO_KHAT;
+use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::sampling::MOST_TIMES;
 use crate::model::parameters::ParameterKind;
 use crate::physics::rebound::TURN;
 use crate::physics::Viscous;
-use crate::remark::Line;
 use crate::rounding;
 use crate::runs::GAP;
 use crate::scene::Prior;
@@ -41,7 +40,7 @@ pub(super) fn values(input: ReportInput) -> Value {
     let viscous = Viscous::NAMED.iter().skip(1);
     let viscous = viscous.filter(|form| has_roughness || !form.reads_roughness());
     let viscous = viscous.map(|form| context! { name => form.name(), words => form.words() });
-    let khat = findings.checks().find(|check| check.code == LOO_KHAT.code);
+    let own_form = findings.compare.iter().flatten().find(|model| model.own);
     let left_out = match (stores_runs(input.runs), stores_every_run(input.runs, posterior)) {
         (true, true) => None,
         (true, false) => Some("The likelihood and a new draw of every run"),
@@ -70,7 +69,7 @@ pub(super) fn values(input: ReportInput) -> Value {
         sigma_series => posterior.findings.parameters.iter().find(|own| own.name == sigma).map(serialized),
         true_sigma_series => scene.truth.as_ref().map(|truth| truth.sigma_series.unwrap_or(0.0)),
         viscous_forms => viscous.collect::<Vec<_>>(),
-        khat_line => khat.and_then(|check| check.line).map(Line::threshold),
+        khat_line => own_form.map(|model| khat_threshold(model.draws)),
         open_questions => open.collect::<Vec<_>>(),
         gain => GAIN,
         gain_in_se => GAIN_IN_SE,

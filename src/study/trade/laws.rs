@@ -40,11 +40,7 @@ pub(super) fn marginals(
         }
         ParameterKind::LUBRICATION_LOG => {
             let groups = scaling.iter().filter(|one| one.law == law);
-            weighted(groups.filter_map(|one| {
-                one.scaling
-                    .film_ratio
-                    .and(one.scaling.lubrication_log.value_and_scale())
-            }))
+            weighted(groups.filter_map(|one| one.film_ratio.and(one.lubrication_log.value_and_scale())))
         }
         ParameterKind::INERTIAL_PREFACTOR if !inertia.has_film_scale() && inertia != Inertia::None => {
             let groups = energy.iter().filter(|one| one.law == law);
@@ -55,13 +51,13 @@ pub(super) fn marginals(
             }))
         }
         ParameterKind::Shared(_) | ParameterKind::LubricationTrend | ParameterKind::InertialTrend => None,
-        ParameterKind::SigmaDry => spread(1, dry.iter().map(|one| (one.dry.residual_sd, one.dry.runs))),
+        ParameterKind::SigmaDry => spread(1, dry.iter().map(|one| (one.residual_sd, one.runs))),
         // least squares has one spread, and normal noise
         ParameterKind::SigmaEnergy | ParameterKind::SigmaSeries | ParameterKind::Shape(_) => None,
         ParameterKind::SigmaWet => {
             let groups = scaling.iter().filter(|one| one.law == law);
-            let each = groups.filter(|one| one.scaling.film_ratio.is_some());
-            let each = each.map(|one| (one.scaling.residual_sd, one.scaling.runs));
+            let each = groups.filter(|one| one.film_ratio.is_some());
+            let each = each.map(|one| (one.residual_sd, one.runs));
             spread(Law::Wet(law).parameters(), each)
         }
     };
