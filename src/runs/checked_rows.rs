@@ -145,7 +145,7 @@ impl<'s> CheckedRows<'s> {
             cell.map_or(0.0, |cell| rounding_of(&cell.text()))
         };
         if let Some(row) = check_row(&row, &mut self.checker, rounding, &mut bad) {
-            self.liquids.measured(&row);
+            self.liquids.measured(&row.run);
             self.collected.push(&row, self.checker.scene);
         }
         for bad in bad {

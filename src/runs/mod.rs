@@ -3,6 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `errors.rs` | holds the measurement errors of runs |
+//! | `read_run.rs` | holds one run as it was read, before runs are put in order |
 //! | `raw_row.rs` | holds one run as a file has it, and how its heights and Stokes number become speeds |
 //! | `averaged.rs` | reads a row that is the mean of several runs as those runs |
 //! | `told_twice.rs` | compares columns that tell the same thing of a run |
@@ -76,6 +77,7 @@ mod part;
 mod pieces;
 mod places;
 mod raw_row;
+mod read_run;
 mod records;
 mod refusals;
 mod row;
@@ -119,7 +121,7 @@ pub use write::{free_place, EncodedRuns, Existing, NewTable, RunWriter, TableFor
 
 use std::path::Path;
 
-use collect::RunsAsRead;
+use read_run::{ReadRun, RowSetting};
 use source::TableSource;
 use survey::Survey;
 use workbook::Workbook;
@@ -130,23 +132,25 @@ use crate::scene::{HiddenRows, Naming, Scene, TableFile};
 
 /// Puts simulated runs in order, as [`read`] does those of a file.
 pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
-    let mut columns = RunsAsRead::default();
     let index = |position: Option<usize>| position.and_then(|i| u32::try_from(i).ok());
-    for (run, row) in new.iter().zip(1..) {
+    let read = new.iter().zip(1..).map(|(run, row)| {
         let particle = index(scene.particles.iter().position(|p| p.name == run.particle));
-        let liquid = run
-            .liquid
-            .and_then(|name| index(scene.liquids.iter().position(|l| l.name == name)));
-        columns.particle.push(particle.unwrap_or_default());
-        columns.liquid.push(liquid.unwrap_or(RunsAsRead::NO_LIQUID));
-        columns.diameter.push(run.diameter);
-        columns.film.push(run.film.map_or(0.0, |(film, _)| film));
-        columns.film_ratio.push(run.film.map_or(f64::NAN, |(_, ratio)| ratio));
-        columns.impact_speed.push(run.impact_speed);
-        columns.restitution.push(run.restitution);
-        columns.row.push(row);
-    }
-    impacts::arrange(columns, scene)
+        let liquid = run.liquid.map(|name| scene.liquids.iter().position(|l| l.name == name));
+        ReadRun {
+            setting: RowSetting {
+                particle: particle.unwrap_or_default(),
+                liquid: liquid.and_then(index),
+                diameter: run.diameter,
+                film: run.film.map_or(0.0, |(film, _)| film),
+            },
+            impact_speed: run.impact_speed,
+            restitution: run.restitution,
+            film_ratio: run.film.map(|(_, ratio)| ratio),
+            row,
+            ..ReadRun::default()
+        }
+    });
+    impacts::arrange(read.collect(), scene)
 }
 
 /// Drafts a scene from a table that it is to name `runs`.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::time::SystemTime;
 
-use super::collect::{Collected, Gathering, RunsAsRead};
+use super::collect::{Collected, Gathering};
 use super::csv::about_rows;
 use super::parquet::ParquetTable;
 use super::source::{changed, state, TableSource};
@@ -89,12 +89,12 @@ fn rows_of_pieces(table: &TableFile, scene: &Scene) -> Option<(Vec<Range<usize>>
 
 impl Piece {
     /// Reads it, and gives its runs away. Fails with every bad cell of the piece.
-    pub fn read(&self, scene: &Scene, mut take: &mut (dyn FnMut(RunsAsRead) + Send)) -> Result<Collected, Error> {
+    pub fn read(&self, scene: &Scene, mut take: &mut (dyn FnMut(Vec<ReadRun>) + Send)) -> Result<Collected, Error> {
         let file = &scene.data.runs[self.file];
         let mut source = TableSource::open(&file.path)?;
         let mut gathering = Gathering::Blocks(&mut take);
         let mut collected = read_rows(&mut source, file, scene, Some(self.rows.clone()), &mut gathering)?;
-        take(std::mem::take(&mut collected.columns));
+        take(std::mem::take(&mut collected.in_use));
         Ok(collected)
     }
 }
