@@ -9,7 +9,7 @@ use super::parabola::Kind;
 use super::segments::segments;
 use super::track::Track;
 use crate::error::{quoted, unless_wrong, Error, Problem};
-use crate::runs::{column, each_row, whole_file, Column, Fields, Row, TextRow};
+use crate::runs::{column, text_rows, whole_file, Column, Fields, Row, TextRow};
 use crate::scene::TableFile;
 use crate::units::Dimension;
 
@@ -22,16 +22,7 @@ pub(super) struct Positions {
     pub falling: usize,
 }
 
-/// The columns of the table, by their place in [`COLUMNS`].
-#[derive(Clone, Copy)]
-enum Field {
-    Frame,
-    Time,
-    Pixels,
-    Height,
-    Object,
-}
-
+/// The columns of the table.
 const COLUMNS: [Column; 5] = [
     column("frame", Dimension::One, false),
     column("time", Dimension::Time, false),
@@ -72,15 +63,17 @@ pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<Position
         words: 0,
         seen: vec![],
     };
-    each_row(&table, |row| rows.take(row))?;
     let refused = |problems: Vec<Problem>| Error::input(&recording.file, problems);
+    for row in &text_rows(&table)? {
+        rows.take(row).map_err(refused)?;
+    }
     if !rows.fields.are_found() {
         return Err(refused(rows.no_header()));
     }
-    let in_pixels = rows.has(Field::Pixels);
+    let in_pixels = rows.fields.has("y_px");
     let usual = if in_pixels { Axis::Down } else { Axis::Up };
     let axis = recording.axis.or(axis).unwrap_or(usual);
-    let counted_from = (!rows.has(Field::Time)).then_some(0);
+    let counted_from = (!rows.fields.has("time")).then_some(0);
     let (problems, _) = rows.fields.finish();
     unless_wrong(problems, ()).map_err(refused)?;
     let mut positions = positions(rows.seen, axis).map_err(|problem| refused(vec![problem]))?;
@@ -109,7 +102,7 @@ struct Rows<'r> {
 
 impl Rows<'_> {
     /// Takes a header, or the position of a line. Fails where no line is a header, or it lacks a column.
-    fn take(&mut self, row: TextRow) -> Result<(), Vec<Problem>> {
+    fn take(&mut self, row: &TextRow) -> Result<(), Vec<Problem>> {
         if !self.fields.are_found() {
             self.words += usize::from(self.first_line.is_some());
             if self.words > MOST_WORDS {
@@ -136,12 +129,12 @@ impl Rows<'_> {
         let mut lacks = |expected: &str| {
             problems.push(Problem::new("header", expected).on(line).found(shown(names)));
         };
-        if !self.has(Field::Frame) && !self.has(Field::Time) {
+        if !self.fields.has("frame") && !self.fields.has("time") {
             lacks("expected a column `frame`, `time_s` or `time_ms`");
-        } else if !self.has(Field::Time) && self.frame_rate.is_none() {
+        } else if !self.fields.has("time") && self.frame_rate.is_none() {
             lacks("expected a column `time_s`, or `frame_rate_Hz` in the list of recordings");
         }
-        if self.has(Field::Pixels) == self.has(Field::Height) {
+        if self.fields.has("y_px") == self.fields.has("y") {
             let without_unit = ours.iter().any(|name| name == "y");
             lacks(if without_unit {
                 "expected the unit of `y`: px, mm, cm or m as `y_unit` in the list of recordings"
@@ -163,13 +156,13 @@ impl Rows<'_> {
             self.words += 1;
             return;
         }
-        let of_time = self.first_of(Field::Time, Field::Frame);
-        let of_height = self.first_of(Field::Pixels, Field::Height);
-        let rate = self.frame_rate.filter(|_| matches!(of_time, Field::Frame));
+        let of_time = self.first_of("time", "frame");
+        let of_height = self.first_of("y_px", "y");
+        let rate = self.frame_rate.filter(|_| of_time == "frame");
         let time = self.number(of_time, row);
         // a frame in which nothing was found has no position
         if let (Some(time), Some(height)) = (time, self.number(of_height, row)) {
-            let object = self.fields.word(Field::Object as usize, cells);
+            let object = self.fields.word("object", cells);
             self.seen.push(Seen {
                 line,
                 time: time / rate.unwrap_or(1.0),
@@ -179,12 +172,8 @@ impl Rows<'_> {
         }
     }
 
-    fn has(&self, field: Field) -> bool {
-        self.fields.has(field as usize)
-    }
-
-    fn first_of(&self, first: Field, second: Field) -> Field {
-        if self.has(first) {
+    fn first_of(&self, first: &'static str, second: &'static str) -> &'static str {
+        if self.fields.has(first) {
             first
         } else {
             second
@@ -218,13 +207,13 @@ impl Rows<'_> {
         vec![problem.found(self.first_line.as_deref().map(shown))]
     }
 
-    fn number(&mut self, field: Field, row: Row) -> Option<f64> {
+    fn number(&mut self, field: &'static str, row: Row) -> Option<f64> {
         // what a tracker writes where it found nothing
-        let word = self.fields.word(field as usize, row.1)?;
+        let word = self.fields.word(field, row.1)?;
         if word.eq_ignore_ascii_case("nan") {
             return None;
         }
-        self.fields.checked_number(field as usize, row, |number, unit| {
+        self.fields.checked_number(field, row, |number, unit| {
             let is_large = number.abs() > LARGEST;
             (!is_large)
                 .then(|| unit.to_si(number))

@@ -96,12 +96,12 @@ mod words;
 mod workbook;
 mod write;
 
-pub(crate) use cells::{each_row, TextRow};
+pub(crate) use cells::{text_rows, TextRow};
 pub use collect::Screened;
 pub(crate) use collect::OF_READING;
 pub use draft::Draft;
 pub use errors::{MeasurementErrors, RunsWithErrors};
-pub(crate) use fields::{column, rows_by_fields, Column, Fields, Row, SettingFields};
+pub(crate) use fields::{column, rows_by_fields, Column, Fields, Row};
 pub use film_groups::{rounded_film_ratio, FilmGroup, NEAR_NOMINAL, WIDEST};
 pub use impacts::{by_film, Conditions};
 pub use many::{read_any_number, MOST_KEPT};
