@@ -40,10 +40,7 @@ const MOST_WAITING: usize = 500_000;
 /// Pieces that a process reads at the same time, at most.
 const PIECES_AT_ONCE: usize = 4;
 
-/// What stands for pieces is exchanged in at most so many parts.
-const MOST_UNITS: usize = 256;
-
-/// At most so many of which are exchanged at once: some fifteen megabytes each.
+/// What stands for so many pieces is exchanged at once, at most: some fifteen megabytes each.
 const MOST_EXCHANGED: u64 = 64;
 
 /// What a piece says at the first reading.
@@ -76,18 +73,13 @@ pub fn read_any_number(scene: &Scene, most_kept: usize, ranks: &Ranks) -> Result
 fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> Result<Option<Table>, Error> {
     let share = MOST_SAMPLED as f64 / pieces.rows as f64;
     let tables = &scene.data.runs;
-    let own_pieces = ranks.own(pieces.all.len() as u64);
-    let own_tables = ranks.own(tables.len() as u64);
-    let (outlines, hashes) = rayon::join(
-        || few_at_once(&own_pieces, |piece| outline(scene, pieces, piece, share)),
-        || {
-            let own = own_tables.iter().map(|file| tables[*file as usize].path.as_path());
-            own.map(|path| TableSource::open(path)?.sha256(path)).collect()
-        },
-    );
-    let hashes: Result<Vec<String>, Error> = hashes;
-    let outlines = ranks.gather(pieces.all.len() as u64, |_| outlines)?;
-    let hashes = ranks.gather(tables.len() as u64, |_| hashes)?;
+    let outlines = ranks.gather(pieces.all.len() as u64, |own| {
+        few_at_once(&own, |piece| outline(scene, pieces, piece, share))
+    })?;
+    let hashes = ranks.gather(tables.len() as u64, |own| {
+        let own = own.iter().map(|file| tables[*file as usize].path.as_path());
+        own.map(|path| TableSource::open(path)?.sha256(path)).collect()
+    })?;
     if outlines
         .iter()
         .any(|outline| outline.is_whole || outline.collected.rows == 0)
@@ -118,8 +110,6 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
         slabs: &slabs,
     };
     let columns = condensing.all(pieces, ranks)?;
-    // the hash was taken beside the first reading
-    pieces.check_unchanged(scene)?;
     let mut runs = arrange_part(columns, &cells, scene);
     runs.places = Arc::clone(&sample.places);
     runs.film_groups.iter_mut().for_each(|group| group.measure_by(&sample));
@@ -202,27 +192,23 @@ impl Condensing<'_> {
     /// Those of all pieces; each rank reads some of them at a time.
     fn all(&self, pieces: &Pieces, ranks: &Ranks) -> Result<Vec<ReadRun>, Error> {
         let mut waiting = Waiting::default();
-        // how many go together does not depend on the ranks
-        let units: Vec<&[Piece]> = pieces.all.chunks(pieces.all.len().div_ceil(MOST_UNITS)).collect();
-        let all = units.len() as u64;
+        let all = pieces.all.len() as u64;
         let step = (ranks.count() * PIECES_AT_ONCE as u64).min(MOST_EXCHANGED);
         for first in (0..all).step_by(step as usize) {
             let next = ranks.gather(step.min(all - first), |own| {
-                few_at_once(&own, |place| self.of_unit(units[(first + place) as usize]))
+                few_at_once(&own, |place| self.of_piece(&pieces.all[(first + place) as usize]))
             })?;
             next.iter().for_each(|few| waiting.add(few, self));
         }
         Ok(self.few(waiting.runs))
     }
 
-    fn of_unit(&self, pieces: &[Piece]) -> Result<RunsAsRead, Error> {
+    fn of_piece(&self, piece: &Piece) -> Result<Vec<ReadRun>, Error> {
         let mut waiting = Waiting::default();
-        for piece in pieces {
-            let mut take = |block: RunsAsRead| waiting.add(&self.few(block), self);
-            // what it says besides is known from the first reading
-            piece.read(self.scene, &mut take)?;
-        }
-        Ok(self.few(waiting.rows))
+        let mut take = |block: Vec<ReadRun>| waiting.add(&self.few(block), self);
+        // what it says besides is known from the first reading
+        piece.read(self.scene, &mut take)?;
+        Ok(self.few(waiting.runs))
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use rand::RngExt;
 
 use super::collect::{Collected, Gathering};
-use super::parquet::{ParquetBytes, ParquetTable};
+use super::parquet::ParquetTable;
 use super::refusals::Refused;
 use super::*;
 use crate::scene;
@@ -20,8 +20,16 @@ fn plain() -> (Scene, String) {
 }
 
 fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
-    let table = ParquetTable::open(ParquetBytes::Held(bytes))?;
+    let file = file_of(bytes);
+    let table = ParquetTable::open(&file)?;
     parquet::read_parquet(&table, scene, 0..table.rows, &mut Gathering::Whole)
+}
+
+/// A file with these bytes.
+fn file_of(bytes: &[u8]) -> std::fs::File {
+    let mut file = tempfile::tempfile().expect("a file");
+    file.write_all(bytes).expect("room for it");
+    file
 }
 
 /// A source that hands out few bytes at a time: what is fetched at once then ends anywhere.
@@ -157,9 +165,8 @@ fn lists_within_lists_without_end_are_a_broken_footer() {
 
 /// What is read of a Parquet file a part of so many rows after the other.
 fn parts_of(bytes: &[u8], rows: usize, scene: &Scene) -> Result<Collected, Refused> {
-    let mut file = tempfile::tempfile().expect("a file");
-    file.write_all(bytes).expect("room for it");
-    let table = ParquetTable::open(ParquetBytes::File(&file))?;
+    let file = file_of(bytes);
+    let table = ParquetTable::open(&file)?;
     let mut collected = Collected::default();
     for part in table.ranges(rows) {
         collected.append(parquet::read_parquet(&table, scene, part, &mut Gathering::Whole)?);
@@ -197,7 +204,8 @@ fn a_parquet_file_in_parts_holds_what_the_whole_does() {
     // a refusal names the row of the file: nothing in the third part of two groups is right
     let mut scene = scene;
     scene.particles.clear();
-    let table = ParquetTable::open(ParquetBytes::Held(&bytes)).expect("a footer");
+    let file = file_of(&bytes);
+    let table = ParquetTable::open(&file).expect("a footer");
     let ranges = table.ranges(10);
     assert_eq!(ranges, [0..14, 14..28, 28..42, 42..50]);
     let refused = parquet::read_parquet(&table, &scene, ranges[2].clone(), &mut Gathering::Whole);
