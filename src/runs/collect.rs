@@ -252,14 +252,12 @@ impl Collected {
     }
 
     /// Counts the next row, which stands on this line; before it is excluded or pushed.
-    #[inline]
     pub fn count(&mut self, line: u64, label: Option<&str>) {
         self.rows += 1;
         self.lines.push(self.rows, line, label);
     }
 
     /// Adds the run of the row that was counted last.
-    #[inline]
     pub fn push(&mut self, row: &CheckedRow, scene: &Scene) {
         for (comparison, ratio) in self.told_twice.iter_mut().zip(row.ratios) {
             if let Some(ratio) = ratio {
@@ -286,23 +284,10 @@ impl Collected {
         }
     }
 
-    #[inline]
-    fn push_run(&mut self, row: &CheckedRow) {
-        self.above_one += usize::from(row.restitution > 1.0);
-        let columns = &mut self.columns;
-        if row.errors != RunError::default() || !columns.errors.is_empty() {
-            columns.push_error(row.errors);
-        }
-        columns.particle.push(row.setting.particle);
-        columns.liquid.push(row.setting.liquid.unwrap_or(RunsAsRead::NO_LIQUID));
-        columns.diameter.push(row.setting.diameter);
-        columns.film.push(row.setting.film);
-        columns.impact_speed.push(row.impact_speed);
-        columns.restitution.push(row.restitution);
-        columns.row.push(short(self.rows));
-        if self.has_film_ratio {
-            columns.film_ratio.push(row.film_ratio.unwrap_or(f64::NAN));
-        }
+    fn push_run(&mut self, run: ReadRun) {
+        self.above_one += usize::from(run.restitution > 1.0);
+        let row = short(self.rows);
+        self.in_use.push(ReadRun { row, ..run });
     }
 
     /// Counts the row that was counted last under those whose label says that they are no runs.

@@ -41,7 +41,6 @@ pub(crate) fn whole_file(found: &str, expected: &str) -> Problem {
 }
 
 /// A problem of a line of a text as a whole.
-#[cold]
 pub(super) fn bad_row(line: u64, found: &str, expected: &str) -> Problem {
     whole_file("row", expected).on(line).found(found.to_owned())
 }

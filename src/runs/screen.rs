@@ -33,8 +33,7 @@ pub(super) const REASONS: [[&str; 2]; 6] = [
 ];
 
 /// Why a checked run is left out; `None` keeps it.
-#[inline]
-pub(super) fn screen(row: &CheckedRow, scene: &Scene) -> Option<Reason> {
+pub(super) fn screen(run: &ReadRun, scene: &Scene) -> Option<Reason> {
     let screens = &scene.data.screens;
     if screens.min_impact_speed.is_some_and(|least| run.impact_speed < least) {
         return Some(Reason::TooSlow);

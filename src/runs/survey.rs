@@ -1,7 +1,5 @@
 //! Surveys the columns of a table without a scene: what each is called, and what stands in it.
 
-use std::collections::HashSet;
-
 use super::columns::{present, Header};
 use super::decimals::parse_number;
 use super::headers::called::columns_called;
@@ -23,7 +21,6 @@ pub(super) struct SurveyedColumn {
     pub filled: usize,
     /// the first different words in it, at most [`SurveyedColumn::MOST_WORDS`], in the order they come
     pub words: Vec<String>,
-    known: HashSet<String>,
     /// whether it has more words than are kept
     pub has_more: bool,
     /// largest number
@@ -207,14 +204,13 @@ impl SurveyedColumn {
         if let Ok(number) = parse_number(cell) {
             self.largest = Some(self.largest.map_or(number.value, |most| most.max(number.value)));
         }
-        if self.known.contains(cell) {
+        if self.words.iter().any(|word| word == cell) {
             return;
         }
         if self.words.len() == SurveyedColumn::MOST_WORDS {
             self.has_more = true;
             return;
         }
-        self.known.insert(cell.to_owned());
         self.words.push(cell.to_owned());
     }
 }

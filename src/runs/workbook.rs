@@ -21,8 +21,8 @@ use crate::scene::{closest, HiddenRows, Naming, Scene};
 pub(super) struct SheetRow {
     /// from 1, as a spreadsheet counts
     pub number: u64,
-    /// those that are not empty with their columns, ascending: one far out costs no more than one beside the others
-    pub(super) cells: Vec<(usize, Cell<String>)>,
+    /// those that are not empty, by their columns: one far out costs no more than one beside the others
+    pub(super) cells: BTreeMap<usize, Cell<String>>,
     /// columns of those of them that are merged with cells above
     merged: Vec<usize>,
 }
@@ -31,7 +31,7 @@ impl SheetRow {
     /// The text of the cells of so many columns.
     pub fn texts(&self, width: usize) -> Vec<Option<String>> {
         let mut texts = vec![None; width];
-        for (column, held) in self.cells.iter().take_while(|(column, _)| *column < width) {
+        for (column, held) in self.cells.range(..width) {
             texts[*column] = Some(held.borrowed().text().into_owned());
         }
         texts
@@ -47,19 +47,7 @@ impl SheetRow {
 
     /// Columns up to the last that holds something.
     pub fn width(&self) -> usize {
-        self.cells.last().map_or(0, |(column, _)| column + 1)
-    }
-
-    fn held(&self, column: usize) -> Option<&Cell<String>> {
-        let at = self.cells.binary_search_by_key(&column, |(column, _)| *column).ok()?;
-        Some(&self.cells[at].1)
-    }
-
-    fn set(&mut self, column: usize, held: Cell<String>) {
-        match self.cells.binary_search_by_key(&column, |(column, _)| *column) {
-            Ok(at) => self.cells[at].1 = held,
-            Err(at) => self.cells.insert(at, (column, held)),
-        }
+        self.cells.last_key_value().map_or(0, |(column, _)| column + 1)
     }
 }
 
@@ -71,8 +59,7 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, R
     let mut checked = CheckedRows::new(&layout, scene);
     let mut unnamed = BTreeSet::new();
     while let Some(row) = sheet.next_row()? {
-        let own = row.cells.iter().map(|(column, _)| *column);
-        unnamed.extend(own.skip_while(|column| *column < layout.width));
+        unnamed.extend(row.cells.range(layout.width..).map(|(column, _)| *column));
         let texts = row.texts(layout.width);
         let is_own = |(column, text): (usize, &Option<String>)| text.is_some() && !row.merged.contains(&column);
         if !texts.iter().enumerate().any(is_own) {
@@ -81,7 +68,7 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, R
         }
         let in_order = texts.iter().map(|text| text.as_deref().unwrap_or_default());
         checked.add(CellPlace::Row(row.number as usize), in_order, |place| {
-            row.held(place.index).map(Cell::borrowed)
+            row.cells.get(&place.index).map(Cell::borrowed)
         });
     }
     if let Err(problems) = sheet.refuse_hidden_rows(HIDDEN_ROWS_EXPECTED) {
@@ -321,10 +308,10 @@ impl Sheet<'_, '_> {
                     }
                     let row = begun.get_or_insert_with(|| SheetRow {
                         number,
-                        cells: vec![],
+                        cells: BTreeMap::new(),
                         merged: vec![],
                     });
-                    row.set(column, held);
+                    row.cells.insert(column, held);
                 }
                 Ok(false)
             })?;
@@ -356,14 +343,15 @@ impl MergedCells {
         let index = row.number - 1;
         self.begun.retain(|_, (last, _)| u64::from(*last) >= index);
         for (column, (_, held)) in &self.begun {
-            if row.held(*column).is_none() {
-                row.set(*column, held.clone());
+            if !row.cells.contains_key(column) {
+                row.cells.insert(*column, held.clone());
                 row.merged.push(*column);
             }
         }
         while let Some(cells) = self.below.pop_if(|cells| u64::from(cells.start.0) <= index) {
             let column = cells.start.1 as usize;
-            let held = row.held(column).filter(|_| u64::from(cells.start.0) == index).cloned();
+            let held = row.cells.get(&column).filter(|_| u64::from(cells.start.0) == index);
+            let held = held.cloned();
             self.begun.extend(held.map(|held| (column, (cells.end.0, held))));
         }
     }

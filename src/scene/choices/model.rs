@@ -88,19 +88,14 @@ impl LikelihoodFamily {
         }
     }
 
-    /// What it cannot stand beside, since each run is integrated over that: a density with a kink.
-    const REFUSED: [(LikelihoodFamily, HiddenOfRun); 2] = [
-        (LikelihoodFamily::AsymmetricLaplace, HiddenOfRun::NoiseOnEnergy),
-        (LikelihoodFamily::AsymmetricLaplace, HiddenOfRun::TrueSpeed),
-    ];
-
-    /// Why it may not stand beside this, as a message ends; `None` where it may.
+    /// Why it may not stand beside this, over which each run is integrated, as a message ends; `None` where it may: where its
+    /// density has no kink.
     pub fn refused_beside(self, hidden: HiddenOfRun) -> Option<String> {
         let what = match hidden {
             HiddenOfRun::NoiseOnEnergy => "noise on the energy kept (noise = \"both\")",
             HiddenOfRun::TrueSpeed => "errors of the impact speeds",
         };
-        let is_refused = Self::REFUSED.contains(&(self, hidden));
+        let is_refused = self == LikelihoodFamily::AsymmetricLaplace;
         is_refused.then(|| format!("expected normal or student beside {what}, which are not integrated over a kink"))
     }
 
