@@ -44,8 +44,7 @@ pub(crate) fn text_rows(file: &TableFile) -> Result<Vec<TextRow>, Error> {
         sheet.refuse_hidden_columns(&header).map_err(refused)?;
         rows.push(row(header.line.unwrap_or(1), header.names));
         while let Some(found) = sheet.next_row().map_err(refused)? {
-            let texts = found.texts(found.width()).into_iter();
-            rows.push(row(found.number, texts.map(Option::unwrap_or_default).collect()));
+            rows.push(row(found.number, found.texts(found.width())));
         }
         sheet.refuse_hidden_rows(NONE_HIDDEN).map_err(refused)?;
         return Ok(rows);
@@ -55,7 +54,7 @@ pub(crate) fn text_rows(file: &TableFile) -> Result<Vec<TextRow>, Error> {
     rows.push(row(header.line.unwrap_or(1), header.names));
     while let Some(record) = table.next_record().map_err(refused)? {
         if !record.is_empty() {
-            rows.push(row(record.line, record.cells().map(str::to_owned).collect()));
+            rows.push(row(record.line, record.texts()));
         }
     }
     Ok(rows)

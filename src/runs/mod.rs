@@ -265,7 +265,7 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
         };
         survey.sheets.push(sheet.name().to_owned());
         while let Some(row) = sheet.next_row()? {
-            survey.add(row.number, row.texts(width).iter().map(Option::as_deref));
+            survey.add(row.number, row.texts(width).iter().map(String::as_str));
         }
         survey.hidden_rows += sheet.read.hidden_rows.len();
         for (index, column) in survey.columns.iter().enumerate() {

@@ -149,7 +149,10 @@ pub(super) fn survey_parquet(file: &File) -> Result<Survey, Vec<Problem>> {
             columns.push(frame.column(&column.name).ok().map(texts).transpose()?);
         }
         for row in 0..frame.height() {
-            let cells = columns.iter().map(|texts| texts.as_ref()?.get(row));
+            let cells = columns.iter().map(|texts: &Option<StringChunked>| {
+                let text = texts.as_ref().and_then(|texts| texts.get(row));
+                text.unwrap_or_default()
+            });
             survey.add((first + row + 1) as u64, cells);
         }
     }

@@ -58,7 +58,7 @@ pub(super) struct LabelledRow {
     /// that sheet; `None` in a table without any
     pub sheet: Option<String>,
     pub label: String,
-    cells: Vec<Option<String>>,
+    cells: Vec<String>,
 }
 
 impl Survey {
@@ -102,28 +102,29 @@ impl Survey {
             .retain(|title| above().any(|(_, cells)| cells.contains(title)));
     }
 
-    /// Adds a row, which stands on this line; cells that it lacks are missing, those beyond the header are not seen.
-    pub fn add<'c>(&mut self, line: u64, cells: impl IntoIterator<Item = Option<&'c str>> + Clone) {
+    /// Adds a row, which stands on this line; cells that it lacks or that are empty are missing, those beyond the header are
+    /// not seen.
+    pub fn add<'c>(&mut self, line: u64, cells: impl IntoIterator<Item = &'c str> + Clone) {
         /// rows with a label that are kept until it is known whether labels are names here
         const MOST: usize = 10_000;
-        let mut texts = cells.clone().into_iter().take(self.columns.len()).flatten();
+        let mut texts = cells.clone().into_iter().take(self.columns.len());
         let label = texts.find(|cell| label(cell).is_some() || is_count(cell));
         match label {
             Some(label) if self.labelled.len() < MOST => self.labelled.push(LabelledRow {
                 line,
                 sheet: self.sheets.last().cloned(),
                 label: label.trim().to_owned(),
-                cells: cells.into_iter().map(|cell| cell.map(str::to_owned)).collect(),
+                cells: cells.into_iter().map(str::to_owned).collect(),
             }),
             _ => self.add_run(cells),
         }
     }
 
-    fn add_run<'c>(&mut self, cells: impl IntoIterator<Item = Option<&'c str>>) {
+    fn add_run<'c>(&mut self, cells: impl IntoIterator<Item = &'c str>) {
         self.rows += 1;
         let mut cells = cells.into_iter();
         for column in &mut self.columns {
-            column.add(cells.next().flatten());
+            column.add(cells.next().unwrap_or_default());
         }
     }
 
@@ -133,7 +134,7 @@ impl Survey {
             return;
         }
         for row in std::mem::take(&mut self.labelled) {
-            self.add_run(row.cells.iter().map(Option::as_deref));
+            self.add_run(row.cells.iter().map(String::as_str));
         }
     }
 }
@@ -196,8 +197,8 @@ impl SurveyedColumn {
     pub const MOST_WORDS: usize = 100;
 
     /// Adds a cell.
-    pub fn add(&mut self, cell: Option<&str>) {
-        let Some(cell) = cell.and_then(present) else {
+    pub fn add(&mut self, cell: &str) {
+        let Some(cell) = present(cell) else {
             return;
         };
         self.filled += 1;

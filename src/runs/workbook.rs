@@ -28,21 +28,18 @@ pub(super) struct SheetRow {
 }
 
 impl SheetRow {
-    /// The text of the cells of so many columns.
-    pub fn texts(&self, width: usize) -> Vec<Option<String>> {
-        let mut texts = vec![None; width];
+    /// The text of the cells of so many columns; nothing of an empty one.
+    pub fn texts(&self, width: usize) -> Vec<String> {
+        let mut texts = vec![String::new(); width];
         for (column, held) in self.cells.range(..width) {
-            texts[*column] = Some(held.borrowed().text().into_owned());
+            texts[*column] = held.borrowed().text().into_owned();
         }
         texts
     }
 
-    /// The same without blanks around them; nothing of an empty cell.
+    /// The same without blanks around them.
     fn trimmed(&self, width: usize) -> Vec<String> {
-        let texts = self.texts(width).into_iter();
-        texts
-            .map(|text| text.map_or_else(String::new, |text| text.trim().to_owned()))
-            .collect()
+        self.texts(width).iter().map(|text| text.trim().to_owned()).collect()
     }
 
     /// Columns up to the last that holds something.
@@ -61,12 +58,12 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, R
     while let Some(row) = sheet.next_row()? {
         unnamed.extend(row.cells.range(layout.width..).map(|(column, _)| *column));
         let texts = row.texts(layout.width);
-        let is_own = |(column, text): (usize, &Option<String>)| text.is_some() && !row.merged.contains(&column);
+        let is_own = |(column, text): (usize, &String)| !text.is_empty() && !row.merged.contains(&column);
         if !texts.iter().enumerate().any(is_own) {
             // a note beside the table
             continue;
         }
-        let in_order = texts.iter().map(|text| text.as_deref().unwrap_or_default());
+        let in_order = texts.iter().map(String::as_str);
         checked.add(CellPlace::Row(row.number as usize), in_order, |place| {
             row.cells.get(&place.index).map(Cell::borrowed)
         });
@@ -269,10 +266,7 @@ impl Sheet<'_, '_> {
     /// The texts of the next rows, at most so many, which are still to be read; with their numbers.
     pub fn peek(&mut self, rows: usize) -> Result<Vec<(u64, Vec<String>)>, Vec<Problem>> {
         self.fill(rows)?;
-        let texts = |row: &SheetRow| {
-            let texts = row.texts(row.width()).into_iter();
-            (row.number, texts.map(Option::unwrap_or_default).collect())
-        };
+        let texts = |row: &SheetRow| (row.number, row.texts(row.width()));
         Ok(self.ahead.iter().take(rows).map(texts).collect())
     }
 
