@@ -18,7 +18,7 @@ pub(crate) struct TextRow {
 }
 
 /// The header of a CSV, or of a sheet of a workbook, and every row below it in order.
-pub(crate) fn text_rows(file: &TableFile) -> Result<Vec<TextRow>, Error> {
+pub(crate) fn text_rows(file: &TableFile) -> Result<(TextRow, Vec<TextRow>), Error> {
     let path = file.path.as_path();
     let naming = Naming::default();
     let refused = |problems: Vec<Problem>| Error::input(&file.shown(), problems);
@@ -42,20 +42,20 @@ pub(crate) fn text_rows(file: &TableFile) -> Result<Vec<TextRow>, Error> {
         let mut sheet = book.sheet(file.sheet.as_deref()).map_err(refused)?;
         let header = sheet.names(&naming).map_err(refused)?;
         sheet.refuse_hidden_columns(&header).map_err(refused)?;
-        rows.push(row(header.line.unwrap_or(1), header.names));
+        let header = row(header.line.unwrap_or(1), header.names);
         while let Some(found) = sheet.next_row().map_err(refused)? {
             rows.push(row(found.number, found.texts(found.width())));
         }
         sheet.refuse_hidden_rows(NONE_HIDDEN).map_err(refused)?;
-        return Ok(rows);
+        return Ok((header, rows));
     }
     let mut table = source.csv(path, &naming)?;
     let header = table.names(None).map_err(refused)?;
-    rows.push(row(header.line.unwrap_or(1), header.names));
+    let header = row(header.line.unwrap_or(1), header.names);
     while let Some(record) = table.next_record().map_err(refused)? {
         if !record.is_empty() {
             rows.push(row(record.line, record.texts()));
         }
     }
-    Ok(rows)
+    Ok((header, rows))
 }

@@ -63,11 +63,11 @@ pub(crate) fn rows_by_fields<T>(
 ) -> Result<(Fields, Vec<T>), Error> {
     let mut fields = Fields::new(wanted);
     let mut all = vec![];
-    for row in &text_rows(file)? {
-        if !fields.are_found() {
-            let found = fields.find(&row.cells, row.line);
-            found.map_err(|problems| Error::input(&file.shown(), problems))?;
-        } else if let Some(cells) = fields.cells(row, false) {
+    let (header, rows) = text_rows(file)?;
+    let found = fields.find(&header.cells, header.line);
+    found.map_err(|problems| Error::input(&file.shown(), problems))?;
+    for row in &rows {
+        if let Some(cells) = fields.cells(row, false) {
             let before = fields.problems.len();
             let read = read(&mut fields, (row.line, &cells));
             all.extend(read.filter(|_| fields.problems.len() == before));
@@ -147,11 +147,6 @@ impl Fields {
         }
         (self.columns, self.width) = unless_wrong(problems, (columns, names.len()))?;
         Ok(())
-    }
-
-    /// Whether a header was found.
-    pub fn are_found(&self) -> bool {
-        !self.columns.is_empty()
     }
 
     /// As many cells of a row as the header has; `None`, and a problem, of one that has others. Where words follow numbers, a
