@@ -179,7 +179,7 @@ pub(super) enum Gathering<'a> {
     Blocks(&'a mut (dyn FnMut(Vec<ReadRun>) + Send)),
 }
 
-/// Rows of the longest table that is read whole where the scene's model needs every run: some 2 GB.
+/// Rows of the longest table that is read whole where the scene's model needs every run: some 3 GB.
 const MOST_WHOLE: usize = 10_000_000;
 
 /// What is wrong with so many rows, where the scene's model needs every run.
