@@ -2,7 +2,6 @@
 //!
 //! What is shown of a user's text or a file's, here or elsewhere on a terminal, goes through [`plain`].
 
-use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -114,11 +113,7 @@ pub fn plain(text: &str, most: usize) -> String {
 
 /// The same of lines that the program put together: their ends stay. What a user named in them has gone through
 /// [`plain`] before, so that no line of it can pass for one of the program's.
-pub fn plain_lines(text: &str) -> Cow<'_, str> {
-    // mostly there is nothing to escape, and a prediction may have megabytes
-    if text.bytes().all(|byte| matches!(byte, b'\n' | b' '..=b'~')) {
-        return Cow::Borrowed(text);
-    }
+pub fn plain_lines(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
         if c == '\n' {
@@ -127,7 +122,7 @@ pub fn plain_lines(text: &str) -> Cow<'_, str> {
             push_plain(&mut shown, c);
         }
     }
-    Cow::Owned(shown)
+    shown
 }
 
 fn push_plain(shown: &mut String, c: char) {

@@ -1,12 +1,10 @@
 //! Draws runs from designs: films and speeds of their own, blocks that anyone may draw, and tables in one file or several.
 
-use std::path::Path;
-
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{mean, seed_of, table_of, Folder, Place, Says};
+use crate::common::{mean, seed_of, Folder, Place, Says};
 use wetcor::model::simulate::{Simulation, BLOCK};
 use wetcor::physics::rebound::mean_restitution;
-use wetcor::runs::{NewRun, Runs};
+use wetcor::runs::NewRun;
 use wetcor::seed::stream;
 
 /// One particle and liquid clear of the threshold, with two film ratios and three speeds.
@@ -115,60 +113,23 @@ fn the_first_block_is_drawn_as_runs_of_one_stream_are_and_no_block_repeats_anoth
     assert_eq!(counts, [2 * share + 2, 3 * share + 3, 3 * share + 2]);
 }
 
-/// Runs of tables that `simulate` wrote.
-fn read(folder: &Path, tables: &str) -> Runs {
-    let path = folder.join("read.toml");
-    let text = scene_text().replace("\"runs.csv\"", tables);
-    std::fs::write(&path, text).expect("the folder is writable");
-    let scene = wetcor::scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
-    wetcor::runs::read(&scene)
-        .unwrap_or_else(|error| panic!("{error}"))
-        .runs
-}
-
 #[test]
-fn a_table_is_the_same_in_one_file_and_in_parts_for_any_number_of_threads() {
+fn a_table_is_the_same_for_any_number_of_threads() {
     let folder = Folder::new();
     folder.write("scene.toml", scene_text());
     let simulate = |more: &str| folder.run(&format!("simulate scene.toml --runs 200000 {more}"));
-    assert_eq!(simulate("--out one.parquet").0, Some(0));
-    let (code, told, errors) = simulate("--out new/parts --parts 3");
+    let (code, told, errors) = simulate("--out many.parquet");
     assert_eq!((code, errors.as_str()), (Some(0), ""));
-    told.reads("200000 simulated runs: new/parts/part-000.parquet to part-002.parquet\n");
-    assert_eq!(simulate("--out alone --parts 3 --threads 1").0, Some(0));
-    let mut names = vec![];
-    for part in 0..3 {
-        let name = format!("part-00{part}.parquet");
-        let bytes = |of: &str| std::fs::read(folder.join(of).join(&name)).expect("a part");
-        assert!(bytes("new/parts") == bytes("alone"), "{name}");
-        names.push(format!("\"alone/{name}\""));
-    }
-    let parts = read(folder.path(), &format!("[{}]", names.join(", ")));
-    let one = read(folder.path(), "\"one.parquet\"");
-    assert_eq!(parts.restitution.len(), 200_000);
-    assert!(parts.restitution == one.restitution && parts.film == one.film);
-    // the planted fault: another order of the parts is another table
-    names.swap(0, 2);
-    let other = read(folder.path(), &format!("[{}]", names.join(", ")));
-    assert!(other.restitution != one.restitution);
-}
-
-#[test]
-fn parts_that_cannot_be_made_are_refused_and_nothing_is_written() {
-    let folder = Folder::new();
-    folder.write("scene.toml", scene_text());
-    std::fs::create_dir(folder.join("taken")).expect("the folder is writable");
-    for [more, expected] in table_of(
-        "--out parts --parts 3 --runs 100000 | error: --parts: found 3, expected at most 2 for 100000 runs
-         --out taken --parts 1 | error: taken: exists; --out names another folder
-         --out taken --parts 1 --force | error: the argument '--parts <N>' cannot be used with '--force'
-         --out parts --parts 10001 --runs 18446744073709551615 | error: invalid value '10001' for '--parts <N>'
-         --out parts | error: parts: expected a file ending in .csv or .parquet",
-    ) {
-        let (code, _, errors) = folder.run(&format!("simulate scene.toml {more}"));
-        assert_eq!(code, Some(2), "{errors}");
-        assert!(errors.starts_with(expected), "{errors}");
-    }
-    assert!(!folder.join("parts").exists());
-    assert_eq!(std::fs::read_dir(folder.path()).expect("it is there").count(), 2);
+    told.reads("200000 simulated runs: many.parquet\n");
+    assert_eq!(simulate("--out alone.parquet --threads 1").0, Some(0));
+    let bytes = |of: &str| std::fs::read(folder.join(of)).expect("a table");
+    assert!(bytes("many.parquet") == bytes("alone.parquet"));
+    assert_eq!(simulate("--out other.parquet --seed 2").0, Some(0));
+    assert!(bytes("other.parquet") != bytes("alone.parquet"));
+    let (code, _, errors) = simulate("--out runs");
+    assert_eq!(code, Some(2));
+    assert!(
+        errors.starts_with("error: runs: expected a file ending in .csv or .parquet"),
+        "{errors}"
+    );
 }

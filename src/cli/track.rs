@@ -7,7 +7,8 @@ use wetcor::error::{file_name, named, Error};
 use wetcor::recordings::{self, Axis, TrackOptions};
 use wetcor::report::folder::{Contents, Destination};
 use wetcor::report::tracking;
-use wetcor::runs::{free_place, Existing, WholeTable};
+use wetcor::runs::{free_place, Existing};
+use wetcor::staging::Staging;
 
 use super::messages::{print_after_writing, print_notices, status, warn};
 use crate::progress::Progress;
@@ -64,12 +65,8 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
     if !out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) {
         return Err(Error::Usage(format!("{}: expected a file ending in .csv", named(out))));
     }
-    let existing = if request.force {
-        Existing::Replaced
-    } else {
-        Existing::Kept
-    };
-    free_place(out, existing)?;
+    let existing = Existing::kept_unless(request.force);
+    let place = free_place(out, existing)?;
     let list = request.recordings.as_path();
     let refuse = |reason: String| Error::Out {
         path: out.to_path_buf(),
@@ -110,11 +107,12 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
         Some(destination) => Some(destination.beside(tracking::files(&title, &campaign)?)?),
         None => None,
     };
-    let table = WholeTable::beside(out, existing, &recordings::runs_table(&campaign.outcomes)?)?;
+    let table = Staging::beside(&place)?;
+    table.write(&recordings::runs_table(&campaign.outcomes)?)?;
     if let Some(report) = report {
         report.put()?;
     }
-    table.put()?;
+    table.put(|place| existing.allow(place))?;
     let status = status(tracking::is_usable(&campaign));
     print_notices(&campaign.notices, quiet);
     if quiet {

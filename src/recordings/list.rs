@@ -7,7 +7,7 @@ use super::frames::FFMPEG;
 use crate::error::{unless_wrong, Error, Problem};
 use crate::files::is_video;
 use crate::remark::Remark;
-use crate::runs::{column, rows_by_fields, whole_file, words_for_no, Column, Fields, Row, SettingFields};
+use crate::runs::{column, rows_by_fields, whole_file, words_for_no, Column, Fields, Row};
 use crate::scene::TableFile;
 use crate::units::Dimension;
 
@@ -81,23 +81,7 @@ const FRAME_RATES: std::ops::RangeInclusive<f64> = 1e-3..=1e7;
 /// Smallest density of a sphere, in kg/m³: a smaller number is one in g/cm³.
 const LEAST_DENSITY: f64 = 25.0;
 
-/// The columns of the list, by their place in [`COLUMNS`].
-#[derive(Clone, Copy)]
-enum Field {
-    File,
-    Run,
-    Particle,
-    Liquid,
-    Diameter,
-    Film,
-    FrameRate,
-    Scale,
-    Density,
-    YAxis,
-    YUnit,
-    Exclude,
-}
-
+/// The columns of the list.
 const COLUMNS: [Column; 12] = [
     column("file", Dimension::One, true),
     column("run", Dimension::One, false),
@@ -112,14 +96,6 @@ const COLUMNS: [Column; 12] = [
     column("y_unit", Dimension::One, false),
     column("exclude", Dimension::One, false),
 ];
-
-/// Where particle, liquid, diameter and film stand in [`COLUMNS`].
-const SETTING: SettingFields = SettingFields {
-    particle: Field::Particle as usize,
-    liquid: Field::Liquid as usize,
-    diameter: Field::Diameter as usize,
-    film: Field::Film as usize,
-};
 
 /// Reads the list; files in it are beside it. Remarks name columns that are not read.
 ///
@@ -152,31 +128,31 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Recording>, Vec<Remark>), Error> 
 /// The recording of a row; `None`, and a problem, where it cannot be read.
 fn recording(folder: &Path, fields: &mut Fields, row: Row) -> Option<Recording> {
     let (line, cells) = row;
-    let Some(file) = fields.word(Field::File as usize, cells) else {
+    let Some(file) = fields.word("file", cells) else {
         let expected = "expected a folder of frames, a TIFF or a table of positions";
         fields.problem(line, "file", None, expected.to_owned());
         return None;
     };
-    let run = fields.word(Field::Run as usize, cells).unwrap_or(file).to_owned();
-    let exclude = fields.word(Field::Exclude as usize, cells).map(str::to_owned);
-    let of = fields.setting(SETTING, row)?;
-    let frame_rate = fields.number(Field::FrameRate as usize, row);
+    let run = fields.word("run", cells).unwrap_or(file).to_owned();
+    let exclude = fields.word("exclude", cells).map(str::to_owned);
+    let of = fields.setting(row)?;
+    let frame_rate = fields.number("frame_rate", row);
     if let Some(rate) = frame_rate.filter(|rate| !FRAME_RATES.contains(rate)) {
         let expected = "expected a rate from 0.001 to 1e7 Hz".to_owned();
         fields.problem(line, "frame_rate", Some(&rate.to_string()), expected);
     }
-    let scale = fields.number(Field::Scale as usize, row);
-    let density = fields.number(Field::Density as usize, row);
+    let scale = fields.number("scale", row);
+    let density = fields.number("density", row);
     if let Some(density) = density.filter(|density| *density < LEAST_DENSITY) {
         let expected = format!("expected at least {LEAST_DENSITY} kg/m^3: 2.15 g/cm^3 are 2150");
         fields.problem(line, "density", Some(&density.to_string()), expected);
     }
-    let axis = fields.word(Field::YAxis as usize, cells);
+    let axis = fields.word("y_axis", cells);
     let read_axis = axis.and_then(Axis::named);
     if axis.is_some() && read_axis.is_none() {
         fields.problem(line, "y_axis", axis, "expected `up` or `down`".to_owned());
     }
-    let y_unit = fields.word(Field::YUnit as usize, cells);
+    let y_unit = fields.word("y_unit", cells);
     if y_unit.is_some_and(|unit| !Y_UNITS.contains(&unit)) {
         let expected = format!("expected one of {}", Y_UNITS.join(", "));
         fields.problem(line, "y_unit", y_unit, expected);

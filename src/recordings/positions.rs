@@ -9,7 +9,7 @@ use super::parabola::Kind;
 use super::segments::segments;
 use super::track::Track;
 use crate::error::{quoted, unless_wrong, Error, Problem};
-use crate::runs::{column, each_row, whole_file, Column, Fields, Row, TextRow};
+use crate::runs::{column, text_rows, whole_file, Column, Fields, Row, TextRow};
 use crate::scene::TableFile;
 use crate::units::Dimension;
 
@@ -22,16 +22,7 @@ pub(super) struct Positions {
     pub falling: usize,
 }
 
-/// The columns of the table, by their place in [`COLUMNS`].
-#[derive(Clone, Copy)]
-enum Field {
-    Frame,
-    Time,
-    Pixels,
-    Height,
-    Object,
-}
-
+/// The columns of the table.
 const COLUMNS: [Column; 5] = [
     column("frame", Dimension::One, false),
     column("time", Dimension::Time, false),
@@ -64,23 +55,32 @@ const LARGEST: f64 = 1e12;
 /// Of several objects the one that falls farthest is taken. Fails where a frame has two positions of one.
 pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<Positions, Error> {
     let table = TableFile::named(None, &recording.file.to_string_lossy());
+    let refused = |problems: Vec<Problem>| Error::input(&recording.file, problems);
+    let (first, mut lines) = text_rows(&table)?;
+    lines.insert(0, first);
+    let trimmed = |line: &TextRow| line.cells.iter().map(|cell| cell.trim().to_owned()).collect();
+    let names: Vec<Vec<String>> = lines.iter().take(1 + MOST_WORDS).map(trimmed).collect();
+    let y_unit = recording.y_unit.as_deref();
+    let Some(at) = names.iter().position(|names| has_known(&ours(names, y_unit))) else {
+        return Err(refused(no_header(names.first().map(Vec::as_slice))));
+    };
     let mut rows = Rows {
         frame_rate: recording.frame_rate,
-        y_unit: recording.y_unit.as_deref(),
         fields: Fields::new(&COLUMNS),
-        first_line: None,
-        words: 0,
+        words: at,
         seen: vec![],
     };
-    each_row(&table, |row| rows.take(row))?;
-    let refused = |problems: Vec<Problem>| Error::input(&recording.file, problems);
-    if !rows.fields.are_found() {
-        return Err(refused(rows.no_header()));
+    rows.header(&names[at], &ours(&names[at], y_unit), lines[at].line)
+        .map_err(refused)?;
+    for line in &lines[at + 1..] {
+        if let Some(cells) = rows.fields.cells(line, true) {
+            rows.position((line.line, &cells));
+        }
     }
-    let in_pixels = rows.has(Field::Pixels);
+    let in_pixels = rows.fields.has("y_px");
     let usual = if in_pixels { Axis::Down } else { Axis::Up };
     let axis = recording.axis.or(axis).unwrap_or(usual);
-    let counted_from = (!rows.has(Field::Time)).then_some(0);
+    let counted_from = (!rows.fields.has("time")).then_some(0);
     let (problems, _) = rows.fields.finish();
     unless_wrong(problems, ()).map_err(refused)?;
     let mut positions = positions(rows.seen, axis).map_err(|problem| refused(vec![problem]))?;
@@ -96,52 +96,28 @@ struct Seen {
     object: String,
 }
 
-struct Rows<'r> {
+struct Rows {
     frame_rate: Option<f64>,
-    y_unit: Option<&'r str>,
     fields: Fields,
-    /// the first line, where it is no header
-    first_line: Option<Vec<String>>,
     /// lines that hold no numbers
     words: usize,
     seen: Vec<Seen>,
 }
 
-impl Rows<'_> {
-    /// Takes a header, or the position of a line. Fails where no line is a header, or it lacks a column.
-    fn take(&mut self, row: TextRow) -> Result<(), Vec<Problem>> {
-        if !self.fields.are_found() {
-            self.words += usize::from(self.first_line.is_some());
-            if self.words > MOST_WORDS {
-                return Err(self.no_header());
-            }
-            let names: Vec<String> = row.cells.iter().map(|cell| cell.trim().to_owned()).collect();
-            return self.header(&names, row.line);
-        }
-        if let Some(cells) = self.fields.cells(row, true) {
-            self.position((row.line, &cells));
-        }
-        Ok(())
-    }
-
-    fn header(&mut self, names: &[String], line: u64) -> Result<(), Vec<Problem>> {
-        let ours = self.ours(names);
-        let is_known = |name: &String| name == "y" || COLUMNS.iter().any(|column| column.unit_of(name).is_some());
-        if !ours.iter().any(is_known) {
-            self.first_line.get_or_insert_with(|| names.to_vec());
-            return Ok(());
-        }
-        self.fields.find(&ours, line)?;
+impl Rows {
+    /// Finds the columns in a header, with its names as they are ours. Fails where it lacks one.
+    fn header(&mut self, names: &[String], ours: &[String], line: u64) -> Result<(), Vec<Problem>> {
+        self.fields.find(ours, line)?;
         let mut problems = vec![];
         let mut lacks = |expected: &str| {
             problems.push(Problem::new("header", expected).on(line).found(shown(names)));
         };
-        if !self.has(Field::Frame) && !self.has(Field::Time) {
+        if !self.fields.has("frame") && !self.fields.has("time") {
             lacks("expected a column `frame`, `time_s` or `time_ms`");
-        } else if !self.has(Field::Time) && self.frame_rate.is_none() {
+        } else if !self.fields.has("time") && self.frame_rate.is_none() {
             lacks("expected a column `time_s`, or `frame_rate_Hz` in the list of recordings");
         }
-        if self.has(Field::Pixels) == self.has(Field::Height) {
+        if self.fields.has("y_px") == self.fields.has("y") {
             let without_unit = ours.iter().any(|name| name == "y");
             lacks(if without_unit {
                 "expected the unit of `y`: px, mm, cm or m as `y_unit` in the list of recordings"
@@ -163,13 +139,13 @@ impl Rows<'_> {
             self.words += 1;
             return;
         }
-        let of_time = self.first_of(Field::Time, Field::Frame);
-        let of_height = self.first_of(Field::Pixels, Field::Height);
-        let rate = self.frame_rate.filter(|_| matches!(of_time, Field::Frame));
+        let of_time = self.first_of("time", "frame");
+        let of_height = self.first_of("y_px", "y");
+        let rate = self.frame_rate.filter(|_| of_time == "frame");
         let time = self.number(of_time, row);
         // a frame in which nothing was found has no position
         if let (Some(time), Some(height)) = (time, self.number(of_height, row)) {
-            let object = self.fields.word(Field::Object as usize, cells);
+            let object = self.fields.word("object", cells);
             self.seen.push(Seen {
                 line,
                 time: time / rate.unwrap_or(1.0),
@@ -179,58 +155,60 @@ impl Rows<'_> {
         }
     }
 
-    fn has(&self, field: Field) -> bool {
-        self.fields.has(field as usize)
-    }
-
-    fn first_of(&self, first: Field, second: Field) -> Field {
-        if self.has(first) {
+    fn first_of(&self, first: &'static str, second: &'static str) -> &'static str {
+        if self.fields.has(first) {
             first
         } else {
             second
         }
     }
 
-    /// The names of a header as ours, where they are those of a program that tracks.
-    fn ours(&self, names: &[String]) -> Vec<String> {
-        let ours = names.iter().map(|name| {
-            let lower = name.to_lowercase();
-            let known = THEIRS.iter().find(|(theirs, _)| *theirs == lower);
-            let our = match known {
-                Some((_, "y")) => format!("y{}", self.y_unit.map_or(String::new(), |unit| format!("_{unit}"))),
-                Some((_, our)) => (*our).to_owned(),
-                None => return name.clone(),
-            };
-            // not beside one that has our name already
-            if names.contains(&our) {
-                name.clone()
-            } else {
-                our
-            }
-        });
-        ours.collect()
-    }
-
-    /// The problem of a table in which no line is a header.
-    fn no_header(&self) -> Vec<Problem> {
-        let expected = "expected columns `frame`, `time_s` or `time_ms`, and `y_px`, `y_mm` or `y_m`";
-        let problem = Problem::new("header", expected).on(1u64);
-        vec![problem.found(self.first_line.as_deref().map(shown))]
-    }
-
-    fn number(&mut self, field: Field, row: Row) -> Option<f64> {
+    fn number(&mut self, field: &'static str, row: Row) -> Option<f64> {
         // what a tracker writes where it found nothing
-        let word = self.fields.word(field as usize, row.1)?;
+        let word = self.fields.word(field, row.1)?;
         if word.eq_ignore_ascii_case("nan") {
             return None;
         }
-        self.fields.checked_number(field as usize, row, |number, unit| {
+        self.fields.checked_number(field, row, |number, unit| {
             let is_large = number.abs() > LARGEST;
             (!is_large)
                 .then(|| unit.to_si(number))
                 .ok_or_else(|| format!("expected a number from -{LARGEST:e} to {LARGEST:e}"))
         })
     }
+}
+
+/// Whether one of some names, as they are ours, is that of a column, or would be if its unit were known.
+fn has_known(names: &[String]) -> bool {
+    let is_of = |name: &str| COLUMNS.iter().any(|column| column.unit_of(name).is_some());
+    names.iter().any(|name| name == "y" || is_of(name))
+}
+
+/// The names of a header as ours, where they are those of a program that tracks; a `y` is in this unit.
+fn ours(names: &[String], y_unit: Option<&str>) -> Vec<String> {
+    let ours = names.iter().map(|name| {
+        let lower = name.to_lowercase();
+        let known = THEIRS.iter().find(|(theirs, _)| *theirs == lower);
+        let our = match known {
+            Some((_, "y")) => format!("y{}", y_unit.map_or(String::new(), |unit| format!("_{unit}"))),
+            Some((_, our)) => (*our).to_owned(),
+            None => return name.clone(),
+        };
+        // not beside one that has our name already
+        if names.contains(&our) {
+            name.clone()
+        } else {
+            our
+        }
+    });
+    ours.collect()
+}
+
+/// The problem of a table in which no line is a header, by its first.
+fn no_header(first: Option<&[String]>) -> Vec<Problem> {
+    let expected = "expected columns `frame`, `time_s` or `time_ms`, and `y_px`, `y_mm` or `y_m`";
+    let problem = Problem::new("header", expected).on(1u64);
+    vec![problem.found(first.map(shown))]
 }
 
 /// The names of a header in one message.

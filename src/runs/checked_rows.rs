@@ -44,9 +44,6 @@ impl<'c> Cell<&'c str> {
     }
 }
 
-/// Columns that hold words: room for more would be cleared in every row.
-const WORDS: usize = 4;
-
 /// The runs of a table as far as it was read, and what is wrong with them.
 pub(super) struct CheckedRows<'s> {
     layout: &'s TableLayout<'s>,
@@ -87,12 +84,10 @@ impl<'s> CheckedRows<'s> {
         cell: impl Fn(&ColumnPlace) -> Option<Cell<&'c str>>,
     ) {
         let layout = self.layout;
-        let mut words: [Option<Cow<str>>; WORDS] = Default::default();
-        for (word, (_, place)) in words.iter_mut().zip(&self.words) {
-            *word = cell(place).map(Cell::text);
-        }
+        let text = |(column, place): &(RunColumn, &ColumnPlace)| (*column, cell(place).map(Cell::text));
+        let words: Vec<(RunColumn, Option<Cow<str>>)> = self.words.iter().map(text).collect();
         let mut row: RawRow<'_> = layout.row_before_its_cells();
-        for (word, (column, _)) in words.iter().zip(&self.words) {
+        for (column, word) in &words {
             row.set_word(*column, word.as_deref().and_then(|text| layout.read(*column, text)));
         }
         let liquid = row.word(RunColumn::Liquid);
@@ -145,7 +140,7 @@ impl<'s> CheckedRows<'s> {
             cell.map_or(0.0, |cell| rounding_of(&cell.text()))
         };
         if let Some(row) = check_row(&row, &mut self.checker, rounding, &mut bad) {
-            self.liquids.measured(&row);
+            self.liquids.measured(&row.run);
             self.collected.push(&row, self.checker.scene);
         }
         for bad in bad {
@@ -191,15 +186,5 @@ impl<'s> CheckedRows<'s> {
             self.refusals.cell(at, bad, |_| None);
         }
         self.refusals.or(self.collected)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn there_is_room_for_every_column_of_words() {
-        assert_eq!(RunColumn::words().count(), WORDS);
     }
 }

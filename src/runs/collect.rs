@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use super::averaged::MOST_AVERAGED;
 use super::columns::HeaderRemarks;
-use super::errors::{MeasurementErrors, RunError};
 use super::places::{short, RowLines, RowPlaces};
+use super::read_run::ReadRun;
 use super::refusals::whole_file;
 use super::row::CheckedRow;
 use super::screen::{screen, REASONS};
-use super::told_twice::{ComparedColumns, Comparison, RowSetting, TOLD_TWICE};
+use super::told_twice::{ComparedColumns, Comparison, TOLD_TWICE};
 use super::words::words_for_no;
 use crate::error::{file_name, quoted, Problem};
 use crate::remark::{Level, Remark};
@@ -77,131 +77,60 @@ pub struct Screened {
     pub next_step: &'static str,
 }
 
-/// Runs in the order of the file.
-#[derive(Debug, Default, Serialize, Deserialize)]
-pub(super) struct RunsAsRead {
-    pub particle: Vec<u32>,
-    /// index into the scene's liquids, or [`RunsAsRead::NO_LIQUID`]
-    pub liquid: Vec<u32>,
-    pub diameter: Vec<f64>,
-    pub film: Vec<f64>,
-    pub impact_speed: Vec<f64>,
-    pub restitution: Vec<f64>,
-    /// the nominal film ratio; empty where the file has no such column, NaN for a dry run
-    pub film_ratio: Vec<f64>,
-    /// row of the table, from 1
-    pub row: Vec<u32>,
-    /// empty while no run carries an error
-    pub errors: MeasurementErrors,
-    /// how many runs each stands for; empty where that is itself
-    pub count: Vec<f64>,
-    /// whether those it stands for stuck, which its restitution need not tell; empty like the counts
-    pub stuck: Vec<bool>,
+/// The wet runs of a table with a column of nominal film ratios, with these.
+fn nominal_film_ratios(runs: &[ReadRun]) -> impl Iterator<Item = (&ReadRun, f64)> {
+    runs.iter().filter_map(|run| Some((run, run.film_ratio?)))
 }
 
-impl RunsAsRead {
-    pub const NO_LIQUID: u32 = u32::MAX;
+/// How the values of the column of film ratios stand beside the films; `None` where there are no such values.
+fn film_ratio_values(runs: &[ReadRun], gap: f64) -> Option<FilmRatioValues> {
+    /// share by which a written film ratio may miss the film over the diameter
+    const ROUNDING: f64 = 0.01;
+    /// or rounded to so many in one
+    const THOUSANDTHS: f64 = 1000.0;
+    let wet: Vec<(&ReadRun, f64)> = nominal_film_ratios(runs).collect();
+    let is_rounded = |ratio: f64, own: f64| {
+        let in_thousandths = THOUSANDTHS * ratio;
+        let is_whole = (in_thousandths - in_thousandths.round()).abs() < 1e-6;
+        is_whole && (in_thousandths - THOUSANDTHS * own).abs() <= 0.5 + 1e-6
+    };
+    let is_own = |(run, ratio): &(&ReadRun, f64)| {
+        let own = run.own_film_ratio();
+        (ratio / own - 1.0).abs() <= ROUNDING || is_rounded(*ratio, own)
+    };
+    let sorted = |of: &dyn Fn(&(&ReadRun, f64)) -> f64| {
+        let mut values: Vec<(u32, f64)> = wet.iter().map(|run| (run.0.setting.particle, of(run))).collect();
+        values.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        values.dedup();
+        values
+    };
+    let own = sorted(&|(run, _)| run.own_film_ratio());
+    let groups = own
+        .windows(2)
+        .filter(|both| both[0].0 != both[1].0 || both[1].1 - both[0].1 > gap);
+    // the runs of one row are one film
+    let mut rows: Vec<u32> = wet.iter().map(|(run, _)| run.row).collect();
+    rows.dedup();
+    (!wet.is_empty()).then(|| FilmRatioValues {
+        runs: wet.len(),
+        rows: rows.len(),
+        values: sorted(&|(_, ratio)| *ratio).len(),
+        films: own.len(),
+        groups: groups.count() + 1,
+        are_own: wet.iter().all(is_own),
+    })
+}
 
-    /// Whether a run stuck, where restitutions up to `limit` do.
-    pub fn is_stuck(&self, run: usize, limit: f64) -> bool {
-        self.stuck.get(run).copied().unwrap_or(self.restitution[run] <= limit)
-    }
-
-    /// The wet runs of a table with a column of nominal film ratios.
-    fn wet_with_film_ratio(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.film_ratio.len()).filter(|run| self.liquid[*run] != RunsAsRead::NO_LIQUID)
-    }
-
-    /// δ/D of a run.
-    fn own_film_ratio(&self, run: usize) -> f64 {
-        self.film[run] / self.diameter[run]
-    }
-
-    /// How the values of the column of film ratios stand beside the films; `None` where there are no such values.
-    fn film_ratio_values(&self, gap: f64) -> Option<FilmRatioValues> {
-        /// share by which a written film ratio may miss the film over the diameter
-        const ROUNDING: f64 = 0.01;
-        /// or rounded to so many in one
-        const THOUSANDTHS: f64 = 1000.0;
-        let wet: Vec<usize> = self.wet_with_film_ratio().collect();
-        let is_rounded = |ratio: f64, own: f64| {
-            let in_thousandths = THOUSANDTHS * ratio;
-            let is_whole = (in_thousandths - in_thousandths.round()).abs() < 1e-6;
-            is_whole && (in_thousandths - THOUSANDTHS * own).abs() <= 0.5 + 1e-6
-        };
-        let is_own = |run: &usize| {
-            let (ratio, own) = (self.film_ratio[*run], self.own_film_ratio(*run));
-            (ratio / own - 1.0).abs() <= ROUNDING || is_rounded(ratio, own)
-        };
-        let sorted = |of: &dyn Fn(usize) -> f64| {
-            let mut values: Vec<(u32, f64)> = wet.iter().map(|run| (self.particle[*run], of(*run))).collect();
-            values.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-            values.dedup();
-            values
-        };
-        let own = sorted(&|run| self.own_film_ratio(run));
-        let groups = own
-            .windows(2)
-            .filter(|both| both[0].0 != both[1].0 || both[1].1 - both[0].1 > gap);
-        // the runs of one row are one film
-        let mut rows: Vec<u32> = wet.iter().map(|run| self.row[*run]).collect();
-        rows.dedup();
-        (!wet.is_empty()).then(|| FilmRatioValues {
-            runs: wet.len(),
-            rows: rows.len(),
-            values: sorted(&|run| self.film_ratio[run]).len(),
-            films: own.len(),
-            groups: groups.count() + 1,
-            are_own: wet.iter().all(is_own),
-        })
-    }
-
-    /// Compares the column of film ratios with film over diameter; of an empty column nothing.
-    fn compare_film_ratios(&self) -> Comparison {
-        let mut comparison = Comparison::default();
-        for run in self.wet_with_film_ratio() {
-            let setting = RowSetting {
-                particle: self.particle[run],
-                liquid: Some(self.liquid[run]),
-                diameter: self.diameter[run],
-                film: self.film[run],
-            };
-            let ratio = self.film_ratio[run] / self.own_film_ratio(run);
-            if ratio > 0.0 && ratio.is_finite() {
-                comparison.add(self.row[run], setting, ratio);
-            }
-        }
-        comparison
-    }
-
-    /// Adds some runs of another part of the table, of which so many rows come before.
-    pub fn extend(&mut self, part: &RunsAsRead, runs: impl Iterator<Item = usize>, rows_before: u32) {
-        for run in runs {
-            if !part.errors.is_empty() {
-                self.push_error(part.errors.error(run));
-            } else if !self.errors.is_empty() {
-                self.push_error(RunError::default());
-            }
-            self.particle.push(part.particle[run]);
-            self.liquid.push(part.liquid[run]);
-            self.diameter.push(part.diameter[run]);
-            self.film.push(part.film[run]);
-            self.impact_speed.push(part.impact_speed[run]);
-            self.restitution.push(part.restitution[run]);
-            self.film_ratio.extend(part.film_ratio.get(run));
-            self.row.push(rows_before.saturating_add(part.row[run]));
-            self.count.extend(part.count.get(run));
-            self.stuck.extend(part.stuck.get(run));
+/// Compares the column of film ratios with film over diameter.
+fn compare_film_ratios(runs: &[ReadRun]) -> Comparison {
+    let mut comparison = Comparison::default();
+    for (run, nominal) in nominal_film_ratios(runs) {
+        let ratio = nominal / run.own_film_ratio();
+        if ratio > 0.0 && ratio.is_finite() {
+            comparison.add(run.row, run.setting, ratio);
         }
     }
-
-    /// Adds the error of the run that is added next; those before it have none unless they have theirs.
-    fn push_error(&mut self, error: RunError) {
-        if self.errors.is_empty() {
-            self.errors = MeasurementErrors::none(self.restitution.len());
-        }
-        self.errors.push(error);
-    }
+    comparison
 }
 
 /// How the values of a column of film ratios stand beside the films.
@@ -247,10 +176,10 @@ pub(super) enum Gathering<'a> {
     /// all are held
     Whole,
     /// they are given away a block after the other; what is left over remains
-    Blocks(&'a mut (dyn FnMut(RunsAsRead) + Send)),
+    Blocks(&'a mut (dyn FnMut(Vec<ReadRun>) + Send)),
 }
 
-/// Rows of the longest table that is read whole where the scene's model needs every run: some 2 GB.
+/// Rows of the longest table that is read whole where the scene's model needs every run: some 3 GB.
 const MOST_WHOLE: usize = 10_000_000;
 
 /// What is wrong with so many rows, where the scene's model needs every run.
@@ -274,8 +203,8 @@ impl Gathering<'_> {
     /// Gives away what was gathered, where that is enough.
     pub fn after(&mut self, collected: &mut Collected) {
         if let Gathering::Blocks(take) = self {
-            if collected.columns.restitution.len() >= BLOCK {
-                take(std::mem::take(&mut collected.columns));
+            if collected.in_use.len() >= BLOCK {
+                take(std::mem::take(&mut collected.in_use));
             }
         }
     }
@@ -284,7 +213,8 @@ impl Gathering<'_> {
 /// A whole file, collected.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Collected {
-    pub columns: RunsAsRead,
+    /// the runs that are not left out, in the order of the file
+    pub in_use: Vec<ReadRun>,
     pub rows: usize,
     /// whether the table has a column of nominal film ratios
     pub has_film_ratio: bool,
@@ -322,18 +252,16 @@ impl Collected {
     }
 
     /// Counts the next row, which stands on this line; before it is excluded or pushed.
-    #[inline]
     pub fn count(&mut self, line: u64, label: Option<&str>) {
         self.rows += 1;
         self.lines.push(self.rows, line, label);
     }
 
     /// Adds the run of the row that was counted last.
-    #[inline]
     pub fn push(&mut self, row: &CheckedRow, scene: &Scene) {
         for (comparison, ratio) in self.told_twice.iter_mut().zip(row.ratios) {
             if let Some(ratio) = ratio {
-                comparison.add(short(self.rows), row.setting, ratio);
+                comparison.add(short(self.rows), row.run.setting, ratio);
             }
         }
         let runs = row.mean_of.map_or(1, |mean| mean.runs as usize);
@@ -341,38 +269,25 @@ impl Collected {
             self.averaged[0] += 1;
             self.averaged[1] += runs;
         }
-        if let Some(reason) = screen(row, scene) {
+        if let Some(reason) = screen(&row.run, scene) {
             self.screened[reason as usize] += runs;
             return;
         }
         match row.mean_of {
             // beyond, the table is refused
             Some(mean) if self.averaged[1] <= MOST_AVERAGED => {
-                for restitution in mean.restitutions(row.restitution) {
-                    self.push_run(&CheckedRow { restitution, ..*row });
+                for restitution in mean.restitutions(row.run.restitution) {
+                    self.push_run(ReadRun { restitution, ..row.run });
                 }
             }
-            _ => self.push_run(row),
+            _ => self.push_run(row.run),
         }
     }
 
-    #[inline]
-    fn push_run(&mut self, row: &CheckedRow) {
-        self.above_one += usize::from(row.restitution > 1.0);
-        let columns = &mut self.columns;
-        if row.errors != RunError::default() || !columns.errors.is_empty() {
-            columns.push_error(row.errors);
-        }
-        columns.particle.push(row.setting.particle);
-        columns.liquid.push(row.setting.liquid.unwrap_or(RunsAsRead::NO_LIQUID));
-        columns.diameter.push(row.setting.diameter);
-        columns.film.push(row.setting.film);
-        columns.impact_speed.push(row.impact_speed);
-        columns.restitution.push(row.restitution);
-        columns.row.push(short(self.rows));
-        if self.has_film_ratio {
-            columns.film_ratio.push(row.film_ratio.unwrap_or(f64::NAN));
-        }
+    fn push_run(&mut self, run: ReadRun) {
+        self.above_one += usize::from(run.restitution > 1.0);
+        let row = short(self.rows);
+        self.in_use.push(ReadRun { row, ..run });
     }
 
     /// Counts the row that was counted last under those whose label says that they are no runs.
@@ -433,8 +348,7 @@ impl Collected {
         let of_part = part.averaged.iter().chain(&part.screened);
         counts.zip(of_part).for_each(|(all, own)| *all += own);
         if self.averaged[1] <= MOST_AVERAGED {
-            let runs = 0..part.columns.restitution.len();
-            self.columns.extend(&part.columns, runs, rows_before);
+            self.in_use.extend(part.in_use.iter().map(|run| run.after(rows_before)));
         }
         self.lines.extend(&part.lines, self.rows);
         self.rows += part.rows;
@@ -481,8 +395,7 @@ impl Collected {
 
     /// Says that the scene names liquids and no run in use has one.
     pub fn liquids_without_runs(&self, scene: &Scene) -> Option<Remark> {
-        let is_wet = |liquid: &u32| *liquid != RunsAsRead::NO_LIQUID;
-        if scene.liquids.is_empty() || self.columns.liquid.iter().any(is_wet) {
+        if scene.liquids.is_empty() || self.in_use.iter().any(|run| run.setting.liquid.is_some()) {
             return None;
         }
         let names: Vec<&str> = scene.liquids.iter().map(|liquid| liquid.name.as_str()).collect();
@@ -497,7 +410,7 @@ impl Collected {
         let each = TOLD_TWICE.into_iter().zip(names).zip(&self.told_twice);
         let before = short(rows_before);
         let speeds = each.filter_map(|((columns, names), comparison)| comparison.of(columns, names, before));
-        let films = self.columns.compare_film_ratios();
+        let films = compare_film_ratios(&self.in_use);
         let columns = [RunColumn::FilmRatio, RunColumn::Film];
         speeds
             .chain(films.of(columns, self.remarks.films.clone(), before))
@@ -542,14 +455,14 @@ impl Collected {
     /// Takes film ratios that are each run's own δ/D for no nominal ones, and says so; says as well where there are as many of
     /// them as if they were. Films whose δ/D lies no further apart than `gap` would be one group.
     pub fn drop_own_film_ratios(&mut self, gap: f64) -> Option<Remark> {
-        let found = self.columns.film_ratio_values(gap)?;
+        let found = film_ratio_values(&self.in_use, gap)?;
         if !found.are_no_nominal_ones() {
             return found
                 .are_many()
                 .then(|| many_film_ratios(&found, &self.remarks.films[0]));
         }
         let runs = found.runs;
-        self.columns.film_ratio.clear();
+        self.in_use.iter_mut().for_each(|run| run.film_ratio = None);
         let text = format!(
             "the column film_ratio holds the own δ/D of each of {runs} wet runs and no nominal film ratio: it is not used, and \
              film groups are found from the films"

@@ -15,9 +15,7 @@ use crate::units::{names_in_words, Unit};
 
 /// What a cell holds without the blanks around it; `None` where it is missing.
 pub(super) fn present(cell: &str) -> Option<&str> {
-    // most cells start and end with a letter or digit, and then need no trimming
-    let is_tight = matches!(cell.as_bytes(), [first, .., last] if first.is_ascii_graphic() && last.is_ascii_graphic());
-    let text = if is_tight { cell } else { cell.trim() };
+    let text = cell.trim();
     (!text.is_empty() && text != MISSING).then_some(text)
 }
 

@@ -55,8 +55,8 @@ impl<R: Read> Records<R> {
     pub fn header(&mut self, header_row: Option<u64>) -> Result<Header, Vec<Problem>> {
         let mut header = self.names(header_row)?;
         if let Some(below) = self.next_record()? {
-            if below.width() == header.names.len() && is_row_of_units(below.cells()) {
-                header.units = below.cells().map(str::to_owned).collect();
+            if below.cells.len() == header.names.len() && is_row_of_units(below.cells.iter().copied()) {
+                header.units = below.texts();
             } else {
                 self.put_back();
             }
@@ -71,17 +71,17 @@ impl<R: Read> Records<R> {
         while let Some(record) = self.next_record()? {
             if record.line < first {
                 above.truncate(MOST_ABOVE);
-                above.push(record.cells().map(str::to_owned).collect());
+                above.push(record.texts());
                 continue;
             }
             if header_row.is_some_and(|row| record.line > row) {
                 let found = format!("line {first} is blank");
                 return Err(vec![whole_file(&found, "the names of columns where `header_row` says")]);
             }
-            if record.width() > MOST_COLUMNS {
-                return Err(vec![too_many_columns(record.width(), Some(record.line))]);
+            if record.cells.len() > MOST_COLUMNS {
+                return Err(vec![too_many_columns(record.cells.len(), Some(record.line))]);
             }
-            let names = record.cells().map(|cell| cell.trim().to_owned()).collect();
+            let names = record.cells.iter().map(|cell| cell.trim().to_owned()).collect();
             return Ok(Header {
                 line: Some(record.line),
                 ..Header::of(&above, names)
@@ -98,7 +98,7 @@ impl<R: Read> Records<R> {
             let Some(record) = self.next_record()? else {
                 break;
             };
-            rows.push((record.line, record.cells().map(str::to_owned).collect()));
+            rows.push((record.line, record.texts()));
         }
         Ok(rows)
     }
@@ -108,7 +108,7 @@ impl<R: Read> Records<R> {
         let mut survey = Survey::new(self.header(header_row)?);
         while let Some(record) = self.next_record()? {
             if !record.is_empty() {
-                survey.add(record.line, record.cells().map(Some));
+                survey.add(record.line, record.cells.iter().copied());
             }
         }
         Ok(survey)
@@ -144,20 +144,20 @@ impl<R: Read> Records<R> {
                 let problem = bad_row(line, "empty cells only", "a run, or no line at all");
                 rows.refusals.other(problem);
             }
-            let (line, cells) = (record.line, record.width());
+            let (line, cells) = (record.line, record.cells.len());
             if cells != width {
                 let problem = other_width(line, cells, width, record.has_line_ends());
                 rows.refusals.other(problem);
                 continue;
             }
-            if let Some(cell) = record.cells().find(|cell| holds_a_row(cell, separator, width)) {
+            if let Some(cell) = record.cells.iter().find(|cell| holds_a_row(cell, separator, width)) {
                 let found = quoted(cell.lines().next().unwrap_or_default());
                 let expected = "a cell without rows in it: is a quote not closed?";
                 rows.refusals.other(bad_row(line, &found, expected));
                 continue;
             }
-            rows.add(CellPlace::Line(line), record.cells(), |place| {
-                record.cell(place.index).map(Cell::Text)
+            rows.add(CellPlace::Line(line), record.cells.iter().copied(), |place| {
+                record.cells.get(place.index).copied().map(Cell::Text)
             });
             gathering.after(&mut rows.collected);
         }

@@ -1,7 +1,7 @@
 //! Holds the measurement errors of runs: of the impact speed, and of the restitution beyond what it shares with that.
 
 /// What the measurement of one run errs by.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct RunError {
     /// s_v, m/s
     pub impact_speed_sd: f64,
@@ -17,7 +17,7 @@ pub(crate) struct RunError {
 /// u² + (e s_v/v)² and its covariance with v is −e s_v²/v. About a law m(v) it then scatters by
 /// τ² = u² + s_v² (m/v + ∂m/∂v)²; where the errors of v and v_r are correlated, by −2 ρ u s_v (m/v + ∂m/∂v) more, with
 /// u = s_r/v.
-#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct MeasurementErrors {
     /// s_v, m/s
     pub impact_speed_sd: Vec<f64>,
@@ -28,18 +28,12 @@ pub struct MeasurementErrors {
 }
 
 impl MeasurementErrors {
-    /// The errors of as many runs, none of them with any.
-    pub(super) fn none(runs: usize) -> MeasurementErrors {
-        MeasurementErrors {
-            impact_speed_sd: vec![0.0; runs],
-            restitution_sd: vec![0.0; runs],
-            speed_correlation: vec![],
-        }
-    }
-
-    /// Whether it holds no run.
-    pub(super) fn is_empty(&self) -> bool {
-        self.impact_speed_sd.is_empty()
+    /// The errors of some runs; `None` where none of them carries any.
+    pub(super) fn of_runs(errors: impl Iterator<Item = RunError> + Clone) -> Option<MeasurementErrors> {
+        let mut all = MeasurementErrors::default();
+        let carries_any = errors.clone().any(|error| error != RunError::default());
+        errors.for_each(|error| all.push(error));
+        carries_any.then_some(all)
     }
 
     /// Adds a run.

@@ -1,6 +1,6 @@
 //! Matches the header of a table with the columns it may have, whatever their units, and reads the cells below by these.
 
-use super::cells::{each_row, TextRow};
+use super::cells::{text_rows, TextRow};
 use super::columns::{present, ColumnPlace};
 use super::csv::other_width;
 use super::decimals::Decimals;
@@ -40,15 +40,14 @@ impl Column {
 /// A row: its line from 1, and its cells.
 pub(crate) type Row<'r> = (u64, &'r [&'r str]);
 
-/// The columns of a table, each named by its place in those that were wanted, and what is wrong with its cells.
+/// The columns of a table, each called by its name without a unit, and what is wrong with its cells.
 pub(crate) struct Fields {
     wanted: &'static [Column],
-    /// where each stands; empty before a header is found
+    /// where each of them stands; empty before a header is found
     columns: Vec<Option<ColumnPlace>>,
     /// names that nobody reads
     unread: Vec<String>,
-    /// by the places of columns among those that were wanted
-    decimals: Decimals<usize>,
+    decimals: Decimals<&'static str>,
     /// cells of the header
     width: usize,
     problems: Vec<Problem>,
@@ -64,28 +63,17 @@ pub(crate) fn rows_by_fields<T>(
 ) -> Result<(Fields, Vec<T>), Error> {
     let mut fields = Fields::new(wanted);
     let mut all = vec![];
-    each_row(file, |row| {
-        if !fields.are_found() {
-            let names: Vec<String> = row.cells.iter().map(|cell| (*cell).to_owned()).collect();
-            return fields.find(&names, row.line);
-        }
+    let (header, rows) = text_rows(file)?;
+    let found = fields.find(&header.cells, header.line);
+    found.map_err(|problems| Error::input(&file.shown(), problems))?;
+    for row in &rows {
         if let Some(cells) = fields.cells(row, false) {
             let before = fields.problems.len();
             let read = read(&mut fields, (row.line, &cells));
             all.extend(read.filter(|_| fields.problems.len() == before));
         }
-        Ok(())
-    })?;
+    }
     Ok((fields, all))
-}
-
-/// What a row is of: particle, liquid, diameter and film, by their places in the columns that were wanted.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SettingFields {
-    pub particle: usize,
-    pub liquid: usize,
-    pub diameter: usize,
-    pub film: usize,
 }
 
 /// What a sphere falls on, as a row gives it; lengths in m.
@@ -161,14 +149,9 @@ impl Fields {
         Ok(())
     }
 
-    /// Whether a header was found.
-    pub fn are_found(&self) -> bool {
-        !self.columns.is_empty()
-    }
-
     /// As many cells of a row as the header has; `None`, and a problem, of one that has others. Where words follow numbers, a
     /// row that goes on with empty cells may as well be shifted by a decimal comma; else it `may_end_blank`.
-    pub fn cells<'r>(&mut self, row: TextRow<'r>, may_end_blank: bool) -> Option<Vec<&'r str>> {
+    pub fn cells<'r>(&mut self, row: &'r TextRow, may_end_blank: bool) -> Option<Vec<&'r str>> {
         let (found, width) = (row.cells.len(), self.width);
         let ends_blank = || row.cells.iter().skip(width).all(|cell| cell.trim().is_empty());
         let fits = match row.is_of_sheet {
@@ -176,23 +159,24 @@ impl Fields {
             false => found == width || found > width && may_end_blank && ends_blank(),
         };
         if !fits {
-            let goes_on = |cell: &&str| cell.contains(['\n', '\r']);
+            let goes_on = |cell: &String| cell.contains(['\n', '\r']);
             let has_line_ends = !row.is_of_sheet && row.cells.iter().any(goes_on);
             self.problems.push(other_width(row.line, found, width, has_line_ends));
             return None;
         }
-        let mut cells = row.cells.to_vec();
+        let mut cells: Vec<&str> = row.cells.iter().map(String::as_str).collect();
         cells.resize(width, "");
         Some(cells)
     }
 
     /// Whether the table has a column.
-    pub fn has(&self, field: usize) -> bool {
+    pub fn has(&self, field: &str) -> bool {
         self.column(field).is_some()
     }
 
-    fn column(&self, field: usize) -> Option<&ColumnPlace> {
-        self.columns.get(field)?.as_ref()
+    fn column(&self, field: &str) -> Option<&ColumnPlace> {
+        let at = self.wanted.iter().position(|column| column.base == field)?;
+        self.columns.get(at)?.as_ref()
     }
 
     /// The cells of a row in the columns that were found.
@@ -208,14 +192,14 @@ impl Fields {
     }
 
     /// A word; `None` where it is missing.
-    pub fn word<'c>(&self, field: usize, cells: &[&'c str]) -> Option<&'c str> {
+    pub fn word<'c>(&self, field: &str, cells: &[&'c str]) -> Option<&'c str> {
         present(cells.get(self.column(field)?.index)?)
     }
 
     /// A number in SI; `None` where it is missing, and a problem where it is none that `check` takes in its unit.
     pub fn checked_number(
         &mut self,
-        field: usize,
+        field: &'static str,
         (line, cells): Row,
         check: impl Fn(f64, &Unit) -> Result<f64, String>,
     ) -> Option<f64> {
@@ -233,7 +217,7 @@ impl Fields {
     }
 
     /// A number above zero in SI; `None` where it is missing, and a problem where it is none.
-    pub fn number(&mut self, field: usize, row: Row) -> Option<f64> {
+    pub fn number(&mut self, field: &'static str, row: Row) -> Option<f64> {
         self.checked_number(field, row, |number, unit| {
             let value = unit.to_si(number);
             if number <= 0.0 {
@@ -247,44 +231,42 @@ impl Fields {
     }
 
     /// A number that must be there; a problem where it is not, `why` following what was expected.
-    fn needed_number(&mut self, field: usize, row: Row, why: &str) -> Option<f64> {
+    fn needed_number(&mut self, field: &'static str, row: Row, why: &str) -> Option<f64> {
         let before = self.problems.len();
         let number = self.number(field, row);
         if number.is_none() && self.problems.len() == before {
-            let place = self.wanted[field].base;
-            self.problem(row.0, place, None, format!("expected a number above 0{why}"));
+            self.problem(row.0, field, None, format!("expected a number above 0{why}"));
         }
         number
     }
 
     /// The name of a particle or a liquid; a problem where it may not be one.
-    fn name<'c>(&mut self, field: usize, (line, cells): (u64, &[&'c str])) -> Option<&'c str> {
+    fn name<'c>(&mut self, field: &str, (line, cells): (u64, &[&'c str])) -> Option<&'c str> {
         let name = self.word(field, cells)?;
         if !name_is_allowed(name) {
-            let place = self.wanted[field].base;
-            self.problem(line, place, Some(name), format!("expected {NAME_RULE}"));
+            self.problem(line, field, Some(name), format!("expected {NAME_RULE}"));
         }
         Some(name)
     }
 
     /// Particle, liquid, diameter and film; the film of a dry plate is not read. `None`, and a problem, without a particle.
-    pub fn setting<'c>(&mut self, of: SettingFields, (line, cells): (u64, &'c [&'c str])) -> Option<RowOfSetting<'c>> {
+    pub fn setting<'c>(&mut self, (line, cells): (u64, &'c [&'c str])) -> Option<RowOfSetting<'c>> {
         let row = (line, cells);
-        let Some(particle) = self.name(of.particle, row) else {
+        let Some(particle) = self.name("particle", row) else {
             self.problem(line, "particle", None, format!("expected {NAME_RULE}"));
             return None;
         };
-        let named = self.name(of.liquid, row);
+        let named = self.name("liquid", row);
         let has_film = self
-            .word(of.film, cells)
+            .word("film", cells)
             .is_some_and(|film| film.replace(',', ".").parse() != Ok(0.0));
         if named.is_none() && has_film {
             let expected = format!("expected the name of a liquid, or `{DRY}`, beside a film");
             self.problem(line, "liquid", None, expected);
         }
         let liquid = named.filter(|liquid| !liquid.eq_ignore_ascii_case(DRY));
-        let diameter = self.needed_number(of.diameter, row, "");
-        let film = liquid.and_then(|_| self.needed_number(of.film, row, ", since there is a liquid"));
+        let diameter = self.needed_number("diameter", row, "");
+        let film = liquid.and_then(|_| self.needed_number("film", row, ", since there is a liquid"));
         Some(RowOfSetting {
             particle,
             liquid,

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::classes::{mean_of_cells, Cell, Cells, Grid};
-use super::collect::RunsAsRead;
+use super::read_run::ReadRun;
 use crate::scene::Scene;
 
 /// A run belongs to the nearest of the scene's nominal film ratios if it lies no further off than this share of it.
@@ -91,8 +91,6 @@ pub(super) fn mean_by_count(values: &[f64], counts: &[f64]) -> f64 {
 
 /// Film-ratio groups of each particle: by the nominal ratios of the file, else by those of the scene, else by gaps in δ/D.
 pub(super) struct FilmClasses {
-    /// whether the file has nominal ratios
-    by_column: bool,
     /// the groups of each particle, in increasing order
     groups: Vec<Vec<FilmClass>>,
 }
@@ -108,25 +106,21 @@ struct FilmClass {
 
 impl FilmClasses {
     /// The film ratios of the wet runs of each particle in a part of a table: the nominal ones, where the file has them.
-    pub(super) fn cells(columns: &RunsAsRead, scene: &Scene) -> Vec<Cells> {
+    pub(super) fn cells(runs: &[ReadRun], by_column: bool, scene: &Scene) -> Vec<Cells> {
         /// cells in which a gap is seen whole
         const CELLS_OF_GAP: f64 = 8.0;
         /// of what lies far from nominal film ratios only the mean is asked for
         const SHARE: f64 = 1e-4;
         let data = &scene.data;
-        let by_column = !columns.film_ratio.is_empty();
         let grid = match data.film_ratios.as_slice() {
             _ if by_column => Grid::Exact,
             [] => Grid::Steps(data.film_ratio_gap / CELLS_OF_GAP),
             _ => Grid::Shares(SHARE),
         };
         let mut ratios: Vec<Vec<f64>> = vec![vec![]; scene.particles.len()];
-        for row in 0..columns.restitution.len() {
-            if columns.liquid[row] == RunsAsRead::NO_LIQUID {
-                continue;
-            }
-            let of_particle = &mut ratios[columns.particle[row] as usize];
-            let ratio = ratio_of(columns, row, by_column);
+        for run in runs.iter().filter(|run| run.setting.liquid.is_some()) {
+            let of_particle = &mut ratios[run.setting.particle as usize];
+            let ratio = ratio_of(run);
             // nominal ratios come in blocks: no need to keep each
             if !(by_column && of_particle.last() == Some(&ratio)) {
                 of_particle.push(ratio);
@@ -144,7 +138,6 @@ impl FilmClasses {
             nominal => split_by_nominal(cells.all(), nominal),
         };
         FilmClasses {
-            by_column,
             groups: cells.iter().map(of_particle).collect(),
         }
     }
@@ -170,20 +163,17 @@ impl FilmClasses {
     }
 
     /// The group of a wet run, by its place among those of its particle.
-    pub(super) fn of(&self, columns: &RunsAsRead, row: usize) -> u32 {
-        let ratio = ratio_of(columns, row, self.by_column);
-        let classes = &self.groups[columns.particle[row] as usize];
+    pub(super) fn of(&self, run: &ReadRun) -> u32 {
+        let ratio = ratio_of(run);
+        let classes = &self.groups[run.setting.particle as usize];
         let group = classes.partition_point(|class| class.lower_end <= ratio);
         group.saturating_sub(1) as u32
     }
 }
 
-fn ratio_of(columns: &RunsAsRead, row: usize, by_column: bool) -> f64 {
-    if by_column {
-        columns.film_ratio[row]
-    } else {
-        columns.film[row] / columns.diameter[row]
-    }
+/// The nominal film ratio of a wet run, in a table that has none its own δ/D.
+fn ratio_of(run: &ReadRun) -> f64 {
+    run.film_ratio.unwrap_or_else(|| run.own_film_ratio())
 }
 
 /// Splits ratios at gaps; a group's film ratio is the mean of its own.

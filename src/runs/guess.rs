@@ -212,7 +212,7 @@ mod tests {
             ..Header::default()
         });
         for cell in cells {
-            survey.add(2, [Some(*cell)]);
+            survey.add(2, [*cell]);
         }
         let guess = guess(&survey.columns[0], |_| true).ok()?;
         Some((

@@ -2,9 +2,7 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
-use super::collect::RunsAsRead;
+use super::read_run::ReadRun;
 use super::series::{self, ClassCells, Impacts, Runs, Series};
 use crate::physics::balance::Impact;
 use crate::physics::dry::speed_root;
@@ -14,14 +12,14 @@ use crate::physics::{DrySpeed, Form, Setting};
 use crate::scene::Scene;
 
 /// Orders the runs of a table by series, and computes of each what the physics reads.
-pub(super) fn arrange(columns: RunsAsRead, scene: &Scene) -> Runs {
-    let cells = ClassCells::of(&columns, scene);
-    arrange_part(columns, &cells, scene)
+pub(super) fn arrange(read: Vec<ReadRun>, scene: &Scene) -> Runs {
+    let cells = ClassCells::of(&read, scene);
+    arrange_part(read, &cells, scene)
 }
 
 /// The same of a part of the table whose classes are these.
-pub(super) fn arrange_part(columns: RunsAsRead, cells: &ClassCells, scene: &Scene) -> Runs {
-    let mut runs = series::arrange(columns, cells, scene);
+pub(super) fn arrange_part(read: Vec<ReadRun>, cells: &ClassCells, scene: &Scene) -> Runs {
+    let mut runs = series::arrange(read, cells, scene);
     runs.compute_impacts(scene);
     runs
 }
@@ -30,28 +28,24 @@ impl Runs {
     /// Computes the columns of [`Impacts`](super::Impacts): once where runs are arranged, and again where constants of the scene or films
     /// were changed.
     pub fn compute_impacts(&mut self, scene: &Scene) {
+        // where all speeds are scaled, k v^(1/5) stays what the dry runs tell: roots that are known stay
         let known = std::mem::take(&mut self.impacts.speed_root);
-        let speed_root = || match known.len() == self.len() {
+        let speed_root = match known.len() == self.len() {
             true => known,
-            false => speed_roots(&self.impact_speed),
+            false => self.impact_speed.iter().map(|speed| speed_root(*speed)).collect(),
         };
-        let of_films = || {
-            let ratio = |(film, diameter): (&f64, &f64)| film / diameter;
-            let film_ratio = self.film.iter().zip(&self.diameter).map(ratio).collect();
-            let mut over_stokes = vec![0.0; self.len()];
-            for series in &self.series {
-                for run in series.runs() {
-                    let stokes = self.setting(scene, series, run).stokes(self.impact_speed[run]);
-                    over_stokes[run] = slope_lubrication_log(stokes);
-                }
+        let mut over_stokes = vec![0.0; self.len()];
+        for series in &self.series {
+            for run in series.runs() {
+                let stokes = self.setting(scene, series, run).stokes(self.impact_speed[run]);
+                over_stokes[run] = slope_lubrication_log(stokes);
             }
-            (over_stokes, film_ratio)
-        };
-        let (speed_root, (over_stokes, film_ratio)) = rayon::join(speed_root, of_films);
+        }
+        let ratio = |(film, diameter): (&f64, &f64)| film / diameter;
         self.impacts = Impacts {
             speed_root,
             over_stokes,
-            film_ratio,
+            film_ratio: self.film.iter().zip(&self.diameter).map(ratio).collect(),
         };
     }
 
@@ -65,23 +59,6 @@ impl Runs {
     pub fn setting(&self, scene: &Scene, series: &Series, run: usize) -> Setting {
         scene.setting(series.particle, series.liquid, self.diameter[run], self.film[run])
     }
-}
-
-/// The fifth root of each speed: neighbours often share one, and a root costs more than all else that is read of it.
-fn speed_roots(speeds: &[f64]) -> Vec<f64> {
-    /// speeds of one task
-    const CHUNK: usize = 1 << 14;
-    let mut roots = speeds.to_vec();
-    roots.par_chunks_mut(CHUNK).for_each(|chunk| {
-        let (mut speed, mut root) = (f64::NAN, f64::NAN);
-        for of in chunk {
-            if *of != speed {
-                (speed, root) = (*of, speed_root(*of));
-            }
-            *of = root;
-        }
-    });
-    roots
 }
 
 impl Series {

@@ -1,8 +1,5 @@
 //! Knows the words by which a table marks a row as the mean, the total or the spread of others.
 
-use std::collections::HashMap;
-use std::sync::LazyLock;
-
 use super::words::is_among;
 
 /// What a label says that a row is.
@@ -20,12 +17,6 @@ const MEANS: &str =
 const OTHERS: &str =
     "total totals sum subtotal std stdev stddev sd rms σ cv var variance varianz min max stdabw summe gesamt \
      standardabweichung stabw écart ecart somme suma totale desviación median";
-
-/// Each of these: it is asked for in many cells.
-static LABELS: LazyLock<HashMap<&str, Label>> = LazyLock::new(|| {
-    let of = |list: &'static str, label: Label| list.split(' ').map(move |word| (word, label));
-    of(MEANS, Label::Mean).chain(of(OTHERS, Label::Other)).collect()
-});
 
 /// What may follow such a word, besides numbers and single letters, without making a remark of it.
 const AFTER: &str =
@@ -51,12 +42,15 @@ pub(super) fn label(cell: &str) -> Option<Label> {
         .filter(|word| !word.is_empty());
     let first = words.by_ref().find(|word| !is_among(BEFORE, word))?;
     let first = first.trim_end_matches(|c: char| c.is_ascii_digit());
-    let label = *LABELS.get(first)?;
+    let is_of_mean = is_among(MEANS, first);
+    if !is_of_mean && !is_among(OTHERS, first) {
+        return None;
+    }
     let is_remark = words.any(|word| {
         let is_counted = word.chars().all(|c| c.is_ascii_digit()) || word.chars().count() == 1;
         !is_counted && !is_among(AFTER, word)
     });
-    (!is_remark).then_some(label)
+    (!is_remark).then_some(if is_of_mean { Label::Mean } else { Label::Other })
 }
 
 /// Whether a cell counts rows, as the `n = 12` below a column of names does.

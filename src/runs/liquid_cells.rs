@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::raw_row::{bad_cell, BadCell};
+use super::read_run::ReadRun;
 use super::refusals::CellPlace;
-use super::row::CheckedRow;
 use crate::scene::{RunColumn, DRY};
 
 /// The cells of a column of liquids, as far as they were read.
@@ -144,12 +144,12 @@ impl LiquidCells {
     }
 
     /// Takes what was measured in the row of the last cell.
-    pub fn measured(&mut self, row: &CheckedRow) {
+    pub fn measured(&mut self, run: &ReadRun) {
         if self.row == Row::Wet {
             return;
         }
-        let (ln_speed, loss) = (row.impact_speed.ln(), 1.0 - row.restitution);
-        let particle = row.setting.particle;
+        let (ln_speed, loss) = (run.impact_speed.ln(), 1.0 - run.restitution);
+        let particle = run.setting.particle;
         if self.row == Row::Dry {
             self.dry.entry(particle).or_default().add(ln_speed, loss);
         } else if let Some(block) = self.blocks.last_mut().filter(|_| self.is_kept) {
@@ -195,7 +195,7 @@ impl LiquidCells {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runs::told_twice::RowSetting;
+    use crate::runs::read_run::RowSetting;
 
     /// The line of the first doubt, in a column of liquids with `_` for an empty cell; `+` says that a film stands beside it, `w`
     /// that the run loses as much as a wet one, `t` as one in a thin film.
@@ -222,20 +222,15 @@ mod tests {
         seen.doubt().map(|(at, _)| at.number())
     }
 
-    fn checked(impact_speed: f64, restitution: f64) -> CheckedRow {
-        CheckedRow {
+    fn checked(impact_speed: f64, restitution: f64) -> ReadRun {
+        ReadRun {
             setting: RowSetting {
-                particle: 0,
-                liquid: None,
                 diameter: 4e-3,
-                film: 0.0,
+                ..RowSetting::default()
             },
             impact_speed,
             restitution,
-            film_ratio: None,
-            errors: Default::default(),
-            mean_of: None,
-            ratios: Default::default(),
+            ..ReadRun::default()
         }
     }
 

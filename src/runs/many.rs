@@ -10,10 +10,12 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::collect::{Collected, RunsAsRead, CONDENSED_RUNS};
+use super::collect::{Collected, CONDENSED_RUNS};
+use super::errors::RunError;
 use super::film_groups::FilmGroup;
 use super::impacts::arrange_part;
 use super::pieces::{Piece, Pieces};
+use super::read_run::{ReadRun, RowSetting};
 use super::series::{ClassCells, DryGroup, Runs, Series};
 use super::slabs::Slabs;
 use super::source::TableSource;
@@ -38,10 +40,7 @@ const MOST_WAITING: usize = 500_000;
 /// Pieces that a process reads at the same time, at most.
 const PIECES_AT_ONCE: usize = 4;
 
-/// What stands for pieces is exchanged in at most so many parts.
-const MOST_UNITS: usize = 256;
-
-/// At most so many of which are exchanged at once: some fifteen megabytes each.
+/// What stands for so many pieces is exchanged at once, at most: some fifteen megabytes each.
 const MOST_EXCHANGED: u64 = 64;
 
 /// What a piece says at the first reading.
@@ -74,18 +73,13 @@ pub fn read_any_number(scene: &Scene, most_kept: usize, ranks: &Ranks) -> Result
 fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> Result<Option<Table>, Error> {
     let share = MOST_SAMPLED as f64 / pieces.rows as f64;
     let tables = &scene.data.runs;
-    let own_pieces = ranks.own(pieces.all.len() as u64);
-    let own_tables = ranks.own(tables.len() as u64);
-    let (outlines, hashes) = rayon::join(
-        || few_at_once(&own_pieces, |piece| outline(scene, pieces, piece, share)),
-        || {
-            let own = own_tables.iter().map(|file| tables[*file as usize].path.as_path());
-            own.map(|path| TableSource::open(path)?.sha256(path)).collect()
-        },
-    );
-    let hashes: Result<Vec<String>, Error> = hashes;
-    let outlines = ranks.gather(pieces.all.len() as u64, |_| outlines)?;
-    let hashes = ranks.gather(tables.len() as u64, |_| hashes)?;
+    let outlines = ranks.gather(pieces.all.len() as u64, |own| {
+        few_at_once(&own, |piece| outline(scene, pieces, piece, share))
+    })?;
+    let hashes = ranks.gather(tables.len() as u64, |own| {
+        let own = own.iter().map(|file| tables[*file as usize].path.as_path());
+        own.map(|path| TableSource::open(path)?.sha256(path)).collect()
+    })?;
     if outlines
         .iter()
         .any(|outline| outline.is_whole || outline.collected.rows == 0)
@@ -106,7 +100,7 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
         joined.add((collected, hash), table)?;
     }
     let (collected, mut table) = joined.finish(scene)?;
-    let mut sample = arrange_part(collected.columns, &cells, scene);
+    let mut sample = arrange_part(collected.in_use, &cells, scene);
     sample.places = std::mem::take(&mut table.runs.places);
     check_spheres(scene, &sample.spheres)?;
     let slabs = Slabs::of(&sample, scene.data.smallest_restitution);
@@ -116,8 +110,6 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
         slabs: &slabs,
     };
     let columns = condensing.all(pieces, ranks)?;
-    // the hash was taken beside the first reading
-    pieces.check_unchanged(scene)?;
     let mut runs = arrange_part(columns, &cells, scene);
     runs.places = Arc::clone(&sample.places);
     runs.film_groups.iter_mut().for_each(|group| group.measure_by(&sample));
@@ -156,21 +148,20 @@ fn few_at_once<T: Send>(pieces: &[u64], of_piece: impl Fn(u64) -> Result<T, Erro
 /// What one piece says at the first reading.
 fn outline(scene: &Scene, pieces: &Pieces, piece: u64, share: f64) -> Result<Outline, Error> {
     let mut outline = Outline::default();
-    let mut sample = RunsAsRead::default();
+    let mut sample = vec![];
     let mut before = 0u64;
-    let mut take = |block: RunsAsRead| {
-        outline.is_whole |= !block.errors.is_empty();
+    let mut take = |block: Vec<ReadRun>| {
+        outline.is_whole |= block.iter().any(|run| run.errors != RunError::default());
         outline.cells = std::mem::take(&mut outline.cells).with(ClassCells::of(&block, scene));
-        let runs = block.restitution.len();
-        let is_sampled = |run: &usize| even(piece, before + *run as u64) < share;
-        sample.extend(&block, (0..runs).filter(is_sampled), 0);
-        before += runs as u64;
+        let sampled = (before..).zip(&block).filter(|(run, _)| even(piece, *run) < share);
+        sample.extend(sampled.map(|(_, run)| *run));
+        before += block.len() as u64;
     };
     let collected = pieces.all[piece as usize].read(scene, &mut take)?;
     // whether a word excludes the whole column tells, of which this may be a part
     outline.is_whole |= !collected.words_for_no().is_empty();
     outline.collected = collected;
-    outline.collected.columns = sample;
+    outline.collected.in_use = sample;
     Ok(outline)
 }
 
@@ -193,86 +184,86 @@ struct Condensing<'a> {
 }
 
 impl Condensing<'_> {
-    fn few(&self, columns: RunsAsRead) -> RunsAsRead {
-        let runs = arrange_part(columns, self.cells, self.scene);
+    fn few(&self, read: Vec<ReadRun>) -> Vec<ReadRun> {
+        let runs = arrange_part(read, self.cells, self.scene);
         runs.condensed_in(self.slabs).as_read(self.cells.has_film_ratio)
     }
 
     /// Those of all pieces; each rank reads some of them at a time.
-    fn all(&self, pieces: &Pieces, ranks: &Ranks) -> Result<RunsAsRead, Error> {
+    fn all(&self, pieces: &Pieces, ranks: &Ranks) -> Result<Vec<ReadRun>, Error> {
         let mut waiting = Waiting::default();
-        // how many go together does not depend on the ranks
-        let units: Vec<&[Piece]> = pieces.all.chunks(pieces.all.len().div_ceil(MOST_UNITS)).collect();
-        let all = units.len() as u64;
+        let all = pieces.all.len() as u64;
         let step = (ranks.count() * PIECES_AT_ONCE as u64).min(MOST_EXCHANGED);
         for first in (0..all).step_by(step as usize) {
             let next = ranks.gather(step.min(all - first), |own| {
-                few_at_once(&own, |place| self.of_unit(units[(first + place) as usize]))
+                few_at_once(&own, |place| self.of_piece(&pieces.all[(first + place) as usize]))
             })?;
             next.iter().for_each(|few| waiting.add(few, self));
         }
-        Ok(self.few(waiting.rows))
+        Ok(self.few(waiting.runs))
     }
 
-    fn of_unit(&self, pieces: &[Piece]) -> Result<RunsAsRead, Error> {
+    fn of_piece(&self, piece: &Piece) -> Result<Vec<ReadRun>, Error> {
         let mut waiting = Waiting::default();
-        for piece in pieces {
-            let mut take = |block: RunsAsRead| waiting.add(&self.few(block), self);
-            // what it says besides is known from the first reading
-            piece.read(self.scene, &mut take)?;
-        }
-        Ok(self.few(waiting.rows))
+        let mut take = |block: Vec<ReadRun>| waiting.add(&self.few(block), self);
+        // what it says besides is known from the first reading
+        piece.read(self.scene, &mut take)?;
+        Ok(self.few(waiting.runs))
     }
 }
 
 /// Runs that stand for others, until they are many enough for few to take their place.
 #[derive(Default)]
 struct Waiting {
-    rows: RunsAsRead,
+    runs: Vec<ReadRun>,
     /// how many were left of them when they were last put together
     few: usize,
 }
 
 impl Waiting {
     /// Adds some behind those that wait.
-    fn add(&mut self, rows: &RunsAsRead, condensing: &Condensing) {
-        self.rows.extend(rows, 0..rows.restitution.len(), 0);
+    fn add(&mut self, runs: &[ReadRun], condensing: &Condensing) {
+        self.runs.extend(runs);
         // where few are many, they are not put together again before as many have come
-        if self.rows.restitution.len() > MOST_WAITING.max(2 * self.few) {
-            self.rows = condensing.few(std::mem::take(&mut self.rows));
-            self.few = self.rows.restitution.len();
+        if self.runs.len() > MOST_WAITING.max(2 * self.few) {
+            self.runs = condensing.few(std::mem::take(&mut self.runs));
+            self.few = self.runs.len();
         }
     }
 }
 
 impl Runs {
-    /// The columns of a table again, in this order.
-    fn as_read(&self, has_film_ratio: bool) -> RunsAsRead {
-        let mut all = RunsAsRead::default();
+    /// The runs as they would be read, in this order.
+    fn as_read(&self, has_film_ratio: bool) -> Vec<ReadRun> {
+        let read = |run: usize, particle: usize, liquid: Option<u32>, film_ratio: Option<f64>| ReadRun {
+            setting: RowSetting {
+                particle: particle as u32,
+                liquid,
+                diameter: self.diameter[run],
+                film: self.film[run],
+            },
+            impact_speed: self.impact_speed[run],
+            restitution: self.restitution[run],
+            film_ratio,
+            row: self.row[run],
+            count: self.count.get(run).copied(),
+            ..ReadRun::default()
+        };
+        let mut all = Vec::with_capacity(self.len());
         for group in &self.dry {
-            for _ in group.runs() {
-                all.particle.push(group.particle as u32);
-                all.liquid.push(RunsAsRead::NO_LIQUID);
-                all.film_ratio.extend(has_film_ratio.then_some(f64::NAN));
-            }
+            all.extend(group.runs().map(|run| read(run, group.particle, None, None)));
         }
         for series in &self.series {
-            for _ in series.runs() {
-                all.particle.push(series.particle as u32);
-                all.liquid.push(series.liquid as u32);
-                all.film_ratio.extend(has_film_ratio.then_some(series.film_ratio));
+            let film_ratio = has_film_ratio.then_some(series.film_ratio);
+            let liquid = Some(series.liquid as u32);
+            all.extend(series.runs().map(|run| read(run, series.particle, liquid, film_ratio)));
+        }
+        let dry = self.dry.iter().map(DryGroup::kinds);
+        for kinds in dry.chain(self.series.iter().map(Series::kinds)) {
+            for (runs, stuck) in kinds.into_iter().zip([false, true]) {
+                all[runs].iter_mut().for_each(|run| run.stuck = Some(stuck));
             }
         }
-        all.diameter.clone_from(&self.diameter);
-        all.film.clone_from(&self.film);
-        all.impact_speed.clone_from(&self.impact_speed);
-        all.restitution.clone_from(&self.restitution);
-        all.row.clone_from(&self.row);
-        all.count.clone_from(&self.count);
-        all.stuck = vec![false; self.len()];
-        let stuck = self.dry.iter().map(|group| &group.stuck);
-        let stuck = stuck.chain(self.series.iter().map(|series| &series.stuck));
-        stuck.for_each(|range| all.stuck[range.clone()].fill(true));
         all
     }
 
@@ -347,27 +338,32 @@ mod tests {
         scene.data.smallest_restitution = 0.1;
         let limit = scene.data.smallest_restitution;
         let mut rng = crate::seed::stream(1, "rebounds near the limit", 0);
-        let mut columns = RunsAsRead::default();
+        let mut read = vec![];
         for row in 0..60_000 {
             let noise: f64 = StandardNormal.sample(&mut rng);
             let speed = 0.8 + 0.4 * (f64::from(row) * 0.618_034).fract();
             let e = 0.3 * (speed - 0.8) + 0.05 * noise;
-            columns.particle.push(0);
-            columns.liquid.push(0);
-            columns.diameter.push(4.762e-3);
-            columns.film.push(4e-4);
-            columns.impact_speed.push(speed);
-            columns.restitution.push(if e > limit { e } else { 0.0 });
-            columns.row.push(row);
+            read.push(ReadRun {
+                setting: RowSetting {
+                    particle: 0,
+                    liquid: Some(0),
+                    diameter: 4.762e-3,
+                    film: 4e-4,
+                },
+                impact_speed: speed,
+                restitution: if e > limit { e } else { 0.0 },
+                row,
+                ..ReadRun::default()
+            });
         }
-        let cells = ClassCells::of(&columns, &scene);
-        let all = arrange_part(columns, &cells, &scene);
+        let cells = ClassCells::of(&read, &scene);
+        let all = arrange_part(read, &cells, &scene);
         let slabs = Slabs::of(&all, limit);
         let few = all.condensed_in(&slabs).as_read(false);
-        assert!(few.row.len() < 20_000, "{}", few.row.len());
+        assert!(few.len() < 20_000, "{}", few.len());
         // some of them are such that they would
-        let is_below = |run: &usize| !few.stuck[*run] && few.restitution[*run] <= limit;
-        assert!((0..few.row.len()).any(|run| is_below(&run)));
+        let is_below = |run: &ReadRun| run.stuck == Some(false) && run.restitution <= limit;
+        assert!(few.iter().any(is_below));
         let again = arrange_part(few, &cells, &scene).condensed_in(&slabs);
         assert!(all.stuck() > 1000);
         assert_eq!([again.stuck(), again.all_measured()], [all.stuck(), all.all_measured()]);

@@ -3,6 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `errors.rs` | holds the measurement errors of runs |
+//! | `read_run.rs` | holds one run as it was read, before runs are put in order |
 //! | `raw_row.rs` | holds one run as a file has it, and how its heights and Stokes number become speeds |
 //! | `averaged.rs` | reads a row that is the mean of several runs as those runs |
 //! | `told_twice.rs` | compares columns that tell the same thing of a run |
@@ -76,6 +77,7 @@ mod part;
 mod pieces;
 mod places;
 mod raw_row;
+mod read_run;
 mod records;
 mod refusals;
 mod row;
@@ -94,12 +96,12 @@ mod words;
 mod workbook;
 mod write;
 
-pub(crate) use cells::{each_row, TextRow};
+pub(crate) use cells::{text_rows, TextRow};
 pub use collect::Screened;
 pub(crate) use collect::OF_READING;
 pub use draft::Draft;
 pub use errors::{MeasurementErrors, RunsWithErrors};
-pub(crate) use fields::{column, rows_by_fields, Column, Fields, Row, SettingFields};
+pub(crate) use fields::{column, rows_by_fields, Column, Fields, Row};
 pub use film_groups::{rounded_film_ratio, FilmGroup, NEAR_NOMINAL, WIDEST};
 pub use impacts::{by_film, Conditions};
 pub use many::{read_any_number, MOST_KEPT};
@@ -115,11 +117,11 @@ pub use table::{read, Table};
 pub use told_twice::{ComparedBlock, ComparedColumns};
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP};
 pub(crate) use words::words_for_no;
-pub use write::{free_place, EncodedRuns, Existing, NewTable, RunWriter, TableFormat, WholeTable};
+pub use write::{free_place, EncodedRuns, Existing, RunWriter, TableFormat};
 
 use std::path::Path;
 
-use collect::RunsAsRead;
+use read_run::{ReadRun, RowSetting};
 use source::TableSource;
 use survey::Survey;
 use workbook::Workbook;
@@ -130,23 +132,25 @@ use crate::scene::{HiddenRows, Naming, Scene, TableFile};
 
 /// Puts simulated runs in order, as [`read`] does those of a file.
 pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
-    let mut columns = RunsAsRead::default();
     let index = |position: Option<usize>| position.and_then(|i| u32::try_from(i).ok());
-    for (run, row) in new.iter().zip(1..) {
+    let read = new.iter().zip(1..).map(|(run, row)| {
         let particle = index(scene.particles.iter().position(|p| p.name == run.particle));
-        let liquid = run
-            .liquid
-            .and_then(|name| index(scene.liquids.iter().position(|l| l.name == name)));
-        columns.particle.push(particle.unwrap_or_default());
-        columns.liquid.push(liquid.unwrap_or(RunsAsRead::NO_LIQUID));
-        columns.diameter.push(run.diameter);
-        columns.film.push(run.film.map_or(0.0, |(film, _)| film));
-        columns.film_ratio.push(run.film.map_or(f64::NAN, |(_, ratio)| ratio));
-        columns.impact_speed.push(run.impact_speed);
-        columns.restitution.push(run.restitution);
-        columns.row.push(row);
-    }
-    impacts::arrange(columns, scene)
+        let liquid = run.liquid.map(|name| scene.liquids.iter().position(|l| l.name == name));
+        ReadRun {
+            setting: RowSetting {
+                particle: particle.unwrap_or_default(),
+                liquid: liquid.and_then(index),
+                diameter: run.diameter,
+                film: run.film.map_or(0.0, |(film, _)| film),
+            },
+            impact_speed: run.impact_speed,
+            restitution: run.restitution,
+            film_ratio: run.film.map(|(_, ratio)| ratio),
+            row,
+            ..ReadRun::default()
+        }
+    });
+    impacts::arrange(read.collect(), scene)
 }
 
 /// Drafts a scene from a table that it is to name `runs`.
@@ -261,7 +265,7 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
         };
         survey.sheets.push(sheet.name().to_owned());
         while let Some(row) = sheet.next_row()? {
-            survey.add(row.number, row.texts(width).iter().map(Option::as_deref));
+            survey.add(row.number, row.texts(width).iter().map(String::as_str));
         }
         survey.hidden_rows += sheet.read.hidden_rows.len();
         for (index, column) in survey.columns.iter().enumerate() {

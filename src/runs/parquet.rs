@@ -1,10 +1,9 @@
 //! Reads and writes Parquet with polars; with `parquet_footer.rs` the only file that names it.
 
 use std::fs::File;
-use std::io::{Cursor, Write};
+use std::io::Write;
 use std::ops::Range;
 
-use polars::io::mmap::MmapBytesReader;
 use polars::prelude::*;
 
 use super::checked_rows::{Cell, CheckedRows};
@@ -13,38 +12,21 @@ use super::columns::{ColumnPlace, Header, TableLayout};
 use super::csv::too_many_columns;
 use super::new_run::NewRun;
 use super::parquet_footer::{check_counts, check_footer, check_mark};
-use super::refusals::{readable, unreadable, whole_file, CellPlace, Refusals, Refused};
+use super::refusals::{readable, whole_file, CellPlace, Refusals, Refused};
 use super::survey::Survey;
 use crate::error::Problem;
 use crate::files::MOST_COLUMNS;
 use crate::scene::{Naming, RunColumn, Scene, DRY};
 
-/// Where the bytes of a Parquet table are.
-#[derive(Clone, Copy)]
-pub(super) enum ParquetBytes<'b> {
-    /// of which no more is read than the values that are asked for
-    File(&'b File),
-    /// what a pipe held
-    Held(&'b [u8]),
-}
-
-impl<'b> ParquetBytes<'b> {
-    /// Checks that its end is one of Parquet, before anything else is read.
-    pub fn check_mark(self) -> Result<(), Vec<Problem>> {
-        polars(|| check_mark(self.reader()?))
-    }
-
-    fn reader(self) -> std::io::Result<Box<dyn MmapBytesReader + 'b>> {
-        Ok(match self {
-            ParquetBytes::File(file) => Box::new(file.try_clone()?),
-            ParquetBytes::Held(bytes) => Box::new(Cursor::new(bytes)),
-        })
-    }
+/// Checks that the end of a file is one of Parquet, before anything else is read.
+pub(super) fn check_is_parquet(file: &File) -> Result<(), Vec<Problem>> {
+    polars(|| check_mark(file))
 }
 
 /// A Parquet table whose footer could be read.
-pub(super) struct ParquetTable<'b> {
-    bytes: ParquetBytes<'b>,
+pub(super) struct ParquetTable<'f> {
+    /// of which no more is read than the values that are asked for
+    file: &'f File,
     schema: Arc<ArrowSchema>,
     /// how many rows it says it has
     pub rows: usize,
@@ -52,15 +34,15 @@ pub(super) struct ParquetTable<'b> {
     groups: Vec<usize>,
 }
 
-impl<'b> ParquetTable<'b> {
-    pub fn open(bytes: ParquetBytes<'b>) -> Result<ParquetTable<'b>, Vec<Problem>> {
-        polars(|| check_footer(bytes.reader()?))?;
+impl<'f> ParquetTable<'f> {
+    pub fn open(file: &'f File) -> Result<ParquetTable<'f>, Vec<Problem>> {
+        polars(|| check_footer(file))?;
         polars(|| {
-            let mut reader = ParquetReader::new(bytes.reader()?);
+            let mut reader = ParquetReader::new(file.try_clone()?);
             let schema = reader.schema()?;
             let about = reader.get_metadata()?;
             Ok(ParquetTable {
-                bytes,
+                file,
                 schema,
                 rows: about.num_rows,
                 groups: about.row_groups.iter().map(|group| group.num_rows()).collect(),
@@ -128,13 +110,13 @@ impl<'b> ParquetTable<'b> {
 
     /// Checks that some columns hold the rows that are said to be there.
     fn check_counts(&self, columns: &[String], rows: &Range<usize>) -> Result<(), Vec<Problem>> {
-        polars(|| check_counts(self.bytes.reader()?, columns, rows))
+        polars(|| check_counts(self.file.try_clone()?, columns, rows))
     }
 
     /// Some columns from a row on, of as many rows as are in memory at once.
     fn read(&self, columns: &[String], first: usize, end: usize) -> Result<DataFrame, Vec<Problem>> {
         polars(|| {
-            let reader = ParquetReader::new(self.bytes.reader()?).with_columns(Some(columns.to_vec()));
+            let reader = ParquetReader::new(self.file.try_clone()?).with_columns(Some(columns.to_vec()));
             let rows = ROWS_AT_ONCE.min(end - first);
             reader.with_slice(Some((first, rows))).set_rechunk(true).finish()
         })
@@ -145,8 +127,8 @@ impl<'b> ParquetTable<'b> {
 const ROWS_AT_ONCE: usize = 1 << 19;
 
 /// Reads a Parquet table for what stands in its columns; of a column of a type that runs cannot have, only its name is told.
-pub(super) fn survey_parquet(bytes: ParquetBytes) -> Result<Survey, Vec<Problem>> {
-    let table = ParquetTable::open(bytes)?;
+pub(super) fn survey_parquet(file: &File) -> Result<Survey, Vec<Problem>> {
+    let table = ParquetTable::open(file)?;
     let header = table.header()?;
     let is_known = |name: &&String| {
         let given = table.type_of(name);
@@ -167,7 +149,10 @@ pub(super) fn survey_parquet(bytes: ParquetBytes) -> Result<Survey, Vec<Problem>
             columns.push(frame.column(&column.name).ok().map(texts).transpose()?);
         }
         for row in 0..frame.height() {
-            let cells = columns.iter().map(|texts| texts.as_ref()?.get(row));
+            let cells = columns.iter().map(|texts: &Option<StringChunked>| {
+                let text = texts.as_ref().and_then(|texts| texts.get(row));
+                text.unwrap_or_default()
+            });
             survey.add((first + row + 1) as u64, cells);
         }
     }
@@ -193,73 +178,45 @@ pub(super) fn read_parquet(
         return Err(vec![problem].into());
     }
     let mut checked = CheckedRows::new(&layout, scene);
-    let read = |first: usize| {
-        (first < rows.end)
-            .then(|| table.read(&names, first, rows.end))
-            .transpose()
-    };
-    let (mut first, mut next) = (rows.start, read(rows.start)?);
-    while let Some(frame) = next {
-        let after = first + ROWS_AT_ONCE;
-        let (added, following) = rayon::join(
-            || {
-                let added = add_rows(&mut checked, &layout, frame, first);
-                gathering.after(&mut checked.collected);
-                added
-            },
-            || read(after),
-        );
-        added?;
-        (first, next) = (after, following?);
+    for first in rows.clone().step_by(ROWS_AT_ONCE) {
+        let frame = table.read(&names, first, rows.end)?;
+        add_rows(&mut checked, &layout, &frame, first)?;
+        gathering.after(&mut checked.collected);
     }
     checked.finish()
 }
 
-type Numbers = <Float64Type as PolarsDataType>::Array;
-type Texts = <StringType as PolarsDataType>::Array;
-
 /// The values of a column.
-enum Values<'f> {
-    Numbers(&'f Numbers),
-    Texts(&'f Texts),
+enum Values {
+    Numbers(Float64Chunked),
+    Texts(StringChunked),
 }
 
 /// Adds the rows of a frame that begins after so many rows of the file.
 fn add_rows(
     checked: &mut CheckedRows,
     layout: &TableLayout,
-    frame: DataFrame,
+    frame: &DataFrame,
     before: usize,
 ) -> Result<(), Vec<Problem>> {
-    let mut columns = vec![];
-    for (column, place) in wanted(layout) {
-        let given = polars(|| frame.column(&place.name))?;
-        let is_number = column.is_number() && given.dtype() != &DataType::String;
-        let wanted = if is_number { DataType::Float64 } else { DataType::String };
-        columns.push((place.index, polars(|| given.cast(&wanted))?));
-    }
     let mut values: Vec<Option<Values>> = (0..layout.width).map(|_| None).collect();
-    for (index, column) in &columns {
-        // the frame is in memory: a panic here is none of a damaged file
-        let own = match column.dtype() {
-            DataType::Float64 => column.f64().map(|own| Values::Numbers(own.downcast_as_array())),
-            _ => column.str().map(|own| Values::Texts(own.downcast_as_array())),
-        };
-        values[*index] = Some(own.map_err(|error| unreadable(PARQUET, &error))?);
+    for (column, place) in wanted(layout) {
+        values[place.index] = Some(polars(|| {
+            let given = frame.column(&place.name)?;
+            Ok(match column.is_number() && given.dtype() != &DataType::String {
+                true => Values::Numbers(given.cast(&DataType::Float64)?.f64()?.clone()),
+                false => Values::Texts(given.cast(&DataType::String)?.str()?.clone()),
+            })
+        })?);
     }
     for row in 0..frame.height() {
         let cell = |place: &ColumnPlace| match values[place.index].as_ref()? {
-            Values::Numbers(numbers) => number_at(numbers, row).map(Cell::Number),
+            Values::Numbers(numbers) => numbers.get(row).map(Cell::Number),
             Values::Texts(texts) => texts.get(row).map(Cell::Text),
         };
         checked.add(CellPlace::Row(before + row + 1), std::iter::empty(), cell);
     }
     Ok(())
-}
-
-fn number_at(numbers: &Numbers, row: usize) -> Option<f64> {
-    let present = numbers.validity().is_none_or(|present| present.get(row) == Some(true));
-    numbers.values().get(row).copied().filter(|_| present)
 }
 
 /// What a file is called that is to be Parquet.

@@ -8,7 +8,8 @@ use std::ops::Range;
 
 use polars::io::mmap::MmapBytesReader;
 use polars::prelude::{ParquetReader, PolarsError, PolarsResult, SerReader};
-use polars_parquet_format::thrift::protocol::TCompactInputProtocol;
+use polars_parquet_format::thrift;
+use polars_parquet_format::thrift::protocol::{TCompactInputProtocol, TInputProtocol, TType};
 use polars_parquet_format::{PageHeader, PageType};
 
 /// What every Parquet file ends with.
@@ -51,117 +52,46 @@ pub(super) fn check_footer(mut file: impl Read + Seek) -> PolarsResult<()> {
     let mut footer = vec![];
     file.seek(SeekFrom::Start(start))?;
     file.take(own).read_to_end(&mut footer)?;
-    match (ThriftReader { left: &footer }).structure(0) {
+    // what an element and a text count there, and more
+    let mut protocol = TCompactInputProtocol::new(footer.as_slice(), 16 * footer.len());
+    match pass_structure(&mut protocol, 0) {
         Ok(()) => Ok(()),
-        Err(ThriftError::TooLong) => refuse("its footer claims more parts than it holds".to_owned()),
-        Err(ThriftError::Broken) => refuse("its footer is broken".to_owned()),
+        Err(_) => refuse("its footer is broken".to_owned()),
     }
 }
 
-/// Reads through a structure in Thrift's compact encoding, whatever its fields mean.
-///
-/// Source: the encoding as Apache Thrift specifies it (thrift-compact-protocol.md).
-struct ThriftReader<'b> {
-    left: &'b [u8],
+type Footer<'b> = TCompactInputProtocol<&'b [u8]>;
+
+/// Reads through a structure, whatever its fields mean. Fails where a list has more elements than there are bytes: each takes
+/// one at least.
+fn pass_structure(footer: &mut Footer, depth: usize) -> thrift::Result<()> {
+    /// fields of the footer that the reader takes for lists, whatever their type says
+    const LISTS: [i16; 4] = [2, 4, 5, 7];
+    footer.read_struct_begin()?;
+    loop {
+        let field = footer.read_field_begin()?;
+        let is_list = depth == 0 && field.id.is_some_and(|id| LISTS.contains(&id));
+        match field.field_type {
+            TType::Stop => return footer.read_struct_end(),
+            other if is_list && other != TType::List => return Err("no list".into()),
+            other => pass_value(footer, other, depth)?,
+        }
+    }
 }
 
-/// Why reading ends early.
-#[derive(Debug, PartialEq)]
-enum ThriftError {
-    /// a list of more elements than there are bytes
-    TooLong,
-    /// anything else
-    Broken,
-}
-
-impl ThriftReader<'_> {
-    /// Structures and lists inside one another beyond which no footer goes.
+fn pass_value(footer: &mut Footer, value: TType, depth: usize) -> thrift::Result<()> {
+    /// structures and lists inside one another beyond which no footer goes
     const DEEPEST: usize = 64;
-
-    fn byte(&mut self) -> Result<u8, ThriftError> {
-        let (first, rest) = self.left.split_first().ok_or(ThriftError::Broken)?;
-        self.left = rest;
-        Ok(*first)
-    }
-
-    fn skip(&mut self, count: u64) -> Result<(), ThriftError> {
-        let count = usize::try_from(count).map_err(|_| ThriftError::Broken)?;
-        self.left = self.left.get(count..).ok_or(ThriftError::Broken)?;
-        Ok(())
-    }
-
-    /// A number in groups of seven bits, the lowest first.
-    fn number(&mut self) -> Result<u64, ThriftError> {
-        let mut value = 0;
-        for shift in (0..64).step_by(7) {
-            let byte = self.byte()?;
-            value |= u64::from(byte & 0x7f) << shift;
-            if byte < 0x80 {
-                return Ok(value);
-            }
+    match value {
+        _ if depth > DEEPEST => Err("too deep".into()),
+        TType::Struct => pass_structure(footer, depth + 1),
+        TType::List => {
+            let list = footer.read_list_begin()?;
+            (0..list.size).try_for_each(|_| pass_value(footer, list.element_type, depth + 1))
         }
-        Err(ThriftError::Broken)
-    }
-
-    fn structure(&mut self, depth: usize) -> Result<(), ThriftError> {
-        /// fields of the footer that the reader takes for lists, whatever their type says
-        const LISTS: [i64; 4] = [2, 4, 5, 7];
-        const LIST: u8 = 9;
-        let mut field = 0_i64;
-        loop {
-            let head = self.byte()?;
-            if head == 0 {
-                return Ok(());
-            }
-            // the field's number stands apart where it does not follow closely
-            if head >> 4 == 0 {
-                let number = self.number()?;
-                // zigzag: the sign is the lowest bit
-                field = (number >> 1) as i64 ^ -((number & 1) as i64);
-            } else {
-                field = field.saturating_add(i64::from(head >> 4));
-            }
-            if depth == 0 && LISTS.contains(&field) && head & 0x0f != LIST {
-                return Err(ThriftError::Broken);
-            }
-            // a field of truth is its own type
-            if !matches!(head & 0x0f, 1 | 2) {
-                self.value(head & 0x0f, depth)?;
-            }
-        }
-    }
-
-    fn value(&mut self, kind: u8, depth: usize) -> Result<(), ThriftError> {
-        if depth > Self::DEEPEST {
-            return Err(ThriftError::Broken);
-        }
-        match kind {
-            // truth inside a list, a byte
-            1..=3 => self.skip(1),
-            // whole numbers
-            4..=6 => self.number().map(|_| ()),
-            7 => self.skip(8),
-            // a text
-            8 => {
-                let length = self.number()?;
-                self.skip(length)
-            }
-            // a list
-            9 => {
-                let head = self.byte()?;
-                let elements = match head >> 4 {
-                    15 => self.number()?,
-                    few => u64::from(few),
-                };
-                if elements > self.left.len() as u64 {
-                    return Err(ThriftError::TooLong);
-                }
-                (0..elements).try_for_each(|_| self.value(head & 0x0f, depth + 1))
-            }
-            12 => self.structure(depth + 1),
-            // sets and maps, which Parquet has nowhere and polars does not skip either
-            _ => Err(ThriftError::Broken),
-        }
+        // also of bytes that are no text, as statistics are
+        TType::String => footer.read_bytes().map(|_| ()),
+        other => footer.skip(other),
     }
 }
 

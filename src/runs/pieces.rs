@@ -1,12 +1,12 @@
 //! Divides tables into pieces that can be read each by itself.
 
 use std::ops::Range;
-use std::time::SystemTime;
 
-use super::collect::{Collected, Gathering, RunsAsRead};
+use super::collect::{Collected, Gathering};
 use super::csv::about_rows;
 use super::parquet::ParquetTable;
-use super::source::{changed, state, TableSource};
+use super::read_run::ReadRun;
+use super::source::TableSource;
 use super::table::read_rows;
 use crate::error::Error;
 use crate::scene::{Scene, TableFile};
@@ -28,41 +28,19 @@ pub(super) struct Pieces {
     pub all: Vec<Piece>,
     /// about how many rows they have together, rather too many than too few: of a workbook, as many as a sheet can have
     pub rows: usize,
-    /// length of each file and when it was last written
-    states: Vec<Option<FileState>>,
-}
-
-/// What tells whether a table was written anew.
-type FileState = (u64, Option<SystemTime>);
-
-fn state_of(table: &TableFile) -> Option<FileState> {
-    std::fs::metadata(&table.path).ok().map(|about| state(&about))
 }
 
 impl Pieces {
     /// `None` of tables that are to be read whole: one is a pipe, has numbers as texts in Parquet, or cannot be read, which
     /// reading it will tell.
     pub fn of(scene: &Scene) -> Option<Pieces> {
-        let mut pieces = Pieces {
-            all: vec![],
-            rows: 0,
-            states: scene.data.runs.iter().map(state_of).collect(),
-        };
+        let mut pieces = Pieces { all: vec![], rows: 0 };
         for (file, table) in scene.data.runs.iter().enumerate() {
             let (rows, count) = rows_of_pieces(table, scene)?;
             pieces.rows += count;
             pieces.all.extend(rows.into_iter().map(|rows| Piece { file, rows }));
         }
         Some(pieces)
-    }
-
-    /// Fails where a file is no longer what it was before it was read: readings of it may then differ.
-    pub fn check_unchanged(&self, scene: &Scene) -> Result<(), Error> {
-        let mut tables = scene.data.runs.iter().zip(&self.states);
-        match tables.find(|(table, before)| state_of(table) != **before) {
-            Some((table, _)) => Err(changed(&table.path)),
-            None => Ok(()),
-        }
     }
 }
 
@@ -81,7 +59,7 @@ fn rows_of_pieces(table: &TableFile, scene: &Scene) -> Option<(Vec<Range<usize>>
     let rows = if table.ends_with(TableFile::WORKBOOK) {
         MOST_OF_SHEET
     } else {
-        let length = source.length();
+        let length = source.length;
         about_rows(source.reader(&table.path).ok()?, length).ok()?
     };
     (rows > 0).then(|| (std::iter::once(0..rows).collect(), rows))
@@ -89,12 +67,12 @@ fn rows_of_pieces(table: &TableFile, scene: &Scene) -> Option<(Vec<Range<usize>>
 
 impl Piece {
     /// Reads it, and gives its runs away. Fails with every bad cell of the piece.
-    pub fn read(&self, scene: &Scene, mut take: &mut (dyn FnMut(RunsAsRead) + Send)) -> Result<Collected, Error> {
+    pub fn read(&self, scene: &Scene, mut take: &mut (dyn FnMut(Vec<ReadRun>) + Send)) -> Result<Collected, Error> {
         let file = &scene.data.runs[self.file];
         let mut source = TableSource::open(&file.path)?;
         let mut gathering = Gathering::Blocks(&mut take);
         let mut collected = read_rows(&mut source, file, scene, Some(self.rows.clone()), &mut gathering)?;
-        take(std::mem::take(&mut collected.columns));
+        take(std::mem::take(&mut collected.in_use));
         Ok(collected)
     }
 }

@@ -22,7 +22,6 @@ impl RowLines {
     const MOST_LABELS: usize = 100_000;
 
     /// Adds the next row.
-    #[inline]
     pub fn push(&mut self, row: usize, line: u64, label: Option<&str>) {
         if line != self.last + 1 || self.breaks.is_empty() {
             self.breaks.push((short(row), line));

@@ -14,7 +14,7 @@ use std::io::{BufRead, BufReader, Read};
 use csv_core::{ReadRecordResult, Reader};
 
 use super::refusals::{bad_row, whole_file};
-use crate::encoding::{line_ends, LineCount, BYTE_ORDER_MARK};
+use crate::encoding::{LineCount, BYTE_ORDER_MARK};
 use crate::error::Problem;
 use crate::files::MOST_OF_LINE;
 
@@ -22,42 +22,28 @@ use crate::files::MOST_OF_LINE;
 const FETCHED: usize = 1 << 16;
 
 /// A record that is not blank.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Record<'r> {
     /// the line it starts on, from 1
     pub line: u64,
-    /// its cells, one after the other
-    text: &'r str,
-    /// where each of them ends
-    ends: &'r [usize],
+    /// with the blanks around them
+    pub cells: Vec<&'r str>,
 }
 
-impl<'r> Record<'r> {
-    /// How many cells it has.
-    pub fn width(&self) -> usize {
-        self.ends.len()
-    }
-
-    /// A cell with the blanks around it.
-    pub fn cell(&self, index: usize) -> Option<&'r str> {
-        let end = *self.ends.get(index)?;
-        let start = index.checked_sub(1).map_or(0, |before| self.ends[before]);
-        self.text.get(start..end)
-    }
-
-    /// Its cells in order, with the blanks around them.
-    pub fn cells(self) -> impl Iterator<Item = &'r str> + Clone {
-        (0..self.width()).filter_map(move |index| self.cell(index))
-    }
-
+impl Record<'_> {
     /// Whether nothing stands in its cells.
     pub fn is_empty(&self) -> bool {
-        self.text.trim_ascii().is_empty()
+        self.cells.iter().all(|cell| cell.trim_ascii().is_empty())
     }
 
     /// Whether a cell goes on over the end of a line.
     pub fn has_line_ends(&self) -> bool {
-        line_ends(self.text.as_bytes()).next().is_some()
+        self.cells.iter().any(|cell| cell.contains(['\n', '\r']))
+    }
+
+    /// Its cells as texts of their own.
+    pub fn texts(&self) -> Vec<String> {
+        self.cells.iter().map(|cell| (*cell).to_owned()).collect()
     }
 }
 
@@ -112,11 +98,14 @@ impl<R: Read> Records<R> {
         if !std::mem::take(&mut self.is_put_back) && !self.advance()? {
             return Ok(None);
         }
-        let text = std::str::from_utf8(&self.text[..self.length]);
+        let starts = std::iter::once(&0).chain(&self.ends);
+        let cells = starts
+            .zip(&self.ends[..self.width])
+            .map(|(start, end)| &self.text[*start..*end]);
+        let cells: Result<Vec<&str>, _> = cells.map(std::str::from_utf8).collect();
         Ok(Some(Record {
             line: self.line,
-            text: text.map_err(|_| unreadable("no text"))?,
-            ends: &self.ends[..self.width],
+            cells: cells.map_err(|_| unreadable("no text"))?,
         }))
     }
 
@@ -231,7 +220,7 @@ mod tests {
         let mut records = Records::new(source, separator).expect("it is read");
         let mut all = vec![];
         while let Some(record) = records.next_record().ok()? {
-            let cells = record.cells().map(|cell| cell.trim_ascii().to_owned());
+            let cells = record.cells.iter().map(|cell| cell.trim_ascii().to_owned());
             all.push((record.line, cells.collect()));
         }
         Some(all)
@@ -335,7 +324,13 @@ mod tests {
         let mut records = Records::new("\u{feff}\r\na,b\n\n1,2\n".as_bytes(), b',').expect("it is read");
         let mut next = |put_back: bool| {
             let record = records.next_record().expect("short rows");
-            let told = record.map(|record| (record.line, record.cell(1).map(str::to_owned), record.cell(2)));
+            let told = record.map(|record| {
+                (
+                    record.line,
+                    record.cells.get(1).map(|cell| (*cell).to_owned()),
+                    record.cells.get(2).copied(),
+                )
+            });
             let told = told.map(|(line, second, third)| (line, second, third.is_some()));
             if put_back {
                 records.put_back();

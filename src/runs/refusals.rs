@@ -41,7 +41,6 @@ pub(crate) fn whole_file(found: &str, expected: &str) -> Problem {
 }
 
 /// A problem of a line of a text as a whole.
-#[cold]
 pub(super) fn bad_row(line: u64, found: &str, expected: &str) -> Problem {
     whole_file("row", expected).on(line).found(found.to_owned())
 }
@@ -57,7 +56,7 @@ pub(super) fn readable<T, E: Display>(format: &str, step: impl FnOnce() -> Resul
 }
 
 /// Says why a file cannot be read, by the first line of what a library says.
-pub(super) fn unreadable(format: &str, why: &dyn Display) -> Vec<Problem> {
+fn unreadable(format: &str, why: &dyn Display) -> Vec<Problem> {
     let why = why.to_string();
     let first = why.lines().next().unwrap_or_default();
     vec![Problem::new(format!("not a readable {format}"), first)]

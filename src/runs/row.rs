@@ -7,7 +7,8 @@ use super::errors::{self, RunError};
 use super::raw_row::{
     bad_cell, refuse, BadCell, RawRow, StokesScale, Surface, IMPACTS, LARGEST_RESTITUTION, MEASUREMENT_SDS, REBOUNDS,
 };
-use super::told_twice::{rounding_of_log, speed_ratios, RowSetting, SpeedRatios};
+use super::read_run::{ReadRun, RowSetting};
+use super::told_twice::{rounding_of_log, speed_ratios, SpeedRatios};
 use crate::error::PROBLEMS_SHOWN;
 use crate::physics::numbers::free_fall_speed;
 use crate::scene::{name_expected, RunColumn, Scene, DRY};
@@ -40,25 +41,19 @@ const OF_WET_RUNS: [(RunColumn, &str); 3] = [
 /// One run, checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct CheckedRow {
-    /// with a film of 0 for a dry run
-    pub setting: RowSetting,
-    pub impact_speed: f64,
-    pub restitution: f64,
-    pub film_ratio: Option<f64>,
-    /// what impact speed and restitution err by, as [`super::MeasurementErrors`] has them
-    pub errors: RunError,
+    /// without its row
+    pub run: ReadRun,
     /// the runs that it is the mean of; `None` of a single run
     pub mean_of: Option<MeanOf>,
     /// how columns that tell the same thing compare
     pub ratios: SpeedRatios,
 }
 
-/// Names of the scene with their places in it. Runs come in blocks: the name that was found last is tried first.
+/// Names of the scene with their places in it.
 struct Names<'s> {
     /// what is expected where none of them stands
     what: &'static str,
     places: HashMap<&'s str, usize>,
-    last: Option<(&'s str, usize)>,
 }
 
 impl<'s> Names<'s> {
@@ -66,21 +61,7 @@ impl<'s> Names<'s> {
         Names {
             what,
             places: names.zip(0..).collect(),
-            last: None,
         }
-    }
-
-    #[inline]
-    fn known(&self, name: &str) -> Option<(&'s str, usize)> {
-        let last = self.last.filter(|(last, _)| *last == name);
-        last.or_else(|| self.places.get_key_value(name).map(|(known, place)| (*known, *place)))
-    }
-
-    /// The place of a name in the scene.
-    #[inline]
-    fn find(&mut self, name: &str) -> Option<usize> {
-        self.last = Some(self.known(name)?);
-        self.last.map(|(_, place)| place)
     }
 }
 
@@ -116,14 +97,13 @@ impl<'s> RowChecker<'s> {
 
     /// Whether a particle or a liquid is one of the scene, by the column of it.
     pub fn knows(&self, column: RunColumn, name: Option<&str>) -> bool {
-        name.is_some_and(|name| self.names[column as usize].known(name).is_some())
+        name.is_some_and(|name| self.names[column as usize].places.contains_key(name))
     }
 
     /// The place of a particle or a liquid in the scene; a name that is none there is pushed to `problems`.
-    #[inline]
     fn find(&mut self, column: RunColumn, name: &str, problems: &mut Vec<BadCell>) -> Option<usize> {
-        let names = &mut self.names[column as usize];
-        let found = names.find(name);
+        let names = &self.names[column as usize];
+        let found = names.places.get(name).copied();
         if found.is_none() {
             let expected = match self.to_compare {
                 0 => format!("expected {}", names.what),
@@ -145,29 +125,20 @@ fn positive(raw: &RawRow, column: RunColumn, what: &str, problems: &mut Vec<BadC
 }
 
 fn positive_value(column: RunColumn, value: Option<f64>, what: &str, problems: &mut Vec<BadCell>) -> Option<f64> {
-    let good = value.filter(|x| MAGNITUDES.contains(x));
-    if good.is_none() {
-        refuse_as_not_positive(column, value, what, problems);
-    }
-    good
-}
-
-#[cold]
-fn refuse_as_not_positive(column: RunColumn, value: Option<f64>, what: &str, problems: &mut Vec<BadCell>) {
-    match value {
+    let expected = match value {
+        Some(x) if MAGNITUDES.contains(&x) => return value,
         // its cell was refused before
-        None if is_bad(column, problems) => {}
-        Some(f64::INFINITY) => problems.push(bad_cell(column, format!("expected {what} that is finite"))),
-        Some(x) if x > 0.0 => problems.push(bad_cell(column, format!("expected {what} of {MAGNITUDE_EXPECTED}"))),
-        _ => problems.push(bad_cell(column, format!("expected {what} above 0"))),
-    }
+        None if is_bad(column, problems) => return None,
+        Some(f64::INFINITY) => format!("expected {what} that is finite"),
+        Some(x) if x > 0.0 => format!("expected {what} of {MAGNITUDE_EXPECTED}"),
+        _ => format!("expected {what} above 0"),
+    };
+    refuse(problems, column, expected)
 }
 
 /// Checks a run. Every wrong cell is pushed to `problems`, which may hold cells of this run that were no numbers; the
 /// run is `Some` only if there is none. `rounding` gives half the last digit that is written in a column, as a share of its
 /// number.
-// called for every row of a table, where a call each took 80 instructions more
-#[inline(always)]
 pub(super) fn check_row(
     raw: &RawRow,
     checker: &mut RowChecker,
@@ -262,15 +233,18 @@ pub(super) fn check_row(
         diameter: diameter?,
         film: film?,
     };
+    let errors = match has_sd {
+        true => errors::of_run(sds, correlation.unwrap_or(0.0), impact_speed, restitution),
+        false => RunError::default(),
+    };
     Some(CheckedRow {
-        setting,
-        impact_speed,
-        restitution,
-        film_ratio,
-        errors: if has_sd {
-            errors::of_run(sds, correlation.unwrap_or(0.0), impact_speed, restitution)
-        } else {
-            RunError::default()
+        run: ReadRun {
+            setting,
+            impact_speed,
+            restitution,
+            film_ratio,
+            errors,
+            ..ReadRun::default()
         },
         mean_of: row_mean_of,
         ratios,

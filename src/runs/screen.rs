@@ -1,6 +1,6 @@
 //! Says why a checked run is left out, by the limits of the scene.
 
-use super::row::CheckedRow;
+use super::read_run::ReadRun;
 use crate::scene::{Scene, Sticking, LARGEST_FILM_RATIO};
 
 /// Why a run is left out.
@@ -33,22 +33,21 @@ pub(super) const REASONS: [[&str; 2]; 6] = [
 ];
 
 /// Why a checked run is left out; `None` keeps it.
-#[inline]
-pub(super) fn screen(row: &CheckedRow, scene: &Scene) -> Option<Reason> {
+pub(super) fn screen(run: &ReadRun, scene: &Scene) -> Option<Reason> {
     let screens = &scene.data.screens;
-    if screens.min_impact_speed.is_some_and(|least| row.impact_speed < least) {
+    if screens.min_impact_speed.is_some_and(|least| run.impact_speed < least) {
         return Some(Reason::TooSlow);
     }
-    if screens.max_impact_speed.is_some_and(|most| row.impact_speed > most) {
+    if screens.max_impact_speed.is_some_and(|most| run.impact_speed > most) {
         return Some(Reason::TooFast);
     }
-    let stuck = row.restitution <= scene.data.smallest_restitution && scene.model.sticking != Sticking::Censored;
+    let stuck = run.restitution <= scene.data.smallest_restitution && scene.model.sticking != Sticking::Censored;
     let of_stuck = stuck.then_some(Reason::Stuck);
-    if row.setting.liquid.is_none() {
+    if run.setting.liquid.is_none() {
         return of_stuck;
     }
-    let film_ratio = row.setting.film / row.setting.diameter;
-    if screens.min_film.is_some_and(|least| row.setting.film < least) {
+    let film_ratio = run.own_film_ratio();
+    if screens.min_film.is_some_and(|least| run.setting.film < least) {
         Some(Reason::FilmTooThin)
     } else if film_ratio > LARGEST_FILM_RATIO {
         Some(Reason::FilmRatioInvalid)

@@ -4,14 +4,13 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::classes::{Cells, DiameterClasses};
-use super::collect::RunsAsRead;
 use super::errors::MeasurementErrors;
 use super::film_groups::{mean_by_count, rounded_film_ratio, FilmClasses, FilmGroup};
 use super::places::RowPlaces;
+use super::read_run::ReadRun;
 use super::spheres::{diameter_in_mm, Sphere};
 use crate::scene::{DryKOf, Scene};
 
@@ -292,15 +291,15 @@ pub(super) struct ClassCells {
 }
 
 impl ClassCells {
-    pub fn of(columns: &RunsAsRead, scene: &Scene) -> ClassCells {
-        let (diameters, films) = rayon::join(
-            || Cells::new(DiameterClasses::GRID, changes(&columns.diameter)),
-            || FilmClasses::cells(columns, scene),
-        );
+    pub fn of(runs: &[ReadRun], scene: &Scene) -> ClassCells {
+        let has_film_ratio = runs.iter().any(|run| run.film_ratio.is_some());
+        // no copy of a diameter that repeats the one before it
+        let mut diameters: Vec<f64> = runs.iter().map(|run| run.setting.diameter).collect();
+        diameters.dedup();
         ClassCells {
-            diameters,
-            films,
-            has_film_ratio: !columns.film_ratio.is_empty(),
+            diameters: Cells::new(DiameterClasses::GRID, diameters),
+            films: FilmClasses::cells(runs, has_film_ratio, scene),
+            has_film_ratio,
         }
     }
 
@@ -319,96 +318,42 @@ impl ClassCells {
     }
 }
 
-/// A column without what repeats the value before it.
-fn changes(column: &[f64]) -> Vec<f64> {
-    let mut changes: Vec<f64> = vec![];
-    for value in column {
-        // no copy of a column that hardly changes
-        if changes.last() != Some(value) {
-            changes.push(*value);
-        }
-    }
-    changes
-}
-
 /// Orders runs by series, in the classes of the table that they are a part of.
-pub(super) fn arrange(columns: RunsAsRead, cells: &ClassCells, scene: &Scene) -> Runs {
+pub(super) fn arrange(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &Scene) -> Runs {
     let diameters = DiameterClasses::new(&cells.diameters);
     let groups = FilmClasses::new(&cells.films, cells.has_film_ratio, scene);
-    let mut ids: BTreeMap<Key, u32> = BTreeMap::new();
-    let mut id_of_row: Vec<u32> = Vec::with_capacity(columns.restitution.len());
-    let mut last: Option<(Key, u32)> = None;
-    let mut last_diameter = (f64::NAN, 0);
-    let mut counts: Vec<usize> = vec![];
     let by_diameter = scene.model.dry_k == DryKOf::Diameter;
-    for row in 0..columns.restitution.len() {
-        let wet = columns.liquid[row] != RunsAsRead::NO_LIQUID;
-        let diameter = columns.diameter[row];
-        if diameter != last_diameter.0 {
-            last_diameter = (diameter, diameters.of(diameter));
-        }
-        let diameter = last_diameter.1;
-        let key = Key {
-            wet,
-            particle: columns.particle[row],
+    let key = |run: &ReadRun| {
+        let diameter = diameters.of(run.setting.diameter);
+        Key {
+            wet: run.setting.liquid.is_some(),
+            particle: run.setting.particle,
             sphere: if by_diameter { diameter } else { 0 },
-            film_group: if wet { groups.of(&columns, row) } else { 0 },
-            liquid: if wet { columns.liquid[row] } else { 0 },
+            film_group: run.setting.liquid.map_or(0, |_| groups.of(run)),
+            liquid: run.setting.liquid.unwrap_or(0),
             diameter,
-            stuck: columns.is_stuck(row, scene.data.smallest_restitution),
-        };
-        let id = match last {
-            Some((same, id)) if same == key => id,
-            _ => *ids.entry(key).or_insert_with(|| {
-                counts.push(0);
-                counts.len() as u32 - 1
-            }),
-        };
-        last = Some((key, id));
-        counts[id as usize] += 1;
-        id_of_row.push(id);
-    }
-    // a counting sort: linear in the runs, stable inside a series
-    let mut start_of_id = vec![0usize; counts.len()];
-    let mut spans: Vec<(Key, Range<usize>)> = Vec::with_capacity(counts.len());
+            stuck: run.is_stuck(scene.data.smallest_restitution),
+        }
+    };
+    // runs of one series stay in the order of the file
+    read.sort_by_cached_key(key);
+    let mut spans: Vec<(Key, Range<usize>)> = vec![];
     let mut start = 0;
-    for (key, id) in &ids {
-        let count = counts[*id as usize];
-        start_of_id[*id as usize] = start;
-        spans.push((*key, start..start + count));
-        start += count;
+    for own in read.chunk_by(|a, b| key(a) == key(b)) {
+        spans.push((key(&own[0]), start..start + own.len()));
+        start += own.len();
     }
-    let place: Vec<u32> = id_of_row
-        .into_iter()
-        .map(|id| {
-            let next = &mut start_of_id[id as usize];
-            *next += 1;
-            (*next - 1) as u32
-        })
-        .collect();
-    // what the others take now is no more wanted
-    drop((columns.particle, columns.liquid, columns.film_ratio));
+    let column = |of: fn(&ReadRun) -> f64| read.iter().map(of).collect();
     let mut runs = Runs {
-        diameter: columns.diameter,
-        film: columns.film,
-        impact_speed: columns.impact_speed,
-        restitution: columns.restitution,
-        row: columns.row,
-        errors: Some(columns.errors).filter(|errors| !errors.impact_speed_sd.is_empty()),
-        count: columns.count,
+        diameter: column(|run| run.setting.diameter),
+        film: column(|run| run.setting.film),
+        impact_speed: column(|run| run.impact_speed),
+        restitution: column(|run| run.restitution),
+        row: read.iter().map(|run| run.row).collect(),
+        errors: MeasurementErrors::of_runs(read.iter().map(|run| run.errors)),
+        count: read.iter().filter_map(|run| run.count).collect(),
         ..Runs::default()
     };
-    rayon::join(
-        || reorder([&mut runs.diameter, &mut runs.film], &place),
-        || reorder([&mut runs.impact_speed, &mut runs.restitution], &place),
-    );
-    // after the others, whose memory it may then have
-    reorder([&mut runs.row], &place);
-    reorder([&mut runs.count], &place);
-    if let Some(errors) = &mut runs.errors {
-        reorder([&mut errors.impact_speed_sd, &mut errors.restitution_sd], &place);
-        reorder([&mut errors.speed_correlation], &place);
-    }
     let spheres = Spheres::new(&runs, &spans, scene);
     name_groups(&mut runs, &spans, &groups, &spheres);
     runs.spheres = spheres.all;
@@ -416,33 +361,14 @@ pub(super) fn arrange(columns: RunsAsRead, cells: &ClassCells, scene: &Scene) ->
     runs
 }
 
-/// Puts every value of some columns in its place, through the memory of one more; empty ones stay so.
-fn reorder<T: Copy + Default, const N: usize>(columns: [&mut Vec<T>; N], place: &[u32]) {
-    if columns.iter().any(|column| column.is_empty()) {
-        return;
-    }
-    let mut ordered = vec![T::default(); place.len()];
-    for column in columns {
-        for (value, at) in column.iter().zip(place) {
-            ordered[*at as usize] = *value;
-        }
-        std::mem::swap(column, &mut ordered);
-    }
-}
-
 /// Measures how wide the film groups are.
 fn measure_film_groups(runs: &mut Runs) {
-    let Runs {
-        diameter,
-        film,
-        film_groups,
-        series,
-        ..
-    } = runs;
-    film_groups.par_iter_mut().for_each(|group| {
-        let own = series[group.series.clone()].iter().flat_map(Series::runs);
-        group.measure(own.map(|run| film[run] / diameter[run]).collect());
-    });
+    for at in 0..runs.film_groups.len() {
+        let series = &runs.series[runs.film_groups[at].series.clone()];
+        let own = series.iter().flat_map(Series::runs);
+        let ratios = own.map(|run| runs.film[run] / runs.diameter[run]).collect();
+        runs.film_groups[at].measure(ratios);
+    }
 }
 
 /// The spheres of some runs, with what finds that of a run.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::fields::{column, rows_by_fields, Column, SettingFields};
+use super::fields::{column, rows_by_fields, Column};
 use super::refusals::whole_file;
 use crate::error::{unless_wrong, Error};
 use crate::scene::TableFile;
@@ -34,33 +34,22 @@ const COLUMNS: [Column; 5] = [
     column("impact_speed", Dimension::Speed, false),
 ];
 
-/// Where particle, liquid, diameter and film stand in [`COLUMNS`].
-const SETTING: SettingFields = SettingFields {
-    particle: 0,
-    liquid: 1,
-    diameter: 2,
-    film: 3,
-};
-
-/// Where the impact speed stands in [`COLUMNS`].
-const IMPACT_SPEED: usize = 4;
-
 /// Reads the settings of a CSV or a workbook. A liquid that is empty or `dry` is none.
 ///
 /// Fails with every bad cell named, where there is no line, and where a column is there that nobody reads.
 pub fn read_settings(path: &Path) -> Result<Vec<AskedSetting>, Error> {
     let (fields, settings) = rows_by_fields(&TableFile::given(path), &COLUMNS, |fields, row| {
-        let of = fields.setting(SETTING, row)?;
+        let of = fields.setting(row)?;
         Some(AskedSetting {
             line: row.0,
             particle: of.particle.to_owned(),
             liquid: of.liquid.map(str::to_owned),
             diameter: of.diameter?,
             film: of.film,
-            impact_speed: fields.number(IMPACT_SPEED, row),
+            impact_speed: fields.number("impact_speed", row),
         })
     })?;
-    let has_speed = fields.has(IMPACT_SPEED);
+    let has_speed = fields.has("impact_speed");
     let (mut problems, unread) = fields.finish();
     if !unread.is_empty() {
         let place = format!("columns {}", unread.join(", "));

@@ -1,13 +1,11 @@
 //! Opens a table of runs, and reads no more of it than a table of its format may have.
 
-use std::borrow::Cow;
-use std::fs::{File, Metadata};
-use std::io::{Read, Seek};
+use std::fs::File;
+use std::io::{Seek, Write};
 use std::path::Path;
-use std::time::SystemTime;
 
 use super::csv::separator;
-use super::parquet::ParquetBytes;
+use super::parquet::check_is_parquet;
 use super::records::Records;
 use super::refusals::whole_file;
 use crate::encoding;
@@ -19,46 +17,36 @@ use crate::seed::Hashed;
 /// What is being done, as a verb.
 const READ: &str = "read the runs";
 
-/// A table that can be read from its start more than once.
-pub(super) enum TableSource {
-    /// a regular file, with what was said of it when it was opened
-    File(File, Metadata),
-    /// what a pipe held
-    Held(Vec<u8>),
+/// A table that can be read from its start more than once: a file, or a copy of what a pipe held.
+pub(super) struct TableSource {
+    file: File,
+    /// how many bytes it has
+    pub length: u64,
 }
 
 impl TableSource {
     pub fn open(path: &Path) -> Result<TableSource, Error> {
         Ok(match files::open(path, READ)? {
-            Input::File(file, _) => {
-                let about = file.metadata().map_err(|error| Error::io(path, READ, error))?;
-                TableSource::File(file, about)
+            Input::File(file, length) => TableSource { file, length },
+            Input::Pipe(pipe) => {
+                let bytes = pipe.read(path, MOST_OF_PIPE, READ)?;
+                let copied = tempfile::tempfile().and_then(|mut file| file.write_all(&bytes).map(|()| file));
+                TableSource {
+                    file: copied.map_err(|error| Error::io(path, READ, error))?,
+                    length: bytes.len() as u64,
+                }
             }
-            Input::Pipe(pipe) => TableSource::Held(pipe.read(path, MOST_OF_PIPE, READ)?),
         })
-    }
-
-    /// About how many bytes it has.
-    pub fn length(&self) -> u64 {
-        match self {
-            TableSource::File(_, about) => about.len(),
-            TableSource::Held(bytes) => bytes.len() as u64,
-        }
     }
 
     /// From its start.
-    pub fn reader(&mut self, path: &Path) -> Result<Box<dyn Read + '_>, Error> {
-        Ok(match self {
-            TableSource::File(file, _) => {
-                file.rewind().map_err(|error| Error::io(path, READ, error))?;
-                Box::new(file)
-            }
-            TableSource::Held(bytes) => Box::new(bytes.as_slice()),
-        })
+    pub fn reader(&mut self, path: &Path) -> Result<&mut File, Error> {
+        self.file.rewind().map_err(|error| Error::io(path, READ, error))?;
+        Ok(&mut self.file)
     }
 
     /// As a CSV from its start, once it is known to be text; its columns are separated as the line that names them tells.
-    pub fn csv(&mut self, path: &Path, naming: &Naming) -> Result<Records<Box<dyn Read + '_>>, Error> {
+    pub fn csv(&mut self, path: &Path, naming: &Naming) -> Result<Records<&mut File>, Error> {
         self.check_text(path)?;
         let separator = self.separator(path, naming)?;
         self.separated_by(separator, path)
@@ -70,7 +58,7 @@ impl TableSource {
     }
 
     /// As a CSV from its start, with this between its columns.
-    pub fn separated_by(&mut self, separator: u8, path: &Path) -> Result<Records<Box<dyn Read + '_>>, Error> {
+    pub fn separated_by(&mut self, separator: u8, path: &Path) -> Result<Records<&mut File>, Error> {
         Records::new(self.reader(path)?, separator).map_err(|error| Error::io(path, READ, error))
     }
 
@@ -87,54 +75,28 @@ impl TableSource {
     }
 
     /// As a Parquet table of at most so many bytes.
-    pub fn parquet(&self, path: &Path, most: u64) -> Result<ParquetBytes<'_>, Error> {
-        if self.length() == 0 {
+    pub fn parquet(&self, path: &Path, most: u64) -> Result<&File, Error> {
+        if self.length == 0 {
             let problem = whole_file("the file is empty", "a Parquet table with one row a run");
             return Err(Error::input(path, vec![problem]));
         }
-        let bytes = match self {
-            TableSource::File(file, _) => ParquetBytes::File(file),
-            TableSource::Held(bytes) => ParquetBytes::Held(bytes),
-        };
         // the end of the file says whether it is worth reading
-        bytes.check_mark().map_err(|problems| Error::input(path, problems))?;
-        files::check_length(path, self.length(), most)?;
-        Ok(bytes)
+        check_is_parquet(&self.file).map_err(|problems| Error::input(path, problems))?;
+        files::check_length(path, self.length, most)?;
+        Ok(&self.file)
     }
 
-    /// The SHA-256 of all of it. Fails where it is no longer what it was when it was opened: what was read may then be of
-    /// something else.
+    /// The SHA-256 of all of it.
     pub fn sha256(&mut self, path: &Path) -> Result<String, Error> {
-        let fail = |error: std::io::Error| Error::io(path, READ, error);
         let mut hashed = Hashed::new(self.reader(path)?);
-        std::io::copy(&mut hashed, &mut std::io::sink()).map_err(fail)?;
-        let sha256 = hashed.sha256();
-        match self {
-            TableSource::File(file, before) if state(&file.metadata().map_err(fail)?) != state(before) => {
-                Err(changed(path))
-            }
-            _ => Ok(sha256),
-        }
+        let read = std::io::copy(&mut hashed, &mut std::io::sink());
+        read.map_err(|error| Error::io(path, READ, error))?;
+        Ok(hashed.sha256())
     }
 
     /// All of a workbook.
-    pub fn workbook(&mut self, path: &Path) -> Result<Cow<'_, [u8]>, Error> {
-        Ok(match self {
-            TableSource::File(file, about) => {
-                file.rewind().map_err(|error| Error::io(path, READ, error))?;
-                files::read_file(file, about.len(), path, MOST_OF_WORKBOOK, READ)?.into()
-            }
-            TableSource::Held(bytes) => bytes.as_slice().into(),
-        })
+    pub fn workbook(&mut self, path: &Path) -> Result<Vec<u8>, Error> {
+        let length = self.length;
+        files::read_file(self.reader(path)?, length, path, MOST_OF_WORKBOOK, READ)
     }
-}
-
-/// Length of a file and when it was last written, where that is known.
-pub(super) fn state(about: &Metadata) -> (u64, Option<SystemTime>) {
-    (about.len(), about.modified().ok())
-}
-
-/// Says that a table was written while it was read.
-pub(super) fn changed(path: &Path) -> Error {
-    Error::io(path, READ, std::io::Error::other("it changed while it was read"))
 }

@@ -19,9 +19,13 @@ struct NoiseOfRuns {
 ///
 /// Fails with the key of each spread that may not be 0, and why.
 pub(super) fn check_stated_errors(scene: &Scene, runs: &Runs) -> Result<(), Error> {
+    let (dry, wet) = (
+        runs.dry.iter().map(DryGroup::kinds),
+        runs.series.iter().map(Series::kinds),
+    );
     let kinds = [
-        (SIGMA_DRY.name, "dry", NoiseOfRuns::of(runs, true)),
-        (SIGMA_WET.name, "wet", NoiseOfRuns::of(runs, false)),
+        (SIGMA_DRY.name, "dry", NoiseOfRuns::of(runs, dry)),
+        (SIGMA_WET.name, "wet", NoiseOfRuns::of(runs, wet)),
     ];
     let problem = |(key, kind, noise): (&str, &str, NoiseOfRuns)| {
         let choice = scene.held_at_zero(key)?;
@@ -35,12 +39,8 @@ pub(super) fn check_stated_errors(scene: &Scene, runs: &Runs) -> Result<(), Erro
 }
 
 impl NoiseOfRuns {
-    fn of(runs: &Runs, dry: bool) -> NoiseOfRuns {
+    fn of(runs: &Runs, kinds: impl Iterator<Item = [Range<usize>; 2]>) -> NoiseOfRuns {
         let mut noise = NoiseOfRuns::default();
-        let kinds: Vec<[Range<usize>; 2]> = match dry {
-            true => runs.dry.iter().map(DryGroup::kinds).collect(),
-            false => runs.series.iter().map(Series::kinds).collect(),
-        };
         let states = |run: &usize| runs.errors.as_ref().is_some_and(|errors| errors.of(*run)[1] > 0.0);
         for [rebounds, stuck] in kinds {
             noise.rebounds += rebounds.len();

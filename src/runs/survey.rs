@@ -1,7 +1,5 @@
 //! Surveys the columns of a table without a scene: what each is called, and what stands in it.
 
-use std::collections::HashSet;
-
 use super::columns::{present, Header};
 use super::decimals::parse_number;
 use super::headers::called::columns_called;
@@ -23,7 +21,6 @@ pub(super) struct SurveyedColumn {
     pub filled: usize,
     /// the first different words in it, at most [`SurveyedColumn::MOST_WORDS`], in the order they come
     pub words: Vec<String>,
-    known: HashSet<String>,
     /// whether it has more words than are kept
     pub has_more: bool,
     /// largest number
@@ -61,7 +58,7 @@ pub(super) struct LabelledRow {
     /// that sheet; `None` in a table without any
     pub sheet: Option<String>,
     pub label: String,
-    cells: Vec<Option<String>>,
+    cells: Vec<String>,
 }
 
 impl Survey {
@@ -105,28 +102,29 @@ impl Survey {
             .retain(|title| above().any(|(_, cells)| cells.contains(title)));
     }
 
-    /// Adds a row, which stands on this line; cells that it lacks are missing, those beyond the header are not seen.
-    pub fn add<'c>(&mut self, line: u64, cells: impl IntoIterator<Item = Option<&'c str>> + Clone) {
+    /// Adds a row, which stands on this line; cells that it lacks or that are empty are missing, those beyond the header are
+    /// not seen.
+    pub fn add<'c>(&mut self, line: u64, cells: impl IntoIterator<Item = &'c str> + Clone) {
         /// rows with a label that are kept until it is known whether labels are names here
         const MOST: usize = 10_000;
-        let mut texts = cells.clone().into_iter().take(self.columns.len()).flatten();
+        let mut texts = cells.clone().into_iter().take(self.columns.len());
         let label = texts.find(|cell| label(cell).is_some() || is_count(cell));
         match label {
             Some(label) if self.labelled.len() < MOST => self.labelled.push(LabelledRow {
                 line,
                 sheet: self.sheets.last().cloned(),
                 label: label.trim().to_owned(),
-                cells: cells.into_iter().map(|cell| cell.map(str::to_owned)).collect(),
+                cells: cells.into_iter().map(str::to_owned).collect(),
             }),
             _ => self.add_run(cells),
         }
     }
 
-    fn add_run<'c>(&mut self, cells: impl IntoIterator<Item = Option<&'c str>>) {
+    fn add_run<'c>(&mut self, cells: impl IntoIterator<Item = &'c str>) {
         self.rows += 1;
         let mut cells = cells.into_iter();
         for column in &mut self.columns {
-            column.add(cells.next().flatten());
+            column.add(cells.next().unwrap_or_default());
         }
     }
 
@@ -136,7 +134,7 @@ impl Survey {
             return;
         }
         for row in std::mem::take(&mut self.labelled) {
-            self.add_run(row.cells.iter().map(Option::as_deref));
+            self.add_run(row.cells.iter().map(String::as_str));
         }
     }
 }
@@ -199,22 +197,21 @@ impl SurveyedColumn {
     pub const MOST_WORDS: usize = 100;
 
     /// Adds a cell.
-    pub fn add(&mut self, cell: Option<&str>) {
-        let Some(cell) = cell.and_then(present) else {
+    pub fn add(&mut self, cell: &str) {
+        let Some(cell) = present(cell) else {
             return;
         };
         self.filled += 1;
         if let Ok(number) = parse_number(cell) {
             self.largest = Some(self.largest.map_or(number.value, |most| most.max(number.value)));
         }
-        if self.known.contains(cell) {
+        if self.words.iter().any(|word| word == cell) {
             return;
         }
         if self.words.len() == SurveyedColumn::MOST_WORDS {
             self.has_more = true;
             return;
         }
-        self.known.insert(cell.to_owned());
         self.words.push(cell.to_owned());
     }
 }

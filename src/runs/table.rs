@@ -61,7 +61,7 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
         .notices
         .extend(collected.drop_own_film_ratios(scene.data.film_ratio_gap));
     let places = std::mem::take(&mut table.runs.places);
-    table.runs = impacts::arrange(collected.columns, scene);
+    table.runs = impacts::arrange(collected.in_use, scene);
     table.runs.places = places;
     check_spheres(scene, &table.runs.spheres)?;
     check_stated_errors(scene, &table.runs)?;

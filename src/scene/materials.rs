@@ -3,7 +3,7 @@
 use super::expect::{ABOVE_ZERO, SHARE};
 use super::keys::{Key, Section};
 use super::names::{name_is_allowed, DRY, MISSING, NAME_RULE};
-use super::table::{guides, Number, SceneTable};
+use super::table::{read_nothing, Number, SceneTable};
 use crate::error::quoted;
 use crate::units::Dimension;
 
@@ -83,68 +83,63 @@ const SURFACE_TENSION: Key<Number> = Key::new("surface_tension", Number(Dimensio
 
 /// What is to be said of the tables of particles and liquids.
 pub(super) fn guide() -> [Section; 2] {
-    let of_particle = guides(&[&PARTICLE_DENSITY, &DENSITY_REL_SD, &ROUGHNESS, &ROUGHNESS_REL_SD]);
-    let of_liquid = guides(&[
-        &LIQUID_DENSITY,
-        &DENSITY_REL_SD,
-        &VISCOSITY,
-        &VISCOSITY_REL_SD,
-        &SURFACE_TENSION,
-    ]);
+    let (_, of_particle) = read_nothing(|table| particle(String::new(), table));
+    let (_, of_liquid) = read_nothing(|table| liquid(String::new(), table));
+    let about_particles = format!("A kind of sphere, by {NAME_RULE}");
     let about_liquids = format!("A liquid, by {NAME_RULE}; none where every run is dry");
     [
-        Section::new(
-            "[particles.NAME]",
-            format!("A kind of sphere, by {NAME_RULE}"),
-            of_particle,
-        ),
+        Section::new("[particles.NAME]", about_particles, of_particle),
         Section::new("[liquids.NAME]", about_liquids, of_liquid),
     ]
 }
 
 /// Reads the particles, in the order of the file.
 pub(super) fn particles(root: &SceneTable) -> Vec<Particle> {
-    named_tables(root, PARTICLES, |name, table| {
-        let density = table.read(&PARTICLE_DENSITY);
-        let roughness = table.read(&ROUGHNESS);
-        let density_rel_sd = table.read(&DENSITY_REL_SD);
-        let roughness_rel_sd = table.read(&ROUGHNESS_REL_SD);
-        // one that is refused is not missing
-        let has_roughness = table.gives(&ROUGHNESS);
-        if roughness_rel_sd.is_some() && !has_roughness {
-            let key = ROUGHNESS_REL_SD.base;
-            table.refuse(key, table.at(key), None, "expected roughness_um beside it");
-        }
-        Some(Particle {
-            name,
-            density: density?,
-            density_rel_sd,
-            roughness: if has_roughness { Some(roughness?) } else { None },
-            roughness_rel_sd,
-        })
+    named_tables(root, PARTICLES, particle)
+}
+
+fn particle(name: String, table: &SceneTable) -> Option<Particle> {
+    let density = table.read(&PARTICLE_DENSITY);
+    let density_rel_sd = table.read(&DENSITY_REL_SD);
+    let roughness = table.read(&ROUGHNESS);
+    let roughness_rel_sd = table.read(&ROUGHNESS_REL_SD);
+    // one that is refused is not missing
+    let has_roughness = table.gives(&ROUGHNESS);
+    if roughness_rel_sd.is_some() && !has_roughness {
+        let key = ROUGHNESS_REL_SD.base;
+        table.refuse(key, table.at(key), None, "expected roughness_um beside it");
+    }
+    Some(Particle {
+        name,
+        density: density?,
+        density_rel_sd,
+        roughness: if has_roughness { Some(roughness?) } else { None },
+        roughness_rel_sd,
     })
 }
 
 /// Reads the liquids, in the order of the file.
 pub(super) fn liquids(root: &SceneTable) -> Vec<Liquid> {
-    named_tables(root, LIQUIDS, |name, table| {
-        if name.eq_ignore_ascii_case(DRY) {
-            let expected = "expected another name: runs without liquid are marked so";
-            table.refuse("", table.at(""), Some(quoted(&name)), expected);
-        }
-        let density = table.read(&LIQUID_DENSITY);
-        let viscosity = table.read(&VISCOSITY);
-        let density_rel_sd = table.read(&DENSITY_REL_SD);
-        let viscosity_rel_sd = table.read(&VISCOSITY_REL_SD);
-        let surface_tension = table.read(&SURFACE_TENSION);
-        Some(Liquid {
-            name,
-            density: density?,
-            density_rel_sd,
-            viscosity: viscosity?,
-            viscosity_rel_sd,
-            surface_tension,
-        })
+    named_tables(root, LIQUIDS, liquid)
+}
+
+fn liquid(name: String, table: &SceneTable) -> Option<Liquid> {
+    if name.eq_ignore_ascii_case(DRY) {
+        let expected = "expected another name: runs without liquid are marked so";
+        table.refuse("", table.at(""), Some(quoted(&name)), expected);
+    }
+    let density = table.read(&LIQUID_DENSITY);
+    let density_rel_sd = table.read(&DENSITY_REL_SD);
+    let viscosity = table.read(&VISCOSITY);
+    let viscosity_rel_sd = table.read(&VISCOSITY_REL_SD);
+    let surface_tension = table.read(&SURFACE_TENSION);
+    Some(Liquid {
+        name,
+        density: density?,
+        density_rel_sd,
+        viscosity: viscosity?,
+        viscosity_rel_sd,
+        surface_tension,
     })
 }
 

@@ -1,10 +1,10 @@
 //! Reads what a table of runs calls its columns and its words, and what it leaves unsaid.
 
 use super::expect::{ABOVE_ZERO, FINITE};
-use super::keys::{DefaultsTo, Key, KeyGuide};
+use super::keys::{DefaultsTo, Key};
 use super::names::{already_given, closest, name_expected, DRY, FILL_IN, MISSING};
 use super::run_columns::RunColumn;
-use super::table::{guides, Count, Inner, OneOf, SceneTable};
+use super::table::{Count, Inner, OneOf, SceneTable};
 use super::table_file::TableFile;
 
 /// What a table of runs calls its columns and its words, and what it leaves unsaid.
@@ -89,6 +89,7 @@ pub enum HiddenRows {
 }
 
 /// The names that a scene gives its particles and liquids.
+#[derive(Default)]
 pub(super) struct SceneNames<'n> {
     pub particles: Vec<&'n str>,
     pub liquids: Vec<&'n str>,
@@ -143,27 +144,15 @@ const HIDDEN_ROWS: Key<OneOf<HiddenRows>> = Key::new(
 .example("\"leave\"")
 .optional("a sheet that hides rows with runs is refused");
 
-/// What is to be said of the keys that name things.
-pub(super) fn guide() -> Vec<KeyGuide> {
-    guides(&[
-        &COLUMNS,
-        &VALUES,
-        &CONSTANTS,
-        &SHEETS,
-        &HEADER_ROW,
-        &HIDDEN_ROWS,
-        &HEIGHTS_TO,
-        &HEIGHTS_OF,
-    ])
-}
-
 /// Reads the naming from the table of the data.
 pub(super) fn naming(data: &SceneTable, names: &SceneNames, runs: &[TableFile]) -> Naming {
-    let everywhere = data.table(CONSTANTS.base);
+    let columns = columns(data).unwrap_or_default();
+    let words = words(data, names).unwrap_or_default();
+    let everywhere = data.inner_table(&CONSTANTS);
     let constants = everywhere.map_or_else(Vec::new, |table| constants(&table, names, &[]));
     Naming {
-        columns: columns(data).unwrap_or_default(),
-        words: words(data, names).unwrap_or_default(),
+        columns,
+        words,
         sheets: sheets(data, names, &constants, runs).unwrap_or_default(),
         constants,
         header_row: data.read(&HEADER_ROW),
@@ -180,7 +169,7 @@ fn sheets(
     everywhere: &[Constant],
     runs: &[TableFile],
 ) -> Option<Vec<(String, Vec<Constant>)>> {
-    let table = data.table(SHEETS.base)?;
+    let table = data.inner_table(&SHEETS)?;
     // the name of a sheet that is not named is not known yet
     let all_are_named = runs.iter().all(|file| file.sheet.is_some());
     let named = || runs.iter().filter_map(|file| file.sheet.as_deref());
@@ -198,7 +187,7 @@ fn sheets(
 }
 
 fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
-    let table = data.table(COLUMNS.base)?;
+    let table = data.inner_table(&COLUMNS)?;
     let mut columns: Vec<(String, String)> = vec![];
     for ours in table.keys() {
         if RunColumn::named(&ours).is_none() {
@@ -223,7 +212,7 @@ fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
 }
 
 fn words(data: &SceneTable, names: &SceneNames) -> Option<Vec<(RunColumn, Vec<[String; 2]>)>> {
-    let table = data.table(VALUES.base)?;
+    let table = data.inner_table(&VALUES)?;
     let mut words = vec![];
     for name in table.keys() {
         let named = RunColumn::named(&name).map(|(column, _)| column);

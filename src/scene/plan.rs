@@ -1,7 +1,7 @@
 //! Reads the truth and the design of a simulation.
 
 use super::choices::{
-    checked_terms, checked_viscous, dry_speed, LikelihoodFamily, ModelChoices, NoiseParameter, DRY_SPEED_TAKES,
+    checked_terms, checked_viscous, dry_speed, model, LikelihoodFamily, ModelChoices, NoiseParameter, DRY_SPEED_TAKES,
     SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET, TERMS_TAKES, VISCOUS_TAKES,
 };
 use super::expect::{Expect, ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
@@ -9,7 +9,7 @@ use super::keys::{DefaultsTo, Key, Section};
 use super::materials::{Liquid, Particle};
 use super::naming::SceneNames;
 use super::table::{
-    guides, Count, Guided, Inner, Number, NumberOr, Numbers, NumbersByParticle, OneOf, SceneTable, SomeOf, Texts,
+    read_nothing, Count, Inner, Number, NumberOr, Numbers, NumbersByParticle, OneOf, SceneTable, SomeOf, Texts,
     MOST_COUNTED,
 };
 use crate::physics::balance::Balance;
@@ -285,62 +285,32 @@ const REPEATS: Key<Count, DefaultsTo<u64>> = Key::new("repeats", Count(1, MOST_C
 
 /// What is to be said of the tables of a simulation.
 pub(super) fn guide() -> [Section; 2] {
-    let mut truth = guides(&[&TRUE_DRY_K]);
-    truth.extend(Coefficient::ALL.map(|coefficient| shared(coefficient).guide()));
-    truth.extend(guides(&[
-        &TRUE_INERTIA,
-        &TRUE_VISCOUS,
-        &TRUE_TERMS,
-        &TRUE_DRY_SPEED,
-        &TRUE_SIGMA_DRY,
-        &TRUE_SIGMA_WET,
-        &TRUE_SIGMA_ENERGY,
-        &TRUE_SIGMA_SERIES,
-        &NOISE,
-    ]));
-    truth.extend(shapes().map(|(_, key)| key.guide()));
-    let design = guides(&[
-        &DIAMETER,
-        &LIQUIDS,
-        &FILM_RATIOS,
-        &HEIGHT,
-        &IMPACT_SPEED,
-        &DRY_IMPACT_SPEED,
-        &FILM_REL_SD,
-        &IMPACT_SPEED_REL_SD,
-        &REPEATS,
-    ]);
-    let of_truth = "The parameters that simulated runs are drawn from; of a fit only the report reads them";
+    let (usual, _) = read_nothing(|table| model(table, &[], &[]));
+    let (_, of_truth) = read_nothing(|table| truth(table, &[], (&[], &[]), &usual));
+    let (_, of_design) = read_nothing(|table| design(table, &SceneNames::default()));
+    let about = "The parameters that simulated runs are drawn from; of a fit only the report reads them";
     [
-        Section::new("[truth]", of_truth, truth),
-        Section::new("[design]", "The settings that simulated runs are made at", design),
+        Section::new("[truth]", about, of_truth),
+        Section::new("[design]", "The settings that simulated runs are made at", of_design),
     ]
 }
 
 pub(super) fn truth(
-    root: &SceneTable,
+    table: &SceneTable,
     names: &[&str],
     (particles, liquids): (&[Particle], &[Liquid]),
     model: &ModelChoices,
-) -> Option<Truth> {
-    let table = root.table("truth")?;
-    let (dry_k, dry_k_by_diameter) = true_k(&table, names);
+) -> Truth {
+    let (dry_k, dry_k_by_diameter) = true_k(table, names);
+    let shared = Coefficient::ALL.map(|coefficient| table.read(&shared(coefficient)));
     let inertia = table.read(&TRUE_INERTIA).or(model.inertia);
     let viscous = table.read(&TRUE_VISCOUS);
-    let viscous = viscous.map(|form| checked_viscous(&table, form, particles));
+    let viscous = viscous.map(|form| checked_viscous(table, form, particles));
     let terms = table.read(&TRUE_TERMS).flatten();
-    let noise = table.read_or(&NOISE);
-    let mut shape = None;
-    for (family, key) in shapes() {
-        let value = table.read(&key);
-        if noise == NoiseShape::Family(family) {
-            shape = value;
-        }
-    }
-    let truth = Truth {
+    let mut truth = Truth {
         dry_k,
         dry_k_by_diameter,
-        shared: Coefficient::ALL.map(|coefficient| table.read(&shared(coefficient))),
+        shared,
         inertia: inertia.unwrap_or(Inertia::DEFAULT),
         viscous: viscous.unwrap_or(model.viscous),
         dry_speed: table.read(&TRUE_DRY_SPEED).map_or(model.dry_speed, dry_speed),
@@ -348,19 +318,25 @@ pub(super) fn truth(
         sigma_wet: table.read(&TRUE_SIGMA_WET),
         sigma_energy: table.read(&TRUE_SIGMA_ENERGY),
         sigma_series: table.read(&TRUE_SIGMA_SERIES),
-        shape,
-        noise,
-        terms: checked_terms(&table, terms, liquids),
+        noise: table.read_or(&NOISE),
+        shape: None,
+        terms: checked_terms(table, terms, liquids),
     };
+    for (family, key) in shapes() {
+        let value = table.read(&key);
+        if truth.noise == NoiseShape::Family(family) {
+            truth.shape = value;
+        }
+    }
     table.finish();
-    Some(truth)
+    truth
 }
 
 /// k of each particle, as [`Truth`] has it: one for every diameter, or where the file has a table of them by diameter, each
 /// of these.
 fn true_k(table: &SceneTable, particles: &[&str]) -> (Vec<Option<f64>>, Vec<Vec<KOfDiameter>>) {
     let (mut of_all, mut of_each) = (vec![None; particles.len()], vec![vec![]; particles.len()]);
-    let Some(by_particle) = table.table(TRUE_DRY_K.base) else {
+    let Some(by_particle) = table.inner_table(&TRUE_DRY_K) else {
         return (of_all, of_each);
     };
     for (particle, name) in particles.iter().enumerate() {
@@ -397,10 +373,8 @@ fn by_diameter(table: &SceneTable) -> Vec<KOfDiameter> {
     all
 }
 
-pub(super) fn design(root: &SceneTable, names: &SceneNames) -> Option<Design> {
-    let table = root.table("design")?;
+pub(super) fn design(table: &SceneTable, names: &SceneNames) -> Design {
     let diameters = table.by_particle(&DIAMETER, &names.particles);
-    let film_ratios = table.by_particle(&FILM_RATIOS, &names.particles);
     let mut used = vec![];
     for name in table.read(&LIQUIDS).unwrap_or_default() {
         match names.liquids.iter().position(|liquid| *liquid == name.value) {
@@ -411,6 +385,7 @@ pub(super) fn design(root: &SceneTable, names: &SceneNames) -> Option<Design> {
             }
         }
     }
+    let film_ratios = table.by_particle(&FILM_RATIOS, &names.particles);
     let heights = table.read(&HEIGHT);
     let speeds = table.read(&IMPACT_SPEED);
     if heights.is_some() && speeds.is_some() {
@@ -429,5 +404,5 @@ pub(super) fn design(root: &SceneTable, names: &SceneNames) -> Option<Design> {
         repeats: table.read_or(&REPEATS),
     };
     table.finish();
-    Some(design)
+    design
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE};
 use super::keys::{Key, Section};
-use super::table::{guides, Number, OneOf, SceneTable, Text};
+use super::table::{read_nothing, Number, OneOf, SceneTable, Text};
 use crate::physics::Quantity;
 use crate::units::Dimension;
 
@@ -89,7 +89,7 @@ const SOURCE: Key<Text> = Key::new("source", Text)
 /// What is to be said of a table of a number from the literature.
 pub(super) fn guide() -> Section {
     let about = "A number from the literature, to set beside ours; one table for each";
-    let keys = guides(&[&QUANTITY, &PARTICLE, &OF_FILM_RATIO, &LAW, &VALUE, &SE, &SOURCE]);
+    let (_, keys) = read_nothing(|table| published(table, &[]));
     Section::new("[[published]]", about, keys)
 }
 
@@ -105,8 +105,8 @@ pub(super) fn published(table: &SceneTable, particles: &[&str]) -> Option<Publis
         }
         index
     });
-    let law = table.read(&LAW);
     let film_ratio = table.read(&OF_FILM_RATIO);
+    let law = table.read(&LAW);
     let value = table.read(&VALUE);
     let se = table.read(&SE);
     let source = table.read(&SOURCE);

@@ -9,7 +9,7 @@ use super::keys::{Key, Section};
 use super::materials::{liquids, particles, LIQUIDS, PARTICLES};
 use super::naming::SceneNames;
 use super::published::published;
-use super::table::{guides, SceneTable, Text};
+use super::table::{read_nothing, SceneTable, Text};
 use super::table_file::TableFile;
 use super::{choices, plan, table};
 use crate::encoding::decode;
@@ -29,8 +29,13 @@ const SOURCE: Key<Text> = Key::new("source", Text)
 
 /// What is to be said of the keys above all tables.
 pub(super) fn guide() -> Section {
-    let keys = guides(&[&TITLE, &SOURCE]);
+    let (_, keys) = read_nothing(of_report);
     Section::new("", "What the report says of itself", keys).that_may_be_empty()
+}
+
+/// Title and source.
+fn of_report(root: &SceneTable) -> [Option<String>; 2] {
+    [root.read(&TITLE), root.read(&SOURCE)]
 }
 
 /// Reads and checks a scene file.
@@ -73,8 +78,7 @@ pub fn parse(text: &str, path: &Path, sha256: String) -> Result<Scene, Error> {
 
 fn assemble(root: &SceneTable, path: &Path, sha256: String) -> Option<Scene> {
     let mut unused = vec![];
-    let title = root.read(&TITLE);
-    let source = root.read(&SOURCE);
+    let [title, source] = of_report(root);
     let particles = particles(root);
     let liquids = liquids(root);
     // also of tables that lack something: a name in one is known
@@ -84,18 +88,22 @@ fn assemble(root: &SceneTable, path: &Path, sha256: String) -> Option<Scene> {
         particles: particle_names,
         liquids: liquid_names,
     };
-    let data = data(root, path, &names);
-    let model = choices::model(root, &particles, &liquids);
+    let data = root.table("data").map(|table| data(&table, path, &names));
+    if !root.has("data") {
+        root.refuse_whole("missing table [data]");
+    }
+    let model = choices::model(&root.table_or_empty("model"), &particles, &liquids);
     let priors = choices::priors(root, &names.particles, model.likelihood, &mut unused);
-    let sampler = choices::sampler(root);
-    let bootstrap = choices::bootstrap(root);
+    let sampler = choices::sampler(&root.table_or_empty("sampler"));
+    let bootstrap = choices::bootstrap(&root.table_or_empty("bootstrap"));
     let published = root
         .tables("published")
         .iter()
         .filter_map(|t| published(t, &names.particles))
         .collect();
-    let truth = plan::truth(root, &names.particles, (&particles, &liquids), &model);
-    let design = plan::design(root, &names);
+    let truth = root.table("truth");
+    let truth = truth.map(|table| plan::truth(&table, &names.particles, (&particles, &liquids), &model));
+    let design = root.table("design").map(|table| plan::design(&table, &names));
     let name = scene_name(path);
     Some(Scene {
         file: path.to_path_buf(),

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::keys::KeyGuide;
 use super::names::{closest, nearest};
 use crate::error::PROBLEMS_SHOWN;
 use crate::units::{names_in_words, Dimension};
@@ -11,6 +12,8 @@ use crate::units::{names_in_words, Dimension};
 pub(super) struct ReadKeys {
     /// every key; true once it was found
     pub keys: BTreeMap<String, bool>,
+    /// what is to be said of those that were asked for, in that order
+    pub guides: Vec<KeyGuide>,
     /// every quantity, without its unit
     pub quantities: BTreeMap<String, Dimension>,
     /// required keys that are not there, each with all its units

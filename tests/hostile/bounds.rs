@@ -77,7 +77,6 @@ fn sizes_asked_for_have_limits() {
          calibrate --out page.md --sets 18446744073709551615 | --sets | 1000000
          simulate scene.toml --out made.csv --runs 18446744073709551615 | --runs | 1000000000000
          simulate scene.toml --out made.csv | [design] repeats: found 2000000000000 | at most 1000000000000
-         simulate scene.toml --out made --runs 9 --parts 1000000 | --parts | 10000
          predict report --speed-m-s 1:2:1000000000 | --speed-m-s | COUNT from 2 to 100000",
     ) {
         shell(&place, &format!("exec $WETCOR {command}"), AT_ONCE).assert_refused(command, &[key, words]);

@@ -2,7 +2,7 @@
 
 use crate::scene::expect::INSIDE_ONE;
 use crate::scene::keys::{DefaultsTo, Key, Section};
-use crate::scene::table::{guides, Count, Number, OneOf, SceneTable};
+use crate::scene::table::{read_nothing, Count, Number, OneOf, SceneTable};
 use crate::units::Dimension;
 
 /// How intervals are made.
@@ -95,12 +95,11 @@ const LEVEL: Key<Number, DefaultsTo<f64>> = Key::new("level", Number(Dimension::
 
 /// What is to be said of the table of the bootstrap.
 pub(in crate::scene) fn guide() -> Section {
-    let keys = guides(&[&REPLICATES, &SCHEME, &INTERVAL, &LEVEL]);
+    let (_, keys) = read_nothing(bootstrap);
     Section::new("[bootstrap]", "How the intervals of least squares are made", keys).that_may_be_empty()
 }
 
-pub fn bootstrap(root: &SceneTable) -> Bootstrap {
-    let table = root.table_or_empty("bootstrap");
+pub fn bootstrap(table: &SceneTable) -> Bootstrap {
     let bootstrap = Bootstrap {
         replicates: table.read_or(&REPLICATES),
         scheme: table.read_or(&SCHEME),

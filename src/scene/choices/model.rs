@@ -7,7 +7,7 @@ use crate::physics::{DrySpeed, Form, Inertia, Viscous};
 use crate::scene::expect::ABOVE_ZERO;
 use crate::scene::keys::{DefaultsTo, Key, Section};
 use crate::scene::materials::{Liquid, Particle};
-use crate::scene::table::{guides, NumberOr, OneOf, QuantityOrWord, SceneTable, SomeOf, Switch};
+use crate::scene::table::{read_nothing, NumberOr, OneOf, QuantityOrWord, SceneTable, SomeOf, Switch};
 use crate::units::Dimension;
 
 /// What the model holds.
@@ -88,19 +88,14 @@ impl LikelihoodFamily {
         }
     }
 
-    /// What it cannot stand beside, since each run is integrated over that: a density with a kink.
-    const REFUSED: [(LikelihoodFamily, HiddenOfRun); 2] = [
-        (LikelihoodFamily::AsymmetricLaplace, HiddenOfRun::NoiseOnEnergy),
-        (LikelihoodFamily::AsymmetricLaplace, HiddenOfRun::TrueSpeed),
-    ];
-
-    /// Why it may not stand beside this, as a message ends; `None` where it may.
+    /// Why it may not stand beside this, over which each run is integrated, as a message ends; `None` where it may: where its
+    /// density has no kink.
     pub fn refused_beside(self, hidden: HiddenOfRun) -> Option<String> {
         let what = match hidden {
             HiddenOfRun::NoiseOnEnergy => "noise on the energy kept (noise = \"both\")",
             HiddenOfRun::TrueSpeed => "errors of the impact speeds",
         };
-        let is_refused = Self::REFUSED.contains(&(self, hidden));
+        let is_refused = self == LikelihoodFamily::AsymmetricLaplace;
         is_refused.then(|| format!("expected normal or student beside {what}, which are not integrated over a kink"))
     }
 
@@ -247,32 +242,21 @@ const SERIES_OFFSETS: Key<Switch, DefaultsTo<bool>> = Key::new("series_offsets",
 
 /// What is to be said of the table of the model.
 pub(in crate::scene) fn guide() -> Section {
-    let keys = guides(&[
-        &DRY_SPEED,
-        &INERTIA,
-        &VISCOUS,
-        &TERMS,
-        &LIKELIHOOD,
-        &NOISE_ON,
-        &SERIES_OFFSETS,
-        &DRY_K,
-        &STICKING,
-    ]);
+    let (_, keys) = read_nothing(|table| model(table, &[], &[]));
     Section::new("[model]", "What the model holds", keys).that_may_be_empty()
 }
 
-pub fn model(root: &SceneTable, particles: &[Particle], liquids: &[Liquid]) -> ModelChoices {
-    let table = root.table_or_empty("model");
+pub fn model(table: &SceneTable, particles: &[Particle], liquids: &[Liquid]) -> ModelChoices {
     let choices = ModelChoices {
         dry_speed: dry_speed(table.read_or(&DRY_SPEED)),
         inertia: table.read_or(&INERTIA),
-        viscous: checked_viscous(&table, table.read_or(&VISCOUS), particles),
-        terms: checked_terms(&table, table.read_or(&TERMS), liquids),
+        viscous: checked_viscous(table, table.read_or(&VISCOUS), particles),
+        terms: checked_terms(table, table.read_or(&TERMS), liquids),
         likelihood: table.read_or(&LIKELIHOOD),
-        dry_k: table.read_or(&DRY_K),
-        sticking: table.read_or(&STICKING),
         noise: table.read_or(&NOISE_ON),
         series_offsets: table.read_or(&SERIES_OFFSETS),
+        dry_k: table.read_or(&DRY_K),
+        sticking: table.read_or(&STICKING),
     };
     let refused = choices.likelihood.refused_beside(HiddenOfRun::NoiseOnEnergy);
     if let Some(expected) = refused.filter(|_| choices.noise == NoiseOn::Both) {

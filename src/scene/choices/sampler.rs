@@ -1,7 +1,7 @@
 //! Reads how much sampling a scene asks for.
 
 use crate::scene::keys::{DefaultsTo, Key, Section};
-use crate::scene::table::{guides, Count, SceneTable};
+use crate::scene::table::{read_nothing, Count, SceneTable};
 
 /// How a posterior is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,12 +39,11 @@ const DRAWS: Key<Count, DefaultsTo<u64>> = Key::new("draws", Count(1, MOST_DRAWS
 
 /// What is to be said of the table of the sampler.
 pub(in crate::scene) fn guide() -> Section {
-    let keys = guides(&[&CHAINS, &WARMUP, &DRAWS]);
+    let (_, keys) = read_nothing(sampler);
     Section::new("[sampler]", "How the posterior is sampled", keys).that_may_be_empty()
 }
 
-pub fn sampler(root: &SceneTable) -> Sampler {
-    let table = root.table_or_empty("sampler");
+pub fn sampler(table: &SceneTable) -> Sampler {
     let sampler = Sampler {
         chains: table.read_or(&CHAINS),
         warmup: table.read_or(&WARMUP),

@@ -10,7 +10,7 @@
 mod quantities;
 mod values;
 
-pub(super) use quantities::{guides, Guided, Inner, Number, NumberOr, Numbers, NumbersByParticle, QuantityOrWord};
+pub(super) use quantities::{Inner, Number, NumberOr, Numbers, NumbersByParticle, QuantityOrWord};
 pub(super) use values::{Count, OneOf, SomeOf, Switch, Text, TextOrTexts, Texts, MOST_COUNTED};
 
 use std::cell::RefCell;
@@ -24,6 +24,7 @@ use crate::encoding::line_of;
 use crate::error::{quoted, Problem};
 
 use super::document::Document;
+use super::keys::KeyGuide;
 use super::names::name_expected;
 use super::unknown_keys::ReadKeys;
 
@@ -71,6 +72,15 @@ pub(super) struct SceneTable<'a, 'i> {
     at: usize,
     entries: &'a DeTable<'i>,
     read_keys: RefCell<ReadKeys>,
+}
+
+/// A table without any key.
+static EMPTY: LazyLock<DeTable<'static>> = LazyLock::new(DeTable::default);
+
+/// What is read of a table of which nothing is given, and what is to be said of the keys that it was asked for.
+pub(super) fn read_nothing<T>(read: impl FnOnce(&SceneTable) -> T) -> (T, Vec<KeyGuide>) {
+    let table = SceneTable::root(Document::new(""), &EMPTY);
+    (read(&table), table.read_keys.take().guides)
 }
 
 /// A value with its place, for checks that need more than the value itself.
@@ -210,7 +220,6 @@ impl<'a, 'i> SceneTable<'a, 'i> {
 
     /// The table under a key, without any key where there is none.
     pub fn table_or_empty(&self, key: &str) -> SceneTable<'a, 'i> {
-        static EMPTY: LazyLock<DeTable<'static>> = LazyLock::new(DeTable::default);
         self.table(key).unwrap_or_else(|| self.below(key, 0, &EMPTY))
     }
 
@@ -231,9 +240,6 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     /// Names every key that nothing reads, with the nearest one that exists, and every required key that is missing.
     pub fn finish(&self) {
         let mut read_keys = self.read_keys.borrow_mut();
-        #[cfg(test)]
-        tests::ASKED
-            .with_borrow_mut(|asked| asked.extend(read_keys.keys.keys().map(|key| (self.name.clone(), key.clone()))));
         for (name, hint) in read_keys.unknown(&self.keys()) {
             let key = self
                 .entries
@@ -252,15 +258,4 @@ fn keys_in_order(entries: &DeTable) -> Vec<String> {
     let mut keys: Vec<_> = entries.iter().map(|(k, _)| k).collect();
     keys.sort_by_key(|k| k.span().start);
     keys.into_iter().map(|k| k.get_ref().to_string()).collect()
-}
-
-#[cfg(test)]
-pub(super) mod tests {
-    use std::cell::RefCell;
-    use std::collections::BTreeSet;
-
-    thread_local! {
-        /// the tables that were read on this thread and each key that was asked for in one
-        pub(in crate::scene) static ASKED: RefCell<BTreeSet<(String, String)>> = const { RefCell::new(BTreeSet::new()) };
-    }
 }

@@ -145,8 +145,17 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         self.read_given(key).unwrap_or_else(|| key.default.0.clone())
     }
 
-    fn read_given<K: Takes, D>(&self, key: &Key<K, D>) -> Option<K::Value> {
+    fn read_given<K: Takes, D>(&self, key: &Key<K, D>) -> Option<K::Value>
+    where
+        Key<K, D>: Guided,
+    {
         self.with_unit(key, |name, value, to_si| key.takes.read(self, name, value, to_si))
+    }
+
+    /// The table under a key.
+    pub fn inner_table(&self, key: &Key<Inner>) -> Option<SceneTable<'a, 'i>> {
+        self.read_keys.borrow_mut().guides.push(key.guide());
+        self.table(key.base)
     }
 
     /// Whether the file gives a key, in whichever unit.
@@ -185,9 +194,13 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         &self,
         key: &Key<K, A>,
         read: impl Fn(&str, &'a Spanned<DeValue<'i>>, ToSi) -> Option<T>,
-    ) -> Option<T> {
+    ) -> Option<T>
+    where
+        Key<K, A>: Guided,
+    {
         let (base, dimension) = (key.base, key.takes.dimension());
         let mut read_keys = self.read_keys.borrow_mut();
+        read_keys.guides.push(key.guide());
         read_keys.quantities.insert(base.to_owned(), dimension);
         drop(read_keys);
         let mut given: Vec<(String, &'a Spanned<DeValue<'i>>, &'static Unit)> = vec![];
@@ -231,7 +244,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
 }
 
 /// A key whose guide can be made, whatever it takes.
-pub(in crate::scene) trait Guided {
+trait Guided {
     /// What is to be said of it.
     fn guide(&self) -> KeyGuide;
 }
@@ -254,9 +267,4 @@ impl<K: Takes> Guided for Key<K, DefaultsTo<K::Value>> {
     fn guide(&self) -> KeyGuide {
         guide_with(self, Without::Value(self.takes.written(&self.default.0)))
     }
-}
-
-/// What is to be said of some keys.
-pub(in crate::scene) fn guides(keys: &[&dyn Guided]) -> Vec<KeyGuide> {
-    keys.iter().map(|key| key.guide()).collect()
 }
