@@ -61,7 +61,7 @@ pub fn seconds_of_rows(parameters: ModelParameters, rows: Likelihood, start: &St
     /// evaluations of which the quickest counts, and seconds after which one is enough
     const MOST: usize = 5;
     const ENOUGH: f64 = 0.05;
-    if !rows.needs_rows() {
+    if !rows.needs_rows {
         return None;
     }
     let starts = starts(&parameters, start);

@@ -14,7 +14,7 @@ pub struct Likelihood {
     /// dry ones and wet ones as nodes
     pub(super) nodes: [KindNodes; 2],
     /// whether some runs have spreads or tails that no node says
-    pub(super) needs_rows: bool,
+    pub needs_rows: bool,
 }
 
 /// The runs of a kind as nodes.
