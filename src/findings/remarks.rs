@@ -512,6 +512,10 @@ pub const LOO_KHAT: Kind = informs(
 );
 
 pub(crate) const SCREENED: Kind = found("screened", "see the reasons");
+pub(crate) const SPEEDS_PERHAPS: Kind = found(
+    "plausible_input",
+    "nothing, if they were meant so; else correct the speeds: L and St_c are off by the same factor",
+);
 pub(crate) const REPEATS_PERHAPS: Kind = found("repeated_rows", "look whether a row was entered twice");
 pub(crate) const COLUMNS_DISAGREE: Kind = found("columns_disagree", "look for a slip in these rows");
 pub(crate) const STUCK_LEFT_OUT: Kind = found(
@@ -594,7 +598,8 @@ pub(crate) const FORM_NOT_COMPARED: Kind = informing(
 );
 
 /// Those that bear on the main numbers, the one that bears most on them first.
-const FIRST: [&Kind; 18] = [
+const FIRST: [&Kind; 19] = [
+    &SPEEDS_PERHAPS,
     &REPEATS_PERHAPS,
     &COLUMNS_DISAGREE,
     &SLOW_REBOUNDS_ALLOWED,
