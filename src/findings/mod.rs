@@ -369,6 +369,7 @@ impl Findings {
         }
         self.pick_main_numbers(scene, runs, Some(&posterior));
         carried.extend(single_run::carried_laws(&self.main, &self.scaling));
+        self.remarks.extend(single_run::unseen_rebounds(scene, runs, &carried));
         self.remarks.extend(single_run::single_run_notice(scene, runs, carried));
         Ok(Some(posterior))
     }

@@ -244,6 +244,22 @@ pub const SLOW_REBOUNDS: Kind = forbids(
     "give impact_speed_sd_m_s for each run, or write noise = \"both\" in [model]",
 );
 
+/// Share of the runs that a film ratio leaves out which nothing can use.
+pub const MUCH_SCREENED: Kind = cautions(
+    "screened",
+    AtMost(0.2),
+    "a table that is read as it was measured has few runs that no law is for",
+    "check films and diameters, and their units",
+);
+
+/// By how much a run that stuck moves a main number, in the larger ±, where no run rebounds slowly.
+pub const UNSEEN_REBOUNDS: Kind = forbids(
+    "unseen_rebounds",
+    AtMost(2.5),
+    "a run that stuck agrees with those that rebound, unless small rebounds are not seen",
+    "write in [data] the smallest_restitution that is seen, or check that these runs stuck",
+);
+
 /// Runs that were not screened.
 pub const RUNS_IN_USE: Kind = forbids(
     "runs_in_use",
