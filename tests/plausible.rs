@@ -141,6 +141,48 @@ fn numbers_in_another_unit_are_questioned() {
     );
 }
 
+/// Speeds of one liquid in km/h, and the radius for the diameter of its wet runs alone; of all runs both are as they may be.
+#[test]
+fn runs_of_another_unit_than_the_others_are_questioned() {
+    let asked = |rows: &str| questions(&unscreened().fit_rows(rows));
+    let in_km_h = rows(|cells| {
+        if cells[0] == "PE" && cells[1] == "AK10" {
+            cells[5] = (3.6 * cells[5].parse::<f64>().expect("a speed")).to_string();
+        }
+    });
+    assert_asked(
+        &asked(&in_km_h),
+        "impact speeds of PE in AK10, ; are 3.6 times those ; km/h for m/s?",
+    );
+    let halved = |is_of: fn(&str) -> bool| {
+        rows(|cells| {
+            if cells[0] == "PTFE" && is_of(&cells[1]) {
+                cells[2] = (0.5 * cells[2].parse::<f64>().expect("a diameter")).to_string();
+            }
+        })
+    };
+    assert_asked(
+        &asked(&halved(|liquid| liquid != "dry")),
+        " wet runs of PTFE, the first in runs.csv, line ; exactly 2 times off from the dry ones; the radius for the diameter?",
+    );
+    asked(&halved(|_| true)).lacks("times off from the dry ones");
+}
+
+/// Without a roughness L has an end, too: a δc as thick as the film, of the smoothest sphere there is.
+#[test]
+fn an_l_beyond_every_film_is_questioned() {
+    let text = read_in_project("datasets/mueller2016/scene.toml");
+    let text = text.replace("roughness_um", "# roughness_um");
+    let own = read_in_project("datasets/mueller2016/runs.csv");
+    assert_eq!(questions(&Place::new(&text).fit_rows(&own)), "");
+    // viscosities a tenth of what they are: L is ten times as large
+    let thin = text.replace("= 9.3", "= 0.93").replace("= 48.3", "= 4.83");
+    assert_asked(
+        &questions(&Place::new(&thin).fit_rows(&own)),
+        "δc of PTFE = ; where ε were only 0.01 µm is larger than the sphere",
+    );
+}
+
 /// The example's scene without the limit that would screen films of the wrong unit.
 fn unscreened() -> Place {
     Place::new(&read_in_project("datasets/mueller2016/scene.toml").replace("min_film_um", "# min_film_um"))

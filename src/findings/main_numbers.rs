@@ -394,6 +394,7 @@ impl MainSources<'_> {
             })
         });
         let mut parameters: Vec<MainParameter> = parameters.collect();
+        withhold_unreached(&mut parameters, self.runs, self.level());
         let led = parameters
             .iter()
             .any(|own| own.quantity == Quantity::Shared(Coefficient::LubricationLog) && own.prior_led);
@@ -566,4 +567,72 @@ fn by_film_ratio<T>(rows: impl Iterator<Item = (f64, T)>) -> ByFilmRatio<T> {
         all.entry(film_ratio.to_bits()).or_insert_with(Vec::new).push(row);
     }
     all
+}
+
+/// Takes back C and δ̃0 where the inertial loss sets in over films that are all thinner than those of the runs: where it
+/// has levelled off only its size is told, by which any other loss that goes with no film is taken for it.
+fn withhold_unreached(parameters: &mut [MainParameter], runs: &Runs, level: f64) {
+    const WHY: &str = "every film is thicker than δ̃0: no run tells how the loss sets in";
+    let scale = Quantity::Shared(Coefficient::FilmScale);
+    let ratios = runs.impacts.film_ratio.iter().copied();
+    let thinnest = ratios.filter(|ratio| *ratio > 0.0).fold(f64::INFINITY, f64::min);
+    let highest = |own: &MainParameter| Some(own.number.value? + own.number.se?);
+    let mut scales = parameters.iter().filter(|own| own.quantity == scale);
+    if !scales.any(|own| highest(own).is_some_and(|highest| highest < thinnest)) {
+        return;
+    }
+    for own in parameters {
+        if own.quantity == scale || own.quantity == Quantity::Shared(Coefficient::InertialPrefactor) {
+            let none = Quoting { level }.none(WHY);
+            own.number = MainNumber {
+                method: POSTERIOR_QUANTILES,
+                ..MainNumber::of_fit(&none, Source::Posterior)
+            };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runs::Impacts;
+
+    #[test]
+    fn a_film_scale_below_every_film_takes_back_itself_and_c() {
+        let shared = [
+            Coefficient::LubricationLog,
+            Coefficient::InertialPrefactor,
+            Coefficient::FilmScale,
+        ];
+        let told = |scale: [f64; 2]| {
+            let number = |[value, se]: [f64; 2]| Estimate {
+                se: Some(se),
+                ..Quoting { level: 0.95 }.without_se(Some(value), "")
+            };
+            let of = |(of, pair): (Coefficient, [f64; 2])| {
+                let name = of.describe().name.to_owned();
+                MainParameter::of_fit(name, Quantity::Shared(of), &number(pair), Source::Posterior)
+            };
+            let mut all: Vec<MainParameter> = shared
+                .into_iter()
+                .zip([[1.85, 0.1], [0.4, 0.02], scale])
+                .map(of)
+                .collect();
+            for own in &mut all {
+                own.number.se = Some(0.002);
+            }
+            let runs = Runs {
+                impacts: Impacts {
+                    film_ratio: vec![0.0, 0.03, 0.09],
+                    ..Impacts::default()
+                },
+                ..Runs::default()
+            };
+            withhold_unreached(&mut all, &runs, 0.95);
+            all.iter().map(|own| own.number.value.is_some()).collect::<Vec<bool>>()
+        };
+        assert_eq!(told([0.025, 0.002]), [true, false, false]);
+        assert_eq!(told([0.029, 0.002]), [true; 3]);
+        assert_eq!(told([0.069, 0.002]), [true; 3]);
+    }
 }

@@ -372,6 +372,7 @@ impl Findings {
             dry: &self.dry,
         };
         carried.extend(single_run::carried_laws(setup, &self.main, &self.scaling));
+        self.remarks.extend(single_run::unseen_rebounds(scene, runs, &carried));
         self.remarks.extend(single_run::single_run_notice(scene, runs, carried));
         Ok(Some(posterior))
     }

@@ -9,6 +9,7 @@ use super::posterior::QuantitySummary;
 use super::range::range;
 use super::remarks::{self, shortened, Kind};
 use crate::model::parameters::ParameterKind;
+use crate::physics::numbers::same_diameter;
 use crate::remark::Remark;
 use crate::rounding::to_digits;
 use crate::runs::{Runs, Series};
@@ -46,6 +47,10 @@ const DRY_K: [f64; 2] = [0.005, 0.7];
 
 /// L below this has its film cut off at 1.35 times the roughness.
 const LEAST_LUBRICATION_LOG: f64 = 0.3;
+
+/// Where no ε is given it is taken to be no smaller than that of the smoothest bearing balls, m: a δc as thick as the film then
+/// is the largest L there is.
+const SMOOTHEST: f64 = 0.01e-6;
 
 /// Stokes numbers within which a liquid takes energy and leaves some.
 const STOKES: [f64; 2] = [1.0, 1e4];
@@ -119,8 +124,8 @@ impl Bounds {
 }
 
 /// The check of what went in: the constants of the materials in use, diameters, films, and how speeds compare.
-pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Remark> {
-    let mut questions = vec![];
+pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Vec<Remark> {
+    let (mut questions, mut perhaps) = (vec![], vec![]);
     for (index, particle) in scene.particles.iter().enumerate() {
         let spheres = runs.spheres_of(index);
         let wet = runs.series_in(spheres);
@@ -140,7 +145,10 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Remark> {
             questions.extend(FILM.question(name, films));
         }
         questions.extend(apart);
-        questions.extend(speeds_apart(scene, runs, index));
+        questions.extend(diameters_apart(scene, runs, index));
+        if let Some((is_sure, text)) = speeds_apart(scene, runs, index) {
+            if is_sure { &mut questions } else { &mut perhaps }.push(text);
+        }
     }
     for (index, liquid) in scene.liquids.iter().enumerate() {
         if runs.series.iter().any(|series| series.liquid == index) {
@@ -149,7 +157,9 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Remark> {
         }
     }
     let plain = "constants, diameters, films and speeds are such as experiments have";
-    (!runs.is_empty()).then(|| check(remarks::PLAUSIBLE_INPUT, &questions, plain))
+    let asked = (!runs.is_empty()).then(|| check(remarks::PLAUSIBLE_INPUT, &questions, plain));
+    let perhaps = perhaps.into_iter().map(|text| remarks::SPEEDS_PERHAPS.notice(1, text));
+    asked.into_iter().chain(perhaps).collect()
 }
 
 /// The check of what was questioned; `plain` is said where nothing was.
@@ -201,28 +211,99 @@ fn films_apart(scene: &Scene, runs: &Runs, particle: usize, liquid: usize) -> Op
     ))
 }
 
-/// How speeds stand to those of another unit, and of heights in another unit.
-const SLIPS_OF_SPEED: [(f64, &str); 5] = [
-    (10.0, "mm/s for cm/s"),
-    (100.0, "cm/s for m/s"),
-    (1000.0, "mm/s for m/s"),
-    (3.162, "heights in mm for cm"),
-    (31.62, "heights in mm for m"),
+/// How speeds stand to those of another unit, of heights in another unit, and of Stokes numbers by another definition; last by
+/// what share the ends of the same design may be off, which is less where the factor is one that a design may have, too.
+const SLIPS_OF_SPEED: [(f64, &str, f64); 11] = [
+    (10.0, "mm/s for cm/s", 0.05),
+    (100.0, "cm/s for m/s", 0.05),
+    (1000.0, "mm/s for m/s", 0.05),
+    (3.6, "km/h for m/s", 0.05),
+    (3.281, "ft/s for m/s", 0.05),
+    (3.162, "heights in mm for cm", 0.05),
+    (31.62, "heights in mm for m", 0.05),
+    (9.0, "a Stokes number without its 9", 0.05),
+    (
+        4.5,
+        "a Stokes number with the radius for the diameter and without its 9",
+        0.05,
+    ),
+    (2.237, "miles per hour for m/s", 0.03),
+    (
+        2.0,
+        "another frame rate, or a Stokes number with the radius for the diameter",
+        0.03,
+    ),
 ];
+
+/// A smaller factor may be meant.
+const SURELY_A_SLIP: f64 = 3.0;
 
 /// The factor and the unit by which one range of speeds becomes another, end by end.
 fn slip_between(slow: [f64; 2], fast: [f64; 2]) -> Option<(f64, &'static str)> {
-    /// how far designs of the same speeds are apart at their ends
-    const NEAR: f64 = 0.05;
-    let is_factor = |factor: f64| (0..2).all(|end| (fast[end] / (factor * slow[end]) - 1.0).abs() < NEAR);
-    let found = SLIPS_OF_SPEED.into_iter().find(|(factor, _)| is_factor(*factor));
+    /// how near the end of one range is where the other begins
+    const GOES_ON: f64 = 0.05;
+    let off = |factor: f64| {
+        (0..2)
+            .map(|end| (fast[end] / (factor * slow[end]) - 1.0).abs())
+            .fold(0.0, f64::max)
+    };
+    let near = SLIPS_OF_SPEED
+        .into_iter()
+        .filter(|(factor, _, near)| off(*factor) < *near);
+    let found = near.min_by(|a, b| off(a.0).total_cmp(&off(b.0)))?;
     // where one range begins where the other ends, somebody went on to faster runs
-    let goes_on = (fast[0] / slow[1] - 1.0).abs() < NEAR;
-    found.filter(|_| slow[1] > 1.2 * slow[0] && !goes_on)
+    let goes_on = (fast[0] / slow[1] - 1.0).abs() < GOES_ON;
+    (slow[1] > 1.2 * slow[0] && !goes_on).then_some((found.0, found.1))
 }
 
-/// What to say of the runs of a particle whose speeds, dry or in one liquid, are in another unit than its others.
-fn speeds_apart(scene: &Scene, runs: &Runs, particle: usize) -> Option<String> {
+/// What to say of the wet runs of a particle whose diameter is a simple factor from that of its dry ones, as a radius is: of
+/// any factor of a unit, and of 2 where no diameter is met both dry and wet.
+fn diameters_apart(scene: &Scene, runs: &Runs, particle: usize) -> Option<String> {
+    const SLIPS: [(f64, &str); 3] = [
+        (2.0, "the radius for the diameter"),
+        (10.0, "mm for cm"),
+        (25.4, "inches for mm"),
+    ];
+    const NEAR: f64 = 0.002;
+    let spheres = runs.spheres_of(particle);
+    let dry: Vec<f64> = runs
+        .dry_in(spheres.clone())
+        .iter()
+        .map(|group| group.diameter)
+        .collect();
+    let wet = runs.series_in(spheres);
+    let is_dry = |series: &Series| dry.iter().any(|own| same_diameter(*own, series.diameter));
+    let none_is_both = !wet.iter().any(is_dry);
+    let slip = |series: &Series| {
+        let is_of = |own: f64, factor: f64| ((own / series.diameter).ln().abs() / factor.ln() - 1.0).abs() < NEAR;
+        let found = SLIPS
+            .into_iter()
+            .find(|(factor, _)| dry.iter().any(|own| is_of(*own, *factor)));
+        found.filter(|(factor, _)| !is_dry(series) && (*factor > 2.0 || none_is_both))
+    };
+    let apart: Vec<&Series> = wet.iter().filter(|series| slip(series).is_some()).collect();
+    let (factor, words) = slip(apart.first()?)?;
+    if factor == 2.0 && apart.len() < wet.len() {
+        return None;
+    }
+    let rows = apart.iter().flat_map(|series| series.runs()).map(|run| runs.row[run]);
+    let usual = &DIAMETER.dimension.units()[0];
+    let told = |diameters: &mut dyn Iterator<Item = f64>| range(diameters.map(|d| usual.from_si(d))).map(between);
+    Some(format!(
+        "diameter of {} wet runs of {}, the first in {}, is {} {unit}, exactly {} times off from the dry ones, {} {unit}: {words}?",
+        rows.clone().count(),
+        scene.particles[particle].name,
+        runs.places.of(rows.min()?),
+        told(&mut apart.iter().map(|series| series.diameter))?,
+        short(factor),
+        told(&mut dry.iter().copied())?,
+        unit = usual.symbol,
+    ))
+}
+
+/// What to say of the runs of a particle whose speeds, dry or in one liquid, are in another unit than its others, and whether
+/// that is beyond doubt.
+fn speeds_apart(scene: &Scene, runs: &Runs, particle: usize) -> Option<(bool, String)> {
     let spheres = runs.spheres_of(particle);
     let speeds = |runs_of: Range<usize>| runs.impact_speed[runs_of].iter().copied();
     let dry = range(
@@ -243,15 +324,19 @@ fn speeds_apart(scene: &Scene, runs: &Runs, particle: usize) -> Option<String> {
     let pairs = groups
         .iter()
         .flat_map(|slow| groups.iter().map(move |fast| (slow, fast)));
+    // a liquid of its own may well have speeds of its own
+    let is_asked = |factor: f64| factor > SURELY_A_SLIP || groups.len() == 2 && groups[0].0 == DRY;
     let found = pairs.map(|(slow, fast)| Some((slow, fast, slip_between(slow.1, fast.1)?)));
-    let ((slow, from), (fast, to), (factor, slip)) = found.flatten().next()?;
-    Some(format!(
+    let mut found = found.flatten().filter(|(_, _, (factor, _))| is_asked(*factor));
+    let ((slow, from), (fast, to), (factor, slip)) = found.next()?;
+    let text = format!(
         "impact speeds of {} {fast}, {} m/s, are {} times those {slow}, {} m/s, from end to end: {slip}?",
         scene.particles[particle].name,
         between(*to),
         short(factor),
         between(*from),
-    ))
+    );
+    Some((factor > SURELY_A_SLIP, text))
 }
 
 /// A number with its uncertainty.
@@ -371,12 +456,12 @@ fn of_both<'a>(
     each.into_iter().filter_map(of).collect()
 }
 
-/// What to say of δc = ε exp(L) of a particle that is thicker than every film of it; nothing without ε.
+/// What to say of δc = ε exp(L) of a particle that is thicker than every film of it; without ε of that of the smoothest sphere.
 fn beyond_films(particle: &Particle, l: &Uncertain, runs: &Runs, index: usize) -> Option<String> {
     let wet = || runs.series_in(runs.spheres_of(index)).iter().flat_map(Series::runs);
     let [_, thickest] = range(wet().map(|run| runs.film[run]))?;
     let [smallest, _] = range(wet().map(|run| runs.diameter[run]))?;
-    let roughness = particle.roughness?;
+    let roughness = particle.roughness.unwrap_or(SMOOTHEST);
     let critical = |l: f64| roughness * l.exp();
     let least = critical(l.ends()[0]);
     let usual = &FILM.dimension.units()[0];
@@ -386,9 +471,17 @@ fn beyond_films(particle: &Particle, l: &Uncertain, runs: &Runs, index: usize) -
     } else {
         format!("ε exp({})", short(l.value))
     };
+    let of_ball = match particle.roughness {
+        Some(_) => String::new(),
+        None => format!(
+            " where ε were only {} {}",
+            short(usual.from_si(SMOOTHEST)),
+            usual.symbol
+        ),
+    };
     let text = |than: &str, bound: f64| {
         format!(
-            "δc of {} = {size} by {} is larger than {than} ({} {})",
+            "δc of {} = {size} by {}{of_ball} is larger than {than} ({} {})",
             particle.name,
             l.source,
             short(usual.from_si(bound)),
@@ -436,6 +529,10 @@ mod tests {
     #[test]
     fn speeds_of_another_unit_are_told_from_those_of_another_design() {
         let factor = |slow, fast| slip_between(slow, fast).map(|(factor, _)| factor);
+        assert_eq!(factor([0.4, 1.6], [1.45, 5.7]), Some(3.6));
+        assert_eq!(factor([0.4, 1.6], [1.31, 5.3]), Some(3.281));
+        assert_eq!(factor([0.4, 1.6], [0.79, 3.25]), Some(2.0));
+        assert_eq!(factor([0.4, 1.6], [0.84, 3.2]), None);
         assert_eq!(factor([0.5, 2.0], [49.5, 207.0]), Some(100.0));
         assert_eq!(factor([0.5, 2.0], [1.6, 6.4]), Some(3.162));
         assert_eq!(factor([0.5, 2.0], [2.1, 6.4]), None);

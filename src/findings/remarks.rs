@@ -244,6 +244,22 @@ pub const SLOW_REBOUNDS: Kind = forbids(
     "give impact_speed_sd_m_s for each run, or write noise = \"both\" in [model]",
 );
 
+/// Share of the runs that a film ratio leaves out which nothing can use.
+pub const MUCH_SCREENED: Kind = cautions(
+    "screened",
+    AtMost(0.2),
+    "a table that is read as it was measured has few runs that no law is for",
+    "check films and diameters, and their units",
+);
+
+/// By how much a run that stuck moves a main number, in the larger ±, where no run rebounds slowly.
+pub const UNSEEN_REBOUNDS: Kind = forbids(
+    "unseen_rebounds",
+    AtMost(2.5),
+    "a run that stuck agrees with those that rebound, unless small rebounds are not seen",
+    "write in [data] the smallest_restitution that is seen, or check that these runs stuck",
+);
+
 /// Runs that were not screened.
 pub const RUNS_IN_USE: Kind = forbids(
     "runs_in_use",
@@ -504,6 +520,10 @@ pub(super) const LAW_FIRST: &str =
      true looks inside the series alone: where that check then holds, it was offsets";
 
 pub(crate) const SCREENED: Kind = found("screened", "see the reasons");
+pub(crate) const SPEEDS_PERHAPS: Kind = found(
+    "plausible_input",
+    "nothing, if they were meant so; else correct the speeds: L and St_c are off by the same factor",
+);
 pub(crate) const REPEATS_PERHAPS: Kind = found("repeated_rows", "look whether a row was entered twice");
 pub(crate) const COLUMNS_DISAGREE: Kind = found("columns_disagree", "look for a slip in these rows");
 pub(crate) const STUCK_LEFT_OUT: Kind = found(
@@ -580,7 +600,8 @@ pub(crate) const FORM_NOT_COMPARED: Kind = informing(
 );
 
 /// Those that bear on the main numbers, the one that bears most on them first.
-const FIRST: [&Kind; 18] = [
+const FIRST: [&Kind; 19] = [
+    &SPEEDS_PERHAPS,
     &REPEATS_PERHAPS,
     &COLUMNS_DISAGREE,
     &SLOW_REBOUNDS_ALLOWED,

@@ -24,6 +24,7 @@ pub(super) fn check_rows(runs: &Runs) -> Vec<Remark> {
     let rebounds = rebounds(runs);
     let found = [
         question_repeats(&rebounds, &runs.places),
+        question_filled_down(&rebounds, &runs.places),
         question_means(&rebounds, &runs.places),
     ];
     found.into_iter().flatten().collect()
@@ -68,8 +69,13 @@ impl Repeats {
             for source in (0..place).rev() {
                 let before = source.checked_sub(1).and_then(|before| open[before].take());
                 let other = &rebounds[source];
-                if one.is_at_setting(other) && one.agrees(other, 0) {
-                    let chance = one.chance_to_agree(other);
+                let chance = if one.is_at_setting(other) && one.agrees(other, 0) {
+                    Some(one.chance_to_agree(other))
+                } else {
+                    // the same speed may be set for each film; a restitution is met again by chance
+                    (one.group != other.group && one.agrees(other, 1)).then(|| one.chance_of_restitution(other))
+                };
+                if let Some(chance) = chance {
                     none *= 1.0 - chance;
                     if one.agrees(other, 1) && one.agrees(other, 2) {
                         is_repeat = true;
@@ -132,8 +138,12 @@ fn question_repeats(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> 
         format!("where rounding alone would make it {expected:.1}")
     };
     let rows = found.rows;
+    let cells = match named.iter().all(|block| block.is_of_one_group(rebounds)) {
+        true => "every measured cell",
+        false => "speed and restitution, under another setting too",
+    };
     let text = format!(
-        "{rows} of {} rebounds {} another in every measured cell, {by_rounding}: {}",
+        "{rows} of {} rebounds {} another in {cells}, {by_rounding}: {}",
         rebounds.len(),
         by_number(rows, "repeats", "repeat"),
         shortened(&words)
@@ -144,7 +154,43 @@ fn question_repeats(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> 
     })
 }
 
+/// Questions restitutions that several runs of other speeds have one after the other, as cells that were filled down have.
+fn question_filled_down(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> {
+    /// digits with which a restitution tells
+    const COARSEST: f64 = 0.001;
+    let is_asked = |pair: &&[Rebound]| {
+        let is_next = pair[0].group == pair[1].group && pair[1].row == pair[0].row + 1;
+        is_next && pair[1].steps[2] < 1.5 * COARSEST && !pair[1].agrees(&pair[0], 1)
+    };
+    let pairs: Vec<&[Rebound]> = rebounds.windows(2).filter(is_asked).collect();
+    let is_same = |pair: &&&[Rebound]| (pair[1].restitution - pair[0].restitution).abs() < FINEST;
+    let same: Vec<u32> = pairs.iter().filter(is_same).map(|pair| pair[1].row).collect();
+    let chances: Vec<f64> = pairs
+        .iter()
+        .map(|pair| pair[1].chance_of_restitution(&pair[0]))
+        .collect();
+    let p = chance_of_so_many(same.len(), &chances);
+    (p < remarks::BEYOND_CHANCE).then(|| {
+        let text = format!(
+            "{} of {} rebounds have the restitution of the row above to every digit, at another speed, where chance would make \
+             it {:.1}: {}",
+            same.len(),
+            rebounds.len(),
+            chances.iter().sum::<f64>(),
+            shortened(&places.of_each(&same))
+        );
+        let mut check = remarks::REPEATED_ROWS.check(p, text);
+        check.next_step = "look whether the restitutions were filled down, and write each run's own".to_owned();
+        check
+    })
+}
+
 impl Block {
+    /// Whether it repeats rows of its own dry runs or series.
+    fn is_of_one_group(&self, rebounds: &[Rebound]) -> bool {
+        rebounds[self.last[0]].group == rebounds[self.last[1]].group
+    }
+
     fn words(&self, rebounds: &[Rebound], places: &RowPlaces) -> String {
         let [rows, repeats] = self.last.map(|last| {
             let ends = [last + 1 - self.length, last];

@@ -15,6 +15,7 @@ use super::left_out::{affordable_draws, ComparisonContext, Model};
 use super::main_numbers::MainNumbers;
 use super::posterior::{derived, Posterior};
 use super::quantities::{variables, wetted_of, FittedLaw};
+use super::range::range;
 use super::remarks::{self, shortened};
 use super::scaling::{Scaling, NO_FALL};
 use super::wet_fit::{two, FitSetup, WetRuns};
@@ -306,6 +307,32 @@ pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, mut found: Vec<Singl
     })
 }
 
+/// Whether a run that stuck contradicts those that rebound, none of which is slow, as where a camera does not see small
+/// rebounds; nothing where the scene says which it sees.
+pub(super) fn unseen_rebounds(scene: &Scene, runs: &Runs, found: &[SingleRun]) -> Option<Remark> {
+    /// a law falls from here to nothing over a tenth of the speed or more
+    const SEEN: f64 = 0.15;
+    let rebounds = runs.series.iter().flat_map(|series| series.rebounds.clone());
+    let [slowest, _] = range(rebounds.map(|run| runs.restitution[run]))?;
+    if slowest < SEEN || scene.data.smallest_restitution > 0.0 {
+        return None;
+    }
+    let apart = |own: &SingleRun| (own.without[0] - own.with[0]).abs() / own.with[1].max(own.without[1]);
+    let stuck = found
+        .iter()
+        .filter(|own| runs.series.iter().any(|series| series.stuck.contains(&own.run)));
+    let worst = stuck.max_by(|a, b| apart(a).total_cmp(&apart(b)))?;
+    let text = format!(
+        "{} stuck by the table, which the runs that rebound contradict: without it {} moves by {:.1} of its ±, and no rebound \
+         is below e = {slowest:.3}",
+        run_words(scene, runs, worst.run),
+        remarks::in_symbols(&worst.name),
+        apart(worst),
+    );
+    let check = remarks::UNSEEN_REBOUNDS.check(apart(worst), text);
+    (!check.passed).then_some(check)
+}
+
 /// A run by where it stands, what it was made with, and its e.
 pub(super) fn run_words(scene: &Scene, runs: &Runs, run: usize) -> String {
     let series = runs.series.iter().find(|series| series.runs().any(|own| own == run));
@@ -315,4 +342,37 @@ pub(super) fn run_words(scene: &Scene, runs: &Runs, run: usize) -> String {
     };
     let place = runs.places.of(runs.row[run]);
     format!("{place} ({of}, e = {:.3})", runs.restitution[run])
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::{runs, scene};
+
+    #[test]
+    fn a_stuck_run_that_contradicts_the_rebounds_asks_what_is_seen() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
+        let mut scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let runs = runs::read(&scene).unwrap_or_else(|error| panic!("{error}")).runs;
+        let stuck = runs.series.iter().find_map(|series| series.stuck.clone().next());
+        let carried = |run: usize, without: f64| SingleRun {
+            run,
+            name: "st_c[PTFE,AK10,0.06]".to_owned(),
+            with: [6.0, 0.03],
+            without: [without, 0.06],
+        };
+        let stuck = stuck.expect("one run stuck");
+        let rebound = runs.series[0].rebounds.start;
+        let asked = |scene: &Scene, found| unseen_rebounds(scene, &runs, &[found]);
+        let check = asked(&scene, carried(stuck, 5.8)).expect("it is asked");
+        assert!(check.forbids() && check.next_step.contains("smallest_restitution"));
+        assert!(check.text.contains("moves by 3.3 of its ±"), "{}", check.text);
+        // by no more than its ±, and a run that rebounds
+        assert_eq!(asked(&scene, carried(stuck, 5.9)), None);
+        assert_eq!(asked(&scene, carried(rebound, 5.8)), None);
+        scene.data.smallest_restitution = 0.2;
+        assert_eq!(asked(&scene, carried(stuck, 5.8)), None);
+    }
 }

@@ -16,7 +16,7 @@ use crate::model::parameters::ParameterKind;
 use crate::physics::DrySpeed;
 use crate::remark::Remark;
 use crate::rounding::{by_number, significant};
-use crate::runs::{Screened, Table};
+use crate::runs::{Screened, Table, NOTHING_USES};
 use crate::scene::{Scene, WetLaw};
 
 /// Whether the main numbers may be quoted: no gating check failed.
@@ -296,7 +296,17 @@ pub fn fit_notices(setup: FitSetup, table: &Table, series: &[SeriesFit], scaling
         let text = format!("{left_out} {} left out: {reasons}", by_number(left_out, "run", "runs"));
         let mut next: Vec<&str> = table.screened.iter().map(|one| one.next_step).collect();
         next.dedup();
-        found.push(remarks::SCREENED.with_next_step(left_out, text, next.join("; ")));
+        // what the scene did not ask for is told with the checks, where it is much
+        let unasked = table.screened.iter().filter(|one| one.next_step == NOTHING_USES);
+        let unasked: usize = unasked.map(|one| one.runs).sum();
+        let share = unasked as f64 / (left_out + runs.all_measured()) as f64;
+        found.push(match remarks::MUCH_SCREENED.holds(share) {
+            true => remarks::SCREENED.with_next_step(left_out, text, next.join("; ")),
+            false => Remark {
+                next_step: next.join("; "),
+                ..remarks::MUCH_SCREENED.check(share, text)
+            },
+        });
     }
     let stuck: usize = series.iter().map(|s| s.stuck).sum();
     if stuck > 0 {

@@ -9,9 +9,11 @@ use super::labels::{is_count, label, Label};
 use super::liquid_cells::LiquidCells;
 use super::raw_row::{BadCell, RawRow};
 use super::refusals::{CellPlace, Refusals, Refused};
-use super::row::{check_row, RowChecker};
+use super::row::{check_row, CheckedRow, RowChecker};
 use crate::error::quoted;
+use crate::rounding::short;
 use crate::scene::{RunColumn, Scene};
+use crate::units::Dimension;
 
 /// A cell that is not empty.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -140,6 +142,13 @@ impl<'s> CheckedRows<'s> {
             cell.map_or(0.0, |cell| rounding_of(&cell.text()))
         };
         if let Some(row) = check_row(&row, &mut self.checker, rounding, &mut bad) {
+            for (place, dimension) in &layout.told_constants {
+                let cell = cell(place).map(Cell::text);
+                let off = cell.and_then(|cell| Some((contradicts(&cell, *dimension, &row.run, self.checker.scene)?, cell)));
+                if let Some((expected, cell)) = off {
+                    self.refusals.named_cell(at, &place.name, expected, quoted(cell.trim()));
+                }
+            }
             self.liquids.measured(&row.run);
             self.collected.push(&row, self.checker.scene);
         }
@@ -188,3 +197,37 @@ impl<'s> CheckedRows<'s> {
         self.refusals.or(self.collected)
     }
 }
+
+/// What was expected of a cell that tells the viscosity or the density of a wet run's materials otherwise than the scene, in any
+/// unit; `None` where it agrees, or is no number.
+fn contradicts(cell: &str, dimension: Dimension, row: &ReadRun, scene: &Scene) -> Option<String> {
+    /// by what share a property may differ from run to run, as with the temperature
+    const FROM_RUN_TO_RUN: f64 = 0.05;
+    let value = parse_number(cell.trim()).ok()?.value;
+    let particle = &scene.particles[row.setting.particle as usize];
+    let liquid = &scene.liquids[row.setting.liquid? as usize];
+    let constants = match dimension {
+        Dimension::Viscosity => vec![(&liquid.name, liquid.viscosity, liquid.viscosity_rel_sd)],
+        _ => vec![
+            (&particle.name, particle.density, particle.density_rel_sd),
+            (&liquid.name, liquid.density, liquid.density_rel_sd),
+        ],
+    };
+    let agrees = |(_, constant, sd): &(&String, f64, Option<f64>)| {
+        let most = FROM_RUN_TO_RUN.max(3.0 * sd.unwrap_or_default()) + rounding_of(cell);
+        let mut units = dimension.units().iter();
+        units.any(|unit| (unit.to_si(value) / constant).ln().abs() <= most)
+    };
+    if value.is_nan() || value <= 0.0 || constants.iter().any(agrees) {
+        return None;
+    }
+    let usual = &dimension.units()[0];
+    let each = constants
+        .iter()
+        .map(|(name, constant, _)| format!("{} {} of {name}", short(usual.from_si(*constant)), usual.symbol));
+    Some(format!(
+        "expected {}, as the scene has it: correct the one that is wrong, or take the column out of the table",
+        each.collect::<Vec<_>>().join(" or ")
+    ))
+}
+

@@ -3,15 +3,15 @@
 use super::headers::called::parted;
 use super::headers::header::in_plain_signs;
 use super::headers::heights::{other_height, other_height_by_line};
-use super::headers::other_quantity;
 use super::headers::units::{
     unit_in_brackets, unit_in_name, unit_of_cell, unit_of_cell_above, units_above, StatedUnit,
 };
+use super::headers::{constant_named, other_quantity};
 use super::raw_row::{RawRow, IMPACTS, REBOUNDS};
 use super::told_twice::TOLD_TWICE;
 use crate::error::{quoted, unless_wrong, Problem};
 use crate::scene::{already_given, closest, Constant, ConstantValue, HeightsTo, Naming, RunColumn, MISSING};
-use crate::units::{names_in_words, Unit};
+use crate::units::{names_in_words, Dimension, Unit};
 
 /// What a cell holds without the blanks around it; `None` where it is missing.
 pub(super) fn present(cell: &str) -> Option<&str> {
@@ -154,6 +154,8 @@ pub(super) struct TableLayout<'s> {
     pub remarks: HeaderRemarks,
     /// names that are no column's
     unread: Vec<String>,
+    /// those of them that tell a constant of the scene, by their place and what it is
+    pub told_constants: Vec<(ColumnPlace, Dimension)>,
     /// the line of the header
     line: Option<u64>,
     /// how many columns the table has
@@ -201,6 +203,7 @@ impl<'s> TableLayout<'s> {
             places: Default::default(),
             remarks: HeaderRemarks::default(),
             unread: vec![],
+            told_constants: vec![],
             line: header.line,
             width: header.names.len(),
             naming,
@@ -493,6 +496,13 @@ impl Matching<'_> {
         } else if name.is_empty() {
             self.layout.remarks.unknown.push(unnamed_column(index));
         } else {
+            let place = |dimension: Dimension| ColumnPlace {
+                index,
+                name: name.to_owned(),
+                unit: &dimension.units()[0],
+            };
+            let told = constant_named(&in_plain_signs(name)).map(|dimension| (place(dimension), dimension));
+            self.layout.told_constants.extend(told);
             self.layout.unread.push(name.to_owned());
             self.layout.remarks.unknown.push(quoted(name));
         }

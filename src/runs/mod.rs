@@ -110,6 +110,7 @@ pub use part::is_in_even_share;
 pub use places::RowPlaces;
 pub(crate) use raw_row::LARGEST_RESTITUTION;
 pub(crate) use refusals::whole_file;
+pub(crate) use screen::NOTHING_USES;
 pub use series::{DryGroup, Impacts, Runs, Series};
 pub use settings::{read_settings, AskedSetting};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere, MOST_SPHERES};

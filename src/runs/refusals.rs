@@ -107,13 +107,17 @@ impl<'p> Refusals<'p> {
             return;
         }
         let column = self.layout.blamed(bad.column);
-        let name = self.layout.name(column);
+        let found = found(column).unwrap_or_else(|| "an empty cell".to_owned());
+        self.named_cell(at, &self.layout.name(column), bad.expected, found);
+    }
+
+    /// The same of any column by its name.
+    pub fn named_cell(&mut self, at: CellPlace, name: &str, expected: String, found: String) {
         let (line, place) = match at {
             CellPlace::Line(line) => (Some(line), format!("column {name}")),
             CellPlace::Row(row) => (None, format!("row {row}, column {name}")),
         };
-        let found = found(column).unwrap_or_else(|| "an empty cell".to_owned());
-        self.other(Problem::new(place, bad.expected).on(line).found(found));
+        self.other(Problem::new(place, expected).on(line).found(found));
     }
 
     /// A bad cell without which others may be good.

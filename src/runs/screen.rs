@@ -16,15 +16,16 @@ pub(super) enum Reason {
 
 const WIDEN: &str = "widen the limits in [data] to use those beyond them";
 
+/// What would use runs that no setting of the scene leaves out.
+pub(crate) const NOTHING_USES: &str =
+    "nothing uses a film ratio above 0.5: where so many have one, check films and diameters";
+
 /// Each [`Reason`] in words, in their order, and what would use such runs.
 pub(super) const REASONS: [[&str; 2]; 6] = [
     ["impact speed below min_impact_speed", WIDEN],
     ["impact speed above max_impact_speed", WIDEN],
     ["film thinner than min_film", WIDEN],
-    [
-        "film ratio above 0.5, outside every inertial form",
-        "nothing uses a film ratio above 0.5",
-    ],
+    ["film ratio above 0.5, outside every inertial form", NOTHING_USES],
     ["film ratio above max_film_ratio", WIDEN],
     [
         "stuck, which the scene's sticking leaves out",

@@ -335,14 +335,19 @@ impl Rebound {
         (self.speed - other.speed).abs() <= FINEST * self.speed
     }
 
-    /// Probability that its restitution and that of another run at one setting agree to the last digit r of the one with fewer,
-    /// which is r/(2 √π s) where they scatter by s, and their speeds, where these were not set.
-    pub fn chance_to_agree(&self, other: &Rebound) -> f64 {
+    /// Probability that its restitution and that of another run agree to the last digit r of the one with fewer, which is
+    /// r/(2 √π s) where they scatter by s about one law.
+    pub fn chance_of_restitution(&self, other: &Rebound) -> f64 {
         /// rather too likely than too rare: no scatter is normal, nor the same everywhere
         const CAUTIOUS: f64 = 1.25;
         let step = self.steps[2].max(other.steps[2]);
         let two_root_pi = 2.0 * std::f64::consts::PI.sqrt();
         let spread = (self.scatter.powi(2) + step * step / 12.0).sqrt();
+        (CAUTIOUS * step / (two_root_pi * spread)).min(1.0)
+    }
+
+    /// The same of runs at one setting, and of their speeds where these were not set.
+    pub fn chance_to_agree(&self, other: &Rebound) -> f64 {
         let [coarse, fine] = match self.steps[1] > other.steps[1] {
             true => [self, other],
             false => [other, self],
@@ -353,7 +358,7 @@ impl Rebound {
             true => f64::from(u8::from(self.agrees(other, 1))),
             false => coarse.chance_of_speed(fine),
         };
-        (CAUTIOUS * step / (two_root_pi * spread)).min(1.0) * of_speeds
+        self.chance_of_restitution(other) * of_speeds
     }
 }
 

@@ -460,3 +460,44 @@ fn runs_that_stuck_repeat_by_nature() {
     rows.extend([stuck; 20]);
     assert_eq!(codes(&rows), Vec::<&str>::new());
 }
+
+/// Under another film, where a setting of its own has the same speeds by design.
+#[test]
+fn a_block_pasted_under_another_setting_is_found() {
+    for set in 0..10 {
+        let kind = Kind {
+            step: 1e-3,
+            sd: 0.008,
+            repeats: 3,
+            speeds: [0.0, 0.01][set as usize % 2],
+        };
+        let mut rows = table(kind, 220_000 + set);
+        assert_eq!(codes(&rows), Vec::<&str>::new(), "{set}");
+        for at in 30..45 {
+            let [from, to] = [rows[at - 15], rows[at]];
+            rows[at] = NewRun { film: to.film, ..from };
+        }
+        assert_eq!(codes(&rows), ["repeated_rows"], "{set}");
+        let found = check_rows(&arrange(&scene(), &rows));
+        assert!(found[0].text.contains("under another setting too"), "{}", found[0].text);
+    }
+}
+
+#[test]
+fn restitutions_that_were_filled_down_are_found() {
+    for set in 0..10 {
+        let kind = Kind {
+            step: [1e-3, 1e-4][set as usize % 2],
+            sd: 0.006,
+            repeats: 3,
+            speeds: 0.02,
+        };
+        let mut rows = table(kind, 230_000 + set);
+        for at in 0..rows.len() / 3 {
+            rows[3 * at + 1].restitution = rows[3 * at].restitution;
+        }
+        let found = check_rows(&arrange(&scene(), &rows));
+        let filled = found.iter().filter(|check| check.next_step.contains("filled down"));
+        assert!(filled.filter(|check| check.forbids()).count() == 1, "{set}: {found:?}");
+    }
+}

@@ -23,6 +23,7 @@ use super::words::is_among;
 use crate::scene::RunColumn;
 use conversions::known_conversion;
 use header::{in_few_words, Header, MEASURED};
+pub(super) use quantities::constant_named;
 use quantities::named_quantity;
 use spreads::other_spread;
 

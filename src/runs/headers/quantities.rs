@@ -58,6 +58,32 @@ fn quantities_of_symbol(symbol: &str) -> Vec<Quantity> {
 /// Symbols of dimensionless numbers, which begin a name.
 const NUMBERS: &str = "We Re Fr Bo Oh St";
 
+/// What a header that is no run's column names of the constants of materials: a viscosity or a density itself, by a word or the
+/// usual symbol, and no spread, quotient or other kind of it.
+pub(in crate::runs) fn constant_named(name: &str) -> Option<Dimension> {
+    const SYMBOLS: [(&str, Dimension); 2] = [
+        ("η eta visc", Dimension::Viscosity),
+        ("ρ ρp ρs ρl ρf rho rhop rhos rhol rhof dens", Dimension::Density),
+    ];
+    const OTHERS: &str =
+        "sd std se sem err error rel relative unc uncertainty kinematic kinematische cinématique number energy \
+                          bulk packing air gas temperature";
+    let header = Header::new(name);
+    if header.has(OTHERS) || header.has_end(RATIOS) {
+        return None;
+    }
+    let symbol = header.symbol().trim_end_matches(char::is_numeric);
+    let by_symbol = SYMBOLS.into_iter().find(|(symbols, _)| is_among(symbols, symbol));
+    let named = quantities_in(&header.lower);
+    let by_word = named.iter().find_map(|quantity| match quantity.name {
+        "a viscosity" => Some(Dimension::Viscosity),
+        "a density" => Some(Dimension::Density),
+        _ => None,
+    });
+    let is_quotient = without_brackets(&header.lower).contains('/');
+    by_word.or(by_symbol.filter(|_| !is_quotient).map(|(_, dimension)| dimension))
+}
+
 /// Words for a quotient.
 pub(super) const RATIOS: &str =
     "ratio ratios quotient verhältnis verhaeltnis rapport rapporto razón relación отношение";
