@@ -325,3 +325,35 @@ fn foot_rows_are_left_out_and_named() {
     assert!(out.contains("3 runs read, 1 left out"), "{out}");
     assert!(err.contains("line 4 `n=2`"), "{err}");
 }
+
+/// A column that is not read is refused only where it may be one that nothing gives.
+#[test]
+fn columns_that_are_not_read_are_not_refused_for_a_likeness() {
+    let place = Folder::new();
+    let checked = |name: &str| {
+        let rows: String = (0..9)
+            .map(|run| format!("PE,dry,5,,{}.5,0.7{run},{run}\n", 1 + run % 2))
+            .collect();
+        place.write(
+            "runs.csv",
+            format!("particle,liquid,diameter_mm,film_um,impact_speed_m_s,e,{name}\n{rows}"),
+        );
+        let text =
+            "[data]\nruns = \"runs.csv\"\ncolumns = { restitution = \"e\" }\n[particles.PE]\ndensity_kg_m3 = 940\n";
+        place.write("scene.toml", text);
+        place.run("check scene.toml")
+    };
+    for name in "n rep rank rain sun ran rn gun liquids particles restitution2 film diameter include".split(' ') {
+        let (status, _, err) = checked(name);
+        assert_eq!(status, Some(0), "{name}: {err}");
+    }
+    for (name, meant) in [
+        ("exlude", "exclude"),
+        ("film_ratios", "film_ratio"),
+        ("impact_speed_sd_ms", "impact_speed_sd_m_s"),
+    ] {
+        let (status, _, err) = checked(name);
+        assert_eq!(status, Some(2), "{name}");
+        err.says(&format!("did you mean `{meant}`?"));
+    }
+}
