@@ -325,3 +325,122 @@ fn foot_rows_are_left_out_and_named() {
     assert!(out.contains("3 runs read, 1 left out"), "{out}");
     assert!(err.contains("line 4 `n=2`"), "{err}");
 }
+
+/// What laboratories write in a column of liquids for a dry run, and liquids whose names begin like that.
+#[test]
+fn only_a_whole_word_says_that_a_run_is_dry() {
+    let of = |word: &str| {
+        let rows = format!("PE,{word},5,,1,0.8\nPE,{word},5,,1.2,0.8\nPE,S100,5,250,1,0.7\n");
+        drafted(&format!("ball,liquid,D (mm),film (um),v (m/s),e\n{rows}")).1
+    };
+    let dry =
+        "Dry.; dry run; DRY (no film); no oil; ohne Öl; kein; keine; sec; seco; secco; w/o; n/a; none; --; —; air";
+    for word in dry.split("; ") {
+        let out = of(word);
+        out.says(&format!("`{word}` in `liquid` is dry"));
+        out.says("; liquids S100\n");
+    }
+    for word in [
+        "dry vermouth",
+        "No 5",
+        "Air-foam",
+        "none such 3",
+        "Secret",
+        "nonanol",
+        "dry/wet",
+    ] {
+        let out = of(word);
+        out.lacks("in `liquid` is dry\n");
+        assert!(!out.contains("; liquids S100\n"), "{word}: {out}");
+    }
+}
+
+/// Numbers that tell liquids apart, and a column that says which rows are dry beside a liquid named in every row.
+#[test]
+fn columns_that_tell_liquids_apart_are_asked_about() {
+    for name in [
+        "viscosity (mPa s)",
+        "η",
+        "glycerol wt%",
+        "water content",
+        "liquid (vol%)",
+    ] {
+        let table = |other: &str| {
+            format!("ball,{name},D (mm),film (um),v (m/s),e\nPE,20,5,250,1,0.7\nPE,{other},5,250,1,0.6\n")
+        };
+        let (marks, out) = drafted(&table("35"));
+        assert_eq!(marks, ["columns.liquid"], "{name}");
+        out.says("no column is known to say the liquid: if `");
+        // the twin: one liquid
+        let (marks, _) = drafted(&table("20"));
+        assert!(marks.is_empty(), "{name}: {marks:?}");
+    }
+    let of = |name: &str, cells: [&str; 2], liquid: &str| {
+        let [dry, wet] = cells;
+        drafted(&format!(
+            "ball,liquid,{name},D (mm),film (um),v (m/s),e\nPE,{liquid},{dry},5,250,1,0.8\nPE,S100,{wet},5,250,1,0.6\n"
+        ))
+    };
+    for (name, cells) in [
+        ("surface", ["dry", "wet"]),
+        ("Zustand", ["trocken", "nass"]),
+        ("wet?", ["0", "1"]),
+        ("dry", ["yes", "no"]),
+        ("état", ["sec", "mouillé"]),
+    ] {
+        let (marks, out) = of(name, cells, "S100");
+        assert_eq!(marks, ["columns.liquid"], "{name}");
+        out.says(&format!(
+            "`liquid` names a liquid in every row, but `{name}` says which are dry"
+        ));
+        // the twins: the liquid says it, too
+        for liquid in ["dry", ""] {
+            let (marks, _) = of(name, cells, liquid);
+            assert!(marks.is_empty(), "{name}: {marks:?}");
+        }
+    }
+    let (marks, _) = of("plate", ["dry glass", "steel"], "S100");
+    assert!(marks.is_empty(), "{marks:?}");
+}
+
+/// Footnotes and rows that are commented out are neither spheres nor liquids.
+#[test]
+fn notes_and_marked_names_get_no_table() {
+    let rows = "PE,5,1,0.8\n#PE,5,1.2,0.79\nPE,5,1.5,0.78\nPP,5,1.5,0.81\n*2,5,1.5,0.8\n";
+    let (_, out) = drafted(&format!("ball,D (mm),v (m/s),e\n{rows}1) D by caliper,,,\n"));
+    out.says(": 6 rows; particles PE, PP, _2; every run is dry");
+    out.says("no runs, but one cell alone, so to be taken out of the table: row 7 `1) D by caliper`");
+    out.says("`#PE` in `ball` is no name, since `PE` stands there, too");
+}
+
+/// A column that is not read is refused only where it may be one that nothing gives.
+#[test]
+fn columns_that_are_not_read_are_not_refused_for_a_likeness() {
+    let place = Folder::new();
+    let checked = |name: &str| {
+        let rows: String = (0..9)
+            .map(|run| format!("PE,dry,5,,{}.5,0.7{run},{run}\n", 1 + run % 2))
+            .collect();
+        place.write(
+            "runs.csv",
+            format!("particle,liquid,diameter_mm,film_um,impact_speed_m_s,e,{name}\n{rows}"),
+        );
+        let text =
+            "[data]\nruns = \"runs.csv\"\ncolumns = { restitution = \"e\" }\n[particles.PE]\ndensity_kg_m3 = 940\n";
+        place.write("scene.toml", text);
+        place.run("check scene.toml")
+    };
+    for name in "n rep rank rain sun ran rn gun liquids particles restitution2 film diameter include".split(' ') {
+        let (status, _, err) = checked(name);
+        assert_eq!(status, Some(0), "{name}: {err}");
+    }
+    for (name, meant) in [
+        ("exlude", "exclude"),
+        ("film_ratios", "film_ratio"),
+        ("impact_speed_sd_ms", "impact_speed_sd_m_s"),
+    ] {
+        let (status, _, err) = checked(name);
+        assert_eq!(status, Some(2), "{name}");
+        err.says(&format!("did you mean `{meant}`?"));
+    }
+}

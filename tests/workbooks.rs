@@ -340,9 +340,9 @@ fn a_header_of_another_quantity_is_refused() {
     }
 }
 
-/// Yes and no as a table says them; the run in the middle is left out.
+/// Yes and no, and what is no reason, as a table says them; the run in the middle is left out.
 #[test]
-fn a_no_keeps_a_run_where_all_say_yes_or_no() {
+fn a_word_that_is_no_reason_keeps_a_run() {
     let of = |words: [&str; 3]| {
         let rows = dry_rows(0.18);
         let rows = rows.lines().enumerate().map(|(at, row)| {
@@ -364,16 +364,19 @@ fn a_no_keeps_a_run_where_all_say_yes_or_no() {
     for words in [["0", "1", "0"], ["FALSE", "TRUE", "false"], ["nein", "ja", "Nein"]] {
         let (count, err) = of(words);
         assert_eq!(count, format!("24 runs read, 1 left out (excluded: `{}`)", words[1]));
-        err.says(&format!(
-            "every word in the column `exclude` says yes or no, so runs with `{}`",
-            words[0]
-        ));
+        err.says(&format!("runs with `{}`", words[0]));
+        err.says("in the column `exclude` are kept");
     }
     assert_eq!(of(["0", "0", "0"]).0, "24 runs read");
-    // a reason beside them takes each word for a reason
-    let (count, err) = of(["", "no film", "no"]);
-    count.reads("24 runs read, 12 left out (excluded: `no`), 1 left out (excluded: `no film`)");
-    err.lacks("yes or no");
+    // a no is no reason beside one either, as a dash is none
+    for word in ["no", "–", "okay"] {
+        let (count, err) = of(["", "no film", word]);
+        count.reads("24 runs read, 1 left out (excluded: `no film`)");
+        err.says(&format!("runs with `{word}` in the column `exclude` are kept"));
+    }
+    let (count, err) = of(["", "no film", "n"]);
+    count.reads("24 runs read, 12 left out (excluded: `n`), 1 left out (excluded: `no film`)");
+    err.lacks("are kept");
 }
 
 #[test]

@@ -8,8 +8,9 @@ use super::decimals::{parse_number, rounding_of, Decimals, DoubtfulNumber};
 use super::labels::{is_count, label, Label};
 use super::liquid_cells::LiquidCells;
 use super::raw_row::{BadCell, RawRow};
+use super::read_run::ReadRun;
 use super::refusals::{CellPlace, Refusals, Refused};
-use super::row::{check_row, CheckedRow, RowChecker};
+use super::row::{check_row, RowChecker};
 use crate::error::quoted;
 use crate::rounding::short;
 use crate::scene::{RunColumn, Scene};
@@ -144,7 +145,8 @@ impl<'s> CheckedRows<'s> {
         if let Some(row) = check_row(&row, &mut self.checker, rounding, &mut bad) {
             for (place, dimension) in &layout.told_constants {
                 let cell = cell(place).map(Cell::text);
-                let off = cell.and_then(|cell| Some((contradicts(&cell, *dimension, &row.run, self.checker.scene)?, cell)));
+                let off =
+                    cell.and_then(|cell| Some((contradicts(&cell, *dimension, &row.run, self.checker.scene)?, cell)));
                 if let Some((expected, cell)) = off {
                     self.refusals.named_cell(at, &place.name, expected, quoted(cell.trim()));
                 }
@@ -230,4 +232,3 @@ fn contradicts(cell: &str, dimension: Dimension, row: &ReadRun, scene: &Scene) -
         each.collect::<Vec<_>>().join(" or ")
     ))
 }
-

@@ -314,8 +314,7 @@ impl Collected {
         }
     }
 
-    /// The words of the column `exclude` that say no, if all its words say yes or no; of a table in which each of these was
-    /// taken for a reason.
+    /// The words of the column `exclude` that keep a run, of a table in which each of these was taken for a reason.
     pub fn words_for_no(&self) -> Vec<String> {
         words_for_no(self.excluded.iter().map(|(reason, _)| reason.as_str()))
     }
@@ -324,7 +323,7 @@ impl Collected {
     pub fn excluded_by_yes(&self, path: &Path) -> Option<Remark> {
         let words: Vec<String> = self.kept_by_no.iter().map(|word| quoted(word)).collect();
         let text = format!(
-            "{}: every word in the column `exclude` says yes or no, so runs with {} are kept",
+            "{}: runs with {} in the column `exclude` are kept: none of these is a reason to leave one out",
             file_name(path),
             words.join(" or ")
         );

@@ -366,7 +366,7 @@ impl Matching<'_> {
                     let name = name.clone();
                     self.add_column(column, ColumnPlace { index, name, unit });
                 }
-                None => self.add_other_name(index, name),
+                None => self.add_other_name(header, index, name),
             }
         }
         for (ours, theirs) in &naming.columns {
@@ -488,9 +488,28 @@ impl Matching<'_> {
         self.refuse(format!("column {name}"), expected);
     }
 
-    /// Refuses a name that is nearly a column's; any other column is not used.
-    fn add_other_name(&mut self, index: usize, name: &str) {
-        if let Some((column, expected)) = RunColumn::nearly(name) {
+    /// Refuses a name that is nearly that of a column which nothing gives, unless it is too short to tell, or says the opposite;
+    /// any other column is not used.
+    fn add_other_name(&mut self, header: &Header, index: usize, name: &str) {
+        /// letters of names that are near too many words
+        const SHORT: usize = 4;
+        let naming = self.layout.naming;
+        let is_given = |column: RunColumn| {
+            let told = |name: &String| naming.columns.iter().find(|(_, theirs)| theirs == name);
+            let mut names = header
+                .names
+                .iter()
+                .map(|name| told(name).map_or(name, |(ours, _)| ours));
+            let is_of = |(own, _): (RunColumn, _)| own == column;
+            names.any(|name| RunColumn::named(name).is_some_and(is_of)) || self.layout.gives(column)
+        };
+        let may_be_meant = |column: RunColumn| {
+            let is_long = name.chars().count() > SHORT || RunColumn::of_base(&name.to_lowercase()).is_some();
+            let is_opposite = column == RunColumn::Exclude && other_quantity(name, column, column.base()).is_some();
+            is_long && !is_given(column) && !is_opposite
+        };
+        let near = RunColumn::nearly(name).filter(|(column, _)| may_be_meant(*column));
+        if let Some((column, expected)) = near {
             self.refuse(format!("column {name}"), expected);
             self.misnamed.push(column);
         } else if name.is_empty() {

@@ -1,9 +1,10 @@
 //! Drafts a scene from a table of runs: its particles and liquids, its columns as far as they can be guessed, and every key.
 
 use super::guess::{
-    guess, is_plain_speed, marks_bad_runs, may_hold_films, may_hold_names, may_hold_reasons, speaks_of_liquids, Guess,
-    NotGuessed,
+    guess, is_plain_speed, marks_bad_runs, may_hold_films, may_hold_names, may_hold_reasons, may_tell_liquids,
+    speaks_of_liquids, Guess, NotGuessed,
 };
+use super::headers::called::letters;
 use super::headers::heights::other_height;
 use super::headers::other_quantity;
 use super::headers::units::{unit_in_name, unit_of, StatedUnit};
@@ -36,8 +37,33 @@ pub struct Draft {
     pub to_fill_in: Vec<String>,
 }
 
-/// How tables mark runs without liquid besides our own word, in small letters.
-const WITHOUT_LIQUID: &str = "none no without air trocken ohne keine luft - –";
+/// How tables mark runs without liquid, in small letters.
+const WITHOUT_LIQUID: &str =
+    "dry none no nil without air trocken ohne kein keine luft sec sèche sans aucun seco seca sin secco secca \
+     asciutto senza n.a n/a w/o";
+
+/// What may stand beside such a word.
+const BESIDE: &str =
+    "any liquid fluid film oil layer run runs test plate sphere ball surface contact reference impact flüssigkeit öl \
+     oel schicht platte lauf liquide huile líquido aceite liquido olio";
+
+/// How they mark runs with liquid.
+const WITH_LIQUID: &str = "wet wetted nass feucht benetzt mouillé humide mojado húmedo bagnato";
+
+/// Whether a word of a column of liquids says that there is none: as a whole, up to a remark, and not as a liquid's name that
+/// begins like that.
+fn is_dry(word: &str) -> bool {
+    const BETWEEN: [char; 7] = [' ', '/', '_', '-', '–', '—', '−'];
+    let lower = word.trim().to_lowercase();
+    // the `dry` of `dry, no oil`
+    let first = lower.split([',', ';', ':', '(']).next().unwrap_or_default();
+    let first = first.trim().trim_end_matches('.');
+    let mut words = first.split(BETWEEN).filter(|word| !word.is_empty());
+    // dashes have no words
+    is_among(WITHOUT_LIQUID, first)
+        || words.next().is_none_or(|first| is_among(WITHOUT_LIQUID, first))
+            && words.all(|word| is_among(WITHOUT_LIQUID, word) || is_among(BESIDE, word))
+}
 
 /// The one name of all particles, or of all liquids, of a table that names none.
 const SPHERE: &str = "sphere";
@@ -66,14 +92,10 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
     let mut naming = Naming::of(survey);
     naming.say_what_was_read(survey);
     naming.say_what_labels_leave_out(survey);
-    let is_dry = |word: &str| {
-        // the `dry` of `dry, no oil`
-        let lower = word.to_lowercase();
-        let first = lower.split(|c: char| c.is_whitespace() || ",;:(/".contains(c)).next();
-        first.is_some_and(|first| first == DRY || is_among(WITHOUT_LIQUID, first))
-    };
+    // the `dry` of a sheet `dry May`
+    let is_of_dry = |sheet: &str| sheet.split_whitespace().next().is_some_and(is_dry);
     // sheets of one liquid each, or of one kind of sphere
-    let is_wet = naming.has(RunColumn::Film) || survey.sheets.iter().any(|sheet| is_dry(sheet));
+    let is_wet = naming.has(RunColumn::Film) || survey.sheets.iter().any(|sheet| is_of_dry(sheet));
     let by_sheet = match survey.sheets.len() {
         0 | 1 => None,
         _ if is_wet && !naming.has(RunColumn::Liquid) => Some(RunColumn::Liquid),
@@ -85,7 +107,13 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
         // every cell is empty, which is for the reader to refuse
         particles.push(SPHERE.to_owned());
     }
-    let liquids = naming.names(RunColumn::Liquid, survey, by_sheet, is_dry);
+    let is_dry_here: fn(&str) -> bool = if by_sheet == Some(RunColumn::Liquid) {
+        is_of_dry
+    } else {
+        is_dry
+    };
+    let liquids = naming.names(RunColumn::Liquid, survey, by_sheet, is_dry_here);
+    naming.ask_for_states(survey);
     naming.leave_half_means();
     naming.read_titles(survey);
     naming.leave_rebound_heights();
@@ -93,7 +121,7 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
     naming.say_what_is_taken();
     let mut text = Text::default();
     // as many as the reader of runs counts
-    let rows = survey.rows + survey.labelled.len();
+    let rows = survey.rows + survey.labelled.len() + survey.notes.len();
     text.intro(runs, rows);
     for section in scene::guide() {
         match section.head {
@@ -196,7 +224,8 @@ impl<'s> Naming<'s> {
             }
             ours
         } else if let Some(column) = self.column(of_runs) {
-            let ours = names_of(&column.words, is_dry);
+            let words = self.words_of_names(column);
+            let ours = names_of(&words, is_dry);
             let renamed: Vec<_> = ours.iter().filter(|(theirs, ours)| theirs != ours).cloned().collect();
             for (theirs, ours) in &renamed {
                 self.guessed
@@ -222,7 +251,10 @@ impl<'s> Naming<'s> {
     /// filled in.
     fn only(&mut self, of_runs: RunColumn, name: &str, then: &str) -> Vec<String> {
         let mut unused = self.unused.iter();
-        if let Some(column) = unused.find(|column| may_hold_names(column)) {
+        let may_say = |column: &SurveyedColumn| {
+            may_hold_names(column) || of_runs == RunColumn::Liquid && (may_tell_liquids(column) || tells_states(column))
+        };
+        if let Some(column) = unused.find(|column| may_say(column)) {
             self.guessed.push(format!(
                 "no column is known to say the {0}: if {1} does, name it and write a table for each of its words; if none does, \
                  move `{0} = {2}` to constants",
@@ -237,6 +269,48 @@ impl<'s> Naming<'s> {
         self.guessed
             .push(format!("no column says the {}: {then}", of_runs.base()));
         vec![name.to_owned()]
+    }
+
+    /// The words of a column of names, without those that mark another one, as the `#PTFE` of a row that is commented out: no
+    /// table is written for these, so that their rows are refused.
+    fn words_of_names(&mut self, column: &SurveyedColumn) -> Vec<String> {
+        let bare = |word: &str| {
+            word.trim_start_matches(['#', '*', '%', '!', ';', '/', '†'])
+                .trim_start()
+                .to_owned()
+        };
+        let is_marked = |word: &&String| bare(word) != **word && column.words.contains(&bare(word));
+        for word in column.words.iter().filter(is_marked) {
+            self.guessed.push(format!(
+                "{} in {} is no name, since {} stands there, too: take its rows out of the table, or mend them",
+                quoted(word),
+                quoted(&column.name),
+                quoted(&bare(word)),
+            ));
+        }
+        column.words.iter().filter(|word| !is_marked(word)).cloned().collect()
+    }
+
+    /// Leaves the liquids to be filled in where every row names one and another column says which rows are dry.
+    fn ask_for_states(&mut self, survey: &Survey) {
+        let is_in_every_row = |column: &SurveyedColumn| {
+            let is_dry = |word: &String| is_dry(word);
+            column.filled == survey.rows && !column.has_more && !column.words.iter().any(is_dry)
+        };
+        let Some(liquid) = self.column(RunColumn::Liquid).filter(|column| is_in_every_row(column)) else {
+            return;
+        };
+        let Some(state) = self.unused.iter().find(|column| tells_states(column)) else {
+            return;
+        };
+        self.guessed.push(format!(
+            "{0} names a liquid in every row, but {1} says which are dry: write `dry` in {0} there, then name it as `liquid` in columns",
+            quoted(&liquid.name),
+            quoted(&state.name),
+        ));
+        self.columns.retain(|(ours, _)| ours != RunColumn::Liquid.base());
+        self.columns
+            .push((RunColumn::Liquid.base().to_owned(), FILL_IN.to_owned()));
     }
 
     /// Leaves the column of liquids to be filled in where one that is not known may hold them, or films, or where a title or the
@@ -359,23 +433,30 @@ impl Naming<'_> {
     fn say_what_labels_leave_out(&mut self, survey: &Survey) {
         /// rows that are named
         const NAMED: usize = 5;
-        let labelled = &survey.labelled;
-        let named = labelled.iter().take(NAMED);
         let sheet = |row: &LabelledRow| match &row.sheet {
             Some(sheet) if survey.sheets.len() > 1 => format!("sheet {} ", quoted(sheet)),
             _ => String::new(),
         };
-        let mut rows: Vec<String> = named
-            .map(|row| format!("{}row {} {}", sheet(row), row.line, quoted(&row.label)))
-            .collect();
-        if labelled.len() > NAMED {
-            rows.push(format!("and {} more", labelled.len() - NAMED));
-        }
-        if !rows.is_empty() {
-            self.guessed.push(format!(
-                "left out, since their labels say mean, total, spread or count of other rows: {}",
-                rows.join(", ")
-            ));
+        for (labelled, what) in [
+            (
+                &survey.labelled,
+                "left out, since their labels say mean, total, spread or count of other rows",
+            ),
+            (
+                &survey.notes,
+                "no runs, but one cell alone, so to be taken out of the table",
+            ),
+        ] {
+            let named = labelled.iter().take(NAMED);
+            let mut rows: Vec<String> = named
+                .map(|row| format!("{}row {} {}", sheet(row), row.line, quoted(&row.label)))
+                .collect();
+            if labelled.len() > NAMED {
+                rows.push(format!("and {} more", labelled.len() - NAMED));
+            }
+            if !rows.is_empty() {
+                self.guessed.push(format!("{what}: {}", rows.join(", ")));
+            }
         }
     }
 
@@ -587,6 +668,18 @@ impl Text {
             self.to_fill_in.extend(open);
         }
     }
+}
+
+/// Whether a column says of each run whether it is dry or wet.
+fn tells_states(column: &SurveyedColumn) -> bool {
+    let says_wet = |word: &str| is_among(WITH_LIQUID, &word.trim().to_lowercase());
+    let name = letters(&column.name);
+    let is_called = says_wet(&name) || is_among("dry trocken", &name);
+    let are_states = || {
+        let mut words = column.words.iter();
+        words.clone().any(|word| says_wet(word)) && words.all(|word| says_wet(word) || is_dry(word))
+    };
+    column.words.len() >= 2 && !column.has_more && (is_called && column.words.len() == 2 || are_states())
 }
 
 /// The names of a particle or liquid that words stand for, each with its word; a dry run is ours.

@@ -1,6 +1,7 @@
 //! Guesses which column of runs a column of somebody's table is, and in which unit.
 
 use super::headers::called::{called, is_short_for, letters, parted};
+use super::headers::header::in_plain_signs;
 use super::headers::units::{unit_in_name, unit_of_cell, StatedUnit};
 use super::survey::SurveyedColumn;
 use super::words::is_among;
@@ -32,6 +33,29 @@ const PLAIN_SPEEDS: &str = "v speed velocity geschwindigkeit vitesse velocidad v
 /// Whether a column is called as speeds before and after the impact may be, so that one which says more goes first.
 pub(super) fn is_plain_speed(name: &str) -> bool {
     is_among(PLAIN_SPEEDS, &parted(name).0)
+}
+
+/// A sign, arrow or other mark behind the symbol of a speed, as in `v+`, `v_0*` or `v^2`: it may say that the speed is the one
+/// after the impact, or that it is no speed any more.
+fn mark_of_speed(name: &str) -> Option<char> {
+    const DASHES: [char; 5] = ['-', '−', '–', '⁻', '₋'];
+    /// what only sets off a unit or a remark
+    const BETWEEN: &str = "/,:;)]}|·±=<>@&%°#";
+    let plain = in_plain_signs(name.trim_start());
+    let behind = plain.trim_start_matches(|c: char| c.is_alphanumeric() || "_.".contains(c));
+    let symbol = letters(&plain[..plain.len() - behind.len()]);
+    let symbol = symbol.trim_end_matches(char::is_numeric);
+    let mut after = behind.trim_start_matches([' ', '(', '[', '{']).chars();
+    let mark = after.next().filter(|c| !c.is_alphanumeric() && !BETWEEN.contains(*c))?;
+    let after = match DASHES.contains(&mark) {
+        true => after
+            .as_str()
+            .trim_start_matches(|c: char| c == ' ' || DASHES.contains(&c)),
+        false => after.as_str(),
+    };
+    let is_speed = symbol == "u" || is_among(PLAIN_SPEEDS, symbol);
+    // what goes on behind it is a word, as in `v - m/s`
+    (is_speed && !after.starts_with(char::is_alphabetic)).then_some(mark)
 }
 
 /// Marks in such a column.
@@ -83,6 +107,16 @@ pub(super) fn may_hold_films(column: &SurveyedColumn) -> bool {
     column.largest.is_some() && (is_of_liquids || is_length)
 }
 
+/// Whether a column that is not read may tell liquids apart by numbers, as one of viscosities or of shares in a mixture does.
+pub(super) fn may_tell_liquids(column: &SurveyedColumn) -> bool {
+    const PARTS: &str =
+        "liquid fluid flüssig fluessig visk visc glyc glyz wasser water mischung mixture konzentration concentration";
+    const SYMBOLS: &str = "oil oel öl η eta mu µ μ ν nu cst mpas wt vol";
+    let (name, _) = parted(&column.name);
+    let is_called = is_among(SYMBOLS, &name) || PARTS.split(' ').any(|part| name.contains(part));
+    is_called && (2..=MOST_KINDS).contains(&column.words.len())
+}
+
 /// What columns of days and times are called, which are words to a reader of cells.
 const CALLED_DAYS: &str = "date day time datum tag zeit uhrzeit heure jour timestamp";
 
@@ -122,6 +156,18 @@ pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool
     {
         return Err(not_guessed("but a capital E may be an energy".to_owned()));
     }
+    let is_speed = matches!(candidate, RunColumn::ImpactSpeed | RunColumn::ReboundSpeed);
+    if let Some(mark) = mark_of_speed(&column.name).filter(|_| is_speed) {
+        let mark = quoted(&mark.to_string());
+        return Err(not_guessed(format!(
+            "but its {mark} may say that it is the speed after the impact, or make another quantity of it"
+        )));
+    }
+    if candidate == RunColumn::Runs && column.is_running_number() {
+        return Err(not_guessed(
+            "but rises from row to row, as a running number does and no number of repeats".to_owned(),
+        ));
+    }
     let units = candidate.dimension().units();
     let (suffix, is_unit_guessed) = match stated {
         _ if candidate.dimension() == Dimension::One => ("", false),
@@ -140,6 +186,13 @@ pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool
         }
         None => {
             let suffix = column.largest.and_then(|largest| suffix_by_size(candidate, largest));
+            let of_most = column.middle().and_then(|middle| suffix_by_size(candidate, middle));
+            if let (Some(largest), true) = (column.largest, of_most.is_some() && suffix != of_most) {
+                return Err(not_guessed(format!(
+                    "but {largest} in row {} is no number in the unit of the others: mend that cell, or state the unit in the header",
+                    column.largest_at
+                )));
+            }
             let suffix = suffix.or((column.largest.is_some() && units[0].suffix.is_empty()).then_some(""));
             let suffix = suffix.ok_or_else(|| not_guessed("but its unit is not known".to_owned()))?;
             (suffix, !suffix.is_empty())
@@ -280,6 +333,75 @@ mod tests {
             ("excluded", "no"),
         ] {
             assert_eq!(guessed(name, &[cell]), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_mark_on_the_symbol_of_a_speed_is_asked_about() {
+        for name in [
+            "v+ (m/s)",
+            "v- (m/s)",
+            "v_- (m/s)",
+            "v(+)",
+            "v (−), m/s",
+            "V⁺ [m/s]",
+            "$v^{+}$ (m/s)",
+            "u0'",
+            "v* m/s",
+            "v ~",
+            "v↓ (m/s)",
+            "speed ↑ (m/s)",
+            "v^2",
+            "v**2",
+            "v1'' (m/s)",
+        ] {
+            assert_eq!(guessed(name, &["0.6"]), None, "{name}");
+        }
+        // what sets off a unit or a remark marks nothing, nor does a mark on a whole name
+        for name in [
+            "v - m/s",
+            "v-m/s",
+            "v [m s^-1]",
+            "v (m·s⁻¹)",
+            "v, m/s",
+            "v/(m/s)",
+            "$v_0$ (m/s)",
+            "v (±1 %) (m/s)",
+            "v-in (m/s)",
+            "v_in* (m/s)",
+            "speed – impact (m/s)",
+            "film**",
+            "v (m/s)*",
+        ] {
+            assert_eq!(mark_of_speed(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn one_number_of_another_size_tells_no_unit() {
+        for (name, cells) in [
+            ("e", ["0.81", "0.77", "7.9", "0.74"]),
+            ("v", ["0.9", "1100", "1.4", "1.6"]),
+            ("D", ["4", "4000", "4", "6"]),
+        ] {
+            assert_eq!(guessed(name, &cells), None, "{name}");
+        }
+        // runs that stuck among per cent, and slow ones among fast
+        assert!(guessed("e", &["0", "81", "77", "1.2", "74"]).is_some_and(|(ours, _)| ours == "restitution_percent"));
+        assert!(guessed("v", &["0.04", "0.06", "3"]).is_some_and(|(ours, _)| ours == "impact_speed_m_s"));
+    }
+
+    #[test]
+    fn a_running_number_counts_no_repeats() {
+        for cells in [
+            ["11", "12", "13", "14", "15", "16"],
+            ["1", "2", "3", "1", "2", "3"],
+            ["9", "4", "7", "5", "6", "8"],
+        ] {
+            assert_eq!(guessed("n", &cells), None, "{cells:?}");
+        }
+        for cells in [["5", "5", "6", "5", "4", "5"], ["3", "5", "3", "5", "3", "5"]] {
+            assert!(guessed("n", &cells).is_some(), "{cells:?}");
         }
     }
 }

@@ -7,7 +7,7 @@
 //! | `raw_row.rs` | holds one run as a file has it, and how its heights and Stokes number become speeds |
 //! | `averaged.rs` | reads a row that is the mean of several runs as those runs |
 //! | `told_twice.rs` | compares columns that tell the same thing of a run |
-//! | `words.rs` | tells the words of a list, and knows those of a column that says yes or no of each run |
+//! | `words.rs` | tells the words of a list, and knows those of a column of reasons that keep a run |
 //! | `labels.rs` | knows the words that mark a row as the mean, total or spread of others |
 //! | `places.rs` | says where a row stands as a person sees it |
 //! | `row.rs` | checks one run and says which cell is wrong |

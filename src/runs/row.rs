@@ -175,7 +175,11 @@ pub(super) fn check_row(
     let film = if is_dry {
         Some(0.0)
     } else {
-        let film = positive(raw, RunColumn::Film, "a film thickness", problems);
+        let what = match raw[RunColumn::Film] {
+            None => "`dry` as the liquid, or a film thickness",
+            Some(_) => "a film thickness",
+        };
+        let film = positive(raw, RunColumn::Film, what, problems);
         if film.zip(diameter).is_some_and(|(film, diameter)| film > diameter) {
             problems.push(bad_cell(RunColumn::Film, "expected a film no thicker than the sphere"));
         }

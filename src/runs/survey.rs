@@ -25,6 +25,11 @@ pub(super) struct SurveyedColumn {
     pub has_more: bool,
     /// largest number
     pub largest: Option<f64>,
+    /// the line or row of it
+    pub largest_at: u64,
+    /// numbers above the one before
+    rises: usize,
+    last: Option<f64>,
 }
 
 /// A table of which nothing is known but its cells.
@@ -48,6 +53,8 @@ pub(super) struct Survey {
     pub hidden_columns: Vec<String>,
     /// rows whose labels say that they are no runs, which are not surveyed either
     pub labelled: Vec<LabelledRow>,
+    /// rows of one word alone, as footnotes are, nor these
+    pub notes: Vec<LabelledRow>,
 }
 
 /// A row that a label marks as the mean, total, spread or count of others.
@@ -107,24 +114,34 @@ impl Survey {
     pub fn add<'c>(&mut self, line: u64, cells: impl IntoIterator<Item = &'c str> + Clone) {
         /// rows with a label that are kept until it is known whether labels are names here
         const MOST: usize = 10_000;
-        let mut texts = cells.clone().into_iter().take(self.columns.len());
-        let label = texts.find(|cell| label(cell).is_some() || is_count(cell));
-        match label {
-            Some(label) if self.labelled.len() < MOST => self.labelled.push(LabelledRow {
-                line,
-                sheet: self.sheets.last().cloned(),
-                label: label.trim().to_owned(),
-                cells: cells.into_iter().map(str::to_owned).collect(),
-            }),
-            _ => self.add_run(cells),
+        let texts = || cells.clone().into_iter().take(self.columns.len());
+        let label = texts().find(|cell| label(cell).is_some() || is_count(cell));
+        let mut filled = texts().filter_map(present);
+        let only = filled
+            .next()
+            .filter(|_| filled.next().is_none() && self.columns.len() > 2);
+        let note = only.filter(|cell| parse_number(cell).is_err());
+        let (rows, label) = match (label, note) {
+            (Some(label), _) => (&mut self.labelled, label),
+            (None, Some(note)) => (&mut self.notes, note),
+            (None, None) => return self.add_run(line, cells),
+        };
+        if rows.len() >= MOST {
+            return self.add_run(line, cells);
         }
+        rows.push(LabelledRow {
+            line,
+            sheet: self.sheets.last().cloned(),
+            label: label.trim().to_owned(),
+            cells: cells.into_iter().map(str::to_owned).collect(),
+        });
     }
 
-    fn add_run<'c>(&mut self, cells: impl IntoIterator<Item = &'c str>) {
+    fn add_run<'c>(&mut self, line: u64, cells: impl IntoIterator<Item = &'c str>) {
         self.rows += 1;
         let mut cells = cells.into_iter();
         for column in &mut self.columns {
-            column.add(cells.next().unwrap_or_default());
+            column.add(line, cells.next().unwrap_or_default());
         }
     }
 
@@ -134,7 +151,7 @@ impl Survey {
             return;
         }
         for row in std::mem::take(&mut self.labelled) {
-            self.add_run(row.cells.iter().map(String::as_str));
+            self.add_run(row.line, row.cells.iter().map(String::as_str));
         }
     }
 }
@@ -196,14 +213,18 @@ impl SurveyedColumn {
     /// Names of particles or liquids that one table may well have.
     pub const MOST_WORDS: usize = 100;
 
-    /// Adds a cell.
-    pub fn add(&mut self, cell: &str) {
+    /// Adds a cell, which stands on this line.
+    pub fn add(&mut self, line: u64, cell: &str) {
         let Some(cell) = present(cell) else {
             return;
         };
         self.filled += 1;
         if let Ok(number) = parse_number(cell) {
-            self.largest = Some(self.largest.map_or(number.value, |most| most.max(number.value)));
+            self.rises += usize::from(self.last.is_some_and(|last| last < number.value));
+            self.last = Some(number.value);
+            if self.largest.is_none_or(|most| most < number.value) {
+                (self.largest, self.largest_at) = (Some(number.value), line);
+            }
         }
         if self.words.iter().any(|word| word == cell) {
             return;
@@ -213,6 +234,25 @@ impl SurveyedColumn {
             return;
         }
         self.words.push(cell.to_owned());
+    }
+
+    /// The middle one of its different numbers above 0, as far as words are kept.
+    pub fn middle(&self) -> Option<f64> {
+        let numbers = self.words.iter().filter_map(|word| parse_number(word).ok());
+        let mut numbers: Vec<f64> = numbers
+            .map(|number| number.value)
+            .filter(|value| *value > 0.0)
+            .collect();
+        numbers.sort_by(f64::total_cmp);
+        numbers.get(numbers.len().checked_sub(1)? / 2).copied()
+    }
+
+    /// Whether it numbers the rows, perhaps anew in each block: nearly every number is above the one before, or none is there
+    /// twice.
+    pub fn is_running_number(&self) -> bool {
+        /// numbers that tell it from those of repeats
+        const FEWEST: usize = 5;
+        self.filled >= FEWEST && (self.words.len() == self.filled || 4 * self.rises >= 3 * (self.filled - 1))
     }
 }
 

@@ -1,7 +1,18 @@
-//! Tells the words of a list and those outside brackets, and knows those of a column that says yes or no of each run.
+//! Tells the words of a list and those outside brackets, and knows those of a column of reasons that keep a run.
 
 /// What says no, in small letters.
 const NO: &str = "0 0.0 0,0 no n false f nein falsch non faux";
+
+/// What keeps a run in a column of reasons to leave runs out, whatever else stands there.
+const KEEPS: &str =
+    "no nein non false falsch faux none keine aucun ok o.k okay keep kept good gut bon valid gültig gueltig valide \
+     use used include included";
+
+/// Whether a word is one of [`KEEPS`], or dashes or points.
+fn keeps(word: &str) -> bool {
+    let lower = word.to_lowercase();
+    is_among(KEEPS, lower.trim_end_matches('.')) || word.chars().all(|c| "-–—−.".contains(c))
+}
 
 /// What says yes, in small letters.
 const YES: &str = "1 1.0 1,0 yes y true t ja j wahr oui vrai si sí x ✓";
@@ -23,14 +34,13 @@ pub(super) fn without_brackets(name: &str) -> String {
     name.chars().filter(|c| is_outside(*c)).collect()
 }
 
-/// The words that say no among all that a column holds; none where one of them says neither yes nor no.
+/// The words among all that a column of reasons to leave runs out holds that keep a run: those that are no reason anywhere and,
+/// where every word says yes or no, those that say no.
 pub(crate) fn words_for_no<'w>(words: impl Iterator<Item = &'w str> + Clone) -> Vec<String> {
     let says = |list: &str, word: &str| is_among(list, &word.to_lowercase());
     let all_are_known = words.clone().all(|word| says(NO, word) || says(YES, word));
-    if !all_are_known {
-        return vec![];
-    }
-    words.filter(|word| says(NO, word)).map(str::to_owned).collect()
+    let is_no = |word: &&str| if all_are_known { says(NO, word) } else { keeps(word) };
+    words.filter(is_no).map(str::to_owned).collect()
 }
 
 #[cfg(test)]
@@ -38,18 +48,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_is_said_only_where_every_word_says_yes_or_no() {
+    fn words_that_keep_a_run_are_no_reasons() {
         let of = |words: &[&'static str]| words_for_no(words.iter().copied());
         assert_eq!(of(&["0", "1"]), ["0"]);
         assert_eq!(of(&["FALSE"]), ["FALSE"]);
         assert_eq!(of(&["Nein", "n", "ja"]), ["Nein", "n"]);
+        assert_eq!(of(&["no", "touched the wall"]), ["no"]);
+        assert_eq!(of(&["--", "hit the edge", "O.K.", "."]), ["--", "O.K.", "."]);
+        assert_eq!(of(&["Good"]), ["Good"]);
+        // a tick may mark either, and single letters and numbers may be short for reasons
         for words in [
             &["x"][..],
             &["1"],
             &[],
-            &["no", "touched the wall"],
+            &["✓", "✗"],
+            &["n", "w"],
+            &["0", "2"],
             &["no film"],
+            &["not good"],
             &["00"],
+            &["?"],
         ] {
             assert_eq!(of(words), [""; 0], "{words:?}");
         }

@@ -151,7 +151,9 @@ impl RunColumn {
                 .means("of a mean: its standard error, sd/√runs")
                 .without("restitution_sd_of_runs says how the runs of a mean scatter"),
             RunColumn::Exclude => word("exclude", "touched the wall")
-                .means("why the run is left out; counted under these words; a no among yes and no (0 and 1) keeps it")
+                .means(
+                    "why the run is left out; counted under these words; a no, `ok` or dash keeps it, 0 among 0 and 1",
+                )
                 .without("every run is used"),
             RunColumn::Run => word("run", "17")
                 .means("a label, shown in messages about the row")
