@@ -54,7 +54,7 @@ fn flags() -> Flags {
         assert!(found.len() >= 3 && found.contains(&"--help".to_owned()), "{help}");
         flags.insert(verb, found);
     }
-    assert!(flags["predict"].len() == 14 && flags["fit"].len() == 9, "{flags:?}");
+    assert!(flags["predict"].len() == 13 && flags["fit"].len() == 9, "{flags:?}");
     flags
 }
 

@@ -307,7 +307,7 @@ fn a_planted_import_is_found() {
     let planted = "
         scene::prior | use crate::findings::{Counts, dry::{self, Dry}}; | prior imports upwards from findings::dry
         units | fn x() -> f64 { crate::physics::viscous::st_c(1.0, 1.0) } | units imports upwards from physics::viscous
-        runs::part | use crate::report::json as x; fn y() { x::word(&1.0); } | upwards from report::json
+        runs::part | use crate::report::json as x; fn y() { x::text(&1.0); } | upwards from report::json
         findings::fit_verdict | fn x(series: &super::series::SeriesFit) {} | fit_verdict imports upwards from findings::series
         findings::fit_verdict | use super::{dry::Dry as X}; | circle: findings::dry -> findings::fit_verdict -> findings::dry
         report::chart::layout | use super::svg; | circle: report::chart -> report::chart::layout -> report::chart";

@@ -438,7 +438,7 @@ fn a_parameter_held_at_a_value_counts_as_that_value_in_every_draw() {
         (r#"{"name":"inertial_prefactor","values":[0.9,0.8]},"#, ""),
         (
             r#""left_out":["#,
-            r#""left_out":[{"name":"inertial_prefactor","value":0.7},"#,
+            r#""left_out":[{"name":"inertial_prefactor","value":0.7,"reason":"held"},"#,
         ),
     ]);
     let own = Store::with(&[(r#""dry_speed_m_s":2.0"#, r#""dry_speed_m_s":null"#)]);

@@ -74,7 +74,7 @@ fn unlike_the_checks(page: &str, listed: &[(String, bool)]) -> Vec<String> {
     let part = part.split("**Units.**").next().unwrap_or_default();
     let named: BTreeSet<&str> = spans(part).into_iter().collect();
     let only_cautions = part
-        .split("Checks that only inform, since no main number rests on them:")
+        .split("A check that only informs, since no main number rests on it:")
         .nth(1)
         .unwrap_or_default();
     let cautions = spans(only_cautions);
@@ -101,7 +101,7 @@ fn the_page_of_verdicts_names_every_check() {
     let found = unlike_the_checks(&page, &listed);
     assert!(found.is_empty(), "{}", wrong(&found));
     assert_eq!(unlike_the_checks(&page.replace("`rhat`, ", ""), &listed), ["rhat"]);
-    let milder = page.replace("rests on them: ", "rests on them: `rhat`, ");
+    let milder = page.replace("rests on it: ", "rests on it: `rhat`, ");
     assert_eq!(unlike_the_checks(&milder, &listed), ["rhat"]);
     assert_eq!(
         unlike_the_checks(&page.replace("`rhat`", "`rhat`, `mood`"), &listed),

@@ -12,7 +12,10 @@
 
 mod at_nodes;
 mod gauss;
+mod rebounds;
 mod rule;
+
+pub(super) use rebounds::{Rebounds, MOST_REBOUNDS};
 
 use self::gauss::has_converged;
 use super::errors::Errors;

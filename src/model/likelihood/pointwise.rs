@@ -243,12 +243,14 @@ impl Pointwise {
         }
     }
 
-    /// What a run adds to the log likelihood that shares its true speed with none.
+    /// What a run adds to the log likelihood that shares its true speed with none; `found` where the density of its rebound is
+    /// known.
     #[inline]
-    pub(super) fn alone(&self, run: usize, at: RunImpact, noise: &RunNoise) -> RunDensity {
+    pub(super) fn alone(&self, run: usize, at: RunImpact, noise: &RunNoise, found: Option<RunDensity>) -> RunDensity {
         let mut all = RunDensity::default();
         for (seen, sign) in SIGNS.iter().filter_map(|sign| Some((self.factor(run, *sign)?, *sign))) {
-            all.add(at.density(noise, seen), sign);
+            let known = found.filter(|_| matches!(seen, Seen::Rebound(_)));
+            all.add(known.unwrap_or_else(|| at.density(noise, seen)), sign);
         }
         all
     }
@@ -371,7 +373,7 @@ impl EvaluatedLaw<'_> {
 
     /// The same of a run that shares its true speed with none.
     fn ln_likelihood_alone(&self, run: usize) -> f64 {
-        self.pointwise.alone(run, self.impact(run), self.noise(run)).value
+        self.pointwise.alone(run, self.impact(run), self.noise(run), None).value
     }
 
     /// Log likelihood of some runs together, of which none shares its true speed with another one.

@@ -20,6 +20,15 @@ impl RunImpact<'_> {
         self.balance.kept(&self.impact)
     }
 
+    /// The same with the slopes that follow from that in what is kept, whose slope in k is this.
+    pub fn with_slopes(&self, of: RunDensity, slope_k: f64) -> RunDensity {
+        RunDensity {
+            viscous: of.kept * self.impact.over_stokes,
+            dry_k: of.kept * slope_k,
+            ..of
+        }
+    }
+
     /// What a run adds of which this is known, integrated over what is hidden of it.
     #[inline]
     pub fn density(&self, noise: &RunNoise, seen: Seen) -> RunDensity {
@@ -33,8 +42,7 @@ impl RunImpact<'_> {
         } else if noise.acts_on_energy(kept) {
             self.integrated(noise, &run, Moves::Energy)
         } else {
-            let of = noise.density(&run, kept, 1.0);
-            of.with([of.kept, of.kept * self.impact.over_stokes, of.kept * slope_k])
+            self.with_slopes(noise.density(&run, kept, 1.0), slope_k)
         }
     }
 

@@ -74,6 +74,12 @@ impl RunNoise {
         energy > 0.0 && slope_mean_restitution(kept) * energy > NOTICED * sigma
     }
 
+    /// Whether normal noise on the energy kept moves every run by more than that.
+    pub fn acts_on_every_energy(&self) -> bool {
+        // m′ is above a half up to r = 1
+        self.tails == Tails::Normal && self.spreads.energy > 2.0 * NOTICED * self.spreads.sigma
+    }
+
     /// The log density or probability of a run that keeps this at so many times its measured speed, with its slopes in what is
     /// kept, σ and the shape of the noise: without noise on the energy kept.
     #[inline]

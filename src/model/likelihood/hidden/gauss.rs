@@ -29,19 +29,28 @@ pub(super) const HERMITE: [[f64; 3]; 8] = [
 /// Whether the rule is off by less than 1e-7, from the parts that each pair of nodes, the negative one first, adds to the
 /// integral: its coefficients in the last two orthonormal Hermite polynomials that the rule tells apart are small beside it.
 pub(super) fn has_converged(parts: &[[f64; 2]]) -> bool {
-    const MOST_OF_LAST: f64 = 1e-5;
-    let mass: f64 = parts.iter().flatten().sum();
-    last_coefficient(parts) < MOST_OF_LAST * mass
+    is_small(last_sums(parts), parts.iter().flatten().sum())
 }
 
-/// The larger of these coefficients.
-fn last_coefficient(parts: &[[f64; 2]]) -> f64 {
+/// The same from [`last_sums`] and the mass.
+#[inline(always)]
+pub(super) fn is_small(last_sums: [f64; 2], mass: f64) -> bool {
+    const MOST_OF_LAST: f64 = 1e-5;
+    last_coefficient(last_sums) < MOST_OF_LAST * mass
+}
+
+/// Σ h (a − b) and Σ h x (a + b) over pairs of parts b below and a above, with the polynomial h of degree 15 at their node x.
+fn last_sums(parts: &[[f64; 2]]) -> [f64; 2] {
     let (mut odd, mut even) = (0.0, 0.0);
     for ([node, _, last], [below, above]) in HERMITE.iter().zip(parts) {
         odd += last * (above - below);
-        // at a node the polynomial of the degree before is this one times x/√degree
         even += last * node * (above + below);
     }
+    [odd, even]
+}
+
+/// The larger of the last two coefficients: at a node the polynomial of degree 14 is the last one times x/√15.
+fn last_coefficient([odd, even]: [f64; 2]) -> f64 {
     odd.abs().max(even.abs() / ((HERMITE_NODES - 1) as f64).sqrt())
 }
 
@@ -65,11 +74,11 @@ mod tests {
         // x to a power has the root of its factorial of the polynomial of that degree, and none of those above
         let root = |power: i32| (1..=power).map(f64::from).product::<f64>().sqrt();
         for power in [degree, degree - 1] {
-            let found = last_coefficient(&parts(|x| x.powi(power) / root(power)));
+            let found = last_coefficient(last_sums(&parts(|x| x.powi(power) / root(power))));
             assert!((found - 1.0).abs() < 1e-12, "{power}: {found}");
         }
         for power in 0..degree - 1 {
-            let found = last_coefficient(&parts(|x| x.powi(power) / root(power)));
+            let found = last_coefficient(last_sums(&parts(|x| x.powi(power) / root(power))));
             assert!(found < 1e-12, "{power}: {found:e}");
         }
     }

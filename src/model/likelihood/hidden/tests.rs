@@ -520,6 +520,39 @@ fn repeats_of_other_settings_share_their_true_speed() {
     assert!(several > 10 && turns.contains(&SETTINGS), "{turns:?}");
 }
 
+/// The border of the rebounds that are taken many at a time.
+#[test]
+fn many_rebounds_at_once_are_as_one() {
+    let (mut together, mut all) = (0, 0);
+    for chunk in energies("many_rebounds_at_once_are_as_one", 400).chunks(20) {
+        // rebounds of one call have their spreads in common
+        for noise in chunk.iter().map(|case| case.noise) {
+            let mut rebounds = Rebounds::NONE;
+            for case in chunk {
+                rebounds.push(case.e, case.balance.kept(&case.impact).0);
+            }
+            let found = rebounds.densities(noise.spreads);
+            assert!(found[chunk.len()..].iter().all(Option::is_none));
+            all += chunk.len();
+            for (case, found) in chunk.iter().zip(found) {
+                let Some(found) = found else {
+                    continue;
+                };
+                together += 1;
+                let expected = Case { noise, ..*case }.density(Seen::Rebound(case.e));
+                let Spreads { sigma, energy } = noise.spreads;
+                let units = [1.0, energy, sigma, energy];
+                let slopes = |of: RunDensity| [of.value, of.kept, of.sigma, of.energy];
+                for ((found, expected), unit) in slopes(found).into_iter().zip(slopes(expected)).zip(units) {
+                    let gap = (found - expected).abs() * unit / (1.0 + (expected * unit).abs());
+                    assert!(gap < 2e-6, "{case:?} {noise:?}: {found} {expected}");
+                }
+            }
+        }
+    }
+    assert!(4 * together > all && together < all, "{together} of {all}");
+}
+
 /// Where a search for the mode may try them: nothing is returned that could pass for a density, and nothing panics.
 #[test]
 fn parameters_beyond_all_numbers_have_no_density() {
