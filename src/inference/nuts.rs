@@ -4,11 +4,11 @@
 //! costs steps, and adaptation has little left to do.
 
 use std::collections::HashMap;
+use std::sync::mpsc::channel;
 
 use nuts_rs::{Chain as _, CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, HasDims, LogpError, Settings as _};
 use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 
 use super::laplace::Laplace;
 use crate::model::likelihood::OutsideDomain;
@@ -62,6 +62,20 @@ pub struct Chain {
     pub energy: Vec<f64>,
 }
 
+impl Chain {
+    /// Adds the draws that came after.
+    fn append(&mut self, later: Chain) {
+        self.points.extend(later.points);
+        self.ln_density.extend(later.ln_density);
+        self.acceptance_rate.extend(later.acceptance_rate);
+        self.step_size.extend(later.step_size);
+        self.tree_depth.extend(later.tree_depth);
+        self.steps.extend(later.steps);
+        self.diverging.extend(later.diverging);
+        self.energy.extend(later.energy);
+    }
+}
+
 /// Why nothing could be sampled.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("chain {chain} could not be sampled: {reason}")]
@@ -106,11 +120,12 @@ impl<'p> SamplingPlan<'p> {
     }
 }
 
-/// Samples every chain from a stream of its own; `more` sees the chains and says how many draws each is to have more, none to
-/// end. Longer chains are sampled from their start, and keep the draws of the shorter ones. The same bytes for any number of
-/// threads.
+/// Samples every chain from a stream of its own, and draws on: `more` sees what was kept so far and says how many draws each
+/// chain is to add, none to end. The same bytes for any number of threads; a chain that is drawn on keeps the draws it would
+/// have kept at once.
 ///
-/// Fails where the log density is lost in rounding, where a chain finds no start, or where the sampler itself fails.
+/// Fails where the log density is lost in rounding, where a chain finds no start, where the system gives no thread, or where
+/// the sampler itself fails.
 pub fn sample_chains<T: LogDensity + ?Sized>(
     target: &T,
     about: &Laplace,
@@ -118,22 +133,49 @@ pub fn sample_chains<T: LogDensity + ?Sized>(
     more: &mut dyn FnMut(&[Chain]) -> usize,
 ) -> Result<Vec<Chain>, SamplingFailure> {
     check_rounding(about)?;
-    let mut draws = plan.effort.draws;
-    loop {
-        let sample = |chain: usize| {
-            let sampled = sample_chain(target, about, plan, chain as u64, draws);
-            sampled.map_err(|reason| SamplingFailure {
-                chain: chain + 1,
-                reason,
+    let all = plan.effort.chains;
+    std::thread::scope(|scope| {
+        // a chain of the sampler's crate cannot change its thread: each stays where it began, and waits there
+        let threads = rayon::current_num_threads().min(all).max(1);
+        let start = |first: usize| {
+            let (ask, asked) = channel::<usize>();
+            let (give, blocks) = channel();
+            let draw = move || {
+                let start = |chain| (chain, OngoingChain::start(target, about, plan, chain as u64));
+                let mut chains: Vec<_> = (first..all).step_by(threads).map(start).collect();
+                for draws in asked {
+                    for (chain, ongoing) in &mut chains {
+                        let block = ongoing.as_mut().map_err(|why| why.clone());
+                        // nobody listens any more where a chain of another thread failed
+                        let _ = give.send((*chain, block.and_then(|ongoing| ongoing.draw(draws))));
+                    }
+                }
+            };
+            let thread = std::thread::Builder::new().spawn_scoped(scope, draw);
+            thread.map(|_| (ask, blocks)).map_err(|error| SamplingFailure {
+                chain: first + 1,
+                reason: error.to_string(),
             })
         };
-        let chains: Vec<_> = (0..plan.effort.chains).into_par_iter().map(sample).collect();
-        let chains = chains.into_iter().collect::<Result<Vec<Chain>, _>>()?;
-        match more(&chains) {
-            0 => return Ok(chains),
-            longer => draws += longer,
+        let workers = (0..threads).map(start).collect::<Result<Vec<_>, _>>()?;
+        let mut kept = vec![Chain::default(); all];
+        let mut draws = plan.effort.draws;
+        while draws > 0 {
+            for (ask, _) in &workers {
+                // a thread that is gone has panicked, which the end of the scope passes on
+                let _ = ask.send(draws);
+            }
+            let blocks = (0..all).filter_map(|chain| workers[chain % threads].1.recv().ok());
+            for (chain, block) in blocks.collect::<Vec<(usize, Result<Chain, String>)>>() {
+                kept[chain].append(block.map_err(|reason| SamplingFailure {
+                    chain: chain + 1,
+                    reason,
+                })?);
+            }
+            draws = more(&kept);
         }
-    }
+        Ok(kept)
+    })
 }
 
 /// Fails where rounding would move the log density.
@@ -152,59 +194,67 @@ fn check_rounding(about: &Laplace) -> Result<(), SamplingFailure> {
     })
 }
 
-/// Samples one chain, by its number from 0: has it adapt, and keeps so many draws after that.
-fn sample_chain<T: LogDensity + ?Sized>(
-    target: &T,
-    about: &Laplace,
-    plan: SamplingPlan,
-    number: u64,
-    draws: usize,
-) -> Result<Chain, String> {
-    let SamplingPlan {
-        effort,
-        streams,
-        watcher,
-    } = plan;
-    let mut rng = streams.at(number);
-    let start = start_near(target, about, &mut rng).ok_or("no start near the mode has a density")?;
-    let mut settings = DiagNutsSettings {
-        num_tune: effort.warmup as u64,
-        num_draws: effort.draws as u64,
-        num_chains: effort.chains,
-        maxdepth: LARGEST_DEPTH,
-        ..DiagNutsSettings::default()
-    };
-    settings.adapt_options.step_size_settings.target_accept = effort.target_accept;
-    let zeros = vec![0.0; target.dimension()];
-    let math = CpuMath::new(Rounded {
-        target,
-        about,
-        point: zeros.clone(),
-        slopes: zeros,
-    });
-    let reason = |error: &dyn std::fmt::Display| error.to_string();
-    let mut chain = settings.new_chain(number, math, &mut rng).map_err(|e| reason(&e))?;
-    chain.set_position(&start).map_err(|e| reason(&e))?;
-    for _ in 0..effort.warmup {
-        let (_, progress) = chain.draw().map_err(|e| reason(&e))?;
-        watcher(false, progress.diverging);
+/// A chain that has adapted and can be drawn on.
+struct OngoingChain<'s, T: LogDensity + ?Sized> {
+    about: &'s Laplace,
+    watcher: Watcher<'s>,
+    chain: <DiagNutsSettings as nuts_rs::Settings>::Chain<CpuMath<Rounded<'s, T>>>,
+}
+
+impl<'s, T: LogDensity + ?Sized> OngoingChain<'s, T> {
+    /// Starts one chain, by its number from 0, and has it adapt.
+    fn start(target: &'s T, about: &'s Laplace, plan: SamplingPlan<'s>, chain: u64) -> Result<Self, String> {
+        let SamplingPlan {
+            effort,
+            streams,
+            watcher,
+        } = plan;
+        let mut rng = streams.at(chain);
+        let start = start_near(target, about, &mut rng).ok_or("no start near the mode has a density")?;
+        let mut settings = DiagNutsSettings {
+            num_tune: effort.warmup as u64,
+            num_draws: effort.draws as u64,
+            num_chains: effort.chains,
+            maxdepth: LARGEST_DEPTH,
+            ..DiagNutsSettings::default()
+        };
+        settings.adapt_options.step_size_settings.target_accept = effort.target_accept;
+        let zeros = vec![0.0; target.dimension()];
+        let math = CpuMath::new(Rounded {
+            target,
+            about,
+            point: zeros.clone(),
+            slopes: zeros,
+        });
+        let reason = |error: &dyn std::fmt::Display| error.to_string();
+        let mut chain = settings.new_chain(chain, math, &mut rng).map_err(|e| reason(&e))?;
+        chain.set_position(&start).map_err(|e| reason(&e))?;
+        for _ in 0..effort.warmup {
+            let (_, progress) = chain.draw().map_err(|e| reason(&e))?;
+            watcher(false, progress.diverging);
+        }
+        Ok(OngoingChain { about, watcher, chain })
     }
-    let mut kept = Chain::default();
-    let mut point = vec![0.0; about.mode.len()];
-    for _ in 0..draws {
-        let (z, _, stats, progress) = chain.expanded_draw().map_err(|e| reason(&e))?;
-        watcher(true, progress.diverging);
-        about.point(&z, &mut point);
-        kept.points.extend_from_slice(&point);
-        kept.ln_density.push(stats.point.logp);
-        kept.acceptance_rate.push(stats.adapt.step_size.mean_tree_accept);
-        kept.step_size.push(progress.step_size);
-        kept.tree_depth.push(stats.depth);
-        kept.steps.push(progress.num_steps);
-        kept.diverging.push(progress.diverging);
-        kept.energy.push(stats.point.energy);
+
+    /// Draws so many times more, and keeps the draws.
+    fn draw(&mut self, draws: usize) -> Result<Chain, String> {
+        let mut kept = Chain::default();
+        let mut point = vec![0.0; self.about.mode.len()];
+        for _ in 0..draws {
+            let (z, _, stats, progress) = self.chain.expanded_draw().map_err(|e| e.to_string())?;
+            (self.watcher)(true, progress.diverging);
+            self.about.point(&z, &mut point);
+            kept.points.extend_from_slice(&point);
+            kept.ln_density.push(stats.point.logp);
+            kept.acceptance_rate.push(stats.adapt.step_size.mean_tree_accept);
+            kept.step_size.push(progress.step_size);
+            kept.tree_depth.push(stats.depth);
+            kept.steps.push(progress.num_steps);
+            kept.diverging.push(progress.diverging);
+            kept.energy.push(stats.point.energy);
+        }
+        Ok(kept)
     }
-    Ok(kept)
 }
 
 /// A start about the mode, wider than the posterior where that has a density.
