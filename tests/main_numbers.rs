@@ -274,12 +274,12 @@ fn without_a_posterior_least_squares_stands_in_and_is_called_provisional() {
 
 fn dry_rows(of: impl Fn(f64, f64) -> f64) -> String {
     let mut csv = HEADER.to_owned();
-    // a fixed pattern of residuals with sd 0.009 and no trend
+    // fixed patterns of residuals with sd 0.009 and no trend, of either diameter its own
     let residuals = [0.009, -0.011, 0.004, -0.007, 0.005];
-    for diameter in [3.175, 8.0] {
+    for (diameter, sign) in [(3.175, 1.0), (8.0, -1.0)] {
         for speed in [0.4, 0.8, 1.2, 1.6, 2.0] {
             for residual in residuals {
-                let e = of(diameter, speed) + residual;
+                let e = of(diameter, speed) + sign * residual;
                 csv.push_str(&format!("PTFE,dry,{diameter},,{speed},{e:.4}\n"));
             }
         }

@@ -487,7 +487,7 @@ fn a_block_pasted_under_another_setting_is_found() {
 fn restitutions_that_were_filled_down_are_found() {
     for set in 0..10 {
         let kind = Kind {
-            step: [1e-3, 1e-4][set as usize % 2],
+            step: 1e-4,
             sd: 0.006,
             repeats: 3,
             speeds: 0.02,
