@@ -25,10 +25,10 @@ OURS = "error: "
 SCENE = pathlib.Path(__file__).parents[1] / "datasets/mueller2016/scene.toml"
 
 
-def calibrate(program, ranks, out, *more):
+def calibrate(program, ranks, out, *more, sets=SETS):
     """The command on so many ranks; none: without a launcher."""
     launcher = ["mpirun", "-n", str(ranks)] if ranks else []
-    return [*launcher, program, "calibrate", "--sets", SETS, "--out", out, *more]
+    return [*launcher, program, "calibrate", "--sets", sets, "--out", out, *more]
 
 
 def run(command, folder):
@@ -61,7 +61,8 @@ def fit(program, ranks, scene, out, stages="least_squares"):
 # more runs than are kept
 MANY = 3_000_000
 WHOLE, BAD = "many.toml", "bad.toml"
-# so many draws that it is killed before it is done
+# so many sets, and so many draws, that a command is killed before it is done
+MANY_SETS = "2000"
 LONG = "long.toml"
 
 
@@ -134,7 +135,7 @@ def one_that_is_killed_ends_all(program, folder, place):
     before = (folder / "1.md").read_bytes()
     report = (folder / "report/findings.json").read_bytes()
     names = set(os.listdir(folder))
-    kill_one(calibrate(program, 2, "1.md"), folder, place)
+    kill_one(calibrate(program, 2, "1.md", sets=MANY_SETS), folder, place)
     assert (folder / "1.md").read_bytes() == before
     assert set(os.listdir(folder)) == names, set(os.listdir(folder)) - names
     kill_one(fit(program, 2, LONG, "report", "least_squares,posterior"), folder, place)
