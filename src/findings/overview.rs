@@ -129,6 +129,7 @@ fn of_table(check: &Remark) -> Option<Remark> {
         remarks::COLUMNS_AGREE,
         remarks::REPEATED_ROWS,
         remarks::MEAN_ROWS,
+        remarks::SECOND_IMPACTS,
     ];
     let is_one = of_table.iter().any(|kind| kind.is(check));
     let told = || Remark::new(check.code, check.count(), check.text.as_str(), check.next_step.as_str());

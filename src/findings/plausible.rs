@@ -156,6 +156,7 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Vec<Remark> {
             questions.extend(VISCOSITY.question(&liquid.name, [liquid.viscosity].into_iter()));
         }
     }
+    questions.extend(restitutions_too_small(runs));
     let plain = "constants, diameters, films and speeds are such as experiments have";
     let asked = (!runs.is_empty()).then(|| check(remarks::PLAUSIBLE_INPUT, &questions, plain));
     let perhaps = perhaps.into_iter().map(|text| remarks::SPEEDS_PERHAPS.notice(1, text));
@@ -170,6 +171,20 @@ fn check(criterion: Kind, questions: &[String], plain: &str) -> Remark {
         shortened(questions)
     };
     criterion.check(questions.len() as f64, text)
+}
+
+/// What to say of restitutions that are a hundredth of what any are.
+fn restitutions_too_small(runs: &Runs) -> Option<String> {
+    const HUNDREDTH: f64 = 0.0101;
+    const FEWEST: usize = 8;
+    let [_, largest] = range(runs.restitution.iter().copied())?;
+    let rebounds = runs.restitution.iter().filter(|e| **e > 0.0).count();
+    (largest < HUNDREDTH && rebounds >= FEWEST).then(|| {
+        format!(
+            "no restitution is above {}: fractions in a column that is read as per cent?",
+            short(largest)
+        )
+    })
 }
 
 /// What to say of films of a particle and a liquid that are in another unit than their neighbours.
@@ -456,10 +471,13 @@ fn of_both<'a>(
     each.into_iter().filter_map(of).collect()
 }
 
-/// What to say of δc = ε exp(L) of a particle that is thicker than every film of it; without ε of that of the smoothest sphere.
+/// What to say of δc = ε exp(L) of a particle that is thicker than half of its films or more: the viscous loss sets in inside
+/// the film. Without ε of that of the smoothest sphere.
 fn beyond_films(particle: &Particle, l: &Uncertain, runs: &Runs, index: usize) -> Option<String> {
     let wet = || runs.series_in(runs.spheres_of(index)).iter().flat_map(Series::runs);
-    let [_, thickest] = range(wet().map(|run| runs.film[run]))?;
+    let mut films: Vec<f64> = wet().map(|run| runs.film[run]).collect();
+    films.sort_by(f64::total_cmp);
+    let (thickest, middle) = (*films.last()?, films[films.len() / 2]);
     let [smallest, _] = range(wet().map(|run| runs.diameter[run]))?;
     let roughness = particle.roughness.unwrap_or(SMOOTHEST);
     let critical = |l: f64| roughness * l.exp();
@@ -492,6 +510,8 @@ fn beyond_films(particle: &Particle, l: &Uncertain, runs: &Runs, index: usize) -
         Some(text("the sphere", smallest))
     } else if least > thickest {
         Some(text("every film", thickest))
+    } else if least > middle {
+        Some(text("half of its films", middle))
     } else {
         None
     }

@@ -175,6 +175,14 @@ pub const MEAN_ROWS: Kind = forbids(
     "leave them out by a reason in the column `exclude`; a mean of runs that the table does not have is read with a column `runs`",
 );
 
+/// Probability that so many wet runs fall with the rebound speed of the row before by chance.
+pub const SECOND_IMPACTS: Kind = forbids(
+    "second_impacts",
+    AtLeast(BEYOND_CHANCE),
+    "the law is that of a film at rest, which the first impact of a drop has thinned and set in motion",
+    "leave second impacts out by a reason in the column `exclude`, or write the film that each met",
+);
+
 /// Distance of the speeds that one column gives from those of another, as a share.
 pub const COLUMNS_AGREE: Kind = forbids(
     "columns_agree",

@@ -1,4 +1,4 @@
-//! Questions rows that are no runs of their own: those that repeat others, and means of others (`means.rs`).
+//! Questions rows that are no runs of their own: those that repeat others, means of others (`means.rs`), and second impacts.
 
 mod means;
 mod rebounds;
@@ -26,6 +26,7 @@ pub(super) fn check_rows(runs: &Runs) -> Vec<Remark> {
         question_repeats(&rebounds, &runs.places),
         question_filled_down(&rebounds, &runs.places),
         question_means(&rebounds, &runs.places),
+        question_second_impacts(&rebounds, &runs.places),
     ];
     found.into_iter().flatten().collect()
 }
@@ -182,6 +183,40 @@ fn question_filled_down(rebounds: &[Rebound], places: &RowPlaces) -> Option<Rema
         let mut check = remarks::REPEATED_ROWS.check(p, text);
         check.next_step = "look whether the restitutions were filled down, and write each run's own".to_owned();
         check
+    })
+}
+
+/// Questions wet runs that fall, to the last digit, with the speed at which the row before them of the same film rebounded:
+/// second impacts of a drop, on a film that the first has thinned and set in motion.
+fn question_second_impacts(rebounds: &[Rebound], places: &RowPlaces) -> Option<Remark> {
+    /// how far around, in the digits written, a speed may lie that is near by accident
+    const AROUND: f64 = 10.0;
+    /// share of those around that agree by accident, with room for speeds that were set where most rebounds end
+    const BY_ACCIDENT: f64 = 0.2;
+    /// digits with which a speed tells, as a share of it
+    const COARSEST: f64 = 0.005;
+    let is_next = |pair: &&[Rebound]| pair[1].wet && pair[0].group == pair[1].group && pair[1].row == pair[0].row + 1;
+    let mut around = vec![];
+    let mut second = vec![];
+    for pair in rebounds.windows(2).filter(is_next) {
+        let digits = pair[1].steps[1] + pair[0].speed * pair[0].steps[2] + FINEST;
+        let apart = (pair[0].rebound_speed() - pair[1].speed).abs();
+        if apart <= AROUND * digits && digits <= COARSEST * pair[1].speed {
+            around.push(BY_ACCIDENT);
+            if apart <= digits {
+                second.push(pair[1].row);
+            }
+        }
+    }
+    let p = chance_of_so_many(second.len(), &around);
+    (p < remarks::BEYOND_CHANCE).then(|| {
+        let text = format!(
+            "{} of {} wet rebounds fall with the speed at which the row above rebounded, to the last digit: {}",
+            second.len(),
+            rebounds.iter().filter(|one| one.wet).count(),
+            shortened(&places.of_each(&second))
+        );
+        remarks::SECOND_IMPACTS.check(p, text)
     })
 }
 

@@ -14,7 +14,7 @@ pub(super) struct Rebound {
     /// dry group or series
     pub group: usize,
     /// whether it is of a wet run
-    wet: bool,
+    pub wet: bool,
     pub film: f64,
     pub speed: f64,
     pub restitution: f64,

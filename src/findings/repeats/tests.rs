@@ -501,3 +501,37 @@ fn restitutions_that_were_filled_down_are_found() {
         assert!(filled.filter(|check| check.forbids()).count() == 1, "{set}: {found:?}");
     }
 }
+
+/// Every other row is the second impact of the drop above it; the twin is a sweep of speeds that were set where rebounds end.
+#[test]
+fn second_impacts_are_found_and_sweeps_are_not() {
+    for set in 0..50 {
+        let mut rng = stream(7, "second impacts", set);
+        let mut restitution = |v: f64| {
+            let noise: f64 = StandardNormal.sample(&mut rng);
+            rounded(1.0 - 0.18 * v.powf(0.2) - 0.1 / v + 0.015 * noise, 0.001)
+        };
+        let row = |v: f64, e: f64| NewRun {
+            particle: "PTFE",
+            liquid: Some("oil"),
+            diameter: 4.762e-3,
+            film: Some((286e-6, 0.06)),
+            impact_speed: v,
+            restitution: e,
+        };
+        let (mut drops, mut sweeps) = (vec![], vec![]);
+        for drop in 0..20 {
+            let first = rounded(1.0 + 0.031 * f64::from(drop), 0.001);
+            let e = restitution(first);
+            let second = rounded(first * e, 0.001);
+            drops.extend([row(first, e), row(second, restitution(second))]);
+            let mut v = 1.6;
+            for _ in 0..4 {
+                sweeps.push(row(v, restitution(v)));
+                v = rounded(v * (1.0 - 0.18 * v.powf(0.2) - 0.1 / v), 0.001);
+            }
+        }
+        assert_eq!(codes(&drops), ["second_impacts"], "{set}");
+        assert_eq!(codes(&sweeps), Vec::<&str>::new(), "{set}");
+    }
+}
