@@ -4,7 +4,7 @@ use Line::{AtLeast, AtMost};
 
 /// How much a remark bears on the numbers that are quoted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "cli", derive(serde::Serialize))]
+#[cfg_attr(feature = "cli", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", serde(rename_all = "lowercase"))]
 pub enum Level {
     /// the main numbers are not to be quoted
@@ -15,8 +15,10 @@ pub enum Level {
     Informs,
 }
 
-/// On which side of its line a value must lie; the line itself counts as holding.
+/// On which side of its line a value must lie; the line itself counts as holding. In a file it is its number.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "cli", derive(serde::Serialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "cli", serde(untagged))]
 pub enum Line {
     /// no larger than this
     AtMost(f64),
@@ -55,6 +57,7 @@ pub const ALL: &str = "all";
 
 /// One thing to look at, with what to do about it.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "cli", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Remark {
     /// a fixed word a script can test for
     pub code: &'static str,
@@ -72,7 +75,7 @@ pub struct Remark {
     pub text: String,
     /// what the reader can do
     pub next_step: String,
-    /// names of the main numbers that rest on it, or [`ALL`]; empty where no main number does
+    /// names of the main numbers that rest on it, or `all`; empty where no main number does
     pub concerns: Vec<String>,
 }
 
@@ -154,32 +157,5 @@ impl Remark {
     /// Whether it is told though no main number rests on it.
     pub fn informs(&self) -> bool {
         !self.passed && self.level == Level::Informs
-    }
-}
-
-/// A remark with a line is a check of `findings.json`, one without a notice.
-#[cfg(feature = "cli")]
-impl serde::Serialize for Remark {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        use serde::ser::SerializeMap;
-        let mut map = serializer.serialize_map(None)?;
-        if let Some(line) = self.line {
-            map.serialize_entry("check", self.code)?;
-            map.serialize_entry("value", &self.value)?;
-            map.serialize_entry("threshold", &line.threshold())?;
-            map.serialize_entry("passed", &self.passed)?;
-            map.serialize_entry("gates", &self.gates())?;
-            map.serialize_entry("source", self.source)?;
-            map.serialize_entry("text", &self.text)?;
-            map.serialize_entry("advice", &self.next_step)?;
-            map.serialize_entry("concerns", &self.concerns)?;
-        } else {
-            map.serialize_entry("code", self.code)?;
-            map.serialize_entry("level", &self.level)?;
-            map.serialize_entry("count", &self.count())?;
-            map.serialize_entry("text", &self.text)?;
-            map.serialize_entry("next_step", &self.next_step)?;
-        }
-        map.end()
     }
 }

@@ -22,22 +22,15 @@ fn rows<'f>(of: &'f Value, key: &str) -> impl Iterator<Item = &'f Value> {
 }
 
 fn told(findings: &Value) -> Vec<Told<'_>> {
-    let failed = rows(findings, "verdicts").filter(|check| check["passed"] == false);
-    let checks = failed.map(|check| Told {
-        code: text(check, "check"),
-        text: text(check, "text"),
-        next_step: text(check, "advice"),
-        forbids: check["gates"] == true,
-        cautions: false,
+    let failed = rows(findings, "remarks").filter(|remark| remark["passed"] == false);
+    let told = failed.map(|remark| Told {
+        code: text(remark, "code"),
+        text: text(remark, "text"),
+        next_step: text(remark, "next_step"),
+        forbids: remark["level"] == "forbids",
+        cautions: remark["line"].is_null() && remark["level"] == "cautions",
     });
-    let notices = rows(findings, "notices").map(|notice| Told {
-        code: text(notice, "code"),
-        text: text(notice, "text"),
-        next_step: text(notice, "next_step"),
-        forbids: false,
-        cautions: notice["level"] == "cautions",
-    });
-    checks.chain(notices).collect()
+    told.collect()
 }
 
 /// Every `key = value` of a text.
@@ -187,8 +180,8 @@ fn against_numbers(findings: &Value, told: &[Told]) -> Vec<String> {
         let led = rows(main, "parameters").filter(|own| own["prior_led"] == true);
         found.extend(led.map(|own| format!("every parameter is determined, but {own} is led by its prior")));
     }
-    let scatters_as_stated = rows(findings, "verdicts")
-        .any(|check| text(check, "check").starts_with("stated_errors") && check["passed"] == true);
+    let scatters_as_stated = rows(findings, "remarks")
+        .any(|check| text(check, "code").starts_with("stated_errors") && check["passed"] == true);
     for remark in told {
         if scatters_as_stated && remark.code == "measurement_errors_too_large" {
             found.push(format!("the runs scatter as stated: {}", remark.text));
@@ -292,16 +285,13 @@ fn no_two_remarks_on_a_scene_contradict_each_other() {
 fn planted_contradictions_are_found() {
     let (findings, given) = fitted(PLAIN, "");
     assert_eq!(contradictions(&findings, &given), Vec::<String>::new());
-    let with = |list: &str, row: Value| {
+    let with = |remark: Value| {
         let mut planted = findings.clone();
-        planted[list].as_array_mut().expect("a list").push(row);
+        planted["remarks"].as_array_mut().expect("a list").push(remark);
         planted
     };
     let notice = |code: &str, text: &str, next_step: &str| {
-        with(
-            "notices",
-            json!({"code": code, "level": "cautions", "count": 1, "text": text, "next_step": next_step}),
-        )
+        with(json!({"code": code, "level": "cautions", "passed": false, "text": text, "next_step": next_step}))
     };
     for [words, code, text] in table_of(
         "is in the model | term_not_held | inertia of the liquid: not in the model
@@ -315,18 +305,18 @@ fn planted_contradictions_are_found() {
         let found = contradictions(&notice(code, text, ""), &given);
         assert!(found.iter().any(|one| one.contains(words)), "{words}: {found:?}");
     }
-    for (words, code, gates, text) in [
-        ("against the checks", "better_form", true, "none/2 predicts better"),
+    for (words, code, level, text) in [
+        ("against the checks", "better_form", "forbids", "none/2 predicts better"),
         (
             "quoted, and not usable",
             "energy_balance",
-            false,
+            "cautions",
             "energy balance: not usable",
         ),
-        ("C is independent", "film_trend", false, "C rises with the film"),
+        ("C is independent", "film_trend", "cautions", "C rises with the film"),
     ] {
-        let failed = json!({"check": code, "passed": false, "gates": gates, "text": text, "advice": ""});
-        let found = contradictions(&with("verdicts", failed), &given);
+        let failed = json!({"code": code, "line": 1, "passed": false, "level": level, "text": text, "next_step": ""});
+        let found = contradictions(&with(failed), &given);
         assert!(found.iter().any(|one| one.contains(words)), "{words}: {found:?}");
     }
     let advice = notice(
@@ -341,8 +331,9 @@ fn planted_contradictions_are_found() {
     }
     assert_eq!(contradictions(&advice, &given), Vec::<String>::new());
     let mut opposite = advice.clone();
-    let other = json!({"code": "outlier", "text": "two", "next_step": "series_offsets = false would do"});
-    opposite["notices"].as_array_mut().expect("a list").push(other);
+    let other =
+        json!({"code": "outlier", "passed": false, "text": "two", "next_step": "series_offsets = false would do"});
+    opposite["remarks"].as_array_mut().expect("a list").push(other);
     let found = contradictions(&opposite, &given);
     assert!(
         found.iter().any(|one| one.contains("opposite series_offsets")),

@@ -95,8 +95,8 @@ fn a_fit_that_is_not_to_be_quoted_says_so_in_the_file() {
     let place = Folder::new();
     let findings = std::fs::read_to_string(example().join("findings.json")).expect("it is written");
     let mut findings: serde_json::Value = serde_json::from_str(&findings).expect("JSON");
-    findings["verdicts"][0]["passed"] = false.into();
-    findings["verdicts"][0]["gates"] = true.into();
+    findings["remarks"][0]["passed"] = false.into();
+    findings["remarks"][0]["level"] = "forbids".into();
     place.write("findings.json", findings.to_string());
     let words = format!("{WET} --speed-m-s 1.2 --to yade");
     let (status, printed, _) = ask("handoff", place.path(), &words);

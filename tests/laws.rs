@@ -4,6 +4,8 @@ use crate::common::{wetcor_here, Folder};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use serde_json::Value;
+
 /// Cells of a row by the names of their columns.
 pub type Row = HashMap<String, String>;
 
@@ -41,7 +43,7 @@ impl Fitted {
         self.rows("laws.csv")
     }
 
-    fn findings(&self) -> serde_json::Value {
+    fn findings(&self) -> Value {
         self.place.json("report/findings.json")
     }
 
@@ -219,6 +221,7 @@ fn without_a_posterior_the_numbers_are_those_of_the_series_own_fits() {
     }
     let wet: Vec<&Row> = laws.iter().filter(|law| law["law"] == "reference").collect();
     let mut series = findings["series"].as_array().expect("a list").iter();
+    let estimates = findings["estimates"].as_array().expect("a list");
     let mut usable = 0;
     for law in wet {
         let own = series.next().expect("as many");
@@ -228,7 +231,12 @@ fn without_a_posterior_the_numbers_are_those_of_the_series_own_fits() {
             continue;
         }
         usable += 1;
-        let value = |name: &str, key: &str| own[name][key].as_f64().expect("a number");
+        let value = |name: &str, key: &str| {
+            let place = ["particle", "liquid", "diameter_m", "film_ratio"];
+            let is_it = |row: &&Value| row["quantity"] == name && place.iter().all(|key| row[*key] == own[*key]);
+            let row = estimates.iter().find(is_it).expect("its row");
+            row[key].as_f64().expect("a number")
+        };
         for (cell, name, key) in [
             ("alpha", "alpha", "value"),
             ("alpha_se", "alpha", "se"),

@@ -364,7 +364,7 @@ struct Store {
 }
 
 /// Its findings, but for the version.
-const FINDINGS: &str = r#"{"schema":"wetcor.findings/2","title":"t","wetcor":"VERSION","verdicts":[],"posterior":{
+const FINDINGS: &str = r#"{"schema":"wetcor.findings/3","title":"t","wetcor":"VERSION","remarks":[],"posterior":{
 "left_out":[{"name":"dry_k[PE]","value":null,"reason":"no runs"}],"terms":["inertia","viscous"],"inertia":"stepwise","viscous":"constant","dry_speed_m_s":2.0,
 "basis":{"smallest_restitution":0.0,"particles":[{"name":"PTFE","density_kg_m3":2150.0,"roughness_m":5e-6,"covered":null},
 {"name":"PE","density_kg_m3":940.0,"roughness_m":5e-6,"covered":null}],"liquids":[{"name":"AK10","density_kg_m3":930.0,"viscosity_Pa_s":0.0093}],
@@ -403,9 +403,16 @@ fn a_store_as_small_as_it_can_be_is_predicted_from_and_a_failed_fit_says_so() {
     assert_eq!(status, Some(0), "{err}");
     assert_eq!(out.lines().count(), 7);
     assert_eq!(err, "notice: all speeds extrapolated: PTFE has no wet runs\n");
-    let no_check = r#""verdicts":[]"#;
-    let check = r#""verdicts":[{"passed":false,"gates":true,"text":"largest R-hat"},{"passed":false,"gates":false,"text":"x"}]"#;
-    let store = Store::with(&[(no_check, check)]);
+    let remark = |code: &str, level: &str, text: &str| {
+        format!(r#"{{"code":"{code}","level":"{level}","passed":false,"text":"{text}","next_step":""}}"#)
+    };
+    let no_check = r#""remarks":[]"#;
+    let failed = [
+        remark("r_hat", "forbids", "largest R-hat"),
+        remark("x", "cautions", "x"),
+    ]
+    .join(",");
+    let store = Store::with(&[(no_check, &format!(r#""remarks":[{failed}]"#))]);
     let (status, _, err) = store.told(ASKED);
     assert_eq!(status, Some(1));
     assert_eq!(store.told(&format!("{ASKED} --anyway")).0, Some(0));
@@ -417,9 +424,8 @@ fn a_store_as_small_as_it_can_be_is_predicted_from_and_a_failed_fit_says_so() {
     );
     // bands of single runs of a fit whose wet runs scatter unevenly
     let with = |code: &str| {
-        let notices =
-            format!(r#""verdicts":[],"notices":[{{"code":"{code}","count":9,"text":"they grow","next_step":""}}]"#);
-        Store::with(&[(no_check, &notices)]).told(ASKED).2
+        let grows = format!(r#""remarks":[{}]"#, remark(code, "cautions", "they grow"));
+        Store::with(&[(no_check, &grows)]).told(ASKED).2
     };
     let told = "notice: run_q05 to run_q95 and stuck_probability take one spread for every run, and they grow\n";
     assert!(with("noise_grows").starts_with(told), "{}", with("noise_grows"));
@@ -474,7 +480,7 @@ fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
         err.reads(&format!("error: {expected}{again}\n"));
     };
     for [from, to, expected] in table_of(
-        r#"findings/2 | findings/7 | r/findings.json: found schema `wetcor.findings/7`, expected `wetcor.findings/2`
+        r#"findings/3 | findings/7 | r/findings.json: found schema `wetcor.findings/7`, expected `wetcor.findings/3`
         "sigma_wet" | "sigma_kept" | r: the fit has the parameter `sigma_kept`, which predict does not know
         ,{"name":"sigma_wet","values":[0.02,0.02]} |  | r: the fit has no sigma_wet: it needs wet runs
         stepwise | stairs | r/findings.json: no findings of wetcor (unknown variant `stairs`, expected one of `stepwise`, `cap`, `saturating`, `none` at line 2 column 114)

@@ -83,7 +83,7 @@ def the_report_is_the_same(program, plain, folder):
     (folder / LONG).write_text((folder / WHOLE).read_text() + "\n[sampler]\ndraws = 100000\n")
     findings = same_findings(program, plain, folder, WHOLE, "least_squares")
     assert findings["counts"]["runs"] == MANY, findings["counts"]
-    assert any(notice["code"] == "condensed_runs" for notice in findings["notices"]), "every run was kept"
+    assert any(remark["code"] == "condensed_runs" for remark in findings["remarks"]), "every run was kept"
 
 
 def same_findings(program, plain, folder, scene, stages):

@@ -25,7 +25,7 @@ const UNCERTAIN: &str = "uncertain_constants";
 const ROUNDING: f64 = 1e-12;
 
 /// Findings that are differences of nearly equal numbers lose this much more.
-const DIFFERENCES: &str = "bias constants growth heterogeneity lack_of_fit runs_show verdicts";
+const DIFFERENCES: &str = "bias constants growth heterogeneity lack_of_fit runs_show remarks";
 const LOST: f64 = 1e6;
 
 /// The folders of one kind of example; anything else beside them is a mistake.
@@ -158,7 +158,7 @@ fn findings(folder: &Path) -> Value {
     }
     let counts = all.get_mut("counts").and_then(Value::as_object_mut).expect("an object");
     counts.remove("sheets");
-    let notices = all.get_mut("notices").and_then(Value::as_array_mut).expect("a list");
+    let notices = all.get_mut("remarks").and_then(Value::as_array_mut).expect("a list");
     let of_file = ["sheets_not_read", "unknown_column", "unheeded_column", EXACT];
     notices.retain(|notice| !of_file.iter().any(|code| notice["code"] == *code));
     // an uncertainty of a constant adds to what is told and changes nothing else

@@ -135,11 +135,12 @@ fn a_terminal_has_the_verdict_first_and_three_cautions_unless_all_are_asked_for(
         "{out}"
     );
     let findings = folder.json("out/findings.json");
-    let informs = entries(&findings, "/notices").iter();
-    let informing: Vec<&Value> = informs.filter(|one| one["level"] == "informs").collect();
+    let informs = entries(&findings, "/remarks").iter();
+    let informing = informs.filter(|one| one["line"].is_null() && one["level"] == "informs");
+    let informing: Vec<&Value> = informing.collect();
     let informs = informing.len();
     let cautions = cautions(&findings).len();
-    assert!(cautions > 3 && informs > 0, "{}", findings["notices"]);
+    assert!(cautions > 3 && informs > 0, "{}", findings["remarks"]);
     // what is counted is what is shown
     let count = |err: &str| err.lines().filter(|line| line.starts_with("notice: ")).count();
     assert_eq!(count(&err), 3, "{err}");
@@ -161,19 +162,11 @@ fn a_terminal_has_the_verdict_first_and_three_cautions_unless_all_are_asked_for(
     assert_eq!(said("--quiet"), ["", ""]);
 }
 
-/// What cautions of a fit's `findings.json`: notices, and checks that failed, by their codes.
+/// What cautions of a fit's `findings.json`, by its codes.
 fn cautions(findings: &Value) -> Vec<&str> {
-    let notices = entries(findings, "/notices").iter();
-    let notices = notices.filter(|one| one["level"] == "cautions").map(|one| &one["code"]);
-    let failed = |check: &&Value| {
-        let concerns = check["concerns"].as_array().is_some_and(|names| !names.is_empty());
-        check["passed"] == false && check["gates"] == false && concerns
-    };
-    let checks = entries(findings, "/verdicts")
-        .iter()
-        .filter(failed)
-        .map(|check| &check["check"]);
-    notices.chain(checks).filter_map(Value::as_str).collect()
+    let remarks = entries(findings, "/remarks").iter();
+    let cautions = remarks.filter(|one| one["passed"] == false && one["level"] == "cautions");
+    cautions.filter_map(|one| one["code"].as_str()).collect()
 }
 
 #[test]
@@ -222,17 +215,18 @@ fn a_particle_without_roughness_lacks_the_length_of_its_critical_separation_alon
     let written = fit(&with_pe(), "");
     assert!(matches!(written.status, Some(0 | 1)), "{:?}", written.status);
     let findings = written.folder.json("out/findings.json");
-    let energy = entries(&findings, "/energy");
-    assert_eq!(energy.len(), 12);
-    for row in energy {
-        let delta_c = &row["delta_c_m"];
-        assert!(row["st_c_e_inf2"]["value"].is_f64(), "{row}");
+    let of_laws = |quantity: &str| {
+        let rows = entries(&findings, "/estimates").iter();
+        let rows = rows.filter(|row| row["quantity"] == quantity && row["source"] != "posterior");
+        rows.collect::<Vec<_>>()
+    };
+    let products = of_laws("st_c_e_inf2");
+    assert!(products.len() == 12 && products.iter().all(|row| row["value"].is_f64()));
+    let lengths = of_laws("delta_c_m");
+    assert_eq!(lengths.len(), 12);
+    for row in lengths {
         let of_pe = row["particle"] == "PE";
-        assert_eq!(
-            (delta_c["value"].is_null(), delta_c["why_none"] == why),
-            (of_pe, of_pe),
-            "{delta_c}"
-        );
+        assert_eq!((row["value"].is_null(), row["reason"] == why), (of_pe, of_pe), "{row}");
     }
     let derived = entries(&findings, "/posterior/derived").iter();
     let lengths = derived.filter_map(|one| one["name"].as_str().filter(|name| name.starts_with("delta_c")));
@@ -243,7 +237,7 @@ fn a_particle_without_roughness_lacks_the_length_of_its_critical_separation_alon
     // lubrication over the whole film cannot be tried
     let forms = entries(&findings, "/compare");
     assert!(!forms.is_empty() && forms.iter().all(|form| form["model"] != "saturating/2+film"));
-    let mut notices = entries(&findings, "/notices").iter();
+    let mut notices = entries(&findings, "/remarks").iter();
     let told = format!("saturating/2+film is not compared: {why}");
     assert!(notices.any(|notice| notice["text"] == told.as_str()), "{told}");
     let energy = written.report.split("\n### Energy\n").nth(1).expect("a section");

@@ -46,9 +46,9 @@ fn fit(scene: &str, rows: &str, more: &str) -> Outcome {
 
 /// The text of a check that failed.
 fn failed(findings: &Value, code: &str) -> Option<String> {
-    let checks = findings["verdicts"].as_array().expect("a list");
-    let check = checks.iter().find(|check| check["check"] == code)?;
-    (check["passed"] == false && check["gates"] == true).then(|| check["text"].to_string())
+    let remarks = findings["remarks"].as_array().expect("a list");
+    let remark = remarks.iter().find(|remark| remark["code"] == code)?;
+    (remark["passed"] == false && remark["level"] == "forbids").then(|| remark["text"].to_string())
 }
 
 fn assert_refused(outcome: &Outcome, words: &str) {
@@ -58,7 +58,7 @@ fn assert_refused(outcome: &Outcome, words: &str) {
     assert_eq!(*status, Some(1), "{out}");
     assert!(out.starts_with("Verdict: not to be quoted"), "{out}");
     assert!(findings["posterior"].is_null() && findings["compare"].is_null());
-    let why = failed(findings, "runs_to_spare").unwrap_or_else(|| panic!("{}", findings["verdicts"]));
+    let why = failed(findings, "runs_to_spare").unwrap_or_else(|| panic!("{}", findings["remarks"]));
     assert!(why.contains(words), "{why}");
     outcome.report.says("Nothing was sampled: ");
 }
@@ -137,7 +137,7 @@ fn an_exact_fit_is_refused_though_there_are_runs_enough() {
     };
     let refused = exact(0.0);
     assert_eq!(refused.status, Some(1));
-    let why = failed(&refused.findings, "noise").unwrap_or_else(|| panic!("{}", refused.findings["verdicts"]));
+    let why = failed(&refused.findings, "noise").unwrap_or_else(|| panic!("{}", refused.findings["remarks"]));
     assert!(
         why.contains("without noise") && refused.findings["posterior"].is_null(),
         "{why}"

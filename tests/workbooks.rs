@@ -192,10 +192,10 @@ fn runs_on_several_sheets_are_all_kept_and_named_as_a_person_sees_them() {
     err.says("book.xlsx, sheet `Öl <A>`, row 7 (run `r13`): PTFE, dry");
     assert_eq!(outlier["row"], 14);
     // what is so of all three is said once
-    let notices = findings["notices"].as_array().expect("notices");
+    let notices = findings["remarks"].as_array().expect("remarks");
     let heights = notices.iter().filter(|notice| notice["code"] == "heights_assumed");
-    let counts: Vec<&Value> = heights.map(|notice| &notice["count"]).collect();
-    assert_eq!(counts, [24]);
+    let counts: Vec<&Value> = heights.map(|notice| &notice["value"]).collect();
+    assert_eq!(counts, [24.0]);
     let of_one = place(data, &[Sheet::of("all", &part(0..24))]);
     let scene = of_one.read("scene.toml") + model;
     of_one.write("scene.toml", scene);

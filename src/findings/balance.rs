@@ -1,6 +1,7 @@
 //! Estimates L, the inertial prefactor and the film scale from every rebound at once.
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::dry::{self, Dry};
@@ -28,7 +29,7 @@ use crate::runs::Runs;
 use crate::scene::{NoiseOn, Scene, WetLaw};
 
 /// The energy balance over particles, liquids, diameters, films and speeds.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EnergyBalance {
     /// form of the inertial loss
     pub inertia: Inertia,
@@ -39,8 +40,10 @@ pub struct EnergyBalance {
     /// rebounds used
     pub runs: usize,
     /// those that particles share, as far as the form has them, and k with what the wet runs say of it
+    #[serde(skip)]
     pub parameters: Vec<ParameterEstimate>,
     /// δc/ε = exp(L)
+    #[serde(skip)]
     pub delta_c_over_roughness: Estimate,
     /// e_inf and St_c that follow from the parameters, for each particle and film ratio; and for each diameter where k or St_c
     /// depends on it
@@ -92,10 +95,9 @@ impl EnergyBalance {
 }
 
 /// A parameter of the energy balance.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ParameterEstimate {
     /// what it is
-    #[serde(skip)]
     pub kind: ParameterKind,
     /// its name
     pub name: String,
@@ -104,7 +106,7 @@ pub struct ParameterEstimate {
 }
 
 /// e_inf and St_c of one particle at one film ratio, as they follow from the energy balance.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct DerivedEstimate {
     /// name of the particle
     pub particle: String,
@@ -116,8 +118,10 @@ pub struct DerivedEstimate {
     /// ρ̃, mean over the rebounds
     pub density_ratio: f64,
     /// √(e_dry² − C ρ̃ g), at the reference dry speed
+    #[serde(skip)]
     pub e_inf: Estimate,
     /// 2 L/e_inf²
+    #[serde(skip)]
     pub st_c: Estimate,
     /// their correlation
     pub correlation: Option<f64>,

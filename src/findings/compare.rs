@@ -1,5 +1,6 @@
 //! Compares the forms of the law by how well they predict runs they have not seen.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::form_choice::{is_gain, ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
@@ -23,7 +24,7 @@ use crate::remark::{Level, Remark};
 use crate::rounding::with_se;
 
 /// One form of the law.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ComparedModel {
     /// form of inertia and dry speed: `stepwise/2`, `cap/impact`
     pub model: String,

@@ -1,7 +1,7 @@
 //! Holds all findings of a fit, as `findings.json` writes it.
 
-use serde::ser::SerializeMap;
-use serde::{Serialize, Serializer};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::balance::EnergyBalance;
 use super::bootstrap::Resampling;
@@ -28,12 +28,12 @@ use crate::runs::{MeasurementErrors, RunsWithErrors, Screened, Table};
 
 /// The name and version of the findings file's layout, which `docs/findings.schema.json` describes; the version is raised
 /// where a field is removed or changes its meaning.
-pub const SCHEMA: &str = "wetcor.findings/2";
+pub const SCHEMA: &str = "wetcor.findings/3";
 
 /// All findings of a fit. Field names are those of `findings.json`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Findings {
-    /// always [`SCHEMA`]
+    /// name and version of the layout of this file
     pub schema: &'static str,
     /// the scene's folder name
     pub scene: String,
@@ -90,21 +90,11 @@ pub struct Findings {
     /// which parameters the runs identify; `None` without parameters, or where a sum is not finite
     pub identifies: Option<Directions>,
     /// what must hold before the numbers are quoted, and what wants a second look
-    #[serde(flatten, serialize_with = "in_two_lists")]
     pub remarks: Vec<Remark>,
 }
 
-/// Writes what was held against a line as `verdicts`, and the rest as `notices`.
-fn in_two_lists<S: Serializer>(remarks: &[Remark], serializer: S) -> Result<S::Ok, S::Error> {
-    let (checks, notices): (Vec<&Remark>, Vec<&Remark>) = remarks.iter().partition(|remark| remark.line.is_some());
-    let mut lists = serializer.serialize_map(Some(2))?;
-    lists.serialize_entry("verdicts", &checks)?;
-    lists.serialize_entry("notices", &notices)?;
-    lists.end()
-}
-
 /// What was read and used.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Counts {
     /// rows of the file
     pub runs: usize,

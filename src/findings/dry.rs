@@ -1,5 +1,6 @@
 //! Estimates k of each particle, or of each of its diameters, from its dry runs, and whether one k serves all diameters.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::estimate::{Estimate, IntervalScale, Quoting};
@@ -20,7 +21,7 @@ use crate::runs::{sphere_label, sphere_words, DryGroup, Runs};
 use crate::scene::Scene;
 
 /// k of one particle, or of one diameter of it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Dry {
     /// name of the particle
     pub particle: String,
@@ -35,6 +36,7 @@ pub struct Dry {
     /// dry runs with no rebound, left out
     pub stuck: usize,
     /// k over all its diameters, (m/s)^(-1/5)
+    #[serde(skip)]
     pub dry_k: Estimate,
     /// spread of the restitutions about the law
     pub residual_sd: Option<f64>,
@@ -63,13 +65,14 @@ pub struct Dry {
 }
 
 /// k of one particle at one diameter.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct DryOfDiameter {
     /// D, m
     pub diameter_m: f64,
     /// dry runs used
     pub runs: usize,
     /// k, (m/s)^(-1/5)
+    #[serde(skip)]
     pub dry_k: Estimate,
 }
 

@@ -1,6 +1,7 @@
 //! Estimates where the energy went: the inertial loss over the density ratio, St_c·e_inf² and δc, by both laws.
 
 use nalgebra::DMatrix;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::dry;
@@ -16,7 +17,7 @@ use crate::physics::quantity::{Place, Quantity};
 use crate::scene::{Scene, WetLaw};
 
 /// The energy balance of one particle, or one diameter of it, at one film ratio, by one law.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Energy {
     /// name of the particle
     pub particle: String,
@@ -30,14 +31,17 @@ pub struct Energy {
     /// ρ̃, mean over the rebounds used
     pub density_ratio: f64,
     /// (e_dry² − e_inf²)/ρ̃ at the reference dry speed
+    #[serde(skip)]
     pub loss_over_density_ratio: Estimate,
     /// eq. Eint2 at this film ratio
     pub stepwise: f64,
     /// eq. Eint1 at this film ratio; `None` beyond 0.39, where it falls
     pub cap: Option<f64>,
     /// St_c e_inf² = 2 L
+    #[serde(skip)]
     pub st_c_e_inf2: Estimate,
     /// δc = ε exp(L), m
+    #[serde(skip)]
     pub delta_c_m: Estimate,
 }
 

@@ -1,5 +1,6 @@
 //! Holds a number with its standard error and interval, or the reason why there is none.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::distributions::normal_quantile;
@@ -41,7 +42,7 @@ pub struct Estimate {
 }
 
 /// What the replicates of a quantity say.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Bootstrapped {
     /// standard deviation of the replicates, or by the sandwich that they tend to; `None` where `fallback` says why there are
     /// none
@@ -61,7 +62,7 @@ pub struct Bootstrapped {
 }
 
 /// Replicates that gave no number.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Failed {
     /// why, in words
     pub reason: &'static str,

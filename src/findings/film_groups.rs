@@ -1,6 +1,7 @@
 //! Lists the film groups with their width, says why some have no film ratio of their own, and chooses one that stands for the
 //! others.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::remarks::{self, shortened};
@@ -10,7 +11,7 @@ use crate::runs::{FilmGroup, Runs, NEAR_NOMINAL, WIDEST};
 use crate::scene::Scene;
 
 /// The runs of one particle that belong to one film ratio.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct FilmGroupWidth {
     /// name of the particle
     pub particle: String,

@@ -1,5 +1,6 @@
 //! Judges a fit: whether its numbers may be quoted, and why not.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::inference::delta::Uncertain;
@@ -9,7 +10,7 @@ use crate::inference::nested::{one_law_for_all, FTest, Spread};
 use crate::inference::regression::Regression;
 
 /// Whether a result may be quoted, and why or why not.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Verdict {
     /// whether it may be quoted
     pub passed: bool,

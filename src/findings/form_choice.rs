@@ -1,5 +1,6 @@
 //! Says when a form of the law stands in for the default one, and holds what was chosen.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::inference::diagnostics::loo::Difference;
@@ -27,7 +28,7 @@ pub fn is_gain(gain: Difference) -> bool {
 }
 
 /// By what a form was chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ChosenBy {
     /// the squares that each form leaves
@@ -37,7 +38,7 @@ pub enum ChosenBy {
 }
 
 /// A form that was not chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct OtherForm {
     /// the form of the inertial loss
     pub inertia: Inertia,
@@ -119,7 +120,7 @@ impl Candidate {
 }
 
 /// The form of the inertial loss that the runs chose.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct InertiaChoice {
     /// the chosen one
     pub inertia: Inertia,

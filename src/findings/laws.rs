@@ -5,6 +5,7 @@
 //! dry law.
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::document::Findings;
@@ -28,7 +29,7 @@ const DRAWS: usize = 4000;
 const SPEEDS: usize = 25;
 
 /// How e depends on the speed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LawKind {
     /// e² = α + β/v − κ/v², e_dry being taken at a reference speed
@@ -40,7 +41,7 @@ pub enum LawKind {
 }
 
 /// The law of one pair. Field names are those of `findings.json`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PairLaw {
     /// name of the particle
     pub particle: String,
@@ -97,7 +98,7 @@ pub struct PairLaw {
 }
 
 /// Covariances of the numbers of a law.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct LawCovariance {
     /// of α and β
     pub alpha_beta: [[f64; 2]; 2],

@@ -6,6 +6,7 @@
 
 use std::collections::HashMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::balance::{DerivedEstimate, NO_VISCOUS};
@@ -35,13 +36,15 @@ const FEW_DRY_RUNS: usize = 8;
 const POSTERIOR_QUANTILES: &str = "posterior_quantiles";
 
 /// Where a main number comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
     /// the posterior of all runs at once
     Posterior,
     /// the square-root law at one film ratio
     SquareRootLaw,
+    /// the linear law at one film ratio
+    LinearLaw,
     /// least squares over all rebounds at once
     EnergyBalance,
     /// the law of the dry runs
@@ -54,6 +57,7 @@ impl Source {
         match self {
             Source::Posterior => "posterior",
             Source::SquareRootLaw => "square-root law",
+            Source::LinearLaw => "linear law",
             Source::EnergyBalance => "energy balance",
             Source::DryLaw => "dry law",
         }
@@ -61,7 +65,7 @@ impl Source {
 }
 
 /// The numbers that are quoted first.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MainNumbers {
     /// whether they may be quoted
     pub verdict: Verdict,
@@ -76,7 +80,7 @@ pub struct MainNumbers {
 }
 
 /// A number with its uncertainty and its source.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MainNumber {
     /// its value: the mean of a posterior, the estimate of a fit
     pub value: Option<f64>,
@@ -95,7 +99,7 @@ pub struct MainNumber {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mcse: Option<f64>,
     /// why there is no uncertainty; stands exactly then
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "reason")]
     pub why_none: Option<String>,
     /// share of its replicates that gave no number; `None` where it has no replicates
     #[serde(skip)]
@@ -103,7 +107,7 @@ pub struct MainNumber {
 }
 
 /// A parameter among the main numbers.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MainParameter {
     /// its name in files
     pub name: String,
@@ -144,7 +148,7 @@ impl MainParameter {
 }
 
 /// e_inf and St_c of a particle at a film ratio.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MainPlace {
     /// name of the particle
     pub particle: String,
@@ -179,7 +183,7 @@ impl MainNumber {
         }
     }
 
-    fn of_fit(estimate: &Estimate, source: Source) -> MainNumber {
+    pub(super) fn of_fit(estimate: &Estimate, source: Source) -> MainNumber {
         let boot = estimate.bootstrap.as_ref().filter(|boot| boot.replicates > 0);
         MainNumber {
             value: estimate.value,
@@ -195,7 +199,7 @@ impl MainNumber {
     }
 
     /// From a summary and its draws, chain by chain.
-    fn of_draws(summary: &QuantitySummary, draws: &[Vec<f64>], level: f64) -> MainNumber {
+    pub(super) fn of_draws(summary: &QuantitySummary, draws: &[Vec<f64>], level: f64) -> MainNumber {
         // what follows from a parameter that the scene holds has no spread
         let mut all = draws.iter().flatten();
         let first = all.next();

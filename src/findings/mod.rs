@@ -41,6 +41,7 @@
 //! | `compare.rs` | which form of the law predicts best |
 //! | `questions/` | whether L and C are the same at every film ratio |
 //! | `document.rs` | everything a fit says, as `findings.json` writes it |
+//! | `estimates.rs` | every estimate in a row of one table |
 //! | `learnt.rs` | what was learnt, in sentences |
 //! | `laws.rs` | the law e(v) of every pair, in numbers |
 //! | `repeats.rs`, `repeats/` | rows that repeat others, and means of others |
@@ -58,6 +59,7 @@ pub mod dry;
 pub mod energy;
 pub mod error_notices;
 pub mod estimate;
+pub mod estimates;
 mod exact_constants;
 pub mod film_groups;
 mod fit_verdict;

@@ -10,6 +10,7 @@
 //! dealt out evenly over the draws.
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::range::range;
@@ -28,7 +29,7 @@ use crate::scene::{Particle, Scene};
 const DRAWS_KEPT: usize = 1000;
 
 /// What a prediction needs of a finished fit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Basis {
     /// a restitution at or below this counts as stuck
     pub smallest_restitution: f64,
@@ -42,7 +43,7 @@ pub struct Basis {
 }
 
 /// Draws of one parameter.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterDraws {
     /// its name
     pub name: String,
@@ -51,7 +52,7 @@ pub struct ParameterDraws {
 }
 
 /// A particle, and where its wet runs were made.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParticleBasis {
     /// its name
     pub name: String,
@@ -73,7 +74,7 @@ pub struct ParticleBasis {
 }
 
 /// Smallest and largest numbers of some runs.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Covered {
     /// Stokes numbers
     pub stokes: [f64; 2],
@@ -82,7 +83,7 @@ pub struct Covered {
 }
 
 /// What the wet runs of a particle in one liquid covered.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CoveredIn {
     /// name of the liquid
     pub liquid: String,
@@ -107,7 +108,7 @@ pub struct LiquidRange {
 }
 
 /// A liquid.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LiquidBasis {
     /// its name
     pub name: String,
@@ -267,7 +268,7 @@ pub fn offset_of_new_series(draw: usize, sigma_series: f64) -> f64 {
 }
 
 /// What is to be expected at one impact speed. Field names are those of files.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Predicted {
     /// v
     pub impact_speed_m_s: f64,

@@ -1,5 +1,6 @@
 //! Sets numbers from the literature beside ours.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::dry;
@@ -10,7 +11,7 @@ use crate::physics::Quantity;
 use crate::scene::{Published, WetLaw};
 
 /// A published number beside ours.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PublishedComparison {
     /// `e_inf`, `st_c` or `dry_k`
     pub quantity: &'static str,

@@ -1,6 +1,7 @@
 //! Estimates e_inf and St_c over liquids, diameters and speeds, by the linear and the square-root law.
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::estimate::{Estimate, Quoting};
@@ -20,7 +21,7 @@ use crate::runs::{sphere_words, FilmGroup, Series};
 use crate::scene::WetLaw;
 
 /// e_inf and St_c of one particle, or one diameter of it, at one film ratio, or over all of them, by one law.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Scaling {
     /// name of the particle
     pub particle: String,
@@ -36,13 +37,16 @@ pub struct Scaling {
     /// runs that stuck, left out
     pub stuck: usize,
     /// wet restitution as St → ∞, at the reference dry speed
+    #[serde(skip)]
     pub e_inf: Estimate,
     /// critical Stokes number 2 L/e_inf²
+    #[serde(skip)]
     pub st_c: Estimate,
     /// Stokes number at which the square root reaches zero (square root only)
+    #[serde(skip)]
     pub st_no_rebound: Option<Estimate>,
-    /// L = St_c e_inf²/2; in the file, half of the energy table's St_c·e_inf²
-    #[serde(skip_serializing)]
+    /// L = St_c e_inf²/2; in the file, half of the row of St_c·e_inf²
+    #[serde(skip)]
     pub lubrication_log: Estimate,
     /// correlation of e_inf and St_c
     pub correlation: Option<f64>,
@@ -119,7 +123,7 @@ impl Scaling {
 }
 
 /// How far a law is off on this design, fitted without noise.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Bias {
     /// in e_inf
     pub e_inf: f64,

@@ -1,6 +1,7 @@
 //! Estimates the square-root law of each series: α, β, e_inf and the speed below which nothing rebounds.
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::estimate::{Estimate, Quoting};
@@ -13,7 +14,7 @@ use crate::physics::quantity::{Place, Quantity};
 use crate::runs::Series;
 
 /// The square-root law e = √(α + β/v) of one series.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SeriesFit {
     /// name of the particle
     pub particle: String,
@@ -30,12 +31,16 @@ pub struct SeriesFit {
     /// runs that stuck, left out
     pub stuck: usize,
     /// α
+    #[serde(skip)]
     pub alpha: Estimate,
     /// β, m/s
+    #[serde(skip)]
     pub beta: Estimate,
     /// √α
+    #[serde(skip)]
     pub e_inf: Estimate,
     /// −β/α, m/s
+    #[serde(skip)]
     pub threshold_speed_m_s: Estimate,
     /// spread of the restitutions about the law
     pub residual_sd: Option<f64>,

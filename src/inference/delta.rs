@@ -8,9 +8,9 @@ use crate::distributions::student_t_quantile;
 pub const LEVELS: [f64; 2] = [0.90, 0.95];
 
 /// An interval for a quantity.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Interval {
-    /// how it was made: `delta`, `delta_log` for one made on the logarithm, [`PROFILE`], or a kind of bootstrap, with
+    /// how it was made: `delta`, `delta_log` for one made on the logarithm, `profile`, or a kind of bootstrap, with
     /// `sandwich` of what that tends to
     pub method: &'static str,
     /// probability it was made for

@@ -83,7 +83,7 @@ pub trait SpeedDependent: ResidualProblem {
 }
 
 /// How measurement errors entered a fit.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct ErrorSummary {
     /// runs that carry an error above 0; the others are taken to err like the median of these
     pub runs_with_errors: usize,

@@ -26,7 +26,7 @@ pub struct LawRow {
 }
 
 /// What a law is held against.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Alternative {
     /// a mean of its own at every speed
@@ -36,7 +36,7 @@ pub enum Alternative {
 }
 
 /// What a law's own runs say of it.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct LackOfFit {
     /// what it is held against
     pub against: Alternative,

@@ -14,7 +14,7 @@ pub struct Spread {
 }
 
 /// Outcome of an F test.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct FTest {
     /// spread between the groups over spread within them
     pub f: f64,

@@ -11,7 +11,7 @@ use crate::model::posterior::{LogDensity, PosteriorDensity};
 use crate::seed::StreamName;
 
 /// How draws were made, the cheapest method first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// from the normal about the mode
@@ -42,7 +42,7 @@ pub const MOST_TIMES: usize = 8;
 const MOST_STEPS: u64 = 2_000_000;
 
 /// A requested accuracy, and how it was reached.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct ReachedAccuracy {
     /// the request
     #[serde(rename = "asked")]
@@ -54,7 +54,7 @@ pub struct ReachedAccuracy {
 }
 
 /// A method that did not do.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct RejectedMethod {
     /// which
     pub method: Method,

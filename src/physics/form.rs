@@ -152,7 +152,7 @@ impl Coefficient {
 
 /// What a balance may hold beyond e_dry² to first order at one speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "cli", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "cli", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", serde(rename_all = "snake_case"))]
 pub enum Term {
     /// C ρ̃ g(δ̃)

@@ -53,7 +53,7 @@ pub const FILM_SCALE: Parameter = Parameter {
 
 /// Shape g(δ̃) of the inertial loss.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "cli", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "cli", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", serde(rename_all = "snake_case"))]
 pub enum Inertia {
     /// δ̃ (3 − 6 δ̃ + 4 δ̃²): stepwise penetration, eq. Eint2. Valid to δ̃ = 0.5.

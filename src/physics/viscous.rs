@@ -53,7 +53,7 @@ pub const RUPTURE_SCALE: Parameter = Parameter {
 
 /// Form of the viscous loss.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "cli", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "cli", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", serde(rename_all = "snake_case"))]
 pub enum Viscous {
     /// 4 L/St with one L (eqs. visc and beta)

@@ -19,6 +19,7 @@ use crate::physics::dry::DRY_K;
 use crate::physics::form::Term;
 use crate::physics::numbers::same_diameter;
 use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Viscous};
+use crate::remark::Level;
 use crate::runs::{diameter_in_mm, sphere_label};
 use crate::scene::{name_expected, LikelihoodFamily, NOISE, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
 
@@ -55,32 +56,24 @@ struct FindingsHeader {
 #[derive(Deserialize)]
 struct FindingsRecord {
     posterior: Option<PosteriorRecord>,
-    verdicts: Vec<CheckRecord>,
-    #[serde(default)]
-    notices: Vec<NoticeRecord>,
+    remarks: Vec<RemarkRecord>,
 }
 
 #[derive(Deserialize)]
-struct NoticeRecord {
+struct RemarkRecord {
     code: String,
-    text: String,
-}
-
-#[derive(Deserialize)]
-struct CheckRecord {
+    level: Level,
     passed: bool,
-    gates: bool,
     text: String,
-    #[serde(default)]
-    advice: String,
+    next_step: String,
 }
 
-impl CheckRecord {
+impl RemarkRecord {
     /// What was found, with what to do.
-    fn told(self) -> String {
-        match self.advice.as_str() {
-            "" => self.text,
-            advice => format!("{}; {advice}", self.text),
+    fn told(&self) -> String {
+        match self.next_step.as_str() {
+            "" => self.text.clone(),
+            next_step => format!("{}; {next_step}", self.text),
         }
     }
 }
@@ -227,13 +220,14 @@ impl Finished {
         if let Some(odd) = posterior.odd_number() {
             return Err(refuse(&odd));
         }
-        let failed = file.verdicts.into_iter().filter(|check| check.gates && !check.passed);
-        let mut notices = file.notices.into_iter();
+        let failed = file.remarks.iter().filter(|own| !own.passed);
+        let forbidding = failed.clone().filter(|own| own.level == Level::Forbids);
+        let growing = failed.clone().find(|own| own.code == NOISE_GROWS.code);
         Ok(Finished {
             folder: folder.to_path_buf(),
             title: header.title,
-            failed: failed.map(CheckRecord::told).collect(),
-            noise_grows: notices.find(|own| own.code == NOISE_GROWS.code).map(|own| own.text),
+            failed: forbidding.map(RemarkRecord::told).collect(),
+            noise_grows: growing.map(|own| own.text.clone()),
             form: posterior.form(),
             basis: posterior.basis,
             left_out: posterior.left_out,

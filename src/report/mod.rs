@@ -38,9 +38,14 @@ pub(crate) mod template;
 pub mod tracking;
 mod values;
 
+use schemars::generate::SchemaSettings;
+use schemars::transform::RecursiveTransform;
+use schemars::JsonSchema;
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::error::Error;
+use crate::findings::estimates::{list_estimates, EstimateRow};
 use crate::findings::laws::{list_laws, PairLaw};
 use crate::findings::overview::Overview;
 use crate::findings::Findings;
@@ -70,11 +75,17 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
     let figures = if with_figures { figures::all(input) } else { vec![] };
     let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
     let of_pairs = list_laws(input.scene, input.runs, input.findings, input.posterior);
+    let file = FindingsFile {
+        findings: input.findings,
+        estimates: &list_estimates(input.scene, input.runs, input.findings, input.posterior),
+        laws: &of_pairs,
+        figures: &names,
+    };
     let (texts, draws) = rayon::join(
         || {
             let report = markdown(input, &names)?;
             let page = html::page(&report, &figures, &html::Curves::of(input))?;
-            Ok::<_, Error>([report, page, findings_text(input.findings, &of_pairs, &names)?])
+            Ok::<_, Error>([report, page, json::text(&file)?])
         },
         || {
             let draws = input
@@ -100,18 +111,30 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
     Ok(files)
 }
 
-/// `findings.json`: the findings, the laws of the pairs, and the names of the figures, by which a later run knows the report's own files.
-fn findings_text(findings: &Findings, laws: &[PairLaw], figures: &[&str]) -> Result<String, Error> {
-    #[derive(Serialize)]
-    struct FindingsFile<'a> {
-        #[serde(flatten)]
-        findings: &'a Findings,
-        laws: &'a [PairLaw],
-        figures: &'a [&'a str],
-    }
-    json::text(&FindingsFile {
-        findings,
-        laws,
-        figures,
-    })
+/// What a fit of wetcor found. Lengths are in m, speeds in m/s, all other numbers in units of the SI, or without one. A stage
+/// that was not run is null, as is a number that is not to be had; `reason` then says why.
+#[derive(Serialize, JsonSchema)]
+#[schemars(title = "findings.json of wetcor")]
+struct FindingsFile<'a> {
+    #[serde(flatten)]
+    findings: &'a Findings,
+    /// every estimate, one a row
+    estimates: &'a [EstimateRow],
+    /// the law e(v) of every pair of the runs, and of dry impacts
+    laws: &'a [PairLaw],
+    /// names of the figures in the folder `figures`, by which a later run knows the report's own files
+    figures: &'a [&'a str],
+}
+
+/// The text of `docs/findings.schema.json`, which describes `findings.json` by the types that it is written from.
+pub fn findings_schema() -> Result<String, Error> {
+    // what comments say of types is told of the file
+    let in_a_file = |schema: &mut schemars::Schema| {
+        if let Some(Value::String(text)) = schema.get_mut("description") {
+            *text = text.replace('\n', " ").replace("`None`", "null");
+        }
+    };
+    let settings = SchemaSettings::draft2020_12().for_serialize();
+    let settings = settings.with_transform(RecursiveTransform(in_a_file));
+    json::text(&settings.into_generator().into_root_schema_for::<FindingsFile>())
 }

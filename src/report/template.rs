@@ -75,7 +75,7 @@ pub(super) fn plain(name: &str, values: &Value) -> Result<String, Error> {
 
 /// What a template may name of a row: its fields as files have them, and more.
 pub(crate) fn with(row: &impl Serialize, more: Value) -> Value {
-    merge_maps([more, serialized(row)])
+    merge_maps([serialized(row), more])
 }
 
 /// The fields of a row as files have them.

@@ -66,7 +66,7 @@ pub(super) struct SheetRead {
 }
 
 /// Runs left out for one reason.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Screened {
     /// why, in words
     pub reason: String,

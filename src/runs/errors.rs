@@ -79,7 +79,7 @@ impl MeasurementErrors {
 }
 
 /// How many runs carry measurement errors above 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct RunsWithErrors {
     /// with any
     pub runs: usize,

@@ -9,7 +9,7 @@ use crate::physics::Quantity;
 use crate::units::Dimension;
 
 /// One of the two laws of the wet restitution.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum WetLaw {
     /// e = e_inf (1 − St_c/St)

@@ -83,7 +83,7 @@ fn unlike_the_checks(page: &str, listed: &[(String, bool)]) -> Vec<String> {
         .iter()
         .filter(|(code, gates)| *gates && cautions.contains(&code.as_str()));
     let unknown = named.iter().filter(|name| {
-        let file = ["verdicts", "findings.json"].contains(*name);
+        let file = ["remarks", "findings.json"].contains(*name);
         !file && !listed.iter().any(|(code, _)| code == *name)
     });
     let unknown = unknown.map(|name| format!("{name} is no check"));

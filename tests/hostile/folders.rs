@@ -160,7 +160,7 @@ fn d13_no_change_of_findings_gives_a_number_that_is_none() {
     for part in "basis terms inertia viscous dry_speed_m_s left_out".split(' ') {
         places(&findings["posterior"][part], &format!("/posterior/{part}"), &mut found);
     }
-    places(&findings["verdicts"], "/verdicts", &mut found);
+    places(&findings["remarks"], "/remarks", &mut found);
     assert!(found.len() > 30, "{found:?}");
     let (mut refused, mut believed, mut forged) = (0, 0, 0);
     for place in &found {
@@ -264,7 +264,8 @@ fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
     let hostile = "\u{1b}[2J\n\u{202e}x";
     let mut findings = copy.findings();
     findings["title"] = json!(hostile);
-    findings["verdicts"] = json!([{"passed": false, "gates": true, "text": hostile}]);
+    let remark = json!({"code": "x", "level": "forbids", "passed": false, "text": hostile, "next_step": ""});
+    findings["remarks"] = json!([remark]);
     copy.write(findings.to_string());
     for format in ["csv", "json"] {
         let outcome = copy.run(&format!("--format {format}"));

@@ -1,5 +1,6 @@
 //! Holds what is resampled and how: the estimates that get an interval, and what is kept of their replicates.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::findings::dry::Dry;
@@ -20,7 +21,7 @@ pub struct Estimates<'e> {
 }
 
 /// How replicates were made.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Resampling {
     /// what was resampled
     pub scheme: &'static str,

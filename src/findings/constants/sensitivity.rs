@@ -1,5 +1,6 @@
 //! Holds the sensitivity of a result to the constants, and names the result.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::findings::remarks::described;
@@ -11,7 +12,7 @@ use crate::units::millimetres;
 pub(super) const BALANCE: &str = "balance";
 
 /// How one result moves with the constants.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Sensitivity {
     /// the name of a shared parameter, `delta_c_m`, `e_inf` or `st_c`
     pub result: String,
@@ -74,7 +75,7 @@ impl Sensitivity {
 }
 
 /// Elasticity of a result in one constant.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Elasticity {
     /// `viscosity`, `liquid_density`, `particle_density`, `roughness` or `film`: all of a kind by one factor;
     /// `viscosity[AK10]` and the like: one alone; `film_offset`: all films by one length, in units of their mean;

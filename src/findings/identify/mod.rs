@@ -13,6 +13,7 @@
 mod identifiability;
 mod words;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::least_squares::LeastSquares;
@@ -23,7 +24,7 @@ use crate::scene::Scene;
 use identifiability::Identifiability;
 
 /// Identifiability of the parameters together.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Directions {
     /// where the slopes were taken: `least_squares`, or `least_squares_with_priors` where the energy balance alone has
     /// no answer
@@ -40,7 +41,7 @@ pub struct Directions {
 }
 
 /// Parameters that the runs do not tell apart.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Unidentified {
     /// their names
     pub parameters: Vec<String>,

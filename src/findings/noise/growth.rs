@@ -6,6 +6,7 @@
 //! factor is that of an sd ∝ exp(b x), a power of v or of 1/St, with b of most likelihood under normal noise. Groups whose
 //! spreads differ show here, too, as far as they differ in x: a liquid that scatters more may be one whose 1/St is larger.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::outliers::OutlierSearch;
@@ -28,7 +29,7 @@ const EDGE: f64 = 1.644_853_626_951_472_7;
 const LEAST_RUNS: usize = 20;
 
 /// What the spread of runs may grow with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum GrowthWith {
     /// v
@@ -65,7 +66,7 @@ impl GrowthWith {
 }
 
 /// Whether the spread of the runs grows.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct NoiseGrowth {
     /// probability that even noise is said to grow with anything, dry and wet runs together; at most, as the tests share
     /// it evenly
@@ -98,7 +99,7 @@ impl NoiseGrowth {
 }
 
 /// One kind of run against one quantity.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct GrowthTest {
     /// `dry` or `wet` runs
     pub of: &'static str,

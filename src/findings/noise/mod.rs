@@ -27,6 +27,7 @@ mod scatter;
 mod spread;
 mod wet_law;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::balance::EnergyBalance;
@@ -48,13 +49,13 @@ pub use wet_law::{WetAlternative, WetLawTest};
 const MOST_RUNS: usize = 200_000;
 
 /// What the scatter of the runs is like.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Noise {
     /// runs held against the line for outliers
     pub runs: usize,
     /// outliers in all; 0 where the likelihood is Student's t, which has room for them
     pub outliers_found: usize,
-    /// the [`MOST_DESCRIBED`] furthest
+    /// the furthest of them
     pub outliers: Vec<Outlier>,
     /// spreads of the groups; `None` with fewer than two groups of five runs
     pub spread: Option<SpreadTest>,

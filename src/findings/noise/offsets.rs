@@ -6,6 +6,7 @@
 //! df σ² + σ_s² (n − Σ v_sᵀA⁻¹v_s): unbiased for few series, too. The standard error that allows for them is that of
 //! scores with the variance σ² JᵀJ + σ_s² Σ v_s v_sᵀ.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::rows::{Rows, RunKind, SharedOffset};
@@ -21,7 +22,7 @@ const FEWEST_SERIES: usize = 3;
 const LEAST_SEEN: f64 = 0.25;
 
 /// Offsets that the wet runs of a series share.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Offsets {
     /// series with runs in the fit
     pub series: usize,

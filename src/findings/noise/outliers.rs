@@ -6,6 +6,7 @@
 //! another, and none widens the spread it is held against.
 
 use nalgebra::DVector;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::rows::{Rows, RunAtFit, RunKind};
@@ -31,7 +32,7 @@ const CANDIDATE: f64 = 0.75;
 const LEAST_OF_OWN: usize = 10;
 
 /// A run far from the law.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Outlier {
     /// row, counted over all tables below their headers from 1
     pub row: u32,

@@ -1,5 +1,6 @@
 //! Says by how much standard errors are too small, and how far unequal spreads of the groups carry them off.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::rows::{Rows, RunKind, SharedOffset};
@@ -18,7 +19,7 @@ pub const LINE: f64 = 1.042;
 pub const LEVEL: f64 = 0.01;
 
 /// By how much the standard error of a parameter is too small.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct StandardErrorRatio {
     /// its name
     pub parameter: String,
@@ -44,7 +45,7 @@ pub(super) fn affected<'a>(test: &FTest, all: &'a [StandardErrorRatio]) -> Optio
 }
 
 /// Spreads of the groups against one spread for all dry and one for all wet runs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SpreadTest {
     /// Brown and Forsythe's test of equal spreads
     #[serde(flatten)]
@@ -65,7 +66,7 @@ impl SpreadTest {
 }
 
 /// The spread of one group's runs about the fit.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct GroupSpread {
     /// name of the particle
     pub particle: String,

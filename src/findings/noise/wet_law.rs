@@ -13,6 +13,7 @@
 //! that. A film group that holds several film ratios is cut at its gaps.
 
 use nalgebra::DVector;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::outliers::OutlierSearch;
@@ -28,7 +29,7 @@ use crate::runs::sphere_words;
 const SPEED_ERROR: f64 = 0.01;
 
 /// What the wet law is held against.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum WetAlternative {
     /// a term in (1/St)², the same in all groups
@@ -63,7 +64,7 @@ impl WetAlternative {
 }
 
 /// The wet law against the alternative that chance explains least.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct WetLawTest {
     /// what it is held against
     pub against: WetAlternative,

@@ -1,6 +1,7 @@
 //! Posterior predictive checks: whether new runs drawn from the posterior look like the ones that were made.
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::distributions::normal_quantile;
@@ -27,7 +28,7 @@ const FEWEST: usize = 10;
 const EXACT_TO: usize = 500;
 
 /// How new runs compare with the ones made.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
 pub struct PredictiveChecks {
     /// share of the runs inside their predicted bands
     pub bands: Vec<BandCoverage>,
@@ -38,7 +39,7 @@ pub struct PredictiveChecks {
 }
 
 /// How often runs lie inside their central predicted band.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct BandCoverage {
     /// probability the band was made for
     pub level: f64,
@@ -49,7 +50,7 @@ pub struct BandCoverage {
 }
 
 /// Residuals of a group of runs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct GroupResidual {
     /// name of the particle
     pub particle: String,
@@ -74,7 +75,7 @@ impl GroupResidual {
 }
 
 /// Runs of a series that stuck, and how many were to be expected.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct StuckCount {
     /// name of the particle
     pub particle: String,

@@ -4,6 +4,7 @@
 //! The scene's own posterior cannot tell: a prior far from the runs pulls the other parameters with it, and one with bounds
 //! hides what lies beyond them.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::sampling::SamplingSetup;
@@ -19,7 +20,7 @@ use crate::scene::{Prior, Scene, SIGMA_ENERGY};
 use crate::seed::StreamName;
 
 /// What the runs alone say of a parameter, on the scale of its prior.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct RunsAlone {
     /// its value
     pub value: f64,

@@ -2,6 +2,7 @@
 
 use std::ops::Deref;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::predictive_checks::PredictiveChecks;
@@ -13,7 +14,7 @@ use crate::physics::form::Term;
 use crate::physics::{Inertia, Viscous};
 
 /// The summary of the posterior.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PosteriorFindings {
     /// the sampled parameters
     pub parameters: Vec<QuantitySummary>,
@@ -70,7 +71,7 @@ pub struct PosteriorFindings {
 }
 
 /// One quantity of the posterior.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct QuantitySummary {
     /// its name
     pub name: String,
@@ -97,7 +98,7 @@ impl Deref for QuantitySummary {
 }
 
 /// The offset of one series, and where that was measured.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SeriesOffset {
     /// name of the particle
     pub particle: String,
@@ -117,7 +118,7 @@ pub struct SeriesOffset {
 }
 
 /// What was believed of a parameter before the runs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PriorSummary {
     /// the letter of the formulas
     pub symbol: &'static str,
@@ -157,7 +158,7 @@ impl PriorSummary {
 }
 
 /// A parameter that was not sampled.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeldParameter {
     /// its name
     pub name: String,
@@ -171,7 +172,7 @@ pub struct HeldParameter {
 }
 
 /// The few runs that stood for very many.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct CompressionSummary {
     /// how many
     pub nodes: usize,

@@ -1,5 +1,6 @@
 //! Concludes whether a parameter is constant, and words the answer to a question as `findings.json` writes it.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::findings::form_choice::{is_gain, GAIN};
@@ -10,7 +11,7 @@ use crate::remark::Remark;
 use crate::rounding::with_se;
 
 /// A question with its answer. Field names are those of `findings.json`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Question {
     /// in words
     pub question: &'static str,
@@ -38,7 +39,7 @@ pub struct Question {
 }
 
 /// How a parameter goes with the logarithm of the film ratio: dL/d ln δ̃ or d ln C/d ln δ̃.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Trend {
     /// its letter
     pub symbol: &'static str,
@@ -61,7 +62,7 @@ pub struct Trend {
 }
 
 /// Whether a parameter goes with the film ratio.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Answer {
     /// one value for all film ratios

@@ -1,6 +1,7 @@
 //! Takes the sizes of terms from weighted sums over the runs.
 
 use nalgebra::DVector;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::findings::balance::{rebounds, EnergyBalance};
@@ -21,7 +22,7 @@ use crate::scene::{Prior, Scene, WetLaw};
 pub const LINE: f64 = 0.25;
 
 /// A term, its size, and what was decided.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SizedTerm {
     /// which
     pub term: Term,

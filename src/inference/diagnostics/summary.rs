@@ -8,7 +8,7 @@ use super::{ess, have_diagnostics, mcse, mean, quantile, rhat, variance};
 ///
 /// Mean, sd and quantiles are `None` where a draw is not finite or there is none, the sd also of a single draw; the rest
 /// is `None` where the draws are too few or too much alike.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, schemars::JsonSchema)]
 pub struct Summary {
     /// mean
     pub mean: Option<f64>,
@@ -37,10 +37,10 @@ pub struct Summary {
     pub mcse_mean: Option<f64>,
     /// Monte Carlo error of the sd
     pub mcse_sd: Option<f64>,
-    /// [`mcse::of_quantile`] at 5 %
+    /// Monte Carlo error of the 5 % quantile
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mcse_q05: Option<f64>,
-    /// [`mcse::of_quantile`] at 95 %
+    /// Monte Carlo error of the 95 % quantile
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mcse_q95: Option<f64>,
 }

@@ -8,6 +8,8 @@ use super::super::{quantities, ReportInput};
 use crate::findings::balance::{EnergyBalance, ParameterEstimate};
 use crate::findings::bootstrap::MOST_RESAMPLED;
 use crate::findings::constants::Sensitivity;
+use crate::findings::dry::{Dry, DryOfDiameter};
+use crate::findings::energy::Energy;
 use crate::findings::noise::{GrowthTest, Noise, FALSE_ALARM};
 use crate::findings::remarks::SERIES_SCHEME_CHANGES;
 use crate::findings::scaling::Scaling;
@@ -24,9 +26,7 @@ pub(super) fn values(input: ReportInput) -> Value {
     let failed: Vec<_> = of_one_film().filter(|own| !own.verdict.passed).collect();
     let told = |particle: &str, place, law| is_told(findings, particle, place, law);
     let scaling = findings.scaling.iter();
-    let scaling: Vec<&Scaling> = scaling
-        .filter(|row| told(&row.particle, [row.diameter_m, row.film_ratio], row.law))
-        .collect();
+    let scaling = scaling.filter(|row| told(&row.particle, [row.diameter_m, row.film_ratio], row.law));
     let energy = findings.energy.iter();
     let energy = energy.filter(|row| told(&row.particle, [row.diameter_m, Some(row.film_ratio)], row.law));
     let drawn = |row: &Scaling| row.law == WetLaw::Linear && row.film_ratio.is_some() && row.verdict.passed;
@@ -37,19 +37,16 @@ pub(super) fn values(input: ReportInput) -> Value {
     };
     let mut wet = input.runs.wet_particles();
     let has_roughness = wet.any(|particle| scene.particles[particle].roughness.is_some());
-    let dry = findings.dry.iter();
     let laws = context! {
-        dry => dry.map(|own| with(own, context! { words => own.words() })).collect::<Vec<_>>(),
+        dry => findings.dry.iter().map(dry_row).collect::<Vec<_>>(),
         series => context! {
             all => of_one_film().count(),
             with_law => of_one_film().count() - failed.len(),
             failed => serialized(&failed),
         },
-        scaling => scaling.iter().map(|row| with(row, context! { words => row.words() })).collect::<Vec<_>>(),
+        scaling => scaling.into_iter().map(scaling_row).collect::<Vec<_>>(),
         linear_drawn => findings.scaling.iter().any(drawn),
-        energy => energy
-            .map(|row| with(row, context! { words => sphere_words(&row.particle, row.diameter_m) }))
-            .collect::<Vec<_>>(),
+        energy => energy.map(energy_row).collect::<Vec<_>>(),
         has_delta_c => of_form.is_none() && has_roughness,
         why_no_delta_c => of_form.map(str::to_owned).or_else(of_roughness),
         label_k => quantities::label(Quantity::DryK),
@@ -62,6 +59,36 @@ pub(super) fn values(input: ReportInput) -> Value {
         constants => constants(&findings.constants),
     };
     merge_maps([laws, findings.noise.as_ref().map_or(context! {}, noise)])
+}
+
+fn dry_row(own: &Dry) -> Value {
+    let of_diameter = |one: &DryOfDiameter| with(one, context! { dry_k => serialized(&one.dry_k) });
+    let more = context! {
+        words => own.words(),
+        dry_k => serialized(&own.dry_k),
+        by_diameter => own.by_diameter.iter().map(of_diameter).collect::<Vec<_>>(),
+    };
+    with(own, more)
+}
+
+fn scaling_row(own: &Scaling) -> Value {
+    let more = context! {
+        words => own.words(),
+        e_inf => serialized(&own.e_inf),
+        st_c => serialized(&own.st_c),
+        st_no_rebound => own.st_no_rebound.as_ref().map(serialized),
+    };
+    with(own, more)
+}
+
+fn energy_row(own: &Energy) -> Value {
+    let more = context! {
+        words => sphere_words(&own.particle, own.diameter_m),
+        loss_over_density_ratio => serialized(&own.loss_over_density_ratio),
+        st_c_e_inf2 => serialized(&own.st_c_e_inf2),
+        delta_c_m => serialized(&own.delta_c_m),
+    };
+    with(own, more)
 }
 
 /// Whether a law of some runs tells what stands nowhere else: not where these have no film ratio of their own, and the linear
@@ -130,12 +157,12 @@ fn cross_check(input: ReportInput, balance: &EnergyBalance) -> Value {
         |row: &ParameterEstimate, symbol: &str| quantities::parameter_label(input.scene, input.runs, row.kind, symbol);
     let rows = balance.parameters.iter().map(|row| {
         let quantity = row.kind.quantity().unwrap_or(Quantity::DryK);
-        let more = context! {
+        context! {
             label => label(row, &quantities::label(quantity)),
+            estimate => serialized(&row.estimate),
             factor => quantities::in_unit(quantity, 1.0),
             difference => difference(row),
-        };
-        with(row, more)
+        }
     });
     let far = balance.parameters.iter();
     let far = far.filter(|row| difference(row).is_some_and(|difference| difference.abs() > FAR));

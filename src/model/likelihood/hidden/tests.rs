@@ -371,7 +371,7 @@ fn the_integral_is_that_of_very_many_nodes() {
     assert!(gap < 1e-6, "{gap:e}");
     // in two dimensions
     for energy in [0.003, 0.04] {
-        let gap = worst(&speeds("the_density_in_two_dimensions", 20, energy), 3000);
+        let gap = worst(&speeds("the_density_in_two_dimensions", 6, energy), 3000);
         assert!(gap < 1e-6, "{gap:e}");
     }
 }
