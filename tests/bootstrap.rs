@@ -8,7 +8,7 @@ use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::acceleration;
 use wetcor::inference::bootstrap::{replicate, weights, Plan, Pool, Target};
-use wetcor::inference::kernel::{self, Sample};
+use wetcor::inference::kernel;
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
 use wetcor::physics::dry::Order;
@@ -124,12 +124,12 @@ fn the_kernels_are_the_full_fit() {
             ..Regression::new(law, &x_of_each, &e_of_each)
         };
         let full = full.fit().parameters;
-        let sample = Sample {
+        let sample = Regression {
             offset,
-            ..Sample::new(x, &e, &w)
+            ..Regression::new(law, x, &e).weighted(&w)
         };
         for start in starts {
-            let fast = kernel::fit(law, &sample, *start).expect("determined");
+            let fast = kernel::fit(&sample, *start).expect("determined");
             for (found, expected) in fast.iter().zip(&full) {
                 assert!(
                     (found - expected).abs() <= 1e-11 * expected.abs(),
@@ -200,24 +200,14 @@ fn every_replicate_is_the_plain_fit_of_its_weights() {
         };
         let found = replicate(&pool, &targets, plan, &|_| ());
         let distance = |target: usize, number: usize, drawn: u64| {
-            let Regression {
-                law,
-                x,
-                offset,
-                restitution,
-                counts: _,
-            } = targets[target].regression;
             let runs = if target.is_multiple_of(2) {
                 0..e.len()
             } else {
                 some.clone()
             };
             let weights = &weights(&pool, plan.seed, drawn)[runs];
-            let sample = Sample {
-                offset,
-                ..Sample::new(x, restitution, weights)
-            };
-            let plain = kernel::fit(law, &sample, targets[target].fitted).expect("determined");
+            let sample = targets[target].regression.weighted(weights);
+            let plain = kernel::fit(&sample, targets[target].fitted).expect("determined");
             let found = found[target][number].expect("determined");
             let apart = |(a, b): (f64, f64)| if a == b { 0.0 } else { (a - b).abs() / b.abs() };
             found.into_iter().zip(plain).map(apart).fold(0.0, f64::max)

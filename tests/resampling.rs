@@ -12,7 +12,7 @@ use wetcor::findings::{self, dry, energy, scaling, series, Findings, FitSetup};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
 use wetcor::inference::bootstrap::{replicate, Plan, Pool, Target};
-use wetcor::inference::kernel::{self, Sample};
+use wetcor::inference::kernel;
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
 use wetcor::runs::Table;
@@ -72,8 +72,8 @@ fn jackknife_and_percentile_limits_are_the_scripts() {
         let (law, expected) = (row[0].as_str(), numbers(&row[2..]));
         let of = quantity(law, &row[1]);
         let fit = |w: &[f64]| match law {
-            "linear" => kernel::fit(Law::LINEAR, &Sample::new(&x, &e, w), [0.5, 0.0]),
-            _ => kernel::fit(Law::SQUARE_ROOT, &Sample::new(&x, &e, w), [0.52, -7.4]),
+            "linear" => kernel::fit(&Regression::new(Law::LINEAR, &x, &e).weighted(w), [0.5, 0.0]),
+            _ => kernel::fit(&Regression::new(Law::SQUARE_ROOT, &x, &e).weighted(w), [0.52, -7.4]),
         };
         let full = fit(&vec![1.0; x.len()]).expect("determined");
         let value = of(full);
@@ -130,8 +130,10 @@ fn covered(test: &str, unit_df: bool, ends: fn(f64, f64) -> (f64, f64)) -> (usiz
             })
             .collect();
         let truth: Vec<f64> = x.iter().map(|x| 0.8 - 5.0 * x - 10.0 * x * x).collect();
-        let slope =
-            |e: &[f64]| kernel::fit(Law::LINEAR, &Sample::new(&x, e, &[1.0; 24]), [0.5, 0.0]).expect("determined");
+        let slope = |e: &[f64]| {
+            let runs = Regression::new(Law::LINEAR, &x, e).weighted(&[1.0; 24]);
+            kernel::fit(&runs, [0.5, 0.0]).expect("determined")
+        };
         let fitted = slope(&e);
         let target = target(Regression::new(Law::LINEAR, &x, &e), 8, fitted);
         let plan = Plan {

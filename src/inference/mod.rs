@@ -5,7 +5,7 @@
 //! | `least_squares/` | Levenberg–Marquardt, covariance, verdict of a fit |
 //! | `effective_variance.rs` | weighs runs by the measurement errors of speed and restitution |
 //! | `law.rs` | the dry, linear and square-root laws: value, slopes, bends, derivatives in the speed |
-//! | `kernel.rs` | a law fitted to weighted runs in one stream over them |
+//! | `kernel.rs` | a law with its runs, fitted to them in one stream |
 //! | `regression.rs` | a law fitted to runs |
 //! | `sums.rs` | residuals and slopes summed over rows |
 //! | `descent.rs` | least squares by damped steps from sums over rows |

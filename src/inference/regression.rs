@@ -5,39 +5,14 @@
 use nalgebra::DMatrix;
 
 use super::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights, RunInSpeed, SpeedDependent};
-use super::kernel::{self, Sample};
+use super::kernel;
+pub use super::kernel::Regression;
 use super::law::{Law, LawInSpeed, Response};
 use super::least_squares::{fit_weighted, Fit, OutOfDomain, ResidualProblem};
 use crate::physics::Order;
 use crate::scene::WetLaw;
 
-/// A law and the runs it is fitted to, one number a run in every column.
-#[derive(Debug, Clone, Copy)]
-pub struct Regression<'a> {
-    /// the law
-    pub law: Law,
-    /// abscissae
-    pub x: &'a [f64],
-    /// known offsets; empty for none
-    pub offset: &'a [f64],
-    /// restitutions
-    pub restitution: &'a [f64],
-    /// how many runs each stands for; empty where that is itself
-    pub counts: &'a [f64],
-}
-
 impl<'a> Regression<'a> {
-    /// A law without offset.
-    pub fn new(law: Law, x: &'a [f64], restitution: &'a [f64]) -> Regression<'a> {
-        Regression {
-            law,
-            x,
-            offset: &[],
-            restitution,
-            counts: &[],
-        }
-    }
-
     /// Fits the law with all runs weighing the same.
     pub fn fit(&self) -> Fit {
         let problem = self.problem(vec![]);
@@ -168,14 +143,11 @@ impl<'a> Regression<'a> {
         let weights = if self.counts.is_empty() { &ones } else { self.counts };
         let (law, start) = match self.law {
             Law::Dry(_) => (Law::Dry(Order::First), [0.0; 2]),
-            Law::Wet(WetLaw::Linear) => (Law::LINEAR, [weighted_mean(self.restitution, weights), 0.0]),
-            Law::Wet(WetLaw::Sqrt) => (Law::SQUARE_ROOT, self.start_inside(weights)),
+            Law::Wet(WetLaw::Linear) => (self.law, [weighted_mean(self.restitution, weights), 0.0]),
+            Law::Wet(WetLaw::Sqrt) => (self.law, self.start_inside(weights)),
         };
-        let sample = Sample {
-            offset: self.offset,
-            ..Sample::new(self.x, self.restitution, weights)
-        };
-        kernel::fit(law, &sample, start).unwrap_or(start)
+        let sample = Regression { law, ..*self };
+        kernel::fit(&sample.weighted(weights), start).unwrap_or(start)
     }
 
     /// The line through e², flattened about its mean until no run keeps less than a margin: inside the domain of the square root.
@@ -187,7 +159,8 @@ impl<'a> Regression<'a> {
         let (centre, mean) = (weighted_mean(self.x, weights), weighted_mean(&left, weights));
         let floor = START_MARGIN * weighted_mean(&squares, weights);
         // of e = a − b x
-        let line = kernel::fit(Law::LINEAR, &Sample::new(self.x, &left, weights), [mean, 0.0]);
+        let line = Regression::new(Law::LINEAR, self.x, &left).weighted(weights);
+        let line = kernel::fit(&line, [mean, 0.0]);
         let slope = line.map_or(0.0, |[_, fall]| -fall);
         let mut flatten: f64 = 1.0;
         for (run, x) in self.x.iter().enumerate() {

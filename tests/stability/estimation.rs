@@ -495,8 +495,7 @@ fn ten_million() -> Vec<Row> {
     let fit = Regression::new(Law::SQUARE_ROOT, &x, e).fit();
     let ones = vec![1.0; x.len()];
     let by_kernel = kernel::fit(
-        Law::SQUARE_ROOT,
-        &kernel::Sample::new(&x, e, &ones),
+        &Regression::new(Law::SQUARE_ROOT, &x, e).weighted(&ones),
         [fit.parameters[0] * 1.01, fit.parameters[1] * 1.02],
     )
     .expect("a fit");

@@ -11,7 +11,7 @@ use rand::rngs::ChaCha8Rng;
 
 use super::draws::Draws;
 use super::target::{Pool, Target};
-use crate::inference::kernel::{Sample, WeightedFit};
+use crate::inference::kernel::{Regression, WeightedFit};
 
 /// The strata of some targets, and what each target is fitted to in a replicate.
 pub(super) struct Cases<'a> {
@@ -137,11 +137,12 @@ impl<'a> Cases<'a> {
             x,
             offset,
         } = &self.fits[target];
-        target.fit(&Sample {
+        target.fit(&Regression {
+            law: target.regression.law,
             x,
             offset,
             restitution: &drawn.restitution[rows.clone()],
-            weights: &drawn.weights[rows.clone()],
+            counts: &drawn.weights[rows.clone()],
         })
     }
 }

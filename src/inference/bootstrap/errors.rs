@@ -4,9 +4,8 @@
 //! weighs. Runs that the fit to all left out, near where nothing rebounds, stay left out.
 
 use crate::inference::effective_variance::{ErrorColumns, ErrorWeights, WeighedRuns, MOST_ROUNDS};
-use crate::inference::kernel::{self, Failure, Sample, WeightedFit};
-use crate::inference::law::Law;
-use crate::inference::regression::{Regression, RegressionProblem};
+use crate::inference::kernel::{self, Failure, Regression, WeightedFit};
+use crate::inference::regression::RegressionProblem;
 
 /// Measurement errors of the runs of a fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,27 +42,24 @@ impl RunErrors {
     /// Weighs and fits in turn until neither changes, from the fit to all runs.
     ///
     /// Fails as [`kernel::fit`] does, and where the weights do not settle.
-    pub(super) fn fit(&self, law: Law, sample: &Sample, fitted: [f64; 2]) -> WeightedFit {
-        let regression = Regression {
-            offset: sample.offset,
-            ..Regression::new(law, sample.x, sample.restitution)
-        };
-        let both = || self.left_out.iter().zip(sample.weights);
+    pub(super) fn fit(&self, sample: &Regression, fitted: [f64; 2]) -> WeightedFit {
+        let law = sample.law;
+        let both = || self.left_out.iter().zip(sample.counts);
         let excluded: Vec<bool> = both().map(|(left_out, w)| *left_out || *w == 0.0).collect();
         let counted: f64 = both().filter(|(left_out, _)| !**left_out).map(|(_, w)| w).sum();
         let runs = WeighedRuns {
-            problem: &regression.problem(excluded.clone()),
+            problem: &sample.problem(excluded.clone()),
             errors: &self.columns,
             excluded: &excluded,
-            counts: sample.weights,
+            counts: sample.counts,
             freedom: counted - law.parameters() as f64,
         };
         let mut parameters = [0, 1].map(|j| fitted[j] + self.bias[j]);
         for _ in 0..MOST_ROUNDS {
             let variances = runs.variances_at(&parameters).ok().flatten();
             let variances = variances.ok_or(Failure::Degenerate)?.total;
-            let weights = &variances.iter().map(|variance| 1.0 / variance).collect::<Vec<f64>>();
-            let next = kernel::fit(law, &Sample { weights, ..*sample }, parameters)?;
+            let weights: Vec<f64> = variances.iter().map(|variance| 1.0 / variance).collect();
+            let next = kernel::fit(&sample.weighted(&weights), parameters)?;
             let change = |j: usize| (next[j] - parameters[j]).abs() / next[j].abs();
             let settled = (0..law.parameters()).all(|j| change(j) <= SETTLED);
             parameters = next;
@@ -91,6 +87,7 @@ impl WeighedRuns<'_, RegressionProblem<'_>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inference::law::Law;
     use crate::seed::stream;
     use rand::RngExt;
 
@@ -136,8 +133,8 @@ mod tests {
             let drawn: Vec<usize> = (0..x.len()).map(|run| run * 7 % 4).collect();
             for counts in [&all, &drawn] {
                 let weights: Vec<f64> = counts.iter().map(|count| *count as f64).collect();
-                let sample = Sample::new(&x, &e, &weights);
-                let found = errors.fit(law, &sample, fitted).expect("settled");
+                let sample = Regression::new(law, &x, &e).weighted(&weights);
+                let found = errors.fit(&sample, fitted).expect("settled");
                 let (expected, _) = fit_of(counts);
                 for j in 0..2 {
                     assert!(
@@ -152,7 +149,8 @@ mod tests {
                 .zip(&own.variance)
                 .map(|(count, variance)| *count as f64 / variance)
                 .collect();
-            let frozen = kernel::fit(law, &Sample::new(&x, &e, &frozen), fitted).expect("determined");
+            let frozen = Regression::new(law, &x, &e).weighted(&frozen);
+            let frozen = kernel::fit(&frozen, fitted).expect("determined");
             let (expected, _) = fit_of(&drawn);
             assert!((0..2).any(|j| ((frozen[j] - own.bias[j]) / expected[j] - 1.0).abs() > 1e-4));
         }

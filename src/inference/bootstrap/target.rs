@@ -3,8 +3,7 @@
 use std::ops::Range;
 
 use super::errors::RunErrors;
-use crate::inference::kernel::{self, Sample, WeightedFit};
-use crate::inference::regression::Regression;
+use crate::inference::kernel::{self, Regression, WeightedFit};
 
 /// A fit to be bootstrapped: its runs, in strata, and where it ended.
 #[derive(Debug, Clone)]
@@ -23,21 +22,16 @@ pub struct Target<'a> {
 
 impl Target<'_> {
     /// Fits the law to what was drawn of the runs.
-    pub(super) fn fit(&self, drawn: &Sample) -> WeightedFit {
+    pub(super) fn fit(&self, drawn: &Regression) -> WeightedFit {
         match self.errors {
-            None => kernel::fit(self.regression.law, drawn, self.fitted),
-            Some(errors) => errors.fit(self.regression.law, drawn, self.fitted),
+            None => kernel::fit(drawn, self.fitted),
+            Some(errors) => errors.fit(drawn, self.fitted),
         }
     }
 
     /// Fits the law to all runs with these weights.
     pub(super) fn fit_weighted(&self, weights: &[f64]) -> WeightedFit {
-        self.fit(&Sample {
-            x: self.regression.x,
-            offset: self.regression.offset,
-            restitution: self.regression.restitution,
-            weights,
-        })
+        self.fit(&self.regression.weighted(weights))
     }
 }
 
