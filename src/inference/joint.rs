@@ -19,7 +19,7 @@ use crate::physics::balance::{Balance, BalanceAtFilm, Impact, Lost};
 use crate::physics::coefficient::Coefficients;
 use crate::physics::loss::{Loss, MOST_PARAMETERS};
 use crate::physics::{rebound, Coefficient, Form, Parameters};
-use crate::runs::{by_film, Conditions, Runs};
+use crate::runs::{by_film, Conditions, DryGroup, Runs, Series};
 use crate::scene::Scene;
 
 /// Most slopes a run has: in k and in the shared parameters.
@@ -131,12 +131,10 @@ impl<'r> Joint<'r> {
         for (place, sphere) in joint.spheres.iter().enumerate() {
             joint.places[*sphere] = Some(joint.shared.len() + place);
         }
-        let place = |joint: &Joint, sphere: usize, of: &[usize]| joint.places[sphere].filter(|_| of.contains(&sphere));
-        for (index, series) in runs.series.iter().enumerate() {
-            let Some(place) = place(&joint, series.sphere, wet) else {
-                continue;
-            };
-            joint.parts.push(Part {
+        let place = |sphere: usize, of: &[usize]| joint.places[sphere].filter(|_| of.contains(&sphere));
+        let of_series = |(index, series): (usize, &Series)| {
+            let place = place(series.sphere, wet)?;
+            Some(Part {
                 sphere: series.sphere,
                 series: Some(index),
                 diameter: series.diameter,
@@ -144,13 +142,11 @@ impl<'r> Joint<'r> {
                 rebounds: series.rebounds.clone(),
                 stuck: series.stuck.clone(),
                 places: std::iter::once(place).chain(0..joint.shared.len()).collect(),
-            });
-        }
-        for group in &runs.dry {
-            let Some(place) = place(&joint, group.sphere, dry) else {
-                continue;
-            };
-            joint.parts.push(Part {
+            })
+        };
+        let of_dry = |group: &DryGroup| {
+            let place = place(group.sphere, dry)?;
+            Some(Part {
                 sphere: group.sphere,
                 series: None,
                 diameter: group.diameter,
@@ -158,8 +154,10 @@ impl<'r> Joint<'r> {
                 rebounds: group.rebounds.clone(),
                 stuck: group.stuck.clone(),
                 places: vec![place],
-            });
-        }
+            })
+        };
+        let wet_parts = runs.series.iter().enumerate().filter_map(of_series);
+        joint.parts = wet_parts.chain(runs.dry.iter().filter_map(of_dry)).collect();
         joint
     }
 

@@ -262,18 +262,10 @@ fn leave_out(values: &[f64], tail_length: usize, influence: &mut [f64]) -> Optio
     }
     let ratios: Vec<f64> = values.iter().map(|log| -log).collect();
     let smoothed = psis::psis(&ratios, tail_length)?;
-    let top = smoothed
-        .log_weights
-        .iter()
-        .zip(values)
-        .map(|(a, b)| a + b)
-        .fold(f64::NEG_INFINITY, f64::max);
-    let terms: Vec<f64> = smoothed
-        .log_weights
-        .iter()
-        .zip(values)
-        .map(|(a, b)| (a + b - top).exp())
-        .collect();
+    let weighted = smoothed.log_weights.iter().zip(values).map(|(a, b)| a + b);
+    let weighted: Vec<f64> = weighted.collect();
+    let top = weighted.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let terms: Vec<f64> = weighted.iter().map(|log| (log - top).exp()).collect();
     let sum: f64 = terms.iter().sum();
     let elpd = top + sum.ln();
     let threshold = pareto::khat_threshold(values.len());

@@ -98,11 +98,6 @@ impl Tails {
         }
     }
 
-    /// Log density at z, of a spread of 1.
-    pub fn ln_unit_density(&self, z: f64) -> f64 {
-        self.ln_density(z).value
-    }
-
     /// A draw of z.
     pub fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> f64 {
         match self {

@@ -169,13 +169,8 @@ impl WithSimd for Nodes<'_, '_, '_, '_> {
         let [mut ln, mut parts, mut of_sigma, mut of_energy, mut of_shape] = [[0.0; MOST_NODES]; 5];
         let (mut variances, mut factors) = ([1.0; MOST_NODES], 0);
         let (mut z, mut stretch) = ([0.0; MOST_NODES], [1.0; MOST_NODES]);
-        z[..count].copy_from_slice(&x[..count]);
-        if let Path::Turn { kept, slope } = path {
-            let columns = z[..count].iter_mut().zip(&mut stretch[..count]);
-            for ((z, stretch), x) in columns.zip(&x[..count]) {
-                let (y, of_x) = kept_and_slope(*x);
-                (*z, *stretch) = ((y - kept) / slope, of_x / slope.abs());
-            }
+        for ((z, stretch), x) in z[..count].iter_mut().zip(&mut stretch[..count]).zip(&x[..count]) {
+            [*z, *stretch] = path.at(*x);
         }
         let z = &z[..count];
         for (ln, z) in ln[..count].iter_mut().zip(z) {

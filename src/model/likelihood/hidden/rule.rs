@@ -398,7 +398,7 @@ impl Hidden<'_> {
             Seen::Rebound(_) => {
                 let errors = self.errors(run);
                 let least = errors.variance(self.noise.spreads.sigma * errors.ratio(-REACH));
-                self.noise.tails.ln_unit_density(0.0) - 0.5 * least.max(f64::MIN_POSITIVE).ln()
+                self.noise.tails.ln_density(0.0).value - 0.5 * least.max(f64::MIN_POSITIVE).ln()
             }
             Seen::On(..) | Seen::Measured(..) => 0.0,
         };
