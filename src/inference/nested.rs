@@ -44,13 +44,10 @@ impl FTest {
 /// `None` with fewer than two groups, without degrees of freedom, where the groups leave no scatter, or where a fit could
 /// not begin and its sum of squares is infinite.
 pub fn one_law_for_all(one: Spread, groups: &[Spread]) -> Option<FTest> {
-    let within: f64 = groups.iter().map(|group| group.sum_of_squares).sum();
-    let parameters: usize = groups.iter().map(|group| group.parameters).sum();
-    let runs: usize = groups.iter().map(|group| group.runs).sum();
     let separate = Spread {
-        sum_of_squares: within,
-        runs,
-        parameters,
+        sum_of_squares: groups.iter().map(|group| group.sum_of_squares).sum(),
+        runs: groups.iter().map(|group| group.runs).sum(),
+        parameters: groups.iter().map(|group| group.parameters).sum(),
     };
     (groups.len() > 1).then(|| nested(one, separate))?
 }

@@ -5,12 +5,12 @@
 use std::ops::Range;
 
 use rand::rngs::ChaCha8Rng;
-use rand_distr::{Distribution, Exp1, StandardNormal};
+use rand_distr::{Distribution, Exp1};
 use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::model::likelihood::tails::Tails;
-use crate::model::likelihood::{RunNoise, Spreads};
+use crate::model::likelihood::{normal_number, RunNoise, Spreads};
 use crate::physics::coefficient::Coefficients;
 use crate::physics::{kept_energy, Parameters};
 use crate::runs::{sphere_words, EncodedRuns, NewRun, TableFormat};
@@ -246,19 +246,15 @@ impl<'s> Simulation<'s> {
         }
     }
 
-    /// The offset of the series of every point: drawn once a series, and only where there are some, so that other scenes'
-    /// runs stay as they are.
+    /// The offset of the series of every point, drawn once a series.
     fn offsets(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
-        let Some(sigma) = self.truth.sigma_series.filter(|sigma| *sigma > 0.0) else {
-            return vec![0.0; self.points.len()];
-        };
+        let sigma = self.truth.sigma_series.unwrap_or(0.0);
         // points of one series follow one another
         let mut last = (None, 0.0);
         let of_point = |point: &DesignPoint| {
             let series = point.wet.map(|wet| (point.particle, point.diameter, wet));
             if series != last.0 {
-                let z: f64 = StandardNormal.sample(rng);
-                last = (series, sigma * z);
+                last = (series, normal_number(sigma, rng));
             }
             last.1
         };
@@ -273,10 +269,7 @@ impl<'s> Simulation<'s> {
                 let wait: f64 = Exp1.sample(rng);
                 1.0 - wait
             }
-            NoiseShape::Heteroscedastic => {
-                let z: f64 = StandardNormal.sample(rng);
-                (0.5 + 25.0 / stokes) * z
-            }
+            NoiseShape::Heteroscedastic => normal_number(0.5 + 25.0 / stokes, rng),
         }
     }
 
@@ -301,15 +294,7 @@ impl<'s> Simulation<'s> {
                 let truth = self.truth;
                 let kept = kept_energy(&setting, truth.form(), &parameters, v);
                 let (noise, of_noise) = (self.noise(), self.wet_noise(setting.stokes(v), rng));
-                // drawn only where there is some, so that other scenes' runs stay as they are
-                let of_energy = match noise.spreads.energy {
-                    0.0 => 0.0,
-                    sigma => {
-                        let z: f64 = StandardNormal.sample(rng);
-                        sigma * z
-                    }
-                };
-                let e = noise.restitution(kept + offset, of_energy, of_noise);
+                let e = noise.restitution(kept + offset, normal_number(noise.spreads.energy, rng), of_noise);
                 (Some(liquid.name.as_str()), Some((setting.film, film_ratio)), e)
             }
         };
@@ -325,13 +310,9 @@ impl<'s> Simulation<'s> {
     }
 }
 
-/// A run's own film or speed about that of its setting; drawn only where runs have their own, so that other scenes' runs
-/// stay as they are.
+/// A run's own film or speed about that of its setting.
 fn own(of_setting: f64, rel_sd: Option<f64>, rng: &mut ChaCha8Rng) -> f64 {
-    rel_sd.filter(|sd| *sd > 0.0).map_or(of_setting, |sd| {
-        let z: f64 = StandardNormal.sample(rng);
-        of_setting * (sd * z).exp()
-    })
+    of_setting * normal_number(rel_sd.unwrap_or(0.0), rng).exp()
 }
 
 /// Runs of the largest simulation: some forty terabytes.

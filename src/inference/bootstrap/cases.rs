@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use rand::rngs::ChaCha8Rng;
 
-use super::draws::Draws;
+use super::draws::{drawn, mean, weigh};
 use super::target::{Pool, Target};
 use crate::inference::kernel::{Regression, WeightedFit};
 
@@ -25,7 +25,6 @@ pub(super) struct Cases<'a> {
 struct Stratum {
     /// one, or one a run
     rows: Range<usize>,
-    draws: Draws,
     /// of the runs
     restitution: Vec<f64>,
 }
@@ -73,7 +72,6 @@ impl<'a> Cases<'a> {
             weights.resize(rows.end, runs.len() as f64 / rows.len() as f64);
             strata.push(Stratum {
                 rows,
-                draws: Draws::new(runs.len()),
                 restitution: restitution[runs].to_vec(),
             });
         }
@@ -105,7 +103,11 @@ impl<'a> Cases<'a> {
 
     /// Random words of 32 bits that a replicate uses.
     pub(super) fn words(&self) -> u64 {
-        self.strata.iter().map(|stratum| stratum.draws.words()).sum()
+        let each = self
+            .strata
+            .iter()
+            .map(|stratum| drawn(stratum.restitution.len()) as u64);
+        each.sum()
     }
 
     /// Rows to draw into.
@@ -115,16 +117,11 @@ impl<'a> Cases<'a> {
 
     /// Draws a replicate.
     pub(super) fn draw(&self, rng: &mut ChaCha8Rng, into: &mut Rows) {
-        for Stratum {
-            rows,
-            draws,
-            restitution,
-        } in &self.strata
-        {
+        for Stratum { rows, restitution } in &self.strata {
             if rows.len() == 1 {
-                into.restitution[rows.start] = draws.mean(rng, restitution);
+                into.restitution[rows.start] = mean(rng, restitution);
             } else {
-                draws.weigh(rng, &mut into.weights[rows.clone()]);
+                weigh(rng, &mut into.weights[rows.clone()]);
             }
         }
     }

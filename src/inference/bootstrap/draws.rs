@@ -6,49 +6,33 @@
 use rand::rngs::ChaCha8Rng;
 use rand::Rng;
 
-/// How the members of a stratum are drawn.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Draws {
-    members: usize,
+/// How many of so many members are drawn, each by a random word of 32 bits: a single member is always itself.
+pub(super) fn drawn(members: usize) -> usize {
+    members.saturating_sub(1).max(1)
 }
 
-impl Draws {
-    pub(super) fn new(members: usize) -> Draws {
-        Draws { members }
+/// Calls `chosen` with each of so many members that is drawn.
+#[inline(always)] // with what is done with it
+fn draw(members: usize, rng: &mut ChaCha8Rng, mut chosen: impl FnMut(usize)) {
+    for _ in 0..drawn(members) {
+        // the whole part of the word's share of 2³² times the members
+        chosen(((u64::from(rng.next_u32()) * members as u64) >> u32::BITS) as usize);
     }
+}
 
-    /// How many are drawn: a single member is always itself.
-    fn count(self) -> usize {
-        self.members.saturating_sub(1).max(1)
-    }
+/// Draws the weights of the members.
+pub(super) fn weigh(rng: &mut ChaCha8Rng, weights: &mut [f64]) {
+    let members = weights.len();
+    let weight = members as f64 / drawn(members) as f64;
+    weights.fill(0.0);
+    draw(members, rng, |member| weights[member] += weight);
+}
 
-    /// Random words of 32 bits that a replicate uses, always as many.
-    pub(super) fn words(self) -> u64 {
-        self.count() as u64
-    }
-
-    /// Calls `chosen` with each member that is drawn.
-    #[inline(always)] // with what is done with it
-    fn draw(self, rng: &mut ChaCha8Rng, mut chosen: impl FnMut(usize)) {
-        for _ in 0..self.count() {
-            // the whole part of the word's share of 2³² times the members
-            chosen(((u64::from(rng.next_u32()) * self.members as u64) >> u32::BITS) as usize);
-        }
-    }
-
-    /// Draws the weights of the members.
-    pub(super) fn weigh(self, rng: &mut ChaCha8Rng, weights: &mut [f64]) {
-        let weight = self.members as f64 / self.count() as f64;
-        weights.fill(0.0);
-        self.draw(rng, |member| weights[member] += weight);
-    }
-
-    /// Draws the mean of numbers of the members.
-    pub(super) fn mean(self, rng: &mut ChaCha8Rng, numbers: &[f64]) -> f64 {
-        let mut sum = 0.0;
-        self.draw(rng, |member| sum += numbers[member]);
-        sum / self.count() as f64
-    }
+/// Draws the mean of numbers of the members.
+pub(super) fn mean(rng: &mut ChaCha8Rng, numbers: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    draw(numbers.len(), rng, |member| sum += numbers[member]);
+    sum / drawn(numbers.len()) as f64
 }
 
 #[cfg(test)]
@@ -61,12 +45,11 @@ mod tests {
     fn weights_have_the_moments_of_rescaled_draws() {
         for members in [1usize, 2, 3, 4, 5, 6, 7, 8, 9, 16, 17, 40] {
             let mut rng = stream(1, "weights_have_the_moments_of_rescaled_draws", members as u64);
-            let draws = Draws::new(members);
             let mut weights = vec![0.0; members];
             let (mut sums, mut squares, mut products) = (vec![0.0; members], 0.0, 0.0);
             let made = 40_000;
             for _ in 0..made {
-                draws.weigh(&mut rng, &mut weights);
+                weigh(&mut rng, &mut weights);
                 let total: f64 = weights.iter().sum();
                 assert!((total - members as f64).abs() < 1e-9, "{members}: {total}");
                 for (sum, weight) in sums.iter_mut().zip(&weights) {
@@ -97,19 +80,18 @@ mod tests {
         let name = "a_mean_is_that_of_the_weights_drawn_from_the_same_stream";
         for members in [1usize, 2, 3, 4, 7, 8, 32, 33, 65] {
             let numbers: Vec<f64> = (0..members).map(|member| (3.0 * member as f64).sin()).collect();
-            let draws = Draws::new(members);
             let [mut one, mut other] = [0, 0].map(|index| stream(1, name, index));
             let mut weights = vec![0.0; members];
-            for made in 1..=20 {
-                draws.weigh(&mut other, &mut weights);
+            for made in 1..=20u128 {
+                weigh(&mut other, &mut weights);
                 let sum: f64 = numbers
                     .iter()
                     .zip(&weights)
                     .map(|(number, weight)| number * weight)
                     .sum();
-                let apart = draws.mean(&mut one, &numbers) - sum / members as f64;
+                let apart = mean(&mut one, &numbers) - sum / members as f64;
                 assert!(apart.abs() < 1e-12, "{members}: {apart}");
-                assert_eq!(one.get_word_pos(), u128::from(made * draws.words()), "{members}");
+                assert_eq!(one.get_word_pos(), made * drawn(members) as u128, "{members}");
             }
         }
     }

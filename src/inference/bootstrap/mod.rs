@@ -37,7 +37,7 @@ use crate::inference::kernel::{Failure, WeightedFit};
 use crate::scene::ResamplingScheme;
 use crate::seed::Streams;
 use cases::{Cases, Rows};
-use draws::Draws;
+use draws::{drawn, weigh};
 
 /// How replicates are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,7 +87,7 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
 /// Weights of the runs of some series where whole series are drawn: every run weighs as its series does.
 fn series_weights(series: &[Range<usize>], rng: &mut ChaCha8Rng) -> Vec<f64> {
     let mut of_series = vec![0.0; series.len()];
-    Draws::new(series.len()).weigh(rng, &mut of_series);
+    weigh(rng, &mut of_series);
     let runs = series.iter().zip(of_series);
     runs.flat_map(|(series, weight)| std::iter::repeat_n(weight, series.len()))
         .collect()
@@ -97,11 +97,10 @@ fn series_weights(series: &[Range<usize>], rng: &mut ChaCha8Rng) -> Vec<f64> {
 /// than those made here.
 pub fn weights(pool: &Pool, seed: u64, number: u64) -> Vec<f64> {
     let mut weights = vec![0.0; pool.runs()];
-    let draws: Vec<Draws> = pool.strata.iter().map(|stratum| Draws::new(stratum.len())).collect();
-    let words = draws.iter().map(|draws| draws.words()).sum();
+    let words = pool.strata.iter().map(|stratum| drawn(stratum.len()) as u64).sum();
     let mut rng = Streams::new(seed, CASES).stretch(number, words);
-    for (stratum, draws) in pool.strata.iter().zip(draws) {
-        draws.weigh(&mut rng, &mut weights[stratum.clone()]);
+    for stratum in &pool.strata {
+        weigh(&mut rng, &mut weights[stratum.clone()]);
     }
     weights
 }

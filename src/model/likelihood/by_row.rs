@@ -8,9 +8,8 @@
 
 use super::hidden::{Rebounds, MOST_REBOUNDS};
 use super::pointwise::Pointwise;
-use super::run_density::RunDensity;
+use super::run_density::{RunDensity, Totals};
 use super::run_noise::RunNoise;
-use super::totals::Totals;
 use super::trend::FilmLaw;
 use crate::physics::balance::Balance;
 

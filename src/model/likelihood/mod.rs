@@ -31,20 +31,20 @@ mod shared_speed;
 mod student;
 mod sums;
 pub mod tails;
-mod totals;
 pub(crate) mod trend;
 
 pub use by_series::SeriesDensities;
 pub use prepared::Likelihood;
 pub use run_density::Spreads;
 pub use run_law::probability_below;
-pub use run_noise::RunNoise;
+pub use run_noise::{normal_number, RunNoise};
 
-use self::run_density::{RunDensity, Side};
+use self::run_density::{RunDensity, Side, Totals};
 use self::sums::{Asked, NodeSums};
-use self::totals::Totals;
+use self::tails::Tails;
 use self::trend::{BlockLaw, FilmParameters};
 use super::parameters::{ParameterKind, SHAPE_SLOT};
+use crate::distributions::LN_ROOT_TWO_PI;
 
 /// The parameters give no density here: not an error, a place to turn back from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,9 +93,14 @@ impl Likelihood {
     fn add_nodes(&self, kind: usize, noise: &RunNoise, laws: &[BlockLaw], totals: &mut Totals) {
         let own = &self.nodes[kind];
         let is_empty = own.rebounds.len() + own.stuck.len() == 0;
-        let Some(summed) = noise.tails.summed().filter(|_| !is_empty) else {
-            return;
+        let student = match noise.tails {
+            _ if is_empty => return,
+            Tails::Normal => None,
+            Tails::Student(student) => Some(student),
+            // whose rebounds are taken one by one
+            Tails::AsymmetricLaplace(_) => return,
         };
+        let (peak, peak_slope) = student.map_or((-LN_ROOT_TWO_PI, 0.0), |of| (of.peak, of.peak_slope));
         let sigma = noise.spreads.sigma;
         let mut add = |nodes, asked, times| {
             let sums = NodeSums {
@@ -109,7 +114,7 @@ impl Likelihood {
             };
             sums.add_to(totals);
         };
-        add(&own.rebounds, Asked::Rebounds(summed), 1.0);
+        add(&own.rebounds, Asked::Rebounds(student), 1.0);
         add(&own.stuck, Asked::Side(Side::Below, self.rows.limit), 1.0);
         if self.rows.truncated {
             // the density of a rebound is that of runs that rebound
@@ -117,9 +122,9 @@ impl Likelihood {
         }
         let squares = own.leftover / (sigma * sigma);
         let all = &mut totals.of_kind[kind];
-        all.value += own.runs * (summed.peak - sigma.ln()) - 0.5 * squares;
+        all.value += own.runs * (peak - sigma.ln()) - 0.5 * squares;
         all.sigma += (squares - own.runs) / sigma;
-        all.shape += own.runs * summed.peak_slope;
+        all.shape += own.runs * peak_slope;
     }
 }
 

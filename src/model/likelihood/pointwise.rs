@@ -10,7 +10,6 @@ use std::ops::Range;
 use std::sync::OnceLock;
 
 use rand::Rng;
-use rand_distr::{Distribution, StandardNormal};
 
 use super::errors::{errors_of, Errors};
 use super::hidden::Hidden;
@@ -18,7 +17,7 @@ use super::nodes::{Block, Film, RunSetting};
 use super::normal::normal_score;
 use super::run_density::{RunDensity, Seen, Side};
 use super::run_law::RunImpact;
-use super::run_noise::{MeasuredRun, NoiseModel, RunNoise};
+use super::run_noise::{normal_number, MeasuredRun, NoiseModel, RunNoise};
 use super::shared_speed::{SharedRuns, SharedSetting};
 use super::tails::Tails;
 use super::trend::{middle_film_ratio, FilmLaw, FilmParameters};
@@ -423,26 +422,18 @@ impl EvaluatedLaw<'_> {
     fn draw<R: Rng + ?Sized>(&self, run: usize, rng: &mut R) -> f64 {
         let (noise, mut at) = (self.noise(run), self.impact(run));
         let scatter = noise.tails.draw(rng);
-        let mut normal = |sd: f64| {
-            if sd > 0.0 {
-                let z: f64 = StandardNormal.sample(rng);
-                sd * z
-            } else {
-                0.0
-            }
-        };
         let errors = at.errors;
         let mut ratio = 1.0;
         if errors.speed > 0.0 {
-            ratio = (errors.true_speed.mean + normal(errors.true_speed.sd)).max(0.01);
+            ratio = (errors.true_speed.mean + normal_number(errors.true_speed.sd, rng)).max(0.01);
             at.impact = at.balance.at_speed_ratio(&at.impact, ratio);
         }
-        let e = noise.restitution(at.kept().0, normal(noise.spreads.energy), scatter);
+        let e = noise.restitution(at.kept().0, normal_number(noise.spreads.energy, rng), scatter);
         if e <= self.pointwise.limit {
             return e;
         }
         let own = errors.restitution * (1.0 - errors.correlation * errors.correlation).sqrt();
         // never written as less than what is a rebound
-        (e * ratio + errors.shared() * (1.0 - ratio) + normal(own)).max(self.pointwise.limit)
+        (e * ratio + errors.shared() * (1.0 - ratio) + normal_number(own, rng)).max(self.pointwise.limit)
     }
 }

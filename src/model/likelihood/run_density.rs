@@ -1,4 +1,4 @@
-//! Holds what one run adds to the log likelihood, with its slopes.
+//! Holds what one run adds to the log likelihood, with its slopes, and what all runs add up to.
 
 /// What is known of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,19 +49,6 @@ pub(super) struct LnOfNoise {
     pub shape: f64,
 }
 
-/// What sums over rebounds of one spread read of their noise.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Summed {
-    /// ν; `None` of normal noise
-    pub nu: Option<f64>,
-    /// c, and the slope of ln c in ν
-    pub stretch: f64,
-    pub stretch_slope: f64,
-    /// ln of the density at 0, and its slope in ν
-    pub peak: f64,
-    pub peak_slope: f64,
-}
-
 /// The log density or log probability of a run, with its slopes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct RunDensity {
@@ -91,4 +78,17 @@ impl RunDensity {
         self.viscous += count * more.viscous;
         self.dry_k += count * more.dry_k;
     }
+}
+
+/// Sums over the runs of a block, w being the slope of a run in r: Σ w, Σ w x, Σ w dr/dk, Σ w G with G = g exp(C′ f),
+/// Σ w dG/dδ̃0, Σ w x f and Σ w G f.
+pub(super) type BlockSums = [f64; 7];
+
+/// What the runs add up to.
+#[derive(Debug)]
+pub(super) struct Totals {
+    /// log likelihood with its slopes in the noise, of the dry runs and of the wet ones
+    pub of_kind: [RunDensity; 2],
+    /// slopes in what runs keep, block by block
+    pub blocks: Vec<BlockSums>,
 }

@@ -1,5 +1,8 @@
 //! Says how probable what is known of one run is where nothing of it is hidden: at a true speed, with noise on the restitution.
 
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
+
 use super::errors::Errors;
 use super::normal::CERTAIN;
 use super::run_density::{RunDensity, Seen, Side, Spreads};
@@ -35,6 +38,16 @@ pub(super) struct MeasuredRun {
 
 /// What noise on the energy kept moves e by, over σ, below which it is none: σ² + (m′σ_r)² is then σ² to rounding.
 const NOTICED: f64 = 1e-7;
+
+/// A normal number of this spread; drawn only where there is some, so that draws that have none stay as they are.
+pub fn normal_number<R: Rng + ?Sized>(spread: f64, rng: &mut R) -> f64 {
+    if spread > 0.0 {
+        let z: f64 = StandardNormal.sample(rng);
+        spread * z
+    } else {
+        0.0
+    }
+}
 
 impl NoiseModel {
     /// That of a scene.

@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 
-use super::run_density::{LnOfNoise, Summed};
+use super::run_density::LnOfNoise;
 use crate::distributions::{student_t_peak, student_t_peak_slope, student_t_tail};
 
 /// Student's t of the central 68.3 % of the normal, with its constants.
@@ -47,17 +47,6 @@ impl Student {
             quantile_slope,
             peak: t.peak + quantile.ln(),
             peak_slope: student_t_peak_slope(nu) + quantile_slope,
-        }
-    }
-
-    /// What sums over rebounds read of it.
-    pub(super) fn summed(&self) -> Summed {
-        Summed {
-            nu: Some(self.nu),
-            stretch: self.quantile,
-            stretch_slope: self.quantile_slope,
-            peak: self.peak,
-            peak_slope: self.peak_slope,
         }
     }
 

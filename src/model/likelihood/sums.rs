@@ -7,8 +7,8 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::nodes::Nodes;
 use super::normal::{ln_normal_cdf_and_slope, CERTAIN};
-use super::run_density::{RunDensity, Side, Summed};
-use super::totals::{BlockSums, Totals};
+use super::run_density::{BlockSums, RunDensity, Side, Totals};
+use super::student::Student;
 use super::trend::{BlockLaw, CHUNK};
 use crate::exponential::{is_fused, logarithm};
 use crate::lanes::sums;
@@ -18,8 +18,8 @@ use crate::physics::rebound::{kept_of_mean_restitution, mean_and_slope};
 /// What is asked of the runs of the nodes.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Asked {
-    /// the density of their restitutions; with Student's noise each node is one run
-    Rebounds(Summed),
+    /// the density of their restitutions, of normal noise or of Student's, with which each node is one run
+    Rebounds(Option<Student>),
     /// the probability that they came out on this side of a restitution, of normal noise
     Side(Side, f64),
 }
@@ -67,7 +67,7 @@ impl WithSimd for Dispatched<'_, '_> {
                 let chunk = first..nodes.end.min(first + CHUNK);
                 columns.read(of.nodes, law, chunk.clone(), of.order, fused);
                 match of.asked {
-                    Asked::Rebounds(noise) => of.add_rebounds(noise, &mut columns, chunk.clone(), fused, &mut all),
+                    Asked::Rebounds(student) => of.add_rebounds(student, &mut columns, chunk.clone(), fused, &mut all),
                     Asked::Side(side, limit) => {
                         if of.are_certain(side, limit, &columns.kept[..chunk.len()]) {
                             continue;
@@ -87,14 +87,15 @@ impl NodeSums<'_> {
     #[inline(always)]
     fn add_rebounds(
         &self,
-        noise: Summed,
+        student: Option<Student>,
         columns: &mut Columns,
         chunk: Range<usize>,
         fused: bool,
         all: &mut RunDensity,
     ) {
         let (e, n) = (&self.nodes.restitution[chunk.clone()], &self.nodes.count[chunk.clone()]);
-        let steepness = (noise.stretch / self.sigma).powi(2);
+        let stretch = student.map_or(1.0, |of| of.quantile);
+        let steepness = (stretch / self.sigma).powi(2);
         // q, the square of a distance in units of the noise, n times
         let mut squares = [0.0; CHUNK];
         let squares = &mut squares[..chunk.len()];
@@ -110,7 +111,7 @@ impl NodeSums<'_> {
             *in_kept = weighted * slope;
         }
         let squares = &*squares;
-        let Some(nu) = noise.nu else {
+        let Some(Student { nu, quantile_slope, .. }) = student else {
             let [square] = sums([squares], |[square]| [square]);
             all.value -= 0.5 * square;
             all.sigma += square / self.sigma;
@@ -119,7 +120,7 @@ impl NodeSums<'_> {
         let [of_weight, ln_tails] = sums([squares], |[q]| [(nu + 1.0) * q / (nu + q), ln_one_and(q / nu, fused)]);
         all.value -= 0.5 * (nu + 1.0) * ln_tails;
         all.sigma += of_weight / self.sigma;
-        all.shape += of_weight * (0.5 / nu - noise.stretch_slope) - 0.5 * ln_tails;
+        all.shape += of_weight * (0.5 / nu - quantile_slope) - 0.5 * ln_tails;
         for (in_kept, q) in in_kept.iter_mut().zip(squares) {
             *in_kept *= (nu + 1.0) / (nu + q);
         }

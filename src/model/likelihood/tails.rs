@@ -11,7 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::asymmetric_laplace::AsymmetricLaplace;
 use super::normal::{ln_normal_cdf, normal_cdf};
-use super::run_density::{LnOfNoise, Side, Summed};
+use super::run_density::{LnOfNoise, Side};
 use super::student::Student;
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::scene::LikelihoodFamily;
@@ -34,21 +34,6 @@ impl Tails {
             LikelihoodFamily::Normal => Tails::Normal,
             LikelihoodFamily::Student => Tails::Student(Student::new(shape)),
             LikelihoodFamily::AsymmetricLaplace => Tails::AsymmetricLaplace(AsymmetricLaplace::new(shape)),
-        }
-    }
-
-    /// What sums over rebounds read; `None` where these are taken one by one.
-    pub(super) fn summed(&self) -> Option<Summed> {
-        match self {
-            Tails::Normal => Some(Summed {
-                nu: None,
-                stretch: 1.0,
-                stretch_slope: 0.0,
-                peak: -LN_ROOT_TWO_PI,
-                peak_slope: 0.0,
-            }),
-            Tails::Student(student) => Some(student.summed()),
-            Tails::AsymmetricLaplace(_) => None,
         }
     }
 

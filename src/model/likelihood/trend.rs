@@ -11,7 +11,7 @@
 use std::ops::Range;
 
 use super::nodes::{Block, Film, Nodes};
-use super::totals::BlockSums;
+use super::run_density::BlockSums;
 use crate::exponential::exponential;
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Balance;

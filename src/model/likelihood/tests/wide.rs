@@ -4,9 +4,9 @@ use rand::rngs::ChaCha8Rng;
 use rand::RngExt;
 
 use super::super::nodes::{Block, Film, Nodes, RunSetting};
-use super::super::run_density::{RunDensity, Summed};
+use super::super::run_density::{RunDensity, Totals};
+use super::super::student::Student;
 use super::super::sums::{Asked, NodeSums};
-use super::super::totals::Totals;
 use super::super::trend::{BlockLaw, FilmParameters};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Impact;
@@ -81,7 +81,9 @@ fn nothing() -> Totals {
 }
 
 /// The sums as they are written, run by run, with the sum of the magnitudes of their terms.
-fn plainly(settings: &[RunSetting], nodes: &Nodes, law: &BlockLaw, noise: Summed) -> [(f64, f64); 10] {
+fn plainly(settings: &[RunSetting], nodes: &Nodes, law: &BlockLaw, noise: Option<Student>) -> [(f64, f64); 10] {
+    let (nu, stretch) = (noise.map(|of| of.nu), noise.map_or(1.0, |of| of.quantile));
+    let stretch_slope = noise.map_or(0.0, |of| of.quantile_slope);
     let mut all = [(0.0, 0.0); 10];
     for (node, setting) in settings.iter().enumerate() {
         let at = setting.impact;
@@ -89,19 +91,17 @@ fn plainly(settings: &[RunSetting], nodes: &Nodes, law: &BlockLaw, noise: Summed
         let (r, of_k) = film.balance.kept(&at);
         let (e, n) = (nodes.restitution[node], nodes.count[node]);
         let z = (e - mean_restitution(r)) / SIGMA;
-        let q = n * (noise.stretch * z).powi(2);
-        let weight = noise.nu.map_or(1.0, |nu| (nu + 1.0) / (nu + q));
-        let ln_tail = noise.nu.map_or(0.0, |nu| (q / nu).ln_1p());
+        let q = n * (stretch * z).powi(2);
+        let weight = nu.map_or(1.0, |nu| (nu + 1.0) / (nu + q));
+        let ln_tail = nu.map_or(0.0, |nu| (q / nu).ln_1p());
         let mut own = nothing();
         own.of_kind[1] = RunDensity {
-            value: -0.5 * noise.nu.map_or(q, |nu| (nu + 1.0) * ln_tail),
+            value: -0.5 * nu.map_or(q, |nu| (nu + 1.0) * ln_tail),
             sigma: weight * q / SIGMA,
-            shape: noise
-                .nu
-                .map_or(0.0, |nu| weight * q * (0.5 / nu - noise.stretch_slope) - 0.5 * ln_tail),
+            shape: nu.map_or(0.0, |nu| weight * q * (0.5 / nu - stretch_slope) - 0.5 * ln_tail),
             ..RunDensity::default()
         };
-        let kept = n * weight * noise.stretch.powi(2) * z / SIGMA * slope_mean_restitution(r);
+        let kept = n * weight * stretch.powi(2) * z / SIGMA * slope_mean_restitution(r);
         film.add(&mut own.blocks[0], [kept, kept * at.over_stokes, kept * of_k], 1.0);
         for ((sum, size), term) in all.iter_mut().zip(each(&own)) {
             *sum += term;
@@ -180,13 +180,14 @@ fn largest_difference(wrong: impl Fn(&mut BlockLaw), seed: &str) -> f64 {
         }
         nodes.blocks.push(0..nodes.len());
         let is_heavy = rng.random_range(0.0..1.0) < 0.3;
-        let noise = Summed {
-            nu: is_heavy.then(|| rng.random_range(2.0..50.0)),
-            stretch: if is_heavy { rng.random_range(1.0..1.5) } else { 1.0 },
-            stretch_slope: -0.01,
-            peak: 0.0,
-            peak_slope: 0.0,
-        };
+        let noise = is_heavy.then(|| {
+            let student = Student::new(rng.random_range(2.0..50.0));
+            Student {
+                quantile: rng.random_range(1.0..1.5),
+                quantile_slope: -0.01,
+                ..student
+            }
+        });
         let plain = plainly(&settings, &nodes, &law, noise);
         let mut other = law;
         wrong(&mut other);
