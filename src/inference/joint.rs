@@ -85,16 +85,6 @@ struct AtSetting {
     slopes: Vec<Lost>,
 }
 
-impl AtSetting {
-    fn new(form: Form, part: &Part, film_ratio: f64, parameters: &Parameters) -> AtSetting {
-        let at_film = BalanceAtFilm::new(form, film_ratio, &parameters.shared);
-        AtSetting {
-            balance: Balance::at(form, parameters.dry_k, at_film.share, part.density_ratio),
-            slopes: at_film.lost_slopes(&form, part.density_ratio).collect(),
-        }
-    }
-}
-
 /// The runs of a joint fit under one form of the energy balance.
 #[derive(Debug, Clone)]
 pub struct Joint<'r> {
@@ -247,7 +237,13 @@ impl<'r> Joint<'r> {
                 balance: Balance::dry(self.form.dry, parameters.dry_k),
                 slopes: vec![],
             },
-            false => AtSetting::new(self.form, part, self.runs.impacts.film_ratio[run], &parameters),
+            false => {
+                let at_film = BalanceAtFilm::new(self.form, self.runs.impacts.film_ratio[run], &parameters.shared);
+                AtSetting {
+                    balance: Balance::at(self.form, parameters.dry_k, at_film.share, part.density_ratio),
+                    slopes: at_film.lost_slopes(&self.form, part.density_ratio).collect(),
+                }
+            }
         };
         by_film(self.runs, range, of_film, |run, at_setting| {
             let mut row = JointRow {

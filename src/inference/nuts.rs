@@ -287,18 +287,14 @@ impl<T: ?Sized> HasDims for Rounded<'_, T> {
 }
 
 /// No density at a point: the trajectory ends there as divergent, the chain goes on.
-#[derive(Debug, thiserror::Error)]
-#[error("outside the domain")]
-struct Outside;
-
-impl LogpError for Outside {
+impl LogpError for OutsideDomain {
     fn is_recoverable(&self) -> bool {
         true
     }
 }
 
 impl<T: LogDensity + ?Sized> CpuLogpFunc for Rounded<'_, T> {
-    type LogpError = Outside;
+    type LogpError = OutsideDomain;
     type FlowParameters = ();
     type ExpandedVector = ();
 
@@ -306,10 +302,9 @@ impl<T: LogDensity + ?Sized> CpuLogpFunc for Rounded<'_, T> {
         self.point.len()
     }
 
-    fn logp(&mut self, z: &[f64], gradient: &mut [f64]) -> Result<f64, Outside> {
+    fn logp(&mut self, z: &[f64], gradient: &mut [f64]) -> Result<f64, OutsideDomain> {
         self.about.point(z, &mut self.point);
-        let value = self.target.ln_density(&self.point, &mut self.slopes);
-        let value = value.map_err(|OutsideDomain| Outside)?;
+        let value = self.target.ln_density(&self.point, &mut self.slopes)?;
         self.about.slopes(&self.slopes, gradient);
         Ok(value)
     }

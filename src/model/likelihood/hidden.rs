@@ -84,7 +84,7 @@ const MOST_NODES: usize = 16;
 type Column = [f64; MOST_NODES];
 
 /// What a setting has at each node.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct SettingNodes {
     /// r, or e_dry of dry runs
     kept: Column,
@@ -96,16 +96,8 @@ struct SettingNodes {
     of_kept: Column,
 }
 
-impl SettingNodes {
-    const NONE: SettingNodes = SettingNodes {
-        kept: [0.0; MOST_NODES],
-        over_stokes: [0.0; MOST_NODES],
-        slope_k: [0.0; MOST_NODES],
-        of_kept: [0.0; MOST_NODES],
-    };
-}
-
 /// What the integrand is at some nodes.
+#[derive(Default)]
 struct AtNodes {
     z: Column,
     /// its logarithm, as a function of z
@@ -117,13 +109,6 @@ struct AtNodes {
 }
 
 impl AtNodes {
-    const NONE: AtNodes = AtNodes {
-        z: [0.0; MOST_NODES],
-        ln: [0.0; MOST_NODES],
-        stretch: [1.0; MOST_NODES],
-        parts: [0.0; MOST_NODES],
-    };
-
     /// What the nodes on both sides of a bell add to the mass.
     fn pairs(&self) -> &[[f64; 2]] {
         self.parts.as_chunks().0
@@ -163,7 +148,7 @@ impl<'s> Sums<'s> {
             of: [0.0; 4],
             settings,
             at,
-            nodes: AtNodes::NONE,
+            nodes: AtNodes::default(),
             trace: None,
         };
         sums.clear();
@@ -244,9 +229,9 @@ impl Hidden<'_> {
     pub fn integrate(&self, of_settings: &mut [SettingSlopes]) -> RunDensity {
         // most runs are alone, and room for one is made sooner
         if self.settings.len() == 1 {
-            self.integrate_with(of_settings, &mut [SettingNodes::NONE])
+            self.integrate_with(of_settings, &mut [SettingNodes::default()])
         } else {
-            self.integrate_with(of_settings, &mut vec![SettingNodes::NONE; self.settings.len()])
+            self.integrate_with(of_settings, &mut vec![SettingNodes::default(); self.settings.len()])
         }
     }
 
@@ -276,7 +261,7 @@ impl Hidden<'_> {
     /// The log density of each run given the others, in their order: that of all less that of the others.
     pub fn given_the_others(&self) -> Vec<f64> {
         let mut slopes = vec![SettingSlopes::default(); self.settings.len()];
-        let mut at = vec![SettingNodes::NONE; self.settings.len()];
+        let mut at = vec![SettingNodes::default(); self.settings.len()];
         let mut sums = Sums::of(&mut slopes, &mut at);
         sums.trace = Some(Trace::default());
         let is_bell = self.over_bell(&mut sums);

@@ -47,7 +47,8 @@ use super::parameters::{ParameterKind, SHAPE_SLOT};
 use crate::distributions::LN_ROOT_TWO_PI;
 
 /// The parameters give no density here: not an error, a place to turn back from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("outside the domain")]
 pub struct OutsideDomain;
 
 impl Likelihood {

@@ -59,7 +59,12 @@ impl WithSimd for Dispatched<'_, '_> {
     fn with_simd<S: Simd>(self, _: S) {
         let Dispatched { of, totals } = self;
         let fused = is_fused::<S>();
-        let mut columns = Columns::default();
+        let mut columns = Columns {
+            kept: [0.0; CHUNK],
+            dry_k: [0.0; CHUNK],
+            shapes: [[0.0; CHUNK]; 2],
+            in_kept: [0.0; CHUNK],
+        };
         let mut all = RunDensity::default();
         // loops, since what is given to an iterator may not be compiled for these registers
         for ((law, nodes), sums) in of.laws.iter().zip(&of.nodes.blocks).zip(&mut totals.blocks) {
@@ -182,17 +187,6 @@ struct Columns {
     shapes: [[f64; CHUNK]; 2],
     /// slope of the log density in r
     in_kept: [f64; CHUNK],
-}
-
-impl Default for Columns {
-    fn default() -> Columns {
-        Columns {
-            kept: [0.0; CHUNK],
-            dry_k: [0.0; CHUNK],
-            shapes: [[0.0; CHUNK]; 2],
-            in_kept: [0.0; CHUNK],
-        }
-    }
 }
 
 impl Columns {

@@ -33,15 +33,13 @@ pub(super) fn marginals(
     let setup = FitSetup { scene, runs, dry: &dry };
     let scaling = scaling::fit_scaling(setup);
     let energy = energy::estimate_energy(setup, &scaling);
+    let groups = || scaling.iter().filter(|one| one.law == law && one.film_ratio.is_some());
     let of = |kind: ParameterKind| match kind {
         ParameterKind::DryK(sphere) => {
             let fitted = dry.iter().find(|dry| dry.sphere == sphere)?;
             fitted.usable
         }
-        ParameterKind::LUBRICATION_LOG => {
-            let groups = scaling.iter().filter(|one| one.law == law);
-            weighted(groups.filter_map(|one| one.film_ratio.and(one.lubrication_log.value_and_scale())))
-        }
+        ParameterKind::LUBRICATION_LOG => weighted(groups().filter_map(|one| one.lubrication_log.value_and_scale())),
         ParameterKind::INERTIAL_PREFACTOR if !inertia.has_film_scale() && inertia != Inertia::None => {
             let groups = energy.iter().filter(|one| one.law == law);
             weighted(groups.filter_map(|one| {
@@ -55,9 +53,7 @@ pub(super) fn marginals(
         // least squares has one spread, and normal noise
         ParameterKind::SigmaEnergy | ParameterKind::SigmaSeries | ParameterKind::Shape(_) => None,
         ParameterKind::SigmaWet => {
-            let groups = scaling.iter().filter(|one| one.law == law);
-            let each = groups.filter(|one| one.film_ratio.is_some());
-            let each = each.map(|one| (one.residual_sd, one.runs));
+            let each = groups().map(|one| (one.residual_sd, one.runs));
             spread(Law::Wet(law).parameters(), each)
         }
     };
