@@ -229,6 +229,28 @@ fn rows_that_say_they_are_means_are_left_out_and_named() {
     assert_eq!(found.counts.screened.len(), 0);
 }
 
+/// A film beside a run that is called dry says that one of both is wrong.
+#[test]
+fn a_film_beside_a_dry_run_is_told() {
+    let place = place();
+    let rows = |film: &str| {
+        let rows = ["0.5,0.841", "1.0,0.822", "1.5,0.802", "2.0,0.795"];
+        let rows = rows.map(|row| format!("PTFE,dry,4.762,{film},{row}\n"));
+        format!("{HEADER}\n{}", rows.concat())
+    };
+    let found = place.fit_rows(&rows("286"));
+    let notice = found.notice("dry_beside_film").expect("told");
+    let told = "4 rows are called dry beside a film, which is not read: ";
+    assert!(
+        notice.text.starts_with(told) && notice.text.contains("line 2"),
+        "{}",
+        notice.text
+    );
+    for film in ["", "0", "-", "none"] {
+        assert_eq!(place.fit_rows(&rows(film)).notice("dry_beside_film"), None, "{film}");
+    }
+}
+
 #[test]
 fn a_file_listed_twice_is_not_quoted() {
     let text = SCENE.replace("runs = \"runs.csv\"", "runs = [\"runs.csv\", \"copy.csv\"]");

@@ -122,11 +122,14 @@ impl<'s> CheckedRows<'s> {
             return;
         }
         let mut bad = vec![];
+        let mut is_beside_film = false;
         for index in 0..self.numbers.len() {
             let (column, place) = self.numbers[index];
             // the film of a run that is called dry is not read at all; beside an empty cell only a number says that there was one
             let is_of_dry = row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio);
             if is_of_dry && row.word(RunColumn::Liquid).is_some() {
+                let film = cell(place).and_then(|cell| parse_number(&cell.text()).ok());
+                is_beside_film |= film.is_some_and(|film| film.value > 0.0);
                 continue;
             }
             match self.number(column, cell(place), at) {
@@ -152,6 +155,9 @@ impl<'s> CheckedRows<'s> {
                 }
             }
             self.liquids.measured(&row.run);
+            if is_beside_film {
+                self.collected.add_dry_beside_film();
+            }
             self.collected.push(&row, self.checker.scene);
         }
         for bad in bad {

@@ -25,6 +25,7 @@ const RESTITUTION_ABOVE_ONE: &str = "restitution_above_one";
 const HEIGHTS_ASSUMED: &str = "heights_assumed";
 const LABELLED_ROWS: &str = "labelled_rows";
 const AVERAGED_ROWS: &str = "averaged_rows";
+const DRY_BESIDE_FILM: &str = "dry_beside_film";
 const FILM_RATIO_OF_EACH_RUN: &str = "film_ratio_of_each_run";
 const MANY_FILM_RATIOS: &str = "many_film_ratios";
 const EXCLUDE_BY_YES: &str = "exclude_by_yes";
@@ -34,7 +35,7 @@ pub(super) const SHEETS_NOT_READ: &str = "sheets_not_read";
 pub(super) const CONDENSED_RUNS: &str = "condensed_runs";
 
 /// The codes of what reading says of a table.
-pub(crate) const OF_READING: [&str; 14] = [
+pub(crate) const OF_READING: [&str; 15] = [
     SHEETS_NOT_READ,
     LIQUIDS_WITHOUT_RUNS,
     HIDDEN_ROWS,
@@ -45,6 +46,7 @@ pub(crate) const OF_READING: [&str; 14] = [
     UNHEEDED_COLUMN,
     RESTITUTION_ABOVE_ONE,
     AVERAGED_ROWS,
+    DRY_BESIDE_FILM,
     MANY_FILM_RATIOS,
     EXCLUDE_BY_YES,
     FILM_RATIO_OF_EACH_RUN,
@@ -226,6 +228,8 @@ pub(super) struct Collected {
     /// the first rows whose labels say that they are no runs, with these labels, and how many there are
     labelled: (Vec<(u32, String)>, usize),
     above_one: usize,
+    /// the first rows that are called dry beside a film, and how many there are
+    dry_beside_film: (Vec<u32>, usize),
     /// the words of its column `exclude` that say no, where all its words say yes or no: their runs are kept
     pub kept_by_no: Vec<String>,
     /// rows that are means, and the runs that these stand for
@@ -290,6 +294,14 @@ impl Collected {
         self.in_use.push(ReadRun { row, ..run });
     }
 
+    /// Counts the row that was counted last under those that are called dry beside a film.
+    pub fn add_dry_beside_film(&mut self) {
+        self.dry_beside_film.1 += 1;
+        if self.dry_beside_film.0.len() < NAMED {
+            self.dry_beside_film.0.push(short(self.rows));
+        }
+    }
+
     /// Counts the row that was counted last under those whose label says that they are no runs.
     pub fn add_labelled(&mut self, label: &str) {
         self.labelled.1 += 1;
@@ -352,6 +364,10 @@ impl Collected {
         self.lines.extend(&part.lines, self.rows);
         self.rows += part.rows;
         self.above_one += part.above_one;
+        self.dry_beside_film.1 += part.dry_beside_film.1;
+        let later = part.dry_beside_film.0.iter().map(|row| row.saturating_add(rows_before));
+        self.dry_beside_film.0.extend(later);
+        self.dry_beside_film.0.truncate(NAMED);
         for (reason, runs) in &part.excluded {
             self.exclude(reason, *runs);
         }
@@ -438,6 +454,22 @@ impl Collected {
             "give such a row another word if it is a run; a mean of runs that the table does not have is read with a \
                     column `runs`";
         (*count > 0).then(|| Remark::new(LABELLED_ROWS, *count, text, next))
+    }
+
+    /// Says which rows are called dry beside a film.
+    pub fn dry_beside_film(&self, places: &RowPlaces) -> Option<Remark> {
+        let (first, count) = &self.dry_beside_film;
+        let mut rows = places.of_each(first);
+        if *count > rows.len() {
+            rows.push(format!("and {} more", count - rows.len()));
+        }
+        let (noun, verb) = by_number(*count, ("row", "is"), ("rows", "are"));
+        let text = format!(
+            "{count} {noun} {verb} called dry beside a film, which is not read: {}",
+            rows.join("; ")
+        );
+        let next = "write the liquid where the plate was wet, or leave the film of dry runs empty";
+        (*count > 0).then(|| Remark::new(DRY_BESIDE_FILM, *count, text, next))
     }
 
     /// Says how many runs the rows that are means stand for.

@@ -92,6 +92,8 @@ pub(super) fn parse_number(cell: &str) -> Result<WrittenNumber, String> {
         let has_both = cell.contains(',') && cell.contains('.');
         let hint = if has_both {
             " with one decimal mark and none for thousands"
+        } else if cell.ends_with('%') {
+            " without %; restitutions in per cent stand in a column `restitution_percent`"
         } else {
             ""
         };
@@ -165,7 +167,13 @@ impl<C> Decimals<C> {
         let number = parse_number(cell)?;
         let both = self.marks.and(number.marks);
         if let Some(first) = self.first.filter(|_| both.are_mixed()) {
-            return Err(format!("expected a {}, as {} has", self.marks.word(), first.words()));
+            let or_thousands = if number.marks.thousands {
+                ", and no mark for thousands"
+            } else {
+                ""
+            };
+            let (mark, first) = (self.marks.word(), first.words());
+            return Err(format!("expected a {mark}, as {first} has{or_thousands}"));
         }
         if number.marks != DecimalMarks::default() {
             self.first.get_or_insert(place);

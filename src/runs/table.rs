@@ -216,6 +216,7 @@ impl<'p> Joined<'p> {
         notices.append(&mut self.notices);
         notices.extend(self.all.labelled_rows(&self.places));
         notices.extend(self.all.averaged_rows());
+        notices.extend(self.all.dry_beside_film(&self.places));
         notices.extend(self.all.above_one());
         notices.extend(columns_not_read(&self.unknown));
         let sha256 = match self.hashes.as_slice() {
