@@ -183,6 +183,35 @@ fn an_l_beyond_every_film_is_questioned() {
     );
 }
 
+/// Films a twentieth of what they were: δc is as thick as most of them, and thinner than the thickest.
+#[test]
+fn a_delta_c_beyond_half_of_the_films_is_questioned() {
+    let rows = rows(|cells| {
+        if let Ok(film) = cells[3].parse::<f64>() {
+            cells[3] = (film / 20.0).to_string();
+        }
+    });
+    let asked = questions(&unscreened().fit_rows(&rows));
+    assert_asked(&asked, "δc of PTFE = ; is larger than half of its films");
+}
+
+/// Fractions under a name that says per cent, as a spreadsheet keeps what it shows as such; those of the example are let be.
+#[test]
+fn restitutions_of_a_hundredth_are_questioned() {
+    let text = read_in_project("datasets/mueller2016/scene.toml");
+    let place = Place::new(&text.replace("smallest_restitution", "# smallest_restitution"));
+    let rows = rows(|cells| {
+        if let Some(Ok(e)) = cells.last().map(|cell| cell.parse::<f64>()) {
+            *cells.last_mut().expect("a cell") = (e / 100.0).to_string();
+        }
+    });
+    let asked = questions(&place.fit_rows(&rows));
+    assert_asked(
+        &asked,
+        "no restitution is above 0.00; fractions in a column that is read as per cent?",
+    );
+}
+
 /// The example's scene without the limit that would screen films of the wrong unit.
 fn unscreened() -> Place {
     Place::new(&read_in_project("datasets/mueller2016/scene.toml").replace("min_film_um", "# min_film_um"))
