@@ -362,6 +362,28 @@ fn planted_faults_are_refused() {
     );
 }
 
+/// The twin: a second row of a place, a reason without need and a main number without its mark are seen.
+#[test]
+fn planted_rows_are_refused() {
+    let findings = committed_findings("mueller2016");
+    let holds = |findings: &Value| std::panic::catch_unwind(|| assert_rows_of_their_own("planted", findings)).is_ok();
+    assert!(holds(&findings));
+    let plants: [fn(&mut Vec<Value>); 3] = [
+        |rows| rows.push(rows[0].clone()),
+        |rows| rows[0]["reason"] = json!("none"),
+        |rows| {
+            for row in rows {
+                row["main"] = json!(false);
+            }
+        },
+    ];
+    for plant in plants {
+        let mut changed = findings.clone();
+        plant(changed["estimates"].as_array_mut().expect("a list"));
+        assert!(!holds(&changed));
+    }
+}
+
 fn remove(value: &mut Value, place: &str, name: &str) -> Option<Value> {
     value.pointer_mut(place)?.as_object_mut()?.remove(name)
 }
