@@ -42,6 +42,8 @@ struct Impact {
     speed: f64,
     /// index into [`LIQUIDS`]
     liquid: usize,
+    /// share of the wet rows that stand above it
+    place: f64,
 }
 
 impl Impact {
@@ -92,6 +94,20 @@ fn one_liquid_loses_more(impact: Impact) -> f64 {
     mean_restitution(impact.kept(2.0, l))
 }
 
+/// The liquids warm while runs are recorded, and lose three tenths of their viscosity.
+fn viscosity_drifts(impact: Impact) -> f64 {
+    mean_restitution(impact.kept(2.0, L * (1.0 - 0.3 * impact.place)))
+}
+
+/// The films of M50 are half as thick as they are recorded.
+fn films_of_one_liquid_are_thin(impact: Impact) -> f64 {
+    let thinner = if impact.liquid == 1 { 0.5 } else { 1.0 };
+    right(Impact {
+        film_ratio: thinner * impact.film_ratio,
+        ..impact
+    })
+}
+
 fn one_liquid_falls(impact: Impact) -> f64 {
     let fall = if impact.liquid == 1 { 0.03 } else { 0.0 };
     right(impact) - fall * impact.speed.ln()
@@ -130,6 +146,8 @@ struct Design {
     film_error: f64,
     sigma: f64,
     scatter: Scatter,
+    /// rows stand in the order of their restitutions
+    sorted: bool,
 }
 
 const USUAL: Design = Design {
@@ -146,6 +164,7 @@ const USUAL: Design = Design {
     film_error: 0.03,
     sigma: 0.015,
     scatter: Scatter::Normal,
+    sorted: false,
 };
 
 const PE: (&str, f64, f64) = ("PE", 940.0, 0.125);
@@ -198,6 +217,9 @@ fn right_designs() -> Vec<Design> {
         USUAL.but("250 wet runs, own speeds", |own| {
             (own.runs, own.repeated) = ([250, 50], false);
         }),
+        USUAL.but("120 wet runs in the order of their restitutions", |own| {
+            (own.runs, own.sorted) = ([120, 24], true);
+        }),
         USUAL.but("40 wet runs, noise 0.03", |own| own.sigma = 0.03),
         USUAL.but("40 wet runs, exponential noise", |own| own.scatter = Scatter::Laplace),
         USUAL.but("40 wet runs, speeds err by 1 % unsaid", |own| {
@@ -249,6 +271,19 @@ fn wrong_designs() -> Vec<Design> {
         }),
         USUAL.but("e of one liquid falls by 0.03 ln v, 120 wet runs", |own| {
             (own.law, own.runs) = (one_liquid_falls, [120, 24]);
+        }),
+        USUAL.but(
+            "viscosities fall by 30 % from the first row to the last, 40 wet runs",
+            |own| own.law = viscosity_drifts,
+        ),
+        USUAL.but("the same drift, 120 wet runs", |own| {
+            (own.law, own.runs) = (viscosity_drifts, [120, 24]);
+        }),
+        USUAL.but("films of M50 recorded twice as thick, 40 wet runs", |own| {
+            own.law = films_of_one_liquid_are_thin
+        }),
+        USUAL.but("the same films, 120 wet runs", |own| {
+            (own.law, own.runs) = (films_of_one_liquid_are_thin, [120, 24]);
         }),
         USUAL.but("PE 18 % denser than the scene says, 80 wet runs of both", |own| {
             (own.runs, own.particles) = ([80, 24], &ONE_DENSER);
@@ -312,6 +347,7 @@ impl Design {
                 inverse_stokes: 9.0 * viscosity / (density * diameter * true_speed),
                 speed: true_speed,
                 liquid,
+                place: place as f64 / self.runs[0] as f64,
             };
             let mut mean = (self.law)(impact);
             if self.scatter == Scatter::Offsets {
@@ -322,6 +358,9 @@ impl Design {
             let e = (mean + self.sigma * of_noise) * lost;
             let film = Some((name, film_ratio, FILMS[nominal]));
             runs.push(run(particle, diameter, film, speed, e));
+        }
+        if self.sorted {
+            runs.sort_by(|a, b| a.restitution.total_cmp(&b.restitution));
         }
         runs
     }
@@ -570,7 +609,9 @@ const ABOUT: &str = "# How often the wet law is doubted\n
 The check `wet_law_holds` looks inside each particle, liquid and film ratio, where every group has an energy of its own: is \
 there a term in (1/St)² or in v^(1/5) that all groups share, a term in 1/St that one group has for itself, one of \
 either kind that all groups of one liquid share, one in 1/St that those of one particle share, or one in v^(1/5) at one film \
-ratio? Without energies of the groups it asks whether one liquid or one particle has a term in 1/St for itself. It refuses \
+ratio? Without energies of the groups it asks whether one liquid or one particle has a term in 1/St or in the film ratio for \
+itself, and whether either term drifts from the first row of the table to the last, unless the rows stand in the order of their \
+restitutions. It refuses \
 where chance explains the strongest of these with p < 0.001 (F test, p times the number of terms tried) and a parameter moves by \
 more than half of its standard error, or with p < 0.01 and one moves by more than two. Outliers and rebounds expected within \
 three spreads of sticking are left out; where a table does not say how well speeds are known, runs are weighed as if they erred \

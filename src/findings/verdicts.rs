@@ -165,16 +165,20 @@ pub fn wet_law_holds(noise: &Noise, line: Option<&LineAgainstRoot>) -> Option<Re
 /// What to do where the wet law does not hold, by what describes the runs better.
 fn after_wet_law(against: WetAlternative) -> &'static str {
     match against {
-        WetAlternative::SlopeOfOneLiquid | WetAlternative::FallOfOneLiquid => {
+        WetAlternative::SlopeOfOneLiquid | WetAlternative::FallOfOneLiquid | WetAlternative::FilmLossOfOneLiquid => {
             "check the viscosity and the films of that liquid, then fit the liquids apart: leave the rows of one out by a reason \
              in the column exclude, fit, and compare its L with that of the other; where they differ, quote each liquid's own"
         }
-        WetAlternative::SlopeOfOneParticle => {
-            "check the densities and the diameters of all particles, since the runs do not say which of two is off; where they are \
+        WetAlternative::SlopeOfOneParticle | WetAlternative::FilmLossOfOneParticle => {
+            "check the densities, the diameters and the films of all particles, since the runs do not say which of two is off; where they are \
              right, fit the particles apart: leave the rows of one out by a reason in the column exclude, and compare their L"
         }
         WetAlternative::SlopeOfOneGroup | WetAlternative::FallOfOneFilm => {
             "check the films and speeds of these runs, or leave them out ([data] min_film_um, max_film_ratio, a column exclude)"
+        }
+        WetAlternative::DriftOfViscousLoss | WetAlternative::DriftOfFilmLoss => {
+            "if the rows stand in the order of recording, the liquid may have warmed, mixed or dried meanwhile: give each run its \
+             own viscosity by a liquid of its own for each part of the table, or leave out what was recorded after it changed"
         }
         WetAlternative::CurvatureInInverseStokes | WetAlternative::SlopeInSpeed => remarks::WET_LAW_HOLDS.next_step,
     }

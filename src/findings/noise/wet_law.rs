@@ -5,8 +5,10 @@
 //! one more column at a time: (1/St)² and v^(1/5), each with one factor for all groups; 1/St with a factor for one group
 //! alone, which is a viscous loss of its own; either with one for the groups of one liquid; 1/St with one for the groups of
 //! one particle, where a density is wrong; and v^(1/5) with one for the runs of one film ratio, whatever the liquid and the
-//! sphere. The viscous loss of a liquid and of a particle is also asked for without energies of the groups, where no series
-//! has an offset. The smallest p is multiplied by the number of columns (Bonferroni).
+//! sphere. Without energies of the groups, where no series has an offset, more is asked: the viscous loss of a liquid and of
+//! a particle once again, a loss that goes with the film in either, and both losses times the place of the run in its table,
+//! since a liquid may warm and a film dry while runs are recorded. The smallest p is multiplied by the number of columns
+//! (Bonferroni).
 //!
 //! Rebounds near sticking have no fair residual and are left out, single outliers as well. A table that does not say how
 //! well speeds are known may have errors of a per cent, which near the threshold outweigh the rest: runs are weighed for
@@ -46,6 +48,14 @@ pub enum WetAlternative {
     SlopeOfOneParticle,
     /// all runs of one film ratio with one term in v^(1/5) of their own
     FallOfOneFilm,
+    /// all groups of one liquid with one term in the film ratio of their own
+    FilmLossOfOneLiquid,
+    /// all groups of one particle with one term in the film ratio of their own
+    FilmLossOfOneParticle,
+    /// a term in 1/St times the place of the run in its table
+    DriftOfViscousLoss,
+    /// a term in the film ratio times that place
+    DriftOfFilmLoss,
 }
 
 impl WetAlternative {
@@ -59,6 +69,10 @@ impl WetAlternative {
             WetAlternative::FallOfOneLiquid => "a slope of e² in v in one liquid",
             WetAlternative::SlopeOfOneParticle => "a viscous loss of its own of one particle",
             WetAlternative::FallOfOneFilm => "a slope of e² in v at one film ratio",
+            WetAlternative::FilmLossOfOneLiquid => "a loss with the film of its own in one liquid",
+            WetAlternative::FilmLossOfOneParticle => "a loss with the film of its own of one particle",
+            WetAlternative::DriftOfViscousLoss => "a viscous loss that drifts from the first row to the last",
+            WetAlternative::DriftOfFilmLoss => "a loss with the film that drifts from the first row to the last",
         }
     }
 }
@@ -103,6 +117,9 @@ struct WetRow {
     film_ratio: f64,
     /// which of the film ratios of all runs, the thinnest first
     film: usize,
+    /// where it stands in its table, 1 at the end
+    place: f64,
+    restitution: f64,
     outlying: bool,
     /// residual of the law fitted inside the groups
     residual: f64,
@@ -116,42 +133,71 @@ struct WetRow {
     speed_root: f64,
 }
 
+/// A column of the energy that some of the runs have for themselves.
+struct ColumnOfSome {
+    against: WetAlternative,
+    /// whose it is: of each liquid, particle or film in turn
+    of: fn(&WetRow) -> usize,
+    column: fn(&WetRow) -> f64,
+    /// whether each group has an energy of its own beside it
+    inside_groups: bool,
+}
+
+#[rustfmt::skip]
+const OF_SOME: [ColumnOfSome; 8] = {
+    use WetAlternative::*;
+    let (of_liquid, of_particle): (fn(&WetRow) -> usize, fn(&WetRow) -> usize) = (|row| row.liquid, |row| row.particle);
+    let (viscous, fall): (fn(&WetRow) -> f64, fn(&WetRow) -> f64) = (|row| row.inverse_stokes, |row| row.speed_root);
+    let film: fn(&WetRow) -> f64 = |row| row.film_ratio;
+    [
+        ColumnOfSome { against: SlopeOfOneLiquid, of: of_liquid, column: viscous, inside_groups: true },
+        ColumnOfSome { against: SlopeOfOneLiquid, of: of_liquid, column: viscous, inside_groups: false },
+        ColumnOfSome { against: FallOfOneLiquid, of: of_liquid, column: fall, inside_groups: true },
+        ColumnOfSome { against: SlopeOfOneParticle, of: of_particle, column: viscous, inside_groups: true },
+        ColumnOfSome { against: SlopeOfOneParticle, of: of_particle, column: viscous, inside_groups: false },
+        ColumnOfSome { against: FallOfOneFilm, of: |row| row.film, column: fall, inside_groups: true },
+        ColumnOfSome { against: FilmLossOfOneLiquid, of: of_liquid, column: film, inside_groups: false },
+        ColumnOfSome { against: FilmLossOfOneParticle, of: of_particle, column: film, inside_groups: false },
+    ]
+};
+
 /// The test; `None` where no group has runs at different settings, or too few are left to tell the scatter.
 pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Option<WetLawTest> {
     let mut plain = wet_rows(rows, robust, sorted);
     let mut wet = plain.clone();
     wet.chunk_by_mut(|a, b| a.group == b.group).for_each(free_of_own_energy);
     let law = FittedLaw::new(rows, robust, &mut wet, true)?;
-    // levels of liquids can be compared where none is an offset
-    let levels = FittedLaw::new(rows, robust, &mut plain, false);
-    let levels = levels.filter(|_| !rows.scene.model.series_offsets);
+    // levels can be compared where none is an offset
+    let by_level = FittedLaw::new(rows, robust, &mut plain, false).filter(|_| !rows.scene.model.series_offsets);
     let x = |row: &WetRow| row.inverse_stokes;
-    let shared = [
+    let mut found = vec![
         law.against(WetAlternative::CurvatureInInverseStokes, &wet, |row| x(row) * x(row)),
         law.against(WetAlternative::SlopeInSpeed, &wet, |row| row.speed_root),
     ];
-    let of_groups = wet
-        .chunk_by(|a, b| a.group == b.group)
-        .map(|group| law.against(WetAlternative::SlopeOfOneGroup, group, x));
-    let of_each = |against, of: fn(&WetRow) -> usize| -> Vec<Option<Departure>> {
-        let (column, levels): (fn(&WetRow) -> f64, _) = match against {
-            WetAlternative::FallOfOneLiquid | WetAlternative::FallOfOneFilm => (|row| row.speed_root, None),
-            _ => (|row| row.inverse_stokes, levels.as_ref()),
+    let of_groups = wet.chunk_by(|a, b| a.group == b.group);
+    found.extend(of_groups.map(|group| law.against(WetAlternative::SlopeOfOneGroup, group, x)));
+    for own in OF_SOME {
+        let (law, wet) = match &by_level {
+            _ if own.inside_groups => (&law, &wet),
+            Some(law) => (law, &plain),
+            None => continue,
         };
-        let each = several(&wet, of).into_iter();
-        let only = |one: usize| move |row: &WetRow| if of(row) == one { column(row) } else { 0.0 };
-        each.flat_map(|one| {
-            let by_level = levels.and_then(|law| law.against(against, &plain, only(one)));
-            [law.against(against, &wet, only(one)), by_level]
-        })
-        .collect()
-    };
-    let found = shared.into_iter().chain(of_groups);
-    let found = found.chain(of_each(WetAlternative::SlopeOfOneLiquid, |row| row.liquid));
-    let found = found.chain(of_each(WetAlternative::FallOfOneLiquid, |row| row.liquid));
-    let found = found.chain(of_each(WetAlternative::SlopeOfOneParticle, |row| row.particle));
-    let found = found.chain(of_each(WetAlternative::FallOfOneFilm, |row| row.film));
-    let found: Vec<Departure> = found.flatten().collect();
+        let of_one = |one: usize| move |row: &WetRow| if (own.of)(row) == one { (own.column)(row) } else { 0.0 };
+        found.extend(
+            several(wet, own.of)
+                .into_iter()
+                .map(|one| law.against(own.against, wet, of_one(one))),
+        );
+    }
+    if let Some(law) = by_level.as_ref().filter(|_| !is_sorted_by_restitution(&plain)) {
+        found.extend([
+            law.against(WetAlternative::DriftOfViscousLoss, &plain, |row| row.place * x(row)),
+            law.against(WetAlternative::DriftOfFilmLoss, &plain, |row| {
+                row.place * row.film_ratio
+            }),
+        ]);
+    }
+    let found: Vec<Departure> = found.into_iter().flatten().collect();
     let alternatives = found.len();
     let least = found.iter().map(|one| one.test.p).reduce(f64::min)?;
     // of those that are the same on these runs, as a loss of the one of two liquids or of the other, the one that moves most
@@ -186,9 +232,27 @@ fn several(wet: &[WetRow], of: impl Fn(&WetRow) -> usize) -> Vec<usize> {
     found
 }
 
+/// Whether somebody has put the runs of each group in the order of what was measured, which then goes with their place.
+fn is_sorted_by_restitution(wet: &[WetRow]) -> bool {
+    /// share of neighbours that stand in order
+    const SORTED: f64 = 0.8;
+    let mut by_place: Vec<&WetRow> = wet.iter().collect();
+    by_place.sort_by(|a, b| a.group.of.cmp(&b.group.of).then(a.place.total_cmp(&b.place)));
+    let groups = || by_place.chunk_by(|a, b| a.group.of == b.group.of);
+    let pairs: usize = groups().map(|group| group.len() - 1).sum();
+    let in_order = |column: fn(&WetRow) -> f64| {
+        let neighbours = groups().flat_map(|group| group.windows(2));
+        let steps = neighbours.map(|pair| column(pair[0]).total_cmp(&column(pair[1])) as i32);
+        f64::from(steps.sum::<i32>().abs())
+    };
+    let by_restitution = in_order(|row| row.restitution);
+    by_restitution > SORTED * pairs as f64 && by_restitution > in_order(|row| row.speed_root)
+}
+
 /// The rebounds clear of sticking, by group; none of a group of one.
 fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Vec<WetRow> {
     let mut wet = vec![];
+    let last_row = rows.runs.row.iter().copied().max().map_or(1.0, f64::from);
     for own in &robust.runs {
         let group = rows.group_of[own.part];
         let Some(liquid) = rows.groups[group].liquid else {
@@ -212,6 +276,8 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Vec<WetR
             particle: rows.runs.spheres[rows.groups[group].sphere].particle,
             film_ratio: rows.runs.impacts.film_ratio[run],
             film: 0,
+            place: f64::from(rows.runs.row[run]) / last_row,
+            restitution: rows.runs.restitution[run],
             outlying: sorted.is_outlying(run),
             residual: own.row.residual / own.sd,
             within: slopes.clone(),
