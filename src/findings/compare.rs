@@ -115,8 +115,6 @@ pub struct Comparison {
     pub models: Vec<ComparedModel>,
     /// what must hold, and what wants a second look
     pub remarks: Vec<Remark>,
-    /// leave-one-out of the scene's own form
-    pub own: Option<Loo>,
 }
 
 /// The name of a form: `stepwise/2`, and what else it holds or lacks: `cap/impact+bridge-viscous`.
@@ -203,7 +201,6 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
         let better = check_better_form((own.setup.form, row, &own_loo), &evaluated[0]);
         found.remarks.push(better);
     }
-    found.own = Some(own_loo);
     found.models = evaluated.into_iter().map(|model| model.row).collect();
     found
 }

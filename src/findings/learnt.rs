@@ -231,8 +231,6 @@ mod tests {
             film_ratio_below: Some(0.10),
             runs: 100,
             film_ratios: Some(4),
-            gain: Some(12.34),
-            gain_se: Some(3.21),
             trend: Some(Trend {
                 symbol: "L′",
                 mean,
@@ -266,10 +264,7 @@ mod tests {
             "{serves}"
         );
         let rises = told(&question(Answer::Rises, 0.6, 0.3));
-        assert_eq!(
-            rises,
-            "L rises with the film: L′ = 0.60 ± 0.10, which gains 12.3 ± 3.2 in log density."
-        );
+        assert_eq!(rises, "L rises with the film: L′ = 0.60 ± 0.10.");
         let falls = told(&question(Answer::Falls, -0.6, 0.3));
         assert!(falls.starts_with("L falls with the film: L′ = −0.60 ± 0.10"), "{falls}");
         let open = told(&question(Answer::Open, 0.1, 0.05));

@@ -80,7 +80,7 @@ pub(super) fn why_none_beside(scene: &Scene, runs: &Runs, draws: usize) -> Optio
     if runs.series.is_empty() {
         Some("no wet runs in use".to_owned())
     } else if affordable_draws(runs, draws).is_none() {
-        Some(format!("{all} runs are too many to leave each out"))
+        Some(format!("{all} runs are too many to draw other models of"))
     } else if all > MOST_INTEGRATED && pointwise::is_integrated(scene, runs) {
         Some(format!(
             "the density of each of {all} runs is an integral, and other models are drawn for up to {MOST_INTEGRATED} of those"
@@ -88,6 +88,17 @@ pub(super) fn why_none_beside(scene: &Scene, runs: &Runs, draws: usize) -> Optio
     } else {
         None
     }
+}
+
+/// Draws from a model of these runs with streams of this name, for what its parameters are; `Err` says why that cannot be done.
+pub(super) fn draw_beside(
+    context: ComparisonContext,
+    setup: SamplingSetup,
+    parameters: ModelParameters,
+    stream: &str,
+) -> Result<Sampled, String> {
+    let model = Model::new(context, setup, &parameters, stream)?;
+    model.draw(context.runs, stream, |_| false)
 }
 
 /// Draws from a model with streams of this name and leaves each run out; `Err` says why that cannot be done. One that falls
@@ -99,15 +110,7 @@ pub(super) fn draw_and_leave_out(
     stream: &str,
     beside: Option<&Loo>,
 ) -> Result<LeftOutModel, String> {
-    if let Some(PosteriorRefusal(why)) = why_not_sampled(context.runs, context.least_squares, &parameters) {
-        return Err(why.text);
-    }
-    let model = Model {
-        context,
-        setup,
-        parameters: &parameters,
-        stream,
-    };
+    let model = Model::new(context, setup, &parameters, stream)?;
     // rough draws of a model that predicts so much less will do
     let is_far = |loo: &Loo| {
         let apart = beside.and_then(|beside| difference(loo, beside));
@@ -152,7 +155,25 @@ pub(super) struct Model<'a> {
     pub stream: &'a str,
 }
 
-impl Model<'_> {
+impl<'a> Model<'a> {
+    /// `Err` says why it cannot be sampled.
+    fn new(
+        context: ComparisonContext<'a>,
+        setup: SamplingSetup,
+        parameters: &'a ModelParameters,
+        stream: &'a str,
+    ) -> Result<Model<'a>, String> {
+        match why_not_sampled(context.runs, context.least_squares, parameters) {
+            Some(PosteriorRefusal(why)) => Err(why.text),
+            None => Ok(Model {
+                context,
+                setup,
+                parameters,
+                stream,
+            }),
+        }
+    }
+
     /// Draws of the model of these runs; a few rough ones where these `will_do`.
     fn draw(&self, runs: &Runs, stream: &str, will_do: impl Fn(&Sampled) -> bool) -> Result<Sampled, String> {
         let (scene, least_squares) = (self.context.scene, self.context.least_squares);

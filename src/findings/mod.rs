@@ -574,7 +574,6 @@ impl Findings {
         let context = questions::Context {
             comparison: self.comparison_context(scene, runs, watcher),
             own,
-            own_loo: found.own.as_ref(),
         };
         let (questions, checks) = questions::answer_questions(context)?;
         self.remarks.extend(checks);

@@ -4,19 +4,19 @@
 //! |---|---|
 //! | `question.rs` | a question, what answers it, and the answer in fields and words |
 //! | `effect.rs` | how far a trend moves what is quoted |
-//! | `trend_comparison.rs` | samples a model with and one without a trend on the same runs, and leaves each run out of both |
+//! | `trend_model.rs` | samples the scene's model with a trend |
 
 mod effect;
 mod question;
-mod trend_comparison;
+mod trend_model;
 
 use crate::error::Error;
 use crate::model::parameters::ParameterKind;
 use crate::remark::Remark;
-use trend_comparison::TrendComparison;
+use trend_model::TrendModel;
 
 pub use question::{Answer, Question, Trend, SMALL};
-pub use trend_comparison::Context;
+pub use trend_model::Context;
 
 /// The paper takes L as constant for film ratios below this one (text of its summary).
 pub const THIN: f64 = 0.10;
@@ -32,22 +32,22 @@ pub fn answer_questions(context: Context) -> Result<(Vec<Question>, Vec<Remark>)
 
 /// Whether one L holds for the runs with film ratios below a line, under the scene's own form.
 pub fn is_lubrication_constant(context: Context, below: f64) -> Result<Question, Error> {
-    let models = TrendComparison {
+    let model = TrendModel {
         context,
         runs: &context.comparison.runs.with_films_below(below),
         trend: ParameterKind::LubricationTrend,
         of: ParameterKind::LUBRICATION_LOG,
     };
-    models.answer("Is L the same at every film ratio below 0.10?", Some(below))
+    model.answer("Is L the same at every film ratio below 0.10?", Some(below))
 }
 
 /// Whether one C holds for all runs, under the scene's own form.
 pub fn is_prefactor_constant(context: Context) -> Result<Question, Error> {
-    let models = TrendComparison {
+    let model = TrendModel {
         context,
         runs: context.comparison.runs,
         trend: ParameterKind::InertialTrend,
         of: ParameterKind::INERTIAL_PREFACTOR,
     };
-    models.answer("Is C the same at every film ratio?", None)
+    model.answer("Is C the same at every film ratio?", None)
 }

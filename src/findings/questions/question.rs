@@ -3,9 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::findings::form_choice::{is_gain, GAIN};
-use crate::findings::remarks;
-use crate::inference::diagnostics::loo::Difference;
+use crate::findings::remarks::{self, CLEAR_TREND};
 use crate::physics::Coefficient;
 use crate::remark::Remark;
 use crate::rounding::with_se;
@@ -23,17 +21,13 @@ pub struct Question {
     pub runs: usize,
     /// film ratios that enough of them have; `None` where they were not counted
     pub film_ratios: Option<usize>,
-    /// by how much the trend predicts runs better, in log density summed over them
-    pub gain: Option<f64>,
-    /// standard error of the gain, run by run
-    pub gain_se: Option<f64>,
     /// the trend; `None` where nothing was sampled
     pub trend: Option<Trend>,
     /// what follows
     pub answer: Answer,
     /// the same in words
     pub text: String,
-    /// why it is open, where that is not for what a trend gains
+    /// why it is open, where that is not for what the trend is
     #[serde(skip)]
     pub why_open: Option<String>,
 }
@@ -142,33 +136,21 @@ impl Question {
             Answer::Rises => "rises",
             Answer::Falls => "falls",
         };
-        let gain = match (self.gain, self.gain_se) {
-            (Some(gain), Some(se)) => format!(", which gains {} in log density", with_se(gain, se)),
-            _ => String::new(),
-        };
-        format!("{symbol} {goes} with the film: {slope}{gain}")
+        format!("{symbol} {goes} with the film: {slope}")
     }
 }
 
 /// A trend is small that moves no e_inf and no St_c at the films of the runs by more than this share of it.
 pub const SMALL: f64 = 0.02;
 
-/// So many of its sds from zero a trend gains 4 in log density (z²/2 less 1 for its own parameter); chance takes 1 in 700 so
-/// far.
-const FAR: f64 = 3.2;
-
-/// A trend is there where its 95 % interval excludes zero and it gains as much in log density as another form of the law must
-/// ([`is_gain`]), or gains so much and lies [`FAR`] from zero, whatever the error of the gain, which a few runs may make. Then
-/// one value is not quoted.
+/// A trend is there that lies so far from zero as chance hardly takes it ([`CLEAR_TREND`]); then one value is not quoted.
 /// The parameter is constant where the whole interval is [`SMALL`].
 /// `reports/questions.md` has how often which answer is given.
-fn conclude(gain: Difference, trend: &Trend) -> Answer {
-    let [lo, hi] = trend.interval;
-    let is_far = gain.value > GAIN && trend.mean.abs() > FAR * trend.sd;
+fn conclude(trend: &Trend) -> Answer {
     // a trend that is there may be small, too: then one value can be quoted all the same
     if trend.largest_change.is_some_and(|change| change <= SMALL) {
         Answer::Constant
-    } else if !(is_gain(gain) || is_far) || (lo <= 0.0 && hi >= 0.0) {
+    } else if trend.sds_from_zero() <= CLEAR_TREND {
         Answer::Open
     } else if trend.mean > 0.0 {
         Answer::Rises
@@ -177,24 +159,27 @@ fn conclude(gain: Difference, trend: &Trend) -> Answer {
     }
 }
 
-/// The question answered by what a model with the trend gains in log density over one without, and by that trend; `doubt`
-/// says why nothing can be built on the two.
-pub(super) fn answer_question(question: Question, gain: Difference, trend: Trend, doubt: Option<String>) -> Question {
+/// The question answered by the trend; `doubt` says why nothing can be built on it.
+pub(super) fn answer_question(question: Question, trend: Trend, doubt: Option<String>) -> Question {
     let why_open = doubt.or_else(|| untold(&trend));
     let answer = if why_open.is_some() {
         Answer::Open
     } else {
-        conclude(gain, &trend)
+        conclude(&trend)
     };
     Question {
-        gain: Some(gain.value),
-        gain_se: gain.se,
         trend: Some(trend),
         answer,
         why_open,
         ..question
     }
     .worded()
+}
+
+impl Trend {
+    fn sds_from_zero(&self) -> f64 {
+        self.mean.abs() / self.sd
+    }
 }
 
 /// Why runs at nearly one film ratio tell no trend, however little it would move there.
@@ -207,9 +192,9 @@ fn untold(trend: &Trend) -> Option<String> {
 }
 
 /// Whether the runs leave a parameter the same at every film ratio: no number of a law that holds it constant may be quoted
-/// where they do not. `None` where nothing was compared.
+/// where they do not. `None` where nothing was sampled.
 pub(super) fn check_trend(question: &Question) -> Option<Remark> {
-    let check = remarks::FILM_TREND.check(question.gain?, question.text.as_str());
+    let check = remarks::FILM_TREND.check(question.trend.as_ref()?.sds_from_zero(), question.text.as_str());
     Some(Remark {
         passed: !matches!(question.answer, Answer::Rises | Answer::Falls),
         ..check
@@ -235,34 +220,24 @@ mod tests {
         }
     }
 
-    fn gain_of(value: f64) -> Difference {
-        Difference {
-            value,
-            se: Some(1.0),
-            mcse: 0.0,
-        }
-    }
-
     #[test]
-    fn an_answer_needs_an_interval_that_excludes_zero_or_moves_nothing() {
-        let of = |gain: f64, mean: f64, sd: f64| conclude(gain_of(gain), &trend(mean, sd));
-        assert_eq!(of(-1.0, 0.0, 0.1), Answer::Constant);
-        assert_eq!(of(90.0, 0.6, 0.04), Answer::Rises);
-        assert_eq!(of(90.0, -0.6, 0.04), Answer::Falls);
-        assert_eq!(of(4.5, 0.33, 0.1), Answer::Rises);
+    fn an_answer_needs_a_trend_far_from_zero_or_one_that_moves_nothing() {
+        let of = |mean: f64, sd: f64| conclude(&trend(mean, sd));
+        assert_eq!(of(0.0, 0.1), Answer::Constant);
+        assert_eq!(of(0.6, 0.04), Answer::Rises);
+        assert_eq!(of(-0.6, 0.04), Answer::Falls);
+        assert_eq!(of(0.33, 0.1), Answer::Rises);
         // there, and small
-        assert_eq!(of(5.0, 0.1, 0.04), Answer::Constant);
-        // it excludes zero, and does not predict clearly better
-        assert_eq!(of(3.9, 0.33, 0.1), Answer::Open);
-        // it predicts better, and includes zero
-        assert_eq!(of(4.5, 0.15, 0.1), Answer::Open);
+        assert_eq!(of(0.1, 0.04), Answer::Constant);
+        // its 95 % interval excludes zero, as chance makes in one table of twenty
+        assert_eq!(of(0.31, 0.1), Answer::Open);
         // the runs say nothing: the prior is what is left
-        assert_eq!(of(0.0, 0.0, 1.0), Answer::Open);
+        assert_eq!(of(0.0, 1.0), Answer::Open);
         let without = Trend {
             largest_change: None,
             ..trend(0.0, 0.01)
         };
-        assert_eq!(conclude(gain_of(0.0), &without), Answer::Open);
+        assert_eq!(conclude(&without), Answer::Open);
         // at nearly one film ratio whatever trend there is moves nothing, and is not told
         let near = Trend {
             largest_change: Some(0.01),

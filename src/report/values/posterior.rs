@@ -6,11 +6,11 @@ use super::super::draws::posterior::{stores_every_run, stores_runs};
 use super::super::quantities::{parameter_label, unit_in_brackets};
 use super::super::template::{serialized, spans_too_much, with, UNTOLD};
 use super::super::{figures, ReportInput};
-use crate::findings::form_choice::{GAIN, GAIN_IN_SE};
 use crate::findings::posterior::{
     Posterior, PosteriorRefusal, PriorSummary, QuantitySummary, SeriesOffset, CHECKED_RUNS,
 };
 use crate::findings::questions::SMALL;
+use crate::findings::remarks::CLEAR_TREND;
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::sampling::MOST_TIMES;
 use crate::model::parameters::ParameterKind;
@@ -71,8 +71,7 @@ pub(super) fn values(input: ReportInput) -> Value {
         viscous_forms => viscous.collect::<Vec<_>>(),
         khat_line => own_form.map(|model| khat_threshold(model.draws)),
         open_questions => open.collect::<Vec<_>>(),
-        gain => GAIN,
-        gain_in_se => GAIN_IN_SE,
+        clear_trend => CLEAR_TREND,
         small => 100.0 * SMALL,
         answers => context! {
             one_serves => "yes",

@@ -1,15 +1,11 @@
-//! Samples a model with and without a trend on the same runs, and leaves each run out of both.
+//! Samples the model with a trend beside the scene's own, and hears whether the trend is there.
 
 use super::effect::TrendOverFilms;
 use super::question::{answer_question, Question, Trend};
 use crate::error::Error;
 use crate::findings::compare::model_name;
-use crate::findings::left_out::{
-    affordable_draws, draw_and_leave_out, largest_rhat, leave_out, why_none_beside, ComparisonContext, LeftOutModel,
-};
-use crate::findings::posterior::{Posterior, SamplingSetup};
-use crate::inference::diagnostics::loo::{trusted_difference, Difference, Loo};
-use crate::inference::diagnostics::pareto::khat_threshold;
+use crate::findings::left_out::{draw_beside, largest_rhat, why_none_beside, ComparisonContext};
+use crate::findings::posterior::Posterior;
 use crate::inference::mixing::summary_of;
 use crate::inference::sampling::Sampled;
 use crate::model::parameters::{ModelParameters, ParameterKind};
@@ -28,21 +24,18 @@ pub struct Context<'a> {
     pub comparison: ComparisonContext<'a>,
     /// the scene's own model, sampled on every run
     pub own: &'a Posterior,
-    /// leave-one-out of it; `None` where it has yet to be computed
-    pub own_loo: Option<&'a Loo>,
 }
 
-/// Two models of the same runs, one with a trend.
-pub(super) struct TrendComparison<'a> {
+/// The scene's model of some runs with a trend.
+pub(super) struct TrendModel<'a> {
     pub context: Context<'a>,
-    /// the runs of both
     pub runs: &'a Runs,
     pub trend: ParameterKind,
     /// what has the trend
     pub of: ParameterKind,
 }
 
-impl TrendComparison<'_> {
+impl TrendModel<'_> {
     /// The question, of runs with film ratios below a line or of all, with its answer; it stays open, with the reason, where
     /// the runs or the form allow none.
     pub fn answer(&self, question: &'static str, film_ratio_below: Option<f64>) -> Result<Question, Error> {
@@ -86,60 +79,26 @@ impl TrendComparison<'_> {
             return Ok(question.open(&why));
         }
         Ok(match self.sampled(parameters) {
-            Ok((gain, trend, doubt)) => answer_question(question, gain, trend, doubt),
+            Ok((trend, doubt)) => answer_question(question, trend, doubt),
             Err(why) => question.open(&why),
         })
     }
 
-    /// What the model with the trend gains, the trend, and why neither can be built on, from both models sampled and every run
-    /// left out of them; `Err` says why that cannot be done.
-    fn sampled(&self, parameters: ModelParameters) -> Result<(Difference, Trend, Option<String>), String> {
-        let Context { own, own_loo, .. } = self.context;
-        let setup = own.setup;
-        // where no run was left out, the scene's own draws are of these
-        let plain = (self.runs.len() == self.context.comparison.runs.len()).then_some(&own.sampled);
-        let drawn;
-        let (plain, usual) = match plain {
-            Some(plain) => {
-                let used = affordable_draws(self.runs, plain.draws()).ok_or("too many runs to leave each out")?;
-                let loo = match own_loo {
-                    Some(known) => known.clone(),
-                    None => leave_out(self.comparison(), setup, plain, used)?,
-                };
-                (plain, loo)
-            }
-            None => {
-                drawn = self.draw(setup, parameters.clone(), "plain")?;
-                (&drawn.sampled, drawn.loo.clone())
-            }
-        };
-        let with = parameters.with_trend(self.trend);
-        let bent = self.draw(setup, with, "trend")?;
-        // a run that weighs too much makes its model look better than it is
-        let gain = trusted_difference(&bent.loo, &usual, khat_threshold(bent.used));
-        let gain = gain.ok_or("the models differ in their runs")?;
-        let trend = self.trend(&bent.sampled).ok_or("the trend has no draws")?;
-        let name = model_name(setup.form);
-        let with_trend = format!("{name}+{}", self.trend.key());
-        let doubt = [(name, plain), (with_trend, &bent.sampled)]
-            .into_iter()
-            .find_map(|(name, sampled)| {
-                let rhat = largest_rhat(sampled).filter(|rhat| *rhat > RHAT)?;
-                Some(format!("the chains of {name} do not agree (R-hat {rhat:.2})"))
-            });
-        Ok((gain, trend, doubt))
-    }
-
-    fn draw(&self, setup: SamplingSetup, parameters: ModelParameters, which: &str) -> Result<LeftOutModel, String> {
-        let stream = format!("question {} {which}", self.of.key());
-        draw_and_leave_out(self.comparison(), setup, parameters, &stream, None)
-    }
-
-    fn comparison(&self) -> ComparisonContext<'_> {
-        ComparisonContext {
+    /// The trend, and why nothing can be built on it; `Err` says why none is sampled.
+    fn sampled(&self, parameters: ModelParameters) -> Result<(Trend, Option<String>), String> {
+        let setup = self.context.own.setup;
+        let context = ComparisonContext {
             runs: self.runs,
             ..self.context.comparison
-        }
+        };
+        let stream = format!("question {} trend", self.of.key());
+        let bent = draw_beside(context, setup, parameters.with_trend(self.trend), &stream)?;
+        let trend = self.trend(&bent).ok_or("the trend has no draws")?;
+        let doubt = largest_rhat(&bent).filter(|rhat| *rhat > RHAT).map(|rhat| {
+            let name = format!("{}+{}", model_name(setup.form), self.trend.key());
+            format!("the chains of {name} do not agree (R-hat {rhat:.2})")
+        });
+        Ok((trend, doubt))
     }
 
     fn trend(&self, sampled: &Sampled) -> Option<Trend> {
