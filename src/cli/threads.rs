@@ -1,14 +1,11 @@
 //! Starts the threads of every pool, or fewer where the system gives no more.
 //!
-//! A pool that cannot start all of its threads panics, and that of the table reader is not ours to build. So the threads
-//! are started first, as many as all pools together will want, and then counted: those of our own pool go to it, the
-//! others end and leave their places to who comes later.
+//! A pool that cannot start all of its threads panics, and that of the table reader is not ours to build. So it is tried
+//! first how many the system gives.
 
 use std::io;
-use std::sync::mpsc::{channel, Sender};
-use std::thread::JoinHandle;
+use std::sync::RwLock;
 
-use rayon::ThreadBuilder;
 use wetcor::error::Error;
 
 use super::messages::warn;
@@ -20,22 +17,20 @@ const MOST: usize = 64;
 /// Threads besides those of the pools: the one that hears signals, and the one that shows that work is under way.
 const BESIDE: usize = 2;
 
-/// A thread that waits for what it is to do.
-struct Idle {
-    work: Sender<ThreadBuilder>,
-    thread: JoinHandle<()>,
-}
-
-impl Idle {
-    fn new() -> io::Result<Idle> {
-        let (work, wait) = channel::<ThreadBuilder>();
-        let thread = std::thread::Builder::new().spawn(move || {
-            if let Ok(work) = wait.recv() {
-                work.run();
+/// How many of so many threads the system gives at once, and why not more.
+fn given(most: usize) -> (usize, Option<io::Error>) {
+    let gate = RwLock::new(());
+    std::thread::scope(|scope| {
+        // all of them last until it opens
+        let _closed = gate.write();
+        for started in 0..most {
+            let waiting = std::thread::Builder::new().spawn_scoped(scope, || drop(gate.read()));
+            if let Err(error) = waiting {
+                return (started, Some(error));
             }
-        })?;
-        Ok(Idle { work, thread })
-    }
+        }
+        (most, None)
+    })
 }
 
 /// Address space that a fit of the example, 2,000 runs, takes with up to eight threads, bytes: in 512 MB one of six was ended
@@ -81,34 +76,14 @@ pub(super) fn start(requested: Option<u16>, quiet: bool) -> Result<(), Error> {
             "{wanted} in place of {requested} threads: this machine runs {machine} at once, more would only wait"
         ));
     }
-    // as many as the system gives, and why not more
-    let mut refused = None;
-    let started = (0..2 * wanted + BESIDE).map_while(|_| Idle::new().map_err(|error| refused = Some(error)).ok());
-    let mut idle: Vec<Idle> = started.collect();
-    let each = idle.len().saturating_sub(BESIDE) / 2;
+    let (started, refused) = given(2 * wanted + BESIDE);
+    let each = started.saturating_sub(BESIDE) / 2;
     let reason = refused.map(|error| error.to_string()).unwrap_or_default();
     if each == 0 {
         let least = 2 + BESIDE;
         return Err(Error::Usage(format!(
             "cannot start the {least} threads that the least work takes: {reason}"
         )));
-    }
-    std::env::set_var("POLARS_MAX_THREADS", each.to_string());
-    let others = idle.split_off(each);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(each);
-    let mut ready = idle.into_iter();
-    let pool = pool.spawn_handler(|thread| match ready.next() {
-        Some(idle) => idle
-            .work
-            .send(thread)
-            .map_err(|gone| io::Error::other(gone.to_string())),
-        None => Err(io::Error::other("more threads than were started")),
-    });
-    pool.build_global().map_err(Error::internal("start the threads"))?;
-    for Idle { work, thread } in others {
-        drop(work);
-        // one that ended in a panic, which none does, has ended, too
-        let _ = thread.join();
     }
     if each < wanted {
         notice(format!(
@@ -117,5 +92,7 @@ pub(super) fn start(requested: Option<u16>, quiet: bool) -> Result<(), Error> {
         // the system counts a thread a moment longer than it lasts
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
-    Ok(())
+    std::env::set_var("POLARS_MAX_THREADS", each.to_string());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(each);
+    pool.build_global().map_err(Error::internal("start the threads"))
 }

@@ -177,8 +177,17 @@ pub(super) fn answer_question(question: Question, trend: Trend, doubt: Option<St
 }
 
 impl Trend {
+    /// How far it lies from zero, in sds of the side that faces zero: a trend of C is skewed.
     fn sds_from_zero(&self) -> f64 {
-        self.mean.abs() / self.sd
+        /// half width of a normal 95 % interval in sds
+        const HALF: f64 = 1.96;
+        let [lo, hi] = self.interval;
+        let facing = if self.mean > 0.0 {
+            self.mean - lo
+        } else {
+            hi - self.mean
+        };
+        HALF * self.mean.abs() / facing
     }
 }
 
