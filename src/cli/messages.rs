@@ -89,6 +89,15 @@ pub(super) fn usage(mut error: clap::Error) -> String {
             error.remove(ContextKind::Suggested);
         }
     }
+    // a word that only shares some letters with another is no slip of the fingers
+    let first = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => text.chars().next(),
+        Some(ContextValue::Strings(texts)) => texts.first().and_then(|text| text.chars().next()),
+        _ => None,
+    };
+    if first(ContextKind::SuggestedSubcommand) != first(ContextKind::InvalidSubcommand) {
+        error.remove(ContextKind::SuggestedSubcommand);
+    }
     let text = error.render().to_string();
     text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned()
 }

@@ -11,12 +11,12 @@ pub(super) enum Label {
 }
 
 const MEANS: &str =
-    "mean average avg ave mw ø moy medel 平均 среднее средн mittelwert mittel durchschnitt moyenne media \
+    "mean average avg ave aver mw ø moy medel 平均 среднее средн mittelwert mittel durchschnitt moyenne media schnitt \
      promedio gemiddelde média";
 
 const OTHERS: &str =
     "total totals sum subtotal std stdev stddev sd rms σ cv var variance varianz min max stdabw summe gesamt \
-     standardabweichung stabw écart ecart somme suma totale desviación median";
+     standardabweichung stabw écart ecart somme suma totale desviación median médiane mediane mediana";
 
 /// What may follow such a word, besides numbers and single letters, without making a remark of it.
 const AFTER: &str =
