@@ -135,6 +135,21 @@ fn a_barely_rebounding_run_is_not_taken_at_its_word() {
     assert!(posterior.parameters.iter().all(|own| own.name != "sigma_energy"));
 }
 
+/// Runs that stuck may not have been logged, or noise may fall by another length above than below: the same holds.
+#[test]
+fn no_sticking_and_no_noise_takes_a_barely_rebounding_run_at_its_word() {
+    let rows = table("a_barely_rebounding_run", &SPEEDS);
+    let rows = format!("{rows}{}", line(true, 0.1, 1.02 * speed_of(true, 0.1, 0.03), 0.03));
+    let of = |key: &str| fit_with(&scene_text().replace("[model]", &format!("[model]\n{key}")), &rows);
+    let truncated = of("sticking = \"truncated\"");
+    told(&truncated, "slow_rebounds").expect("told");
+    assert!(z(&truncated).abs() < 3.0, "{}", z(&truncated));
+    let two_slopes = of("likelihood = \"asymmetric_laplace\"");
+    let check = two_slopes.check("slow_rebounds");
+    assert!(!check.passed && check.gates(), "{check:?}");
+    check.text.says("without them");
+}
+
 /// The same of more runs than a posterior with such noise is sampled of unasked; and a scene that names the noise is believed.
 #[test]
 fn many_runs_carry_barely_rebounding_ones_no_better() {
