@@ -85,7 +85,8 @@ pub struct MainNumber {
     /// its value: the mean of a posterior, the estimate of a fit
     pub value: Option<f64>,
     /// its uncertainty: the sd of a posterior, the standard error of a fit; of a fit with fewer than ten degrees of freedom
-    /// the half-width of Student's interval over the normal quantile, so that ± and interval agree
+    /// the half-width of Student's interval over the normal quantile, of a bootstrap's interval its own, so that ± and interval
+    /// agree
     pub se: Option<f64>,
     /// its central interval
     pub interval: Option<[f64; 2]>,
@@ -229,16 +230,18 @@ impl MainNumber {
     }
 }
 
-/// The standard error of an estimate, widened to agree with Student's interval where that rests on few degrees of freedom.
+/// The standard error of an estimate, made to agree with its interval where that is a bootstrap's, or Student's on few degrees of
+/// freedom.
 fn se_of_interval(estimate: &Estimate) -> Option<f64> {
     let (value, se) = estimate.pair()?;
+    let probability = 0.5 + 0.5 * estimate.level;
+    let normal = normal_quantile(probability);
     let half = match (estimate.interval, estimate.method) {
         (Some([lo, hi]), "delta") => 0.5 * (hi - lo),
         (Some([lo, hi]), "delta_log") => 0.5 * value * (hi / lo).ln(),
-        _ => return Some(se),
+        (Some([lo, hi]), _) => return Some(0.5 * (hi - lo) / normal),
+        (None, _) => return Some(se),
     };
-    let probability = 0.5 + 0.5 * estimate.level;
-    let normal = normal_quantile(probability);
     let few = student_t_quantile(probability, FEWEST_DEGREES as f64)?;
     // at the very number of degrees that is enough, rounding decides nothing
     const ROUNDING: f64 = 1e-6;
