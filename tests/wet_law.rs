@@ -44,6 +44,8 @@ struct Impact {
     liquid: usize,
     /// share of the wet rows that stand above it
     place: f64,
+    /// D, m
+    diameter: f64,
 }
 
 impl Impact {
@@ -97,6 +99,12 @@ fn one_liquid_loses_more(impact: Impact) -> f64 {
 /// The liquids warm while runs are recorded, and lose three tenths of their viscosity.
 fn viscosity_drifts(impact: Impact) -> f64 {
     mean_restitution(impact.kept(2.0, L * (1.0 - 0.3 * impact.place)))
+}
+
+/// The smaller spheres lose a fifth more than L of the larger ones says.
+fn smaller_spheres_lose_more(impact: Impact) -> f64 {
+    let l = if impact.diameter < 4e-3 { 1.2 * L } else { L };
+    mean_restitution(impact.kept(2.0, l))
 }
 
 /// The films of M50 are half as thick as they are recorded.
@@ -279,6 +287,13 @@ fn wrong_designs() -> Vec<Design> {
         USUAL.but("the same drift, 120 wet runs", |own| {
             (own.law, own.runs) = (viscosity_drifts, [120, 24]);
         }),
+        USUAL.but(
+            "L of spheres of 3.175 mm a fifth above that of 4.762 mm, 40 wet runs",
+            |own| own.law = smaller_spheres_lose_more,
+        ),
+        USUAL.but("the same spheres, 120 wet runs", |own| {
+            (own.law, own.runs) = (smaller_spheres_lose_more, [120, 24]);
+        }),
         USUAL.but("films of M50 recorded twice as thick, 40 wet runs", |own| {
             own.law = films_of_one_liquid_are_thin
         }),
@@ -348,6 +363,7 @@ impl Design {
                 speed: true_speed,
                 liquid,
                 place: place as f64 / self.runs[0] as f64,
+                diameter,
             };
             let mut mean = (self.law)(impact);
             if self.scatter == Scatter::Offsets {
@@ -610,7 +626,7 @@ The check `wet_law_holds` looks inside each particle, liquid and film ratio, whe
 there a term in (1/St)² or in v^(1/5) that all groups share, a term in 1/St that one group has for itself, one of \
 either kind that all groups of one liquid share, one in 1/St that those of one particle share, or one in v^(1/5) at one film \
 ratio? Without energies of the groups it asks whether one liquid or one particle has a term in 1/St or in the film ratio for \
-itself, and whether either term drifts from the first row of the table to the last, unless the rows stand in the order of their \
+itself, or one diameter a term in 1/St, and whether either term drifts from the first row of the table to the last, unless the rows stand in the order of their \
 restitutions. It refuses \
 where chance explains the strongest of these with p < 0.001 (F test, p times the number of terms tried) and a parameter moves by \
 more than half of its standard error, or with p < 0.01 and one moves by more than two. Outliers and rebounds expected within \

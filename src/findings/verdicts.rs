@@ -173,6 +173,10 @@ fn after_wet_law(against: WetAlternative) -> &'static str {
             "check the densities, the diameters and the films of all particles, since the runs do not say which of two is off; where they are \
              right, fit the particles apart: leave the rows of one out by a reason in the column exclude, and compare their L"
         }
+        WetAlternative::SlopeOfOneDiameter => {
+            "check the diameters and films of all spheres; where they are right, fit the diameters apart: leave the rows of one \
+             out by a reason in the column exclude, and compare their L"
+        }
         WetAlternative::SlopeOfOneGroup | WetAlternative::FallOfOneFilm => {
             "check the films and speeds of these runs, or leave them out ([data] min_film_um, max_film_ratio, a column exclude)"
         }

@@ -6,7 +6,7 @@
 //! alone, which is a viscous loss of its own; either with one for the groups of one liquid; 1/St with one for the groups of
 //! one particle, where a density is wrong; and v^(1/5) with one for the runs of one film ratio, whatever the liquid and the
 //! sphere. Without energies of the groups, where no series has an offset, more is asked: the viscous loss of a liquid and of
-//! a particle once again, a loss that goes with the film in either, and both losses times the place of the run in its table,
+//! a particle once again, that of a diameter, a loss that goes with the film in either, and both losses times the place of the run in its table,
 //! since a liquid may warm and a film dry while runs are recorded. The smallest p is multiplied by the number of columns
 //! (Bonferroni).
 //!
@@ -48,6 +48,8 @@ pub enum WetAlternative {
     SlopeOfOneParticle,
     /// all runs of one film ratio with one term in v^(1/5) of their own
     FallOfOneFilm,
+    /// all runs of one diameter with one term in 1/St of their own
+    SlopeOfOneDiameter,
     /// all groups of one liquid with one term in the film ratio of their own
     FilmLossOfOneLiquid,
     /// all groups of one particle with one term in the film ratio of their own
@@ -69,6 +71,7 @@ impl WetAlternative {
             WetAlternative::FallOfOneLiquid => "a slope of e² in v in one liquid",
             WetAlternative::SlopeOfOneParticle => "a viscous loss of its own of one particle",
             WetAlternative::FallOfOneFilm => "a slope of e² in v at one film ratio",
+            WetAlternative::SlopeOfOneDiameter => "a viscous loss of its own of one diameter",
             WetAlternative::FilmLossOfOneLiquid => "a loss with the film of its own in one liquid",
             WetAlternative::FilmLossOfOneParticle => "a loss with the film of its own of one particle",
             WetAlternative::DriftOfViscousLoss => "a viscous loss that drifts from the first row to the last",
@@ -114,6 +117,8 @@ struct WetRow {
     liquid: usize,
     /// index into the scene's particles
     particle: usize,
+    /// D in whole µm
+    diameter: usize,
     film_ratio: f64,
     /// which of the film ratios of all runs, the thinnest first
     film: usize,
@@ -144,7 +149,7 @@ struct ColumnOfSome {
 }
 
 #[rustfmt::skip]
-const OF_SOME: [ColumnOfSome; 8] = {
+const OF_SOME: [ColumnOfSome; 9] = {
     use WetAlternative::*;
     let (of_liquid, of_particle): (fn(&WetRow) -> usize, fn(&WetRow) -> usize) = (|row| row.liquid, |row| row.particle);
     let (viscous, fall): (fn(&WetRow) -> f64, fn(&WetRow) -> f64) = (|row| row.inverse_stokes, |row| row.speed_root);
@@ -155,6 +160,7 @@ const OF_SOME: [ColumnOfSome; 8] = {
         ColumnOfSome { against: FallOfOneLiquid, of: of_liquid, column: fall, inside_groups: true },
         ColumnOfSome { against: SlopeOfOneParticle, of: of_particle, column: viscous, inside_groups: true },
         ColumnOfSome { against: SlopeOfOneParticle, of: of_particle, column: viscous, inside_groups: false },
+        ColumnOfSome { against: SlopeOfOneDiameter, of: |row| row.diameter, column: viscous, inside_groups: false },
         ColumnOfSome { against: FallOfOneFilm, of: |row| row.film, column: fall, inside_groups: true },
         ColumnOfSome { against: FilmLossOfOneLiquid, of: of_liquid, column: film, inside_groups: false },
         ColumnOfSome { against: FilmLossOfOneParticle, of: of_particle, column: film, inside_groups: false },
@@ -274,6 +280,7 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Vec<WetR
             },
             liquid,
             particle: rows.runs.spheres[rows.groups[group].sphere].particle,
+            diameter: (1e6 * rows.parts[own.part].diameter).round() as usize,
             film_ratio: rows.runs.impacts.film_ratio[run],
             film: 0,
             place: f64::from(rows.runs.row[run]) / last_row,
@@ -462,8 +469,10 @@ impl FittedLaw {
         wet: &'g [WetRow],
         column: impl Fn(&WetRow) -> f64,
     ) -> Option<Departure<'g>> {
-        /// a column with less than this share of its square beside the law is not told from it
+        /// a column with less than this share of its square beside the law is not told from it: the place of a run goes with
+        /// its speed where rows are sorted by that
         const NEW: f64 = 1e-6;
+        const NEW_OF_PLACE: f64 = 0.05;
         let groups = wet.chunk_by(|a, b| a.group == b.group);
         let of_energy = |row: &WetRow| row.of_energy * column(row);
         let mut column: Vec<f64> = if self.inside_groups {
@@ -479,7 +488,11 @@ impl FittedLaw {
         }
         let taken = &self.within.inverse.matrix * &pull;
         let own = square(&column) - pull.dot(&taken);
-        if own.is_nan() || own <= NEW * square(&column) {
+        let least = match against {
+            WetAlternative::DriftOfViscousLoss | WetAlternative::DriftOfFilmLoss => NEW_OF_PLACE,
+            _ => NEW,
+        };
+        if own.is_nan() || own <= least * square(&column) {
             return None;
         }
         let factor = product / own;
