@@ -6,11 +6,10 @@ use super::form_choice::{is_gain, ChosenBy};
 use super::identify::Unidentified;
 use super::main_numbers::MainNumber;
 use super::questions::Question;
-use super::remarks;
+use super::remarks::{self, Kind};
 use crate::inference::diagnostics::loo::Difference;
 use crate::physics::inertia::Inertia;
 use crate::physics::{Coefficient, Quantity};
-use crate::remark::Remark;
 use crate::rounding::{short, significant, to_digits, with_se};
 use crate::runs::Runs;
 use crate::scene::{Scene, Sticking, NOISE};
@@ -131,8 +130,8 @@ fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
         return Some(format!("{of_all}; these numbers rest on those that rebounded."));
     };
     let in_doubt = &posterior.predictive.stuck;
-    let is_failed = |check: &Remark| remarks::PREDICTIVE_STUCK.is(check) && !check.passed;
-    let failed = findings.remarks.iter().any(is_failed);
+    let fails = |kind: &Kind| findings.remarks.iter().any(|check| kind.is(check) && !check.passed);
+    let failed = fails(&remarks::PREDICTIVE_STUCK);
     let Some(worst) = in_doubt.iter().min_by(|a, b| a.p.total_cmp(&b.p)) else {
         return Some(format!("{of_all}, all of them where the law leaves no doubt."));
     };
@@ -149,8 +148,13 @@ fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
             worst.expected
         )
     } else {
+        // one of them may be no stuck run
+        let how = match fails(&remarks::UNSEEN_REBOUNDS) {
+            true => "which the law allows, though one of them is in doubt (see the checks)",
+            false => "as the law expects",
+        };
         format!(
-            "{of_all}, as the law expects: in the {} series near the threshold {observed} stuck, and {expected:.1} were \
+            "{of_all}, {how}: in the {} series near the threshold {observed} stuck, and {expected:.1} were \
              expected.",
             in_doubt.len()
         )

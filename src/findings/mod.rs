@@ -228,7 +228,9 @@ pub fn fit_least_squares_watched(
     findings.remarks.extend(of_results);
     // a wrong unit explains what else fails
     let of_input = plausible::check_input(scene, runs).into_iter();
-    let rows = repeats::check_rows(runs);
+    let dry = findings.dry.iter().filter_map(|own| own.residual_sd);
+    let balance = findings.energy_balance.iter().filter_map(|own| own.residual_sd);
+    let rows = repeats::check_rows(runs, dry.chain(balance).reduce(f64::min));
     let of_table = of_input
         .chain(columns_agree::check_columns(&table.compared, &runs.places))
         .chain(rows);
@@ -376,6 +378,8 @@ impl Findings {
         carried.extend(single_run::carried_laws(setup, &self.main, &self.scaling));
         self.remarks.extend(single_run::unseen_rebounds(scene, runs, &carried));
         self.remarks.extend(single_run::single_run_notice(scene, runs, carried));
+        self.main.verdict = main_numbers::judge(&self.remarks);
+        self.main.learnt = learnt::what_was_learnt(scene, runs, self);
         Ok(Some(posterior))
     }
 
@@ -540,14 +544,18 @@ impl Findings {
     }
 
     /// Says what to see to first where several checks fail that one cause may explain: a law that does not hold lets series lie
-    /// apart and feigns trends, and series that lie apart feign trends, too.
+    /// apart and feigns trends, and series that lie apart feign trends, too. Where another law or form is known to describe the
+    /// runs better, that is the first.
     fn order_advice(&mut self) {
         let fails = |kind: &Kind| self.remarks.iter().any(|remark| kind.is(remark) && remark.forbids());
         let apart = fails(&remarks::INDEPENDENT_RUNS);
         let law = [remarks::WET_LAW_HOLDS, remarks::LINEAR_LAW].iter().any(fails);
+        let (line, form) = (fails(&remarks::LINEAR_LAW), fails(&remarks::BETTER_FORM));
         for remark in self.remarks.iter_mut().filter(|remark| !remark.passed) {
             let is_trend = remarks::FILM_TREND.is(remark);
-            if law && (is_trend || remarks::INDEPENDENT_RUNS.is(remark)) {
+            if remarks::WET_LAW_HOLDS.is(remark) && (line || form) {
+                remark.next_step = if line { remarks::LINE_FIRST } else { remarks::FORM_FIRST }.to_owned();
+            } else if law && (is_trend || remarks::INDEPENDENT_RUNS.is(remark)) {
                 remark.next_step = remarks::LAW_FIRST.to_owned();
             } else if apart && is_trend {
                 remark.next_step = remarks::TREND_BESIDE_OFFSETS.to_owned();

@@ -313,6 +313,10 @@ pub const LINEAR_LAW: Kind = forbids(
      those of the square root and say nothing here",
 );
 
+/// What to do about a wet law that does not hold where the linear law, or another form, is known to be nearer to the runs.
+pub(super) const LINE_FIRST: &str = "see what is said of the linear law";
+pub(super) const FORM_FIRST: &str = "take the form that predicts better first: this may come of it";
+
 /// What to do where the linear law serves better than the square root and does not hold either.
 pub const NEITHER_LAW: &str =
     "quote no e_inf, St_c, L or C: check how films and speeds were measured, or leave out those at which no law holds ([data] \

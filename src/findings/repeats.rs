@@ -15,13 +15,14 @@ use crate::runs::{RowPlaces, Runs};
 /// Rebounds of the largest table that is looked at, each pair of them: a laboratory has no larger one.
 const MOST: usize = 10_000;
 
-/// The checks of a table's rows, and what of them is only named.
-pub(super) fn check_rows(runs: &Runs) -> Vec<Remark> {
+/// The checks of a table's rows, and what of them is only named. `residual_sd` is how the runs scatter about the laws fitted to
+/// them, where any is.
+pub(super) fn check_rows(runs: &Runs, residual_sd: Option<f64>) -> Vec<Remark> {
     // few that stand for all are no rows
     if !runs.count.is_empty() || runs.len() > MOST {
         return vec![];
     }
-    let rebounds = rebounds(runs);
+    let rebounds = rebounds(runs, residual_sd);
     let found = [
         question_repeats(&rebounds, &runs.places),
         question_filled_down(&rebounds, &runs.places),

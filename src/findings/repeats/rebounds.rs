@@ -31,10 +31,13 @@ pub(super) struct Rebound {
 }
 
 /// The rebounds of a table that are rows by themselves, in its order.
-pub(super) fn rebounds(runs: &Runs) -> Vec<Rebound> {
+pub(super) fn rebounds(runs: &Runs, residual_sd: Option<f64>) -> Vec<Rebound> {
     let mut rebounds = rows_alone(runs);
     set_steps(&mut rebounds);
-    set_scatter(&mut rebounds);
+    set_scatter(
+        &mut rebounds,
+        residual_sd.map_or(LEAST_SCATTER, |sd| sd.max(LEAST_SCATTER)),
+    );
     compare_speeds(&mut rebounds);
     rebounds
 }
@@ -194,11 +197,11 @@ const SAME_SETTING: f64 = 0.03;
 /// Share of the pairs of runs at one speed that may differ in restitution where all others are copies.
 const FEW_APART: f64 = 0.1;
 
-/// What no experiment scatters less than; only where the rows cannot tell.
+/// What no experiment scatters less than; only where neither the rows nor the laws fitted to them can tell.
 const LEAST_SCATTER: f64 = 0.002;
 
-/// The sd of single runs by their differences; `None` of few.
-fn scatter_of<'d>(differences: impl Iterator<Item = &'d Difference>) -> Option<f64> {
+/// The sd of single runs by their differences, `otherwise` where those that are no copies are few; `None` of few.
+fn scatter_of<'d>(differences: impl Iterator<Item = &'d Difference>, otherwise: f64) -> Option<f64> {
     /// pairs that tell a scatter
     const ENOUGH: usize = 20;
     /// mean square of a normal without the largest tenth of its squares
@@ -215,13 +218,13 @@ fn scatter_of<'d>(differences: impl Iterator<Item = &'d Difference>) -> Option<f
     let quarter = apart
         .get(apart.len() / 4)
         .map_or(f64::MAX, |one| one.square / OF_QUARTER);
-    let least = if apart.len() < ENOUGH { LEAST_SCATTER } else { 0.0 };
+    let least = if apart.len() < ENOUGH { otherwise } else { 0.0 };
     (rest.len() >= ENOUGH).then_some((0.5 * quarter.min(mean / OF_REST)).sqrt().max(least))
 }
 
 /// Sets by how much restitutions scatter at the setting of each rebound: as those near its speed do, or those of its group,
 /// whichever is less.
-fn set_scatter(rebounds: &mut [Rebound]) {
+fn set_scatter(rebounds: &mut [Rebound], otherwise: f64) {
     /// speeds of one setting, as a share
     const CLOSE: f64 = 0.02;
     /// places in the order of speeds to another of a pair: more than one, since a copy stands beside its original
@@ -247,17 +250,17 @@ fn set_scatter(rebounds: &mut [Rebound]) {
     let differences: Vec<Vec<Difference>> = (0..sorted.len()).map(differences).collect();
     let of_all = [false, true].map(|wet| {
         let own = (0..sorted.len()).filter(|at| rebounds[sorted[*at]].wet == wet);
-        scatter_of(own.flat_map(|at| &differences[at])).unwrap_or(LEAST_SCATTER)
+        scatter_of(own.flat_map(|at| &differences[at]), otherwise).unwrap_or(otherwise)
     });
     let mut scatter = vec![0.0; sorted.len()];
     let mut start = 0;
     for group in sorted.chunk_by(|a, b| rebounds[*a].group == rebounds[*b].group) {
         let end = start + group.len();
-        let of_group =
-            scatter_of(differences[start..end].iter().flatten()).unwrap_or(of_all[usize::from(rebounds[group[0]].wet)]);
+        let of_group = scatter_of(differences[start..end].iter().flatten(), otherwise)
+            .unwrap_or(of_all[usize::from(rebounds[group[0]].wet)]);
         for at in start..end {
             let near = at.saturating_sub(NEAR).max(start)..(at + NEAR).min(end);
-            let near = scatter_of(differences[near].iter().flatten());
+            let near = scatter_of(differences[near].iter().flatten(), otherwise);
             scatter[sorted[at]] = near.map_or(of_group, |near| near.min(of_group));
         }
         start = end;

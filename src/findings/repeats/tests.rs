@@ -62,7 +62,7 @@ fn table(kind: Kind, set: u64) -> Vec<NewRun<'static>> {
 }
 
 fn codes(rows: &[NewRun]) -> Vec<&'static str> {
-    let found = check_rows(&arrange(&scene(), rows));
+    let found = check_rows(&arrange(&scene(), rows), None);
     let forbidding = found.iter().filter(|remark| remark.forbids());
     forbidding.map(|remark| remark.code).collect()
 }
@@ -106,6 +106,30 @@ fn runs_that_agree_by_rounding_are_let_be() {
         found.iter().sum::<usize>() <= 30 && found.iter().all(|alarms| *alarms <= 3),
         "{found:?}"
     );
+}
+
+/// Where each speed was set once, a copy is all that the rows at it tell of their scatter: the laws tell it.
+#[test]
+fn copies_in_another_order_at_set_speeds_are_found() {
+    let kind = Kind {
+        step: 1e-4,
+        sd: 0.015,
+        repeats: 1,
+        speeds: 0.0,
+    };
+    let is_found = |rows: &[NewRun], residual_sd: f64| {
+        let found = check_rows(&arrange(&scene(), rows), Some(residual_sd));
+        found
+            .iter()
+            .any(|remark| remark.code == "repeated_rows" && remark.forbids())
+    };
+    for set in 0..20 {
+        let rows = table(kind, 90_000 + set);
+        let again: Vec<NewRun> = rows.iter().chain(rows[..12].iter().rev()).copied().collect();
+        assert!(is_found(&again, kind.sd) && !is_found(&rows, kind.sd), "{set}");
+        // the planted fault: so little scatter that as many agree by rounding
+        assert!(!is_found(&again, 1e-4), "{set}");
+    }
 }
 
 #[test]
@@ -440,7 +464,7 @@ fn a_block_is_named_by_its_rows() {
         speeds: 0.01,
     };
     let rows = table(kind, 1);
-    let found = check_rows(&arrange(&scene(), &[&rows[..], &rows[3..12]].concat()));
+    let found = check_rows(&arrange(&scene(), &[&rows[..], &rows[3..12]].concat()), None);
     let texts: Vec<&str> = found.iter().map(|check| check.text.as_str()).collect();
     assert!(
         texts.len() == 1 && texts[0].contains("rows 46 to 54 repeat rows 4 to 12"),
@@ -478,7 +502,7 @@ fn a_block_pasted_under_another_setting_is_found() {
             rows[at] = NewRun { film: to.film, ..from };
         }
         assert_eq!(codes(&rows), ["repeated_rows"], "{set}");
-        let found = check_rows(&arrange(&scene(), &rows));
+        let found = check_rows(&arrange(&scene(), &rows), None);
         assert!(found[0].text.contains("under another setting too"), "{}", found[0].text);
     }
 }
@@ -496,7 +520,7 @@ fn restitutions_that_were_filled_down_are_found() {
         for at in 0..rows.len() / 3 {
             rows[3 * at + 1].restitution = rows[3 * at].restitution;
         }
-        let found = check_rows(&arrange(&scene(), &rows));
+        let found = check_rows(&arrange(&scene(), &rows), None);
         let filled = found.iter().filter(|check| check.next_step.contains("filled down"));
         assert!(filled.filter(|check| check.forbids()).count() == 1, "{set}: {found:?}");
     }
