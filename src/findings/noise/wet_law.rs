@@ -138,12 +138,18 @@ struct WetRow {
     speed_root: f64,
 }
 
+/// Which liquid, particle, diameter or film a run is of.
+type Class = fn(&WetRow) -> usize;
+
+/// What the energy is held against.
+type Column = fn(&WetRow) -> f64;
+
 /// A column of the energy that some of the runs have for themselves.
 struct ColumnOfSome {
     against: WetAlternative,
     /// whose it is: of each liquid, particle or film in turn
-    of: fn(&WetRow) -> usize,
-    column: fn(&WetRow) -> f64,
+    of: Class,
+    column: Column,
     /// whether each group has an energy of its own beside it
     inside_groups: bool,
 }
@@ -151,9 +157,8 @@ struct ColumnOfSome {
 #[rustfmt::skip]
 const OF_SOME: [ColumnOfSome; 9] = {
     use WetAlternative::*;
-    let (of_liquid, of_particle): (fn(&WetRow) -> usize, fn(&WetRow) -> usize) = (|row| row.liquid, |row| row.particle);
-    let (viscous, fall): (fn(&WetRow) -> f64, fn(&WetRow) -> f64) = (|row| row.inverse_stokes, |row| row.speed_root);
-    let film: fn(&WetRow) -> f64 = |row| row.film_ratio;
+    let [of_liquid, of_particle]: [Class; 2] = [|row| row.liquid, |row| row.particle];
+    let [viscous, fall, film]: [Column; 3] = [|row| row.inverse_stokes, |row| row.speed_root, |row| row.film_ratio];
     [
         ColumnOfSome { against: SlopeOfOneLiquid, of: of_liquid, column: viscous, inside_groups: true },
         ColumnOfSome { against: SlopeOfOneLiquid, of: of_liquid, column: viscous, inside_groups: false },
