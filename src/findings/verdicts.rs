@@ -181,8 +181,8 @@ fn after_wet_law(against: WetAlternative) -> &'static str {
             "check the films and speeds of these runs, or leave them out ([data] min_film_um, max_film_ratio, a column exclude)"
         }
         WetAlternative::DriftOfViscousLoss | WetAlternative::DriftOfFilmLoss => {
-            "if the rows stand in the order of recording, the liquid may have warmed, mixed or dried meanwhile: give each run its \
-             own viscosity by a liquid of its own for each part of the table, or leave out what was recorded after it changed"
+            "if the rows stand in the order of recording, the liquid may have warmed, mixed or dried meanwhile: name \
+             a liquid of its own, with its own viscosity, for each part of the table, or leave out what was recorded after it changed"
         }
         WetAlternative::CurvatureInInverseStokes | WetAlternative::SlopeInSpeed => remarks::WET_LAW_HOLDS.next_step,
     }

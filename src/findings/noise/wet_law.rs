@@ -6,9 +6,9 @@
 //! alone, which is a viscous loss of its own; either with one for the groups of one liquid; 1/St with one for the groups of
 //! one particle, where a density is wrong; and v^(1/5) with one for the runs of one film ratio, whatever the liquid and the
 //! sphere. Without energies of the groups, where no series has an offset, more is asked: the viscous loss of a liquid and of
-//! a particle once again, that of a diameter, a loss that goes with the film in either, and both losses times the place of the run in its table,
-//! since a liquid may warm and a film dry while runs are recorded. The smallest p is multiplied by the number of columns
-//! (Bonferroni).
+//! a particle once again, that of a diameter, a loss that goes with the film in a liquid or a particle, and both losses times
+//! the place of the run in its table, since a liquid may warm and a film dry while runs are recorded. The smallest p is
+//! multiplied by the number of columns (Bonferroni).
 //!
 //! Rebounds near sticking have no fair residual and are left out, single outliers as well. A table that does not say how
 //! well speeds are known may have errors of a per cent, which near the threshold outweigh the rest: runs are weighed for
@@ -147,7 +147,7 @@ type Column = fn(&WetRow) -> f64;
 /// A column of the energy that some of the runs have for themselves.
 struct ColumnOfSome {
     against: WetAlternative,
-    /// whose it is: of each liquid, particle or film in turn
+    /// whose it is: of each liquid, particle, diameter or film in turn
     of: Class,
     column: Column,
     /// whether each group has an energy of its own beside it
