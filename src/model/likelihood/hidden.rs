@@ -240,13 +240,8 @@ impl Hidden<'_> {
         if self.is_certain() {
             return RunDensity::default();
         }
-        let is_whole = self.over_bell(&mut sums)
-            || match self.moves {
-                Moves::Energy => self.over_energy(&mut sums),
-                Moves::Speed => self.over_panels(&mut sums).is_some(),
-            };
         // an integral that stops before its end is none
-        if !is_whole {
+        if !self.over_bell(&mut sums) && self.over_panels(&mut sums).is_none() {
             sums.of = [f64::NAN; 4];
         }
         sums.density()

@@ -8,8 +8,7 @@
 use super::at_nodes::{Path, RuleNodes};
 use super::gauss::{has_converged, GAUSS, HERMITE, HERMITE_NODES};
 use super::{AtNodes, Hidden, Moves, SettingRuns, Sums, FALL, MOST_NODES, REACH};
-use crate::distributions::LN_ROOT_TWO_PI;
-use crate::model::likelihood::run_density::Seen;
+use crate::model::likelihood::run_density::{Seen, Spreads};
 use crate::model::likelihood::run_noise::MeasuredRun;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::rebound::{mean_and_slope, TURN};
@@ -19,9 +18,10 @@ use crate::roots::root_between;
 const MOST_PANELS: usize = 20_000;
 
 /// Standard deviations of whatever is narrow that a panel is long: Gauss's rule of order 12 has 1e-9 of a normal density over so
-/// many; Student's has a pole about one from the line.
-const WIDTHS_NORMAL: f64 = 5.0;
-const WIDTHS_STUDENT: f64 = 1.5;
+/// many; Student's has a pole about one from the line. And those beyond which noise on the energy meets nothing as narrow: what
+/// is known of a run says no more there, or has Student's pole as far off.
+const NORMAL: [f64; 2] = [5.0, 8.0];
+const STUDENT: [f64; 2] = [1.5, 1.0];
 
 /// A place of a bell and its width, in the variable of a path.
 #[derive(Debug, Clone, Copy)]
@@ -162,8 +162,8 @@ impl Hidden<'_> {
         self.at_nodes(&nodes, sums);
     }
 
-    /// Writes the integral over the true speed to the sums, by panels along the whole line as far as there is something; `None`
-    /// where there is no end of them.
+    /// Writes the integral to the sums, by panels along the whole line as far as there is something; `None` where there is no
+    /// end of them.
     pub(super) fn over_panels(&self, sums: &mut Sums) -> Option<()> {
         /// of the way from nought to a turn
         const PLACES: usize = 8;
@@ -219,110 +219,24 @@ impl Hidden<'_> {
         Some(())
     }
 
-    /// Writes the integral over the noise on the energy of one run to the sums, by panels along x = m(r), from the turn outwards,
-    /// as far as that noise and what is known of the run leave something; false where there is no end of them.
-    pub(super) fn over_energy(&self, sums: &mut Sums) -> bool {
-        let (setting, run) = (&self.settings[0], &self.settings[0].runs[0]);
-        let path = self.turn_path(setting, 0.0);
-        let sigma = self.noise.spreads.sigma;
-        let (near, sd) = match run.seen {
-            Seen::On(_, limit) => (limit, sigma),
-            Seen::Rebound(e) | Seen::Measured(_, e) => (e, self.errors(run).spread(sigma)),
-        };
-        let is_normal = self.noise.tails == Tails::Normal;
-        let places = [0.0, path.at(near)[0], path.at(self.start(path).x)[0]];
-        let best = self.ln_at(&places, sums).into_iter().fold(f64::NEG_INFINITY, f64::max);
-        let far = (2.0 * (FALL + self.largest() - best)).sqrt();
-        if !(far > 0.0 && far.is_finite()) {
-            return false;
-        }
-        let [mut lo, mut hi] = [-far, far].map(|z| path.place(z));
-        sums.clear();
-        sums.reference = best;
-        if is_normal {
-            // beyond, a rebound has nothing, and a side is certain
-            if let Seen::On(side, _) | Seen::Measured(side, _) = run.seen {
-                let z = path.at(near - side.sign() * far * sd)[0];
-                let certain = self.noise.tails.ln_probability(side.sign() * z).value;
-                sums.of[0] += (certain + LN_ROOT_TWO_PI - best).exp();
-            }
-            (lo, hi) = (lo.max(near - far * sd), hi.min(near + far * sd));
-        }
-        // Student's pole is as far off as the place is from what is known
-        let narrowness = |x: f64| {
-            let own_squared = if is_normal {
-                sd * sd
-            } else {
-                sd * sd + (x - near).powi(2)
-            };
-            let slope = path.at(x)[1];
-            // `hypot` takes several times as long
-            (slope * slope + 1.0 / own_squared).sqrt()
-        };
-        hi = hi.max(lo);
-        let inner = 0f64.clamp(lo, hi);
-        let mut nodes = RuleNodes::along(path);
-        let mut panels = 0;
-        for end in [lo, hi] {
-            let mut from = inner;
-            while from != end {
-                // anew at each place: what is known of a run may be passed on the way, where Student's noise is narrowest
-                let mut narrow = narrowness(from);
-                let next = self.panel_end([from, end], path.longest(from), &mut narrow, narrowness);
-                panels += 1;
-                if panels > MOST_PANELS || next.is_nan() || next == from {
-                    return false;
-                }
-                for_nodes_of_panel([from.min(next), from.max(next)], |x, weight| {
-                    if nodes.is_full() {
-                        self.at_nodes(&nodes, sums);
-                        nodes = RuleNodes::along(path);
-                    }
-                    nodes.push(x, weight);
-                });
-                from = next;
-            }
-        }
-        nodes.fill();
-        self.at_nodes(&nodes, sums);
-        true
-    }
-
-    /// Where a panel ends that begins at a place, on the way to an end, and is no longer than this; `narrow` says how narrow the
-    /// integrand is there and, afterwards, at the farthest that the panel might have reached.
-    fn panel_end(&self, [from, end]: [f64; 2], longest: f64, narrow: &mut f64, narrowness: impl Fn(f64) -> f64) -> f64 {
-        let widths = if self.noise.tails == Tails::Normal {
-            WIDTHS_NORMAL
-        } else {
-            WIDTHS_STUDENT
-        };
-        let (rest, sign) = ((end - from).abs(), (end - from).signum());
-        let mut length = (widths / *narrow).min(longest);
-        // the width mostly falls outwards
-        *narrow = narrowness(from + sign * length);
-        length = length.min(widths / *narrow);
-        if length < rest {
-            from + sign * length
-        } else {
-            end
-        }
-    }
-
     /// Adds panels between two places, from the turn outwards until there is nothing and less follows; `None` where there is no end of them.
     fn panels_of(&self, path: Path, [lo, hi]: [f64; 2], sums: &mut Sums, to: &mut Panels) -> Option<()> {
         if lo.is_nan() || hi.is_nan() {
             return None;
         }
         let inner = 0f64.clamp(lo, hi.max(lo));
+        let [widths, _] = self.lengths();
         for end in [lo, hi] {
             let mut places = vec![inner];
-            let mut narrow = self.narrowness(path, inner);
             let mut is_done = inner == end;
             while !is_done {
                 while places.len() < MOST_NODES && !is_done {
                     let from = places[places.len() - 1];
-                    let longest = path.longest(from).min((end - from).abs());
-                    let next = self.panel_end([from, end], longest, &mut narrow, |x| self.narrowness(path, x));
+                    let (rest, sign) = ((end - from).abs(), (end - from).signum());
+                    let mut length = (widths / self.narrowness(path, from)).min(path.longest(from)).min(rest);
+                    // the width mostly falls outwards
+                    length = length.min(widths / self.narrowness(path, from + sign * length));
+                    let next = if length < rest { from + sign * length } else { end };
                     if next.is_nan() || next == from {
                         return None;
                     }
@@ -345,26 +259,42 @@ impl Hidden<'_> {
         Some(())
     }
 
+    /// [`NORMAL`] or [`STUDENT`].
+    fn lengths(&self) -> [f64; 2] {
+        if self.noise.tails == Tails::Normal {
+            NORMAL
+        } else {
+            STUDENT
+        }
+    }
+
     /// By how many standard deviations of whatever is narrow the integrand moves with a place.
     fn narrowness(&self, path: Path, x: f64) -> f64 {
         let [z, stretch] = path.at(x);
-        let spreads = self.noise.spreads;
+        let Spreads { sigma, energy } = self.noise.spreads;
+        let [_, far] = self.lengths();
         let mut squares = 1.0;
         for setting in self.settings {
             let impact = self.impact(setting, z);
             let (mean, slope) = mean_and_slope(self.kept_at(setting, &impact, z));
             let of_mean = slope * self.kept_slope(setting, &impact, z);
-            let energy = spreads.energy * slope;
+            let further = (slope * energy).powi(2);
             for run in setting.runs {
-                squares += match run.seen {
-                    Seen::Rebound(_) | Seen::Measured(..) => {
+                let (moved, variance, known) = match run.seen {
+                    Seen::Rebound(e) | Seen::Measured(_, e) => {
                         let errors = self.errors(run);
                         let ratio = errors.ratio(z);
                         let moved = errors.moved(ratio, mean, of_mean);
-                        moved * moved / (errors.variance(spreads.sigma * ratio) + (ratio * energy).powi(2))
+                        (moved, [errors.variance(sigma * ratio), ratio * ratio * further], e)
                     }
-                    Seen::On(..) => (of_mean / spreads.sigma.hypot(energy)).powi(2),
+                    Seen::On(_, limit) => (of_mean, [sigma * sigma, further], limit),
                 };
+                let [own, further] = variance;
+                squares += moved * moved
+                    / match self.moves {
+                        Moves::Speed => own + further,
+                        Moves::Energy => own.max(((known - mean) / far).powi(2)),
+                    };
             }
         }
         stretch * squares.sqrt()
