@@ -4,9 +4,11 @@
 //! The library below panics, or never comes back, on some numbers that a scene or its runs can lead to: it is called here
 //! alone, and only where it was found to come back.
 
-use statrs::distribution::{Continuous, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 use statrs::function::beta::{checked_beta_reg, inv_beta_reg};
 use statrs::function::gamma::{checked_gamma_lr, checked_gamma_ur, digamma, ln_gamma};
+
+use crate::roots::root_between;
 
 /// ln √(2π)
 pub const LN_ROOT_TWO_PI: f64 = 0.918_938_533_204_672_8;
@@ -63,12 +65,14 @@ pub fn student_t_quantile(probability: f64, degrees_of_freedom: f64) -> Option<f
     if n > MANY {
         return Some(about);
     }
+    if n >= SOME && z * z <= n {
+        // the library's own search takes several times as long
+        let tail = probability.min(1.0 - probability);
+        let near = [0.9 * about.abs(), 1.1 * about.abs()];
+        return root_between(near, |t| student_t_tail(t, n) - tail).map(|t| t.copysign(z));
+    }
     let of = StudentsT::new(0.0, 1.0, n).ok()?;
-    Some(if n >= SOME && z * z <= n {
-        polished(&of, n, probability.min(1.0 - probability), -about.abs()).copysign(z)
-    } else {
-        of.inverse_cdf(probability)
-    })
+    Some(of.inverse_cdf(probability))
 }
 
 /// Student's quantile over the normal's, whose square is `z2`, expanded in 1/n.
@@ -78,24 +82,6 @@ fn student_t_over_normal(z2: f64, n: f64) -> f64 {
     let g3 = (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / 384.0;
     let g4 = ((((79.0 * z2 + 776.0) * z2 + 1482.0) * z2 - 1920.0) * z2 - 945.0) / 92160.0;
     1.0 + (g1 + (g2 + (g3 + g4 / n) / n) / n) / n
-}
-
-/// The point below which Student's t of n degrees of freedom has this tail, from near it, by Halley's steps: the library's
-/// own search takes ten times as long.
-fn polished(of: &StudentsT, n: f64, tail: f64, near: f64) -> f64 {
-    const STEPS: usize = 8;
-    /// the next step would be the cube of it
-    const ENOUGH: f64 = 1e-5;
-    let mut x = near;
-    for _ in 0..STEPS {
-        let newton = (tail - of.cdf(x)) / of.pdf(x);
-        let step = newton / (1.0 - 0.5 * newton * (n + 1.0) * x / (n + x * x));
-        x += step;
-        if step.abs() <= ENOUGH * x.abs() {
-            break;
-        }
-    }
-    x
 }
 
 /// Log density of Student's t at 0, for ν > 0 degrees of freedom.
@@ -128,59 +114,35 @@ pub fn student_t_tail(t: f64, degrees_of_freedom: f64) -> f64 {
 
 /// Quantile of the gamma distribution of a shape > 0 and rate 1 at a probability inside (0, 1).
 ///
-/// `None` outside that domain, and where the quantile is below the smallest number. Newton's way in ln x: the logarithms of
-/// both tails are concave there, so that no step runs away. Many shapes: Cornish–Fisher, Abramowitz & Stegun 26.4.
+/// `None` outside that domain, and where the quantile is below the smallest number. Searched in ln x between bounds of both
+/// tails: what lies below x is at most x^a/Γ(a + 1) of a shape a, and what lies above a + √(2 a t) + t at most exp(−t) (Laurent &
+/// Massart 2000, Ann. Statist. 28, 1302). Many shapes: Cornish–Fisher, Abramowitz & Stegun 26.4.
 pub fn gamma_quantile(probability: f64, shape: f64) -> Option<f64> {
     /// a sum of the library takes some √shape steps below; what the expansion leaves out is beyond rounding above
     const LARGE: f64 = 1e4;
-    const STEPS: usize = 100;
-    /// the next step would be the square of it
-    const ENOUGH: f64 = 1e-8;
+    /// logarithm of less than the smallest number
+    const LEAST: f64 = -800.0;
     if !(probability > 0.0 && probability < 1.0 && shape > 0.0 && shape < f64::INFINITY) {
         return None;
     }
-    let z = normal_quantile(probability);
-    let (z2, root) = (z * z, shape.sqrt());
     if shape > LARGE {
+        let z = normal_quantile(probability);
+        let (z2, root) = (z * z, shape.sqrt());
         let fourth = ((9.0 * z2 + 256.0) * z2 - 433.0) * z / 38880.0;
         let third = -((3.0 * z2 + 7.0) * z2 - 16.0) / 810.0 + fourth / root;
         let second = (z2 - 7.0) * z / 36.0 + third / root;
         return Some(shape + root * z + (z2 - 1.0) / 3.0 + second / root);
     }
-    let is_low = probability <= 0.5;
-    let ln_tail = if is_low {
-        probability.ln()
-    } else {
-        (-probability).ln_1p()
+    let [ln_below, ln_above] = [probability.ln(), (-probability).ln_1p()];
+    // of the smaller tail, whose digits are kept
+    let beyond = |y: f64| match probability <= 0.5 {
+        true => checked_gamma_lr(shape, y.exp()).map_or(f64::NAN, |below| below.ln() - ln_below),
+        false => checked_gamma_ur(shape, y.exp()).map_or(f64::NAN, |above| ln_above - above.ln()),
     };
-    let ln_gamma = ln_gamma(shape);
-    // Wilson & Hilferty; where it fails, an end that the quantile lies beside
-    let about = 1.0 - 1.0 / (9.0 * shape) + z / (3.0 * root);
-    let mut y = if shape >= 1.0 && about > 0.1 {
-        shape.ln() + 3.0 * about.ln()
-    } else if is_low {
-        (ln_tail + ln_gamma + shape.ln()) / shape
-    } else {
-        (-ln_tail).ln()
-    };
-    for _ in 0..STEPS {
-        let x = y.exp();
-        let density = (shape * y - x - ln_gamma).exp();
-        let step = if is_low {
-            let below = checked_gamma_lr(shape, x).ok()?;
-            (ln_tail - below.ln()) * below / density
-        } else {
-            let above = checked_gamma_ur(shape, x).ok()?;
-            (above.ln() - ln_tail) * above / density
-        };
-        y += step;
-        if !y.is_finite() {
-            return None;
-        }
-        if step.abs() < ENOUGH {
-            break;
-        }
-    }
+    let least = (ln_below + ln_gamma(shape + 1.0)) / shape;
+    let most = (shape + (-2.0 * shape * ln_above).sqrt() - ln_above).ln();
+    // a little wider, since a bound may be met to rounding
+    let y = root_between([least.max(LEAST) - 0.1, most + 0.1], beyond)?;
     Some(y.exp()).filter(|x| x.is_normal())
 }
 

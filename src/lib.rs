@@ -7,8 +7,8 @@
 //! |---|---|---|
 //! | [`units`], [`error`], [`remark`] | how is it written, why is there no answer, what wants a look | |
 //! | `rounding` | how many digits are shown | number → text |
-//! | `distributions` | how probable is a number | probability → quantile |
 //! | `roots` | where is a function zero | function → number |
+//! | `distributions` | how probable is a number | probability → quantile |
 //! | `exponential` | what is exp x, several at a time | number → number |
 //! | `lanes` | what do terms sum to, several at a time | columns → sums |
 //! | `condensing` | which few points stand for many | points → points with counts |
