@@ -1,4 +1,5 @@
-//! Finds least squares by damped Gauss–Newton steps from sums over rows, never a row a run.
+//! Finds least squares by damped Newton or Gauss–Newton steps from sums over rows, never a row a run; and the mode of a density,
+//! of which they are −2 ln p.
 
 use super::sums::Sums;
 
@@ -6,19 +7,24 @@ use super::sums::Sums;
 pub struct Descent {
     /// the point
     pub point: Vec<f64>,
-    /// Σ residual² there
-    pub squares: f64,
-    /// by how much that fell
+    /// the sums there
+    pub sums: Sums,
+    /// by how much the squares fell
     pub fell: f64,
-    /// whether a step would lower it by little more, or by nothing beside its rounding
+    /// by how much more they fall at most, as their slopes say
+    pub promised: f64,
+    /// whether a step would lower them by little more, or by nothing beside their rounding
     pub converged: bool,
 }
 
-/// Descends from a start until the slopes promise a fall of at most `small`; `None` where the start has no sums.
-pub fn descend(start: &[f64], small: f64, sums_at: impl Fn(&[f64]) -> Option<Sums>) -> Option<Descent> {
+/// Descends from a start until the slopes promise a fall of at most `small`; `None` where the start has no sums. A point without
+/// sums is not gone to, nor one whose squares are no lower.
+pub fn descend(start: &[f64], small: f64, mut sums_at: impl FnMut(&[f64]) -> Option<Sums>) -> Option<Descent> {
     const STEPS: usize = 100;
     const FIRST_DAMPING: f64 = 1e-6;
     const MOST_DAMPING: f64 = 1e8;
+    /// what a parameter that moves nothing is damped by
+    const LEAST: f64 = 1e-6;
     /// share of the squares that their own rounding hides
     const ROUNDING: f64 = 1e-12;
     let mut here = sums_at(start)?;
@@ -26,38 +32,41 @@ pub fn descend(start: &[f64], small: f64, sums_at: impl Fn(&[f64]) -> Option<Sum
     let mut point = start.to_vec();
     let mut damping = FIRST_DAMPING;
     let mut converged = false;
-    // what the slopes say it falls by, at most
     let mut promised = f64::INFINITY;
     for _ in 0..STEPS {
         let mut damped = here.information.clone();
-        damped.set_diagonal(&(here.information.diagonal() * (1.0 + damping)));
-        let Some(step) = damped.cholesky().map(|root| root.solve(&here.gradient)) else {
-            break;
-        };
-        if damping <= 1.0 {
+        // no weaker where the squares bend down than where they bend up
+        damped.set_diagonal(&damped.diagonal().map(|own| own + damping * own.abs().max(LEAST)));
+        let step = damped.cholesky().map(|root| root.solve(&here.gradient));
+        if let Some(step) = step.as_ref().filter(|_| damping <= 1.0) {
             promised = step.dot(&here.gradient);
         }
         if promised <= small {
             converged = true;
             break;
         }
-        let trial: Vec<f64> = point.iter().zip(step.iter()).map(|(b, step)| b - step).collect();
-        match sums_at(&trial) {
-            Some(there) if there.squares < here.squares => {
-                (point, here) = (trial, there);
+        let lower = step.and_then(|step| {
+            let trial: Vec<f64> = point.iter().zip(step.iter()).map(|(b, step)| b - step).collect();
+            let there = sums_at(&trial).filter(|there| there.squares < here.squares)?;
+            Some((trial, there))
+        });
+        match lower {
+            Some(lower) => {
+                (point, here) = lower;
                 damping = (0.1 * damping).max(FIRST_DAMPING);
             }
-            _ if damping > MOST_DAMPING => {
-                converged = promised <= ROUNDING * here.squares;
+            None if damping > MOST_DAMPING => {
+                converged = promised <= ROUNDING * here.squares.abs();
                 break;
             }
-            _ => damping *= 10.0,
+            None => damping *= 10.0,
         }
     }
     Some(Descent {
-        point,
-        squares: here.squares,
         fell: began - here.squares,
+        point,
+        sums: here,
+        promised,
         converged,
     })
 }

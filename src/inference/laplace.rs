@@ -2,7 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::descent::descend;
 use super::information::axes;
+use super::sums::Sums;
 use crate::model::likelihood::OutsideDomain;
 use crate::model::posterior::LogDensity;
 
@@ -53,77 +55,41 @@ impl Laplace {
     }
 }
 
-/// Newton steps tried before giving up; each costs two slopes for every dimension.
-const STEPS: usize = 100;
-
-/// Gain of the log density that a step must promise, or the mode is found.
-const GAIN: f64 = 1e-12;
-
 /// Steps from a start uphill to the mode by damped Newton steps, with the curvature by differences of the slopes.
 ///
 /// Fails where the start has no density.
 pub fn laplace<T: LogDensity + ?Sized>(target: &T, start: &[f64]) -> Result<Laplace, OutsideDomain> {
-    let dimension = target.dimension();
-    let mut point = start.to_vec();
-    let mut slopes = vec![0.0; dimension];
-    let mut value = target.ln_density(&point, &mut slopes)?;
-    let mut widths = vec![1e-3; dimension];
-    let mut damping = 1e-3;
-    let mut converged = false;
-    let mut curvature = curvature(target, &point, &widths)?;
-    let (mut trial, mut trial_slopes) = (point.clone(), slopes.clone());
-    for _ in 0..STEPS {
-        let gradient = DVector::from_column_slice(&slopes);
-        let mut damped = curvature.clone();
-        for i in 0..dimension {
-            // never weaker than the curvature itself is strong
-            damped[(i, i)] += damping * curvature[(i, i)].abs().max(1e-6);
+    /// twice the gain of the log density that a step must promise, or the mode is found
+    const GAIN: f64 = 2e-12;
+    /// the same where no step however short goes up: rounding has the last word
+    const ROUNDING: f64 = 2e-6;
+    let mut slopes = vec![0.0; start.len()];
+    let mut widths = vec![1e-3; start.len()];
+    let mut least = f64::INFINITY;
+    let end = descend(start, GAIN, |point| {
+        let squares = -2.0 * target.ln_density(point, &mut slopes).ok()?;
+        // where it is not gone to it needs no curvature, which takes two slopes for every dimension
+        let is_lower = squares < least;
+        let information = is_lower.then(|| curvature(target, point, &widths).ok()).flatten()?;
+        least = squares;
+        for (width, strength) in widths.iter_mut().zip(&information.diagonal()) {
+            // a hundredth of a standard deviation: the third derivative does not show, nor does rounding
+            *width = 0.01 / strength.abs().sqrt().clamp(1e-2, 1e8);
         }
-        let step = damped.cholesky().map(|factor| factor.solve(&gradient));
-        let Some(step) = step else {
-            damping = 10.0 * f64::max(damping, 1e-3);
-            if damping > 1e12 {
-                break;
-            }
-            continue;
-        };
-        let promise = 0.5 * step.dot(&gradient);
-        if promise < GAIN {
-            converged = true;
-            break;
-        }
-        for ((to, from), step) in trial.iter_mut().zip(&point).zip(step.iter()) {
-            *to = from + step;
-        }
-        match target.ln_density(&trial, &mut trial_slopes) {
-            Ok(better) if better > value => {
-                std::mem::swap(&mut point, &mut trial);
-                std::mem::swap(&mut slopes, &mut trial_slopes);
-                value = better;
-                damping *= 0.1;
-                for (width, i) in widths.iter_mut().zip(0..) {
-                    // a hundredth of a standard deviation: the third derivative does not show, nor does rounding
-                    let strength: f64 = curvature[(i, i)];
-                    *width = 0.01 / strength.abs().sqrt().clamp(1e-2, 1e8);
-                }
-                curvature = self::curvature(target, &point, &widths)?;
-            }
-            _ => {
-                damping = 10.0 * f64::max(damping, 1e-6);
-                // no step however short goes up: rounding has the last word
-                if damping > 1e12 {
-                    converged = promise < 1e-6;
-                    break;
-                }
-            }
-        }
-    }
-    let (scale, peaked) = scale(&curvature);
+        Some(Sums {
+            squares,
+            gradient: -DVector::from_column_slice(&slopes),
+            information,
+            ..Sums::new(0)
+        })
+    });
+    let end = end.ok_or(OutsideDomain)?;
+    let (scale, peaked) = scale(&end.sums.information);
     Ok(Laplace {
-        mode: point,
-        ln_density: value,
+        ln_density: -0.5 * end.sums.squares,
+        converged: end.converged || end.promised < ROUNDING,
+        mode: end.point,
         scale,
-        converged,
         peaked,
     })
 }

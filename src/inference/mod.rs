@@ -8,7 +8,7 @@
 //! | `kernel.rs` | a law with its runs, fitted to them in one stream |
 //! | `regression.rs` | a law fitted to runs |
 //! | `sums.rs` | residuals and slopes summed over rows |
-//! | `descent.rs` | least squares by damped steps from sums over rows |
+//! | `descent.rs` | least squares, and modes, by damped steps from sums over rows |
 //! | `information.rs` | the directions in which runs say more than the priors |
 //! | `joint.rs` | every run in a row of one joint fit: residuals, slopes, sums and squares; the fit itself |
 //! | `linearised_joint.rs` | a joint fit that is linear about a point: step, leverages, what a change of the rows moves |

@@ -188,7 +188,7 @@ impl<'p, Q: Fn(&[f64]) -> Option<WithSlopes>> AboutMinimum<'p, Q> {
                 // a run near r = 0 can hold a fit on its own side
                 let near = on_side.map_or_else(|| self.region().minimum.clone(), |(near, _)| near);
                 let other = self.draw(target, &near);
-                let is_lower = |other: &Descent| end.as_ref().is_none_or(|end| other.squares < end.squares);
+                let is_lower = |other: &Descent| end.as_ref().is_none_or(|end| other.sums.squares < end.sums.squares);
                 if other.as_ref().is_some_and(is_lower) {
                     end = other;
                 }
