@@ -137,52 +137,31 @@ impl<'a> Regression<'a> {
         Some([0, 1].map(|j| covariance[(j, 0)] * sum[0] + covariance[(j, 1)] * sum[1]))
     }
 
-    /// Parameters at the minimum or near it, inside the domain of the law at every run.
+    /// Parameters at the minimum or near it, inside the domain of the law at every run: from a flat law.
     fn start(&self) -> [f64; 2] {
         let ones = vec![1.0; self.x.len()];
         let weights = if self.counts.is_empty() { &ones } else { self.counts };
+        let mean_of = |of: &dyn Fn(usize) -> f64| {
+            let products = weights.iter().enumerate().map(|(run, weight)| weight * of(run));
+            products.sum::<f64>() / weights.iter().sum::<f64>()
+        };
+        let square = |run: usize| self.restitution[run].powi(2);
         let (law, start) = match self.law {
             Law::Dry(_) => (Law::Dry(Order::First), [0.0; 2]),
-            Law::Wet(WetLaw::Linear) => (self.law, [weighted_mean(self.restitution, weights), 0.0]),
-            Law::Wet(WetLaw::Sqrt) => (self.law, self.start_inside(weights)),
+            Law::Wet(WetLaw::Linear) => (self.law, [mean_of(&|run| self.restitution[run]), 0.0]),
+            Law::Wet(WetLaw::Sqrt) => {
+                let least = self.offset.iter().copied().fold(0.0, f64::min);
+                let left = mean_of(&|run| square(run) - self.offset_of(run));
+                (self.law, [left.max(START_MARGIN * mean_of(&square) - least), 0.0])
+            }
         };
         let sample = Regression { law, ..*self };
         kernel::fit(&sample.weighted(weights), start).unwrap_or(start)
-    }
-
-    /// The line through e², flattened about its mean until no run keeps less than a margin: inside the domain of the square root.
-    fn start_inside(&self, weights: &[f64]) -> [f64; 2] {
-        let squares: Vec<f64> = self.restitution.iter().map(|e| e * e).collect();
-        let left: Vec<f64> = (0..squares.len())
-            .map(|run| squares[run] - self.offset_of(run))
-            .collect();
-        let (centre, mean) = (weighted_mean(self.x, weights), weighted_mean(&left, weights));
-        let floor = START_MARGIN * weighted_mean(&squares, weights);
-        // of e = a − b x
-        let line = Regression::new(Law::LINEAR, self.x, &left).weighted(weights);
-        let line = kernel::fit(&line, [mean, 0.0]);
-        let slope = line.map_or(0.0, |[_, fall]| -fall);
-        let mut flatten: f64 = 1.0;
-        for (run, x) in self.x.iter().enumerate() {
-            let flat = mean + self.offset_of(run);
-            let kept = flat + slope * (x - centre);
-            if kept < floor && flat > floor {
-                flatten = flatten.min((flat - floor) / (flat - kept));
-            }
-        }
-        let slope = slope * flatten;
-        [mean - slope * centre, slope]
     }
 }
 
 /// Smallest energy kept at the starting values, as a share of the mean of e²; keeps every run inside the domain.
 const START_MARGIN: f64 = 0.05;
-
-/// Mean of some numbers by their weights.
-fn weighted_mean(numbers: &[f64], weights: &[f64]) -> f64 {
-    let products = numbers.iter().zip(weights).map(|(x, w)| w * x);
-    products.sum::<f64>() / weights.iter().sum::<f64>()
-}
 
 /// One or two parameters as two numbers.
 fn pair(parameters: &[f64]) -> [f64; 2] {
