@@ -17,15 +17,12 @@ mod rule;
 
 pub(super) use rebounds::{Rebounds, MOST_REBOUNDS};
 
-use self::gauss::has_converged;
 use super::errors::Errors;
-use super::normal::CERTAIN;
 use super::run_density::{RunDensity, Seen};
 use super::run_noise::{MeasuredRun, RunNoise};
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::dry::Order;
-use crate::physics::rebound::mean_restitution;
 use crate::runs::TrueSpeed;
 
 /// Runs of one setting, with what is known of them.
@@ -99,7 +96,6 @@ struct SettingNodes {
 /// What the integrand is at some nodes.
 #[derive(Default)]
 struct AtNodes {
-    z: Column,
     /// its logarithm, as a function of z
     ln: Column,
     /// slope of z along the path
@@ -115,16 +111,6 @@ impl AtNodes {
     }
 }
 
-/// Every node of an integral, one after another.
-#[derive(Debug, Default)]
-struct Trace {
-    z: Vec<f64>,
-    /// what each adds to the mass
-    parts: Vec<f64>,
-    /// what each setting keeps there, the settings of a node together
-    kept: Vec<f64>,
-}
-
 /// Sums over nodes, all divided by the exponential of a value that the logarithm of the integrand has near its largest.
 struct Sums<'s> {
     reference: f64,
@@ -136,8 +122,6 @@ struct Sums<'s> {
     at: &'s mut [SettingNodes],
     /// what the integrand is there
     nodes: AtNodes,
-    /// all nodes since the sums were cleared, where these are wanted
-    trace: Option<Trace>,
 }
 
 impl<'s> Sums<'s> {
@@ -149,7 +133,6 @@ impl<'s> Sums<'s> {
             settings,
             at,
             nodes: AtNodes::default(),
-            trace: None,
         };
         sums.clear();
         sums
@@ -159,17 +142,6 @@ impl<'s> Sums<'s> {
         self.reference = f64::NEG_INFINITY;
         self.of = [0.0; 4];
         self.settings.fill(SettingSlopes::default());
-        self.trace = self.trace.take().map(|_| Trace::default());
-    }
-
-    /// Traces so many nodes that were asked for last.
-    fn trace_last(&mut self, count: usize) {
-        let Some(trace) = &mut self.trace else { return };
-        trace.z.extend(&self.nodes.z[..count]);
-        trace.parts.extend(&self.nodes.parts[..count]);
-        for node in 0..count {
-            trace.kept.extend(self.at.iter().map(|setting| setting.kept[node]));
-        }
     }
 
     /// Makes this logarithm the reference where its exponential would else be beyond all numbers.
@@ -197,8 +169,7 @@ impl<'s> Sums<'s> {
 
     fn scale(&mut self, factor: f64) {
         let each = self.of.iter_mut().chain(self.settings.iter_mut().flatten());
-        let traced = self.trace.iter_mut().flat_map(|trace| &mut trace.parts);
-        each.chain(traced).for_each(|sum| *sum *= factor);
+        each.for_each(|sum| *sum *= factor);
     }
 }
 
@@ -237,9 +208,6 @@ impl Hidden<'_> {
 
     fn integrate_with(&self, of_settings: &mut [SettingSlopes], at: &mut [SettingNodes]) -> RunDensity {
         let mut sums = Sums::of(of_settings, at);
-        if self.is_certain() {
-            return RunDensity::default();
-        }
         // an integral that stops before its end is none
         if !self.over_bell(&mut sums) && self.over_panels(&mut sums).is_none() {
             sums.of = [f64::NAN; 4];
@@ -255,54 +223,9 @@ impl Hidden<'_> {
 
     /// The log density of each run given the others, in their order: that of all less that of the others.
     pub fn given_the_others(&self) -> Vec<f64> {
-        let mut slopes = vec![SettingSlopes::default(); self.settings.len()];
-        let mut at = vec![SettingNodes::default(); self.settings.len()];
-        let mut sums = Sums::of(&mut slopes, &mut at);
-        sums.trace = Some(Trace::default());
-        let is_bell = self.over_bell(&mut sums);
-        if !is_bell && self.over_panels(&mut sums).is_none() {
-            return vec![f64::NAN; self.runs().count()];
-        }
-        let all = sums.density().value;
-        let trace = sums.trace.unwrap_or_default();
-        let settings = self.settings.iter().enumerate();
-        let runs = settings.flat_map(|(place, setting)| setting.runs.iter().map(move |run| (place, run)));
-        let found = runs.enumerate().map(|(place, (setting, run))| {
-            let by_nodes = self.given_by_nodes(run, setting, &trace, is_bell);
-            by_nodes.unwrap_or_else(|| all - self.without(place))
-        });
-        found.collect()
-    }
-
-    /// That of one run from the nodes of all, whose mass is 1: the integrand of the others is that of all over its own density.
-    /// `None` where these nodes do not do for that.
-    fn given_by_nodes(&self, run: &MeasuredRun, setting: usize, trace: &Trace, is_bell: bool) -> Option<f64> {
-        /// what one of the outermost nodes may have of the mass
-        const NOTHING: f64 = 1e-10;
-        let kept = trace.kept.iter().skip(setting).step_by(self.settings.len());
-        let own = kept
-            .zip(&trace.z)
-            .map(|(kept, z)| self.density_at(run, *kept, *z).value);
-        let own: Vec<f64> = own.collect();
-        let least = own.iter().copied().fold(f64::INFINITY, f64::min);
-        let others = trace
-            .parts
-            .iter()
-            .zip(&own)
-            .map(|(part, own)| part * (least - own).exp());
-        let others: Vec<f64> = others.collect();
-        let mass: f64 = others.iter().sum();
-        let does = if is_bell {
-            has_converged(others.as_chunks().0)
-        } else {
-            let z = || trace.z.iter().zip(&others);
-            let ends = [
-                z().min_by(|a, b| a.0.total_cmp(b.0)),
-                z().max_by(|a, b| a.0.total_cmp(b.0)),
-            ];
-            ends.into_iter().flatten().all(|(_, part)| *part < NOTHING * mass)
-        };
-        does.then(|| least - mass.ln())
+        let all = self.value();
+        let places = 0..self.runs().count();
+        places.map(|place| all - self.without(place)).collect()
     }
 
     /// Every run, setting by setting.
@@ -422,24 +345,6 @@ impl Hidden<'_> {
         of.with(slopes[0])
     }
 
-    /// Whether each run came out on its side for certain wherever z may be.
-    fn is_certain(&self) -> bool {
-        let sigma = self.noise.spreads.sigma;
-        let is_at = |setting: &SettingRuns, z: f64| {
-            let mean = mean_restitution(self.kept(setting, z));
-            setting.runs.iter().all(|run| match run.seen {
-                Seen::On(side, limit) => side.sign() * (limit - mean) > CERTAIN * sigma,
-                _ => false,
-            })
-        };
-        let is_of_sides = self.runs().all(|run| matches!(run.seen, Seen::On(..)));
-        // with heavy tails or further noise nothing is; r grows or falls with z, or has its largest value between
-        is_of_sides
-            && self.is_plain()
-            && [-REACH, 0.0, REACH]
-                .iter()
-                .all(|z| self.settings.iter().all(|setting| is_at(setting, *z)))
-    }
 }
 
 #[cfg(test)]

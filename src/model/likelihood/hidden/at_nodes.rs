@@ -125,7 +125,6 @@ impl Hidden<'_> {
             nodes,
             sums,
         });
-        sums.trace_last(nodes.count);
     }
 
     /// The logarithm of the integrand at these places.
@@ -280,7 +279,6 @@ impl WithSimd for Nodes<'_, '_, '_, '_> {
             }
         }
         let at = &mut sums.nodes;
-        at.z[..count].copy_from_slice(z);
         for (to, of) in [(&mut at.ln, &ln), (&mut at.stretch, &stretch), (&mut at.parts, &parts)] {
             to[..count].copy_from_slice(&of[..count]);
         }
