@@ -32,16 +32,9 @@ impl Nearest {
             sums.for_each(|(sum, of_point)| *sum += weighted * of_point);
         }
         let eigen = products.symmetric_eigen();
-        let largest = eigen.eigenvalues.max();
-        let mut solved = eigen.eigenvectors.tr_mul(&cross);
-        for (part, eigenvalue) in solved.iter_mut().zip(&eigen.eigenvalues) {
-            *part = if *eigenvalue > NOTHING * largest {
-                *part / eigenvalue
-            } else {
-                0.0
-            };
-        }
-        let coefficients = eigen.eigenvectors * solved;
+        let told = NOTHING * eigen.eigenvalues.max();
+        let over = eigen.eigenvalues.map(|own| if own > told { 1.0 / own } else { 0.0 });
+        let coefficients = &eigen.eigenvectors * eigen.eigenvectors.tr_mul(&cross).component_mul(&over);
         let is_finite = coefficients.iter().all(|c| c.is_finite());
         is_finite.then_some(Nearest { coefficients })
     }

@@ -5,6 +5,8 @@
 //! Probab. 22, 1301: points are gathered in groups, the groups' means reduced to M, and the points of the groups that are
 //! left gathered anew.
 
+use nalgebra::{DMatrix, DVector};
+
 use super::polynomials::Polynomials;
 
 /// A point that is left, by its index, with its weight.
@@ -21,16 +23,16 @@ pub(crate) fn recombine(weight: &[f64], polynomials: &Polynomials) -> Vec<Kept> 
         let groups = (2 * functions).min(kept.len());
         // neighbours together, in groups of nearly one size
         let bounds: Vec<usize> = (0..=groups).map(|group| group * kept.len() / groups).collect();
-        let mut means = vec![vec![0.0; groups]; functions];
-        let mut masses = vec![0.0; groups];
+        let mut means = DMatrix::zeros(functions, groups);
+        let mut masses = DVector::zeros(groups);
         for (group, ends) in bounds.windows(2).enumerate() {
             for &(point, weight) in &kept[ends[0]..ends[1]] {
                 polynomials.write(point, &mut room);
                 masses[group] += weight;
-                let sums = means.iter_mut().zip(&room.values);
-                sums.for_each(|(of_function, value)| of_function[group] += weight * value);
+                let sums = means.column_mut(group);
+                (sums.into_iter().zip(&room.values)).for_each(|(sum, value)| *sum += weight * value);
             }
-            means.iter_mut().for_each(|mean| mean[group] /= masses[group]);
+            means.column_mut(group).unscale_mut(masses[group]);
         }
         let new = reduce(means, &masses);
         let mut next = Vec::with_capacity(kept.len() / 2 + 1);
@@ -49,78 +51,47 @@ pub(crate) fn recombine(weight: &[f64], polynomials: &Polynomials) -> Vec<Kept> 
     kept
 }
 
-/// Weights of the groups of which no more are above 0 than there are functions, with the same sums; `rows` holds the mean of
-/// each function over every group.
-fn reduce(mut rows: Vec<Vec<f64>>, weight: &[f64]) -> Vec<f64> {
-    /// what is left of a function in no group beyond rounding
+/// Weights of the groups of which no more are above 0 than there are functions, with the same sums; `means` holds the mean of
+/// each function over every group in a column.
+fn reduce(means: DMatrix<f64>, weight: &DVector<f64>) -> DVector<f64> {
+    /// what is left of a function in no group, and of a group in no move, beyond rounding
     const NOTHING: f64 = 1e-10;
     let groups = weight.len();
-    let mut weight = weight.to_vec();
-    // columns of a basis with the function that each stands for: by elimination, the largest entry first
-    let mut basis: Vec<Option<usize>> = vec![None; groups];
-    let mut is_used = vec![false; rows.len()];
-    for _ in 0..rows.len() {
-        let mut best = (NOTHING, 0, 0);
-        for (row, values) in rows.iter().enumerate().filter(|(row, _)| !is_used[*row]) {
-            for (group, value) in values.iter().enumerate().filter(|(group, _)| basis[*group].is_none()) {
-                if value.abs() > best.0 {
-                    best = (value.abs(), row, group);
-                }
-            }
-        }
-        let (size, row, group) = best;
-        if size <= NOTHING {
-            break;
-        }
-        pivot(&mut rows, row, group);
-        is_used[row] = true;
-        basis[group] = Some(row);
+    let elimination = means.full_piv_lu();
+    let upper = elimination.u();
+    let rank = upper
+        .columns(0, upper.nrows())
+        .diagonal()
+        .iter()
+        .take_while(|own| own.abs() > NOTHING)
+        .count();
+    // moves of weight between groups that no function sees: one more group each, with what the first ones give for it
+    let mut moves = DMatrix::identity(groups, groups).remove_columns(0, rank);
+    let given = upper.view((0, rank), (rank, groups - rank));
+    if let Some(given) = upper.view((0, 0), (rank, rank)).solve_upper_triangular(&given) {
+        moves.rows_mut(0, rank).copy_from(&-given);
     }
-    // a group outside the basis leaves, or takes the place of one that leaves
-    for group in 0..groups {
-        if basis[group].is_some() {
+    elimination.q().inv_permute_rows(&mut moves);
+    let mut weight = weight.clone();
+    for place in (0..moves.ncols()).rev() {
+        let own = moves.column(place).into_owned();
+        // gone along until the first group is empty, which the other moves then leave as it is
+        let emptied = own.iter().zip(&weight).enumerate();
+        let emptied = emptied.filter(|(_, (part, _))| **part > NOTHING);
+        let first = emptied.map(|(group, (part, weight))| (group, weight / part));
+        let Some((group, most)) = first.min_by(|a, b| a.1.total_cmp(&b.1)) else {
             continue;
-        }
-        let own = weight[group];
-        // taking t off this group adds t times its coefficient to each of the basis
-        let of_basis = |(other, row): (usize, &Option<usize>)| row.map(|row| (other, row));
-        let others: Vec<(usize, usize)> = basis.iter().enumerate().filter_map(of_basis).collect();
-        let falling = others.iter().filter(|(_, row)| rows[*row][group] < -NOTHING);
-        let emptied = falling.map(|&(other, row)| (weight[other] / -rows[row][group], other, row));
-        let first = emptied.reduce(|least, next| if next.0 < least.0 { next } else { least });
-        let leaves = first.filter(|(most, ..)| *most < own);
-        let taken = leaves.map_or(own, |(most, ..)| most);
-        for (other, row) in others {
-            weight[other] = (weight[other] + taken * rows[row][group]).max(0.0);
-        }
-        weight[group] = own - taken;
-        match leaves {
-            Some((_, other, row)) => {
-                weight[other] = 0.0;
-                pivot(&mut rows, row, group);
-                basis[other] = None;
-                basis[group] = Some(row);
-            }
-            None => weight[group] = 0.0,
+        };
+        weight.axpy(-most, &own, 1.0);
+        weight.apply(|left| *left = left.max(0.0));
+        weight[group] = 0.0;
+        for other in 0..place {
+            let factor = moves[(group, other)] / own[group];
+            moves.column_mut(other).axpy(-factor, &own, 1.0);
+            moves[(group, other)] = 0.0;
         }
     }
     weight
-}
-
-/// Makes a column that of one row alone.
-fn pivot(rows: &mut [Vec<f64>], row: usize, column: usize) {
-    let over = 1.0 / rows[row][column];
-    rows[row].iter_mut().for_each(|value| *value *= over);
-    let own = rows[row].clone();
-    for (_, other) in rows.iter_mut().enumerate().filter(|(index, _)| *index != row) {
-        let factor = other[column];
-        if factor != 0.0 {
-            other
-                .iter_mut()
-                .zip(&own)
-                .for_each(|(value, own)| *value -= factor * own);
-        }
-    }
 }
 
 #[cfg(test)]
