@@ -8,11 +8,12 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::effective_variance::{ErrorColumns, RunInSpeed, SpeedDependent};
 use super::law::SpeedResponse;
 use super::least_squares::{fit, no_scatter_left, Fit, OutOfDomain, ResidualProblem};
+use super::linearised_joint::Inverse;
 use super::sums::{add_square, Sums};
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::{Balance, BalanceAtFilm, Impact, Lost};
@@ -440,7 +441,8 @@ impl JointFit<'_> {
             let slopes: Vec<(usize, f64)> = slopes.enumerate().collect();
             sums.add(root * (e * e - kept), &slopes);
         });
-        let found = solve_leading(&sums.information, &sums.gradient);
+        // one film ratio and one density ratio, say: a line cannot tell the two losses apart, nor need a start
+        let found = Inverse::of(&sums.information).matrix * &sums.gradient;
         for (place, value) in free.iter().zip(&found) {
             point[*place] = *value;
         }
@@ -504,25 +506,6 @@ fn grid(shared: &[Coefficient]) -> Vec<Vec<Option<f64>>> {
         };
         so_far.iter().flat_map(longer).collect()
     })
-}
-
-/// The solution of normal equations in as many leading unknowns as they tell apart; the others are 0.
-///
-/// One film ratio and one density ratio, say: a line cannot tell the two losses apart, nor need a start.
-fn solve_leading(information: &DMatrix<f64>, pull: &DVector<f64>) -> DVector<f64> {
-    /// share of its square that a slope must have of its own
-    const APART: f64 = 1e-12;
-    let mut found = DVector::zeros(pull.len());
-    for used in (1..=pull.len()).rev() {
-        let part = information.view((0, 0), (used, used)).into_owned();
-        let Some(root) = part.clone().cholesky() else { continue };
-        let own = |j: usize| root.l_dirty()[(j, j)].powi(2) > APART * part[(j, j)];
-        if (0..used).all(own) {
-            found.rows_mut(0, used).copy_from(&root.solve(&pull.rows(0, used)));
-            break;
-        }
-    }
-    found
 }
 
 impl ResidualProblem for JointFit<'_> {
