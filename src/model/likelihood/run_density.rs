@@ -40,7 +40,7 @@ pub struct Spreads {
 }
 
 /// The logarithm of the density of noise at a z, or of the probability of less, with its slopes.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct LnOfNoise {
     pub value: f64,
     /// in z

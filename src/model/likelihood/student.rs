@@ -5,6 +5,7 @@ use rand_distr::{ChiSquared, Distribution, StandardNormal};
 
 use super::run_density::LnOfNoise;
 use crate::distributions::{student_t_peak, student_t_peak_slope, student_t_tail};
+use crate::roots::root_between;
 
 /// Student's t of the central 68.3 % of the normal, with its constants.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,16 +67,14 @@ impl Student {
 
     /// Log of the probability of less than z, with its slopes.
     pub(super) fn ln_probability(&self, z: f64) -> LnOfNoise {
-        if self.is_certain(z) {
-            return LnOfNoise {
-                value: 0.0,
-                z: 0.0,
-                shape: 0.0,
-            };
-        }
+        /// beside 1, in rounding
+        const LOST: f64 = 1e-18;
         let at = self.quantile * z;
         let [less, more] = self.beside;
         let [above, less, more] = [self.t, less, more].map(|of| of.above(at.abs()));
+        if at > 0.0 && above < LOST {
+            return LnOfNoise::default();
+        }
         let above_nu = (more / less).ln() / (2.0 * STEP * self.nu);
         let (value, probability, of_nu) = if at > 0.0 {
             let below = 1.0 - above;
@@ -89,16 +88,6 @@ impl Student {
             z: slope,
             shape: of_nu + slope * z * self.quantile_slope,
         }
-    }
-
-    /// Whether what lies above z is lost in rounding beside 1: z Q(z) is less than the mean f(z) (ν + z²)/(ν − 1) of what
-    /// lies there.
-    fn is_certain(&self, z: f64) -> bool {
-        /// nearer, not even the normal has so little
-        const FAR: f64 = 9.0;
-        const LOST: f64 = 1e-18;
-        let at = self.quantile * z;
-        z > FAR && self.t.density(at) * self.quantile * (self.nu + at * at) < LOST * (self.nu - 1.0) * at
     }
 
     /// A draw of z.
@@ -139,19 +128,7 @@ impl StudentT {
     /// The quantile with as much above it as above 1 of the standard normal.
     fn quantile_of_one(self) -> f64 {
         const ABOVE_ONE: f64 = 0.158_655_253_931_457_05;
-        /// from the start used here the fourth step is below rounding for any ν above 2
-        const STEPS: usize = 4;
-        const ENOUGH: f64 = 1e-8;
-        // Abramowitz & Stegun 26.7.5 to second order, at 1
-        let mut t = 1.0 + (0.5 + 0.25 / self.nu) / self.nu;
-        for _ in 0..STEPS {
-            let step = (self.above(t) - ABOVE_ONE) / self.density(t);
-            t += step;
-            // the next would be the square of it
-            if step.abs() < ENOUGH {
-                break;
-            }
-        }
-        t
+        // the normal's is 1, and ν above 2 wherever there is one
+        root_between([0.9, 2.0], |t| self.above(t) - ABOVE_ONE).unwrap_or(f64::NAN)
     }
 }
