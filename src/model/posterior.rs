@@ -158,11 +158,7 @@ impl LogDensity for PosteriorDensity {
             *slope = full_slopes[parameter.kind.slot()] * mapped.slope + mapped.ln_jacobian_slope;
         }
         let finite = value.is_finite() && slopes.iter().all(|slope| slope.is_finite());
-        if finite {
-            Ok(value)
-        } else {
-            Err(OutsideDomain)
-        }
+        finite.then_some(value).ok_or(OutsideDomain)
     }
 }
 

@@ -54,7 +54,7 @@ impl Pointwise {
             let laws: Vec<FilmLaw> = shared.firsts().map(|run| laws(self.setting(run))).collect();
             let balances: Vec<Balance> = laws.iter().map(|law| law.balance).collect();
             let kind = usize::from(shared.settings[0].runs[0] >= self.dry);
-            let (all, each) = shared.density(noise[kind], &balances);
+            let (all, each) = shared.hidden(noise[kind], &balances, |hidden| hidden.integrate());
             totals.of_kind[kind].add(all, shared.sign);
             for ((first, law), slopes) in shared.firsts().zip(&laws).zip(each) {
                 law.add(&mut totals.blocks[self.setting(first).block], slopes, shared.sign);

@@ -56,18 +56,6 @@ pub(super) struct Hidden<'b> {
 /// Slopes of a log density in what a setting keeps: in r, or in e_dry of dry runs, in −L and in k.
 pub(super) type SettingSlopes = [f64; 3];
 
-impl RunDensity {
-    /// With these slopes in what is kept.
-    pub fn with(self, [kept, viscous, dry_k]: SettingSlopes) -> RunDensity {
-        RunDensity {
-            kept,
-            viscous,
-            dry_k,
-            ..self
-        }
-    }
-}
-
 /// The logarithm falls by this much from its largest value to where the rest is nothing.
 const FALL: f64 = 25.0;
 
@@ -112,30 +100,28 @@ impl AtNodes {
 }
 
 /// Sums over nodes, all divided by the exponential of a value that the logarithm of the integrand has near its largest.
-struct Sums<'s> {
+struct Sums {
     reference: f64,
     /// mass, and slopes in σ, σ_r and the shape of the noise
     of: [f64; 4],
     /// slopes in what each setting keeps
-    settings: &'s mut [SettingSlopes],
+    settings: Vec<SettingSlopes>,
     /// what each setting has at the nodes that were asked for last
-    at: &'s mut [SettingNodes],
+    at: Vec<SettingNodes>,
     /// what the integrand is there
     nodes: AtNodes,
 }
 
-impl<'s> Sums<'s> {
-    /// None yet, with room for each setting.
-    fn of(settings: &'s mut [SettingSlopes], at: &'s mut [SettingNodes]) -> Sums<'s> {
-        let mut sums = Sums {
+impl Sums {
+    /// None yet, with room for so many settings.
+    fn of(settings: usize) -> Sums {
+        Sums {
             reference: f64::NEG_INFINITY,
             of: [0.0; 4],
-            settings,
-            at,
+            settings: vec![SettingSlopes::default(); settings],
+            at: vec![SettingNodes::default(); settings],
             nodes: AtNodes::default(),
-        };
-        sums.clear();
-        sums
+        }
     }
 
     fn clear(&mut self) {
@@ -154,17 +140,18 @@ impl<'s> Sums<'s> {
         }
     }
 
-    /// The log density with its slopes; those of the settings are divided by the mass where they stand.
-    fn density(&mut self) -> RunDensity {
+    /// The log density with its slopes, those of the settings by themselves.
+    fn density(mut self) -> (RunDensity, Vec<SettingSlopes>) {
         let [mass, sigma, energy, shape] = self.of;
         self.scale(1.0 / mass);
-        RunDensity {
+        let all = RunDensity {
             value: self.reference + mass.ln() - LN_ROOT_TWO_PI,
             sigma: sigma / mass,
             energy: energy / mass,
             shape: shape / mass,
             ..RunDensity::default()
-        }
+        };
+        (all, self.settings)
     }
 
     fn scale(&mut self, factor: f64) {
@@ -196,18 +183,9 @@ impl SettingRuns<'_> {
 }
 
 impl Hidden<'_> {
-    /// The log density or probability, with slopes but for those in what is kept, which are written setting by setting.
-    pub fn integrate(&self, of_settings: &mut [SettingSlopes]) -> RunDensity {
-        // most runs are alone, and room for one is made sooner
-        if self.settings.len() == 1 {
-            self.integrate_with(of_settings, &mut [SettingNodes::default()])
-        } else {
-            self.integrate_with(of_settings, &mut vec![SettingNodes::default(); self.settings.len()])
-        }
-    }
-
-    fn integrate_with(&self, of_settings: &mut [SettingSlopes], at: &mut [SettingNodes]) -> RunDensity {
-        let mut sums = Sums::of(of_settings, at);
+    /// The log density or probability, with slopes but for those in what is kept, which come setting by setting.
+    pub fn integrate(&self) -> (RunDensity, Vec<SettingSlopes>) {
+        let mut sums = Sums::of(self.settings.len());
         // an integral that stops before its end is none
         if !self.over_bell(&mut sums) && self.over_panels(&mut sums).is_none() {
             sums.of = [f64::NAN; 4];
@@ -217,8 +195,7 @@ impl Hidden<'_> {
 
     /// The log density alone.
     pub fn value(&self) -> f64 {
-        self.integrate(&mut vec![SettingSlopes::default(); self.settings.len()])
-            .value
+        self.integrate().0.value
     }
 
     /// The log density of each run given the others, in their order: that of all less that of the others.
@@ -329,22 +306,34 @@ impl Hidden<'_> {
 
     /// The log density of a run with noise on the energy, of which it keeps this on average; with its slope in that.
     pub fn of_energy(noise: RunNoise, kept: f64, run: &MeasuredRun) -> RunDensity {
-        let setting = SettingRuns {
-            // which keeps so much where nothing else does
-            balance: &Balance::dry(Order::First, 0.0).with_offset(kept - 1.0),
-            impact: Impact::default(),
-            runs: std::slice::from_ref(run),
-        };
-        let hidden = Hidden {
-            noise,
-            moves: Moves::Energy,
-            settings: &[setting],
-        };
-        let mut slopes = [SettingSlopes::default()];
-        let of = hidden.integrate(&mut slopes);
-        of.with(slopes[0])
+        // which keeps so much where nothing else does
+        let balance = Balance::dry(Order::First, 0.0).with_offset(kept - 1.0);
+        Hidden::of_run(noise, Moves::Energy, (&balance, Impact::default()), run)
     }
 
+    /// The log density of one run of which this is hidden, with its slopes. No part of what calls it, so that runs of which
+    /// nothing is hidden wait for none of it.
+    #[inline(never)]
+    pub fn of_run(noise: RunNoise, moves: Moves, at: (&Balance, Impact), run: &MeasuredRun) -> RunDensity {
+        let (balance, impact) = at;
+        let hidden = Hidden {
+            noise,
+            moves,
+            settings: &[SettingRuns {
+                balance,
+                impact,
+                runs: std::slice::from_ref(run),
+            }],
+        };
+        let (of, slopes) = hidden.integrate();
+        let [kept, viscous, dry_k] = slopes[0];
+        RunDensity {
+            kept,
+            viscous,
+            dry_k,
+            ..of
+        }
+    }
 }
 
 #[cfg(test)]

@@ -83,11 +83,7 @@ impl Likelihood {
             slopes[SHAPE_SLOT] += of.shape;
         }
         let finite = value.is_finite() && slopes.iter().all(|slope| slope.is_finite());
-        if finite {
-            Ok(value)
-        } else {
-            Err(OutsideDomain)
-        }
+        finite.then_some(value).ok_or(OutsideDomain)
     }
 
     /// Adds the runs of a kind that nodes stand for. What a dry run keeps is e_dry², without losses.

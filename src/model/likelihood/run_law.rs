@@ -1,7 +1,7 @@
 //! Says what one run adds to the log likelihood: with the noise of its kind, its tails, and what its measurement errs by.
 
 use super::errors::Errors;
-use super::hidden::{Hidden, Moves, SettingRuns, SettingSlopes};
+use super::hidden::{Hidden, Moves};
 use super::run_density::{RunDensity, Seen, Side};
 use super::run_noise::{MeasuredRun, RunNoise};
 use crate::physics::balance::{Balance, Impact};
@@ -38,29 +38,12 @@ impl RunImpact<'_> {
         };
         let (kept, slope_k) = self.kept();
         if self.errors.speed > 0.0 {
-            self.integrated(noise, &run, Moves::Speed)
+            Hidden::of_run(*noise, Moves::Speed, (self.balance, self.impact), &run)
         } else if noise.acts_on_energy(kept) {
-            self.integrated(noise, &run, Moves::Energy)
+            Hidden::of_run(*noise, Moves::Energy, (self.balance, self.impact), &run)
         } else {
             self.with_slopes(noise.density(&run, kept, 1.0), slope_k)
         }
-    }
-
-    /// The same where something is hidden. A function of its own, so that the other runs wait for none of it.
-    #[inline(never)]
-    fn integrated(&self, noise: &RunNoise, run: &MeasuredRun, moves: Moves) -> RunDensity {
-        let hidden = Hidden {
-            noise: *noise,
-            moves,
-            settings: &[SettingRuns {
-                balance: self.balance,
-                impact: self.impact,
-                runs: std::slice::from_ref(run),
-            }],
-        };
-        let mut slopes = [SettingSlopes::default()];
-        let found = hidden.integrate(&mut slopes);
-        found.with(slopes[0])
     }
 }
 

@@ -1,7 +1,6 @@
 //! Holds runs that share a true speed, setting by setting, with what is known of each.
 
-use super::hidden::{Hidden, Moves, SettingRuns, SettingSlopes};
-use super::run_density::RunDensity;
+use super::hidden::{Hidden, Moves, SettingRuns};
 use super::run_noise::{MeasuredRun, RunNoise};
 use crate::physics::balance::{Balance, Impact};
 
@@ -43,12 +42,5 @@ impl SharedRuns {
             moves: Moves::Speed,
             settings: &settings.collect::<Vec<SettingRuns>>(),
         })
-    }
-
-    /// Their log density, and its slopes in what each setting keeps.
-    pub fn density(&self, noise: RunNoise, balances: &[Balance]) -> (RunDensity, Vec<SettingSlopes>) {
-        let mut each = vec![SettingSlopes::default(); self.settings.len()];
-        let all = self.hidden(noise, balances, |hidden| hidden.integrate(&mut each));
-        (all, each)
     }
 }

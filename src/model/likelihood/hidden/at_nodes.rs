@@ -17,9 +17,6 @@ use crate::physics::rebound::{kept_and_slope, mean_and_slope, mean_restitution, 
 /// Nodes are summed in multiples of this.
 const LANES: usize = 8;
 
-/// Variances whose logarithm is taken at once, that of their product: one takes as long as all else that a rebound adds.
-const MOST_FACTORS: usize = 4;
-
 /// What the line is gone along in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Path {
@@ -94,13 +91,8 @@ impl RuleNodes {
         self.count += 1;
     }
 
-    pub fn with(mut self, x: f64, weight: f64) -> RuleNodes {
-        self.push(x, weight);
-        self
-    }
-
     /// Fills the last register up with nodes that count for nothing.
-    pub fn fill(&mut self) {
+    fn fill(&mut self) {
         while !self.count.is_multiple_of(LANES) {
             self.push(self.x[0], 0.0);
         }
@@ -110,7 +102,7 @@ impl RuleNodes {
 impl Hidden<'_> {
     /// Whether runs have normal noise on the restitution alone, and z all that is hidden of them.
     pub(super) fn is_plain(&self) -> bool {
-        /// the product of [`MOST_FACTORS`] variances is then a number of which [`logarithm`] gives the logarithm
+        /// whose square is then a number of which [`logarithm`] gives the logarithm
         const SIGMA: std::ops::Range<f64> = 1e-30..1e30;
         let spreads = self.noise.spreads;
         self.noise.tails == Tails::Normal
@@ -118,8 +110,9 @@ impl Hidden<'_> {
             && (self.moves == Moves::Energy || spreads.energy == 0.0)
     }
 
-    /// Adds nodes, a multiple of [`LANES`], to sums.
-    pub(super) fn at_nodes(&self, nodes: &RuleNodes, sums: &mut Sums) {
+    /// Adds nodes to sums.
+    pub(super) fn at_nodes(&self, nodes: &mut RuleNodes, sums: &mut Sums) {
+        nodes.fill();
         Arch::new().dispatch(Nodes {
             hidden: self,
             nodes,
@@ -133,21 +126,20 @@ impl Hidden<'_> {
         for some in places.chunks(MOST_NODES) {
             let mut nodes = RuleNodes::along(Path::Straight);
             some.iter().for_each(|z| nodes.push(*z, 0.0));
-            nodes.fill();
-            self.at_nodes(&nodes, sums);
+            self.at_nodes(&mut nodes, sums);
             found.extend(&sums.nodes.ln[..some.len()]);
         }
         found
     }
 }
 
-struct Nodes<'n, 'b, 'm, 's> {
+struct Nodes<'n, 'b> {
     hidden: &'n Hidden<'b>,
     nodes: &'n RuleNodes,
-    sums: &'m mut Sums<'s>,
+    sums: &'n mut Sums,
 }
 
-impl WithSimd for Nodes<'_, '_, '_, '_> {
+impl WithSimd for Nodes<'_, '_> {
     type Output = ();
 
     // each loop is over slices whose length is not known where the code is made: of one that is, the registers are not filled
@@ -166,7 +158,6 @@ impl WithSimd for Nodes<'_, '_, '_, '_> {
         let sigma = hidden.noise.spreads.sigma;
         let is_plain = hidden.is_plain();
         let [mut ln, mut parts, mut of_sigma, mut of_energy, mut of_shape] = [[0.0; MOST_NODES]; 5];
-        let (mut variances, mut factors) = ([1.0; MOST_NODES], 0);
         let (mut z, mut stretch) = ([0.0; MOST_NODES], [1.0; MOST_NODES]);
         for ((z, stretch), x) in z[..count].iter_mut().zip(&mut stretch[..count]).zip(&x[..count]) {
             [*z, *stretch] = path.at(*x);
@@ -191,24 +182,15 @@ impl WithSimd for Nodes<'_, '_, '_, '_> {
                     Seen::Rebound(e) if is_plain => {
                         let errors = hidden.errors(run);
                         let shared = errors.shared();
-                        let variances = &mut variances[..count];
-                        for ((((ln, of_kept), of_sigma), variances), ((mean, slope), z)) in
-                            sums.zip(&mut *variances).zip(at)
-                        {
+                        for (((ln, of_kept), of_sigma), ((mean, slope), z)) in sums.zip(at) {
                             let ratio = errors.ratio(*z);
                             let variance = errors.variance(sigma * ratio);
                             let distance = e - shared * (1.0 - ratio) - mean * ratio;
                             let inverse = 1.0 / variance;
                             let square = distance * distance * inverse;
-                            *ln -= 0.5 * square + LN_ROOT_TWO_PI;
-                            *variances *= variance;
+                            *ln -= 0.5 * (square + logarithm(variance, fused)) + LN_ROOT_TWO_PI;
                             *of_kept += distance * inverse * ratio * slope;
                             *of_sigma += (square - 1.0) * inverse * sigma * ratio * ratio;
-                        }
-                        factors += 1;
-                        if factors == MOST_FACTORS {
-                            divide_by_root(ln, variances, fused);
-                            factors = 0;
                         }
                     }
                     Seen::On(side, limit) if is_plain => {
@@ -237,9 +219,6 @@ impl WithSimd for Nodes<'_, '_, '_, '_> {
                     }
                 }
             }
-        }
-        if factors > 0 {
-            divide_by_root(&mut ln[..count], &mut variances[..count], fused);
         }
         sums.refer_to(largest(&ln[..count]));
         let reference = sums.reference;
@@ -328,15 +307,6 @@ impl SettingRuns<'_> {
             (*kept, *slope_k) = balance.kept(&impact);
             *over_stokes = impact.over_stokes;
         }
-    }
-}
-
-/// Takes half the logarithm of each product of variances off, and leaves ones.
-#[inline(always)]
-fn divide_by_root(ln: &mut [f64], variances: &mut [f64], fused: bool) {
-    for (ln, variances) in ln.iter_mut().zip(variances) {
-        *ln -= 0.5 * logarithm(*variances, fused);
-        *variances = 1.0;
     }
 }
 

@@ -18,10 +18,9 @@ use crate::roots::root_between;
 const MOST_PANELS: usize = 20_000;
 
 /// Standard deviations of whatever is narrow that a panel is long: Gauss's rule of order 12 has 1e-9 of a normal density over so
-/// many; Student's has a pole about one from the line. And those beyond which noise on the energy meets nothing as narrow: what
-/// is known of a run says no more there, or has Student's pole as far off.
-const NORMAL: [f64; 2] = [5.0, 8.0];
-const STUDENT: [f64; 2] = [1.5, 1.0];
+/// many; Student's has a pole about one from the line.
+const WIDTHS_NORMAL: f64 = 5.0;
+const WIDTHS_STUDENT: f64 = 1.5;
 
 /// A place of a bell and its width, in the variable of a path.
 #[derive(Debug, Clone, Copy)]
@@ -42,6 +41,8 @@ struct Panels {
     all: Vec<Panel>,
     /// the largest logarithm that is known
     best: f64,
+    /// standard deviations of whatever is narrow that one is long, and beyond which noise on the restitution is nothing narrow
+    lengths: [f64; 2],
     /// z of nought and of the turns: farther out the logarithm has one largest value at most
     within: [f64; 2],
 }
@@ -121,34 +122,20 @@ impl Hidden<'_> {
 
     /// Where an integrand may be largest along a path.
     fn start(&self, path: Path) -> Bell {
-        /// what is farther off is found by the nodes themselves, or is no bell
-        const STEPS: usize = 4;
-        /// of a width
-        const NEAR: f64 = 0.05;
         let Path::Turn { kept, slope } = path else {
             return Bell { x: 0.0, width: 1.0 };
         };
         let run = &self.settings[0].runs[0];
-        // Gauss–Newton's steps from the restitution, or from where z is nought
+        // a step of Gauss–Newton's from the restitution, or from where z is nought: the rest is found by the nodes themselves
         let (e, own) = match run.seen {
             Seen::Rebound(e) => (e, 1.0 / self.errors(run).variance(self.noise.spreads.sigma)),
             Seen::On(..) | Seen::Measured(..) => (path.place(0.0), 0.0),
         };
-        let over_slope = 1.0 / slope;
-        let (mut x, mut variance) = (e, 1.0);
-        for _ in 0..STEPS {
-            // far from the turn m⁻¹(x) is x |x|, and near it there is no bell
-            let z = (x * x.abs() - kept) * over_slope;
-            let of_z = 2.0 * x.abs() * over_slope;
-            variance = 1.0 / (own + of_z * of_z);
-            let step = ((e - x) * own - z * of_z) * variance;
-            x += step;
-            if step * step < NEAR * NEAR * variance {
-                break;
-            }
-        }
+        // far from the turn m⁻¹(x) is x |x|, and near it there is no bell
+        let (z, of_z) = ((e * e.abs() - kept) / slope, 2.0 * e.abs() / slope);
+        let variance = 1.0 / (own + of_z * of_z);
         Bell {
-            x,
+            x: e - z * of_z * variance,
             width: variance.sqrt(),
         }
     }
@@ -159,23 +146,14 @@ impl Hidden<'_> {
             nodes.push(x - width * node, width * weight);
             nodes.push(x + width * node, width * weight);
         }
-        self.at_nodes(&nodes, sums);
+        self.at_nodes(&mut nodes, sums);
     }
 
     /// Writes the integral to the sums, by panels along the whole line as far as there is something; `None` where there is no
     /// end of them.
     pub(super) fn over_panels(&self, sums: &mut Sums) -> Option<()> {
-        /// of the way from nought to a turn
-        const PLACES: usize = 8;
-        let far = |ln: f64| (2.0 * (FALL + self.largest() - ln)).max(0.0).sqrt();
-        let at_zero = self.ln_at(&[0.0], sums)[0];
-        let mut places = vec![];
-        for turn in self.turns(far(at_zero)) {
-            places.extend((1..=PLACES).map(|place| turn.0 * place as f64 / PLACES as f64));
-        }
-        let largest = |lns: Vec<f64>, so_far: f64| lns.into_iter().fold(so_far, f64::max);
-        let best = largest(self.ln_at(&places, sums), at_zero);
-        let far = far(best);
+        let best = self.ln_at(&[0.0], sums)[0];
+        let far = (2.0 * (FALL + self.largest() - best)).max(0.0).sqrt();
         let turns = self.turns(far);
         let mut segments = vec![];
         for (place, (z, setting)) in turns.iter().enumerate() {
@@ -190,6 +168,11 @@ impl Hidden<'_> {
         let mut panels = Panels {
             all: vec![],
             best,
+            lengths: match self.noise.tails {
+                Tails::Normal => [WIDTHS_NORMAL, far],
+                // the pole is as far off as the place is from what is known
+                _ => [WIDTHS_STUDENT, 1.0],
+            },
             within: turns
                 .iter()
                 .fold([0.0; 2], |[lo, hi]: [f64; 2], (z, _)| [lo.min(*z), hi.max(*z)]),
@@ -202,20 +185,20 @@ impl Hidden<'_> {
         let Panels { all: panels, best, .. } = panels;
         sums.clear();
         sums.reference = best;
-        let mut all: Vec<RuleNodes> = vec![];
+        let mut nodes = RuleNodes::along(Path::Straight);
         for Panel { path, ends, ln } in panels {
             if ln.iter().all(|ln| *ln < best - FALL) {
                 continue;
             }
-            for_nodes_of_panel(ends, |x, weight| match all.last_mut() {
-                Some(nodes) if nodes.is_along(path) && !nodes.is_full() => nodes.push(x, weight),
-                _ => all.push(RuleNodes::along(path).with(x, weight)),
+            for_nodes_of_panel(ends, |x, weight| {
+                if nodes.is_full() || !nodes.is_along(path) {
+                    self.at_nodes(&mut nodes, sums);
+                    nodes = RuleNodes::along(path);
+                }
+                nodes.push(x, weight);
             });
         }
-        for nodes in &mut all {
-            nodes.fill();
-            self.at_nodes(nodes, sums);
-        }
+        self.at_nodes(&mut nodes, sums);
         Some(())
     }
 
@@ -225,7 +208,8 @@ impl Hidden<'_> {
             return None;
         }
         let inner = 0f64.clamp(lo, hi.max(lo));
-        let [widths, _] = self.lengths();
+        let [widths, apart] = to.lengths;
+        let longest = |x: f64| widths / self.narrowness(path, x, apart);
         for end in [lo, hi] {
             let mut places = vec![inner];
             let mut is_done = inner == end;
@@ -233,9 +217,9 @@ impl Hidden<'_> {
                 while places.len() < MOST_NODES && !is_done {
                     let from = places[places.len() - 1];
                     let (rest, sign) = ((end - from).abs(), (end - from).signum());
-                    let mut length = (widths / self.narrowness(path, from)).min(path.longest(from)).min(rest);
+                    let mut length = longest(from).min(path.longest(from)).min(rest);
                     // the width mostly falls outwards
-                    length = length.min(widths / self.narrowness(path, from + sign * length));
+                    length = length.min(longest(from + sign * length));
                     let next = if length < rest { from + sign * length } else { end };
                     if next.is_nan() || next == from {
                         return None;
@@ -259,20 +243,11 @@ impl Hidden<'_> {
         Some(())
     }
 
-    /// [`NORMAL`] or [`STUDENT`].
-    fn lengths(&self) -> [f64; 2] {
-        if self.noise.tails == Tails::Normal {
-            NORMAL
-        } else {
-            STUDENT
-        }
-    }
-
-    /// By how many standard deviations of whatever is narrow the integrand moves with a place.
-    fn narrowness(&self, path: Path, x: f64) -> f64 {
+    /// By how many standard deviations of whatever is narrow the integrand moves with a place. Noise on the energy meets nothing
+    /// as narrow as that on the restitution more than `apart` of these off.
+    fn narrowness(&self, path: Path, x: f64, apart: f64) -> f64 {
         let [z, stretch] = path.at(x);
         let Spreads { sigma, energy } = self.noise.spreads;
-        let [_, far] = self.lengths();
         let mut squares = 1.0;
         for setting in self.settings {
             let impact = self.impact(setting, z);
@@ -293,7 +268,7 @@ impl Hidden<'_> {
                 squares += moved * moved
                     / match self.moves {
                         Moves::Speed => own + further,
-                        Moves::Energy => own.max(((known - mean) / far).powi(2)),
+                        Moves::Energy => own.max(((known - mean) / apart).powi(2)),
                     };
             }
         }

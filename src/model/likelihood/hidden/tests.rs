@@ -450,8 +450,7 @@ fn slopes_of_settings_agree_with_differences() {
             let runs: Vec<Vec<MeasuredRun>> = others.iter().map(|other| other.repeats(2)).collect();
             let settings = others.iter().zip(&runs).map(|(other, runs)| other.setting(runs));
             let settings: Vec<SettingRuns> = settings.collect();
-            let mut slopes = [SettingSlopes::default(); 3];
-            let found = case.hidden(&settings).integrate(&mut slopes);
+            let (found, slopes) = case.hidden(&settings).integrate();
             (found.value, slopes[moved][2])
         };
         for moved in 0..3 {
