@@ -134,7 +134,8 @@ impl RunsWithPriors<'_> {
 
     /// What the runs say about a point; `None` where it is not finite.
     pub fn information(&self, values: &[f64]) -> Option<DirectionalInformation> {
-        DirectionalInformation::of(self.local(values, &self.spreads(values))?.information)
+        let axes = axes(self.local(values, &self.spreads(values))?.information)?;
+        Some(DirectionalInformation { axes })
     }
 }
 
@@ -162,13 +163,13 @@ const AS_MUCH: f64 = 1.0;
 const SHARE: f64 = 0.01;
 
 impl DirectionalInformation {
-    fn of(information: DMatrix<f64>) -> Option<DirectionalInformation> {
-        axes(information).map(|axes| DirectionalInformation { axes })
-    }
-
     /// Covariance of z under runs and prior, or the part of it in the directions of wanted s².
     fn covariance(&self, wanted: impl Fn(f64) -> bool) -> DMatrix<f64> {
-        function(&self.axes, |s2| if wanted(s2) { left_of_variance(s2) } else { 0.0 })
+        // rounding may leave an s² of zero a little below it
+        function(
+            &self.axes,
+            |s2| if wanted(s2) { 1.0 / (1.0 + s2.max(0.0)) } else { 0.0 },
+        )
     }
 
     /// Share of its prior sd that each parameter keeps.
@@ -221,11 +222,6 @@ impl DirectionalInformation {
         };
         found.into_iter().map(group).collect()
     }
-}
-
-/// Share of its prior variance that a direction keeps; rounding may leave an s² of zero a little below it.
-fn left_of_variance(s2: f64) -> f64 {
-    1.0 / (1.0 + s2.max(0.0))
 }
 
 #[cfg(test)]

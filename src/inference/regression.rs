@@ -1,6 +1,6 @@
 //! Fits a law to runs by least squares, with its sensitivity to errors of the speed and to a known offset.
 //!
-//! The caller gives no starting values: they come from a straight line.
+//! The caller gives no starting values: they come from a flat law.
 
 use nalgebra::DMatrix;
 

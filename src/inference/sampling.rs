@@ -95,16 +95,11 @@ impl Sampled {
 
     /// Every draw as a full vector of parameters, chain after chain.
     pub fn full_draws(&self) -> Vec<Vec<f64>> {
-        let kept = self.chains.iter().map(|chain| chain.ln_density.len());
-        let places = kept
-            .enumerate()
-            .flat_map(|(chain, draws)| (0..draws).map(move |draw| (chain, draw)));
-        places
-            .map(|(chain, draw)| {
-                let all = self.values.iter().chain(&self.series_offsets);
-                let values: Vec<f64> = all.map(|of| of[chain][draw]).collect();
-                self.parameters.full(&values)
-            })
+        let columns = self.values.iter().chain(&self.series_offsets).map(|of| of.concat());
+        let columns: Vec<Vec<f64>> = columns.collect();
+        let draw = |place: usize| columns.iter().map(|column| column[place]).collect::<Vec<f64>>();
+        (0..self.draws())
+            .map(|place| self.parameters.full(&draw(place)))
             .collect()
     }
 

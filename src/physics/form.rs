@@ -250,15 +250,12 @@ impl Form {
             (true, false) => !matches!(term, Term::Inertia | Term::Viscous),
             (listed, held) => listed != held,
         };
-        Term::LISTED.into_iter().fold(
-            self,
-            |form, term| {
-                if differs(form, &term) {
-                    term.toggled(form)
-                } else {
-                    form
-                }
-            },
-        )
+        let mut form = self;
+        for term in Term::LISTED {
+            if differs(form, &term) {
+                form = term.toggled(form);
+            }
+        }
+        form
     }
 }

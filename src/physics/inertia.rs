@@ -130,10 +130,7 @@ impl Inertia {
 
     /// dg/dδ̃0; zero for every form without a film scale.
     pub fn slope_film_scale(self, film_ratio: f64, film_scale: f64) -> f64 {
-        match self {
-            Inertia::Saturating => self.shape_and_slope_film_scale(film_ratio, film_scale).1,
-            Inertia::Stepwise | Inertia::Cap | Inertia::None => 0.0,
-        }
+        self.shape_and_slope_film_scale(film_ratio, film_scale).1
     }
 
     /// g and dg/dδ̃0 of the saturating form, as a loop computes them several at a time; `fused` where the loop is made for

@@ -40,16 +40,14 @@ pub fn bend_mean_restitution(kept: f64) -> f64 {
 
 /// The r at which m(r) is this: the inverse of [`mean_restitution`].
 pub fn kept_of_mean_restitution(mean: f64) -> f64 {
-    // r⁴ = m⁴ (r² + τ⁴), a quadratic in r²
-    let fourth = mean.powi(4);
-    let square = 0.5 * (fourth + (fourth * fourth + 4.0 * fourth * TURN.powi(4)).sqrt());
-    square.sqrt().copysign(mean)
+    kept_and_slope(mean).0
 }
 
 /// m⁻¹ and its slope with two roots and two divisions; the slope is τ at zero and 2 |m| far from it.
 #[inline(always)]
 pub fn kept_and_slope(mean: f64) -> (f64, f64) {
     let square = mean * mean;
+    // r⁴ = m⁴ (r² + τ⁴), a quadratic in r²
     let root = (square * square + 4.0 * TURN4).sqrt();
     let ratio = (0.5 * (square + root)).sqrt();
     (mean * ratio, ratio * (1.0 + square / root))

@@ -49,13 +49,11 @@ impl Replicates {
         let count = self.sorted.len();
         let rank = (count as f64 + 1.0) * p;
         let k = rank.trunc() as usize;
-        if k == 0 || k >= count {
-            return if k == 0 {
-                self.sorted.first()
-            } else {
-                self.sorted.last()
-            }
-            .copied();
+        if k == 0 {
+            return self.sorted.first().copied();
+        }
+        if k >= count {
+            return self.sorted.last().copied();
         }
         let low = self.sorted[k - 1];
         if k as f64 == rank {

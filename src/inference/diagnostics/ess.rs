@@ -7,6 +7,7 @@
 
 use super::halves::Halves;
 use super::{have_diagnostics, mean, quantile, variance};
+use crate::lanes::sums;
 
 /// Probability of each tail whose ESS is reported.
 pub const TAIL: f64 = 0.05;
@@ -40,8 +41,8 @@ pub(super) fn of_halves(halves: &Halves) -> Option<f64> {
     }
     let count = halves.draws.len() as f64;
     let covariance = |lag: usize| {
-        let sum: f64 = centred.chunks_exact(n).map(|half| lagged(half, lag)).sum();
-        sum / count
+        let products = |half: &[f64]| sums([&half[..n - lag], &half[lag..]], |[early, late]| [early * late])[0];
+        centred.chunks_exact(n).map(products).sum::<f64>() / count
     };
     let biased = covariance(0);
     let within = biased * n as f64 / (n as f64 - 1.0);
@@ -52,21 +53,6 @@ pub(super) fn of_halves(halves: &Halves) -> Option<f64> {
     let sum: f64 = pairs.iter().sum();
     let tau = (2.0 * sum - 1.0 + last).max(1.0 / count.log10());
     Some(count / tau)
-}
-
-/// Σ x_i x_{i+lag}, in eight sums at once because one sum waits for itself.
-fn lagged(x: &[f64], lag: usize) -> f64 {
-    const LANES: usize = 8;
-    let (early, late) = (&x[..x.len() - lag], &x[lag..]);
-    let mut sums = [0.0; LANES];
-    let (a, b) = (early.chunks_exact(LANES), late.chunks_exact(LANES));
-    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in a.zip(b) {
-        for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }
 
 /// Sums of the autocorrelations at lags (0, 1), (2, 3), … while they are positive, and the even one of the last pair.

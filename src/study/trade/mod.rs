@@ -231,7 +231,13 @@ impl TradeSetup<'_> {
     fn run(&self, method: Measurable, reference: &Reference) -> MeasuredMethod {
         let began = Instant::now();
         let (marginals, checked) = match method {
-            Measurable::Law(law) => (self.read_off(law), Ok(None)),
+            Measurable::Law(law) => {
+                let (parameters, inertia) = (&self.parameters, self.form.inertia);
+                (
+                    laws::marginals(law, self.scene, &self.table.runs, parameters, inertia),
+                    Ok(None),
+                )
+            }
             Measurable::Draws(method) => {
                 let drawn = self.prepared(|prepared| self.draw(method, prepared));
                 match drawn {
@@ -263,11 +269,6 @@ impl TradeSetup<'_> {
             vouched: checked.clone().unwrap_or_default(),
             failed: checked.err(),
         }
-    }
-
-    fn read_off(&self, law: WetLaw) -> Vec<Option<Marginal>> {
-        let runs = &self.table.runs;
-        laws::marginals(law, self.scene, runs, &self.parameters, self.form.inertia)
     }
 
     /// Draws by a method, and the error of its own that does not show in them.
