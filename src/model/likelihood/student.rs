@@ -12,10 +12,8 @@ use crate::roots::root_between;
 pub struct Student {
     /// ν
     pub(super) nu: f64,
-    /// t itself
-    pub(super) t: StudentT,
-    /// t of a little less and a little more ν
-    pub(super) beside: [StudentT; 2],
+    /// ln of the density of t at 0
+    pub(super) t_peak: f64,
     /// c, the quantile of t that as much lies below as below 1 of the standard normal
     pub(super) quantile: f64,
     /// slope of ln c in ν
@@ -33,22 +31,34 @@ const STEP: f64 = 1e-4;
 impl Student {
     /// Of so many degrees of freedom.
     pub fn new(nu: f64) -> Student {
-        let step = STEP * nu;
-        let t = StudentT::new(nu);
-        let beside = [nu - step, nu + step].map(StudentT::new);
-        let quantile = t.quantile_of_one();
-        // as much stays above
-        let [less, more] = beside.map(|t| t.above(quantile));
-        let quantile_slope = (more - less) / (2.0 * step) / t.density(quantile) / quantile;
-        Student {
+        /// what lies above 1 of the standard normal
+        const ABOVE_ONE: f64 = 0.158_655_253_931_457_05;
+        // the normal's is 1, and ν above 2 wherever there is one
+        let quantile = root_between([0.9, 2.0], |t| student_t_tail(t, nu) - ABOVE_ONE).unwrap_or(f64::NAN);
+        let t_peak = student_t_peak(nu);
+        let mut student = Student {
             nu,
-            t,
-            beside,
+            t_peak,
             quantile,
-            quantile_slope,
-            peak: t.peak + quantile.ln(),
-            peak_slope: student_t_peak_slope(nu) + quantile_slope,
-        }
+            quantile_slope: 0.0,
+            peak: t_peak + quantile.ln(),
+            peak_slope: student_t_peak_slope(nu),
+        };
+        // as much stays above
+        let [less, more] = student.above_beside(quantile);
+        student.quantile_slope = (more - less) / (2.0 * STEP * nu) / student.density(quantile) / quantile;
+        student.peak_slope += student.quantile_slope;
+        student
+    }
+
+    /// Density of t.
+    fn density(&self, t: f64) -> f64 {
+        (self.t_peak - 0.5 * (self.nu + 1.0) * (t * t / self.nu).ln_1p()).exp()
+    }
+
+    /// What lies above t ≥ 0, of a little less and of a little more ν.
+    fn above_beside(&self, t: f64) -> [f64; 2] {
+        [-STEP, STEP].map(|step| student_t_tail(t, self.nu + step * self.nu))
     }
 
     /// Log density at z, of a spread of 1, with its slopes.
@@ -70,11 +80,11 @@ impl Student {
         /// beside 1, in rounding
         const LOST: f64 = 1e-18;
         let at = self.quantile * z;
-        let [less, more] = self.beside;
-        let [above, less, more] = [self.t, less, more].map(|of| of.above(at.abs()));
+        let above = student_t_tail(at.abs(), self.nu);
         if at > 0.0 && above < LOST {
             return LnOfNoise::default();
         }
+        let [less, more] = self.above_beside(at.abs());
         let above_nu = (more / less).ln() / (2.0 * STEP * self.nu);
         let (value, probability, of_nu) = if at > 0.0 {
             let below = 1.0 - above;
@@ -82,7 +92,7 @@ impl Student {
         } else {
             (above.ln(), above, above_nu)
         };
-        let slope = self.t.density(at) * self.quantile / probability;
+        let slope = self.density(at) * self.quantile / probability;
         LnOfNoise {
             value,
             z: slope,
@@ -96,39 +106,5 @@ impl Student {
         let squares = ChiSquared::new(self.nu).map_or(f64::NAN, |squares| squares.sample(rng));
         let z: f64 = StandardNormal.sample(rng);
         (self.nu / squares).sqrt() / self.quantile * z
-    }
-}
-
-/// Student's t of some degrees of freedom.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct StudentT {
-    /// ν
-    nu: f64,
-    /// ln of the density at 0
-    peak: f64,
-}
-
-impl StudentT {
-    fn new(nu: f64) -> StudentT {
-        StudentT {
-            nu,
-            peak: student_t_peak(nu),
-        }
-    }
-
-    fn density(self, t: f64) -> f64 {
-        (self.peak - 0.5 * (self.nu + 1.0) * (t * t / self.nu).ln_1p()).exp()
-    }
-
-    /// What lies above t ≥ 0.
-    fn above(self, t: f64) -> f64 {
-        student_t_tail(t, self.nu)
-    }
-
-    /// The quantile with as much above it as above 1 of the standard normal.
-    fn quantile_of_one(self) -> f64 {
-        const ABOVE_ONE: f64 = 0.158_655_253_931_457_05;
-        // the normal's is 1, and ν above 2 wherever there is one
-        root_between([0.9, 2.0], |t| self.above(t) - ABOVE_ONE).unwrap_or(f64::NAN)
     }
 }
