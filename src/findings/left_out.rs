@@ -326,7 +326,7 @@ fn leave_series_out(units: &SeriesDensities, full: &[&[f64]], draws: LooDraws) -
             }
         }
     };
-    let found = loo(units.len(), draws, fill);
+    let found = loo(units.count(), draws, fill);
     found.map_err(|unit| format!("dry run or series {}: a draw is not finite", unit + 1))
 }
 

@@ -233,7 +233,9 @@ mod tests {
         for row in rows {
             sums.add(0.0, &[(0, row[0]), (1, row[1]), (2, row[2])]);
         }
-        DirectionalInformation::of(sums.information).expect("finite")
+        DirectionalInformation {
+            axes: axes(sums.information).expect("finite"),
+        }
     }
 
     #[test]

@@ -114,12 +114,6 @@ impl Law {
         }
     }
 
-    /// c₀², c₀ c₁ and c₁² at an abscissa.
-    pub fn design_products(self, x: f64) -> [f64; 3] {
-        let [a, b] = self.design(x);
-        [a * a, a * b, b * b]
-    }
-
     /// The u with H u = g for a symmetric H of entries 00, 01, 11; of one parameter the first entry alone.
     pub fn solve(self, [h0, h1, h2]: [f64; 3], [g0, g1]: [f64; 2]) -> [f64; 2] {
         if self.parameters() == 1 {

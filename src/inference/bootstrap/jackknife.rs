@@ -86,7 +86,8 @@ pub(super) fn first_order(target: &Target) -> Influences {
     let mut hessian = [0.0; 3];
     for (run, x) in regression.x.iter().enumerate() {
         let (_, bend) = gradient_and_bend(run);
-        for (sum, product) in hessian.iter_mut().zip(regression.law.design_products(*x)) {
+        let [a, b] = regression.law.design(*x);
+        for (sum, product) in hessian.iter_mut().zip([a * a, a * b, b * b]) {
             *sum += bend * product;
         }
     }

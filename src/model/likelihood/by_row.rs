@@ -10,6 +10,7 @@ use super::hidden::{Rebounds, MOST_REBOUNDS};
 use super::pointwise::Pointwise;
 use super::run_density::{RunDensity, Totals};
 use super::run_noise::RunNoise;
+use super::tails::Tails;
 use super::trend::FilmLaw;
 use crate::physics::balance::Balance;
 
@@ -18,7 +19,9 @@ impl Pointwise {
     pub(super) fn add_to(&self, full: &[f64], noise: &[RunNoise; 2], rebounds_are_nodes: bool, totals: &mut Totals) {
         let mut laws = self.laws(full);
         // what a run errs by is its own, and is seen to one run at a time
-        let together = self.errors.is_empty() && noise[1].acts_on_every_energy();
+        // m′ falls to where all is kept: noise that acts there acts on every run
+        let is_normal = noise[1].tails == Tails::Normal && noise[1].acts_on_energy(1.0);
+        let together = self.errors.is_empty() && is_normal;
         let is_wet_rebound = |run: usize| run >= self.dry && !self.is_stuck(run);
         // repeats stick with one probability
         let mut last_stuck: Option<(usize, RunDensity)> = None;

@@ -23,7 +23,7 @@ impl<'r> SeriesDensities<'r> {
     }
 
     /// Dry runs and series.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.runs.len() - self.runs.wet() + self.runs.series.len()
     }
 
@@ -39,11 +39,6 @@ impl<'r> SeriesDensities<'r> {
     /// Whether the density of a run is an integral.
     pub fn are_integrals(&self) -> bool {
         self.likelihood.rows.is_integrated()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// The log density of each dry run, then of each series, at a full vector of parameters with offsets.

@@ -47,16 +47,6 @@ impl Errors {
         noise * noise + (1.0 - self.correlation * self.correlation) * self.restitution * self.restitution
     }
 
-    /// S, without a root where nothing is added to the noise.
-    #[inline(always)]
-    pub fn spread(&self, noise: f64) -> f64 {
-        if self.restitution > 0.0 {
-            self.variance(noise).sqrt()
-        } else {
-            noise
-        }
-    }
-
     /// c = ρ u v/s: by how much of 1 − v_t/v the restitution errs with the impact speed; 0 where that does not err.
     pub fn shared(&self) -> f64 {
         if self.speed > 0.0 {

@@ -88,15 +88,8 @@ struct AtNodes {
     ln: Column,
     /// slope of z along the path
     stretch: Column,
-    /// what a node adds to the mass
+    /// what a node adds to the mass; of a bell the nodes on both sides follow one another
     parts: Column,
-}
-
-impl AtNodes {
-    /// What the nodes on both sides of a bell add to the mass.
-    fn pairs(&self) -> &[[f64; 2]] {
-        self.parts.as_chunks().0
-    }
 }
 
 /// Sums over nodes, all divided by the exponential of a value that the logarithm of the integrand has near its largest.

@@ -87,12 +87,6 @@ impl RunNoise {
         energy > 0.0 && slope_mean_restitution(kept) * energy > NOTICED * sigma
     }
 
-    /// Whether normal noise on the energy kept moves every run by more than that.
-    pub fn acts_on_every_energy(&self) -> bool {
-        // m′ is above a half up to r = 1
-        self.tails == Tails::Normal && self.spreads.energy > 2.0 * NOTICED * self.spreads.sigma
-    }
-
     /// The log density or probability of a run that keeps this at so many times its measured speed, with its slopes in what is
     /// kept, σ and the shape of the noise: without noise on the energy kept.
     #[inline]
@@ -102,7 +96,7 @@ impl RunNoise {
         // of the rebound speed over the measured impact speed
         let measured = |side: Side, e: f64| {
             let distance = e - errors.shared() * (1.0 - ratio) - mean * ratio;
-            (side, distance, ratio, errors.spread(sigma * ratio))
+            (side, distance, ratio, errors.variance(sigma * ratio).sqrt())
         };
         let (side, distance, ratio, spread) = match *seen {
             Seen::Rebound(e) => measured(Side::Below, e),

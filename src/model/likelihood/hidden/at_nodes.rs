@@ -59,7 +59,7 @@ impl Path {
 /// Some nodes of a rule along a path.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RuleNodes {
-    path: Path,
+    pub path: Path,
     x: Column,
     weights: Column,
     /// up to [`MOST_NODES`]
@@ -75,10 +75,6 @@ impl RuleNodes {
             weights: [0.0; MOST_NODES],
             count: 0,
         }
-    }
-
-    pub fn is_along(&self, path: Path) -> bool {
-        self.path == path
     }
 
     pub fn is_full(&self) -> bool {
@@ -220,7 +216,7 @@ impl WithSimd for Nodes<'_, '_> {
                 }
             }
         }
-        sums.refer_to(largest(&ln[..count]));
+        sums.refer_to(ln[..count].iter().copied().fold(f64::NEG_INFINITY, f64::max));
         let reference = sums.reference;
         let weights = weights.iter().zip(&stretch);
         for ((part, (weight, stretch)), ln) in parts[..count].iter_mut().zip(weights).zip(&ln) {
@@ -308,16 +304,4 @@ impl SettingRuns<'_> {
             *over_stokes = impact.over_stokes;
         }
     }
-}
-
-#[inline(always)]
-fn largest(numbers: &[f64]) -> f64 {
-    let larger = |a: f64, b: f64| if a > b { a } else { b };
-    let mut lanes = [f64::NEG_INFINITY; LANES];
-    for chunk in numbers.as_chunks::<LANES>().0 {
-        for (lane, number) in lanes.iter_mut().zip(chunk) {
-            *lane = larger(*lane, *number);
-        }
-    }
-    lanes.into_iter().fold(f64::NEG_INFINITY, larger)
 }

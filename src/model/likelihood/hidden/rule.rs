@@ -11,7 +11,7 @@ use super::{AtNodes, Hidden, Moves, SettingRuns, Sums, FALL, MOST_NODES, REACH};
 use crate::model::likelihood::run_density::{Seen, Spreads};
 use crate::model::likelihood::run_noise::MeasuredRun;
 use crate::model::likelihood::tails::Tails;
-use crate::physics::rebound::{mean_and_slope, TURN};
+use crate::physics::rebound::mean_and_slope;
 use crate::roots::root_between;
 
 /// Panels beyond which parameters are taken to have no density.
@@ -105,7 +105,7 @@ impl Hidden<'_> {
             }
             sums.clear();
             self.at_hermite(path, bell, sums);
-            if has_converged(sums.nodes.pairs()) && keeps_its_sign(sums) {
+            if has_converged(sums.nodes.parts.as_chunks().0) && keeps_its_sign(sums) {
                 return true;
             }
             let Some((step, ratio)) = bell.towards(&sums.nodes) else {
@@ -191,7 +191,7 @@ impl Hidden<'_> {
                 continue;
             }
             for_nodes_of_panel(ends, |x, weight| {
-                if nodes.is_full() || !nodes.is_along(path) {
+                if nodes.is_full() || nodes.path != path {
                     self.at_nodes(&mut nodes, sums);
                     nodes = RuleNodes::along(path);
                 }
@@ -277,18 +277,11 @@ impl Hidden<'_> {
 
     /// Where settings turn within reach, in order, each with its setting.
     pub(super) fn turns(&self, reach: f64) -> Vec<(f64, usize)> {
-        /// settings that turn within this share of the width of a turn turn as one
-        const AS_ONE: f64 = 0.25;
         let mut turns = vec![];
         for (setting, of) in self.settings.iter().enumerate() {
             turns.extend(self.turn(of, reach).map(|z| (z, setting)));
         }
         turns.sort_by(|a, b| a.0.total_cmp(&b.0));
-        turns.dedup_by(|next, (z, setting)| {
-            let setting = &self.settings[*setting];
-            let slope = self.kept_slope(setting, &self.impact(setting, *z), *z);
-            (next.0 - *z) * slope.abs() < AS_ONE * TURN * TURN
-        });
         turns
     }
 
