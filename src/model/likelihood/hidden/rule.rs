@@ -8,6 +8,7 @@
 use super::at_nodes::{Path, RuleNodes};
 use super::gauss::{has_converged, GAUSS, HERMITE, HERMITE_NODES};
 use super::{AtNodes, Hidden, Moves, SettingRuns, Sums, FALL, MOST_NODES, REACH};
+use crate::distributions::LN_ROOT_TWO_PI;
 use crate::model::likelihood::run_density::{Seen, Spreads};
 use crate::model::likelihood::run_noise::MeasuredRun;
 use crate::model::likelihood::tails::Tails;
@@ -18,9 +19,10 @@ use crate::roots::root_between;
 const MOST_PANELS: usize = 20_000;
 
 /// Standard deviations of whatever is narrow that a panel is long: Gauss's rule of order 12 has 1e-9 of a normal density over so
-/// many; Student's has a pole about one from the line.
-const WIDTHS_NORMAL: f64 = 5.0;
-const WIDTHS_STUDENT: f64 = 1.5;
+/// many; Student's has a pole about one from the line. And those beyond which noise on the energy meets nothing as narrow, as
+/// Student's pole is as far off as the place is from what is known.
+const NORMAL: [f64; 2] = [5.0, f64::INFINITY];
+const STUDENT: [f64; 2] = [1.5, 1.0];
 
 /// A place of a bell and its width, in the variable of a path.
 #[derive(Debug, Clone, Copy)]
@@ -41,8 +43,6 @@ struct Panels {
     all: Vec<Panel>,
     /// the largest logarithm that is known
     best: f64,
-    /// standard deviations of whatever is narrow that one is long, and beyond which noise on the restitution is nothing narrow
-    lengths: [f64; 2],
     /// z of nought and of the turns: farther out the logarithm has one largest value at most
     within: [f64; 2],
 }
@@ -152,9 +152,29 @@ impl Hidden<'_> {
     /// Writes the integral to the sums, by panels along the whole line as far as there is something; `None` where there is no
     /// end of them.
     pub(super) fn over_panels(&self, sums: &mut Sums) -> Option<()> {
-        let best = self.ln_at(&[0.0], sums)[0];
-        let far = (2.0 * (FALL + self.largest() - best)).max(0.0).sqrt();
-        let turns = self.turns(far);
+        /// of the way from nought to a turn
+        const PLACES: usize = 8;
+        let far = |ln: f64| (2.0 * (FALL + self.largest() - ln)).max(0.0).sqrt();
+        let mut places = vec![0.0];
+        match self.moves {
+            Moves::Speed => {
+                for (turn, _) in self.turns(far(self.ln_at(&places, sums)[0])) {
+                    places.extend((1..=PLACES).map(|place| turn * place as f64 / PLACES as f64));
+                }
+            }
+            // noise on the restitution may be so little that a run comes from nowhere else than beside what is known of it
+            Moves::Energy => {
+                let path = self.turn_path(&self.settings[0], 0.0);
+                places.extend([self.known()[0], self.start(path).x].map(|x| path.at(x)[0]));
+            }
+        }
+        let best = self.ln_at(&places, sums).into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let far = far(best);
+        let turns = match self.moves {
+            Moves::Speed => self.turns(far),
+            // r is a straight line there
+            Moves::Energy => vec![(self.turn_path(&self.settings[0], 0.0).at(0.0)[0], 0)],
+        };
         let mut segments = vec![];
         for (place, (z, setting)) in turns.iter().enumerate() {
             let half_way = |other: &(f64, usize)| 0.5 * (z + other.0);
@@ -165,26 +185,24 @@ impl Hidden<'_> {
         if turns.is_empty() {
             segments.push((Path::Straight, [-far, far]));
         }
+        let (within, certain) = self.uncertain(far);
+        let best = best.max(certain + LN_ROOT_TWO_PI);
         let mut panels = Panels {
             all: vec![],
             best,
-            lengths: match self.noise.tails {
-                Tails::Normal => [WIDTHS_NORMAL, far],
-                // the pole is as far off as the place is from what is known
-                _ => [WIDTHS_STUDENT, 1.0],
-            },
             within: turns
                 .iter()
                 .fold([0.0; 2], |[lo, hi]: [f64; 2], (z, _)| [lo.min(*z), hi.max(*z)]),
         };
         for (path, ends) in segments {
-            let mut ends = ends.map(|z| path.place(z));
+            let mut ends = ends.map(|z| path.place(z).max(within[0]).min(within[1]));
             ends.sort_by(f64::total_cmp);
             self.panels_of(path, ends, sums, &mut panels)?;
         }
         let Panels { all: panels, best, .. } = panels;
         sums.clear();
         sums.reference = best;
+        sums.of[0] = (certain + LN_ROOT_TWO_PI - best).exp();
         let mut nodes = RuleNodes::along(Path::Straight);
         for Panel { path, ends, ln } in panels {
             if ln.iter().all(|ln| *ln < best - FALL) {
@@ -202,13 +220,44 @@ impl Hidden<'_> {
         Some(())
     }
 
+    /// Restitution that is known of the one run whose noise on the energy is integrated over, with the standard deviation of the
+    /// noise on it.
+    fn known(&self) -> [f64; 2] {
+        let (run, sigma) = (&self.settings[0].runs[0], self.noise.spreads.sigma);
+        match run.seen {
+            Seen::On(_, limit) => [limit, sigma],
+            Seen::Rebound(e) | Seen::Measured(_, e) => [e, self.errors(run).variance(sigma).sqrt()],
+        }
+    }
+
+    /// Places along x beyond which noise on the energy leaves nothing of a rebound, or a side is certain, with the logarithm of the
+    /// probability of the latter; everywhere where the noise on the restitution is not normal.
+    fn uncertain(&self, far: f64) -> ([f64; 2], f64) {
+        if self.moves == Moves::Speed || self.noise.tails != Tails::Normal {
+            return ([f64::NEG_INFINITY, f64::INFINITY], f64::NEG_INFINITY);
+        }
+        let [known, sd] = self.known();
+        let certain = match self.settings[0].runs[0].seen {
+            Seen::Rebound(_) => f64::NEG_INFINITY,
+            Seen::On(side, _) | Seen::Measured(side, _) => {
+                let path = self.turn_path(&self.settings[0], 0.0);
+                let [z, _] = path.at(known - side.sign() * far * sd);
+                self.noise.tails.ln_probability(side.sign() * z).value
+            }
+        };
+        ([known - far * sd, known + far * sd], certain)
+    }
+
     /// Adds panels between two places, from the turn outwards until there is nothing and less follows; `None` where there is no end of them.
     fn panels_of(&self, path: Path, [lo, hi]: [f64; 2], sums: &mut Sums, to: &mut Panels) -> Option<()> {
         if lo.is_nan() || hi.is_nan() {
             return None;
         }
         let inner = 0f64.clamp(lo, hi.max(lo));
-        let [widths, apart] = to.lengths;
+        let [widths, apart] = match self.noise.tails {
+            Tails::Normal => NORMAL,
+            _ => STUDENT,
+        };
         let longest = |x: f64| widths / self.narrowness(path, x, apart);
         for end in [lo, hi] {
             let mut places = vec![inner];

@@ -583,6 +583,33 @@ fn parameters_beyond_all_numbers_have_no_density() {
     }
 }
 
+/// Where a search may come by: what is known of a run then bounds nothing.
+#[test]
+fn without_noise_or_far_beyond_any_loss_no_integral_panics() {
+    const SPREADS: [f64; 5] = [0.0, 1e-300, 1e-160, 1e160, 1e300];
+    for good in energies("without_noise_no_integral_panics", 4) {
+        for (sigma, energy) in SPREADS.into_iter().flat_map(|one| SPREADS.map(|other| (one, other))) {
+            for lost in [0.0, 1e160, 1e300, -1e300] {
+                let mut case = good;
+                case.noise.spreads = Spreads { sigma, energy };
+                case.balance.lost.over_stokes = lost;
+                for seen in [
+                    Seen::Rebound(case.e),
+                    Seen::On(Side::Below, 0.05),
+                    Seen::On(Side::Above, 0.05),
+                    Seen::Measured(Side::Below, 0.05),
+                ] {
+                    let found = case.density(seen).value;
+                    assert!(
+                        found.is_nan() || found < f64::INFINITY,
+                        "{sigma} {energy} {lost} {seen:?} {found}"
+                    );
+                }
+            }
+        }
+    }
+}
+
 /// A sum over the panels that were reached would pass for the integral.
 #[test]
 fn an_integral_that_does_not_reach_its_end_is_none() {
