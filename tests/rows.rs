@@ -214,6 +214,8 @@ fn rows_that_say_they_are_means_are_left_out_and_named() {
         assert_eq!(found.dry[0].dry_k.value, plain.dry[0].dry_k.value, "{label}");
         assert_eq!(found.counts.screened.iter().map(|one| one.runs).sum::<usize>(), 4);
         assert_eq!(found.counts.runs, plain.counts.runs + 4);
+        // one fact, one caution
+        assert_eq!(found.notice("screened"), None);
         let text = found.notice("labelled_rows");
         let text = text.map(|notice| notice.text.clone()).unwrap_or_default();
         assert!(text.contains("line 5 `") && text.contains("line 17 `"), "{text}");

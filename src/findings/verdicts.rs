@@ -16,7 +16,7 @@ use crate::model::parameters::ParameterKind;
 use crate::physics::DrySpeed;
 use crate::remark::Remark;
 use crate::rounding::{by_number, significant};
-use crate::runs::{Screened, Table, NOTHING_USES};
+use crate::runs::{Screened, Table, NOTHING_USES, OTHER_LABEL};
 use crate::scene::{Scene, WetLaw};
 
 /// Whether the main numbers may be quoted: no gating check failed.
@@ -296,16 +296,18 @@ fn check_usable(criterion: Kind, what: &str, all: usize, failed: &[String]) -> R
 pub fn fit_notices(setup: FitSetup, table: &Table, series: &[SeriesFit], scaling: &[Scaling]) -> Vec<Remark> {
     let FitSetup { scene, runs, dry } = setup;
     let mut found = vec![];
-    let left_out: usize = table.screened.iter().map(|one| one.runs).sum();
+    // a remark of its own names those with such a label
+    let screened = || table.screened.iter().filter(|one| one.next_step != OTHER_LABEL);
+    let left_out: usize = screened().map(|one| one.runs).sum();
     if left_out > 0 {
         let reason = |one: &Screened| format!("{} with {}", one.runs, one.reason);
-        let reasons: Vec<String> = table.screened.iter().map(reason).collect();
+        let reasons: Vec<String> = screened().map(reason).collect();
         let reasons = reasons.join(", ");
         let text = format!("{left_out} {} left out: {reasons}", by_number(left_out, "run", "runs"));
-        let mut next: Vec<&str> = table.screened.iter().map(|one| one.next_step).collect();
+        let mut next: Vec<&str> = screened().map(|one| one.next_step).collect();
         next.dedup();
         // what the scene did not ask for is told with the checks, where it is much
-        let unasked = table.screened.iter().filter(|one| one.next_step == NOTHING_USES);
+        let unasked = screened().filter(|one| one.next_step == NOTHING_USES);
         let unasked: usize = unasked.map(|one| one.runs).sum();
         let share = unasked as f64 / (left_out + runs.all_measured()) as f64;
         found.push(match remarks::MUCH_SCREENED.holds(share) {

@@ -195,6 +195,9 @@ pub(super) fn too_many_rows(rows: usize, scene: &Scene) -> Option<Problem> {
     })
 }
 
+/// What uses rows that are left out by their labels, which a remark of its own names.
+pub(crate) const OTHER_LABEL: &str = "give those rows another label to use them";
+
 /// What uses runs that the column of reasons leaves out.
 const CLEAR_EXCLUDE: &str = "clear the word in the column `exclude` to use those excluded";
 
@@ -397,7 +400,7 @@ impl Collected {
         let labelled = Screened {
             reason: "a label that says mean, total or spread of other rows".to_owned(),
             runs: self.labelled.1,
-            next_step: "give those rows another label to use them",
+            next_step: OTHER_LABEL,
         };
         let by_file = by_file.chain([labelled]);
         by_scene.chain(by_file).filter(|screened| screened.runs > 0).collect()

@@ -98,7 +98,7 @@ mod write;
 
 pub(crate) use cells::{text_rows, TextRow};
 pub use collect::Screened;
-pub(crate) use collect::OF_READING;
+pub(crate) use collect::{OF_READING, OTHER_LABEL};
 pub use draft::Draft;
 pub use errors::{MeasurementErrors, RunsWithErrors};
 pub(crate) use fields::{column, rows_by_fields, Column, Fields, Row};
