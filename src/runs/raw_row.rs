@@ -110,30 +110,22 @@ impl StokesScale {
     }
 }
 
-/// Where a sphere meets the film, on the scale of the heights of a table.
-pub(super) struct Surface {
-    pub height: f64,
+/// Where a sphere meets the film, on the scale of the heights of a table; `None` where film or diameter were refused and the
+/// heights depend on it.
+pub(super) fn surface(scene: &Scene, film: Option<f64>, diameter: Option<f64>) -> Option<f64> {
+    let of_film = match scene.data.naming.heights_to {
+        HeightsTo::Plate => film?,
+        HeightsTo::Film => 0.0,
+    };
+    let of_sphere = match scene.data.naming.heights_of {
+        HeightsOf::Lowest => 0.0,
+        HeightsOf::Centre => 0.5 * diameter?,
+    };
+    Some(of_film + of_sphere)
 }
 
-impl Surface {
-    /// `None` where film or diameter were refused and the heights depend on it.
-    pub fn of(scene: &Scene, film: Option<f64>, diameter: Option<f64>) -> Option<Surface> {
-        let of_film = match scene.data.naming.heights_to {
-            HeightsTo::Plate => film?,
-            HeightsTo::Film => 0.0,
-        };
-        let of_sphere = match scene.data.naming.heights_of {
-            HeightsOf::Lowest => 0.0,
-            HeightsOf::Centre => 0.5 * diameter?,
-        };
-        Some(Surface {
-            height: of_film + of_sphere,
-        })
-    }
-
-    /// How far a sphere falls from a height to the surface; `None` where it lies within.
-    pub fn fall(&self, height: f64) -> Option<f64> {
-        let fall = height - self.height;
-        (fall > 0.0).then_some(fall)
-    }
+/// How far a sphere falls from a height to the surface; `None` where it lies within.
+pub(super) fn fall(height: f64, surface: f64) -> Option<f64> {
+    let fall = height - surface;
+    (fall > 0.0).then_some(fall)
 }

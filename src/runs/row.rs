@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use super::averaged::{mean_of, MeanOf};
 use super::errors::{self, RunError};
 use super::raw_row::{
-    bad_cell, refuse, BadCell, RawRow, StokesScale, Surface, IMPACTS, LARGEST_RESTITUTION, MEASUREMENT_SDS, REBOUNDS,
+    bad_cell, fall, refuse, surface, BadCell, RawRow, StokesScale, IMPACTS, LARGEST_RESTITUTION, MEASUREMENT_SDS,
+    REBOUNDS,
 };
 use super::read_run::{ReadRun, RowSetting};
 use super::told_twice::{rounding_of_log, speed_ratios, SpeedRatios};
@@ -194,34 +195,18 @@ pub(super) fn check_row(
         let expected = "expected a film ratio above 0 and up to 1";
         problems.push(bad_cell(RunColumn::FilmRatio, expected));
     }
-    let surface = Surface::of(checker.scene, film, diameter);
-    let mut ratios = SpeedRatios::default();
-    if raw.has_any(&[RunColumn::DropHeight, RunColumn::Stokes, RunColumn::ReboundHeight]) {
-        let of_stokes = StokesScale::of(checker.scene, particle, liquid, diameter);
-        ratios = surface
-            .as_ref()
-            .map_or(ratios, |surface| speed_ratios(raw, surface, &of_stokes, &rounding));
-        if !has_speed {
-            impact_speed = derived_speed(raw, surface.as_ref(), of_stokes, problems);
-        }
+    let surface = surface(checker.scene, film, diameter);
+    let of_stokes = StokesScale::of(checker.scene, particle, liquid, diameter);
+    let ratios = surface.map(|surface| speed_ratios(raw, surface, &of_stokes, &rounding));
+    if !has_speed {
+        impact_speed = derived_speed(raw, surface, of_stokes, problems);
     }
-    let rebound = rebound_speed(raw, surface.as_ref(), problems);
+    let rebound = rebound_speed(raw, surface, problems);
     let restitution = restitution(raw, impact_speed, rebound, rounding, problems);
-    let mut row_mean_of = None;
-    let of_means = [
-        RunColumn::Runs,
-        RunColumn::RestitutionSdOfRuns,
-        RunColumn::RestitutionSe,
-    ];
-    if raw.has_any(&of_means) {
-        let limit = checker.scene.data.smallest_restitution;
-        row_mean_of = restitution.and_then(|restitution| mean_of(raw, restitution, limit, problems));
-    }
+    let limit = checker.scene.data.smallest_restitution;
+    let mean_of = restitution.and_then(|restitution| mean_of(raw, restitution, limit, problems));
     let sds = MEASUREMENT_SDS.map(|column| raw[column]);
-    let has_sd = sds.iter().any(Option::is_some);
-    if has_sd {
-        check_sds(sds, problems);
-    }
+    check_sds(sds, problems);
     let correlation = raw[RunColumn::SpeedCorrelation];
     if correlation.is_some_and(|rho| !(-1.0..=1.0).contains(&rho)) {
         let expected = "expected a correlation from -1 to 1";
@@ -237,7 +222,7 @@ pub(super) fn check_row(
         diameter: diameter?,
         film: film?,
     };
-    let errors = match has_sd {
+    let errors = match sds.iter().any(Option::is_some) {
         true => errors::of_run(sds, correlation.unwrap_or(0.0), impact_speed, restitution),
         false => RunError::default(),
     };
@@ -250,8 +235,8 @@ pub(super) fn check_row(
             errors,
             ..ReadRun::default()
         },
-        mean_of: row_mean_of,
-        ratios,
+        mean_of,
+        ratios: ratios.unwrap_or_default(),
     })
 }
 
@@ -272,17 +257,17 @@ fn check_sds(sds: [Option<f64>; 3], problems: &mut Vec<BadCell>) {
 /// The impact speed of a run that has a drop height or a Stokes number in its place.
 fn derived_speed(
     raw: &RawRow,
-    surface: Option<&Surface>,
+    surface: Option<f64>,
     of_stokes: StokesScale,
     problems: &mut Vec<BadCell>,
 ) -> Option<f64> {
     let (column, speed) = if raw[RunColumn::DropHeight].is_some() {
         let height = positive(raw, RunColumn::DropHeight, "a drop height", problems)?;
         let surface = surface?;
-        let Some(fall) = surface.fall(height) else {
+        let Some(fall) = fall(height, surface) else {
             let expected = format!(
                 "expected a drop height above {:.4} mm, where the fall ends",
-                millimetres(surface.height)
+                millimetres(surface)
             );
             return refuse(problems, RunColumn::DropHeight, expected);
         };
@@ -304,7 +289,7 @@ fn derived_speed(
 
 /// The rebound speed and the column it stands in; that of a rebound height at the surface of the film, which a sphere that
 /// turned below it did not reach.
-fn rebound_speed(raw: &RawRow, surface: Option<&Surface>, problems: &mut Vec<BadCell>) -> Option<(RunColumn, f64)> {
+fn rebound_speed(raw: &RawRow, surface: Option<f64>, problems: &mut Vec<BadCell>) -> Option<(RunColumn, f64)> {
     if let Some(speed) = raw[RunColumn::ReboundSpeed] {
         return Some((RunColumn::ReboundSpeed, speed));
     }
@@ -313,7 +298,7 @@ fn rebound_speed(raw: &RawRow, surface: Option<&Surface>, problems: &mut Vec<Bad
         let expected = "expected a rebound height of 0 or more";
         return refuse(problems, RunColumn::ReboundHeight, expected);
     }
-    let speed = surface?.fall(height).map_or(0.0, free_fall_speed);
+    let speed = fall(height, surface?).map_or(0.0, free_fall_speed);
     Some((RunColumn::ReboundHeight, speed))
 }
 

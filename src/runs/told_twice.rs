@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::raw_row::{RawRow, StokesScale, Surface};
+use super::raw_row::{fall, RawRow, StokesScale};
 use super::read_run::RowSetting;
 use crate::physics::numbers::free_fall_speed;
 use crate::scene::RunColumn;
@@ -45,12 +45,12 @@ pub(super) fn rounding_of_log(raw: &RawRow, column: RunColumn, rounding: impl Fn
 /// Those of a run; 1 where rounding explains what they are.
 pub(super) fn speed_ratios(
     raw: &RawRow,
-    surface: &Surface,
+    surface: f64,
     of_stokes: &StokesScale,
     rounding: impl Fn(RunColumn) -> f64,
 ) -> SpeedRatios {
     let speed = |column: RunColumn| match column {
-        RunColumn::DropHeight | RunColumn::ReboundHeight => Some(free_fall_speed(surface.fall(raw[column]?)?)),
+        RunColumn::DropHeight | RunColumn::ReboundHeight => Some(free_fall_speed(fall(raw[column]?, surface)?)),
         RunColumn::Stokes => match of_stokes {
             StokesScale::Known(scale) => raw[column].map(|stokes| stokes * scale),
             _ => None,
