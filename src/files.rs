@@ -159,48 +159,36 @@ impl Pipe {
 
 /// What a path names that is neither a regular file nor a pipe.
 fn what_else(of: FileType) -> Option<&'static str> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if of.is_fifo() {
+            return None;
+        }
+        if of.is_socket() {
+            return Some("a socket");
+        }
+    }
     if of.is_file() {
         None
     } else if of.is_dir() {
         Some("a folder")
     } else {
-        special(of)
-    }
-}
-
-#[cfg(unix)]
-fn special(of: FileType) -> Option<&'static str> {
-    use std::os::unix::fs::FileTypeExt;
-    if of.is_fifo() {
-        None
-    } else if of.is_socket() {
-        Some("a socket")
-    } else {
         Some("a device")
     }
 }
 
-#[cfg(not(unix))]
-fn special(_: FileType) -> Option<&'static str> {
-    Some("a device")
-}
-
 /// How a file is opened for reading that may turn out to be a pipe.
-#[cfg(unix)]
-pub(crate) fn options() -> OpenOptions {
-    use rustix::fs::OFlags;
-    use std::os::unix::fs::OpenOptionsExt;
-    let mut options = OpenOptions::new();
-    // else a pipe that nobody writes to is waited for as it is opened, for ever
-    let flags = OFlags::NONBLOCK | OFlags::NOCTTY;
-    options.read(true).custom_flags(flags.bits() as i32);
-    options
-}
-
-/// How a file is opened for reading that may turn out to be a pipe.
-#[cfg(not(unix))]
 pub(crate) fn options() -> OpenOptions {
     let mut options = OpenOptions::new();
     options.read(true);
+    #[cfg(unix)]
+    {
+        use rustix::fs::OFlags;
+        use std::os::unix::fs::OpenOptionsExt;
+        // else a pipe that nobody writes to is waited for as it is opened, for ever
+        let flags = OFlags::NONBLOCK | OFlags::NOCTTY;
+        options.custom_flags(flags.bits() as i32);
+    }
     options
 }

@@ -13,43 +13,25 @@ const PATIENCE: Duration = Duration::from_millis(500);
 pub struct Progress {
     bar: ProgressBar,
     started: Instant,
-    ticker: Option<Ticker>,
+    /// the thread that shows again and again that work of unknown length goes on, until its sender is dropped
+    ticker: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
-/// Shows again and again that work of unknown length goes on, until it is dropped.
-struct Ticker {
-    work: Option<Sender<()>>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Ticker {
-    /// `None` where there is no terminal to show it on, or no thread is to be had: the work goes on without.
-    fn of(bar: &ProgressBar) -> Option<Ticker> {
-        if bar.is_hidden() {
-            return None;
+/// `None` where there is no terminal to show it on, or no thread is to be had: the work goes on without.
+fn ticker(bar: &ProgressBar) -> Option<(Sender<()>, JoinHandle<()>)> {
+    if bar.is_hidden() {
+        return None;
+    }
+    let (work, ended) = channel::<()>();
+    let bar = bar.clone();
+    let tick = move || {
+        // the first tick comes after one interval: short work never draws
+        while ended.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+            bar.tick();
         }
-        let (work, ended) = channel::<()>();
-        let bar = bar.clone();
-        let tick = move || {
-            // the first tick comes after one interval: short work never draws
-            while ended.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
-                bar.tick();
-            }
-        };
-        let thread = std::thread::Builder::new().spawn(tick).ok()?;
-        Some(Ticker {
-            work: Some(work),
-            thread: Some(thread),
-        })
-    }
-}
-
-impl Drop for Ticker {
-    fn drop(&mut self) {
-        drop(self.work.take());
-        // one that ended in a panic has ended, too
-        let _ = self.thread.take().map(JoinHandle::join);
-    }
+    };
+    let thread = std::thread::Builder::new().spawn(tick).ok()?;
+    Some((work, thread))
 }
 
 impl Progress {
@@ -58,7 +40,7 @@ impl Progress {
         let bar = ProgressBar::with_draw_target(None, target(quiet)).with_message(what);
         bar.set_style(ProgressStyle::default_spinner());
         Progress {
-            ticker: Ticker::of(&bar),
+            ticker: ticker(&bar),
             bar,
             started: Instant::now(),
         }
@@ -100,7 +82,11 @@ impl Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         // before the line is cleared, so that no tick draws it again
-        drop(self.ticker.take());
+        if let Some((work, thread)) = self.ticker.take() {
+            drop(work);
+            // one that ended in a panic has ended, too
+            let _ = thread.join();
+        }
         self.bar.finish_and_clear();
     }
 }

@@ -58,18 +58,12 @@ const fn unit(suffix: &'static str, symbol: &'static str, scale: Scale) -> Unit 
     Unit { suffix, symbol, scale }
 }
 
-const LENGTH: &[Unit] = &[
-    unit("_mm", "mm", Scale::Over(1e3)),
-    unit("_um", "µm", Scale::Over(1e6)),
-    unit("_cm", "cm", Scale::Over(1e2)),
-    unit("_m", "m", Scale::Times(1.0)),
-];
-const THICKNESS: &[Unit] = &[
-    unit("_um", "µm", Scale::Over(1e6)),
-    unit("_mm", "mm", Scale::Over(1e3)),
-    unit("_cm", "cm", Scale::Over(1e2)),
-    unit("_m", "m", Scale::Times(1.0)),
-];
+const MILLIMETRE: Unit = unit("_mm", "mm", Scale::Over(1e3));
+const MICROMETRE: Unit = unit("_um", "µm", Scale::Over(1e6));
+const CENTIMETRE: Unit = unit("_cm", "cm", Scale::Over(1e2));
+const METRE: Unit = unit("_m", "m", Scale::Times(1.0));
+const LENGTH: &[Unit] = &[MILLIMETRE, MICROMETRE, CENTIMETRE, METRE];
+const THICKNESS: &[Unit] = &[MICROMETRE, MILLIMETRE, CENTIMETRE, METRE];
 const SPEED: &[Unit] = &[
     unit("_m_s", "m/s", Scale::Times(1.0)),
     unit("_cm_s", "cm/s", Scale::Over(1e2)),

@@ -24,25 +24,6 @@ thread_local! {
     static OWN: Cell<bool> = const { Cell::new(false) };
 }
 
-/// A reading in progress.
-struct Reading;
-
-impl Reading {
-    fn begin() -> Reading {
-        READINGS.fetch_add(1, SeqCst);
-        HERE.set(HERE.get() + 1);
-        OWN.set(false);
-        Reading
-    }
-}
-
-impl Drop for Reading {
-    fn drop(&mut self) {
-        READINGS.fetch_sub(1, SeqCst);
-        HERE.set(HERE.get() - 1);
-    }
-}
-
 /// Does a step of reading; `None` where a library panicked in it, which is not printed.
 pub(super) fn unless_damaged<T>(step: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
@@ -54,9 +35,12 @@ pub(super) fn unless_damaged<T>(step: impl FnOnce() -> T) -> Option<T> {
             }
         }));
     });
-    let reading = Reading::begin();
+    READINGS.fetch_add(1, SeqCst);
+    HERE.set(HERE.get() + 1);
+    OWN.set(false);
     let done = catch_unwind(AssertUnwindSafe(step));
-    drop(reading);
+    READINGS.fetch_sub(1, SeqCst);
+    HERE.set(HERE.get() - 1);
     match done {
         Ok(done) => Some(done),
         Err(own) if OWN.get() => resume_unwind(own),

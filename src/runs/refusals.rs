@@ -48,18 +48,13 @@ pub(super) fn bad_row(line: u64, found: &str, expected: &str) -> Problem {
 /// Does a step of reading a file of some format by a library. A damaged file may make that panic: it too is only an
 /// unreadable file.
 pub(super) fn readable<T, E: Display>(format: &str, step: impl FnOnce() -> Result<T, E>) -> Result<T, Vec<Problem>> {
-    match unless_damaged(step) {
-        Some(Ok(value)) => Ok(value),
-        Some(Err(error)) => Err(unreadable(format, &error)),
-        None => Err(unreadable(format, &"its parts contradict each other")),
-    }
-}
-
-/// Says why a file cannot be read, by the first line of what a library says.
-fn unreadable(format: &str, why: &dyn Display) -> Vec<Problem> {
-    let why = why.to_string();
+    let why = match unless_damaged(step) {
+        Some(Ok(value)) => return Ok(value),
+        Some(Err(error)) => error.to_string(),
+        None => "its parts contradict each other".to_owned(),
+    };
     let first = why.lines().next().unwrap_or_default();
-    vec![Problem::new(format!("not a readable {format}"), first)]
+    Err(vec![Problem::new(format!("not a readable {format}"), first)])
 }
 
 /// Why a table is refused.
