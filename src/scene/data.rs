@@ -5,7 +5,7 @@ use std::path::Path;
 use super::expect::{ABOVE_ZERO, FILM_RATIO, LARGEST_FILM_RATIO, NOT_NEGATIVE, SHARE};
 use super::keys::{DefaultsTo, Key, Section};
 use super::naming::{naming, Naming, SceneNames};
-use super::table::{read_nothing, Located, Number, Numbers, SceneTable, TextOrTexts};
+use super::table::{read_nothing, Number, Numbers, SceneTable, TextOrTexts};
 use super::table_file::TableFile;
 use crate::error::quoted;
 use crate::units::Dimension;
@@ -138,7 +138,7 @@ fn in_order(mut numbers: Vec<f64>) -> Vec<f64> {
 fn runs(table: &SceneTable, path: &Path) -> Vec<TableFile> {
     let names = table.read(&RUNS).unwrap_or_default();
     let mut runs: Vec<TableFile> = vec![];
-    for Located { value: name, at } in &names {
+    for (name, at) in &names {
         let refuse = |expected: &str| table.refuse(RUNS.base, *at, Some(quoted(name)), expected);
         let file = TableFile::named(path.parent(), name);
         if !file.has_known_ending() {

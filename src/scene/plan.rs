@@ -376,12 +376,12 @@ fn by_diameter(table: &SceneTable) -> Vec<KOfDiameter> {
 pub(super) fn design(table: &SceneTable, names: &SceneNames) -> Design {
     let diameters = table.by_particle(&DIAMETER, &names.particles);
     let mut used = vec![];
-    for name in table.read(&LIQUIDS).unwrap_or_default() {
-        match names.liquids.iter().position(|liquid| *liquid == name.value) {
+    for (name, at) in table.read(&LIQUIDS).unwrap_or_default() {
+        match names.liquids.iter().position(|liquid| *liquid == name) {
             Some(liquid) => used.push(liquid),
             None => {
                 let names = names.liquids.iter().copied();
-                table.refuse_name(LIQUIDS.base, (&name.value, name.at), "a name in [liquids]", names);
+                table.refuse_name(LIQUIDS.base, (&name, at), "a name in [liquids]", names);
             }
         }
     }

@@ -14,8 +14,6 @@ pub(super) struct ReadKeys {
     pub keys: BTreeMap<String, bool>,
     /// what is to be said of those that were asked for, in that order
     pub guides: Vec<KeyGuide>,
-    /// every quantity, without its unit
-    pub quantities: BTreeMap<String, Dimension>,
     /// required keys that are not there, each with all its units
     pub missing: Vec<Vec<String>>,
 }
@@ -37,8 +35,8 @@ impl ReadKeys {
                 let usual = format!("{base}{}", dimension.units()[0].suffix);
                 (Some(usual), format!("a unit is part of the key; expected {names}"))
             };
-            let (meant, hint) = if let Some(dimension) = self.quantities.get(name) {
-                unit(name, *dimension)
+            let (meant, hint) = if let Some(key) = self.guides.iter().find(|key| key.base == name) {
+                unit(name, key.dimension)
             } else if let Some(near) = closest(name, free()).or_else(|| closest(name, all())) {
                 (Some(near.to_owned()), format!("unknown key; did you mean `{near}`?"))
             } else if let Some((base, dimension)) = self.in_an_unknown_unit(name) {
@@ -59,10 +57,10 @@ impl ReadKeys {
     /// The quantity a key means that names a unit nobody knows.
     fn in_an_unknown_unit(&self, name: &str) -> Option<(&str, Dimension)> {
         let names_it = |base: &str| name.strip_prefix(base).is_some_and(|unit| unit.starts_with('_'));
-        let with_units = self.quantities.iter().filter(|(_, d)| **d != Dimension::One);
+        let with_units = self.guides.iter().filter(|key| key.dimension != Dimension::One);
         let longest = with_units
-            .filter(|(base, _)| names_it(base))
-            .max_by_key(|(base, _)| base.len())?;
-        Some((longest.0.as_str(), *longest.1))
+            .filter(|key| names_it(key.base))
+            .max_by_key(|key| key.base.len())?;
+        Some((longest.base, longest.dimension))
     }
 }

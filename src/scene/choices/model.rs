@@ -7,7 +7,7 @@ use crate::physics::{DrySpeed, Form, Inertia, Viscous};
 use crate::scene::expect::ABOVE_ZERO;
 use crate::scene::keys::{DefaultsTo, Key, Section};
 use crate::scene::materials::{Liquid, Particle};
-use crate::scene::table::{read_nothing, NumberOr, OneOf, QuantityOrWord, SceneTable, SomeOf, Switch};
+use crate::scene::table::{read_nothing, NumberOr, OneOf, SceneTable, SomeOf, Switch};
 use crate::units::Dimension;
 
 /// What the model holds.
@@ -159,10 +159,10 @@ pub enum Sticking {
     Excluded,
 }
 
-const DRY_SPEED: Key<NumberOr, DefaultsTo<QuantityOrWord>> = Key::new("dry_speed", DRY_SPEED_TAKES)
+const DRY_SPEED: Key<NumberOr, DefaultsTo<Option<f64>>> = Key::new("dry_speed", DRY_SPEED_TAKES)
     .means("impact speed at which e_dry enters; \"impact\": each run's own, e_inf and St_c then still at the default")
     .example("\"impact\"")
-    .defaults_to(QuantityOrWord::Quantity(REFERENCE_SPEED));
+    .defaults_to(Some(REFERENCE_SPEED));
 pub const DRY_SPEED_TAKES: NumberOr = NumberOr(Dimension::Speed, ABOVE_ZERO, "impact");
 
 const INERTIA: Key<OneOf<Option<Inertia>>, DefaultsTo<Option<Inertia>>> = Key::new(
@@ -266,12 +266,9 @@ pub fn model(table: &SceneTable, particles: &[Particle], liquids: &[Liquid]) -> 
     choices
 }
 
-/// The speed at which e_dry enters.
-pub fn dry_speed(given: QuantityOrWord) -> DrySpeed {
-    match given {
-        QuantityOrWord::Quantity(speed) => DrySpeed::Reference(speed),
-        QuantityOrWord::Word => DrySpeed::Impact,
-    }
+/// The speed at which e_dry enters; none is each run's own.
+pub fn dry_speed(given: Option<f64>) -> DrySpeed {
+    given.map_or(DrySpeed::Impact, DrySpeed::Reference)
 }
 
 /// The form of the viscous loss; lubrication over the whole film wants the roughness of every particle.

@@ -10,7 +10,7 @@
 mod quantities;
 mod values;
 
-pub(super) use quantities::{Inner, Number, NumberOr, Numbers, NumbersByParticle, QuantityOrWord};
+pub(super) use quantities::{Inner, Number, NumberOr, Numbers, NumbersByParticle};
 pub(super) use values::{Count, OneOf, SomeOf, Switch, Text, TextOrTexts, Texts, MOST_COUNTED};
 
 use std::cell::RefCell;
@@ -81,12 +81,6 @@ static EMPTY: LazyLock<DeTable<'static>> = LazyLock::new(DeTable::default);
 pub(super) fn read_nothing<T>(read: impl FnOnce(&SceneTable) -> T) -> (T, Vec<KeyGuide>) {
     let table = SceneTable::root(Document::new(""), &EMPTY);
     (read(&table), table.read_keys.take().guides)
-}
-
-/// A value with its place, for checks that need more than the value itself.
-pub(super) struct Located<T> {
-    pub value: T,
-    pub at: usize,
 }
 
 impl<'a, 'i> SceneTable<'a, 'i> {

@@ -9,19 +9,10 @@ use crate::scene::keys::{DefaultsTo, Key, KeyGuide, Without};
 use crate::scene::names::already_given;
 use crate::units::{Dimension, Unit, MAGNITUDES, MAGNITUDE_EXPECTED};
 
-/// What stands where a quantity or one word is expected.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum QuantityOrWord {
-    /// the quantity, in SI
-    Quantity(f64),
-    /// the word
-    Word,
-}
-
 /// A number, in SI.
 #[derive(Clone, Copy)]
 pub(in crate::scene) struct Number(pub Dimension, pub Expect);
-/// A number, in SI, or one word in its place.
+/// A number, in SI, or one word in its place, which is read as none.
 #[derive(Clone, Copy)]
 pub(in crate::scene) struct NumberOr(pub Dimension, pub Expect, pub &'static str);
 /// A list of numbers, in SI.
@@ -62,7 +53,7 @@ impl Takes for Number {
 }
 
 impl Takes for NumberOr {
-    type Value = QuantityOrWord;
+    type Value = Option<f64>;
 
     fn dimension(&self) -> Dimension {
         self.0
@@ -72,17 +63,17 @@ impl Takes for NumberOr {
         format!("{} or \"{}\"", self.1.words, self.2)
     }
 
-    fn taken(&self, value: &Spanned<DeValue>, to_si: ToSi) -> Option<QuantityOrWord> {
+    fn taken(&self, value: &Spanned<DeValue>, to_si: ToSi) -> Option<Option<f64>> {
         if value.get_ref().as_str() == Some(self.2) {
-            return Some(QuantityOrWord::Word);
+            return Some(None);
         }
-        Number(self.0, self.1).taken(value, to_si).map(QuantityOrWord::Quantity)
+        Number(self.0, self.1).taken(value, to_si).map(Some)
     }
 
-    fn written(&self, value: &QuantityOrWord) -> String {
+    fn written(&self, value: &Option<f64>) -> String {
         match value {
-            QuantityOrWord::Quantity(value) => in_usual_unit(self.0, *value),
-            QuantityOrWord::Word => format!("\"{}\"", self.2),
+            Some(value) => in_usual_unit(self.0, *value),
+            None => format!("\"{}\"", self.2),
         }
     }
 }
@@ -134,7 +125,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
             let names = units.map(|unit| format!("{}{}", key.base, unit.suffix)).collect();
             self.read_keys.borrow_mut().missing.push(names);
         }
-        self.read_given(key)
+        self.read_given(key, without(key))
     }
 
     /// The same, or what holds without the key.
@@ -142,19 +133,20 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     where
         K::Value: Clone,
     {
-        self.read_given(key).unwrap_or_else(|| key.default.0.clone())
+        let default = &key.default.0;
+        let given = self.read_given(key, Without::Value(key.takes.written(default)));
+        given.unwrap_or_else(|| default.clone())
     }
 
-    fn read_given<K: Takes, D>(&self, key: &Key<K, D>) -> Option<K::Value>
-    where
-        Key<K, D>: Guided,
-    {
-        self.with_unit(key, |name, value, to_si| key.takes.read(self, name, value, to_si))
+    fn read_given<K: Takes, D>(&self, key: &Key<K, D>, without: Without) -> Option<K::Value> {
+        self.with_unit(key, without, |name, value, to_si| {
+            key.takes.read(self, name, value, to_si)
+        })
     }
 
     /// The table under a key.
     pub fn inner_table(&self, key: &Key<Inner>) -> Option<SceneTable<'a, 'i>> {
-        self.read_keys.borrow_mut().guides.push(key.guide());
+        self.read_keys.borrow_mut().guides.push(guide(key, without(key)));
         self.table(key.base)
     }
 
@@ -167,7 +159,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     /// For each of the particles what a key gives it.
     pub fn by_particle(&self, key: &Key<NumbersByParticle>, particles: &[&str]) -> Option<Vec<Vec<f64>>> {
         let expect = key.takes.1;
-        self.with_unit(key, |name, value, to_si| {
+        self.with_unit(key, without(key), |name, value, to_si| {
             if value.get_ref().is_array() {
                 let list = self.list(name, value, expect, to_si)?;
                 return Some(vec![list; particles.len()]);
@@ -193,16 +185,11 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     fn with_unit<K: Takes, A, T>(
         &self,
         key: &Key<K, A>,
+        without: Without,
         read: impl Fn(&str, &'a Spanned<DeValue<'i>>, ToSi) -> Option<T>,
-    ) -> Option<T>
-    where
-        Key<K, A>: Guided,
-    {
+    ) -> Option<T> {
         let (base, dimension) = (key.base, key.takes.dimension());
-        let mut read_keys = self.read_keys.borrow_mut();
-        read_keys.guides.push(key.guide());
-        read_keys.quantities.insert(base.to_owned(), dimension);
-        drop(read_keys);
+        self.read_keys.borrow_mut().guides.push(guide(key, without));
         let mut given: Vec<(String, &'a Spanned<DeValue<'i>>, &'static Unit)> = vec![];
         for unit in dimension.units() {
             let name = format!("{base}{}", unit.suffix);
@@ -243,28 +230,16 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     }
 }
 
-/// A key whose guide can be made, whatever it takes.
-trait Guided {
-    /// What is to be said of it.
-    fn guide(&self) -> KeyGuide;
+/// What holds without a key that has no default.
+fn without<K: Takes>(key: &Key<K>) -> Without {
+    key.without.map_or(Without::Refused, Without::Words)
 }
 
-fn guide_with<K: Takes, A>(key: &Key<K, A>, without: Without) -> KeyGuide {
+/// What is to be said of a key.
+fn guide<K: Takes, A>(key: &Key<K, A>, without: Without) -> KeyGuide {
     let guide = KeyGuide::new(key.base, key.takes.dimension(), key.takes.in_words(), key.example);
     KeyGuide {
         without,
         ..guide.means(key.meaning)
-    }
-}
-
-impl<K: Takes> Guided for Key<K> {
-    fn guide(&self) -> KeyGuide {
-        guide_with(self, self.without.map_or(Without::Refused, Without::Words))
-    }
-}
-
-impl<K: Takes> Guided for Key<K, DefaultsTo<K::Value>> {
-    fn guide(&self) -> KeyGuide {
-        guide_with(self, Without::Value(self.takes.written(&self.default.0)))
     }
 }

@@ -1,6 +1,6 @@
 //! Reads words, texts and plain numbers, one or a list.
 
-use super::{DeValue, Located, SceneTable, Spanned};
+use super::{DeValue, SceneTable, Spanned};
 use crate::error::quoted;
 use crate::scene::expect::Expect;
 use crate::units::Dimension;
@@ -40,7 +40,7 @@ pub(in crate::scene) trait Takes {
 /// A text.
 #[derive(Clone, Copy)]
 pub(in crate::scene) struct Text;
-/// Texts with their places, at least one, a single one without brackets, too.
+/// Texts with their places in the file, at least one, a single one without brackets, too.
 #[derive(Clone, Copy)]
 pub(in crate::scene) struct TextOrTexts;
 /// A list of texts with their places.
@@ -81,14 +81,12 @@ impl Takes for Text {
     }
 }
 
-fn located(item: &Spanned<DeValue>) -> Option<Located<String>> {
-    let value = item.get_ref().as_str()?.to_owned();
-    let at = item.span().start;
-    Some(Located { value, at })
+fn located(item: &Spanned<DeValue>) -> Option<(String, usize)> {
+    Some((item.get_ref().as_str()?.to_owned(), item.span().start))
 }
 
 impl Takes for TextOrTexts {
-    type Value = Vec<Located<String>>;
+    type Value = Vec<(String, usize)>;
 
     fn in_words(&self) -> String {
         "a text in quotes, or a list of such".to_owned()
@@ -104,7 +102,7 @@ impl Takes for TextOrTexts {
 }
 
 impl Takes for Texts {
-    type Value = Vec<Located<String>>;
+    type Value = Vec<(String, usize)>;
 
     fn in_words(&self) -> String {
         "a list of texts in quotes".to_owned()
