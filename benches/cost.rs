@@ -16,7 +16,7 @@ use wetcor::findings::posterior::MethodChoice;
 use wetcor::model::simulate::Simulation;
 use wetcor::report::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Marks, Style};
 use wetcor::runs::{self, Existing, RunWriter, Table};
-use wetcor::scene::{self, DesignSpeeds, Scene};
+use wetcor::scene::{self, Scene};
 
 /// Every stage, each drawn in its own way in every panel.
 const STAGES: [&str; 4] = ["read", "least squares", "bootstrap", "posterior"];
@@ -172,7 +172,7 @@ fn own_speeds(runs: u64) -> Scene {
         // the design makes 84 combinations of everything else, and a million are the most it may make
         let count = (runs.min(1_000_000) / 84).max(2);
         let speed = |i: u64| 0.767 + 0.95 * (i as f64 + 0.5) / count as f64;
-        design.speeds = DesignSpeeds((0..count).map(speed).collect());
+        design.speeds = (0..count).map(speed).collect();
     }
     simulate(&mut scene, Some(runs), &format!("runs-{runs}.parquet"));
     scene

@@ -17,7 +17,7 @@ use wetcor::model::posterior::{LogDensity, PosteriorDensity};
 use wetcor::model::simulate::Simulation;
 use wetcor::physics::Inertia;
 use wetcor::runs::{self, MeasurementErrors, NewRun, Runs};
-use wetcor::scene::{self, DesignSpeeds, LikelihoodFamily, NoiseOn, Scene};
+use wetcor::scene::{self, LikelihoodFamily, NoiseOn, Scene};
 use wetcor::seed::{stream, StreamName};
 
 fn main() {
@@ -51,7 +51,7 @@ fn simulated_of(runs: u64, own: Own, mut keep: impl FnMut(&mut NewRun) -> bool) 
         // as many speeds as give each of the 84 combinations of the design one run a speed
         let count = (runs / 84).max(1);
         let speed = |i: u64| 0.767 + 0.95 * (i as f64 + 0.5) / count as f64;
-        design.speeds = DesignSpeeds((0..count).map(speed).collect());
+        design.speeds = (0..count).map(speed).collect();
     }
     let simulation = Simulation::new(&scene, Some(runs)).expect("the example has a truth and a design");
     let mut rows = simulation.under(1).all();

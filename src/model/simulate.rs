@@ -323,7 +323,7 @@ pub const MOST_SETTINGS: usize = 1_000_000;
 
 /// Checks how many settings the lists of a design make, before any of them is made.
 fn check_settings(design: &Design) -> Result<(), Error> {
-    let films = design.liquids.len().max(1).saturating_mul(design.speeds.0.len().max(1));
+    let films = design.liquids.len().max(1).saturating_mul(design.speeds.len().max(1));
     let of_particle = |(diameters, film_ratios): (&Vec<f64>, &Vec<f64>)| {
         let of_diameter = film_ratios
             .len()
@@ -378,7 +378,7 @@ fn points(scene: &Scene, truth: &Truth, design: &Design) -> Result<(Vec<DesignPo
             left_out += diameters.len() - made.len();
             for &liquid in &design.liquids {
                 for &diameter in &made {
-                    add(diameter, Some((liquid, film_ratio)), &design.speeds.0);
+                    add(diameter, Some((liquid, film_ratio)), &design.speeds);
                 }
             }
         }

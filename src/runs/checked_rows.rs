@@ -62,16 +62,15 @@ pub(super) struct CheckedRows<'s> {
 
 impl<'s> CheckedRows<'s> {
     pub fn new(layout: &'s TableLayout<'s>, scene: &'s Scene) -> CheckedRows<'s> {
-        let [has_film_ratio, names_liquids] =
-            [RunColumn::FilmRatio, RunColumn::Liquid].map(|column| layout.gives(column));
-        let checker = RowChecker::new(scene, has_film_ratio, names_liquids);
-        let placed = |column| Some((column, layout.place(column)?));
+        let placed = |column: RunColumn| Some((column, layout.place(column)?));
+        let placed = RunColumn::ALL.into_iter().filter_map(placed);
+        let (numbers, words) = placed.partition(|(column, _)| column.is_number());
         CheckedRows {
             layout,
-            words: RunColumn::words().filter_map(placed).collect(),
-            numbers: RunColumn::numbers().filter_map(placed).collect(),
-            collected: Collected::new(checker.has_film_ratio, &layout.remarks),
-            checker,
+            words,
+            numbers,
+            checker: RowChecker::new(scene, &layout.remarks),
+            collected: Collected::new(&layout.remarks),
             decimals: Decimals::new(),
             liquids: LiquidCells::default(),
             refusals: Refusals::new(layout),
@@ -133,7 +132,7 @@ impl<'s> CheckedRows<'s> {
                 continue;
             }
             match self.number(column, cell(place), at) {
-                Ok(value) => row.set(column, value.map(|value| place.to_si(value))),
+                Ok(value) => row.set(column, value.map(|value| place.unit.to_si(value))),
                 Err(_) if is_of_dry => {}
                 Err(expected) => bad.push(BadCell { column, expected }),
             }

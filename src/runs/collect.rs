@@ -221,8 +221,6 @@ pub(super) struct Collected {
     /// the runs that are not left out, in the order of the file
     pub in_use: Vec<ReadRun>,
     pub rows: usize,
-    /// whether the table has a column of nominal film ratios
-    pub has_film_ratio: bool,
     /// of its header
     pub remarks: HeaderRemarks,
     screened: [usize; REASONS.len()],
@@ -249,10 +247,9 @@ pub(super) struct Collected {
 const NAMED: usize = 5;
 
 impl Collected {
-    /// Of a table of which no row was read yet.
-    pub fn new(has_film_ratio: bool, remarks: &HeaderRemarks) -> Self {
+    /// Of a table with this header of which no row was read yet.
+    pub fn new(remarks: &HeaderRemarks) -> Collected {
         Collected {
-            has_film_ratio,
             remarks: remarks.clone(),
             ..Collected::default()
         }

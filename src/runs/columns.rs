@@ -180,6 +180,8 @@ pub(super) struct HeaderRemarks {
     pub lowest_point_above: Option<String>,
     /// whether it or the scene says of each run which liquid it has
     pub tells_liquid: bool,
+    /// whether there are nominal film ratios, which then every wet run needs
+    pub has_film_ratio: bool,
 }
 
 /// A column's place in a table.
@@ -188,12 +190,6 @@ pub(crate) struct ColumnPlace {
     pub index: usize,
     pub name: String,
     pub unit: &'static Unit,
-}
-
-impl ColumnPlace {
-    pub fn to_si(&self, value: f64) -> f64 {
-        self.unit.to_si(value)
-    }
 }
 
 impl<'s> TableLayout<'s> {
@@ -226,11 +222,8 @@ impl<'s> TableLayout<'s> {
             return Err(vec![problem.found(quoted(&header.names.join(",")))]);
         }
         matching.require_columns();
-        let Matching {
-            mut layout, problems, ..
-        } = matching;
-        layout.remark();
-        unless_wrong(problems, layout)
+        matching.layout.remark();
+        unless_wrong(matching.problems, matching.layout)
     }
 
     /// Notes which columns are read only where others have nothing, and what columns that tell the same are called.
@@ -257,6 +250,7 @@ impl<'s> TableLayout<'s> {
                 }
             }),
             tells_liquid: self.gives(RunColumn::Liquid),
+            has_film_ratio: self.gives(RunColumn::FilmRatio),
             unknown: std::mem::take(&mut self.remarks.unknown),
         };
     }

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::averaged::{mean_of, MeanOf};
+use super::columns::HeaderRemarks;
 use super::errors::{self, RunError};
 use super::raw_row::{
     bad_cell, fall, refuse, surface, BadCell, RawRow, StokesScale, IMPACTS, LARGEST_RESTITUTION, MEASUREMENT_SDS,
@@ -71,16 +72,13 @@ pub(super) struct RowChecker<'s> {
     pub scene: &'s Scene,
     /// of particles and of liquids, whose columns come first in this order
     names: [Names<'s>; 2],
-    /// whether the table has a column of film ratios, which then every wet run needs
-    pub has_film_ratio: bool,
-    /// whether the table or the scene says of each run which liquid it has
-    names_liquids: bool,
+    remarks: &'s HeaderRemarks,
     /// unknown names that may still be compared with every name of the scene: beyond, no message is printed
     to_compare: usize,
 }
 
 impl<'s> RowChecker<'s> {
-    pub fn new(scene: &'s Scene, has_film_ratio: bool, names_liquids: bool) -> Self {
+    pub fn new(scene: &'s Scene, remarks: &'s HeaderRemarks) -> Self {
         RowChecker {
             scene,
             names: [
@@ -90,8 +88,7 @@ impl<'s> RowChecker<'s> {
                     scene.liquids.iter().map(|l| l.name.as_str()),
                 ),
             ],
-            has_film_ratio,
-            names_liquids,
+            remarks,
             to_compare: PROBLEMS_SHOWN,
         }
     }
@@ -157,7 +154,7 @@ pub(super) fn check_row(
         // an empty cell means dry only where nothing speaks of a film: else it is a name that was left out, as of merged cells
         None => match OF_WET_RUNS
             .into_iter()
-            .find(|(column, _)| checker.names_liquids && has(*column))
+            .find(|(column, _)| checker.remarks.tells_liquid && has(*column))
         {
             Some((_, beside)) => {
                 let expected = format!("expected a name in [liquids], or `{DRY}`, beside {beside}");
@@ -187,7 +184,7 @@ pub(super) fn check_row(
         film
     };
     let film_ratio = raw[RunColumn::FilmRatio].filter(|_| !is_dry);
-    if checker.has_film_ratio && !is_dry && film_ratio.is_none() && !is_bad(RunColumn::FilmRatio, problems) {
+    if checker.remarks.has_film_ratio && !is_dry && film_ratio.is_none() && !is_bad(RunColumn::FilmRatio, problems) {
         let expected = "expected the film ratio the run belongs to, as every wet run of a file with this column has";
         problems.push(bad_cell(RunColumn::FilmRatio, expected));
     }

@@ -182,12 +182,9 @@ impl<'p> Joined<'p> {
             (self.first, self.all) = (Some(path), table);
             return check_averaged(&self.all, path);
         };
-        if table.has_film_ratio != self.all.has_film_ratio {
-            let [with, without] = if self.all.has_film_ratio {
-                [first, path]
-            } else {
-                [path, first]
-            };
+        let has_film_ratio = self.all.remarks.has_film_ratio;
+        if table.remarks.has_film_ratio != has_film_ratio {
+            let [with, without] = if has_film_ratio { [first, path] } else { [path, first] };
             let expected = format!(
                 "expected a column `film_ratio`, as {} has: runs of one scene all belong to nominal film ratios, or none does",
                 file_name(with)

@@ -59,7 +59,7 @@ pub(crate) use names::already_given;
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, DRY, FILL_IN, MISSING, NAME_RULE};
 pub use naming::{Constant, ConstantValue, HeightsOf, HeightsTo, HiddenRows, Naming};
 pub use overwriting::why_not_overwritten;
-pub use plan::{Design, DesignSpeeds, KOfDiameter, NoiseShape, Truth};
+pub use plan::{Design, KOfDiameter, NoiseShape, Truth};
 pub use prior::Prior;
 pub use published::{Published, WetLaw};
 pub use read::{parse, read};

@@ -136,8 +136,8 @@ pub struct Design {
     pub liquids: Vec<usize>,
     /// film ratios of each particle
     pub film_ratios: Vec<Vec<f64>>,
-    /// impact speeds of the wet runs
-    pub speeds: DesignSpeeds,
+    /// impact speeds of the wet runs, m/s
+    pub speeds: Vec<f64>,
     /// impact speeds of the dry runs, m/s
     pub dry_speeds: Vec<f64>,
     /// sd of the logarithm of the wet runs' own films about that of their setting; absent: the film of the setting
@@ -147,10 +147,6 @@ pub struct Design {
     /// runs at each setting
     pub repeats: u64,
 }
-
-/// Impact speeds of a design, m/s.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DesignSpeeds(pub Vec<f64>);
 
 const TRUE_DRY_K: Key<Inner> = Key::new(
     DRY_K.name,
@@ -397,7 +393,7 @@ pub(super) fn design(table: &SceneTable, names: &SceneNames) -> Design {
         diameters: diameters.unwrap_or_else(|| vec![vec![]; names.particles.len()]),
         liquids: used,
         film_ratios: film_ratios.unwrap_or_else(|| vec![vec![]; names.particles.len()]),
-        speeds: DesignSpeeds(fallen.or(speeds).unwrap_or_default()),
+        speeds: fallen.or(speeds).unwrap_or_default(),
         dry_speeds: table.read(&DRY_IMPACT_SPEED).unwrap_or_default(),
         film_rel_sd: table.read(&FILM_REL_SD),
         impact_speed_rel_sd: table.read(&IMPACT_SPEED_REL_SD),

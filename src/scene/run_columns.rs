@@ -87,16 +87,6 @@ impl RunColumn {
         RunColumn::Run,
     ];
 
-    /// The columns that hold numbers.
-    pub fn numbers() -> impl Iterator<Item = RunColumn> {
-        RunColumn::ALL.into_iter().filter(|column| column.is_number())
-    }
-
-    /// The columns that hold words.
-    pub fn words() -> impl Iterator<Item = RunColumn> {
-        RunColumn::ALL.into_iter().filter(|column| !column.is_number())
-    }
-
     /// What is to be said of it.
     pub fn guide(self) -> KeyGuide {
         match self {
