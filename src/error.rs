@@ -106,7 +106,11 @@ pub fn plain(text: &str, most: usize) -> String {
             shown.push('…');
             break;
         }
-        push_plain(&mut shown, c);
+        if is_unseen(c) {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
     }
     shown
 }
@@ -114,23 +118,8 @@ pub fn plain(text: &str, most: usize) -> String {
 /// The same of lines that the program put together: their ends stay. What a user named in them has gone through
 /// [`plain`] before, so that no line of it can pass for one of the program's.
 pub fn plain_lines(text: &str) -> String {
-    let mut shown = String::with_capacity(text.len());
-    for c in text.chars() {
-        if c == '\n' {
-            shown.push(c);
-        } else {
-            push_plain(&mut shown, c);
-        }
-    }
-    shown
-}
-
-fn push_plain(shown: &mut String, c: char) {
-    if is_unseen(c) {
-        shown.extend(c.escape_default());
-    } else {
-        shown.push(c);
-    }
+    let lines: Vec<String> = text.split('\n').map(|line| plain(line, usize::MAX)).collect();
+    lines.join("\n")
 }
 
 /// A piece of an input as a message shows it: on one line, with nothing unseen, cut where it is long. A backtick in it is

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::averaged::MOST_AVERAGED;
 use super::columns::HeaderRemarks;
-use super::places::{short, RowLines, RowPlaces};
+use super::places::{short, NamedRows, RowLines, RowPlaces};
 use super::read_run::ReadRun;
 use super::refusals::whole_file;
 use super::row::CheckedRow;
@@ -226,11 +226,11 @@ pub(super) struct Collected {
     screened: [usize; REASONS.len()],
     /// left out by the file itself, by its reasons in the order they come
     excluded: Vec<(String, usize)>,
-    /// the first rows whose labels say that they are no runs, with these labels, and how many there are
-    labelled: (Vec<(u32, String)>, usize),
+    /// the rows whose labels say that they are no runs, with these labels
+    labelled: NamedRows<String>,
     above_one: usize,
-    /// the first rows that are called dry beside a film, and how many there are
-    dry_beside_film: (Vec<u32>, usize),
+    /// the rows that are called dry beside a film
+    dry_beside_film: NamedRows<()>,
     /// the words of its column `exclude` that say no, where all its words say yes or no: their runs are kept
     pub kept_by_no: Vec<String>,
     /// rows that are means, and the runs that these stand for
@@ -242,9 +242,6 @@ pub(super) struct Collected {
     /// what was read of a workbook
     pub sheet: Option<SheetRead>,
 }
-
-/// Rows that a message names.
-const NAMED: usize = 5;
 
 impl Collected {
     /// Of a table with this header of which no row was read yet.
@@ -296,19 +293,12 @@ impl Collected {
 
     /// Counts the row that was counted last under those that are called dry beside a film.
     pub fn add_dry_beside_film(&mut self) {
-        self.dry_beside_film.1 += 1;
-        if self.dry_beside_film.0.len() < NAMED {
-            self.dry_beside_film.0.push(short(self.rows));
-        }
+        self.dry_beside_film.push(short(self.rows), ());
     }
 
     /// Counts the row that was counted last under those whose label says that they are no runs.
     pub fn add_labelled(&mut self, label: &str) {
-        self.labelled.1 += 1;
-        if self.labelled.0.len() < NAMED {
-            let row = short(self.rows);
-            self.labelled.0.push((row, label.to_owned()));
-        }
+        self.labelled.push(short(self.rows), label.to_owned());
     }
 
     /// Leaves out so many runs of rows that were counted last, as the file says.
@@ -350,11 +340,8 @@ impl Collected {
         for (all, own) in self.told_twice.iter_mut().zip(&part.told_twice) {
             all.extend(own, rows_before);
         }
-        self.labelled.1 += part.labelled.1;
-        let later = part.labelled.0.iter().cloned();
-        let later = later.map(|(row, label)| (row.saturating_add(rows_before), label));
-        self.labelled.0.extend(later);
-        self.labelled.0.truncate(NAMED);
+        self.labelled.extend(&part.labelled, rows_before);
+        self.dry_beside_film.extend(&part.dry_beside_film, rows_before);
         let counts = self.averaged.iter_mut().chain(&mut self.screened);
         let of_part = part.averaged.iter().chain(&part.screened);
         counts.zip(of_part).for_each(|(all, own)| *all += own);
@@ -364,10 +351,6 @@ impl Collected {
         self.lines.extend(&part.lines, self.rows);
         self.rows += part.rows;
         self.above_one += part.above_one;
-        self.dry_beside_film.1 += part.dry_beside_film.1;
-        let later = part.dry_beside_film.0.iter().map(|row| row.saturating_add(rows_before));
-        self.dry_beside_film.0.extend(later);
-        self.dry_beside_film.0.truncate(NAMED);
         for (reason, runs) in &part.excluded {
             self.exclude(reason, *runs);
         }
@@ -396,7 +379,7 @@ impl Collected {
         });
         let labelled = Screened {
             reason: "a label that says mean, total or spread of other rows".to_owned(),
-            runs: self.labelled.1,
+            runs: self.labelled.count,
             next_step: OTHER_LABEL,
         };
         let by_file = by_file.chain([labelled]);
@@ -434,14 +417,9 @@ impl Collected {
 
     /// Names the rows whose labels say that they are no runs.
     pub fn labelled_rows(&self, places: &RowPlaces) -> Option<Remark> {
-        let (first, count) = &self.labelled;
-        let (rows, labels): (Vec<u32>, Vec<&String>) = first.iter().map(|(row, label)| (*row, label)).unzip();
-        let rows = places.of_each(&rows).into_iter().zip(labels);
-        let mut rows: Vec<String> = rows.map(|(row, label)| format!("{row} {}", quoted(label))).collect();
-        if *count > rows.len() {
-            rows.push(format!("and {} more", count - rows.len()));
-        }
-        let [noun, verb, is] = if *count == 1 {
+        let count = self.labelled.count;
+        let rows = self.labelled.in_words(places, |label| format!(" {}", quoted(label)));
+        let [noun, verb, is] = if count == 1 {
             ["row", "is", "its label says that it is"]
         } else {
             ["rows", "are", "their labels say that they are"]
@@ -453,23 +431,20 @@ impl Collected {
         let next =
             "give such a row another word if it is a run; a mean of runs that the table does not have is read with a \
                     column `runs`";
-        (*count > 0).then(|| Remark::new(LABELLED_ROWS, *count, text, next))
+        (count > 0).then(|| Remark::new(LABELLED_ROWS, count, text, next))
     }
 
     /// Says which rows are called dry beside a film.
     pub fn dry_beside_film(&self, places: &RowPlaces) -> Option<Remark> {
-        let (first, count) = &self.dry_beside_film;
-        let mut rows = places.of_each(first);
-        if *count > rows.len() {
-            rows.push(format!("and {} more", count - rows.len()));
-        }
-        let (noun, verb) = by_number(*count, ("row", "is"), ("rows", "are"));
+        let count = self.dry_beside_film.count;
+        let rows = self.dry_beside_film.in_words(places, |_| String::new());
+        let (noun, verb) = by_number(count, ("row", "is"), ("rows", "are"));
         let text = format!(
             "{count} {noun} {verb} called dry beside a film, which is not read: {}",
             rows.join("; ")
         );
         let next = "write the liquid where the plate was wet, or leave the film of dry runs empty";
-        (*count > 0).then(|| Remark::new(DRY_BESIDE_FILM, *count, text, next))
+        (count > 0).then(|| Remark::new(DRY_BESIDE_FILM, count, text, next))
     }
 
     /// Says how many runs the rows that are means stand for.

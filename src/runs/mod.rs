@@ -6,13 +6,13 @@
 //! | `read_run.rs` | holds one run as it was read, before runs are put in order |
 //! | `raw_row.rs` | holds one run as a file has it, and how its heights and Stokes number become speeds |
 //! | `averaged.rs` | reads a row that is the mean of several runs as those runs |
-//! | `told_twice.rs` | compares columns that tell the same thing of a run |
 //! | `words.rs` | tells the words of a list, and knows those of a column of reasons that keep a run |
 //! | `labels.rs` | knows the words that mark a row as the mean, total or spread of others |
 //! | `places.rs` | says where a row stands as a person sees it |
-//! | `row.rs` | checks one run and says which cell is wrong |
+//! | `told_twice.rs` | compares columns that tell the same thing of a run |
 //! | `headers/` | says what headers tell of the numbers below them |
 //! | `columns.rs` | matches a table's header with the columns runs can have |
+//! | `row.rs` | checks one run and says which cell is wrong |
 //! | `screen.rs` | says why a checked run is left out |
 //! | `damaged.rs` | catches a library's panic over a damaged file, and passes our own on |
 //! | `refusals.rs` | gathers what is wrong, cell by cell |

@@ -62,6 +62,45 @@ impl RowLines {
     }
 }
 
+/// Rows that a message names.
+const NAMED: usize = 5;
+
+/// The first of some rows, each with what is to be said of it, and how many there are.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct NamedRows<T> {
+    pub first: Vec<(u32, T)>,
+    pub count: usize,
+}
+
+impl<T: Clone> NamedRows<T> {
+    pub fn push(&mut self, row: u32, with: T) {
+        self.count += 1;
+        if self.first.len() < NAMED {
+            self.first.push((row, with));
+        }
+    }
+
+    /// Adds those of the next part of the table, of which so many rows come before.
+    pub fn extend(&mut self, part: &NamedRows<T>, rows_before: u32) {
+        let later = part.first.iter().cloned();
+        let later = later.map(|(row, with)| (row.saturating_add(rows_before), with));
+        self.first.extend(later);
+        self.first.truncate(NAMED);
+        self.count += part.count;
+    }
+
+    /// Where the first of them stand, each with these words behind it, and how many more there are.
+    pub fn in_words(&self, places: &RowPlaces, words: impl Fn(&T) -> String) -> Vec<String> {
+        let rows: Vec<u32> = self.first.iter().map(|(row, _)| *row).collect();
+        let each = places.of_each(&rows).into_iter().zip(&self.first);
+        let mut told: Vec<String> = each.map(|(row, (_, with))| format!("{row}{}", words(with))).collect();
+        if self.count > told.len() {
+            told.push(format!("and {} more", self.count - told.len()));
+        }
+        told
+    }
+}
+
 /// The number of a row as runs hold it.
 pub(super) fn short(row: usize) -> u32 {
     u32::try_from(row).unwrap_or(u32::MAX)

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::places::NamedRows;
 use super::raw_row::{fall, RawRow, StokesScale};
 use super::read_run::RowSetting;
 use crate::physics::numbers::free_fall_speed;
@@ -22,9 +23,6 @@ pub(super) type SpeedRatios = [Option<f64>; TOLD_TWICE.len()];
 
 /// A run whose speeds by two columns lie further apart than this share is named.
 const APART: f64 = 0.1;
-
-/// Rows that are named.
-const NAMED: usize = 5;
 
 /// By how much the logarithm of what a column gives, a speed or a restitution, may be off by the last digit that is written
 /// there, where `rounding` gives half of that as a share of its number.
@@ -76,8 +74,8 @@ pub(super) fn speed_ratios(
 pub(super) struct Comparison {
     /// runs by the class of the logarithm of their ratio
     classes: BTreeMap<i32, usize>,
-    /// the first rows that lie apart, with their ratio, and how many do
-    apart: (Vec<(u32, f64)>, usize),
+    /// the rows that lie apart, with their ratio
+    apart: NamedRows<f64>,
     /// its blocks in order; empty where there are too many
     blocks: Vec<Block>,
     has_too_many_blocks: bool,
@@ -156,10 +154,7 @@ impl Comparison {
         let class = (ratio.ln() / Comparison::STEP).round() as i32;
         *self.classes.entry(class).or_default() += 1;
         if ratio.ln().abs() > APART {
-            self.apart.1 += 1;
-            if self.apart.0.len() < NAMED {
-                self.apart.0.push((row, ratio));
-            }
+            self.apart.push(row, ratio);
         }
         let ratio = (ratio.ln().clamp(-MOST, MOST) / Block::STEP).round() as i64;
         self.add_block(Block::of(BlockRow { row, setting, ratio }));
@@ -192,14 +187,7 @@ impl Comparison {
         if let Some(rows) = part.rows {
             self.add_rows(rows.map(|row| row.saturating_add(rows_before)));
         }
-        self.apart.1 += part.apart.1;
-        let later = part
-            .apart
-            .0
-            .iter()
-            .map(|(row, ratio)| (row.saturating_add(rows_before), *ratio));
-        self.apart.0.extend(later);
-        self.apart.0.truncate(NAMED);
+        self.apart.extend(&part.apart, rows_before);
         if part.has_too_many_blocks {
             self.has_too_many_blocks = true;
             self.blocks = vec![];
@@ -221,7 +209,7 @@ impl Comparison {
             rows: block.rows.map(moved),
             ..block
         });
-        let apart = self.apart.0.iter().map(|(row, ratio)| (moved(*row), *ratio));
+        let apart = self.apart.first.iter().map(|(row, ratio)| (moved(*row), *ratio));
         let is_above = |class: i32| f64::from(class) * Comparison::STEP > APART;
         let above = self.classes.iter().filter(|(class, _)| is_above(**class));
         let above: usize = above.map(|(_, runs)| runs).sum();
@@ -233,8 +221,8 @@ impl Comparison {
             ratio: self.quantile(0.5)?,
             ends: [self.quantile(0.1)?, self.quantile(0.9)?],
             apart: apart.collect(),
-            all_apart: self.apart.1,
-            on_one_side: above.max(self.apart.1.saturating_sub(above)),
+            all_apart: self.apart.count,
+            on_one_side: above.max(self.apart.count.saturating_sub(above)),
             blocks: blocks.collect(),
         })
     }
