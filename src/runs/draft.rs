@@ -397,9 +397,7 @@ impl<'s> Naming<'s> {
             }
         }
     }
-}
 
-impl Naming<'_> {
     /// Says which rows name the columns, and which sheets are read.
     fn say_what_was_read(&mut self, survey: &Survey) {
         if let Some(row) = survey.header.filter(|_| survey.has_titles) {

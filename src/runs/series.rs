@@ -354,9 +354,14 @@ pub(super) fn arrange(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &Scene)
         count: read.iter().filter_map(|run| run.count).collect(),
         ..Runs::default()
     };
-    let spheres = Spheres::new(&runs, &spans, scene);
-    name_groups(&mut runs, &spans, &groups, &spheres);
-    runs.spheres = spheres.all;
+    let spheres = ranges_of_spheres(&spans, scene);
+    let sphere = |((particle, _), ranges): (&SphereClass, &Vec<Range<usize>>)| Sphere {
+        particle: *particle as usize,
+        diameter: mean_diameter(&runs, ranges),
+    };
+    runs.spheres = spheres.iter().map(sphere).collect();
+    let classes: Vec<SphereClass> = spheres.into_keys().collect();
+    name_groups(&mut runs, &spans, &groups, &classes);
     measure_film_groups(&mut runs);
     runs
 }
@@ -371,59 +376,36 @@ fn measure_film_groups(runs: &mut Runs) {
     }
 }
 
-/// The spheres of some runs, with what finds that of a run.
-struct Spheres {
-    all: Vec<Sphere>,
-    /// particle and class of the diameter of each
-    classes: Vec<(u32, u32)>,
-}
+/// Particle of a sphere, and class of its diameter.
+type SphereClass = (u32, u32);
 
-impl Spheres {
-    /// The spans are ranges of the columns of `runs`.
-    fn new(runs: &Runs, spans: &[(Key, Range<usize>)], scene: &Scene) -> Spheres {
-        let mut ranges: BTreeMap<(u32, u32), Vec<Range<usize>>> = BTreeMap::new();
-        if scene.model.dry_k == DryKOf::Diameter {
-            for (key, range) in spans {
-                let of_class = ranges.entry((key.particle, key.sphere)).or_default();
-                of_class.push(range.clone());
-            }
-        }
-        for particle in 0..scene.particles.len() as u32 {
-            if ranges.range((particle, 0)..(particle + 1, 0)).next().is_none() {
-                ranges.insert((particle, 0), vec![]);
-            }
-        }
-        let sphere = |(class, ranges): (&(u32, u32), &Vec<Range<usize>>)| Sphere {
-            particle: class.0 as usize,
-            diameter: mean_diameter(runs, ranges),
-        };
-        Spheres {
-            all: ranges.iter().map(sphere).collect(),
-            classes: ranges.into_keys().collect(),
+/// Where the runs of each diameter of each particle stand that has its own k; nowhere where a particle has one.
+fn ranges_of_spheres(spans: &[(Key, Range<usize>)], scene: &Scene) -> BTreeMap<SphereClass, Vec<Range<usize>>> {
+    let mut ranges: BTreeMap<SphereClass, Vec<Range<usize>>> = BTreeMap::new();
+    if scene.model.dry_k == DryKOf::Diameter {
+        for (key, range) in spans {
+            let of_class = ranges.entry((key.particle, key.sphere)).or_default();
+            of_class.push(range.clone());
         }
     }
-
-    fn of(&self, key: &Key) -> usize {
-        let wanted = (key.particle, key.sphere);
-        self.classes.partition_point(|class| *class < wanted)
+    for particle in 0..scene.particles.len() as u32 {
+        if ranges.range((particle, 0)..(particle + 1, 0)).next().is_none() {
+            ranges.insert((particle, 0), vec![]);
+        }
     }
+    ranges
 }
 
 /// The mean diameter over some ranges; `None` where there are none.
 fn mean_diameter(runs: &Runs, ranges: &[Range<usize>]) -> Option<f64> {
-    let first = runs.diameter[ranges.first()?.start];
-    let (mut all, mut sum) = (0.0, 0.0);
-    for run in ranges.iter().cloned().flatten() {
-        let count = runs.count(run);
-        all += count;
-        // about the first value: equal values then have exactly that mean
-        sum += count * (runs.diameter[run] - first);
-    }
-    Some(first + sum / all)
+    let all = || ranges.iter().cloned().flatten();
+    let diameters: Vec<f64> = all().map(|run| runs.diameter[run]).collect();
+    let counts: Vec<f64> = all().map(|run| runs.count(run)).collect();
+    (!ranges.is_empty()).then(|| mean_by_count(&diameters, &counts))
 }
 
 /// Turns spans of equal keys into groups, joining each series' rebounds with its stuck runs.
-fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClasses, spheres: &Spheres) {
+fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClasses, spheres: &[SphereClass]) {
     let mut last_group = None;
     let whole = |(key, _): &(Key, Range<usize>)| Key { stuck: true, ..*key };
     // spans follow one another: the stuck runs begin where the rebounds end
@@ -432,7 +414,8 @@ fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClas
         let all = first.start..last.end;
         let turn = if key.stuck { first.start } else { first.end };
         let (rebounds, stuck) = (all.start..turn, turn..all.end);
-        let (particle, sphere) = (key.particle as usize, spheres.of(key));
+        let particle = key.particle as usize;
+        let sphere = spheres.partition_point(|class| *class < (key.particle, key.sphere));
         let mean = |column: &[f64]| mean_by_count(&column[all.clone()], runs.counts(all.clone()));
         let (diameter, film) = (mean(&runs.diameter), mean(&runs.film));
         if !key.wet {
