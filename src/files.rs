@@ -52,11 +52,8 @@ pub(crate) enum Input {
     /// a regular file, with its length
     File(File, u64),
     /// a pipe
-    Pipe(Pipe),
+    Pipe(File),
 }
-
-/// A pipe, open for reading.
-pub(crate) struct Pipe(File);
 
 /// Opens a regular file or a pipe; `doing` says what for, as a verb.
 ///
@@ -77,7 +74,7 @@ pub(crate) fn open(path: &Path, doing: &'static str) -> Result<Input, Error> {
     Ok(if about.is_file() {
         Input::File(file, about.len())
     } else {
-        Input::Pipe(Pipe(file))
+        Input::Pipe(file)
     })
 }
 
@@ -87,7 +84,7 @@ pub(crate) fn open(path: &Path, doing: &'static str) -> Result<Input, Error> {
 pub(crate) fn read(path: &Path, most: u64, doing: &'static str) -> Result<Vec<u8>, Error> {
     match open(path, doing)? {
         Input::File(file, length) => read_file(&file, length, path, most, doing),
-        Input::Pipe(pipe) => pipe.read(path, most, doing),
+        Input::Pipe(pipe) => read_pipe(&pipe, path, most, doing),
     }
 }
 
@@ -126,33 +123,31 @@ fn too_large(path: &Path, found: &str, most: u64) -> Error {
     Error::input(path, vec![problem])
 }
 
-impl Pipe {
-    /// Reads what is written to the pipe, at most so many bytes, as long as somebody has it open for writing.
-    ///
-    /// Fails with the limit where there is more, and where nobody writes to it.
-    pub fn read(self, path: &Path, most: u64, doing: &'static str) -> Result<Vec<u8>, Error> {
-        /// between two looks at a pipe that has nothing yet
-        const PAUSE: Duration = Duration::from_millis(1);
-        let fail = |error: IoError| Error::io(path, doing, error);
-        let opened = Instant::now();
-        let (mut bytes, mut piece) = (vec![], vec![0; MIB as usize]);
-        loop {
-            match (&self.0).read(&mut piece) {
-                // nobody has it open: nobody any more, or nobody yet
-                Ok(0) if !bytes.is_empty() => return Ok(bytes),
-                Ok(0) if opened.elapsed() > PATIENCE => {
-                    let text = "found a pipe that nobody writes to";
-                    return Err(fail(IoError::new(ErrorKind::InvalidInput, text)));
-                }
-                Ok(0) => std::thread::sleep(PAUSE),
-                Ok(more) => bytes.extend_from_slice(&piece[..more]),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => std::thread::sleep(PAUSE),
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(fail(error)),
+/// Reads what is written to the pipe, at most so many bytes, as long as somebody has it open for writing.
+///
+/// Fails with the limit where there is more, and where nobody writes to it.
+pub(crate) fn read_pipe(mut pipe: &File, path: &Path, most: u64, doing: &'static str) -> Result<Vec<u8>, Error> {
+    /// between two looks at a pipe that has nothing yet
+    const PAUSE: Duration = Duration::from_millis(1);
+    let fail = |error: IoError| Error::io(path, doing, error);
+    let opened = Instant::now();
+    let (mut bytes, mut piece) = (vec![], vec![0; MIB as usize]);
+    loop {
+        match pipe.read(&mut piece) {
+            // nobody has it open: nobody any more, or nobody yet
+            Ok(0) if !bytes.is_empty() => return Ok(bytes),
+            Ok(0) if opened.elapsed() > PATIENCE => {
+                let text = "found a pipe that nobody writes to";
+                return Err(fail(IoError::new(ErrorKind::InvalidInput, text)));
             }
-            if bytes.len() as u64 > most {
-                return Err(too_large(path, "more", most));
-            }
+            Ok(0) => std::thread::sleep(PAUSE),
+            Ok(more) => bytes.extend_from_slice(&piece[..more]),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => std::thread::sleep(PAUSE),
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) => return Err(fail(error)),
+        }
+        if bytes.len() as u64 > most {
+            return Err(too_large(path, "more", most));
         }
     }
 }

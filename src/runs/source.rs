@@ -29,7 +29,7 @@ impl TableSource {
         Ok(match files::open(path, READ)? {
             Input::File(file, length) => TableSource { file, length },
             Input::Pipe(pipe) => {
-                let bytes = pipe.read(path, MOST_OF_PIPE, READ)?;
+                let bytes = files::read_pipe(&pipe, path, MOST_OF_PIPE, READ)?;
                 let copied = tempfile::tempfile().and_then(|mut file| file.write_all(&bytes).map(|()| file));
                 TableSource {
                     file: copied.map_err(|error| Error::io(path, READ, error))?,

@@ -364,8 +364,7 @@ impl Bracketed<'_> {
         if !is_plain && (number.is_some_and(is_own) || is_made_of_units(text)) {
             return Some(other);
         }
-        let mut pieces = pieces(text);
-        pieces.sort_by_key(|piece| std::cmp::Reverse(piece.text.len()));
+        let pieces = pieces(text);
         // a micrometer is what it was measured with
         let among = pieces
             .iter()
@@ -444,10 +443,8 @@ fn undivided_unit(name: &str, dimension: Dimension) -> Option<StatedUnit> {
     if let Some(mark) = ends.or(set_off.map(|(_, mark)| mark)) {
         return unit_of(mark.encode_utf8(&mut [0; 4]));
     }
-    // the longest of the pieces between words: the `m/s` of `v_m/s` comes before its `s`
     let name = without_brackets(trimmed);
-    let mut pieces = pieces(name.trim_end());
-    pieces.sort_by_key(|piece| std::cmp::Reverse(piece.text.len()));
+    let pieces = pieces(name.trim_end());
     let mut stated = pieces.iter().filter(|piece| piece.is_unit(dimension));
     let stated = stated.find_map(|piece| unit_of(piece.text).filter(&is_meant));
     stated.or(in_brackets).or_else(|| {
@@ -474,7 +471,8 @@ struct Piece<'n> {
     stands_apart: bool,
 }
 
-/// Every part of a name between two places where words begin or end: at a mark, or at the capital of `DropHeight`.
+/// Every part of a name between two places where words begin or end: at a mark, or at the capital of `DropHeight`; the longest
+/// first, as the `m/s` of `v_m/s` before its `s`.
 fn pieces(name: &str) -> Vec<Piece<'_>> {
     /// between words
     const MARKS: [char; 9] = [' ', '_', '/', ',', ';', ':', '.', '-', '|'];
@@ -510,7 +508,9 @@ fn pieces(name: &str) -> Vec<Piece<'_>> {
         let text = name.get(*start..*end).unwrap_or_default();
         !text.is_empty() && !text.starts_with(MARKS) && !text.trim_end_matches('.').ends_with(MARKS)
     });
-    all.map(piece).collect()
+    let mut all: Vec<Piece> = all.map(piece).collect();
+    all.sort_by_key(|piece| std::cmp::Reverse(piece.text.len()));
+    all
 }
 
 fn letters_at_end(text: &str) -> usize {
