@@ -75,12 +75,12 @@ struct Naming<'s> {
     places: Vec<(RunColumn, &'s SurveyedColumn)>,
     /// ours = theirs
     columns: Vec<(String, String)>,
-    /// our column, and of each word theirs = ours
-    words: Vec<(&'static str, Vec<(String, String)>)>,
+    /// our column and its words, theirs = ours, as TOML
+    words: Vec<(String, String)>,
     /// our column and its value, as TOML
     constants: Vec<(String, String)>,
-    /// a sheet, our column and its value there
-    sheets: Vec<(String, &'static str, String)>,
+    /// a sheet and our column with its value there, as TOML
+    sheets: Vec<(String, String)>,
     guessed: Vec<String>,
     unused: Vec<&'s SurveyedColumn>,
     /// whether one of these may say that runs are wet
@@ -220,7 +220,8 @@ impl<'s> Naming<'s> {
             for (sheet, name) in &ours {
                 self.guessed
                     .push(format!("sheet {} is of {} {name}", quoted(sheet), of_runs.base()));
-                self.sheets.push((sheet.clone(), of_runs.base(), name.clone()));
+                let value = format!("{{ {} = {} }}", of_runs.base(), text_of(name));
+                self.sheets.push((key_of(sheet), value));
             }
             ours
         } else if let Some(column) = self.column(of_runs) {
@@ -232,7 +233,8 @@ impl<'s> Naming<'s> {
                     .push(format!("{} in {} is {ours}", quoted(theirs), quoted(&column.name)));
             }
             if !renamed.is_empty() {
-                self.words.push((of_runs.base(), renamed));
+                let words = inline(renamed.iter().map(quoted_pair));
+                self.words.push((of_runs.base().to_owned(), words));
             }
             ours
         } else if of_runs == RunColumn::Particle {
@@ -632,14 +634,9 @@ impl Text {
         let mark = text_of(FILL_IN);
         for key in &section.keys {
             let pairs: Vec<(String, String)> = match key.base {
-                "sheets" => naming.sheets.iter().map(of_sheet).collect(),
+                "sheets" => naming.sheets.clone(),
                 "columns" => naming.columns.iter().map(quoted_pair).collect(),
-                "values" => {
-                    let words = naming.words.iter();
-                    words
-                        .map(|(column, words)| ((*column).to_owned(), inline(words.iter().map(quoted_pair))))
-                        .collect()
-                }
+                "values" => naming.words.clone(),
                 "constants" => naming.constants.clone(),
                 _ => vec![],
             };
@@ -756,10 +753,6 @@ fn tables(runs: &str, sheets: &[String]) -> String {
         [only] => only.clone(),
         several => format!("[{}]", several.join(", ")),
     }
-}
-
-fn of_sheet((sheet, column, value): &(String, &'static str, String)) -> (String, String) {
-    (key_of(sheet), format!("{{ {column} = {} }}", text_of(value)))
 }
 
 fn quoted_pair((key, value): &(String, String)) -> (String, String) {

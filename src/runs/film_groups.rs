@@ -119,12 +119,7 @@ impl FilmClasses {
         };
         let mut ratios: Vec<Vec<f64>> = vec![vec![]; scene.particles.len()];
         for run in runs.iter().filter(|run| run.setting.liquid.is_some()) {
-            let of_particle = &mut ratios[run.setting.particle as usize];
-            let ratio = ratio_of(run);
-            // nominal ratios come in blocks: no need to keep each
-            if !(by_column && of_particle.last() == Some(&ratio)) {
-                of_particle.push(ratio);
-            }
+            ratios[run.setting.particle as usize].push(ratio_of(run));
         }
         ratios.into_iter().map(|ratios| Cells::new(grid, ratios)).collect()
     }

@@ -256,9 +256,10 @@ fn wanted<'l>(layout: &'l TableLayout) -> Vec<(RunColumn, &'l ColumnPlace)> {
 }
 
 /// A block of runs as columns.
-pub(super) struct ParquetBlock(Vec<Column>);
+pub struct ParquetBlock(Vec<Column>);
 
 impl ParquetBlock {
+    /// Of these.
     pub fn of(runs: &[NewRun]) -> ParquetBlock {
         let mut numbers = NewRun::NUMBERS.map(|_| Vec::with_capacity(runs.len()));
         for run in runs {

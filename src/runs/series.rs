@@ -293,11 +293,9 @@ pub(super) struct ClassCells {
 impl ClassCells {
     pub fn of(runs: &[ReadRun], scene: &Scene) -> ClassCells {
         let has_film_ratio = runs.iter().any(|run| run.film_ratio.is_some());
-        // no copy of a diameter that repeats the one before it
-        let mut diameters: Vec<f64> = runs.iter().map(|run| run.setting.diameter).collect();
-        diameters.dedup();
+        let diameters = runs.iter().map(|run| run.setting.diameter);
         ClassCells {
-            diameters: Cells::new(DiameterClasses::GRID, diameters),
+            diameters: Cells::new(DiameterClasses::GRID, diameters.collect()),
             films: FilmClasses::cells(runs, has_film_ratio, scene),
             has_film_ratio,
         }

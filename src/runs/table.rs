@@ -87,9 +87,7 @@ impl Table {
 fn read_table(file: &TableFile, scene: &Scene) -> Result<(Collected, String), Error> {
     let path = file.path.as_path();
     let mut source = TableSource::open(path)?;
-    let collected = read_by_exclude(scene, |scene| {
-        read_rows(&mut source, file, scene, None, &mut Gathering::Whole)
-    })?;
+    let collected = read_by_exclude(&mut source, file, scene)?;
     if collected.rows == 0 {
         let problem = if file.ends_with(".parquet") || file.ends_with(TableFile::WORKBOOK) {
             whole_file("the table has no rows", "one row a run")
@@ -291,11 +289,8 @@ fn check_averaged(collected: &Collected, path: &Path) -> Result<(), Error> {
 
 /// Reads a table; where its column `exclude` turns out to say yes or no of each run, once more with those kept that have a
 /// no there.
-fn read_by_exclude(
-    scene: &Scene,
-    mut read: impl FnMut(&Scene) -> Result<Collected, Error>,
-) -> Result<Collected, Error> {
-    let first = read(scene)?;
+fn read_by_exclude(source: &mut TableSource, file: &TableFile, scene: &Scene) -> Result<Collected, Error> {
+    let first = read_rows(source, file, scene, None, &mut Gathering::Whole)?;
     let words = first.words_for_no();
     if words.is_empty() {
         return Ok(first);
@@ -304,7 +299,7 @@ fn read_by_exclude(
     let of_column = (RunColumn::Exclude, words.iter().map(missing).collect());
     let mut scene = scene.clone();
     scene.data.naming.words.push(of_column);
-    let mut collected = read(&scene)?;
+    let mut collected = read_rows(source, file, &scene, None, &mut Gathering::Whole)?;
     collected.kept_by_no = words;
     Ok(collected)
 }

@@ -32,18 +32,18 @@ impl TableFormat {
 
     /// Puts a block of runs as a table of this format has them: what takes time, and can be done by several threads.
     pub fn encode(self, runs: &[NewRun]) -> EncodedRuns {
-        EncodedRuns(match self {
-            TableFormat::Csv => Encoded::Csv(csv_lines(runs)),
-            TableFormat::Parquet => Encoded::Parquet(ParquetBlock::of(runs)),
-        })
+        match self {
+            TableFormat::Csv => EncodedRuns::Csv(csv_lines(runs)),
+            TableFormat::Parquet => EncodedRuns::Parquet(ParquetBlock::of(runs)),
+        }
     }
 }
 
 /// A block of runs as a table has them.
-pub struct EncodedRuns(Encoded);
-
-enum Encoded {
+pub enum EncodedRuns {
+    /// its lines
     Csv(Vec<u8>),
+    /// its columns
     Parquet(ParquetBlock),
 }
 
@@ -68,9 +68,9 @@ impl OpenTable {
 
     /// Adds a block of runs of the file's format.
     fn write(&mut self, runs: EncodedRuns) -> io::Result<()> {
-        match (self, runs.0) {
-            (OpenTable::Csv(sink), Encoded::Csv(lines)) => sink.write_all(&lines),
-            (OpenTable::Parquet(writer), Encoded::Parquet(block)) => writer.write(block).map_err(io::Error::other),
+        match (self, runs) {
+            (OpenTable::Csv(sink), EncodedRuns::Csv(lines)) => sink.write_all(&lines),
+            (OpenTable::Parquet(writer), EncodedRuns::Parquet(block)) => writer.write(block).map_err(io::Error::other),
             _ => Err(io::Error::other("runs of another format")),
         }
     }
