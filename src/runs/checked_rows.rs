@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::collect::Collected;
 use super::columns::{ColumnPlace, TableLayout};
-use super::decimals::{parse_number, rounding_of, Decimals, DoubtfulNumber};
+use super::decimals::{parse_number, rounding_of, Decimals};
 use super::labels::{is_count, label, Label};
 use super::liquid_cells::LiquidCells;
 use super::raw_row::{BadCell, RawRow};
@@ -193,10 +193,9 @@ impl<'s> CheckedRows<'s> {
 
     /// Every run, unless something is wrong.
     pub fn finish(mut self) -> Result<Collected, Refused> {
-        if let Some(doubt) = self.decimals.doubt() {
-            let DoubtfulNumber { column, expected, .. } = doubt;
-            self.refusals
-                .cell_before_others(doubt.place, BadCell { column, expected }, quoted(&doubt.text));
+        if let Some((at, column, text, expected)) = self.decimals.doubt() {
+            let bad = BadCell { column, expected };
+            self.refusals.cell_before_others(at, bad, quoted(&text));
         }
         if let Some((at, bad)) = self.liquids.doubt() {
             self.refusals.cell(at, bad, |_| None);

@@ -144,14 +144,6 @@ pub(crate) struct Decimals<C> {
     ambiguous: Option<(CellPlace, C, String)>,
 }
 
-/// A number with a comma that may set off its decimals or its thousands.
-pub(crate) struct DoubtfulNumber<C> {
-    pub place: CellPlace,
-    pub column: C,
-    pub text: String,
-    pub expected: String,
-}
-
 impl<C> Decimals<C> {
     /// Of a table of which no number was read yet.
     pub fn new() -> Decimals<C> {
@@ -185,8 +177,9 @@ impl<C> Decimals<C> {
         Ok(number.value)
     }
 
-    /// The first number with a comma where none of all commas tells what they set off.
-    pub fn doubt(&mut self) -> Option<DoubtfulNumber<C>> {
+    /// The first number with a comma where none of all commas tells what they set off: its place and column, its text, and what
+    /// was expected.
+    pub fn doubt(&mut self) -> Option<(CellPlace, C, String, String)> {
         let marks = self.marks;
         let (place, column, text) = self.ambiguous.take().filter(|_| marks.are_ambiguous())?;
         let expected = format!(
@@ -195,12 +188,7 @@ impl<C> Decimals<C> {
             text.replacen(',', "", 1),
             text.replacen(',', ".", 1)
         );
-        Some(DoubtfulNumber {
-            place,
-            column,
-            text,
-            expected,
-        })
+        Some((place, column, text, expected))
     }
 }
 

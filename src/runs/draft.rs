@@ -159,18 +159,27 @@ impl<'s> Naming<'s> {
         for column in others {
             let theirs = quoted(&column.name);
             let guess = guess(column, |candidate| !naming.has(candidate));
-            let guess = match guess.and_then(|guess| unless_a_title_says(&survey.titles, guess)) {
-                Ok(guess) => guess,
+            match guess.and_then(|guess| unless_a_title_says(&survey.titles, guess)) {
+                Ok(guess) => {
+                    let name = format!("{}{}", guess.column.base(), guess.unit.suffix);
+                    let unit = if guess.is_unit_guessed {
+                        ", its unit by the size of its numbers".to_owned()
+                    } else if !column.unit.is_empty() {
+                        let side = if column.is_unit_above { "above" } else { "below" };
+                        format!(", its unit by the row {side}, {}", quoted(&column.unit))
+                    } else {
+                        String::new()
+                    };
+                    naming.guessed.push(format!("{theirs} is {name}{unit}"));
+                    naming.columns.push((name, column.name.clone()));
+                    naming.places.push((guess.column, column));
+                }
                 Err(_) if marks_bad_runs(column) => {
                     let marks: Vec<String> = column.words.iter().map(|word| quoted(word)).collect();
-                    let marks = marks.join(" or ");
-                    naming
-                        .columns
-                        .push((RunColumn::Exclude.base().to_owned(), column.name.clone()));
-                    naming
-                        .guessed
-                        .push(format!("{theirs} is exclude: runs marked {marks} are left out"));
-                    continue;
+                    let told = format!("{theirs} is exclude: runs marked {} are left out", marks.join(" or "));
+                    naming.guessed.push(told);
+                    let exclude = RunColumn::Exclude.base().to_owned();
+                    naming.columns.push((exclude, column.name.clone()));
                 }
                 Err(why) => {
                     let why = why.map(|(of_runs, why)| format!("{theirs} may be {}, {why}", of_runs.base()));
@@ -178,21 +187,8 @@ impl<'s> Naming<'s> {
                     if !column.name.is_empty() {
                         naming.unused.push(column);
                     }
-                    continue;
                 }
-            };
-            let name = format!("{}{}", guess.column.base(), guess.unit.suffix);
-            let unit = if guess.is_unit_guessed {
-                ", its unit by the size of its numbers".to_owned()
-            } else if !column.unit.is_empty() {
-                let side = if column.is_unit_above { "above" } else { "below" };
-                format!(", its unit by the row {side}, {}", quoted(&column.unit))
-            } else {
-                String::new()
-            };
-            naming.guessed.push(format!("{theirs} is {name}{unit}"));
-            naming.columns.push((name, column.name.clone()));
-            naming.places.push((guess.column, column));
+            }
         }
         naming
     }

@@ -278,11 +278,9 @@ impl Fields {
     /// All that was wrong, and the columns that nobody reads. A number with a comma is wrong where none of all commas tells
     /// what they set off.
     pub fn finish(mut self) -> (Vec<Problem>, Vec<String>) {
-        if let Some(doubt) = self.decimals.doubt() {
-            let place = self
-                .column(doubt.column)
-                .map_or(String::new(), |column| column.name.clone());
-            self.problem(doubt.place.number(), &place, Some(&doubt.text), doubt.expected);
+        if let Some((at, field, text, expected)) = self.decimals.doubt() {
+            let place = self.column(field).map_or(String::new(), |column| column.name.clone());
+            self.problem(at.number(), &place, Some(&text), expected);
         }
         (self.problems, self.unread)
     }

@@ -2,27 +2,13 @@
 
 use std::ops::Range;
 
-use super::read_run::ReadRun;
-use super::series::{self, ClassCells, Impacts, Runs, Series};
+use super::series::{Impacts, Runs, Series};
 use crate::physics::balance::Impact;
 use crate::physics::dry::speed_root;
 use crate::physics::numbers::same_diameter;
 use crate::physics::viscous::slope_lubrication_log;
 use crate::physics::{DrySpeed, Form, Setting};
 use crate::scene::Scene;
-
-/// Orders the runs of a table by series, and computes of each what the physics reads.
-pub(super) fn arrange(read: Vec<ReadRun>, scene: &Scene) -> Runs {
-    let cells = ClassCells::of(&read, scene);
-    arrange_part(read, &cells, scene)
-}
-
-/// The same of a part of the table whose classes are these.
-pub(super) fn arrange_part(read: Vec<ReadRun>, cells: &ClassCells, scene: &Scene) -> Runs {
-    let mut runs = series::arrange(read, cells, scene);
-    runs.compute_impacts(scene);
-    runs
-}
 
 impl Runs {
     /// Computes the columns of [`Impacts`](super::Impacts): once where runs are arranged, and again where constants of the scene or films

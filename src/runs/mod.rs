@@ -151,7 +151,7 @@ pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
             ..ReadRun::default()
         }
     });
-    impacts::arrange(read.collect(), scene)
+    series::arrange(read.collect(), scene)
 }
 
 /// Drafts a scene from a table that it is to name `runs`.

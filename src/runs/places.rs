@@ -143,8 +143,7 @@ impl RowPlaces {
 
     /// The table of a row, and its line there.
     fn line(&self, row: u32) -> Option<(&TableRows, u64)> {
-        let at = self.tables.partition_point(|table| table.rows_before < row);
-        let table = &self.tables[at.checked_sub(1)?];
+        let table = self.tables.get(self.table(row))?;
         Some((table, table.lines.line(row - table.rows_before)?))
     }
 

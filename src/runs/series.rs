@@ -316,8 +316,14 @@ impl ClassCells {
     }
 }
 
-/// Orders runs by series, in the classes of the table that they are a part of.
-pub(super) fn arrange(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &Scene) -> Runs {
+/// Orders the runs of a table by series, and computes of each what the physics reads.
+pub(super) fn arrange(read: Vec<ReadRun>, scene: &Scene) -> Runs {
+    let cells = ClassCells::of(&read, scene);
+    arrange_part(read, &cells, scene)
+}
+
+/// The same of a part of the table whose classes are these.
+pub(super) fn arrange_part(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &Scene) -> Runs {
     let diameters = DiameterClasses::new(&cells.diameters);
     let groups = FilmClasses::new(&cells.films, cells.has_film_ratio, scene);
     let by_diameter = scene.model.dry_k == DryKOf::Diameter;
@@ -361,6 +367,7 @@ pub(super) fn arrange(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &Scene)
     let classes: Vec<SphereClass> = spheres.into_keys().collect();
     name_groups(&mut runs, &spans, &groups, &classes);
     measure_film_groups(&mut runs);
+    runs.compute_impacts(scene);
     runs
 }
 

@@ -6,11 +6,10 @@ use std::sync::Arc;
 
 use super::averaged::MOST_AVERAGED;
 use super::collect::{columns_not_read, too_many_rows, Collected, Gathering, Screened, SheetRead, SHEETS_NOT_READ};
-use super::impacts;
 use super::parquet::{read_parquet, ParquetTable};
 use super::places::RowPlaces;
 use super::refusals::{whole_file, Refused};
-use super::series::Runs;
+use super::series::{arrange, Runs};
 use super::source::TableSource;
 use super::spheres::check_spheres;
 use super::stated_errors::check_stated_errors;
@@ -61,7 +60,7 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
         .notices
         .extend(collected.drop_own_film_ratios(scene.data.film_ratio_gap));
     let places = std::mem::take(&mut table.runs.places);
-    table.runs = impacts::arrange(collected.in_use, scene);
+    table.runs = arrange(collected.in_use, scene);
     table.runs.places = places;
     check_spheres(scene, &table.runs.spheres)?;
     check_stated_errors(scene, &table.runs)?;

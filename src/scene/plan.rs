@@ -390,9 +390,9 @@ pub(super) fn design(table: &SceneTable, names: &SceneNames) -> Design {
     }
     let fallen = heights.map(|hs| hs.into_iter().map(numbers::free_fall_speed).collect());
     let design = Design {
-        diameters: diameters.unwrap_or_else(|| vec![vec![]; names.particles.len()]),
+        diameters,
         liquids: used,
-        film_ratios: film_ratios.unwrap_or_else(|| vec![vec![]; names.particles.len()]),
+        film_ratios,
         speeds: fallen.or(speeds).unwrap_or_default(),
         dry_speeds: table.read(&DRY_IMPACT_SPEED).unwrap_or_default(),
         film_rel_sd: table.read(&FILM_REL_SD),

@@ -170,12 +170,13 @@ impl RunColumn {
     /// The column of the rebound for one of the impact, and the other way round; `None` where there is none.
     pub fn other_side(self) -> Option<RunColumn> {
         use RunColumn::{DropHeight, ImpactSpeed, ReboundHeight, ReboundSpeed};
-        let pairs = [(DropHeight, ReboundHeight), (ImpactSpeed, ReboundSpeed)];
-        pairs.into_iter().find_map(|(impact, rebound)| match self {
-            column if column == impact => Some(rebound),
-            column if column == rebound => Some(impact),
+        match self {
+            DropHeight => Some(ReboundHeight),
+            ReboundHeight => Some(DropHeight),
+            ImpactSpeed => Some(ReboundSpeed),
+            ReboundSpeed => Some(ImpactSpeed),
             _ => None,
-        })
+        }
     }
 
     /// Whether it tells of the rebound.

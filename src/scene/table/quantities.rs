@@ -156,10 +156,10 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         units.any(|unit| self.has(&format!("{}{}", key.base, unit.suffix)))
     }
 
-    /// For each of the particles what a key gives it.
-    pub fn by_particle(&self, key: &Key<NumbersByParticle>, particles: &[&str]) -> Option<Vec<Vec<f64>>> {
+    /// For each of the particles what a key gives it; nothing of a key that is not there, or refused.
+    pub fn by_particle(&self, key: &Key<NumbersByParticle>, particles: &[&str]) -> Vec<Vec<f64>> {
         let expect = key.takes.1;
-        self.with_unit(key, without(key), |name, value, to_si| {
+        let lists = self.with_unit(key, without(key), |name, value, to_si| {
             if value.get_ref().is_array() {
                 let list = self.list(name, value, expect, to_si)?;
                 return Some(vec![list; particles.len()]);
@@ -178,7 +178,8 @@ impl<'a, 'i> SceneTable<'a, 'i> {
                 .collect();
             inner.finish();
             lists
-        })
+        });
+        lists.unwrap_or_else(|| vec![vec![]; particles.len()])
     }
 
     /// The value the file gives a key in one of its units, converted by `read`; two units for one quantity are refused.
