@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::expect::{ABOVE_ZERO, FILM_RATIO, LARGEST_FILM_RATIO, NOT_NEGATIVE, SHARE};
-use super::keys::{DefaultsTo, Key, Section};
+use super::keys::{Key, Section};
 use super::naming::{naming, Naming, SceneNames};
 use super::table::{read_nothing, Number, Numbers, SceneTable, TextOrTexts};
 use super::table_file::TableFile;
@@ -52,18 +52,17 @@ const RUNS: Key<TextOrTexts> = Key::new("runs", TextOrTexts)
     )
     .example("\"runs.csv\"");
 
-const SMALLEST_RESTITUTION: Key<Number, DefaultsTo<f64>> =
-    Key::new("smallest_restitution", Number(Dimension::One, SHARE))
-        .means("a run with this restitution or less stuck")
-        .example("0.02")
-        .defaults_to(0.0);
+const SMALLEST_RESTITUTION: Key<Number, f64> = Key::new("smallest_restitution", Number(Dimension::One, SHARE))
+    .means("a run with this restitution or less stuck")
+    .example("0.02")
+    .defaults_to(0.0);
 
 const FILM_RATIOS: Key<Numbers> = Key::new("film_ratios", Numbers(Dimension::One, FILM_RATIO))
     .means("nominal film ratios δ/D; a run within 15 % of one belongs to it")
     .example("[0.03, 0.06]")
     .optional("groups are found");
 
-const FILM_RATIO_GAP: Key<Number, DefaultsTo<f64>> = Key::new("film_ratio_gap", Number(Dimension::One, ABOVE_ZERO))
+const FILM_RATIO_GAP: Key<Number, f64> = Key::new("film_ratio_gap", Number(Dimension::One, ABOVE_ZERO))
     .means("where groups are found: wider gaps between film ratios part them")
     .example("0.01")
     .defaults_to(0.004);
@@ -73,7 +72,7 @@ const MIN_FILM: Key<Number> = Key::new("min_film", Number(Dimension::Thickness, 
     .example("200")
     .optional("no film is too thin");
 
-const MAX_FILM_RATIO: Key<Number, DefaultsTo<f64>> = Key::new("max_film_ratio", Number(Dimension::One, FILM_RATIO))
+const MAX_FILM_RATIO: Key<Number, f64> = Key::new("max_film_ratio", Number(Dimension::One, FILM_RATIO))
     .means("runs at larger film ratios are left out, and counted")
     .example("0.2")
     .defaults_to(LARGEST_FILM_RATIO);

@@ -8,27 +8,20 @@ use crate::units::Dimension;
 
 /// A key of a table of a scene.
 #[derive(Clone, Copy)]
-pub(super) struct Key<K, D = NoDefault> {
+pub(super) struct Key<K, D = ()> {
     /// its name, to which the dimension adds a unit
     pub base: &'static str,
     /// what is taken under it
     pub takes: K,
     /// what holds without it, in words; `None` of one that must be there, or has a default
     pub without: Option<&'static str>,
-    /// what holds without it, as a value
+    /// what holds without it, as a value; nothing of a key without a default
     pub default: D,
     /// what it means, in a few words
     pub meaning: &'static str,
     /// what a scene may give, in the usual unit
     pub example: &'static str,
 }
-
-/// Nothing holds without the key.
-#[derive(Clone, Copy)]
-pub(super) struct NoDefault;
-
-/// Without the key this holds.
-pub(super) struct DefaultsTo<T>(pub T);
 
 impl<K: Copy> Key<K> {
     /// A key under which this is taken, and which must be there unless it is said what holds without it.
@@ -37,7 +30,7 @@ impl<K: Copy> Key<K> {
             base,
             takes,
             without: None,
-            default: NoDefault,
+            default: (),
             meaning: "",
             example: "",
         }
@@ -60,12 +53,12 @@ impl<K: Copy> Key<K> {
     }
 
     /// The same with what holds in its absence.
-    pub const fn defaults_to<T>(self, value: T) -> Key<K, DefaultsTo<T>> {
+    pub const fn defaults_to<T>(self, value: T) -> Key<K, T> {
         Key {
             base: self.base,
             takes: self.takes,
             without: None,
-            default: DefaultsTo(value),
+            default: value,
             meaning: self.meaning,
             example: self.example,
         }

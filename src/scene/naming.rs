@@ -1,7 +1,7 @@
 //! Reads what a table of runs calls its columns and its words, and what it leaves unsaid.
 
 use super::expect::{ABOVE_ZERO, FINITE};
-use super::keys::{DefaultsTo, Key};
+use super::keys::Key;
 use super::names::{already_given, closest, name_expected, DRY, FILL_IN, MISSING};
 use super::run_columns::RunColumn;
 use super::table::{Count, Inner, OneOf, SceneTable};
@@ -110,7 +110,7 @@ const CONSTANTS: Key<Inner> = Key::new("constants", Inner("a table of columns wi
     .example("{ diameter_mm = 4.762 }")
     .optional("every column stands in the table");
 
-const HEIGHTS_TO: Key<OneOf<HeightsTo>, DefaultsTo<HeightsTo>> = Key::new(
+const HEIGHTS_TO: Key<OneOf<HeightsTo>, HeightsTo> = Key::new(
     "heights_to",
     OneOf::of(|| vec![("plate", HeightsTo::Plate), ("film", HeightsTo::Film)]),
 )
@@ -118,7 +118,7 @@ const HEIGHTS_TO: Key<OneOf<HeightsTo>, DefaultsTo<HeightsTo>> = Key::new(
 .example("\"film\"")
 .defaults_to(HeightsTo::Plate);
 
-const HEIGHTS_OF: Key<OneOf<HeightsOf>, DefaultsTo<HeightsOf>> = Key::new(
+const HEIGHTS_OF: Key<OneOf<HeightsOf>, HeightsOf> = Key::new(
     "heights_of",
     OneOf::of(|| vec![("lowest", HeightsOf::Lowest), ("centre", HeightsOf::Centre)]),
 )

@@ -5,7 +5,7 @@ use super::choices::{
     SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET, TERMS_TAKES, VISCOUS_TAKES,
 };
 use super::expect::{Expect, ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
-use super::keys::{DefaultsTo, Key, Section};
+use super::keys::{Key, Section};
 use super::materials::{Liquid, Particle};
 use super::naming::SceneNames;
 use super::table::{
@@ -193,7 +193,7 @@ fn shapes() -> impl Iterator<Item = (LikelihoodFamily, Key<Number>)> {
     })
 }
 
-const NOISE: Key<OneOf<NoiseShape>, DefaultsTo<NoiseShape>> = Key::new(
+const NOISE: Key<OneOf<NoiseShape>, NoiseShape> = Key::new(
     "noise",
     OneOf::of(|| {
         let families = LikelihoodFamily::NAMED.map(|(name, family)| (name, NoiseShape::Family(family)));
@@ -274,7 +274,7 @@ const IMPACT_SPEED_REL_SD: Key<Number> = Key::new("impact_speed_rel_sd", Number(
     .example("0.05")
     .optional("every speed is that of its setting");
 
-const REPEATS: Key<Count, DefaultsTo<u64>> = Key::new("repeats", Count(1, MOST_COUNTED))
+const REPEATS: Key<Count, u64> = Key::new("repeats", Count(1, MOST_COUNTED))
     .means("runs at each setting")
     .example("5")
     .defaults_to(1);

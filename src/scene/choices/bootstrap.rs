@@ -1,7 +1,7 @@
 //! Reads how a scene has its intervals made.
 
 use crate::scene::expect::INSIDE_ONE;
-use crate::scene::keys::{DefaultsTo, Key, Section};
+use crate::scene::keys::{Key, Section};
 use crate::scene::table::{read_nothing, Count, Number, OneOf, SceneTable};
 use crate::units::Dimension;
 
@@ -67,12 +67,12 @@ impl IntervalMethod {
 /// these are listed.
 pub const MOST_REPLICATES: u64 = 1_000_000;
 
-const REPLICATES: Key<Count, DefaultsTo<u64>> = Key::new("replicates", Count(1, MOST_REPLICATES))
+const REPLICATES: Key<Count, u64> = Key::new("replicates", Count(1, MOST_REPLICATES))
     .means("how many times the runs are resampled")
     .example("2000")
     .defaults_to(10_000);
 
-const SCHEME: Key<OneOf<ResamplingScheme>, DefaultsTo<ResamplingScheme>> = Key::new(
+const SCHEME: Key<OneOf<ResamplingScheme>, ResamplingScheme> = Key::new(
     "scheme",
     OneOf::of(|| ResamplingScheme::NAMED.to_vec()).replacing(&[("residuals", "cases"), ("parametric", "cases")]),
 )
@@ -88,7 +88,7 @@ const INTERVAL: Key<OneOf<IntervalMethod>> = Key::new(
 .example("\"bca\"")
 .optional("percentile; of few runs that of least squares");
 
-const LEVEL: Key<Number, DefaultsTo<f64>> = Key::new("level", Number(Dimension::One, INSIDE_ONE))
+const LEVEL: Key<Number, f64> = Key::new("level", Number(Dimension::One, INSIDE_ONE))
     .means("probability of the intervals")
     .example("0.9")
     .defaults_to(0.95);

@@ -5,7 +5,7 @@ use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::{DrySpeed, Form, Inertia, Viscous};
 use crate::scene::expect::ABOVE_ZERO;
-use crate::scene::keys::{DefaultsTo, Key, Section};
+use crate::scene::keys::{Key, Section};
 use crate::scene::materials::{Liquid, Particle};
 use crate::scene::table::{read_nothing, NumberOr, OneOf, SceneTable, SomeOf, Switch};
 use crate::units::Dimension;
@@ -159,13 +159,13 @@ pub enum Sticking {
     Excluded,
 }
 
-const DRY_SPEED: Key<NumberOr, DefaultsTo<Option<f64>>> = Key::new("dry_speed", DRY_SPEED_TAKES)
+const DRY_SPEED: Key<NumberOr, Option<f64>> = Key::new("dry_speed", DRY_SPEED_TAKES)
     .means("impact speed at which e_dry enters; \"impact\": each run's own, e_inf and St_c then still at the default")
     .example("\"impact\"")
     .defaults_to(Some(REFERENCE_SPEED));
 pub const DRY_SPEED_TAKES: NumberOr = NumberOr(Dimension::Speed, ABOVE_ZERO, "impact");
 
-const INERTIA: Key<OneOf<Option<Inertia>>, DefaultsTo<Option<Inertia>>> = Key::new(
+const INERTIA: Key<OneOf<Option<Inertia>>, Option<Inertia>> = Key::new(
     "inertia",
     OneOf::of(|| {
         let forms = Inertia::ALL.map(|form| (form.name(), Some(form)));
@@ -176,13 +176,13 @@ const INERTIA: Key<OneOf<Option<Inertia>>, DefaultsTo<Option<Inertia>>> = Key::n
 .example("\"saturating\"")
 .defaults_to(None);
 
-const VISCOUS: Key<OneOf<Viscous>, DefaultsTo<Viscous>> = Key::new("viscous", VISCOUS_TAKES)
+const VISCOUS: Key<OneOf<Viscous>, Viscous> = Key::new("viscous", VISCOUS_TAKES)
     .means("form of the viscous loss: one L, or L of each film, without δc")
     .example("\"film\"")
     .defaults_to(Viscous::Constant);
 pub const VISCOUS_TAKES: OneOf<Viscous> = OneOf::of(|| Viscous::NAMED.map(|form| (form.name(), form)).to_vec());
 
-const TERMS: Key<SomeOf<Term>, DefaultsTo<Option<Vec<Term>>>> = Key::new("terms", TERMS_TAKES)
+const TERMS: Key<SomeOf<Term>, Option<Vec<Term>>> = Key::new("terms", TERMS_TAKES)
     .means("terms of the energy balance; auto: inertia and viscous, unless the runs do not require one")
     .example("[\"inertia\", \"viscous\", \"bridge\"]")
     .defaults_to(None);
@@ -191,7 +191,7 @@ pub const TERMS_TAKES: SomeOf<Term> = SomeOf {
     instead: "auto",
 };
 
-const LIKELIHOOD: Key<OneOf<LikelihoodFamily>, DefaultsTo<LikelihoodFamily>> =
+const LIKELIHOOD: Key<OneOf<LikelihoodFamily>, LikelihoodFamily> =
     Key::new("likelihood", OneOf::of(|| LikelihoodFamily::NAMED.to_vec()))
         .means(
             "distribution of the noise; student: with outliers; asymmetric_laplace: two exponentials, one to each side",
@@ -199,7 +199,7 @@ const LIKELIHOOD: Key<OneOf<LikelihoodFamily>, DefaultsTo<LikelihoodFamily>> =
         .example("\"student\"")
         .defaults_to(LikelihoodFamily::Normal);
 
-const DRY_K: Key<OneOf<DryKOf>, DefaultsTo<DryKOf>> = Key::new(
+const DRY_K: Key<OneOf<DryKOf>, DryKOf> = Key::new(
     "dry_k",
     OneOf::of(|| vec![("particle", DryKOf::Particle), ("diameter", DryKOf::Diameter)]),
 )
@@ -207,7 +207,7 @@ const DRY_K: Key<OneOf<DryKOf>, DefaultsTo<DryKOf>> = Key::new(
 .example("\"diameter\"")
 .defaults_to(DryKOf::Particle);
 
-const STICKING: Key<OneOf<Sticking>, DefaultsTo<Sticking>> = Key::new(
+const STICKING: Key<OneOf<Sticking>, Sticking> = Key::new(
     "sticking",
     OneOf::of(|| {
         vec![
@@ -221,7 +221,7 @@ const STICKING: Key<OneOf<Sticking>, DefaultsTo<Sticking>> = Key::new(
 .example("\"truncated\"")
 .defaults_to(Sticking::Censored);
 
-const NOISE_ON: Key<OneOf<NoiseOn>, DefaultsTo<NoiseOn>> = Key::new(
+const NOISE_ON: Key<OneOf<NoiseOn>, NoiseOn> = Key::new(
     "noise",
     OneOf::of(|| {
         vec![
@@ -235,7 +235,7 @@ const NOISE_ON: Key<OneOf<NoiseOn>, DefaultsTo<NoiseOn>> = Key::new(
 .example("\"both\"")
 .defaults_to(NoiseOn::Auto);
 
-const SERIES_OFFSETS: Key<Switch, DefaultsTo<bool>> = Key::new("series_offsets", Switch)
+const SERIES_OFFSETS: Key<Switch, bool> = Key::new("series_offsets", Switch)
     .means("whether every series of runs has an offset of the energy kept")
     .example("true")
     .defaults_to(false);

@@ -1,6 +1,6 @@
 //! Reads how much sampling a scene asks for.
 
-use crate::scene::keys::{DefaultsTo, Key, Section};
+use crate::scene::keys::{Key, Section};
 use crate::scene::table::{read_nothing, Count, SceneTable};
 
 /// How a posterior is sampled.
@@ -22,17 +22,17 @@ const MOST_DRAWS: u64 = 1_000_000;
 /// are listed.
 pub const MOST_KEPT: u64 = 10_000_000;
 
-const CHAINS: Key<Count, DefaultsTo<u64>> = Key::new("chains", Count(1, MOST_CHAINS))
+const CHAINS: Key<Count, u64> = Key::new("chains", Count(1, MOST_CHAINS))
     .means("chains")
     .example("8")
     .defaults_to(4);
 
-const WARMUP: Key<Count, DefaultsTo<u64>> = Key::new("warmup", Count(1, MOST_DRAWS))
+const WARMUP: Key<Count, u64> = Key::new("warmup", Count(1, MOST_DRAWS))
     .means("draws that a chain spends adapting")
     .example("2000")
     .defaults_to(1000);
 
-const DRAWS: Key<Count, DefaultsTo<u64>> = Key::new("draws", Count(1, MOST_DRAWS))
+const DRAWS: Key<Count, u64> = Key::new("draws", Count(1, MOST_DRAWS))
     .means("draws that a chain keeps")
     .example("5000")
     .defaults_to(1000);

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use super::values::{as_number, Takes, ToSi};
 use super::{DeValue, SceneTable, Spanned};
 use crate::scene::expect::Expect;
-use crate::scene::keys::{DefaultsTo, Key, KeyGuide, Without};
+use crate::scene::keys::{Key, KeyGuide, Without};
 use crate::scene::names::already_given;
 use crate::units::{Dimension, Unit, MAGNITUDES, MAGNITUDE_EXPECTED};
 
@@ -129,13 +129,12 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     }
 
     /// The same, or what holds without the key.
-    pub fn read_or<K: Takes>(&self, key: &Key<K, DefaultsTo<K::Value>>) -> K::Value
+    pub fn read_or<K: Takes>(&self, key: &Key<K, K::Value>) -> K::Value
     where
         K::Value: Clone,
     {
-        let default = &key.default.0;
-        let given = self.read_given(key, Without::Value(key.takes.written(default)));
-        given.unwrap_or_else(|| default.clone())
+        let given = self.read_given(key, Without::Value(key.takes.written(&key.default)));
+        given.unwrap_or_else(|| key.default.clone())
     }
 
     fn read_given<K: Takes, D>(&self, key: &Key<K, D>, without: Without) -> Option<K::Value> {

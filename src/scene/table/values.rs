@@ -28,7 +28,11 @@ pub(in crate::scene) trait Takes {
 
     /// The same; what is not taken is refused. `key` is the name the file gives.
     fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<Self::Value> {
-        table.taken(self, key, value, to_si)
+        let taken = self.taken(value, to_si);
+        if taken.is_none() {
+            table.refuse_value(key, value, &self.in_words());
+        }
+        taken
     }
 
     /// A value as a scene gives it in the usual unit; nothing of what never stands as a default.
@@ -182,12 +186,16 @@ impl<T: PartialEq> Takes for OneOf<T> {
 
     fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<T> {
         let word = value.get_ref().as_str();
-        let Some((old, new)) = self.replaced.iter().find(|(old, _)| Some(*old) == word) else {
-            return table.taken(self, key, value, to_si);
-        };
-        let expected = format!("expected \"{new}\", which replaces it");
-        table.refuse(key, value.span().start, Some(quoted(old)), expected);
-        None
+        let taken = self.taken(value, to_si);
+        match self.replaced.iter().find(|(old, _)| Some(*old) == word) {
+            Some((old, new)) => {
+                let expected = format!("expected \"{new}\", which replaces it");
+                table.refuse(key, value.span().start, Some(quoted(old)), expected);
+            }
+            None if taken.is_none() => table.refuse_value(key, value, &self.in_words()),
+            None => {}
+        }
+        taken
     }
 
     fn written(&self, value: &T) -> String {
@@ -226,21 +234,6 @@ impl<T: Copy> Takes for SomeOf<T> {
 }
 
 impl SceneTable<'_, '_> {
-    /// The value, if it is what is taken; else it is refused.
-    pub(super) fn taken<K: Takes + ?Sized>(
-        &self,
-        takes: &K,
-        key: &str,
-        value: &Spanned<DeValue>,
-        to_si: ToSi,
-    ) -> Option<K::Value> {
-        let taken = takes.taken(value, to_si);
-        if taken.is_none() {
-            self.refuse_value(key, value, &takes.in_words());
-        }
-        taken
-    }
-
     /// The text under a name that the scene gives.
     pub fn text(&self, key: &str) -> Option<String> {
         let value = self.entry(key)?;
