@@ -44,54 +44,37 @@ pub struct Unit {
     pub suffix: &'static str,
     /// how it is printed
     pub symbol: &'static str,
-    scale: Scale,
+    /// what a number in it is multiplied by and then divided by in SI
+    scale: [f64; 2],
 }
 
-/// Powers of ten from one upwards are exact in f64; their inverses are not, so a unit says whether it divides.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Scale {
-    Times(f64),
-    Over(f64),
-}
-
-const fn unit(suffix: &'static str, symbol: &'static str, scale: Scale) -> Unit {
+/// Powers of ten from one upwards are exact in f64; their inverses are not, so a unit says what it divides by.
+const fn unit(suffix: &'static str, symbol: &'static str, scale: [f64; 2]) -> Unit {
     Unit { suffix, symbol, scale }
 }
 
-const MILLIMETRE: Unit = unit("_mm", "mm", Scale::Over(1e3));
-const MICROMETRE: Unit = unit("_um", "µm", Scale::Over(1e6));
-const CENTIMETRE: Unit = unit("_cm", "cm", Scale::Over(1e2));
-const METRE: Unit = unit("_m", "m", Scale::Times(1.0));
+const MILLIMETRE: Unit = unit("_mm", "mm", [1.0, 1e3]);
+const MICROMETRE: Unit = unit("_um", "µm", [1.0, 1e6]);
+const CENTIMETRE: Unit = unit("_cm", "cm", [1.0, 1e2]);
+const METRE: Unit = unit("_m", "m", [1.0, 1.0]);
 const LENGTH: &[Unit] = &[MILLIMETRE, MICROMETRE, CENTIMETRE, METRE];
 const THICKNESS: &[Unit] = &[MICROMETRE, MILLIMETRE, CENTIMETRE, METRE];
 const SPEED: &[Unit] = &[
-    unit("_m_s", "m/s", Scale::Times(1.0)),
-    unit("_cm_s", "cm/s", Scale::Over(1e2)),
-    unit("_mm_s", "mm/s", Scale::Over(1e3)),
+    unit("_m_s", "m/s", [1.0, 1.0]),
+    unit("_cm_s", "cm/s", [1.0, 1e2]),
+    unit("_mm_s", "mm/s", [1.0, 1e3]),
 ];
-const DENSITY: &[Unit] = &[
-    unit("_kg_m3", "kg/m³", Scale::Times(1.0)),
-    unit("_g_cm3", "g/cm³", Scale::Times(1e3)),
-];
-const VISCOSITY: &[Unit] = &[
-    unit("_mPa_s", "mPa s", Scale::Over(1e3)),
-    unit("_Pa_s", "Pa s", Scale::Times(1.0)),
-];
-const SURFACE_TENSION: &[Unit] = &[
-    unit("_mN_m", "mN/m", Scale::Over(1e3)),
-    unit("_N_m", "N/m", Scale::Times(1.0)),
-];
-const TIME: &[Unit] = &[unit("_s", "s", Scale::Times(1.0)), unit("_ms", "ms", Scale::Over(1e3))];
-const FREQUENCY: &[Unit] = &[
-    unit("_Hz", "Hz", Scale::Times(1.0)),
-    unit("_kHz", "kHz", Scale::Times(1e3)),
-];
+const DENSITY: &[Unit] = &[unit("_kg_m3", "kg/m³", [1.0, 1.0]), unit("_g_cm3", "g/cm³", [1e3, 1.0])];
+const VISCOSITY: &[Unit] = &[unit("_mPa_s", "mPa s", [1.0, 1e3]), unit("_Pa_s", "Pa s", [1.0, 1.0])];
+const SURFACE_TENSION: &[Unit] = &[unit("_mN_m", "mN/m", [1.0, 1e3]), unit("_N_m", "N/m", [1.0, 1.0])];
+const TIME: &[Unit] = &[unit("_s", "s", [1.0, 1.0]), unit("_ms", "ms", [1.0, 1e3])];
+const FREQUENCY: &[Unit] = &[unit("_Hz", "Hz", [1.0, 1.0]), unit("_kHz", "kHz", [1e3, 1.0])];
 const IMAGE_SCALE: &[Unit] = &[
-    unit("_px_per_mm", "px/mm", Scale::Times(1e3)),
-    unit("_px_per_m", "px/m", Scale::Times(1.0)),
+    unit("_px_per_mm", "px/mm", [1e3, 1.0]),
+    unit("_px_per_m", "px/m", [1.0, 1.0]),
 ];
-const SHARE: &[Unit] = &[unit("", "", Scale::Times(1.0)), unit("_percent", "%", Scale::Over(1e2))];
-const ONE: &[Unit] = &[unit("", "", Scale::Times(1.0))];
+const SHARE: &[Unit] = &[unit("", "", [1.0, 1.0]), unit("_percent", "%", [1.0, 1e2])];
+const ONE: &[Unit] = &[unit("", "", [1.0, 1.0])];
 
 impl Dimension {
     /// Every unit in which a file may give this kind of quantity; the usual one first.
@@ -133,18 +116,14 @@ pub fn names_in_words(base: &str, dimension: Dimension) -> String {
 impl Unit {
     /// The SI value of a number written in this unit.
     pub fn to_si(&self, value: f64) -> f64 {
-        match self.scale {
-            Scale::Times(factor) => value * factor,
-            Scale::Over(factor) => value / factor,
-        }
+        let [times, over] = self.scale;
+        value * times / over
     }
 
     /// The number that stands for an SI value in this unit.
     pub fn from_si(&self, value: f64) -> f64 {
-        match self.scale {
-            Scale::Times(factor) => value / factor,
-            Scale::Over(factor) => value * factor,
-        }
+        let [times, over] = self.scale;
+        value * over / times
     }
 }
 

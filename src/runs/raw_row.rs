@@ -88,26 +88,15 @@ pub(super) fn refuse<T>(problems: &mut Vec<BadCell>, column: RunColumn, expected
     None
 }
 
-/// Speed over Stokes number of a run.
-pub(super) enum StokesScale {
-    Known(f64),
-    /// without a liquid there is none
-    Dry,
-    /// a cell that it wants was refused
-    Unknown,
-}
-
-impl StokesScale {
-    pub fn of(scene: &Scene, particle: Option<usize>, liquid: Option<usize>, diameter: Option<f64>) -> StokesScale {
-        let (Some(particle), Some(diameter)) = (particle, diameter) else {
-            return StokesScale::Unknown;
-        };
-        let Some(liquid) = liquid else {
-            return StokesScale::Dry;
-        };
-        let (density, viscosity) = (scene.particles[particle].density, scene.liquids[liquid].viscosity);
-        StokesScale::Known(speed_at_stokes(density, diameter, viscosity, 1.0))
-    }
+/// Speed over Stokes number of a run; `None` without a liquid, and where a cell that it wants was refused.
+pub(super) fn stokes_scale(
+    scene: &Scene,
+    particle: Option<usize>,
+    liquid: Option<usize>,
+    diameter: Option<f64>,
+) -> Option<f64> {
+    let (density, viscosity) = (scene.particles[particle?].density, scene.liquids[liquid?].viscosity);
+    Some(speed_at_stokes(density, diameter?, viscosity, 1.0))
 }
 
 /// Where a sphere meets the film, on the scale of the heights of a table; `None` where film or diameter were refused and the

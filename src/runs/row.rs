@@ -6,7 +6,7 @@ use super::averaged::{mean_of, MeanOf};
 use super::columns::HeaderRemarks;
 use super::errors::{self, RunError};
 use super::raw_row::{
-    bad_cell, fall, refuse, surface, BadCell, RawRow, StokesScale, IMPACTS, LARGEST_RESTITUTION, MEASUREMENT_SDS,
+    bad_cell, fall, refuse, stokes_scale, surface, BadCell, RawRow, IMPACTS, LARGEST_RESTITUTION, MEASUREMENT_SDS,
     REBOUNDS,
 };
 use super::read_run::{ReadRun, RowSetting};
@@ -193,8 +193,8 @@ pub(super) fn check_row(
         problems.push(bad_cell(RunColumn::FilmRatio, expected));
     }
     let surface = surface(checker.scene, film, diameter);
-    let of_stokes = StokesScale::of(checker.scene, particle, liquid, diameter);
-    let ratios = surface.map(|surface| speed_ratios(raw, surface, &of_stokes, &rounding));
+    let of_stokes = stokes_scale(checker.scene, particle, liquid, diameter);
+    let ratios = surface.map(|surface| speed_ratios(raw, surface, of_stokes, &rounding));
     if !has_speed {
         impact_speed = derived_speed(raw, surface, of_stokes, problems);
     }
@@ -255,7 +255,7 @@ fn check_sds(sds: [Option<f64>; 3], problems: &mut Vec<BadCell>) {
 fn derived_speed(
     raw: &RawRow,
     surface: Option<f64>,
-    of_stokes: StokesScale,
+    of_stokes: Option<f64>,
     problems: &mut Vec<BadCell>,
 ) -> Option<f64> {
     let (column, speed) = if raw[RunColumn::DropHeight].is_some() {
@@ -271,15 +271,15 @@ fn derived_speed(
         (RunColumn::DropHeight, free_fall_speed(fall))
     } else {
         let stokes = positive(raw, RunColumn::Stokes, "a Stokes number", problems)?;
-        match of_stokes {
-            StokesScale::Known(scale) => (RunColumn::Stokes, stokes * scale),
-            StokesScale::Dry if is_bad(RunColumn::Liquid, problems) => return None,
-            StokesScale::Dry => {
-                let expected = "expected a drop height or an impact speed: without a liquid there is no Stokes number";
-                return refuse(problems, RunColumn::Stokes, expected);
+        let Some(scale) = of_stokes else {
+            let wanted = [RunColumn::Particle, RunColumn::Liquid, RunColumn::Diameter];
+            if wanted.into_iter().any(|column| is_bad(column, problems)) {
+                return None;
             }
-            StokesScale::Unknown => return None,
-        }
+            let expected = "expected a drop height or an impact speed: without a liquid there is no Stokes number";
+            return refuse(problems, RunColumn::Stokes, expected);
+        };
+        (RunColumn::Stokes, stokes * scale)
     };
     positive_value(column, Some(speed), "an impact speed", problems)
 }

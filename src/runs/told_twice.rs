@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::places::NamedRows;
-use super::raw_row::{fall, RawRow, StokesScale};
+use super::raw_row::{fall, RawRow};
 use super::read_run::RowSetting;
 use crate::physics::numbers::free_fall_speed;
 use crate::scene::RunColumn;
@@ -44,15 +44,12 @@ pub(super) fn rounding_of_log(raw: &RawRow, column: RunColumn, rounding: impl Fn
 pub(super) fn speed_ratios(
     raw: &RawRow,
     surface: f64,
-    of_stokes: &StokesScale,
+    of_stokes: Option<f64>,
     rounding: impl Fn(RunColumn) -> f64,
 ) -> SpeedRatios {
     let speed = |column: RunColumn| match column {
         RunColumn::DropHeight | RunColumn::ReboundHeight => Some(free_fall_speed(fall(raw[column]?, surface)?)),
-        RunColumn::Stokes => match of_stokes {
-            StokesScale::Known(scale) => raw[column].map(|stokes| stokes * scale),
-            _ => None,
-        },
+        RunColumn::Stokes => Some(raw[column]? * of_stokes?),
         _ => raw[column],
     };
     TOLD_TWICE.map(|[one, other]| {
