@@ -94,6 +94,11 @@ impl Dimension {
         }
     }
 
+    /// The unit of a name that ends so.
+    pub fn unit(self, suffix: &str) -> Option<&'static Unit> {
+        self.units().iter().find(|unit| unit.suffix == suffix)
+    }
+
     /// The SI value of a number written in the usual unit.
     pub fn usual_to_si(self, value: f64) -> f64 {
         self.units()[0].to_si(value)

@@ -463,9 +463,8 @@ impl Matching<'_> {
             return;
         }
         let base = column.base();
-        let units = column.dimension().units();
         let expected = match stated {
-            StatedUnit::Ours(suffix) if units.iter().any(|own| own.suffix == suffix) => format!(
+            StatedUnit::Ours(suffix) if column.dimension().unit(suffix).is_some() => format!(
                 "by {by} it has another unit than `{base}{}`; expected it as `{base}{suffix}` in the scene's columns",
                 unit.suffix
             ),
@@ -573,8 +572,7 @@ fn stated_by_name(name: &str, column: RunColumn) -> Option<StatedUnit> {
 
 /// Whether a unit is one that a column is written in.
 fn is_unit_of(stated: &StatedUnit, column: RunColumn) -> bool {
-    let mut units = column.dimension().units().iter();
-    units.any(|unit| !unit.suffix.is_empty() && *stated == StatedUnit::Ours(unit.suffix))
+    matches!(stated, StatedUnit::Ours(suffix) if !suffix.is_empty() && column.dimension().unit(suffix).is_some())
 }
 
 /// A column without a name, as a message shows it.

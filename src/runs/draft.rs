@@ -697,9 +697,7 @@ fn names_of(words: &[String], is_dry: impl Fn(&str) -> bool) -> Vec<(String, Str
 fn unless_a_title_says(titles: &[String], guess: Guess) -> Result<Guess, Option<NotGuessed>> {
     let dimension = guess.column.dimension();
     let is_another = |unit: StatedUnit| match unit {
-        StatedUnit::Ours(suffix) => {
-            suffix != guess.unit.suffix && dimension.units().iter().any(|own| own.suffix == suffix)
-        }
+        StatedUnit::Ours(suffix) => suffix != guess.unit.suffix && dimension.unit(suffix).is_some(),
         StatedUnit::Other(_) => true,
     };
     let mut titles = titles.iter().filter(|_| guess.is_unit_guessed);

@@ -31,9 +31,7 @@ pub(crate) const fn column(base: &'static str, dimension: Dimension, needed: boo
 impl Column {
     /// The unit of a name that is this column's.
     pub fn unit_of(&self, name: &str) -> Option<&'static Unit> {
-        let suffix = name.strip_prefix(self.base)?;
-        let mut units = self.dimension.units().iter();
-        units.find(|unit| unit.suffix == suffix)
+        self.dimension.unit(name.strip_prefix(self.base)?)
     }
 }
 

@@ -198,7 +198,7 @@ pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool
             (suffix, !suffix.is_empty())
         }
     };
-    let unit = units.iter().find(|unit| unit.suffix == suffix).ok_or(None)?;
+    let unit = candidate.dimension().unit(suffix).ok_or(None)?;
     Ok(Guess {
         column: candidate,
         unit,
@@ -235,9 +235,8 @@ fn candidate(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Op
 
 /// Whether a column may be one of runs by what stands in it, and by the unit that its header states.
 fn column_may_be(column: &SurveyedColumn, candidate: RunColumn, stated: Option<&StatedUnit>) -> bool {
-    let units = candidate.dimension().units();
     let has_unit = |stated: &StatedUnit| match stated {
-        StatedUnit::Ours(suffix) => units.iter().any(|unit| unit.suffix == *suffix),
+        StatedUnit::Ours(suffix) => candidate.dimension().unit(suffix).is_some(),
         // told as such
         StatedUnit::Other(_) => unit_in_name(&column.name, candidate.dimension()).as_ref() == Some(stated),
     };

@@ -1,6 +1,6 @@
 //! Knows the words by which a table marks a row as the mean, the total or the spread of others.
 
-use super::words::is_among;
+use super::words::{is_among, words_of};
 
 /// What a label says that a row is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,9 +37,7 @@ pub(super) fn label(cell: &str) -> Option<Label> {
         return None;
     }
     let lower = cell.to_lowercase();
-    let mut words = lower
-        .split(|c: char| !c.is_alphanumeric())
-        .filter(|word| !word.is_empty());
+    let mut words = words_of(&lower);
     let first = words.by_ref().find(|word| !is_among(BEFORE, word))?;
     let first = first.trim_end_matches(|c: char| c.is_ascii_digit());
     let is_of_mean = is_among(MEANS, first);

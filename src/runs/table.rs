@@ -22,7 +22,7 @@ use crate::scene::{RunColumn, Scene, TableFile, MISSING};
 use crate::seed::sha256;
 
 /// Runs as read, with what a reader should know of them.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Table {
     /// the runs in use, ordered by series: all, or few that stand for all
     pub runs: Runs,
@@ -72,12 +72,8 @@ impl Table {
     pub fn of(runs: Runs) -> Table {
         Table {
             rows: runs.len(),
-            sheets: vec![],
             runs,
-            screened: vec![],
-            compared: vec![],
-            notices: vec![],
-            sha256: String::new(),
+            ..Table::default()
         }
     }
 }

@@ -22,6 +22,12 @@ pub(super) fn is_among(list: &str, word: &str) -> bool {
     list.split(' ').any(|own| own == word)
 }
 
+/// The words of a name.
+pub(super) fn words_of(name: &str) -> impl Iterator<Item = &str> {
+    name.split(|c: char| !c.is_alphanumeric())
+        .filter(|word| !word.is_empty())
+}
+
 /// A name without what stands in brackets.
 pub(super) fn without_brackets(name: &str) -> String {
     let mut depth = 0;

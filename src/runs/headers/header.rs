@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
-use super::super::words::is_among;
+use super::super::words::{is_among, words_of};
 use crate::scene::RunColumn;
 
 /// Columns whose headers name what is measured.
@@ -124,11 +124,6 @@ pub(in crate::runs) fn in_plain_signs(name: &str) -> Cow<'_, str> {
     plain = plain.replacen("}{", "/", fractions);
     plain.retain(|c| !"${}".contains(c));
     Cow::Owned(plain.trim().to_owned())
-}
-
-pub(super) fn words_of(name: &str) -> impl Iterator<Item = &str> {
-    name.split(|c: char| !c.is_alphanumeric())
-        .filter(|word| !word.is_empty())
 }
 
 /// Whether a word is one of a list, or ends with one as `falltime` does.

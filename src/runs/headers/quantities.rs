@@ -1,8 +1,8 @@
 //! Tells by its words and symbols which quantity a header names.
 
-use super::super::words::{is_among, without_brackets};
+use super::super::words::{is_among, without_brackets, words_of};
 use super::called::{called_as, columns_called};
-use super::header::{ends_like, in_few_words, words_of, Header, Instead, ROOTS};
+use super::header::{ends_like, in_few_words, Header, Instead, ROOTS};
 use crate::scene::RunColumn;
 use crate::units::Dimension;
 

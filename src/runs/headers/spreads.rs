@@ -1,8 +1,8 @@
 //! Tells a standard deviation from a standard error, and both from other spreads and from the quantities themselves.
 
-use super::super::words::is_among;
+use super::super::words::{is_among, words_of};
 use super::called::columns_called;
-use super::header::{words_of, Header, Instead, MEASURED};
+use super::header::{Header, Instead, MEASURED};
 use crate::scene::RunColumn;
 
 /// Words for a standard deviation, and for a standard error.

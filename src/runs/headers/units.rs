@@ -1,6 +1,6 @@
 //! Reads the units that headers state: in the name of a column, or in the row below or above the names.
 
-use super::super::words::{is_among, without_brackets};
+use super::super::words::{is_among, without_brackets, words_of};
 use crate::units::Dimension;
 
 /// A unit that a header states.
@@ -568,10 +568,7 @@ pub(super) fn has_factor(name: &str) -> bool {
                 .is_some_and(|rest| rest.bytes().all(|b| b == b'0'))
     };
     let is_number = |c: char| c.is_ascii_digit() || "^.,".contains(c);
-    if name
-        .split(|c: char| !c.is_alphanumeric())
-        .any(|word| is_among(FRACTIONS, word))
-    {
+    if words_of(name).any(|word| is_among(FRACTIONS, word)) {
         return true;
     }
     // the `10 v` of nobody's unit
