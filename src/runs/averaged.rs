@@ -38,12 +38,6 @@ impl MeanOf {
         let scale = self.sd * ((runs - 1.0) / squares).sqrt();
         (0..self.runs).map(move |rank| if scale > 0.0 { mean + scale * score(rank) } else { mean })
     }
-
-    /// The smallest and the largest of them.
-    fn ends(self, mean: f64) -> [f64; 2] {
-        let first = self.restitutions(mean).next().unwrap_or(mean);
-        [first, 2.0 * mean - first]
-    }
 }
 
 /// What a row says of the runs that it is the mean of; `None` of a single run, and where a cell is wrong. Restitutions up to
@@ -101,7 +95,8 @@ pub(super) fn mean_of(raw: &RawRow, restitution: f64, limit: f64, problems: &mut
         }
     };
     let mean_of = MeanOf { runs: runs as u32, sd };
-    let [least, most] = mean_of.ends(restitution);
+    let least = mean_of.restitutions(restitution).next().unwrap_or(restitution);
+    let most = 2.0 * restitution - least;
     let some_stuck = if restitution <= limit { sd > 0.0 } else { least <= limit };
     if some_stuck || most > LARGEST_RESTITUTION {
         let what = if some_stuck { "stuck" } else { "rebounded far too fast" };

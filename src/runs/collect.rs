@@ -271,7 +271,7 @@ impl Collected {
             self.averaged[1] += runs;
         }
         if let Some(reason) = screen(&row.run, scene) {
-            self.screened[reason as usize] += runs;
+            self.screened[reason] += runs;
             return;
         }
         match row.mean_of {
@@ -367,7 +367,7 @@ impl Collected {
 
     pub fn screened(&self) -> Vec<Screened> {
         let by_scene = REASONS.into_iter().zip(self.screened);
-        let by_scene = by_scene.map(|([reason, next_step], runs)| Screened {
+        let by_scene = by_scene.map(|((reason, next_step, _), runs)| Screened {
             reason: reason.to_owned(),
             runs,
             next_step,

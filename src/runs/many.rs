@@ -291,9 +291,13 @@ impl Runs {
 }
 
 impl Series {
+    /// What it is told by besides its diameter.
+    pub(super) fn key(&self) -> (usize, usize, u64) {
+        (self.particle, self.liquid, self.film_ratio.to_bits())
+    }
+
     fn is_same(&self, other: &Series) -> bool {
-        let key = |one: &Series| (one.particle, one.liquid, one.film_ratio.to_bits());
-        key(self) == key(other) && self.is_as_large_as(other)
+        self.key() == other.key() && self.is_as_large_as(other)
     }
 }
 

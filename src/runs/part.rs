@@ -111,34 +111,18 @@ impl Runs {
 
     /// Appends a run of another table, with what it stands for there.
     pub(super) fn take_run(&mut self, from: &Runs, run: usize) {
-        // every column by name: one that is added must be taken, too
-        let Runs {
-            diameter,
-            film,
-            impact_speed,
-            restitution,
-            row,
-            places: _,
-            errors,
-            count,
-            sample: _,
-            impacts,
-            spheres: _,
-            dry: _,
-            film_groups: _,
-            series: _,
-        } = self;
-        diameter.push(from.diameter[run]);
-        film.push(from.film[run]);
-        impact_speed.push(from.impact_speed[run]);
-        restitution.push(from.restitution[run]);
-        row.push(from.row[run]);
-        impacts.speed_root.push(from.impacts.speed_root[run]);
-        impacts.over_stokes.push(from.impacts.over_stokes[run]);
-        impacts.film_ratio.push(from.impacts.film_ratio[run]);
+        // every column: one that is added must be taken, too
+        self.diameter.push(from.diameter[run]);
+        self.film.push(from.film[run]);
+        self.impact_speed.push(from.impact_speed[run]);
+        self.restitution.push(from.restitution[run]);
+        self.row.push(from.row[run]);
+        self.impacts.speed_root.push(from.impacts.speed_root[run]);
+        self.impacts.over_stokes.push(from.impacts.over_stokes[run]);
+        self.impacts.film_ratio.push(from.impacts.film_ratio[run]);
         if let Some(all) = &from.errors {
-            errors.get_or_insert_default().push(all.error(run));
+            self.errors.get_or_insert_default().push(all.error(run));
         }
-        count.extend(from.count.get(run));
+        self.count.extend(from.count.get(run));
     }
 }

@@ -58,15 +58,6 @@ struct Names<'s> {
     places: HashMap<&'s str, usize>,
 }
 
-impl<'s> Names<'s> {
-    fn of(what: &'static str, names: impl Iterator<Item = &'s str>) -> Names<'s> {
-        Names {
-            what,
-            places: names.zip(0..).collect(),
-        }
-    }
-}
-
 /// What a row is checked against.
 pub(super) struct RowChecker<'s> {
     pub scene: &'s Scene,
@@ -82,11 +73,14 @@ impl<'s> RowChecker<'s> {
         RowChecker {
             scene,
             names: [
-                Names::of("a name in [particles]", scene.particles.iter().map(|p| p.name.as_str())),
-                Names::of(
-                    "a name in [liquids] or `dry`",
-                    scene.liquids.iter().map(|l| l.name.as_str()),
-                ),
+                Names {
+                    what: "a name in [particles]",
+                    places: scene.particles.iter().map(|p| p.name.as_str()).zip(0..).collect(),
+                },
+                Names {
+                    what: "a name in [liquids] or `dry`",
+                    places: scene.liquids.iter().map(|l| l.name.as_str()).zip(0..).collect(),
+                },
             ],
             remarks,
             to_compare: PROBLEMS_SHOWN,

@@ -75,8 +75,7 @@ impl Slabs {
     }
 
     pub fn plane(&self, series: &Series) -> Option<&Plane> {
-        let key = |one: &Series| (one.particle, one.liquid, one.film_ratio.to_bits());
-        let alike = self.planes.iter().filter(|plane| key(&plane.series) == key(series));
+        let alike = self.planes.iter().filter(|plane| plane.series.key() == series.key());
         let distance = |plane: &&Plane| (plane.series.diameter - series.diameter).abs();
         alike.min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
