@@ -13,6 +13,7 @@ use super::survey::Survey;
 use crate::encoding::{line_ends, BYTE_ORDER_MARK};
 use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
+use crate::rounding::counted;
 use crate::scene::{Naming, Scene};
 
 /// What separates the columns of a text: what a first line `sep=;` says, else by the line that names them, the one that the
@@ -181,8 +182,7 @@ pub(super) fn other_width(line: u64, cells: usize, width: usize, has_line_ends: 
     } else if cells > width {
         expected.push_str("; a number takes a decimal point, not a comma");
     }
-    let noun = if cells == 1 { "cell" } else { "cells" };
-    bad_row(line, &format!("{cells} {noun}"), &expected)
+    bad_row(line, &counted(cells, "cell"), &expected)
 }
 
 /// Says that a table is wider than any table of runs.

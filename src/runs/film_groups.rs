@@ -173,15 +173,13 @@ fn ratio_of(run: &ReadRun) -> f64 {
 
 /// Splits ratios at gaps; a group's film ratio is the mean of its own.
 fn split_at_gaps(ratios: &[Cell], gap: f64) -> Vec<FilmClass> {
-    let mut classes = vec![];
-    for own in ratios.chunk_by(|less, more| more.lo - less.hi <= gap) {
-        classes.push(FilmClass {
-            lower_end: own[0].lo,
-            film_ratio: mean_of_cells(own),
-            outside: false,
-        });
-    }
-    classes
+    let class = |own: &[Cell]| FilmClass {
+        lower_end: own[0].lo,
+        film_ratio: mean_of_cells(own),
+        outside: false,
+    };
+    let groups = ratios.chunk_by(|less, more| more.lo - less.hi <= gap);
+    groups.map(class).collect()
 }
 
 /// Puts ratios in a group for each nominal one, which are sorted, and what lies between these in groups of its own,

@@ -1,5 +1,6 @@
 //! Holds one run to be written, and gives its numbers in the units of a table.
 
+use crate::rounding::to_digits;
 use crate::units;
 
 /// One run to be written; lengths in m, speeds in m/s.
@@ -32,8 +33,8 @@ impl NewRun<'_> {
     /// The numbers of a run in the units of [`NewRun::NUMBERS`].
     pub(super) fn numbers(&self) -> [Option<f64>; 5] {
         [
-            Some(round(units::millimetres(self.diameter))),
-            self.film.map(|(film, _)| round(units::micrometres(film))),
+            Some(to_digits(units::millimetres(self.diameter), DIGITS)),
+            self.film.map(|(film, _)| to_digits(units::micrometres(film), DIGITS)),
             self.film.map(|(_, ratio)| ratio),
             Some(self.impact_speed),
             Some(self.restitution),
@@ -41,7 +42,5 @@ impl NewRun<'_> {
     }
 }
 
-/// Twelve significant digits: undoes the last-digit noise of a change of unit.
-fn round(x: f64) -> f64 {
-    format!("{x:.11e}").parse().unwrap_or(x)
-}
+/// Significant digits that undo the last-digit noise of a change of unit.
+const DIGITS: usize = 12;

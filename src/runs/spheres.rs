@@ -1,6 +1,7 @@
 //! Holds the spheres that have a k of their own: the particles of the scene, or each diameter of a particle.
 
 use crate::error::{Error, Problem};
+use crate::rounding::to_digits;
 use crate::scene::{DryKOf, Scene};
 use crate::units::millimetres;
 
@@ -69,9 +70,7 @@ pub fn sphere_words(particle: &str, diameter: Option<f64>) -> String {
 
 /// A diameter in mm as names have it: to five digits, which tell diameters apart that differ by 0.1 %.
 pub fn diameter_in_mm(diameter: f64) -> f64 {
-    let mm = millimetres(diameter);
-    // through text: no factor of ten is left in the last digits
-    format!("{mm:.4e}").parse().unwrap_or(mm)
+    to_digits(millimetres(diameter), 5)
 }
 
 #[cfg(test)]
