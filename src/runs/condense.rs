@@ -89,9 +89,9 @@ impl Runs {
         let of_dry = |group: &DryGroup| {
             group.kinds().map(|range| {
                 let ends = self.ends(&range);
-                let (ends, between) = (0..range.len()).partition(|place| ends.contains(&(range.start + place)));
-                let slabs =
-                    [(ends, true), (between, range.len() < MANY)].map(|(places, is_kept)| Slab { places, is_kept });
+                let is_end = |place: &usize| ends.contains(&(range.start + place));
+                let (ends, between): (Vec<usize>, Vec<usize>) = (0..range.len()).partition(is_end);
+                let slabs = [(ends, true), (between, range.len() < MANY)];
                 let of_speed = &self.impacts.speed_root[range.clone()];
                 self.members(range.clone(), vec![of_speed]).stand_ins(&slabs)
             })
@@ -148,9 +148,9 @@ impl Runs {
 impl Members<'_> {
     /// What stands for the runs of each slab.
     fn stand_ins(&self, slabs: &[Slab]) -> Vec<StandIn> {
-        let few = slabs.iter().flat_map(|slab| match slab.is_kept {
-            true => self.settings(&slab.places),
-            false => self.few_of(self.settings(&slab.places)),
+        let few = slabs.iter().flat_map(|(places, is_kept)| match is_kept {
+            true => self.settings(places),
+            false => self.few_of(self.settings(places)),
         });
         few.flat_map(SettingRuns::stand_ins).collect()
     }

@@ -295,10 +295,9 @@ impl<'s> Naming<'s> {
             let is_dry = |word: &String| is_dry(word);
             column.filled == survey.rows && !column.has_more && !column.words.iter().any(is_dry)
         };
-        let Some(liquid) = self.column(RunColumn::Liquid).filter(|column| is_in_every_row(column)) else {
-            return;
-        };
-        let Some(state) = self.unused.iter().find(|column| tells_states(column)) else {
+        let liquid = self.column(RunColumn::Liquid).filter(|column| is_in_every_row(column));
+        let state = self.unused.iter().find(|column| tells_states(column));
+        let Some((liquid, state)) = liquid.zip(state) else {
             return;
         };
         self.guessed.push(format!(

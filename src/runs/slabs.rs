@@ -38,12 +38,8 @@ const FILMS: f64 = 0.2;
 /// A series of fewer runs is kept as it is.
 pub(super) const MANY: usize = 1000;
 
-/// Neighbouring runs of a series, by their places in it.
-pub(super) struct Slab {
-    pub places: Vec<usize>,
-    /// whether each setting has to stand for itself
-    pub is_kept: bool,
-}
+/// Neighbouring runs of a series, by their places in it, and whether each setting has to stand for itself.
+pub(super) type Slab = (Vec<usize>, bool);
 
 /// Where slabs lie in each series: the same for every part of a table, so that what stands for parts can be put together.
 pub(super) struct Slabs {
@@ -176,10 +172,7 @@ impl Runs {
                 let own = slab(place, rebounded).filter(|_| !ends.contains(&run));
                 slabs.entry(own).or_default().push(place);
             }
-            let slabs = slabs.into_iter().map(|(slab, places)| Slab {
-                places,
-                is_kept: slab.is_none(),
-            });
+            let slabs = slabs.into_iter().map(|(slab, places)| (places, slab.is_none()));
             slabs.collect()
         })
     }

@@ -213,27 +213,23 @@ fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
 
 fn words(data: &SceneTable, names: &SceneNames) -> Option<Vec<(RunColumn, Vec<[String; 2]>)>> {
     let table = data.inner_table(&VALUES)?;
-    let mut words = vec![];
-    for name in table.keys() {
+    let of_name = |name: String| {
         let named = RunColumn::named(&name).map(|(column, _)| column);
         let Some(column) = named.or_else(|| RunColumn::of_base(&name)) else {
             refuse_column(&table, &name);
-            continue;
+            return None;
         };
-        let Some(of_column) = table.table(&name) else {
-            continue;
-        };
-        let mut pairs = vec![];
-        for theirs in of_column.keys() {
-            let Some(ours) = of_column.text(&theirs) else {
-                continue;
-            };
+        let of_column = table.table(&name)?;
+        let pair = |theirs: String| {
+            let ours = of_column.text(&theirs)?;
             check_word(&of_column, &theirs, column, &ours, names);
-            pairs.push([theirs, ours]);
-        }
+            Some([theirs, ours])
+        };
+        let pairs = of_column.keys().into_iter().filter_map(pair).collect();
         of_column.finish();
-        words.push((column, pairs));
-    }
+        Some((column, pairs))
+    };
+    let words = table.keys().into_iter().filter_map(of_name).collect();
     table.finish();
     Some(words)
 }
