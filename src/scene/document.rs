@@ -1,7 +1,6 @@
 //! Keeps a scene file's text and gathers the problems found in it.
 
 use std::cell::{OnceCell, RefCell};
-use std::rc::Rc;
 
 use crate::encoding::line_ends;
 use crate::error::{Problem, PROBLEMS_SHOWN};
@@ -15,12 +14,12 @@ pub(super) struct Document<'i> {
 }
 
 impl<'i> Document<'i> {
-    pub fn new(text: &'i str) -> Rc<Self> {
-        Rc::new(Document {
+    pub fn new(text: &'i str) -> Self {
+        Document {
             text,
             problems: RefCell::default(),
             ends: OnceCell::new(),
-        })
+        }
     }
 
     /// Problems in the order of the file.

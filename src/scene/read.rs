@@ -65,10 +65,9 @@ pub fn read(path: &Path) -> Result<Scene, Error> {
 pub fn parse(text: &str, path: &Path, sha256: String) -> Result<Scene, Error> {
     let parsed = table::parse(text).map_err(|problem| Error::input(path, vec![problem]))?;
     let document = Document::new(text);
-    let root = SceneTable::root(document.clone(), parsed.get_ref());
+    let root = SceneTable::root(&document, parsed.get_ref());
     let scene = assemble(&root, path, sha256);
     root.finish();
-    drop(root);
     let problems = document.problems();
     match scene {
         Some(scene) if problems.is_empty() => Ok(scene),

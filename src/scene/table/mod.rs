@@ -14,7 +14,6 @@ pub(super) use quantities::{Inner, Number, NumberOr, Numbers, NumbersByParticle}
 pub(super) use values::{Count, OneOf, SomeOf, Switch, Text, TextOrTexts, Texts, MOST_COUNTED};
 
 use std::cell::RefCell;
-use std::rc::Rc;
 use std::sync::LazyLock;
 
 use toml::de::{DeTable, DeValue};
@@ -67,7 +66,7 @@ fn decimal_comma(text: &str, at: usize) -> Option<Problem> {
 
 /// One table of the document; remembers which keys were read.
 pub(super) struct SceneTable<'a, 'i> {
-    document: Rc<Document<'i>>,
+    document: &'a Document<'i>,
     name: String,
     at: usize,
     entries: &'a DeTable<'i>,
@@ -79,13 +78,14 @@ static EMPTY: LazyLock<DeTable<'static>> = LazyLock::new(DeTable::default);
 
 /// What is read of a table of which nothing is given, and what is to be said of the keys that it was asked for.
 pub(super) fn read_nothing<T>(read: impl FnOnce(&SceneTable) -> T) -> (T, Vec<KeyGuide>) {
-    let table = SceneTable::root(Document::new(""), &EMPTY);
+    let document = Document::new("");
+    let table = SceneTable::root(&document, &EMPTY);
     (read(&table), table.read_keys.take().guides)
 }
 
 impl<'a, 'i> SceneTable<'a, 'i> {
     /// The table at the top of a document.
-    pub fn root(document: Rc<Document<'i>>, entries: &'a DeTable<'i>) -> Self {
+    pub fn root(document: &'a Document<'i>, entries: &'a DeTable<'i>) -> Self {
         SceneTable {
             document,
             name: String::new(),
@@ -101,7 +101,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         SceneTable {
             name: format!("{}{path}{key}", self.name),
             at,
-            ..SceneTable::root(Rc::clone(&self.document), entries)
+            ..SceneTable::root(self.document, entries)
         }
     }
 
