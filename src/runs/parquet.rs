@@ -214,7 +214,7 @@ fn add_rows(
             Values::Numbers(numbers) => numbers.get(row).map(Cell::Number),
             Values::Texts(texts) => texts.get(row).map(Cell::Text),
         };
-        checked.add(CellPlace::Row(before + row + 1), std::iter::empty(), cell);
+        checked.add(CellPlace::Row((before + row + 1) as u64), std::iter::empty(), cell);
     }
     Ok(())
 }

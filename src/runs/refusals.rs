@@ -14,16 +14,14 @@ pub(crate) enum CellPlace {
     /// line of a text file, from 1
     Line(u64),
     /// row of a Parquet file or of a sheet, from 1
-    Row(usize),
+    Row(u64),
 }
 
 impl CellPlace {
     /// The number of the line or row.
     pub fn number(self) -> u64 {
-        match self {
-            CellPlace::Line(line) => line,
-            CellPlace::Row(row) => row as u64,
-        }
+        let (CellPlace::Line(number) | CellPlace::Row(number)) = self;
+        number
     }
 
     /// As a sentence names it.

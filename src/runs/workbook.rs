@@ -64,7 +64,7 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, R
             continue;
         }
         let in_order = texts.iter().map(String::as_str);
-        checked.add(CellPlace::Row(row.number as usize), in_order, |place| {
+        checked.add(CellPlace::Row(row.number), in_order, |place| {
             row.cells.get(&place.index).map(Cell::borrowed)
         });
     }
