@@ -1,6 +1,6 @@
 //! Samples the model with a trend beside the scene's own, and hears whether the trend is there.
 
-use super::effect::TrendOverFilms;
+use super::effect::largest_change;
 use super::question::{answer_question, Question, Trend};
 use crate::error::Error;
 use crate::findings::compare::model_name;
@@ -107,13 +107,13 @@ impl TrendModel<'_> {
         let found = summary_of(&sampled.values[place]);
         let interval = [found.q025?, found.q975?];
         let (scene, form) = (self.context.comparison.scene, self.context.own.setup.form);
-        let over_films = TrendOverFilms::new(scene, self.runs, form, self.of, sampled)?;
+        let change = largest_change(scene, self.runs, form, self.of, sampled, interval)?;
         Some(Trend {
             symbol: parameter.kind.symbol(),
             mean: found.mean?,
             sd: found.sd?,
             interval,
-            largest_change: Some(over_films.largest_change(interval)).filter(|change| change.is_finite()),
+            largest_change: Some(change).filter(|change| change.is_finite()),
             prior: parameter.prior.text(),
             prior_sd: parameter.prior.sd(),
             source: parameter.source,
