@@ -5,9 +5,7 @@ use super::places::WetPlace;
 use super::scaling::{e_inf_and_st_c, Bias, Scaling};
 use super::wet_fit::{two, FitSetup, WetRuns};
 use crate::inference::joint::{Joint, Part};
-use crate::inference::law::Law;
 use crate::inference::least_squares::Stop;
-use crate::inference::regression::Regression;
 use crate::physics::Quantity;
 use crate::runs::FilmGroup;
 use crate::scene::WetLaw;
@@ -69,15 +67,7 @@ fn root_of_exact(setup: FitSetup, exact: &[f64], group: &FilmGroup) -> Option<[f
     let series = &setup.runs.series[group.series.clone()];
     let pool = WetRuns::over_stokes(setup, series);
     // where the balance keeps no energy, the law is not defined and no run would have rebounded
-    let kept: Vec<usize> = (0..exact.len()).filter(|run| exact[*run] > 0.0).collect();
-    let select = |column: &[f64]| -> Vec<f64> { kept.iter().filter_map(|run| column.get(*run)).copied().collect() };
-    let [x, offset, counts] = [&pool.x, &pool.offset, &pool.counts].map(|column| select(column));
-    let restitution = select(exact);
-    let regression = Regression {
-        offset: &offset,
-        counts: &counts,
-        ..Regression::new(Law::SQUARE_ROOT, &x, &restitution)
-    };
-    let fit = regression.fit();
+    let keeps = |run: usize| exact.get(run).is_some_and(|e| *e > 0.0);
+    let fit = pool.refitted(WetLaw::Sqrt, exact, keeps);
     e_inf_and_st_c(WetLaw::Sqrt, two(&fit))
 }

@@ -11,10 +11,8 @@ use super::quantities::{wetted_of, LawLimits, LawOver};
 use super::wet_fit::{two, FitSetup, WetFit, WetRuns};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{ErrorSummary, ErrorWeights};
-use crate::inference::law::Law;
 use crate::inference::least_squares::Fit;
 use crate::inference::nested::FTest;
-use crate::inference::regression::Regression;
 use crate::physics::quantity::{Place, Quantity};
 use crate::physics::Coefficient;
 use crate::runs::{sphere_words, FilmGroup, Series};
@@ -262,7 +260,6 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(Scaling, Fit); 2] {
     let pool = WetRuns::over_stokes(setup, series);
     let laws = [WetLaw::Sqrt, WetLaw::Linear];
     let [root, line] = laws.map(|law| pool.fit(LawOver::Stokes(law), &PROFILED));
-    let regression = pool.regression(WetLaw::Sqrt);
     let sphere = runs.spheres[group.sphere];
     let scaling_of = |law: WetLaw, own: WetFit, verdict: Verdict| {
         let source = own.source([NO_FALL; 2]);
@@ -305,7 +302,7 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(Scaling, Fit); 2] {
     let (of_root, root) = scaling_of(WetLaw::Sqrt, root, of_root);
     let (of_line, line) = scaling_of(WetLaw::Linear, line, of_line);
     let of_line = biased(Scaling {
-        bias: linear_bias(&root, &regression),
+        bias: linear_bias(&root, &pool),
         ..of_line
     });
     [(of_root, root), (of_line, line)]
@@ -413,13 +410,10 @@ pub(super) fn e_inf_and_st_c(law: WetLaw, parameters: [f64; 2]) -> Option<[f64; 
 }
 
 /// Fits the linear law to the noise-free square root at the same runs: what it gets wrong without any noise.
-fn linear_bias(root: &Fit, square_root: &Regression) -> Option<Bias> {
+fn linear_bias(root: &Fit, pool: &WetRuns) -> Option<Bias> {
     let of_root = e_inf_and_st_c(WetLaw::Sqrt, two(root))?;
-    let exact = square_root.fitted(root);
-    let line = Regression {
-        counts: square_root.counts,
-        ..Regression::new(Law::LINEAR, square_root.x, &exact)
-    };
-    let of_line = e_inf_and_st_c(WetLaw::Linear, two(&line.fit()))?;
+    let exact = pool.regression(WetLaw::Sqrt).fitted(root);
+    let line = pool.refitted(WetLaw::Linear, &exact, |_| true);
+    let of_line = e_inf_and_st_c(WetLaw::Linear, two(&line))?;
     Some(Bias::of(of_line, of_root))
 }

@@ -21,7 +21,6 @@ use super::scaling::{Scaling, NO_FALL};
 use super::wet_fit::{two, FitSetup, WetRuns};
 use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
 use crate::inference::diagnostics::psis::psis;
-use crate::inference::regression::Regression;
 use crate::inference::sampling::Sampled;
 use crate::model::likelihood::pointwise::{AtDraws, Pointwise};
 use crate::physics::quantity::{Place, Quantity};
@@ -208,23 +207,13 @@ fn runs_that_carry(setup: FitSetup, law: &Scaling) -> Vec<SingleRun> {
     const MOST: usize = 1000;
     let series = &setup.runs.series[law.series.clone()];
     let pool = WetRuns::over_stokes(setup, series);
-    let regression = pool.regression(WetLaw::Sqrt);
-    if regression.x.len() > MOST || !regression.counts.is_empty() || pool.errors.is_some() {
+    if pool.x.len() > MOST || !pool.counts.is_empty() || pool.errors.is_some() {
         return vec![];
     }
     let ratio = short(law.film_ratio.unwrap_or_default());
     let here = format!("({}, δ/D = {ratio}, square-root law)", law.words());
     let without = |(place, run): (usize, usize)| {
-        let others = |column: &[f64]| -> Vec<f64> {
-            let others = column.iter().enumerate().filter(|(own, _)| *own != place);
-            others.map(|(_, value)| *value).collect()
-        };
-        let [x, offset, restitution] = [regression.x, regression.offset, regression.restitution].map(others);
-        let fit = Regression {
-            offset: &offset,
-            ..Regression::new(regression.law, &x, &restitution)
-        }
-        .fit();
+        let fit = pool.refitted(WetLaw::Sqrt, &pool.restitution, |own| own != place);
         let source = FittedLaw {
             wetted: wetted_of(WetLaw::Sqrt, variables(two(&fit))),
             uncertain: &uncertain(&fit),

@@ -89,6 +89,20 @@ impl WetRuns {
         }
     }
 
+    /// A law fitted to some of these runs, with these restitutions in place of theirs; no measurement errors weigh them.
+    pub fn refitted(&self, law: WetLaw, restitution: &[f64], keeps: impl Fn(usize) -> bool) -> Fit {
+        let kept: Vec<usize> = (0..self.x.len()).filter(|run| keeps(*run)).collect();
+        let select = |column: &[f64]| -> Vec<f64> { kept.iter().filter_map(|run| column.get(*run)).copied().collect() };
+        let all = self.regression(law);
+        let [x, offset, counts, restitution] = [all.x, all.offset, all.counts, restitution].map(select);
+        let regression = Regression {
+            offset: &offset,
+            counts: &counts,
+            ..Regression::new(all.law, &x, &restitution)
+        };
+        regression.fit()
+    }
+
     /// A law fitted to these runs by themselves.
     pub fn own_law(&self, law: WetLaw) -> OwnLaw<'_> {
         OwnLaw::new(self.regression(law), self.errors.as_ref())
