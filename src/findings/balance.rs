@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::dry::{self, Dry};
 use super::estimate::{Estimate, IntervalScale, Quoting};
-use super::fit_verdict::{f_words, one_against, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
+use super::fit_verdict::{f_words, one_against, uncertain, why_stopped, OwnLaw, Verdict};
 use super::form_choice::{ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
 use super::measurement_errors::error_columns;
 use super::places::WetPlace;
@@ -299,17 +299,20 @@ fn lack_of_fit(setup: FitSetup, fitted: &FittedBalance, known: &[usize], separat
     }
     // a film that is misstated by a few per cent moves no law of its group
     let at_groups = at_group_ratios(runs);
-    let one = OneLaw {
-        parameters: fitted.joint().shared.len(),
-        expected: fitted.joint().expected(&fitted.fit.parameters),
-        sticks_at: scene.data.smallest_restitution,
-    };
-    one_against(one, separate, |mut variance, scatter| {
-        let joint = Joint::new(scene, &at_groups, fitted.joint().form, known, known);
-        let problem = problem_of(joint, dry, scatter);
-        variance.resize(problem.runs(), 1.0);
-        chi_squared(&problem, &variance, &fitted.fit.parameters) - problem.own_squares()
-    })
+    let (joint, sticks_at) = (fitted.joint(), scene.data.smallest_restitution);
+    let expected = joint.expected(&fitted.fit.parameters);
+    one_against(
+        joint.shared.len(),
+        &expected,
+        sticks_at,
+        separate,
+        |mut variance, scatter| {
+            let at_groups = Joint::new(scene, &at_groups, joint.form, known, known);
+            let problem = problem_of(at_groups, dry, scatter);
+            variance.resize(problem.runs(), 1.0);
+            chi_squared(&problem, &variance, &fitted.fit.parameters) - problem.own_squares()
+        },
+    )
 }
 
 /// The same runs, each with the film ratio of its group where that has one.

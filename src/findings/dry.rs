@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::estimate::{Estimate, IntervalScale, Quoting};
-use super::fit_verdict::{one_against, uncertain, why_stopped, OneLaw, OwnLaw, Verdict};
+use super::fit_verdict::{one_against, uncertain, why_stopped, OwnLaw, Verdict};
 use super::measurement_errors::error_columns;
 use super::own_dry_speed::OwnDrySpeed;
 use crate::distributions::normal_quantile;
@@ -195,12 +195,8 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup]) -> 
     };
     let own_law = |group: &&DryGroup| OwnLaw::new(of_group(group), errors_of(&[group]).as_ref());
     let separate: Vec<OwnLaw> = groups.iter().map(own_law).collect();
-    let one = OneLaw {
-        parameters: 1,
-        expected: regression.fitted(&fit),
-        sticks_at: scene.data.smallest_restitution,
-    };
-    let heterogeneity = one_against(one, &separate, |variance, _| {
+    let (expected, sticks_at) = (regression.fitted(&fit), scene.data.smallest_restitution);
+    let heterogeneity = one_against(1, &expected, sticks_at, &separate, |variance, _| {
         regression.chi_squared(&variance, &fit.parameters)
     });
     let dry_k = estimate(&fit, quoting);

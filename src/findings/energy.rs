@@ -75,12 +75,8 @@ fn energy_of(setup: FitSetup, fitted: &Scaling) -> Option<Energy> {
     let why_no_delta_c = why_no_delta_c.or_else(|| scene.why_no_roughness([place.particle]));
     let why_no_l = fitted.lubrication_log.why_none.clone();
     let source = FittedLaw {
-        wetted: wetted_of(fitted.law, variables(fitted.parameters.unwrap_or([f64::NAN; 2]))),
-        uncertain: &fitted.uncertain,
-        limits: fitted.limits.as_ref(),
         why_none: why_no_l.filter(|_| fitted.lubrication_log.value.is_none()),
-        undefined: [NO_FALL; 2],
-        quoting,
+        ..fitted.law_fit.source([NO_FALL; 2])
     };
     let cap = Inertia::Cap;
     Some(Energy {
@@ -115,7 +111,7 @@ fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &Scaling, at: &P
     if e_dry.value <= 0.0 {
         return quoting.none("e_dry is not positive at the reference speed");
     }
-    let shared = fitted.shift_by_dry_k;
+    let (shared, own) = (fitted.law_fit.shift_by_dry_k, &fitted.law_fit.uncertain);
     let of_k = k_se * k_se;
     let with_k = |covariance: &DMatrix<f64>| {
         DMatrix::from_fn(PARAMETERS, PARAMETERS, |i, j| match (i, j) {
@@ -127,13 +123,11 @@ fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &Scaling, at: &P
     let source = FittedLaw {
         wetted: wetted_of(fitted.law, variables(parameters)).with_e_dry(e_dry),
         uncertain: &Uncertain {
-            covariance: fitted.uncertain.covariance.as_ref().map(with_k).map_err(Clone::clone),
-            degrees_of_freedom: fitted.uncertain.degrees_of_freedom,
+            covariance: own.covariance.as_ref().map(with_k).map_err(Clone::clone),
+            degrees_of_freedom: own.degrees_of_freedom,
         },
-        limits: fitted.limits.as_ref(),
         why_none: None,
-        undefined: [NO_FALL; 2],
-        quoting,
+        ..fitted.law_fit.source([NO_FALL; 2])
     };
     source.estimate(Quantity::InertialLoss, at)
 }

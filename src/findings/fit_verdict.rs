@@ -137,31 +137,28 @@ impl<'a> OwnLaw<'a> {
     }
 }
 
-/// One law for the runs of several groups.
-pub(super) struct OneLaw {
-    /// how many parameters it has
-    pub parameters: usize,
-    /// the restitution that it expects of each run, group by group
-    pub expected: Vec<f64>,
-    /// a smaller restitution is none
-    pub sticks_at: f64,
-}
-
 /// One law for all groups against a law each, by F, of runs that the one law expects more than three spreads above
 /// sticking: a lucky rebound near it has no fair residual, which the law of a group follows and one for all cannot.
 ///
-/// `squares` gives the weighted squares of the one law, fitted again with these variances of all runs, which scatter so much
-/// about the groups' laws in these units. Where runs are weighed, both sides have the weights of the groups.
-pub(super) fn one_against(one: OneLaw, groups: &[OwnLaw], squares: impl Fn(Vec<f64>, f64) -> f64) -> Option<FTest> {
+/// The one law has so many parameters and expects these restitutions, group by group; a restitution no larger than `sticks_at`
+/// is none. `squares` gives its weighted squares, fitted again with these variances of all runs, which scatter so much about
+/// the groups' laws in these units. Where runs are weighed, both sides have the weights of the groups.
+pub(super) fn one_against(
+    parameters: usize,
+    expected: &[f64],
+    sticks_at: f64,
+    groups: &[OwnLaw],
+    squares: impl Fn(Vec<f64>, f64) -> f64,
+) -> Option<FTest> {
     let is_weighed = groups.iter().any(|own| own.weights.is_some());
     let (mut spreads, mut variances) = (vec![], vec![]);
     for own in groups {
         let first = variances.len();
-        let expected = &one.expected[first..first + own.regression.x.len()];
+        let expected = &expected[first..first + own.regression.x.len()];
         let of_group = own.fit.parameters.len();
         let each = own.fit.residual_sd.filter(|_| is_weighed).map_or(1.0, |sd| sd * sd);
         let of_run = |run: usize| own.weights.as_ref().map_or(each, |weights| weights.variance[run]);
-        let (variance, told) = own.told(expected, one.sticks_at, of_run);
+        let (variance, told) = own.told(expected, sticks_at, of_run);
         if told > of_group {
             spreads.push(Spread {
                 sum_of_squares: own.regression.chi_squared(&variance, &own.fit.parameters),
@@ -183,7 +180,7 @@ pub(super) fn one_against(one: OneLaw, groups: &[OwnLaw], squares: impl Fn(Vec<f
     let one = Spread {
         sum_of_squares: squares(variances, scatter),
         runs: spreads.iter().map(|own| own.runs).sum(),
-        parameters: one.parameters,
+        parameters,
     };
     one_law_for_all(one, &spreads)
 }

@@ -6,11 +6,10 @@ use serde::Serialize;
 
 use super::estimate::{Estimate, Quoting};
 use super::film_groups::why_no_laws;
-use super::fit_verdict::{f_words, one_against, square_root_verdict, why_stopped, OneLaw, OwnLaw, Verdict};
-use super::quantities::{wetted_of, LawLimits, LawOver};
+use super::fit_verdict::{f_words, one_against, square_root_verdict, why_stopped, OwnLaw, Verdict};
+use super::quantities::{wetted_of, LawOver};
 use super::wet_fit::{two, FitSetup, WetFit, WetRuns};
-use crate::inference::delta::Uncertain;
-use crate::inference::effective_variance::{ErrorSummary, ErrorWeights};
+use crate::inference::effective_variance::ErrorSummary;
 use crate::inference::least_squares::Fit;
 use crate::inference::nested::FTest;
 use crate::physics::quantity::{Place, Quantity};
@@ -79,18 +78,9 @@ pub struct Scaling {
     /// α and its slope in 1/St (square root), intercept and minus the slope (linear); `None` unless it converged
     #[serde(skip)]
     pub(super) parameters: Option<[f64; 2]>,
-    /// their covariance
+    /// the fit that its numbers were taken from
     #[serde(skip)]
-    pub(super) uncertain: Uncertain,
-    /// limits of its profiles, where it is curved
-    #[serde(skip)]
-    pub(super) limits: Option<LawLimits>,
-    /// how the parameters move with k, where the run's own dry speed enters
-    #[serde(skip)]
-    pub(super) shift_by_dry_k: [f64; 2],
-    /// weights of its runs, where they carry measurement errors
-    #[serde(skip)]
-    pub(super) error_weights: Option<ErrorWeights>,
+    pub(super) law_fit: WetFit,
 }
 
 /// Fewest degrees of freedom with which the law of a film ratio tells its own spread: on one, ±1.96 of its standard errors
@@ -174,13 +164,19 @@ pub fn fit_scaling(setup: FitSetup) -> Vec<Scaling> {
             why_no_laws: why_no_laws(group),
         }));
     }
-    let pairs: Vec<[(Scaling, Fit); 2]> = groups.par_iter().map(|group| both_laws(setup, group)).collect();
-    let mut all = test_one_for_all(setup, pairs);
-    let of_both = groups
-        .into_iter()
-        .flat_map(|group| [group.why_no_laws.clone(), group.why_no_laws]);
-    for (fitted, why) in all.iter_mut().zip(of_both) {
-        if let Some(why) = why {
+    let each = groups.par_iter().flat_map_iter(|group| both_laws(setup, group));
+    let mut all: Vec<Scaling> = each.collect();
+    let tests: Vec<Option<FTest>> = all.iter().map(|own| test_one_for_all(setup, &all, own)).collect();
+    for (place, (fitted, test)) in all.iter_mut().zip(tests).enumerate() {
+        fitted.one_for_all = test;
+        if let Some(test) = test.filter(|test| test.p < DIFFERENT && fitted.verdict.passed) {
+            fitted.verdict = Verdict::failed(format!(
+                "film ratios differ ({}): quote each film ratio",
+                f_words(&test, 3)
+            ));
+        }
+        // a group has two laws
+        if let Some(why) = &groups[place / 2].why_no_laws {
             fitted.withhold(why, Quoting::of(setup.scene));
         }
     }
@@ -194,7 +190,7 @@ const WIDE_AMONG_ALL: &str =
 impl Scaling {
     /// Takes back a law that may not be quoted: over all film ratios its verdict, at one its numbers with it. What it leaves
     /// unexplained stays, as the energy balance is held against it.
-    fn withhold(&mut self, why: String, quoting: Quoting) {
+    fn withhold(&mut self, why: &str, quoting: Quoting) {
         if self.film_ratio.is_some() {
             self.parameters = None;
             self.is_withheld = true;
@@ -202,7 +198,7 @@ impl Scaling {
             self.bias = None;
             self.speed_error_of_a_tenth_se = None;
             for (_, estimate) in self.estimates_mut() {
-                *estimate = quoting.none(why.as_str());
+                *estimate = quoting.none(why);
             }
         } else if !self.verdict.passed {
             return;
@@ -211,50 +207,29 @@ impl Scaling {
     }
 }
 
-/// Compares, for each sphere and law, the fit over all film ratios with those at each.
-fn test_one_for_all(setup: FitSetup, pairs: Vec<[(Scaling, Fit); 2]>) -> Vec<Scaling> {
-    let fits: Vec<(Scaling, Fit)> = pairs.into_iter().flatten().collect();
-    let test = |(all, fit): &(Scaling, Fit)| {
-        let of_ratio = |other: &&(Scaling, Fit)| {
-            let other = &other.0;
-            (other.sphere, other.law) == (all.sphere, all.law) && other.film_ratio.is_some()
-        };
-        if all.film_ratio.is_some() {
-            return None;
-        }
-        let separate = fits.iter().filter(of_ratio);
-        if !separate.clone().all(|(_, fit)| fit.converged()) {
-            return None;
-        }
-        let pool = |fitted: &Scaling| WetRuns::over_stokes(setup, &setup.runs.series[fitted.series.clone()]);
-        let pools: Vec<WetRuns> = separate.map(|(fitted, _)| pool(fitted)).collect();
-        let own: Vec<OwnLaw> = pools.iter().map(|pool| pool.own_law(all.law)).collect();
-        let pool = pool(all);
-        let regression = pool.regression(all.law);
-        let one = OneLaw {
-            parameters: fit.parameters.len(),
-            expected: regression.fitted(fit),
-            sticks_at: setup.scene.data.smallest_restitution,
-        };
-        one_against(one, &own, |variance, _| {
-            regression.chi_squared(&variance, &fit.parameters)
-        })
-    };
-    let tests: Vec<Option<FTest>> = fits.iter().map(test).collect();
-    let tested = |((mut fitted, _), test): ((Scaling, Fit), Option<FTest>)| {
-        fitted.one_for_all = test;
-        if let Some(test) = test.filter(|test| test.p < DIFFERENT && fitted.verdict.passed) {
-            fitted.verdict = Verdict::failed(format!(
-                "film ratios differ ({}): quote each film ratio",
-                f_words(&test, 3)
-            ));
-        }
-        fitted
-    };
-    fits.into_iter().zip(tests).map(tested).collect()
+/// Compares a fit over all film ratios with those of its sphere and law at each; `None` of any other fit.
+fn test_one_for_all(setup: FitSetup, fits: &[Scaling], all: &Scaling) -> Option<FTest> {
+    if all.film_ratio.is_some() {
+        return None;
+    }
+    let of_ratio = |other: &&Scaling| (other.sphere, other.law) == (all.sphere, all.law) && other.film_ratio.is_some();
+    let separate = fits.iter().filter(of_ratio);
+    if !separate.clone().all(|other| other.law_fit.fit.converged()) {
+        return None;
+    }
+    let pool = |fitted: &Scaling| WetRuns::over_stokes(setup, &setup.runs.series[fitted.series.clone()]);
+    let pools: Vec<WetRuns> = separate.map(&pool).collect();
+    let own: Vec<OwnLaw> = pools.iter().map(|pool| pool.own_law(all.law)).collect();
+    let (pool, fit) = (pool(all), &all.law_fit.fit);
+    let regression = pool.regression(all.law);
+    let sticks_at = setup.scene.data.smallest_restitution;
+    let expected = regression.fitted(fit);
+    one_against(fit.parameters.len(), &expected, sticks_at, &own, |variance, _| {
+        regression.chi_squared(&variance, &fit.parameters)
+    })
 }
 
-fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(Scaling, Fit); 2] {
+fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [Scaling; 2] {
     let FitSetup { scene, runs, .. } = setup;
     let series = &runs.series[group.series.clone()];
     let pool = WetRuns::over_stokes(setup, series);
@@ -267,7 +242,7 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(Scaling, Fit); 2] {
         let [e_inf, st_c, lubrication_log] = PROFILED.map(estimate);
         let st_no_rebound = (law == WetLaw::Sqrt).then(|| estimate(Quantity::StNoRebound));
         let correlation = source.correlation(Quantity::EInf, Quantity::StC);
-        let scaling = Scaling {
+        Scaling {
             particle: scene.particles[sphere.particle].name.clone(),
             diameter_m: sphere.diameter,
             film_ratio: group.film_ratio,
@@ -291,21 +266,17 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [(Scaling, Fit); 2] {
             sphere: group.sphere,
             series: group.series.clone(),
             parameters: Some(two(&own.fit)).filter(|p| p.iter().all(|p| p.is_finite())),
-            uncertain: own.uncertain,
-            limits: own.limits,
-            shift_by_dry_k: own.shift_by_dry_k,
-            error_weights: own.weights,
-        };
-        (scaling, own.fit)
+            law_fit: own,
+        }
     };
     let (of_root, of_line) = (square_root_verdict(&root.fit, &pool.x), linear_verdict(&line.fit));
-    let (of_root, root) = scaling_of(WetLaw::Sqrt, root, of_root);
-    let (of_line, line) = scaling_of(WetLaw::Linear, line, of_line);
-    let of_line = biased(Scaling {
-        bias: linear_bias(&root, &pool),
-        ..of_line
+    let root = scaling_of(WetLaw::Sqrt, root, of_root);
+    let line = scaling_of(WetLaw::Linear, line, of_line);
+    let line = biased(Scaling {
+        bias: linear_bias(&root.law_fit.fit, &pool),
+        ..line
     });
-    [(of_root, root), (of_line, line)]
+    [root, line]
 }
 
 /// The quantities whose numbers are profiled.

@@ -137,6 +137,7 @@ impl WetRuns {
 }
 
 /// A law of the wet restitution as it was fitted.
+#[derive(Debug)]
 pub(super) struct WetFit {
     over: LawOver,
     quoting: Quoting,

@@ -141,7 +141,7 @@ impl<'r> Division<'r> {
                 groups: wet(fitted.series.clone()),
                 own: own_dry_speed(scene, dry, fitted.sphere).filter(|_| fitted.law == WetLaw::Sqrt),
                 fitted: fitted.parameters?,
-                error_weights: fitted.error_weights.as_ref(),
+                error_weights: fitted.law_fit.weights.as_ref(),
             };
             Some(self.runs_of(to, |run| runs.inverse_stokes(run)))
         };
