@@ -43,8 +43,7 @@ impl LineAgainstRoot {
         let mut told = 0;
         for group in groups {
             let pool = WetRuns::over_stokes(setup, &runs.series[group]);
-            if let Some((of_group, clear)) = Squares::of(&pool, scene.data.smallest_restitution) {
-                all = all.and(of_group);
+            if let Some(clear) = all.add(&pool, scene.data.smallest_restitution) {
                 bend.add(&pool, &clear);
                 told += 1;
             }
@@ -138,7 +137,7 @@ impl Bend {
 }
 
 /// What both laws leave of some runs.
-#[derive(Debug, Default, Clone, Copy)]
+#[derive(Debug, Default)]
 struct Squares {
     /// Σ residual² about the linear law and about the square root
     squares: [f64; 2],
@@ -151,17 +150,9 @@ struct Squares {
 }
 
 impl Squares {
-    fn and(self, other: Squares) -> Squares {
-        Squares {
-            squares: [0, 1].map(|law| self.squares[law] + other.squares[law]),
-            freedom: self.freedom + other.freedom,
-            weighed: self.weighed + other.weighed,
-            gain_by_errors: self.gain_by_errors + other.gain_by_errors,
-        }
-    }
-
-    /// Of the runs of one group, with those that are told and their weights; `None` where a law could not be fitted.
-    fn of(pool: &WetRuns, limit: f64) -> Option<(Squares, Vec<(usize, f64)>)> {
+    /// Adds the runs of one group; says which of them are told, with their weights. `None`, and nothing added, where a law could
+    /// not be fitted.
+    fn add(&mut self, pool: &WetRuns, limit: f64) -> Option<Vec<(usize, f64)>> {
         /// of either law
         const PARAMETERS: f64 = 2.0;
         let fits = [WetLaw::Linear, WetLaw::Sqrt].map(|law| {
@@ -185,26 +176,23 @@ impl Squares {
             };
             Some(clear.iter().map(of_run).sum())
         };
-        let squares = [0, 1].map(|law: usize| clear.iter().map(|run| square(&fits[law].0, *run)).sum());
-        let densities = by_errors(&fits[0]).zip(by_errors(&fits[1]));
-        let all = match densities {
-            Some((of_line, of_root)) => Squares {
-                squares,
-                freedom: 0.0,
-                weighed: runs,
-                gain_by_errors: of_line - of_root,
-            },
-            None => Squares {
-                squares,
-                freedom: runs - PARAMETERS,
-                ..Squares::default()
-            },
-        };
+        if runs <= PARAMETERS {
+            return None;
+        }
+        for (squares, (fitted, ..)) in self.squares.iter_mut().zip(&fits) {
+            *squares += clear.iter().map(|run| square(fitted, *run)).sum::<f64>();
+        }
+        match by_errors(&fits[0]).zip(by_errors(&fits[1])) {
+            Some((of_line, of_root)) => {
+                self.weighed += runs;
+                self.gain_by_errors += of_line - of_root;
+            }
+            None => self.freedom += runs - PARAMETERS,
+        }
         let weight = |run: usize| match &fits[0].2 {
             Some(weights) => count(run) / weights.variance[run],
             None => count(run),
         };
-        let weighed = clear.into_iter().map(|run| (run, weight(run)));
-        (runs > PARAMETERS).then(|| (all, weighed.collect()))
+        Some(clear.into_iter().map(|run| (run, weight(run))).collect())
     }
 }
