@@ -47,7 +47,7 @@ fn fail(scene: &Scene, seed: u64) -> Failures {
     };
     let fitted = fit_posterior(scene, &table.runs, found.least_squares(), setup, &|_, _| ())
         .unwrap_or_else(|error| panic!("{error}"))
-        .unwrap_or_else(|refused| panic!("{}", refused.0.text));
+        .unwrap_or_else(|refused| panic!("{}", refused.text));
     let asked = fitted.findings.draws_asked.expect("no accuracy was asked for");
     let first = |chains: &Vec<Vec<f64>>| {
         chains

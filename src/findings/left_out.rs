@@ -9,7 +9,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::least_squares::LeastSquares;
-use super::posterior::{effort, start, why_not_sampled, PosteriorRefusal, SamplingSetup};
+use super::posterior::{effort, start, why_not_sampled, SamplingSetup};
 use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo, LooDraws, WithoutRun};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::importance::DrawCounts;
@@ -164,7 +164,7 @@ impl<'a> Model<'a> {
         stream: &'a str,
     ) -> Result<Model<'a>, String> {
         match why_not_sampled(context.runs, context.least_squares, parameters) {
-            Some(PosteriorRefusal(why)) => Err(why.text),
+            Some(why) => Err(why.text),
             None => Ok(Model {
                 context,
                 setup,

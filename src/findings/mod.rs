@@ -110,7 +110,7 @@ use energy::Energy;
 use form_choice::OtherForm;
 use left_out::ComparisonContext;
 use main_numbers::{MainNumbers, MainSources};
-use posterior::{contraction, ExpectedSampling, MethodChoice, Posterior, PosteriorRefusal, SamplingSetup};
+use posterior::{contraction, ExpectedSampling, MethodChoice, Posterior, SamplingSetup};
 use remarks::Kind;
 use scaling::Scaling;
 use series::SeriesFit;
@@ -335,7 +335,7 @@ impl Findings {
         }
         let posterior = match posterior::fit_posterior(scene, runs, self.least_squares(), setup, watcher)? {
             Ok(posterior) => posterior,
-            Err(PosteriorRefusal(check)) => {
+            Err(check) => {
                 self.remarks.push(*check);
                 self.pick_main_numbers(scene, runs, None);
                 return Ok(None);

@@ -43,7 +43,7 @@ use derived::DerivedDraws;
 use runs_alone::UnderDefaults;
 use summarise::{summarise_posterior, SummarySource};
 
-pub use posterior_checks::{speed_errors, why_not_sampled, PosteriorRefusal};
+pub use posterior_checks::{refusal, speed_errors, why_not_sampled};
 pub use runs_alone::RunsAlone;
 pub use sampling::{check_room, effort, most_draws, start, MethodChoice, SamplingSetup, MOST_NUMBERS};
 pub use summary::{CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary, SeriesOffset};
@@ -118,15 +118,15 @@ pub struct ExpectedSampling {
 
 /// Samples the posterior from where least squares stands, and summarises it.
 ///
-/// `Err` where a prior leaves no room, or the draws do not fit into memory; the inner `Err` where the runs are such that
-/// nothing should be sampled.
+/// `Err` where a prior leaves no room, or the draws do not fit into memory; the inner `Err`, a check that fails and gates, where
+/// the runs are such that nothing should be sampled.
 pub fn fit_posterior(
     scene: &Scene,
     runs: &Runs,
     least_squares: LeastSquares,
     setup: SamplingSetup,
     watcher: Watcher,
-) -> Result<Result<Posterior, PosteriorRefusal>, Error> {
+) -> Result<Result<Posterior, Box<Remark>>, Error> {
     let parameters = ModelParameters::of(scene, runs, setup.form)?;
     if let Some(not_sampled) = posterior_checks::why_not_sampled(runs, least_squares, &parameters) {
         return Ok(Err(not_sampled));
@@ -160,7 +160,7 @@ pub fn fit_posterior(
     let sampled = match sampled {
         Ok(sampled) => sampled,
         // it could not even start
-        Err(why) => return Ok(Err(PosteriorRefusal(Box::new(remarks::DRAWS_MADE.check(0.0, why))))),
+        Err(why) => return Ok(Err(Box::new(remarks::DRAWS_MADE.check(0.0, why)))),
     };
     let derived = derived::derived_draws(scene, runs, setup.form, &sampled);
     let draws = sampled.full_draws();

@@ -39,57 +39,37 @@ pub(super) const OF_SAMPLING: [Kind; 8] = [
     remarks::COMPRESSION_ERROR,
 ];
 
-/// Why no posterior was sampled, though the scene wants one; the check fails and gates.
-#[derive(Debug)]
-pub struct PosteriorRefusal(pub Box<Remark>);
-
-impl PosteriorRefusal {
-    /// Its check among all, if nothing was sampled.
-    pub fn among(checks: &[Remark]) -> Option<&Remark> {
-        checks
-            .iter()
-            .find(|check| NOT_SAMPLED.iter().any(|kind| kind.is(check)))
-    }
+/// The check that says why nothing was sampled, if nothing was.
+pub fn refusal(checks: &[Remark]) -> Option<&Remark> {
+    let is_refusal = |check: &&Remark| NOT_SAMPLED.iter().any(|kind| kind.is(check));
+    checks.iter().find(is_refusal)
 }
 
-/// Why no posterior of these runs should be sampled; `None` if it may be.
-pub fn why_not_sampled(
-    runs: &Runs,
-    least_squares: LeastSquares,
-    parameters: &ModelParameters,
-) -> Option<PosteriorRefusal> {
-    if runs.is_empty() {
-        let mut check = remarks::PARAMETERS_LEFT.check(0.0, "no run is in use");
-        check.next_step = "put runs in use: there is nothing to sample".to_owned();
-        return Some(PosteriorRefusal(Box::new(check)));
-    }
-    if parameters.sampled.is_empty() {
-        let text = "no parameter is left to be sampled: every prior is fixed";
-        return Some(PosteriorRefusal(Box::new(remarks::PARAMETERS_LEFT.check(0.0, text))));
-    }
-    if let Some(few) = too_few_runs(runs, parameters) {
-        return Some(PosteriorRefusal(Box::new(few)));
-    }
-    if let Some(smallest) = smallest_noise(least_squares).filter(|sd| *sd < remarks::NOISE.threshold()) {
+/// Why no posterior of these runs should be sampled, though the scene wants one: a check that fails and gates; `None` if it may
+/// be.
+pub fn why_not_sampled(runs: &Runs, least_squares: LeastSquares, parameters: &ModelParameters) -> Option<Box<Remark>> {
+    let too_little = smallest_noise(least_squares).filter(|sd| *sd < remarks::NOISE.threshold());
+    let check = if runs.is_empty() {
+        Remark {
+            next_step: "put runs in use: there is nothing to sample".to_owned(),
+            ..remarks::PARAMETERS_LEFT.check(0.0, "no run is in use")
+        }
+    } else if parameters.sampled.is_empty() {
+        remarks::PARAMETERS_LEFT.check(0.0, "no parameter is left to be sampled: every prior is fixed")
+    } else if let Some(few) = too_few_runs(runs, parameters) {
+        few
+    } else if let Some(smallest) = too_little {
         let text = format!(
             "the runs lie on their law to rounding (spread {smallest:.1e}): without noise there is no posterior to sample"
         );
-        return Some(PosteriorRefusal(Box::new(remarks::NOISE.check(smallest, text))));
-    }
-    let rebounds = runs.all_measured() - runs.stuck();
-    if rebounds == 0 {
+        remarks::NOISE.check(smallest, text)
+    } else if runs.all_measured() == runs.stuck() {
         let text = "every run stuck: nothing bounds the parameters from the other side but their priors";
-        return Some(PosteriorRefusal(Box::new(remarks::REBOUNDS.check(0.0, text))));
-    }
-    None
-}
-
-/// Runs of one kind, and the parameters that they alone have to tell.
-struct Tally {
-    /// what its runs are called
-    what: &'static str,
-    runs: usize,
-    parameters: Vec<ParameterKind>,
+        remarks::REBOUNDS.check(0.0, text)
+    } else {
+        return None;
+    };
+    Some(Box::new(check))
 }
 
 /// Whether there are as many parameters as runs, of all runs or of the dry or the wet ones by themselves: a spread could
@@ -104,37 +84,27 @@ fn too_few_runs(runs: &Runs, parameters: &ModelParameters) -> Option<Remark> {
         ParameterKind::Shared(_) | ParameterKind::LubricationTrend | ParameterKind::InertialTrend => true,
         _ => false,
     };
-    let of_kind = |of: &dyn Fn(ParameterKind) -> bool| sampled.iter().copied().filter(|kind| of(*kind)).collect();
-    let all = Tally {
-        what: "runs",
-        runs: runs.all_measured(),
-        parameters: sampled.clone(),
-    };
-    let dry = Tally {
-        what: "dry rebounds",
-        runs: rebounds(&runs.dry),
-        parameters: of_kind(&has_dry),
-    };
-    let wet = Tally {
-        what: "wet rebounds",
-        runs: runs.series.iter().map(|own| runs.measured(own.rebounds.clone())).sum(),
-        parameters: of_kind(&is_curve),
+    let of_kind = |of: &dyn Fn(ParameterKind) -> bool| -> Vec<ParameterKind> {
+        sampled.iter().copied().filter(|kind| of(*kind)).collect()
     };
     // a spread that is held cannot shrink, and one that no run has is its prior's
-    let can_shrink = |tally: &Tally, sd: ParameterKind| sampled.contains(&sd) && tally.runs > 0;
-    let dry = Some(dry).filter(|dry| can_shrink(dry, ParameterKind::SigmaDry));
-    let wet = Some(wet).filter(|wet| can_shrink(wet, ParameterKind::SigmaWet));
+    let can_shrink = |runs: usize, sd: ParameterKind| sampled.contains(&sd) && runs > 0;
+    let dry = rebounds(&runs.dry);
+    let wet: usize = runs.series.iter().map(|own| runs.measured(own.rebounds.clone())).sum();
+    let dry = can_shrink(dry, ParameterKind::SigmaDry).then(|| ("dry rebounds", dry, of_kind(&has_dry)));
+    let wet = can_shrink(wet, ParameterKind::SigmaWet).then(|| ("wet rebounds", wet, of_kind(&is_curve)));
+    // what runs are called, how many they are, and the parameters that they alone have to tell
+    let all = ("runs", runs.all_measured(), sampled.clone());
     let mut tallies = [Some(all), dry, wet].into_iter().flatten();
-    let few = tallies.find(|tally| tally.runs <= tally.parameters.len())?;
-    let symbols: Vec<&str> = few.parameters.iter().map(|kind| kind.symbol()).collect();
+    let (what, few, parameters) = tallies.find(|(_, runs, parameters)| *runs <= parameters.len())?;
+    let symbols: Vec<&str> = parameters.iter().map(|kind| kind.symbol()).collect();
     let text = format!(
-        "{} {} for {} ({}): too few to tell how far they scatter",
-        few.runs,
-        by_number(few.runs, few.what.trim_end_matches('s'), few.what),
+        "{few} {} for {} ({}): too few to tell how far they scatter",
+        by_number(few, what.trim_end_matches('s'), what),
         counted(symbols.len(), "parameter"),
         symbols.join(", ")
     );
-    let spare = few.runs as f64 - symbols.len() as f64;
+    let spare = few as f64 - symbols.len() as f64;
     Some(remarks::RUNS_TO_SPARE.check(spare, text))
 }
 
@@ -184,22 +154,13 @@ fn compression(found: &PosteriorFindings) -> Option<Remark> {
     ))
 }
 
-/// A parameter's number, and its name.
-struct WorstParameter<'a> {
-    value: f64,
-    name: &'a str,
-}
-
-/// The parameter or offset for which a number is largest; one without it comes first.
-fn largest<'a>(found: &'a PosteriorFindings, of: impl Fn(&QuantitySummary) -> Option<f64>) -> WorstParameter<'a> {
+/// The largest of a number of the parameters and offsets, and whose it is; one without it comes first.
+fn largest(found: &PosteriorFindings, of: impl Fn(&QuantitySummary) -> Option<f64>) -> (f64, &str) {
     // constant draws have no R-hat, and are no sign of mixing either
     let offsets = found.series_offsets.iter().map(|of| &of.offset);
-    let each = found.parameters.iter().chain(offsets).map(|q| WorstParameter {
-        value: of(q).unwrap_or(f64::INFINITY),
-        name: &q.name,
-    });
-    let nothing = WorstParameter { value: 0.0, name: "" };
-    each.max_by(|a, b| a.value.total_cmp(&b.value)).unwrap_or(nothing)
+    let all = found.parameters.iter().chain(offsets);
+    let each = all.map(|q| (of(q).unwrap_or(f64::INFINITY), q.name.as_str()));
+    each.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, ""))
 }
 
 fn convergence(found: &PosteriorFindings) -> Vec<Remark> {
@@ -215,14 +176,14 @@ fn convergence(found: &PosteriorFindings) -> Vec<Remark> {
         drawn_on => check.if_failed(drawn_on),
     };
     if let Some(line) = line {
-        let WorstParameter { value: rhat, name } = largest(found, |q| q.rhat);
+        let (rhat, name) = largest(found, |q| q.rhat);
         let text = format!("largest R-hat ({name}): chains that agree have 1");
         let rhat = Some(rhat).filter(|rhat| rhat.is_finite());
         let apart = format!("the chains do not agree on {name}");
         checks.push(told(remarks::RHAT.at(line).check(rhat, text).if_failed(&apart)));
     }
     let fewest = |criterion: Kind, what: &str, of: fn(&QuantitySummary) -> Option<f64>| {
-        let WorstParameter { value, name } = largest(found, |q| of(q).map(|ess| -ess));
+        let (value, name) = largest(found, |q| of(q).map(|ess| -ess));
         let ess = if value.is_finite() { -value } else { 0.0 };
         let text = format!("fewest effective draws for the {what} ({name})");
         told(criterion.at(effective).check(ess, text))

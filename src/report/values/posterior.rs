@@ -6,9 +6,7 @@ use super::super::draws::posterior::{stores_every_run, stores_runs};
 use super::super::quantities::{parameter_label, unit_in_brackets};
 use super::super::template::{serialized, spans_too_much, with, UNTOLD};
 use super::super::{figures, ReportInput};
-use crate::findings::posterior::{
-    Posterior, PosteriorRefusal, PriorSummary, QuantitySummary, SeriesOffset, CHECKED_RUNS,
-};
+use crate::findings::posterior::{refusal, Posterior, PriorSummary, QuantitySummary, SeriesOffset, CHECKED_RUNS};
 use crate::findings::questions::SMALL;
 use crate::findings::remarks::CLEAR_TREND;
 use crate::inference::diagnostics::pareto::khat_threshold;
@@ -29,7 +27,7 @@ const STRONG: f64 = 0.5;
 
 pub(super) fn values(input: ReportInput) -> Value {
     let Some(posterior) = input.posterior else {
-        let refusal = PosteriorRefusal::among(&input.findings.remarks);
+        let refusal = refusal(&input.findings.remarks);
         return context! { refused => refusal.map(|why| why.text.clone()) };
     };
     let (scene, findings) = (input.scene, input.findings);

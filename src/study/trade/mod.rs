@@ -143,7 +143,7 @@ pub fn measure(scene: &Scene, table: &Table, seed: u64, progress: &dyn Fn()) -> 
         effort: effort(scene),
     };
     if let Some(declined) = why_not_sampled(&table.runs, least_squares.least_squares(), &setup.parameters) {
-        return Err(Error::Usage(format!("nothing to trade: {}", declined.0.text)));
+        return Err(Error::Usage(format!("nothing to trade: {}", declined.text)));
     }
     let reference = setup.reference()?;
     progress();
