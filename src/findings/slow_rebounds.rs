@@ -210,27 +210,30 @@ fn without_slow(
     let numbers = |own: &Posterior| main_numbers(&own.sampled, &own.derived);
     let moved = others.ok().filter(Posterior::sampling_holds);
     let moved = moved.and_then(|others| most_different(&numbers(own), &numbers(&others), shift));
-    let found = match &moved {
-        Some((by, _)) if remarks::SLOW_REBOUNDS.holds(*by) => return Ok(Beside::Same),
-        Some((_, of_both)) => with_and_without(of_both),
-        None => "what the others tell without them is not known".to_owned(),
-    };
-    let text = format!(
-        "{rows}: such runs fix the energy more tightly than errors of 1 % in speed or 3 % in film allow: {found}"
-    );
-    let check = remarks::SLOW_REBOUNDS.check(moved.map(|(by, _)| by), text);
-    Ok(Beside::Open(check))
+    Ok(match moved {
+        Some((by, _)) if remarks::SLOW_REBOUNDS.holds(by) => Beside::Same,
+        moved => Beside::Open(told_without(rows, "", moved)),
+    })
 }
 
-/// A number with and without the slow runs.
-fn with_and_without((name, before, after): &InBoth) -> String {
-    let told = |[value, se]: [f64; 2]| with_se(value, se);
-    format!(
-        "{} is {} with them and {} without them",
-        remarks::in_symbols(name),
-        told(*before),
-        told(*after)
-    )
+/// The check of slow runs by the number that leaving them out moves most; `None` where no number can be compared.
+fn told_without(rows: &str, by: &str, moved: Option<(f64, InBoth)>) -> Remark {
+    let (shift, found) = match moved {
+        Some((shift, (name, [before, before_se], [after, after_se]))) => {
+            let found = format!(
+                "{} is {} with them and {} without them",
+                remarks::in_symbols(&name),
+                with_se(before, before_se),
+                with_se(after, after_se)
+            );
+            (Some(shift), found)
+        }
+        None => (None, "what the others tell without them is not known".to_owned()),
+    };
+    let text = format!(
+        "{rows}: such runs fix the energy more tightly than errors of 1 % in speed or 3 % in film allow: {by}{found}"
+    );
+    remarks::SLOW_REBOUNDS.check(shift, text)
 }
 
 /// Whether least squares, which knows no noise on the energy, gives the same numbers without the runs that barely rebound;
@@ -252,15 +255,7 @@ pub(super) fn check_fit(setup: FitSetup, scaling: &[Scaling], own: &EnergyBalanc
     let moved = without
         .flatten()
         .and_then(|without| most_different(&fit_numbers(own), &fit_numbers(&without), shift));
-    let found = match &moved {
-        Some((_, of_both)) => with_and_without(of_both),
-        None => "what the others tell without them is not known".to_owned(),
-    };
-    let text = format!(
-        "{rows}: such runs fix the energy more tightly than errors of 1 % in speed or 3 % in film allow: by least squares \
-         {found}"
-    );
-    let mut check = remarks::SLOW_REBOUNDS.check(moved.map(|(shift, _)| shift), text);
+    let mut check = told_without(&rows, "by least squares ", moved);
     check.next_step = "sample the posterior (no --stages), which allows for such errors".to_owned();
     Some(check)
 }
@@ -346,11 +341,7 @@ fn energy_errors(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize]) ->
 
 /// Mean and sd of the draws of each main number.
 fn main_numbers(sampled: &Sampled, derived: &[DerivedDraws]) -> Vec<Told> {
-    numbers(sampled, derived, |values| {
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
-        [mean, (sum_of_squares(values, mean) / (n - 1.0)).sqrt()]
-    })
+    numbers(sampled, derived, |draws| draws - 1.0)
 }
 
 /// Value and ± of each main number by the normal about the mode, which lies near those of another posterior; `None` where
@@ -366,19 +357,18 @@ fn about_the_mode(scene: &Scene, runs: &Runs, own: &Posterior) -> Result<Option<
         let pairs = sample_about_the_mode(&prepared);
         let derived = derived_draws(scene, runs, form, &pairs);
         // one ± to either side in each direction of the normal
-        numbers(&pairs, &derived, |values| {
-            let mean = values.iter().sum::<f64>() / values.len() as f64;
-            [mean, (sum_of_squares(values, mean) / 2.0).sqrt()]
-        })
+        numbers(&pairs, &derived, |_| 2.0)
     }))
 }
 
-fn sum_of_squares(values: &[f64], mean: f64) -> f64 {
-    values.iter().map(|value| (value - mean).powi(2)).sum()
-}
-
-/// The physical parameters, e_inf and St_c, each as its draws tell it.
-fn numbers(sampled: &Sampled, derived: &[DerivedDraws], told: impl Fn(&[f64]) -> [f64; 2]) -> Vec<Told> {
+/// Mean and ± of the physical parameters, e_inf and St_c: of so many draws, their squares about the mean are over `freedom`.
+fn numbers(sampled: &Sampled, derived: &[DerivedDraws], freedom: impl Fn(f64) -> f64) -> Vec<Told> {
+    let told = |values: &[f64]| {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+        [mean, (squares / freedom(n)).sqrt()]
+    };
     let all = main_draws(sampled, derived).map(|(name, chains)| (name.clone(), told(&chains.concat())));
     // a number that some draws do not have is not told
     all.filter(|(_, number)| number.iter().all(|one| one.is_finite()))
