@@ -139,13 +139,12 @@ pub(super) const NO_VISCOUS: &str = "the viscous loss is left out of the model";
 /// Probability of the lack-of-fit test below which the balance does not describe the runs.
 pub const MISFIT: f64 = 0.001;
 
-/// A balance that was fitted, with all that follows from it.
+/// A balance of one form that was fitted.
 struct FittedBalance<'r> {
     problem: JointFit<'r>,
     /// the spread against which the dry runs were weighed
     spread: f64,
     fit: Fit,
-    uncertain: Uncertain,
     /// roots of the weights by measurement errors; empty where there are none
     roots: Vec<f64>,
     error_weights: Option<ErrorWeights>,
@@ -155,11 +154,28 @@ impl FittedBalance<'_> {
     fn joint(&self) -> &Joint<'_> {
         &self.problem.joint
     }
+
+    /// Log density that each run would have about the fit in the mean if it had not been seen, wet ones with its own spread: each
+    /// parameter of the law gains one in the sum (Akaike). `None` where the fit did not converge.
+    fn expected_log_densities(&self) -> Option<Vec<f64>> {
+        let sd = self.fit.residual_sd.filter(|sd| *sd > 0.0 && self.fit.converged())?;
+        let mut residuals = vec![0.0; self.problem.runs()];
+        self.problem.residuals(&self.fit.parameters, &mut residuals).ok()?;
+        let wet = self.joint().wet_rebounds();
+        let gained = self.joint().shared.len() as f64 / residuals.len() as f64;
+        for (run, residual) in residuals.iter_mut().enumerate() {
+            // the scatter of dry runs is no form's own
+            let (scale, ln_scale) = if run < wet { (sd, sd.ln()) } else { (self.spread, 0.0) };
+            *residual = -0.5 * (*residual / scale).powi(2) - ln_scale - gained;
+        }
+        Some(residuals)
+    }
 }
 
 /// A balance that was fitted, and its squares about the minimum: what estimates are made from.
 struct BalanceEstimates<'f, 'r> {
     fitted: &'f FittedBalance<'r>,
+    uncertain: Uncertain,
     quoting: Quoting,
     /// `None` where there is none, or no run can bend it
     profile: Option<ProblemProfile<'f>>,
@@ -207,9 +223,7 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
     /// Estimate of a function of all parameters; `None` where it is not defined at the fit.
     fn of(&self, of: impl Fn(&[f64]) -> Option<WithSlopes>, how: IntervalScale) -> Option<Estimate> {
         let at = of(&self.fitted.fit.parameters)?;
-        let estimate = self
-            .quoting
-            .of_function(&self.fitted.uncertain, at.value, &at.slopes, how);
+        let estimate = self.quoting.of_function(&self.uncertain, at.value, &at.slopes, how);
         let limits = match how {
             IntervalScale::Plain => self.limits(of),
             IntervalScale::Log => {
@@ -256,38 +270,26 @@ pub fn fit_balance(setup: FitSetup, scaling: &[Scaling], form: Form, open: bool)
         let joint = Joint::new(scene, runs, Form { inertia, ..form }, &known, &known);
         fit_weighed(joint, dry, pooled_sd(&separate))
     };
-    let (weighed, choice) = if open {
+    let (mut fitted, choice) = if open {
         choose_form(scene, of_form)
     } else {
         (of_form(form.inertia), None)
     };
-    let WeighedFit { problem, spread, fit } = weighed;
-    let wet = problem.joint.wet_parts().map(|part| part.rebounds.clone());
-    let errors = error_columns(scene, problem.joint.runs, ParameterKind::SigmaWet, wet, None);
-    let (problem, fit, error_weights) = match errors {
-        Some(errors) => {
-            let in_errors = problem_of(problem.joint.clone(), dry, 1.0);
-            let (fit, error_weights) = reweight(&errors, fit, |_| in_errors.clone());
-            let problem = if error_weights.is_some() { in_errors } else { problem };
-            (problem, fit, error_weights)
+    let joint = &fitted.problem.joint;
+    let wet = joint.wet_parts().map(|part| part.rebounds.clone());
+    if let Some(errors) = error_columns(scene, joint.runs, ParameterKind::SigmaWet, wet, None) {
+        let in_errors = problem_of(joint.clone(), dry, 1.0);
+        let (fit, error_weights) = reweight(&errors, fitted.fit, |_| in_errors.clone());
+        fitted.fit = fit;
+        if let Some(weights) = &error_weights {
+            fitted.roots = weights.variance.iter().map(|v| v.sqrt().recip()).collect();
+            fitted.roots.resize(in_errors.runs(), 1.0);
+            (fitted.problem, fitted.spread) = (in_errors, 1.0);
         }
-        None => (problem, fit, None),
-    };
-    let fitted = FittedBalance {
-        uncertain: uncertain(&fit),
-        roots: error_weights.as_ref().map_or_else(Vec::new, |weights| {
-            let mut roots: Vec<f64> = weights.variance.iter().map(|v| v.sqrt().recip()).collect();
-            roots.resize(problem.runs(), 1.0);
-            roots
-        }),
-        spread: if error_weights.is_some() { 1.0 } else { spread },
-        error_weights,
-        problem,
-        fit,
-    };
+        fitted.error_weights = error_weights;
+    }
     let lack_of_fit = lack_of_fit(setup, &fitted, &known, &separate);
-    let found = findings_of(setup, &fitted, lack_of_fit);
-    Some(EnergyBalance { choice, ..found })
+    Some(findings_of(setup, &fitted, lack_of_fit, choice))
 }
 
 /// Holds this law for all against a square-root law for each particle and film ratio.
@@ -327,20 +329,30 @@ fn at_group_ratios(runs: &Runs) -> Runs {
 }
 
 /// What a fit says.
-fn findings_of(setup: FitSetup, fitted: &FittedBalance, lack_of_fit: Option<FTest>) -> EnergyBalance {
+fn findings_of(
+    setup: FitSetup,
+    fitted: &FittedBalance,
+    lack_of_fit: Option<FTest>,
+    choice: Option<InertiaChoice>,
+) -> EnergyBalance {
     let FitSetup { scene, runs, dry } = setup;
     let quoting = Quoting::of(scene);
     let joint = fitted.joint();
     let point = &fitted.fit.parameters;
     let estimates = BalanceEstimates {
         fitted,
+        uncertain: uncertain(&fitted.fit),
         quoting,
         profile: BalanceEstimates::profile(fitted, quoting),
     };
     let parameter = |(place, kind): (usize, ParameterKind)| ParameterEstimate {
         kind,
         name: kind.name(scene, runs),
-        estimate: estimates.of_parameter(place, |b| Jet::variable(b, 0), scale_of_parameter(kind)),
+        estimate: estimates.of_parameter(
+            place,
+            |b| Jet::variable(b, 0),
+            kind.quantity().map_or(IntervalScale::Plain, scale_of),
+        ),
     };
     let parameters: Vec<ParameterEstimate> = joint.kinds().enumerate().map(parameter).collect();
     let places = WetPlace::all(runs, joint.form);
@@ -377,7 +389,7 @@ fn findings_of(setup: FitSetup, fitted: &FittedBalance, lack_of_fit: Option<FTes
         measurement_errors: fitted.error_weights.as_ref().map(|weights| weights.summary),
         lack_of_fit,
         stop: fitted.fit.stop.as_str(),
-        choice: None,
+        choice,
         fitted_point: FittedPoint {
             form: joint.form,
             spread: fitted.spread,
@@ -392,14 +404,6 @@ fn particles_of(scene: &Scene, joint: &Joint) -> Vec<String> {
     let mut particles: Vec<usize> = joint.spheres.iter().map(|s| joint.runs.spheres[*s].particle).collect();
     particles.dedup();
     particles.iter().map(|p| scene.particles[*p].name.clone()).collect()
-}
-
-/// How a parameter's interval is made.
-fn scale_of_parameter(kind: ParameterKind) -> IntervalScale {
-    match kind {
-        ParameterKind::Shared(coefficient) => scale_of(Quantity::Shared(coefficient)),
-        _ => IntervalScale::Plain,
-    }
 }
 
 /// The spheres with wet rebounds and a usable k.
@@ -442,7 +446,7 @@ pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[Dry], spread: f64) -> Join
 /// Fits the balance, and again with its own spread where that is far below the one that weighed the dry runs: the separate
 /// laws pool liquids, and where noise is small their misfit would hold k too fast and its error too small. Says at what
 /// spread it ended.
-fn fit_weighed<'r>(joint: Joint<'r>, dry: &[Dry], spread: f64) -> WeighedFit<'r> {
+fn fit_weighed<'r>(joint: Joint<'r>, dry: &[Dry], spread: f64) -> FittedBalance<'r> {
     /// a weight this near moves no standard error that matters
     const NEAR: f64 = 0.5;
     /// each time the spread is nearer by orders of magnitude
@@ -459,52 +463,27 @@ fn fit_weighed<'r>(joint: Joint<'r>, dry: &[Dry], spread: f64) -> WeighedFit<'r>
         problem = problem_of(problem.joint, dry, spread);
         fit = fit_joint(&problem);
     }
-    WeighedFit { problem, spread, fit }
-}
-
-/// A balance of one form, fitted with the dry runs weighed against this spread.
-struct WeighedFit<'r> {
-    problem: JointFit<'r>,
-    spread: f64,
-    fit: Fit,
-}
-
-impl WeighedFit<'_> {
-    /// Log density of each run about the fit, wet ones with its own spread; `None` where it did not converge.
-    fn log_densities(&self) -> Option<Vec<f64>> {
-        let sd = self.fit.residual_sd.filter(|sd| *sd > 0.0 && self.fit.converged())?;
-        let mut residuals = vec![0.0; self.problem.runs()];
-        self.problem.residuals(&self.fit.parameters, &mut residuals).ok()?;
-        let wet = self.problem.joint.wet_rebounds();
-        for (run, residual) in residuals.iter_mut().enumerate() {
-            // the scatter of dry runs is no form's own
-            let (scale, ln_scale) = if run < wet { (sd, sd.ln()) } else { (self.spread, 0.0) };
-            *residual = -0.5 * (*residual / scale).powi(2) - ln_scale;
-        }
-        Some(residuals)
-    }
-
-    /// The same of runs that were not seen, in the mean: each parameter of the law gains one in the sum (Akaike).
-    fn expected_log_densities(&self) -> Option<Vec<f64>> {
-        let mut densities = self.log_densities()?;
-        let gained = self.problem.joint.shared.len() as f64 / densities.len() as f64;
-        densities.iter_mut().for_each(|density| *density -= gained);
-        Some(densities)
+    FittedBalance {
+        problem,
+        spread,
+        fit,
+        roots: vec![],
+        error_weights: None,
     }
 }
 
 /// With the form left open: the one that the runs choose by the squares that each leaves.
 fn choose_form<'r>(
     scene: &Scene,
-    of_form: impl Fn(Inertia) -> WeighedFit<'r>,
-) -> (WeighedFit<'r>, Option<InertiaChoice>) {
+    of_form: impl Fn(Inertia) -> FittedBalance<'r>,
+) -> (FittedBalance<'r>, Option<InertiaChoice>) {
     let mut fits = Vec::from(Inertia::ALL.map(|inertia| (inertia, of_form(inertia))));
-    let candidate = |(inertia, fit): &(Inertia, WeighedFit)| {
-        let joint = &fit.problem.joint;
-        let c = joint.value(Coefficient::InertialPrefactor, &fit.fit.parameters);
+    let candidate = |(inertia, fitted): &(Inertia, FittedBalance)| {
+        let joint = fitted.joint();
+        let c = joint.value(Coefficient::InertialPrefactor, &fitted.fit.parameters);
         Some(Candidate {
             inertia: *inertia,
-            log_densities: fit.expected_log_densities()?,
+            log_densities: fitted.expected_log_densities()?,
             ln_prior: c.map_or(0.0, |c| ln_prior_of_prefactor(scene, joint.runs, joint.form, c)),
             untrusted: vec![],
         })
@@ -576,7 +555,6 @@ fn derive(scene: &Scene, index: usize, place: &WetPlace, estimates: &BalanceEsti
     if !at.value(Quantity::EInf).is_finite() {
         return None;
     }
-    let uncertain = &fitted.uncertain;
     let estimate = |quantity: Quantity| {
         let of = |point: &[f64]| {
             let at = at_place(scene, joint, point, place)?;
@@ -597,7 +575,8 @@ fn derive(scene: &Scene, index: usize, place: &WetPlace, estimates: &BalanceEsti
         density_ratio: at.density_ratio,
         place: index,
         sphere: place.sphere,
-        correlation: uncertain
+        correlation: estimates
+            .uncertain
             .correlation(&of_e_inf, &of_st_c)
             .filter(|_| at.value(Quantity::StC).is_finite()),
         e_inf: estimate(Quantity::EInf),
