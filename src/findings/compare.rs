@@ -4,9 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::form_choice::{is_gain, ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
-use super::left_out::{
-    affordable_draws, draw_and_leave_out, largest_rhat, leave_out, why_none_beside, ComparisonContext, LeftOutModel,
-};
+use super::left_out::{affordable_draws, largest_rhat, why_none_beside, ComparisonContext, LeftOutModel, Model};
 use super::posterior::{effort, Posterior, SamplingSetup};
 use super::remarks;
 use crate::error::Error;
@@ -169,7 +167,13 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
         return found;
     };
     // the scene's own is left out by its own draws, which a report writes
-    let own_loo = match leave_out(context, own.setup, &own.sampled, used) {
+    let model = Model {
+        context,
+        setup: own.setup,
+        parameters: &own.sampled.parameters,
+        stream: "leave out",
+    };
+    let own_loo = match model.leave_out(&own.sampled, used) {
         Ok(loo) => loo,
         Err(why) => {
             found.remarks.push(not_compared(own.setup.form, &why));
@@ -414,7 +418,8 @@ fn draw_form(
 ) -> Result<Result<LeftOutModel, String>, Error> {
     let parameters = ModelParameters::of(context.scene, context.runs, setup.form)?;
     let stream = format!("compare {}", model_name(setup.form));
-    Ok(draw_and_leave_out(context, setup, parameters, &stream, beside))
+    let model = Model::new(context, setup, &parameters, &stream);
+    Ok(model.and_then(|model| model.draw_and_leave_out(beside)))
 }
 
 #[cfg(test)]

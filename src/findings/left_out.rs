@@ -90,62 +90,6 @@ pub(super) fn why_none_beside(scene: &Scene, runs: &Runs, draws: usize) -> Optio
     }
 }
 
-/// Draws from a model of these runs with streams of this name, for what its parameters are; `Err` says why that cannot be done.
-pub(super) fn draw_beside(
-    context: ComparisonContext,
-    setup: SamplingSetup,
-    parameters: ModelParameters,
-    stream: &str,
-) -> Result<Sampled, String> {
-    let model = Model::new(context, setup, &parameters, stream)?;
-    model.draw(context.runs, stream, |_| false)
-}
-
-/// Draws from a model with streams of this name and leaves each run out; `Err` says why that cannot be done. One that falls
-/// far behind `beside` is judged by whatever draws there are.
-pub(super) fn draw_and_leave_out(
-    context: ComparisonContext,
-    setup: SamplingSetup,
-    parameters: ModelParameters,
-    stream: &str,
-    beside: Option<&Loo>,
-) -> Result<LeftOutModel, String> {
-    let model = Model::new(context, setup, &parameters, stream)?;
-    // rough draws of a model that predicts so much less will do
-    let is_far = |loo: &Loo| {
-        let apart = beside.and_then(|beside| difference(loo, beside));
-        apart.is_some_and(|apart| -apart.value > FAR_BEHIND.max(FAR_BEHIND_IN_SE * apart.se.unwrap_or(f64::INFINITY)))
-    };
-    let will_do = |sampled: &Sampled| {
-        let used = affordable_draws(context.runs, sampled.draws());
-        used.is_some_and(|used| model.weigh_out(sampled, used).is_ok_and(|loo| is_far(&loo)))
-    };
-    let sampled = model.draw(context.runs, stream, will_do)?;
-    let used = affordable_draws(context.runs, sampled.draws()).ok_or("too many runs to leave each out")?;
-    let mut loo = model.weigh_out(&sampled, used)?;
-    if !is_far(&loo) {
-        loo = model.mend(loo, &sampled, used);
-    }
-    Ok(LeftOutModel { sampled, loo, used })
-}
-
-/// PSIS leave-one-out of a sampled model, by so many of its draws; `Err` says which run stands in the way.
-pub(super) fn leave_out(
-    context: ComparisonContext,
-    setup: SamplingSetup,
-    sampled: &Sampled,
-    used: usize,
-) -> Result<Loo, String> {
-    let model = Model {
-        context,
-        setup,
-        parameters: &sampled.parameters,
-        stream: "leave out",
-    };
-    let loo = model.weigh_out(sampled, used)?;
-    Ok(model.mend(loo, sampled, used))
-}
-
 /// A model that draws are made of, with and without some of the runs.
 pub(super) struct Model<'a> {
     pub context: ComparisonContext<'a>,
@@ -157,7 +101,7 @@ pub(super) struct Model<'a> {
 
 impl<'a> Model<'a> {
     /// `Err` says why it cannot be sampled.
-    fn new(
+    pub fn new(
         context: ComparisonContext<'a>,
         setup: SamplingSetup,
         parameters: &'a ModelParameters,
@@ -175,7 +119,7 @@ impl<'a> Model<'a> {
     }
 
     /// Draws of the model of these runs; a few rough ones where these `will_do`.
-    fn draw(&self, runs: &Runs, stream: &str, will_do: impl Fn(&Sampled) -> bool) -> Result<Sampled, String> {
+    pub fn draw(&self, runs: &Runs, stream: &str, will_do: impl Fn(&Sampled) -> bool) -> Result<Sampled, String> {
         let (scene, least_squares) = (self.context.scene, self.context.least_squares);
         let likelihood = Likelihood::new(scene, runs, self.setup.form);
         let prepared = PreparedPosterior::new(self.parameters.clone(), &likelihood, &start(least_squares));
@@ -214,6 +158,36 @@ impl<'a> Model<'a> {
     pub fn draw_without(&self, left_out: &Range<usize>) -> Result<Sampled, String> {
         let stream = format!("{} without {}", self.stream, left_out.start + 1);
         self.draw(&self.context.runs.without(left_out), &stream, |_| false)
+    }
+
+    /// Draws of the model of all runs, each of them left out; `Err` says why that cannot be done. One that falls far behind
+    /// `beside` is judged by whatever draws there are.
+    pub fn draw_and_leave_out(&self, beside: Option<&Loo>) -> Result<LeftOutModel, String> {
+        let runs = self.context.runs;
+        // rough draws of a model that predicts so much less will do
+        let is_far = |loo: &Loo| {
+            let apart = beside.and_then(|beside| difference(loo, beside));
+            apart.is_some_and(|apart| {
+                -apart.value > FAR_BEHIND.max(FAR_BEHIND_IN_SE * apart.se.unwrap_or(f64::INFINITY))
+            })
+        };
+        let will_do = |sampled: &Sampled| {
+            let used = affordable_draws(runs, sampled.draws());
+            used.is_some_and(|used| self.weigh_out(sampled, used).is_ok_and(|loo| is_far(&loo)))
+        };
+        let sampled = self.draw(runs, self.stream, will_do)?;
+        let used = affordable_draws(runs, sampled.draws()).ok_or("too many runs to leave each out")?;
+        let mut loo = self.weigh_out(&sampled, used)?;
+        if !is_far(&loo) {
+            loo = self.mend(loo, &sampled, used);
+        }
+        Ok(LeftOutModel { sampled, loo, used })
+    }
+
+    /// PSIS leave-one-out by so many of its draws; `Err` says which run stands in the way.
+    pub fn leave_out(&self, sampled: &Sampled, used: usize) -> Result<Loo, String> {
+        let loo = self.weigh_out(sampled, used)?;
+        Ok(self.mend(loo, sampled, used))
     }
 
     /// Each run left out by weights alone.

@@ -4,7 +4,7 @@ use super::effect::largest_change;
 use super::question::{answer_question, Question, Trend};
 use crate::error::Error;
 use crate::findings::compare::model_name;
-use crate::findings::left_out::{draw_beside, largest_rhat, why_none_beside, ComparisonContext};
+use crate::findings::left_out::{largest_rhat, why_none_beside, ComparisonContext, Model};
 use crate::findings::posterior::Posterior;
 use crate::inference::mixing::summary_of;
 use crate::inference::sampling::Sampled;
@@ -92,7 +92,9 @@ impl TrendModel<'_> {
             ..self.context.comparison
         };
         let stream = format!("question {} trend", self.of.key());
-        let bent = draw_beside(context, setup, parameters.with_trend(self.trend), &stream)?;
+        let parameters = parameters.with_trend(self.trend);
+        let model = Model::new(context, setup, &parameters, &stream)?;
+        let bent = model.draw(self.runs, &stream, |_| false)?;
         let trend = self.trend(&bent).ok_or("the trend has no draws")?;
         let doubt = largest_rhat(&bent).filter(|rhat| *rhat > RHAT).map(|rhat| {
             let name = format!("{}+{}", model_name(setup.form), self.trend.key());
