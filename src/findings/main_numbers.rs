@@ -222,10 +222,11 @@ impl MainNumber {
         }
     }
 
-    fn without_viscous(level: f64) -> MainNumber {
+    /// None of a posterior, for a reason.
+    fn withheld(why: &str, level: f64) -> MainNumber {
         MainNumber {
             method: POSTERIOR_QUANTILES,
-            ..MainNumber::of_fit(&Quoting { level }.none(NO_VISCOUS), Source::Posterior)
+            ..MainNumber::of_fit(&Quoting { level }.none(why), Source::Posterior)
         }
     }
 }
@@ -537,7 +538,7 @@ impl MainSources<'_> {
                     e_inf: number(&draws.values, summary),
                     st_c: match st_c {
                         Some((draws, summary)) => number(&draws.values, summary),
-                        None => MainNumber::without_viscous(self.level()),
+                        None => MainNumber::withheld(NO_VISCOUS, self.level()),
                     },
                     source: Source::Posterior,
                 }
@@ -590,11 +591,7 @@ fn withhold_unreached(parameters: &mut [MainParameter], runs: &Runs, level: f64)
     }
     for own in parameters {
         if own.quantity == scale || own.quantity == Quantity::Shared(Coefficient::InertialPrefactor) {
-            let none = Quoting { level }.none(WHY);
-            own.number = MainNumber {
-                method: POSTERIOR_QUANTILES,
-                ..MainNumber::of_fit(&none, Source::Posterior)
-            };
+            own.number = MainNumber::withheld(WHY, level);
         }
     }
 }

@@ -96,14 +96,6 @@ const fn cautions(code: &'static str, line: Line, source: &'static str, next_ste
     }
 }
 
-/// One that no main number rests on.
-const fn informs(code: &'static str, line: Line, source: &'static str, next_step: &'static str) -> Kind {
-    Kind {
-        level: Level::Informs,
-        ..forbids(code, line, source, next_step)
-    }
-}
-
 /// A caution that is told where it is found.
 const fn found(code: &'static str, next_step: &'static str) -> Kind {
     Kind {
@@ -446,12 +438,14 @@ pub const DIVERGENCES: Kind = forbids(
 );
 
 /// Kept draws whose trajectory was cut.
-pub const TRAJECTORIES_CUT: Kind = informs(
-    "trajectories_cut",
-    AtMost(0.0),
-    "slow, not wrong",
-    "nothing, if R-hat and the effective draws hold; narrower priors shorten the trajectories",
-);
+pub const TRAJECTORIES_CUT: Kind = Kind {
+    line: Some(AtMost(0.0)),
+    source: "slow, not wrong",
+    ..informing(
+        "trajectories_cut",
+        "nothing, if R-hat and the effective draws hold; narrower priors shorten the trajectories",
+    )
+};
 
 /// Shape of the weights of the normal about the mode, against what so many draws bear.
 pub const KHAT: Kind = forbids(

@@ -62,8 +62,9 @@ fn listed_checks() -> Vec<(String, bool)> {
     let entries = source.split(": Kind = ").skip(1);
     let entry = |text: &str| {
         let text = text.split(");").next().filter(|text| text.contains("At"))?;
-        let code = text.split('"').nth(1)?.to_owned();
-        Some((code, text.starts_with("forbids(")))
+        let mut quoted = text.split('"').skip(1).step_by(2);
+        let code = quoted.find(|text| !text.contains(' '))?;
+        Some((code.to_owned(), text.starts_with("forbids(")))
     };
     entries.filter_map(entry).collect()
 }

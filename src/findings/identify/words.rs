@@ -18,12 +18,6 @@ pub(super) fn word(scene: &Scene, runs: &Runs, kind: ParameterKind) -> String {
     }
 }
 
-/// A known reason, and the runs that would remove it.
-struct Cause {
-    why: String,
-    add: &'static str,
-}
-
 /// Why some parameters cannot be told in so many directions, and what to add.
 pub(super) fn why(
     scene: &Scene,
@@ -33,7 +27,7 @@ pub(super) fn why(
     directions: usize,
 ) -> (String, String) {
     let causes = causes(scene, runs, identifiability, kinds);
-    let reasons: Vec<&str> = causes.iter().map(|cause| cause.why.as_str()).collect();
+    let reasons: Vec<&str> = causes.iter().map(|(why, _)| why.as_str()).collect();
     let reasons = if reasons.is_empty() {
         "the runs say less than the priors".to_owned()
     } else {
@@ -46,7 +40,7 @@ pub(super) fn why(
     let names: Vec<String> = losses.iter().chain(&k).map(|kind| word(scene, runs, *kind)).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let apart = if names.len() > 1 { "told apart" } else { "told" };
-    let mut add: Vec<&str> = causes.iter().map(|cause| cause.add).collect();
+    let mut add: Vec<&str> = causes.iter().map(|(_, add)| *add).collect();
     add.dedup();
     let add = match add.len() {
         0 => "more runs, or runs that differ more in film ratio and speed".to_owned(),
@@ -70,9 +64,15 @@ fn listed(words: &[&str], last: &str) -> String {
     }
 }
 
-fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: &[ParameterKind]) -> Vec<Cause> {
+/// Known reasons, each with the runs that would remove it.
+fn causes(
+    scene: &Scene,
+    runs: &Runs,
+    identifiability: &Identifiability,
+    kinds: &[ParameterKind],
+) -> Vec<(String, &'static str)> {
     let mut causes = vec![];
-    let mut because = |why: String, add: &'static str| causes.push(Cause { why, add });
+    let mut because = |why: String, add: &'static str| causes.push((why, add));
     let losses = kinds.iter().any(|kind| kind.sphere().is_none());
     let rebounding: Vec<&FilmGroup> = runs.film_groups.iter().filter(|group| rebounds(runs, group)).collect();
     if losses && rebounding.is_empty() {

@@ -42,15 +42,20 @@ pub(super) struct SummarySource<'p> {
 /// Summarises the draws, with how they were made.
 pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> PosteriorFindings {
     let SummarySource { scene, runs, setup, .. } = source;
-    let effort = effort(scene);
+    let (effort, under_defaults) = (effort(scene), source.under_defaults);
     let parameters = &sampled.parameters;
     let with_draws = parameters.sampled.par_iter().zip(&sampled.values);
     let of_parameter = |(parameter, values): (&ModelParameter, &Vec<Vec<f64>>)| QuantitySummary {
         from: is_of_wet_runs(runs, parameter.kind).then_some(WET_RUNS),
-        ..summarise_parameter(parameter, values, sampled.mcse_factor, source.under_defaults)
+        ..summarise_parameter(parameter, values, sampled.mcse_factor, under_defaults)
     };
     let of_derived = |own: &DerivedDraws| summarise_derived(&own.name, &own.values, sampled.mcse_factor);
-    let of_held = |left: &LeftOut| HeldParameter::of(left, source.under_defaults);
+    let of_held = |left: &LeftOut| HeldParameter {
+        name: left.name.clone(),
+        value: left.value,
+        reason: left.reason.clone(),
+        runs_alone: under_defaults.and_then(|runs| runs.beside_held(left.kind, left.value?)),
+    };
     let is_followed = sampled.method == Method::Nuts;
     let depths = sampled.chains.iter().flat_map(|chain| &chain.tree_depth);
     let energies = sampled.chains.iter().map(|chain| chain.energy.as_slice());
@@ -91,19 +96,6 @@ const WET_RUNS: &str = "wet runs";
 fn is_of_wet_runs(runs: &Runs, kind: ParameterKind) -> bool {
     let is_alone = |sphere: usize| runs.spheres[sphere].diameter.is_some() && runs.dry_of(sphere).is_empty();
     kind.sphere().is_some_and(is_alone)
-}
-
-impl HeldParameter {
-    fn of(left: &LeftOut, under_defaults: Option<&UnderDefaults>) -> HeldParameter {
-        HeldParameter {
-            name: left.name.clone(),
-            value: left.value,
-            reason: left.reason.clone(),
-            runs_alone: under_defaults
-                .zip(left.value)
-                .and_then(|(runs, held)| runs.beside_held(left.kind, held)),
-        }
-    }
 }
 
 fn summarise_parameter(
