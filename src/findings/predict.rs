@@ -451,32 +451,29 @@ struct DrawShare {
     noise: RunNoise,
 }
 
-impl DrawShare {
-    fn new(kept: f64, draw: &Draw, is_wet: bool) -> DrawShare {
+impl SingleRun {
+    /// Of every so many draws of a curve, the first among them.
+    fn new(curve: &Curve, v: f64, every: usize, limit: f64) -> SingleRun {
         /// in place of none, so that a distribution over the draws can be solved for; no restitution shows it
         const NO_SPREAD: f64 = 1e-9;
         /// what keeps less sticks for certain, too, and its powers are no numbers
         const LEAST_KEPT: f64 = -1e30;
-        let (sigma, energy) = match is_wet {
-            true => (draw.sigma_wet, draw.sigma_energy),
-            false => (draw.sigma_dry, 0.0),
-        };
-        let sigma = sigma.max(NO_SPREAD);
-        DrawShare {
-            kept: if kept < LEAST_KEPT { LEAST_KEPT } else { kept },
-            noise: RunNoise {
-                tails: draw.tails,
-                spreads: Spreads { sigma, energy },
-            },
-        }
-    }
-}
-
-impl SingleRun {
-    /// Of every so many draws of a curve, the first among them.
-    fn new(curve: &Curve, v: f64, every: usize, limit: f64) -> SingleRun {
         let draws = curve.restitutions.iter().zip(&curve.law.draws).step_by(every);
-        let share = |(own, draw): (&Restitution, &Draw)| DrawShare::new(own.kept_energy(v), draw, curve.wet.is_some());
+        let share = |(own, draw): (&Restitution, &Draw)| {
+            let kept = own.kept_energy(v);
+            let (sigma, energy) = match curve.wet {
+                Some(_) => (draw.sigma_wet, draw.sigma_energy),
+                None => (draw.sigma_dry, 0.0),
+            };
+            let sigma = sigma.max(NO_SPREAD);
+            DrawShare {
+                kept: if kept < LEAST_KEPT { LEAST_KEPT } else { kept },
+                noise: RunNoise {
+                    tails: draw.tails,
+                    spreads: Spreads { sigma, energy },
+                },
+            }
+        };
         let mut run = SingleRun {
             shares: draws.map(share).collect(),
             limit,

@@ -50,7 +50,7 @@ pub fn find_sensitivities(setup: FitSetup, scaling: &[Scaling], balance: Option<
         let [less, more] = [(less, before), (more, after)].map(|(setup, balance)| Changed { setup, balance });
         // a power law has no other error than rounding in logarithms; NaN where a fit gives no number
         let slope = |result: &SensitiveResult| -> Option<f64> {
-            Some((result.at(&more)? / result.at(&less)?).ln() / (2.0 * STEP))
+            Some(((result.at)(&more)? / (result.at)(&less)?).ln() / (2.0 * STEP))
         };
         results.iter().map(|result| slope(result).unwrap_or(f64::NAN)).collect()
     };

@@ -1,7 +1,5 @@
 //! Lists the results whose sensitivity is told, each with its value where the constants have changed.
 
-use std::ops::Range;
-
 use super::linearised::MovedBalance;
 use super::sensitivity::{Sensitivity, BALANCE};
 use crate::findings::balance::EnergyBalance;
@@ -20,57 +18,33 @@ pub(super) struct Changed<'c> {
     pub(super) balance: Option<MovedBalance>,
 }
 
+/// The value of a result where a constant has changed; `None` where a fit gives none.
+type AtChange = Box<dyn Fn(&Changed) -> Option<f64> + Send + Sync>;
+
 /// A result that has a value and a standard error.
 pub(super) struct SensitiveResult {
     /// still without the constants
     pub(super) blank: Sensitivity,
-    source: Source,
-}
-
-/// What a result is read from.
-enum Source {
-    /// a parameter of the energy balance, by its place
-    Parameter(usize),
-    /// L, as δc of a particle
-    DeltaC(usize),
-    /// the energy balance at a place
-    AtPlace(usize, Quantity),
-    /// the square-root law of some series: e_inf, then St_c
-    Law(Range<usize>, usize),
+    pub(super) at: AtChange,
 }
 
 impl SensitiveResult {
     /// By its name and its estimate times a factor; `None` where that has no uncertainty, or is zero, which has no share to
     /// move by.
-    fn of(named: Sensitivity, estimate: &Estimate, factor: f64, source: Source) -> Option<SensitiveResult> {
+    fn of(
+        named: Sensitivity,
+        estimate: &Estimate,
+        factor: f64,
+        at: impl Fn(&Changed) -> Option<f64> + Send + Sync + 'static,
+    ) -> Option<SensitiveResult> {
         let (value, _) = estimate.value_and_scale().filter(|(value, _)| *value != 0.0)?;
         let blank = Sensitivity {
             value: factor * value,
             se: estimate.se.map(|se| factor * se),
             ..named
         };
-        Some(SensitiveResult { blank, source })
-    }
-
-    /// Its value where a constant has changed; `None` where a fit gives none.
-    pub(super) fn at(&self, changed: &Changed) -> Option<f64> {
-        let (setup, balance) = (changed.setup, changed.balance.as_ref());
-        match &self.source {
-            Source::Parameter(place) => balance?.parameters.get(*place).copied(),
-            Source::DeltaC(particle) => {
-                let at = Place {
-                    roughness: setup.scene.particles[*particle].roughness,
-                    ..Place::NONE
-                };
-                let l = *balance?.parameters.first()?;
-                Some(Quantity::DeltaC.value(&at, &Wetted::of_balance(f64::NAN, l)))
-            }
-            Source::AtPlace(place, quantity) => Some(balance?.at_places.get(*place)?.as_ref()?.value(*quantity)),
-            Source::Law(series, place) => {
-                let series = &setup.runs.series[series.clone()];
-                Some(square_root_of(setup, series)?[*place])
-            }
-        }
+        let at = Box::new(at);
+        Some(SensitiveResult { blank, at })
     }
 }
 
@@ -83,9 +57,11 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<SensitiveResult> {
     };
     // k comes from the dry runs, which no constant enters
     let all = balance.parameters.iter().enumerate();
-    let parameters = all
-        .filter(|(_, own)| own.kind.sphere().is_none())
-        .filter_map(|(place, own)| SensitiveResult::of(named(&own.name), &own.estimate, 1.0, Source::Parameter(place)));
+    let shared = all.filter(|(_, own)| own.kind.sphere().is_none());
+    let parameters = shared.filter_map(|(place, own)| {
+        let at = move |changed: &Changed| changed.balance.as_ref()?.parameters.get(place).copied();
+        SensitiveResult::of(named(&own.name), &own.estimate, 1.0, at)
+    });
     let particles = scene.particles.iter().enumerate();
     let held = particles.filter(|(_, particle)| balance.particles.contains(&particle.name));
     let lengths = held.filter_map(|(index, particle)| {
@@ -93,8 +69,15 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<SensitiveResult> {
             particle: Some(particle.name.clone()),
             ..named(Quantity::DeltaC.describe().name)
         };
-        let over_roughness = &balance.delta_c_over_roughness;
-        SensitiveResult::of(named, over_roughness, particle.roughness?, Source::DeltaC(index))
+        let at = move |changed: &Changed| {
+            let at = Place {
+                roughness: changed.setup.scene.particles[index].roughness,
+                ..Place::NONE
+            };
+            let l = *changed.balance.as_ref()?.parameters.first()?;
+            Some(Quantity::DeltaC.value(&at, &Wetted::of_balance(f64::NAN, l)))
+        };
+        SensitiveResult::of(named, &balance.delta_c_over_roughness, particle.roughness?, at)
     });
     parameters.chain(lengths).collect()
 }
@@ -123,8 +106,12 @@ pub(super) fn results(
         for row in derived.filter(|row| row.sphere == sphere && row.film_ratio == film_ratio) {
             for (quantity, estimate) in [(Quantity::EInf, &row.e_inf), (Quantity::StC, &row.st_c)] {
                 let named = named(quantity, row.diameter_m, BALANCE);
-                let source = Source::AtPlace(row.place, quantity);
-                results.extend(SensitiveResult::of(named, estimate, 1.0, source));
+                let place = row.place;
+                let at = move |changed: &Changed| {
+                    let places = &changed.balance.as_ref()?.at_places;
+                    Some(places.get(place)?.as_ref()?.value(quantity))
+                };
+                results.extend(SensitiveResult::of(named, estimate, 1.0, at));
             }
         }
         let direct = scaling.iter().find(|fitted| {
@@ -136,8 +123,12 @@ pub(super) fn results(
                 continue;
             };
             let named = named(quantity, of_sphere.diameter, WetLaw::Sqrt.name());
-            let source = Source::Law(fitted.series.clone(), place);
-            results.extend(SensitiveResult::of(named, estimate, 1.0, source));
+            let series = fitted.series.clone();
+            let at = move |changed: &Changed| {
+                let series = &changed.setup.runs.series[series.clone()];
+                Some(square_root_of(changed.setup, series)?[place])
+            };
+            results.extend(SensitiveResult::of(named, estimate, 1.0, at));
         }
     }
     results

@@ -65,34 +65,6 @@ impl RunsAlone {
             from_posterior: mean * sd / left,
         })
     }
-
-    /// What runs that say this of a parameter say beside its prior, and beside the mean and the sd of the posterior in sds of
-    /// that prior from its centre.
-    fn beside(parameter: &ModelParameter, runs: &Alone, [mean, sd]: [f64; 2]) -> Option<RunsAlone> {
-        let prior = &parameter.prior;
-        let [value, se] = runs.number;
-        let z = prior.standard(value)?;
-        let z_se = 0.5 * (prior.standard(value + se)? - prior.standard(value - se)?);
-        // of that of the two together, what the runs have
-        let (apart, share) = match *prior {
-            Prior::Uniform(lo, hi) => (((value - hi).max(0.0) - (lo - value).max(0.0)) / se, 1.0),
-            // a spread is told by its logarithm
-            _ if parameter.kind.is_spread() && prior.median() > 0.0 => {
-                let se = se / value;
-                let both = se.hypot(prior.sd()? / prior.median());
-                ((value / prior.median()).ln() / both, se / both)
-            }
-            _ => (z / z_se.hypot(1.0), z_se / z_se.hypot(1.0)),
-        };
-        let found = RunsAlone {
-            value,
-            se,
-            from_prior: as_normal(apart, runs.freedom / share.powi(4)),
-            from_posterior: (z - mean) / sd,
-        };
-        let distances = [found.from_prior, found.from_posterior];
-        distances.iter().all(|x| x.is_finite()).then_some(found)
-    }
 }
 
 /// The sds of a normal beyond which as much lies as beyond so many of Student's t.
@@ -167,9 +139,33 @@ impl UnderDefaults {
         })
     }
 
-    /// What the runs say of a parameter beside its own prior, and the mean and the sd of its posterior in sds of that.
-    pub(super) fn beside(&self, parameter: &ModelParameter, posterior: [f64; 2]) -> Option<RunsAlone> {
-        RunsAlone::beside(parameter, self.of_kind(parameter.kind)?, posterior)
+    /// What the runs say of a parameter beside its own prior, and beside the mean and the sd of its posterior in sds of that prior
+    /// from its centre.
+    pub(super) fn beside(&self, parameter: &ModelParameter, [mean, sd]: [f64; 2]) -> Option<RunsAlone> {
+        let Alone { number, freedom, .. } = *self.of_kind(parameter.kind)?;
+        let [value, se] = number;
+        let prior = &parameter.prior;
+        let z = prior.standard(value)?;
+        let z_se = 0.5 * (prior.standard(value + se)? - prior.standard(value - se)?);
+        // of that of the two together, what the runs have
+        let (apart, share) = match *prior {
+            Prior::Uniform(lo, hi) => (((value - hi).max(0.0) - (lo - value).max(0.0)) / se, 1.0),
+            // a spread is told by its logarithm
+            _ if parameter.kind.is_spread() && prior.median() > 0.0 => {
+                let se = se / value;
+                let both = se.hypot(prior.sd()? / prior.median());
+                ((value / prior.median()).ln() / both, se / both)
+            }
+            _ => (z / z_se.hypot(1.0), z_se / z_se.hypot(1.0)),
+        };
+        let found = RunsAlone {
+            value,
+            se,
+            from_prior: as_normal(apart, freedom / share.powi(4)),
+            from_posterior: (z - mean) / sd,
+        };
+        let distances = [found.from_prior, found.from_posterior];
+        distances.iter().all(|x| x.is_finite()).then_some(found)
     }
 
     /// What the runs say of a parameter beside the value that a prior holds it at.
