@@ -79,12 +79,10 @@ impl LineAgainstRoot {
 /// What a term in (1/St)² explains of what linear laws leave, each law with both its parameters free.
 #[derive(Debug, Default)]
 struct Bend {
-    /// Σ residual² about the linear laws, of the runs' weights
-    sum_of_squares: f64,
+    /// what the linear laws leave, of the runs' weights
+    of_lines: Spread,
     /// Σ of the term's square, and of its product with the residual, beside the linear laws
     of_term: [f64; 2],
-    runs: usize,
-    groups: usize,
 }
 
 impl Bend {
@@ -112,27 +110,22 @@ impl Bend {
         }
         let [_, slope, term, residual] = &columns;
         if product(slope, slope) > 0.0 && product(term, term) > NEW * whole {
-            self.sum_of_squares += product(residual, residual);
+            self.of_lines.sum_of_squares += product(residual, residual);
+            self.of_lines.runs += clear.len();
+            self.of_lines.parameters += 2;
             self.of_term[0] += product(term, term);
             self.of_term[1] += product(term, residual);
-            self.runs += clear.len();
-            self.groups += 1;
         }
     }
 
     fn test(&self) -> Option<FTest> {
         let [own, with] = self.of_term;
-        let narrow = Spread {
-            sum_of_squares: self.sum_of_squares,
-            runs: self.runs,
-            parameters: 2 * self.groups,
-        };
         let wide = Spread {
-            sum_of_squares: self.sum_of_squares - with * with / own,
-            parameters: narrow.parameters + 1,
-            ..narrow
+            sum_of_squares: self.of_lines.sum_of_squares - with * with / own,
+            parameters: self.of_lines.parameters + 1,
+            ..self.of_lines
         };
-        nested(narrow, wide)
+        nested(self.of_lines, wide)
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::distributions::f_tail;
 
 /// Residual sum of squares of a fit and what it was made of.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Spread {
     /// residual sum of squares
     pub sum_of_squares: f64,
