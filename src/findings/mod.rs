@@ -99,21 +99,16 @@ use crate::inference::nuts::Watcher;
 use crate::model::parameters::ModelParameters;
 use crate::physics::form::Term;
 use crate::physics::inertia::{Inertia, PREFACTOR};
-use crate::physics::Form;
 use crate::remark::{Level, Remark};
 use crate::runs::{FilmGroup, Runs, Table};
 use crate::scene::{NoiseOn, Scene, Sticking};
-use balance::EnergyBalance;
 use compare::Comparison;
-use dry::Dry;
-use energy::Energy;
 use form_choice::OtherForm;
 use left_out::ComparisonContext;
 use main_numbers::{MainNumbers, MainSources};
 use posterior::{contraction, ExpectedSampling, MethodChoice, Posterior, SamplingSetup};
 use remarks::Kind;
 use scaling::Scaling;
-use series::SeriesFit;
 use slow_rebounds::Beside;
 use terms::SizedTerm;
 use which_law::LineAgainstRoot;
@@ -136,24 +131,25 @@ pub fn fit_least_squares_watched(
     watcher: Option<&(dyn Fn(usize) + Sync)>,
 ) -> Findings {
     let runs = &table.runs;
-    let mut fits = LeastSquaresFits::new(scene, runs);
-    let balance = fits.energy_balance.as_ref();
+    let (mut findings, line) = fit_laws(scene, table, seed);
+    let balance = findings.energy_balance.as_ref();
     let of_sample = FitSetup {
         scene,
         runs: runs.sample(),
-        dry: &fits.dry,
+        dry: &findings.dry,
     };
     let (constants, noise) = rayon::join(
-        || constants::find_sensitivities(of_sample, &fits.scaling, balance),
-        || noise::analyse_noise(of_sample, balance, fits.form),
+        || constants::find_sensitivities(of_sample, &findings.scaling, balance),
+        || noise::analyse_noise(of_sample, balance, findings.form),
     );
+    (findings.constants, findings.noise) = (constants, noise);
     let resampled = watcher.map(|done| {
         done(0);
         let estimates = bootstrap::Estimates {
-            dry: &mut fits.dry,
-            series: &mut fits.series,
-            scaling: &mut fits.scaling,
-            energy: &mut fits.energy,
+            dry: &mut findings.dry,
+            series: &mut findings.series,
+            scaling: &mut findings.scaling,
+            energy: &mut findings.energy,
         };
         let options = bootstrap::Options {
             seed,
@@ -163,63 +159,34 @@ pub fn fit_least_squares_watched(
         bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, done)
     });
     let (resampling, fewer_replicates) = resampled.unzip();
-    let film_groups = film_groups::list_film_groups(scene, runs);
-    let balance = fits.energy_balance.as_ref();
-    let line = fits.line.as_ref();
+    findings.bootstrap = resampling;
+    findings.film_groups = film_groups::list_film_groups(scene, runs);
+    let (balance, line) = (findings.energy_balance.as_ref(), line.as_ref());
     let setup = FitSetup {
         scene,
         runs,
-        dry: &fits.dry,
+        dry: &findings.dry,
     };
-    let mut remarks = verdicts::check_least_squares(setup, table, &fits.scaling, balance, line);
-    if let Some(noise) = &noise {
+    let mut remarks = verdicts::check_least_squares(setup, table, &findings.scaling, balance, line);
+    if let Some(noise) = &findings.noise {
         remarks.extend(verdicts::wet_law_holds(noise, line));
         remarks.extend(verdicts::independent_runs(scene, noise));
     }
-    remarks.extend(balance.and_then(|own| slow_rebounds::check_fit(setup, &fits.scaling, own)));
+    remarks.extend(balance.and_then(|own| slow_rebounds::check_fit(setup, &findings.scaling, own)));
     let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
-    remarks.extend(film_groups::check(&film_groups, own_films_stand));
+    remarks.extend(film_groups::check(&findings.film_groups, own_films_stand));
     remarks.extend(table.notices.iter().cloned());
-    remarks.extend(fits.terms.iter().filter_map(terms::term_notice));
-    remarks.extend(verdicts::fit_notices(setup, table, &fits.series, &fits.scaling));
-    let viscous = fits.form.viscous;
+    remarks.extend(findings.terms.iter().filter_map(terms::term_notice));
+    remarks.extend(verdicts::fit_notices(setup, table, &findings.series, &findings.scaling));
+    let viscous = findings.form.viscous;
     remarks.extend(viscous.caution().map(|caution| {
         let text = format!("viscous loss \"{}\": {caution}", viscous.name());
         remarks::VISCOUS_FORM.notice(runs.wet_measured(), text)
     }));
     remarks.extend(fewer_replicates.flatten());
-    remarks.extend(noise::noise_notices(scene, noise.as_ref()));
-    let published = published::compare_with_published(setup, &fits.scaling);
-    let mut findings = Findings {
-        schema: SCHEMA,
-        scene: scene.name.clone(),
-        title: scene.title.clone(),
-        wetcor: env!("CARGO_PKG_VERSION"),
-        seed,
-        data_sha256: table.sha256.clone(),
-        scene_sha256: scene.sha256.clone(),
-        counts: Counts::of(table),
-        main: MainNumbers::none(),
-        inertia: fits.energy_balance.as_ref().and_then(|balance| balance.choice.clone()),
-        sampled_forms: vec![],
-        dry: fits.dry,
-        film_groups,
-        series: fits.series,
-        scaling: fits.scaling,
-        energy_balance: fits.energy_balance,
-        terms: fits.terms,
-        form: fits.form,
-        energy: fits.energy,
-        constants,
-        noise,
-        bootstrap: resampling,
-        published,
-        posterior: None,
-        compare: None,
-        questions: None,
-        identifies: None,
-        remarks,
-    };
+    remarks.extend(noise::noise_notices(scene, findings.noise.as_ref()));
+    findings.published = published::compare_with_published(setup, &findings.scaling);
+    findings.remarks = remarks;
     findings.note_chosen_form();
     findings.identifies = identify::identify_directions(scene, runs, findings.least_squares());
     let unidentified = identify::unidentified_notice(findings.identifies.as_ref());
@@ -242,52 +209,60 @@ pub fn fit_least_squares_watched(
     findings
 }
 
-/// Every fit by least squares, with what later stages need of it besides the estimates.
-struct LeastSquaresFits {
-    dry: Vec<Dry>,
-    series: Vec<SeriesFit>,
-    scaling: Vec<Scaling>,
-    line: Option<LineAgainstRoot>,
-    energy: Vec<Energy>,
-    /// the energy balance that is held; its form of inertia may still be open
-    form: Form,
-    energy_balance: Option<EnergyBalance>,
-    terms: Vec<SizedTerm>,
-}
-
-impl LeastSquaresFits {
-    fn new(scene: &Scene, runs: &Runs) -> LeastSquaresFits {
-        let dry = dry::fit_dry_laws(scene, runs);
-        // with the form open, models are compared run by run; a law of one film ratio that is fitted over films of all kinds
-        // may have the edge of its square root anywhere among the runs
-        let needs_each = scene.model.inertia_is_open() || !runs.film_groups.iter().all(FilmGroup::has_one_film_ratio);
-        let condensed = match needs_each {
-            true => None,
-            false => runs.condensed(scene.data.smallest_restitution),
-        };
-        let runs = condensed.as_ref().unwrap_or(runs);
-        let setup = FitSetup { scene, runs, dry: &dry };
-        let (series, mut scaling) = rayon::join(|| series::fit_series(setup), || scaling::fit_scaling(setup));
-        let (form, energy_balance, terms) = terms::choose_terms(setup, &scaling);
-        if let Some(balance) = &energy_balance {
-            pooling::add_bias(setup, &mut scaling, balance);
-        }
-        let line = LineAgainstRoot::over_all(setup);
-        if let Some(line) = line.filter(LineAgainstRoot::favours_line) {
-            scaling::quote_lines(&mut scaling, line.line_holds());
-        }
-        let energy = energy::estimate_energy(setup, &scaling);
-        LeastSquaresFits {
-            dry,
-            series,
-            scaling,
-            line,
-            energy,
-            form,
-            energy_balance,
-            terms,
-        }
+/// Every fit by least squares, and what else is known before any is looked at; with how the linear law stands to the square root.
+fn fit_laws(scene: &Scene, table: &Table, seed: u64) -> (Findings, Option<LineAgainstRoot>) {
+    let runs = &table.runs;
+    let dry = dry::fit_dry_laws(scene, runs);
+    // with the form open, models are compared run by run; a law of one film ratio that is fitted over films of all kinds
+    // may have the edge of its square root anywhere among the runs
+    let needs_each = scene.model.inertia_is_open() || !runs.film_groups.iter().all(FilmGroup::has_one_film_ratio);
+    let condensed = match needs_each {
+        true => None,
+        false => runs.condensed(scene.data.smallest_restitution),
+    };
+    let runs = condensed.as_ref().unwrap_or(runs);
+    let setup = FitSetup { scene, runs, dry: &dry };
+    let (series, mut scaling) = rayon::join(|| series::fit_series(setup), || scaling::fit_scaling(setup));
+    let (form, energy_balance, terms) = terms::choose_terms(setup, &scaling);
+    if let Some(balance) = &energy_balance {
+        pooling::add_bias(setup, &mut scaling, balance);
     }
+    let line = LineAgainstRoot::over_all(setup);
+    if let Some(line) = line.filter(LineAgainstRoot::favours_line) {
+        scaling::quote_lines(&mut scaling, line.line_holds());
+    }
+    let energy = energy::estimate_energy(setup, &scaling);
+    let findings = Findings {
+        schema: SCHEMA,
+        scene: scene.name.clone(),
+        title: scene.title.clone(),
+        wetcor: env!("CARGO_PKG_VERSION"),
+        seed,
+        data_sha256: table.sha256.clone(),
+        scene_sha256: scene.sha256.clone(),
+        counts: Counts::of(table),
+        main: MainNumbers::none(),
+        inertia: energy_balance.as_ref().and_then(|balance| balance.choice.clone()),
+        sampled_forms: vec![],
+        dry,
+        film_groups: vec![],
+        series,
+        scaling,
+        energy_balance,
+        terms,
+        form,
+        energy,
+        constants: vec![],
+        noise: None,
+        bootstrap: None,
+        published: vec![],
+        posterior: None,
+        compare: None,
+        questions: None,
+        identifies: None,
+        remarks: vec![],
+    };
+    (findings, line)
 }
 
 /// Whether other models are drawn beside the scene's own, to be compared.
