@@ -272,10 +272,8 @@ fn cut_off_bias(rebounds: usize, stuck: usize) -> f64 {
 
 fn dry_verdict(fit: &Fit, order: Order, fastest: f64, stuck: usize) -> Verdict {
     let k = fit.parameters.first().copied().unwrap_or(f64::NAN);
-    if !fit.converged() {
+    if !fit.converged() || fit.covariance.is_none() {
         Verdict::failed(why_stopped(fit))
-    } else if let (None, Some(why)) = (&fit.covariance, &fit.why_no_covariance) {
-        Verdict::failed(why.clone())
     } else if order.speed_limit(k) <= fastest {
         Verdict::failed(match order {
             Order::First => "the fitted law turns negative inside the range of speeds",

@@ -1,6 +1,6 @@
 //! Says which constant without an uncertainty would widen the main numbers most.
 
-use super::constants::{list_constants, Constant, Sensitivity};
+use super::constants::{list_constants, Sensitivity};
 use super::main_numbers::{MainNumber, MainNumbers};
 use super::remarks::{self, BIAS};
 use crate::remark::Remark;
@@ -9,16 +9,6 @@ use crate::scene::Scene;
 
 /// An error of a constant that nobody would call large.
 const ERROR: f64 = 0.01;
-
-/// What an error of a constant does to a main number.
-struct Shift<'a> {
-    /// in ± of that number
-    in_se: f64,
-    /// as a share of it
-    share: f64,
-    result: &'a Sensitivity,
-    constant: &'a Constant,
-}
 
 /// The constant whose error of 1 % moves some main number by most of its ±, among those whose uncertainty is not given;
 /// `None` where no such error would spoil an interval.
@@ -31,36 +21,33 @@ pub(super) fn exact_constants_notice(
     let listed = list_constants(scene, runs);
     let open = listed.iter().filter(|constant| constant.is_open);
     let above = open.filter_map(|constant| {
+        // what it does to a main number in ± of that, and as a share of it
         let shifts = sensitivities.iter().flat_map(|result| {
             let moves = result.by.iter().find(|moves| moves.constant == constant.name);
             let share = moves.map_or(0.0, |moves| ERROR * moves.elasticity);
             let in_se =
                 move |number: &MainNumber| Some((share * number.value?).abs() / number.se.filter(|se| *se > 0.0)?);
             let sizes = main.of_result(result).filter_map(in_se);
-            sizes.map(move |in_se| Shift {
-                in_se,
-                share,
-                result,
-                constant,
-            })
+            sizes.map(move |in_se| (in_se, share, result))
         });
-        let worst = shifts.max_by(|a, b| a.in_se.total_cmp(&b.in_se))?;
-        (worst.in_se > BIAS).then_some(worst)
+        let worst = shifts.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (worst.0 > BIAS).then_some((constant, worst))
     });
-    let above: Vec<Shift> = above.collect();
+    let above: Vec<_> = above.collect();
     // of equal ones the first: viscosities are known worse than densities
-    let most = above.iter().reduce(|a, b| if b.in_se > a.in_se { b } else { a })?;
+    let most = above.iter().reduce(|a, b| if b.1 .0 > a.1 .0 { b } else { a })?;
+    let (constant, (in_se, share, result)) = most;
     let text = format!(
         "the {} is taken as exact: were it off by {} %, {} would be off by {:.1} %, {:.1} times its ±",
-        most.constant.words,
+        constant.words,
         100.0 * ERROR,
-        most.result.subject(),
-        100.0 * most.share.abs(),
-        most.in_se
+        result.subject(),
+        100.0 * share.abs(),
+        in_se
     );
     let next = format!(
         "say how well it is known ({}), and the report adds it; the others stand under Constants taken as exact",
-        most.constant.key
+        constant.key
     );
     Some(remarks::CONSTANTS_EXACT.with_next_step(above.len(), text, next))
 }

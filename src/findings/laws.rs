@@ -117,35 +117,6 @@ pub struct LawPoint {
     pub band: Option<[f64; 2]>,
 }
 
-/// The numbers of the law of a series by least squares; `None` where it has no usable one.
-pub(crate) fn numbers_of_series(
-    scene: &Scene,
-    findings: &Findings,
-    series: &Series,
-    fit: &SeriesFit,
-) -> Option<LawNumbers> {
-    if !fit.verdict.passed {
-        return None;
-    }
-    let model = &scene.model;
-    let (alpha, order) = (fit.alpha.value?, model.form().dry);
-    let mut dry = findings.dry.iter().filter(|_| model.dry_speed == DrySpeed::Impact);
-    let dry = dry.find(|dry| dry.sphere == series.sphere);
-    let plateau = match dry.and_then(|dry| dry.dry_k.value) {
-        None => Plateau::Constant(alpha),
-        Some(dry_k) => {
-            let at_reference = LawNumbers::dry(dry_k, order).plateau_at(model.dry_speed.reference());
-            let loss = at_reference - alpha;
-            Plateau::OfSpeed { dry_k, order, loss }
-        }
-    };
-    Some(LawNumbers {
-        plateau,
-        beta: fit.beta.value?,
-        kappa: 0.0,
-    })
-}
-
 /// A sphere on the dry plate, or in one of its series.
 #[derive(Clone, Copy)]
 pub(crate) struct Pair<'a> {
@@ -172,11 +143,26 @@ impl<'a> Pair<'a> {
 
     /// Its law by least squares; `None` without a usable one.
     pub fn fitted(&self, scene: &Scene, findings: &Findings) -> Option<LawNumbers> {
-        if let Some((series, fit)) = self.series {
-            return numbers_of_series(scene, findings, series, fit);
-        }
-        let dry = findings.dry.iter().find(|dry| dry.sphere == self.sphere)?;
-        Some(LawNumbers::dry(dry.dry_k.value?, scene.model.form().dry))
+        let (model, order) = (&scene.model, scene.model.form().dry);
+        let dry = findings.dry.iter().find(|dry| dry.sphere == self.sphere);
+        let dry_k = dry.and_then(|dry| dry.dry_k.value);
+        let Some((_, fit)) = self.series else {
+            return Some(LawNumbers::dry(dry_k?, order));
+        };
+        let alpha = fit.alpha.value.filter(|_| fit.verdict.passed)?;
+        let plateau = match dry_k.filter(|_| model.dry_speed == DrySpeed::Impact) {
+            None => Plateau::Constant(alpha),
+            Some(dry_k) => {
+                let at_reference = LawNumbers::dry(dry_k, order).plateau_at(model.dry_speed.reference());
+                let loss = at_reference - alpha;
+                Plateau::OfSpeed { dry_k, order, loss }
+            }
+        };
+        Some(LawNumbers {
+            plateau,
+            beta: fit.beta.value?,
+            kappa: 0.0,
+        })
     }
 }
 

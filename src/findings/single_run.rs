@@ -45,12 +45,8 @@ const BLOCK: usize = 16;
 /// Runs that are left out by draws of their own, the heaviest first.
 const MOST_DRAWN: usize = 4;
 
-/// A main number of the posterior.
-struct Number {
-    name: String,
-    /// chain after chain
-    draws: Vec<f64>,
-}
+/// A main number of the posterior by its name, with its draws, chain after chain.
+type Number = (String, Vec<f64>);
 
 /// A run with the main number that it moves most.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,7 +119,7 @@ impl Draws<'_> {
         if sd <= CARRIED * mean && khat <= self.line() {
             return None;
         }
-        let found = heaviest(run, &self.numbers, |number| moments(&number.draws, &weights))?;
+        let found = heaviest(run, &self.numbers, |(_, draws)| moments(draws, &weights))?;
         Some(LeftOut { khat, found })
     }
 }
@@ -179,9 +175,9 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
         };
         let derived = derived::derived_draws(scene, runs, form, &others);
         let others = numbers_of(&others, &derived, 1);
-        let without = |number: &Number| {
-            let own = others.iter().find(|other| other.name == number.name);
-            own.map_or([f64::NAN; 2], |own| moments(&own.draws, &vec![1.0; own.draws.len()]))
+        let without = |(name, _): &Number| {
+            let own = others.iter().find(|(other, _)| other == name);
+            own.map_or([f64::NAN; 2], |(_, draws)| moments(draws, &vec![1.0; draws.len()]))
         };
         if let Some(better) = heaviest(run, &some.numbers, without) {
             *found = better;
@@ -245,19 +241,17 @@ fn with_scale(estimate: &Estimate) -> [f64; 2] {
 
 /// The main numbers of a posterior at every so many draws.
 fn numbers_of(sampled: &Sampled, derived: &[derived::DerivedDraws], step: usize) -> Vec<Number> {
-    let number = |(name, values): (&String, &Vec<Vec<f64>>)| Number {
-        name: name.clone(),
-        draws: values.iter().flatten().step_by(step).copied().collect(),
-    };
-    derived::main_draws(sampled, derived).map(number).collect()
+    let all = derived::main_draws(sampled, derived);
+    all.map(|(name, values)| (name.clone(), values.iter().flatten().step_by(step).copied().collect()))
+        .collect()
 }
 
 /// The number that a run moves most; `None` where none has a spread.
 fn heaviest(run: usize, numbers: &[Number], without: impl Fn(&Number) -> [f64; 2]) -> Option<SingleRun> {
     let each = numbers.iter().map(|number| SingleRun {
         run,
-        name: number.name.clone(),
-        with: moments(&number.draws, &vec![1.0; number.draws.len()]),
+        name: number.0.clone(),
+        with: moments(&number.1, &vec![1.0; number.1.len()]),
         without: without(number),
     });
     let finite = each.filter(|own| own.shift().is_finite());

@@ -304,7 +304,8 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Vec<WetR
         by_group.then(a.film_ratio.total_cmp(&b.film_ratio))
     });
     wet.chunk_by_mut(|a, b| a.group == b.group).for_each(|group| {
-        if !is_one_film(group) {
+        // in the order of their films
+        if group[group.len() - 1].film_ratio > ONE_FILM * group[0].film_ratio {
             each_film(group, |row, _, from| row.group.from = Some(from));
         }
     });
@@ -324,12 +325,6 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Vec<WetR
 
 /// Largest over smallest of one film ratio recorded with an error of 4 %.
 const ONE_FILM: f64 = 1.28;
-
-/// Whether runs in the order of their films have one film ratio.
-fn is_one_film(group: &[WetRow]) -> bool {
-    let ends = group.first().zip(group.last());
-    ends.is_none_or(|(thinnest, thickest)| thickest.film_ratio <= ONE_FILM * thinnest.film_ratio)
-}
 
 /// Cuts runs in the order of their films at the gaps, and where they differ by more than one film ratio does: `say` hears of
 /// each run the number of its film and the ratio of the thinnest in it.

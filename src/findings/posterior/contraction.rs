@@ -10,18 +10,14 @@ use crate::rounding::{signed, significant, with_se};
 /// A correlation below this is no partner.
 const PARTNER: f64 = 0.3;
 
-/// What of a parameter's prior sd is left, where its prior leads.
-fn share_left(quantity: &QuantitySummary) -> Option<f64> {
-    quantity.prior.as_ref().filter(|prior| prior.leads())?.sd_ratio
-}
-
 /// Parameters that keep more than half of their prior sd, with the runs that would tell one of them.
 pub(in crate::findings) fn contraction_notice(
     found: &PosteriorFindings,
     directions: Option<&Directions>,
 ) -> Option<Remark> {
     let wide = found.parameters.iter().enumerate();
-    let wide: Vec<(usize, f64)> = wide.filter_map(|(place, q)| Some((place, share_left(q)?))).collect();
+    let led = wide.filter_map(|(place, q)| Some((place, q.prior.as_ref().filter(|prior| prior.leads())?.sd_ratio?)));
+    let wide: Vec<(usize, f64)> = led.collect();
     if wide.is_empty() {
         return None;
     }

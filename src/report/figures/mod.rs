@@ -23,7 +23,7 @@ use std::ops::Range;
 use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Marks, Style};
 use super::ReportInput;
 use crate::findings::film_groups::reference_film_ratio;
-use crate::findings::laws::numbers_of_series;
+use crate::findings::laws::Pair;
 use crate::findings::series::SeriesFit;
 use crate::physics::numbers::stokes;
 use crate::physics::{Order, Restitution};
@@ -140,8 +140,12 @@ fn dry_layers(input: ReportInput, sphere: usize, dry_points: Vec<ChartPoint>, fa
 }
 
 /// The law of a series from its threshold on; `None` where it has no usable one.
-fn series_curve(input: ReportInput, (series, fit): (&Series, &SeriesFit), fastest: f64) -> Option<Vec<(f64, f64)>> {
-    let numbers = numbers_of_series(input.scene, input.findings, series, fit)?;
+fn series_curve(input: ReportInput, series: (&Series, &SeriesFit), fastest: f64) -> Option<Vec<(f64, f64)>> {
+    let pair = Pair {
+        sphere: series.0.sphere,
+        series: Some(series),
+    };
+    let numbers = pair.fitted(input.scene, input.findings)?;
     let (law, threshold) = (Restitution::from(numbers), numbers.threshold_speed());
     // steep at its threshold: steps in the root of the distance from it
     let points = steps(0.0, 1.0).map(|u| {
