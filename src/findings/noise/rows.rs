@@ -10,7 +10,7 @@ use crate::inference::linearised_joint::LinearisedJoint;
 use crate::inference::sums::Sums;
 use crate::rounding::short;
 use crate::runs::Runs;
-use crate::scene::{NoiseOn, Scene};
+use crate::scene::Scene;
 use crate::units::millimetres;
 
 /// Dry runs have one spread, wet runs another.
@@ -116,11 +116,6 @@ impl<'a> Rows<'a> {
         let liquid = group.liquid.map(|liquid| self.scene.liquids[liquid].name.as_str());
         let diameter = format!("{} mm", short(millimetres(self.parts[part].diameter)));
         group_name(particle, liquid, Some(&diameter), group.film_ratio)
-    }
-
-    /// Whether the energy kept scatters, too, so that wet restitutions near the threshold scatter more.
-    pub(super) fn energy_scatters(&self) -> bool {
-        self.scene.model.noise == NoiseOn::Both
     }
 
     /// No runs yet: sums of the parameters, and last of an offset of all restitutions.

@@ -5,6 +5,7 @@ use crate::inference::joint::JointRow;
 use crate::inference::spreads::{median, SD_OF_MEDIAN_DISTANCE};
 use crate::physics::rebound::{kept_of_mean_restitution, slope_mean_restitution};
 use crate::roots::root_between;
+use crate::scene::NoiseOn;
 
 /// Variance of a restitution: σ² + (σ_r m′(r))² + τ², σ_r = 0 where only the restitution scatters, τ the run's own
 /// measurement errors.
@@ -132,7 +133,8 @@ fn measure(rows: &Rows, runs: &mut [RunAtFit]) -> Option<[Scatter; 2]> {
         own.map(|run| run.row).collect()
     };
     let dry = of_median(of_kind(RunKind::Dry), false);
-    let wet = of_median(of_kind(RunKind::Wet), rows.energy_scatters());
+    // where the energy kept scatters, too, wet restitutions near the threshold scatter more
+    let wet = of_median(of_kind(RunKind::Wet), rows.scene.model.noise == NoiseOn::Both);
     // a kind without scatter of its own has the other's stand for it
     let scatter = [dry.or(wet)?, wet.or(dry)?];
     set_sds(runs, &scatter);

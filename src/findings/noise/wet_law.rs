@@ -262,6 +262,8 @@ fn is_sorted_by_restitution(wet: &[WetRow]) -> bool {
 
 /// The rebounds clear of sticking, by group; none of a group of one.
 fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Vec<WetRow> {
+    /// share of a group's runs
+    const MISHAPS: f64 = 0.2;
     let mut wet = vec![];
     let last_row = rows.runs.row.iter().copied().max().map_or(1.0, f64::from);
     for own in &robust.runs {
@@ -312,12 +314,14 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Vec<WetR
     let mut by_film: Vec<&mut WetRow> = wet.iter_mut().collect();
     by_film.sort_by(|a, b| a.film_ratio.total_cmp(&b.film_ratio));
     each_film(by_film, |row, film, _| row.film = film);
-    let mut left = vec![];
+    let mut left: Vec<WetRow> = vec![];
     for of_group in wet.chunk_by(|a, b| a.group == b.group) {
-        let mut of_group = of_group.to_vec();
-        leave_out_outliers(&mut of_group);
-        if of_group.len() > 1 {
-            left.extend(of_group);
+        // outliers that stand alone are left out; several among the runs of one film are no mishaps
+        let outlying = of_group.iter().filter(|row| row.outlying).count();
+        let are_mishaps = outlying < 2 || (outlying as f64) < MISHAPS * of_group.len() as f64;
+        let kept = || of_group.iter().filter(|row| !(row.outlying && are_mishaps));
+        if kept().count() > 1 {
+            left.extend(kept().cloned());
         }
     }
     left
@@ -341,16 +345,6 @@ fn each_film<'w>(rows: impl IntoIterator<Item = &'w mut WetRow>, say: impl Fn(&m
         }
         before = ratio;
         say(row, film, from.unwrap_or(ratio));
-    }
-}
-
-/// Leaves out outliers that stand alone; several among the runs of one film are no mishaps.
-fn leave_out_outliers(group: &mut Vec<WetRow>) {
-    /// share of a group's runs
-    const MISHAPS: f64 = 0.2;
-    let outlying = group.iter().filter(|row| row.outlying).count();
-    if outlying < 2 || (outlying as f64) < MISHAPS * group.len() as f64 {
-        group.retain(|row| !row.outlying);
     }
 }
 

@@ -39,46 +39,37 @@ impl TrendModel<'_> {
     /// The question, of runs with film ratios below a line or of all, with its answer; it stays open, with the reason, where
     /// the runs or the form allow none.
     pub fn answer(&self, question: &'static str, film_ratio_below: Option<f64>) -> Result<Question, Error> {
-        let question = Question {
+        let mut question = Question {
             question,
             parameter: self.of.key(),
             film_ratio_below,
             ..Question::default()
         };
-        let Context { comparison, own, .. } = self.context;
-        if let Some(why) = why_none_beside(comparison.scene, comparison.runs, own.sampled.draws()) {
+        let Context { comparison, own } = self.context;
+        let scene = comparison.scene;
+        if let Some(why) = why_none_beside(scene, comparison.runs, own.sampled.draws()) {
             return Ok(question.open(&why));
         }
-        let scene = comparison.scene;
-        let question = Question {
-            runs: self.runs.wet(),
-            film_ratios: Some(film_ratios(self.runs, scene.data.film_ratio_gap)),
-            ..question
-        };
+        let counted = film_ratios(self.runs, scene.data.film_ratio_gap);
+        (question.runs, question.film_ratios) = (self.runs.wet(), Some(counted));
         let parameters = ModelParameters::of(scene, self.runs, own.setup.form)?;
-        if parameters.place(self.of).is_none() {
-            let left = parameters.left_out.iter().find(|left| left.kind == self.of);
-            let lacks = match self.of {
-                ParameterKind::LUBRICATION_LOG => {
-                    "L belongs to each film and diameter in this form of the viscous loss"
-                }
-                _ => "the model holds no inertial loss",
-            };
-            let why = left.map_or(lacks, |left| left.reason.as_str());
-            return Ok(question.open(why));
-        }
-        let below = question
-            .film_ratio_below
-            .map_or(String::new(), |below| format!(" below {below:.2}"));
-        let few = match question.film_ratios {
-            Some(0) => Some(format!("no film ratio{below} has {FEWEST_RUNS} runs")),
-            Some(1) => Some(format!("one film ratio{below} tells no trend; add another")),
+        let below = film_ratio_below.map_or(String::new(), |below| format!(" below {below:.2}"));
+        let why_open = match (parameters.place(self.of), counted) {
+            (None, _) => {
+                let left = parameters.left_out.iter().find(|left| left.kind == self.of);
+                let lacks = match self.of {
+                    ParameterKind::LUBRICATION_LOG => {
+                        "L belongs to each film and diameter in this form of the viscous loss"
+                    }
+                    _ => "the model holds no inertial loss",
+                };
+                Some(left.map_or(lacks, |left| left.reason.as_str()).to_owned())
+            }
+            (_, 0) => Some(format!("no film ratio{below} has {FEWEST_RUNS} runs")),
+            (_, 1) => Some(format!("one film ratio{below} tells no trend; add another")),
             _ => None,
         };
-        if let Some(why) = few {
-            return Ok(question.open(&why));
-        }
-        Ok(match self.sampled(parameters) {
+        Ok(match why_open.map_or_else(|| self.sampled(parameters), Err) {
             Ok((trend, doubt)) => answer_question(question, trend, doubt),
             Err(why) => question.open(&why),
         })

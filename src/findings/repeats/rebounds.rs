@@ -6,7 +6,7 @@ use crate::physics::numbers::GRAVITY;
 use crate::runs::Runs;
 
 /// A rebound with what tells it from others.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Rebound {
     pub row: u32,
     /// file or sheet, which has digits of its own
@@ -47,7 +47,7 @@ pub(super) fn rebounds(runs: &Runs, residual_sd: Option<f64>) -> Vec<Rebound> {
 fn rows_alone(runs: &Runs) -> Vec<Rebound> {
     let dry = runs.dry.iter().map(|group| (false, group.rebounds.clone()));
     let wet = runs.series.iter().map(|series| (true, series.rebounds.clone()));
-    let mut all = vec![];
+    let mut all: Vec<Rebound> = vec![];
     for (group, (wet, range)) in dry.chain(wet).enumerate() {
         all.extend(range.map(|run| Rebound {
             row: runs.row[run],
@@ -61,11 +61,8 @@ fn rows_alone(runs: &Runs) -> Vec<Rebound> {
         }));
     }
     all.sort_by_key(|rebound| rebound.row);
-    let of_row = |row: u32| all.partition_point(|one| one.row <= row) - all.partition_point(|one| one.row < row);
-    let is_alone: Vec<bool> = all.iter().map(|one| of_row(one.row) == 1).collect();
-    let mut is_alone = is_alone.into_iter();
-    all.retain(|_| is_alone.next() == Some(true));
-    all
+    let alone = all.chunk_by(|one, other| one.row == other.row);
+    alone.filter(|of_row| of_row.len() == 1).flatten().cloned().collect()
 }
 
 /// A step far below every measurement.

@@ -171,22 +171,16 @@ impl TermSums {
         spreads: Option<[f64; 2]>,
     ) -> TermSums {
         let joint = of_form(form);
-        let (mut kinds, mut precision, mut places) = (vec![], vec![], vec![]);
-        for kind in joint.kinds() {
-            let prior = prior_of(scene, joint.runs, kind, form).0;
-            // what a prior holds is no parameter
-            if matches!(prior, Prior::Fixed(_)) {
-                places.push(None);
-                continue;
-            }
-            let sd = prior.sd().unwrap_or(WIDE);
-            places.push(Some(kinds.len()));
-            kinds.push(kind);
-            precision.push(1.0 / (sd * sd));
-        }
+        let prior = |kind: ParameterKind| prior_of(scene, joint.runs, kind, form).0;
+        // what a prior holds is no parameter
+        let is_free = |kind: &ParameterKind| !matches!(prior(*kind), Prior::Fixed(_));
+        let kinds: Vec<ParameterKind> = joint.kinds().filter(is_free).collect();
+        let places = joint.kinds().map(|kind| kinds.iter().position(|own| *own == kind));
+        let places: Vec<Option<usize>> = places.collect();
         let mut sums = Sums::new(kinds.len() + Term::ALL.len());
-        for (place, precision) in precision.into_iter().enumerate() {
-            sums.information[(place, place)] = precision;
+        for (place, kind) in kinds.iter().enumerate() {
+            let sd = prior(*kind).sd().unwrap_or(WIDE);
+            sums.information[(place, place)] = 1.0 / (sd * sd);
         }
         let mut toggled = Term::ALL.map(|term| {
             let mut models = vec![];
