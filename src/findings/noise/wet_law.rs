@@ -14,6 +14,8 @@
 //! well speeds are known may have errors of a per cent, which near the threshold outweigh the rest: runs are weighed for
 //! that. A film group that holds several film ratios is cut at its gaps.
 
+use std::collections::BTreeSet;
+
 use nalgebra::DVector;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -194,11 +196,9 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
             None => continue,
         };
         let of_one = |one: usize| move |row: &WetRow| if (own.of)(row) == one { (own.column)(row) } else { 0.0 };
-        found.extend(
-            several(wet, own.of)
-                .into_iter()
-                .map(|one| law.against(own.against, wet, of_one(one))),
-        );
+        let each: BTreeSet<usize> = wet.iter().map(own.of).collect();
+        let each = each.iter().filter(|_| each.len() > 1);
+        found.extend(each.map(|one| law.against(own.against, wet, of_one(*one))));
     }
     if let Some(law) = by_level.as_ref().filter(|_| !is_sorted_by_restitution(&plain)) {
         found.extend([
@@ -230,17 +230,6 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
         moves: rows.names[moves].clone(),
         moves_in_se,
     })
-}
-
-/// The liquids, particles or films of the runs, where there are several.
-fn several(wet: &[WetRow], of: impl Fn(&WetRow) -> usize) -> Vec<usize> {
-    let mut found: Vec<usize> = wet.iter().map(of).collect();
-    found.sort_unstable();
-    found.dedup();
-    if found.len() < 2 {
-        found.clear();
-    }
-    found
 }
 
 /// Whether somebody has put the runs of each group in the order of what was measured, which then goes with their place.

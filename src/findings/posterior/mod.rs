@@ -41,7 +41,7 @@ use crate::scene::Scene;
 use crate::seed::StreamName;
 use derived::DerivedDraws;
 use runs_alone::UnderDefaults;
-use summarise::{summarise_posterior, SummarySource};
+use summarise::summarise_posterior;
 
 pub use posterior_checks::{refusal, speed_errors, why_not_sampled};
 pub use runs_alone::RunsAlone;
@@ -187,16 +187,11 @@ pub fn fit_posterior(
     };
     let predictive = predictive_checks::check_predictions(scene, runs.sample(), setup.form, &draws);
     let under_defaults = UnderDefaults::of(scene, runs, setup, (&likelihood, &start), least_squares.seed);
-    let source = SummarySource {
-        scene,
-        runs,
-        setup,
-        under_defaults: under_defaults.as_ref(),
+    let findings = PosteriorFindings {
         compression,
-        derived: &derived,
         predictive,
+        ..summarise_posterior(scene, runs, setup, &sampled, &derived, under_defaults.as_ref())
     };
-    let findings = summarise_posterior(&sampled, source);
     let mut checks = posterior_checks::check_posterior(&findings, least_squares);
     checks.extend(posterior_checks::speed_errors(scene, runs));
     Ok(Ok(Posterior {

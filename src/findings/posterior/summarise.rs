@@ -6,9 +6,7 @@ use super::derived::DerivedDraws;
 use super::predictive_checks::PredictiveChecks;
 use super::runs_alone::{RunsAlone, UnderDefaults};
 use super::sampling::{effort, SamplingSetup};
-use super::summary::{
-    CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary, SeriesOffset,
-};
+use super::summary::{HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary, SeriesOffset};
 use crate::findings::predict::Basis;
 use crate::findings::range::range;
 use crate::inference::diagnostics::energy::e_bfmi;
@@ -21,28 +19,17 @@ use crate::physics::DrySpeed;
 use crate::runs::{Runs, Series};
 use crate::scene::{Prior, Scene};
 
-/// What a summary of a posterior takes besides the draws.
-pub(super) struct SummarySource<'p> {
-    /// what was held fixed
-    pub(super) scene: &'p Scene,
-    /// what was measured
-    pub(super) runs: &'p Runs,
-    /// which model was sampled, and how
-    pub(super) setup: SamplingSetup,
-    /// what stood for very many runs
-    pub(super) compression: Option<CompressionSummary>,
-    /// the draws of what follows from the parameters
-    pub(super) derived: &'p [DerivedDraws],
-    /// new runs beside the ones made
-    pub(super) predictive: PredictiveChecks,
-    /// what the runs say under the default priors, where the scene sets others
-    pub(super) under_defaults: Option<&'p UnderDefaults>,
-}
-
-/// Summarises the draws, with how they were made.
-pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> PosteriorFindings {
-    let SummarySource { scene, runs, setup, .. } = source;
-    let (effort, under_defaults) = (effort(scene), source.under_defaults);
+/// Summarises the draws and those of what follows from them, with how they were made; `under_defaults` is what the runs say under
+/// the default priors, where the scene sets others. What stood for the runs, and how they were predicted, is not in it yet.
+pub(super) fn summarise_posterior(
+    scene: &Scene,
+    runs: &Runs,
+    setup: SamplingSetup,
+    sampled: &Sampled,
+    derived: &[DerivedDraws],
+    under_defaults: Option<&UnderDefaults>,
+) -> PosteriorFindings {
+    let effort = effort(scene);
     let parameters = &sampled.parameters;
     let with_draws = parameters.sampled.par_iter().zip(&sampled.values);
     let of_parameter = |(parameter, values): (&ModelParameter, &Vec<Vec<f64>>)| QuantitySummary {
@@ -61,7 +48,7 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
     let energies = sampled.chains.iter().map(|chain| chain.energy.as_slice());
     PosteriorFindings {
         parameters: with_draws.map(of_parameter).collect(),
-        derived: source.derived.par_iter().map(of_derived).collect(),
+        derived: derived.par_iter().map(of_derived).collect(),
         series_offsets: summarise_offsets(scene, runs, sampled),
         left_out: parameters.left_out.iter().map(of_held).collect(),
         correlation: correlations(&sampled.values),
@@ -83,8 +70,8 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
             DrySpeed::Reference(v) => Some(v),
             DrySpeed::Impact => None,
         },
-        compression: source.compression,
-        predictive: source.predictive,
+        compression: None,
+        predictive: PredictiveChecks::default(),
         basis: Basis::of(scene, runs, sampled),
     }
 }
