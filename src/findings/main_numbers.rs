@@ -283,6 +283,18 @@ impl MainPlace {
         both.into_iter()
             .find(|(quantity, _)| is_here && result.result == quantity.describe().name)
     }
+
+    /// Name of one of its numbers, as those of the posterior are named: `e_inf[PTFE,AK10,0.06]`; several liquids that are
+    /// taken as one are left out of it.
+    fn name_of(&self, quantity: Quantity) -> String {
+        let parts = [
+            Some(self.particle.clone()),
+            self.liquid.clone(),
+            Some(short(self.film_ratio)),
+        ];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        format!("{}[{}]", quantity.describe().name, parts.join(","))
+    }
 }
 
 impl MainNumbers {
@@ -338,20 +350,6 @@ impl MainNumbers {
             (text, failed.map(|(_, name)| name).collect())
         };
         Some(criterion.check(worst, text).concerning(concerned))
-    }
-}
-
-impl MainPlace {
-    /// Name of one of its numbers, as those of the posterior are named: `e_inf[PTFE,AK10,0.06]`; several liquids that are
-    /// taken as one are left out of it.
-    fn name_of(&self, quantity: Quantity) -> String {
-        let parts = [
-            Some(self.particle.clone()),
-            self.liquid.clone(),
-            Some(short(self.film_ratio)),
-        ];
-        let parts: Vec<String> = parts.into_iter().flatten().collect();
-        format!("{}[{}]", quantity.describe().name, parts.join(","))
     }
 }
 

@@ -108,6 +108,53 @@ impl Scaling {
         let st_c = bias.st_c.abs() / self.st_c.scale()?;
         Some(e_inf.max(st_c))
     }
+
+    /// Takes back a law that may not be quoted: over all film ratios its verdict, at one its numbers with it. What it leaves
+    /// unexplained stays, as the energy balance is held against it.
+    fn withhold(&mut self, why: &str, quoting: Quoting) {
+        if self.film_ratio.is_some() {
+            self.parameters = None;
+            self.is_withheld = true;
+            self.correlation = None;
+            self.bias = None;
+            self.speed_error_of_a_tenth_se = None;
+            for (_, estimate) in self.estimates_mut() {
+                *estimate = quoting.none(why);
+            }
+        } else if !self.verdict.passed {
+            return;
+        }
+        self.verdict = Verdict::failed(why);
+    }
+
+    /// The particle's words in a text: `PTFE`, `PTFE of 4.762 mm`.
+    pub fn words(&self) -> String {
+        sphere_words(&self.particle, self.diameter_m)
+    }
+
+    /// The estimate of a quantity; `None` of one that is not in the table.
+    pub fn estimate(&self, quantity: Quantity) -> Option<&Estimate> {
+        match quantity {
+            Quantity::EInf => Some(&self.e_inf),
+            Quantity::StC => Some(&self.st_c),
+            Quantity::StNoRebound => self.st_no_rebound.as_ref(),
+            Quantity::Shared(Coefficient::LubricationLog) => Some(&self.lubrication_log),
+            _ => None,
+        }
+    }
+
+    /// Every estimate with its quantity.
+    pub(super) fn estimates_mut(&mut self) -> impl Iterator<Item = (Quantity, &mut Estimate)> {
+        let plain = [
+            (Quantity::EInf, &mut self.e_inf),
+            (Quantity::StC, &mut self.st_c),
+            (Quantity::Shared(Coefficient::LubricationLog), &mut self.lubrication_log),
+        ];
+        let twice = self.st_no_rebound.as_mut();
+        plain
+            .into_iter()
+            .chain(twice.map(|estimate| (Quantity::StNoRebound, estimate)))
+    }
 }
 
 /// How far a law is off on this design, fitted without noise.
@@ -186,26 +233,6 @@ pub fn fit_scaling(setup: FitSetup) -> Vec<Scaling> {
 /// Why a law over all film ratios is not quoted where some have no law of their own to hold it against.
 const WIDE_AMONG_ALL: &str =
     "some of its runs have no film ratio of their own: whether one law holds for all cannot be tested";
-
-impl Scaling {
-    /// Takes back a law that may not be quoted: over all film ratios its verdict, at one its numbers with it. What it leaves
-    /// unexplained stays, as the energy balance is held against it.
-    fn withhold(&mut self, why: &str, quoting: Quoting) {
-        if self.film_ratio.is_some() {
-            self.parameters = None;
-            self.is_withheld = true;
-            self.correlation = None;
-            self.bias = None;
-            self.speed_error_of_a_tenth_se = None;
-            for (_, estimate) in self.estimates_mut() {
-                *estimate = quoting.none(why);
-            }
-        } else if !self.verdict.passed {
-            return;
-        }
-        self.verdict = Verdict::failed(why);
-    }
-}
 
 /// Compares a fit over all film ratios with those of its sphere and law at each; `None` of any other fit.
 fn test_one_for_all(setup: FitSetup, fits: &[Scaling], all: &Scaling) -> Option<FTest> {
@@ -330,37 +357,6 @@ pub(super) fn square_root_of(setup: FitSetup, series: &[Series]) -> Option<[f64;
 }
 
 pub(super) const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
-
-impl Scaling {
-    /// The particle's words in a text: `PTFE`, `PTFE of 4.762 mm`.
-    pub fn words(&self) -> String {
-        sphere_words(&self.particle, self.diameter_m)
-    }
-
-    /// The estimate of a quantity; `None` of one that is not in the table.
-    pub fn estimate(&self, quantity: Quantity) -> Option<&Estimate> {
-        match quantity {
-            Quantity::EInf => Some(&self.e_inf),
-            Quantity::StC => Some(&self.st_c),
-            Quantity::StNoRebound => self.st_no_rebound.as_ref(),
-            Quantity::Shared(Coefficient::LubricationLog) => Some(&self.lubrication_log),
-            _ => None,
-        }
-    }
-
-    /// Every estimate with its quantity.
-    pub(super) fn estimates_mut(&mut self) -> impl Iterator<Item = (Quantity, &mut Estimate)> {
-        let plain = [
-            (Quantity::EInf, &mut self.e_inf),
-            (Quantity::StC, &mut self.st_c),
-            (Quantity::Shared(Coefficient::LubricationLog), &mut self.lubrication_log),
-        ];
-        let twice = self.st_no_rebound.as_mut();
-        plain
-            .into_iter()
-            .chain(twice.map(|estimate| (Quantity::StNoRebound, estimate)))
-    }
-}
 
 fn linear_verdict(fit: &Fit) -> Verdict {
     let [a, b] = two(fit);

@@ -147,6 +147,68 @@ impl Rebound {
     fn height_to_restitution(&self) -> f64 {
         GRAVITY / (self.speed * self.rebound_speed())
     }
+
+    /// Film, speed and restitution.
+    pub fn measured(&self) -> [f64; 3] {
+        [self.film, self.speed, self.restitution]
+    }
+
+    /// Whether one of these is the same in another, as far as the one with fewer digits tells.
+    pub fn agrees(&self, other: &Rebound, at: usize) -> bool {
+        let apart = self.measured()[at] - other.measured()[at];
+        is_rounded(apart, self.steps[at].max(other.steps[at]))
+    }
+
+    /// Whether another is of the same group and speed, about.
+    pub fn is_near(&self, other: &Rebound) -> bool {
+        /// as a share
+        const CLOSE: f64 = 0.1;
+        other.group == self.group && (other.speed / self.speed - 1.0).abs() <= CLOSE
+    }
+
+    /// Whether another is of the same group and speed, but for how speeds of one setting scatter.
+    pub fn is_at_setting(&self, other: &Rebound) -> bool {
+        other.group == self.group && (other.speed - self.speed).abs() <= SAME_SETTING * self.speed
+    }
+
+    /// Probability that the speed of another run at its setting agrees with its own to the last digit: by all others there, and
+    /// by one more that is anywhere near.
+    fn chance_of_speed(&self, other: &Rebound) -> f64 {
+        let own = f64::from(u8::from(is_rounded(self.speed - other.speed, self.steps[1])));
+        let by_width = (self.steps[1] / (2.0 * SAME_SETTING * self.speed)).min(1.0);
+        (self.near[1] - own + by_width) / self.near[0].max(1.0)
+    }
+
+    /// Whether another has the same speed to every digit.
+    fn has_speed_of(&self, other: &Rebound) -> bool {
+        (self.speed - other.speed).abs() <= FINEST * self.speed
+    }
+
+    /// Probability that its restitution and that of another run agree to the last digit r of the one with fewer, which is
+    /// r/(2 √π s) where they scatter by s about one law.
+    pub fn chance_of_restitution(&self, other: &Rebound) -> f64 {
+        /// rather too likely than too rare: no scatter is normal, nor the same everywhere
+        const CAUTIOUS: f64 = 1.25;
+        let step = self.steps[2].max(other.steps[2]);
+        let two_root_pi = 2.0 * std::f64::consts::PI.sqrt();
+        let spread = (self.scatter.powi(2) + step * step / 12.0).sqrt();
+        (CAUTIOUS * step / (two_root_pi * spread)).min(1.0)
+    }
+
+    /// The same of runs at one setting, and of their speeds where these were not set.
+    pub fn chance_to_agree(&self, other: &Rebound) -> f64 {
+        let [coarse, fine] = match self.steps[1] > other.steps[1] {
+            true => [self, other],
+            false => [other, self],
+        };
+        // of speeds that were set only those that agree are compared
+        let is_set = self.has_set_speeds && (fine.is_set || fine.steps[1] == coarse.steps[1]);
+        let of_speeds = match is_set {
+            true => f64::from(u8::from(self.agrees(other, 1))),
+            false => coarse.chance_of_speed(fine),
+        };
+        self.chance_of_restitution(other) * of_speeds
+    }
 }
 
 /// Sets by how much each rebound changes with the last digit of what it was made from.
@@ -295,70 +357,6 @@ fn compare_speeds(rebounds: &mut [Rebound]) {
             one.is_set = same[0] + same[1] > 0.0;
             one.has_set_speeds = apart > FEW_APART * (apart + agree);
         }
-    }
-}
-
-impl Rebound {
-    /// Film, speed and restitution.
-    pub fn measured(&self) -> [f64; 3] {
-        [self.film, self.speed, self.restitution]
-    }
-
-    /// Whether one of these is the same in another, as far as the one with fewer digits tells.
-    pub fn agrees(&self, other: &Rebound, at: usize) -> bool {
-        let apart = self.measured()[at] - other.measured()[at];
-        is_rounded(apart, self.steps[at].max(other.steps[at]))
-    }
-
-    /// Whether another is of the same group and speed, about.
-    pub fn is_near(&self, other: &Rebound) -> bool {
-        /// as a share
-        const CLOSE: f64 = 0.1;
-        other.group == self.group && (other.speed / self.speed - 1.0).abs() <= CLOSE
-    }
-
-    /// Whether another is of the same group and speed, but for how speeds of one setting scatter.
-    pub fn is_at_setting(&self, other: &Rebound) -> bool {
-        other.group == self.group && (other.speed - self.speed).abs() <= SAME_SETTING * self.speed
-    }
-
-    /// Probability that the speed of another run at its setting agrees with its own to the last digit: by all others there, and
-    /// by one more that is anywhere near.
-    fn chance_of_speed(&self, other: &Rebound) -> f64 {
-        let own = f64::from(u8::from(is_rounded(self.speed - other.speed, self.steps[1])));
-        let by_width = (self.steps[1] / (2.0 * SAME_SETTING * self.speed)).min(1.0);
-        (self.near[1] - own + by_width) / self.near[0].max(1.0)
-    }
-
-    /// Whether another has the same speed to every digit.
-    fn has_speed_of(&self, other: &Rebound) -> bool {
-        (self.speed - other.speed).abs() <= FINEST * self.speed
-    }
-
-    /// Probability that its restitution and that of another run agree to the last digit r of the one with fewer, which is
-    /// r/(2 √π s) where they scatter by s about one law.
-    pub fn chance_of_restitution(&self, other: &Rebound) -> f64 {
-        /// rather too likely than too rare: no scatter is normal, nor the same everywhere
-        const CAUTIOUS: f64 = 1.25;
-        let step = self.steps[2].max(other.steps[2]);
-        let two_root_pi = 2.0 * std::f64::consts::PI.sqrt();
-        let spread = (self.scatter.powi(2) + step * step / 12.0).sqrt();
-        (CAUTIOUS * step / (two_root_pi * spread)).min(1.0)
-    }
-
-    /// The same of runs at one setting, and of their speeds where these were not set.
-    pub fn chance_to_agree(&self, other: &Rebound) -> f64 {
-        let [coarse, fine] = match self.steps[1] > other.steps[1] {
-            true => [self, other],
-            false => [other, self],
-        };
-        // of speeds that were set only those that agree are compared
-        let is_set = self.has_set_speeds && (fine.is_set || fine.steps[1] == coarse.steps[1]);
-        let of_speeds = match is_set {
-            true => f64::from(u8::from(self.agrees(other, 1))),
-            false => coarse.chance_of_speed(fine),
-        };
-        self.chance_of_restitution(other) * of_speeds
     }
 }
 
