@@ -8,13 +8,11 @@
 //! | `summarise.rs` | summarises the draws of each parameter, of what follows, and of the offsets of r that series have |
 //! | `contraction.rs` | the parameters that keep much of their prior |
 //! | `derived.rs` | what follows from the parameters, draw by draw |
-//! | `draws.rs` | the draws of a particle, for predictions and figures |
 //! | `predictive_checks.rs` | posterior predictive checks: new runs beside the ones made |
 //! | `posterior_checks.rs` | what must hold before the posterior is quoted |
 
 pub(super) mod contraction;
 pub mod derived;
-mod draws;
 pub(super) mod posterior_checks;
 pub mod predictive_checks;
 mod runs_alone;
@@ -25,6 +23,7 @@ mod summary;
 use rayon::prelude::*;
 
 use super::least_squares::LeastSquares;
+use super::predict::{offset_of_new_series, Draw, ParticleLaw};
 use super::remarks;
 use crate::error::Error;
 use crate::inference::accuracy::sample_to_accuracy;
@@ -32,12 +31,13 @@ use crate::inference::mixing::{draws_to_add, MixingLines};
 use crate::inference::nuts::{SamplingPlan, Watcher};
 use crate::inference::prepared_posterior::{seconds_of_rows, PreparedPosterior};
 use crate::inference::sampling::{sample_by_nuts, Sampled};
+use crate::model::likelihood::tails::Tails;
 use crate::model::likelihood::Likelihood;
-use crate::model::parameters::ModelParameters;
+use crate::model::parameters::{physical, ModelParameters, ParameterKind, SHAPE_SLOT};
 use crate::physics::Form;
 use crate::remark::Remark;
 use crate::runs::Runs;
-use crate::scene::Scene;
+use crate::scene::{NoiseOn, Scene};
 use crate::seed::StreamName;
 use derived::DerivedDraws;
 use runs_alone::UnderDefaults;
@@ -79,6 +79,41 @@ impl Posterior {
     pub fn prior_conflict(&self) -> Option<&Remark> {
         let is_conflict = |check: &&Remark| remarks::PRIOR_CONFLICT.is(check) && !check.passed;
         self.checks.iter().find(is_conflict)
+    }
+
+    /// The law of a sphere, by its index, by at most so many draws, evenly taken; of a new series, where series have offsets.
+    pub fn law(&self, scene: &Scene, runs: &Runs, sphere: usize, most: usize) -> ParticleLaw {
+        let both = scene.model.noise == NoiseOn::Both;
+        let family = scene.model.likelihood;
+        let full = self.sampled.full_draws();
+        let step = full.len().div_ceil(most).max(1);
+        let offsets = scene.model.series_offsets;
+        let draw = |(index, full): (usize, &Vec<f64>)| Draw {
+            parameters: physical(full, sphere),
+            sigma_dry: full[ParameterKind::SigmaDry.slot()],
+            sigma_wet: full[ParameterKind::SigmaWet.slot()],
+            sigma_energy: if both {
+                full[ParameterKind::SigmaEnergy.slot()]
+            } else {
+                0.0
+            },
+            tails: Tails::of(family, full[SHAPE_SLOT]),
+            series_offset: if offsets {
+                offset_of_new_series(index, full[ParameterKind::SigmaSeries.slot()])
+            } else {
+                0.0
+            },
+        };
+        let basis = &self.findings.basis;
+        let particle = &basis.particles[runs.spheres[sphere].particle];
+        ParticleLaw {
+            form: self.setup.form,
+            smallest_restitution: basis.smallest_restitution,
+            covered: particle.covered,
+            ranges: basis.ranges(particle),
+            dry_speeds: particle.dry_speeds_m_s,
+            draws: full.iter().step_by(step).enumerate().map(draw).collect(),
+        }
     }
 }
 
