@@ -308,7 +308,7 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Vec<WetR
         // outliers that stand alone are left out; several among the runs of one film are no mishaps
         let outlying = of_group.iter().filter(|row| row.outlying).count();
         let are_mishaps = outlying < 2 || (outlying as f64) < MISHAPS * of_group.len() as f64;
-        let kept = || of_group.iter().filter(|row| !(row.outlying && are_mishaps));
+        let kept = || of_group.iter().filter(move |row| !(row.outlying && are_mishaps));
         if kept().count() > 1 {
             left.extend(kept().cloned());
         }
