@@ -8,7 +8,7 @@ use super::left_out::{affordable_draws, largest_rhat, why_none_beside, Compariso
 use super::posterior::{effort, Posterior, SamplingSetup};
 use super::remarks;
 use crate::error::Error;
-use crate::inference::diagnostics::loo::{difference, trusted_difference, Difference, Loo};
+use crate::inference::diagnostics::loo::{difference, trusted_difference, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::nuts::divergences;
 use crate::inference::sampling::{Method, Sampled};
@@ -67,16 +67,7 @@ impl ComparedModel {
 
     /// Whether the best predicts clearly better.
     pub fn is_clearly_worse(&self) -> bool {
-        is_gain(self.gain_of_the_best())
-    }
-
-    /// What the best gains over it in log density.
-    pub(super) fn gain_of_the_best(&self) -> Difference {
-        Difference {
-            value: -self.delta,
-            se: self.delta_se,
-            mcse: self.delta_mcse.unwrap_or_default(),
-        }
+        is_gain(-self.delta, self.delta_se)
     }
 }
 
@@ -343,13 +334,11 @@ pub(super) fn settle_dry_speed(notices: &mut Vec<Remark>, models: &[ComparedMode
         let is_viscous_alike = other.model.contains('+') == own.model.contains('+');
         !other.own && has_it(other) && is_viscous_alike && other.inertia() == own.inertia()
     };
-    let behind = |twin: &ComparedModel| Difference {
-        value: own.delta - twin.delta,
-        ..twin.gain_of_the_best()
-    };
-    let behind = models.iter().find(twin).map(behind).filter(|gain| is_gain(*gain));
+    let behind = |twin: &ComparedModel| (own.delta - twin.delta, twin.delta_se);
+    let behind = models.iter().find(twin).map(behind);
+    let behind = behind.filter(|(gain, se)| is_gain(*gain, *se));
     let notice = &mut notices[at];
-    let Some((behind, se)) = behind.and_then(|gain| Some((gain.value, gain.se?))) else {
+    let Some((behind, se)) = behind.and_then(|(gain, se)| Some((gain, se?))) else {
         notice.next_step =
             "see Other forms of the law: dry_speed_m_s = \"impact\" holds it where it predicts better".into();
         return;
@@ -371,7 +360,7 @@ fn check_better_form((form, own, own_loo): (Form, &ComparedModel, &Loo), best: &
     let gain = -own.delta;
     let is_better = own.is_clearly_worse();
     let trusted = trusted_difference(&best.loo, own_loo, khat_threshold(best.row.draws));
-    let forbids = trusted.is_some_and(is_gain);
+    let forbids = trusted.is_some_and(|gain| is_gain(gain.value, gain.se));
     let mut text = if is_better {
         format!(
             "{} ({}) predicts the runs better than {} by {gain:.1} in log density, {:.1} standard errors",

@@ -22,9 +22,9 @@ pub const GAIN_IN_SE: f64 = 2.0;
 /// wants a clear gain, since there no prior holds a parameter that the runs do not tell.
 const GAIN_OF_MORE: f64 = 1.0;
 
-/// Whether what one form gains over another in log density is more than chance.
-pub fn is_gain(gain: Difference) -> bool {
-    gain.value > GAIN && gain.se.is_some_and(|se| gain.value > GAIN_IN_SE * se)
+/// Whether what one form gains over another in log density, with this standard error, is more than chance.
+pub fn is_gain(gain: f64, se: Option<f64>) -> bool {
+    gain > GAIN && se.is_some_and(|se| gain > GAIN_IN_SE * se)
 }
 
 /// By what a form was chosen.
@@ -113,7 +113,7 @@ impl Candidate {
         let holds_more = self.parameters() > standing.parameters();
         let is_enough = match holds_more && by == ChosenBy::LeaveOneOut {
             true => gain.value > GAIN_OF_MORE,
-            false => is_gain(gain),
+            false => is_gain(gain.value, gain.se),
         };
         is_enough.then_some(gain.value)
     }
@@ -133,13 +133,7 @@ pub struct InertiaChoice {
 impl InertiaChoice {
     /// Whether the chosen form gains clearly over every other.
     pub(super) fn is_clear(&self) -> bool {
-        let falls_short = |other: &OtherForm| {
-            is_gain(Difference {
-                value: -other.difference,
-                se: other.se,
-                mcse: 0.0,
-            })
-        };
+        let falls_short = |other: &OtherForm| is_gain(-other.difference, other.se);
         self.others.iter().all(falls_short)
     }
 

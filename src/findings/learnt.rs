@@ -7,7 +7,6 @@ use super::identify::Unidentified;
 use super::main_numbers::MainNumber;
 use super::questions::Question;
 use super::remarks::{self, Kind};
-use crate::inference::diagnostics::loo::Difference;
 use crate::physics::inertia::Inertia;
 use crate::physics::{Coefficient, Quantity};
 use crate::rounding::{short, significant, to_digits, with_se};
@@ -74,12 +73,7 @@ fn preference([first, second]: [&str; 2], gain: f64, se: Option<f64>) -> String 
         Some(se) => with_se(gain, se),
         None => significant(gain, 3),
     };
-    let difference = Difference {
-        value: gain,
-        se,
-        mcse: 0.0,
-    };
-    if is_gain(difference) {
+    if is_gain(gain, se) {
         format!("prefer {first}, by {} in log density over {second}", amount(gain))
     } else {
         // the first may be chosen for having fewer parameters, and gain nothing
