@@ -249,19 +249,13 @@ fn rank(evaluated: &mut [EvaluatedModel]) {
     }
 }
 
-/// What a choice among forms found: the setup to sample, how it was chosen, and the forms that were sampled for it.
-pub struct Chosen {
-    /// the form to sample
-    pub setup: SamplingSetup,
-    /// how it was chosen; `None` where nothing could be compared
-    pub choice: Option<InertiaChoice>,
-    /// the forms that were left out run by run
-    pub(super) evaluated: Vec<EvaluatedModel>,
-}
-
 /// The form of inertia that a scene which leaves it open is given, by how well each predicts runs it has not seen. Where runs
-/// are too many for that, the one that least squares took.
-pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Result<Chosen, Error> {
+/// are too many for that, the one that least squares took. With it how it was chosen, `None` where nothing could be compared, and
+/// the forms that were left out run by run for that.
+pub(super) fn choose_inertia(
+    context: ComparisonContext,
+    default: SamplingSetup,
+) -> Result<(SamplingSetup, Option<InertiaChoice>, Vec<EvaluatedModel>), Error> {
     let (scene, runs) = (context.scene, context.runs);
     let of = |inertia: Inertia| SamplingSetup {
         form: Form {
@@ -272,11 +266,8 @@ pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Res
     };
     if why_none_beside(scene, runs, effort(scene).chains * effort(scene).draws).is_some() {
         let balance = context.least_squares.energy_balance;
-        return Ok(Chosen {
-            setup: balance.map_or(default, |balance| of(balance.form().inertia)),
-            choice: balance.and_then(|balance| balance.choice.clone()),
-            evaluated: vec![],
-        });
+        let setup = balance.map_or(default, |balance| of(balance.form().inertia));
+        return Ok((setup, balance.and_then(|balance| balance.choice.clone()), vec![]));
     };
     let (mut evaluated, mut candidates): (Vec<EvaluatedModel>, _) = (vec![], vec![]);
     for inertia in Inertia::ALL {
@@ -299,11 +290,8 @@ pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Res
         evaluated.push(model);
     }
     let choice = InertiaChoice::among(&candidates, ChosenBy::LeaveOneOut);
-    Ok(Chosen {
-        setup: choice.as_ref().map_or(default, |choice| of(choice.inertia)),
-        choice,
-        evaluated,
-    })
+    let setup = choice.as_ref().map_or(default, |choice| of(choice.inertia));
+    Ok((setup, choice, evaluated))
 }
 
 /// The exponential of the mean logarithm of a positive parameter; `None` where it was not sampled.

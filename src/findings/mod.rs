@@ -302,10 +302,10 @@ impl Findings {
             // refused before the forms are sampled, not after
             let quantities = default.dimension() + posterior::derived::count_derived(scene, runs, setup.form);
             posterior::check_room(posterior::effort(scene), quantities)?;
-            let chosen = compare::choose_inertia(self.comparison_context(scene, runs, watcher), setup)?;
-            setup = chosen.setup;
-            self.sampled_forms = chosen.evaluated;
-            self.inertia = chosen.choice.or(self.inertia.take());
+            let context = self.comparison_context(scene, runs, watcher);
+            let (chosen, choice, evaluated) = compare::choose_inertia(context, setup)?;
+            (setup, self.sampled_forms) = (chosen, evaluated);
+            self.inertia = choice.or(self.inertia.take());
             self.note_chosen_form();
         }
         let posterior = match posterior::fit_posterior(scene, runs, self.least_squares(), setup, watcher)? {

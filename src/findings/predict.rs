@@ -437,18 +437,11 @@ impl Curve<'_> {
 
 /// The distribution of a run's restitution at one speed: a mixture over the draws, cut at a limit at or below which it sticks.
 struct SingleRun {
-    /// each draw's share
-    shares: Vec<DrawShare>,
+    /// r and the noise of each draw
+    shares: Vec<(f64, RunNoise)>,
     limit: f64,
     /// probability of sticking
     stuck: f64,
-}
-
-/// What one draw says of a run.
-struct DrawShare {
-    /// r
-    kept: f64,
-    noise: RunNoise,
 }
 
 impl SingleRun {
@@ -466,13 +459,11 @@ impl SingleRun {
                 None => (draw.sigma_dry, 0.0),
             };
             let sigma = sigma.max(NO_SPREAD);
-            DrawShare {
-                kept: if kept < LEAST_KEPT { LEAST_KEPT } else { kept },
-                noise: RunNoise {
-                    tails: draw.tails,
-                    spreads: Spreads { sigma, energy },
-                },
-            }
+            let noise = RunNoise {
+                tails: draw.tails,
+                spreads: Spreads { sigma, energy },
+            };
+            (if kept < LEAST_KEPT { LEAST_KEPT } else { kept }, noise)
         };
         let mut run = SingleRun {
             shares: draws.map(share).collect(),
@@ -485,7 +476,7 @@ impl SingleRun {
 
     /// Probability of an e* at or below x.
     fn below(&self, x: f64) -> f64 {
-        let of_share = |share: &DrawShare| probability_below(share.noise, x, share.kept);
+        let of_share = |(kept, noise): &(f64, RunNoise)| probability_below(*noise, x, *kept);
         self.shares.iter().map(of_share).sum::<f64>() / self.shares.len() as f64
     }
 
