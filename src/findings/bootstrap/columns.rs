@@ -65,15 +65,6 @@ impl FitRuns {
     }
 }
 
-/// What a law was fitted to, and where the fit ended.
-struct FittedTo<'f> {
-    law: Law,
-    groups: Range<usize>,
-    own: Option<OwnDrySpeed>,
-    fitted: [f64; 2],
-    error_weights: Option<&'f ErrorWeights>,
-}
-
 impl<'r> Division<'r> {
     pub(super) fn new(runs: &'r Runs) -> Division<'r> {
         let mut division = Division {
@@ -116,34 +107,25 @@ impl<'r> Division<'r> {
         let wet = |series: Range<usize>| runs.dry.len() + series.start..runs.dry.len() + series.end;
         let of_dry = |fitted: &Dry| {
             let first = runs.dry.partition_point(|group| group.sphere < fitted.sphere);
-            let to = FittedTo {
-                law: Law::Dry(scene.model.form().dry),
-                groups: first..first + runs.dry_of(fitted.sphere).len(),
-                own: None,
-                fitted: [fitted.dry_k.value?, 0.0],
-                error_weights: fitted.error_weights.as_ref(),
-            };
-            (!to.groups.is_empty()).then(|| self.runs_of(to, |run| runs.impacts.speed_root[run]))
+            let groups = first..first + runs.dry_of(fitted.sphere).len();
+            let end = (Law::Dry(scene.model.form().dry), [fitted.dry_k.value?, 0.0]);
+            let weights = fitted.error_weights.as_ref();
+            let x = |run: usize| runs.impacts.speed_root[run];
+            (!groups.is_empty()).then(|| self.runs_of(groups, end, None, weights, x))
         };
         let of_series = |(index, fit): (usize, &SeriesFit)| {
-            let to = FittedTo {
-                law: Law::SQUARE_ROOT,
-                groups: wet(index..index + 1),
-                own: own_dry_speed(scene, dry, runs.series[index].sphere),
-                fitted: [fit.alpha.value?, fit.beta.value?],
-                error_weights: fit.error_weights.as_ref(),
-            };
-            Some(self.runs_of(to, |run| 1.0 / runs.impact_speed[run]))
+            let end = (Law::SQUARE_ROOT, [fit.alpha.value?, fit.beta.value?]);
+            let own = own_dry_speed(scene, dry, runs.series[index].sphere);
+            let weights = fit.error_weights.as_ref();
+            let x = |run: usize| 1.0 / runs.impact_speed[run];
+            Some(self.runs_of(wet(index..index + 1), end, own, weights, x))
         };
         let of_scaling = |fitted: &Scaling| {
-            let to = FittedTo {
-                law: Law::Wet(fitted.law),
-                groups: wet(fitted.series.clone()),
-                own: own_dry_speed(scene, dry, fitted.sphere).filter(|_| fitted.law == WetLaw::Sqrt),
-                fitted: fitted.parameters?,
-                error_weights: fitted.law_fit.weights.as_ref(),
-            };
-            Some(self.runs_of(to, |run| runs.inverse_stokes(run)))
+            let end = (Law::Wet(fitted.law), fitted.parameters?);
+            let own = own_dry_speed(scene, dry, fitted.sphere).filter(|_| fitted.law == WetLaw::Sqrt);
+            let weights = fitted.law_fit.weights.as_ref();
+            let x = |run: usize| runs.inverse_stokes(run);
+            Some(self.runs_of(wet(fitted.series.clone()), end, own, weights, x))
         };
         let dry = dry.iter().map(of_dry);
         let series = estimates.series.iter().enumerate().map(of_series);
@@ -151,8 +133,16 @@ impl<'r> Division<'r> {
         dry.chain(series).chain(scaling).collect()
     }
 
-    fn runs_of(&self, to: FittedTo, x: impl Fn(usize) -> f64) -> FitRuns {
-        let groups = &self.groups[to.groups];
+    /// The runs of some groups with their abscissae; a law that is fitted to them, and where that ended.
+    fn runs_of(
+        &self,
+        groups: Range<usize>,
+        (law, fitted): (Law, [f64; 2]),
+        own_speed: Option<OwnDrySpeed>,
+        error_weights: Option<&ErrorWeights>,
+        x: impl Fn(usize) -> f64,
+    ) -> FitRuns {
+        let groups = &self.groups[groups];
         let joined = |of: fn(&Group) -> &Range<usize>| {
             let (first, last) = (groups.first().map(of), groups.last().map(of));
             first.map_or(0, |range| range.start)..last.map_or(0, |range| range.end)
@@ -169,17 +159,15 @@ impl<'r> Division<'r> {
             places
         };
         FitRuns {
-            law: to.law,
+            law,
             x: own.iter().map(|run| x(*run)).collect(),
-            offset: to
-                .own
-                .map_or_else(Vec::new, |own| own.offsets(&of(&self.runs.impact_speed))),
+            offset: own_speed.map_or_else(Vec::new, |own| own.offsets(&of(&self.runs.impact_speed))),
             restitution: of(&self.runs.restitution),
             counts: of(&self.runs.count),
             strata: joined(|group| &group.strata),
             series: joined(|group| &group.series),
-            fitted: to.fitted,
-            errors: to.error_weights.map(|weights| RunErrors::new(weights, &in_fit())),
+            fitted,
+            errors: error_weights.map(|weights| RunErrors::new(weights, &in_fit())),
         }
     }
 }
