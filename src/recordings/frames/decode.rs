@@ -64,22 +64,14 @@ pub(super) struct Grey {
     pub unit: u16,
 }
 
-/// Memory that is used again for the next frame.
-#[derive(Default)]
-pub(super) struct Room {
-    decoded: Vec<u8>,
-    /// levels of a frame that is done with
-    pub levels: Vec<u16>,
-}
-
 /// Reads the only image of a file.
-pub(super) fn file(path: &Path, format: Format, room: &mut Room) -> Result<Grey, String> {
+pub(super) fn file(path: &Path, format: Format) -> Result<Grey, String> {
     if format == Format::Tiff {
         let mut reader = open_tiff(path)?;
         if reader.more_images() {
             return Err("a TIFF of several pages in a folder; expected one page a file, or that file alone".to_owned());
         }
-        return tiff_page(&mut reader, room);
+        return tiff_page(&mut reader);
     }
     let (file, size) = open(path)?;
     if size > MOST_BYTES {
@@ -89,9 +81,9 @@ pub(super) fn file(path: &Path, format: Format, room: &mut Room) -> Result<Grey,
     if format == Format::Png {
         let mut limits = image::Limits::no_limits();
         limits.max_alloc = Some(MOST_DECODED);
-        image(PngDecoder::with_limits(Cursor::new(&bytes), limits), room, "PNG image")
+        image(PngDecoder::with_limits(Cursor::new(&bytes), limits), "PNG image")
     } else {
-        image(JpegDecoder::new(Cursor::new(&bytes)), room, "JPEG image")
+        image(JpegDecoder::new(Cursor::new(&bytes)), "JPEG image")
     }
 }
 
@@ -119,7 +111,7 @@ fn reason(error: Error) -> String {
     }
 }
 
-fn image<D: ImageDecoder>(decoder: ImageResult<D>, room: &mut Room, kind: &str) -> Result<Grey, String> {
+fn image<D: ImageDecoder>(decoder: ImageResult<D>, kind: &str) -> Result<Grey, String> {
     let decoder = decoder.map_err(|error| unreadable(kind, error))?;
     let (width, height) = decoder.dimensions();
     check_size(width, height)?;
@@ -134,18 +126,16 @@ fn image<D: ImageDecoder>(decoder: ImageResult<D>, room: &mut Room, kind: &str) 
     if bytes > MOST_DECODED {
         return Err(too_large(width, height));
     }
-    room.decoded.resize(bytes as usize, 0);
-    let read = decoder.read_image(&mut room.decoded);
+    let mut decoded = vec![0u8; bytes as usize];
+    let read = decoder.read_image(&mut decoded);
     read.map_err(|error| unreadable(kind, error))?;
-    let levels = std::mem::take(&mut room.levels);
     if wide {
         // the decoder leaves samples in the order of this machine's bytes
-        let pairs = room.decoded.as_chunks::<2>().0.iter();
+        let pairs = decoded.as_chunks::<2>().0.iter();
         let words = pairs.map(|pair| u16::from_ne_bytes(*pair));
-        grey((width, height), words, each, 1, levels)
+        grey((width, height), words, each, 1)
     } else {
-        let bytes = room.decoded.iter().map(|byte| u16::from(*byte));
-        grey((width, height), bytes, each, 256, levels)
+        grey((width, height), decoded.into_iter().map(u16::from), each, 256)
     }
 }
 
@@ -161,7 +151,7 @@ pub(super) fn open_tiff(path: &Path) -> Result<Decoder<BufReader<File>>, String>
 }
 
 /// The page a reader stands at.
-pub(super) fn tiff_page(reader: &mut Decoder<BufReader<File>>, room: &mut Room) -> Result<Grey, String> {
+pub(super) fn tiff_page(reader: &mut Decoder<BufReader<File>>) -> Result<Grey, String> {
     let unreadable = |error: TiffError| unreadable("TIFF page", error);
     let (width, height) = reader.dimensions().map_err(unreadable)?;
     check_size(width, height)?;
@@ -172,35 +162,27 @@ pub(super) fn tiff_page(reader: &mut Decoder<BufReader<File>>, room: &mut Room) 
         tiff::ColorType::RGBA(_) => 4,
         other => return Err(format!("pixels are {other:?}; expected grey or RGB of 8 or 16 bits")),
     };
-    let levels = std::mem::take(&mut room.levels);
     match reader.read_image().map_err(unreadable)? {
-        DecodingResult::U8(bytes) => {
-            let bytes = bytes.into_iter().map(u16::from);
-            grey((width, height), bytes, each, 256, levels)
-        }
-        DecodingResult::U16(words) => grey((width, height), words.into_iter(), each, 1, levels),
+        DecodingResult::U8(bytes) => grey((width, height), bytes.into_iter().map(u16::from), each, 256),
+        DecodingResult::U16(words) => grey((width, height), words.into_iter(), each, 1),
         _ => Err("samples are neither of 8 nor of 16 bits; expected grey or RGB of 8 or 16 bits".to_owned()),
     }
 }
 
 /// A frame by the samples of its pixels, of which `each` pixel has so many: one or two of grey, three or four of colours. They
-/// become luminance of Rec. 709; transparency, the second or fourth, says nothing of light. `levels` is room that is filled
-/// anew.
+/// become luminance of Rec. 709; transparency, the second or fourth, says nothing of light.
 fn grey(
     (width, height): (u32, u32),
     mut samples: impl Iterator<Item = u16>,
     each: usize,
     unit: u16,
-    mut levels: Vec<u16>,
 ) -> Result<Grey, String> {
     /// Parts of 65,536 that red, green and blue have in the luminance.
     const PARTS: [u64; 3] = [13_933, 46_871, 4_732];
     let (width, height) = (width as usize, height as usize);
-    levels.clear();
-    levels.reserve(width * height);
+    let mut levels = Vec::with_capacity(width * height);
     match each {
-        1 => levels.extend(samples.map(|level| level * unit)),
-        2 => levels.extend(samples.step_by(2).map(|level| level * unit)),
+        1 | 2 => levels.extend(samples.step_by(each).map(|level| level * unit)),
         _ => {
             while let (Some(red), Some(green), Some(blue)) = (samples.next(), samples.next(), samples.next()) {
                 let sum = PARTS[0] * u64::from(red) + PARTS[1] * u64::from(green) + PARTS[2] * u64::from(blue);

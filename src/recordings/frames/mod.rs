@@ -33,10 +33,9 @@ use rayon::prelude::*;
 
 use background::Background;
 use circle::median;
-use decode::{Grey, Room};
+use decode::Grey;
 use source::Frames;
 use sphere::{Outline, Seeker};
-use votes::Tallies;
 
 pub use sphere::Sighting;
 
@@ -77,7 +76,7 @@ pub struct Sightings {
 /// file and what was expected.
 pub fn find_sphere(path: &Path, progress: &(dyn Fn(usize, usize) + Sync)) -> Result<Sightings, String> {
     let frames = Frames::open(path)?;
-    let first = frames.read(0, &mut Room::default())?;
+    let first = frames.read(0)?;
     let (width, height) = (first.width, first.height);
     let sample = background::sample_frames(frames.len(), first.levels.len());
     let sample = read_all(&frames, &sample, &first)?;
@@ -102,10 +101,8 @@ pub fn find_sphere(path: &Path, progress: &(dyn Fn(usize, usize) + Sync)) -> Res
         let lot = start..(start + at_once).min(frames.len());
         let found: Vec<Result<Option<Outline>, String>> = lot
             .into_par_iter()
-            .map_init(<(Room, Tallies)>::default, |(room, tallies), frame| {
-                let grey = read_like(&frames, frame, &first, room)?;
-                let outline = seeker.outline(&grey, tallies);
-                room.levels = grey.levels;
+            .map(|frame| {
+                let outline = seeker.outline(&read_like(&frames, frame, &first)?);
                 progress(done.fetch_add(1, Ordering::Relaxed) + 1, frames.len());
                 Ok(outline)
             })
@@ -144,8 +141,8 @@ pub fn find_sphere(path: &Path, progress: &(dyn Fn(usize, usize) + Sync)) -> Res
 }
 
 /// A frame that must be like the first.
-fn read_like(frames: &Frames, frame: usize, first: &Grey, room: &mut Room) -> Result<Grey, String> {
-    let grey = frames.read(frame, room)?;
+fn read_like(frames: &Frames, frame: usize, first: &Grey) -> Result<Grey, String> {
+    let grey = frames.read(frame)?;
     let refused = |found: &str, expected: &str| {
         let [own, other] = [frame, 0].map(|frame| frames.name(frame));
         Err(format!("{own}: {found}; expected {expected} as in {other}"))
@@ -164,10 +161,7 @@ fn read_like(frames: &Frames, frame: usize, first: &Grey, room: &mut Room) -> Re
 fn read_all(frames: &Frames, which: &[usize], first: &Grey) -> Result<Vec<Grey>, String> {
     let mut all = Vec::with_capacity(which.len());
     for lot in which.chunks(decode::at_once(first.levels.len())) {
-        let read: Vec<Result<Grey, String>> = lot
-            .par_iter()
-            .map_init(Room::default, |room, frame| read_like(frames, *frame, first, room))
-            .collect();
+        let read: Vec<Result<Grey, String>> = lot.par_iter().map(|frame| read_like(frames, *frame, first)).collect();
         for grey in read {
             all.push(grey?);
         }

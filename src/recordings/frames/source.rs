@@ -9,7 +9,7 @@ use std::sync::{Mutex, PoisonError};
 
 use tiff::decoder::Decoder;
 
-use super::decode::{self, Format, Grey, Room};
+use super::decode::{self, Format, Grey};
 use crate::files::is_video;
 
 /// Frames below which a background is not told from a sphere.
@@ -87,21 +87,21 @@ impl Frames {
         }
     }
 
-    /// The grey levels of a frame, in the room that another left.
-    pub fn read(&self, frame: usize, room: &mut Room) -> Result<Grey, String> {
+    /// The grey levels of a frame.
+    pub fn read(&self, frame: usize) -> Result<Grey, String> {
         let grey = match self {
             Frames::Files { format, paths } => paths
                 .get(frame)
                 .ok_or_else(|| "no such frame".to_owned())
-                .and_then(|path| decode::file(path, *format, room)),
-            Frames::Pages { path, idle, .. } => page(path, frame, idle, room),
+                .and_then(|path| decode::file(path, *format)),
+            Frames::Pages { path, idle, .. } => page(path, frame, idle),
         };
         grey.map_err(|problem| format!("{}: {problem}", self.name(frame)))
     }
 }
 
 /// Reads a page with an idle reader, which is idle again afterwards.
-fn page(path: &Path, frame: usize, idle: &Mutex<Vec<Pages>>, room: &mut Room) -> Result<Grey, String> {
+fn page(path: &Path, frame: usize, idle: &Mutex<Vec<Pages>>) -> Result<Grey, String> {
     let kept = idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
     let mut reader = match kept {
         Some(reader) => reader,
@@ -110,7 +110,7 @@ fn page(path: &Path, frame: usize, idle: &Mutex<Vec<Pages>>, room: &mut Room) ->
     reader
         .seek_to_image(frame)
         .map_err(|error| decode::unreadable("TIFF page", error))?;
-    let grey = decode::tiff_page(&mut reader, room)?;
+    let grey = decode::tiff_page(&mut reader)?;
     idle.lock().unwrap_or_else(PoisonError::into_inner).push(reader);
     Ok(grey)
 }

@@ -6,7 +6,7 @@ use super::background::Background;
 use super::circle::{median, Circle, EdgePoint, Rays};
 use super::decode::Grey;
 use super::edge::{edges, Difference, Search};
-use super::votes::{EdgeCells, Place, Tallies};
+use super::votes::{EdgeCells, Place};
 
 /// The sphere as seen in one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,14 +92,14 @@ impl<'b> Seeker<'b> {
     }
 
     /// The sphere's outline in a frame; `None` where it is not, or not whole.
-    pub fn outline(&self, grey: &Grey, tallies: &mut Tallies) -> Option<Outline> {
+    pub fn outline(&self, grey: &Grey) -> Option<Outline> {
         /// Discs of a frame: the sphere, its mirror image, its shadow, another.
         const MOST_DISCS: usize = 4;
         /// Part of an outline that votes.
         const LEAST_VOTES: f64 = 0.25;
         let difference = Difference::of(grey, self.background);
-        let cells = EdgeCells::of(&difference, self.cell, tallies);
-        let places = cells.places(self.radius, MOST_DISCS, LEAST_VOTES, tallies);
+        let cells = EdgeCells::of(&difference, self.cell);
+        let places = cells.places(self.radius, MOST_DISCS, LEAST_VOTES);
         let found = places.into_iter().filter_map(|place| {
             let outline = outline(&difference, &self.rays, place)?;
             let near = (outline.free.radius / self.radius - 1.0).abs() < 0.15;
@@ -297,12 +297,12 @@ pub(super) fn discs(frames: &[&Grey], background: &Background) -> Vec<f64> {
     for lot in frames.chunks(lot) {
         let each: Vec<Vec<f64>> = lot
             .par_iter()
-            .map_init(Tallies::default, |tallies, grey| {
+            .map(|grey| {
                 let difference = Difference::of(grey, background);
                 // cells of half the size where no disc is found: a sphere may be small
                 [8, 4, 2, 1]
                     .into_iter()
-                    .map(|cell| discs_in(&difference, cell, tallies))
+                    .map(|cell| discs_in(&difference, cell))
                     .find(|radii| !radii.is_empty())
                     .unwrap_or_default()
             })
@@ -312,7 +312,7 @@ pub(super) fn discs(frames: &[&Grey], background: &Background) -> Vec<f64> {
     radii
 }
 
-fn discs_in(difference: &Difference, cell: usize, tallies: &mut Tallies) -> Vec<f64> {
+fn discs_in(difference: &Difference, cell: usize) -> Vec<f64> {
     /// Radii from three cells on, each larger by so much.
     const FIRST: f64 = 3.0;
     const LARGER: f64 = 1.12;
@@ -320,12 +320,12 @@ fn discs_in(difference: &Difference, cell: usize, tallies: &mut Tallies) -> Vec<
     const LEAST_VOTES: f64 = 0.4;
     /// Part of an outline that is on one circle.
     const LEAST_SHARE: f64 = 0.6;
-    let cells = EdgeCells::of(difference, cell, tallies);
+    let cells = EdgeCells::of(difference, cell);
     let most = 0.5 * difference.grey.width.min(difference.grey.height) as f64;
     let mut places: Vec<Place> = vec![];
     let mut radius = (FIRST * cell as f64).max(LEAST_RADIUS);
     while radius < most {
-        places.extend(cells.places(radius, 2, LEAST_VOTES, tallies));
+        places.extend(cells.places(radius, 2, LEAST_VOTES));
         radius *= LARGER;
     }
     // the longest outline first

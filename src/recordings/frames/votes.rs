@@ -31,21 +31,10 @@ pub(super) struct Place {
     pub share: f64,
 }
 
-/// Means over cells of a frame, and the tallies of votes: room for the next frame.
-#[derive(Default)]
-pub(super) struct Tallies {
-    means: Vec<f32>,
-    slopes: Vec<(f32, f32)>,
-    votes: Vec<u16>,
-    sums: Vec<u16>,
-}
-
 impl EdgeCells {
-    pub fn of(difference: &Difference, cell: usize, room: &mut Tallies) -> EdgeCells {
+    pub fn of(difference: &Difference, cell: usize) -> EdgeCells {
         let (width, height) = (difference.grey.width / cell, difference.grey.height / cell);
-        let Tallies { means, slopes, .. } = room;
-        means.clear();
-        means.resize(width * height, 0.0);
+        let mut means = vec![0.0f32; width * height];
         for (row, line) in means.chunks_exact_mut(width.max(1)).enumerate() {
             for y in row * cell..(row + 1) * cell {
                 let mut levels = difference.row(y);
@@ -56,7 +45,7 @@ impl EdgeCells {
         }
         let part = 1.0 / (cell * cell) as f32;
         means.iter_mut().for_each(|sum| *sum *= part);
-        let voters = voters(means, slopes, width, height, difference.background.noise / cell as f32);
+        let voters = voters(&means, width, height, difference.background.noise / cell as f32);
         EdgeCells {
             cell,
             width,
@@ -66,12 +55,11 @@ impl EdgeCells {
     }
 
     /// The places with most votes for a radius, px, the first the most; none that stands in another.
-    pub fn places(&self, radius: f64, most: usize, least_share: f64, room: &mut Tallies) -> Vec<Place> {
+    pub fn places(&self, radius: f64, most: usize, least_share: f64) -> Vec<Place> {
         let of_cells = (radius / self.cell as f64) as f32;
-        self.tally(of_cells, room);
+        let mut sums = self.tally(of_cells);
         let outline = std::f64::consts::TAU * f64::from(of_cells);
         let mut places: Vec<Place> = vec![];
-        let sums = &mut room.sums;
         while places.len() < most {
             let Some((at, votes)) = sums.iter().enumerate().max_by(|a, b| a.1.cmp(b.1).then(b.0.cmp(&a.0))) else {
                 break;
@@ -99,11 +87,9 @@ impl EdgeCells {
     }
 
     /// Votes for a radius, summed over three cells each way.
-    fn tally(&self, radius: f32, room: &mut Tallies) {
-        let Tallies { votes, sums, .. } = room;
+    fn tally(&self, radius: f32) -> Vec<u16> {
         let (width, height) = (self.width, self.height);
-        votes.clear();
-        votes.resize(width * height, 0);
+        let mut votes = vec![0u16; width * height];
         for voter in &self.voters {
             for side in [-radius, radius] {
                 let (x, y) = (voter.x + side * voter.nx, voter.y + side * voter.ny);
@@ -116,17 +102,17 @@ impl EdgeCells {
                 }
             }
         }
-        sums.clear();
-        sums.resize(width * height, 0);
+        let mut sums = vec![0u16; width * height];
         if width < 3 || height < 3 {
-            return;
+            return sums;
         }
         for y in 1..height - 1 {
             let into = &mut sums[y * width + 1..(y + 1) * width - 1];
-            for (into, [above, line, below]) in into.iter_mut().zip(about(votes, width, y)) {
+            for (into, [above, line, below]) in into.iter_mut().zip(about(&votes, width, y)) {
                 *into = above.iter().chain(line).chain(below).sum();
             }
         }
+        sums
     }
 }
 
@@ -138,7 +124,7 @@ fn about<T>(cells: &[T], width: usize, y: usize) -> impl Iterator<Item = [&[T]; 
 }
 
 /// Cells that are steeper than those beside them along their slope, by more than noise.
-fn voters(means: &[f32], slopes: &mut Vec<(f32, f32)>, width: usize, height: usize, noise: f32) -> Vec<Voter> {
+fn voters(means: &[f32], width: usize, height: usize, noise: f32) -> Vec<Voter> {
     /// sd of a slope of Sobel's, in sd of a cell.
     const OF_NOISE: f32 = 0.43;
     /// Such sd that a slope must have to be an edge.
@@ -146,8 +132,7 @@ fn voters(means: &[f32], slopes: &mut Vec<(f32, f32)>, width: usize, height: usi
     if width < 3 || height < 3 {
         return vec![];
     }
-    slopes.clear();
-    slopes.resize(width * height, (0.0, 0.0));
+    let mut slopes = vec![(0.0f32, 0.0f32); width * height];
     for y in 1..height - 1 {
         let into = &mut slopes[y * width + 1..(y + 1) * width - 1];
         for (into, rows) in into.iter_mut().zip(about(means, width, y)) {
