@@ -221,41 +221,26 @@ fn counted_by_name(paths: &[PathBuf]) -> Option<Vec<usize>> {
 
 /// The order in which numbers in names are compared as numbers: frame2 stands before frame10.
 fn natural_order(one: &Path, other: &Path) -> Ordering {
-    let bytes = |path: &Path| {
-        path.file_name()
-            .map(|name| name.as_encoded_bytes().to_vec())
-            .unwrap_or_default()
-    };
-    let (a, b) = (bytes(one), bytes(other));
-    let (mut a, mut b) = (a.as_slice(), b.as_slice());
-    loop {
-        let digits = |text: &[u8]| text.iter().take_while(|byte| byte.is_ascii_digit()).count();
-        let order = match (digits(a), digits(b)) {
-            (0, _) | (_, 0) => match (a.split_first(), b.split_first()) {
-                (Some((x, rest_a)), Some((y, rest_b))) => {
-                    (a, b) = (rest_a, rest_b);
-                    x.cmp(y)
-                }
-                // equal but for leading zeros, or one is the start of the other
-                _ => return a.len().cmp(&b.len()).then_with(|| one.cmp(other)),
-            },
-            (of_a, of_b) => {
-                let (number_a, rest_a) = a.split_at(of_a);
-                let (number_b, rest_b) = b.split_at(of_b);
-                (a, b) = (rest_a, rest_b);
-                let (x, y) = (without_zeros(number_a), without_zeros(number_b));
-                x.len().cmp(&y.len()).then_with(|| x.cmp(y))
-            }
-        };
-        if order != Ordering::Equal {
-            return order;
-        }
-    }
+    // equal but for leading zeros
+    natural_key(one).cmp(&natural_key(other)).then_with(|| one.cmp(other))
 }
 
-fn without_zeros(digits: &[u8]) -> &[u8] {
-    let zeros = digits.iter().take_while(|digit| **digit == b'0').count();
-    digits.get(zeros..).unwrap_or_default()
+/// The bytes of a name, each number as a zero, how many digits it has and these.
+fn natural_key(path: &Path) -> Vec<usize> {
+    const ZERO: usize = b'0' as usize;
+    let name = path.file_name().map_or(&[][..], OsStr::as_encoded_bytes);
+    let mut key = vec![];
+    for part in name.chunk_by(|a, b| a.is_ascii_digit() == b.is_ascii_digit()) {
+        let bytes = part.iter().map(|byte| usize::from(*byte));
+        if part[0].is_ascii_digit() {
+            let digits = bytes.skip_while(|byte| *byte == ZERO);
+            key.extend([ZERO, digits.clone().count()]);
+            key.extend(digits);
+        } else {
+            key.extend(bytes);
+        }
+    }
+    key
 }
 
 #[cfg(test)]
