@@ -82,7 +82,7 @@ impl Flights {
                 let t = self.track.times[*frame];
                 track.times.push(t);
                 let moved = sphere.moved(t - instant, velocity, -acceleration);
-                track.heights.push(self.track.heights[*frame] - moved.height);
+                track.heights.push(self.track.heights[*frame] - moved);
             }
             let all: Vec<usize> = (0..track.times.len()).collect();
             Parabola::through(&track, &all)
@@ -119,7 +119,7 @@ impl Flights {
     fn moved_by_air(&self, place: usize, time: f64) -> f64 {
         let seen = &self.segments[place].parabola;
         let velocity = seen.velocity(seen.time);
-        let moved = |sphere: SphereInAir| sphere.moved(time, velocity, -seen.acceleration()).height;
+        let moved = |sphere: SphereInAir| sphere.moved(time, velocity, -seen.acceleration());
         self.air.map_or(0.0, moved)
     }
 
