@@ -109,8 +109,8 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
     };
     let table = Staging::beside(&place)?;
     table.write(&recordings::runs_table(&campaign.outcomes)?)?;
-    if let Some(report) = report {
-        report.put()?;
+    if let Some((destination, report)) = destination.as_ref().zip(report) {
+        destination.put(report)?;
     }
     table.put(|place| existing.allow(place))?;
     let status = status(tracking::is_usable(&campaign));

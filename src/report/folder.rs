@@ -150,11 +150,11 @@ impl Destination {
 
     /// Writes the files beside the folder, and puts them in place of an earlier report of ours, whole or not at all.
     pub fn write(&self, files: Files) -> Result<(), Error> {
-        self.beside(files)?.put()
+        self.put(self.beside(files)?)
     }
 
     /// Writes the files beside the folder, to be put in place once all else is written, too.
-    pub fn beside(&self, files: Files) -> Result<WrittenBeside<'_>, Error> {
+    pub fn beside(&self, files: Files) -> Result<Staging, Error> {
         let staging = Staging::beside(&self.place)?;
         // told of the place the user named, not of the one beside it
         let fail = |name: &str, error| Error::io(&self.place.named().join(name), "write", error);
@@ -172,23 +172,12 @@ impl Destination {
         if let Some(last) = files.last {
             write(&last())?;
         }
-        Ok(WrittenBeside {
-            destination: self,
-            staging,
-        })
+        Ok(staging)
     }
-}
 
-/// A report whose files are all written, but not in their place.
-pub struct WrittenBeside<'d> {
-    destination: &'d Destination,
-    staging: Staging,
-}
-
-impl WrittenBeside<'_> {
-    /// Puts them in place of an earlier report of ours.
-    pub fn put(self) -> Result<(), Error> {
-        self.staging.put(|place| self.destination.allow(place))
+    /// Puts what was written beside the folder in place of an earlier report of ours.
+    pub fn put(&self, written: Staging) -> Result<(), Error> {
+        written.put(|place| self.allow(place))
     }
 }
 
@@ -299,7 +288,7 @@ mod tests {
         assert_eq!(std::fs::read_dir(place.path()).map(Iterator::count).ok(), Some(0));
         let written = destination.beside(files("one", "second")).expect("written");
         assert!(!folder.exists());
-        written.put().expect("a free place");
+        destination.put(written).expect("a free place");
         assert!(folder.join("findings.json").exists());
     }
 }
