@@ -16,7 +16,7 @@ use wetcor::runs::{self, Runs};
 use wetcor::scene::{self, Scene};
 
 use super::draws::Draws;
-use super::messages::{print_after_writing, print_cautions, say, status, Said};
+use super::messages::{print_after_writing, print_cautions, say, status};
 use super::timing::Timing;
 
 /// Models that are sampled besides the scene's own: forms of the law, and trends with the film.
@@ -255,13 +255,8 @@ pub(super) fn fit(fit: &Fit, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
             named(&out.join("report.html"))
         );
         print_after_writing(&report, &text)?;
+        print_cautions(&findings, fit.verbose);
     }
-    let said = match (quiet, fit.verbose) {
-        (true, _) => Said::Errors,
-        (false, true) => Said::Everything,
-        (false, false) => Said::Most,
-    };
-    print_cautions(&findings, said);
     Ok(status(verdicts::quotable(&findings.remarks)))
 }
 

@@ -107,17 +107,6 @@ pub(super) fn complain(text: &str) {
     say_lines(&format!("{}: {}", label("error", "\u{1b}[1;31m"), plain_lines(text)));
 }
 
-/// How much of what went on is said.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Said {
-    /// errors only
-    Errors,
-    /// what bears most on the answer
-    Most,
-    /// every notice
-    Everything,
-}
-
 /// Says every notice, unless quiet was asked for, what only informs last.
 pub(super) fn print_notices(notices: &[Remark], quiet: bool) {
     if !quiet {
@@ -125,32 +114,23 @@ pub(super) fn print_notices(notices: &[Remark], quiet: bool) {
     }
 }
 
-/// Says the cautions of a fit that bear most on its main numbers, and how many more the report has; or all of them, and what
-/// only informs after them.
-pub(super) fn print_cautions(findings: &Findings, said: Said) {
+/// Says the cautions of a fit that bear most on its main numbers, and how many more the report has; or every one of them, and
+/// what only informs after them.
+pub(super) fn print_cautions(findings: &Findings, every: bool) {
     const SHOWN: usize = 3;
     let cautions = findings.cautions();
-    let shown = match said {
-        Said::Errors => return,
-        Said::Most => SHOWN.min(cautions.len()),
-        Said::Everything => cautions.len(),
-    };
-    for caution in &cautions[..shown] {
-        warn(&caution.text);
-    }
-    match (said, cautions.len() - shown) {
-        (Said::Everything, _) => {
-            let informing = in_order(&findings.remarks).into_iter();
-            let informing = informing.filter(|one| one.informs() && one.line.is_none());
-            informing.for_each(|one| warn(&one.text));
-        }
-        (_, 0) => {}
-        (_, more) => {
-            let verb = if more == 1 { "caution stands" } else { "cautions stand" };
-            say(&format!(
-                "{more} more {verb} in the report; --verbose prints every notice"
-            ));
-        }
+    let shown = if every { usize::MAX } else { SHOWN };
+    cautions.iter().take(shown).for_each(|caution| warn(&caution.text));
+    if every {
+        let informing = in_order(&findings.remarks).into_iter();
+        let informing = informing.filter(|one| one.informs() && one.line.is_none());
+        informing.for_each(|one| warn(&one.text));
+    } else if cautions.len() > SHOWN {
+        let more = cautions.len() - SHOWN;
+        let verb = if more == 1 { "caution stands" } else { "cautions stand" };
+        say(&format!(
+            "{more} more {verb} in the report; --verbose prints every notice"
+        ));
     }
 }
 
