@@ -1,7 +1,5 @@
 //! Writes one line a draw, as R's posterior reads it.
 
-use std::fmt::Write;
-
 use csv::Writer;
 
 use super::arrays::DrawSize;
@@ -9,31 +7,21 @@ use crate::error::Error;
 
 /// Draws of some quantities: `.chain`, `.iteration`, `.draw` (each from 1), then a named column each.
 ///
-/// A column holds a number for each draw, chain after chain, else the table cannot be written. Numbers have the digits that
-/// bring the same f64 back; a name with a comma is quoted.
-pub fn table(size: DrawSize, columns: &[(&str, Vec<f64>)]) -> Result<String, Error> {
+/// A column holds a number for each draw, chain after chain. Numbers have the digits that bring the same f64 back; a name with
+/// a comma is quoted.
+pub fn table(size: DrawSize, columns: &[(&str, Vec<f64>)]) -> Result<Vec<u8>, Error> {
     const DOING: &str = "write draws.csv";
-    if let Some((name, values)) = columns.iter().find(|(_, values)| values.len() != size.total()) {
-        let DrawSize { chains, draws } = size;
-        let found = format!("{name}: {} values", values.len());
-        return Err(Error::internal(DOING)(format!("{found} for {chains} x {draws} draws")));
-    }
     let names = columns.iter().map(|(name, _)| *name);
-    let mut header = Writer::from_writer(vec![]);
-    let written = header.write_record([".chain", ".iteration", ".draw"].into_iter().chain(names));
+    let mut writer = Writer::from_writer(vec![]);
+    let written = writer.write_record([".chain", ".iteration", ".draw"].into_iter().chain(names));
     written.map_err(Error::internal(DOING))?;
-    let header = header.into_inner().map_err(Error::internal(DOING))?;
-    let mut text = String::from_utf8(header).map_err(Error::internal(DOING))?;
     for draw in 0..size.total() {
-        let (chain, iteration) = (draw / size.draws + 1, draw % size.draws + 1);
-        // a String takes whatever is written to it
-        let _ = write!(text, "{chain},{iteration},{}", draw + 1);
-        for (_, values) in columns {
-            let _ = write!(text, ",{:?}", values[draw]);
-        }
-        text.push('\n');
+        let place = [draw / size.draws + 1, draw % size.draws + 1, draw + 1].map(|number| number.to_string());
+        let numbers = columns.iter().map(|(_, values)| format!("{:?}", values[draw]));
+        let written = writer.write_record(place.into_iter().chain(numbers));
+        written.map_err(Error::internal(DOING))?;
     }
-    Ok(text)
+    writer.into_inner().map_err(Error::internal(DOING))
 }
 
 #[cfg(test)]
@@ -50,8 +38,8 @@ mod tests {
     fn draws_count_from_one_and_come_back_to_the_last_bit() {
         let k = [0.1 + 0.2, 1e-300, -0.0, f64::MAX];
         let e = [1.0, f64::NAN, f64::INFINITY, 0.5];
-        let text =
-            table(SIZE, &[column("dry_k[PTFE]", &k), column("e_inf[PTFE,AK10,0.06]", &e)]).expect("as many values");
+        let bytes = table(SIZE, &[column("dry_k[PTFE]", &k), column("e_inf[PTFE,AK10,0.06]", &e)]);
+        let text = String::from_utf8(bytes.expect("a table")).expect("text");
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(
             lines[0],

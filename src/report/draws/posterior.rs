@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::json;
 
-use super::arrays::{ArrayDimension, ArrayGroup, ArrayValues, DrawSize};
+use super::arrays::{ArrayGroup, ArrayValues, DrawSize};
 use super::csv;
 use super::every_run::EveryRun;
 use super::zarr::{chunk_path, store, PART};
@@ -97,7 +97,7 @@ pub fn files<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Files<
     .into_iter()
     .map(|(key, value)| (key.to_owned(), value));
     let mut whole = store(STORE, attributes.collect(), groups)?;
-    whole.push((TABLE.to_owned(), table?.into_bytes()));
+    whole.push((TABLE.to_owned(), table?));
     Ok(Files {
         whole,
         streamed,
@@ -106,7 +106,7 @@ pub fn files<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Files<
 }
 
 /// The sampled parameters, and the offsets of series after them, as one table.
-fn table(posterior: &Posterior, size: DrawSize) -> Result<String, Error> {
+fn table(posterior: &Posterior, size: DrawSize) -> Result<Vec<u8>, Error> {
     let sampled = &posterior.sampled;
     let parameters = sampled.parameters.sampled.iter().map(|parameter| &parameter.name);
     let names = parameters.chain(&sampled.parameters.series_offsets);
@@ -204,7 +204,7 @@ fn every_run_groups(every_run: &EveryRun, runs: usize, size: DrawSize) -> [Array
     .map(|(name, of)| {
         let mut group = ArrayGroup::of_draws(name, size);
         let [chain, draw] = size.dimensions();
-        let run = ArrayDimension::new("run", of.len());
+        let run = ("run", of.len());
         // run numbers are far below the largest i64
         let numbers = of.iter().map(|run| i64::try_from(*run).unwrap_or(i64::MAX));
         group.add("run", &[run], ArrayValues::counts(numbers));
@@ -235,7 +235,7 @@ fn every_run_files(every_run: EveryRun, size: DrawSize) -> Vec<Streamed<'static>
 
 fn observed(runs: &Runs) -> ArrayGroup {
     let mut group = ArrayGroup::new("observed_data");
-    let run = ArrayDimension::new("run", runs.len());
+    let run = ("run", runs.len());
     group.add_indices(run);
     group.add(
         "restitution",
@@ -253,7 +253,7 @@ fn observed(runs: &Runs) -> ArrayGroup {
 
 fn constant(scene: &Scene, runs: &Runs) -> ArrayGroup {
     let mut group = ArrayGroup::new("constant_data");
-    let run = ArrayDimension::new("run", runs.len());
+    let run = ("run", runs.len());
     group.add_indices(run);
     let mut particle = vec![String::new(); runs.len()];
     let mut liquid = vec![DRY.to_owned(); runs.len()];
