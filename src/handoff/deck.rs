@@ -5,10 +5,14 @@
 
 use std::f64::consts::PI;
 
+use minijinja::value::merge_maps;
+use minijinja::{context, Value};
+
 use super::heading::heading;
 use super::law::{Handoff, HandoffFile};
 use super::numbers::{input, number, restitution};
 use super::template::filled;
+use crate::error::Error;
 
 /// Overlap of sphere and plate, undamped, at the reference speed, as a share of the radius.
 const OVERLAP: f64 = 0.01;
@@ -45,41 +49,40 @@ pub(super) fn young(handoff: &Handoff) -> f64 {
     2.0 * (1.0 - POISSON * POISSON) * effective
 }
 
-/// The file, whose time step suits a linear spring of this stiffness; `own` are the places that this code alone has.
+/// The file, whose time step suits a linear spring of this stiffness; `own` is what this code's template alone names.
 pub(super) fn deck(
     name: &'static str,
     template: &str,
     handoff: &Handoff,
     stiffness: f64,
-    own: Vec<(&str, String)>,
-) -> HandoffFile {
+    own: Value,
+) -> Result<HandoffFile, Error> {
     let (r, e) = (handoff.radius(), handoff.predicted().q50);
     let step = PI * (handoff.mass() / stiffness).sqrt() / STEPS_OF_CONTACT;
-    let mut places = vec![
-        ("heading", heading(handoff)),
-        ("file", name.to_owned()),
-        ("speed", number(handoff.reference_speed)),
-        ("e", input(e)),
-        ("e_5", restitution(e)),
-        ("pair", input(handoff.restitution_of_two())),
-        ("density", number(handoff.density)),
-        ("diameter", number(handoff.diameter)),
-        ("mass", number(handoff.mass())),
-        ("radius", number(r)),
-        ("start", number((1.0 + GAP) * r)),
-        ("upper", number((AWAY + 1.0 + GAP) * r)),
-        ("lower", number((AWAY - 1.0 - GAP) * r)),
-        ("side", number(4.0 * r)),
-        ("below", number(2.0 * r)),
-        ("above", number(40.0 * r)),
-        ("skin", number(r)),
-        ("poisson", number(POISSON)),
-        ("step", number(step)),
-        ("steps", number(CONTACTS * STEPS_OF_CONTACT)),
-    ];
-    places.extend(own);
-    HandoffFile {
+    let common = context! {
+        heading => heading(handoff)?,
+        file => name,
+        speed => number(handoff.reference_speed),
+        e => input(e),
+        e_5 => restitution(e),
+        pair => input(handoff.restitution_of_two()),
+        density => number(handoff.density),
+        diameter => number(handoff.diameter),
+        mass => number(handoff.mass()),
+        radius => number(r),
+        start => number((1.0 + GAP) * r),
+        upper => number((AWAY + 1.0 + GAP) * r),
+        lower => number((AWAY - 1.0 - GAP) * r),
+        side => number(4.0 * r),
+        below => number(2.0 * r),
+        above => number(40.0 * r),
+        skin => number(r),
+        poisson => number(POISSON),
+        step => number(step),
+        steps => number(CONTACTS * STEPS_OF_CONTACT),
+    };
+    Ok(HandoffFile {
         name,
-        text: filled(template, &places),
-    }
+        text: filled(template, merge_maps([own, common]))? + "\n",
+    })
 }

@@ -2,10 +2,12 @@
 //!
 //! They are plain ASCII but for the user's own names, as some codes complain of anything else.
 
+use minijinja::context;
+
 use super::law::{Handoff, CONSTANT_WITHIN, FARTHEST};
-use super::numbers::{number, restitution};
+use super::numbers::number;
 use super::template::filled;
-use crate::error::plain;
+use crate::error::{plain, Error};
 use crate::physics::numbers::GRAVITY;
 
 /// Characters of a name or title that a file repeats.
@@ -35,14 +37,8 @@ fn name(text: &str) -> String {
     shown
 }
 
-/// Bars the numbers from being quoted.
-const NOT_QUOTABLE: &str = "\n# NOT TO BE QUOTED: the fit failed a verdict, and what is here rests on it";
-/// Warns of a reference speed or a film that no run had.
-const EXTRAPOLATED: &str =
-    "\n# EXTRAPOLATED: the reference speed or the film lies outside what the runs of this particle on this plate covered";
-
 /// The lines that are the same for every code, as comments; the first stands behind the code's name.
-pub(super) fn heading(handoff: &Handoff) -> String {
+pub(super) fn heading(handoff: &Handoff) -> Result<String, Error> {
     let (v, at) = (handoff.reference_speed, handoff.predicted());
     let end = |speed: Option<f64>, beyond: f64| match speed {
         Some(speed) => number(speed),
@@ -50,85 +46,48 @@ pub(super) fn heading(handoff: &Handoff) -> String {
     };
     let [slowest, fastest] = handoff.constant_holds();
     let height = v * v / (2.0 * GRAVITY);
-    let (stokes, two_spheres) = stokes(handoff);
-    let marked = |mark: &str, holds: bool| if holds { mark.to_owned() } else { String::new() };
-    let places = [
-        ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("not_quotable", marked(NOT_QUOTABLE, !handoff.quotable)),
-        ("extrapolated", marked(EXTRAPOLATED, at.extrapolated)),
-        ("title", name(handoff.title)),
-        ("source", name(handoff.source)),
-        ("particle", name(handoff.particle)),
-        ("density", number(handoff.density)),
-        ("diameter", number(handoff.diameter)),
-        ("mass", number(handoff.mass())),
-        ("plate", plate(handoff)),
-        ("runs", runs(handoff)),
-        ("speed", number(v)),
-        ("e", restitution(at.q50)),
-        ("e_q05", restitution(at.q05)),
-        ("e_q95", restitution(at.q95)),
-        ("log_slope", format!("{:.4}", handoff.log_slope)),
-        ("within", number(CONSTANT_WITHIN * 100.0)),
-        ("slowest", end(slowest, 1.0 / FARTHEST)),
-        ("fastest", end(fastest, FARTHEST)),
-        ("height", number(height)),
-        ("gravity", GRAVITY.to_string()),
-        ("rise", number(height * at.q50 * at.q50)),
-        ("stokes", stokes),
-        ("two_spheres", two_spheres),
-    ];
-    filled(include_str!("templates/heading.txt").trim_end(), &places)
-}
-
-/// What wets the plate.
-fn plate(handoff: &Handoff) -> String {
-    let Some(wetting) = &handoff.wetting else {
-        return "Dry plate".to_owned();
-    };
-    format!(
-        "Liquid on the plate: {}, density {} kg/m3, viscosity {} Pa s, film {} m",
-        name(wetting.liquid),
-        number(wetting.density),
-        number(wetting.viscosity),
-        number(wetting.film)
-    )
-}
-
-/// What the runs covered.
-fn runs(handoff: &Handoff) -> String {
-    let Some([slowest, fastest]) = handoff.speeds.map(|speeds| speeds.map(number)) else {
-        return "No run of this particle was made on this plate; everything here is extrapolation".to_owned();
-    };
-    let covered = match handoff.stokes.map(|stokes| stokes.map(number)) {
-        Some([lo, hi]) => {
-            format!("Runs of this particle in this liquid covered {slowest} to {fastest} m/s, St {lo} to {hi}")
+    let wetting = handoff.wetting.map(|own| {
+        context! { liquid => name(own.liquid), density => own.density, viscosity => own.viscosity, film => own.film }
+    });
+    let stokes = handoff.stokes_at(v);
+    let two = stokes.map(|stokes| {
+        let law = handoff.for_two_spheres();
+        context! {
+            stokes => 2.0 * stokes,
+            speed => 2.0 * v,
+            e => law.q50,
+            extrapolated => law.extrapolated,
+            rebound => law.q50 > 0.0,
         }
-        None => format!("Dry runs of this particle covered {slowest} to {fastest} m/s"),
+    });
+    let values = context! {
+        version => env!("CARGO_PKG_VERSION"),
+        quotable => handoff.quotable,
+        extrapolated => at.extrapolated,
+        title => name(handoff.title),
+        source => name(handoff.source),
+        particle => name(handoff.particle),
+        density => handoff.density,
+        diameter => handoff.diameter,
+        mass => handoff.mass(),
+        wetting,
+        speeds => handoff.speeds,
+        covered => handoff.stokes,
+        speed => v,
+        e => at.q50,
+        e_q05 => at.q05,
+        e_q95 => at.q95,
+        log_slope => format!("{:.4}", handoff.log_slope),
+        within => CONSTANT_WITHIN * 100.0,
+        slowest => end(slowest, 1.0 / FARTHEST),
+        fastest => end(fastest, FARTHEST),
+        height,
+        gravity => GRAVITY,
+        rise => height * at.q50 * at.q50,
+        stokes,
+        two,
     };
-    format!("{covered}; outside is extrapolation")
-}
-
-/// How St is counted, for a plate and for two spheres, and which e two spheres have.
-fn stokes(handoff: &Handoff) -> (String, String) {
-    let Some(stokes) = handoff.stokes_at(handoff.reference_speed) else {
-        let e = "Two spheres were not measured: here they have the plate's e";
-        return (String::new(), e.to_owned());
-    };
-    let two = handoff.for_two_spheres();
-    let mark = if two.extrapolated { " (extrapolated)" } else { "" };
-    let spared = if two.q50 > 0.0 {
-        ""
-    } else {
-        "; being 0, it is not used: here they have the plate's e"
-    };
-    let places = [("plate", number(stokes)), ("pair", number(2.0 * stokes))];
-    let e = format!(
-        "If St alone decides, those two spheres have its e at {} m/s, {}{mark}{spared}",
-        number(2.0 * handoff.reference_speed),
-        restitution(two.q50)
-    );
-    (filled(include_str!("templates/stokes.txt"), &places), e)
+    filled(include_str!("templates/heading.txt"), values)
 }
 
 /// A contact beside the law over the speeds of the runs, and the largest distance, as comments.

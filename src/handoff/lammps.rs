@@ -1,32 +1,35 @@
 //! Writes the drop test for LAMMPS: one restitution a pair in a form right in every version, and dry the contact of the law.
 
+use minijinja::context;
+
 use super::contact::{rebound, share_for, viscoelastic_damping_for, viscoelastic_rebound, End, Tsuji};
 use super::deck::{deck, hertz_over_mass, stiffness, young};
 use super::heading::beside_the_law;
 use super::law::{Handoff, HandoffFile};
 use super::numbers::{input, number, restitution};
+use crate::error::Error;
 
-fn constant(handoff: &Handoff) -> HandoffFile {
+fn constant(handoff: &Handoff) -> Result<HandoffFile, Error> {
     let (e, two_spheres) = (handoff.predicted().q50, handoff.restitution_of_two());
     let given = |tsuji: Tsuji, e: f64| tsuji.input_for(e).map_or("none".to_owned(), input);
     let limited = rebound(share_for(e, End::Overlap), End::Force);
-    let own = vec![
-        ("stiffness", number(stiffness(handoff))),
-        ("young", number(young(handoff))),
-        ("limited", restitution(limited)),
-        ("tsuji_of_e_before", restitution(Tsuji::WithoutRootTwo.rebound(e))),
-        ("tsuji_of_e_since", restitution(Tsuji::WithRootTwo.rebound(e))),
-        ("tsuji_plate_before", given(Tsuji::WithoutRootTwo, e)),
-        ("tsuji_pair_before", given(Tsuji::WithoutRootTwo, two_spheres)),
-        ("tsuji_plate_since", given(Tsuji::WithRootTwo, e)),
-        ("tsuji_pair_since", given(Tsuji::WithRootTwo, two_spheres)),
-    ];
+    let own = context! {
+        stiffness => number(stiffness(handoff)),
+        young => number(young(handoff)),
+        limited => restitution(limited),
+        tsuji_of_e_before => restitution(Tsuji::WithoutRootTwo.rebound(e)),
+        tsuji_of_e_since => restitution(Tsuji::WithRootTwo.rebound(e)),
+        tsuji_plate_before => given(Tsuji::WithoutRootTwo, e),
+        tsuji_pair_before => given(Tsuji::WithoutRootTwo, two_spheres),
+        tsuji_plate_since => given(Tsuji::WithRootTwo, e),
+        tsuji_pair_since => given(Tsuji::WithRootTwo, two_spheres),
+    };
     let template = include_str!("templates/lammps.in");
     deck("drop_lammps.in", template, handoff, stiffness(handoff), own)
 }
 
 /// The dry contact of Brilliantov & Pöschel, whose e falls with the speed as the dry law's does; `None` wet.
-fn viscoelastic(handoff: &Handoff) -> Option<HandoffFile> {
+fn viscoelastic(handoff: &Handoff) -> Option<Result<HandoffFile, Error>> {
     let e = handoff.predicted().q50;
     if handoff.wetting.is_some() || e >= 1.0 {
         return None;
@@ -38,12 +41,12 @@ fn viscoelastic(handoff: &Handoff) -> Option<HandoffFile> {
     let eta = damping * kappa.powf(0.6) / (v.powf(0.2) * r.sqrt());
     // a goes as m_eff^(3/5) R_eff^(1/5)
     let of_two = damping * 0.5f64.powf(0.8);
-    let own = vec![
-        ("beside", beside_the_law(handoff, &contact)),
-        ("hertz", number(kappa * handoff.mass() / r.sqrt())),
-        ("eta", number(eta)),
-        ("contact_pair", restitution(viscoelastic_rebound(of_two, End::Overlap))),
-    ];
+    let own = context! {
+        beside => beside_the_law(handoff, &contact),
+        hertz => number(kappa * handoff.mass() / r.sqrt()),
+        eta => number(eta),
+        contact_pair => restitution(viscoelastic_rebound(of_two, End::Overlap)),
+    };
     let template = include_str!("templates/lammps_viscoelastic.in");
     Some(deck(
         "drop_lammps_viscoelastic.in",
@@ -54,7 +57,7 @@ fn viscoelastic(handoff: &Handoff) -> Option<HandoffFile> {
     ))
 }
 
-pub(super) fn files(handoff: &Handoff) -> Vec<HandoffFile> {
+pub(super) fn files(handoff: &Handoff) -> Result<Vec<HandoffFile>, Error> {
     std::iter::once(constant(handoff))
         .chain(viscoelastic(handoff))
         .collect()

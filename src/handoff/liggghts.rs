@@ -1,5 +1,7 @@
 //! Writes the drop test for LIGGGHTS-PUBLIC: one restitution a pair, and wet the contact that reads Stokes numbers.
 
+use minijinja::context;
+
 use super::contact::{rebound, share_for, End, StokesKeywords};
 use super::deck::{deck, stiffness, POISSON};
 use super::heading::{beside_the_law, spaced};
@@ -32,28 +34,18 @@ fn spring(handoff: &Handoff) -> (f64, f64) {
     (young, factor * (young / both).powf(0.8))
 }
 
-fn constant(handoff: &Handoff, two_spheres: f64) -> HandoffFile {
+fn constant(handoff: &Handoff) -> Result<HandoffFile, Error> {
     let e = handoff.predicted().q50;
-    let given = |restitution_or_none: Option<f64>| restitution_or_none.map_or("none".to_owned(), input);
-    let plate_on = input_with_limit(e);
-    let with_limit = match plate_on {
-        Some(input) => format!(
-            ", and coefficientRestitution {} would give {}; {input:.6} gives the e asked for",
-            restitution(e),
-            restitution(rebound(share_for(e, End::Overlap), End::Force)),
-        ),
-        None => {
-            let least = rebound(share_for(LEAST_INPUT, End::Overlap), End::Force);
-            format!("; this e cannot be had, the least is {}", restitution(least))
-        }
-    };
+    let given = |e: f64| input_with_limit(e).map_or("none".to_owned(), input);
+    let limited = |input: f64| restitution(rebound(share_for(input, End::Overlap), End::Force));
     let (young, stiffness) = spring(handoff);
-    let own = vec![
-        ("young", number(young)),
-        ("with_limit", with_limit),
-        ("plate_on", given(plate_on)),
-        ("pair_on", given(input_with_limit(two_spheres))),
-    ];
+    let own = context! {
+        young => number(young),
+        limited => limited(e),
+        least => limited(LEAST_INPUT),
+        plate_on => given(e),
+        pair_on => given(handoff.restitution_of_two()),
+    };
     let template = include_str!("templates/liggghts.in");
     deck("drop_liggghts.in", template, handoff, stiffness, own)
 }
@@ -74,7 +66,7 @@ fn keywords(handoff: &Handoff) -> Option<StokesKeywords> {
 }
 
 /// The contact with Stokes keywords; `None` dry.
-fn with_stokes(handoff: &Handoff) -> Option<HandoffFile> {
+fn with_stokes(handoff: &Handoff) -> Option<Result<HandoffFile, Error>> {
     let viscosity = handoff.wetting?.viscosity;
     let keywords = keywords(handoff)?;
     let contact = |speed: f64| {
@@ -82,23 +74,22 @@ fn with_stokes(handoff: &Handoff) -> Option<HandoffFile> {
         keywords.rebound(stokes, End::Overlap)
     };
     let (young, stiffness) = spring(handoff);
-    let own = vec![
-        ("young", number(young)),
-        ("beside", beside_the_law(handoff, &contact)),
-        ("viscosity", number(viscosity)),
-        ("critical", number(keywords.critical_stokes)),
-        ("maximum", number(keywords.maximum_restitution)),
-        ("contact", restitution(contact(handoff.reference_speed))),
-        ("contact_pair", restitution(contact(2.0 * handoff.reference_speed))),
-    ];
+    let own = context! {
+        young => number(young),
+        beside => beside_the_law(handoff, &contact),
+        viscosity => number(viscosity),
+        critical => number(keywords.critical_stokes),
+        maximum => number(keywords.maximum_restitution),
+        contact => restitution(contact(handoff.reference_speed)),
+        contact_pair => restitution(contact(2.0 * handoff.reference_speed)),
+    };
     let template = include_str!("templates/liggghts_stokes.in");
     Some(deck("drop_liggghts_stokes.in", template, handoff, stiffness, own))
 }
 
 pub(super) fn files(handoff: &Handoff) -> Result<Vec<HandoffFile>, Error> {
     let e = handoff.predicted().q50;
-    let two_spheres = handoff.restitution_of_two();
-    for (e, of) in [(e, ""), (two_spheres, " of two spheres")] {
+    for (e, of) in [(e, ""), (handoff.restitution_of_two(), " of two spheres")] {
         if e <= LEAST_INPUT {
             return Err(Error::Usage(format!(
                 "--speed-m-s: at {} m/s the law gives e = {}{of}, and LIGGGHTS refuses coefficientRestitution of {LEAST_INPUT} or less",
@@ -107,7 +98,5 @@ pub(super) fn files(handoff: &Handoff) -> Result<Vec<HandoffFile>, Error> {
             )));
         }
     }
-    let mut files = vec![constant(handoff, two_spheres)];
-    files.extend(with_stokes(handoff));
-    Ok(files)
+    std::iter::once(constant(handoff)).chain(with_stokes(handoff)).collect()
 }

@@ -37,10 +37,10 @@ pub use law::{Code, Handoff, HandoffFile, Wetting};
 pub fn files(code: Code, handoff: &Handoff) -> Result<Vec<HandoffFile>, Error> {
     handoff.check()?;
     match code {
-        Code::Table => Ok(vec![table::file(handoff)]),
-        Code::Lammps => Ok(lammps::files(handoff)),
+        Code::Table => Ok(vec![table::file(handoff)?]),
+        Code::Lammps => lammps::files(handoff),
         Code::Liggghts => liggghts::files(handoff),
-        Code::Yade => Ok(vec![yade::file(handoff)]),
+        Code::Yade => Ok(vec![yade::file(handoff)?]),
     }
 }
 

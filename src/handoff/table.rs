@@ -3,6 +3,7 @@
 use super::heading::{heading, spaced};
 use super::law::{Handoff, HandoffFile};
 use super::numbers::{number, restitution};
+use crate::error::Error;
 
 /// What the columns are, and their names.
 const COLUMNS: &str = "\
@@ -18,14 +19,14 @@ const ROWS: u32 = 61;
 /// How far the table goes beyond the runs and the reference speed, as a factor.
 const BEYOND: f64 = 2.0;
 
-pub(super) fn file(handoff: &Handoff) -> HandoffFile {
+pub(super) fn file(handoff: &Handoff) -> Result<HandoffFile, Error> {
     let [slowest, fastest] = handoff.compared_speeds();
     let v = handoff.reference_speed;
     let mut speeds = spaced([slowest.min(v) / BEYOND, fastest.max(v) * BEYOND], ROWS);
     speeds.extend([v, slowest, fastest]);
     speeds.sort_by(f64::total_cmp);
     speeds.dedup();
-    let mut text = format!("# Table: {}\n{COLUMNS}", heading(handoff));
+    let mut text = format!("# Table: {}\n{COLUMNS}", heading(handoff)?);
     for speed in speeds {
         let at = (handoff.law)(speed);
         let stokes = handoff.stokes_at(speed).map_or(String::new(), number);
@@ -33,8 +34,8 @@ pub(super) fn file(handoff: &Handoff) -> HandoffFile {
         let outside = u8::from(at.extrapolated);
         text += &format!("{},{stokes},{q50},{q05},{q95},{outside}\n", number(speed));
     }
-    HandoffFile {
+    Ok(HandoffFile {
         name: "restitution_table.csv",
         text,
-    }
+    })
 }

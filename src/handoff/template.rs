@@ -1,30 +1,36 @@
-//! Fills the places of a template, written `{{name}}`, with texts.
+//! Fills the templates, texts with the commands of minijinja: a line with nothing but a command falls away.
 
-/// The template with each place filled; a place without a text keeps its name, which a test would see.
-pub(super) fn filled(template: &str, places: &[(&str, String)]) -> String {
-    let mut parts = template.split("{{");
-    let mut text = parts.next().unwrap_or_default().to_owned();
-    // in one pass, so that what a text holds is never taken for a place
-    for part in parts {
-        let found = part.split_once("}}").and_then(|(name, rest)| {
-            let place = places.iter().find(|(place, _)| *place == name)?;
-            Some((&place.1, rest))
-        });
-        match found {
-            Some((filling, rest)) => text.extend([filling, rest]),
-            None => text.extend(["{{", part]),
-        }
-    }
-    text
+use minijinja::syntax::SyntaxConfig;
+use minijinja::{Environment, UndefinedBehavior, Value};
+
+use super::numbers::{number, restitution};
+use crate::error::Error;
+
+/// The template with what it names in its places, without a line end.
+///
+/// Fails where it names what there is not.
+pub(super) fn filled(template: &str, values: Value) -> Result<String, Error> {
+    const DOING: &str = "fill a template of a simulation code";
+    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
+    let mut environment = Environment::new();
+    environment.set_syntax(syntax.map_err(Error::internal(DOING))?);
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.add_filter("number", number);
+    environment.add_filter("restitution", restitution);
+    let text = environment.render_str(template, values);
+    text.map_err(Error::internal(DOING))
 }
 
 #[cfg(test)]
 mod tests {
+    use minijinja::context;
+
     use super::*;
 
     #[test]
     fn places_are_filled_once() {
-        let places = [("a", "{{b}}".to_owned()), ("b", "1".to_owned())];
-        assert_eq!(filled("x {{a}} {{b}}{{c}}", &places), "x {{b}} 1{{c}}");
+        let values = context! { a => "{{b}}", b => 1.0 };
+        assert_eq!(filled("x {{a}} {{b|number}}\n", values).expect("a text"), "x {{b}} 1");
+        assert!(filled("{{c}}", context! {}).is_err());
     }
 }

@@ -5,7 +5,10 @@
 # closed form, is {{beta_plate}} for the e asked for; the formula for a contact that may pull would give {{pulling}} for it
 # en={{e_5}} in its place is turned into betan by an approximation, which in 2023.02a is right to 4e-4 for e of 0.05 to 0.925, and
 # makes 0.948 of 0.95 and 0.969 of 0.975. Give en or betan, not both
-# ViscElMat with en takes the ARITHMETIC MEAN of both materials' en as that of the pair: give pairs there by a MatchMaker too{{dry}}
+# ViscElMat with en takes the ARITHMETIC MEAN of both materials' en as that of the pair: give pairs there by a MatchMaker too
+{% if dry %}
+# Dry: versions after 2023.02a have vn, and en={{e_5}}, vn={{speed}} is a contact whose e falls with the speed; not run here
+{% endif %}
 # Run: yade -x -n {{file}}   or with speeds in m/s: yade -x -n {{file}} 0.6 0.9 1.2
 import sys
 
