@@ -48,7 +48,7 @@ impl Background {
             .map(|grey| 1.0 / brightness(&grey.levels, &reference))
             .collect();
         let noise = noise(sample, &gains).max(f32::from(unit) * QUANTISATION);
-        let rows: Vec<(Vec<f32>, Vec<TwoLevels>)> = (0..height)
+        let (rows, changed): (Vec<Vec<f32>>, Vec<Vec<TwoLevels>>) = (0..height)
             .into_par_iter()
             .map(|y| {
                 let mut series = vec![0.0; sample.len()];
@@ -64,20 +64,15 @@ impl Background {
                 }
                 (row, changed)
             })
-            .collect();
-        let mut levels = Vec::with_capacity(width * height);
-        let mut changed = vec![];
-        for (row, of_row) in rows {
-            levels.extend(row);
-            changed.extend(of_row);
-        }
-        for shows in regions::settle(&levels, width, &changed) {
+            .unzip();
+        let mut levels = rows.concat();
+        for (pixel, times) in regions::settle(&levels, width, &changed.concat()) {
             let frames = sample.iter().zip(&gains).enumerate();
-            let shown = frames.filter(|(k, _)| shows.times >> k & 1 == 1);
-            let series = shown.map(|(_, (grey, gain))| f32::from(grey.levels[shows.pixel]) * gain);
+            let shown = frames.filter(|(k, _)| times >> k & 1 == 1);
+            let series = shown.map(|(_, (grey, gain))| f32::from(grey.levels[pixel]) * gain);
             let mut series: Vec<f32> = series.collect();
             if !series.is_empty() {
-                levels[shows.pixel] = trimmed_mean(&mut series);
+                levels[pixel] = trimmed_mean(&mut series);
             }
         }
         Some(Background { levels, noise, unit })

@@ -35,7 +35,7 @@ use background::Background;
 use circle::median;
 use decode::Grey;
 use source::Frames;
-use sphere::{Outline, Seeker};
+use sphere::Seeker;
 
 pub use sphere::Sighting;
 
@@ -95,22 +95,12 @@ pub fn find_sphere(path: &Path, progress: &(dyn Fn(usize, usize) + Sync)) -> Res
     drop(sample);
     let seeker = Seeker::new(&background, radius);
     let done = AtomicUsize::new(0);
-    let mut outlines: Vec<Option<Outline>> = Vec::with_capacity(frames.len());
-    let at_once = decode::at_once(first.levels.len());
-    for start in (0..frames.len()).step_by(at_once) {
-        let lot = start..(start + at_once).min(frames.len());
-        let found: Vec<Result<Option<Outline>, String>> = lot
-            .into_par_iter()
-            .map(|frame| {
-                let outline = seeker.outline(&read_like(&frames, frame, &first)?);
-                progress(done.fetch_add(1, Ordering::Relaxed) + 1, frames.len());
-                Ok(outline)
-            })
-            .collect();
-        for outline in found {
-            outlines.push(outline?);
-        }
-    }
+    let all: Vec<usize> = (0..frames.len()).collect();
+    let mut outlines = of_each(&frames, &all, &first, |grey| {
+        let outline = seeker.outline(&grey);
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, frames.len());
+        outline
+    })?;
     let shared = sphere::shared(&outlines).ok_or_else(nothing)?;
     sphere::leave_mirror_images_out(&mut outlines);
     let (mut seen, mut missed) = (vec![], vec![]);
@@ -158,15 +148,25 @@ fn read_like(frames: &Frames, frame: usize, first: &Grey) -> Result<Grey, String
     Ok(grey)
 }
 
-fn read_all(frames: &Frames, which: &[usize], first: &Grey) -> Result<Vec<Grey>, String> {
+/// What is made of each of some frames, which must be like the first. Of several that cannot be read the first is named.
+fn of_each<T: Send>(
+    frames: &Frames,
+    which: &[usize],
+    first: &Grey,
+    of: impl Fn(Grey) -> T + Sync,
+) -> Result<Vec<T>, String> {
     let mut all = Vec::with_capacity(which.len());
     for lot in which.chunks(decode::at_once(first.levels.len())) {
-        let read: Vec<Result<Grey, String>> = lot.par_iter().map(|frame| read_like(frames, *frame, first)).collect();
-        for grey in read {
-            all.push(grey?);
+        let made = lot.par_iter().map(|frame| read_like(frames, *frame, first).map(&of));
+        for one in made.collect::<Vec<Result<T, String>>>() {
+            all.push(one?);
         }
     }
     Ok(all)
+}
+
+fn read_all(frames: &Frames, which: &[usize], first: &Grey) -> Result<Vec<Grey>, String> {
+    of_each(frames, which, first, |grey| grey)
 }
 
 /// The radius from frames beside the sample, few at once: a short flight may stand between two of the sample.

@@ -68,15 +68,9 @@ const ROUGHER: f32 = 1.25;
 /// Pixels about a region whose outline they share, though they show too little of the other state to tell it alone.
 const RIM: usize = 3;
 
-/// A pixel and the frames of the sample, a bit a frame, in which it shows the background.
-pub(super) struct Shows {
-    pub pixel: usize,
-    pub times: u64,
-}
-
-/// When pixels that show two levels show the background, region by region. `levels` are the usual ones, `changed` is in the
-/// order of its pixels.
-pub(super) fn settle(levels: &[f32], width: usize, changed: &[TwoLevels]) -> Vec<Shows> {
+/// Pixels that show two levels, region by region, each with the frames of the sample, a bit a frame, in which it shows the
+/// background. `levels` are the usual ones, `changed` is in the order of its pixels.
+pub(super) fn settle(levels: &[f32], width: usize, changed: &[TwoLevels]) -> Vec<(usize, u64)> {
     let mut region_of = vec![usize::MAX; changed.len()];
     let mut waiting = vec![];
     let mut region: Vec<&TwoLevels> = vec![];
@@ -110,7 +104,7 @@ pub(super) fn settle(levels: &[f32], width: usize, changed: &[TwoLevels]) -> Vec
             let pixels = region.iter().map(|two| two.pixel).collect();
             let free = |pixel: usize| !changes(pixel) || inside(pixel).is_some();
             let pixels = with_rim(pixels, width, levels.len(), free);
-            settled.extend(pixels.into_iter().map(|pixel| Shows { pixel, times }));
+            settled.extend(pixels.into_iter().map(|pixel| (pixel, times)));
         }
     }
     settled

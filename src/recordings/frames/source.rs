@@ -80,9 +80,7 @@ impl Frames {
     /// What a message calls a frame.
     pub fn name(&self, frame: usize) -> String {
         match self {
-            Frames::Files { paths, .. } => paths
-                .get(frame)
-                .map_or_else(|| format!("frame {frame}"), |path| path.display().to_string()),
+            Frames::Files { paths, .. } => paths[frame].display().to_string(),
             Frames::Pages { path, .. } => format!("{}: page {}", path.display(), frame + 1),
         }
     }
@@ -90,10 +88,7 @@ impl Frames {
     /// The grey levels of a frame.
     pub fn read(&self, frame: usize) -> Result<Grey, String> {
         let grey = match self {
-            Frames::Files { format, paths } => paths
-                .get(frame)
-                .ok_or_else(|| "no such frame".to_owned())
-                .and_then(|path| decode::file(path, *format)),
+            Frames::Files { format, paths } => decode::file(&paths[frame], *format),
             Frames::Pages { path, idle, .. } => page(path, frame, idle),
         };
         grey.map_err(|problem| format!("{}: {problem}", self.name(frame)))
