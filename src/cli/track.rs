@@ -123,7 +123,7 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
     }
     warn_each(&tracking::doubts(&campaign), "such lines are in the report");
     warn_each(&tracking::left_out(&campaign), "are left out");
-    let mut text = tracking::summary(&campaign);
+    let mut text = tracking::summary(&campaign)?;
     text.push_str(&format!("runs: {}\n", named(out)));
     if let Some(folder) = &request.report {
         text.push_str(&format!("report: {}\n", named(&folder.join("report.md"))));

@@ -21,7 +21,7 @@ use crate::findings::remarks::in_symbols;
 use crate::rounding::{self, by_number, positive, with_sd, NONE};
 
 /// The templates by their names.
-const TEMPLATES: [(&str, &str); 28] = [
+const TEMPLATES: [(&str, &str); 29] = [
     ("against_film.md", include_str!("templates/against_film.md")),
     ("against_speed.md", include_str!("templates/against_speed.md")),
     ("bands.txt", include_str!("templates/bands.txt")),
@@ -48,6 +48,7 @@ const TEMPLATES: [(&str, &str); 28] = [
     ("summary.txt", include_str!("templates/summary.txt")),
     ("terms.md", include_str!("templates/terms.md")),
     ("tracking.md", include_str!("templates/tracking.md")),
+    ("tracking.txt", include_str!("templates/tracking.txt")),
     ("trade.md", include_str!("templates/trade.md")),
     ("verdict.txt", include_str!("templates/verdict.txt")),
 ];

@@ -12,10 +12,10 @@ use super::template;
 use crate::error::Error;
 use crate::findings::range::range;
 use crate::recordings::{
-    Campaign, FreeFlight, GravityCheck, Impact, Jump, Outcome, Recording, Refusal, ScaleSource, Shown, Track, Tracked,
-    APART_SINCE, FAR, GRAVITY, OFF,
+    Campaign, FreeFlight, Impact, Jump, Outcome, Recording, Refusal, ScaleSource, Shown, Track, Tracked, APART_SINCE,
+    FAR, GRAVITY, OFF,
 };
-use crate::rounding::{by_number, significant, with_se};
+use crate::rounding::significant;
 use crate::scene::DRY;
 use crate::units::{micrometres, millimetres, milliseconds, pixels_per_millimetre};
 
@@ -72,26 +72,31 @@ fn used(campaign: &Campaign) -> impl Iterator<Item = (&Recording, &Impact)> {
     rows(campaign).filter(|(_, impact)| impact.verdict.is_none())
 }
 
-/// How many recordings gave runs, what became of the others, and the gravity, a line each.
-pub fn summary(campaign: &Campaign) -> String {
-    let mistakes = refused(campaign).filter(|refusal| refusal.is_mistake()).count();
-    let (all, runs) = (campaign.outcomes.len(), used(campaign).count());
-    let mut text = format!(
-        "{all} {}: {runs} {}, {} of them stuck; {} left out with a reason",
-        by_number(all, "recording", "recordings"),
-        by_number(runs, "run", "runs"),
-        used(campaign).filter(|(_, impact)| impact.stuck).count(),
-        rows(campaign).count() - runs + refused(campaign).count()
-    );
-    if mistakes > 0 {
-        text.push_str(&format!(", {mistakes} of them unread or without a fall"));
-    }
-    text.push('\n');
-    for line in gravity_lines(campaign) {
-        text.push_str(&line);
-        text.push('\n');
-    }
-    text
+/// How many recordings gave runs, what became of the others, and what the gravity says of scales and frame rates, a line each.
+pub fn summary(campaign: &Campaign) -> Result<String, Error> {
+    let gravity = campaign.gravity;
+    let runs = used(campaign).count();
+    // how wide the spheres then are shows a wrong frame rate to whoever saw the images
+    let by_gravity = tracked(campaign).filter(|(_, tracked)| tracked.scale.source == ScaleSource::Gravity);
+    let widths = range(by_gravity.map(|(recording, tracked)| tracked.scale.value * recording.diameter));
+    let measured = gravity.measured.map(|g| {
+        let off = format!("{:+.2}", 100.0 * (g.value / GRAVITY - 1.0));
+        context! { value => g.value, se => g.se, flights => g.flights, off }
+    });
+    let values = context! {
+        recordings => campaign.outcomes.len(),
+        runs,
+        stuck => used(campaign).filter(|(_, impact)| impact.stuck).count(),
+        left_out => rows(campaign).count() - runs + refused(campaign).count(),
+        mistakes => refused(campaign).filter(|refusal| refusal.is_mistake()).count(),
+        gravity => measured,
+        scale => gravity.scale.map(|of| of.map(pixels_per_millimetre)),
+        widths => widths.map(|ends| ends.map(|width| significant(width, 2))),
+        shared_error => gravity.shared_error(),
+        any_tracked => tracked(campaign).next().is_some(),
+        free_fall => GRAVITY,
+    };
+    template::plain("tracking.txt", &values)
 }
 
 /// Whether every recording is one that was meant, and any gives a run that is used.
@@ -167,54 +172,6 @@ pub fn left_out(campaign: &Campaign) -> Vec<String> {
     lines
 }
 
-/// What the gravity says of scales and frame rates.
-fn gravity_lines(campaign: &Campaign) -> Vec<String> {
-    let gravity: GravityCheck = campaign.gravity;
-    let mut lines = vec![];
-    if let Some(g) = gravity.measured {
-        lines.push(format!(
-            "gravity: {} m/s² from {} flights by scales that were measured ({:+.2} % of {GRAVITY})",
-            with_se(g.value, g.se),
-            g.flights,
-            100.0 * (g.value / GRAVITY - 1.0)
-        ));
-    }
-    if let Some([scale, se]) = gravity.scale {
-        lines.push(format!(
-            "scale: {} px/mm by gravity, where none was measured{}",
-            with_se(pixels_per_millimetre(scale), pixels_per_millimetre(se)),
-            widths_by_gravity(campaign)
-        ));
-    }
-    let is_any_used = used(campaign).next().is_some();
-    match gravity.shared_error() {
-        Some(error) if is_any_used => lines.push(format!(
-            "an error that all speeds share: `speed_rel_sd = {}` in [data] of the scene",
-            significant(error, 2)
-        )),
-        None if tracked(campaign).next().is_some() => lines.push(format!(
-            "no error that all speeds share can be told: no recording shows a fall at {GRAVITY} m/s² to 10 %"
-        )),
-        _ => {}
-    }
-    lines
-}
-
-/// How wide the spheres are by the scale that gravity gives: what shows a wrong frame rate to whoever saw the images.
-fn widths_by_gravity(campaign: &Campaign) -> String {
-    let by_gravity = tracked(campaign).filter(|(_, tracked)| tracked.scale.source == ScaleSource::Gravity);
-    let Some(widths) = range(by_gravity.map(|(recording, tracked)| tracked.scale.value * recording.diameter)) else {
-        return String::new();
-    };
-    let [least, most] = widths.map(|width| significant(width, 2));
-    let widths = if least == most {
-        least
-    } else {
-        format!("{least} to {most}")
-    };
-    format!("; the spheres are then {widths} px wide in the images")
-}
-
 fn page(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<String, Error> {
     let mut looks: Vec<String> = campaign.notices.iter().map(|notice| notice.text.clone()).collect();
     looks.extend(doubts(campaign));
@@ -256,7 +213,7 @@ fn page(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<String, Er
     let known = drags(campaign, |recording| recording.density.is_some());
     let values = context! {
         title,
-        summary => summary(campaign).lines().map(str::to_owned).collect::<Vec<_>>(),
+        summary => summary(campaign)?.lines().map(str::to_owned).collect::<Vec<_>>(),
         looks,
         impacts => impacts.collect::<Vec<_>>(),
         left_out => left_out(campaign),
