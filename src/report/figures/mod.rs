@@ -32,7 +32,7 @@ use crate::scene::WetLaw;
 use bands::Bands;
 pub use figure::{Figure, ENERGY, FILM, PAIRS, RESIDUALS};
 use film::{energy, film, residuals};
-pub use names::Names;
+pub use names::file_names;
 pub(super) use of_particle::series_name;
 use of_particle::{dry_k, scaling_of, series_at, title_at, ShownSeries};
 use pairs::pairs_of_parameters;
@@ -45,7 +45,6 @@ pub fn all(input: ReportInput) -> Vec<Figure> {
     let input = input.of_sample();
     let mut figures: Vec<Figure> = pairs_of_parameters(input).into_iter().collect();
     let bands = Bands::of(input);
-    let names = Names::of(input.scene, input.runs);
     let mut add = |name: String, charts: Vec<Chart>| {
         let drawn = |chart: &Chart| chart.layers.iter().any(has_points);
         if charts.iter().any(drawn) {
@@ -55,10 +54,9 @@ pub fn all(input: ReportInput) -> Vec<Figure> {
             });
         }
     };
-    for (index, sphere) in input.runs.spheres.iter().enumerate() {
-        let label = sphere.label(input.scene);
-        add(names.speed(&label), vec![against_speed(input, index, bands.as_ref())]);
-        add(names.stokes(&label), vec![against_stokes(input, index, bands.as_ref())]);
+    for (sphere, [speed, stokes]) in file_names(input.scene, input.runs).into_iter().enumerate() {
+        add(speed, vec![against_speed(input, sphere, bands.as_ref())]);
+        add(stokes, vec![against_stokes(input, sphere, bands.as_ref())]);
     }
     add(FILM.to_owned(), film(input));
     add(ENERGY.to_owned(), energy(input));

@@ -32,14 +32,10 @@ pub(super) fn of_report(input: ReportInput) -> Value {
     let (scene, findings) = (input.scene, input.findings);
     let model = &scene.model;
     let form = &findings.form;
-    let names = figures::Names::of(scene, input.runs);
-    let spheres = estimated(input).into_iter().map(|sphere| {
-        let label = sphere.label(scene);
-        context! {
-            words => sphere.words(scene),
-            speed_figure => names.speed(&label),
-            stokes_figure => names.stokes(&label),
-        }
+    let spheres = input.runs.spheres.iter().zip(figures::file_names(scene, input.runs));
+    let spheres = spheres.filter(|(sphere, _)| is_estimated(input, sphere));
+    let spheres = spheres.map(|(sphere, [speed_figure, stokes_figure])| {
+        context! { words => sphere.words(scene), speed_figure, stokes_figure }
     });
     let tables = scene.data.runs.iter().filter_map(|runs| runs.path.file_name());
     let told_apart = form.viscous.tells_diameters_apart();
@@ -176,16 +172,13 @@ fn undetermined(findings: &Findings) -> Vec<&str> {
     names.filter(|name| unseen.contains(&&source(name))).collect()
 }
 
-/// The particles that have any estimate, or those of their diameters that have a k of their own, in their order.
-fn estimated(input: ReportInput) -> Vec<Sphere> {
+/// Whether a particle, or a diameter of it that has a k of its own, has any estimate.
+fn is_estimated(input: ReportInput, sphere: &Sphere) -> bool {
     let (scene, findings) = (input.scene, input.findings);
-    let has = |sphere: &Sphere| {
-        let mut dry = findings.dry.iter();
-        let mut scaling = findings.scaling.iter();
-        dry.any(|row| sphere.owns(scene, &row.particle, row.diameter_m))
-            || scaling.any(|row| sphere.owns(scene, &row.particle, row.diameter_m))
-    };
-    input.runs.spheres.iter().copied().filter(has).collect()
+    let mut dry = findings.dry.iter();
+    let mut scaling = findings.scaling.iter();
+    dry.any(|row| sphere.owns(scene, &row.particle, row.diameter_m))
+        || scaling.any(|row| sphere.owns(scene, &row.particle, row.diameter_m))
 }
 
 /// The runs of a posterior.
