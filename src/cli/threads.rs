@@ -40,21 +40,18 @@ const LEAST_ADDRESS_SPACE: u64 = 640 << 20;
 
 /// Refuses to begin where the system was told to give less memory than any fit takes: what is refused later ends a program
 /// there and then.
-#[cfg(unix)]
 pub(super) fn check_address_space() -> Result<(), Error> {
-    let limit = rustix::process::getrlimit(rustix::process::Resource::As).current;
-    match limit.filter(|limit| *limit < LEAST_ADDRESS_SPACE) {
-        Some(limit) => Err(Error::Usage(format!(
-            "the system gives a process {} MB of address space (`ulimit -v`); wetcor takes {} MB to fit a laboratory's table",
-            limit >> 20,
-            LEAST_ADDRESS_SPACE >> 20
-        ))),
-        None => Ok(()),
+    #[cfg(unix)]
+    {
+        let limit = rustix::process::getrlimit(rustix::process::Resource::As).current;
+        if let Some(limit) = limit.filter(|limit| *limit < LEAST_ADDRESS_SPACE) {
+            return Err(Error::Usage(format!(
+                "the system gives a process {} MB of address space (`ulimit -v`); wetcor takes {} MB to fit a laboratory's table",
+                limit >> 20,
+                LEAST_ADDRESS_SPACE >> 20
+            )));
+        }
     }
-}
-
-#[cfg(not(unix))]
-pub(super) fn check_address_space() -> Result<(), Error> {
     Ok(())
 }
 

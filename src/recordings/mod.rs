@@ -111,16 +111,16 @@ fn show(
     notices: &mut Vec<Remark>,
 ) -> Result<Shown, String> {
     if positions::is_table(&recording.file) {
-        let positions = positions::read(recording, axis).map_err(on_one_line)?;
-        if positions.falling > 1 {
-            let (Recording { line, run, .. }, falling) = (recording, positions.falling);
-            let taken = quoted(positions.shown.object.as_deref().unwrap_or_default());
+        let (shown, falling) = positions::read(recording, axis).map_err(on_one_line)?;
+        if falling > 1 {
+            let Recording { line, run, .. } = recording;
+            let taken = quoted(shown.object.as_deref().unwrap_or_default());
             let text =
                 format!("line {line}, {run}: {falling} objects fall; object {taken} is taken, which falls farthest");
             let todo = "leave only the sphere in the table if it is another";
             notices.push(Remark::new("several_objects_fall", falling, text, todo));
         }
-        return Ok(positions.shown);
+        return Ok(shown);
     }
     let rate = recording.frame_rate.ok_or("frames need a frame_rate_Hz")?;
     let found = find_sphere(&recording.file, &|done, of| progress(done as f64 / of as f64))?;

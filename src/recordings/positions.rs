@@ -13,15 +13,6 @@ use crate::runs::{column, text_rows, whole_file, Column, Fields, Row, TextRow};
 use crate::scene::TableFile;
 use crate::units::Dimension;
 
-/// A track as a table has it.
-#[derive(Debug, Clone)]
-pub(super) struct Positions {
-    /// heights upwards
-    pub shown: Shown,
-    /// objects that fall
-    pub falling: usize,
-}
-
 /// The columns of the table.
 const COLUMNS: [Column; 5] = [
     column("frame", Dimension::One, false),
@@ -49,11 +40,11 @@ const MOST_WORDS: usize = 10;
 /// Largest number of a table: nothing that is filmed has another.
 const LARGEST: f64 = 1e12;
 
-/// Reads the table of a recording. `axis` says where its heights point, unless the recording does; else pixels are counted
-/// downwards and lengths upwards.
+/// Reads the table of a recording: what it shows, heights upwards, and how many objects fall in it. `axis` says where its
+/// heights point, unless the recording does; else pixels are counted downwards and lengths upwards.
 ///
 /// Of several objects the one that falls farthest is taken. Fails where a frame has two positions of one.
-pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<Positions, Error> {
+pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<(Shown, usize), Error> {
     let table = TableFile::named(None, &recording.file.to_string_lossy());
     let refused = |problems: Vec<Problem>| Error::input(&recording.file, problems);
     let (first, mut lines) = text_rows(&table)?;
@@ -83,10 +74,13 @@ pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<Position
     let counted_from = (!rows.fields.has("time")).then_some(0);
     let (problems, _) = rows.fields.finish();
     unless_wrong(problems, ()).map_err(refused)?;
-    let mut positions = positions(rows.seen, axis).map_err(|problem| refused(vec![problem]))?;
-    positions.shown.in_pixels = in_pixels;
-    positions.shown.counted_from = counted_from;
-    Ok(positions)
+    let (shown, falling) = positions(rows.seen, axis).map_err(|problem| refused(vec![problem]))?;
+    let shown = Shown {
+        in_pixels,
+        counted_from,
+        ..shown
+    };
+    Ok((shown, falling))
 }
 
 struct Seen {
@@ -139,8 +133,8 @@ impl Rows {
             self.words += 1;
             return;
         }
-        let of_time = self.first_of("time", "frame");
-        let of_height = self.first_of("y_px", "y");
+        let of_time = if self.fields.has("time") { "time" } else { "frame" };
+        let of_height = if self.fields.has("y_px") { "y_px" } else { "y" };
         let rate = self.frame_rate.filter(|_| of_time == "frame");
         let time = self.number(of_time, row);
         // a frame in which nothing was found has no position
@@ -152,14 +146,6 @@ impl Rows {
                 height,
                 object: object.unwrap_or_default().to_owned(),
             });
-        }
-    }
-
-    fn first_of(&self, first: &'static str, second: &'static str) -> &'static str {
-        if self.fields.has(first) {
-            first
-        } else {
-            second
         }
     }
 
@@ -221,8 +207,8 @@ fn shown(names: &[String]) -> String {
     quoted(&named.join(", "))
 }
 
-/// The track of the object that falls farthest; where none does, of the one that moves most.
-fn positions(all: Vec<Seen>, axis: Axis) -> Result<Positions, Problem> {
+/// The track of the object that falls farthest, where none does of the one that moves most; and how many fall.
+fn positions(all: Vec<Seen>, axis: Axis) -> Result<(Shown, usize), Problem> {
     let mut objects: BTreeMap<String, Vec<Seen>> = BTreeMap::new();
     for seen in all {
         objects.entry(seen.object.clone()).or_default().push(seen);
@@ -267,10 +253,7 @@ fn positions(all: Vec<Seen>, axis: Axis) -> Result<Positions, Problem> {
     /// of the farthest fall, that another object's is no speck's
     const AS_FAR: f64 = 0.3;
     let falling = falls.iter().filter(|fall| **fall > 0.0 && **fall > AS_FAR * farthest);
-    Ok(Positions {
-        falling: falling.count(),
-        shown,
-    })
+    Ok((shown, falling.count()))
 }
 
 /// How far a track falls in one flight; 0 where it has none.

@@ -144,24 +144,21 @@ pub fn csv(predictions: &[Prediction], name_pairs: bool) -> Result<String, Error
 /// Fails where a number is not finite.
 pub fn json(origin: Origin, predictions: &[Prediction], one: bool) -> Result<String, Error> {
     #[derive(Serialize)]
-    #[serde(untagged)]
-    enum Predictions<'a> {
-        One(&'a Prediction<'a>),
-        Several { predictions: &'a [Prediction<'a>] },
-    }
-    #[derive(Serialize)]
     struct File<'a> {
         #[serde(flatten)]
         origin: Origin<'a>,
         #[serde(flatten)]
-        predictions: Predictions<'a>,
+        only: Option<&'a Prediction<'a>>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        predictions: Option<&'a [Prediction<'a>]>,
     }
     for prediction in predictions {
         check(&prediction.predicted)?;
     }
-    let predictions = match predictions {
-        [prediction] if one => Predictions::One(prediction),
-        predictions => Predictions::Several { predictions },
-    };
-    json::text(&File { origin, predictions })
+    let only = predictions.first().filter(|_| one);
+    json::text(&File {
+        origin,
+        only,
+        predictions: only.is_none().then_some(predictions),
+    })
 }

@@ -23,7 +23,7 @@ use super::figures::Figure;
 use super::markup::escaped;
 use crate::error::Error;
 pub(super) use curves::Curves;
-use scripts::{pieces, Piece};
+use scripts::pieces;
 
 /// What a page may load: nothing but what stands in it.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
@@ -155,10 +155,10 @@ fn shown<'a>(
                 shown.push(Event::End(TagEnd::TableCell));
             }
             (Event::Html(text) | Event::InlineHtml(text), None) => shown.push(Event::Text(text)),
-            (Event::Text(text), None) => shown.extend(pieces(&text).into_iter().map(|piece| match piece {
-                Piece::Plain(text) => Event::Text(text.to_owned().into()),
-                Piece::Set(html) => raw(html),
-            })),
+            (Event::Text(text), None) => {
+                let pieces = pieces(&text).into_iter();
+                shown.extend(pieces.flat_map(|(plain, set)| [Event::Text(plain.to_owned().into()), raw(set)]));
+            }
             (event, None) => shown.push(event),
         }
     }

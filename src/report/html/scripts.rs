@@ -13,24 +13,15 @@ const WITH_LETTER: [(&str, &str); 4] = [
     ("ρl", "ρ<sub>l</sub>"),
 ];
 
-/// What of a text is set otherwise than it is written, and what stands around it.
-pub(super) enum Piece<'t> {
-    /// text as it is
-    Plain(&'t str),
-    /// HTML in its place
-    Set(String),
-}
-
-/// The pieces of a text.
-pub(super) fn pieces(text: &str) -> Vec<Piece<'_>> {
+/// The pieces of a text: what stands as it is written, each with the HTML of the symbol behind it.
+pub(super) fn pieces(text: &str) -> Vec<(&str, String)> {
     let mut pieces = vec![];
     let (mut plain, mut before) = (0, None);
     let mut at = 0;
     while let Some(letter) = text[at..].chars().next() {
         match symbol(&text[at..], before) {
             Some((set, length)) => {
-                pieces.push(Piece::Plain(&text[plain..at]));
-                pieces.push(Piece::Set(set));
+                pieces.push((&text[plain..at], set));
                 at += length;
                 plain = at;
                 before = Some('i');
@@ -41,7 +32,7 @@ pub(super) fn pieces(text: &str) -> Vec<Piece<'_>> {
             }
         }
     }
-    pieces.push(Piece::Plain(&text[plain..]));
+    pieces.push((&text[plain..], String::new()));
     pieces
 }
 
@@ -76,11 +67,8 @@ mod tests {
     use super::*;
 
     fn set(text: &str) -> String {
-        let pieces = pieces(text).into_iter().map(|piece| match piece {
-            Piece::Plain(text) => text.to_owned(),
-            Piece::Set(html) => html,
-        });
-        pieces.collect()
+        let pieces = pieces(text).into_iter();
+        pieces.flat_map(|(plain, set)| [plain.to_owned(), set]).collect()
     }
 
     #[test]
