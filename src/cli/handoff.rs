@@ -102,24 +102,19 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
         },
     )?;
     if !quiet {
-        tell(request, &finished, curve.at(request.speed).extrapolated);
+        warn_of(&finished);
+        let v = request.speed;
+        if curve.at(v).extrapolated {
+            warn(&format!(
+                "extrapolated: at {v} m/s this pair lies outside what the runs of the particle in this liquid covered"
+            ));
+        }
     }
     match (&request.out, place) {
         (Some(out), Some(place)) => write(&place, out, &files, quiet)?,
         _ => print_first(&files, quiet)?,
     }
     Ok(status(finished.failed.is_empty() || request.anyway))
-}
-
-/// Says what to mind.
-fn tell(request: &HandoffArguments, finished: &Finished, extrapolated: bool) {
-    warn_of(finished);
-    if extrapolated {
-        let v = request.speed;
-        warn(&format!(
-            "extrapolated: at {v} m/s this pair lies outside what the runs of the particle in this liquid covered"
-        ));
-    }
 }
 
 fn print_first(files: &[HandoffFile], quiet: bool) -> Result<(), Error> {

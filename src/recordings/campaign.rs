@@ -250,7 +250,10 @@ fn settle(underway: &mut [Result<Underway, Refusal>]) -> GravityCheck {
                 check.scale = Some([of.scale.value, of.scale.value * g.se / g.value]);
             }
         }
-        underway.iter_mut().flatten().for_each(Underway::hold_against_free_fall);
+        // a recording whose own flights do not fall as things do stands apart: its mistake is no other recording's
+        for of in underway.iter_mut().flatten() {
+            of.stray = shared(&of.flights.fits()).filter(|own| is_off(own.value, own.se, GRAVITY));
+        }
         found = gravity_of(underway, &[ScaleSource::Gravity]);
         check.measured = gravity_of(underway, &ScaleSource::MEASURED);
         if round == ROUNDS {
@@ -408,11 +411,6 @@ impl Underway<'_> {
     /// Whether its scale is one that gravity gives.
     fn is_by_gravity(&self) -> bool {
         self.scale.source == ScaleSource::Gravity
-    }
-
-    /// Sets it apart where its own flights do not fall as things do, so that its mistake is no other recording's.
-    fn hold_against_free_fall(&mut self) {
-        self.stray = shared(&self.flights.fits()).filter(|own| is_off(own.value, own.se, GRAVITY));
     }
 
     /// Fits its flights anew, with the gravity that is known by now.

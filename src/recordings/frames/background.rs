@@ -77,18 +77,13 @@ impl Background {
         }
         Some(Background { levels, noise, unit })
     }
-
-    /// How bright a frame is beside the background.
-    pub fn brightness(&self, grey: &Grey) -> f32 {
-        brightness(&grey.levels, &self.levels)
-    }
 }
 
 /// sd of what rounding to a grey level adds.
 const QUANTISATION: f32 = 0.29;
 
 /// The ratio of two pictures that most of their bright points agree in.
-fn brightness(levels: &[u16], reference: &[f32]) -> f32 {
+pub(super) fn brightness(levels: &[u16], reference: &[f32]) -> f32 {
     // a prime stride meets every column
     let stride = prime_stride(levels.len());
     let mut bright: Vec<f32> = reference.iter().step_by(stride).copied().collect();

@@ -4,7 +4,7 @@
 //! a sphere's shading: the step stands where the light between both is as much as was measured. Whatever blurs an edge
 //! evenly to both sides – optics, pixels, interpolation, motion during the exposure – moves no light and so not the step.
 
-use super::background::Background;
+use super::background::{brightness, Background};
 use super::circle::{median, EdgePoint, Rays};
 use super::decode::Grey;
 
@@ -21,7 +21,7 @@ impl<'f> Difference<'f> {
         Difference {
             grey,
             background,
-            gain: 1.0 / background.brightness(grey),
+            gain: 1.0 / brightness(&grey.levels, &background.levels),
         }
     }
 

@@ -59,11 +59,6 @@ impl ArrayValues {
         ArrayValues::of(json!("int64"), json!(0), Some(bytes.collect()))
     }
 
-    /// The numbers from 0 on, as the coordinate of a dimension.
-    pub fn indices(length: usize) -> ArrayValues {
-        ArrayValues::counts((0i64..).take(length))
-    }
-
     /// Flags.
     pub fn flags(values: impl IntoIterator<Item = bool>) -> ArrayValues {
         let bytes = values.into_iter().map(u8::from);
@@ -142,7 +137,7 @@ impl ArrayGroup {
     /// Adds the coordinate of a dimension that is numbered from 0.
     pub fn add_indices(&mut self, dimension: ArrayDimension) {
         let (name, length) = dimension;
-        self.add(name, &[dimension], ArrayValues::indices(length));
+        self.add(name, &[dimension], ArrayValues::counts((0..).take(length)));
     }
 
     /// Adds draws of a quantity that each of some labels has, a column of chains each; the labels are the coordinate of their

@@ -46,8 +46,8 @@ pub fn all(input: ReportInput) -> Vec<Figure> {
     let mut figures: Vec<Figure> = pairs_of_parameters(input).into_iter().collect();
     let bands = Bands::of(input);
     let mut add = |name: String, charts: Vec<Chart>| {
-        let drawn = |chart: &Chart| chart.layers.iter().any(has_points);
-        if charts.iter().any(drawn) {
+        let has_points = |layer: &Layer| matches!(&layer.marks, Marks::Points(points) if !points.is_empty());
+        if charts.iter().flat_map(|chart| &chart.layers).any(has_points) {
             figures.push(Figure {
                 name,
                 svg: svg(&charts),
@@ -62,10 +62,6 @@ pub fn all(input: ReportInput) -> Vec<Figure> {
     add(ENERGY.to_owned(), energy(input));
     add(RESIDUALS.to_owned(), residuals(input));
     figures
-}
-
-fn has_points(layer: &Layer) -> bool {
-    matches!(&layer.marks, Marks::Points(points) if !points.is_empty())
 }
 
 /// (x, e) of some rebounds; `x` places a run on the horizontal axis.
