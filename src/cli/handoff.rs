@@ -63,19 +63,19 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
         place.check_free("folder")?;
     }
     let finished = Finished::read(&request.folder)?;
-    let found = find_law(&asked, &finished)?;
-    let curve = found.law.curve(found.wet.as_ref());
+    let (wet, law) = find_law(&asked, &finished)?;
+    let curve = law.curve(wet.as_ref());
     let source = format!(
         "posterior median of the energy balance, {} draws{}",
-        found.law.draws.len(),
-        if finished.has_offsets() && found.wet.is_some() {
+        law.draws.len(),
+        if finished.has_offsets() && wet.is_some() {
             ", of a new series"
         } else {
             ""
         }
     );
-    let range = found.wet.as_ref().and_then(|wet| found.law.range_in(wet));
-    let wetting = found.wet.map(|wet| Wetting {
+    let range = wet.as_ref().and_then(|wet| law.range_in(wet));
+    let wetting = wet.map(|wet| Wetting {
         liquid: asked.liquid.name().unwrap_or("a liquid that the scene has not"),
         density: wet.liquid_density,
         viscosity: wet.viscosity,
@@ -93,9 +93,9 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
             reference_speed: request.speed,
             law: &|v| curve.at(v),
             log_slope: curve.log_slope(request.speed),
-            speeds: match found.wet {
+            speeds: match wet {
                 Some(_) => range.map(|own| own.impact_speed),
-                None => found.law.dry_speeds,
+                None => law.dry_speeds,
             },
             stokes: range.map(|own| own.covered.stokes),
             quotable: finished.failed.is_empty(),

@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use wetcor::error::{named, Error};
-use wetcor::findings::predict::Covered;
+use wetcor::findings::predict::{Covered, ParticleLaw};
+use wetcor::physics::Setting;
 use wetcor::report::finished::Finished;
 use wetcor::report::prediction::{self, Origin, Prediction};
 use wetcor::runs::{read_settings, AskedSetting};
 
 use super::messages::{print_result, status, warn};
-use super::setting::{find_law, positive, warn_of, AskedLiquid, AskedPair, FoundLaw, SettingArguments};
+use super::setting::{find_law, positive, warn_of, AskedLiquid, AskedPair, SettingArguments};
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -154,10 +155,10 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
         (other, ..) => other,
     };
     let predicted = all.par_iter().map(|asked| {
-        let found = find_law(&asked.pair, &finished).map_err(|error| in_table(error, asked))?;
-        let rows = found.law.curve(found.wet.as_ref()).predict(&asked.speeds);
+        let (wet, law) = find_law(&asked.pair, &finished).map_err(|error| in_table(error, asked))?;
+        let rows = law.curve(wet.as_ref()).predict(&asked.speeds);
         let beyond = rows.iter().filter(|row| row.extrapolated).count();
-        let outside = (beyond > 0).then(|| beyond_the_runs(asked, &found, beyond));
+        let outside = (beyond > 0).then(|| beyond_the_runs(asked, (wet.as_ref(), &law), beyond));
         let AskedPair {
             particle,
             liquid,
@@ -165,8 +166,8 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
             ..
         } = &asked.pair;
         let prediction = Prediction {
-            series: (finished.has_offsets() && found.wet.is_some()).then_some("new"),
-            ..Prediction::new(particle, liquid.name(), *diameter, found.wet.as_ref(), rows)
+            series: (finished.has_offsets() && wet.is_some()).then_some("new"),
+            ..Prediction::new(particle, liquid.name(), *diameter, wet.as_ref(), rows)
         };
         Ok((prediction, outside))
     });
@@ -209,8 +210,8 @@ fn tell_beyond(mut outside: impl Iterator<Item = String>) {
 }
 
 /// Says how many of the speeds lie beyond the runs, and where these were made.
-fn beyond_the_runs(asked: &Asked, found: &FoundLaw, beyond: usize) -> String {
-    let (particle, law) = (&asked.pair.particle, &found.law);
+fn beyond_the_runs(asked: &Asked, (wet, law): (Option<&Setting>, &ParticleLaw), beyond: usize) -> String {
+    let particle = &asked.pair.particle;
     let speeds = |[slowest, fastest]: [f64; 2]| format!("{slowest:.3} to {fastest:.3} m/s");
     let numbers = |Covered {
                        stokes: [least, most],
@@ -218,7 +219,7 @@ fn beyond_the_runs(asked: &Asked, found: &FoundLaw, beyond: usize) -> String {
                    }: Covered| {
         format!("Stokes numbers {least:.1} to {most:.1} and film ratios {thinnest:.3} to {thickest:.3}")
     };
-    let covered = match (&found.wet, law.covered, law.dry_speeds) {
+    let covered = match (wet, law.covered, law.dry_speeds) {
         (Some(wet), Some(in_all), _) => match law.range_in(wet) {
             Some(own) => {
                 let liquid = asked.pair.liquid.name().unwrap_or("this liquid");

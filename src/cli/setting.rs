@@ -43,13 +43,6 @@ pub(super) struct AskedPair {
     pub film: Option<f64>,
 }
 
-/// The law of a pair.
-pub(super) struct FoundLaw {
-    /// the wetted plate; `None`: a dry one
-    pub wet: Option<Setting>,
-    pub law: ParticleLaw,
-}
-
 /// What is on the plate.
 pub(super) enum AskedLiquid {
     Dry,
@@ -157,11 +150,10 @@ fn plate(asked: &AskedPair, finished: &Finished) -> Result<Option<Setting>, Erro
     Ok(Some(setting))
 }
 
-/// The law that holds there: that of a new series, where series have offsets.
-pub(super) fn find_law(asked: &AskedPair, finished: &Finished) -> Result<FoundLaw, Error> {
+/// The wetted plate, `None` of a dry one, and the law that holds there: that of a new series, where series have offsets.
+pub(super) fn find_law(asked: &AskedPair, finished: &Finished) -> Result<(Option<Setting>, ParticleLaw), Error> {
     let Some(setting) = plate(asked, finished)? else {
-        let law = finished.dry_law(&asked.particle, asked.diameter)?;
-        return Ok(FoundLaw { wet: None, law });
+        return Ok((None, finished.dry_law(&asked.particle, asked.diameter)?));
     };
     let law = finished.law(&asked.particle, setting.diameter)?;
     if Term::Bridge.is_held(law.form) && setting.surface_tension.is_none() {
@@ -170,10 +162,7 @@ pub(super) fn find_law(asked: &AskedPair, finished: &Finished) -> Result<FoundLa
             "--liquid: {text}; name a liquid of the scene that has one"
         )));
     }
-    Ok(FoundLaw {
-        wet: Some(setting),
-        law,
-    })
+    Ok((Some(setting), law))
 }
 
 /// Fails where no formula is valid, or a number of the command line vanishes in SI.
