@@ -2,7 +2,7 @@
 
 use super::contacts::{Contact, NoContact};
 use super::flights::Flights;
-use super::gravity::{is_off, shared, FlightFit, Gravity, GRAVITY};
+use super::gravity::{is_off, shared, Gravity, GRAVITY};
 use super::impact::ContactSpeeds;
 use super::list::Recording;
 use super::timing::Jump;
@@ -239,7 +239,7 @@ fn settle(underway: &mut [Result<Underway, Refusal>]) -> GravityCheck {
     let mut check = GravityCheck::default();
     // a long recording at another scale than the others has most of the frames: each counts once
     let by_gravity = underway.iter().flatten().filter(|of| of.is_by_gravity());
-    let mut own: Vec<Gravity> = by_gravity.filter_map(|of| shared(&of.flights.fits())).collect();
+    let mut own: Vec<Gravity> = by_gravity.filter_map(|of| shared(&of.flights.gravities())).collect();
     own.sort_by(|a, b| a.value.total_cmp(&b.value));
     let mut found = own.get(own.len().saturating_sub(1) / 2).copied();
     for round in 0..=ROUNDS {
@@ -252,7 +252,7 @@ fn settle(underway: &mut [Result<Underway, Refusal>]) -> GravityCheck {
         }
         // a recording whose own flights do not fall as things do stands apart: its mistake is no other recording's
         for of in underway.iter_mut().flatten() {
-            of.stray = shared(&of.flights.fits()).filter(|own| is_off(own.value, own.se, GRAVITY));
+            of.stray = shared(&of.flights.gravities()).filter(|own| is_off(own.value, own.se, GRAVITY));
         }
         found = gravity_of(underway, &[ScaleSource::Gravity]);
         check.measured = gravity_of(underway, &ScaleSource::MEASURED);
@@ -279,8 +279,8 @@ fn gravity_of(underway: &[Result<Underway, Refusal>], sources: &[ScaleSource]) -
         .iter()
         .flatten()
         .filter(|of| of.stray.is_none() && sources.contains(&of.scale.source));
-    let fits: Vec<FlightFit> = of_kind.flat_map(|of| of.flights.fits()).collect();
-    shared(&fits)
+    let own: Vec<([f64; 2], usize)> = of_kind.flat_map(|of| of.flights.gravities()).collect();
+    shared(&own)
 }
 
 /// The gravity that a recording is fitted with. Of one whose scale it gives it is known; what the scale errs by is an error
@@ -366,11 +366,11 @@ fn free_flights(flights: &Flights, gravity: Gravity, level: f64) -> Vec<FreeFlig
         FreeFlight {
             frames: flights.segments[place].frames.clone(),
             residuals: flights.residuals(place, gravity),
-            own_gravity: fit.own(),
+            own_gravity: fit.own_gravity(flights.sigma),
             parabola: [
                 instant,
-                fit.parabola.height_under(acceleration, instant) - level,
-                fit.parabola.velocity_under(acceleration, instant),
+                fit.height_under(acceleration, instant) - level,
+                fit.velocity_under(acceleration, instant),
                 gravity.value,
             ],
         }
@@ -475,7 +475,8 @@ impl Underway<'_> {
         let places = [("before", Some(contact.before)), ("after", contact.rebound())];
         places.into_iter().find_map(|(side, place)| {
             let (flights, place) = (&self.flights, place?);
-            let [own, se] = flights.fit(place, flights.segments[place].parabola.time).own();
+            let fit = flights.fit(place, flights.segments[place].parabola.time);
+            let [own, se] = fit.own_gravity(flights.sigma);
             is_off(own, se.hypot(gravity.se), gravity.value).then(|| {
                 format!(
                     "its flight {side} the contact falls at {own:.2} m/s^2, where all fall at {:.2}: {}",

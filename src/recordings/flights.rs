@@ -2,7 +2,7 @@
 
 use super::air::{SphereInAir, DRAG_REL_SD};
 use super::contacts::{contacts, After, Contact, NoContact};
-use super::gravity::{FlightFit, Gravity};
+use super::gravity::Gravity;
 use super::impact::{rebound, stayed, ContactSpeeds, Level};
 use super::parabola::{Kind, Parabola, LEAST_FRAMES};
 use super::segments::{segments, Segment};
@@ -71,7 +71,7 @@ impl Flights {
     }
 
     /// A flight as it would be without air: what the air takes is taken off from an instant on, before and after.
-    pub fn fit(&self, place: usize, instant: f64) -> FlightFit {
+    pub fn fit(&self, place: usize, instant: f64) -> Parabola {
         let segment = &self.segments[place];
         let seen = segment.parabola;
         let without_air = self.air.and_then(|sphere| {
@@ -87,24 +87,26 @@ impl Flights {
             let all: Vec<usize> = (0..track.times.len()).collect();
             Parabola::through(&track, &all)
         });
-        FlightFit {
-            parabola: without_air.unwrap_or(seen),
-            sigma: self.sigma,
-        }
+        without_air.unwrap_or(seen)
     }
 
     /// Every flight of the recording, each as it would be without air.
-    pub fn fits(&self) -> Vec<FlightFit> {
+    fn fits(&self) -> impl Iterator<Item = Parabola> + '_ {
         // whichever the instant, the acceleration is the same
         self.places()
-            .map(|place| self.fit(place, self.segments[place].parabola.time))
-            .collect()
+            .map(move |place| self.fit(place, self.segments[place].parabola.time))
+    }
+
+    /// The gravity of every flight by itself with the standard error, and its frames.
+    pub fn gravities(&self) -> Vec<([f64; 2], usize)> {
+        let own = |fit: Parabola| (fit.own_gravity(self.sigma), fit.frames);
+        self.fits().map(own).collect()
     }
 
     /// Heights less the parabola of this gravity and what the air moved, a frame each.
     pub fn residuals(&self, place: usize, gravity: Gravity) -> Vec<f64> {
         let instant = self.segments[place].parabola.time;
-        let fit = self.fit(place, instant).parabola;
+        let fit = self.fit(place, instant);
         let frames = self.segments[place].frames.iter();
         frames
             .map(|frame| {
@@ -172,15 +174,12 @@ impl Flights {
     fn meeting(&self, contact: Contact, instants: Option<[f64; 2]>, gravity: Gravity) -> Option<ContactSpeeds> {
         let fit = |place: usize, which: usize| match instants {
             Some(instants) => self.fit(place, instants[which]),
-            None => FlightFit {
-                parabola: self.segments[place].parabola,
-                sigma: self.sigma,
-            },
+            None => self.segments[place].parabola,
         };
         let before = fit(contact.before, 0);
         match contact.after {
-            After::Flight(after) => rebound(&before, &fit(after, 1), gravity),
-            After::Rest(rest) => stayed(&before, self.level(rest), gravity),
+            After::Flight(after) => rebound(&before, &fit(after, 1), self.sigma, gravity),
+            After::Rest(rest) => stayed(&before, self.level(rest), self.sigma, gravity),
         }
     }
 
@@ -255,14 +254,13 @@ impl Flights {
                 self.segments[place].parabola = parabola;
             }
         }
-        let fits = self.fits();
-        let leaves = fits.iter().map(|fit| fit.parabola.squares_under(-gravity.value));
+        let leaves: f64 = self.fits().map(|fit| fit.squares_under(-gravity.value)).sum();
         let free: usize = self
             .places()
             .map(|place| self.segments[place].frames.len().saturating_sub(2))
             .sum();
         if free > 0 {
-            self.sigma = (leaves.sum::<f64>() / free as f64).sqrt().max(f64::MIN_POSITIVE);
+            self.sigma = (leaves / free as f64).sqrt().max(f64::MIN_POSITIVE);
         }
     }
 
@@ -273,7 +271,7 @@ impl Flights {
         let segment = &self.segments[place];
         let [first, last] = segment.span(&self.track);
         let instant = segment.parabola.time;
-        let fit = self.fit(place, instant).parabola;
+        let fit = self.fit(place, instant);
         // of a flight that is no parabola to a pixel, as under a wrong scale, by what it is off
         let free = fit.frames.saturating_sub(2).max(1);
         let off = (fit.squares_under(-gravity.value) / free as f64).sqrt();

@@ -1,6 +1,5 @@
 //! Estimates the one gravity that all flights share.
 
-use super::parabola::Parabola;
 use crate::distributions::median;
 
 /// The acceleration of free fall where it is not measured, in m/s².
@@ -29,39 +28,22 @@ pub fn is_off(value: f64, se: f64, expected: f64) -> bool {
     off > OFF * expected.abs() && off > FAR * se
 }
 
-/// A flight's parabola, and what its positions scatter by.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct FlightFit {
-    pub parabola: Parabola,
-    pub sigma: f64,
-}
-
-impl FlightFit {
-    /// Its own gravity with the standard error.
-    pub fn own(&self) -> [f64; 2] {
-        [
-            -self.parabola.acceleration(),
-            self.sigma / self.parabola.of_acceleration.sqrt(),
-        ]
-    }
-}
-
-/// The gravity of all flights by least squares, those left out whose own is off; `None` without flights.
-pub(super) fn shared(flights: &[FlightFit]) -> Option<Gravity> {
+/// The gravity of all flights by least squares, those left out whose own is off; `None` without flights. Of each flight its
+/// own with the standard error, and its frames.
+pub(super) fn shared(flights: &[([f64; 2], usize)]) -> Option<Gravity> {
     /// of the median, that a flight may be off by at first
     const NEAR: f64 = 0.1;
     const ROUNDS: usize = 5;
     let mut own: Vec<f64> = vec![];
     // long flights say most: each counts as often as it has frames
-    for flight in flights {
-        own.extend(std::iter::repeat_n(flight.own()[0], flight.parabola.frames));
+    for ([value, _], frames) in flights {
+        own.extend(std::iter::repeat_n(*value, *frames));
     }
     let start = median(&mut own)?;
     let mean = |keeps: &dyn Fn(f64, f64) -> bool| {
         let mut sums = [0.0; 2];
         let mut count = 0;
-        for flight in flights {
-            let [value, se] = flight.own();
+        for &([value, se], _) in flights {
             if keeps(value, se) {
                 let weight = 1.0 / (se * se);
                 sums = [sums[0] + weight, sums[1] + weight * value];

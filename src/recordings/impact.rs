@@ -4,7 +4,7 @@
 //! at which both flights are at one height, which is that of the contact: v = −ẏ of the one there, v_r = ẏ of the other.
 //! Where the sphere stayed, v is that at the height it rests at. All errors are to first order.
 
-use super::gravity::{FlightFit, Gravity};
+use super::gravity::Gravity;
 use super::parabola::Parabola;
 
 /// Speeds at the contact, with their errors.
@@ -67,18 +67,13 @@ fn covariance(one: &Slopes, other: &Slopes, variances: &[f64; 5]) -> f64 {
     products.map(|((a, b), variance)| a * b * variance).sum()
 }
 
-/// Variances of c and u of a flight with g known.
-fn variances(flight: &FlightFit) -> [f64; 2] {
-    let square = flight.sigma * flight.sigma;
-    [
-        square / flight.parabola.frames as f64,
-        square / flight.parabola.sum_of_squares,
-    ]
+/// Variances of c and u of a flight with g known, where positions scatter by σ.
+fn variances(flight: &Parabola, sigma: f64) -> [f64; 2] {
+    [flight.frames as f64, flight.sum_of_squares].map(|sum| sigma * sigma / sum)
 }
 
-/// The speeds where two flights meet; `None` where they do not.
-pub(super) fn rebound(before: &FlightFit, after: &FlightFit, gravity: Gravity) -> Option<ContactSpeeds> {
-    let (a, b) = (&before.parabola, &after.parabola);
+/// The speeds where two flights meet, of which positions scatter by σ; `None` where they do not.
+pub(super) fn rebound(a: &Parabola, b: &Parabola, sigma: f64, gravity: Gravity) -> Option<ContactSpeeds> {
     let acceleration = -gravity.value;
     // the difference of two parabolas of one acceleration is a straight line
     let gain = b.velocity_under(acceleration, b.time) - a.velocity_under(acceleration, b.time);
@@ -107,7 +102,7 @@ pub(super) fn rebound(before: &FlightFit, after: &FlightFit, gravity: Gravity) -
     for (slope, own) in of_height.iter_mut().zip([1.0, xa, 0.0, 0.0, height_a]) {
         *slope += own;
     }
-    let ([ca, ua], [cb, ub]) = (variances(before), variances(after));
+    let ([ca, ua], [cb, ub]) = (variances(a, sigma), variances(b, sigma));
     let of = [ca, ua, cb, ub, gravity.se * gravity.se];
     let (variance, variance_r) = (covariance(&v, &v, &of), covariance(&v_r, &v_r, &of));
     // v is −ẏ
@@ -124,9 +119,8 @@ pub(super) fn rebound(before: &FlightFit, after: &FlightFit, gravity: Gravity) -
     })
 }
 
-/// The speed at which a flight comes down to a height; `None` where it does not.
-pub(super) fn stayed(before: &FlightFit, level: Level, gravity: Gravity) -> Option<ContactSpeeds> {
-    let a = &before.parabola;
+/// The speed at which a flight, of which positions scatter by σ, comes down to a height; `None` where it does not.
+pub(super) fn stayed(a: &Parabola, level: Level, sigma: f64, gravity: Gravity) -> Option<ContactSpeeds> {
     let (g, acceleration) = (gravity.value, -gravity.value);
     // from its middle: v² = ẏ² + 2 g (y − level)
     let (velocity, height) = (
@@ -141,7 +135,7 @@ pub(super) fn stayed(before: &FlightFit, level: Level, gravity: Gravity) -> Opti
     let [height_by_g, velocity_by_g] = a.by_gravity(a.time);
     let of_g = (velocity * velocity_by_g + g * height_by_g + (height - level.height)) / v;
     let slopes = [g / v, velocity / v, -g / v, 0.0, of_g];
-    let [c, u] = variances(before);
+    let [c, u] = variances(a, sigma);
     let of = [c, u, level.sd * level.sd, 0.0, gravity.se * gravity.se];
     Some(ContactSpeeds {
         time: a.time + (velocity + v) / g,

@@ -102,6 +102,11 @@ impl Parabola {
         self.with_heights / self.of_acceleration
     }
 
+    /// The gravity of a flight by itself with its standard error, where positions scatter by σ.
+    pub fn own_gravity(&self, sigma: f64) -> [f64; 2] {
+        [-self.acceleration(), sigma / self.of_acceleration.sqrt()]
+    }
+
     /// Height at a time with this acceleration.
     pub fn height_under(&self, acceleration: f64, t: f64) -> f64 {
         self.mean + self.slope * (t - self.time) + acceleration * self.bend(t)
