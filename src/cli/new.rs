@@ -93,13 +93,8 @@ fn from_folder(folder: &Path, file: &Path) -> String {
 
 /// What was found and guessed, and what is still to be done.
 fn summary(draft: &Draft, out: &Path) -> String {
-    let list = |words: &[String]| {
-        words
-            .iter()
-            .map(|word| plain(word, usize::MAX))
-            .collect::<Vec<_>>()
-            .join(", ")
-    };
+    let one_line = |text: &String| plain(text, usize::MAX);
+    let list = |words: &[String]| words.iter().map(one_line).collect::<Vec<_>>().join(", ");
     let mut text = format!(
         "{}: {} rows; particles {}",
         named(out),
@@ -119,15 +114,14 @@ fn summary(draft: &Draft, out: &Path) -> String {
     }
     text.push('\n');
     for guessed in &draft.guessed {
-        text.push_str(&format!("guessed: {}\n", plain(guessed, usize::MAX)));
+        text.push_str(&format!("guessed: {}\n", one_line(guessed)));
     }
     if !draft.unused.is_empty() {
         let shown = draft.unused.iter().take(MOST_SHOWN).map(|column| quoted(column));
         let more = draft.unused.len().saturating_sub(MOST_SHOWN);
-        let more = if more > 0 {
-            format!(" and {more} more")
-        } else {
-            String::new()
+        let more = match more {
+            0 => String::new(),
+            _ => format!(" and {more} more"),
         };
         text.push_str(&format!(
             "columns not read: {}{more}\n",
@@ -135,7 +129,7 @@ fn summary(draft: &Draft, out: &Path) -> String {
         ));
     }
     for key in &draft.to_fill_in {
-        text.push_str(&format!("to fill in: {}\n", plain(key, usize::MAX)));
+        text.push_str(&format!("to fill in: {}\n", one_line(key)));
     }
     let out = named(out);
     let out = if out.contains(' ') { format!("\"{out}\"") } else { out };

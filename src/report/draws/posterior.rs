@@ -57,13 +57,13 @@ pub fn files<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Files<
     let labels: Vec<String> = runs.spheres.iter().map(|sphere| sphere.label(scene)).collect();
     let series: Vec<String> = runs.series.iter().map(|series| series.label(scene)).collect();
     let rest = || {
+        let mut own = parameters("posterior", &labels, posterior, size, |_, values| values.to_vec());
+        let offsets: Vec<&[Vec<f64>]> = sampled.series_offsets.iter().map(Vec::as_slice).collect();
+        if !offsets.is_empty() {
+            own.add_labelled(SERIES_OFFSET, size, ("series", &series), &offsets);
+        }
         let groups = vec![
-            with_offsets(
-                parameters("posterior", &labels, posterior, size, |_, values| values.to_vec()),
-                &series,
-                posterior,
-                size,
-            ),
+            own,
             sample_stats(&sampled.chains, size),
             parameters("log_prior", &labels, posterior, size, |place, values| {
                 let prior = &sampled.parameters.sampled[place].prior;
@@ -139,15 +139,6 @@ fn parameters(
     if !particles.is_empty() {
         let columns: Vec<&[Vec<f64>]> = dry_k.iter().map(Vec::as_slice).collect();
         group.add_labelled("dry_k", size, ("particle", &particles), &columns);
-    }
-    group
-}
-
-/// Adds the offsets of series, of these labels, as one variable, where series have them.
-fn with_offsets(mut group: ArrayGroup, labels: &[String], posterior: &Posterior, size: DrawSize) -> ArrayGroup {
-    let offsets: Vec<&[Vec<f64>]> = posterior.sampled.series_offsets.iter().map(Vec::as_slice).collect();
-    if !offsets.is_empty() {
-        group.add_labelled(SERIES_OFFSET, size, ("series", labels), &offsets);
     }
     group
 }
