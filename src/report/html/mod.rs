@@ -116,23 +116,15 @@ fn shown<'a>(
             }
             (Event::Text(text) | Event::Code(text), Some((_, words))) => words.push_str(&text),
             (_, Some(_)) => {}
-            (
-                Event::Start(Tag::Heading {
-                    level, classes, attrs, ..
-                }),
-                None,
-            ) => {
+            (mut event @ Event::Start(Tag::Heading { .. }), None) => {
                 let heading = next_heading.next();
                 if heading.is_some_and(|heading| heading.text == "Cautions") {
                     shown.push(raw(picker));
                 }
-                let id = heading.map(|heading| heading.id.clone().into());
-                shown.push(Event::Start(Tag::Heading {
-                    level,
-                    id,
-                    classes,
-                    attrs,
-                }));
+                if let Event::Start(Tag::Heading { id, .. }) = &mut event {
+                    *id = heading.map(|heading| heading.id.clone().into());
+                }
+                shown.push(event);
             }
             (Event::End(TagEnd::Heading(level)), None) => {
                 shown.push(Event::End(TagEnd::Heading(level)));
