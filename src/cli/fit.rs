@@ -73,11 +73,8 @@ enum Stage {
 /// An accuracy inside the range that may be requested.
 fn read_accuracy(text: &str) -> Result<f64, String> {
     let (least, most) = RANGE;
-    let expected = || format!("expected a number from {least} to {most}");
-    let value: f64 = text.parse().map_err(|_| expected())?;
-    Some(value)
-        .filter(|value| (least..=most).contains(value))
-        .ok_or_else(expected)
+    let value = text.parse().ok().filter(|value: &f64| (least..=most).contains(value));
+    value.ok_or_else(|| format!("expected a number from {least} to {most}"))
 }
 
 impl Fit {

@@ -193,20 +193,17 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
                 "run_q05 to run_q95 and stuck_probability take one spread for every run, and {grows}"
             ));
         }
-        tell_beyond(outside.into_iter().flatten());
+        // of the first few settings how far beyond the runs they are
+        const SHOWN: usize = 3;
+        let mut outside = outside.into_iter().flatten();
+        outside.by_ref().take(SHOWN).for_each(|text| warn(&text));
+        let more = outside.count();
+        if more > 0 {
+            warn(&format!("{more} more settings with extrapolated speeds"));
+        }
     }
     print_result(&text)?;
     Ok(status(finished.failed.is_empty() || request.anyway))
-}
-
-/// Says of the first few settings how far beyond the runs they are.
-fn tell_beyond(mut outside: impl Iterator<Item = String>) {
-    const SHOWN: usize = 3;
-    outside.by_ref().take(SHOWN).for_each(|text| warn(&text));
-    let more = outside.count();
-    if more > 0 {
-        warn(&format!("{more} more settings with extrapolated speeds"));
-    }
 }
 
 /// Says how many of the speeds lie beyond the runs, and where these were made.
