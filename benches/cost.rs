@@ -158,9 +158,9 @@ fn simulate(scene: &mut Scene, runs: Option<u64>, name: &str) {
     let simulation = Simulation::new(scene, runs).expect("the scene has a truth and a design");
     let mut writer = RunWriter::create(&scene.data.runs[0].path, Existing::Replaced).expect("the table can be created");
     let drawn = simulation.under(1);
-    drawn
-        .encode(0..drawn.blocks(), writer.format(), |block| writer.write(block))
-        .expect("the table can be written");
+    for block in 0..drawn.blocks() {
+        writer.write(&drawn.block(block)).expect("the table can be written");
+    }
     writer.finish().expect("the table can be completed");
 }
 

@@ -28,8 +28,7 @@ fn simulated(runs: u64) -> (Scene, TempDir) {
     let simulation = Simulation::new(&scene, Some(runs)).expect("the example has a truth and a design");
     let mut writer = RunWriter::create(&table, Existing::Replaced).expect("the table can be created");
     let runs = simulation.under(1);
-    runs.encode(0..runs.blocks(), writer.format(), |block| writer.write(block))
-        .expect("the table can be written");
+    writer.write(&runs.all()).expect("the table can be written");
     writer.finish().expect("the table can be completed");
     scene.data.runs = vec![table.into()];
     (scene, folder)

@@ -51,11 +51,10 @@ pub(super) fn simulate(request: &Simulate, quiet: bool) -> Result<u8, Error> {
     let mut writer = RunWriter::create(out, Existing::kept_unless(request.force))?;
     let runs = simulation.under(request.seed);
     let progress = Progress::bar("simulate", simulation.runs(), quiet);
-    let mut blocks = 0..;
-    runs.encode(0..runs.blocks(), writer.format(), |block| {
-        progress.at(blocks.next().map_or(0, |block| block * BLOCK));
-        writer.write(block)
-    })?;
+    for block in 0..runs.blocks() {
+        progress.at(block * BLOCK);
+        writer.write(&runs.block(block))?;
+    }
     writer.finish()?;
     drop(progress);
     if quiet {

@@ -6,14 +6,13 @@ use std::ops::Range;
 
 use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, Exp1};
-use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::model::likelihood::tails::Tails;
 use crate::model::likelihood::{normal_number, RunNoise, Spreads};
 use crate::physics::coefficient::Coefficients;
 use crate::physics::{kept_energy, Parameters};
-use crate::runs::{sphere_words, EncodedRuns, NewRun, TableFormat};
+use crate::runs::{sphere_words, NewRun};
 use crate::scene::{Design, NoiseShape, Scene, Truth};
 use crate::seed::Streams;
 
@@ -117,28 +116,6 @@ impl<'s> SimulatedRuns<'_, 's> {
     /// Every run.
     pub fn all(&self) -> Vec<NewRun<'s>> {
         (0..self.blocks()).flat_map(|block| self.block(block)).collect()
-    }
-
-    /// Makes some blocks as a table has them, several at a time in constant memory, and hands them on in their order.
-    ///
-    /// Fails as soon as `each` fails.
-    pub fn encode(
-        &self,
-        mut blocks: Range<u64>,
-        format: TableFormat,
-        mut each: impl FnMut(EncodedRuns) -> Result<(), Error>,
-    ) -> Result<(), Error> {
-        loop {
-            let together: Vec<u64> = blocks.by_ref().take(rayon::current_num_threads()).collect();
-            if together.is_empty() {
-                return Ok(());
-            }
-            let made: Vec<EncodedRuns> = together
-                .into_par_iter()
-                .map(|block| format.encode(&self.block(block)))
-                .collect();
-            made.into_iter().try_for_each(&mut each)?;
-        }
     }
 }
 

@@ -255,28 +255,19 @@ fn wanted<'l>(layout: &'l TableLayout) -> Vec<(RunColumn, &'l ColumnPlace)> {
         .collect()
 }
 
-/// A block of runs as columns.
-pub struct ParquetBlock(Vec<Column>);
-
-impl ParquetBlock {
-    /// Of these.
-    pub fn of(runs: &[NewRun]) -> ParquetBlock {
-        let mut numbers = NewRun::NUMBERS.map(|_| Vec::with_capacity(runs.len()));
-        for run in runs {
-            for (column, number) in numbers.iter_mut().zip(run.numbers()) {
-                column.push(number);
-            }
-        }
-        let particle: Vec<&str> = runs.iter().map(|run| run.particle).collect();
-        let liquid: Vec<&str> = runs.iter().map(|run| run.liquid.unwrap_or(DRY)).collect();
-        let words = [
-            Column::new("particle".into(), particle),
-            Column::new("liquid".into(), liquid),
-        ];
-        let numbers = NewRun::NUMBERS.into_iter().zip(numbers);
-        let numbers = numbers.map(|(name, column)| Column::new(name.into(), column));
-        ParquetBlock(words.into_iter().chain(numbers).collect())
+/// Runs as columns.
+fn columns(runs: &[NewRun]) -> PolarsResult<DataFrame> {
+    let particle: Vec<&str> = runs.iter().map(|run| run.particle).collect();
+    let liquid: Vec<&str> = runs.iter().map(|run| run.liquid.unwrap_or(DRY)).collect();
+    let mut columns = vec![
+        Column::new("particle".into(), particle),
+        Column::new("liquid".into(), liquid),
+    ];
+    for (place, name) in NewRun::NUMBERS.into_iter().enumerate() {
+        let numbers: Vec<Option<f64>> = runs.iter().map(|run| run.numbers()[place]).collect();
+        columns.push(Column::new(name.into(), numbers));
     }
+    DataFrame::new(runs.len(), columns)
 }
 
 /// Writes Parquet a block of runs at a time, in constant memory.
@@ -286,17 +277,14 @@ pub(super) struct ParquetRuns<W: Write> {
 
 impl<W: Write> ParquetRuns<W> {
     pub fn new(sink: W) -> PolarsResult<Self> {
-        let ParquetBlock(columns) = ParquetBlock::of(&[]);
-        let none = DataFrame::new(0, columns)?;
         // nobody asks such a table for its smallest value
         let writer = ParquetWriter::new(sink).with_statistics(StatisticsOptions::empty());
-        let writer = writer.batched(none.schema())?;
+        let writer = writer.batched(columns(&[])?.schema())?;
         Ok(ParquetRuns { writer })
     }
 
-    pub fn write(&mut self, ParquetBlock(columns): ParquetBlock) -> PolarsResult<()> {
-        let rows = columns.first().map_or(0, Column::len);
-        self.writer.write_batch(&DataFrame::new(rows, columns)?)
+    pub fn write(&mut self, runs: &[NewRun]) -> PolarsResult<()> {
+        self.writer.write_batch(&columns(runs)?)
     }
 
     pub fn finish(self) -> PolarsResult<()> {

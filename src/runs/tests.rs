@@ -192,7 +192,7 @@ fn a_parquet_file_in_parts_holds_what_the_whole_does() {
     let mut bytes = vec![];
     let mut writer = parquet::ParquetRuns::new(&mut bytes).expect("a writer");
     for block in runs.chunks(7) {
-        writer.write(parquet::ParquetBlock::of(block)).expect("a row group");
+        writer.write(block).expect("a row group");
     }
     writer.finish().expect("a footer");
     let whole = read_parquet(&bytes, &scene).unwrap_or_else(|refused| panic!("{refused:?}"));

@@ -1,12 +1,11 @@
 //! Writes runs, simulated ones a block at a time and in constant memory, whole or not at all.
 
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::new_run::NewRun;
-use super::parquet::{ParquetBlock, ParquetRuns};
+use super::parquet::ParquetRuns;
 use crate::error::Error;
 use crate::scene::DRY;
 use crate::staging::{self, OutputPlace, Staging};
@@ -29,22 +28,6 @@ impl TableFormat {
             _ => None,
         }
     }
-
-    /// Puts a block of runs as a table of this format has them: what takes time, and can be done by several threads.
-    pub fn encode(self, runs: &[NewRun]) -> EncodedRuns {
-        match self {
-            TableFormat::Csv => EncodedRuns::Csv(csv_lines(runs)),
-            TableFormat::Parquet => EncodedRuns::Parquet(ParquetBlock::of(runs)),
-        }
-    }
-}
-
-/// A block of runs as a table has them.
-pub enum EncodedRuns {
-    /// its lines
-    Csv(Vec<u8>),
-    /// its columns
-    Parquet(ParquetBlock),
 }
 
 /// An open file that runs are written to, block after block.
@@ -66,12 +49,16 @@ impl OpenTable {
         })
     }
 
-    /// Adds a block of runs of the file's format.
-    fn write(&mut self, runs: EncodedRuns) -> io::Result<()> {
-        match (self, runs) {
-            (OpenTable::Csv(sink), EncodedRuns::Csv(lines)) => sink.write_all(&lines),
-            (OpenTable::Parquet(writer), EncodedRuns::Parquet(block)) => writer.write(block).map_err(io::Error::other),
-            _ => Err(io::Error::other("runs of another format")),
+    /// Adds a block of runs.
+    fn write(&mut self, runs: &[NewRun]) -> io::Result<()> {
+        match self {
+            OpenTable::Csv(sink) => runs.iter().try_for_each(|run| {
+                let cell = |number: Option<f64>| number.map_or(String::new(), |number| number.to_string());
+                let numbers = run.numbers().map(cell);
+                let liquid = run.liquid.unwrap_or(DRY);
+                writeln!(sink, "{},{liquid},{}", run.particle, numbers.join(","))
+            }),
+            OpenTable::Parquet(writer) => writer.write(runs).map_err(io::Error::other),
         }
     }
 
@@ -122,7 +109,6 @@ pub struct RunWriter {
     path: PathBuf,
     staging: Staging,
     existing: Existing,
-    format: TableFormat,
     table: OpenTable,
 }
 
@@ -156,18 +142,12 @@ impl RunWriter {
             path: path.to_path_buf(),
             staging,
             existing,
-            format,
             table,
         })
     }
 
-    /// The format that runs must have.
-    pub fn format(&self) -> TableFormat {
-        self.format
-    }
-
     /// Adds a block of runs.
-    pub fn write(&mut self, runs: EncodedRuns) -> Result<(), Error> {
+    pub fn write(&mut self, runs: &[NewRun]) -> Result<(), Error> {
         let written = self.table.write(runs);
         written.map_err(|error| Error::io(&self.path, "write", error))
     }
@@ -178,20 +158,4 @@ impl RunWriter {
         self.table.finish().map_err(|error| Error::io(&path, "write", error))?;
         self.staging.put(|place| self.existing.allow(place))
     }
-}
-
-fn csv_lines(runs: &[NewRun]) -> Vec<u8> {
-    let mut lines = String::new();
-    for run in runs {
-        lines.push_str(run.particle);
-        lines.push(',');
-        lines.push_str(run.liquid.unwrap_or(DRY));
-        for number in run.numbers() {
-            lines.push(',');
-            // writing to a text does not fail
-            let _ = number.map(|number| write!(lines, "{number}"));
-        }
-        lines.push('\n');
-    }
-    lines.into_bytes()
 }

@@ -104,8 +104,10 @@ fn simulation(scene: &Scene) -> Simulation<'_> {
 pub fn write(simulation: &Simulation, seed: u64, path: &Path) {
     let mut writer = RunWriter::create(path, Existing::Replaced).unwrap_or_else(|error| panic!("{error}"));
     let runs = simulation.under(seed);
-    runs.encode(0..runs.blocks(), writer.format(), |block| writer.write(block))
-        .unwrap_or_else(|error| panic!("{error}"));
+    for block in 0..runs.blocks() {
+        let written = writer.write(&runs.block(block));
+        written.unwrap_or_else(|error| panic!("{error}"));
+    }
     writer.finish().unwrap_or_else(|error| panic!("{error}"));
 }
 
