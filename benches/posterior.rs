@@ -16,7 +16,7 @@ use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::{LogDensity, PosteriorDensity};
 use wetcor::model::simulate::Simulation;
 use wetcor::physics::Inertia;
-use wetcor::runs::{self, MeasurementErrors, NewRun, Runs};
+use wetcor::runs::{self, NewRun, RunError, Runs};
 use wetcor::scene::{self, LikelihoodFamily, NoiseOn, Scene};
 use wetcor::seed::{stream, StreamName};
 
@@ -187,11 +187,11 @@ fn noisy(noise: Noise) -> (Scene, Runs) {
         true
     });
     if error > 0.0 {
-        runs.errors = Some(MeasurementErrors {
-            impact_speed_sd: runs.impact_speed.iter().map(|v| error * v).collect(),
-            restitution_sd: vec![0.0; runs.len()],
-            speed_correlation: vec![],
-        });
+        let of = |v: &f64| RunError {
+            impact_speed_sd: error * v,
+            ..RunError::default()
+        };
+        runs.errors = runs.impact_speed.iter().map(of).collect();
     }
     scene.model.series_offsets = noise == Noise::Offsets;
     match noise {

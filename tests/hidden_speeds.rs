@@ -9,7 +9,7 @@ use wetcor::inference::nuts::Effort;
 use wetcor::physics::numbers::stokes;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::Order;
-use wetcor::runs::{self, MeasurementErrors, NewRun, Table};
+use wetcor::runs::{self, NewRun, RunError, Table};
 use wetcor::scene::{self, Scene};
 use wetcor::seed::{stream, StreamName};
 
@@ -102,12 +102,14 @@ fn table(scene: &Scene, design: Design, seed: u64) -> Table {
         add(true, diameter, v, e, [normal(), normal()]);
     }
     let mut runs = runs::arrange(scene, &rows);
-    let of = |which: usize| runs.row.iter().map(|row| sds[*row as usize - 1][which]).collect();
-    runs.errors = (design.error > 0.0).then(|| MeasurementErrors {
-        impact_speed_sd: of(0),
-        restitution_sd: of(1),
-        speed_correlation: vec![],
-    });
+    let of = |row: &u32| RunError {
+        impact_speed_sd: sds[*row as usize - 1][0],
+        restitution_sd: sds[*row as usize - 1][1],
+        speed_correlation: 0.0,
+    };
+    if design.error > 0.0 {
+        runs.errors = runs.row.iter().map(of).collect();
+    }
     Table::of(runs)
 }
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use wetcor::findings::posterior::effort;
 use wetcor::inference::nuts::Effort;
 use wetcor::physics::numbers::stokes;
-use wetcor::runs::{self, MeasurementErrors, Runs, Table};
+use wetcor::runs::{self, RunError, Runs, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::{stream, StreamName};
 
@@ -74,12 +74,12 @@ fn measured(scene: &Scene, apart: Apart, (seed, set): (u64, u64)) -> Runs {
     }
     let mut runs = runs::arrange(scene, &rows);
     // rows of the table are counted from 1
-    let of = |which: usize| runs.row.iter().map(|row| told[*row as usize - 1][which]).collect();
-    runs.errors = Some(MeasurementErrors {
-        impact_speed_sd: of(0),
-        restitution_sd: of(1),
-        speed_correlation: vec![],
-    });
+    let of = |row: &u32| RunError {
+        impact_speed_sd: told[*row as usize - 1][0],
+        restitution_sd: told[*row as usize - 1][1],
+        speed_correlation: 0.0,
+    };
+    runs.errors = runs.row.iter().map(of).collect();
     runs
 }
 
@@ -98,24 +98,24 @@ type Found = Vec<(f64, [f64; 2])>;
 
 fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: StreamName) -> [Found; 2] {
     if forgets == Forgets::Errors {
-        runs.errors = None;
-    } else if let (Forgets::Covariance, Some(errors)) = (forgets, &mut runs.errors) {
+        runs.errors.clear();
+    } else if forgets == Forgets::Covariance {
         let viscosity = |run: usize| {
             let series = runs.series.iter().find(|series| series.runs().contains(&run))?;
             Some(scene.liquids[series.liquid].viscosity)
         };
-        for run in 0..runs.restitution.len() {
+        for (run, error) in runs.errors.iter_mut().enumerate() {
             let (v, e) = (runs.impact_speed[run], runs.restitution[run]);
-            let share = errors.impact_speed_sd[run] / v;
+            let share = error.impact_speed_sd / v;
             // v dm/dv at the truth
             let loss = 0.183 * v.powf(0.2);
             let slope = viscosity(run).map_or(-0.2 * loss, |viscosity| {
                 let viscous = 4.0 * 1.85 / stokes(2150.0, runs.diameter[run], v, viscosity);
                 (viscous - 0.4 * (1.0 - loss) * loss) / (2.0 * e)
             });
-            let own = errors.restitution_sd[run];
-            errors.restitution_sd[run] = (own * own + share * share * (e * e + slope * slope)).sqrt();
-            errors.impact_speed_sd[run] = 0.0;
+            let own = error.restitution_sd;
+            error.restitution_sd = (own * own + share * share * (e * e + slope * slope)).sqrt();
+            error.impact_speed_sd = 0.0;
         }
     }
     let effort = Effort {

@@ -24,7 +24,7 @@ use super::series::SeriesFit;
 use super::terms::SizedTerm;
 use crate::physics::Form;
 use crate::remark::Remark;
-use crate::runs::{MeasurementErrors, RunsWithErrors, Screened, Table};
+use crate::runs::{RunsWithErrors, Screened, Table};
 
 /// The name and version of the findings file's layout, which `docs/findings.schema.json` describes; the version is raised
 /// where a field is removed or changes its meaning.
@@ -121,7 +121,7 @@ impl Counts {
             used: runs.all_measured() - runs.stuck(),
             stuck: runs.stuck(),
             screened: table.screened.clone(),
-            measurement_errors: runs.errors.as_ref().map(MeasurementErrors::counts),
+            measurement_errors: RunsWithErrors::of(&runs.errors),
         }
     }
 }

@@ -10,8 +10,7 @@ use crate::scene::Scene;
 
 /// Whether columns tell errors of impact speeds.
 pub(super) fn speeds_err(runs: &Runs) -> bool {
-    let errors = runs.errors.as_ref();
-    errors.is_some_and(|errors| errors.counts().of_impact_speed > 0)
+    runs.errors.iter().any(|error| error.impact_speed_sd > 0.0)
 }
 
 /// The errors of the runs of some ranges, in the order in which they are fitted, with the dry speed that enters a wet law;
@@ -23,19 +22,17 @@ pub(super) fn error_columns(
     ranges: impl Iterator<Item = Range<usize>> + Clone,
     own: Option<&OwnDrySpeed>,
 ) -> Option<ErrorColumns> {
-    let errors = runs.errors.as_ref()?;
+    if runs.errors.is_empty() {
+        return None;
+    }
     let all = || ranges.clone().flatten();
     let offset_slopes = all().filter_map(|run| own.map(|own| own.offset_slopes(runs.impact_speed[run])));
     Some(ErrorColumns {
         relative_speed_sd: all()
-            .map(|run| errors.impact_speed_sd[run] / runs.impact_speed[run])
+            .map(|run| runs.errors[run].impact_speed_sd / runs.impact_speed[run])
             .collect(),
-        restitution_sd: all().map(|run| errors.restitution_sd[run]).collect(),
-        speed_correlation: if errors.speed_correlation.is_empty() {
-            vec![]
-        } else {
-            all().map(|run| errors.correlation(run)).collect()
-        },
+        restitution_sd: all().map(|run| runs.errors[run].restitution_sd).collect(),
+        speed_correlation: all().map(|run| runs.errors[run].speed_correlation).collect(),
         offset_slopes: offset_slopes.collect(),
         are_all: scene.errors_are_all(spread.key()),
     })

@@ -108,10 +108,11 @@ pub(super) fn fit_beside(
     let (mut wider_scene, mut wider_runs) = (scene.clone(), runs.clone());
     let is_set = |choice: &PriorChoice| choice.parameter == SIGMA_ENERGY.name;
     let is_ours = !by_speeds && !scene.priors.iter().any(is_set);
-    if let Some(sds) = wider_runs.errors.as_mut().filter(|_| by_speeds) {
+    if by_speeds {
         for (run, error) in slow.iter().zip(&errors) {
             let slope = slope_mean_restitution(runs.restitution[*run].powi(2));
-            sds.restitution_sd[*run] = sds.restitution_sd[*run].hypot(slope * error);
+            let sd = &mut wider_runs.errors[*run].restitution_sd;
+            *sd = sd.hypot(slope * error);
         }
     } else {
         wider_scene.model.noise = NoiseOn::Both;
@@ -331,7 +332,7 @@ fn energy_errors(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize]) ->
         let lost = (e_dry * e_dry - kept).max(0.0);
         let viscous = l.map_or(lost, |l| (4.0 * l * runs.inverse_stokes(*run)).min(lost));
         // an error of the speed that a column tells is in the density already
-        let is_told = runs.errors.as_ref().is_some_and(|errors| errors.of(*run)[0] > 0.0);
+        let is_told = runs.errors.get(*run).is_some_and(|error| error.impact_speed_sd > 0.0);
         let of_speed = if is_told { 0.0 } else { SPEED_ERROR * viscous };
         Some(of_speed.hypot(FILM_ERROR * (lost - viscous)))
     };

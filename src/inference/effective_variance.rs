@@ -1,7 +1,7 @@
 //! Weighs runs by the measurement errors of their speed and restitution: least squares by effective variance.
 //!
 //! About a law m(v) the residual e − m(v) of a run scatters by τ² = u² + s_v² (m/v + m′)², primes in v, since e = v_r/v
-//! shares the error of v (correlated errors of v and v_r take 2 ρ u s_v (m/v + m′) off; see [`crate::runs::MeasurementErrors`]), and by an intrinsic σ² besides. The weights are
+//! shares the error of v (correlated errors of v and v_r take 2 ρ u s_v (m/v + m′) off; see [`crate::runs::RunError`]), and by an intrinsic σ² besides. The weights are
 //! 1/(σ² + τ²), with τ at the fit's own slopes and σ² ≥ 0 such that the weighted squares equal the degrees of freedom; σ
 //! is 0 where the errors alone explain more than the scatter, and they are then not shrunk, and where it is held at 0. A run
 //! without an error is taken to err like the median of those that carry one: it never has an infinite weight.

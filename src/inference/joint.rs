@@ -214,9 +214,10 @@ impl<'r> Joint<'r> {
     ) {
         self.each_with(part, range, point, |mut row, at, at_setting| {
             let by_speed = self.in_log_speed(part, &row, at, at_setting);
-            if let Some(errors) = &self.runs.errors {
-                let [of_speed, own] = errors.of(row.run);
-                let with_speed = of_speed / self.runs.impact_speed[row.run] * by_speed.response.error_slope();
+            if let Some(error) = self.runs.errors.get(row.run) {
+                let own = error.restitution_sd;
+                let with_speed =
+                    error.impact_speed_sd / self.runs.impact_speed[row.run] * by_speed.response.error_slope();
                 row.measured = own * own + with_speed * with_speed;
             }
             hand_on(row, by_speed);

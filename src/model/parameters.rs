@@ -294,8 +294,7 @@ impl ModelParameters {
             candidates.push(of_wet(ParameterKind::SigmaEnergy));
         }
         let family = scene.model.likelihood;
-        let errors = runs.errors.as_ref();
-        let speeds_err = errors.is_some_and(|errors| errors.impact_speed_sd.iter().any(|sd| *sd > 0.0));
+        let speeds_err = runs.errors.iter().any(|error| error.impact_speed_sd > 0.0);
         if let Some(expected) = family.refused_beside(HiddenOfRun::TrueSpeed).filter(|_| speeds_err) {
             return Err(Error::Usage(format!("[model] likelihood: {expected}")));
         }

@@ -75,7 +75,7 @@ impl Runs {
     /// Few of very many runs that stand for all, where restitutions up to `limit` stick; `None` of fewer runs, of those that
     /// stand for others, or where they carry measurement errors, which differ from run to run.
     pub fn condensed(&self, limit: f64) -> Option<Runs> {
-        let is_possible = self.len() > MANY_RUNS && self.count.is_empty() && self.errors.is_none();
+        let is_possible = self.len() > MANY_RUNS && self.count.is_empty() && self.errors.is_empty();
         is_possible.then(|| self.few(limit))
     }
 

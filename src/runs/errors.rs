@@ -1,81 +1,19 @@
 //! Holds the measurement errors of runs: of the impact speed, and of the restitution beyond what it shares with that.
 
-/// What the measurement of one run errs by.
-#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(crate) struct RunError {
-    /// s_v, m/s
-    pub impact_speed_sd: f64,
-    /// u
-    pub restitution_sd: f64,
-    /// ρ
-    pub speed_correlation: f64,
-}
-
-/// Standard deviations of what was measured, as columns in the order of the runs; 0 where a run gives none.
+/// Standard deviations of what was measured of one run; 0 where it gives none.
 ///
 /// A restitution e = v_r/v shares the error of v: it errs by u and by −e s_v/v, so that its variance is
 /// u² + (e s_v/v)² and its covariance with v is −e s_v²/v. About a law m(v) it then scatters by
 /// τ² = u² + s_v² (m/v + ∂m/∂v)²; where the errors of v and v_r are correlated, by −2 ρ u s_v (m/v + ∂m/∂v) more, with
 /// u = s_r/v.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct MeasurementErrors {
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct RunError {
     /// s_v, m/s
-    pub impact_speed_sd: Vec<f64>,
+    pub impact_speed_sd: f64,
     /// u, what the restitution errs by beyond its share of v
-    pub restitution_sd: Vec<f64>,
-    /// ρ, the correlation of the errors of v and v_r; empty where no run gives one
-    pub speed_correlation: Vec<f64>,
-}
-
-impl MeasurementErrors {
-    /// The errors of some runs; `None` where none of them carries any.
-    pub(super) fn of_runs(errors: impl Iterator<Item = RunError> + Clone) -> Option<MeasurementErrors> {
-        let mut all = MeasurementErrors::default();
-        let carries_any = errors.clone().any(|error| error != RunError::default());
-        errors.for_each(|error| all.push(error));
-        carries_any.then_some(all)
-    }
-
-    /// Adds a run.
-    pub(crate) fn push(&mut self, error: RunError) {
-        if error.speed_correlation != 0.0 || !self.speed_correlation.is_empty() {
-            self.speed_correlation.resize(self.impact_speed_sd.len(), 0.0);
-            self.speed_correlation.push(error.speed_correlation);
-        }
-        self.impact_speed_sd.push(error.impact_speed_sd);
-        self.restitution_sd.push(error.restitution_sd);
-    }
-
-    /// What a run errs by.
-    pub(super) fn error(&self, run: usize) -> RunError {
-        let [impact_speed_sd, restitution_sd] = self.of(run);
-        RunError {
-            impact_speed_sd,
-            restitution_sd,
-            speed_correlation: self.correlation(run),
-        }
-    }
-
-    /// s_v and u of a run.
-    pub fn of(&self, run: usize) -> [f64; 2] {
-        [self.impact_speed_sd[run], self.restitution_sd[run]]
-    }
-
-    /// ρ of a run; 0 where it gives none.
-    pub fn correlation(&self, run: usize) -> f64 {
-        self.speed_correlation.get(run).copied().unwrap_or(0.0)
-    }
-
-    /// How many runs carry an error above 0.
-    pub fn counts(&self) -> RunsWithErrors {
-        let both = || self.impact_speed_sd.iter().zip(&self.restitution_sd);
-        let of = |column: &[f64]| column.iter().filter(|sd| **sd > 0.0).count();
-        RunsWithErrors {
-            runs: both().filter(|(s_v, u)| **s_v > 0.0 || **u > 0.0).count(),
-            of_impact_speed: of(&self.impact_speed_sd),
-            of_restitution: of(&self.restitution_sd),
-        }
-    }
+    pub restitution_sd: f64,
+    /// ρ, the correlation of the errors of v and v_r
+    pub speed_correlation: f64,
 }
 
 /// How many runs carry measurement errors above 0.
@@ -87,6 +25,18 @@ pub struct RunsWithErrors {
     pub of_impact_speed: usize,
     /// with one of the restitution beyond what it shares with the impact speed
     pub of_restitution: usize,
+}
+
+impl RunsWithErrors {
+    /// Of runs that err so; `None` where no errors are given.
+    pub fn of(errors: &[RunError]) -> Option<RunsWithErrors> {
+        let count = |errs: fn(&RunError) -> bool| errors.iter().filter(|error| errs(error)).count();
+        (!errors.is_empty()).then(|| RunsWithErrors {
+            runs: count(|error| error.impact_speed_sd > 0.0 || error.restitution_sd > 0.0),
+            of_impact_speed: count(|error| error.impact_speed_sd > 0.0),
+            of_restitution: count(|error| error.restitution_sd > 0.0),
+        })
+    }
 }
 
 /// What a run errs by, from what a table gives of its impact speed, rebound speed and restitution as a whole, and from the

@@ -100,7 +100,7 @@ pub(crate) use cells::{text_rows, TextRow};
 pub use collect::Screened;
 pub(crate) use collect::{OF_READING, OTHER_LABEL};
 pub use draft::Draft;
-pub use errors::{MeasurementErrors, RunsWithErrors};
+pub use errors::{RunError, RunsWithErrors};
 pub(crate) use fields::{column, rows_by_fields, Column, Fields, Row};
 pub use film_groups::{rounded_film_ratio, FilmGroup, NEAR_NOMINAL, WIDEST};
 pub use impacts::{by_film, Conditions};

@@ -120,9 +120,7 @@ impl Runs {
         self.impacts.speed_root.push(from.impacts.speed_root[run]);
         self.impacts.over_stokes.push(from.impacts.over_stokes[run]);
         self.impacts.film_ratio.push(from.impacts.film_ratio[run]);
-        if let Some(all) = &from.errors {
-            self.errors.get_or_insert_default().push(all.error(run));
-        }
+        self.errors.extend(from.errors.get(run));
         self.count.extend(from.count.get(run));
     }
 }

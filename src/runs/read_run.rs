@@ -38,7 +38,7 @@ pub(super) struct ReadRun {
     pub restitution: f64,
     /// the nominal one of a wet run; `None` in a table without such a column
     pub film_ratio: Option<f64>,
-    /// what impact speed and restitution err by, as [`super::MeasurementErrors`] has them
+    /// what impact speed and restitution err by
     pub errors: RunError,
     /// row of the table, from 1
     pub row: u32,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::classes::{Cells, DiameterClasses};
-use super::errors::MeasurementErrors;
+use super::errors::RunError;
 use super::film_groups::{mean_by_count, rounded_film_ratio, FilmClasses, FilmGroup};
 use super::places::RowPlaces;
 use super::read_run::ReadRun;
@@ -30,8 +30,8 @@ pub struct Runs {
     pub row: Vec<u32>,
     /// where these rows stand in their files
     pub places: Arc<RowPlaces>,
-    /// what was measured errs by; `None` where no run carries an error above 0
-    pub errors: Option<MeasurementErrors>,
+    /// what each run errs by; empty where none carries an error above 0
+    pub errors: Vec<RunError>,
     /// how many runs each stands for, which need not be whole; empty where that is itself
     pub count: Vec<f64>,
     /// an even sample of the runs themselves, in the same series, where these are few that stand for all of a table
@@ -235,27 +235,27 @@ impl Runs {
 
     /// The measurement errors of all runs; one that carries none is taken to err like the median of those that do, its
     /// speed as a share of itself. `None` where no run carries any.
-    pub fn errors_with_medians(&self) -> Option<MeasurementErrors> {
-        let errors = self.errors.as_ref()?;
+    pub fn errors_with_medians(&self) -> Option<Vec<RunError>> {
         let of = |run: usize| {
-            let [s_v, u] = errors.of(run);
-            [s_v / self.impact_speed[run], u]
+            let error = &self.errors[run];
+            [error.impact_speed_sd / self.impact_speed[run], error.restitution_sd]
         };
         let carries = |run: &usize| of(*run).iter().any(|sd| *sd > 0.0);
+        let (carrying, others): (Vec<usize>, Vec<usize>) = (0..self.errors.len()).partition(carries);
+        if carrying.is_empty() {
+            return None;
+        }
         let median = |which: usize| {
-            let mut given: Vec<f64> = (0..self.len()).filter(carries).map(|run| of(run)[which]).collect();
+            let mut given: Vec<f64> = carrying.iter().map(|run| of(*run)[which]).collect();
             let middle = given.len() / 2;
             given.select_nth_unstable_by(middle, f64::total_cmp);
             given[middle]
         };
-        if !(0..self.len()).any(|run| carries(&run)) {
-            return None;
-        }
         let [share, u] = [median(0), median(1)];
-        let mut all = errors.clone();
-        for run in (0..self.len()).filter(|run| !carries(run)) {
-            all.impact_speed_sd[run] = share * self.impact_speed[run];
-            all.restitution_sd[run] = u;
+        let mut all = self.errors.clone();
+        for run in others {
+            all[run].impact_speed_sd = share * self.impact_speed[run];
+            all[run].restitution_sd = u;
         }
         Some(all)
     }
@@ -348,13 +348,14 @@ pub(super) fn arrange_part(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &S
         start += own.len();
     }
     let column = |of: fn(&ReadRun) -> f64| read.iter().map(of).collect();
+    let any_errs = read.iter().any(|run| run.errors != RunError::default());
     let mut runs = Runs {
         diameter: column(|run| run.setting.diameter),
         film: column(|run| run.setting.film),
         impact_speed: column(|run| run.impact_speed),
         restitution: column(|run| run.restitution),
         row: read.iter().map(|run| run.row).collect(),
-        errors: MeasurementErrors::of_runs(read.iter().map(|run| run.errors)),
+        errors: read.iter().filter(|_| any_errs).map(|run| run.errors).collect(),
         count: read.iter().filter_map(|run| run.count).collect(),
         ..Runs::default()
     };

@@ -29,7 +29,7 @@ type Kinds = [Range<usize>; 2];
 
 /// Why nothing but the errors may not scatter the runs of one kind; `None` where that is well.
 fn why_not_zero(scene: &Scene, runs: &Runs, kind: &str, own: Vec<Kinds>) -> Option<String> {
-    let states = |run: &usize| runs.errors.as_ref().is_some_and(|errors| errors.of(*run)[1] > 0.0);
+    let states = |run: &usize| runs.errors.get(*run).is_some_and(|error| error.restitution_sd > 0.0);
     let (mut rebounds, mut without_errors, mut stuck) = (0, 0, 0);
     for [rebounded, others] in own {
         rebounds += rebounded.len();

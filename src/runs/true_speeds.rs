@@ -12,7 +12,7 @@
 
 use std::ops::Range;
 
-use super::errors::MeasurementErrors;
+use super::errors::RunError;
 use super::series::Runs;
 use crate::distributions::gamma_quantile;
 use crate::scene::Scene;
@@ -69,7 +69,7 @@ type Setting = Vec<usize>;
 impl Runs {
     /// The true speed of every run, given these errors. Where series have offsets, runs of different series share none: they
     /// are left out a series at a time.
-    pub fn true_speeds(&self, scene: &Scene, errors: &MeasurementErrors) -> TrueSpeeds {
+    pub fn true_speeds(&self, scene: &Scene, errors: &[RunError]) -> TrueSpeeds {
         let mut found = TrueSpeeds {
             of_run: vec![TrueSpeed::EXACT; self.len()],
             shared: vec![],
@@ -95,7 +95,7 @@ impl Runs {
 /// Speeds with what they err by.
 struct MeasuredSpeeds<'r> {
     runs: &'r Runs,
-    errors: &'r MeasurementErrors,
+    errors: &'r [RunError],
 }
 
 impl MeasuredSpeeds<'_> {
@@ -104,7 +104,7 @@ impl MeasuredSpeeds<'_> {
     }
 
     fn sd(&self, run: usize) -> f64 {
-        self.errors.impact_speed_sd[run]
+        self.errors[run].impact_speed_sd
     }
 
     /// The settings of some runs, ordered by film ratio and diameter.
@@ -299,11 +299,11 @@ mod tests {
         let mut rows = vec![row(&(5.0, 1.0), false)];
         rows.extend(runs.iter().map(|run| row(run, true)));
         let runs = crate::runs::arrange(&scene, &rows);
-        let errors = MeasurementErrors {
-            impact_speed_sd: vec![0.01; runs.len()],
-            restitution_sd: vec![0.0; runs.len()],
-            speed_correlation: vec![],
+        let error = RunError {
+            impact_speed_sd: 0.01,
+            ..RunError::default()
         };
+        let errors = vec![error; runs.len()];
         let speeds = runs.true_speeds(&scene, &errors);
         (runs, speeds)
     }

@@ -4,7 +4,7 @@ use super::{fit, noise_of, plain, scattered, series_of, tells, Design, ALARMS, S
 use crate::common::{assert_seldom, counts, rows, seed_of, study, Says, Told};
 use wetcor::findings::noise::Outlier;
 use wetcor::findings::{self, Findings};
-use wetcor::runs::{arrange, MeasurementErrors, NewRun, Table};
+use wetcor::runs::{arrange, NewRun, RunError, Table};
 
 /// Wherever it lies in [0, 1], and stuck or not.
 #[test]
@@ -154,12 +154,11 @@ fn runs_are_held_against_their_own_measurement_errors() {
     let unknown = findings::fit_least_squares(&place.scene, &table, 1, false);
     let outliers = noise_of(&unknown).outliers_found;
     assert!(outliers > count / 6, "{outliers} of {count}");
-    let of_run = |row: &u32| if badly(*row) { own } else { 0.0 };
-    table.runs.errors = Some(MeasurementErrors {
-        impact_speed_sd: vec![0.0; runs.len()],
-        restitution_sd: table.runs.row.iter().map(of_run).collect(),
-        speed_correlation: vec![],
-    });
+    let of_run = |row: &u32| RunError {
+        restitution_sd: if badly(*row) { own } else { 0.0 },
+        ..RunError::default()
+    };
+    table.runs.errors = table.runs.row.iter().map(of_run).collect();
     let known = findings::fit_least_squares(&place.scene, &table, 1, false);
     assert_eq!(noise_of(&known).outliers_found, 0, "{:?}", noise_of(&known).outliers);
 }

@@ -213,7 +213,7 @@ fn measured_spreads(least_squares: LeastSquares) -> [Option<f64>; 2] {
 
 /// Root mean square of what the restitutions err by.
 fn typical_error(runs: &Runs) -> f64 {
-    let stated = runs.errors.iter().flat_map(|errors| &errors.restitution_sd);
+    let stated = runs.errors.iter().map(|error| error.restitution_sd);
     let squares: f64 = stated.map(|sd| sd * sd).sum();
     (squares / runs.len().max(1) as f64).sqrt()
 }

@@ -63,15 +63,12 @@ pub(super) fn errors_of(scene: &Scene, runs: &Runs) -> (Vec<Errors>, Vec<SharedS
         return (vec![], vec![]);
     };
     let TrueSpeeds { of_run, shared } = runs.true_speeds(scene, &measured);
-    let of = |(run, true_speed): (usize, TrueSpeed)| {
-        let [speed, restitution] = measured.of(run);
-        Errors {
-            speed: speed / runs.impact_speed[run],
-            restitution,
-            correlation: measured.correlation(run),
-            true_speed,
-            is_shared: false,
-        }
+    let of = |(run, true_speed): (usize, TrueSpeed)| Errors {
+        speed: measured[run].impact_speed_sd / runs.impact_speed[run],
+        restitution: measured[run].restitution_sd,
+        correlation: measured[run].speed_correlation,
+        true_speed,
+        is_shared: false,
     };
     let mut errors: Vec<Errors> = of_run.into_iter().enumerate().map(of).collect();
     for run in shared.iter().flat_map(SharedSpeed::runs) {

@@ -73,7 +73,7 @@ pub struct EvaluatedLaw<'p> {
 
 /// Whether the density of a run is an integral: over the noise on the energy kept, or over the true impact speed.
 pub fn is_integrated(scene: &Scene, runs: &Runs) -> bool {
-    runs.errors.is_some() || scene.model.noise == NoiseOn::Both
+    !runs.errors.is_empty() || scene.model.noise == NoiseOn::Both
 }
 
 impl Pointwise {

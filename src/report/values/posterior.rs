@@ -15,7 +15,7 @@ use crate::model::parameters::ParameterKind;
 use crate::physics::rebound::TURN;
 use crate::physics::Viscous;
 use crate::rounding;
-use crate::runs::GAP;
+use crate::runs::{RunsWithErrors, GAP};
 use crate::scene::Prior;
 use crate::units::micrometres;
 
@@ -87,8 +87,8 @@ fn model(input: ReportInput, posterior: &Posterior) -> Value {
     let errors = input.runs.errors_with_medians();
     let speeds = errors.iter().flat_map(|errors| {
         let of_run = input.runs.true_speeds(input.scene, errors).of_run;
-        let all = of_run.into_iter().zip(&errors.impact_speed_sd);
-        all.filter(|(_, sd)| **sd > 0.0)
+        let all = of_run.into_iter().zip(errors);
+        all.filter(|(_, error)| error.impact_speed_sd > 0.0)
             .map(|(speed, _)| speed)
             .collect::<Vec<_>>()
     });
@@ -101,7 +101,7 @@ fn model(input: ReportInput, posterior: &Posterior) -> Value {
         has_dry => !input.runs.dry.is_empty(),
         likelihood_words => input.scene.model.likelihood.words(),
         runs => input.runs.len(),
-        errors => input.runs.errors.as_ref().map(|errors| errors.counts().runs),
+        errors => RunsWithErrors::of(&input.runs.errors).map(|counted| counted.runs),
         erring => speeds.len(),
         repeated => speeds.iter().filter(|speed| speed.repeats > 1).count(),
         gap => GAP,

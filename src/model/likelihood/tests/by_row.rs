@@ -3,7 +3,7 @@
 use statrs::distribution::{Continuous, ContinuousCDF, Normal, StudentsT};
 
 use super::*;
-use crate::runs::MeasurementErrors;
+use crate::runs::RunError;
 
 /// ln of a density and of the probability of less, of tails with so many degrees of freedom; of the normal without.
 fn oracle(nu: Option<f64>, z: f64) -> (f64, f64) {
@@ -22,14 +22,15 @@ fn oracle(nu: Option<f64>, z: f64) -> (f64, f64) {
 /// Errors of every other run, the rest without; some of the speed alone, some of the restitution alone.
 pub(super) fn with_errors(mut runs: Runs) -> Runs {
     let mut rng = crate::seed::stream(1, "with_errors", 0);
-    let mut errors = MeasurementErrors::default();
     for run in 0..runs.len() {
         let (speed, restitution) = (rng.random_range(0.0..0.02), rng.random_range(0.0..0.02));
         let [of_speed, of_restitution] = [run % 2 == 0, run % 3 > 0].map(|on| f64::from(u8::from(on)));
-        errors.impact_speed_sd.push(of_speed * speed * runs.impact_speed[run]);
-        errors.restitution_sd.push(of_restitution * restitution);
+        runs.errors.push(RunError {
+            impact_speed_sd: of_speed * speed * runs.impact_speed[run],
+            restitution_sd: of_restitution * restitution,
+            speed_correlation: 0.0,
+        });
     }
-    runs.errors = Some(errors);
     runs
 }
 
@@ -80,7 +81,7 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
         let errors = filled.as_ref();
         OracleRun {
             v,
-            errors: errors.map_or((0.0, 0.0), |e| (e.impact_speed_sd[run] / v, e.restitution_sd[run])),
+            errors: errors.map_or((0.0, 0.0), |e| (e[run].impact_speed_sd / v, e[run].restitution_sd)),
             true_speed: true_speeds
                 .as_ref()
                 .map_or(runs::TrueSpeed::EXACT, |all| all.of_run[run]),
@@ -236,12 +237,11 @@ impl ErrorsOf {
         if self == ErrorsOf::Apart {
             let mut order: Vec<usize> = (0..runs.len()).collect();
             order.sort_by(|a, b| runs.impact_speed[*a].total_cmp(&runs.impact_speed[*b]));
-            let sds = &mut runs.errors.as_mut().expect("added").impact_speed_sd;
             let mut last = 0.0;
             for run in order {
                 if runs.impact_speed[run] < APART * last {
-                    sds[run] = 0.0;
-                } else if sds[run] > 0.0 {
+                    runs.errors[run].impact_speed_sd = 0.0;
+                } else if runs.errors[run].impact_speed_sd > 0.0 {
                     last = runs.impact_speed[run];
                 }
             }
@@ -256,7 +256,7 @@ fn agree(scene: &Scene, runs: &Runs, form: Form, errors: ErrorsOf) {
         model.likelihood == scene::LikelihoodFamily::Student,
         model.noise == NoiseOn::Both,
     );
-    let plain = !student && !both && runs.errors.is_none();
+    let plain = !student && !both && runs.errors.is_empty();
     let name = format!("{:?} {:?} {:?} {form:?}", model.likelihood, model.noise, model.sticking);
     let full = &with_trends(FULL);
     let likelihood = Likelihood::new(scene, runs, form);
@@ -264,7 +264,7 @@ fn agree(scene: &Scene, runs: &Runs, form: Form, errors: ErrorsOf) {
     let (mut slopes, mut unused) = ([0.0; SLOTS], [0.0; SLOTS]);
     let value = likelihood.ln_density(full, &mut slopes).expect("inside the domain");
     // in two dimensions the integrals have a test of their own
-    if !both || runs.errors.is_none() {
+    if !both || runs.errors.is_empty() {
         let expected = by_run(scene, runs, form, full);
         let gap = (value - expected).abs() / (100.0 + expected.abs());
         assert!(gap < 1e-8, "{name}: {value} {expected}");
