@@ -38,7 +38,9 @@ use wetcor::interruption;
 use wetcor::ranks::Ranks;
 
 use arguments::{Arguments, Verb};
-use messages::{complain, print_result, warn};
+use messages::{complain, notice, print_result};
+
+use crate::progress::be_quiet;
 
 /// Could not run.
 const COULD_NOT_RUN: u8 = 2;
@@ -75,27 +77,29 @@ fn run_verb(arguments: &Arguments, ranks: &Ranks) -> Result<u8, Error> {
         )));
     }
     let is_first = ranks.is_first();
-    let quiet = arguments.quiet || !is_first;
+    if arguments.quiet || !is_first {
+        be_quiet();
+    }
     threads::check_address_space()?;
-    threads::start(arguments.threads, quiet)?;
+    threads::start(arguments.threads)?;
     let interrupted = move |text: &str| {
         if is_first && !FAILED.load(Relaxed) {
             complain(text);
         }
     };
     if let Err(error) = interruption::watch(interrupted) {
-        warn(&format!("an interruption may leave a temporary folder: {error}"));
+        notice(&format!("an interruption may leave a temporary folder: {error}"));
     }
     let result = defect::caught(|| match &arguments.verb {
-        Verb::Track(request) => track::track(request, quiet),
-        Verb::New(request) => new::new(request, quiet),
-        Verb::Fit(request) => fit::fit(request, ranks, quiet),
-        Verb::Check(request) => check::check(request, quiet),
-        Verb::Simulate(request) => simulate::simulate(request, quiet),
-        Verb::Predict(request) => predict::predict(request, quiet),
-        Verb::Handoff(request) => handoff::handoff(request, quiet),
-        Verb::Trade(request) => trade::trade(request, quiet),
-        Verb::Calibrate(request) => calibrate::calibrate(request, ranks, quiet),
+        Verb::Track(request) => track::track(request),
+        Verb::New(request) => new::new(request),
+        Verb::Fit(request) => fit::fit(request, ranks),
+        Verb::Check(request) => check::check(request),
+        Verb::Simulate(request) => simulate::simulate(request),
+        Verb::Predict(request) => predict::predict(request),
+        Verb::Handoff(request) => handoff::handoff(request),
+        Verb::Trade(request) => trade::trade(request),
+        Verb::Calibrate(request) => calibrate::calibrate(request, ranks),
         Verb::Completions { shell } => completions::completions(*shell),
         Verb::Man { command } => man::man(command.as_deref()),
         Verb::Help { .. } => Ok(0),

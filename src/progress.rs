@@ -1,5 +1,6 @@
-//! Shows on a terminal what takes longer than half a second.
+//! Shows on a terminal what takes longer than half a second, unless only errors are to be told.
 
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::sync::mpsc::{channel, RecvTimeoutError, Sender};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -9,10 +10,25 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 /// Work shorter than this shows nothing.
 const PATIENCE: Duration = Duration::from_millis(500);
 
+/// Whether only errors are to be told.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// From now on only errors are to be told.
+pub fn be_quiet() {
+    QUIET.store(true, Relaxed);
+}
+
+/// Whether only errors are to be told.
+pub fn is_quiet() -> bool {
+    QUIET.load(Relaxed)
+}
+
 /// A line on the terminal that names the work under way; silent off a terminal.
 pub struct Progress {
     bar: ProgressBar,
     started: Instant,
+    /// how much of the work [`Progress::add`] has counted
+    done: AtomicU64,
     /// the thread that shows again and again that work of unknown length goes on, until its sender is dropped
     ticker: Option<(Sender<()>, JoinHandle<()>)>,
 }
@@ -36,26 +52,28 @@ fn ticker(bar: &ProgressBar) -> Option<(Sender<()>, JoinHandle<()>)> {
 
 impl Progress {
     /// Work of unknown length.
-    pub fn spinner(what: &'static str, quiet: bool) -> Progress {
-        let bar = ProgressBar::with_draw_target(None, target(quiet)).with_message(what);
+    pub fn spinner(what: &'static str) -> Progress {
+        let bar = ProgressBar::with_draw_target(None, target()).with_message(what);
         bar.set_style(ProgressStyle::default_spinner());
-        Progress {
-            ticker: ticker(&bar),
-            bar,
-            started: Instant::now(),
-        }
+        let ticker = ticker(&bar);
+        Progress::new(bar, ticker)
     }
 
     /// Work of known length.
-    pub fn bar(what: &'static str, length: u64, quiet: bool) -> Progress {
-        let bar = ProgressBar::with_draw_target(Some(length), target(quiet)).with_message(what);
+    pub fn bar(what: &'static str, length: u64) -> Progress {
+        let bar = ProgressBar::with_draw_target(Some(length), target()).with_message(what);
         if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {human_pos}/{human_len} {eta}") {
             bar.set_style(style);
         }
+        Progress::new(bar, None)
+    }
+
+    fn new(bar: ProgressBar, ticker: Option<(Sender<()>, JoinHandle<()>)>) -> Progress {
         Progress {
             bar,
             started: Instant::now(),
-            ticker: None,
+            done: AtomicU64::new(0),
+            ticker,
         }
     }
 
@@ -69,6 +87,11 @@ impl Progress {
         if self.started.elapsed() >= PATIENCE {
             self.bar.set_position(position);
         }
+    }
+
+    /// Says that so much more of the work is done.
+    pub fn add(&self, more: u64) {
+        self.at(more + self.done.fetch_add(more, Relaxed));
     }
 
     /// Says something beside the name of the work.
@@ -91,8 +114,8 @@ impl Drop for Progress {
     }
 }
 
-fn target(quiet: bool) -> ProgressDrawTarget {
-    if quiet {
+fn target() -> ProgressDrawTarget {
+    if is_quiet() {
         ProgressDrawTarget::hidden()
     } else {
         // hides itself where standard error is no terminal

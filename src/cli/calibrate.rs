@@ -1,7 +1,6 @@
 //! Runs `wetcor calibrate`: how often the intervals cover the truth, on simulated data.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use clap::Args;
 use wetcor::error::{named, Error};
@@ -31,7 +30,7 @@ pub(super) struct Calibrate {
     seed: u64,
 }
 
-pub(super) fn calibrate(request: &Calibrate, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
+pub(super) fn calibrate(request: &Calibrate, ranks: &Ranks) -> Result<u8, Error> {
     let Calibrate { ref out, sets, seed } = *request;
     let all = ranks.own(sets).len() as u64 * calibration::DESIGNS;
     let place = if ranks.is_first() {
@@ -42,14 +41,12 @@ pub(super) fn calibrate(request: &Calibrate, ranks: &Ranks, quiet: bool) -> Resu
         None
     };
     ranks.agree()?;
-    let progress = Progress::bar("calibrate", all, quiet);
-    let done = AtomicU64::new(0);
-    let step = || progress.at(1 + done.fetch_add(1, Relaxed));
+    let progress = Progress::bar("calibrate", all);
     let table = calibration::measure(DrawnSets {
         sets,
         seed,
         ranks,
-        progress: &step,
+        progress: &|| progress.add(1),
     })?;
     let Some(place) = place else {
         return Ok(0);
@@ -58,8 +55,6 @@ pub(super) fn calibrate(request: &Calibrate, ranks: &Ranks, quiet: bool) -> Resu
     staging.write(calibration::markdown(&table)?.as_bytes())?;
     staging.put(calibration::may_replace)?;
     drop(progress);
-    if !quiet {
-        print_after_writing(out, &format!("table: {}\n", named(out)))?;
-    }
+    print_after_writing(out, &format!("table: {}\n", named(out)))?;
     Ok(0)
 }

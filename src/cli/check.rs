@@ -25,9 +25,9 @@ pub(super) struct Check {
     json: bool,
 }
 
-pub(super) fn check(request: &Check, quiet: bool) -> Result<u8, Error> {
+pub(super) fn check(request: &Check) -> Result<u8, Error> {
     let scene = scene::read(&request.scene)?;
-    let progress = Progress::spinner("read", quiet);
+    let progress = Progress::spinner("read");
     let table = runs::read_any_number(&scene, runs::MOST_KEPT, &Ranks::alone());
     drop(progress);
     let table = table?;
@@ -38,7 +38,7 @@ pub(super) fn check(request: &Check, quiet: bool) -> Result<u8, Error> {
     if request.json {
         print_result(&report::json::text(&overview)?)?;
     } else {
-        print_notices(&overview.notices, quiet);
+        print_notices(&overview.notices);
         print_result(&report::overview(&overview)?)?;
     }
     Ok(0)

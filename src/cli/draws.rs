@@ -20,14 +20,14 @@ pub(super) struct Draws {
 
 impl Draws {
     /// Draws of so many posteriors of the scene.
-    pub(super) fn of(scene: &Scene, quiet: bool, name: &'static str, posteriors: u64) -> Draws {
+    pub(super) fn of(scene: &Scene, name: &'static str, posteriors: u64) -> Draws {
         let sampler = &scene.sampler;
         let of_one = sampler
             .chains
             .saturating_mul(sampler.warmup.saturating_add(sampler.draws));
         let expected = of_one.saturating_mul(posteriors);
         Draws {
-            progress: Progress::bar(name, expected, quiet),
+            progress: Progress::bar(name, expected),
             name,
             of_one,
             expected: AtomicU64::new(expected),
@@ -64,7 +64,7 @@ mod tests {
                     roughness_um = 5\n[sampler]\nchains = 2\nwarmup = 3\ndraws = 4\n";
         let path = std::path::Path::new("few/scene.toml");
         let scene = wetcor::scene::parse(text, path, String::new()).expect("a scene");
-        let draws = Draws::of(&scene, true, "posterior", 1);
+        let draws = Draws::of(&scene, "posterior", 1);
         for drawn in 1..100 {
             draws.one(true, false);
             let expected = draws.expected.load(Relaxed);

@@ -18,6 +18,7 @@ use wetcor::scene::{self, Scene};
 use super::draws::Draws;
 use super::messages::{print_after_writing, print_cautions, say, status};
 use super::timing::Timing;
+use crate::progress::is_quiet;
 
 /// Models that are sampled besides the scene's own: forms of the law, and trends with the film.
 const COMPARED: u64 = 10;
@@ -135,19 +136,18 @@ impl Fit {
         runs: &Runs,
         findings: &mut Findings,
         timing: &mut Timing,
-        quiet: bool,
     ) -> Result<Option<Posterior>, Error> {
         let method = self.method();
         let mut posterior = None;
         if self.wants(Stage::Posterior) {
-            if !quiet {
+            if !is_quiet() {
                 say_how_long(
                     findings.expected_sampling(scene, runs, method),
                     self.wants(Stage::Compare) && findings::is_compared(scene, runs),
                 );
             }
-            let draws = Draws::of(scene, quiet, "posterior", 1);
-            posterior = timing.stage("posterior", true, || {
+            let draws = Draws::of(scene, "posterior", 1);
+            posterior = timing.time("posterior", || {
                 findings.add_posterior(scene, runs, method, &|kept, diverging| draws.one(kept, diverging))
             })?;
             drop(draws);
@@ -157,8 +157,8 @@ impl Fit {
             }
         }
         if let Some(posterior) = posterior.as_ref().filter(|_| self.wants(Stage::Compare)) {
-            let draws = Draws::of(scene, quiet, "compare", COMPARED);
-            timing.stage("compare", true, || {
+            let draws = Draws::of(scene, "compare", COMPARED);
+            timing.time("compare", || {
                 let watcher = |kept, diverging| draws.one(kept, diverging);
                 findings.add_comparison(scene, runs, posterior, &watcher)
             })?;
@@ -197,7 +197,7 @@ fn say_how_long(expected: Option<ExpectedSampling>, is_compared: bool) {
 }
 
 /// Fits a scene; ranks share the reading of a table of more runs than are kept, and the first does the rest.
-pub(super) fn fit(fit: &Fit, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
+pub(super) fn fit(fit: &Fit, ranks: &Ranks) -> Result<u8, Error> {
     let mut timing = Timing {
         started: Instant::now(),
         stages: vec![],
@@ -209,7 +209,7 @@ pub(super) fn fit(fit: &Fit, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
     let prepare = || Destination::prepare(&out, Contents::Fit, &scene.title, &scene.inputs());
     let destination = ranks.is_first().then(prepare).transpose()?;
     let most_kept = if fit.exact_rows { usize::MAX } else { runs::MOST_KEPT };
-    let table = timing.stage("read", quiet, || runs::read_any_number(&scene, most_kept, ranks))?;
+    let table = timing.stage("read", || runs::read_any_number(&scene, most_kept, ranks))?;
     let Some(destination) = destination else {
         return Ok(0);
     };
@@ -217,12 +217,12 @@ pub(super) fn fit(fit: &Fit, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
         // a prior without room is refused now, not after the bootstrap
         ModelParameters::of(&scene, &table.runs, scene.model.form())?;
     }
-    let mut findings = timing.fits(scene.bootstrap.replicates, quiet, |done| {
+    let mut findings = timing.fits(scene.bootstrap.replicates, |done| {
         let watcher = fit.wants(Stage::Bootstrap).then_some(done);
         findings::fit_least_squares_watched(&scene, &table, fit.seed, watcher)
     });
     let overview = overview::summarise_runs(&scene, &table, &findings);
-    let posterior = fit.sample(&scene, &table.runs, &mut findings, &mut timing, quiet)?;
+    let posterior = fit.sample(&scene, &table.runs, &mut findings, &mut timing)?;
     let command = fit.command();
     let input = ReportInput {
         command: &command,
@@ -235,7 +235,7 @@ pub(super) fn fit(fit: &Fit, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
         findings: &findings,
         posterior: posterior.as_ref(),
     };
-    let files = timing.stage("report", quiet, || report::files(input, fit.wants(Stage::Figures)));
+    let files = timing.stage("report", || report::files(input, fit.wants(Stage::Figures)));
     let mut files = files?;
     let began = Instant::now();
     files.last = Some(Box::new(move || {
@@ -243,17 +243,15 @@ pub(super) fn fit(fit: &Fit, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
         ("timing.json".to_owned(), timing.json().into_bytes())
     }));
     destination.write(files)?;
-    if !quiet {
-        let report = out.join("report.md");
-        let text = format!(
-            "{}report: {} (in a browser: {})\n",
-            report::summary(input)?,
-            named(&report),
-            named(&out.join("report.html"))
-        );
-        print_after_writing(&report, &text)?;
-        print_cautions(&findings, fit.verbose);
-    }
+    let report = out.join("report.md");
+    let text = format!(
+        "{}report: {} (in a browser: {})\n",
+        report::summary(input)?,
+        named(&report),
+        named(&out.join("report.html"))
+    );
+    print_after_writing(&report, &text)?;
+    print_cautions(&findings, fit.verbose);
     Ok(status(verdicts::quotable(&findings.remarks)))
 }
 

@@ -56,7 +56,7 @@ fn codes() -> impl TypedValueParser<Value = Code> {
 }
 
 /// Writes the files, or prints the first.
-pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
+pub fn handoff(request: &HandoffArguments) -> Result<u8, Error> {
     let asked = request.setting.pair()?;
     let place = request.out.as_deref().map(staging::prepare).transpose()?;
     if let Some(place) = &place {
@@ -101,34 +101,32 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
             quotable: finished.failed.is_empty(),
         },
     )?;
-    if !quiet {
-        warn_of(&finished);
-        let v = request.speed;
-        if curve.at(v).extrapolated {
-            warn(&format!(
-                "extrapolated: at {v} m/s this pair lies outside what the runs of the particle in this liquid covered"
-            ));
-        }
+    warn_of(&finished);
+    let v = request.speed;
+    if curve.at(v).extrapolated {
+        warn(&format!(
+            "extrapolated: at {v} m/s this pair lies outside what the runs of the particle in this liquid covered"
+        ));
     }
     match (&request.out, place) {
-        (Some(out), Some(place)) => write(&place, out, &files, quiet)?,
-        _ => print_first(&files, quiet)?,
+        (Some(out), Some(place)) => write(&place, out, &files)?,
+        _ => print_first(&files)?,
     }
     Ok(status(finished.failed.is_empty() || request.anyway))
 }
 
-fn print_first(files: &[HandoffFile], quiet: bool) -> Result<(), Error> {
+fn print_first(files: &[HandoffFile]) -> Result<(), Error> {
     let Some((first, others)) = files.split_first() else {
         return Ok(());
     };
-    if !others.is_empty() && !quiet {
+    if !others.is_empty() {
         let names: Vec<&str> = others.iter().map(|file| file.name).collect();
         warn(&format!("with --out there is {} as well", names.join(", ")));
     }
     print_result(&first.text)
 }
 
-fn write(place: &OutputPlace, out: &Path, files: &[HandoffFile], quiet: bool) -> Result<(), Error> {
+fn write(place: &OutputPlace, out: &Path, files: &[HandoffFile]) -> Result<(), Error> {
     let staging = Staging::beside(place)?;
     for file in files {
         let written = staging
@@ -137,9 +135,6 @@ fn write(place: &OutputPlace, out: &Path, files: &[HandoffFile], quiet: bool) ->
         written.map_err(|error| Error::io(&out.join(file.name), "write", error))?;
     }
     staging.put(|place| place.check_free("folder"))?;
-    if quiet {
-        return Ok(());
-    }
     let names: String = files.iter().map(|file| named(&out.join(file.name)) + "\n").collect();
     print_after_writing(out, &names)
 }

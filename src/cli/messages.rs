@@ -1,7 +1,7 @@
 //! Prints notices, errors and results: notices and errors on standard error, results on standard output.
 //!
-//! Everything goes through [`plain_lines`] or [`plain`] here: whatever a name, a path or a library's message holds, nothing
-//! moves the terminal or turns its text.
+//! With --quiet only errors are said, and what a verb is there to print. Everything goes through [`plain_lines`] or
+//! [`plain`] here: whatever a name, a path or a library's message holds, nothing moves the terminal or turns its text.
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
@@ -13,6 +13,8 @@ use wetcor::error::{plain, plain_lines, Error};
 use wetcor::findings::remarks::in_order;
 use wetcor::findings::Findings;
 use wetcor::remark::Remark;
+
+use crate::progress::is_quiet;
 
 /// The exit status of what ran: 1 where what came out is not to be quoted.
 pub(super) fn status(is_quotable: bool) -> u8 {
@@ -54,15 +56,24 @@ fn columns(size: Option<(Width, Height)>) -> Option<usize> {
     size.map(|(Width(columns), _)| NARROWEST.max(columns.into()))
 }
 
-/// Says what wants a second look: on one line, or on those that a terminal needs.
+/// Says what wants a second look, unless quiet was asked for.
 pub(super) fn warn(text: &str) {
+    if !is_quiet() {
+        notice(text);
+    }
+}
+
+/// Says what wants a second look, asked for quiet or not: on one line, or on those that a terminal needs.
+pub(super) fn notice(text: &str) {
     let text = format!("{}: {}", label("notice", "\u{1b}[1;33m"), plain(text, usize::MAX));
     say_lines(&text);
 }
 
-/// Says what goes on: on one line, or on those that a terminal needs.
+/// Says what goes on, unless quiet was asked for: on one line, or on those that a terminal needs.
 pub(super) fn say(text: &str) {
-    say_lines(&plain(text, usize::MAX));
+    if !is_quiet() {
+        say_lines(&plain(text, usize::MAX));
+    }
 }
 
 fn say_lines(text: &str) {
@@ -107,11 +118,9 @@ pub(super) fn complain(text: &str) {
     say_lines(&format!("{}: {}", label("error", "\u{1b}[1;31m"), plain_lines(text)));
 }
 
-/// Says every notice, unless quiet was asked for, what only informs last.
-pub(super) fn print_notices(notices: &[Remark], quiet: bool) {
-    if !quiet {
-        in_order(notices).into_iter().for_each(|notice| warn(&notice.text));
-    }
+/// Says every notice, what only informs last.
+pub(super) fn print_notices(notices: &[Remark]) {
+    in_order(notices).into_iter().for_each(|notice| warn(&notice.text));
 }
 
 /// Says the cautions of a fit that bear most on its main numbers, and how many more the report has; or every one of them, and
@@ -139,8 +148,12 @@ pub(super) fn print_result(text: &str) -> Result<(), Error> {
     print(text, None)
 }
 
-/// Prints once a file or a folder is written, which stays whatever becomes of standard output.
+/// Prints once a file or a folder is written, which stays whatever becomes of standard output; nothing where quiet was asked
+/// for.
 pub(super) fn print_after_writing(file: &Path, text: &str) -> Result<(), Error> {
+    if is_quiet() {
+        return Ok(());
+    }
     let text = wrapped(text, columns(terminal_size_of(std::io::stdout())));
     print(&text, Some(file))
 }

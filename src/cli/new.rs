@@ -32,7 +32,7 @@ pub(super) struct New {
     out: Option<PathBuf>,
 }
 
-pub(super) fn new(request: &New, quiet: bool) -> Result<u8, Error> {
+pub(super) fn new(request: &New) -> Result<u8, Error> {
     let table = request.table.as_path();
     if table.to_str().is_none() {
         let text = "a scene cannot name it: expected a path that is UTF-8";
@@ -57,16 +57,14 @@ pub(super) fn new(request: &New, quiet: bool) -> Result<u8, Error> {
             std::io::Error::new(std::io::ErrorKind::NotFound, reason),
         ));
     }
-    let progress = Progress::spinner("read", quiet);
+    let progress = Progress::spinner("read");
     let draft = draft_scene(&table, &from_folder(folder, &table.shown()));
     drop(progress);
     let draft = draft?;
     let staging = Staging::beside(&place)?;
     staging.write(draft.text.as_bytes())?;
     staging.put(|place| place.check_free("file"))?;
-    if !quiet {
-        print_after_writing(&out, &summary(&draft, &out))?;
-    }
+    print_after_writing(&out, &summary(&draft, &out))?;
     Ok(0)
 }
 

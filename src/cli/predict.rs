@@ -147,7 +147,7 @@ impl Predict {
 }
 
 /// Prints the prediction, and on standard error what to mind.
-pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
+pub fn predict(request: &Predict) -> Result<u8, Error> {
     let all = request.asked()?;
     let finished = Finished::read(&request.folder)?;
     let in_table = |error, asked: &Asked| match (error, &request.settings, asked.line) {
@@ -186,21 +186,19 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
             prediction::json(origin, &predictions, one)?
         }
     };
-    if !quiet {
-        warn_of(&finished);
-        if let Some(grows) = &finished.noise_grows {
-            warn(&format!(
-                "run_q05 to run_q95 and stuck_probability take one spread for every run, and {grows}"
-            ));
-        }
-        // of the first few settings how far beyond the runs they are
-        const SHOWN: usize = 3;
-        let mut outside = outside.into_iter().flatten();
-        outside.by_ref().take(SHOWN).for_each(|text| warn(&text));
-        let more = outside.count();
-        if more > 0 {
-            warn(&format!("{more} more settings with extrapolated speeds"));
-        }
+    warn_of(&finished);
+    if let Some(grows) = &finished.noise_grows {
+        warn(&format!(
+            "run_q05 to run_q95 and stuck_probability take one spread for every run, and {grows}"
+        ));
+    }
+    // of the first few settings how far beyond the runs they are
+    const SHOWN: usize = 3;
+    let mut outside = outside.into_iter().flatten();
+    outside.by_ref().take(SHOWN).for_each(|text| warn(&text));
+    let more = outside.count();
+    if more > 0 {
+        warn(&format!("{more} more settings with extrapolated speeds"));
     }
     print_result(&text)?;
     Ok(status(finished.failed.is_empty() || request.anyway))

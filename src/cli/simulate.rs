@@ -34,7 +34,7 @@ pub(super) struct Simulate {
     force: bool,
 }
 
-pub(super) fn simulate(request: &Simulate, quiet: bool) -> Result<u8, Error> {
+pub(super) fn simulate(request: &Simulate) -> Result<u8, Error> {
     let out = request.out.as_path();
     if TableFormat::of(out).is_none() {
         let text = format!("{}: expected a file ending in .csv or .parquet", out.display());
@@ -50,16 +50,13 @@ pub(super) fn simulate(request: &Simulate, quiet: bool) -> Result<u8, Error> {
     let simulation = Simulation::new(&scene, request.runs)?;
     let mut writer = RunWriter::create(out, Existing::kept_unless(request.force))?;
     let runs = simulation.under(request.seed);
-    let progress = Progress::bar("simulate", simulation.runs(), quiet);
+    let progress = Progress::bar("simulate", simulation.runs());
     for block in 0..runs.blocks() {
         progress.at(block * BLOCK);
         writer.write(&runs.block(block))?;
     }
     writer.finish()?;
     drop(progress);
-    if quiet {
-        return Ok(0);
-    }
     if simulation.left_out > 0 {
         warn(&format!(
             "{} combinations of film ratio and diameter not made: the scene's own screens would leave them out",

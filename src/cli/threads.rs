@@ -59,17 +59,12 @@ pub(super) fn check_address_space() -> Result<(), Error> {
 /// used: both with so many threads, or with as many as the machine runs at once.
 ///
 /// Fails where the system does not even give one to each.
-pub(super) fn start(requested: Option<u16>, quiet: bool) -> Result<(), Error> {
-    let notice = |text: String| {
-        if !quiet {
-            warn(&text);
-        }
-    };
+pub(super) fn start(requested: Option<u16>) -> Result<(), Error> {
     let machine = std::thread::available_parallelism().map_or(1, usize::from);
     let requested = requested.map_or(machine, usize::from);
     let wanted = requested.min(MOST.max(machine));
     if wanted < requested {
-        notice(format!(
+        warn(&format!(
             "{wanted} in place of {requested} threads: this machine runs {machine} at once, more would only wait"
         ));
     }
@@ -83,7 +78,7 @@ pub(super) fn start(requested: Option<u16>, quiet: bool) -> Result<(), Error> {
         )));
     }
     if each < wanted {
-        notice(format!(
+        warn(&format!(
             "{each} in place of {wanted} threads: no more could be started ({reason})"
         ));
         // the system counts a thread a moment longer than it lasts

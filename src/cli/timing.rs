@@ -1,6 +1,5 @@
 //! Times the stages of a fit, and shows which is running.
 
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::OnceLock;
 use std::time::Instant;
 
@@ -13,30 +12,28 @@ pub(super) struct Timing {
 }
 
 impl Timing {
-    pub(super) fn stage<T>(&mut self, name: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
+    /// A stage that shows that it is running.
+    pub(super) fn stage<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
+        let _progress = Progress::spinner(name);
+        self.time(name, work)
+    }
+
+    /// A stage that shows by itself how far it is.
+    pub(super) fn time<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
         let started = Instant::now();
-        let progress = Progress::spinner(name, quiet);
         let done = work();
-        drop(progress);
         self.stages.push((name, started.elapsed().as_secs_f64()));
         done
     }
 
     /// Least squares, and the bootstrap from the first replicate it hears of.
-    pub(super) fn fits<T>(
-        &mut self,
-        replicates: u64,
-        quiet: bool,
-        work: impl FnOnce(&(dyn Fn(usize) + Sync)) -> T,
-    ) -> T {
+    pub(super) fn fits<T>(&mut self, replicates: u64, work: impl FnOnce(&(dyn Fn(usize) + Sync)) -> T) -> T {
         let started = Instant::now();
-        let progress = Progress::bar("bootstrap", replicates, quiet);
-        let finished = AtomicU64::new(0);
+        let progress = Progress::bar("bootstrap", replicates);
         let bootstrap = OnceLock::new();
         let done = work(&|more| {
             bootstrap.get_or_init(Instant::now);
-            let before = finished.fetch_add(more as u64, Relaxed);
-            progress.at(before + more as u64);
+            progress.add(more as u64);
         });
         let ended = Instant::now();
         let fitted = *bootstrap.get().unwrap_or(&ended);

@@ -60,7 +60,7 @@ fn read_axis(word: &str) -> Result<Axis, String> {
     Axis::named(word).ok_or_else(|| "expected up or down".to_owned())
 }
 
-pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
+pub(super) fn track(request: &Track) -> Result<u8, Error> {
     let out = request.out.as_path();
     if !out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) {
         return Err(Error::Usage(format!("{}: expected a file ending in .csv", named(out))));
@@ -92,7 +92,7 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
         axis: request.y_axis,
         all_rebounds: request.all_rebounds,
     };
-    let progress = Progress::bar("track", PARTS, quiet);
+    let progress = Progress::bar("track", PARTS);
     let campaign = recordings::track(list, options, &|share| progress.at((share * PARTS as f64) as u64))?;
     drop(progress);
     let mut listed = campaign.outcomes.iter().map(|outcome| &outcome.recording);
@@ -114,10 +114,7 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
     }
     table.put(|place| existing.allow(place))?;
     let status = status(tracking::is_usable(&campaign));
-    print_notices(&campaign.notices, quiet);
-    if quiet {
-        return Ok(status);
-    }
+    print_notices(&campaign.notices);
     if let Some(left) = tracking::drag_left(&campaign) {
         warn(&left);
     }

@@ -1,7 +1,6 @@
 //! Runs `wetcor trade`: what each method costs on a scene's runs, and how far off it is.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use clap::Args;
 use wetcor::error::{named, Error};
@@ -29,25 +28,20 @@ pub(super) struct Trade {
     seed: u64,
 }
 
-pub(super) fn trade(request: &Trade, quiet: bool) -> Result<u8, Error> {
+pub(super) fn trade(request: &Trade) -> Result<u8, Error> {
     let scene = scene::read(&request.scene)?;
     let usual = || Path::new("reports").join(format!("{}-trade", scene.name));
     let out = request.out.clone().unwrap_or_else(usual);
     let destination = Destination::prepare(&out, Contents::Trade, &scene.title, &scene.inputs())?;
     let table = runs::read(&scene)?;
-    let progress = Progress::bar("trade", trade::STEPS, quiet);
-    let done = AtomicU64::new(0);
-    let measured = trade::measure(&scene, &table, request.seed, &|| {
-        progress.at(1 + done.fetch_add(1, Relaxed))
-    })?;
+    let progress = Progress::bar("trade", trade::STEPS);
+    let measured = trade::measure(&scene, &table, request.seed, &|| progress.add(1))?;
     drop(progress);
     let files = trade::report::files(&scene, &measured)?;
     destination.write(files)?;
-    print_notices(&table.notices, quiet);
-    if !quiet {
-        let page = out.join("trade.md");
-        let text = format!("{}trade: {}\n", trade::report::summary(&measured), named(&page));
-        print_after_writing(&page, &text)?;
-    }
+    print_notices(&table.notices);
+    let page = out.join("trade.md");
+    let text = format!("{}trade: {}\n", trade::report::summary(&measured), named(&page));
+    print_after_writing(&page, &text)?;
     Ok(0)
 }
