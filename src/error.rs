@@ -236,15 +236,17 @@ pub fn named(path: &Path) -> String {
 
 fn list(file: &Path, problems: &[Problem], count: usize) -> String {
     let noun = if count == 1 { "problem" } else { "problems" };
-    let mut text = format!("{}: {count} {noun}; nothing was written", named(file));
-    for problem in problems {
-        text.push_str("\n  ");
-        text.push_str(&problem.to_string());
+    let told = problems.iter().map(ToString::to_string).collect();
+    let told = and_more(told, count, "\n  ");
+    format!("{}: {count} {noun}; nothing was written\n  {told}", named(file))
+}
+
+/// What is told of so many, with the number of those that are not.
+pub(crate) fn and_more(mut told: Vec<String>, all: usize, between: &str) -> String {
+    if all > told.len() {
+        told.push(format!("and {} more", all - told.len()));
     }
-    if count > problems.len() {
-        text.push_str(&format!("\n  and {} more", count - problems.len()));
-    }
-    text
+    told.join(between)
 }
 
 #[cfg(test)]

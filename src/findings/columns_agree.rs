@@ -1,6 +1,7 @@
 //! Questions columns that tell the same thing of each run and contradict each other.
 
 use super::remarks;
+use crate::error::and_more;
 use crate::remark::Remark;
 use crate::runs::{ComparedBlock, ComparedColumns, RowPlaces};
 use crate::scene::RunColumn;
@@ -126,7 +127,7 @@ pub(super) fn rows_apart(compared: &[ComparedColumns], places: &RowPlaces) -> Op
         let [one, other] = &both.names;
         format!(
             "`{one}` gives another speed than `{other}` by more than 10 % in {}",
-            remarks::and_more(rows, both.all_apart, ", ")
+            and_more(rows, both.all_apart, ", ")
         )
     };
     let apart: Vec<&ComparedColumns> = compared.iter().filter(agree).collect();

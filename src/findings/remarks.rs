@@ -4,6 +4,7 @@
 //! The sentence is made where what it says was found.
 
 use super::form_choice::GAIN;
+use crate::error::and_more;
 use crate::inference::mixing::{FEWEST_EFFECTIVE, LARGEST_RHAT};
 use crate::physics::quantity::Described;
 use crate::physics::{Coefficient, Quantity};
@@ -696,14 +697,6 @@ pub(super) fn shortened_by<T>(items: &[T], words: impl Fn(&T) -> String) -> Stri
     const SHOWN: usize = 3;
     let shown = items.iter().take(SHOWN).map(words).collect();
     and_more(shown, items.len(), "; ")
-}
-
-/// What is shown of so many, with the number of those that are not.
-pub(super) fn and_more(mut shown: Vec<String>, all: usize, between: &str) -> String {
-    if all > shown.len() {
-        shown.push(format!("and {} more", all - shown.len()));
-    }
-    shown.join(between)
 }
 
 /// The one that, where it only informs, the report's table of terms tells.

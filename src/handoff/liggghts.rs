@@ -8,6 +8,7 @@ use super::heading::{beside_the_law, spaced};
 use super::law::{Handoff, HandoffFile};
 use super::numbers::{input, number, restitution};
 use crate::error::Error;
+use crate::rounding::to_digits;
 
 /// `coefficientRestitution` must be above this (LIGGGHTS-PUBLIC 3.8.0, global_properties.cpp).
 const LEAST_INPUT: f64 = 0.05;
@@ -58,10 +59,9 @@ fn keywords(handoff: &Handoff) -> Option<StokesKeywords> {
         .collect();
     let nearest = StokesKeywords::nearest(&law?, End::Overlap);
     // four digits move e by less than 1e-4, and are what the table beside the law is computed with
-    let four_digits = |x: f64| format!("{x:.3e}").parse().unwrap_or(x);
     Some(StokesKeywords {
-        maximum_restitution: four_digits(nearest.maximum_restitution),
-        critical_stokes: four_digits(nearest.critical_stokes),
+        maximum_restitution: to_digits(nearest.maximum_restitution, 4),
+        critical_stokes: to_digits(nearest.critical_stokes, 4),
     })
 }
 

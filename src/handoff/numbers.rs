@@ -1,11 +1,13 @@
 //! Writes numbers as every one of the codes reads them.
 
+use crate::rounding::to_digits;
+
 /// Digits of a number in a file; e is proved to three decimals.
 const DIGITS: usize = 7;
 
 /// A number as every one of the codes reads it, to seven digits.
 pub(super) fn number(x: f64) -> String {
-    let rounded = format!("{x:.*e}", DIGITS - 1).parse().unwrap_or(x);
+    let rounded = to_digits(x, DIGITS);
     if rounded == 0.0 || (1e-4..1e7).contains(&rounded.abs()) {
         format!("{rounded}")
     } else {

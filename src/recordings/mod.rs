@@ -48,7 +48,7 @@ use std::path::Path;
 
 use frames::{find_sphere, Sightings};
 
-use crate::error::{file_name, quoted, Error, Problem};
+use crate::error::{and_more, file_name, quoted, Error, Problem};
 use crate::remark::Remark;
 
 /// Recordings with what they gave.
@@ -134,12 +134,8 @@ fn on_one_line(error: Error) -> String {
     let Error::Input { file, problems, count } = error else {
         return error.to_string();
     };
-    let told: Vec<String> = problems.iter().take(TOLD).map(ToString::to_string).collect();
-    let more = match count - told.len() {
-        0 => String::new(),
-        more => format!("; and {more} more"),
-    };
-    format!("{}: {}{more}", file_name(&file), told.join("; "))
+    let told = problems.iter().take(TOLD).map(ToString::to_string).collect();
+    format!("{}: {}", file_name(&file), and_more(told, count, "; "))
 }
 
 /// What frames of a rate show; those in which the sphere is a streak have no position.

@@ -2,6 +2,7 @@
 
 use super::campaign::Outcome;
 use crate::error::Error;
+use crate::rounding::to_digits;
 use crate::scene::DRY;
 use crate::units::{micrometres, millimetres};
 
@@ -66,6 +67,5 @@ pub fn runs_table(outcomes: &[Outcome]) -> Result<Vec<u8>, Error> {
 
 /// Ten significant digits: far below any camera's, without the last-digit noise of a change of unit.
 fn shown(x: f64) -> String {
-    let rounded: f64 = format!("{x:.9e}").parse().unwrap_or(x);
-    rounded.to_string()
+    to_digits(x, 10).to_string()
 }

@@ -418,16 +418,15 @@ impl Collected {
     /// Names the rows whose labels say that they are no runs.
     pub fn labelled_rows(&self, places: &RowPlaces) -> Option<Remark> {
         let count = self.labelled.count;
-        let rows = self.labelled.in_words(places, |label| format!(" {}", quoted(label)));
+        let rows = self
+            .labelled
+            .in_words(places, ", ", |label| format!(" {}", quoted(label)));
         let [noun, verb, is] = if count == 1 {
             ["row", "is", "its label says that it is"]
         } else {
             ["rows", "are", "their labels say that they are"]
         };
-        let text = format!(
-            "{count} {noun} {verb} left out: {is} the mean, total or spread of other rows ({})",
-            rows.join(", ")
-        );
+        let text = format!("{count} {noun} {verb} left out: {is} the mean, total or spread of other rows ({rows})");
         let next =
             "give such a row another word if it is a run; a mean of runs that the table does not have is read with a \
                     column `runs`";
@@ -437,12 +436,9 @@ impl Collected {
     /// Says which rows are called dry beside a film.
     pub fn dry_beside_film(&self, places: &RowPlaces) -> Option<Remark> {
         let count = self.dry_beside_film.count;
-        let rows = self.dry_beside_film.in_words(places, |_| String::new());
+        let rows = self.dry_beside_film.in_words(places, "; ", |_| String::new());
         let (noun, verb) = by_number(count, ("row", "is"), ("rows", "are"));
-        let text = format!(
-            "{count} {noun} {verb} called dry beside a film, which is not read: {}",
-            rows.join("; ")
-        );
+        let text = format!("{count} {noun} {verb} called dry beside a film, which is not read: {rows}");
         let next = "write the liquid where the plate was wet, or leave the film of dry runs empty";
         (count > 0).then(|| Remark::new(DRY_BESIDE_FILM, count, text, next))
     }

@@ -11,7 +11,7 @@ use super::headers::units::{unit_in_name, unit_of, StatedUnit};
 use super::raw_row::{IMPACTS, REBOUNDS};
 use super::survey::{LabelledRow, Survey, SurveyedColumn};
 use super::words::is_among;
-use crate::error::{is_unseen, plain, quoted};
+use crate::error::{and_more, is_unseen, plain, quoted};
 use crate::scene::{self, name_is_allowed, wrapped, KeyGuide, RunColumn, Section, Without, DRY, FILL_IN, MISSING};
 
 /// A scene that may lack some values, with what to say of it.
@@ -443,14 +443,12 @@ impl<'s> Naming<'s> {
             ),
         ] {
             let named = labelled.iter().take(NAMED);
-            let mut rows: Vec<String> = named
+            let rows: Vec<String> = named
                 .map(|row| format!("{}row {} {}", sheet(row), row.line, quoted(&row.label)))
                 .collect();
-            if labelled.len() > NAMED {
-                rows.push(format!("and {} more", labelled.len() - NAMED));
-            }
             if !rows.is_empty() {
-                self.guessed.push(format!("{what}: {}", rows.join(", ")));
+                let rows = and_more(rows, labelled.len(), ", ");
+                self.guessed.push(format!("{what}: {rows}"));
             }
         }
     }

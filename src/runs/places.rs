@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::quoted;
+use crate::error::{and_more, quoted};
 
 /// Lines, or rows of a sheet, on which the rows of a table stand, with the labels of their runs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -90,14 +90,11 @@ impl<T: Clone> NamedRows<T> {
     }
 
     /// Where the first of them stand, each with these words behind it, and how many more there are.
-    pub fn in_words(&self, places: &RowPlaces, words: impl Fn(&T) -> String) -> Vec<String> {
+    pub fn in_words(&self, places: &RowPlaces, between: &str, words: impl Fn(&T) -> String) -> String {
         let rows: Vec<u32> = self.first.iter().map(|(row, _)| *row).collect();
         let each = places.of_each(&rows).into_iter().zip(&self.first);
-        let mut told: Vec<String> = each.map(|(row, (_, with))| format!("{row}{}", words(with))).collect();
-        if self.count > told.len() {
-            told.push(format!("and {} more", self.count - told.len()));
-        }
-        told
+        let told = each.map(|(row, (_, with))| format!("{row}{}", words(with)));
+        and_more(told.collect(), self.count, between)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::rows::{group_name, RunKind};
 use super::{GroupSpread, GrowthTest, GrowthWith, Noise, Offsets, Outlier, SpreadTest};
+use crate::error::and_more;
 use crate::findings::remarks::{self, BIAS};
 use crate::remark::{Level, Remark};
 use crate::rounding::{by_number, probability};
@@ -80,7 +81,7 @@ fn outliers(noise: &Noise) -> Option<Remark> {
         "{found} {} so far from the law that normal noise would take any of {} runs there in one table of a hundred: {}",
         by_number(found, "run lies", "runs lie"),
         noise.runs,
-        remarks::and_more(rows, found, "; ")
+        and_more(rows, found, "; ")
     );
     // those that are not described lie nearer, but nobody knows what they move
     let felt = found > noise.outliers.len() || noise.outliers.iter().any(|one| one.moves_in_se.abs() > BIAS);

@@ -4,7 +4,8 @@ use std::ops::RangeInclusive;
 
 use super::rebounds::{chance_of_so_many, is_rounded, Rebound};
 use crate::distributions::chi_squared_tail;
-use crate::findings::remarks::{self, and_more};
+use crate::error::and_more;
+use crate::findings::remarks;
 use crate::remark::Remark;
 use crate::rounding::{by_number, significant};
 use crate::runs::RowPlaces;
