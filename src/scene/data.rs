@@ -52,47 +52,47 @@ const RUNS: Key<TextOrTexts> = Key::new("runs", TextOrTexts)
     )
     .example("\"runs.csv\"");
 
-const SMALLEST_RESTITUTION: Key<Number, f64> = Key::new("smallest_restitution", Number(Dimension::One, SHARE))
+const SMALLEST_RESTITUTION: Key<Number, f64> = Key::new("smallest_restitution", Number(SHARE))
     .means("a run with this restitution or less stuck")
     .example("0.02")
     .defaults_to(0.0);
 
-const FILM_RATIOS: Key<Numbers> = Key::new("film_ratios", Numbers(Dimension::One, FILM_RATIO))
+const FILM_RATIOS: Key<Numbers> = Key::new("film_ratios", Numbers(FILM_RATIO))
     .means("nominal film ratios δ/D; a run within 15 % of one belongs to it")
     .example("[0.03, 0.06]")
     .optional("groups are found");
 
-const FILM_RATIO_GAP: Key<Number, f64> = Key::new("film_ratio_gap", Number(Dimension::One, ABOVE_ZERO))
+const FILM_RATIO_GAP: Key<Number, f64> = Key::new("film_ratio_gap", Number(ABOVE_ZERO))
     .means("where groups are found: wider gaps between film ratios part them")
     .example("0.01")
     .defaults_to(0.004);
 
-const MIN_FILM: Key<Number> = Key::new("min_film", Number(Dimension::Thickness, ABOVE_ZERO))
+const MIN_FILM: Key<Number> = Key::of("min_film", Dimension::Thickness, Number(ABOVE_ZERO))
     .means("runs on thinner films are left out, and counted")
     .example("200")
     .optional("no film is too thin");
 
-const MAX_FILM_RATIO: Key<Number, f64> = Key::new("max_film_ratio", Number(Dimension::One, FILM_RATIO))
+const MAX_FILM_RATIO: Key<Number, f64> = Key::new("max_film_ratio", Number(FILM_RATIO))
     .means("runs at larger film ratios are left out, and counted")
     .example("0.2")
     .defaults_to(LARGEST_FILM_RATIO);
 
-const MIN_IMPACT_SPEED: Key<Number> = Key::new("min_impact_speed", Number(Dimension::Speed, ABOVE_ZERO))
+const MIN_IMPACT_SPEED: Key<Number> = Key::of("min_impact_speed", Dimension::Speed, Number(ABOVE_ZERO))
     .means("slower runs are left out, and counted")
     .example("0.3")
     .optional("no impact is too slow");
 
-const MAX_IMPACT_SPEED: Key<Number> = Key::new("max_impact_speed", Number(Dimension::Speed, ABOVE_ZERO))
+const MAX_IMPACT_SPEED: Key<Number> = Key::of("max_impact_speed", Dimension::Speed, Number(ABOVE_ZERO))
     .means("faster runs are left out, and counted")
     .example("2.5")
     .optional("no impact is too fast");
 
-const FILM_SD: Key<Number> = Key::new("film_sd", Number(Dimension::Thickness, NOT_NEGATIVE))
+const FILM_SD: Key<Number> = Key::of("film_sd", Dimension::Thickness, Number(NOT_NEGATIVE))
     .means("sd of an error of the film that all runs share")
     .example("10")
     .optional("films are taken as exact");
 
-const SPEED_REL_SD: Key<Number> = Key::new("speed_rel_sd", Number(Dimension::One, SHARE))
+const SPEED_REL_SD: Key<Number> = Key::new("speed_rel_sd", Number(SHARE))
     .means("sd over value of an error that all speeds share")
     .example("0.01")
     .optional("their scale is taken as exact");

@@ -11,6 +11,8 @@ use crate::units::Dimension;
 pub(super) struct Key<K, D = ()> {
     /// its name, to which the dimension adds a unit
     pub base: &'static str,
+    /// its units
+    pub dimension: Dimension,
     /// what is taken under it
     pub takes: K,
     /// what holds without it, in words; `None` of one that must be there, or has a default
@@ -26,8 +28,14 @@ pub(super) struct Key<K, D = ()> {
 impl<K: Copy> Key<K> {
     /// A key under which this is taken, and which must be there unless it is said what holds without it.
     pub const fn new(base: &'static str, takes: K) -> Key<K> {
+        Key::of(base, Dimension::One, takes)
+    }
+
+    /// The same of a quantity whose unit stands in the key.
+    pub const fn of(base: &'static str, dimension: Dimension, takes: K) -> Key<K> {
         Key {
             base,
+            dimension,
             takes,
             without: None,
             default: (),
@@ -56,6 +64,7 @@ impl<K: Copy> Key<K> {
     pub const fn defaults_to<T>(self, value: T) -> Key<K, T> {
         Key {
             base: self.base,
+            dimension: self.dimension,
             takes: self.takes,
             without: None,
             default: value,

@@ -44,39 +44,39 @@ pub(super) const PARTICLES: &str = "particles";
 /// What the tables of liquids stand under.
 pub(super) const LIQUIDS: &str = "liquids";
 
-const PARTICLE_DENSITY: Key<Number> = Key::new("density", Number(Dimension::Density, ABOVE_ZERO))
+const PARTICLE_DENSITY: Key<Number> = Key::of("density", Dimension::Density, Number(ABOVE_ZERO))
     .means("density ρp of the sphere")
     .example("2150");
 
-const DENSITY_REL_SD: Key<Number> = Key::new("density_rel_sd", Number(Dimension::One, SHARE))
+const DENSITY_REL_SD: Key<Number> = Key::new("density_rel_sd", Number(SHARE))
     .means("sd of the density over its value")
     .example("0.005")
     .optional("taken as exact");
 
-const ROUGHNESS: Key<Number> = Key::new("roughness", Number(Dimension::Thickness, ABOVE_ZERO))
+const ROUGHNESS: Key<Number> = Key::of("roughness", Dimension::Thickness, Number(ABOVE_ZERO))
     .means("roughness ε of its surface")
     .example("5")
     .optional("there is no δc in metres, nor viscous = \"film\"");
 
-const ROUGHNESS_REL_SD: Key<Number> = Key::new("roughness_rel_sd", Number(Dimension::One, SHARE))
+const ROUGHNESS_REL_SD: Key<Number> = Key::new("roughness_rel_sd", Number(SHARE))
     .means("sd of the roughness over its value")
     .example("0.3")
     .optional("taken as exact");
 
-const LIQUID_DENSITY: Key<Number> = Key::new("density", Number(Dimension::Density, ABOVE_ZERO))
+const LIQUID_DENSITY: Key<Number> = Key::of("density", Dimension::Density, Number(ABOVE_ZERO))
     .means("density ρl")
     .example("930");
 
-const VISCOSITY: Key<Number> = Key::new("viscosity", Number(Dimension::Viscosity, ABOVE_ZERO))
+const VISCOSITY: Key<Number> = Key::of("viscosity", Dimension::Viscosity, Number(ABOVE_ZERO))
     .means("dynamic viscosity η")
     .example("9.3");
 
-const VISCOSITY_REL_SD: Key<Number> = Key::new("viscosity_rel_sd", Number(Dimension::One, SHARE))
+const VISCOSITY_REL_SD: Key<Number> = Key::new("viscosity_rel_sd", Number(SHARE))
     .means("sd of the viscosity over its value")
     .example("0.02")
     .optional("taken as exact");
 
-const SURFACE_TENSION: Key<Number> = Key::new("surface_tension", Number(Dimension::SurfaceTension, ABOVE_ZERO))
+const SURFACE_TENSION: Key<Number> = Key::of("surface_tension", Dimension::SurfaceTension, Number(ABOVE_ZERO))
     .means("surface tension γ")
     .example("20.1")
     .optional("the bridge's rupture is neither sized nor modelled");

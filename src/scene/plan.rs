@@ -162,18 +162,15 @@ const WANTED: &str = "a simulation that needs it is refused";
 /// The key of a parameter that particles share.
 fn shared(coefficient: Coefficient) -> Key<Number> {
     let own = coefficient.describe();
-    Key::new(
-        own.name,
-        Number(Dimension::One, if own.must_be_positive { ABOVE_ZERO } else { FINITE }),
-    )
-    .means(own.meaning)
-    .example(own.example)
-    .optional(WANTED)
+    Key::new(own.name, Number(if own.must_be_positive { ABOVE_ZERO } else { FINITE }))
+        .means(own.meaning)
+        .example(own.example)
+        .optional(WANTED)
 }
 
 /// The key of a parameter of the noise.
 const fn noise(own: &NoiseParameter, expect: Expect, absent: &'static str) -> Key<Number> {
-    Key::new(own.name, Number(Dimension::One, expect))
+    Key::new(own.name, Number(expect))
         .means(own.meaning)
         .example(own.example)
         .optional(absent)
@@ -224,7 +221,7 @@ const TRUE_VISCOUS: Key<OneOf<Viscous>> = Key::new("viscous", VISCOUS_TAKES)
     .example("\"film\"")
     .optional(AS_THE_MODEL);
 
-const TRUE_DRY_SPEED: Key<NumberOr> = Key::new("dry_speed", DRY_SPEED_TAKES)
+const TRUE_DRY_SPEED: Key<NumberOr> = Key::of("dry_speed", Dimension::Speed, DRY_SPEED_TAKES)
     .means("impact speed at which e_dry enters")
     .example("\"impact\"")
     .optional(AS_THE_MODEL);
@@ -234,12 +231,12 @@ const TRUE_TERMS: Key<SomeOf<Term>> = Key::new("terms", TERMS_TAKES)
     .example("[\"inertia\", \"viscous\", \"bridge\"]")
     .optional("inertia and viscous");
 
-const DIAMETER: Key<NumbersByParticle> = Key::new("diameter", NumbersByParticle(Dimension::Length, ABOVE_ZERO))
+const DIAMETER: Key<NumbersByParticle> = Key::of("diameter", Dimension::Length, NumbersByParticle(ABOVE_ZERO))
     .means("diameters of each particle")
     .example("{ PTFE = [3.175, 4.762] }")
     .optional(WANTED);
 
-const FILM_RATIOS: Key<NumbersByParticle> = Key::new("film_ratio", NumbersByParticle(Dimension::One, FILM_RATIO))
+const FILM_RATIOS: Key<NumbersByParticle> = Key::new("film_ratio", NumbersByParticle(FILM_RATIO))
     .means("film ratios of each particle")
     .example("[0.03, 0.06]")
     .optional(WANTED);
@@ -249,27 +246,27 @@ const LIQUIDS: Key<Texts> = Key::new("liquids", Texts)
     .example("[\"AK10\"]")
     .optional("every run is dry");
 
-const HEIGHT: Key<Numbers> = Key::new("height", Numbers(Dimension::Length, ABOVE_ZERO))
+const HEIGHT: Key<Numbers> = Key::of("height", Dimension::Length, Numbers(ABOVE_ZERO))
     .means("heights that wet runs fall from, v = √(2 g h)")
     .example("[30, 50, 100, 150]")
     .optional("impact_speed says it");
 
-const IMPACT_SPEED: Key<Numbers> = Key::new("impact_speed", Numbers(Dimension::Speed, ABOVE_ZERO))
+const IMPACT_SPEED: Key<Numbers> = Key::of("impact_speed", Dimension::Speed, Numbers(ABOVE_ZERO))
     .means("impact speeds of the wet runs")
     .example("[0.5, 1.0, 2.0]")
     .optional("height says it");
 
-const DRY_IMPACT_SPEED: Key<Numbers> = Key::new("dry_impact_speed", Numbers(Dimension::Speed, ABOVE_ZERO))
+const DRY_IMPACT_SPEED: Key<Numbers> = Key::of("dry_impact_speed", Dimension::Speed, Numbers(ABOVE_ZERO))
     .means("impact speeds of the dry runs")
     .example("[0.5, 1.0, 2.0]")
     .optional("no run is dry");
 
-const FILM_REL_SD: Key<Number> = Key::new("film_rel_sd", Number(Dimension::One, SHARE))
+const FILM_REL_SD: Key<Number> = Key::new("film_rel_sd", Number(SHARE))
     .means("gives every wet run a film of its own: sd of its logarithm about that of the setting")
     .example("0.02")
     .optional("every film is that of its setting");
 
-const IMPACT_SPEED_REL_SD: Key<Number> = Key::new("impact_speed_rel_sd", Number(Dimension::One, SHARE))
+const IMPACT_SPEED_REL_SD: Key<Number> = Key::new("impact_speed_rel_sd", Number(SHARE))
     .means("gives every run an impact speed of its own, in the same way")
     .example("0.05")
     .optional("every speed is that of its setting");

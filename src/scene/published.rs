@@ -6,7 +6,6 @@ use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE};
 use super::keys::{Key, Section};
 use super::table::{read_nothing, Number, OneOf, SceneTable, Text};
 use crate::physics::Quantity;
-use crate::units::Dimension;
 
 /// One of the two laws of the wet restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
@@ -61,7 +60,7 @@ const PARTICLE: Key<Text> = Key::new("particle", Text)
     .means("the particle it is of, a name in [particles]")
     .example("\"PTFE\"");
 
-const OF_FILM_RATIO: Key<Number> = Key::new("film_ratio", Number(Dimension::One, FILM_RATIO))
+const OF_FILM_RATIO: Key<Number> = Key::new("film_ratio", Number(FILM_RATIO))
     .means("the film ratio it holds for")
     .example("0.06")
     .optional("all of them");
@@ -74,11 +73,9 @@ const LAW: Key<OneOf<WetLaw>> = Key::new(
 .example("\"linear\"")
 .optional("linear");
 
-const VALUE: Key<Number> = Key::new("value", Number(Dimension::One, FINITE))
-    .means("its value")
-    .example("0.718");
+const VALUE: Key<Number> = Key::new("value", Number(FINITE)).means("its value").example("0.718");
 
-const SE: Key<Number> = Key::new("se", Number(Dimension::One, ABOVE_ZERO))
+const SE: Key<Number> = Key::new("se", Number(ABOVE_ZERO))
     .means("its standard error")
     .example("0.004");
 

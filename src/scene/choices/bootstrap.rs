@@ -3,7 +3,6 @@
 use crate::scene::expect::INSIDE_ONE;
 use crate::scene::keys::{Key, Section};
 use crate::scene::table::{read_nothing, Count, Number, OneOf, SceneTable};
-use crate::units::Dimension;
 
 /// How intervals are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,7 +87,7 @@ const INTERVAL: Key<OneOf<IntervalMethod>> = Key::new(
 .example("\"bca\"")
 .optional("percentile; of few runs that of least squares");
 
-const LEVEL: Key<Number, f64> = Key::new("level", Number(Dimension::One, INSIDE_ONE))
+const LEVEL: Key<Number, f64> = Key::new("level", Number(INSIDE_ONE))
     .means("probability of the intervals")
     .example("0.9")
     .defaults_to(0.95);

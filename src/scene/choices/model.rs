@@ -159,11 +159,11 @@ pub enum Sticking {
     Excluded,
 }
 
-const DRY_SPEED: Key<NumberOr, Option<f64>> = Key::new("dry_speed", DRY_SPEED_TAKES)
+const DRY_SPEED: Key<NumberOr, Option<f64>> = Key::of("dry_speed", Dimension::Speed, DRY_SPEED_TAKES)
     .means("impact speed at which e_dry enters; \"impact\": each run's own, e_inf and St_c then still at the default")
     .example("\"impact\"")
     .defaults_to(Some(REFERENCE_SPEED));
-pub const DRY_SPEED_TAKES: NumberOr = NumberOr(Dimension::Speed, ABOVE_ZERO, "impact");
+pub const DRY_SPEED_TAKES: NumberOr = NumberOr(ABOVE_ZERO, "impact");
 
 const INERTIA: Key<OneOf<Option<Inertia>>, Option<Inertia>> = Key::new(
     "inertia",

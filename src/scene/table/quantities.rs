@@ -11,69 +11,56 @@ use crate::units::{Dimension, Unit, MAGNITUDES, MAGNITUDE_EXPECTED};
 
 /// A number, in SI.
 #[derive(Clone, Copy)]
-pub(in crate::scene) struct Number(pub Dimension, pub Expect);
+pub(in crate::scene) struct Number(pub Expect);
 /// A number, in SI, or one word in its place, which is read as none.
 #[derive(Clone, Copy)]
-pub(in crate::scene) struct NumberOr(pub Dimension, pub Expect, pub &'static str);
+pub(in crate::scene) struct NumberOr(pub Expect, pub &'static str);
 /// A list of numbers, in SI.
 #[derive(Clone, Copy)]
-pub(in crate::scene) struct Numbers(pub Dimension, pub Expect);
+pub(in crate::scene) struct Numbers(pub Expect);
 /// For each particle a list of numbers, in SI: one list for all, or a table of lists by particle.
 #[derive(Clone, Copy)]
-pub(in crate::scene) struct NumbersByParticle(pub Dimension, pub Expect);
+pub(in crate::scene) struct NumbersByParticle(pub Expect);
 /// A table, whose keys are described in these words.
 #[derive(Clone, Copy)]
 pub(in crate::scene) struct Inner(pub &'static str);
 
-/// A number in SI as a scene gives it in the usual unit.
-fn in_usual_unit(dimension: Dimension, value: f64) -> String {
-    // a number with a point stays one
-    format!("{:?}", dimension.units()[0].from_si(value))
-}
-
 impl Takes for Number {
     type Value = f64;
 
-    fn dimension(&self) -> Dimension {
-        self.0
-    }
-
     fn in_words(&self) -> String {
-        self.1.words.to_owned()
+        self.0.words.to_owned()
     }
 
     fn taken(&self, value: &Spanned<DeValue>, to_si: ToSi) -> Option<f64> {
         let number = as_number(value.get_ref())?;
-        (self.1.holds)(number).then(|| to_si(number))
+        (self.0.holds)(number).then(|| to_si(number))
     }
 
-    fn written(&self, value: &f64) -> String {
-        in_usual_unit(self.0, *value)
+    fn written(&self, value: &f64, dimension: Dimension) -> String {
+        // a number with a point stays one
+        format!("{:?}", dimension.units()[0].from_si(*value))
     }
 }
 
 impl Takes for NumberOr {
     type Value = Option<f64>;
 
-    fn dimension(&self) -> Dimension {
-        self.0
-    }
-
     fn in_words(&self) -> String {
-        format!("{} or \"{}\"", self.1.words, self.2)
+        format!("{} or \"{}\"", self.0.words, self.1)
     }
 
     fn taken(&self, value: &Spanned<DeValue>, to_si: ToSi) -> Option<Option<f64>> {
-        if value.get_ref().as_str() == Some(self.2) {
+        if value.get_ref().as_str() == Some(self.1) {
             return Some(None);
         }
-        Number(self.0, self.1).taken(value, to_si).map(Some)
+        Number(self.0).taken(value, to_si).map(Some)
     }
 
-    fn written(&self, value: &Option<f64>) -> String {
+    fn written(&self, value: &Option<f64>, dimension: Dimension) -> String {
         match value {
-            Some(value) => in_usual_unit(self.0, *value),
-            None => format!("\"{}\"", self.2),
+            Some(value) => Number(self.0).written(value, dimension),
+            None => format!("\"{}\"", self.1),
         }
     }
 }
@@ -84,25 +71,17 @@ const LIST: &str = "a list of numbers";
 impl Takes for Numbers {
     type Value = Vec<f64>;
 
-    fn dimension(&self) -> Dimension {
-        self.0
-    }
-
     fn in_words(&self) -> String {
-        format!("{LIST}, each {}", self.1.words)
+        format!("{LIST}, each {}", self.0.words)
     }
 
     fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<Vec<f64>> {
-        table.list(key, value, self.1, to_si)
+        table.list(key, value, self.0, to_si)
     }
 }
 
 impl Takes for NumbersByParticle {
     type Value = Vec<Vec<f64>>;
-
-    fn dimension(&self) -> Dimension {
-        self.0
-    }
 
     fn in_words(&self) -> String {
         format!("{LIST}, or a table with a list for each particle")
@@ -121,7 +100,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     /// What the file gives under a key; what is not taken there is refused.
     pub fn read<K: Takes>(&self, key: &Key<K>) -> Option<K::Value> {
         if key.without.is_none() && !self.gives(key) {
-            let units = key.takes.dimension().units().iter();
+            let units = key.dimension.units().iter();
             let names = units.map(|unit| format!("{}{}", key.base, unit.suffix)).collect();
             self.read_keys.borrow_mut().missing.push(names);
         }
@@ -133,7 +112,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     where
         K::Value: Clone,
     {
-        let given = self.read_given(key, Without::Value(key.takes.written(&key.default)));
+        let given = self.read_given(key, Without::Value(key.takes.written(&key.default, key.dimension)));
         given.unwrap_or_else(|| key.default.clone())
     }
 
@@ -151,13 +130,13 @@ impl<'a, 'i> SceneTable<'a, 'i> {
 
     /// Whether the file gives a key, in whichever unit.
     pub fn gives<K: Takes, A>(&self, key: &Key<K, A>) -> bool {
-        let mut units = key.takes.dimension().units().iter();
+        let mut units = key.dimension.units().iter();
         units.any(|unit| self.has(&format!("{}{}", key.base, unit.suffix)))
     }
 
     /// For each of the particles what a key gives it; nothing of a key that is not there, or refused.
     pub fn by_particle(&self, key: &Key<NumbersByParticle>, particles: &[&str]) -> Vec<Vec<f64>> {
-        let expect = key.takes.1;
+        let expect = key.takes.0;
         let lists = self.with_unit(key, without(key), |name, value, to_si| {
             if value.get_ref().is_array() {
                 let list = self.list(name, value, expect, to_si)?;
@@ -188,7 +167,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         without: Without,
         read: impl Fn(&str, &'a Spanned<DeValue<'i>>, ToSi) -> Option<T>,
     ) -> Option<T> {
-        let (base, dimension) = (key.base, key.takes.dimension());
+        let (base, dimension) = (key.base, key.dimension);
         self.read_keys.borrow_mut().guides.push(guide(key, without));
         let mut given: Vec<(String, &'a Spanned<DeValue<'i>>, &'static Unit)> = vec![];
         for unit in dimension.units() {
@@ -237,7 +216,7 @@ fn without<K: Takes>(key: &Key<K>) -> Without {
 
 /// What is to be said of a key.
 fn guide<K: Takes, A>(key: &Key<K, A>, without: Without) -> KeyGuide {
-    let guide = KeyGuide::new(key.base, key.takes.dimension(), key.takes.in_words(), key.example);
+    let guide = KeyGuide::new(key.base, key.dimension, key.takes.in_words(), key.example);
     KeyGuide {
         without,
         ..guide.means(key.meaning)

@@ -13,11 +13,6 @@ pub(in crate::scene) trait Takes {
     /// what is read
     type Value;
 
-    /// What kind of quantity it is, and so which units its name may end with.
-    fn dimension(&self) -> Dimension {
-        Dimension::One
-    }
-
     /// What a message names as expected.
     fn in_words(&self) -> String;
 
@@ -36,7 +31,7 @@ pub(in crate::scene) trait Takes {
     }
 
     /// A value as a scene gives it in the usual unit; nothing of what never stands as a default.
-    fn written(&self, _: &Self::Value) -> String {
+    fn written(&self, _: &Self::Value, _: Dimension) -> String {
         String::new()
     }
 }
@@ -128,7 +123,7 @@ impl Takes for Switch {
         value.get_ref().as_bool()
     }
 
-    fn written(&self, value: &bool) -> String {
+    fn written(&self, value: &bool, _: Dimension) -> String {
         value.to_string()
     }
 }
@@ -150,7 +145,7 @@ impl Takes for Count {
         (self.0..=self.1).contains(&count).then_some(count)
     }
 
-    fn written(&self, value: &u64) -> String {
+    fn written(&self, value: &u64, _: Dimension) -> String {
         value.to_string()
     }
 }
@@ -198,7 +193,7 @@ impl<T: PartialEq> Takes for OneOf<T> {
         taken
     }
 
-    fn written(&self, value: &T) -> String {
+    fn written(&self, value: &T, _: Dimension) -> String {
         let words = (self.words)();
         let word = words.iter().find(|(_, stands_for)| stands_for == value);
         word.map_or_else(String::new, |(name, _)| format!("\"{name}\""))
@@ -228,7 +223,7 @@ impl<T: Copy> Takes for SomeOf<T> {
     }
 
     /// Only no list stands as what holds without a key.
-    fn written(&self, _: &Option<Vec<T>>) -> String {
+    fn written(&self, _: &Option<Vec<T>>, _: Dimension) -> String {
         format!("\"{}\"", self.instead)
     }
 }
