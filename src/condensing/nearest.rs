@@ -17,18 +17,15 @@ impl Nearest {
         /// directions in which the polynomials hardly differ on the points
         const NOTHING: f64 = 1e-12;
         let functions = polynomials.len();
-        let mut room = polynomials.room();
         let mut products = DMatrix::zeros(functions, functions);
         for (point, weight) in kept {
-            polynomials.write(*point, &mut room);
-            let row = DVector::from_column_slice(&room.values);
+            let row = DVector::from_vec(polynomials.at(*point));
             products.ger(*weight, &row, &row, 1.0);
         }
         let mut cross = DVector::zeros(functions);
         for (point, (value, weight)) in values.iter().zip(weights).enumerate() {
-            polynomials.write(point, &mut room);
             let weighted = weight * value;
-            let sums = cross.iter_mut().zip(&room.values);
+            let sums = cross.iter_mut().zip(polynomials.at(point));
             sums.for_each(|(sum, of_point)| *sum += weighted * of_point);
         }
         let eigen = products.symmetric_eigen();
@@ -45,14 +42,9 @@ impl Nearest {
         polynomials: &'p Polynomials,
         points: impl Iterator<Item = usize> + 'p,
     ) -> impl Iterator<Item = f64> + 'p {
-        let mut room = polynomials.room();
         points.map(move |point| {
-            polynomials.write(point, &mut room);
-            self.coefficients
-                .iter()
-                .zip(&room.values)
-                .map(|(c, of_point)| c * of_point)
-                .sum()
+            let each = self.coefficients.iter().zip(polynomials.at(point));
+            each.map(|(c, of_point)| c * of_point).sum()
         })
     }
 }

@@ -79,35 +79,24 @@ impl<'a> Polynomials<'a> {
         1 + self.factors.len()
     }
 
-    /// Room for the values at a point.
-    pub fn room(&self) -> Values {
-        Values {
-            of_axes: vec![0.0; self.axes.len() * self.degree],
-            values: vec![1.0; self.len()],
-        }
-    }
-
-    /// Writes their values at a point.
-    pub fn write(&self, point: usize, room: &mut Values) {
-        for (axis, powers) in self.axes.iter().zip(room.of_axes.chunks_exact_mut(self.degree.max(1))) {
+    /// Their values at a point, the constant first.
+    pub fn at(&self, point: usize) -> Vec<f64> {
+        let mut of_axes = Vec::with_capacity(self.axes.len() * self.degree);
+        for axis in self.axes {
             let t = axis.at(point);
             let (mut last, mut here) = (1.0, t);
-            for power in powers {
-                *power = here;
+            for _ in 0..self.degree {
+                of_axes.push(here);
                 (last, here) = (here, 2.0 * t * here - last);
             }
         }
-        for (place, [product, of_axis]) in (1..).zip(&self.factors) {
-            room.values[place] = room.values[*product] * room.of_axes[*of_axis];
+        let mut values = Vec::with_capacity(self.len());
+        values.push(1.0);
+        for [product, of_axis] in &self.factors {
+            values.push(values[*product] * of_axes[*of_axis]);
         }
+        values
     }
-}
-
-/// Values of polynomials at one point.
-pub(crate) struct Values {
-    of_axes: Vec<f64>,
-    /// of each, the constant first
-    pub values: Vec<f64>,
 }
 
 #[cfg(test)]
@@ -124,10 +113,8 @@ mod tests {
         let axes: Vec<Axis> = columns.iter().filter_map(|column| Axis::new(column)).collect();
         let polynomials = Polynomials::new(&axes, 4);
         assert_eq!(polynomials.len(), functions(3, 4));
-        let mut room = polynomials.room();
         let [x, y, z] = &columns;
         for (point, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
-            polynomials.write(point, &mut room);
             let t = |at: &f64, power: f64| (power * at.clamp(-1.0, 1.0).acos()).cos();
             let mut expected: Vec<f64> = vec![];
             for a in 0..=4u8 {
@@ -137,7 +124,7 @@ mod tests {
                     }
                 }
             }
-            let mut found = room.values.clone();
+            let mut found = polynomials.at(point);
             for values in [&mut expected, &mut found] {
                 values.sort_by(f64::total_cmp);
             }

@@ -18,7 +18,6 @@ pub(crate) type Kept = (usize, f64);
 pub(crate) fn recombine(weight: &[f64], polynomials: &Polynomials) -> Vec<Kept> {
     let functions = polynomials.len();
     let mut kept: Vec<Kept> = weight.iter().copied().enumerate().collect();
-    let mut room = polynomials.room();
     while kept.len() > functions {
         let groups = (2 * functions).min(kept.len());
         // neighbours together, in groups of nearly one size
@@ -27,10 +26,9 @@ pub(crate) fn recombine(weight: &[f64], polynomials: &Polynomials) -> Vec<Kept> 
         let mut masses = DVector::zeros(groups);
         for (group, ends) in bounds.windows(2).enumerate() {
             for &(point, weight) in &kept[ends[0]..ends[1]] {
-                polynomials.write(point, &mut room);
                 masses[group] += weight;
                 let sums = means.column_mut(group);
-                (sums.into_iter().zip(&room.values)).for_each(|(sum, value)| *sum += weight * value);
+                (sums.into_iter().zip(polynomials.at(point))).for_each(|(sum, value)| *sum += weight * value);
             }
             means.column_mut(group).unscale_mut(masses[group]);
         }
@@ -102,11 +100,9 @@ mod tests {
 
     /// Sums of the polynomials over points.
     fn sums(polynomials: &Polynomials, points: &[Kept]) -> Vec<f64> {
-        let mut room = polynomials.room();
         let mut sums = vec![0.0; polynomials.len()];
         for (point, weight) in points {
-            polynomials.write(*point, &mut room);
-            let terms = sums.iter_mut().zip(&room.values);
+            let terms = sums.iter_mut().zip(polynomials.at(*point));
             terms.for_each(|(sum, value)| *sum += weight * value);
         }
         sums
