@@ -18,7 +18,7 @@ use crate::distributions::normal_quantile;
 use crate::inference::diagnostics::quantile;
 use crate::inference::sampling::Sampled;
 use crate::model::likelihood::tails::Tails;
-use crate::model::likelihood::{probability_below, RunNoise, Spreads};
+use crate::model::likelihood::{probability_below, RunNoise};
 use crate::physics::restitution::Restitution;
 use crate::physics::{Form, LawNumbers, Parameters, Setting};
 use crate::roots::root_between;
@@ -461,7 +461,8 @@ impl SingleRun {
             let sigma = sigma.max(NO_SPREAD);
             let noise = RunNoise {
                 tails: draw.tails,
-                spreads: Spreads { sigma, energy },
+                sigma,
+                energy,
             };
             (if kept < LEAST_KEPT { LEAST_KEPT } else { kept }, noise)
         };

@@ -9,11 +9,11 @@ use rand_distr::{Distribution, Exp1};
 
 use crate::error::Error;
 use crate::model::likelihood::tails::Tails;
-use crate::model::likelihood::{normal_number, RunNoise, Spreads};
+use crate::model::likelihood::{normal_number, RunNoise};
 use crate::physics::coefficient::Coefficients;
 use crate::physics::{kept_energy, Parameters};
 use crate::runs::{sphere_words, NewRun};
-use crate::scene::{Design, NoiseShape, Scene, Truth};
+use crate::scene::{Design, LikelihoodFamily, NoiseShape, Scene, Truth};
 use crate::seed::Streams;
 
 /// A simulation ready to be drawn.
@@ -36,8 +36,8 @@ pub struct Simulation<'s> {
 struct TrueValues {
     shared: Coefficients,
     sigma_dry: f64,
-    sigma_wet: f64,
-    shape: f64,
+    /// of wet runs; normal where its tails are of no family
+    noise: RunNoise,
 }
 
 impl TrueValues {
@@ -52,23 +52,28 @@ impl TrueValues {
         for coefficient in truth.form().coefficients() {
             shared[coefficient] = need(coefficient.describe().name, truth.value(coefficient));
         }
-        let values = TrueValues {
-            shared,
-            sigma_dry: need("sigma_dry", truth.sigma_dry),
-            sigma_wet: need("sigma_wet", truth.sigma_wet),
-            shape: match truth.noise {
-                NoiseShape::Family(family) => family.shape().map_or(f64::NAN, |own| need(own.name, truth.shape)),
-                NoiseShape::Skewed | NoiseShape::Heteroscedastic => f64::NAN,
-            },
+        let (sigma_dry, sigma) = (need("sigma_dry", truth.sigma_dry), need("sigma_wet", truth.sigma_wet));
+        let family = match truth.noise {
+            NoiseShape::Family(family) => family,
+            NoiseShape::Skewed | NoiseShape::Heteroscedastic => LikelihoodFamily::Normal,
         };
-        if missing.is_empty() {
-            Ok(values)
-        } else {
-            Err(Error::Usage(format!(
+        let shape = family.shape().map_or(f64::NAN, |own| need(own.name, truth.shape));
+        if !missing.is_empty() {
+            return Err(Error::Usage(format!(
                 "the scene's [truth] lacks {}, which simulate needs",
                 missing.join(", ")
-            )))
+            )));
         }
+        let noise = RunNoise {
+            tails: Tails::of(family, shape),
+            sigma,
+            energy: truth.sigma_energy.unwrap_or(0.0),
+        };
+        Ok(TrueValues {
+            shared,
+            sigma_dry,
+            noise,
+        })
     }
 }
 
@@ -204,25 +209,6 @@ impl<'s> Simulation<'s> {
         (usize::try_from(index).unwrap_or(usize::MAX), end)
     }
 
-    /// The tails of the noise on every run; normal of dry ones where those of wet ones are of no family.
-    fn tails(&self) -> Tails {
-        match self.truth.noise {
-            NoiseShape::Family(family) => Tails::of(family, self.values.shape),
-            NoiseShape::Skewed | NoiseShape::Heteroscedastic => Tails::Normal,
-        }
-    }
-
-    /// The noise of wet runs.
-    fn noise(&self) -> RunNoise {
-        RunNoise {
-            tails: self.tails(),
-            spreads: Spreads {
-                sigma: self.values.sigma_wet,
-                energy: self.truth.sigma_energy.unwrap_or(0.0),
-            },
-        }
-    }
-
     /// The offset of the series of every point, drawn once a series.
     fn offsets(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
         let sigma = self.truth.sigma_series.unwrap_or(0.0);
@@ -241,7 +227,7 @@ impl<'s> Simulation<'s> {
     /// One draw of the noise on a wet run, in units of its spread.
     fn wet_noise(&self, stokes: f64, rng: &mut ChaCha8Rng) -> f64 {
         match self.truth.noise {
-            NoiseShape::Family(_) => self.tails().draw(rng),
+            NoiseShape::Family(_) => self.values.noise.tails.draw(rng),
             NoiseShape::Skewed => {
                 let wait: f64 = Exp1.sample(rng);
                 1.0 - wait
@@ -258,7 +244,11 @@ impl<'s> Simulation<'s> {
             None => {
                 let e_dry = self.truth.form().dry.restitution(k, v);
                 // which m(e_dry²) is but for rounding
-                (None, None, e_dry + self.values.sigma_dry * self.tails().draw(rng))
+                (
+                    None,
+                    None,
+                    e_dry + self.values.sigma_dry * self.values.noise.tails.draw(rng),
+                )
             }
             Some((index, film_ratio)) => {
                 let liquid = &self.scene.liquids[index];
@@ -270,8 +260,8 @@ impl<'s> Simulation<'s> {
                 };
                 let truth = self.truth;
                 let kept = kept_energy(&setting, truth.form(), &parameters, v);
-                let (noise, of_noise) = (self.noise(), self.wet_noise(setting.stokes(v), rng));
-                let e = noise.restitution(kept + offset, normal_number(noise.spreads.energy, rng), of_noise);
+                let (noise, of_noise) = (self.values.noise, self.wet_noise(setting.stokes(v), rng));
+                let e = noise.restitution(kept + offset, normal_number(noise.energy, rng), of_noise);
                 (Some(liquid.name.as_str()), Some((setting.film, film_ratio)), e)
             }
         };

@@ -34,7 +34,7 @@ impl Pointwise {
                 let (kept, _) = law.balance.kept(&self.setting(*run).impact);
                 rebounds.push(self.restitution[*run], kept);
             }
-            let mut found = rebounds.densities(noise[1].spreads).into_iter();
+            let mut found = rebounds.densities(noise[1]).into_iter();
             for (run, law) in runs {
                 let (at, kind) = (self.impact(run, &law.balance), usize::from(run >= self.dry));
                 let is_one_of_many = together && is_wet_rebound(run);

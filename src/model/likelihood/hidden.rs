@@ -256,14 +256,14 @@ impl Hidden<'_> {
         let kept = setting.balance.kept(at).0;
         match self.moves {
             Moves::Speed => kept,
-            Moves::Energy => kept + self.noise.spreads.energy * z,
+            Moves::Energy => kept + self.noise.energy * z,
         }
     }
 
     /// dr/dz.
     fn kept_slope(&self, setting: &SettingRuns, at: &Impact, z: f64) -> f64 {
         if self.moves == Moves::Energy {
-            return self.noise.spreads.energy;
+            return self.noise.energy;
         }
         setting.balance.in_log_speed(at)[0] * setting.runs[0].errors.true_speed.sd / setting.ratio(z)
     }

@@ -35,7 +35,6 @@ pub(crate) mod trend;
 
 pub use by_series::SeriesDensities;
 pub use prepared::Likelihood;
-pub use run_density::Spreads;
 pub use run_law::probability_below;
 pub use run_noise::{normal_number, RunNoise};
 
@@ -60,7 +59,7 @@ impl Likelihood {
         let rows = &self.rows;
         let films = FilmParameters::new(rows.form, full);
         let laws: Vec<BlockLaw> = rows.blocks.iter().map(|block| block.law(films, full)).collect();
-        let noise = rows.noise.at(full);
+        let noise = rows.noise_at(full);
         let mut totals = Totals {
             of_kind: [RunDensity::default(); 2],
             blocks: vec![Default::default(); laws.len()],
@@ -98,7 +97,7 @@ impl Likelihood {
             Tails::AsymmetricLaplace(_) => return,
         };
         let (peak, peak_slope) = student.map_or((-LN_ROOT_TWO_PI, 0.0), |of| (of.peak, of.peak_slope));
-        let sigma = noise.spreads.sigma;
+        let sigma = noise.sigma;
         let mut add = |nodes, asked, times| {
             let sums = NodeSums {
                 nodes,

@@ -17,16 +17,16 @@ use super::nodes::{Block, Film, RunSetting};
 use super::normal::normal_score;
 use super::run_density::{RunDensity, Seen, Side};
 use super::run_law::RunImpact;
-use super::run_noise::{normal_number, MeasuredRun, NoiseModel, RunNoise};
+use super::run_noise::{normal_number, MeasuredRun, RunNoise};
 use super::shared_speed::{SharedRuns, SharedSetting};
 use super::tails::Tails;
 use super::trend::{middle_film_ratio, FilmLaw, FilmParameters};
-use crate::model::parameters::offset_slot;
+use crate::model::parameters::{offset_slot, ParameterKind, SHAPE_SLOT};
 use crate::physics::balance::Balance;
 use crate::physics::rebound::mean_restitution;
 use crate::physics::Form;
 use crate::runs::{Conditions, Runs, SharedSpeed};
-use crate::scene::{NoiseOn, Scene, Sticking};
+use crate::scene::{LikelihoodFamily, NoiseOn, Scene, Sticking};
 
 /// Of factors of a density, and of those that divide it.
 const SIGNS: [f64; 2] = [1.0, -1.0];
@@ -39,7 +39,10 @@ pub struct Pointwise {
     pub(super) limit: f64,
     /// whether runs that stuck were not logged, so that a rebound's density is that of runs that rebound
     pub(super) truncated: bool,
-    pub(super) noise: NoiseModel,
+    /// the distribution of the noise
+    pub(super) family: LikelihoodFamily,
+    /// whether it acts on the energy kept, too
+    both: bool,
     pub(super) blocks: Vec<Block>,
     /// runs of one setting that follow one another share an entry
     settings: Vec<RunSetting>,
@@ -86,7 +89,8 @@ impl Pointwise {
             form,
             limit: scene.data.smallest_restitution,
             truncated: scene.model.sticking == Sticking::Truncated,
-            noise: NoiseModel::of(scene),
+            family: scene.model.likelihood,
+            both: scene.model.noise == NoiseOn::Both,
             blocks: vec![],
             settings: vec![],
             setting: Vec::with_capacity(runs.len()),
@@ -197,7 +201,7 @@ impl Pointwise {
 
     /// Whether a run's density is an integral over what is hidden of it.
     pub fn is_integrated(&self) -> bool {
-        !self.errors.is_empty() || self.noise.both
+        !self.errors.is_empty() || self.both
     }
 
     /// Whether a run stuck.
@@ -269,9 +273,22 @@ impl Pointwise {
         }
     }
 
+    /// The noise of dry runs and that of wet ones at a full vector of parameters.
+    pub(super) fn noise_at(&self, full: &[f64]) -> [RunNoise; 2] {
+        let tails = Tails::of(self.family, full[SHAPE_SLOT]);
+        let of = |kind: ParameterKind| full[kind.slot()];
+        let energy = if self.both { of(ParameterKind::SigmaEnergy) } else { 0.0 };
+        let kinds = [(ParameterKind::SigmaDry, 0.0), (ParameterKind::SigmaWet, energy)];
+        kinds.map(|(sigma, energy)| RunNoise {
+            tails,
+            sigma: of(sigma),
+            energy,
+        })
+    }
+
     /// The law at a full vector of parameters.
     pub fn at<'p>(&'p self, full: &[f64]) -> EvaluatedLaw<'p> {
-        self.at_settings(full, self.noise.at(full), 0..self.settings.len())
+        self.at_settings(full, self.noise_at(full), 0..self.settings.len())
     }
 
     /// The same for the runs of some settings, with the noise at these parameters.
@@ -357,7 +374,7 @@ impl EvaluatedLaw<'_> {
     pub fn mean_and_sigma(&self, run: usize) -> (f64, f64) {
         let noise = self.noise(run);
         let (kept, _) = self.impact(run).kept();
-        (mean_restitution(kept), noise.spreads.sigma)
+        (mean_restitution(kept), noise.sigma)
     }
 
     /// Log likelihood of a run: a density where it rebounded, a probability where it stuck; given the other runs where some
@@ -428,7 +445,7 @@ impl EvaluatedLaw<'_> {
             ratio = (errors.true_speed.mean + normal_number(errors.true_speed.sd, rng)).max(0.01);
             at.impact = at.balance.at_speed_ratio(&at.impact, ratio);
         }
-        let e = noise.restitution(at.kept().0, normal_number(noise.spreads.energy, rng), scatter);
+        let e = noise.restitution(at.kept().0, normal_number(noise.energy, rng), scatter);
         if e <= self.pointwise.limit {
             return e;
         }

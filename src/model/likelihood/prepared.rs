@@ -34,7 +34,7 @@ impl Likelihood {
         let rows = Pointwise::new(scene, runs, form);
         let needs_rows = scene.model.has_own_noise() || !rows.errors.is_empty();
         // the rebounds with Student's noise of one spread are nodes, too, each by itself
-        let is_student = rows.noise.family == LikelihoodFamily::Student;
+        let is_student = rows.family == LikelihoodFamily::Student;
         let rebounds_are_nodes = !needs_rows || is_student && !rows.is_integrated() && !rows.truncated;
         let is_node = |run: usize| !needs_rows || rebounds_are_nodes && !rows.is_stuck(run);
         let nodes = [0..rows.dry, rows.dry..rows.len()].map(|of_kind| {

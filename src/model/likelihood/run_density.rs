@@ -30,15 +30,6 @@ impl Side {
     }
 }
 
-/// The spreads of wet runs.
-#[derive(Debug, Clone, Copy)]
-pub struct Spreads {
-    /// σ
-    pub sigma: f64,
-    /// σ_r; 0 where noise acts on the restitution alone
-    pub energy: f64,
-}
-
 /// The logarithm of the density of noise at a z, or of the probability of less, with its slopes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct LnOfNoise {

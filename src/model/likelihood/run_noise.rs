@@ -5,28 +5,19 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::errors::Errors;
 use super::normal::CERTAIN;
-use super::run_density::{RunDensity, Seen, Side, Spreads};
+use super::run_density::{RunDensity, Seen, Side};
 use super::tails::Tails;
-use crate::model::parameters::{ParameterKind, SHAPE_SLOT};
 use crate::physics::rebound::{mean_and_slope, mean_restitution, slope_mean_restitution};
-use crate::scene::{LikelihoodFamily, NoiseOn, Scene};
-
-/// What noise the runs of a scene have.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct NoiseModel {
-    /// its distribution
-    pub family: LikelihoodFamily,
-    /// whether it acts on the energy kept, too
-    pub both: bool,
-}
 
 /// The noise of the runs of a kind, wet or dry.
 #[derive(Debug, Clone, Copy)]
 pub struct RunNoise {
     /// its distribution
     pub tails: Tails,
-    /// its spreads
-    pub spreads: Spreads,
+    /// σ
+    pub sigma: f64,
+    /// σ_r; 0 where noise acts on the restitution alone
+    pub energy: f64,
 }
 
 /// What is known of a run, and what its measurement errs by.
@@ -49,41 +40,16 @@ pub fn normal_number<R: Rng + ?Sized>(spread: f64, rng: &mut R) -> f64 {
     }
 }
 
-impl NoiseModel {
-    /// That of a scene.
-    pub fn of(scene: &Scene) -> NoiseModel {
-        NoiseModel {
-            family: scene.model.likelihood,
-            both: scene.model.noise == NoiseOn::Both,
-        }
-    }
-
-    /// The noise of dry runs and that of wet ones at a full vector of parameters.
-    pub fn at(self, full: &[f64]) -> [RunNoise; 2] {
-        let tails = Tails::of(self.family, full[SHAPE_SLOT]);
-        let of = |kind: ParameterKind| full[kind.slot()];
-        let energy = if self.both { of(ParameterKind::SigmaEnergy) } else { 0.0 };
-        let kinds = [(ParameterKind::SigmaDry, 0.0), (ParameterKind::SigmaWet, energy)];
-        kinds.map(|(sigma, energy)| RunNoise {
-            tails,
-            spreads: Spreads {
-                sigma: of(sigma),
-                energy,
-            },
-        })
-    }
-}
-
 impl RunNoise {
     /// e* of a run that keeps this, with what noise adds to the energy kept, and with noise on the restitution in units of its
     /// spread.
     pub fn restitution(&self, kept: f64, of_energy: f64, of_noise: f64) -> f64 {
-        mean_restitution(kept + of_energy) + self.spreads.sigma * of_noise
+        mean_restitution(kept + of_energy) + self.sigma * of_noise
     }
 
     /// Whether noise on the energy kept moves a run that keeps this by more than a rounding of its σ.
     pub fn acts_on_energy(&self, kept: f64) -> bool {
-        let Spreads { sigma, energy } = self.spreads;
+        let RunNoise { sigma, energy, .. } = *self;
         energy > 0.0 && slope_mean_restitution(kept) * energy > NOTICED * sigma
     }
 
@@ -92,7 +58,7 @@ impl RunNoise {
     #[inline]
     pub(super) fn density(&self, MeasuredRun { seen, errors }: &MeasuredRun, kept: f64, ratio: f64) -> RunDensity {
         let (mean, slope) = mean_and_slope(kept);
-        let sigma = self.spreads.sigma;
+        let sigma = self.sigma;
         // of the rebound speed over the measured impact speed
         let measured = |side: Side, e: f64| {
             let distance = e - errors.shared() * (1.0 - ratio) - mean * ratio;

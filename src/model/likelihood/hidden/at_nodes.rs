@@ -100,10 +100,10 @@ impl Hidden<'_> {
     pub(super) fn is_plain(&self) -> bool {
         /// whose square is then a number of which [`logarithm`] gives the logarithm
         const SIGMA: std::ops::Range<f64> = 1e-30..1e30;
-        let spreads = self.noise.spreads;
-        self.noise.tails == Tails::Normal
-            && SIGMA.contains(&spreads.sigma)
-            && (self.moves == Moves::Energy || spreads.energy == 0.0)
+        let noise = self.noise;
+        noise.tails == Tails::Normal
+            && SIGMA.contains(&noise.sigma)
+            && (self.moves == Moves::Energy || noise.energy == 0.0)
     }
 
     /// Adds nodes to sums.
@@ -151,7 +151,7 @@ impl WithSimd for Nodes<'_, '_> {
         } = *nodes;
         let count = count.min(MOST_NODES);
         let fused = is_fused::<S>();
-        let sigma = hidden.noise.spreads.sigma;
+        let sigma = hidden.noise.sigma;
         let is_plain = hidden.is_plain();
         let [mut ln, mut parts, mut of_sigma, mut of_energy, mut of_shape] = [[0.0; MOST_NODES]; 5];
         let (mut z, mut stretch) = ([0.0; MOST_NODES], [1.0; MOST_NODES]);
@@ -267,7 +267,7 @@ impl Hidden<'_> {
         if self.moves == Moves::Energy {
             let (kept, of_k) = setting.balance.kept(&setting.impact);
             for (to, z) in to.kept.iter_mut().zip(places) {
-                *to = kept + self.noise.spreads.energy * z;
+                *to = kept + self.noise.energy * z;
             }
             to.slope_k[..places.len()].fill(of_k);
             to.over_stokes[..places.len()].fill(setting.impact.over_stokes);

@@ -8,7 +8,8 @@ use pulp::{Arch, Simd, WithSimd};
 use super::gauss::{is_small, HERMITE};
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::exponential::{exponential, is_fused, logarithm};
-use crate::model::likelihood::run_density::{RunDensity, Spreads};
+use crate::model::likelihood::run_density::RunDensity;
+use crate::model::likelihood::run_noise::RunNoise;
 use crate::physics::rebound::kept_and_slope;
 
 /// Rebounds of one call.
@@ -38,15 +39,16 @@ impl Rebounds {
         self.count += 1;
     }
 
-    /// The log density of each with its slopes in r and in the spreads; `None` where its integrand is not all but normal.
-    pub fn densities(&self, spreads: Spreads) -> [Option<RunDensity>; MOST_REBOUNDS] {
-        Arch::new().dispatch(ByLanes { of: self, spreads })
+    /// The log density of each under normal noise, with its slopes in r and in the spreads; `None` where its integrand is not all
+    /// but normal.
+    pub fn densities(&self, noise: RunNoise) -> [Option<RunDensity>; MOST_REBOUNDS] {
+        Arch::new().dispatch(ByLanes { of: self, noise })
     }
 }
 
 struct ByLanes<'r> {
     of: &'r Rebounds,
-    spreads: Spreads,
+    noise: RunNoise,
 }
 
 impl WithSimd for ByLanes<'_> {
@@ -61,7 +63,7 @@ impl WithSimd for ByLanes<'_> {
         /// of which [`logarithm`] gives the logarithm
         const MASS: std::ops::Range<f64> = 1e-300..1e300;
         let fused = is_fused::<S>();
-        let Spreads { sigma, energy } = self.spreads;
+        let RunNoise { sigma, energy, .. } = self.noise;
         let (own, of_energy) = (1.0 / sigma, 1.0 / energy);
         let count = self.of.count.next_multiple_of(8).min(MOST_REBOUNDS);
         let (restitution, kept) = (&self.of.restitution[..count], &self.of.kept[..count]);

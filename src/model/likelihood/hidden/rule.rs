@@ -9,8 +9,8 @@ use super::at_nodes::{Path, RuleNodes};
 use super::gauss::{has_converged, GAUSS, HERMITE, HERMITE_NODES};
 use super::{AtNodes, Hidden, Moves, SettingRuns, Sums, FALL, MOST_NODES, REACH};
 use crate::distributions::LN_ROOT_TWO_PI;
-use crate::model::likelihood::run_density::{Seen, Spreads};
-use crate::model::likelihood::run_noise::MeasuredRun;
+use crate::model::likelihood::run_density::Seen;
+use crate::model::likelihood::run_noise::{MeasuredRun, RunNoise};
 use crate::model::likelihood::tails::Tails;
 use crate::physics::rebound::mean_and_slope;
 use crate::roots::root_between;
@@ -128,7 +128,7 @@ impl Hidden<'_> {
         let run = &self.settings[0].runs[0];
         // a step of Gauss–Newton's from the restitution, or from where z is nought: the rest is found by the nodes themselves
         let (e, own) = match run.seen {
-            Seen::Rebound(e) => (e, 1.0 / self.errors(run).variance(self.noise.spreads.sigma)),
+            Seen::Rebound(e) => (e, 1.0 / self.errors(run).variance(self.noise.sigma)),
             Seen::On(..) | Seen::Measured(..) => (path.place(0.0), 0.0),
         };
         // far from the turn m⁻¹(x) is x |x|, and near it there is no bell
@@ -223,7 +223,7 @@ impl Hidden<'_> {
     /// Restitution that is known of the one run whose noise on the energy is integrated over, with the standard deviation of the
     /// noise on it.
     fn known(&self) -> [f64; 2] {
-        let (run, sigma) = (&self.settings[0].runs[0], self.noise.spreads.sigma);
+        let (run, sigma) = (&self.settings[0].runs[0], self.noise.sigma);
         match run.seen {
             Seen::On(_, limit) => [limit, sigma],
             Seen::Rebound(e) | Seen::Measured(_, e) => [e, self.errors(run).variance(sigma).sqrt()],
@@ -296,7 +296,7 @@ impl Hidden<'_> {
     /// as narrow as that on the restitution more than `apart` of these off.
     fn narrowness(&self, path: Path, x: f64, apart: f64) -> f64 {
         let [z, stretch] = path.at(x);
-        let Spreads { sigma, energy } = self.noise.spreads;
+        let RunNoise { sigma, energy, .. } = self.noise;
         let mut squares = 1.0;
         for setting in self.settings {
             let impact = self.impact(setting, z);
@@ -344,7 +344,7 @@ impl Hidden<'_> {
         let of = |run: &MeasuredRun| match run.seen {
             Seen::Rebound(_) => {
                 let errors = self.errors(run);
-                let least = errors.variance(self.noise.spreads.sigma * errors.ratio(-REACH));
+                let least = errors.variance(self.noise.sigma * errors.ratio(-REACH));
                 self.noise.tails.ln_density(0.0).value - 0.5 * least.max(f64::MIN_POSITIVE).ln()
             }
             Seen::On(..) | Seen::Measured(..) => 0.0,

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::*;
 use crate::model::likelihood::normal::ln_normal_cdf;
-use crate::model::likelihood::run_density::{Side, Spreads};
+use crate::model::likelihood::run_density::Side;
 use crate::model::likelihood::run_law::RunImpact;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::loss::Share;
@@ -71,13 +71,13 @@ impl Case {
 
     /// With nothing hidden, at a restitution that the noise makes likely.
     fn plain(mut self, of_noise: f64) -> Case {
-        self.noise.spreads.energy = 0.0;
+        self.noise.energy = 0.0;
         self.errors = Errors {
             restitution: self.errors.restitution,
             ..Errors::NONE
         };
         let mean = mean_restitution(self.balance.kept(&self.impact).0);
-        self.e = mean + self.errors.variance(self.noise.spreads.sigma).sqrt() * of_noise;
+        self.e = mean + self.errors.variance(self.noise.sigma).sqrt() * of_noise;
         self
     }
 
@@ -107,7 +107,7 @@ impl Case {
                 seen: if index % 4 == 3 && self.is_wet() {
                     Seen::On(Side::Below, 0.0)
                 } else {
-                    Seen::Rebound(self.e + 2.0 * self.noise.spreads.sigma * apart)
+                    Seen::Rebound(self.e + 2.0 * self.noise.sigma * apart)
                 },
                 errors: Errors {
                     true_speed: TrueSpeed {
@@ -129,7 +129,7 @@ impl Case {
         let hidden = self.hidden(&setting);
         let ratio = hidden.errors(&run[0]).ratio(z);
         let mean = mean_restitution(hidden.kept(&setting[0], z));
-        let spread = self.errors.variance(self.noise.spreads.sigma * ratio).sqrt();
+        let spread = self.errors.variance(self.noise.sigma * ratio).sqrt();
         let e = mean * ratio + self.errors.shared() * (1.0 - ratio) + spread * of_noise;
         Case { e, ..self }
     }
@@ -176,7 +176,8 @@ fn of_speed(rng: &mut ChaCha8Rng, index: usize, energy: f64) -> Case {
         },
         is_shared: false,
     };
-    let spreads = Spreads {
+    let noise = RunNoise {
+        tails: Tails::Normal,
         sigma: 10f64.powf(rng.random_range(-2.7..-1.3)),
         energy: if wet { energy } else { 0.0 },
     };
@@ -185,10 +186,7 @@ fn of_speed(rng: &mut ChaCha8Rng, index: usize, energy: f64) -> Case {
     Case {
         balance,
         impact,
-        noise: RunNoise {
-            tails: Tails::Normal,
-            spreads,
-        },
+        noise,
         moves: Moves::Speed,
         errors,
         e: 0.0,
@@ -200,14 +198,15 @@ fn of_speed(rng: &mut ChaCha8Rng, index: usize, energy: f64) -> Case {
 /// restitutions to five spreads off.
 fn of_energy(rng: &mut ChaCha8Rng, index: usize) -> Case {
     let spread = |rng: &mut ChaCha8Rng| 10f64.powf(rng.random_range(-3.7..-0.7));
-    let spreads = Spreads {
+    let noise = RunNoise {
+        tails: Tails::Normal,
         sigma: spread(rng),
         energy: spread(rng),
     };
     let r = match index % 3 {
         0 => rng.random_range(-0.2..0.9),
         1 => 10f64.powf(rng.random_range(-6.0..-1.0)) * if rng.random() { 1.0 } else { -1.0 },
-        _ => spreads.energy * rng.random_range(-2.0..2.0),
+        _ => noise.energy * rng.random_range(-2.0..2.0),
     };
     let wide = [1.0, 1.0, 2.0][index % 2 + usize::from(index.is_multiple_of(7))];
     let mut z = || {
@@ -222,10 +221,7 @@ fn of_energy(rng: &mut ChaCha8Rng, index: usize) -> Case {
             over_stokes: 0.2,
             ..Impact::default()
         },
-        noise: RunNoise {
-            tails: Tails::Normal,
-            spreads,
-        },
+        noise,
         moves: Moves::Energy,
         errors: Errors::NONE,
         e: 0.0,
@@ -305,7 +301,7 @@ fn brute(hidden: &Hidden, steps: usize) -> f64 {
     const TURN2: f64 = TURN * TURN;
     let setting = &hidden.settings[0];
     let (lo, hi, place): (f64, f64, Place) = if hidden.moves == Moves::Energy {
-        let (r, energy) = (hidden.kept(setting, 0.0), hidden.noise.spreads.energy);
+        let (r, energy) = (hidden.kept(setting, 0.0), hidden.noise.energy);
         let far = 14.0 * energy;
         // as far as where e lies, where a run is as unlikely as that
         let (Seen::Rebound(e) | Seen::On(_, e) | Seen::Measured(_, e)) = setting.runs[0].seen;
@@ -391,7 +387,7 @@ fn the_density_is_the_slope_of_the_probability_and_both_sides_add_to_one() {
         } else {
             (&above as &dyn Fn(f64) -> f64, -1.0)
         };
-        let h = 2e-3 * case.errors.variance(case.noise.spreads.sigma).sqrt();
+        let h = 2e-3 * case.errors.variance(case.noise.sigma).sqrt();
         let at = |steps: f64| of(case.e + steps * h);
         let difference = sign * (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * h);
         let density = case.density(Seen::Rebound(case.e)).value.exp();
@@ -413,17 +409,17 @@ fn slopes_agree_with_differences() {
             let at = |place: usize, step: f64| {
                 let mut moved = case;
                 match place {
-                    0 => moved.noise.spreads.sigma += step,
+                    0 => moved.noise.sigma += step,
                     1 => moved.balance.lost.over_stokes += step,
                     2 => moved.balance.dry_k += step,
-                    3 => moved.noise.spreads.energy += step,
+                    3 => moved.noise.energy += step,
                     _ => moved.noise.tails = Tails::of(family, shape_of(family) + step),
                 }
                 moved.density(seen)
             };
             let found = at(0, 0.0);
             let slopes = [found.sigma, -found.viscous, found.dry_k, found.energy, found.shape];
-            let Spreads { sigma, energy } = case.noise.spreads;
+            let RunNoise { sigma, energy, .. } = case.noise;
             let smallest = if energy > 0.0 { sigma.min(energy) } else { 4e-3 };
             let steps = [1e-3 * sigma, 1e-3 * smallest, 1e-3 * smallest, 1e-3 * energy, 1e-2];
             for (place, (slope, h)) in slopes.into_iter().zip(steps).enumerate() {
@@ -530,7 +526,7 @@ fn many_rebounds_at_once_are_as_one() {
             for case in chunk {
                 rebounds.push(case.e, case.balance.kept(&case.impact).0);
             }
-            let found = rebounds.densities(noise.spreads);
+            let found = rebounds.densities(noise);
             assert!(found[chunk.len()..].iter().all(Option::is_none));
             all += chunk.len();
             for (case, found) in chunk.iter().zip(found) {
@@ -539,7 +535,7 @@ fn many_rebounds_at_once_are_as_one() {
                 };
                 together += 1;
                 let expected = Case { noise, ..*case }.density(Seen::Rebound(case.e));
-                let Spreads { sigma, energy } = noise.spreads;
+                let RunNoise { sigma, energy, .. } = noise;
                 let units = [1.0, energy, sigma, energy];
                 let slopes = |of: RunDensity| [of.value, of.kept, of.sigma, of.energy];
                 for ((found, expected), unit) in slopes(found).into_iter().zip(slopes(expected)).zip(units) {
@@ -561,8 +557,8 @@ fn parameters_beyond_all_numbers_have_no_density() {
     {
         for odd in [f64::NAN, f64::INFINITY] {
             let mut bad = [good; 4];
-            bad[0].noise.spreads.sigma = odd;
-            bad[1].noise.spreads.energy = odd;
+            bad[0].noise.sigma = odd;
+            bad[1].noise.energy = odd;
             bad[2].balance.lost.over_stokes = odd;
             bad[3].balance.dry_k = odd;
             for (place, case) in bad.into_iter().enumerate() {
@@ -591,7 +587,7 @@ fn without_noise_or_far_beyond_any_loss_no_integral_panics() {
         for (sigma, energy) in SPREADS.into_iter().flat_map(|one| SPREADS.map(|other| (one, other))) {
             for lost in [0.0, 1e160, 1e300, -1e300] {
                 let mut case = good;
-                case.noise.spreads = Spreads { sigma, energy };
+                (case.noise.sigma, case.noise.energy) = (sigma, energy);
                 case.balance.lost.over_stokes = lost;
                 for seen in [
                     Seen::Rebound(case.e),
@@ -614,7 +610,7 @@ fn without_noise_or_far_beyond_any_loss_no_integral_panics() {
 #[test]
 fn an_integral_that_does_not_reach_its_end_is_none() {
     let mut case = speeds("an_integral_that_does_not_reach_its_end_is_none", 1, 0.0)[0];
-    case.noise.spreads.sigma = 1e-9;
+    case.noise.sigma = 1e-9;
     assert!(case.density(Seen::On(Side::Below, 0.05)).value.is_nan());
 }
 
@@ -622,10 +618,7 @@ fn an_integral_that_does_not_reach_its_end_is_none() {
 #[test]
 fn a_side_of_noise_on_the_energy_alone_is_a_normal_probability() {
     let mut case = energies("a_side_of_noise_on_the_energy_alone", 1)[0];
-    case.noise.spreads = Spreads {
-        sigma: 1e-9,
-        energy: 0.5,
-    };
+    (case.noise.sigma, case.noise.energy) = (1e-9, 0.5);
     let kept = case.balance.kept(&case.impact).0;
     for (side, sign) in [(Side::Below, 1.0), (Side::Above, -1.0)] {
         let expected = ln_normal_cdf(sign * (kept_of_mean_restitution(0.05) - kept) / 0.5).0;

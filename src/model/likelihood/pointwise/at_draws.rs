@@ -30,7 +30,7 @@ impl Pointwise {
     pub fn at_draws<'p>(&'p self, draws: Vec<&'p [f64]>) -> AtDraws<'p> {
         let draw = |full: &'p [f64]| Draw {
             full,
-            noise: self.noise.at(full),
+            noise: self.noise_at(full),
             given_the_others: if self.shared.is_empty() {
                 vec![]
             } else {
