@@ -209,13 +209,7 @@ pub struct LeftOut {
     /// the value it is held at; `None` where no formula in use reads it
     pub value: Option<f64>,
     /// why
-    pub reason: String,
-}
-
-/// Why a parameter is not sampled, and the value it is held at; `None` where no formula in use reads it.
-struct NotSampled {
-    value: Option<f64>,
-    reason: &'static str,
+    pub reason: &'static str,
 }
 
 /// A parameter that runs may call for.
@@ -223,8 +217,8 @@ struct CandidateParameter {
     kind: ParameterKind,
     /// it lies inside (lower, upper)
     bounds: (f64, f64),
-    /// why it is not sampled, if it is not
-    why_not: Option<NotSampled>,
+    /// why it is not sampled, if it is not, and the value it is held at
+    why_not: Option<(Option<f64>, &'static str)>,
 }
 
 /// The parameters of a scene.
@@ -257,7 +251,7 @@ impl ModelParameters {
         for trend in [ParameterKind::LubricationTrend, ParameterKind::InertialTrend] {
             parameters.template[trend.slot()] = 0.0;
         }
-        let unread = |reason| NotSampled { value: None, reason };
+        let unread = |reason| (None, reason);
         let dry_k = |sphere: usize| {
             let fastest = fastest(runs, sphere, form);
             // e_dry is positive and falls at every speed in use; beyond, e_dry² grows again and a second mode appears
@@ -276,10 +270,9 @@ impl ModelParameters {
         let mut candidates: Vec<CandidateParameter> = (0..runs.spheres.len()).map(dry_k).collect();
         if !Term::Viscous.is_held(form) {
             let mut viscous = of_wet(ParameterKind::LUBRICATION_LOG);
-            viscous.why_not.get_or_insert(NotSampled {
-                value: Some(0.0),
-                reason: "the viscous loss is left out of the model",
-            });
+            viscous
+                .why_not
+                .get_or_insert((Some(0.0), "the viscous loss is left out of the model"));
             candidates.push(viscous);
         }
         // what the runs cannot tell keeps its prior: held, it would make another look known
@@ -349,16 +342,12 @@ impl ModelParameters {
         let CandidateParameter { kind, bounds, why_not } = candidate;
         let name = kind.name(scene, runs);
         let (prior, source) = prior_of(scene, runs, kind, form);
-        let held_by_scene = |value: f64| NotSampled {
-            value: Some(value),
-            reason: "held by the scene's prior",
-        };
         let left_out = match (why_not, prior) {
             // what no run reads stays unread; what cannot be identified is held where the scene holds it
-            (None | Some(NotSampled { value: Some(_), .. }), Prior::Fixed(value)) => Some(held_by_scene(value)),
+            (None | Some((Some(_), _)), Prior::Fixed(value)) => Some((Some(value), "held by the scene's prior")),
             (why, _) => why,
         };
-        if let Some(NotSampled { value, reason }) = left_out {
+        if let Some((value, reason)) = left_out {
             if let Some(value) = value {
                 // a loss that is not held has 0 of its parameter, and C may be held at 0, too; so may the spread of runs whose
                 // measurement errors are stated, which the reader of the runs sees to
@@ -375,7 +364,7 @@ impl ModelParameters {
                 kind,
                 name,
                 value,
-                reason: reason.to_owned(),
+                reason,
             });
             return Ok(());
         }

@@ -40,7 +40,7 @@ pub(super) fn summarise_posterior(
     let of_held = |left: &LeftOut| HeldParameter {
         name: left.name.clone(),
         value: left.value,
-        reason: left.reason.clone(),
+        reason: left.reason.to_owned(),
         runs_alone: under_defaults.and_then(|runs| runs.beside_held(left.kind, left.value?)),
     };
     let is_followed = sampled.method == Method::Nuts;

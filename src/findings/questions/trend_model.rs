@@ -63,7 +63,7 @@ impl TrendModel<'_> {
                     }
                     _ => "the model holds no inertial loss",
                 };
-                Some(left.map_or(lacks, |left| left.reason.as_str()).to_owned())
+                Some(left.map_or(lacks, |left| left.reason).to_owned())
             }
             (_, 0) => Some(format!("no film ratio{below} has {FEWEST_RUNS} runs")),
             (_, 1) => Some(format!("one film ratio{below} tells no trend; add another")),
