@@ -212,24 +212,21 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
             let Jet { value, slopes } = of(point[place]);
             let mut gradient = vec![0.0; point.len()];
             gradient[place] = slopes[0];
-            Some(WithSlopes {
-                value,
-                slopes: gradient,
-            })
+            Some((value, gradient))
         };
         self.of(of_point, how).unwrap_or_else(none)
     }
 
     /// Estimate of a function of all parameters; `None` where it is not defined at the fit.
     fn of(&self, of: impl Fn(&[f64]) -> Option<WithSlopes>, how: IntervalScale) -> Option<Estimate> {
-        let at = of(&self.fitted.fit.parameters)?;
-        let estimate = self.quoting.of_function(&self.uncertain, at.value, &at.slopes, how);
+        let (value, slopes) = of(&self.fitted.fit.parameters)?;
+        let estimate = self.quoting.of_function(&self.uncertain, value, &slopes, how);
         let limits = match how {
             IntervalScale::Plain => self.limits(of),
             IntervalScale::Log => {
-                let log = |at: WithSlopes| WithSlopes {
-                    value: at.value.ln(),
-                    slopes: at.slopes.iter().map(|slope| slope / at.value).collect(),
+                let log = |(value, slopes): WithSlopes| {
+                    let slopes: Vec<f64> = slopes.iter().map(|slope| slope / value).collect();
+                    (value.ln(), slopes)
                 };
                 let limits = self.limits(|point| of(point).map(log));
                 limits.map(|limits| limits.map(|limit| Some(limit.exp()), true))
@@ -559,10 +556,7 @@ fn derive(scene: &Scene, index: usize, place: &WetPlace, estimates: &BalanceEsti
         let of = |point: &[f64]| {
             let at = at_place(scene, joint, point, place)?;
             let value = Some(at.value(quantity)).filter(|value| value.is_finite())?;
-            Some(WithSlopes {
-                value,
-                slopes: at.slopes(quantity),
-            })
+            Some((value, at.slopes(quantity)))
         };
         let found = estimates.of(of, scale_of(quantity));
         found.unwrap_or_else(|| quoting.none(NO_VISCOUS))

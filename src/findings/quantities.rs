@@ -7,7 +7,7 @@ use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law_squares::{self, Held};
 use crate::inference::least_squares::Fit;
-use crate::inference::profile::{Limits, Region, WithSlopes, AGREES};
+use crate::inference::profile::{first_parameter, Limits, Region, AGREES};
 use crate::inference::regression::Regression;
 use crate::physics::jet::{Jet, Number};
 use crate::physics::quantity::{Place, Quantity, Wetted};
@@ -113,10 +113,10 @@ impl LawLimits {
             let mut of_held = quantities.iter().filter(is_of_held).peekable();
             of_held.peek()?;
             let profile = law_squares::profile(regression, errors, &region, held)?;
-            if profile.is_straight(WithSlopes::first) && of_held.all(has_straight) {
+            if profile.is_straight(first_parameter) && of_held.all(has_straight) {
                 None
             } else {
-                profile.limits(WithSlopes::first)
+                profile.limits(first_parameter)
             }
         });
         limits.iter().any(Option::is_some).then_some(LawLimits {
@@ -184,7 +184,7 @@ impl FittedLaw<'_> {
         // the quantity's slopes are those of the number times its own in that
         let [by_a, by_b, _] = of_number.slopes;
         let slope = (of_a * by_a + of_b * by_b) / (by_a * by_a + by_b * by_b);
-        let se_of_fit = profile.region.along(&DVector::from_vec(vec![of_a, of_b]))?.se;
+        let (se_of_fit, _) = profile.region.along(&DVector::from_vec(vec![of_a, of_b]))?;
         let is_log = scale_of(quantity) == IntervalScale::Log;
         let beyond_fit = profile.region.t.powi(2) * (se * se - se_of_fit * se_of_fit).max(0.0);
         let at_limit = |limit: f64| {

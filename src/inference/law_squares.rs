@@ -111,7 +111,7 @@ mod tests {
     use super::*;
     use crate::inference::law::Law;
     use crate::inference::least_squares::Fit;
-    use crate::inference::profile::{Limits, WithSlopes};
+    use crate::inference::profile::{first_parameter, Limits};
     use crate::seed::stream;
     use rand::RngExt;
 
@@ -137,7 +137,7 @@ mod tests {
     fn limits(regression: &Regression, fit: &Fit, held: Held) -> Limits {
         let region = Region::of(fit, None, 0.95).unwrap();
         let profile = profile(regression, None, &Region { t: T, ..region }, held).unwrap();
-        profile.limits(WithSlopes::first).unwrap()
+        profile.limits(first_parameter).unwrap()
     }
 
     /// The least squares of the square root with its mirror image over a grid of the other parameter.

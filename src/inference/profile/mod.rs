@@ -12,7 +12,7 @@
 
 mod of_problem;
 
-pub use of_problem::{Along, ProblemProfile, Region, WithSlopes};
+pub use of_problem::{first_parameter, ProblemProfile, Region, WithSlopes};
 
 /// A point at which the weighted squares are least among those with its value of the quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,22 +12,14 @@ use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::least_squares::Fit;
 use crate::inference::sums::Sums;
 
-/// A function of the parameters with its slopes in them.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WithSlopes {
-    /// the function
-    pub value: f64,
-    /// its slopes
-    pub slopes: Vec<f64>,
-}
+/// A function of the parameters, and its slopes in them.
+pub type WithSlopes = (f64, Vec<f64>);
 
-impl WithSlopes {
-    /// The first parameter.
-    pub fn first(b: &[f64]) -> Option<WithSlopes> {
-        let mut slopes = vec![0.0; b.len()];
-        *slopes.first_mut()? = 1.0;
-        Some(WithSlopes { value: b[0], slopes })
-    }
+/// The first parameter as such a function.
+pub fn first_parameter(b: &[f64]) -> Option<WithSlopes> {
+    let mut slopes = vec![0.0; b.len()];
+    *slopes.first_mut()? = 1.0;
+    Some((b[0], slopes))
 }
 
 /// Where the squares of a fitted problem have risen by no more than t²s².
@@ -41,14 +33,6 @@ pub struct Region {
     pub variance: f64,
     /// how many standard errors a limit lies off, were everything straight
     pub t: f64,
-}
-
-/// The standard error of a quantity, and the step of the parameters that goes with it.
-pub struct Along {
-    /// by the slopes at the minimum
-    pub se: f64,
-    /// of the parameters
-    pub step: DVector<f64>,
 }
 
 impl Region {
@@ -71,11 +55,12 @@ impl Region {
         self.t * self.t * self.variance
     }
 
-    /// One standard error along these slopes; `None` where it is not a positive number.
-    pub fn along(&self, slopes: &DVector<f64>) -> Option<Along> {
+    /// The standard error of a quantity with these slopes at the minimum, and the step of the parameters that goes with it;
+    /// `None` where it is not a positive number.
+    pub fn along(&self, slopes: &DVector<f64>) -> Option<(f64, DVector<f64>)> {
         let step = &self.covariance * slopes;
         let se = slopes.dot(&step).sqrt();
-        (se > 0.0 && se.is_finite()).then(|| Along { se, step: step / se })
+        (se > 0.0 && se.is_finite()).then(|| (se, step / se))
     }
 
     /// The parameters to one side at the end of the region, by the slopes at the minimum.
@@ -131,17 +116,21 @@ struct AboutMinimum<'p, Q> {
     quantity: Q,
     /// of the quantity at the minimum
     value: f64,
-    along: Along,
+    /// its standard error, and the step of the parameters along it
+    se: f64,
+    step: DVector<f64>,
 }
 
 impl<'p, Q: Fn(&[f64]) -> Option<WithSlopes>> AboutMinimum<'p, Q> {
     fn new(problem: &'p ProblemProfile, quantity: Q) -> Option<AboutMinimum<'p, Q>> {
-        let at = quantity(&problem.region.minimum)?;
+        let (value, slopes) = quantity(&problem.region.minimum)?;
+        let (se, step) = problem.region.along(&DVector::from_vec(slopes))?;
         Some(AboutMinimum {
             problem,
             quantity,
-            value: at.value,
-            along: problem.region.along(&DVector::from_vec(at.slopes))?,
+            value,
+            se,
+            step,
         })
     }
 
@@ -159,19 +148,19 @@ impl<'p, Q: Fn(&[f64]) -> Option<WithSlopes>> AboutMinimum<'p, Q> {
 
     /// Whether at the end of the region, along the slopes to one side, squares and quantity are what these say.
     fn is_straight_to(&self, side: f64) -> bool {
-        let there = self.region().moved(&self.along.step, side);
-        let (Some(found), Some(sums)) = ((self.quantity)(&there), self.sums_at(&there)) else {
+        let there = self.region().moved(&self.step, side);
+        let (Some((found, _)), Some(sums)) = ((self.quantity)(&there), self.sums_at(&there)) else {
             return false;
         };
-        let off = (found.value - self.value) / (side * self.region().t * self.along.se) - 1.0;
-        let distance = self.point(found.value, sums.squares).distance;
+        let off = (found - self.value) / (side * self.region().t * self.se) - 1.0;
+        let distance = self.point(found, sums.squares).distance;
         (distance - 1.0).abs() <= AGREES && off.abs() <= AGREES
     }
 
     /// The limit on one side, by least squares drawn to one value of the quantity after the other.
     fn limit(&self, side: f64) -> Option<f64> {
         let value = self.value;
-        let half_width = self.region().t * self.along.se;
+        let half_width = self.region().t * self.se;
         let mut last: Option<(Vec<f64>, f64)> = None;
         limit(value, value + side * half_width, |target| {
             let on_side = last.take().filter(|(_, at)| (at - value) * (target - value) > 0.0);
@@ -181,7 +170,7 @@ impl<'p, Q: Fn(&[f64]) -> Option<WithSlopes>> AboutMinimum<'p, Q> {
                     both.map(|(b, near)| b + (near - b) * (target - value) / (at - value))
                         .collect()
                 }
-                None => self.region().moved(&self.along.step, (target - value) / half_width),
+                None => self.region().moved(&self.step, (target - value) / half_width),
             };
             let mut end = self.draw(target, &ahead);
             if on_side.is_none() || !end.as_ref().is_some_and(|end| end.converged) {
@@ -194,7 +183,7 @@ impl<'p, Q: Fn(&[f64]) -> Option<WithSlopes>> AboutMinimum<'p, Q> {
                 }
             }
             let end = end?;
-            let found = (self.quantity)(&end.point)?.value;
+            let (found, _) = (self.quantity)(&end.point)?;
             let squares = self.sums_at(&end.point)?.squares;
             last = Some((end.point, found));
             Some(self.point(found, squares))
@@ -210,13 +199,13 @@ impl<'p, Q: Fn(&[f64]) -> Option<WithSlopes>> AboutMinimum<'p, Q> {
         const SMALL: f64 = 1e-6;
         // it stops short of what it is set to by its share
         let target = value + (value - self.value) / PULL;
-        let root = (PULL * self.region().variance).sqrt() / self.along.se;
+        let root = (PULL * self.region().variance).sqrt() / self.se;
         let pulled = |b: &[f64]| {
-            let at = (self.quantity)(b)?;
+            let (at, slopes) = (self.quantity)(b)?;
             let mut sums = self.sums_at(b)?;
-            let slopes = at.slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0);
+            let slopes = slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0);
             let slopes: Vec<(usize, f64)> = slopes.map(|(place, slope)| (place, root * slope)).collect();
-            sums.add(root * (at.value - target), &slopes);
+            sums.add(root * (at - target), &slopes);
             sums.squares.is_finite().then_some(sums)
         };
         descend(start, SMALL * self.region().rise(), pulled)
