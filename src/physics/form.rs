@@ -64,14 +64,8 @@ impl Form {
     }
 
     /// What its losses take at a film ratio, in the same order.
-    #[inline]
     pub fn at(&self, film_ratio: f64, values: &Coefficients) -> [AtFilm; 3] {
-        // not by way of `losses`: this stands in the innermost loop over draws, where calls through a table are felt
-        [
-            self.viscous.at(film_ratio, values),
-            self.inertia.at(film_ratio, values),
-            self.bridge.at(film_ratio, values),
-        ]
+        self.losses().map(|loss| loss.at(film_ratio, values))
     }
 
     /// The parameters its losses have, in the order of files.

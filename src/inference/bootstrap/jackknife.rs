@@ -20,7 +20,7 @@ pub fn leave_one_out(pool: &Pool, target: &Target, scheme: ResamplingScheme) -> 
         let runs = |stratum: &std::ops::Range<usize>| within(stratum).map(|run| run..run + 1).collect();
         pool.strata[target.strata.clone()].iter().map(runs).collect()
     };
-    let slopes = (target.regression.x.len() > EXACT).then(|| first_order(target).slopes);
+    let slopes = (target.regression.x.len() > EXACT).then(|| first_order(target).0);
     let mut weights = vec![1.0; target.regression.x.len()];
     strata
         .iter()
@@ -61,15 +61,11 @@ fn without_to_first_order(target: &Target, slopes: &[[f64; 2]], members: &[std::
 
 /// What the weights of runs do to a fit, to first order. The variances of runs with measurement errors are held: how they
 /// follow the scatter moves the fit of a law that holds to second order only.
-pub(super) struct Influences {
-    /// dθ/dw of both parameters for each run, or for all that one stands for: −H⁻¹ times their own gradient, both of
-    /// ½ Σ w (e − F)²
-    pub slopes: Vec<[f64; 2]>,
-    /// the largest share that one run has in H, its leverage: to first order what is left out of it is of that order
-    pub leverage: f64,
-}
-
-pub(super) fn first_order(target: &Target) -> Influences {
+///
+/// dθ/dw of both parameters for each run, or for all that one stands for: −H⁻¹ times their own gradient, both of
+/// ½ Σ w (e − F)². And the largest share that one run has in H, its leverage: to first order what is left out of it is of that
+/// order.
+pub(super) fn first_order(target: &Target) -> (Vec<[f64; 2]>, f64) {
     let Target { regression, fitted, .. } = target;
     let count = |run: usize| regression.counts.get(run).copied().unwrap_or(1.0);
     let gradient_and_bend = |run: usize| -> ([f64; 2], f64) {
@@ -100,7 +96,7 @@ pub(super) fn first_order(target: &Target) -> Influences {
         regression.law.solve(hessian, gradient).map(|step| -step)
     });
     let slopes = slopes.collect();
-    Influences { slopes, leverage }
+    (slopes, leverage)
 }
 
 /// Influence values l = (n_s − 1)(θ̂ − θ_(i)) of a quantity, from its values without each member of a stratum.

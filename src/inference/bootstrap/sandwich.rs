@@ -6,7 +6,7 @@
 //! strata. As dθ/dw holds the inverse of the Hessian on both sides of squared gradients, this is the sandwich.
 //! Source: Huber 1967, doi:10.1525/9780520325883-013; White 1980, doi:10.2307/1912934.
 
-use super::jackknife::{first_order, Influences};
+use super::jackknife::first_order;
 use super::target::{Pool, Target};
 
 /// The largest leverage of a run in a fit whose sandwich is near the limit. A rebound at the edge of the square root's domain
@@ -36,7 +36,7 @@ impl Sandwich {
 
 /// The sandwich of a fit.
 pub fn sandwich(pool: &Pool, target: &Target) -> Sandwich {
-    let Influences { slopes, leverage } = first_order(target);
+    let (slopes, leverage) = first_order(target);
     let first = pool.first_run(target);
     let mut covariance = [0.0; 3];
     for stratum in &pool.strata[target.strata.clone()] {
@@ -68,7 +68,7 @@ pub fn sandwich_of_sample(pool: &Pool, sample: &Target, all: &Target) -> Sandwic
     let of_sample = sandwich(pool, sample);
     Sandwich {
         covariance: of_sample.covariance.map(|entry| share * entry),
-        leverage: first_order(all).leverage,
+        leverage: first_order(all).1,
         ..of_sample
     }
 }
