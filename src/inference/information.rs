@@ -98,17 +98,15 @@ impl RunsWithPriors<'_> {
         (all.squares.is_finite() && entries.all(|x| x.is_finite())).then_some(all)
     }
 
-    /// Searches the least squares of runs and prior together, which exist whatever the runs determine; with whether the search
-    /// ended at them.
+    /// Searches the least squares of runs and prior together, which exist whatever the runs determine.
     ///
     /// `None` where a sum is not finite at the start.
-    pub fn fit_with_priors(&self, start: &[f64]) -> Option<(Vec<f64>, bool)> {
+    pub fn fit_with_priors(&self, start: &[f64]) -> Option<Vec<f64>> {
         /// spreads follow the residuals and vice versa
         const ROUNDS: usize = 4;
         /// a fall of the squares that moves no direction by a noticeable part of its spread
         const SMALL: f64 = 1e-6;
         let mut z = self.in_z(start);
-        let mut converged = false;
         for round in 0..ROUNDS {
             // residuals before the first fit are no noise, and their spread would leave all to the priors
             let spreads = if round == 0 {
@@ -123,13 +121,13 @@ impl RunsWithPriors<'_> {
                 }
                 Some(sums)
             })?;
-            (z, converged) = (end.point, end.converged);
+            z = end.point;
             // with spreads that were residuals already
             if round > 0 && end.fell < SMALL {
                 break;
             }
         }
-        Some((self.values(&z), converged))
+        Some(self.values(&z))
     }
 
     /// What the runs say about a point; `None` where it is not finite.
@@ -281,8 +279,7 @@ mod tests {
             spreads: &[0.01],
             sums: &sums,
         };
-        let (end, converged) = kinds.fit_with_priors(&[1.0, 1.0]).expect("finite");
-        assert!(converged);
+        let end = kinds.fit_with_priors(&[1.0, 1.0]).expect("finite");
         assert!((end[0] * end[1] / 6.0 - 1.0).abs() < 1e-3, "{end:?}");
         assert!((end[0] / end[1] - 1.0).abs() < 1e-6, "{end:?}");
         assert_eq!(kinds.information(&end).expect("finite").unseen()[0].members, vec![0, 1]);

@@ -157,8 +157,7 @@ fn linearisation_point(
     };
     let start: Vec<f64> = with_beliefs().map(near).collect();
     // runs that determine nothing may lead a search on and on: the slopes where it got to tell so all the same
-    let (values, _) = evidence.fit_with_priors(&start)?;
-    Some((values, false))
+    Some((evidence.fit_with_priors(&start)?, false))
 }
 
 /// Where least squares found a parameter, with its standard error: in the energy balance, which alone knows of k of a
