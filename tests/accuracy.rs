@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::scenes::{scene_of, AK10, M50, PTFE};
+use crate::common::scenes::{design, scene_of, truth, AK10, M50, PTFE};
 use crate::common::{self, rows_from, Place};
 use rand::RngExt;
 use wetcor::findings;
@@ -301,24 +301,18 @@ fn an_accuracy_is_kept() {
 }
 
 fn scene_text() -> String {
-    scene_of("trade", &[PTFE, M50])
-        + r#"[sampler]
-draws = 500
-[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.85
-inertia = "stepwise"
-inertial_prefactor = 0.5
-sigma_dry = 0.009
-sigma_wet = 0.02
-[design]
-diameter_mm = { PTFE = [4.762, 8.0] }
-liquids = ["M50"]
-film_ratio = { PTFE = [0.03, 0.08] }
-height_mm = [30, 40, 50, 60, 70, 80, 90, 100, 110, 120, 130, 140, 150]
-dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]
-repeats = 3
-"#
+    let sampler = "[sampler]\ndraws = 500\n";
+    let heights = "30, 40, 50, 60, 70, 80, 90, 100, 110, 120, 130, 140, 150";
+    let design = design(
+        ["4.762, 8.0", "0.03, 0.08"],
+        &["M50"],
+        [heights, "0.5, 1.0, 1.5, 2.0"],
+        "repeats = 3\n",
+    );
+    scene_of(
+        "trade",
+        &[PTFE, M50, sampler, &truth([1.85, 0.5, 0.009, 0.02], ""), &design],
+    )
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Holds what few runs say that stand for many against what the many say.
 
-use crate::common::scenes::{scene_of, AK10, M50, PTFE};
+use crate::common::scenes::{design, scene_of, truth, AK10, M50, PTFE};
 use crate::common::{seed_of, Place};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
@@ -10,24 +10,15 @@ use wetcor::scene::Scene;
 
 /// From far above the threshold to below it, so that some settings rebound now and then; `own` is what runs have of their own.
 pub fn scene(own: &str) -> String {
-    let text = r#"[model]
-inertia = "saturating"
-[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.85
-inertia = "saturating"
-inertial_prefactor = 0.47
-film_scale = 0.069
-sigma_dry = 0.009
-sigma_wet = 0.02
-[design]
-diameter_mm = { PTFE = [3.175, 4.762] }
-liquids = ["AK10", "M50"]
-film_ratio = { PTFE = [0.04, 0.09] }
-height_mm = [30, 60, 90, 120, 150]
-dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
-"#;
-    let parts = ["smallest_restitution = 0.05\n", PTFE, AK10, M50, text, own, "\n"];
+    let model = "[model]\ninertia = \"saturating\"\n";
+    let truth = truth(
+        [1.85, 0.47, 0.009, 0.02],
+        "inertia = \"saturating\"\nfilm_scale = 0.069\n",
+    );
+    let speeds = ["30, 60, 90, 120, 150", "0.4, 0.8, 1.2, 1.6, 2.0"];
+    let design = design(["3.175, 4.762", "0.04, 0.09"], &["AK10", "M50"], speeds, "");
+    let limit = "smallest_restitution = 0.05\n";
+    let parts = [limit, PTFE, AK10, M50, model, &truth, &design, own, "\n"];
     scene_of("very many runs", &parts)
 }
 

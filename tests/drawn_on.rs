@@ -1,6 +1,6 @@
 //! Holds that right scenes of few runs are seldom refused for their sampling, and that sampling which fails says so.
 
-use crate::common::scenes::{scene_of, M50, PTFE};
+use crate::common::scenes::{design, scene_of, truth, M50, PTFE, STEPWISE};
 use crate::common::{self, seed_of, Place};
 use wetcor::findings;
 use wetcor::findings::posterior::{fit_posterior, MethodChoice, SamplingSetup};
@@ -11,24 +11,10 @@ use wetcor::seed::stream;
 
 /// Three heights, three repeats, two film ratios of one liquid, nine dry runs; 18 % of the wet runs stick.
 fn poor() -> String {
-    scene_of("poor", &[PTFE, M50])
-        + r#"[model]
-inertia = "stepwise"
-[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.85
-inertia = "stepwise"
-inertial_prefactor = 0.5
-sigma_dry = 0.01
-sigma_wet = 0.02
-[design]
-diameter_mm = { PTFE = [4.762] }
-liquids = ["M50"]
-film_ratio = { PTFE = [0.03, 0.08] }
-height_mm = [15, 60, 150]
-dry_impact_speed_m_s = [0.7, 1.2, 1.7]
-repeats = 3
-"#
+    let truth = truth([1.85, 0.5, 0.01, 0.02], "");
+    let speeds = ["15, 60, 150", "0.7, 1.2, 1.7"];
+    let design = design(["4.762", "0.03, 0.08"], &["M50"], speeds, "repeats = 3\n");
+    scene_of("poor", &[PTFE, M50, STEPWISE, &truth, &design])
 }
 
 /// Whether the sampling of one simulated set fails, as `wetcor fit` samples it, and by a quarter of the draws asked for.

@@ -1,6 +1,6 @@
 //! Holds fits of runs with measurement errors: coverage, precision, an oracle, and the speed error that matters.
 
-use crate::common::scenes::{scene_of, AK10, PTFE};
+use crate::common::scenes::{design, scene_of, truth, AK10, PTFE};
 use crate::common::{binomial_z, mean, normal, seed_of, Place, Told};
 use rand::rngs::ChaCha8Rng;
 use rand::SeedableRng;
@@ -300,24 +300,18 @@ fn the_speed_error_that_matters_moves_beta_as_it_says() {
 }
 
 fn scene_text() -> String {
-    scene_of("errors", &[PTFE, AK10])
-        + r#"[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.85
-inertia = "stepwise"
-inertial_prefactor = 0.9
-sigma_dry = 0.004
-sigma_wet = 0.004
-[design]
-diameter_mm = { PTFE = [4, 8] }
-liquids = ["AK10"]
-film_ratio = { PTFE = [0.03, 0.06, 0.09] }
-impact_speed_m_s = [0.5, 0.7, 1.0, 1.4, 2.0]
-dry_impact_speed_m_s = [0.5, 1.0, 2.0]
-repeats = 5
-[bootstrap]
-replicates = 2000
-"#
+    let design = design(
+        ["4, 8", "0.03, 0.06, 0.09"],
+        &["AK10"],
+        ["0.5, 0.7, 1.0, 1.4, 2.0", "0.5, 1.0, 2.0"],
+        "repeats = 5\n",
+    );
+    let design = design.replace("height_mm", "impact_speed_m_s");
+    let bootstrap = "[bootstrap]\nreplicates = 2000\n";
+    scene_of(
+        "errors",
+        &[PTFE, AK10, &truth([1.85, 0.9, 0.004, 0.004], ""), &design, bootstrap],
+    )
 }
 
 /// A drawn table with errors of v of 1 % and of v_r of 0.5 %, tenfold apart, told in columns of their own.

@@ -1,6 +1,6 @@
 //! Holds where each main number comes from, and that the dry law and one k for all diameters are tested before it is quoted.
 
-use crate::common::scenes::{scene_of, HEADER, PTFE, THIN};
+use crate::common::scenes::{design, scene_of, truth, HEADER, PTFE, THIN};
 use crate::common::{binomial_z, holds, normal, sample, seed_of, table_of, Place, Says, Told};
 use wetcor::findings::main_numbers::{MainNumber, MainPlace, Source};
 use wetcor::findings::posterior::MethodChoice;
@@ -14,37 +14,18 @@ use wetcor::seed::stream;
 
 /// Two liquids of one density, so that the law may take them as one.
 fn scene_text() -> String {
-    scene_of(
-        "main numbers",
-        &[
-            PTFE,
-            THIN,
-            "[liquids.thick]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 20\n",
-        ],
-    ) + r#"[model]
-inertia = "saturating"
-[sampler]
-warmup = 300
-draws = 300
-[bootstrap]
-replicates = 200
-[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.85
-inertia = "saturating"
-inertial_prefactor = 0.47
-film_scale = 0.069
-dry_speed_m_s = 2.0
-sigma_dry = 0.009
-sigma_wet = 0.02
-[design]
-diameter_mm = { PTFE = [3.175, 8.0] }
-liquids = ["thin", "thick"]
-film_ratio = { PTFE = [0.04, 0.1] }
-height_mm = [30, 60, 100, 150]
-dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
-repeats = 4
-"#
+    let thick = "[liquids.thick]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 20\n";
+    let asked =
+        "[model]\ninertia = \"saturating\"\n[sampler]\nwarmup = 300\ndraws = 300\n[bootstrap]\nreplicates = 200\n";
+    let more = "inertia = \"saturating\"\nfilm_scale = 0.069\ndry_speed_m_s = 2.0\n";
+    let truth = truth([1.85, 0.47, 0.009, 0.02], more);
+    let design = design(
+        ["3.175, 8.0", "0.04, 0.1"],
+        &["thin", "thick"],
+        ["30, 60, 100, 150", "0.4, 0.8, 1.2, 1.6, 2.0"],
+        "repeats = 4\n",
+    );
+    scene_of("main numbers", &[PTFE, THIN, thick, asked, &truth, &design])
 }
 
 fn fit(scene: &str, table: impl FnOnce(&Place) -> Table) -> Findings {

@@ -1,6 +1,6 @@
 //! Holds the posterior and the joint least squares of runs with measurement errors to the truth those were drawn from.
 
-use crate::common::scenes::{scene_of, AK10, PTFE};
+use crate::common::scenes::{design, scene_of, truth, AK10, PTFE};
 use crate::common::{binomial_z, draws_of, mean, normal, rows_from, sampled, seed_of, Place, Told};
 use rand::RngExt;
 use rayon::prelude::*;
@@ -12,30 +12,20 @@ use wetcor::scene::Scene;
 use wetcor::seed::{stream, StreamName};
 
 fn scene_text() -> String {
+    let m20 = "[liquids.M20]\ndensity_kg_m3 = 950\nviscosity_mPa_s = 19.0\n";
+    let model = "[model]\ndry_speed_m_s = \"impact\"\n";
+    let truth = truth([1.85, 0.8, 0.003, 0.003], "");
+    let design = design(
+        ["4.762, 7.938", "0.05, 0.12"],
+        &["AK10", "M20"],
+        ["50, 70, 90, 110, 130, 150", "0.5, 0.8, 1.1, 1.4, 1.7, 2.0"],
+        "repeats = 6\n",
+    );
+    let limit = "smallest_restitution = 0.05\n";
     scene_of(
         "measured with errors",
-        &[
-            "smallest_restitution = 0.05\n",
-            PTFE,
-            AK10,
-            "[liquids.M20]\ndensity_kg_m3 = 950\nviscosity_mPa_s = 19.0\n",
-        ],
-    ) + r#"[model]
-dry_speed_m_s = "impact"
-[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.85
-inertial_prefactor = 0.8
-sigma_dry = 0.003
-sigma_wet = 0.003
-[design]
-diameter_mm = { PTFE = [4.762, 7.938] }
-liquids = ["AK10", "M20"]
-film_ratio = { PTFE = [0.05, 0.12] }
-height_mm = [50, 70, 90, 110, 130, 150]
-dry_impact_speed_m_s = [0.5, 0.8, 1.1, 1.4, 1.7, 2.0]
-repeats = 6
-"#
+        &[limit, PTFE, AK10, m20, model, &truth, &design],
+    )
 }
 
 /// Name and truth of what is held.

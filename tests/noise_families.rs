@@ -1,6 +1,6 @@
 //! Fits noise of every family: Student's tails let no outlier move a parameter, and shapes are those that runs were drawn with.
 
-use crate::common::scenes::{scene_of, AK10, M50, PTFE};
+use crate::common::scenes::{design, scene_of, truth, AK10, M50, PTFE};
 use crate::common::{draws_of, mean, rows, sampled, seed_of, Place, Told};
 use wetcor::findings::fit_least_squares;
 use wetcor::findings::posterior::{effort, MethodChoice};
@@ -11,21 +11,19 @@ use wetcor::scene::LikelihoodFamily;
 use wetcor::seed::StreamName;
 
 fn scene_text() -> String {
-    scene_of("outliers", &["smallest_restitution = 0.05\n", PTFE, AK10, M50])
-        + r#"[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.85
-inertial_prefactor = 0.8
-sigma_dry = 0.01
-sigma_wet = 0.02
-[design]
-diameter_mm = { PTFE = [4.762, 7.938] }
-liquids = ["AK10", "M50"]
-film_ratio = { PTFE = [0.05, 0.12] }
-height_mm = [40, 60, 80, 100, 120, 150]
-dry_impact_speed_m_s = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9, 2.0]
-repeats = 3
-"#
+    let limit = "smallest_restitution = 0.05\n";
+    let dry = "0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9, 2.0";
+    let heights = "40, 60, 80, 100, 120, 150";
+    let design = design(
+        ["4.762, 7.938", "0.05, 0.12"],
+        &["AK10", "M50"],
+        [heights, dry],
+        "repeats = 3\n",
+    );
+    scene_of(
+        "outliers",
+        &[limit, PTFE, AK10, M50, &truth([1.85, 0.8, 0.01, 0.02], ""), &design],
+    )
 }
 
 /// Name, mean and sd of each parameter.

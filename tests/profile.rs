@@ -1,6 +1,6 @@
 //! Holds the profile's intervals, and when they are quoted, against simulated runs near the threshold.
 
-use crate::common::scenes::{scene_of, HEADER, M50, PTFE};
+use crate::common::scenes::{self, design, scene_of, HEADER, M50, PTFE, STEPWISE};
 use crate::common::{binomial_z, seed_of, Place, Told};
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
@@ -10,27 +10,15 @@ use wetcor::scene::WetLaw;
 /// Three heights, the lowest of which is within two standard deviations of no rebound at the thicker film: a lucky run
 /// there pins the fit at the edge of the square root.
 fn near_threshold() -> String {
-    scene_of("near the threshold", &[PTFE, M50])
-        + r#"[model]
-inertia = "stepwise"
-[bootstrap]
-replicates = 500
-level = 0.95
-[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 2.75
-inertia = "stepwise"
-inertial_prefactor = 1.0
-sigma_dry = 0.01
-sigma_wet = 0.03
-[design]
-diameter_mm = { PTFE = [4.762] }
-liquids = ["M50"]
-film_ratio = { PTFE = [0.04, 0.08] }
-height_mm = [39, 75, 150]
-dry_impact_speed_m_s = [0.5, 1.0, 2.0]
-repeats = 3
-"#
+    let bootstrap = "[bootstrap]\nreplicates = 500\nlevel = 0.95\n";
+    let truth = scenes::truth([2.75, 1.0, 0.01, 0.03], "");
+    let design = design(
+        ["4.762", "0.04, 0.08"],
+        &["M50"],
+        ["39, 75, 150", "0.5, 1.0, 2.0"],
+        "repeats = 3\n",
+    );
+    scene_of("near the threshold", &[PTFE, M50, STEPWISE, bootstrap, &truth, &design])
 }
 
 /// St_c at a film ratio, of the truth above.

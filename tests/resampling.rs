@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::scenes::{scene_of, AK10, M20, PTFE};
+use crate::common::scenes::{design, scene_of, truth, AK10, M20, PTFE};
 use crate::common::{binomial_z, mean, normal, seed_of, Place, Says, Told};
 use rayon::prelude::*;
 use wetcor::findings::bootstrap::{self, Estimates, Options, Resampling, MOST_RESAMPLED};
@@ -175,28 +175,12 @@ fn percentile_intervals_cover_and_with_their_ends_swapped_do_not() {
 
 /// Noise that grows with 1/St: the delta method takes it as even, and both others do not.
 fn many() -> String {
-    let parquet = scene_of("many runs", &[PTFE, M20]).replace("runs.csv", "runs.parquet");
-    parquet
-        + r#"[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.9
-inertia = "saturating"
-inertial_prefactor = 0.45
-film_scale = 0.07
-sigma_dry = 0.01
-sigma_wet = 0.02
-noise = "heteroscedastic"
-[design]
-diameter_mm = { PTFE = [4.762, 8.0] }
-liquids = ["M20"]
-film_ratio = { PTFE = [0.04, 0.06, 0.10] }
-height_mm = [60, 100, 150]
-dry_impact_speed_m_s = [0.5, 1.0, 2.0]
-film_rel_sd = 0.02
-impact_speed_rel_sd = 0.05
-[bootstrap]
-replicates = 1000
-"#
+    let more = "inertia = \"saturating\"\nfilm_scale = 0.07\nnoise = \"heteroscedastic\"\n";
+    let truth = truth([1.9, 0.45, 0.01, 0.02], more);
+    let own = "film_rel_sd = 0.02\nimpact_speed_rel_sd = 0.05\n[bootstrap]\nreplicates = 1000\n";
+    let films = ["4.762, 8.0", "0.04, 0.06, 0.10"];
+    let design = design(films, &["M20"], ["60, 100, 150", "0.5, 1.0, 2.0"], own);
+    scene_of("many runs", &[PTFE, M20, &truth, &design]).replace("runs.csv", "runs.parquet")
 }
 
 /// Every estimate that is resampled, and how.

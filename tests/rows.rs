@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::common::scenes::{design, scene_of, truth, STEPWISE, THIN};
 use crate::common::{self, rows, Folder, Place, Says, Told};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::verdicts::quotable;
@@ -10,42 +11,30 @@ use wetcor::runs::NewRun;
 use wetcor::scene::Scene;
 
 /// Two liquids and three films, six runs of each setting.
-const SCENE: &str = r#"
-[data]
-runs = "runs.csv"
-columns = { run = "trial" }
-[particles.PTFE]
-density_kg_m3 = 2150
-[liquids.thin]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-[liquids.thick]
-density_kg_m3 = 960
-viscosity_mPa_s = 20
-[model]
-inertia = "stepwise"
-[sampler]
-warmup = 400
-draws = 500
-[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.85
-inertial_prefactor = 0.8
-sigma_dry = 0.008
-sigma_wet = 0.015
-[design]
-diameter_mm = { PTFE = [4.762] }
-liquids = ["thin", "thick"]
-film_ratio = { PTFE = [0.04, 0.06, 0.08] }
-height_mm = [30, 60, 90, 120, 150]
-dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
-repeats = 6
-"#;
+fn scene_text() -> String {
+    let thick = "[liquids.thick]\ndensity_kg_m3 = 960\nviscosity_mPa_s = 20\n";
+    let sampler = "[sampler]\nwarmup = 400\ndraws = 500\n";
+    let truth = truth([1.85, 0.8, 0.008, 0.015], "");
+    let speeds = ["30, 60, 90, 120, 150", "0.4, 0.8, 1.2, 1.6, 2.0"];
+    let design = design(
+        ["4.762", "0.04, 0.06, 0.08"],
+        &["thin", "thick"],
+        speeds,
+        "repeats = 6\n",
+    );
+    let parts = [
+        "columns = { run = \"trial\" }\n",
+        "[particles.PTFE]\ndensity_kg_m3 = 2150\n",
+        THIN,
+        thick,
+    ];
+    scene_of("rows", &[&parts.concat(), STEPWISE, sampler, &truth, &design])
+}
 
 const REPEATS: usize = 6;
 
 fn place() -> Place {
-    Place::new(&SCENE.replace("columns = { run = \"trial\" }\n", ""))
+    Place::new(&scene_text().replace("columns = { run = \"trial\" }\n", ""))
 }
 
 /// The cells of a run up to its restitution.
@@ -199,7 +188,7 @@ fn blocks(after: impl Fn(usize, f64) -> Option<String>) -> String {
 
 #[test]
 fn rows_that_say_they_are_means_are_left_out_and_named() {
-    let place = Place::new(SCENE);
+    let place = Place::new(&scene_text());
     let plain = place.fit_rows(&blocks(|_, _| None));
     for (label, remark) in [
         ("mean", ""),
@@ -226,7 +215,7 @@ fn rows_that_say_they_are_means_are_left_out_and_named() {
     }));
     assert_eq!(found.counts.screened.len(), 0);
     place.fit_rows(&blocks(|_, _| Some("mean,,,,,x,\n".to_owned())));
-    let total = Place::new(&SCENE.replace("PTFE", "total"));
+    let total = Place::new(&scene_text().replace("PTFE", "total"));
     let found = total.fit_rows(&blocks(|_, _| None).replace("PTFE", "total"));
     assert_eq!(found.counts.screened.len(), 0);
 }
@@ -255,7 +244,7 @@ fn a_film_beside_a_dry_run_is_told() {
 
 #[test]
 fn a_file_listed_twice_is_not_quoted() {
-    let text = SCENE.replace("runs = \"runs.csv\"", "runs = [\"runs.csv\", \"copy.csv\"]");
+    let text = scene_text().replace("runs = \"runs.csv\"", "runs = [\"runs.csv\", \"copy.csv\"]");
     let place = Place::new(&text);
     std::fs::write(place.path("copy.csv"), blocks(|_, _| None).replace("\n1", "\n5")).expect("writable");
     let found = place.fit_rows(&blocks(|_, _| None));
@@ -414,7 +403,7 @@ fn said_twice(height: impl Fn(usize, f64) -> f64, stokes: impl Fn(f64) -> f64) -
 
 #[test]
 fn columns_that_tell_the_same_thing_are_compared() {
-    let place = Place::new(&SCENE.replace("columns = { run = \"trial\" }", "heights_to = \"plate\""));
+    let place = Place::new(&scene_text().replace("columns = { run = \"trial\" }", "heights_to = \"plate\""));
     let of = contradictions;
     let right = place.fit_rows(&said_twice(|_, h| h, |st| st));
     assert_eq!(of(&right), Vec::<String>::new());
@@ -442,7 +431,7 @@ fn columns_that_tell_the_same_thing_are_compared() {
 /// Heights in cm, or off by a tenth, in one series, and in none of the others.
 #[test]
 fn a_series_whose_heights_contradict_its_speeds_forbids_quoting() {
-    let place = Place::new(&SCENE.replace("columns = { run = \"trial\" }", "heights_to = \"plate\""));
+    let place = Place::new(&scene_text().replace("columns = { run = \"trial\" }", "heights_to = \"plate\""));
     let of = |height: &dyn Fn(usize) -> f64| -> Vec<String> {
         let mut text = format!("{HEADER},drop_height_mm\n");
         for run in 0..60 {

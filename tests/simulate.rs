@@ -1,6 +1,6 @@
 //! Draws runs from designs: films and speeds of their own, blocks that anyone may draw, and tables in one file or several.
 
-use crate::common::scenes::{scene_of, AK10, PTFE};
+use crate::common::scenes::{design, scene_of, truth, AK10, PTFE};
 use crate::common::{mean, seed_of, Folder, Place, Says};
 use wetcor::model::simulate::{Simulation, BLOCK};
 use wetcor::physics::rebound::mean_restitution;
@@ -9,24 +9,14 @@ use wetcor::seed::stream;
 
 /// One particle and liquid clear of the threshold, with two film ratios and three speeds.
 fn scene_text() -> String {
-    scene_of("films and speeds of their own", &[PTFE, AK10])
-        + r#"[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.9
-inertia = "saturating"
-inertial_prefactor = 0.45
-film_scale = 0.07
-sigma_dry = 0.01
-sigma_wet = 0.005
-[design]
-diameter_mm = { PTFE = [4.762] }
-liquids = ["AK10"]
-film_ratio = { PTFE = [0.06, 0.12] }
-impact_speed_m_s = [0.9, 1.3, 1.7]
-dry_impact_speed_m_s = [0.5, 1.5]
-film_rel_sd = 0.1
-impact_speed_rel_sd = 0.05
-"#
+    let truth = truth(
+        [1.9, 0.45, 0.01, 0.005],
+        "inertia = \"saturating\"\nfilm_scale = 0.07\n",
+    );
+    let own = "film_rel_sd = 0.1\nimpact_speed_rel_sd = 0.05\n";
+    let design = design(["4.762", "0.06, 0.12"], &["AK10"], ["0.9, 1.3, 1.7", "0.5, 1.5"], own);
+    let design = design.replace("height_mm", "impact_speed_m_s");
+    scene_of("films and speeds of their own", &[PTFE, AK10, &truth, &design])
 }
 
 /// A number in units of the sd that it should have, or its mean and square over many runs.

@@ -1,6 +1,6 @@
 //! Holds that a spread held at 0 leaves the stated measurement errors as all noise, and gates where they are not.
 
-use crate::common::scenes::{scene_of, PTFE, THIN};
+use crate::common::scenes::{design, scene_of, truth, PTFE, STEPWISE, THIN};
 use crate::common::{
     assert_expected, assert_seldom, compare, counts, holds, normal, rows, sample_as_usual, seed_of, Place, Says, Told,
 };
@@ -12,31 +12,14 @@ use wetcor::runs;
 use wetcor::seed::stream;
 
 fn scene_text() -> String {
-    scene_of("stated errors", &[PTFE, THIN])
-        + r#"[model]
-inertia = "stepwise"
-[priors]
-sigma_dry = { fixed = 0 }
-sigma_wet = { fixed = 0 }
-[sampler]
-warmup = 300
-draws = 300
-[bootstrap]
-replicates = 200
-[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.85
-inertial_prefactor = 1.0
-sigma_dry = 0
-sigma_wet = 0
-[design]
-diameter_mm = { PTFE = [4.762] }
-liquids = ["thin"]
-film_ratio = { PTFE = [0.04, 0.1] }
-height_mm = [30, 60, 100, 150]
-dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
-repeats = 4
-"#
+    let asked = "[sampler]\nwarmup = 300\ndraws = 300\n[bootstrap]\nreplicates = 200\n";
+    let truth = truth([1.85, 1.0, 0.0, 0.0], "");
+    let speeds = ["30, 60, 100, 150", "0.4, 0.8, 1.2, 1.6, 2.0"];
+    let design = design(["4.762", "0.04, 0.1"], &["thin"], speeds, "repeats = 4\n");
+    scene_of(
+        "stated errors",
+        &[PTFE, THIN, STEPWISE, ESTIMATED, asked, &truth, &design],
+    )
 }
 
 const ESTIMATED: &str = "[priors]\nsigma_dry = { fixed = 0 }\nsigma_wet = { fixed = 0 }\n";

@@ -1,6 +1,6 @@
 //! Holds what the fits say of simulated runs against the truth they were drawn from.
 
-use crate::common::scenes::{scene_of, AK10, M20, M50, PE, PTFE};
+use crate::common::scenes::{design, scene_of, truth, AK10, M20, M50, PE, PTFE};
 use crate::common::{assert_expected, binomial_z, counts, mean, seed_of, study, Place, Told};
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::Findings;
@@ -9,25 +9,12 @@ use wetcor::scene::WetLaw;
 
 /// Spheres well above the threshold: nothing sticks, so every formula holds as it stands.
 pub fn clear() -> String {
-    scene_of("clear of the threshold", &[PTFE, AK10, M20])
-        + r#"[model]
-inertia = "saturating"
-[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.9
-inertia = "saturating"
-inertial_prefactor = 0.45
-film_scale = 0.07
-sigma_dry = 0.01
-sigma_wet = 0.02
-[design]
-diameter_mm = { PTFE = [4.762, 8.0] }
-liquids = ["AK10", "M20"]
-film_ratio = { PTFE = [0.04, 0.06, 0.10, 0.15] }
-height_mm = [30, 60, 100, 150]
-dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]
-repeats = 4
-"#
+    let model = "[model]\ninertia = \"saturating\"\n";
+    let truth = truth([1.9, 0.45, 0.01, 0.02], "inertia = \"saturating\"\nfilm_scale = 0.07\n");
+    let films = ["4.762, 8.0", "0.04, 0.06, 0.10, 0.15"];
+    let speeds = ["30, 60, 100, 150", "0.5, 1.0, 1.5, 2.0"];
+    let design = design(films, &["AK10", "M20"], speeds, "repeats = 4\n");
+    scene_of("clear of the threshold", &[PTFE, AK10, M20, model, &truth, &design])
 }
 
 /// One film ratio near the threshold: most of the runs stick.

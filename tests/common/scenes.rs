@@ -17,6 +17,25 @@ pub fn scene_of(title: &str, parts: &[&str]) -> String {
     format!("\ntitle = \"{title}\"\n[data]\nruns = \"runs.csv\"\n{}", parts.concat())
 }
 
+/// The model of most truths.
+pub const STEPWISE: &str = "[model]\ninertia = \"stepwise\"\n";
+
+/// The truth of PTFE: L and C, the sds of dry and wet runs, and more lines; its inertia is that of the model if none is among these.
+pub fn truth([l, c, dry, wet]: [f64; 4], more: &str) -> String {
+    format!(
+        "[truth]\ndry_k = {{ PTFE = 0.183 }}\nlubrication_log = {l:?}\ninertial_prefactor = {c:?}\nsigma_dry = {dry:?}\n\
+         sigma_wet = {wet:?}\n{more}"
+    )
+}
+
+/// A design of PTFE: its diameters in mm and film ratios, its liquids, drop heights in mm and dry speeds in m/s, and more lines.
+pub fn design([diameters, films]: [&str; 2], liquids: &[&str], [heights, dry_speeds]: [&str; 2], more: &str) -> String {
+    format!(
+        "[design]\ndiameter_mm = {{ PTFE = [{diameters}] }}\nliquids = {liquids:?}\nfilm_ratio = {{ PTFE = [{films}] }}\n\
+         height_mm = [{heights}]\ndry_impact_speed_m_s = [{dry_speeds}]\n{more}"
+    )
+}
+
 /// The model and the truth of the example.
 pub const SATURATING: &str = r#"[model]
 inertia = "saturating"

@@ -11,37 +11,22 @@ use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
-use crate::common::scenes::{scene_of, AK10, PTFE};
+use crate::common::scenes::{design, scene_of, truth, AK10, PTFE, STEPWISE};
 use crate::common::{normal, parameters_of, sample, seed_of, setting, Place};
 use crate::{degenerate, degenerate_posterior};
 
 /// A scene whose least squares and posterior are plainly right, before anything is taken to an extreme.
 pub fn base() -> String {
-    scene_of(
-        "extremes",
-        &[PTFE, AK10, "[liquids.M20]\ndensity_kg_m3 = 950\nviscosity_mPa_s = 20\n"],
-    ) + r#"[model]
-inertia = "stepwise"
-[truth]
-dry_k = { PTFE = 0.183 }
-lubrication_log = 1.9
-inertia = "stepwise"
-inertial_prefactor = 0.6
-sigma_dry = 0.01
-sigma_wet = 0.02
-[design]
-diameter_mm = { PTFE = [4.762, 8.0] }
-liquids = ["AK10", "M20"]
-film_ratio = { PTFE = [0.04, 0.10] }
-height_mm = [30, 60, 100, 150]
-dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]
-repeats = 4
-"#
+    let m20 = "[liquids.M20]\ndensity_kg_m3 = 950\nviscosity_mPa_s = 20\n";
+    let truth = truth([1.9, 0.6, 0.01, 0.02], "");
+    let speeds = ["30, 60, 100, 150", "0.5, 1.0, 1.5, 2.0"];
+    let design = design(["4.762, 8.0", "0.04, 0.10"], &["AK10", "M20"], speeds, "repeats = 4\n");
+    scene_of("extremes", &[PTFE, AK10, m20, STEPWISE, &truth, &design])
 }
 
 /// The base scene with some lines replaced.
 pub fn scene(changes: &[(&str, &str)]) -> Scene {
-    let text = changes.iter().fold(base().to_owned(), |text, (from, to)| {
+    let text = changes.iter().fold(base(), |text, (from, to)| {
         assert!(text.contains(from), "{from}");
         text.replace(from, to)
     });
