@@ -1,7 +1,5 @@
 //! Holds `--accuracy` and `trade` to what they say.
 
-use std::path::Path;
-
 use crate::common::scenes::{design, scene_of, truth, AK10, M50, PTFE};
 use crate::common::{self, rows_from, Place};
 use rand::RngExt;
@@ -16,7 +14,7 @@ use wetcor::inference::sampling::{sample_by_nuts, Method, Sampled};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::runs::{self, Table};
-use wetcor::scene::{self, Scene};
+use wetcor::scene::Scene;
 use wetcor::seed::{stream, StreamName};
 use wetcor::study::trade;
 
@@ -213,7 +211,7 @@ fn simulated(index: u64, seed: u64) -> Scene {
          dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]\nrepeats = {repeats}\n"
     );
     let text = scene_of(&format!("accuracy {index}"), &[PTFE, AK10, M50, &text]);
-    scene::parse(&text, Path::new("accuracy/scene.toml"), String::new()).unwrap_or_else(|error| panic!("{error}"))
+    common::parsed(&text)
 }
 
 /// The table as markdown.
@@ -263,11 +261,9 @@ fn markdown(table: &AccuracyTable) -> String {
 #[test]
 #[ignore = "minutes: UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_accuracy"]
 fn the_page_of_accuracy() {
-    if std::env::var_os("UPDATE_EXPECTED").is_none() {
-        return;
+    if common::is_update() {
+        common::kept("reports/accuracy.md", &markdown(&measure(SCENES, 1)));
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/accuracy.md");
-    std::fs::write(path, markdown(&measure(SCENES, 1))).expect("the page can be written");
 }
 
 /// Every accuracy is kept in its share of scenes; with Monte Carlo errors counted once instead of [`SURE`] times, none

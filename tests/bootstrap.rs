@@ -1,8 +1,6 @@
 //! Holds the bootstrap against R's boot, the fast kernels against the full fit, and replicates against threads.
 
-use std::path::Path;
-
-use crate::common::{Place, Told};
+use crate::common::{kept, read_in_project, Place, Told};
 use crate::statistics;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
@@ -17,8 +15,7 @@ use wetcor::scene::ResamplingScheme;
 use wetcor::study::calibration::{self, DrawnSets};
 
 fn table(name: &str) -> Vec<Vec<String>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/boot").join(name);
-    let text = std::fs::read_to_string(path).expect("the reference is in the repository");
+    let text = read_in_project(&format!("tests/data/boot/{name}"));
     let rows = text.lines().skip(1);
     rows.map(|line| line.split(',').map(|cell| cell.trim_matches('"').to_owned()).collect())
         .collect()
@@ -296,14 +293,7 @@ fn the_committed_coverage_table_is_measured() {
     };
     let table = calibration::measure(drawn).unwrap_or_else(|error| panic!("{error}"));
     let measured = calibration::markdown(&table).expect("a page");
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/calibration.md");
-    let committed = std::fs::read_to_string(&path).expect("the table is there");
-    let committed = if std::env::var_os("UPDATE_EXPECTED").is_some() {
-        std::fs::write(&path, &measured).expect("writable");
-        measured.clone()
-    } else {
-        committed
-    };
+    let committed = kept("reports/calibration.md", &measured);
     assert_eq!(measured.lines().count(), committed.lines().count());
     for (a, b) in measured.lines().zip(committed.lines()) {
         for (a, b) in a.split('|').zip(b.split('|')) {

@@ -7,7 +7,7 @@ mod haff;
 #[path = "../examples/cooling/pair.rs"]
 mod pair;
 
-use crate::common::{mean, seed_of, Says};
+use crate::common::{mean, read_in_project, seed_of, Says};
 use gas::{collide, Gas, Velocity};
 use haff::Haff;
 use pair::{Pair, LUBRICATION_LOG, SPHERE};
@@ -117,8 +117,7 @@ fn a_pair_rebounds_by_its_own_stokes_number() {
 /// Rows of the page: time, impacts of a sphere, energy over Haff's.
 #[test]
 fn the_wet_gas_cools_as_the_page_says() {
-    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/prediction.md"));
-    let page = page.expect("the page is there");
+    let page = read_in_project("docs/prediction.md");
     let part = page.split("## Where such a law is used").nth(1).expect("the section");
     let told = part.lines().filter_map(|line| {
         let cells: Option<Vec<f64>> = line

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::common::read_in_project;
 use serde_json::Value;
 use wetcor::inference::diagnostics::energy::e_bfmi;
 use wetcor::inference::diagnostics::loo::{self, Loo};
@@ -15,8 +16,7 @@ const RELATIVE: f64 = 1e-8;
 type Chains = Vec<Vec<f64>>;
 
 fn read(name: &str) -> String {
-    let path = format!("{}/tests/data/diagnostics/{name}", env!("CARGO_MANIFEST_DIR"));
-    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
+    read_in_project(&format!("tests/data/diagnostics/{name}"))
 }
 
 fn slices(chains: &Chains) -> Vec<&[f64]> {

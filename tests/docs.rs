@@ -12,16 +12,7 @@ mod reports;
 mod scenes;
 mod snippets;
 
-use std::path::{Path, PathBuf};
-
-/// What lies in the repository under a path from its root.
-fn in_repository(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
-
-fn read(path: &str) -> String {
-    std::fs::read_to_string(in_repository(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
-}
+use crate::common::{in_project as in_repository, read_in_project as read};
 
 /// A page, by its path from the root of the repository.
 struct Page {

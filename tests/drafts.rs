@@ -1,15 +1,15 @@
 //! Drafts a scene from the table of every good example, and holds it to what the example's own scene says.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use crate::common::{table_of, wetcor, Folder, Says};
+use crate::common::{in_project, table_of, wetcor, Folder, Says};
 use wetcor::runs::Runs;
 use wetcor::scene::{HeightsTo, Scene};
 use wetcor::{runs, scene};
 
 /// The good examples with one table, and their scenes; but for those whose numbers mark something, which no draft can know.
 fn examples() -> Vec<(PathBuf, Scene)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good");
+    let folder = in_project("tests/data/good");
     let entries = std::fs::read_dir(folder).expect("the examples are there");
     let mut folders: Vec<PathBuf> = entries.map(|entry| entry.expect("readable").path()).collect();
     folders.sort();

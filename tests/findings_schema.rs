@@ -1,24 +1,18 @@
 //! Holds `docs/findings.schema.json` to the findings that fits of many kinds of scene write.
 
-use crate::common::{wetcor, Folder};
+use crate::common::{kept, read_in_project, table_of, wetcor, Folder};
 use std::collections::BTreeSet;
-use std::path::Path;
 
 use rayon::prelude::*;
 use serde_json::{json, Value};
 use wetcor::findings::SCHEMA;
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn json_of(path: &Path) -> Value {
-    let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+fn json_of(path: &str) -> Value {
+    serde_json::from_str(&read_in_project(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
 fn schema() -> Value {
-    json_of(&root().join("docs/findings.schema.json"))
+    json_of("docs/findings.schema.json")
 }
 
 /// What of a value a schema refuses, by the keywords that the schema uses; any other keyword is a fault. Objects are closed:
@@ -225,28 +219,23 @@ fn fits() -> Vec<Fit> {
     ]
 }
 
-/// The scene with these settings and few draws and replicates.
-fn scene_text(fit: &Fit, folder: &Path) -> String {
-    let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a scene");
-    let Fit { model, bootstrap, .. } = fit;
-    format!(
-        "{text}\n[model]\n{model}\n[sampler]\nchains = 2\nwarmup = 100\ndraws = 100\n\
-         [bootstrap]\nreplicates = 100\n{bootstrap}\n"
-    )
-}
-
 fn fitted(fit: &Fit) -> Value {
     let place = Folder::new();
-    let source = root().join("tests/data").join(fit.scene);
-    let table = std::fs::read_to_string(source.join("runs.csv")).expect("runs");
+    let read = |file: &str| read_in_project(&format!("tests/data/{}/{file}", fit.scene));
+    let table = read("runs.csv");
     let (header, rows) = table.split_once('\n').expect("a header");
     let rows: Vec<String> = (1..)
         .zip(rows.lines())
         .filter_map(|(i, row)| (fit.row)(i, row))
         .collect();
-    let table = format!("{header}\n{}\n", rows.join("\n"));
-    place.write("runs.csv", table);
-    place.write("scene.toml", scene_text(fit, &source));
+    place.write("runs.csv", format!("{header}\n{}\n", rows.join("\n")));
+    // with these settings, and few draws and replicates
+    let (text, model, bootstrap) = (read("scene.toml"), fit.model, fit.bootstrap);
+    let scene = format!(
+        "{text}\n[model]\n{model}\n[sampler]\nchains = 2\nwarmup = 100\ndraws = 100\n\
+         [bootstrap]\nreplicates = 100\n{bootstrap}\n"
+    );
+    place.write("scene.toml", scene);
     let words = [
         &["fit", "scene.toml", "--out", "out", "--quiet", "--threads", "1"],
         fit.arguments,
@@ -258,19 +247,14 @@ fn fitted(fit: &Fit) -> Value {
 }
 
 fn committed_findings(report: &str) -> Value {
-    json_of(&root().join("reports").join(report).join("findings.json"))
+    json_of(&format!("reports/{report}/findings.json"))
 }
 
 #[test]
 fn the_committed_schema_is_that_of_the_types() {
     let made = wetcor::report::findings_schema().expect("a schema");
-    let path = root().join("docs/findings.schema.json");
-    if std::env::var_os("UPDATE_EXPECTED").is_some() {
-        std::fs::write(&path, &made).expect("writable");
-    }
-    let kept = std::fs::read_to_string(&path).expect("committed");
     assert!(
-        made == kept,
+        made == kept("docs/findings.schema.json", &made),
         "the types have changed: run this test with UPDATE_EXPECTED=1"
     );
 }
@@ -328,38 +312,28 @@ fn planted_faults_are_refused() {
     let findings = committed_findings("mueller2016");
     let faults = |findings: &Value| faults(&schema, &schema, findings, "");
     assert!(faults(&findings).is_empty());
-    let refused = |plant: fn(&mut Value), words: &str| {
+    // a place, what stands there instead, or nothing, and the fault
+    for [place, value, words] in table_of(
+        r#"/estimates/0/level |  | .estimates[0]: without level
+        /dry/0/weight | 1.0 | .dry[0]: weight is unknown
+        /series/3/film_m | "0.0003" | .series[3].film_m: not of type
+        /counts/runs | -1 | .counts.runs: beyond the minimum 0
+        /posterior/chains | "four" | .posterior: none of what is allowed
+        /film_groups/0/ends | [0.1] | .film_groups[0].ends: 1 items
+        /remarks/0/level | "maybe" | .remarks[0].level: none of what is allowed"#,
+    ) {
         let mut changed = findings.clone();
-        plant(&mut changed);
+        let (object, key) = place.rsplit_once('/').expect("a key");
+        let object = changed.pointer_mut(object).and_then(Value::as_object_mut);
+        let object = object.expect("an object");
+        match value {
+            "" => drop(object.remove(key)),
+            value => drop(object.insert(key.to_owned(), serde_json::from_str(value).expect("JSON"))),
+        }
         assert_ne!(changed, findings, "{words}: nothing was planted");
         let found = faults(&changed);
         assert!(found.iter().any(|fault| fault.contains(words)), "{words}: {found:#?}");
-    };
-    refused(
-        |all| drop(remove(all, "/estimates/0", "level")),
-        ".estimates[0]: without level",
-    );
-    refused(|all| all["dry"][0]["weight"] = json!(1.0), ".dry[0]: weight is unknown");
-    refused(
-        |all| all["series"][3]["film_m"] = json!("0.0003"),
-        ".series[3].film_m: not of type",
-    );
-    refused(
-        |all| all["counts"]["runs"] = json!(-1),
-        ".counts.runs: beyond the minimum 0",
-    );
-    refused(
-        |all| all["posterior"]["chains"] = json!("four"),
-        ".posterior: none of what is allowed",
-    );
-    refused(
-        |all| all["film_groups"][0]["ends"] = json!([0.1]),
-        ".film_groups[0].ends: 1 items",
-    );
-    refused(
-        |all| all["remarks"][0]["level"] = json!("maybe"),
-        ".remarks[0].level: none of what is allowed",
-    );
+    }
 }
 
 /// The twin: a second row of a place, a reason without need and a main number without its mark are seen.
@@ -382,10 +356,6 @@ fn planted_rows_are_refused() {
         plant(changed["estimates"].as_array_mut().expect("a list"));
         assert!(!holds(&changed));
     }
-}
-
-fn remove(value: &mut Value, place: &str, name: &str) -> Option<Value> {
-    value.pointer_mut(place)?.as_object_mut()?.remove(name)
 }
 
 #[test]

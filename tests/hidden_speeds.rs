@@ -1,8 +1,7 @@
 //! Holds the posterior's L to the truth where impact speeds are measured with an error.
 
-use crate::common::{draws_of, mean, normal, seed_of, weighed_or_sampled};
+use crate::common::{draws_of, is_update, kept, mean, normal, parsed, seed_of, weighed_or_sampled};
 use rayon::prelude::*;
-use std::path::Path;
 use wetcor::findings::posterior::{effort, speed_errors};
 use wetcor::inference::importance::DrawCounts;
 use wetcor::inference::nuts::Effort;
@@ -10,7 +9,7 @@ use wetcor::physics::numbers::stokes;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::Order;
 use wetcor::runs::{self, NewRun, RunError, Table};
-use wetcor::scene::{self, Scene};
+use wetcor::scene::Scene;
 use wetcor::seed::{stream, StreamName};
 
 const L: f64 = 1.85;
@@ -51,7 +50,7 @@ fn scene(design: Design) -> Scene {
          [liquids.oil]\ndensity_kg_m3 = 965\nviscosity_mPa_s = {viscosity}\n[model]\ninertia = \"none\"\n\
          terms = [\"viscous\"]\n"
     );
-    scene::parse(&text, Path::new("a/scene.toml"), String::new()).expect("a valid scene")
+    parsed(&text)
 }
 
 /// Runs of which both speeds are measured with an error.
@@ -179,7 +178,7 @@ const SETS_OF_THE_PAGE: u64 = 300;
 #[test]
 #[ignore = "half an hour: UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_speeds"]
 fn the_page_of_speeds() {
-    if std::env::var_os("UPDATE_EXPECTED").is_none() {
+    if !is_update() {
         return;
     }
     let mut text = format!(
@@ -216,8 +215,7 @@ fn the_page_of_speeds() {
             }
         }
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/measured_speeds.md");
-    std::fs::write(path, text).expect("writable");
+    kept("reports/measured_speeds.md", &text);
 }
 
 fn row_of_the_page(design: Design, told: &str) -> String {

@@ -1,8 +1,8 @@
 //! Holds the laws of pairs that a report writes to the predictions, fits and formulas they stand for.
 
-use crate::common::{wetcor_here, Folder};
+use crate::common::{read_in_project, wetcor_here, Folder};
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde_json::Value;
 
@@ -25,10 +25,9 @@ struct Fitted {
 impl Fitted {
     fn new(stages: &str, change: impl Fn(&str) -> String) -> Fitted {
         let place = Folder::new();
-        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016");
-        let scene = std::fs::read_to_string(example.join("scene.toml")).expect("the example's scene");
+        let scene = read_in_project("datasets/mueller2016/scene.toml");
         place.write("scene.toml", change(&scene));
-        std::fs::copy(example.join("runs.csv"), place.join("runs.csv")).expect("writable");
+        place.write("runs.csv", read_in_project("datasets/mueller2016/runs.csv"));
         let folder = place.join("report");
         let [scene, out] = [place.join("scene.toml"), folder.clone()].map(|path| path.display().to_string());
         ran(&["fit", &scene, "--out", &out, "--stages", stages, "--quiet"]);

@@ -105,8 +105,7 @@ impl ResidualProblem for Certified {
 
 /// Reads starts, certified values and runs from NIST's own file.
 fn certified(name: &'static str) -> Certified {
-    let path = format!("{}/tests/data/nist/{name}.dat", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(path).unwrap();
+    let text = crate::common::read_in_project(&format!("tests/data/nist/{name}.dat"));
     let number = |word: &str| word.parse::<f64>().unwrap_or_else(|_| panic!("{name}: {word}"));
     let mut problem = Certified {
         name,

@@ -2,10 +2,8 @@
 //!
 //! `tests/data/posterior/reference.py` states the model anew in NumPy; its output lies beside it.
 
-use std::path::Path;
-
+use crate::common;
 use crate::common::assembled::{Assembled, Fault};
-use crate::common::{self};
 use serde_json::Value;
 use wetcor::findings::posterior::derived;
 use wetcor::inference::diagnostics::summary::{summarise, Summary};
@@ -18,8 +16,6 @@ use wetcor::runs::{self, Table};
 use wetcor::scene::{self, Prior, Scene};
 use wetcor::seed::StreamName;
 
-const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/posterior");
-
 /// Monte Carlo standard errors, of both answers together, that an agreement may miss by.
 const WITHIN: f64 = 4.5;
 
@@ -31,12 +27,12 @@ const EFFORT: Effort = Effort {
 };
 
 fn reference() -> Value {
-    let text = std::fs::read_to_string(Path::new(FOLDER).join("reference.json")).expect("kept beside its script");
-    serde_json::from_str(&text).expect("JSON")
+    serde_json::from_str(&common::read_in_project("tests/data/posterior/reference.json")).expect("JSON")
 }
 
 fn read(name: &str) -> (Scene, Table) {
-    let scene = scene::read(&Path::new(FOLDER).join(name).join("scene.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let path = common::in_project(&format!("tests/data/posterior/{name}/scene.toml"));
+    let scene = scene::read(&path).unwrap_or_else(|e| panic!("{e}"));
     let table = runs::read(&scene).unwrap_or_else(|e| panic!("{e}"));
     (scene, table)
 }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::common::workbook::{workbook, Sheet};
 use crate::common::{
-    ask, binomial_z, fitted_example as example, normal, parameters_of, rows, seed_of, setting, table_of, Folder, Ran,
-    Says,
+    ask, binomial_z, fitted_example as example, in_project, normal, parameters_of, rows, seed_of, setting, table_of,
+    Folder, Ran, Says,
 };
 use crate::laws;
 use rand::RngExt;
@@ -234,8 +234,7 @@ fn what_was_covered_in_another_liquid_is_extrapolated_in_this_one() {
 fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
     let test = "the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted";
     let finished = Finished::read(example()).unwrap_or_else(|error| panic!("{error}"));
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
-    let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+    let scene = scene::read(&in_project("datasets/mueller2016/scene.toml")).unwrap_or_else(|error| panic!("{error}"));
     let truth = scene.truth.as_ref().expect("the example has a truth");
     let runs = rows(&scene, seed_of(test));
     let (mut inside, mut inside_curve, mut certain) = ([0; 2], 0, 0);

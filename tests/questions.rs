@@ -1,7 +1,9 @@
 //! Asks simulated runs, of which the truth is known, whether L and C are the same at every film ratio.
 
 use crate::common::scenes::{scene_of, PTFE as PTFE_SPHERE};
-use crate::common::{self, binomial_z, compare, normal, parameters_of, report_of, seed_of, setting, Place, Says};
+use crate::common::{
+    self, binomial_z, compare, is_update, kept, normal, parameters_of, report_of, seed_of, setting, Place, Says,
+};
 use rayon::prelude::*;
 use wetcor::findings::left_out::ComparisonContext;
 use wetcor::findings::posterior::{self, MethodChoice, Posterior, SamplingSetup};
@@ -605,7 +607,7 @@ impl TrendTable {
 #[ignore = "minutes: UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_questions"]
 fn the_page_of_questions() {
     const SETS: usize = 150;
-    if std::env::var_os("UPDATE_EXPECTED").is_none() {
+    if !is_update() {
         return;
     }
     let name = "the_page_of_questions";
@@ -625,6 +627,5 @@ fn the_page_of_questions() {
         OF_L.markdown(name, SETS),
         OF_C.markdown(name, SETS)
     );
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/questions.md");
-    std::fs::write(path, text).expect("writable");
+    kept("reports/questions.md", &text);
 }

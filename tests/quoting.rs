@@ -2,10 +2,10 @@
 //! and where it is not.
 
 use crate::common::scenes::HEADER;
-use crate::common::{binomial_z, normal, parameters_of, seed_of, setting, Place};
+use crate::common::{binomial_z, in_project, is_update, kept, normal, parameters_of, seed_of, setting, Place};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rand::RngExt;
 use rayon::prelude::*;
@@ -435,18 +435,16 @@ fn markdown(sets: u64, folder: &Path) -> String {
 #[test]
 #[ignore = "an hour: UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_quoting"]
 fn the_page_of_quoting() {
-    if std::env::var_os("UPDATE_EXPECTED").is_none() {
+    if !is_update() {
         return;
     }
     let sets = std::env::var("WETCOR_SETS")
         .ok()
         .and_then(|sets| sets.parse().ok())
         .unwrap_or(120);
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folder: PathBuf = root.join("target/quoting");
+    let folder = in_project("target/quoting");
     std::fs::create_dir_all(&folder).expect("the folder is writable");
-    let text = markdown(sets, &folder);
-    std::fs::write(root.join("reports/quoting.md"), text).expect("writable");
+    kept("reports/quoting.md", &markdown(sets, &folder));
 }
 
 fn kind(name: &str) -> Kind {

@@ -2,7 +2,7 @@
 //!
 //! `tests/data/README.md` says how the examples are laid out and how the golden texts are rewritten.
 
-use crate::common::{contents, entries, fitted_example, Folder, Says};
+use crate::common::{contents, entries, fitted_example, in_project, is_update, Folder, Says};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -30,7 +30,7 @@ const LOST: f64 = 1e6;
 
 /// The folders of one kind of example; anything else beside them is a mistake.
 fn cases(kind: &str) -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(kind);
+    let folder = in_project("tests/data").join(kind);
     let entries = std::fs::read_dir(&folder).expect("the examples are there");
     let mut cases: Vec<PathBuf> = entries.map(|entry| entry.expect("readable").path()).collect();
     cases.sort();
@@ -68,7 +68,7 @@ impl Copy {
     }
 
     fn plain() -> Copy {
-        Copy::of(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain"))
+        Copy::of(&in_project("tests/data/good/plain"))
     }
 
     /// Its files with their bytes, and what lies in it, empty folders among it.
@@ -111,7 +111,7 @@ fn arguments(case: &Path) -> Vec<String> {
 
 #[test]
 fn every_bad_example_is_refused_in_its_words_and_nothing_is_written() {
-    let update = std::env::var_os("UPDATE_EXPECTED").is_some();
+    let update = is_update();
     let mut failures = vec![];
     for case in cases("bad") {
         let copy = Copy::of(&case);
@@ -258,7 +258,7 @@ fn every_good_example_gives_the_same_findings() {
 /// Rows count from 1 below the header, screened ones too; what a restitution shares with its speed is taken out.
 #[test]
 fn rows_and_measurement_errors_are_the_same_from_every_format() {
-    let copy = Copy::of(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/errors"));
+    let copy = Copy::of(&in_project("tests/data/errors"));
     let mut scene = copy.scene();
     let path = copy.folder.join("runs.csv");
     let text = std::fs::read_to_string(&path).expect("the example is there");

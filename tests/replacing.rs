@@ -3,7 +3,7 @@
 //! This file starts itself again to be killed: what is killed is a fit through the library whose report is written slowly,
 //! so that most signals arrive while it is written.
 
-use crate::common::{self, contents, entries, Folder};
+use crate::common::{self, contents, entries, in_project, Folder};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -46,7 +46,7 @@ fn say(word: &str) {
 const SIGNALS: [&str; 4] = ["INT", "TERM", "HUP", "KILL"];
 
 fn plain() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml")
+    in_project("tests/data/good/plain/scene.toml")
 }
 
 /// The child: fits the plain example and writes its report slowly.

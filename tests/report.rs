@@ -1,8 +1,7 @@
 //! Holds how a report opens, what it says of a posterior and of a sphere without roughness, and what a terminal has of it.
 
 use crate::common::scenes::{scene_of, AK10, DESIGN, M50, PTFE, SATURATING};
-use crate::common::{self, Folder, Says};
-use std::path::Path;
+use crate::common::{self, read_in_project, Folder, Says};
 
 use serde_json::Value;
 
@@ -51,9 +50,8 @@ fn cells(report: &str, first: &str) -> Vec<String> {
 #[test]
 fn the_report_opens_with_the_verdict_and_is_short_before_its_appendix() {
     const MOST_WORDS: [usize; 2] = [1200, 7000];
-    let reports = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports");
     for name in ["mueller2016", "sticking"] {
-        let read = |file: &str| std::fs::read_to_string(reports.join(name).join(file)).expect("committed");
+        let read = |file: &str| read_in_project(&format!("reports/{name}/{file}"));
         let (report, findings) = (read("report.md"), read("findings.json"));
         let findings: serde_json::Value = serde_json::from_str(&findings).expect("JSON");
         let learnt: Vec<&str> = findings["main"]["learnt"]

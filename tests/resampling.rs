@@ -1,9 +1,7 @@
 //! Holds the jackknife and percentile intervals against a script, coverage against its level, and says what cannot vary.
 
-use std::path::Path;
-
 use crate::common::scenes::{design, scene_of, truth, AK10, M20, PTFE};
-use crate::common::{binomial_z, mean, normal, seed_of, Place, Says, Told};
+use crate::common::{binomial_z, mean, normal, read_in_project, seed_of, Place, Says, Told};
 use rayon::prelude::*;
 use wetcor::findings::bootstrap::{self, Estimates, Options, Resampling, MOST_RESAMPLED};
 use wetcor::findings::estimate::Estimate;
@@ -20,10 +18,7 @@ use wetcor::scene::{IntervalMethod, ResamplingScheme, WetLaw};
 use wetcor::seed::stream;
 
 fn rows(name: &str) -> Vec<Vec<String>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data/bootstrap")
-        .join(name);
-    let text = std::fs::read_to_string(path).expect("the reference is in the repository");
+    let text = read_in_project(&format!("tests/data/bootstrap/{name}"));
     let cells = |line: &str| line.split(',').map(str::to_owned).collect();
     text.lines().skip(1).map(cells).collect()
 }

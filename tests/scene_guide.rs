@@ -1,7 +1,6 @@
 //! Holds the page of all keys, and what `wetcor help scene` prints, to what the reader reads by.
 
-use crate::common::{in_project, wetcor_here};
-const PAGE: &str = "docs/scene.md";
+use crate::common::{kept, wetcor_here};
 
 /// Every name in a cell of the first column of a page's tables.
 fn names(page: &str) -> Vec<String> {
@@ -12,12 +11,8 @@ fn names(page: &str) -> Vec<String> {
 
 #[test]
 fn the_page_is_what_the_reader_reads_by() {
-    let path = in_project(PAGE);
     let made = wetcor::scene::markdown();
-    if std::env::var_os("UPDATE_EXPECTED").is_some() {
-        std::fs::write(&path, &made).expect("writable");
-    }
-    let page = std::fs::read_to_string(&path).expect("the page is there");
+    let page = kept("docs/scene.md", &made);
     assert_eq!(
         page, made,
         "UPDATE_EXPECTED=1 cargo test --release --test all scene_guide:: writes it anew"

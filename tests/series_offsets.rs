@@ -1,13 +1,14 @@
 //! Holds what is inferred to the truth where the runs of a series share an offset of the energy kept.
 
 use crate::common::scenes::{scene_of, HEADER, PTFE, THIN};
-use crate::common::{binomial_z, compare, mean, normal, rows_from, seed_of, Place, Says, Told};
+use crate::common::{
+    binomial_z, compare, is_update, kept, mean, normal, parsed, rows_from, sample, seed_of, Place, Says, Told,
+};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::Path;
 use wetcor::findings::main_numbers::MainNumber;
-use wetcor::findings::posterior::{MethodChoice, Posterior};
+use wetcor::findings::posterior::Posterior;
 use wetcor::findings::predict::ParticleLaw;
 use wetcor::findings::{self, Findings};
 use wetcor::model::likelihood::pointwise::Pointwise;
@@ -19,13 +20,12 @@ use wetcor::physics::quantity::{self, Quantity};
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::{Coefficient, Parameters};
 use wetcor::runs::{self, NewRun, Table};
-use wetcor::scene::{self, LikelihoodFamily, Scene};
+use wetcor::scene::{LikelihoodFamily, Scene};
 use wetcor::seed::stream;
 
 /// Three diameters, two liquids, three film ratios: 18 series of five heights.
 fn scene(sigma: f64, model: &str) -> Scene {
-    scene::parse(&text(sigma, model), Path::new("a/scene.toml"), String::new())
-        .unwrap_or_else(|error| panic!("{error}"))
+    parsed(&text(sigma, model))
 }
 
 fn text(sigma: f64, model: &str) -> String {
@@ -136,9 +136,8 @@ const SAMPLER: &str = "[sampler]\nwarmup = 300\ndraws = 300";
 
 fn fit(scene: &Scene, table: &Table) -> (Findings, Posterior) {
     let mut findings = findings::fit_least_squares(scene, table, 1, false);
-    let sampled = findings.add_posterior(scene, &table.runs, MethodChoice::Sampler, &|_, _| {});
-    let posterior = sampled.unwrap_or_else(|error| panic!("{error}"));
-    (findings, posterior.expect("sampled"))
+    let posterior = sample(&mut findings, scene, &table.runs).expect("sampled");
+    (findings, posterior)
 }
 
 /// Fits of so many sets with offsets of this sd.
@@ -199,8 +198,7 @@ fn the_main_numbers_cover_where_series_have_offsets() {
             }
         }
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/series_offsets.md");
-    if std::env::var_os("UPDATE_EXPECTED").is_some() {
+    if is_update() {
         let text = format!(
             "# Do the main numbers cover where series share an offset?\n\n\
              Simulated sets of 450 wet runs in 18 series (three diameters, two liquids, film ratios 0.04, 0.07 and 0.1, five \
@@ -214,7 +212,7 @@ fn the_main_numbers_cover_where_series_have_offsets() {
              | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n{rows}",
             NUMBERS.join(" | ")
         );
-        std::fs::write(path, text).expect("writable");
+        kept("reports/series_offsets.md", &text);
     }
 }
 
@@ -373,8 +371,7 @@ fn offsets_of_series_of_many_runs_are_sampled_well() {
             &format!("impact_speed_m_s = [{}]", speeds.join(", ")),
         )
         .replace("repeats = 5", "repeats = 1");
-    let scene =
-        scene::parse(&scene, Path::new("a/scene.toml"), String::new()).unwrap_or_else(|error| panic!("{error}"));
+    let scene = parsed(&scene);
     let table = table(&scene, seed_of("nodes_stand_for_rows_with_offsets_too"));
     let (findings, posterior) = fit(&scene, &table);
     assert!(findings.main.verdict.passed, "{:?}", findings.main.verdict);
@@ -497,7 +494,7 @@ fn forms_are_compared_where_series_have_offsets() {
         "series_offsets = true\n[sampler]\nchains = 2\nwarmup = 200\ndraws = 100",
     );
     let text = text.replace("viscosity_mPa_s = 20", "viscosity_mPa_s = 70");
-    let scene = scene::parse(&text, Path::new("a/scene.toml"), String::new()).expect("a good scene");
+    let scene = parsed(&text);
     let table = table(&scene, seed_of("forms_are_compared_where_series_have_offsets"));
     let stuck: usize = table.runs.series.iter().map(|series| series.stuck.len()).sum();
     assert!(stuck > 10, "{stuck}");

@@ -7,25 +7,24 @@ mod asking;
 mod estimation;
 mod formulas;
 
-use std::path::Path;
-
+use crate::common::{is_update, kept, read_in_project};
 use estimation::Row;
 use formulas::{measure, ours, NOTHING, ROUNDINGS};
 
+const PAGE: &str = "reports/stability.md";
+
 /// Holds a part of the page against what was measured, or rewrites it.
 fn compare(part: &str, measured: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/stability.md");
-    let page = std::fs::read_to_string(&path).expect("the page is kept");
+    let page = read_in_project(PAGE);
     let (begin, end) = (format!("<!-- {part} -->\n"), format!("<!-- end of {part} -->"));
     let (head, rest) = page.split_once(&begin).expect("the part begins");
-    let (kept, tail) = rest.split_once(&end).expect("the part ends");
-    if std::env::var_os("UPDATE_EXPECTED").is_some() {
-        std::fs::write(&path, format!("{head}{begin}{measured}{end}{tail}")).expect("the page can be written");
-    } else {
-        for (kept, measured) in kept.lines().zip(measured.lines()) {
-            assert_eq!(kept, measured);
+    let (before, tail) = rest.split_once(&end).expect("the part ends");
+    kept(PAGE, &format!("{head}{begin}{measured}{end}{tail}"));
+    if !is_update() {
+        for (before, measured) in before.lines().zip(measured.lines()) {
+            assert_eq!(before, measured);
         }
-        assert_eq!(kept, measured);
+        assert_eq!(before, measured);
     }
 }
 

@@ -3,7 +3,9 @@
 use crate::common::scenes::HEADER;
 use std::fmt::Write;
 
-use crate::common::{binomial_z, draws_of, mean, normal, seed_of, weighed_or_sampled, Place};
+use crate::common::{
+    binomial_z, draws_of, is_update, kept, mean, normal, read_in_project, seed_of, weighed_or_sampled, Place,
+};
 use rayon::prelude::*;
 use wetcor::findings::posterior::effort;
 use wetcor::findings::{self, Findings};
@@ -197,8 +199,7 @@ fn rows(on: On, stuck: f64, tallies: &[Tally]) -> String {
 #[test]
 #[ignore = "slow: run with --ignored"]
 fn the_committed_table_is_measured_and_the_censored_posterior_covers() {
-    let is_written = std::env::var_os("UPDATE_EXPECTED").is_some();
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/sticking.md");
+    let is_written = is_update();
     let mut text = format!(
         "# Where runs stick\n\nWhat becomes of L = ln(δc/ε), whose truth is {L}, by each way of taking stuck runs: bias, and \
          how many of {SETS} simulated sets have it in their 90 % and 95 % intervals. A set has 120 wet runs at ten speeds \
@@ -209,14 +210,14 @@ fn the_committed_table_is_measured_and_the_censored_posterior_covers() {
          | --- | --- | --- | --- | --- | --- | --- |\n",
         100.0 * (0.95 * 0.05 / SETS as f64).sqrt()
     );
-    let kept = std::fs::read_to_string(&path).expect("the committed table");
-    assert!(is_written || kept.starts_with(&text), "{text}");
+    let committed = read_in_project("reports/sticking.md");
+    assert!(is_written || committed.starts_with(&text), "{text}");
     let shares = if is_written { &SHARES[..] } else { &SHARES[1..2] };
     for on in [On::Restitution, On::Energy] {
         for share in shares {
             let (stuck, tallies) = tally(*share, on);
             let rows = rows(on, stuck, &tallies);
-            assert!(is_written || kept.contains(&rows), "{rows}");
+            assert!(is_written || committed.contains(&rows), "{rows}");
             text.push_str(&rows);
             let z = |way: usize, level: usize| {
                 let nominal = [0.9, 0.95][level];
@@ -234,7 +235,5 @@ fn the_committed_table_is_measured_and_the_censored_posterior_covers() {
             }
         }
     }
-    if is_written {
-        std::fs::write(&path, &text).expect("writable");
-    }
+    kept("reports/sticking.md", &text);
 }

@@ -1,15 +1,15 @@
 //! Holds that a wet law which does not hold is found, that one which holds is let stand, and the table that says how often.
 
-use std::path::Path;
-
 use crate::common::scenes::{scene_of, AK10, HEADER, M50, PE as PE_SPHERE, PTFE as PTFE_SPHERE};
-use crate::common::{binomial_z, normal, seed_of, Place, Says, Told};
+use crate::common::{
+    binomial_z, in_project, is_update, normal, parsed, read_in_project, seed_of, table_of, Place, Says, Told,
+};
 use rand::RngExt;
 use rayon::prelude::*;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::runs::{self, NewRun, Table};
-use wetcor::scene::{self, Scene};
+use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
 const PTFE: &str = "PTFE";
@@ -27,7 +27,7 @@ fn scene(model: &str) -> Scene {
         "wet law",
         &[films, PTFE_SPHERE, PE_SPHERE, AK10, M50, "[model]\n", model, "\n"],
     );
-    scene::parse(&text, Path::new("a/scene.toml"), String::new()).unwrap_or_else(|error| panic!("{error}"))
+    parsed(&text)
 }
 
 /// What is true of a wet impact: the restitution by the true film, ρ̃, 1/St and v.
@@ -241,72 +241,57 @@ fn right_designs() -> Vec<Design> {
 
 /// Scenes with another law.
 fn wrong_designs() -> Vec<Design> {
-    vec![
-        EXACT.but("linear, 8 wet runs of 1 liquid and film, noise 0.0003", |own| {
-            own.law = linear
-        }),
-        ONE_SETTING.but("linear, 12 wet runs of 1 liquid and film, noise 0.01", |own| {
-            (own.law, own.runs, own.sigma) = (linear, [12, 4], 0.01);
-        }),
-        USUAL.but("linear, 40 wet runs", |own| own.law = linear),
-        EXACT.but("exponential, 8 wet runs of 1 liquid and film, noise 0.0003", |own| {
-            own.law = exponential
-        }),
-        USUAL.but("exponential, 40 wet runs", |own| own.law = exponential),
-        USUAL.but("e_dry at impact speed, 40 wet runs", |own| {
-            own.law = dry_at_impact_speed
-        }),
-        USUAL.but("e_dry at impact speed, 80 wet runs", |own| {
-            (own.law, own.runs) = (dry_at_impact_speed, [80, 24]);
-        }),
-        USUAL.but("thinnest film falls with v, 40 wet runs", |own| {
-            own.law = thinnest_film_falls
-        }),
-        USUAL.but("thinnest film falls with v, 80 wet runs", |own| {
-            (own.law, own.runs) = (thinnest_film_falls, [80, 24]);
-        }),
-        USUAL.but("the same of PE, own speeds", |own| {
-            (own.law, own.runs, own.particles, own.repeated) = (thinnest_film_falls, [80, 24], &[PE], false);
-        }),
-        USUAL.but("one liquid loses 25 % more, 40 wet runs", |own| {
-            own.law = one_liquid_loses_more
-        }),
-        USUAL.but("one liquid loses 25 % more, 120 wet runs", |own| {
-            (own.law, own.runs) = (one_liquid_loses_more, [120, 24]);
-        }),
-        USUAL.but("e of one liquid falls by 0.03 ln v, 40 wet runs", |own| {
-            own.law = one_liquid_falls
-        }),
-        USUAL.but("e of one liquid falls by 0.03 ln v, 120 wet runs", |own| {
-            (own.law, own.runs) = (one_liquid_falls, [120, 24]);
-        }),
-        USUAL.but(
-            "viscosities fall by 30 % from the first row to the last, 40 wet runs",
-            |own| own.law = viscosity_drifts,
-        ),
-        USUAL.but("the same drift, 120 wet runs", |own| {
-            (own.law, own.runs) = (viscosity_drifts, [120, 24]);
-        }),
-        USUAL.but(
-            "L of spheres of 3.175 mm a fifth above that of 4.762 mm, 40 wet runs",
-            |own| own.law = smaller_spheres_lose_more,
-        ),
-        USUAL.but("the same spheres, 120 wet runs", |own| {
-            (own.law, own.runs) = (smaller_spheres_lose_more, [120, 24]);
-        }),
-        USUAL.but("films of M50 recorded twice as thick, 40 wet runs", |own| {
-            own.law = films_of_one_liquid_are_thin
-        }),
-        USUAL.but("the same films, 120 wet runs", |own| {
-            (own.law, own.runs) = (films_of_one_liquid_are_thin, [120, 24]);
-        }),
-        USUAL.but("PE 18 % denser than the scene says, 80 wet runs of both", |own| {
-            (own.runs, own.particles) = ([80, 24], &ONE_DENSER);
-        }),
-        USUAL.but("the same, 250 wet runs", |own| {
-            (own.runs, own.particles) = ([250, 50], &ONE_DENSER);
-        }),
-    ]
+    // a name, the law, what the tables are like else, wet and dry runs
+    let rows = table_of(
+        "linear, 8 wet runs of 1 liquid and film, noise 0.0003 | linear | exact | 8 | 4
+         linear, 12 wet runs of 1 liquid and film, noise 0.01 | linear | one setting | 12 | 4
+         linear, 40 wet runs | linear | usual | 40 | 12
+         exponential, 8 wet runs of 1 liquid and film, noise 0.0003 | exponential | exact | 8 | 4
+         exponential, 40 wet runs | exponential | usual | 40 | 12
+         e_dry at impact speed, 40 wet runs | dry_at_impact_speed | usual | 40 | 12
+         e_dry at impact speed, 80 wet runs | dry_at_impact_speed | usual | 80 | 24
+         thinnest film falls with v, 40 wet runs | thinnest_film_falls | usual | 40 | 12
+         thinnest film falls with v, 80 wet runs | thinnest_film_falls | usual | 80 | 24
+         the same of PE, own speeds | thinnest_film_falls | PE | 80 | 24
+         one liquid loses 25 % more, 40 wet runs | one_liquid_loses_more | usual | 40 | 12
+         one liquid loses 25 % more, 120 wet runs | one_liquid_loses_more | usual | 120 | 24
+         e of one liquid falls by 0.03 ln v, 40 wet runs | one_liquid_falls | usual | 40 | 12
+         e of one liquid falls by 0.03 ln v, 120 wet runs | one_liquid_falls | usual | 120 | 24
+         viscosities fall by 30 % from the first row to the last, 40 wet runs | viscosity_drifts | usual | 40 | 12
+         the same drift, 120 wet runs | viscosity_drifts | usual | 120 | 24
+         L of spheres of 3.175 mm a fifth above that of 4.762 mm, 40 wet runs | smaller_spheres_lose_more | usual | 40 | 12
+         the same spheres, 120 wet runs | smaller_spheres_lose_more | usual | 120 | 24
+         films of M50 recorded twice as thick, 40 wet runs | films_of_one_liquid_are_thin | usual | 40 | 12
+         the same films, 120 wet runs | films_of_one_liquid_are_thin | usual | 120 | 24
+         PE 18 % denser than the scene says, 80 wet runs of both | right | one denser | 80 | 24
+         the same, 250 wet runs | right | one denser | 250 | 50",
+    );
+    let design = |[name, law, else_like, wet, dry]: [&'static str; 5]| {
+        let own = match else_like {
+            "exact" => EXACT,
+            "one setting" => ONE_SETTING.but(name, |own| own.sigma = 0.01),
+            "PE" => USUAL.but(name, |own| (own.particles, own.repeated) = (&[PE], false)),
+            "one denser" => USUAL.but(name, |own| own.particles = &ONE_DENSER),
+            "usual" => USUAL,
+            other => panic!("{other}"),
+        };
+        let law: Law = match law {
+            "linear" => linear,
+            "exponential" => exponential,
+            "dry_at_impact_speed" => dry_at_impact_speed,
+            "thinnest_film_falls" => thinnest_film_falls,
+            "one_liquid_loses_more" => one_liquid_loses_more,
+            "one_liquid_falls" => one_liquid_falls,
+            "viscosity_drifts" => viscosity_drifts,
+            "smaller_spheres_lose_more" => smaller_spheres_lose_more,
+            "films_of_one_liquid_are_thin" => films_of_one_liquid_are_thin,
+            "right" => right,
+            other => panic!("{other}"),
+        };
+        let runs = [wet, dry].map(|count| count.parse().expect("a number"));
+        Design { name, law, runs, ..own }
+    };
+    rows.into_iter().map(design).collect()
 }
 
 impl Design {
@@ -471,8 +456,7 @@ fn on_page(page: &str, design: &Design) -> f64 {
 
 /// Counts some tables of each design and holds them against the page.
 fn held_by_page(designs: &[Design]) -> Counts {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(PAGE);
-    let page = std::fs::read_to_string(path).expect("the page is kept");
+    let page = read_in_project(PAGE);
     let mut all = Counts::default();
     for design in designs {
         let found = design.count(30);
@@ -597,10 +581,10 @@ const PAGE: &str = "reports/wet_law.md";
 #[test]
 #[ignore = "minutes: UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_the_wet_law"]
 fn the_page_of_the_wet_law() {
-    if std::env::var_os("UPDATE_EXPECTED").is_none() {
+    if !is_update() {
         return;
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(PAGE);
+    let path = in_project(PAGE);
     let before = std::fs::read_to_string(&path).unwrap_or_default();
     let mut page = ABOUT.to_owned();
     for (title, designs, sets) in [

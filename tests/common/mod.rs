@@ -12,7 +12,8 @@ use std::sync::OnceLock;
 
 pub use chance::{assert_expected, assert_seldom, binomial_z, counts, holds, mean, normal, seed_of, study};
 pub use program::{
-    ask, contents, entries, in_project, read_in_project, table_of, wetcor, wetcor_here, Folder, Ran, Says,
+    ask, contents, entries, in_project, is_update, kept, read_in_project, table_of, wetcor, wetcor_here, Folder, Ran,
+    Says,
 };
 use rand::rngs::ChaCha8Rng;
 pub use told::Told;
@@ -29,7 +30,7 @@ use wetcor::model::simulate::Simulation;
 use wetcor::physics::{Coefficient, Parameters, Setting};
 use wetcor::report::{self, ReportInput};
 use wetcor::runs::{self, Existing, NewRun, RunWriter, Runs, Table};
-use wetcor::scene::Scene;
+use wetcor::scene::{self, Scene};
 use wetcor::seed::StreamName;
 
 /// A scene in a folder of its own, for as long as the test needs it.
@@ -85,6 +86,11 @@ impl Place {
     pub fn fit_rows(&self, csv: &str) -> Findings {
         findings::fit_least_squares(&self.scene, &self.read_rows(csv), 1, false)
     }
+}
+
+/// A scene without a folder.
+pub fn parsed(text: &str) -> Scene {
+    scene::parse(text, Path::new("a/scene.toml"), String::new()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The runs of a scene's design, as they are drawn.

@@ -45,6 +45,19 @@ pub fn read_in_project(path: &str) -> String {
     std::fs::read_to_string(in_project(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
+/// Whether pages and golden texts are to be written anew.
+pub fn is_update() -> bool {
+    std::env::var_os("UPDATE_EXPECTED").is_some()
+}
+
+/// The text of a file of the project, which is written anew where that is asked for.
+pub fn kept(path: &str, made: &str) -> String {
+    if is_update() {
+        std::fs::write(in_project(path), made).expect("writable");
+    }
+    read_in_project(path)
+}
+
 /// A temporary folder.
 pub struct Folder(TempDir);
 

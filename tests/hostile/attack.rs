@@ -1,8 +1,8 @@
 //! Runs the command with a time limit and holds its manners: an exit status it documents, no panic, no control characters.
 
-use crate::common::{entries, Folder};
+use crate::common::{entries, in_project, Folder};
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -37,7 +37,7 @@ pub struct Outcome {
 impl Place {
     /// The plain example's scene and its 31 runs.
     pub fn plain() -> Place {
-        let plain = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain");
+        let plain = in_project("tests/data/good/plain");
         let place = Place { folder: Folder::new() };
         for name in ["scene.toml", "runs.csv"] {
             std::fs::copy(plain.join(name), place.path(name)).expect("writable");

@@ -1,7 +1,6 @@
 //! Measures every formula, its slopes and the fits of the laws against the 50-digit answers of `tests/data/stability`.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use wetcor::inference::law::Law;
 use wetcor::inference::least_squares::{Fit, Stop};
@@ -17,7 +16,7 @@ use wetcor::runs::{self, NewRun};
 use wetcor::scene::Scene;
 
 use crate::common::scenes::scene_of;
-use crate::common::{parameters_of, setting, Place};
+use crate::common::{parameters_of, read_in_project, setting, Place};
 
 /// Roundings a formula may make for each one that its condition number excuses.
 pub const ROUNDINGS: f64 = 4.0;
@@ -225,8 +224,7 @@ fn law(name: &str, arguments: &[f64]) -> Fit {
 pub fn measure(
     mut answers_of: impl FnMut(&mut Scene, &str, &[f64]) -> Vec<f64>,
 ) -> (BTreeMap<String, Measured>, BTreeMap<String, Fitted>) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/stability/formulas.csv");
-    let text = std::fs::read_to_string(path).expect("the answers are kept");
+    let text = read_in_project("tests/data/stability/formulas.csv");
     let mut scene = Place::new(&scene_text()).scene;
     let (mut formulas, mut laws) = (BTreeMap::new(), BTreeMap::new());
     for line in text.lines() {
