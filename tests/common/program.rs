@@ -114,6 +114,14 @@ impl Folder {
         assert_eq!(status, Some(0), "{words}: {out}{err}");
         out
     }
+
+    /// The same of a command that must be refused, with nothing but its message.
+    #[track_caller]
+    pub fn refused(&self, words: &str) -> String {
+        let (status, out, err) = self.run(words);
+        assert_eq!((status, out.as_str()), (Some(2), ""), "{words}: {err}");
+        err
+    }
 }
 
 impl AsRef<Path> for Folder {
