@@ -1,7 +1,7 @@
 //! Holds `--accuracy` and `trade` to what they say.
 
 use crate::common::scenes::{design, scene_of, truth, AK10, M50, PTFE};
-use crate::common::{self, rows_from, Place};
+use crate::common::{self, rows_from, Place, Says};
 use rand::RngExt;
 use wetcor::findings;
 use wetcor::findings::posterior::{fit_posterior, MethodChoice, SamplingSetup};
@@ -372,20 +372,19 @@ fn the_commands_take_an_accuracy_and_write_a_trade() {
     let report = place.folder.read("out/report.md");
     assert!(report.contains("An accuracy of 0.1 was asked for") && report.contains(method));
     for (x, word) in [("0.001", "0.005"), ("nan", "0.005"), ("few", "0.005")] {
-        let (status, _, err) = place.run(&format!("fit scene.toml --accuracy {x} --out never"));
-        assert!(status == Some(2) && err.contains(word), "{err}");
+        let asked = format!("fit scene.toml --accuracy {x} --out never");
+        place.folder.refused(&asked).says(word);
     }
-    let (status, ..) = place.run("fit scene.toml --accuracy 0.1 --exact-rows --out never");
-    assert_eq!(status, Some(2));
+    place
+        .folder
+        .refused("fit scene.toml --accuracy 0.1 --exact-rows --out never");
 
-    let (status, _, err) = place.run("trade scene.toml --out traded");
-    assert_eq!(status, Some(0), "{err}");
+    place.folder.succeed("trade scene.toml --out traded");
     assert_eq!(place.folder.json("traded/trade.json")["schema"], trade::SCHEMA);
     for file in ["trade.md", "trade.svg"] {
         assert!(place.path("traded").join(file).exists());
     }
     // a fit's folder is not a trade's to replace
-    let (status, _, err) = place.run("trade scene.toml --out out");
-    assert!(status == Some(2) && err.contains("trade.json"), "{err}");
+    place.folder.refused("trade scene.toml --out out").says("trade.json");
     assert!(!place.path("never").exists());
 }

@@ -4,13 +4,13 @@
 //! Debian has all three (`apt-get install liggghts lammps yade`). Where one is missing its test prints SKIPPED, or fails with
 //! `WETCOR_CODES_REQUIRED=1`.
 
-use crate::common::{parameters_of, Folder};
+use crate::common::{parameters_of, setting, Folder};
 use std::io::Write;
 use std::process::Command;
 
 use wetcor::findings::predict::PredictedPoint;
 use wetcor::handoff::{files, Code, Handoff, HandoffFile, Wetting};
-use wetcor::physics::{DrySpeed, Form, Inertia, Restitution, Setting};
+use wetcor::physics::{DrySpeed, Form, Inertia, Restitution};
 
 /// How far a measured rebound may lie from the one asked for.
 const WITHIN: f64 = 1e-3;
@@ -89,15 +89,9 @@ impl Pair {
         let Some(wetting) = self.wetting else {
             return 1.0 - self.dry_k * speed.powf(0.2);
         };
-        let setting = Setting {
-            density: self.density,
-            diameter: self.diameter,
-            roughness: None,
-            liquid_density: wetting.density,
-            viscosity: wetting.viscosity,
-            film: wetting.film,
-            surface_tension: None,
-        };
+        // no form reads the roughness here
+        let liquid = [wetting.density, wetting.viscosity];
+        let setting = setting([self.density, self.diameter], liquid, wetting.film);
         let parameters = parameters_of([self.dry_k, 1.92, 0.41, 0.068]);
         Restitution::new(
             &setting,

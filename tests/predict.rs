@@ -18,15 +18,7 @@ use wetcor::scene::{self, LikelihoodFamily};
 use wetcor::seed::stream;
 
 /// PE in M50, δ/D = 0.06: near the threshold at the speeds of the example.
-const SLOW: Setting = Setting {
-    density: 940.0,
-    diameter: 4.762e-3,
-    roughness: Some(5e-6),
-    liquid_density: 965.0,
-    viscosity: 48.3e-3,
-    film: 0.06 * 4.762e-3,
-    surface_tension: None,
-};
+const SLOW: Setting = setting([940.0, 4.762e-3], [965.0, 48.3e-3], 0.06 * 4.762e-3);
 
 fn truth_parameters() -> Parameters {
     parameters_of([0.123, 1.85, 0.47, 0.069])

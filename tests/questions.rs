@@ -293,10 +293,8 @@ fn more_runs_than_can_be_left_out_are_not_asked() {
     let fitted = Fitted::of(place(""), &rows);
     for question in [fitted.lubrication(questions::THIN), fitted.prefactor()] {
         assert_eq!(question.answer, Answer::Open);
-        assert!(
-            question.trend.is_none() && question.text.contains("52800 runs are too many"),
-            "{question:?}"
-        );
+        assert!(question.trend.is_none(), "{question:?}");
+        question.text.says("52800 runs are too many");
     }
 }
 

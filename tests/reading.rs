@@ -319,10 +319,8 @@ fn a_reader_that_leaves_early_is_no_error() {
         let (status, _, err) = told(child.wait_with_output().expect("it ends"));
         assert_eq!(status, Some(0), "{words}: {err}");
         let is_error = |line: &str| line.starts_with("error");
-        assert!(
-            !err.contains("panicked") && !err.lines().any(is_error),
-            "{words}: {err}"
-        );
+        err.lacks("panicked");
+        assert!(!err.lines().any(is_error), "{words}: {err}");
     }
     assert!(copy.folder.join("out/report.md").exists());
 }

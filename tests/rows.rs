@@ -154,11 +154,9 @@ fn a_draft_takes_the_number_of_runs_where_it_finds_their_spread() {
     let drafted = |header: &str, row: &str| {
         let text = format!("particle,diameter_mm,impact_speed_m_s,e,{header}\nPTFE,4.762,0.8,0.82,{row}\n");
         folder.write("table.csv", text);
-        let (status, _, err) = folder.run("new table.csv");
-        assert_eq!(status, Some(0), "{err}");
-        let scene = folder.join("scene.toml");
-        let text = std::fs::read_to_string(&scene).expect("a draft");
-        std::fs::remove_file(&scene).expect("removable");
+        folder.succeed("new table.csv");
+        let text = folder.read("scene.toml");
+        std::fs::remove_file(folder.join("scene.toml")).expect("removable");
         text
     };
     let both = drafted("SD,n", "0.01,5");
@@ -232,11 +230,8 @@ fn a_film_beside_a_dry_run_is_told() {
     let found = place.fit_rows(&rows("286"));
     let notice = found.notice("dry_beside_film").expect("told");
     let told = "4 rows are called dry beside a film, which is not read: ";
-    assert!(
-        notice.text.starts_with(told) && notice.text.contains("line 2"),
-        "{}",
-        notice.text
-    );
+    notice.text.begins(told);
+    notice.text.says("line 2");
     for film in ["", "0", "-", "none"] {
         assert_eq!(place.fit_rows(&rows(film)).notice("dry_beside_film"), None, "{film}");
     }

@@ -1,6 +1,6 @@
 //! Holds the page of all keys, and what `wetcor help scene` prints, to what the reader reads by.
 
-use crate::common::{kept, wetcor_here};
+use crate::common::{kept, wetcor_here, Says};
 
 /// Every name in a cell of the first column of a page's tables.
 fn names(page: &str) -> Vec<String> {
@@ -32,11 +32,7 @@ fn help_tells_every_key_in_every_unit() {
     for section in wetcor::scene::guide() {
         assert!(text.contains(section.head), "{}", section.head);
         for key in section.keys {
-            assert!(
-                text.contains(&format!("\n  {} = {}\n", key.usual_name(), key.example)),
-                "{}",
-                key.base
-            );
+            text.says(&format!("\n  {} = {}\n", key.usual_name(), key.example));
             assert!(
                 key.dimension.units().iter().all(|unit| text.contains(unit.suffix)),
                 "{}",

@@ -116,10 +116,6 @@ fn a_table_is_the_same_for_any_number_of_threads() {
     assert!(bytes("many.parquet") == bytes("alone.parquet"));
     assert_eq!(simulate("--out other.parquet --seed 2").0, Some(0));
     assert!(bytes("other.parquet") != bytes("alone.parquet"));
-    let (code, _, errors) = simulate("--out runs");
-    assert_eq!(code, Some(2));
-    assert!(
-        errors.starts_with("error: runs: expected a file ending in .csv or .parquet"),
-        "{errors}"
-    );
+    let errors = folder.refused("simulate scene.toml --runs 200000 --out runs");
+    errors.begins("error: runs: expected a file ending in .csv or .parquet");
 }

@@ -138,10 +138,8 @@ fn an_exact_fit_is_refused_though_there_are_runs_enough() {
     let refused = exact(0.0);
     assert_eq!(refused.status, Some(1));
     let why = failed(&refused.findings, "noise").unwrap_or_else(|| panic!("{}", refused.findings["remarks"]));
-    assert!(
-        why.contains("without noise") && refused.findings["posterior"].is_null(),
-        "{why}"
-    );
+    why.says("without noise");
+    assert!(refused.findings["posterior"].is_null());
     assert!(exact(0.005).findings["posterior"].is_object());
 }
 

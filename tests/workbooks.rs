@@ -70,9 +70,7 @@ fn a_hidden_sheet_is_never_read_in_silence() {
     err.says("book.xlsx: sheet `old` is hidden; it is read since the scene names it");
     // a draft names the sheets that it means
     std::fs::remove_file(place.join("scene.toml")).expect("there");
-    let (status, out, _) = place.run("new book.xlsx");
-    assert_eq!(status, Some(0));
-    assert!(out.contains("not from `old` (hidden)"), "{out}");
+    place.succeed("new book.xlsx").says("not from `old` (hidden)");
     let scene = place.read("scene.toml");
     scene.says("runs = [\"book.xlsx#May\", \"book.xlsx#June\"]");
 }
@@ -85,8 +83,7 @@ fn hidden_rows_are_asked_about_and_then_taken_or_left() {
     };
     let sheets = [hidden];
     let refused = place("", &sheets);
-    let (status, _, err) = refused.run("check scene.toml");
-    assert_eq!(status, Some(2));
+    let err = refused.refused("check scene.toml");
     err.says("found hidden rows 3 to 5, 9, expected none, or in [data] `hidden_rows = \"leave\"`");
     for (key, runs, said) in [("leave", 20, "are left out"), ("take", 24, "are read")] {
         let place = place(&format!("hidden_rows = \"{key}\"\n"), &sheets);
@@ -121,13 +118,11 @@ fn a_liquid_in_merged_cells_is_that_of_every_row() {
     let header = "particle,diameter_mm,impact_speed_m_s,restitution,liquid,film_um\n";
     let mut book = Sheet::of("May", &format!("{header}{dry}{wet}"));
     let data = "[liquids.AK10]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 9.3\n";
-    let (status, _, err) = place(data, &[book.clone()]).run("check scene.toml");
-    assert_eq!(status, Some(2));
+    let err = place(data, &[book.clone()]).refused("check scene.toml");
     err.says("row 15, column liquid: found an empty cell");
     err.says("11 cells below names are empty, as if each name");
     book.merged = vec!["E14:E25".to_owned(), "F14:F25".to_owned()];
-    let (status, out, err) = place(data, &[book.clone()]).run("check scene.toml");
-    assert_eq!(status, Some(0), "{err}");
+    let out = place(data, &[book.clone()]).succeed("check scene.toml");
     for of_rows in ["PTFE dry 12", "PTFE AK10 12"] {
         let mut lines = out
             .lines()
@@ -152,10 +147,7 @@ fn hidden_columns_that_are_read_are_named() {
     err.says("book.xlsx, sheet `May`: hidden columns `diameter_mm`, `drop_height_mm` are read");
     std::fs::remove_file(place.join("scene.toml")).expect("there");
     let (_, out, _) = place.run("new book.xlsx");
-    assert!(
-        out.contains("the spreadsheet hides `diameter_mm`, `drop_height_mm`"),
-        "{out}"
-    );
+    out.says("the spreadsheet hides `diameter_mm`, `drop_height_mm`");
 }
 
 /// Two gross outliers on three sheets forbid quoting as they do on one, and are named by sheet, row and label.
@@ -512,9 +504,7 @@ fn a_diameter_in_the_title_of_one_sheet_is_asked_for_where_others_say_another() 
         let sheets = [sheet("small", titles[0]), sheet("large", titles[1])];
         let place = Folder::new();
         place.write("book.xlsx", workbook(&sheets));
-        let (status, out, err) = place.run("new book.xlsx");
-        assert_eq!(status, Some(0), "{err}");
-        out
+        place.succeed("new book.xlsx")
     };
     let asked = "to fill in: [data] constants.diameter_mm";
     drafted(["D = 8 mm", "D = 8 mm"]).says("diameter_mm is 8, by `D = 8 mm`");
@@ -529,11 +519,7 @@ fn a_list_on_one_of_several_sheets_is_asked_for_by_name() {
     let list = |file: &str| format!("file,particle,diameter_mm,frame_rate_Hz\n{file},PTFE,4.762,1000\n");
     let sheets = [Sheet::of("May", &list("may.csv")), Sheet::of("June", &list("june.csv"))];
     place.write("book.xlsx", workbook(&sheets));
-    let track = |list: &str| {
-        let (status, _, err) = place.run(&format!("track {list} --out runs.csv"));
-        assert_eq!(status, Some(2), "{err}");
-        err
-    };
+    let track = |list: &str| place.refused(&format!("track {list} --out runs.csv"));
     let several = track("book.xlsx");
     several.says("the workbook has 2 sheets: expected the one to read");
     several.says("`May`, `June`");

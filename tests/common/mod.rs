@@ -207,7 +207,7 @@ pub fn parameters_of([k, l, c, film_scale]: [f64; 4]) -> Parameters {
 }
 
 /// A sphere of 5 µm roughness above a wetted plate: density and diameter, density and viscosity of the liquid, film.
-pub fn setting([density, diameter]: [f64; 2], [liquid_density, viscosity]: [f64; 2], film: f64) -> Setting {
+pub const fn setting([density, diameter]: [f64; 2], [liquid_density, viscosity]: [f64; 2], film: f64) -> Setting {
     Setting {
         density,
         diameter,

@@ -128,8 +128,6 @@ fn the_air_slows_a_drop_by_what_the_page_says() {
     );
     assert!(read("docs/your-table.md").contains(&told), "{told}");
     let half = format!("{:.1} %", 100.0 * (1.0 - f64::sqrt(1.0 - 0.3 / 30.0)));
-    assert!(
-        read("docs/your-table.md").contains(&format!("√(1 − δ/h): {half} for a film of 300 µm")),
-        "{half}"
-    );
+    let told = format!("√(1 − δ/h): {half} for a film of 300 µm");
+    assert!(read("docs/your-table.md").contains(&told), "{half}");
 }

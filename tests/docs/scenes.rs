@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{block, fenced, pages, read, spans, wrong};
-use crate::common::{Folder, Ran};
+use crate::common::{Folder, Says};
 
 /// The scene and the table of a page.
 fn placed(page: &str) -> Folder {
@@ -14,29 +14,21 @@ fn placed(page: &str) -> Folder {
     folder
 }
 
-/// What `check` says of them.
-fn checked(page: &str) -> Ran {
-    placed(page).run("check scene.toml")
-}
-
 #[test]
 fn the_table_of_the_page_is_read_by_its_scene() {
     let page = read("docs/your-table.md");
-    let (status, out, err) = checked(&page);
-    assert_eq!(status, Some(0), "{err}");
-    assert!(out.contains("6 runs read"), "{out}");
-    let (status, _, err) = checked(&page.replace("trocken = \"dry\", ", ""));
-    assert!(status == Some(2) && err.contains("trocken"), "{err}");
+    placed(&page).succeed("check scene.toml").says("6 runs read");
+    let refused = |page: String| placed(&page).refused("check scene.toml");
+    refused(page.replace("trocken = \"dry\", ", "")).says("trocken");
     // an empty rebound is no run that stuck
-    let (status, _, err) = checked(&page.replace(";0,5;0,697", ";0,5;"));
-    assert!(status == Some(2) && err.contains("empty cell"), "{err}");
+    refused(page.replace(";0,5;0,697", ";0,5;")).says("empty cell");
 }
 
 /// An example that may not be quoted would teach nobody.
 #[test]
 fn the_table_of_the_page_may_be_quoted() {
-    let (status, out, err) = placed(&read("docs/your-table.md")).run("fit scene.toml");
-    assert!(status == Some(0) && out.contains("may be quoted"), "{out}\n{err}");
+    let place = placed(&read("docs/your-table.md"));
+    place.succeed("fit scene.toml").says("may be quoted");
 }
 
 #[test]
@@ -44,16 +36,13 @@ fn a_scene_is_drafted_from_the_table_of_the_page() {
     let folder = Folder::new();
     let table = block(&read("docs/your-table.md"), "csv");
     folder.write("Versuche.csv", table);
-    let (status, out, err) = folder.run("new Versuche.csv");
-    assert_eq!(status, Some(0), "{err}");
+    let out = folder.succeed("new Versuche.csv");
     let scene = folder.read("scene.toml");
     for told in ["fill in", "Kugel", "v_i", "inertia"] {
         assert!(scene.contains(told), "{told}:\n{scene}\n{out}");
     }
-    let (status, _, err) = folder.run("check scene.toml");
-    assert!(status == Some(2) && err.contains("density"), "{err}");
-    let (status, _, err) = folder.run("new Versuche.csv");
-    assert!(status == Some(2) && err.contains("exists"), "{err}");
+    folder.refused("check scene.toml").says("density");
+    folder.refused("new Versuche.csv").says("exists");
 }
 
 /// A scene that any key of the pages may stand in.

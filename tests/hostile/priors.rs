@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::attack::{Outcome, Place};
+use crate::common::Says;
 
 /// Seconds after which a command counts as hanging; a refusal takes a hundredth of one, a fit of the plain example half of
 /// one on two busy cores.
@@ -31,11 +32,8 @@ fn assert_clean(place: &Place, outcome: &Outcome, of: &str) {
     let written = place.path("report");
     if outcome.status == Some(2) {
         assert!(outcome.err.contains("nothing was written"), "{of}: {}", outcome.err);
-        assert!(
-            outcome.err.contains("line ") && outcome.err.contains("[priors"),
-            "{of}: {}",
-            outcome.err
-        );
+        outcome.err.says("line ");
+        outcome.err.says("[priors");
         assert_eq!(place.entries(), ["runs.csv", "scene.toml"], "{of}");
     } else if written.exists() {
         for name in ["report.md", "findings.json"] {
