@@ -1,6 +1,7 @@
 //! Holds the bootstrap against R's boot, the fast kernels against the full fit, and replicates against threads.
 
 use crate::common::{kept, read_in_project, Place, Told};
+use crate::resampling::target;
 use crate::statistics;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
@@ -257,13 +258,7 @@ fn forgetting_the_strata_spreads_the_replicates() {
             strata,
             series: std::iter::once(0..40).collect(),
         };
-        let target = Target {
-            regression: Regression::new(Law::LINEAR, &x, &e),
-            strata: 0..pool.strata.len(),
-            series: 0..pool.series.len(),
-            fitted: [0.65, 0.0],
-            errors: None,
-        };
+        let target = target(Regression::new(Law::LINEAR, &x, &e), pool.strata.len(), [0.65, 0.0]);
         let plan = Plan {
             replicates: 2000,
             scheme: ResamplingScheme::Cases,

@@ -280,6 +280,11 @@ fn no_two_remarks_on_a_scene_contradict_each_other() {
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
+#[track_caller]
+fn assert_found(found: &[String], words: &str) {
+    assert!(found.iter().any(|one| one.contains(words)), "{words}: {found:?}");
+}
+
 /// The twin: each contradiction that is planted in good findings is found.
 #[test]
 fn planted_contradictions_are_found() {
@@ -302,22 +307,15 @@ fn planted_contradictions_are_found() {
          no film ratio | outlier | moves k of PTFE, δ/D = 4.762, by 1
          compared all the same | form_not_compared | cap/2 is not compared",
     ) {
-        let found = contradictions(&notice(code, text, ""), &given);
-        assert!(found.iter().any(|one| one.contains(words)), "{words}: {found:?}");
+        assert_found(&contradictions(&notice(code, text, ""), &given), words);
     }
-    for (words, code, level, text) in [
-        ("against the checks", "better_form", "forbids", "none/2 predicts better"),
-        (
-            "quoted, and not usable",
-            "energy_balance",
-            "cautions",
-            "energy balance: not usable",
-        ),
-        ("C is independent", "film_trend", "cautions", "C rises with the film"),
-    ] {
+    for [words, code, level, text] in table_of(
+        "against the checks | better_form | forbids | none/2 predicts better
+         quoted, and not usable | energy_balance | cautions | energy balance: not usable
+         C is independent | film_trend | cautions | C rises with the film",
+    ) {
         let failed = json!({"code": code, "line": 1, "passed": false, "level": level, "text": text, "next_step": ""});
-        let found = contradictions(&with(failed), &given);
-        assert!(found.iter().any(|one| one.contains(words)), "{words}: {found:?}");
+        assert_found(&contradictions(&with(failed), &given), words);
     }
     let advice = notice(
         "series_offsets",
@@ -327,16 +325,12 @@ fn planted_contradictions_are_found() {
     let with_offsets = given.clone() + "\n[model]\nseries_offsets = true\n";
     let found = contradictions(&advice, &with_offsets);
     for words in ["which the scene has", "the model has offsets"] {
-        assert!(found.iter().any(|one| one.contains(words)), "{words}: {found:?}");
+        assert_found(&found, words);
     }
     assert_eq!(contradictions(&advice, &given), Vec::<String>::new());
     let mut opposite = advice.clone();
     let other =
         json!({"code": "outlier", "passed": false, "text": "two", "next_step": "series_offsets = false would do"});
     opposite["remarks"].as_array_mut().expect("a list").push(other);
-    let found = contradictions(&opposite, &given);
-    assert!(
-        found.iter().any(|one| one.contains("opposite series_offsets")),
-        "{found:?}"
-    );
+    assert_found(&contradictions(&opposite, &given), "opposite series_offsets");
 }

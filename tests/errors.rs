@@ -51,9 +51,7 @@ impl Measured {
         ErrorColumns {
             relative_speed_sd: of_speed.map(|(sd, v)| sd / v).collect(),
             restitution_sd: self.restitution_sd.clone(),
-            speed_correlation: vec![],
-            offset_slopes: vec![],
-            are_all: false,
+            ..ErrorColumns::default()
         }
     }
     fn regression(&self) -> Regression<'_> {
@@ -128,9 +126,7 @@ fn errors_explain_the_scatter_they_make() {
             let errors = ErrorColumns {
                 relative_speed_sd: vec![0.0; errors.len()],
                 restitution_sd: errors,
-                speed_correlation: vec![],
-                offset_slopes: vec![],
-                are_all: false,
+                ..ErrorColumns::default()
             };
             let (_, weighing) = measured.regression().fit_with_errors(Some(&errors));
             weighing.expect("runs with errors").summary.reduced_chi_squared

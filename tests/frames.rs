@@ -345,16 +345,10 @@ fn formats_tell_the_same() {
             let away = (one.x_px - other.x_px).hypot(one.y_px - other.y_px);
             assert!(away < most, "{path:?} {one:?} {other:?}");
         }
-        assert!(
-            (sightings.noise / truth.noise / grey - 1.0).abs() < 0.1,
-            "{path:?} {}",
-            sightings.noise
-        );
-        assert!(
-            (sightings.contrast / truth.contrast / grey - 1.0).abs() < 0.02,
-            "{path:?} {}",
-            sightings.contrast
-        );
+        let noise = sightings.noise / truth.noise / grey;
+        assert!((noise - 1.0).abs() < 0.1, "{path:?} {noise}");
+        let contrast = sightings.contrast / truth.contrast / grey;
+        assert!((contrast - 1.0).abs() < 0.02, "{path:?} {contrast}");
     };
     let wide = write(|frame| format!("{frame:05}.PNG"), Picture::png_of_16_bits);
     near(wide.path(), 0.03, 257.0);

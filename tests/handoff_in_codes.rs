@@ -44,24 +44,19 @@ const fn wetting(liquid: &'static str, [density, viscosity, film]: [f64; 3]) -> 
     })
 }
 
-const fn ptfe(wetting: Option<Wetting<'static>>, speeds: [f64; 2], reference: f64) -> Pair {
-    Pair {
-        particle: "PTFE",
-        density: 2150.0,
-        dry_k: 0.183,
-        diameter: 4.762e-3,
-        wetting,
-        speeds,
-        reference,
-    }
-}
+/// Name, density, k and diameter of a sphere.
+type Sphere = (&'static str, f64, f64, f64);
 
-const fn pe(wetting: Option<Wetting<'static>>, speeds: [f64; 2], reference: f64) -> Pair {
+const PTFE: Sphere = ("PTFE", 2150.0, 0.183, 4.762e-3);
+const PE: Sphere = ("PE", 940.0, 0.123, 8e-3);
+
+const fn pair(sphere: Sphere, wetting: Option<Wetting<'static>>, speeds: [f64; 2], reference: f64) -> Pair {
+    let (particle, density, dry_k, diameter) = sphere;
     Pair {
-        particle: "PE",
-        density: 940.0,
-        dry_k: 0.123,
-        diameter: 8e-3,
+        particle,
+        density,
+        dry_k,
+        diameter,
         wetting,
         speeds,
         reference,
@@ -70,12 +65,12 @@ const fn pe(wetting: Option<Wetting<'static>>, speeds: [f64; 2], reference: f64)
 
 /// From high e to one near the threshold, and dry.
 const PAIRS: [Pair; 6] = [
-    ptfe(wetting("AK10", [930.0, 9.3e-3, 286e-6]), [0.77, 1.72], 1.2),
-    ptfe(wetting("M50", [965.0, 48.3e-3, 286e-6]), [0.8, 1.72], 0.85),
-    pe(wetting("AK10", [930.0, 9.3e-3, 480e-6]), [0.4, 1.72], 0.6),
-    pe(wetting("M50", [965.0, 48.3e-3, 480e-6]), [1.0, 1.72], 1.4),
-    ptfe(None, [0.4, 2.0], 1.0),
-    pe(None, [0.4, 2.0], 0.5),
+    pair(PTFE, wetting("AK10", [930.0, 9.3e-3, 286e-6]), [0.77, 1.72], 1.2),
+    pair(PTFE, wetting("M50", [965.0, 48.3e-3, 286e-6]), [0.8, 1.72], 0.85),
+    pair(PE, wetting("AK10", [930.0, 9.3e-3, 480e-6]), [0.4, 1.72], 0.6),
+    pair(PE, wetting("M50", [965.0, 48.3e-3, 480e-6]), [1.0, 1.72], 1.4),
+    pair(PTFE, None, [0.4, 2.0], 1.0),
+    pair(PE, None, [0.4, 2.0], 0.5),
 ];
 
 impl Pair {

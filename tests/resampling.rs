@@ -37,7 +37,7 @@ fn quantity(law: &str, name: &str) -> fn([f64; 2]) -> f64 {
 }
 
 /// One series of so many strata.
-fn target(regression: Regression, strata: usize, fitted: [f64; 2]) -> Target {
+pub fn target(regression: Regression, strata: usize, fitted: [f64; 2]) -> Target {
     Target {
         regression,
         strata: 0..strata,

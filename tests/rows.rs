@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::common::scenes::{design, scene_of, truth, STEPWISE, THIN};
-use crate::common::{self, rows, Folder, Place, Says, Told};
+use crate::common::{self, cells, rows, Folder, Place, Says, Told};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::Findings;
@@ -35,14 +35,6 @@ const REPEATS: usize = 6;
 
 fn place() -> Place {
     Place::new(&scene_text().replace("columns = { run = \"trial\" }\n", ""))
-}
-
-/// The cells of a run up to its restitution.
-fn cells(run: &NewRun) -> String {
-    let film = run.film.map_or(String::new(), |(film, _)| format!("{}", 1e6 * film));
-    let liquid = run.liquid.unwrap_or("dry");
-    let (diameter, speed) = (1e3 * run.diameter, run.impact_speed);
-    format!("{},{liquid},{diameter},{film},{speed}", run.particle)
 }
 
 const HEADER: &str = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution";

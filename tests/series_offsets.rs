@@ -2,7 +2,7 @@
 
 use crate::common::scenes::{scene_of, HEADER, PTFE, THIN};
 use crate::common::{
-    binomial_z, compare, is_update, kept, mean, normal, parsed, rows_from, sample, seed_of, Place, Says, Told,
+    binomial_z, cells, compare, is_update, kept, mean, normal, parsed, rows_from, sample, seed_of, Place, Says, Told,
 };
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -402,15 +402,7 @@ fn without_film_groups_a_series_is_particle_liquid_and_diameter() {
     }
     let mut csv = HEADER.to_owned();
     for row in &rows {
-        let film = row.film.map_or(String::new(), |(film, _)| format!("{}", 1e6 * film));
-        let liquid = row.liquid.unwrap_or("dry");
-        let _ = writeln!(
-            csv,
-            "PTFE,{liquid},{},{film},{},{}",
-            1e3 * row.diameter,
-            row.impact_speed,
-            row.restitution
-        );
+        let _ = writeln!(csv, "{},{}", cells(row), row.restitution);
     }
     let place = Place::new(&text(0.01, &format!("series_offsets = true\n{SAMPLER}")));
     let table = place.read_rows(&csv);

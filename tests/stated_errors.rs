@@ -2,7 +2,8 @@
 
 use crate::common::scenes::{design, scene_of, truth, PTFE, STEPWISE, THIN};
 use crate::common::{
-    assert_expected, assert_seldom, compare, counts, holds, normal, rows, sample_as_usual, seed_of, Place, Says, Told,
+    assert_expected, assert_seldom, cells, compare, counts, holds, normal, rows, sample_as_usual, seed_of, Place, Says,
+    Told,
 };
 use crate::laws;
 use wetcor::findings::remarks::BEYOND_CHANCE;
@@ -31,13 +32,8 @@ fn table(place: &Place, seed: u64, factor: f64, change: impl Fn(usize, &mut Stri
     for (index, run) in rows(&place.scene, seed).into_iter().enumerate() {
         let z = normal(&mut rng);
         let sd = 0.006 * (1 + index % 3) as f64;
-        let film = run.film.map_or(String::new(), |(film, _)| (1e6 * film).to_string());
-        let (liquid, diameter) = (run.liquid.unwrap_or("dry"), 1e3 * run.diameter);
         let e = run.restitution + factor * sd * z;
-        let mut line = format!(
-            "{},{liquid},{diameter},{film},{},{e},{sd}\n",
-            run.particle, run.impact_speed
-        );
+        let mut line = format!("{},{e},{sd}\n", cells(&run));
         change(index, &mut line);
         csv.push_str(&line);
     }

@@ -56,44 +56,27 @@ impl Design {
 
 /// Designs with each term a little below the line, a little above it, and far above.
 fn all() -> [[Design; 3]; 5] {
-    let inertia = |films| Design {
-        term: "inertia",
-        films,
-        ..USUAL
-    };
-    let viscous = |viscosity| Design {
-        term: "viscous",
-        viscosity,
-        ..USUAL
-    };
-    let bridge = |tension| Design {
-        term: "bridge",
-        tension,
-        truth: "[\"inertia\", \"viscous\", \"bridge\"]",
-        ..USUAL
-    };
-    let second = |dry_k| Design {
-        term: "dry_second_order",
-        dry_k,
-        truth: "[\"inertia\", \"viscous\", \"dry_second_order\"]",
-        ..USUAL
-    };
-    let own = |dry_k| Design {
-        term: "own_dry_speed",
-        dry_k,
-        dry_speed: "impact",
-        ..USUAL
+    let of = |term: &'static str, sizes: [f64; 3], change: fn(&mut Design, f64)| {
+        sizes.map(|size| {
+            let mut own = Design { term, ..USUAL };
+            change(&mut own, size);
+            own
+        })
     };
     [
-        [
-            inertia([0.00028, 0.00056]),
-            inertia([0.0006, 0.0012]),
-            inertia([0.006, 0.012]),
-        ],
-        [viscous(0.082), viscous(0.17), viscous(1.7)],
-        [bridge(12.5), bridge(26.0), bridge(260.0)],
-        [second(0.0135), second(0.0195), second(0.06)],
-        [own(0.0038), own(0.0088), own(0.09)],
+        of("inertia", [0.00028, 0.0006, 0.006], |own, film| {
+            own.films = [film, 2.0 * film]
+        }),
+        of("viscous", [0.082, 0.17, 1.7], |own, size| own.viscosity = size),
+        of("bridge", [12.5, 26.0, 260.0], |own, size| {
+            (own.tension, own.truth) = (size, "[\"inertia\", \"viscous\", \"bridge\"]");
+        }),
+        of("dry_second_order", [0.0135, 0.0195, 0.06], |own, size| {
+            (own.dry_k, own.truth) = (size, "[\"inertia\", \"viscous\", \"dry_second_order\"]");
+        }),
+        of("own_dry_speed", [0.0038, 0.0088, 0.09], |own, size| {
+            (own.dry_k, own.dry_speed) = (size, "impact");
+        }),
     ]
 }
 

@@ -98,6 +98,14 @@ pub fn rows(scene: &Scene, seed: u64) -> Vec<NewRun<'_>> {
     simulation(scene).under(seed).all()
 }
 
+/// The cells of a run up to its impact speed, under the usual header.
+pub fn cells(run: &NewRun) -> String {
+    let film = run.film.map_or(String::new(), |(film, _)| format!("{}", 1e6 * film));
+    let liquid = run.liquid.unwrap_or("dry");
+    let (diameter, speed) = (1e3 * run.diameter, run.impact_speed);
+    format!("{},{liquid},{diameter},{film},{speed}", run.particle)
+}
+
 /// The same from a stream.
 pub fn rows_from(scene: &Scene, rng: ChaCha8Rng) -> Vec<NewRun<'_>> {
     simulation(scene).draw_from(rng)

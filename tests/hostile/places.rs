@@ -242,9 +242,12 @@ fn d17_a_limit_on_file_sizes_leaves_nothing() {
     assert_eq!(place.read("report/findings.json"), before);
 }
 
-/// A folder that an earlier run left, without a maker who holds its lock.
-fn leave(place: &Place, name: &str, files: &[(&str, &str)]) {
-    for (inside, text) in files {
+/// What a run leaves that was killed while it wrote.
+const HALF: &str = "lock=wetcor makes report; new/report.md=half";
+
+/// A folder that an earlier run left, without a maker who holds its lock; its files are given as `name=text; name=text`.
+fn leave(place: &Place, name: &str, files: &str) {
+    for (inside, text) in files.split("; ").filter_map(|file| file.split_once('=')) {
         let path = place.path(name).join(inside);
         std::fs::create_dir_all(path.parent().expect("it lies inside")).expect("writable");
         std::fs::write(path, text).expect("writable");
@@ -254,35 +257,20 @@ fn leave(place: &Place, name: &str, files: &[(&str, &str)]) {
 #[test]
 fn what_the_dead_left_is_cleared_and_what_others_made_is_not() {
     let place = Place::plain();
-    leave(
-        &place,
-        ".wetcor-dead01",
-        &[("lock", "wetcor makes report"), ("new/report.md", "half")],
-    );
-    leave(&place, ".wetcor-dead02", &[("lock", "")]);
+    leave(&place, ".wetcor-dead01", HALF);
+    leave(&place, ".wetcor-dead02", "lock=");
     std::fs::create_dir(place.path(".wetcor-dead03")).expect("writable");
-    leave(
-        &place,
-        ".wetcor-mine01",
-        &[("lock", "wetcor makes report"), ("thesis.tex", "years")],
-    );
-    leave(&place, ".wetcor-mine02", &[("lock", "mine"), ("new/a", "b")]);
-    leave(&place, ".wetcor-mine03", &[("thesis.tex", "years")]);
-    leave(
-        &place,
-        ".wetcor-mine04",
-        &[("lock", ""), ("old/a", "b"), ("new/c", "d")],
-    );
+    let locked = "lock=wetcor makes report; thesis.tex=years";
+    leave(&place, ".wetcor-mine01", locked);
+    leave(&place, ".wetcor-mine02", "lock=mine; new/a=b");
+    leave(&place, ".wetcor-mine03", "thesis.tex=years");
+    leave(&place, ".wetcor-mine04", "lock=; old/a=b; new/c=d");
     // waiting for somebody who writes to it would never end
     std::fs::create_dir(place.path(".wetcor-mine05")).expect("writable");
     let made = Command::new("mkfifo").arg(place.path(".wetcor-mine05/lock")).status();
     assert!(made.is_ok_and(|status| status.success()));
     std::fs::write(place.path(".wetcor-note"), "mine").expect("writable");
-    leave(
-        &place,
-        ".wetcor-alive1",
-        &[("lock", "wetcor makes report"), ("new/report.md", "half")],
-    );
+    leave(&place, ".wetcor-alive1", HALF);
     let alive = std::fs::File::open(place.path(".wetcor-alive1/lock")).expect("readable");
     alive.try_lock().expect("nobody else holds it");
     assert!(matches!(fit(&place, "report").status, Some(0 | 1)));
@@ -301,11 +289,7 @@ fn what_was_moved_aside_comes_back_where_nothing_took_its_place() {
     let place = fitted();
     let before = place.read("report/findings.json");
     let aside = |place: &Place| {
-        leave(
-            place,
-            ".wetcor-dead01",
-            &[("lock", "wetcor makes report"), ("new/report.md", "half")],
-        );
+        leave(place, ".wetcor-dead01", HALF);
         std::fs::rename(place.path("report"), place.path(".wetcor-dead01/old")).expect("writable");
     };
     aside(&place);
@@ -321,11 +305,8 @@ fn what_was_moved_aside_comes_back_where_nothing_took_its_place() {
     assert_eq!(place.read("report/timing.json"), newer);
     assert!(!place.path(".wetcor-dead01").exists());
     // a name that is a way out of the folder is no name
-    leave(
-        &place,
-        ".wetcor-dead04",
-        &[("lock", "wetcor makes ../escaped"), ("old/report.md", "x")],
-    );
+    let escaping = "lock=wetcor makes ../escaped; old/report.md=x";
+    leave(&place, ".wetcor-dead04", escaping);
     assert!(matches!(fit(&place, "third").status, Some(0 | 1)));
     assert!(!Path::new(&place.path("../escaped")).exists() && place.path(".wetcor-dead04/old").exists());
 }
