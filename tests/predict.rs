@@ -1,6 +1,6 @@
 //! Holds predictions to brute-force sampling, to the truth of the simulated example, and to their refusals.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::common::workbook::{workbook, Sheet};
 use crate::common::{
@@ -348,11 +348,8 @@ fn a_liquid_is_its_density_and_viscosity_and_threads_change_no_byte() {
     }
 }
 
-/// A folder with two draws, as small as it can be.
-struct Store {
-    _place: Folder,
-    folder: PathBuf,
-}
+/// A folder with two draws in `r`, as small as it can be.
+struct Store(Folder);
 
 /// Its findings, but for the version.
 const FINDINGS: &str = r#"{"schema":"wetcor.findings/3","title":"t","wetcor":"VERSION","remarks":[],"posterior":{
@@ -371,20 +368,17 @@ impl Store {
 
     fn of(findings: String) -> Store {
         let place = Folder::new();
-        let folder = place.join("r");
-        std::fs::create_dir_all(&folder).expect("writable");
-        std::fs::write(folder.join("findings.json"), findings).expect("writable");
-        Store { _place: place, folder }
+        std::fs::create_dir(place.join("r")).expect("writable");
+        place.write("r/findings.json", findings);
+        Store(place)
     }
 
     /// What is said of it, the folder called `r`.
     fn told(&self, more: &str) -> Ran {
-        let (status, out, err) = predict(&self.folder, more);
-        (
-            status,
-            out,
-            err.replace(self.folder.to_str().expect("a plain path"), "r"),
-        )
+        let folder = self.0.join("r");
+        let (status, out, err) = predict(&folder, more);
+        let folder = folder.to_str().expect("a plain path");
+        (status, out, err.replace(folder, "r"))
     }
 }
 
@@ -496,7 +490,7 @@ fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
         "r/findings.json: the fit has no posterior to predict from",
     );
     let empty = Store::with(&[]);
-    std::fs::remove_file(empty.folder.join("findings.json")).expect("writable");
+    std::fs::remove_file(empty.0.join("r/findings.json")).expect("writable");
     refused(empty, "r/findings.json: no findings of a fit");
 }
 
