@@ -145,14 +145,21 @@ pub fn compare(findings: &mut Findings, scene: &Scene, runs: &Runs, posterior: &
     compared.unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Least squares, and draws of the posterior beside it.
-pub fn sampled(scene: &Scene, table: &Table, effort: Effort, stream: StreamName) -> (Findings, Sampled) {
+/// Least squares, and the posterior before it is sampled, where there is one.
+fn prepared(scene: &Scene, table: &Table) -> (Findings, Option<PreparedPosterior>) {
     let least_squares = findings::fit_least_squares(scene, table, 1, false);
     let form = scene.model.form();
-    let parameters = ModelParameters::of(scene, &table.runs, form).expect("priors with room");
     let rows = Likelihood::new(scene, &table.runs, form);
     let begin = start(least_squares.least_squares());
-    let prepared = PreparedPosterior::new(parameters, &rows, &begin).unwrap_or_else(|error| panic!("{error}"));
+    let parameters = ModelParameters::of(scene, &table.runs, form).ok();
+    let prepared = parameters.and_then(|parameters| PreparedPosterior::new(parameters, &rows, &begin).ok());
+    (least_squares, prepared)
+}
+
+/// Least squares, and draws of the posterior beside it.
+pub fn sampled(scene: &Scene, table: &Table, effort: Effort, stream: StreamName) -> (Findings, Sampled) {
+    let (least_squares, prepared) = prepared(scene, table);
+    let prepared = prepared.expect("priors with room, and a start");
     let sampled = sample_by_nuts(&prepared, SamplingPlan::new(effort, stream), &mut |_| 0);
     (least_squares, sampled.unwrap_or_else(|error| panic!("{error}")))
 }
@@ -164,12 +171,7 @@ pub fn weighed_or_sampled(
     effort: Effort,
     stream: StreamName,
 ) -> Option<Sampled> {
-    let least_squares = findings::fit_least_squares(scene, table, 1, false);
-    let form = scene.model.form();
-    let parameters = ModelParameters::of(scene, &table.runs, form).ok()?;
-    let rows = Likelihood::new(scene, &table.runs, form);
-    let begin = start(least_squares.least_squares());
-    let prepared = PreparedPosterior::new(parameters, &rows, &begin).ok()?;
+    let prepared = prepared(scene, table).1?;
     let weighed = sample_by_importance(&prepared, counts, stream);
     weighed
         .filter(|sampled| sampled.khat.is_some_and(|khat| khat < line))
