@@ -17,6 +17,7 @@ mod rule;
 
 pub(super) use rebounds::{Rebounds, MOST_REBOUNDS};
 
+use self::gauss::has_converged;
 use super::errors::Errors;
 use super::run_density::{RunDensity, Seen};
 use super::run_noise::{MeasuredRun, RunNoise};
@@ -103,6 +104,8 @@ struct Sums {
     at: Vec<SettingNodes>,
     /// what the integrand is there
     nodes: AtNodes,
+    /// z of every node, with what it adds to the mass, where these are wanted
+    trace: Option<Vec<[f64; 2]>>,
 }
 
 impl Sums {
@@ -114,6 +117,7 @@ impl Sums {
             settings: vec![SettingSlopes::default(); settings],
             at: vec![SettingNodes::default(); settings],
             nodes: AtNodes::default(),
+            trace: None,
         }
     }
 
@@ -121,6 +125,7 @@ impl Sums {
         self.reference = f64::NEG_INFINITY;
         self.of = [0.0; 4];
         self.settings.fill(SettingSlopes::default());
+        self.trace.iter_mut().for_each(Vec::clear);
     }
 
     /// Makes this logarithm the reference where its exponential would else be beyond all numbers.
@@ -149,7 +154,8 @@ impl Sums {
 
     fn scale(&mut self, factor: f64) {
         let each = self.of.iter_mut().chain(self.settings.iter_mut().flatten());
-        each.for_each(|sum| *sum *= factor);
+        let traced = self.trace.iter_mut().flatten().map(|[_, part]| part);
+        each.chain(traced).for_each(|sum| *sum *= factor);
     }
 }
 
@@ -191,11 +197,32 @@ impl Hidden<'_> {
         self.integrate().0.value
     }
 
-    /// The log density of each run given the others, in their order: that of all less that of the others.
+    /// The log density of each run given the others, in their order: by the nodes of all runs where these do, else by an
+    /// integral over the others.
     pub fn given_the_others(&self) -> Vec<f64> {
-        let all = self.value();
-        let places = 0..self.runs().count();
-        places.map(|place| all - self.without(place)).collect()
+        let mut sums = Sums {
+            trace: Some(vec![]),
+            ..Sums::of(self.settings.len())
+        };
+        let is_bell = self.over_bell(&mut sums);
+        if !is_bell && self.over_panels(&mut sums).is_none() {
+            return vec![f64::NAN; self.runs().count()];
+        }
+        let (mass, trace) = (sums.of[0], sums.trace.take().unwrap_or_default());
+        let all = sums.density().0.value;
+        let mut found = vec![];
+        for setting in self.settings {
+            let kept: Vec<f64> = trace.iter().map(|[z, _]| self.kept(setting, *z)).collect();
+            for run in setting.runs {
+                let own = trace.iter().zip(&kept);
+                let own: Vec<f64> = own
+                    .map(|([z, _], kept)| self.density_at(run, *kept, *z).value)
+                    .collect();
+                let by_nodes = over_own(&trace, &own, is_bell).map(|others| mass.ln() - others);
+                found.push(by_nodes.unwrap_or_else(|| all - self.without(found.len())));
+            }
+        }
+        found
     }
 
     /// Every run, setting by setting.
@@ -327,6 +354,26 @@ impl Hidden<'_> {
             ..of
         }
     }
+}
+
+/// The logarithm of the mass of all runs but one, whose own log density at the nodes is this: their integrand is that of all
+/// over its density. `None` where the nodes do not do for that.
+fn over_own(trace: &[[f64; 2]], own: &[f64], is_bell: bool) -> Option<f64> {
+    /// what one of the outermost nodes may have of the mass
+    const NOTHING: f64 = 1e-10;
+    let least = own.iter().copied().fold(f64::INFINITY, f64::min);
+    let others = trace.iter().zip(own).map(|([_, part], own)| part * (least - own).exp());
+    let others: Vec<f64> = others.collect();
+    let mass: f64 = others.iter().sum();
+    let does = if is_bell {
+        has_converged(others.as_chunks().0)
+    } else {
+        let by_z = |a: &(&[f64; 2], &f64), b: &(&[f64; 2], &f64)| a.0[0].total_cmp(&b.0[0]);
+        let nodes = || trace.iter().zip(&others);
+        let ends = [nodes().min_by(by_z), nodes().max_by(by_z)];
+        ends.into_iter().flatten().all(|(_, part)| *part < NOTHING * mass)
+    };
+    does.then(|| mass.ln() - least)
 }
 
 #[cfg(test)]

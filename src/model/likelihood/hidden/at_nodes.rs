@@ -253,6 +253,9 @@ impl WithSimd for Nodes<'_, '_> {
                 *sum += more;
             }
         }
+        if let Some(trace) = &mut sums.trace {
+            trace.extend(z.iter().zip(of_parts).map(|(z, part)| [*z, *part]));
+        }
         let at = &mut sums.nodes;
         for (to, of) in [(&mut at.ln, &ln), (&mut at.stretch, &stretch), (&mut at.parts, &parts)] {
             to[..count].copy_from_slice(&of[..count]);
