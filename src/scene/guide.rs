@@ -1,7 +1,7 @@
 //! Tells every key of a scene and every column of a table of runs: as a page in Markdown, and as plain text for a terminal.
 
-use super::keys::{KeyGuide, Section, Without};
-use super::run_columns::RunColumn;
+use super::keys::{title, KeyGuide, Section, Without};
+use super::run_columns::{RunColumn, HEAD};
 use super::{choices, data, materials, plan, published, read};
 
 /// Every table of a scene with its keys, in the order a scene has them.
@@ -17,8 +17,7 @@ pub fn guide() -> Vec<Section> {
 /// The columns of a table of runs.
 fn columns() -> Section {
     let about = "Not in the scene: the header of the table, one row a run. Empty cells and `NA` are missing";
-    let keys = RunColumn::ALL.map(RunColumn::guide).to_vec();
-    Section::new("Columns of a table of runs", about, keys)
+    Section::new(HEAD, about, RunColumn::ALL.map(RunColumn::guide).to_vec())
 }
 
 /// What holds of every key.
@@ -26,20 +25,12 @@ const RULES: &str =
     "A unit is a part of a name, and any one of those told may be used. What has a default may be left \
                      out. An unknown key is an error that names the nearest known one.";
 
-/// What a table is called.
-fn title(section: &Section) -> &'static str {
-    match section.head {
-        "" => "Above all tables",
-        head => head,
-    }
-}
-
 /// A page of all keys.
 pub fn markdown() -> String {
     let mut page = format!("# The keys of a scene, and the columns of its runs\n\n{RULES}\n");
     for section in guide().into_iter().chain([columns()]) {
         let mark = if section.head.starts_with('[') { "`" } else { "" };
-        let head = title(&section);
+        let head = title(section.head);
         page.push_str(&format!("\n## {mark}{head}{mark}\n\n{}.\n\n", section.about));
         page.push_str("| name | what it is | takes | without it | example |\n|---|---|---|---|---|\n");
         for key in &section.keys {
@@ -65,7 +56,7 @@ pub fn markdown() -> String {
 pub fn plain() -> String {
     let mut text = format!("{}\n", wrapped(RULES, ""));
     for section in guide().into_iter().chain([columns()]) {
-        let head = title(&section);
+        let head = title(section.head);
         let about = wrapped(&format!("{}.", section.about), "  ");
         text.push_str(&format!("\n{head}\n{about}\n"));
         for key in &section.keys {
@@ -109,6 +100,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::scene::keys::KEYS;
 
     /// A scene with every key, as the guide has its example, and with a particle and a liquid of the names in these.
     fn scene_of_examples() -> String {
@@ -132,6 +124,20 @@ mod tests {
 
     fn parsed(text: &str) -> Result<crate::scene::Scene, String> {
         crate::scene::parse(text, Path::new("scene.toml"), String::new()).map_err(|error| error.to_string())
+    }
+
+    /// Each line of `keys.txt` is of a key that is read, and each key is told of; priors and what they are of have their words
+    /// from the model.
+    #[test]
+    fn every_key_is_told_of_in_its_line() {
+        let sections: Vec<Section> = guide().into_iter().chain([columns()]).collect();
+        let of_file = sections.iter().filter(|section| section.head != "[priors]");
+        let keys: usize = of_file.map(|section| section.keys.len()).sum();
+        assert_eq!(KEYS.lines().filter(|line| line.contains(" | ")).count(), keys);
+        for key in sections.iter().flat_map(|section| &section.keys) {
+            let is_told = !key.meaning.is_empty() && !key.example.is_empty() && key.without != Without::Words("");
+            assert!(is_told, "{}", key.base);
+        }
     }
 
     #[test]

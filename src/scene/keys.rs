@@ -1,78 +1,11 @@
 //! Says of each key of a scene what it is called, what is taken under it, what holds without it and what it means.
 //!
-//! The reader reads by a [`Key`], and every text about scenes is made of the same ones.
-
-use std::borrow::Cow;
+//! The reader tells what it reads by; what else is to be said stands in `keys.txt`. Every text about scenes is made of both.
 
 use crate::units::Dimension;
 
-/// A key of a table of a scene.
-#[derive(Clone, Copy)]
-pub(super) struct Key<K, D = ()> {
-    /// its name, to which the dimension adds a unit
-    pub base: &'static str,
-    /// its units
-    pub dimension: Dimension,
-    /// what is taken under it
-    pub takes: K,
-    /// what holds without it, in words; `None` of one that must be there, or has a default
-    pub without: Option<&'static str>,
-    /// what holds without it, as a value; nothing of a key without a default
-    pub default: D,
-    /// what it means, in a few words
-    pub meaning: &'static str,
-    /// what a scene may give, in the usual unit
-    pub example: &'static str,
-}
-
-impl<K: Copy> Key<K> {
-    /// A key under which this is taken, and which must be there unless it is said what holds without it.
-    pub const fn new(base: &'static str, takes: K) -> Key<K> {
-        Key::of(base, Dimension::One, takes)
-    }
-
-    /// The same of a quantity whose unit stands in the key.
-    pub const fn of(base: &'static str, dimension: Dimension, takes: K) -> Key<K> {
-        Key {
-            base,
-            dimension,
-            takes,
-            without: None,
-            default: (),
-            meaning: "",
-            example: "",
-        }
-    }
-
-    pub const fn means(self, meaning: &'static str) -> Key<K> {
-        Key { meaning, ..self }
-    }
-
-    pub const fn example(self, example: &'static str) -> Key<K> {
-        Key { example, ..self }
-    }
-
-    /// The same that may be absent; in words what then.
-    pub const fn optional(self, without: &'static str) -> Key<K> {
-        Key {
-            without: Some(without),
-            ..self
-        }
-    }
-
-    /// The same with what holds in its absence.
-    pub const fn defaults_to<T>(self, value: T) -> Key<K, T> {
-        Key {
-            base: self.base,
-            dimension: self.dimension,
-            takes: self.takes,
-            without: None,
-            default: value,
-            meaning: self.meaning,
-            example: self.example,
-        }
-    }
-}
+/// A block a table, a line a key.
+pub(super) const KEYS: &str = include_str!("keys.txt");
 
 /// What is to be said of a key.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,13 +15,13 @@ pub struct KeyGuide {
     /// its units
     pub dimension: Dimension,
     /// what is taken under it
-    pub takes: Cow<'static, str>,
+    pub takes: String,
     /// what holds without it
     pub without: Without,
     /// what it means, in a few words
     pub meaning: &'static str,
     /// what a scene may give, in the usual unit
-    pub example: Cow<'static, str>,
+    pub example: String,
 }
 
 /// What holds without a key, to be said.
@@ -103,31 +36,39 @@ pub enum Without {
 }
 
 impl KeyGuide {
-    /// What is to be said of a key that must be there.
+    /// What the reader tells of a key.
     pub(super) fn new(
         base: &'static str,
         dimension: Dimension,
-        takes: impl Into<Cow<'static, str>>,
-        example: impl Into<Cow<'static, str>>,
+        takes: impl Into<String>,
+        without: Without,
     ) -> KeyGuide {
         KeyGuide {
             base,
             dimension,
             takes: takes.into(),
-            without: Without::Refused,
+            without,
             meaning: "",
-            example: example.into(),
+            example: String::new(),
         }
     }
 
-    pub(super) fn means(self, meaning: &'static str) -> KeyGuide {
-        KeyGuide { meaning, ..self }
-    }
-
-    /// The same of one that may be absent; in words what then.
-    pub(super) fn without(self, words: &'static str) -> KeyGuide {
+    /// The same with what `keys.txt` says of it in the table of this head.
+    pub(super) fn in_table(self, head: &str) -> KeyGuide {
+        let mut tables = KEYS.split("\n\n").filter_map(|table| table.split_once('\n'));
+        let lines = tables.find_map(|(own, lines)| (own == title(head)).then_some(lines));
+        let mut rows = lines.unwrap_or_default().lines().map(|line| line.split(" | "));
+        let Some(mut cells) = rows.find_map(|mut cells| (cells.next() == Some(self.base)).then_some(cells)) else {
+            return self;
+        };
+        let mut cell = || cells.next().unwrap_or_default();
         KeyGuide {
-            without: Without::Words(words),
+            example: cell().to_owned(),
+            meaning: cell(),
+            without: match self.without {
+                Without::Words(_) => Without::Words(cell()),
+                without => without,
+            },
             ..self
         }
     }
@@ -143,6 +84,14 @@ impl KeyGuide {
             Without::Value(value) => value,
             _ => &self.example,
         }
+    }
+}
+
+/// What a table of this head is called.
+pub(super) fn title(head: &str) -> &str {
+    match head {
+        "" => "Above all tables",
+        head => head,
     }
 }
 
@@ -166,7 +115,7 @@ impl Section {
             head,
             about: about.into(),
             may_be_empty: false,
-            keys,
+            keys: keys.into_iter().map(|key| key.in_table(head)).collect(),
         }
     }
 

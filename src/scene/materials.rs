@@ -1,9 +1,9 @@
 //! Reads the kinds of particles and the liquids of a scene.
 
 use super::expect::{ABOVE_ZERO, SHARE};
-use super::keys::{Key, Section};
+use super::keys::Section;
 use super::names::{name_is_allowed, DRY, MISSING, NAME_RULE};
-use super::table::{read_nothing, Number, SceneTable};
+use super::table::{number, section, SceneTable};
 use crate::error::quoted;
 use crate::units::Dimension;
 
@@ -44,52 +44,15 @@ pub(super) const PARTICLES: &str = "particles";
 /// What the tables of liquids stand under.
 pub(super) const LIQUIDS: &str = "liquids";
 
-const PARTICLE_DENSITY: Key<Number> = Key::of("density", Dimension::Density, Number(ABOVE_ZERO))
-    .means("density ρp of the sphere")
-    .example("2150");
-
-const DENSITY_REL_SD: Key<Number> = Key::new("density_rel_sd", Number(SHARE))
-    .means("sd of the density over its value")
-    .example("0.005")
-    .optional("taken as exact");
-
-const ROUGHNESS: Key<Number> = Key::of("roughness", Dimension::Thickness, Number(ABOVE_ZERO))
-    .means("roughness ε of its surface")
-    .example("5")
-    .optional("there is no δc in metres, nor viscous = \"film\"");
-
-const ROUGHNESS_REL_SD: Key<Number> = Key::new("roughness_rel_sd", Number(SHARE))
-    .means("sd of the roughness over its value")
-    .example("0.3")
-    .optional("taken as exact");
-
-const LIQUID_DENSITY: Key<Number> = Key::of("density", Dimension::Density, Number(ABOVE_ZERO))
-    .means("density ρl")
-    .example("930");
-
-const VISCOSITY: Key<Number> = Key::of("viscosity", Dimension::Viscosity, Number(ABOVE_ZERO))
-    .means("dynamic viscosity η")
-    .example("9.3");
-
-const VISCOSITY_REL_SD: Key<Number> = Key::new("viscosity_rel_sd", Number(SHARE))
-    .means("sd of the viscosity over its value")
-    .example("0.02")
-    .optional("taken as exact");
-
-const SURFACE_TENSION: Key<Number> = Key::of("surface_tension", Dimension::SurfaceTension, Number(ABOVE_ZERO))
-    .means("surface tension γ")
-    .example("20.1")
-    .optional("the bridge's rupture is neither sized nor modelled");
-
 /// What is to be said of the tables of particles and liquids.
 pub(super) fn guide() -> [Section; 2] {
-    let (_, of_particle) = read_nothing(|table| particle(String::new(), table));
-    let (_, of_liquid) = read_nothing(|table| liquid(String::new(), table));
     let about_particles = format!("A kind of sphere, by {NAME_RULE}");
     let about_liquids = format!("A liquid, by {NAME_RULE}; none where every run is dry");
     [
-        Section::new("[particles.NAME]", about_particles, of_particle),
-        Section::new("[liquids.NAME]", about_liquids, of_liquid),
+        section("[particles.NAME]", about_particles, |table| {
+            particle(String::new(), table)
+        }),
+        section("[liquids.NAME]", about_liquids, |table| liquid(String::new(), table)),
     ]
 }
 
@@ -99,14 +62,14 @@ pub(super) fn particles(root: &SceneTable) -> Vec<Particle> {
 }
 
 fn particle(name: String, table: &SceneTable) -> Option<Particle> {
-    let density = table.read(&PARTICLE_DENSITY);
-    let density_rel_sd = table.read(&DENSITY_REL_SD);
-    let roughness = table.read(&ROUGHNESS);
-    let roughness_rel_sd = table.read(&ROUGHNESS_REL_SD);
+    let density = table.required("density", number(ABOVE_ZERO).of(Dimension::Density));
+    let density_rel_sd = table.read("density_rel_sd", number(SHARE));
+    let roughness = table.read("roughness", number(ABOVE_ZERO).of(Dimension::Thickness));
+    let roughness_rel_sd = table.read("roughness_rel_sd", number(SHARE));
     // one that is refused is not missing
-    let has_roughness = table.gives(&ROUGHNESS);
+    let has_roughness = table.gives("roughness", Dimension::Thickness);
     if roughness_rel_sd.is_some() && !has_roughness {
-        let key = ROUGHNESS_REL_SD.base;
+        let key = "roughness_rel_sd";
         table.refuse(key, table.at(key), None, "expected roughness_um beside it");
     }
     Some(Particle {
@@ -128,11 +91,11 @@ fn liquid(name: String, table: &SceneTable) -> Option<Liquid> {
         let expected = "expected another name: runs without liquid are marked so";
         table.refuse("", table.at(""), Some(quoted(&name)), expected);
     }
-    let density = table.read(&LIQUID_DENSITY);
-    let density_rel_sd = table.read(&DENSITY_REL_SD);
-    let viscosity = table.read(&VISCOSITY);
-    let viscosity_rel_sd = table.read(&VISCOSITY_REL_SD);
-    let surface_tension = table.read(&SURFACE_TENSION);
+    let density = table.required("density", number(ABOVE_ZERO).of(Dimension::Density));
+    let density_rel_sd = table.read("density_rel_sd", number(SHARE));
+    let viscosity = table.required("viscosity", number(ABOVE_ZERO).of(Dimension::Viscosity));
+    let viscosity_rel_sd = table.read("viscosity_rel_sd", number(SHARE));
+    let surface_tension = table.read("surface_tension", number(ABOVE_ZERO).of(Dimension::SurfaceTension));
     Some(Liquid {
         name,
         density: density?,

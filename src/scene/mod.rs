@@ -3,7 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `names.rs`, `expect.rs` | which names and numbers a scene may hold |
-//! | `keys.rs` | what is to be said of a key: name, unit, what it takes, default, meaning, example |
+//! | `keys.rs` | what is to be said of a key: name, unit, what it takes, default, and by `keys.txt` meaning and example |
 //! | `run_columns.rs` | the columns a table of runs can have |
 //! | `unknown_keys.rs` | finds the keys of a table that nothing reads |
 //! | `document.rs` | keeps the text and gathers the problems found in it |

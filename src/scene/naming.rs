@@ -1,10 +1,9 @@
 //! Reads what a table of runs calls its columns and its words, and what it leaves unsaid.
 
 use super::expect::{ABOVE_ZERO, FINITE};
-use super::keys::Key;
 use super::names::{already_given, closest, name_expected, DRY, FILL_IN, MISSING};
 use super::run_columns::RunColumn;
-use super::table::{Count, Inner, OneOf, SceneTable};
+use super::table::{count, one_of, SceneTable};
 use super::table_file::TableFile;
 
 /// What a table of runs calls its columns and its words, and what it leaves unsaid.
@@ -95,71 +94,25 @@ pub(super) struct SceneNames<'n> {
     pub liquids: Vec<&'n str>,
 }
 
-const COLUMNS: Key<Inner> = Key::new("columns", Inner("a table of our names and theirs"))
-    .means("columns that the table calls otherwise, ours = theirs; the unit is that of our name")
-    .example("{ impact_speed_m_s = \"v_i\", particle = \"Kugel\" }")
-    .optional("columns have our names");
-
-const VALUES: Key<Inner> = Key::new("values", Inner("for each column a table of their words and ours"))
-    .means("words of cells that mean ours, theirs = ours")
-    .example("{ liquid = { trocken = \"dry\" } }")
-    .optional("cells have our words");
-
-const CONSTANTS: Key<Inner> = Key::new("constants", Inner("a table of columns with a value each"))
-    .means("columns that are the same in every row")
-    .example("{ diameter_mm = 4.762 }")
-    .optional("every column stands in the table");
-
-const HEIGHTS_TO: Key<OneOf<HeightsTo>, HeightsTo> = Key::new(
-    "heights_to",
-    OneOf::of(|| vec![("plate", HeightsTo::Plate), ("film", HeightsTo::Film)]),
-)
-.means("where drop and rebound heights are counted from")
-.example("\"film\"")
-.defaults_to(HeightsTo::Plate);
-
-const HEIGHTS_OF: Key<OneOf<HeightsOf>, HeightsOf> = Key::new(
-    "heights_of",
-    OneOf::of(|| vec![("lowest", HeightsOf::Lowest), ("centre", HeightsOf::Centre)]),
-)
-.means("point of the sphere whose heights they are: its lowest point or its centre")
-.example("\"centre\"")
-.defaults_to(HeightsOf::Lowest);
-
-const SHEETS: Key<Inner> = Key::new("sheets", Inner("for each sheet a table of columns with a value each"))
-    .means("columns that are the same in every row of a sheet")
-    .example("{ \"Öl 10\" = { liquid = \"AK10\" } }")
-    .optional("sheets differ in what their columns say alone");
-
-const HEADER_ROW: Key<Count> = Key::new("header_row", Count(1, 1 << 20))
-    .means("row that names the columns, as an editor or a spreadsheet counts; titles above it are not read, but for units and groups right above it")
-    .example("5")
-    .optional("the first that is not blank");
-
-const HIDDEN_ROWS: Key<OneOf<HiddenRows>> = Key::new(
-    "hidden_rows",
-    OneOf::of(|| vec![("take", HiddenRows::Take), ("leave", HiddenRows::Leave)]),
-)
-.means("rows that a workbook hides, by a filter or by hand: read them or leave them out")
-.example("\"leave\"")
-.optional("a sheet that hides rows with runs is refused");
-
 /// Reads the naming from the table of the data.
 pub(super) fn naming(data: &SceneTable, names: &SceneNames, runs: &[TableFile]) -> Naming {
     let columns = columns(data).unwrap_or_default();
     let words = words(data, names).unwrap_or_default();
-    let everywhere = data.inner_table(&CONSTANTS);
+    let everywhere = data.inner_table("constants", "a table of columns with a value each");
     let constants = everywhere.map_or_else(Vec::new, |table| constants(&table, names, &[]));
+    let hidden_rows = one_of([("take", HiddenRows::Take), ("leave", HiddenRows::Leave)]);
+    let heights_to = one_of([("plate", HeightsTo::Plate), ("film", HeightsTo::Film)]);
+    let heights_of = one_of([("lowest", HeightsOf::Lowest), ("centre", HeightsOf::Centre)]);
     Naming {
         columns,
         words,
         sheets: sheets(data, names, &constants, runs).unwrap_or_default(),
         constants,
-        header_row: data.read(&HEADER_ROW),
-        hidden_rows: data.read(&HIDDEN_ROWS),
-        heights_to: data.read_or(&HEIGHTS_TO),
-        heights_of: data.read_or(&HEIGHTS_OF),
-        heights_of_is_told: data.has(HEIGHTS_OF.base),
+        header_row: data.read("header_row", count(1, 1 << 20)),
+        hidden_rows: data.read("hidden_rows", hidden_rows),
+        heights_to: data.read_or("heights_to", heights_to, HeightsTo::default()),
+        heights_of: data.read_or("heights_of", heights_of, HeightsOf::default()),
+        heights_of_is_told: data.has("heights_of"),
     }
 }
 
@@ -169,7 +122,7 @@ fn sheets(
     everywhere: &[Constant],
     runs: &[TableFile],
 ) -> Option<Vec<(String, Vec<Constant>)>> {
-    let table = data.inner_table(&SHEETS)?;
+    let table = data.inner_table("sheets", "for each sheet a table of columns with a value each")?;
     // the name of a sheet that is not named is not known yet
     let all_are_named = runs.iter().all(|file| file.sheet.is_some());
     let named = || runs.iter().filter_map(|file| file.sheet.as_deref());
@@ -187,7 +140,7 @@ fn sheets(
 }
 
 fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
-    let table = data.inner_table(&COLUMNS)?;
+    let table = data.inner_table("columns", "a table of our names and theirs")?;
     let mut columns: Vec<(String, String)> = vec![];
     for ours in table.keys() {
         if RunColumn::named(&ours).is_none() {
@@ -212,7 +165,7 @@ fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
 }
 
 fn words(data: &SceneTable, names: &SceneNames) -> Option<Vec<(RunColumn, Vec<[String; 2]>)>> {
-    let table = data.inner_table(&VALUES)?;
+    let table = data.inner_table("values", "for each column a table of their words and ours")?;
     let of_name = |name: String| {
         let named = RunColumn::named(&name).map(|(column, _)| column);
         let Some(column) = named.or_else(|| RunColumn::of_base(&name)) else {

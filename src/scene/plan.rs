@@ -1,17 +1,14 @@
 //! Reads the truth and the design of a simulation.
 
 use super::choices::{
-    checked_terms, checked_viscous, dry_speed, model, LikelihoodFamily, ModelChoices, NoiseParameter, DRY_SPEED_TAKES,
-    SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET, TERMS_TAKES, VISCOUS_TAKES,
+    checked_terms, checked_viscous, dry_speed, dry_speeds, model, parameters, some_terms, viscous_forms,
+    LikelihoodFamily, ModelChoices, NoiseParameter, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET,
 };
-use super::expect::{Expect, ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
-use super::keys::{Key, Section};
+use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
+use super::keys::Section;
 use super::materials::{Liquid, Particle};
 use super::naming::SceneNames;
-use super::table::{
-    read_nothing, Count, Inner, Number, NumberOr, Numbers, NumbersByParticle, OneOf, SceneTable, SomeOf, Texts,
-    MOST_COUNTED,
-};
+use super::table::{count, number, one_of, read_nothing, section, texts, SceneTable, MOST_COUNTED};
 use crate::physics::balance::Balance;
 use crate::physics::coefficient::Coefficients;
 use crate::physics::dry::DRY_K;
@@ -148,144 +145,19 @@ pub struct Design {
     pub repeats: u64,
 }
 
-const TRUE_DRY_K: Key<Inner> = Key::new(
-    DRY_K.name,
-    Inner("a table of particles, each with a number of 0 or more or a table by diameter in mm"),
-)
-.means("k of each particle")
-.example("{ PTFE = 0.183, PE = { \"3.175\" = 0.12, \"4.762\" = 0.13 } }")
-.optional(WANTED);
-
-/// What is to be said of a parameter of the truth that has no default.
-const WANTED: &str = "a simulation that needs it is refused";
-
-/// The key of a parameter that particles share.
-fn shared(coefficient: Coefficient) -> Key<Number> {
-    let own = coefficient.describe();
-    Key::new(own.name, Number(if own.must_be_positive { ABOVE_ZERO } else { FINITE }))
-        .means(own.meaning)
-        .example(own.example)
-        .optional(WANTED)
-}
-
-/// The key of a parameter of the noise.
-const fn noise(own: &NoiseParameter, expect: Expect, absent: &'static str) -> Key<Number> {
-    Key::new(own.name, Number(expect))
-        .means(own.meaning)
-        .example(own.example)
-        .optional(absent)
-}
-
-const TRUE_SIGMA_DRY: Key<Number> = noise(&SIGMA_DRY, NOT_NEGATIVE, WANTED);
-const TRUE_SIGMA_WET: Key<Number> = noise(&SIGMA_WET, NOT_NEGATIVE, WANTED);
-const TRUE_SIGMA_ENERGY: Key<Number> = noise(&SIGMA_ENERGY, NOT_NEGATIVE, "none");
-const TRUE_SIGMA_SERIES: Key<Number> = noise(&SIGMA_SERIES, NOT_NEGATIVE, "none");
-
-/// The keys of the shapes of the families, each with its family.
-fn shapes() -> impl Iterator<Item = (LikelihoodFamily, Key<Number>)> {
-    LikelihoodFamily::NAMED.into_iter().filter_map(|(_, family)| {
-        let own = family.shape()?;
-        let expect = if own.least < 0.0 { FINITE } else { ABOVE_ZERO };
-        Some((family, noise(&own, expect, WANTED)))
-    })
-}
-
-const NOISE: Key<OneOf<NoiseShape>, NoiseShape> = Key::new(
-    "noise",
-    OneOf::of(|| {
-        let families = LikelihoodFamily::NAMED.map(|(name, family)| (name, NoiseShape::Family(family)));
-        let others = [
-            ("skewed", NoiseShape::Skewed),
-            ("heteroscedastic", NoiseShape::Heteroscedastic),
-        ];
-        families.into_iter().chain(others).collect()
-    }),
-)
-.means("shape of the noise")
-.example("\"skewed\"")
-.defaults_to(NoiseShape::Family(LikelihoodFamily::Normal));
-
-/// What holds without a key that [model] has, too.
-const AS_THE_MODEL: &str = "as in [model]";
-
-const TRUE_INERTIA: Key<OneOf<Inertia>> = Key::new(
-    "inertia",
-    OneOf::of(|| Inertia::ALL.map(|form| (form.name(), form)).to_vec()),
-)
-.means("form of the inertial loss")
-.example("\"saturating\"")
-.optional("as in [model], there stepwise where it is open");
-
-const TRUE_VISCOUS: Key<OneOf<Viscous>> = Key::new("viscous", VISCOUS_TAKES)
-    .means("form of the viscous loss")
-    .example("\"film\"")
-    .optional(AS_THE_MODEL);
-
-const TRUE_DRY_SPEED: Key<NumberOr> = Key::of("dry_speed", Dimension::Speed, DRY_SPEED_TAKES)
-    .means("impact speed at which e_dry enters")
-    .example("\"impact\"")
-    .optional(AS_THE_MODEL);
-
-const TRUE_TERMS: Key<SomeOf<Term>> = Key::new("terms", TERMS_TAKES)
-    .means("terms that the truth holds")
-    .example("[\"inertia\", \"viscous\", \"bridge\"]")
-    .optional("inertia and viscous");
-
-const DIAMETER: Key<NumbersByParticle> = Key::of("diameter", Dimension::Length, NumbersByParticle(ABOVE_ZERO))
-    .means("diameters of each particle")
-    .example("{ PTFE = [3.175, 4.762] }")
-    .optional(WANTED);
-
-const FILM_RATIOS: Key<NumbersByParticle> = Key::new("film_ratio", NumbersByParticle(FILM_RATIO))
-    .means("film ratios of each particle")
-    .example("[0.03, 0.06]")
-    .optional(WANTED);
-
-const LIQUIDS: Key<Texts> = Key::new("liquids", Texts)
-    .means("liquids, names in [liquids]")
-    .example("[\"AK10\"]")
-    .optional("every run is dry");
-
-const HEIGHT: Key<Numbers> = Key::of("height", Dimension::Length, Numbers(ABOVE_ZERO))
-    .means("heights that wet runs fall from, v = √(2 g h)")
-    .example("[30, 50, 100, 150]")
-    .optional("impact_speed says it");
-
-const IMPACT_SPEED: Key<Numbers> = Key::of("impact_speed", Dimension::Speed, Numbers(ABOVE_ZERO))
-    .means("impact speeds of the wet runs")
-    .example("[0.5, 1.0, 2.0]")
-    .optional("height says it");
-
-const DRY_IMPACT_SPEED: Key<Numbers> = Key::of("dry_impact_speed", Dimension::Speed, Numbers(ABOVE_ZERO))
-    .means("impact speeds of the dry runs")
-    .example("[0.5, 1.0, 2.0]")
-    .optional("no run is dry");
-
-const FILM_REL_SD: Key<Number> = Key::new("film_rel_sd", Number(SHARE))
-    .means("gives every wet run a film of its own: sd of its logarithm about that of the setting")
-    .example("0.02")
-    .optional("every film is that of its setting");
-
-const IMPACT_SPEED_REL_SD: Key<Number> = Key::new("impact_speed_rel_sd", Number(SHARE))
-    .means("gives every run an impact speed of its own, in the same way")
-    .example("0.05")
-    .optional("every speed is that of its setting");
-
-const REPEATS: Key<Count, u64> = Key::new("repeats", Count(1, MOST_COUNTED))
-    .means("runs at each setting")
-    .example("5")
-    .defaults_to(1);
-
 /// What is to be said of the tables of a simulation.
 pub(super) fn guide() -> [Section; 2] {
     let (usual, _) = read_nothing(|table| model(table, &[], &[]));
-    let (_, of_truth) = read_nothing(|table| truth(table, &[], (&[], &[]), &usual));
-    let (_, of_design) = read_nothing(|table| design(table, &SceneNames::default()));
     let about = "The parameters that simulated runs are drawn from; of a fit only the report reads them";
-    [
-        Section::new("[truth]", about, of_truth),
-        Section::new("[design]", "The settings that simulated runs are made at", of_design),
-    ]
+    let mut of_truth = section("[truth]", about, |table| truth(table, &[], (&[], &[]), &usual));
+    for key in of_truth.keys.iter_mut().filter(|key| key.meaning.is_empty()) {
+        if let Some(own) = parameters().find(|own| own.name == key.base) {
+            (key.meaning, key.example) = (own.meaning, own.example.to_owned());
+        }
+    }
+    let about = "The settings that simulated runs are made at";
+    let of_design = section("[design]", about, |table| design(table, &SceneNames::default()));
+    [of_truth, of_design]
 }
 
 pub(super) fn truth(
@@ -295,28 +167,43 @@ pub(super) fn truth(
     model: &ModelChoices,
 ) -> Truth {
     let (dry_k, dry_k_by_diameter) = true_k(table, names);
-    let shared = Coefficient::ALL.map(|coefficient| table.read(&shared(coefficient)));
-    let inertia = table.read(&TRUE_INERTIA).or(model.inertia);
-    let viscous = table.read(&TRUE_VISCOUS);
+    let shared = Coefficient::ALL.map(|coefficient| {
+        let own = coefficient.describe();
+        table.read(own.name, number(if own.must_be_positive { ABOVE_ZERO } else { FINITE }))
+    });
+    let forms = Inertia::ALL.map(|form| (form.name(), form));
+    let inertia = table.read("inertia", one_of(forms)).or(model.inertia);
+    let viscous = table.read("viscous", viscous_forms());
     let viscous = viscous.map(|form| checked_viscous(table, form, particles));
-    let terms = table.read(&TRUE_TERMS).flatten();
+    let terms = table.read("terms", some_terms()).flatten();
+    let spread = |own: &NoiseParameter| table.read(own.name, number(NOT_NEGATIVE));
+    let families = LikelihoodFamily::NAMED.map(|(name, family)| (name, NoiseShape::Family(family)));
+    let others = [
+        ("skewed", NoiseShape::Skewed),
+        ("heteroscedastic", NoiseShape::Heteroscedastic),
+    ];
+    let shapes: Vec<_> = families.into_iter().chain(others).collect();
     let mut truth = Truth {
         dry_k,
         dry_k_by_diameter,
         shared,
         inertia: inertia.unwrap_or(Inertia::DEFAULT),
         viscous: viscous.unwrap_or(model.viscous),
-        dry_speed: table.read(&TRUE_DRY_SPEED).map_or(model.dry_speed, dry_speed),
-        sigma_dry: table.read(&TRUE_SIGMA_DRY),
-        sigma_wet: table.read(&TRUE_SIGMA_WET),
-        sigma_energy: table.read(&TRUE_SIGMA_ENERGY),
-        sigma_series: table.read(&TRUE_SIGMA_SERIES),
-        noise: table.read_or(&NOISE),
+        dry_speed: table.read("dry_speed", dry_speeds()).map_or(model.dry_speed, dry_speed),
+        sigma_dry: spread(&SIGMA_DRY),
+        sigma_wet: spread(&SIGMA_WET),
+        sigma_energy: spread(&SIGMA_ENERGY),
+        sigma_series: spread(&SIGMA_SERIES),
+        noise: table.read_or("noise", one_of(shapes), NoiseShape::Family(LikelihoodFamily::Normal)),
         shape: None,
         terms: checked_terms(table, terms, liquids),
     };
-    for (family, key) in shapes() {
-        let value = table.read(&key);
+    for (_, family) in LikelihoodFamily::NAMED {
+        let Some(own) = family.shape() else {
+            continue;
+        };
+        let expect = if own.least < 0.0 { FINITE } else { ABOVE_ZERO };
+        let value = table.read(own.name, number(expect));
         if truth.noise == NoiseShape::Family(family) {
             truth.shape = value;
         }
@@ -329,7 +216,8 @@ pub(super) fn truth(
 /// of these.
 fn true_k(table: &SceneTable, particles: &[&str]) -> (Vec<Option<f64>>, Vec<Vec<KOfDiameter>>) {
     let (mut of_all, mut of_each) = (vec![None; particles.len()], vec![vec![]; particles.len()]);
-    let Some(by_particle) = table.inner_table(&TRUE_DRY_K) else {
+    let takes = "a table of particles, each with a number of 0 or more or a table by diameter in mm";
+    let Some(by_particle) = table.inner_table(DRY_K.name, takes) else {
         return (of_all, of_each);
     };
     for (particle, name) in particles.iter().enumerate() {
@@ -367,34 +255,35 @@ fn by_diameter(table: &SceneTable) -> Vec<KOfDiameter> {
 }
 
 pub(super) fn design(table: &SceneTable, names: &SceneNames) -> Design {
-    let diameters = table.by_particle(&DIAMETER, &names.particles);
+    let diameters = table.by_particle("diameter", Dimension::Length, ABOVE_ZERO, &names.particles);
     let mut used = vec![];
-    for (name, at) in table.read(&LIQUIDS).unwrap_or_default() {
+    for (name, at) in table.read("liquids", texts()).unwrap_or_default() {
         match names.liquids.iter().position(|liquid| *liquid == name) {
             Some(liquid) => used.push(liquid),
             None => {
                 let names = names.liquids.iter().copied();
-                table.refuse_name(LIQUIDS.base, (&name, at), "a name in [liquids]", names);
+                table.refuse_name("liquids", (&name, at), "a name in [liquids]", names);
             }
         }
     }
-    let film_ratios = table.by_particle(&FILM_RATIOS, &names.particles);
-    let heights = table.read(&HEIGHT);
-    let speeds = table.read(&IMPACT_SPEED);
+    let film_ratios = table.by_particle("film_ratio", Dimension::One, FILM_RATIO, &names.particles);
+    let heights = table.list("height", Dimension::Length, ABOVE_ZERO);
+    let speeds = table.list("impact_speed", Dimension::Speed, ABOVE_ZERO);
     if heights.is_some() && speeds.is_some() {
         let at = table.at("");
         table.refuse("", at, None, "expected either drop heights or impact speeds, not both");
     }
+    let dry_speeds = table.list("dry_impact_speed", Dimension::Speed, ABOVE_ZERO);
     let fallen = heights.map(|hs| hs.into_iter().map(numbers::free_fall_speed).collect());
     let design = Design {
         diameters,
         liquids: used,
         film_ratios,
         speeds: fallen.or(speeds).unwrap_or_default(),
-        dry_speeds: table.read(&DRY_IMPACT_SPEED).unwrap_or_default(),
-        film_rel_sd: table.read(&FILM_REL_SD),
-        impact_speed_rel_sd: table.read(&IMPACT_SPEED_REL_SD),
-        repeats: table.read_or(&REPEATS),
+        dry_speeds: dry_speeds.unwrap_or_default(),
+        film_rel_sd: table.read("film_rel_sd", number(SHARE)),
+        impact_speed_rel_sd: table.read("impact_speed_rel_sd", number(SHARE)),
+        repeats: table.read_or("repeats", count(1, MOST_COUNTED), 1),
     };
     table.finish();
     design

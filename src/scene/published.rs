@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE};
-use super::keys::{Key, Section};
-use super::table::{read_nothing, Number, OneOf, SceneTable, Text};
+use super::keys::Section;
+use super::table::{number, one_of, section, text, SceneTable};
 use crate::physics::Quantity;
 
 /// One of the two laws of the wet restitution.
@@ -46,67 +46,32 @@ pub struct Published {
     pub source: String,
 }
 
-const QUANTITY: Key<OneOf<Quantity>> = Key::new("quantity", OneOf::of(quantities))
-    .means("what it is")
-    .example("\"e_inf\"");
-
-/// What the literature gives numbers for.
-fn quantities() -> Vec<(&'static str, Quantity)> {
-    let all = [Quantity::EInf, Quantity::StC, Quantity::DryK];
-    all.map(|quantity| (quantity.describe().name, quantity)).to_vec()
-}
-
-const PARTICLE: Key<Text> = Key::new("particle", Text)
-    .means("the particle it is of, a name in [particles]")
-    .example("\"PTFE\"");
-
-const OF_FILM_RATIO: Key<Number> = Key::new("film_ratio", Number(FILM_RATIO))
-    .means("the film ratio it holds for")
-    .example("0.06")
-    .optional("all of them");
-
-const LAW: Key<OneOf<WetLaw>> = Key::new(
-    "law",
-    OneOf::of(|| [WetLaw::Linear, WetLaw::Sqrt].map(|law| (law.name(), law)).to_vec()),
-)
-.means("the law it was fitted with; not of dry_k")
-.example("\"linear\"")
-.optional("linear");
-
-const VALUE: Key<Number> = Key::new("value", Number(FINITE)).means("its value").example("0.718");
-
-const SE: Key<Number> = Key::new("se", Number(ABOVE_ZERO))
-    .means("its standard error")
-    .example("0.004");
-
-const SOURCE: Key<Text> = Key::new("source", Text)
-    .means("where it stands")
-    .example("\"Müller & Huang 2016, fig. 2\"");
-
 /// What is to be said of a table of a number from the literature.
 pub(super) fn guide() -> Section {
     let about = "A number from the literature, to set beside ours; one table for each";
-    let (_, keys) = read_nothing(|table| published(table, &[]));
-    Section::new("[[published]]", about, keys)
+    section("[[published]]", about, |table| published(table, &[]))
 }
 
 /// Reads a number from the literature.
 pub(super) fn published(table: &SceneTable, particles: &[&str]) -> Option<Published> {
-    let quantity = table.read(&QUANTITY);
-    let name = table.read(&PARTICLE);
+    let quantities = [Quantity::EInf, Quantity::StC, Quantity::DryK];
+    let quantities = quantities.map(|quantity| (quantity.describe().name, quantity));
+    let quantity = table.required("quantity", one_of(quantities));
+    let name = table.required("particle", text());
     let particle = name.as_deref().and_then(|name| {
         let index = particles.iter().position(|particle| *particle == name);
         if index.is_none() {
-            let (names, at) = (particles.iter().copied(), table.at(PARTICLE.base));
-            table.refuse_name(PARTICLE.base, (name, at), "a name in [particles]", names);
+            let (names, at) = (particles.iter().copied(), table.at("particle"));
+            table.refuse_name("particle", (name, at), "a name in [particles]", names);
         }
         index
     });
-    let film_ratio = table.read(&OF_FILM_RATIO);
-    let law = table.read(&LAW);
-    let value = table.read(&VALUE);
-    let se = table.read(&SE);
-    let source = table.read(&SOURCE);
+    let film_ratio = table.read("film_ratio", number(FILM_RATIO));
+    let laws = [WetLaw::Linear, WetLaw::Sqrt].map(|law| (law.name(), law));
+    let law = table.read("law", one_of(laws));
+    let value = table.required("value", number(FINITE));
+    let se = table.required("se", number(ABOVE_ZERO));
+    let source = table.required("source", text());
     table.finish();
     let quantity = quantity?;
     Some(Published {

@@ -5,11 +5,11 @@ use std::path::Path;
 use super::contents::Scene;
 use super::data::data;
 use super::document::Document;
-use super::keys::{Key, Section};
+use super::keys::Section;
 use super::materials::{liquids, particles, LIQUIDS, PARTICLES};
 use super::naming::SceneNames;
 use super::published::published;
-use super::table::{read_nothing, SceneTable, Text};
+use super::table::{section, text, SceneTable};
 use super::table_file::TableFile;
 use super::{choices, plan, table};
 use crate::encoding::decode;
@@ -17,25 +17,14 @@ use crate::error::{named, Error};
 use crate::files;
 use crate::seed::sha256;
 
-const TITLE: Key<Text> = Key::new("title", Text)
-    .means("title of the report")
-    .example("\"PTFE and PE spheres on wetted glass\"")
-    .optional("the name of the scene's folder");
-
-const SOURCE: Key<Text> = Key::new("source", Text)
-    .means("where the runs come from, in words")
-    .example("\"measured in May, films by weight\"")
-    .optional("not told");
-
 /// What is to be said of the keys above all tables.
 pub(super) fn guide() -> Section {
-    let (_, keys) = read_nothing(of_report);
-    Section::new("", "What the report says of itself", keys).that_may_be_empty()
+    section("", "What the report says of itself", of_report).that_may_be_empty()
 }
 
 /// Title and source.
 fn of_report(root: &SceneTable) -> [Option<String>; 2] {
-    [root.read(&TITLE), root.read(&SOURCE)]
+    [root.read("title", text()), root.read("source", text())]
 }
 
 /// Reads and checks a scene file.

@@ -1,6 +1,6 @@
 //! Holds the columns that a table of runs can have.
 
-use super::keys::KeyGuide;
+use super::keys::{KeyGuide, Without};
 use super::names::letters_apart;
 use crate::units::{names_in_words, Dimension, Unit};
 
@@ -49,116 +49,63 @@ pub enum RunColumn {
     Run,
 }
 
-/// What holds without a column of errors.
-const NO_ERROR: &str = "taken as exact, but for what scatters the runs";
+/// Every column, in order, with its name without a unit and what it holds.
+const COLUMNS: [(RunColumn, &str, Dimension); 20] = [
+    (RunColumn::Particle, "particle", Dimension::One),
+    (RunColumn::Liquid, "liquid", Dimension::One),
+    (RunColumn::Diameter, "diameter", Dimension::Length),
+    (RunColumn::Film, "film", Dimension::Thickness),
+    (RunColumn::ImpactSpeed, "impact_speed", Dimension::Speed),
+    (RunColumn::ReboundSpeed, "rebound_speed", Dimension::Speed),
+    (RunColumn::Restitution, "restitution", Dimension::Share),
+    (RunColumn::FilmRatio, "film_ratio", Dimension::Share),
+    (RunColumn::ImpactSpeedSd, "impact_speed_sd", Dimension::Speed),
+    (RunColumn::ReboundSpeedSd, "rebound_speed_sd", Dimension::Speed),
+    (RunColumn::RestitutionSd, "restitution_sd", Dimension::Share),
+    (RunColumn::SpeedCorrelation, "speed_correlation", Dimension::One),
+    (RunColumn::DropHeight, "drop_height", Dimension::Length),
+    (RunColumn::ReboundHeight, "rebound_height", Dimension::Length),
+    (RunColumn::Stokes, "stokes", Dimension::One),
+    (RunColumn::Runs, "runs", Dimension::One),
+    (RunColumn::RestitutionSdOfRuns, "restitution_sd_of_runs", Dimension::One),
+    (RunColumn::RestitutionSe, "restitution_se", Dimension::One),
+    (RunColumn::Exclude, "exclude", Dimension::One),
+    (RunColumn::Run, "run", Dimension::One),
+];
 
-/// A column of words.
-fn word(base: &'static str, example: &'static str) -> KeyGuide {
-    KeyGuide::new(base, Dimension::One, "a word", example)
-}
-
-/// A column of numbers.
-fn number(base: &'static str, dimension: Dimension, example: &'static str) -> KeyGuide {
-    KeyGuide::new(base, dimension, "a number", example)
-}
+/// The head of what is said of the columns.
+pub(super) const HEAD: &str = "Columns of a table of runs";
 
 impl RunColumn {
     /// Every column.
-    pub const ALL: [RunColumn; 20] = [
-        RunColumn::Particle,
-        RunColumn::Liquid,
-        RunColumn::Diameter,
-        RunColumn::Film,
-        RunColumn::ImpactSpeed,
-        RunColumn::ReboundSpeed,
-        RunColumn::Restitution,
-        RunColumn::FilmRatio,
-        RunColumn::ImpactSpeedSd,
-        RunColumn::ReboundSpeedSd,
-        RunColumn::RestitutionSd,
-        RunColumn::SpeedCorrelation,
-        RunColumn::DropHeight,
-        RunColumn::ReboundHeight,
-        RunColumn::Stokes,
-        RunColumn::Runs,
-        RunColumn::RestitutionSdOfRuns,
-        RunColumn::RestitutionSe,
-        RunColumn::Exclude,
-        RunColumn::Run,
-    ];
+    pub const ALL: [RunColumn; COLUMNS.len()] = {
+        let mut all = [RunColumn::Particle; COLUMNS.len()];
+        let mut at = 0;
+        while at < all.len() {
+            all[at] = COLUMNS[at].0;
+            at += 1;
+        }
+        all
+    };
 
     /// What is to be said of it.
     pub fn guide(self) -> KeyGuide {
-        match self {
-            RunColumn::Particle => word("particle", "PTFE").means("name of the sphere's material, one in [particles]"),
-            RunColumn::Liquid => word("liquid", "AK10")
-                .means("name of the liquid in every row, one in [liquids]; empty or `dry` without liquid")
-                .without("every run is dry, and the scene has no [liquids]"),
-            RunColumn::Diameter => number("diameter", Dimension::Length, "4.762").means("diameter of the sphere"),
-            RunColumn::Film => number("film", Dimension::Thickness, "287")
-                .means("thickness of the film; not read of dry runs")
-                .without("no run may be wet"),
-            RunColumn::ImpactSpeed => number("impact_speed", Dimension::Speed, "1.41")
-                .means("normal speed before the impact")
-                .without("drop_height or stokes gives it"),
-            RunColumn::ReboundSpeed => number("rebound_speed", Dimension::Speed, "0.92")
-                .means("normal speed after the impact; 0: the run stuck")
-                .without("restitution or rebound_height gives it"),
-            RunColumn::Restitution => number("restitution", Dimension::Share, "0.652")
-                .means("rebound over impact speed; 0: the run stuck")
-                .without("rebound_speed or rebound_height gives it"),
-            RunColumn::DropHeight => number("drop_height", Dimension::Length, "100")
-                .means("where the sphere's lowest point falls from (its centre: heights_of), v = √(2 g h)")
-                .without("impact_speed or stokes gives the speed"),
-            RunColumn::ReboundHeight => number("rebound_height", Dimension::Length, "43")
-                .means("how high its lowest point rebounds; see heights_of, heights_to")
-                .without("rebound_speed or restitution gives the speed"),
-            RunColumn::Stokes => number("stokes", Dimension::One, "52")
-                .means("Stokes number St = ρp D v/(9 η) of a wet run")
-                .without("impact_speed or drop_height gives the speed"),
-            RunColumn::FilmRatio => number("film_ratio", Dimension::Share, "0.06")
-                .means("nominal film ratio δ/D that the run belongs to")
-                .without("by film_ratios in [data], else groups are found"),
-            RunColumn::ImpactSpeedSd => number("impact_speed_sd", Dimension::Speed, "0.004")
-                .means("sd of the error of the impact speed")
-                .without(NO_ERROR),
-            RunColumn::ReboundSpeedSd => number("rebound_speed_sd", Dimension::Speed, "0.004")
-                .means("sd of the error of the rebound speed")
-                .without(NO_ERROR),
-            RunColumn::RestitutionSd => number("restitution_sd", Dimension::Share, "0.01")
-                .means("sd of the error of the restitution as a whole")
-                .without(NO_ERROR),
-            RunColumn::SpeedCorrelation => number("speed_correlation", Dimension::One, "0.5")
-                .means("correlation of the errors of both speeds, from -1 to 1")
-                .without("0"),
-            RunColumn::Runs => number("runs", Dimension::One, "5")
-                .means("how many runs at one setting the row is the mean of")
-                .without("each row is one run"),
-            RunColumn::RestitutionSdOfRuns => number("restitution_sd_of_runs", Dimension::One, "0.012")
-                .means("of a mean: sd of its single runs")
-                .without("restitution_se says how the runs of a mean scatter"),
-            RunColumn::RestitutionSe => number("restitution_se", Dimension::One, "0.005")
-                .means("of a mean: its standard error, sd/√runs")
-                .without("restitution_sd_of_runs says how the runs of a mean scatter"),
-            RunColumn::Exclude => word("exclude", "touched the wall")
-                .means(
-                    "why the run is left out; counted under these words; a no, `ok` or dash keeps it, 0 among 0 and 1",
-                )
-                .without("every run is used"),
-            RunColumn::Run => word("run", "17")
-                .means("a label, shown in messages about the row")
-                .without("rows are counted"),
-        }
+        let takes = if self.is_number() { "a number" } else { "a word" };
+        let without = match self {
+            RunColumn::Particle | RunColumn::Diameter => Without::Refused,
+            _ => Without::Words(""),
+        };
+        KeyGuide::new(self.base(), self.dimension(), takes, without).in_table(HEAD)
     }
 
     /// Its name without a unit.
     pub fn base(self) -> &'static str {
-        self.guide().base
+        COLUMNS[self as usize].1
     }
 
     /// What it holds.
     pub fn dimension(self) -> Dimension {
-        self.guide().dimension
+        COLUMNS[self as usize].2
     }
 
     /// Whether its cells are numbers.
@@ -187,7 +134,7 @@ impl RunColumn {
 
     /// Its name in the usual unit, to ask for it.
     pub fn usual_name(self) -> String {
-        self.guide().usual_name()
+        format!("{}{}", self.base(), self.dimension().units()[0].suffix)
     }
 
     /// Every name a column can have, with its unit.
@@ -220,5 +167,15 @@ impl RunColumn {
             .filter_map(|(candidate, column, _)| Some((letters_apart(name, &candidate, 2)?, candidate, column)));
         let (_, near, column) = near.min()?;
         Some((column, format!("unknown column; did you mean `{near}`?")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_listed_in_their_order() {
+        assert!(RunColumn::ALL.is_sorted_by(|one, next| *one as usize + 1 == *next as usize));
     }
 }

@@ -1,8 +1,8 @@
 //! Reads how a scene has its intervals made.
 
 use crate::scene::expect::INSIDE_ONE;
-use crate::scene::keys::{Key, Section};
-use crate::scene::table::{read_nothing, Count, Number, OneOf, SceneTable};
+use crate::scene::keys::Section;
+use crate::scene::table::{count, number, one_of, section, SceneTable};
 
 /// How intervals are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,44 +66,20 @@ impl IntervalMethod {
 /// these are listed.
 pub const MOST_REPLICATES: u64 = 1_000_000;
 
-const REPLICATES: Key<Count, u64> = Key::new("replicates", Count(1, MOST_REPLICATES))
-    .means("how many times the runs are resampled")
-    .example("2000")
-    .defaults_to(10_000);
-
-const SCHEME: Key<OneOf<ResamplingScheme>, ResamplingScheme> = Key::new(
-    "scheme",
-    OneOf::of(|| ResamplingScheme::NAMED.to_vec()).replacing(&[("residuals", "cases"), ("parametric", "cases")]),
-)
-.means("what is resampled: runs, or whole series")
-.example("\"series\"")
-.defaults_to(ResamplingScheme::Cases);
-
-const INTERVAL: Key<OneOf<IntervalMethod>> = Key::new(
-    "interval",
-    OneOf::of(|| IntervalMethod::NAMED.to_vec()).replacing(&[("studentized", "bca")]),
-)
-.means("the interval to quote")
-.example("\"bca\"")
-.optional("percentile; of few runs that of least squares");
-
-const LEVEL: Key<Number, f64> = Key::new("level", Number(INSIDE_ONE))
-    .means("probability of the intervals")
-    .example("0.9")
-    .defaults_to(0.95);
-
 /// What is to be said of the table of the bootstrap.
 pub(in crate::scene) fn guide() -> Section {
-    let (_, keys) = read_nothing(bootstrap);
-    Section::new("[bootstrap]", "How the intervals of least squares are made", keys).that_may_be_empty()
+    let about = "How the intervals of least squares are made";
+    section("[bootstrap]", about, bootstrap).that_may_be_empty()
 }
 
 pub fn bootstrap(table: &SceneTable) -> Bootstrap {
+    let schemes = one_of(ResamplingScheme::NAMED).replacing(&[("residuals", "cases"), ("parametric", "cases")]);
+    let methods = one_of(IntervalMethod::NAMED).replacing(&[("studentized", "bca")]);
     let bootstrap = Bootstrap {
-        replicates: table.read_or(&REPLICATES),
-        scheme: table.read_or(&SCHEME),
-        interval: table.read(&INTERVAL),
-        level: table.read_or(&LEVEL),
+        replicates: table.read_or("replicates", count(1, MOST_REPLICATES), 10_000),
+        scheme: table.read_or("scheme", schemes, ResamplingScheme::Cases),
+        interval: table.read("interval", methods),
+        level: table.read_or("level", number(INSIDE_ONE), 0.95),
     };
     table.finish();
     bootstrap

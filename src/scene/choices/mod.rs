@@ -23,8 +23,8 @@ pub use sampler::{Sampler, MOST_KEPT};
 use super::keys::Section;
 
 pub(super) use bootstrap::bootstrap;
-pub(super) use model::{checked_terms, checked_viscous, dry_speed, model, DRY_SPEED_TAKES, TERMS_TAKES, VISCOUS_TAKES};
-pub(super) use priors::priors;
+pub(super) use model::{checked_terms, checked_viscous, dry_speed, dry_speeds, model, some_terms, viscous_forms};
+pub(super) use priors::{parameters, priors};
 pub(super) use sampler::sampler;
 
 /// What is to be said of the tables that choose a method.

@@ -5,9 +5,9 @@ use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::{DrySpeed, Form, Inertia, Viscous};
 use crate::scene::expect::ABOVE_ZERO;
-use crate::scene::keys::{Key, Section};
+use crate::scene::keys::Section;
 use crate::scene::materials::{Liquid, Particle};
-use crate::scene::table::{read_nothing, NumberOr, OneOf, SceneTable, SomeOf, Switch};
+use crate::scene::table::{number_or, one_of, section, some_of, switch, SceneTable, Takes};
 use crate::units::Dimension;
 
 /// What the model holds.
@@ -159,104 +159,54 @@ pub enum Sticking {
     Excluded,
 }
 
-const DRY_SPEED: Key<NumberOr, Option<f64>> = Key::of("dry_speed", Dimension::Speed, DRY_SPEED_TAKES)
-    .means("impact speed at which e_dry enters; \"impact\": each run's own, e_inf and St_c then still at the default")
-    .example("\"impact\"")
-    .defaults_to(Some(REFERENCE_SPEED));
-pub const DRY_SPEED_TAKES: NumberOr = NumberOr(ABOVE_ZERO, "impact");
+/// What is taken for the speed at which e_dry enters; none is each run's own.
+pub fn dry_speeds() -> Takes<Option<f64>> {
+    number_or(ABOVE_ZERO, "impact").of(Dimension::Speed)
+}
 
-const INERTIA: Key<OneOf<Option<Inertia>>, Option<Inertia>> = Key::new(
-    "inertia",
-    OneOf::of(|| {
-        let forms = Inertia::ALL.map(|form| (form.name(), Some(form)));
-        forms.into_iter().chain([("auto", None)]).collect()
-    }),
-)
-.means("form of the inertial loss; auto: as the runs require, by comparison")
-.example("\"saturating\"")
-.defaults_to(None);
+/// What is taken for the form of the viscous loss.
+pub fn viscous_forms() -> Takes<Viscous> {
+    one_of(Viscous::NAMED.map(|form| (form.name(), form)))
+}
 
-const VISCOUS: Key<OneOf<Viscous>, Viscous> = Key::new("viscous", VISCOUS_TAKES)
-    .means("form of the viscous loss: one L, or L of each film, without δc")
-    .example("\"film\"")
-    .defaults_to(Viscous::Constant);
-pub const VISCOUS_TAKES: OneOf<Viscous> = OneOf::of(|| Viscous::NAMED.map(|form| (form.name(), form)).to_vec());
-
-const TERMS: Key<SomeOf<Term>, Option<Vec<Term>>> = Key::new("terms", TERMS_TAKES)
-    .means("terms of the energy balance; auto: inertia and viscous, unless the runs do not require one")
-    .example("[\"inertia\", \"viscous\", \"bridge\"]")
-    .defaults_to(None);
-pub const TERMS_TAKES: SomeOf<Term> = SomeOf {
-    words: || Term::LISTED.map(|term| (term.name(), term)).to_vec(),
-    instead: "auto",
-};
-
-const LIKELIHOOD: Key<OneOf<LikelihoodFamily>, LikelihoodFamily> =
-    Key::new("likelihood", OneOf::of(|| LikelihoodFamily::NAMED.to_vec()))
-        .means(
-            "distribution of the noise; student: with outliers; asymmetric_laplace: two exponentials, one to each side",
-        )
-        .example("\"student\"")
-        .defaults_to(LikelihoodFamily::Normal);
-
-const DRY_K: Key<OneOf<DryKOf>, DryKOf> = Key::new(
-    "dry_k",
-    OneOf::of(|| vec![("particle", DryKOf::Particle), ("diameter", DryKOf::Diameter)]),
-)
-.means("what has a k of its own; a fit takes at most 300 k")
-.example("\"diameter\"")
-.defaults_to(DryKOf::Particle);
-
-const STICKING: Key<OneOf<Sticking>, Sticking> = Key::new(
-    "sticking",
-    OneOf::of(|| {
-        vec![
-            ("censored", Sticking::Censored),
-            ("truncated", Sticking::Truncated),
-            ("excluded", Sticking::Excluded),
-        ]
-    }),
-)
-.means("runs that stuck: censored are data, truncated were not logged, excluded are left out")
-.example("\"truncated\"")
-.defaults_to(Sticking::Censored);
-
-const NOISE_ON: Key<OneOf<NoiseOn>, NoiseOn> = Key::new(
-    "noise",
-    OneOf::of(|| {
-        vec![
-            ("auto", NoiseOn::Auto),
-            ("restitution", NoiseOn::Restitution),
-            ("both", NoiseOn::Both),
-        ]
-    }),
-)
-.means("what scatters; both: the energy that a wet run keeps, too; auto: that only where barely rebounding runs ask for it")
-.example("\"both\"")
-.defaults_to(NoiseOn::Auto);
-
-const SERIES_OFFSETS: Key<Switch, bool> = Key::new("series_offsets", Switch)
-    .means("whether every series of runs has an offset of the energy kept")
-    .example("true")
-    .defaults_to(false);
+/// What is taken for the terms of the energy balance.
+pub fn some_terms() -> Takes<Option<Vec<Term>>> {
+    some_of(Term::LISTED.map(|term| (term.name(), term)), "auto")
+}
 
 /// What is to be said of the table of the model.
 pub(in crate::scene) fn guide() -> Section {
-    let (_, keys) = read_nothing(|table| model(table, &[], &[]));
-    Section::new("[model]", "What the model holds", keys).that_may_be_empty()
+    section("[model]", "What the model holds", |table| model(table, &[], &[])).that_may_be_empty()
 }
 
 pub fn model(table: &SceneTable, particles: &[Particle], liquids: &[Liquid]) -> ModelChoices {
+    let forms = Inertia::ALL.map(|form| (form.name(), Some(form)));
+    let forms: Vec<_> = forms.into_iter().chain([("auto", None)]).collect();
+    let noise = one_of([
+        ("auto", NoiseOn::Auto),
+        ("restitution", NoiseOn::Restitution),
+        ("both", NoiseOn::Both),
+    ]);
+    let dry_k = one_of([("particle", DryKOf::Particle), ("diameter", DryKOf::Diameter)]);
+    let sticking = one_of([
+        ("censored", Sticking::Censored),
+        ("truncated", Sticking::Truncated),
+        ("excluded", Sticking::Excluded),
+    ]);
     let choices = ModelChoices {
-        dry_speed: dry_speed(table.read_or(&DRY_SPEED)),
-        inertia: table.read_or(&INERTIA),
-        viscous: checked_viscous(table, table.read_or(&VISCOUS), particles),
-        terms: checked_terms(table, table.read_or(&TERMS), liquids),
-        likelihood: table.read_or(&LIKELIHOOD),
-        noise: table.read_or(&NOISE_ON),
-        series_offsets: table.read_or(&SERIES_OFFSETS),
-        dry_k: table.read_or(&DRY_K),
-        sticking: table.read_or(&STICKING),
+        dry_speed: dry_speed(table.read_or("dry_speed", dry_speeds(), Some(REFERENCE_SPEED))),
+        inertia: table.read_or("inertia", one_of(forms), None),
+        viscous: checked_viscous(
+            table,
+            table.read_or("viscous", viscous_forms(), Viscous::Constant),
+            particles,
+        ),
+        terms: checked_terms(table, table.read_or("terms", some_terms(), None), liquids),
+        likelihood: table.read_or("likelihood", one_of(LikelihoodFamily::NAMED), LikelihoodFamily::Normal),
+        noise: table.read_or("noise", noise, NoiseOn::Auto),
+        series_offsets: table.read_or("series_offsets", switch(), false),
+        dry_k: table.read_or("dry_k", dry_k, DryKOf::Particle),
+        sticking: table.read_or("sticking", sticking, Sticking::Censored),
     };
     let refused = choices.likelihood.refused_beside(HiddenOfRun::NoiseOnEnergy);
     if let Some(expected) = refused.filter(|_| choices.noise == NoiseOn::Both) {

@@ -26,12 +26,12 @@ pub struct PriorChoice {
 }
 
 /// A parameter that a prior can be set for.
-struct Parameter {
-    name: &'static str,
+pub(in crate::scene) struct Parameter {
+    pub name: &'static str,
     /// what it means, in a few words
-    meaning: &'static str,
-    /// a prior it may well be given
-    example: String,
+    pub meaning: &'static str,
+    /// a value it may well have
+    pub example: &'static str,
     /// the prior without the key
     default: Prior,
     /// what it lies above
@@ -40,12 +40,12 @@ struct Parameter {
 }
 
 /// Parameters a prior can be set for: k, those that particles share, and those of the noise.
-fn parameters() -> impl Iterator<Item = Parameter> {
+pub(in crate::scene) fn parameters() -> impl Iterator<Item = Parameter> {
     let shared = Coefficient::ALL.map(|coefficient| *coefficient.describe());
     let physical = std::iter::once(DRY_K).chain(shared).map(|own| Parameter {
         name: own.name,
         meaning: own.meaning,
-        example: format!("{{ lognormal = [{}, 0.3] }}", own.example),
+        example: own.example,
         default: log_normal(own.prior),
         least: 0.0,
         may_be_zero: own.may_be_zero,
@@ -53,7 +53,7 @@ fn parameters() -> impl Iterator<Item = Parameter> {
     let noise = NOISE.into_iter().map(|own| Parameter {
         name: own.name,
         meaning: own.meaning,
-        example: format!("{{ fixed = {} }}", own.example),
+        example: own.example,
         default: own.prior,
         least: own.least,
         may_be_zero: own.may_be_zero,
@@ -132,8 +132,17 @@ pub(in crate::scene) fn guide() -> Section {
     let saturating = Form::new(Inertia::Saturating, DrySpeed::Impact);
     let families = FAMILIES.map(|(name, takes)| format!("`{{ {name} = {takes} }}`"));
     let keys = parameters().map(|parameter| KeyGuide {
-        without: Without::Value(parameter.default.written()),
-        ..KeyGuide::new(parameter.name, Dimension::One, "a prior", parameter.example).means(parameter.meaning)
+        meaning: parameter.meaning,
+        example: match parameter.default {
+            Prior::LogNormal(..) => format!("{{ lognormal = [{}, 0.3] }}", parameter.example),
+            _ => format!("{{ fixed = {} }}", parameter.example),
+        },
+        ..KeyGuide::new(
+            parameter.name,
+            Dimension::One,
+            "a prior",
+            Without::Value(parameter.default.written()),
+        )
     });
     let about = format!(
         "What is believed of the parameters before the runs. A prior is one of {}. `\"{}.NAME\"`, in quotes, is that of one \

@@ -2,16 +2,17 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `values.rs` | words, texts and plain numbers, one or a list |
-//! | `quantities.rs` | quantities whose unit stands in the key, and whatever a [`Key`](super::keys::Key) takes; what is to be said of it |
+//! | `values.rs` | what may be taken under a key: words, texts and numbers, one or a list |
+//! | `quantities.rs` | what stands under a key with its unit, and what is told of the key |
 //!
 //! The only file that names the TOML crate; the others take its types from here.
 
 mod quantities;
 mod values;
 
-pub(super) use quantities::{Inner, Number, NumberOr, Numbers, NumbersByParticle};
-pub(super) use values::{Count, OneOf, SomeOf, Switch, Text, TextOrTexts, Texts, MOST_COUNTED};
+pub(super) use values::{
+    count, number, number_or, one_of, some_of, switch, text, text_or_texts, texts, Takes, MOST_COUNTED,
+};
 
 use std::cell::RefCell;
 use std::sync::LazyLock;
@@ -23,7 +24,7 @@ use crate::encoding::line_of;
 use crate::error::{quoted, Problem};
 
 use super::document::Document;
-use super::keys::KeyGuide;
+use super::keys::{KeyGuide, Section};
 use super::names::name_expected;
 use super::unknown_keys::ReadKeys;
 
@@ -81,6 +82,11 @@ pub(super) fn read_nothing<T>(read: impl FnOnce(&SceneTable) -> T) -> (T, Vec<Ke
     let document = Document::new("");
     let table = SceneTable::root(&document, &EMPTY);
     (read(&table), table.read_keys.take().guides)
+}
+
+/// What is to be said of a table by what is read of it.
+pub(super) fn section<T>(head: &'static str, about: impl Into<String>, read: impl FnOnce(&SceneTable) -> T) -> Section {
+    Section::new(head, about, read_nothing(read).1)
 }
 
 impl<'a, 'i> SceneTable<'a, 'i> {

@@ -1,156 +1,93 @@
-//! Reads by keys and says what is to be said of them; reads quantities whose unit stands in the key, which it takes to SI.
+//! Reads by keys, with the unit that stands in a key, and tells what it reads by.
 
 use std::cell::Cell;
 
-use super::values::{as_number, Takes, ToSi};
+use super::values::{number, Takes, ToSi};
 use super::{DeValue, SceneTable, Spanned};
 use crate::scene::expect::Expect;
-use crate::scene::keys::{Key, KeyGuide, Without};
+use crate::scene::keys::{KeyGuide, Without};
 use crate::scene::names::already_given;
 use crate::units::{Dimension, Unit, MAGNITUDES, MAGNITUDE_EXPECTED};
-
-/// A number, in SI.
-#[derive(Clone, Copy)]
-pub(in crate::scene) struct Number(pub Expect);
-/// A number, in SI, or one word in its place, which is read as none.
-#[derive(Clone, Copy)]
-pub(in crate::scene) struct NumberOr(pub Expect, pub &'static str);
-/// A list of numbers, in SI.
-#[derive(Clone, Copy)]
-pub(in crate::scene) struct Numbers(pub Expect);
-/// For each particle a list of numbers, in SI: one list for all, or a table of lists by particle.
-#[derive(Clone, Copy)]
-pub(in crate::scene) struct NumbersByParticle(pub Expect);
-/// A table, whose keys are described in these words.
-#[derive(Clone, Copy)]
-pub(in crate::scene) struct Inner(pub &'static str);
-
-impl Takes for Number {
-    type Value = f64;
-
-    fn in_words(&self) -> String {
-        self.0.words.to_owned()
-    }
-
-    fn taken(&self, value: &Spanned<DeValue>, to_si: ToSi) -> Option<f64> {
-        let number = as_number(value.get_ref())?;
-        (self.0.holds)(number).then(|| to_si(number))
-    }
-
-    fn written(&self, value: &f64, dimension: Dimension) -> String {
-        // a number with a point stays one
-        format!("{:?}", dimension.units()[0].from_si(*value))
-    }
-}
-
-impl Takes for NumberOr {
-    type Value = Option<f64>;
-
-    fn in_words(&self) -> String {
-        format!("{} or \"{}\"", self.0.words, self.1)
-    }
-
-    fn taken(&self, value: &Spanned<DeValue>, to_si: ToSi) -> Option<Option<f64>> {
-        if value.get_ref().as_str() == Some(self.1) {
-            return Some(None);
-        }
-        Number(self.0).taken(value, to_si).map(Some)
-    }
-
-    fn written(&self, value: &Option<f64>, dimension: Dimension) -> String {
-        match value {
-            Some(value) => Number(self.0).written(value, dimension),
-            None => format!("\"{}\"", self.1),
-        }
-    }
-}
 
 /// What is expected where a list of numbers is.
 const LIST: &str = "a list of numbers";
 
-impl Takes for Numbers {
-    type Value = Vec<f64>;
+/// What is told of a key that may be absent; `keys.txt` says what holds then.
+const OPTIONAL: Without = Without::Words("");
 
-    fn in_words(&self) -> String {
-        format!("{LIST}, each {}", self.0.words)
-    }
-
-    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<Vec<f64>> {
-        table.list(key, value, self.0, to_si)
-    }
-}
-
-impl Takes for NumbersByParticle {
-    type Value = Vec<Vec<f64>>;
-
-    fn in_words(&self) -> String {
-        format!("{LIST}, or a table with a list for each particle")
-    }
-}
-
-impl Takes for Inner {
-    type Value = ();
-
-    fn in_words(&self) -> String {
-        self.0.to_owned()
-    }
+/// Every name of a key, each with its unit.
+fn names(base: &str, dimension: Dimension) -> impl Iterator<Item = (String, &'static Unit)> + '_ {
+    let units = dimension.units().iter();
+    units.map(move |unit| (format!("{base}{}", unit.suffix), unit))
 }
 
 impl<'a, 'i> SceneTable<'a, 'i> {
-    /// What the file gives under a key; what is not taken there is refused.
-    pub fn read<K: Takes>(&self, key: &Key<K>) -> Option<K::Value> {
-        if key.without.is_none() && !self.gives(key) {
-            let units = key.dimension.units().iter();
-            let names = units.map(|unit| format!("{}{}", key.base, unit.suffix)).collect();
-            self.read_keys.borrow_mut().missing.push(names);
+    /// What the file gives under a key that must be there; what is not taken there is refused.
+    pub fn required<T>(&self, base: &'static str, takes: Takes<T>) -> Option<T> {
+        if !self.gives(base, takes.dimension) {
+            let names = names(base, takes.dimension).map(|(name, _)| name);
+            self.read_keys.borrow_mut().missing.push(names.collect());
         }
-        self.read_given(key, without(key))
+        self.read_key(base, &takes, Without::Refused)
+    }
+
+    /// The same of a key that may be absent.
+    pub fn read<T>(&self, base: &'static str, takes: Takes<T>) -> Option<T> {
+        self.read_key(base, &takes, OPTIONAL)
     }
 
     /// The same, or what holds without the key.
-    pub fn read_or<K: Takes>(&self, key: &Key<K, K::Value>) -> K::Value
-    where
-        K::Value: Clone,
-    {
-        let given = self.read_given(key, Without::Value(key.takes.written(&key.default, key.dimension)));
-        given.unwrap_or_else(|| key.default.clone())
+    pub fn read_or<T>(&self, base: &'static str, takes: Takes<T>, default: T) -> T {
+        let without = Without::Value((takes.written)(&default, takes.dimension));
+        self.read_key(base, &takes, without).unwrap_or(default)
     }
 
-    fn read_given<K: Takes, D>(&self, key: &Key<K, D>, without: Without) -> Option<K::Value> {
-        self.with_unit(key, without, |name, value, to_si| {
-            key.takes.read(self, name, value, to_si)
+    fn read_key<T>(&self, base: &'static str, takes: &Takes<T>, without: Without) -> Option<T> {
+        self.tell(base, takes.dimension, takes.words.clone(), without);
+        self.with_unit(base, takes.dimension, |name, value, to_si| {
+            self.taken(name, value, takes, to_si)
         })
     }
 
-    /// The table under a key.
-    pub fn inner_table(&self, key: &Key<Inner>) -> Option<SceneTable<'a, 'i>> {
-        self.read_keys.borrow_mut().guides.push(guide(key, without(key)));
-        self.table(key.base)
+    /// The list of numbers, in SI, under a key that may be absent.
+    pub fn list(&self, base: &'static str, dimension: Dimension, expect: Expect) -> Option<Vec<f64>> {
+        self.tell(base, dimension, format!("{LIST}, each {}", expect.words), OPTIONAL);
+        self.with_unit(base, dimension, |name, value, to_si| {
+            self.items(name, value, expect, to_si)
+        })
     }
 
-    /// Whether the file gives a key, in whichever unit.
-    pub fn gives<K: Takes, A>(&self, key: &Key<K, A>) -> bool {
-        let mut units = key.dimension.units().iter();
-        units.any(|unit| self.has(&format!("{}{}", key.base, unit.suffix)))
+    /// The table under a key that may be absent; `takes` says what its keys are.
+    pub fn inner_table(&self, base: &'static str, takes: &str) -> Option<SceneTable<'a, 'i>> {
+        self.tell(base, Dimension::One, takes, OPTIONAL);
+        self.table(base)
     }
 
-    /// For each of the particles what a key gives it; nothing of a key that is not there, or refused.
-    pub fn by_particle(&self, key: &Key<NumbersByParticle>, particles: &[&str]) -> Vec<Vec<f64>> {
-        let expect = key.takes.0;
-        let lists = self.with_unit(key, without(key), |name, value, to_si| {
+    /// For each of the particles a list of numbers, in SI: one list for all, or a table of lists by particle; nothing of a key
+    /// that is not there, or refused.
+    pub fn by_particle(
+        &self,
+        base: &'static str,
+        dimension: Dimension,
+        expect: Expect,
+        particles: &[&str],
+    ) -> Vec<Vec<f64>> {
+        let takes = format!("{LIST}, or a table with a list for each particle");
+        self.tell(base, dimension, takes.clone(), OPTIONAL);
+        let lists = self.with_unit(base, dimension, |name, value, to_si| {
             if value.get_ref().is_array() {
-                let list = self.list(name, value, expect, to_si)?;
+                let list = self.items(name, value, expect, to_si)?;
                 return Some(vec![list; particles.len()]);
             }
             if !value.get_ref().is_table() {
-                self.refuse_value(name, value, &key.takes.in_words());
+                self.refuse_value(name, value, &takes);
                 return None;
             }
             let inner = self.inner(name, value)?;
             let lists = particles
                 .iter()
                 .map(|particle| match inner.entry(particle) {
-                    Some(list) => inner.list(particle, list, expect, to_si),
+                    Some(list) => inner.items(particle, list, expect, to_si),
                     None => Some(vec![]),
                 })
                 .collect();
@@ -160,18 +97,26 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         lists.unwrap_or_else(|| vec![vec![]; particles.len()])
     }
 
+    /// Whether the file gives a key, in whichever unit.
+    pub fn gives(&self, base: &str, dimension: Dimension) -> bool {
+        names(base, dimension).any(|(name, _)| self.has(&name))
+    }
+
+    /// Tells of a key what it is read by.
+    fn tell(&self, base: &'static str, dimension: Dimension, takes: impl Into<String>, without: Without) {
+        let guide = KeyGuide::new(base, dimension, takes, without);
+        self.read_keys.borrow_mut().guides.push(guide);
+    }
+
     /// The value the file gives a key in one of its units, converted by `read`; two units for one quantity are refused.
-    fn with_unit<K: Takes, A, T>(
+    fn with_unit<T>(
         &self,
-        key: &Key<K, A>,
-        without: Without,
+        base: &str,
+        dimension: Dimension,
         read: impl Fn(&str, &'a Spanned<DeValue<'i>>, ToSi) -> Option<T>,
     ) -> Option<T> {
-        let (base, dimension) = (key.base, key.dimension);
-        self.read_keys.borrow_mut().guides.push(guide(key, without));
         let mut given: Vec<(String, &'a Spanned<DeValue<'i>>, &'static Unit)> = vec![];
-        for unit in dimension.units() {
-            let name = format!("{base}{}", unit.suffix);
+        for (name, unit) in names(base, dimension) {
             if let Some(value) = self.entry(&name) {
                 given.push((name, value, unit));
             }
@@ -197,28 +142,13 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         read
     }
 
-    fn list(&self, key: &str, value: &Spanned<DeValue>, expect: Expect, to_si: ToSi) -> Option<Vec<f64>> {
+    fn items(&self, key: &str, value: &Spanned<DeValue<'i>>, expect: Expect, to_si: ToSi) -> Option<Vec<f64>> {
         let Some(items) = value.get_ref().as_array().filter(|items| !items.is_empty()) else {
             self.refuse_value(key, value, LIST);
             return None;
         };
-        items
-            .iter()
-            .map(|item| self.checked_number(key, item, expect).map(to_si))
-            .collect()
-    }
-}
-
-/// What holds without a key that has no default.
-fn without<K: Takes>(key: &Key<K>) -> Without {
-    key.without.map_or(Without::Refused, Without::Words)
-}
-
-/// What is to be said of a key.
-fn guide<K: Takes, A>(key: &Key<K, A>, without: Without) -> KeyGuide {
-    let guide = KeyGuide::new(key.base, key.dimension, key.takes.in_words(), key.example);
-    KeyGuide {
-        without,
-        ..guide.means(key.meaning)
+        let number = number(expect);
+        let items = items.iter().map(|item| self.taken(key, item, &number, to_si));
+        items.collect()
     }
 }
