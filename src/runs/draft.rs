@@ -119,16 +119,23 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
     naming.leave_rebound_heights();
     naming.ask_for_columns(!liquids.is_empty());
     naming.say_what_is_taken();
-    let mut text = Text::default();
     // as many as the reader of runs counts
     let rows = survey.rows + survey.labelled.len() + survey.notes.len();
-    text.intro(runs, rows);
+    let mut text = Text {
+        written: intro(runs, rows),
+        to_fill_in: naming.to_fill_in(),
+    };
     for section in scene::guide() {
         match section.head {
-            "[data]" => text.data(&section, runs, &naming, survey),
+            "[data]" => text.table("[data]", &section, &naming.guessed, |key| {
+                naming.line(key, runs, survey)
+            }),
             "[particles.NAME]" => text.each(&section, &particles),
-            "[liquids.NAME]" => text.each(&section, &liquids),
-            _ => text.section(&section),
+            "[liquids.NAME]" if !liquids.is_empty() => text.each(&section, &liquids),
+            head => {
+                let comment = if section.may_be_empty { "" } else { "# " };
+                text.table(&format!("{comment}{head}"), &section, &[], |_| Line::Comment);
+            }
         }
     }
     Draft {
@@ -170,14 +177,14 @@ impl<'s> Naming<'s> {
                     } else {
                         String::new()
                     };
-                    naming.guessed.push(format!("{theirs} is {name}{unit}"));
+                    naming.say(format!("{theirs} is {name}{unit}"));
                     naming.columns.push((name, column.name.clone()));
                     naming.places.push((guess.column, column));
                 }
                 Err(_) if marks_bad_runs(column) => {
                     let marks: Vec<String> = column.words.iter().map(|word| quoted(word)).collect();
-                    let told = format!("{theirs} is exclude: runs marked {} are left out", marks.join(" or "));
-                    naming.guessed.push(told);
+                    let marks = marks.join(" or ");
+                    naming.say(format!("{theirs} is exclude: runs marked {marks} are left out"));
                     let exclude = RunColumn::Exclude.base().to_owned();
                     naming.columns.push((exclude, column.name.clone()));
                 }
@@ -191,6 +198,15 @@ impl<'s> Naming<'s> {
             }
         }
         naming
+    }
+
+    fn say(&mut self, guessed: String) {
+        self.guessed.push(guessed);
+    }
+
+    /// Leaves the name of a column to be filled in.
+    fn ask_for(&mut self, column: impl Into<String>) {
+        self.columns.push((column.into(), FILL_IN.to_owned()));
     }
 
     fn column(&self, of_runs: RunColumn) -> Option<&'s SurveyedColumn> {
@@ -214,8 +230,7 @@ impl<'s> Naming<'s> {
         let ours = if by_sheet == Some(of_runs) {
             let ours = names_of(&survey.sheets, is_dry);
             for (sheet, name) in &ours {
-                self.guessed
-                    .push(format!("sheet {} is of {} {name}", quoted(sheet), of_runs.base()));
+                self.say(format!("sheet {} is of {} {name}", quoted(sheet), of_runs.base()));
                 let value = format!("{{ {} = {} }}", of_runs.base(), text_of(name));
                 self.sheets.push((key_of(sheet), value));
             }
@@ -225,8 +240,7 @@ impl<'s> Naming<'s> {
             let ours = names_of(&words, is_dry);
             let renamed: Vec<_> = ours.iter().filter(|(theirs, ours)| theirs != ours).cloned().collect();
             for (theirs, ours) in &renamed {
-                self.guessed
-                    .push(format!("{} in {} is {ours}", quoted(theirs), quoted(&column.name)));
+                self.say(format!("{} in {} is {ours}", quoted(theirs), quoted(&column.name)));
             }
             if !renamed.is_empty() {
                 let words = inline(renamed.iter().map(quoted_pair));
@@ -248,24 +262,23 @@ impl<'s> Naming<'s> {
     /// One name for every run of a table without a column of names; where one that is not known may have them, that is to be
     /// filled in.
     fn only(&mut self, of_runs: RunColumn, name: &str, then: &str) -> Vec<String> {
-        let mut unused = self.unused.iter();
+        let mut unused = self.unused.iter().copied();
         let may_say = |column: &SurveyedColumn| {
             may_hold_names(column) || of_runs == RunColumn::Liquid && (may_tell_liquids(column) || tells_states(column))
         };
         if let Some(column) = unused.find(|column| may_say(column)) {
-            self.guessed.push(format!(
+            self.say(format!(
                 "no column is known to say the {0}: if {1} does, name it and write a table for each of its words; if none does, \
                  move `{0} = {2}` to constants",
                 of_runs.base(),
                 quoted(&column.name),
                 text_of(name),
             ));
-            self.columns.push((of_runs.base().to_owned(), FILL_IN.to_owned()));
+            self.ask_for(of_runs.base());
             return vec![name.to_owned()];
         }
         self.constants.push((of_runs.base().to_owned(), text_of(name)));
-        self.guessed
-            .push(format!("no column says the {}: {then}", of_runs.base()));
+        self.say(format!("no column says the {}: {then}", of_runs.base()));
         vec![name.to_owned()]
     }
 
@@ -279,7 +292,7 @@ impl<'s> Naming<'s> {
         };
         let is_marked = |word: &&String| bare(word) != **word && column.words.contains(&bare(word));
         for word in column.words.iter().filter(is_marked) {
-            self.guessed.push(format!(
+            self.say(format!(
                 "{} in {} is no name, since {} stands there, too: take its rows out of the table, or mend them",
                 quoted(word),
                 quoted(&column.name),
@@ -296,18 +309,17 @@ impl<'s> Naming<'s> {
             column.filled == survey.rows && !column.has_more && !column.words.iter().any(is_dry)
         };
         let liquid = self.column(RunColumn::Liquid).filter(|column| is_in_every_row(column));
-        let state = self.unused.iter().find(|column| tells_states(column));
+        let state = self.unused.iter().copied().find(|column| tells_states(column));
         let Some((liquid, state)) = liquid.zip(state) else {
             return;
         };
-        self.guessed.push(format!(
+        self.say(format!(
             "{0} names a liquid in every row, but {1} says which are dry: write `dry` in {0} there, then name it as `liquid` in columns",
             quoted(&liquid.name),
             quoted(&state.name),
         ));
         self.columns.retain(|(ours, _)| ours != RunColumn::Liquid.base());
-        self.columns
-            .push((RunColumn::Liquid.base().to_owned(), FILL_IN.to_owned()));
+        self.ask_for(RunColumn::Liquid.base());
     }
 
     /// Leaves the column of liquids to be filled in where one that is not known may hold them, or films, or where a title or the
@@ -324,12 +336,12 @@ impl<'s> Naming<'s> {
         let liquids =
             "and write a table [liquids.NAME] for each liquid; if every run is dry, take `liquid` out of columns";
         if !wet.is_empty() {
-            self.guessed.push(format!(
+            self.say(format!(
                 "no column is known to say the liquid or the film: if {} does, name it `liquid` or `film_um` in columns {liquids}",
                 wet.join(" or ")
             ));
         } else if !said.is_empty() {
-            self.guessed.push(format!(
+            self.say(format!(
                 "no column says the liquid or the film, but {} may: give `liquid` and `film_um` as columns or constants {liquids}",
                 said.join(", ")
             ));
@@ -337,8 +349,7 @@ impl<'s> Naming<'s> {
             return;
         }
         self.may_be_wet = true;
-        self.columns
-            .push((RunColumn::Liquid.base().to_owned(), FILL_IN.to_owned()));
+        self.ask_for(RunColumn::Liquid.base());
     }
 
     /// Takes no guessed column for the number of averaged runs unless another has their spread, and none for the spread
@@ -369,7 +380,7 @@ impl<'s> Naming<'s> {
         self.columns.retain(|(_, theirs)| *theirs != column.name);
         self.places.retain(|(place, _)| *place != of_runs);
         self.guessed.retain(|told| !told.starts_with(&format!("{name} is ")));
-        self.guessed.push(format!("{name} is not read: {why}"));
+        self.say(format!("{name} is not read: {why}"));
         self.unused.push(column);
     }
 
@@ -377,7 +388,7 @@ impl<'s> Naming<'s> {
     fn ask_for_columns(&mut self, is_wet: bool) {
         for one_of in [IMPACTS, REBOUNDS] {
             if !one_of.into_iter().any(|column| self.has(column)) {
-                self.columns.push((one_of[0].usual_name(), FILL_IN.to_owned()));
+                self.ask_for(one_of[0].usual_name());
             }
         }
         for (of_runs, is_needed) in [(RunColumn::Diameter, true), (RunColumn::Film, is_wet)] {
@@ -390,7 +401,7 @@ impl<'s> Naming<'s> {
             if self.unused.iter().all(|column| column.largest.is_none()) {
                 self.constants.push((of_runs.usual_name(), text_of(FILL_IN)));
             } else {
-                self.columns.push((of_runs.usual_name(), FILL_IN.to_owned()));
+                self.ask_for(of_runs.usual_name());
             }
         }
     }
@@ -409,16 +420,17 @@ impl<'s> Naming<'s> {
             } else {
                 ""
             };
-            self.guessed.push(format!("row {row} names the columns{units}"));
+            self.say(format!("row {row} names the columns{units}"));
         }
         if !survey.hidden_columns.is_empty() {
             let hidden = survey.hidden_columns.join(", ");
-            let text = format!("the spreadsheet hides {hidden}: show them and see whether they are meant");
-            self.guessed.push(text);
+            self.say(format!(
+                "the spreadsheet hides {hidden}: show them and see whether they are meant"
+            ));
         }
         if !survey.sheets_left.is_empty() {
             let left = survey.sheets_left.join(", ");
-            self.guessed.push(format!(
+            self.say(format!(
                 "runs are read from the sheets in `runs`, and not from {left}; name one there to read it"
             ));
         }
@@ -448,7 +460,7 @@ impl<'s> Naming<'s> {
                 .collect();
             if !rows.is_empty() {
                 let rows = and_more(rows, labelled.len(), ", ");
-                self.guessed.push(format!("{what}: {rows}"));
+                self.say(format!("{what}: {rows}"));
             }
         }
     }
@@ -460,7 +472,7 @@ impl<'s> Naming<'s> {
         }
         let mut titles = survey.titles.iter();
         if let Some((title, (name, value))) = titles.find_map(|title| Some((title, diameter_in(title)?))) {
-            self.guessed.push(format!("{name} is {value}, by {}", quoted(title)));
+            self.say(format!("{name} is {value}, by {}", quoted(title)));
             self.constants.push((name, value));
         }
     }
@@ -506,8 +518,7 @@ impl<'s> Naming<'s> {
     /// Says what a name leaves open: which Stokes number, and which column may say what to leave out.
     fn say_what_is_taken(&mut self) {
         if let Some(column) = self.column(RunColumn::Stokes) {
-            self.guessed
-                .push(format!("{} is ρp D v/(9 η), with the 9", quoted(&column.name)));
+            self.say(format!("{} is ρp D v/(9 η), with the 9", quoted(&column.name)));
         }
         let reasons = self.unused.iter().filter(|column| may_hold_reasons(&column.name));
         let of_reasons: Vec<String> = reasons
@@ -525,135 +536,109 @@ impl<'s> Naming<'s> {
             .collect();
         self.guessed.extend(of_reasons);
     }
+
+    /// The columns and constants to fill in, with their tables.
+    fn to_fill_in(&self) -> Vec<String> {
+        let columns = self.columns.iter().filter(|(_, theirs)| theirs == FILL_IN);
+        let columns = columns.map(|(ours, _)| format!("[data] columns.{ours}"));
+        let constants = self.constants.iter().filter(|(_, value)| *value == text_of(FILL_IN));
+        columns
+            .chain(constants.map(|(ours, _)| format!("[data] constants.{ours}")))
+            .collect()
+    }
+
+    /// What stands on the line of a key of the data.
+    fn line(&self, key: &KeyGuide, runs: &str, survey: &Survey) -> Line {
+        let value = match (key.base, survey.header) {
+            ("runs", _) => tables(runs, &survey.sheets),
+            ("columns", _) => inline(self.columns.iter().map(quoted_pair)),
+            ("values", _) => inline(self.words.iter().cloned()),
+            ("constants", _) => inline(self.constants.iter().cloned()),
+            ("sheets", _) => inline(self.sheets.iter().cloned()),
+            ("header_row", Some(row)) if survey.has_titles => row.to_string(),
+            ("heights_to" | "heights_of", _) if self.needs_heights() => return Line::ToFillIn,
+            ("hidden_rows", _) if survey.hidden_rows > 0 => return Line::ToFillIn,
+            _ => return Line::Comment,
+        };
+        match value.is_empty() {
+            true => Line::Comment,
+            false => Line::Value(value),
+        }
+    }
 }
 
 /// The scene as it is written.
-#[derive(Default)]
 struct Text {
     written: String,
     to_fill_in: Vec<String>,
 }
 
 /// What stands on the line of a key.
-enum Line<'v> {
+enum Line {
     /// this value
-    Value(&'v str),
+    Value(String),
     /// a mark, to be replaced
     ToFillIn,
     /// a comment: its default or an example
     Comment,
 }
 
+fn intro(runs: &str, rows: usize) -> String {
+    format!(
+        "# A scene for wetcor, drafted from {} of {rows} rows.\n\
+         # Replace every {}; a key behind a # shows its default, or an example where it has none.\n\
+         # `wetcor check` says what is missing still, `wetcor help scene` what a key takes.\n",
+        plain(runs, usize::MAX),
+        text_of(FILL_IN),
+    )
+}
+
 impl Text {
-    fn intro(&mut self, runs: &str, rows: usize) {
-        self.written = format!(
-            "# A scene for wetcor, drafted from {} of {rows} rows.\n\
-             # Replace every {}; a key behind a # shows its default, or an example where it has none.\n\
-             # `wetcor check` says what is missing still, `wetcor help scene` what a key takes.\n",
-            plain(runs, usize::MAX),
-            text_of(FILL_IN),
-        );
+    /// A table for each of some names.
+    fn each(&mut self, section: &Section, names: &[String]) {
+        for name in names {
+            let head = section.head.replace("NAME", &key_of(name));
+            self.table(&head, section, &[], |key| match key.without {
+                Without::Refused => Line::ToFillIn,
+                _ => Line::Comment,
+            });
+        }
     }
 
-    fn head(&mut self, head: &str, about: &str) {
+    /// A table with what was guessed, and with its keys, each with what stands on its line.
+    fn table(&mut self, head: &str, section: &Section, guessed: &[String], line: impl Fn(&KeyGuide) -> Line) {
+        let about = wrapped(&format!("{}.", section.about), "# ");
         let blank = if head.is_empty() { "" } else { "\n" };
-        let about = wrapped(&format!("{about}."), "# ");
         self.written.push_str(&format!("\n{about}\n{head}{blank}"));
+        for guessed in guessed {
+            self.written.push_str(&format!("# guessed: {guessed}\n"));
+        }
+        for key in &section.keys {
+            self.key(head, key, &line(key));
+        }
     }
 
-    /// A key of a table that is called `table`.
-    fn key(&mut self, table: &str, key: &KeyGuide, line: &Line) {
+    fn key(&mut self, head: &str, key: &KeyGuide, line: &Line) {
         /// where comments start, as far as keys leave room
         const WIDTH: usize = 44;
         let name = key.usual_name();
-        let (mark, value) = match line {
-            Line::Value(value) => ("", (*value).to_owned()),
-            Line::ToFillIn => {
-                self.to_fill_in.push(format!("{table} {name}"));
-                ("", text_of(FILL_IN))
-            }
-            Line::Comment => ("# ", key.usual_value().to_owned()),
+        let code = match line {
+            Line::Value(value) => format!("{name} = {value}"),
+            Line::ToFillIn => format!("{name} = {}", text_of(FILL_IN)),
+            Line::Comment => format!("# {name} = {}", key.usual_value()),
         };
         let without = match (&key.without, line) {
             (Without::Words(words), Line::Comment) => format!("; without it: {words}"),
             _ => String::new(),
         };
-        let code = format!("{mark}{name} = {value}");
         let is_long = code.chars().count() > WIDTH;
         self.written.push_str(&match line {
             // above it stands what was guessed
             Line::Value(_) if is_long => format!("{code}\n"),
             _ => format!("{code:WIDTH$}  # {}{without}\n", key.meaning),
         });
-    }
-
-    fn section(&mut self, section: &Section) {
-        let comment = if section.may_be_empty { "" } else { "# " };
-        let head = match section.head {
-            "" => String::new(),
-            head => format!("{comment}{head}"),
-        };
-        self.head(&head, &section.about);
-        for key in &section.keys {
-            self.key(section.head, key, &Line::Comment);
-        }
-    }
-
-    /// A table for each of some names.
-    fn each(&mut self, section: &Section, names: &[String]) {
-        if names.is_empty() {
-            self.section(section);
-        }
-        for name in names {
-            let head = section.head.replace("NAME", &key_of(name));
-            self.head(&head, &section.about);
-            for key in &section.keys {
-                let line = if key.without == Without::Refused {
-                    Line::ToFillIn
-                } else {
-                    Line::Comment
-                };
-                self.key(&head, key, &line);
-            }
-        }
-    }
-
-    /// The table of the data, with what was guessed.
-    fn data(&mut self, section: &Section, runs: &str, naming: &Naming, survey: &Survey) {
-        self.head(section.head, &section.about);
-        for guessed in &naming.guessed {
-            self.written.push_str(&format!("# guessed: {guessed}\n"));
-        }
-        let mark = text_of(FILL_IN);
-        for key in &section.keys {
-            let pairs: Vec<(String, String)> = match key.base {
-                "sheets" => naming.sheets.clone(),
-                "columns" => naming.columns.iter().map(quoted_pair).collect(),
-                "values" => naming.words.clone(),
-                "constants" => naming.constants.clone(),
-                _ => vec![],
-            };
-            let value = match (key.base, survey.header) {
-                ("runs", _) => tables(runs, &survey.sheets),
-                ("header_row", Some(row)) if survey.has_titles => row.to_string(),
-                _ => inline(pairs.iter().cloned()),
-            };
-            let is_open = match key.base {
-                "heights_to" | "heights_of" => naming.needs_heights(),
-                "hidden_rows" => survey.hidden_rows > 0,
-                _ => false,
-            };
-            let line = if is_open {
-                Line::ToFillIn
-            } else if value.is_empty() {
-                Line::Comment
-            } else {
-                Line::Value(&value)
-            };
-            self.key(section.head, key, &line);
-            let open = pairs.iter().filter(|(_, value)| *value == mark);
-            let open = open.map(|(column, _)| format!("{} {}.{column}", section.head, key.base));
-            self.to_fill_in.extend(open);
+        if matches!(line, Line::ToFillIn) {
+            self.to_fill_in.push(format!("{head} {name}"));
         }
     }
 }

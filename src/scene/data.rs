@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use super::expect::{ABOVE_ZERO, FILM_RATIO, LARGEST_FILM_RATIO, NOT_NEGATIVE, SHARE};
-use super::keys::Section;
 use super::naming::{naming, Naming, SceneNames};
-use super::table::{number, section, text_or_texts, SceneTable};
+use super::table::{number, text_or_texts, SceneTable};
 use super::table_file::TableFile;
 use crate::error::quoted;
 use crate::units::Dimension;
@@ -43,14 +42,6 @@ pub struct Screens {
     pub min_impact_speed: Option<f64>,
     /// fastest impact, m/s
     pub max_impact_speed: Option<f64>,
-}
-
-/// What is to be said of the table of the data.
-pub(super) fn guide() -> Section {
-    let about = "Which tables hold the runs, what they call things, and which runs are used";
-    section("[data]", about, |table| {
-        data(table, Path::new(""), &SceneNames::default())
-    })
 }
 
 /// Reads the table of the data of a scene that lies at `path`.

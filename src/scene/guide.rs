@@ -1,23 +1,46 @@
 //! Tells every key of a scene and every column of a table of runs: as a page in Markdown, and as plain text for a terminal.
 
+use std::path::Path;
+
+use super::choices::{bootstrap, guide_to_priors, model, parameters, sampler};
+use super::data::data;
 use super::keys::{title, KeyGuide, Section, Without};
+use super::materials::{liquid, particle};
+use super::naming::SceneNames;
+use super::plan::{design, truth};
+use super::published::published;
+use super::read::of_report;
 use super::run_columns::{RunColumn, HEAD};
-use super::{choices, data, materials, plan, published, read};
+use super::table::{read_nothing, section};
 
 /// Every table of a scene with its keys, in the order a scene has them.
 pub fn guide() -> Vec<Section> {
-    let mut sections = vec![read::guide(), data::guide()];
-    sections.extend(materials::guide());
-    sections.extend(choices::guide());
-    sections.push(published::guide());
-    sections.extend(plan::guide());
-    sections
+    let names = SceneNames::default();
+    let (usual, _) = read_nothing(|table| model(table, &[], &[]));
+    let mut of_truth = section("[truth]", |table| truth(table, &[], (&[], &[]), &usual));
+    for key in of_truth.keys.iter_mut().filter(|key| key.meaning.is_empty()) {
+        if let Some(own) = parameters().find(|own| own.name == key.base) {
+            (key.meaning, key.example) = (own.meaning, own.example.to_owned());
+        }
+    }
+    vec![
+        section("", of_report),
+        section("[data]", |table| data(table, Path::new(""), &names)),
+        section("[particles.NAME]", |table| particle(String::new(), table)),
+        section("[liquids.NAME]", |table| liquid(String::new(), table)),
+        section("[model]", |table| model(table, &[], &[])),
+        guide_to_priors(),
+        section("[sampler]", sampler),
+        section("[bootstrap]", bootstrap),
+        section("[[published]]", |table| published(table, &[])),
+        of_truth,
+        section("[design]", |table| design(table, &names)),
+    ]
 }
 
 /// The columns of a table of runs.
 fn columns() -> Section {
-    let about = "Not in the scene: the header of the table, one row a run. Empty cells and `NA` are missing";
-    Section::new(HEAD, about, RunColumn::ALL.map(RunColumn::guide).to_vec())
+    Section::new(HEAD, RunColumn::ALL.map(RunColumn::guide).to_vec())
 }
 
 /// What holds of every key.
@@ -97,8 +120,6 @@ pub(crate) fn wrapped(text: &str, indent: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::scene::keys::KEYS;
 

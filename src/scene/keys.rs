@@ -2,9 +2,10 @@
 //!
 //! The reader tells what it reads by; what else is to be said stands in `keys.txt`. Every text about scenes is made of both.
 
+use super::names::NAME_RULE;
 use crate::units::Dimension;
 
-/// A block a table, a line a key.
+/// A block a table, a line a key; the first line says what the table holds.
 pub(super) const KEYS: &str = include_str!("keys.txt");
 
 /// What is to be said of a key.
@@ -55,9 +56,8 @@ impl KeyGuide {
 
     /// The same with what `keys.txt` says of it in the table of this head.
     pub(super) fn in_table(self, head: &str) -> KeyGuide {
-        let mut tables = KEYS.split("\n\n").filter_map(|table| table.split_once('\n'));
-        let lines = tables.find_map(|(own, lines)| (own == title(head)).then_some(lines));
-        let mut rows = lines.unwrap_or_default().lines().map(|line| line.split(" | "));
+        let (_, lines) = told_of(head);
+        let mut rows = lines.lines().map(|line| line.split(" | "));
         let Some(mut cells) = rows.find_map(|mut cells| (cells.next() == Some(self.base)).then_some(cells)) else {
             return self;
         };
@@ -87,6 +87,16 @@ impl KeyGuide {
     }
 }
 
+/// What a table of this head holds, in a sentence without its full stop, and the lines of its keys.
+fn told_of(head: &str) -> (&'static str, &'static str) {
+    let mut tables = KEYS.split("\n\n").filter_map(|table| table.split_once('\n'));
+    let told = |(first, lines): (&'static str, &'static str)| {
+        let about = first.strip_prefix(title(head))?.strip_prefix(": ")?;
+        Some((about, lines))
+    };
+    tables.find_map(told).unwrap_or_default()
+}
+
 /// What a table of this head is called.
 pub(super) fn title(head: &str) -> &str {
     match head {
@@ -109,21 +119,13 @@ pub struct Section {
 }
 
 impl Section {
-    /// A table that says something by being there.
-    pub(super) fn new(head: &'static str, about: impl Into<String>, keys: Vec<KeyGuide>) -> Section {
+    /// A table with what is to be said of it and of its keys.
+    pub(super) fn new(head: &'static str, keys: Vec<KeyGuide>) -> Section {
         Section {
             head,
-            about: about.into(),
-            may_be_empty: false,
+            about: told_of(head).0.replace("NAME_RULE", NAME_RULE),
+            may_be_empty: ["", "[model]", "[priors]", "[sampler]", "[bootstrap]"].contains(&head),
             keys: keys.into_iter().map(|key| key.in_table(head)).collect(),
-        }
-    }
-
-    /// The same of one that says no more than no such table where it has no keys.
-    pub(super) fn that_may_be_empty(self) -> Section {
-        Section {
-            may_be_empty: true,
-            ..self
         }
     }
 }

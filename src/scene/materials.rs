@@ -1,9 +1,8 @@
 //! Reads the kinds of particles and the liquids of a scene.
 
 use super::expect::{ABOVE_ZERO, SHARE};
-use super::keys::Section;
 use super::names::{name_is_allowed, DRY, MISSING, NAME_RULE};
-use super::table::{number, section, SceneTable};
+use super::table::{number, SceneTable};
 use crate::error::quoted;
 use crate::units::Dimension;
 
@@ -44,24 +43,12 @@ pub(super) const PARTICLES: &str = "particles";
 /// What the tables of liquids stand under.
 pub(super) const LIQUIDS: &str = "liquids";
 
-/// What is to be said of the tables of particles and liquids.
-pub(super) fn guide() -> [Section; 2] {
-    let about_particles = format!("A kind of sphere, by {NAME_RULE}");
-    let about_liquids = format!("A liquid, by {NAME_RULE}; none where every run is dry");
-    [
-        section("[particles.NAME]", about_particles, |table| {
-            particle(String::new(), table)
-        }),
-        section("[liquids.NAME]", about_liquids, |table| liquid(String::new(), table)),
-    ]
-}
-
 /// Reads the particles, in the order of the file.
 pub(super) fn particles(root: &SceneTable) -> Vec<Particle> {
     named_tables(root, PARTICLES, particle)
 }
 
-fn particle(name: String, table: &SceneTable) -> Option<Particle> {
+pub(super) fn particle(name: String, table: &SceneTable) -> Option<Particle> {
     let density = table.required("density", number(ABOVE_ZERO).of(Dimension::Density));
     let density_rel_sd = table.read("density_rel_sd", number(SHARE));
     let roughness = table.read("roughness", number(ABOVE_ZERO).of(Dimension::Thickness));
@@ -86,7 +73,7 @@ pub(super) fn liquids(root: &SceneTable) -> Vec<Liquid> {
     named_tables(root, LIQUIDS, liquid)
 }
 
-fn liquid(name: String, table: &SceneTable) -> Option<Liquid> {
+pub(super) fn liquid(name: String, table: &SceneTable) -> Option<Liquid> {
     if name.eq_ignore_ascii_case(DRY) {
         let expected = "expected another name: runs without liquid are marked so";
         table.refuse("", table.at(""), Some(quoted(&name)), expected);

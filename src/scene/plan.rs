@@ -1,14 +1,13 @@
 //! Reads the truth and the design of a simulation.
 
 use super::choices::{
-    checked_terms, checked_viscous, dry_speed, dry_speeds, model, parameters, some_terms, viscous_forms,
-    LikelihoodFamily, ModelChoices, NoiseParameter, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET,
+    checked_terms, checked_viscous, dry_speed, dry_speeds, some_terms, viscous_forms, LikelihoodFamily, ModelChoices,
+    NoiseParameter, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET,
 };
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
-use super::keys::Section;
 use super::materials::{Liquid, Particle};
 use super::naming::SceneNames;
-use super::table::{count, number, one_of, read_nothing, section, texts, SceneTable, MOST_COUNTED};
+use super::table::{count, number, one_of, texts, SceneTable, MOST_COUNTED};
 use crate::physics::balance::Balance;
 use crate::physics::coefficient::Coefficients;
 use crate::physics::dry::DRY_K;
@@ -143,21 +142,6 @@ pub struct Design {
     pub impact_speed_rel_sd: Option<f64>,
     /// runs at each setting
     pub repeats: u64,
-}
-
-/// What is to be said of the tables of a simulation.
-pub(super) fn guide() -> [Section; 2] {
-    let (usual, _) = read_nothing(|table| model(table, &[], &[]));
-    let about = "The parameters that simulated runs are drawn from; of a fit only the report reads them";
-    let mut of_truth = section("[truth]", about, |table| truth(table, &[], (&[], &[]), &usual));
-    for key in of_truth.keys.iter_mut().filter(|key| key.meaning.is_empty()) {
-        if let Some(own) = parameters().find(|own| own.name == key.base) {
-            (key.meaning, key.example) = (own.meaning, own.example.to_owned());
-        }
-    }
-    let about = "The settings that simulated runs are made at";
-    let of_design = section("[design]", about, |table| design(table, &SceneNames::default()));
-    [of_truth, of_design]
 }
 
 pub(super) fn truth(

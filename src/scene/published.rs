@@ -3,8 +3,7 @@
 use serde::Serialize;
 
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE};
-use super::keys::Section;
-use super::table::{number, one_of, section, text, SceneTable};
+use super::table::{number, one_of, text, SceneTable};
 use crate::physics::Quantity;
 
 /// One of the two laws of the wet restitution.
@@ -44,12 +43,6 @@ pub struct Published {
     pub se: f64,
     /// where it stands
     pub source: String,
-}
-
-/// What is to be said of a table of a number from the literature.
-pub(super) fn guide() -> Section {
-    let about = "A number from the literature, to set beside ours; one table for each";
-    section("[[published]]", about, |table| published(table, &[]))
 }
 
 /// Reads a number from the literature.

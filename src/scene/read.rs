@@ -5,11 +5,10 @@ use std::path::Path;
 use super::contents::Scene;
 use super::data::data;
 use super::document::Document;
-use super::keys::Section;
 use super::materials::{liquids, particles, LIQUIDS, PARTICLES};
 use super::naming::SceneNames;
 use super::published::published;
-use super::table::{section, text, SceneTable};
+use super::table::{text, SceneTable};
 use super::table_file::TableFile;
 use super::{choices, plan, table};
 use crate::encoding::decode;
@@ -17,13 +16,8 @@ use crate::error::{named, Error};
 use crate::files;
 use crate::seed::sha256;
 
-/// What is to be said of the keys above all tables.
-pub(super) fn guide() -> Section {
-    section("", "What the report says of itself", of_report).that_may_be_empty()
-}
-
 /// Title and source.
-fn of_report(root: &SceneTable) -> [Option<String>; 2] {
+pub(super) fn of_report(root: &SceneTable) -> [Option<String>; 2] {
     [root.read("title", text()), root.read("source", text())]
 }
 

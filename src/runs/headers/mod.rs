@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `called.rs` | knows what laboratories call the columns of runs, by `called.txt` |
 //! | `header.rs` | holds a header as it is looked through |
-//! | `units.rs` | reads the units that headers state |
+//! | `units.rs` | reads the units that headers state, by `units.txt` |
 //! | `conversions.rs` | knows what a factor, a power or a difference turns into the quantity of a column |
 //! | `heights.rs` | tells which point of the sphere a height refers to, and what it is measured from |
 //! | `spreads.rs` | tells a standard deviation from a standard error, and both from other spreads |

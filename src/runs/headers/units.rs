@@ -1,5 +1,7 @@
 //! Reads the units that headers state: in the name of a column, or in the row below or above the names.
 
+use std::sync::LazyLock;
+
 use super::super::words::{is_among, without_brackets, words_of};
 use crate::units::Dimension;
 
@@ -21,56 +23,32 @@ const SPEED: Powers = [1, -1, 0];
 const SHARE: Powers = [0, 0, 0];
 const ANOTHER: Powers = [0, 0, 1];
 
-/// What units are made of: how each is written, in small letters, its size in SI (1 where nothing goes by it), and its powers.
-const ATOMS: [(&str, f64, Powers); 28] = [
-    ("m meter metre meters metres mètre mètres metro metri metros м метр метры 米", 1.0, LENGTH),
-    ("dm decimeter decimetre дм", 1e-1, LENGTH),
-    (
-        "cm centimeter centimetre zentimeter centimeters centimetres centimètre centimètres см 厘米",
-        1e-2,
-        LENGTH,
-    ),
-    (
-        "mm millimeter millimetre millimeters millimetres millimètre millimètres millimetri мм 毫米",
-        1e-3,
-        LENGTH,
-    ),
-    (
-        "µm μm um micron microns mikrometer micrometer micrometre micrometers micrometres micromètre micromètres мкм 微米",
-        1e-6,
-        LENGTH,
-    ),
-    ("nm nanometer nanometre nanometers нм", 1e-9, LENGTH),
-    ("å ångström ångstrom angstrom angstroms", 1e-10, LENGTH),
-    ("km", 1e3, LENGTH),
-    ("in inch inches zoll pouce pouces \" ″ ” ''", 0.0254, LENGTH),
-    ("ft foot feet ' ′", 0.3048, LENGTH),
-    ("yd yard yards", 0.9144, LENGTH),
-    ("mil mils thou", 2.54e-5, LENGTH),
-    ("s sec secs second seconds sek sekunde sekunden seconde secondes с сек 秒", 1.0, TIME),
-    ("msec millisecond milliseconds millisekunden мс", 1e-3, TIME),
-    ("µs μs", 1e-6, TIME),
-    ("min minute minutes", 60.0, TIME),
-    ("h hr hour hours", 3600.0, TIME),
-    // the exponent may be lost, and nobody has speeds in milliseconds
-    ("ms mps", 1.0, SPEED),
-    ("cms cmps", 1e-2, SPEED),
-    ("mms mmps", 1e-3, SPEED),
-    ("fps ftps", 0.3048, SPEED),
-    ("ips", 0.0254, SPEED),
-    ("mph", 0.44704, SPEED),
-    ("kmh kph", 1.0 / 3.6, SPEED),
-    ("kn knot knots kt", 0.514, SPEED),
-    (
-        "px pix pixel pixels fr frame frames hz khz rpm mv kg g mg µg ml µl μl ul ° °c °f deg degree degrees grad rad ‰ ppm db cst cp mpas \
-         pas kts mach awg mj µj μj nj",
-        1.0,
-        ANOTHER,
-    ),
-    ("% percent percents pct prozent", 1e-2, SHARE),
-    // single letters, and abbreviations that mean plastics by themselves
-    ("n mn pa mpa j w k c l", 1.0, ANOTHER),
-];
+/// What units are made of.
+struct Atom {
+    /// how it is written, in small letters
+    names: &'static str,
+    /// in SI
+    size: f64,
+    powers: Powers,
+}
+
+/// Every one, by `units.txt`.
+static ATOMS: LazyLock<Vec<Atom>> = LazyLock::new(|| {
+    let atom = |line: &'static str| {
+        let (kind, names) = line.split_once(": ")?;
+        let (size, kind) = kind.split_once(' ')?;
+        let powers = match kind {
+            "length" => LENGTH,
+            "time" => TIME,
+            "speed" => SPEED,
+            "share" => SHARE,
+            _ => ANOTHER,
+        };
+        let size = size.parse().ok()?;
+        Some(Atom { names, size, powers })
+    };
+    include_str!("units.txt").lines().filter_map(atom).collect()
+});
 
 /// Atoms that are units only with others: `min` is a minimum, `PA` a polyamide, `n` the normal.
 const ONLY_WITH_OTHERS: &str = "h hr hour hours min minute minutes n mn pa mpa j w k c l frame kt";
@@ -165,17 +143,13 @@ fn measure(text: &str) -> Option<Measure> {
             "" => 1,
             exponent => exponent.parse().ok()?,
         };
-        let (_, size, powers) = match ATOMS.iter().find(|(names, ..)| is_among(names, name))? {
+        let (size, powers) = match ATOMS.iter().find(|atom| is_among(atom.names, name))? {
             // what a length is divided by is a time
-            ("ms mps", ..) if is_below && read.atoms > 0 => &("ms", 1e-3, TIME),
-            atom => atom,
+            atom if atom.names == "ms mps" && is_below && read.atoms > 0 => (1e-3, TIME),
+            atom => (atom.size, atom.powers),
         };
         // the `ms-1` of metres a second
-        let exponent = if *powers == SPEED && exponent == -1 {
-            1
-        } else {
-            exponent
-        };
+        let exponent = if powers == SPEED && exponent == -1 { 1 } else { exponent };
         // the `h cm` of a height is no hour
         let is_turned = read.powers[1] != 0 && powers[0] != 0;
         let again = is_turned || (0..2).any(|at| read.powers[at] != 0 && powers[at] != 0);
@@ -195,7 +169,7 @@ fn measure(text: &str) -> Option<Measure> {
             return None;
         }
         // the `m_s` of our own names; metre seconds are nobody's
-        if read.powers == [1, 1, 0] && *powers == TIME {
+        if read.powers == [1, 1, 0] && powers == TIME {
             read.powers = SPEED;
             read.size /= size.powi(2);
         }
@@ -400,7 +374,7 @@ const ARBITRARY: &str = "a.u. au arb arb. arb.u. div div. divs divisions ticks c
 
 /// Whether a text is a quotient of units, although none that is known, as `px/fr`.
 fn is_made_of_units(text: &str) -> bool {
-    let is_atom = |name: &str| ATOMS.iter().any(|(names, ..)| is_among(names, name));
+    let is_atom = |name: &str| ATOMS.iter().any(|atom| is_among(atom.names, name));
     text.contains('/') && text.to_lowercase().split(['/', ' ']).all(is_atom)
 }
 
@@ -656,6 +630,12 @@ mod tests {
         ] {
             assert_eq!(unit_in_name(name, Dimension::Share), ours("_percent"), "{name}");
         }
+    }
+
+    #[test]
+    fn every_line_of_units_is_read() {
+        let lines = include_str!("units.txt").lines();
+        assert_eq!(ATOMS.len(), lines.filter(|line| !line.starts_with('#')).count());
     }
 
     #[test]

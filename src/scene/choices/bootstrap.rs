@@ -1,8 +1,7 @@
 //! Reads how a scene has its intervals made.
 
 use crate::scene::expect::INSIDE_ONE;
-use crate::scene::keys::Section;
-use crate::scene::table::{count, number, one_of, section, SceneTable};
+use crate::scene::table::{count, number, one_of, SceneTable};
 
 /// How intervals are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,12 +64,6 @@ impl IntervalMethod {
 /// Most replicates: more than any interval needs. What they take also depends on the number of fits, and is checked when
 /// these are listed.
 pub const MOST_REPLICATES: u64 = 1_000_000;
-
-/// What is to be said of the table of the bootstrap.
-pub(in crate::scene) fn guide() -> Section {
-    let about = "How the intervals of least squares are made";
-    section("[bootstrap]", about, bootstrap).that_may_be_empty()
-}
 
 pub fn bootstrap(table: &SceneTable) -> Bootstrap {
     let schemes = one_of(ResamplingScheme::NAMED).replacing(&[("residuals", "cases"), ("parametric", "cases")]);

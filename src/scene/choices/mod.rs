@@ -20,14 +20,7 @@ pub(crate) use noise::{NoiseParameter, NOISE, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SER
 pub use priors::PriorChoice;
 pub use sampler::{Sampler, MOST_KEPT};
 
-use super::keys::Section;
-
 pub(super) use bootstrap::bootstrap;
 pub(super) use model::{checked_terms, checked_viscous, dry_speed, dry_speeds, model, some_terms, viscous_forms};
-pub(super) use priors::{parameters, priors};
+pub(super) use priors::{guide_to_priors, parameters, priors};
 pub(super) use sampler::sampler;
-
-/// What is to be said of the tables that choose a method.
-pub(super) fn guide() -> [Section; 4] {
-    [model::guide(), priors::guide(), sampler::guide(), bootstrap::guide()]
-}

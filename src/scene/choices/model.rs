@@ -5,9 +5,8 @@ use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::{DrySpeed, Form, Inertia, Viscous};
 use crate::scene::expect::ABOVE_ZERO;
-use crate::scene::keys::Section;
 use crate::scene::materials::{Liquid, Particle};
-use crate::scene::table::{number_or, one_of, section, some_of, switch, SceneTable, Takes};
+use crate::scene::table::{number_or, one_of, some_of, switch, SceneTable, Takes};
 use crate::units::Dimension;
 
 /// What the model holds.
@@ -172,11 +171,6 @@ pub fn viscous_forms() -> Takes<Viscous> {
 /// What is taken for the terms of the energy balance.
 pub fn some_terms() -> Takes<Option<Vec<Term>>> {
     some_of(Term::LISTED.map(|term| (term.name(), term)), "auto")
-}
-
-/// What is to be said of the table of the model.
-pub(in crate::scene) fn guide() -> Section {
-    section("[model]", "What the model holds", |table| model(table, &[], &[])).that_may_be_empty()
 }
 
 pub fn model(table: &SceneTable, particles: &[Particle], liquids: &[Liquid]) -> ModelChoices {

@@ -127,7 +127,7 @@ const FAMILIES: [(&str, &str); 7] = [
 ];
 
 /// What is to be said of the table of the priors.
-pub(in crate::scene) fn guide() -> Section {
+pub(in crate::scene) fn guide_to_priors() -> Section {
     let prefactor = Coefficient::InertialPrefactor;
     let saturating = Form::new(Inertia::Saturating, DrySpeed::Impact);
     let families = FAMILIES.map(|(name, takes)| format!("`{{ {name} = {takes} }}`"));
@@ -152,7 +152,10 @@ pub(in crate::scene) fn guide() -> Section {
         prefactor.describe().symbol,
         log_normal(saturating.prior(prefactor)).written(),
     );
-    Section::new("[priors]", about, keys.collect()).that_may_be_empty()
+    Section {
+        about,
+        ..Section::new("[priors]", keys.collect())
+    }
 }
 
 fn prior(parameter: &Parameter, table: &SceneTable) -> Option<Prior> {

@@ -1,7 +1,6 @@
 //! Reads how much sampling a scene asks for.
 
-use crate::scene::keys::Section;
-use crate::scene::table::{count, section, SceneTable};
+use crate::scene::table::{count, SceneTable};
 
 /// How a posterior is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,11 +20,6 @@ const MOST_DRAWS: u64 = 1_000_000;
 /// Most draws that all chains keep together; what they take also depends on the parameters, and is checked when these
 /// are listed.
 pub const MOST_KEPT: u64 = 10_000_000;
-
-/// What is to be said of the table of the sampler.
-pub(in crate::scene) fn guide() -> Section {
-    section("[sampler]", "How the posterior is sampled", sampler).that_may_be_empty()
-}
 
 pub fn sampler(table: &SceneTable) -> Sampler {
     let sampler = Sampler {

@@ -85,8 +85,8 @@ pub(super) fn read_nothing<T>(read: impl FnOnce(&SceneTable) -> T) -> (T, Vec<Ke
 }
 
 /// What is to be said of a table by what is read of it.
-pub(super) fn section<T>(head: &'static str, about: impl Into<String>, read: impl FnOnce(&SceneTable) -> T) -> Section {
-    Section::new(head, about, read_nothing(read).1)
+pub(super) fn section<T>(head: &'static str, read: impl FnOnce(&SceneTable) -> T) -> Section {
+    Section::new(head, read_nothing(read).1)
 }
 
 impl<'a, 'i> SceneTable<'a, 'i> {
