@@ -1,14 +1,14 @@
 //! Lists the parameters a scene's runs call for, each with its unit, bounds, prior and where the prior comes from.
 
 use crate::error::{quoted, Error, Problem};
-use crate::physics::coefficient::{Coefficients, LogNormal};
+use crate::physics::coefficient::Coefficients;
 use crate::physics::dry::{speed_root, DRY_K};
 use crate::physics::form::Term;
 use crate::physics::{self, Coefficient, DrySpeed, Form, Inertia, Quantity};
 use crate::runs::{Runs, Series};
 use crate::scene::{
-    within, HiddenOfRun, LikelihoodFamily, NoiseOn, NoiseParameter, Prior, PriorChoice, Scene, SIGMA_DRY, SIGMA_ENERGY,
-    SIGMA_SERIES, SIGMA_WET,
+    log_normal, within, HiddenOfRun, LikelihoodFamily, NoiseOn, Prior, PriorChoice, Scene, SceneParameter, NU,
+    SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET,
 };
 
 /// What a parameter is.
@@ -56,24 +56,19 @@ impl ParameterKind {
         }
     }
 
-    /// What the physics says of it; `None` of a parameter of the noise or a trend.
-    fn physical(self) -> Option<&'static physics::coefficient::Parameter> {
+    /// What is said of it.
+    fn describe(self) -> SceneParameter {
         match self {
-            ParameterKind::DryK(_) => Some(&DRY_K),
-            ParameterKind::Shared(coefficient) => Some(coefficient.describe()),
-            _ => None,
-        }
-    }
-
-    /// What is said of a parameter of the noise; `None` of others.
-    fn noise(self) -> Option<NoiseParameter> {
-        match self {
-            ParameterKind::SigmaDry => Some(SIGMA_DRY),
-            ParameterKind::SigmaWet => Some(SIGMA_WET),
-            ParameterKind::SigmaEnergy => Some(SIGMA_ENERGY),
-            ParameterKind::SigmaSeries => Some(SIGMA_SERIES),
-            ParameterKind::Shape(family) => family.shape(),
-            _ => None,
+            ParameterKind::DryK(_) => SceneParameter::of_physics(&DRY_K),
+            ParameterKind::Shared(coefficient) => SceneParameter::of_physics(coefficient.describe()),
+            ParameterKind::SigmaDry => SIGMA_DRY,
+            ParameterKind::SigmaWet => SIGMA_WET,
+            ParameterKind::SigmaEnergy => SIGMA_ENERGY,
+            ParameterKind::SigmaSeries => SIGMA_SERIES,
+            // the normal has none, and is never asked for it
+            ParameterKind::Shape(family) => family.shape().unwrap_or(NU),
+            ParameterKind::LubricationTrend => LUBRICATION_TREND,
+            ParameterKind::InertialTrend => INERTIAL_TREND,
         }
     }
 
@@ -88,12 +83,7 @@ impl ParameterKind {
 
     /// The key of its prior in a scene.
     pub fn key(self) -> &'static str {
-        match self {
-            ParameterKind::LubricationTrend => "lubrication_log_trend",
-            ParameterKind::InertialTrend => "inertial_prefactor_trend",
-            ParameterKind::DryK(_) | ParameterKind::Shared(_) => self.physical().map_or("", |own| own.name),
-            _ => self.noise().map_or("", |own| own.name),
-        }
+        self.describe().name
     }
 
     /// Its name in files: `lubrication_log`, `dry_k[PTFE]`, `dry_k[PTFE,4.762]`.
@@ -106,35 +96,22 @@ impl ParameterKind {
 
     /// The letter of the formulas.
     pub fn symbol(self) -> &'static str {
-        match self {
-            ParameterKind::LubricationTrend => "L′",
-            ParameterKind::InertialTrend => "C′",
-            ParameterKind::DryK(_) | ParameterKind::Shared(_) => self.physical().map_or("", |own| own.symbol),
-            _ => self.noise().map_or("", |own| own.symbol),
-        }
+        self.describe().symbol
     }
 
     /// Its unit.
     pub fn unit(self) -> &'static str {
-        self.physical().map_or("1", |own| own.unit)
+        self.describe().unit
     }
 
     /// Its default prior, with the reason for it.
     pub fn default_prior(self, form: Form) -> (Prior, &'static str) {
-        let of_physics = |prior: LogNormal| (Prior::LogNormal(prior.median, prior.ln_sd), prior.reason);
-        match self {
-            ParameterKind::DryK(_) => of_physics(DRY_K.prior),
-            ParameterKind::Shared(coefficient) => of_physics(form.prior(coefficient)),
-            ParameterKind::LubricationTrend => (
-                TREND_PRIOR,
-                "default: at 1 the sphere turns round at a fixed share of the film, beyond 2 either way is past belief",
-            ),
-            ParameterKind::InertialTrend => (
-                TREND_PRIOR,
-                "default: at −1 a loss that grows with the film is level, beyond 2 either way is past belief",
-            ),
-            _ => self.noise().map_or((TREND_PRIOR, ""), |own| (own.prior, own.reason)),
+        if let ParameterKind::Shared(coefficient) = self {
+            let own = form.prior(coefficient);
+            return (log_normal(own), own.reason);
         }
+        let own = self.describe();
+        (own.prior, own.reason)
     }
 
     /// Its place in a full vector of parameters.
@@ -178,8 +155,26 @@ pub fn offset_slot(runs: &Runs, series: usize) -> usize {
     COMMON_SLOTS + runs.spheres.len() + series
 }
 
-/// The prior of a trend with the film ratio.
-const TREND_PRIOR: Prior = Prior::Normal(0.0, 1.0);
+/// The trend of L with the film ratio, of which no scene speaks.
+const LUBRICATION_TREND: SceneParameter = SceneParameter {
+    name: "lubrication_log_trend",
+    symbol: "L′",
+    meaning: "",
+    example: "",
+    unit: "1",
+    prior: Prior::Normal(0.0, 1.0),
+    reason: "default: at 1 the sphere turns round at a fixed share of the film, beyond 2 either way is past belief",
+    least: f64::NEG_INFINITY,
+    may_be_zero: true,
+};
+
+/// The trend of ln C with the film ratio.
+const INERTIAL_TREND: SceneParameter = SceneParameter {
+    name: "inertial_prefactor_trend",
+    symbol: "C′",
+    reason: "default: at −1 a loss that grows with the film is level, beyond 2 either way is past belief",
+    ..LUBRICATION_TREND
+};
 
 /// The source of a prior that the scene gives.
 pub const OF_SCENE: &str = "the scene";
@@ -352,9 +347,7 @@ impl ModelParameters {
                 // a loss that is not held has 0 of its parameter, and C may be held at 0, too; so may the spread of runs whose
                 // measurement errors are stated, which the reader of the runs sees to
                 let held = !matches!(prior, Prior::Fixed(_));
-                let is_spread = matches!(kind, ParameterKind::SigmaDry | ParameterKind::SigmaWet);
-                let may_be_zero = is_spread || kind.physical().is_some_and(|parameter| parameter.may_be_zero);
-                let lowest_allowed = value == 0.0 && (held || may_be_zero);
+                let lowest_allowed = value == 0.0 && (held || kind.describe().may_be_zero);
                 if !(lowest_allowed || value > bounds.0 && value < bounds.1) {
                     return Err(no_room(scene, runs, kind, &prior, within("a value", bounds)));
                 }

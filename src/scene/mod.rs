@@ -43,11 +43,11 @@ mod table_file;
 mod trial;
 mod unknown_keys;
 
+pub(crate) use choices::{log_normal, SceneParameter, NOISE, NU, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
 pub use choices::{
     Bootstrap, DryKOf, HiddenOfRun, IntervalMethod, LikelihoodFamily, ModelChoices, NoiseOn, PriorChoice,
     ResamplingScheme, Sampler, Sticking, MOST_KEPT,
 };
-pub(crate) use choices::{NoiseParameter, NOISE, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
 pub use contents::Scene;
 pub use data::{Data, Screens};
 pub use expect::LARGEST_FILM_RATIO;

@@ -2,7 +2,7 @@
 
 use super::choices::{
     checked_terms, checked_viscous, dry_speed, dry_speeds, some_terms, viscous_forms, LikelihoodFamily, ModelChoices,
-    NoiseParameter, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET,
+    SceneParameter, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET,
 };
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
 use super::materials::{Liquid, Particle};
@@ -160,7 +160,7 @@ pub(super) fn truth(
     let viscous = table.read("viscous", viscous_forms());
     let viscous = viscous.map(|form| checked_viscous(table, form, particles));
     let terms = table.read("terms", some_terms()).flatten();
-    let spread = |own: &NoiseParameter| table.read(own.name, number(NOT_NEGATIVE));
+    let spread = |own: &SceneParameter| table.read(own.name, number(NOT_NEGATIVE));
     let families = LikelihoodFamily::NAMED.map(|(name, family)| (name, NoiseShape::Family(family)));
     let others = [
         ("skewed", NoiseShape::Skewed),

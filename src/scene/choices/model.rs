@@ -1,6 +1,6 @@
 //! Reads the table of the model: the terms of the energy balance, the noise on a run, and what stuck runs are.
 
-use super::noise::{NoiseParameter, ASYMMETRY, NU};
+use super::parameters::{SceneParameter, ASYMMETRY, NU};
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::{DrySpeed, Form, Inertia, Viscous};
@@ -79,7 +79,7 @@ impl LikelihoodFamily {
     ];
 
     /// The parameter of its shape; `None` of the normal, which has none.
-    pub(crate) fn shape(self) -> Option<NoiseParameter> {
+    pub(crate) fn shape(self) -> Option<SceneParameter> {
         match self {
             LikelihoodFamily::Normal => None,
             LikelihoodFamily::Student => Some(NU),

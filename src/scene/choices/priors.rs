@@ -1,9 +1,8 @@
 //! Reads the priors that a scene sets for its parameters.
 
 use super::model::LikelihoodFamily;
-use super::noise::NOISE;
+use super::parameters::{log_normal, parameters, SceneParameter};
 use crate::error::quoted;
-use crate::physics::coefficient::LogNormal;
 use crate::physics::dry::DRY_K;
 use crate::physics::{Coefficient, DrySpeed, Form, Inertia};
 use crate::scene::expect::{ABOVE_ZERO, FINITE, NOT_NEGATIVE};
@@ -25,42 +24,6 @@ pub struct PriorChoice {
     pub line: Option<u64>,
 }
 
-/// A parameter that a prior can be set for.
-pub(in crate::scene) struct Parameter {
-    pub name: &'static str,
-    /// what it means, in a few words
-    pub meaning: &'static str,
-    /// a value it may well have
-    pub example: &'static str,
-    /// the prior without the key
-    default: Prior,
-    /// what it lies above
-    least: f64,
-    may_be_zero: bool,
-}
-
-/// Parameters a prior can be set for: k, those that particles share, and those of the noise.
-pub(in crate::scene) fn parameters() -> impl Iterator<Item = Parameter> {
-    let shared = Coefficient::ALL.map(|coefficient| *coefficient.describe());
-    let physical = std::iter::once(DRY_K).chain(shared).map(|own| Parameter {
-        name: own.name,
-        meaning: own.meaning,
-        example: own.example,
-        default: log_normal(own.prior),
-        least: 0.0,
-        may_be_zero: own.may_be_zero,
-    });
-    let noise = NOISE.into_iter().map(|own| Parameter {
-        name: own.name,
-        meaning: own.meaning,
-        example: own.example,
-        default: own.prior,
-        least: own.least,
-        may_be_zero: own.may_be_zero,
-    });
-    physical.chain(noise)
-}
-
 pub fn priors(
     root: &SceneTable,
     particles: &[&str],
@@ -71,7 +34,7 @@ pub fn priors(
         return vec![];
     };
     let mut choices = vec![];
-    let mut add = |parameter: &Parameter, particle: Option<usize>, inner: &SceneTable| {
+    let mut add = |parameter: &SceneParameter, particle: Option<usize>, inner: &SceneTable| {
         if let Some(prior) = prior(parameter, inner) {
             choices.push(PriorChoice {
                 parameter: parameter.name,
@@ -81,7 +44,7 @@ pub fn priors(
             });
         }
     };
-    let parameters: Vec<Parameter> = parameters().collect();
+    let parameters: Vec<SceneParameter> = parameters().collect();
     for parameter in &parameters {
         let Some(inner) = table.table(parameter.name) else {
             continue;
@@ -111,29 +74,25 @@ pub fn priors(
     choices
 }
 
-fn log_normal(prior: LogNormal) -> Prior {
-    Prior::LogNormal(prior.median, prior.ln_sd)
-}
-
-/// The families of priors, each with what it takes.
-const FAMILIES: [(&str, &str); 7] = [
-    ("lognormal", "[median, sd of the log]"),
-    ("half_normal", "scale"),
-    ("normal", "[mean, sd]"),
-    ("gamma", "[shape, rate]"),
-    ("uniform", "[lo, hi]"),
-    ("student_t", "[df, loc, scale]"),
-    ("fixed", "value"),
+/// The families of priors, each with what it takes and what that must be.
+const FAMILIES: [(&str, &str, &str); 7] = [
+    ("lognormal", "[median, sd of the log]", ", both above 0"),
+    ("half_normal", "scale", ""),
+    ("normal", "[mean, sd]", " with sd above 0"),
+    ("gamma", "[shape, rate]", ", both above 0"),
+    ("uniform", "[lo, hi]", " with lo below hi"),
+    ("student_t", "[df, loc, scale]", " with df and scale above 0"),
+    ("fixed", "value", ""),
 ];
 
 /// What is to be said of the table of the priors.
 pub(in crate::scene) fn guide_to_priors() -> Section {
     let prefactor = Coefficient::InertialPrefactor;
     let saturating = Form::new(Inertia::Saturating, DrySpeed::Impact);
-    let families = FAMILIES.map(|(name, takes)| format!("`{{ {name} = {takes} }}`"));
+    let families = FAMILIES.map(|(name, takes, _)| format!("`{{ {name} = {takes} }}`"));
     let keys = parameters().map(|parameter| KeyGuide {
         meaning: parameter.meaning,
-        example: match parameter.default {
+        example: match parameter.prior {
             Prior::LogNormal(..) => format!("{{ lognormal = [{}, 0.3] }}", parameter.example),
             _ => format!("{{ fixed = {} }}", parameter.example),
         },
@@ -141,7 +100,7 @@ pub(in crate::scene) fn guide_to_priors() -> Section {
             parameter.name,
             Dimension::One,
             "a prior",
-            Without::Value(parameter.default.written()),
+            Without::Value(parameter.prior.written()),
         )
     });
     let about = format!(
@@ -158,53 +117,54 @@ pub(in crate::scene) fn guide_to_priors() -> Section {
     }
 }
 
-fn prior(parameter: &Parameter, table: &SceneTable) -> Option<Prior> {
-    let at = table.at("");
-    let names = FAMILIES.map(|(name, _)| name);
-    let given: Vec<_> = names.into_iter().filter(|name| table.has(name)).collect();
-    let refuse = |key: &str, expected: &str| {
-        table.refuse(key, table.at(key), None, format!("expected {expected}"));
-        None
+fn prior(parameter: &SceneParameter, table: &SceneTable) -> Option<Prior> {
+    let given: Vec<_> = FAMILIES.into_iter().filter(|(name, ..)| table.has(name)).collect();
+    let [(family, takes, rule)] = given[..] else {
+        let names = FAMILIES.map(|(name, ..)| name).join(", ");
+        table.refuse("", table.at(""), None, format!("expected one prior out of {names}"));
+        return None;
     };
-    let pair = |key: &str| table.numbers(key, 2).map(|x| (x[0], x[1]));
-    let prior = match given.as_slice() {
-        ["lognormal"] => match pair("lognormal")? {
-            (median, sd) if median > 0.0 && sd > 0.0 => Some(Prior::LogNormal(median, sd)),
-            _ => refuse("lognormal", "[median, sd of the log], both above 0"),
-        },
-        ["half_normal"] => table.number("half_normal", ABOVE_ZERO).map(Prior::HalfNormal),
-        ["normal"] => match pair("normal")? {
-            (mean, sd) if sd > 0.0 => Some(Prior::Normal(mean, sd)),
-            _ => refuse("normal", "[mean, sd] with sd above 0"),
-        },
-        ["gamma"] => match pair("gamma")? {
-            (shape, rate) if shape > 0.0 && rate > 0.0 => Some(Prior::Gamma(shape, rate)),
-            _ => refuse("gamma", "[shape, rate], both above 0"),
-        },
-        ["uniform"] => match pair("uniform")? {
-            (lo, hi) if lo < hi => Some(Prior::Uniform(lo, hi)),
-            _ => refuse("uniform", "[lo, hi] with lo below hi"),
-        },
-        ["student_t"] => match table.numbers("student_t", 3)?.as_slice() {
-            &[df, loc, scale] if df > 0.0 && scale > 0.0 => Some(Prior::StudentT(df, loc, scale)),
-            _ => refuse("student_t", "[df, loc, scale] with df and scale above 0"),
-        },
-        ["fixed"] if parameter.least == f64::NEG_INFINITY => table.number("fixed", FINITE).map(Prior::Fixed),
-        // every other parameter is positive
-        ["fixed"] if parameter.may_be_zero => table.number("fixed", NOT_NEGATIVE).map(Prior::Fixed),
-        ["fixed"] => table.number("fixed", ABOVE_ZERO).map(Prior::Fixed),
+    let prior = match family {
+        "half_normal" => table.number(family, ABOVE_ZERO).map(Prior::HalfNormal),
+        "fixed" => {
+            let expect = match parameter.may_be_zero {
+                _ if parameter.least == f64::NEG_INFINITY => FINITE,
+                // every other parameter is positive
+                true => NOT_NEGATIVE,
+                false => ABOVE_ZERO,
+            };
+            table.number(family, expect).map(Prior::Fixed)
+        }
         _ => {
-            table.refuse("", at, None, format!("expected one prior out of {}", names.join(", ")));
-            return None;
+            let numbers = table.numbers(family, takes.split(',').count())?;
+            let prior = of_numbers(family, &numbers);
+            if prior.is_none() {
+                table.refuse(family, table.at(family), None, format!("expected {takes}{rule}"));
+            }
+            prior
         }
     };
     table.finish();
-    let fails = |prior: &Prior| prior.fails((parameter.least, f64::INFINITY));
-    match (prior.as_ref().and_then(fails), given.as_slice()) {
-        (Some(expected), [family]) => {
+    match prior
+        .as_ref()
+        .and_then(|prior| prior.fails((parameter.least, f64::INFINITY)))
+    {
+        Some(expected) => {
             table.refuse_given(family, &expected);
             None
         }
-        _ => prior,
+        None => prior,
+    }
+}
+
+/// The prior of a family that takes several numbers; `None` where these are not what they must be.
+fn of_numbers(family: &str, numbers: &[f64]) -> Option<Prior> {
+    match (family, numbers) {
+        ("lognormal", &[median, sd]) if median > 0.0 && sd > 0.0 => Some(Prior::LogNormal(median, sd)),
+        ("normal", &[mean, sd]) if sd > 0.0 => Some(Prior::Normal(mean, sd)),
+        ("gamma", &[shape, rate]) if shape > 0.0 && rate > 0.0 => Some(Prior::Gamma(shape, rate)),
+        ("uniform", &[lo, hi]) if lo < hi => Some(Prior::Uniform(lo, hi)),
+        ("student_t", &[df, loc, scale]) if df > 0.0 && scale > 0.0 => Some(Prior::StudentT(df, loc, scale)),
+        _ => None,
     }
 }
