@@ -8,15 +8,20 @@ use crate::units::Dimension;
 /// Takes a number of a file to SI.
 pub(super) type ToSi<'f> = &'f dyn Fn(f64) -> f64;
 
+/// The value, if it is what is taken, by what its unit does.
+type Take<T> = dyn Fn(&Spanned<DeValue>, ToSi) -> Option<T>;
+
+/// A value as a scene gives it in the usual unit.
+type Write<T> = dyn Fn(&T, Dimension) -> String;
+
 /// What is taken under a key.
 pub(in crate::scene) struct Takes<T> {
     /// what a message names as expected
     pub words: String,
     pub dimension: Dimension,
-    /// the value, if it is what is taken, by what its unit does
-    take: Box<dyn Fn(&Spanned<DeValue>, ToSi) -> Option<T>>,
-    /// a value as a scene gives it in the usual unit; nothing of what never stands as a default
-    pub written: Box<dyn Fn(&T, Dimension) -> String>,
+    take: Box<Take<T>>,
+    /// nothing is written of what never stands as a default
+    pub written: Box<Write<T>>,
     /// words of earlier versions, each refused with the one that replaces it
     replaced: &'static [(&'static str, &'static str)],
 }
