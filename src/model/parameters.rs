@@ -7,8 +7,8 @@ use crate::physics::form::Term;
 use crate::physics::{self, Coefficient, DrySpeed, Form, Inertia, Quantity};
 use crate::runs::{Runs, Series};
 use crate::scene::{
-    log_normal, within, HiddenOfRun, LikelihoodFamily, NoiseOn, Prior, PriorChoice, Scene, SceneParameter, NU,
-    SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET,
+    log_normal, within, LikelihoodFamily, NoiseOn, Prior, PriorChoice, Scene, SceneParameter, NU, SIGMA_DRY,
+    SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET,
 };
 
 /// What a parameter is.
@@ -283,7 +283,8 @@ impl ModelParameters {
         }
         let family = scene.model.likelihood;
         let speeds_err = runs.errors.iter().any(|error| error.impact_speed_sd > 0.0);
-        if let Some(expected) = family.refused_beside(HiddenOfRun::TrueSpeed).filter(|_| speeds_err) {
+        let refused = family.refused_beside("errors of the impact speeds");
+        if let Some(expected) = refused.filter(|_| speeds_err) {
             return Err(Error::Usage(format!("[model] likelihood: {expected}")));
         }
         candidates.extend(family.shape().map(|own| CandidateParameter {

@@ -45,8 +45,8 @@ mod unknown_keys;
 
 pub(crate) use choices::{log_normal, SceneParameter, NOISE, NU, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
 pub use choices::{
-    Bootstrap, DryKOf, HiddenOfRun, IntervalMethod, LikelihoodFamily, ModelChoices, NoiseOn, PriorChoice,
-    ResamplingScheme, Sampler, Sticking, MOST_KEPT,
+    Bootstrap, DryKOf, IntervalMethod, LikelihoodFamily, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme, Sampler,
+    Sticking, MOST_KEPT,
 };
 pub use contents::Scene;
 pub use data::{Data, Screens};

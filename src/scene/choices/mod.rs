@@ -15,7 +15,7 @@ mod priors;
 mod sampler;
 
 pub use bootstrap::{Bootstrap, IntervalMethod, ResamplingScheme};
-pub use model::{DryKOf, HiddenOfRun, LikelihoodFamily, ModelChoices, NoiseOn, Sticking};
+pub use model::{DryKOf, LikelihoodFamily, ModelChoices, NoiseOn, Sticking};
 pub(crate) use parameters::{log_normal, SceneParameter, NOISE, NU, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
 pub use priors::PriorChoice;
 pub use sampler::{Sampler, MOST_KEPT};

@@ -89,11 +89,7 @@ impl LikelihoodFamily {
 
     /// Why it may not stand beside this, over which each run is integrated, as a message ends; `None` where it may: where its
     /// density has no kink.
-    pub fn refused_beside(self, hidden: HiddenOfRun) -> Option<String> {
-        let what = match hidden {
-            HiddenOfRun::NoiseOnEnergy => "noise on the energy kept (noise = \"both\")",
-            HiddenOfRun::TrueSpeed => "errors of the impact speeds",
-        };
+    pub fn refused_beside(self, what: &str) -> Option<String> {
         let is_refused = self == LikelihoodFamily::AsymmetricLaplace;
         is_refused.then(|| format!("expected normal or student beside {what}, which are not integrated over a kink"))
     }
@@ -116,15 +112,6 @@ impl LikelihoodFamily {
             ),
         }
     }
-}
-
-/// What is hidden of a run, over which its density is integrated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum HiddenOfRun {
-    /// what noise adds to the energy kept
-    NoiseOnEnergy,
-    /// the impact speed, where its measurement errs
-    TrueSpeed,
 }
 
 /// What has a k of its own.
@@ -202,7 +189,8 @@ pub fn model(table: &SceneTable, particles: &[Particle], liquids: &[Liquid]) -> 
         dry_k: table.read_or("dry_k", dry_k, DryKOf::Particle),
         sticking: table.read_or("sticking", sticking, Sticking::Censored),
     };
-    let refused = choices.likelihood.refused_beside(HiddenOfRun::NoiseOnEnergy);
+    let energy = "noise on the energy kept (noise = \"both\")";
+    let refused = choices.likelihood.refused_beside(energy);
     if let Some(expected) = refused.filter(|_| choices.noise == NoiseOn::Both) {
         table.refuse("likelihood", table.at("likelihood"), None, expected);
     }

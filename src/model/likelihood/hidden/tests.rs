@@ -14,7 +14,7 @@ use crate::model::likelihood::tails::Tails;
 use crate::physics::loss::Share;
 use crate::physics::rebound::{kept_and_slope, kept_of_mean_restitution, mean_restitution, TURN};
 use crate::physics::{DrySpeed, Form, Inertia};
-use crate::scene::{HiddenOfRun, LikelihoodFamily};
+use crate::scene::LikelihoodFamily;
 
 /// A run with all that its density reads.
 #[derive(Debug, Clone, Copy)]
@@ -263,18 +263,15 @@ fn of_all(name: &str, count: usize) -> Vec<(LikelihoodFamily, Case)> {
     let mut all = vec![];
     for (_, family) in LikelihoodFamily::NAMED {
         let few = if family == LikelihoodFamily::Normal { 1 } else { 3 };
-        let [speed, energy] =
-            [HiddenOfRun::TrueSpeed, HiddenOfRun::NoiseOnEnergy].map(|hidden| family.refused_beside(hidden).is_none());
+        let may_be_hidden = family.refused_beside("what is hidden").is_none();
         let mut add = |cases: &[Case]| all.extend(cases.iter().map(|case| (family, case.of_family(family))));
         let plain = by_speed.iter().enumerate();
         let plain: Vec<Case> = plain
             .map(|(index, case)| case.plain(0.37 * (index % 17) as f64 - 3.0))
             .collect();
         add(&plain);
-        for (cases, is_allowed) in [(&by_speed, speed), (&by_energy, energy), (&both, speed && energy)] {
-            if is_allowed {
-                add(&cases[..cases.len() / few]);
-            }
+        for cases in [&by_speed, &by_energy, &both].into_iter().filter(|_| may_be_hidden) {
+            add(&cases[..cases.len() / few]);
         }
     }
     all
