@@ -99,7 +99,12 @@ pub(super) fn fit_beside(
         );
         return Ok(Beside::Open(check));
     }
-    if model.likelihood == LikelihoodFamily::AsymmetricLaplace {
+    let takes_minutes = match model.likelihood {
+        LikelihoodFamily::Normal => false,
+        LikelihoodFamily::Student => runs.all_measured() > FEW_RUNS,
+        LikelihoodFamily::AsymmetricLaplace => true,
+    };
+    if takes_minutes {
         return without_slow(scene, runs, least_squares, own, (&slow, &rows));
     }
     // with errors of speeds in columns, noise on the energy besides would make each density an integral of integrals: what it
@@ -197,8 +202,8 @@ pub(super) fn fit_beside(
     Ok(Beside::Stands(Box::new(wider), notice))
 }
 
-/// Holds the posterior against that of the runs without the slow ones, where noise on the energy makes integrals of two kinds of
-/// exponentials, which take minutes.
+/// Holds the posterior against that of the runs without the slow ones, where integrals over the noise on the energy take
+/// minutes: those of two kinds of exponentials, and of many runs with Student's tails.
 fn without_slow(
     scene: &Scene,
     runs: &Runs,

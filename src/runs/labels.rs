@@ -37,6 +37,9 @@ pub(super) fn label(cell: &str) -> Option<Label> {
         return None;
     }
     let lower = cell.to_lowercase();
+    if ["x\u{304}", "overall"].contains(&lower.trim()) {
+        return Some(Label::Mean);
+    }
     let mut words = words_of(&lower);
     let first = words.by_ref().find(|word| !is_among(BEFORE, word))?;
     let first = first.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -85,6 +88,8 @@ mod tests {
             "Mean1",
             "set mean",
             "平均",
+            "x\u{304}",
+            "Overall",
         ] {
             assert_eq!(label(cell), Some(Label::Mean), "{cell}");
         }
