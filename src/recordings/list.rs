@@ -133,6 +133,14 @@ fn recording(folder: &Path, fields: &mut Fields, row: Row) -> Option<Recording> 
         fields.problem(line, "file", None, expected.to_owned());
         return None;
     };
+    // they go into the table of runs, which a spreadsheet may open
+    for column in ["run", "particle", "liquid", "exclude"] {
+        let formula = fields.word(column, cells).filter(|word| word.starts_with(['=', '+', '@']));
+        if formula.is_some() {
+            let expected = "expected a word that no spreadsheet takes for a formula".to_owned();
+            fields.problem(line, column, formula, expected);
+        }
+    }
     let run = fields.word("run", cells).unwrap_or(file).to_owned();
     let exclude = fields.word("exclude", cells).map(str::to_owned);
     let of = fields.setting(row)?;
