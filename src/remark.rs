@@ -105,6 +105,13 @@ impl Remark {
         self
     }
 
+    /// The same with something more particular to do.
+    #[must_use]
+    pub fn then(mut self, next_step: impl Into<String>) -> Remark {
+        self.next_step = next_step.into();
+        self
+    }
+
     /// The same, where a failure does not forbid quoting unless this is so.
     #[must_use]
     pub fn forbidding_if(self, forbids: bool) -> Remark {

@@ -150,7 +150,7 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
     let Some(used) = used.filter(|_| why_none.is_none()) else {
         found.remarks.push(if runs.series.is_empty() {
             let text = "no wet runs: there are no forms of the wet law to compare";
-            remarks::COMPARE_LEFT_OUT.with_next_step(1, text.to_owned(), "nothing")
+            remarks::COMPARE_LEFT_OUT.notice(1, text.to_owned()).then("nothing")
         } else {
             let text = format!("forms of the law are not compared: {}", why_none.unwrap_or_default());
             remarks::COMPARE_LEFT_OUT.notice(1, text).at(Level::Cautions)

@@ -49,5 +49,5 @@ pub(super) fn exact_constants_notice(
         "say how well it is known ({}), and the report adds it; the others stand under Constants taken as exact",
         constant.key
     );
-    Some(remarks::CONSTANTS_EXACT.with_next_step(above.len(), text, next))
+    Some(remarks::CONSTANTS_EXACT.notice(above.len(), text).then(next))
 }

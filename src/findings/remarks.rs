@@ -79,12 +79,7 @@ impl Kind {
 
     /// What was found, of so many.
     pub(super) fn notice(&self, count: usize, text: String) -> Remark {
-        self.with_next_step(count, text, self.next_step)
-    }
-
-    /// The same with something more particular to do.
-    pub(super) fn with_next_step(&self, count: usize, text: String, next_step: impl Into<String>) -> Remark {
-        Remark::new(self.code, count, text, next_step).at(self.level)
+        Remark::new(self.code, count, text, self.next_step).at(self.level)
     }
 }
 

@@ -51,16 +51,17 @@ pub fn check_least_squares(
 
 /// The check of a table whose every run is left out, with what would use those left out for the most frequent reason.
 fn no_runs_in_use(table: &Table) -> Option<Remark> {
+    if !table.runs.is_empty() {
+        return None;
+    }
+    let check = |text: String| remarks::RUNS_IN_USE.check(0.0, text);
     let most = table.screened.iter().max_by_key(|screened| screened.runs);
-    let text = match most {
-        Some(most) if table.screened.len() == 1 => format!("every run is left out ({})", most.reason),
-        Some(most) => format!("every run is left out, most of them as {}", most.reason),
-        None => "no run is in use".to_owned(),
-    };
-    let check = remarks::RUNS_IN_USE.check(0.0, text);
-    table.runs.is_empty().then(|| Remark {
-        next_step: most.map_or(check.next_step, |most| most.next_step.to_owned()),
-        ..check
+    Some(match most {
+        Some(Screened { reason, next_step, .. }) => match table.screened.len() {
+            1 => check(format!("every run is left out ({reason})")).then(*next_step),
+            _ => check(format!("every run is left out, most of them as {reason}")).then(*next_step),
+        },
+        None => check("no run is in use".to_owned()),
     })
 }
 
@@ -143,10 +144,7 @@ pub fn wet_law_holds(noise: &Noise, line: Option<&LineAgainstRoot>) -> Option<Re
     );
     // what moves a number by many of its ± wants no such certainty
     let far = found.moves_in_se > remarks::FAR;
-    let criterion = |p: f64| Kind {
-        next_step: after_wet_law(found.against),
-        ..remarks::WET_LAW_HOLDS.at(p)
-    };
+    let criterion = |p: f64| remarks::WET_LAW_HOLDS.at(p).then(after_wet_law(found.against));
     let p = if far { remarks::SELDOM } else { remarks::BEYOND_CHANCE };
     let mut check = gating_where_felt(criterion(p), &found.test, Some(found.moves_in_se), text.clone());
     if check.passed && found.moves_in_se > 1.0 && found.test.p < remarks::DOUBTED {
@@ -190,48 +188,36 @@ fn after_wet_law(against: WetAlternative) -> &'static str {
 
 /// The linear law against the square root.
 fn linear_law(found: &LineAgainstRoot) -> Remark {
-    let [line, root] = found.residual_sds.map(|sd| significant(sd, 2));
-    let over = format!(
-        "{} {}",
-        found.groups,
-        by_number(found.groups, "group of runs", "groups of runs")
-    );
-    if !found.favours_line() {
-        let text = format!(
-            "the runs do not prefer the linear law over {over}: residual sd {line} against {root} of the square root"
-        );
-        return remarks::LINEAR_LAW.check(found.gain, text);
-    }
     const LINE: &str = "the linear law e = e_inf (1 − St_c/St)";
-    match found.bend.filter(|_| !found.line_holds()) {
+    let [line, root] = found.residual_sds.map(|sd| significant(sd, 2));
+    let over = by_number(found.groups, "group of runs", "groups of runs");
+    let over = format!("{} {over}", found.groups);
+    let mut kind = remarks::LINEAR_LAW;
+    let text = match found.bend.filter(|_| !found.line_holds()) {
+        _ if !found.favours_line() => format!(
+            "the runs do not prefer the linear law over {over}: residual sd {line} against {root} of the square root"
+        ),
         Some(bend) => {
-            let kind = Kind {
-                next_step: remarks::NEITHER_LAW,
-                ..remarks::LINEAR_LAW
-            };
-            let text = format!(
+            kind = kind.then(remarks::NEITHER_LAW);
+            format!(
                 "neither law describes the runs: over {over} {LINE} is nearer than the square root, residual sd {line} against \
                  {root}, but e bends with 1/St beside it: {}",
                 f_words(&bend, 1)
-            );
-            kind.check(found.gain, text)
+            )
         }
-        None => {
-            let text = format!(
-                "{LINE} describes {over} better than the square root: residual sd {line} against {root}, and a higher log density"
-            );
-            remarks::LINEAR_LAW.check(found.gain, text)
-        }
-    }
+        None => format!(
+            "{LINE} describes {over} better than the square root: residual sd {line} against {root}, and a higher log density"
+        ),
+    };
+    kind.check(found.gain, text)
 }
 
 /// Whether runs are as independent as standard errors take them to be; `None` where the model has offsets of series, or none
 /// are seen beyond chance.
 pub fn independent_runs(scene: &Scene, noise: &Noise) -> Option<Remark> {
     let offsets = noise.offsets.as_ref().filter(|_| !scene.model.series_offsets)?;
-    let worst = offsets
-        .affected_standard_error()
-        .filter(|_| offsets.test.p < remarks::BEYOND_CHANCE)?;
+    let worst = offsets.affected_standard_error();
+    let worst = worst.filter(|_| offsets.test.p < remarks::BEYOND_CHANCE)?;
     let text = format!(
         "series lie apart by an sd of {:.4} in e, {:.2} of the spread of single runs, {} most of all: the standard error of {} \
          is too small by a factor of {:.2}",
@@ -242,11 +228,7 @@ pub fn independent_runs(scene: &Scene, noise: &Noise) -> Option<Remark> {
 
 /// Whether the stated errors explain the scatter of the runs that nothing else scatters.
 fn stated_errors(scene: &Scene, dry: &[Dry], balance: Option<&EnergyBalance>) -> Vec<Remark> {
-    let check = |kind: ParameterKind, law: &str, errors: Option<ErrorSummary>| {
-        let criterion = match kind {
-            ParameterKind::SigmaDry => remarks::DRY_ERRORS,
-            _ => remarks::WET_ERRORS,
-        };
+    let check = |(kind, criterion): (ParameterKind, Kind), law: &str, errors: Option<ErrorSummary>| {
         let errors = errors.filter(|_| scene.errors_are_all(kind.key()))?;
         let text = format!(
             "{law} with {} = 0: χ² of {:.2} a degree of freedom ({}) against the stated errors",
@@ -258,11 +240,11 @@ fn stated_errors(scene: &Scene, dry: &[Dry], balance: Option<&EnergyBalance>) ->
     };
     let of_dry = dry.iter().filter_map(|fitted| {
         let law = format!("{}: the dry law", fitted.words());
-        check(ParameterKind::SigmaDry, &law, fitted.measurement_errors)
+        check((ParameterKind::SigmaDry, remarks::DRY_ERRORS), &law, fitted.measurement_errors)
     });
     let of_wet = balance.and_then(|balance| {
         let law = "the energy balance over all rebounds";
-        check(ParameterKind::SigmaWet, law, balance.measurement_errors)
+        check((ParameterKind::SigmaWet, remarks::WET_ERRORS), law, balance.measurement_errors)
     });
     of_dry.chain(of_wet).collect()
 }
@@ -310,13 +292,11 @@ pub fn fit_notices(setup: FitSetup, table: &Table, series: &[SeriesFit], scaling
         let unasked = screened().filter(|one| one.next_step == NOTHING_USES);
         let unasked: usize = unasked.map(|one| one.runs).sum();
         let share = unasked as f64 / (left_out + runs.all_measured()) as f64;
-        found.push(match remarks::MUCH_SCREENED.holds(share) {
-            true => remarks::SCREENED.with_next_step(left_out, text, next.join("; ")),
-            false => Remark {
-                next_step: next.join("; "),
-                ..remarks::MUCH_SCREENED.check(share, text)
-            },
-        });
+        let told = match remarks::MUCH_SCREENED.holds(share) {
+            true => remarks::SCREENED.notice(left_out, text),
+            false => remarks::MUCH_SCREENED.check(share, text),
+        };
+        found.push(told.then(next.join("; ")));
     }
     let stuck: usize = series.iter().map(|s| s.stuck).sum();
     if stuck > 0 {

@@ -49,7 +49,7 @@ fn fewer_replicates_notice(wanted: u64, made: usize, fits: usize) -> Option<Rema
              all fits together are held at once"
         );
         let next = format!("set it to at most {made}, or fit fewer series in one scene");
-        remarks::BOOTSTRAP_FEWER_REPLICATES.with_next_step(made, text, next)
+        remarks::BOOTSTRAP_FEWER_REPLICATES.notice(made, text).then(next)
     })
 }
 

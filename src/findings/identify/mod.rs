@@ -92,5 +92,5 @@ pub fn unidentified_notice(directions: Option<&Directions>) -> Option<Remark> {
     let reasons: Vec<&str> = unseen.iter().map(|one| one.reason.as_str()).collect();
     let next: Vec<&str> = unseen.iter().map(|one| one.add.as_str()).collect();
     let count = unseen.iter().map(|one| one.directions).sum();
-    (count > 0).then(|| remarks::UNSEEN.with_next_step(count, reasons.join("; "), next.join("; ")))
+    (count > 0).then(|| remarks::UNSEEN.notice(count, reasons.join("; ")).then(next.join("; ")))
 }

@@ -30,7 +30,7 @@ pub(in crate::findings) fn contraction_notice(
     let mut unseen = directions.into_iter().flat_map(|directions| &directions.unseen);
     let known = unseen.find(|unseen| unseen.parameters.iter().any(is_wide));
     let next = known.map_or(remarks::PRIOR_RULES.next_step, |unseen| unseen.add.as_str());
-    Some(remarks::PRIOR_RULES.with_next_step(wide.len(), text, next))
+    Some(remarks::PRIOR_RULES.notice(wide.len(), text).then(next))
 }
 
 /// Whether the runs contradict a prior; `None` where they alone say nothing of any parameter.

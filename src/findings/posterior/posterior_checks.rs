@@ -50,10 +50,8 @@ pub fn refusal(checks: &[Remark]) -> Option<&Remark> {
 pub fn why_not_sampled(runs: &Runs, least_squares: LeastSquares, parameters: &ModelParameters) -> Option<Box<Remark>> {
     let too_little = smallest_noise(least_squares).filter(|sd| *sd < remarks::NOISE.threshold());
     let check = if runs.is_empty() {
-        Remark {
-            next_step: "put runs in use: there is nothing to sample".to_owned(),
-            ..remarks::PARAMETERS_LEFT.check(0.0, "no run is in use")
-        }
+        let check = remarks::PARAMETERS_LEFT.check(0.0, "no run is in use");
+        check.then("put runs in use: there is nothing to sample")
     } else if parameters.sampled.is_empty() {
         remarks::PARAMETERS_LEFT.check(0.0, "no parameter is left to be sampled: every prior is fixed")
     } else if let Some(few) = too_few_runs(runs, parameters) {
@@ -148,10 +146,8 @@ fn compression(found: &PosteriorFindings) -> Option<Remark> {
     let compression = found.compression.as_ref()?;
     let error = Some(compression.max_log_density_error).filter(|error| error.is_finite());
     let criterion = remarks::COMPRESSION_ERROR.at(compression.bound);
-    Some(criterion.check(
-        error,
-        "largest error of the log density of the few runs that stand for all",
-    ))
+    let text = "largest error of the log density of the few runs that stand for all";
+    Some(criterion.check(error, text))
 }
 
 /// The largest of a number of the parameters and offsets, and whose it is; one without it comes first.
@@ -168,12 +164,10 @@ fn convergence(found: &PosteriorFindings) -> Vec<Remark> {
     let requested = found.accuracy.as_ref().map(|accuracy| accuracy.requested);
     let MixingLines { rhat: line, effective } = asked_of_draws(found.method, found.chains, requested);
     let drawn_on = found.draws_asked.filter(|asked| found.draws > *asked);
-    let drawn_on = drawn_on.map_or(String::new(), |asked| {
-        format!("after {} draws a chain in place of {asked}", found.draws)
-    });
-    let told = |check: Remark| match drawn_on.as_str() {
-        "" => check,
-        drawn_on => check.if_failed(drawn_on),
+    let drawn_on = drawn_on.map(|asked| format!("after {} draws a chain in place of {asked}", found.draws));
+    let told = |check: Remark| match &drawn_on {
+        Some(words) => check.if_failed(words),
+        None => check,
     };
     if let Some(line) = line {
         let (rhat, name) = largest(found, |q| q.rhat);
@@ -234,11 +228,13 @@ fn dry_consistency(found: &PosteriorFindings, least_squares: LeastSquares) -> Op
     let name = &pooled.name;
     let text =
         format!("largest distance of a pooled k from that of the dry runs ({name}), in combined standard errors");
-    let mut check = remarks::DRY_CONSISTENCY.check(shift, text);
-    if pooled.prior.as_ref().is_some_and(|prior| prior.source == OF_SCENE) {
-        check.next_step = format!("widen or drop the prior of {name} in [priors]: it holds the pooled k");
-    }
-    Some(check)
+    let check = remarks::DRY_CONSISTENCY.check(shift, text);
+    Some(match &pooled.prior {
+        Some(prior) if prior.source == OF_SCENE => {
+            check.then(format!("widen or drop the prior of {name} in [priors]: it holds the pooled k"))
+        }
+        _ => check,
+    })
 }
 
 /// Coverage of the predicted bands.
@@ -247,17 +243,13 @@ fn bands(found: &PosteriorFindings) -> Vec<Remark> {
     let both = found.predictive.bands.iter().zip(criteria);
     both.map(|(band, criterion)| {
         let chance = CHANCE * (band.level * (1.0 - band.level) / band.runs.max(1) as f64).sqrt();
+        let [level, share] = [band.level, band.coverage].map(|share| 100.0 * share);
         let text = format!(
-            "distance from {:.0} % of the share of runs in the {:.0} % predicted band, {:.1} %",
-            100.0 * band.level,
-            100.0 * band.level,
-            100.0 * band.coverage
+            "distance from {level:.0} % of the share of runs in the {level:.0} % predicted band, {share:.1} %"
         );
         let criterion = criterion.at(criterion.threshold().max(chance));
-        let off = (band.coverage - band.level).abs();
-        criterion
-            .check(off, text)
-            .if_failed("the noise is not the one modelled")
+        let check = criterion.check((band.coverage - band.level).abs(), text);
+        check.if_failed("the noise is not the one modelled")
     })
     .collect()
 }

@@ -65,31 +65,30 @@ pub(super) fn term_notice(sized: &SizedTerm) -> Option<Remark> {
         moved.map_or("no parameter".to_owned(), remarks::in_symbols),
         sized.largest_effect
     );
-    let shown = sized.runs_show.zip(sized.runs_show_se).map(|(share, se)| {
-        format!(
-            "; the runs show {} of its full effect (0: it is absent, 1: it acts in full)",
-            with_se(share, se)
-        )
-    });
-    let shown = shown.unwrap_or_default();
+    let shown = match (sized.runs_show, sized.runs_show_se) {
+        (Some(share), Some(se)) => {
+            let share = with_se(share, se);
+            format!("; the runs show {share} of its full effect (0: it is absent, 1: it acts in full)")
+        }
+        _ => String::new(),
+    };
     if sized.is_rejected() {
         let text = format!("{name}: not in the model, and the runs speak against it{shown}");
-        let told = remarks::TERM_NOT_HELD.with_next_step(1, text, "nothing");
-        return Some(told.at(Level::Informs));
+        let told = remarks::TERM_NOT_HELD.notice(1, text).at(Level::Informs);
+        return Some(told.then("nothing"));
     }
     let text = format!("{name}: not in the model; if it acts, leaving it out moves {far}{shown}");
     // as many parameters either way: neither can feign a better fit
-    let gain = sized
-        .gain_without()
-        .filter(|_| sized.term == Term::OwnDrySpeed && size >= 1.0);
-    if let Some(gain) = gain.map(|gain| -gain).filter(|gain| !remarks::DRY_SPEED.holds(*gain)) {
+    let gain = sized.gain_without().map(|gain| -gain);
+    let is_shown = |gain: &f64| sized.term == Term::OwnDrySpeed && size >= 1.0 && !remarks::DRY_SPEED.holds(*gain);
+    if let Some(gain) = gain.filter(is_shown) {
         return Some(remarks::DRY_SPEED.check(gain, text));
     }
-    let next = match sized.term {
-        Term::OwnDrySpeed => COMPARE_DRY_SPEEDS,
-        _ => remarks::TERM_NOT_HELD.next_step,
-    };
-    Some(remarks::TERM_NOT_HELD.with_next_step(1, text, next))
+    let told = remarks::TERM_NOT_HELD.notice(1, text);
+    Some(match sized.term {
+        Term::OwnDrySpeed => told.then(COMPARE_DRY_SPEEDS),
+        _ => told,
+    })
 }
 
 #[cfg(test)]
