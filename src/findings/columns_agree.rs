@@ -9,10 +9,8 @@ use crate::scene::RunColumn;
 /// A failed check of each two columns that tell the same thing and do not: over the whole table, in a block of it, or in many
 /// single rows.
 pub(super) fn check_columns(compared: &[ComparedColumns], places: &RowPlaces) -> Vec<Remark> {
-    let off = compared
-        .iter()
-        .filter_map(|both| Some((both, contradiction(both, places)?)));
-    let checks = off.map(|(_, (value, text))| remarks::COLUMNS_AGREE.check(value, text));
+    let off = compared.iter().filter_map(|both| contradiction(both, places));
+    let checks = off.map(|(value, text)| remarks::COLUMNS_AGREE.check(value, text));
     checks.collect()
 }
 
@@ -165,8 +163,7 @@ fn likely_slip(both: &ComparedColumns, ratio: f64) -> Option<String> {
         _ if is_height => &HEIGHT_SLIPS,
         _ => &STOKES_SLIPS,
     };
-    let found = slips
-        .iter()
-        .find(|(factor, _)| is_near(*factor) || is_near(1.0 / *factor));
-    found.map(|(_, words)| format!(": {words}"))
+    let is_slip = |(other, _): &&(f64, &str)| is_near(*other) || is_near(1.0 / *other);
+    let (_, words) = slips.iter().find(is_slip)?;
+    Some(format!(": {words}"))
 }

@@ -26,20 +26,18 @@ pub(super) fn measurement_error_notices(
     is_main: impl Fn(&Scaling) -> bool,
 ) -> Vec<Remark> {
     let mut found = vec![];
-    let below = |row: &&Scaling| error_that_matters(row).is_some_and(|share| share < SPEED_ERROR);
-    // where they are given they are asked for no more
-    let given = speeds_err(runs);
-    let all: Vec<&Scaling> = scaling.iter().filter(below).collect();
-    let main: Vec<&Scaling> = all.iter().copied().filter(|row| is_main(row)).collect();
+    let shares = scaling.iter().filter_map(|row| Some((row, error_that_matters(row)?)));
+    let all: Vec<(&Scaling, f64)> = shares.filter(|(_, share)| *share < SPEED_ERROR).collect();
+    let main: Vec<(&Scaling, f64)> = all.iter().copied().filter(|(row, _)| is_main(row)).collect();
     let (level, told) = match main.is_empty() {
         true => (Level::Informs, all),
         false => (Level::Cautions, main),
     };
     let count = told.len();
-    let shares = told.into_iter().filter_map(|row| Some((row, error_that_matters(row)?)));
     // the law that the smallest error would move
-    let most_sensitive = shares.min_by(|a, b| a.1.total_cmp(&b.1));
-    if let Some((row, share)) = most_sensitive.filter(|_| !given) {
+    let most_sensitive = told.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+    // where they are given they are asked for no more
+    if let Some((row, share)) = most_sensitive.filter(|_| !speeds_err(runs)) {
         let at = match count {
             1 => "one film ratio".to_owned(),
             some => format!("{some} film ratios"),

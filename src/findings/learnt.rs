@@ -115,8 +115,8 @@ fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
         return Some("Runs that stuck were not logged: each rebound counts as one of those that rebound.".to_owned());
     }
     if stuck == 0 {
-        let stays = "the speed below which nothing rebounds follows from the law alone";
-        return Some(format!("No wet run stuck: {stays}."));
+        let none = "No wet run stuck: the speed below which nothing rebounds follows from the law alone.";
+        return Some(none.to_owned());
     }
     let of_all = format!("{stuck} of {wet} wet runs stuck");
     let is_censored = scene.model.sticking == Sticking::Censored;
@@ -133,9 +133,10 @@ fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
     let expected: f64 = in_doubt.iter().map(|own| own.expected).sum();
     Some(if failed {
         format!(
-            "{of_all}, not as the law expects: of {} in {}, D = {} mm, δ/D = {}, {} stuck and {:.1} were expected.",
+            "{of_all}, not as the law expects: of {} in {} and {}, D = {} mm, δ/D = {}, {} stuck and {:.1} were expected.",
             worst.runs,
-            [worst.particle.as_str(), &worst.liquid].join(" and "),
+            worst.particle,
+            worst.liquid,
             short(1e3 * worst.diameter_m),
             short(worst.film_ratio),
             worst.observed,

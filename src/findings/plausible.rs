@@ -1,9 +1,10 @@
 //! Questions constants, runs and results that no such experiment has: a wrong unit shows there first.
 
-use std::collections::HashMap;
 use std::ops::Range;
 
 use super::document::Findings;
+use super::dry::fit_of_sphere;
+use super::estimate::Estimate;
 use super::noise::Outlier;
 use super::posterior::QuantitySummary;
 use super::range::range;
@@ -14,7 +15,7 @@ use crate::remark::Remark;
 use crate::rounding::to_digits;
 use crate::runs::{Runs, Series};
 use crate::scene::{Particle, Scene, DRY};
-use crate::units::Dimension;
+use crate::units::{Dimension, Unit};
 
 /// What a quantity lies between in every experiment with spheres on wetted plates, with room to spare.
 struct Bounds {
@@ -88,14 +89,16 @@ fn between([from, to]: [f64; 2]) -> String {
 }
 
 impl Bounds {
+    /// The usual unit of the dimension.
+    fn usual(&self) -> &'static Unit {
+        &self.dimension.units()[0]
+    }
+
     /// What to say of the values in SI that lie outside, `of` something; `None` where none does.
     fn question(&self, of: &str, values: impl Iterator<Item = f64>) -> Option<String> {
-        let usual = &self.dimension.units()[0];
-        let outside = values
-            .map(|value| usual.from_si(value))
-            .filter(|value| !self.hold(*value));
-        let found = range(outside)?;
-        let (unit, [from, to]) = (usual.symbol, self.within.map(short));
+        let values = values.map(|value| self.usual().from_si(value));
+        let found = range(values.filter(|value| !self.hold(*value)))?;
+        let (unit, [from, to]) = (self.usual().symbol, self.within.map(short));
         Some(format!(
             "{} of {of} is {} {unit}, outside {from} to {to} {unit}{}",
             self.word,
@@ -113,11 +116,12 @@ impl Bounds {
         let units = self.dimension.units();
         let holds = |factor: f64| found.iter().all(|value| self.hold(factor * value));
         // one of a unit in the usual one
-        let size = |unit: &crate::units::Unit| units[0].from_si(unit.to_si(1.0));
-        if let Some(meant) = units.iter().skip(1).find(|unit| holds(size(unit))) {
+        let size = |unit: &Unit| self.usual().from_si(unit.to_si(1.0));
+        let mut others = units.iter().skip(1);
+        if let Some(meant) = others.clone().find(|unit| holds(size(unit))) {
             return Some(format!(": {} looks like {}", between(found), meant.symbol));
         }
-        let shifted = units.iter().skip(1).find(|unit| holds(1.0 / size(unit)))?;
+        let shifted = others.find(|unit| holds(1.0 / size(unit)))?;
         let factor = short(1.0 / size(shifted));
         Some(format!(": {factor} times that would do, as where a unit was mistaken"))
     }
@@ -195,25 +199,21 @@ fn films_apart(scene: &Scene, runs: &Runs, particle: usize, liquid: usize) -> Op
         in_liquid.flat_map(Series::runs)
     };
     let mut films: Vec<f64> = own().map(|run| runs.film[run]).collect();
-    if films.is_empty() {
-        return None;
-    }
-    let middle = films.len() / 2;
-    let (_, median, _) = films.select_nth_unstable_by(middle, f64::total_cmp);
-    let median = *median;
+    films.sort_unstable_by(f64::total_cmp);
+    let median = *films.get(films.len() / 2)?;
     let is_apart = |run: &usize| !(1.0 / APART..APART).contains(&(runs.film[*run] / median));
     let apart = || own().filter(is_apart);
     let films = range(apart().map(|run| runs.film[run]))?;
     let first = runs.places.of(apart().map(|run| runs.row[run]).min()?);
     let ratio = films[0] / median;
     let times = 10f64.powf(ratio.log10().abs().round());
-    let (side, slip) = match (ratio < 1.0, times) {
-        (true, 1000.0) => ("thinner", "mm for µm?"),
-        (false, 1000.0) => ("thicker", "µm for mm?"),
-        (true, _) => ("thinner", "another unit?"),
-        (false, _) => ("thicker", "another unit?"),
+    let side = if ratio < 1.0 { "thinner" } else { "thicker" };
+    let slip = match (ratio < 1.0, times) {
+        (true, 1000.0) => "mm for µm?",
+        (false, 1000.0) => "µm for mm?",
+        _ => "another unit?",
     };
-    let usual = &FILM.dimension.units()[0];
+    let usual = FILM.usual();
     Some(format!(
         "film of {} runs of {} in {}, the first in {first}, is {} {unit}, some {times} times {side} than their \
          neighbours' {} {unit}: {slip}",
@@ -258,13 +258,10 @@ fn slip_between(slow: [f64; 2], fast: [f64; 2]) -> Option<(f64, &'static str)> {
     /// how near the end of one range is where the other begins
     const GOES_ON: f64 = 0.05;
     let off = |factor: f64| {
-        (0..2)
-            .map(|end| (fast[end] / (factor * slow[end]) - 1.0).abs())
-            .fold(0.0, f64::max)
+        let [from, to] = [0, 1].map(|end| (fast[end] / (factor * slow[end]) - 1.0).abs());
+        from.max(to)
     };
-    let near = SLIPS_OF_SPEED
-        .into_iter()
-        .filter(|(factor, _, near)| off(*factor) < *near);
+    let near = SLIPS_OF_SPEED.into_iter().filter(|(factor, _, near)| off(*factor) < *near);
     let found = near.min_by(|a, b| off(a.0).total_cmp(&off(b.0)))?;
     // where one range begins where the other ends, somebody went on to faster runs
     let goes_on = (fast[0] / slow[1] - 1.0).abs() < GOES_ON;
@@ -281,19 +278,15 @@ fn diameters_apart(scene: &Scene, runs: &Runs, particle: usize) -> Option<String
     ];
     const NEAR: f64 = 0.002;
     let spheres = runs.spheres_of(particle);
-    let dry: Vec<f64> = runs
-        .dry_in(spheres.clone())
-        .iter()
-        .map(|group| group.diameter)
-        .collect();
+    let dry = runs.dry_in(spheres.clone()).iter();
+    let dry: Vec<f64> = dry.map(|group| group.diameter).collect();
     let wet = runs.series_in(spheres);
     let is_dry = |series: &Series| dry.iter().any(|own| same_diameter(*own, series.diameter));
     let none_is_both = !wet.iter().any(is_dry);
     let slip = |series: &Series| {
         let is_of = |own: f64, factor: f64| ((own / series.diameter).ln().abs() / factor.ln() - 1.0).abs() < NEAR;
-        let found = SLIPS
-            .into_iter()
-            .find(|(factor, _)| dry.iter().any(|own| is_of(*own, *factor)));
+        let is_slip = |factor: f64| dry.iter().any(|own| is_of(*own, factor));
+        let found = SLIPS.into_iter().find(|(factor, _)| is_slip(*factor));
         found.filter(|(factor, _)| !is_dry(series) && (*factor > 2.0 || none_is_both))
     };
     let apart: Vec<&Series> = wet.iter().filter(|series| slip(series).is_some()).collect();
@@ -302,7 +295,7 @@ fn diameters_apart(scene: &Scene, runs: &Runs, particle: usize) -> Option<String
         return None;
     }
     let rows = apart.iter().flat_map(|series| series.runs()).map(|run| runs.row[run]);
-    let usual = &DIAMETER.dimension.units()[0];
+    let usual = DIAMETER.usual();
     let told = |diameters: &mut dyn Iterator<Item = f64>| range(diameters.map(|d| usual.from_si(d))).map(between);
     Some(format!(
         "diameter of {} wet runs of {}, the first in {}, is {} {unit}, exactly {} times off from the dry ones, {} {unit}: {words}?",
@@ -321,24 +314,17 @@ fn diameters_apart(scene: &Scene, runs: &Runs, particle: usize) -> Option<String
 fn speeds_apart(scene: &Scene, runs: &Runs, particle: usize) -> Option<(bool, String)> {
     let spheres = runs.spheres_of(particle);
     let speeds = |runs_of: Range<usize>| runs.impact_speed[runs_of].iter().copied();
-    let dry = range(
-        runs.dry_in(spheres.clone())
-            .iter()
-            .flat_map(|group| speeds(group.runs())),
-    );
+    let dry = runs.dry_in(spheres.clone()).iter();
+    let dry = range(dry.flat_map(|group| speeds(group.runs())));
     let wet = runs.series_in(spheres);
     let in_liquids = scene.liquids.iter().enumerate().filter_map(|(liquid, of)| {
         let own = wet.iter().filter(|series| series.liquid == liquid);
-        Some((
-            format!("in {}", of.name),
-            range(own.flat_map(|series| speeds(series.runs())))?,
-        ))
+        let own = range(own.flat_map(|series| speeds(series.runs())))?;
+        Some((format!("in {}", of.name), own))
     });
     let dry = dry.map(|speeds| (DRY.to_owned(), speeds));
     let groups: Vec<(String, [f64; 2])> = dry.into_iter().chain(in_liquids).collect();
-    let pairs = groups
-        .iter()
-        .flat_map(|slow| groups.iter().map(move |fast| (slow, fast)));
+    let pairs = groups.iter().flat_map(|slow| groups.iter().map(move |fast| (slow, fast)));
     // a liquid of its own may well have speeds of its own
     let is_asked = |factor: f64| factor > SURELY_A_SLIP || groups.len() == 2 && groups[0].0 == DRY;
     let found = pairs.map(|(slow, fast)| Some((slow, fast, slip_between(slow.1, fast.1)?)));
@@ -392,32 +378,26 @@ impl Uncertain<'_> {
 /// The check of what came out, by least squares and where it was sampled by the posterior: L, δc, k, and the Stokes numbers.
 pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<Remark> {
     let mut questions = vec![];
-    let sampled = findings.posterior.iter().flat_map(|found| &found.parameters);
-    let sampled: HashMap<&str, &QuantitySummary> = sampled.map(|one| (one.name.as_str(), one)).collect();
-    let balance = findings.energy_balance.as_ref();
-    // both stand in the order of the spheres
-    let mut dry = findings.dry.iter().peekable();
+    let sampled = |kind: ParameterKind| {
+        let name = kind.name(scene, runs);
+        findings.posterior.as_ref()?.parameters.iter().find(|own| own.name == name)
+    };
     for (index, sphere) in runs.spheres.iter().enumerate() {
-        let fitted = dry.next_if(|dry| dry.sphere == index);
-        let fitted = fitted.and_then(|dry| Some((dry.dry_k.value?, dry.dry_k.se)));
+        let fitted = fit_of_sphere(&findings.dry, index).map(|dry| &dry.dry_k);
         let symbol = format!("k of {}", sphere.words(scene));
-        let name = ParameterKind::DryK(index).name(scene, runs);
-        let both = of_both(&symbol, fitted, sampled.get(name.as_str()));
+        let both = of_both(&symbol, fitted, sampled(ParameterKind::DryK(index)));
         questions.extend(both.iter().find_map(|k| k.question(DRY_K)));
     }
     let kind = ParameterKind::LUBRICATION_LOG;
-    let fitted = balance.and_then(|balance| balance.estimate(kind));
-    let fitted = fitted.and_then(|estimate| Some((estimate.value?, estimate.se)));
-    let both = of_both("L", fitted, sampled.get(kind.name(scene, runs).as_str()));
-    questions.extend(
-        both.iter()
-            .find_map(|l| l.question([LEAST_LUBRICATION_LOG, f64::INFINITY])),
-    );
+    let fitted = findings.energy_balance.as_ref().and_then(|own| own.estimate(kind));
+    let both = of_both("L", fitted, sampled(kind));
+    let too_small = |l: &Uncertain| l.question([LEAST_LUBRICATION_LOG, f64::INFINITY]);
+    questions.extend(both.iter().find_map(too_small));
     for (index, particle) in scene.particles.iter().enumerate() {
         questions.extend(both.iter().find_map(|l| beyond_films(particle, l, runs, index)));
     }
     for (kind, symbol, most) in SPREADS {
-        let found = of_both(symbol, None, sampled.get(kind.name(scene, runs).as_str()));
+        let found = of_both(symbol, None, sampled(kind));
         let as_it_is = found.first().map(|own| Uncertain { sd: 0.0, ..*own });
         questions.extend(as_it_is.and_then(|own| own.question([0.0, most])));
     }
@@ -433,42 +413,35 @@ pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> 
     let plain = "k, L, δc, St and the spreads are such as experiments have";
     let outliers = findings.noise.iter().flat_map(|noise| &noise.outliers);
     let row = |one: &Outlier| {
-        format!(
-            "{} (e = {:.3}, {:.1} σ off the law)",
-            one.place,
-            one.restitution,
-            one.sds.abs()
-        )
+        let (e, sds) = (one.restitution, one.sds.abs());
+        format!("{} (e = {e:.3}, {sds:.1} σ off the law)", one.place)
     };
     let outliers: Vec<String> = outliers.map(row).collect();
-    (!runs.is_empty()).then(|| {
-        let mut found = check(remarks::PLAUSIBLE_RESULT, &questions, plain);
-        if !found.passed && !outliers.is_empty() {
-            let (first, then) = (shortened(&outliers), remarks::PLAUSIBLE_RESULT.next_step);
-            found.next_step = format!("look first at {first}: one wrong row is enough; then {then}");
-        }
+    let found = check(remarks::PLAUSIBLE_RESULT, &questions, plain);
+    let told = if found.passed || outliers.is_empty() {
         found
-    })
+    } else {
+        let (first, then) = (shortened(&outliers), remarks::PLAUSIBLE_RESULT.next_step);
+        found.then(format!("look first at {first}: one wrong row is enough; then {then}"))
+    };
+    (!runs.is_empty()).then_some(told)
 }
 
 /// A parameter by least squares and by the posterior, as far as there is one.
 fn of_both<'a>(
     symbol: &'a str,
-    fitted: Option<(f64, Option<f64>)>,
-    sampled: Option<&&QuantitySummary>,
+    fitted: Option<&Estimate>,
+    sampled: Option<&QuantitySummary>,
 ) -> Vec<Uncertain<'a>> {
-    let sampled = sampled.and_then(|one| Some((one.mean?, one.sd)));
-    let each = [("least squares", fitted), ("the posterior", sampled)];
-    let of = |(source, found): (&'a str, Option<(f64, Option<f64>)>)| {
-        let (value, sd) = found?;
-        Some(Uncertain {
-            symbol,
-            source,
-            value,
-            sd: sd.unwrap_or(0.0),
-        })
+    let of = |source: &'a str, value: f64, sd: Option<f64>| Uncertain {
+        symbol,
+        source,
+        value,
+        sd: sd.unwrap_or(0.0),
     };
-    each.into_iter().filter_map(of).collect()
+    let fitted = fitted.and_then(|own| Some(of("least squares", own.value?, own.se)));
+    let sampled = sampled.and_then(|own| Some(of("the posterior", own.mean?, own.sd)));
+    fitted.into_iter().chain(sampled).collect()
 }
 
 /// What to say of δc = ε exp(L) of a particle that is thicker than half of its films or more: the viscous loss sets in inside
@@ -482,39 +455,27 @@ fn beyond_films(particle: &Particle, l: &Uncertain, runs: &Runs, index: usize) -
     let roughness = particle.roughness.unwrap_or(SMOOTHEST);
     let critical = |l: f64| roughness * l.exp();
     let least = critical(l.ends()[0]);
-    let usual = &FILM.dimension.units()[0];
-    let size = usual.from_si(critical(l.value));
-    let size = if size.is_finite() {
-        format!("{} {}", short(size), usual.symbol)
-    } else {
-        format!("ε exp({})", short(l.value))
+    let thickness = |x: f64| format!("{} {}", short(FILM.usual().from_si(x)), FILM.usual().symbol);
+    let size = match FILM.usual().from_si(critical(l.value)) {
+        size if size.is_finite() => thickness(critical(l.value)),
+        _ => format!("ε exp({})", short(l.value)),
     };
     let of_ball = match particle.roughness {
         Some(_) => String::new(),
-        None => format!(
-            " where ε were only {} {}",
-            short(usual.from_si(SMOOTHEST)),
-            usual.symbol
-        ),
+        None => format!(" where ε were only {}", thickness(SMOOTHEST)),
     };
-    let text = |than: &str, bound: f64| {
-        format!(
-            "δc of {} = {size} by {}{of_ball} is larger than {than} ({} {})",
-            particle.name,
-            l.source,
-            short(usual.from_si(bound)),
-            usual.symbol
-        )
-    };
-    if least > smallest {
-        Some(text("the sphere", smallest))
-    } else if least > thickest {
-        Some(text("every film", thickest))
-    } else if least > middle {
-        Some(text("half of its films", middle))
-    } else {
-        None
-    }
+    let bounds = [
+        ("the sphere", smallest),
+        ("every film", thickest),
+        ("half of its films", middle),
+    ];
+    let (than, bound) = bounds.into_iter().find(|(_, bound)| least > *bound)?;
+    Some(format!(
+        "δc of {} = {size} by {}{of_ball} is larger than {than} ({})",
+        particle.name,
+        l.source,
+        thickness(bound)
+    ))
 }
 
 #[cfg(test)]

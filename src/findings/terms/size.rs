@@ -73,10 +73,9 @@ fn spreads(setup: FitSetup, scaling: &[Scaling], balance: Option<&EnergyBalance>
     let wet = balance.and_then(|balance| balance.residual_sd).or_else(of_laws);
     let of_dry = dry.iter().filter_map(|one| one.residual_sd).reduce(f64::max);
     // runs of one kind have their spread stand for the other's, which then weighs nothing
-    let wet = wet.or(of_dry.filter(|_| runs.series.is_empty()));
-    let spread = |sd: &f64| *sd > 1e-12;
-    wet.filter(spread)
-        .map(|wet| [of_dry.filter(spread).unwrap_or(wet), wet])
+    let is_spread = |sd: &f64| *sd > 1e-12;
+    let wet = wet.or(of_dry.filter(|_| runs.series.is_empty())).filter(is_spread)?;
+    Some([of_dry.filter(is_spread).unwrap_or(wet), wet])
 }
 
 /// Every term with its size in this form; the bridge only where a liquid in use has a surface tension.
@@ -127,6 +126,7 @@ pub(super) fn term_sizes(
             Term::Inertia | Term::Viscous => "auto",
             Term::Bridge | Term::DrySecondOrder => "default",
         };
+        let (runs_show, runs_show_se) = share.unzip();
         SizedTerm {
             term,
             held,
@@ -134,8 +134,8 @@ pub(super) fn term_sizes(
             size,
             moves: moves.map(|kind| kind.name(scene, runs)),
             largest_effect: sums.largest_effect[term as usize],
-            runs_show: share.map(|[share, _]| share),
-            runs_show_se: share.map(|[_, se]| se),
+            runs_show,
+            runs_show_se,
         }
     };
     Term::ALL.into_iter().filter(applies).map(of).collect()
@@ -175,8 +175,8 @@ impl TermSums {
         // what a prior holds is no parameter
         let is_free = |kind: &ParameterKind| !matches!(prior(*kind), Prior::Fixed(_));
         let kinds: Vec<ParameterKind> = joint.kinds().filter(is_free).collect();
-        let places = joint.kinds().map(|kind| kinds.iter().position(|own| *own == kind));
-        let places: Vec<Option<usize>> = places.collect();
+        let place = |kind: ParameterKind| kinds.iter().position(|own| *own == kind);
+        let places: Vec<Option<usize>> = joint.kinds().map(place).collect();
         let mut sums = Sums::new(kinds.len() + Term::ALL.len());
         for (place, kind) in kinds.iter().enumerate() {
             let sd = prior(*kind).sd().unwrap_or(WIDE);
@@ -241,7 +241,7 @@ impl TermSums {
 
     /// Share of the term's full effect that the runs show, with its standard error: its coefficient in a fit that is linear
     /// about this one. `None` without a spread, or where the other parameters take up all that the term does.
-    fn share_shown(&self, term: Term) -> Option<[f64; 2]> {
+    fn share_shown(&self, term: Term) -> Option<(f64, f64)> {
         /// what must be left of a term's squares beside the other parameters
         const LEAST_LEFT: f64 = 1e-6;
         let (places, inverse) = self.others(term)?;
@@ -254,6 +254,7 @@ impl TermSums {
         }
         let gradient = &self.sums.gradient;
         let share = (gradient.select_rows(&places).dot(&taken) - gradient[own]) / left;
-        Some([share, left.sqrt().recip()]).filter(|own| own.iter().all(|x| x.is_finite()))
+        let se = left.sqrt().recip();
+        (share.is_finite() && se.is_finite()).then_some((share, se))
     }
 }
