@@ -36,6 +36,7 @@
 //! | `main_numbers.rs` | the main numbers, each from the source that serves it |
 //! | `exact_constants.rs` | which constant without an uncertainty would widen the main numbers most |
 //! | `left_out.rs` | draws from a model, each run predicted from the others |
+//! | `moved.rs` | a number in two fits |
 //! | `single_run.rs` | the runs without which a main number moves |
 //! | `slow_rebounds.rs` | whether barely rebounding runs may be taken at their word |
 //! | `compare.rs` | which form of the law predicts best |
@@ -71,6 +72,7 @@ pub mod least_squares;
 pub mod left_out;
 pub mod main_numbers;
 pub mod measurement_errors;
+mod moved;
 pub mod noise;
 pub mod overview;
 pub mod own_dry_speed;

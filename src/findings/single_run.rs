@@ -13,6 +13,7 @@ use super::estimate::{Estimate, Quoting};
 use super::fit_verdict::{uncertain, why_stopped};
 use super::left_out::{affordable_draws, ComparisonContext, Model};
 use super::main_numbers::MainNumbers;
+use super::moved::Moved;
 use super::posterior::{derived, Posterior};
 use super::quantities::{variables, wetted_of, FittedLaw};
 use super::range::range;
@@ -25,7 +26,7 @@ use crate::inference::sampling::Sampled;
 use crate::model::likelihood::pointwise::{AtDraws, Pointwise};
 use crate::physics::quantity::{Place, Quantity};
 use crate::remark::Remark;
-use crate::rounding::{by_number, short, with_se};
+use crate::rounding::{by_number, short};
 use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
 
@@ -53,12 +54,8 @@ type Number = (String, Vec<f64>);
 pub(super) struct SingleRun {
     /// its place among the runs
     pub run: usize,
-    /// the number
-    pub name: String,
-    /// mean and sd with the run
-    pub with: [f64; 2],
-    /// and without it
-    pub without: [f64; 2],
+    /// the number with the run, and without it
+    pub moved: Moved,
 }
 
 impl SingleRun {
@@ -69,7 +66,7 @@ impl SingleRun {
 
     /// By how many of its ± the number moves.
     pub fn shift(&self) -> f64 {
-        (self.without[0] - self.with[0]).abs() / self.with[1]
+        self.moved.apart() / self.moved.before[1]
     }
 }
 
@@ -222,11 +219,13 @@ fn runs_that_carry(setup: FitSetup, law: &Scaling) -> Vec<SingleRun> {
             ("e_inf", Quantity::EInf, &law.e_inf),
             ("St_c", Quantity::StC, &law.st_c),
         ];
-        numbers.map(|(name, quantity, with)| SingleRun {
-            run,
-            name: format!("{name} {here}"),
-            with: with_scale(with),
-            without: with_scale(&source.estimate(quantity, &Place::NONE)),
+        numbers.map(|(name, quantity, with)| {
+            let moved = Moved {
+                name: format!("{name} {here}"),
+                before: with_scale(with),
+                after: with_scale(&source.estimate(quantity, &Place::NONE)),
+            };
+            SingleRun { run, moved }
         })
     };
     let rebounds = series.iter().flat_map(|one| one.rebounds.clone());
@@ -248,11 +247,14 @@ fn numbers_of(sampled: &Sampled, derived: &[derived::DerivedDraws], step: usize)
 
 /// The number that a run moves most; `None` where none has a spread.
 fn heaviest(run: usize, numbers: &[Number], without: impl Fn(&Number) -> [f64; 2]) -> Option<SingleRun> {
-    let each = numbers.iter().map(|number| SingleRun {
-        run,
-        name: number.0.clone(),
-        with: moments(&number.1, &vec![1.0; number.1.len()]),
-        without: without(number),
+    let each = numbers.iter().map(|number| {
+        let (name, draws) = number;
+        let moved = Moved {
+            name: name.clone(),
+            before: moments(draws, &vec![1.0; draws.len()]),
+            after: without(number),
+        };
+        SingleRun { run, moved }
     });
     let finite = each.filter(|own| own.shift().is_finite());
     finite.max_by(|a, b| a.shift().total_cmp(&b.shift()))
@@ -271,15 +273,10 @@ pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, mut found: Vec<Singl
     found.sort_by(|a, b| b.shift().total_cmp(&a.shift()));
     let mut seen = HashSet::new();
     found.retain(|own| seen.insert(own.run));
-    let told = found.iter().map(|own| {
-        let [[with, sd], [without, wider]] = [own.with, own.without];
-        format!(
-            "{}: {} is {} with it and {} without it",
-            run_words(scene, runs, own.run),
-            remarks::in_symbols(&own.name),
-            with_se(with, sd),
-            with_se(without, wider)
-        )
+    let told = found.iter().map(|SingleRun { run, moved }| {
+        let [symbol, with, without] = moved.words();
+        let run = run_words(scene, runs, *run);
+        format!("{run}: {symbol} is {with} with it and {without} without it")
     });
     let told: Vec<String> = told.collect();
     (!told.is_empty()).then(|| {
@@ -300,16 +297,15 @@ pub(super) fn unseen_rebounds(scene: &Scene, runs: &Runs, found: &[SingleRun]) -
     if slowest < SEEN || scene.data.smallest_restitution > 0.0 {
         return None;
     }
-    let apart = |own: &SingleRun| (own.without[0] - own.with[0]).abs() / own.with[1].max(own.without[1]);
-    let stuck = found
-        .iter()
-        .filter(|own| runs.series.iter().any(|series| series.stuck.contains(&own.run)));
+    let apart = |SingleRun { moved, .. }: &SingleRun| moved.apart() / moved.before[1].max(moved.after[1]);
+    let is_stuck = |own: &&SingleRun| runs.series.iter().any(|series| series.stuck.contains(&own.run));
+    let stuck = found.iter().filter(is_stuck);
     let worst = stuck.max_by(|a, b| apart(a).total_cmp(&apart(b)))?;
     let text = format!(
         "{} stuck by the table, which the runs that rebound contradict: without it {} moves by {:.1} of its ±, and no rebound \
          is below e = {slowest:.3}",
         run_words(scene, runs, worst.run),
-        remarks::in_symbols(&worst.name),
+        remarks::in_symbols(&worst.moved.name),
         apart(worst),
     );
     let check = remarks::UNSEEN_REBOUNDS.check(apart(worst), text);
@@ -342,9 +338,11 @@ mod tests {
         let stuck = runs.series.iter().find_map(|series| series.stuck.clone().next());
         let carried = |run: usize, without: f64| SingleRun {
             run,
-            name: "st_c[PTFE,AK10,0.06]".to_owned(),
-            with: [6.0, 0.03],
-            without: [without, 0.06],
+            moved: Moved {
+                name: "st_c[PTFE,AK10,0.06]".to_owned(),
+                before: [6.0, 0.03],
+                after: [without, 0.06],
+            },
         };
         let stuck = stuck.expect("one run stuck");
         let rebound = runs.series[0].rebounds.start;

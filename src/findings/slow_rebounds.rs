@@ -10,6 +10,7 @@ use super::balance::{fit_balance, EnergyBalance};
 use super::estimate::Estimate;
 use super::least_squares::LeastSquares;
 use super::measurement_errors::speeds_err;
+use super::moved::Moved;
 use super::posterior::derived::{derived_draws, main_draws, DerivedDraws};
 use super::posterior::{fit_posterior, MethodChoice, Posterior};
 use super::remarks::{self, shortened_by};
@@ -26,7 +27,7 @@ use crate::physics::form::Term;
 use crate::physics::rebound::slope_mean_restitution;
 use crate::physics::Form;
 use crate::remark::{Level, Remark};
-use crate::rounding::{short, to_digits, with_se};
+use crate::rounding::{short, to_digits};
 use crate::runs::Runs;
 use crate::scene::{LikelihoodFamily, NoiseOn, Prior, PriorChoice, Scene, SIGMA_ENERGY};
 
@@ -92,12 +93,11 @@ pub(super) fn fit_beside(
              with these errors is not sampled of {} runs",
             runs.all_measured()
         );
-        let mut check = remarks::SLOW_REBOUNDS.check(None, text);
-        check.next_step = format!(
+        let next = format!(
             "write noise = \"restitution\" in [model] where speeds and films err by much less; else fit a part of the runs, \
              {MOST_RUNS} at most"
         );
-        return Ok(Beside::Open(check));
+        return Ok(Beside::Open(remarks::SLOW_REBOUNDS.check(None, text).then(next)));
     }
     let takes_minutes = match model.likelihood {
         LikelihoodFamily::Normal => false,
@@ -151,7 +151,7 @@ pub(super) fn fit_beside(
         return Ok(Beside::Open(remarks::SLOW_REBOUNDS.check(None, text)));
     };
     let moved = most_different(&main, &main_numbers(&wider.sampled, &wider.derived), shift_or_widening);
-    let Some((_, (name, before, after))) = moved.filter(|(by, _)| !remarks::SLOW_REBOUNDS.holds(*by)) else {
+    let Some((_, moved)) = moved.filter(|(by, _)| !remarks::SLOW_REBOUNDS.holds(*by)) else {
         return Ok(Beside::Same);
     };
     let how = if by_speeds {
@@ -159,34 +159,28 @@ pub(super) fn fit_beside(
     } else {
         "by noise = \"both\""
     };
+    let [symbol, before, after] = moved.words();
     let text = format!(
         "{rows}: with noise on e alone such runs fix the energy more tightly than errors of 1 % in speed and 3 % in film \
-         allow. With these allowed for, {how}, {} is {} in place of {}: the numbers here allow for them",
-        remarks::in_symbols(&name),
-        with_se(after[0], after[1]),
-        with_se(before[0], before[1])
+         allow. With these allowed for, {how}, {symbol} is {after} in place of {before}: the numbers here allow for them"
     );
     let notice = remarks::SLOW_REBOUNDS_ALLOWED.notice(slow.len(), text);
-    // no prior of the scene: what the user can write is the noise itself. Where energies scatter by less than was allowed for,
-    // the numbers are the more careful
-    let energy = format!("{}:", remarks::in_symbols(SIGMA_ENERGY.name));
-    let is_of_energy = |check: &Remark| is_ours && remarks::PRIOR_CONFLICT.is(check) && check.text.contains(&energy);
-    let mut priors = wider.findings.parameters.iter_mut();
-    let prior = priors.find(|one| is_ours && one.name == SIGMA_ENERGY.name);
-    let prior = prior.and_then(|one| one.prior.as_mut());
-    let alone = prior.as_ref().and_then(|prior| prior.runs_alone);
-    if alone.is_some_and(|alone| alone.from_prior < 0.0) {
-        let is_alone = |check: &Remark| is_of_energy(check) && !check.text.contains("; ");
-        wider.checks.retain(|check| !is_alone(check));
-    }
-    if let Some(check) = wider.checks.iter_mut().find(|check| is_of_energy(check)) {
-        check.next_step =
-            "write noise = \"both\" in [model]: energies scatter otherwise than errors of 1 % in speed and 3 % in film \
-                           make them"
-                .to_owned();
-    }
-    if let Some(prior) = prior {
+    let mut ours = wider.findings.parameters.iter_mut();
+    let ours = ours.find(|own| is_ours && own.name == SIGMA_ENERGY.name);
+    if let Some(prior) = ours.and_then(|own| own.prior.as_mut()) {
         prior.source = SOURCE;
+        // where energies scatter by less than was allowed for, the numbers are the more careful
+        let is_careful = prior.runs_alone.is_some_and(|alone| alone.from_prior < 0.0);
+        let symbol = format!("{}:", remarks::in_symbols(SIGMA_ENERGY.name));
+        let is_of_it = |check: &Remark| remarks::PRIOR_CONFLICT.is(check) && check.text.contains(&symbol);
+        let is_of_it_alone = |check: &Remark| is_of_it(check) && !check.text.contains("; ");
+        wider.checks.retain(|check| !(is_careful && is_of_it_alone(check)));
+        // no prior of the scene: what the user can write is the noise itself
+        let next = "write noise = \"both\" in [model]: energies scatter otherwise than errors of 1 % in speed and 3 % in \
+                    film make them";
+        if let Some(check) = wider.checks.iter_mut().find(|check| is_of_it(check)) {
+            check.next_step = next.to_owned();
+        }
     }
     wider.scene = (!by_speeds).then(|| Box::new(wider_scene));
     // a prior that the runs contradict at their word is no better for reading less from them
@@ -223,23 +217,16 @@ fn without_slow(
 }
 
 /// The check of slow runs by the number that leaving them out moves most; `None` where no number can be compared.
-fn told_without(rows: &str, by: &str, moved: Option<(f64, InBoth)>) -> Remark {
-    let (shift, found) = match moved {
-        Some((shift, (name, [before, before_se], [after, after_se]))) => {
-            let found = format!(
-                "{} is {} with them and {} without them",
-                remarks::in_symbols(&name),
-                with_se(before, before_se),
-                with_se(after, after_se)
-            );
-            (Some(shift), found)
-        }
-        None => (None, "what the others tell without them is not known".to_owned()),
-    };
+fn told_without(rows: &str, by: &str, moved: Option<(f64, Moved)>) -> Remark {
+    let found = moved.as_ref().map(|(_, moved)| {
+        let [symbol, with, without] = moved.words();
+        format!("{symbol} is {with} with them and {without} without them")
+    });
+    let found = found.unwrap_or_else(|| "what the others tell without them is not known".to_owned());
     let text = format!(
         "{rows}: such runs fix the energy more tightly than errors of 1 % in speed or 3 % in film allow: {by}{found}"
     );
-    remarks::SLOW_REBOUNDS.check(shift, text)
+    remarks::SLOW_REBOUNDS.check(moved.map(|(shift, _)| shift), text)
 }
 
 /// Whether least squares, which knows no noise on the energy, gives the same numbers without the runs that barely rebound;
@@ -258,37 +245,34 @@ pub(super) fn check_fit(setup: FitSetup, scaling: &[Scaling], own: &EnergyBalanc
         let others = FitSetup { runs: &others, ..setup };
         fit_balance(others, scaling, own.form(), false)
     });
-    let moved = without
-        .flatten()
-        .and_then(|without| most_different(&fit_numbers(own), &fit_numbers(&without), shift));
-    let mut check = told_without(&rows, "by least squares ", moved);
-    check.next_step = "sample the posterior (no --stages), which allows for such errors".to_owned();
-    Some(check)
+    let without = without.flatten().map(|without| fit_numbers(&without));
+    let moved = without.and_then(|without| most_different(&fit_numbers(own), &without, shift));
+    let check = told_without(&rows, "by least squares ", moved);
+    Some(check.then("sample the posterior (no --stages), which allows for such errors"))
 }
 
 /// A number by its name, with its value and ±.
 type Told = (String, [f64; 2]);
 
-/// A number by its name, with its value and ± in two fits.
-type InBoth = (String, [f64; 2], [f64; 2]);
-
 /// The number that `by` tells most different in two fits.
-fn most_different(before: &[Told], after: &[Told], by: fn([f64; 2], [f64; 2]) -> f64) -> Option<(f64, InBoth)> {
+fn most_different(before: &[Told], after: &[Told], by: fn(&Moved) -> f64) -> Option<(f64, Moved)> {
     let in_both = before.iter().filter_map(|(name, before)| {
         let (_, after) = after.iter().find(|(other, _)| other == name)?;
-        Some((by(*before, *after), (name.clone(), *before, *after)))
+        let (name, before, after) = (name.clone(), *before, *after);
+        Some(Moved { name, before, after })
     });
-    in_both.max_by(|a, b| a.0.total_cmp(&b.0))
+    let moved = in_both.map(|moved| (by(&moved), moved));
+    moved.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// By how many of the smaller ± a value differs.
-fn shift(before: [f64; 2], after: [f64; 2]) -> f64 {
-    (after[0] - before[0]).abs() / before[1].min(after[1])
+fn shift(moved: &Moved) -> f64 {
+    moved.apart() / moved.before[1].min(moved.after[1])
 }
 
 /// By how many of the smaller ± a value, or the ± itself, differs.
-fn shift_or_widening(before: [f64; 2], after: [f64; 2]) -> f64 {
-    shift(before, after).max((after[1] - before[1]) / before[1])
+fn shift_or_widening(moved: &Moved) -> f64 {
+    shift(moved).max((moved.after[1] - moved.before[1]) / moved.before[1])
 }
 
 /// The parameters of a fit of the balance, and e_inf and St_c at each film ratio.

@@ -83,26 +83,21 @@ impl Posterior {
 
     /// The law of a sphere, by its index, by at most so many draws, evenly taken; of a new series, where series have offsets.
     pub fn law(&self, scene: &Scene, runs: &Runs, sphere: usize, most: usize) -> ParticleLaw {
-        let both = scene.model.noise == NoiseOn::Both;
-        let family = scene.model.likelihood;
         let full = self.sampled.full_draws();
         let step = full.len().div_ceil(most).max(1);
-        let offsets = scene.model.series_offsets;
-        let draw = |(index, full): (usize, &Vec<f64>)| Draw {
-            parameters: physical(full, sphere),
-            sigma_dry: full[ParameterKind::SigmaDry.slot()],
-            sigma_wet: full[ParameterKind::SigmaWet.slot()],
-            sigma_energy: if both {
-                full[ParameterKind::SigmaEnergy.slot()]
-            } else {
-                0.0
-            },
-            tails: Tails::of(family, full[SHAPE_SLOT]),
-            series_offset: if offsets {
-                offset_of_new_series(index, full[ParameterKind::SigmaSeries.slot()])
-            } else {
-                0.0
-            },
+        let model = &scene.model;
+        let draw = |(index, full): (usize, &Vec<f64>)| {
+            // of a spread that the model does not have the slot says nothing
+            let spread = |held: bool, kind: ParameterKind| if held { full[kind.slot()] } else { 0.0 };
+            let sigma_series = spread(model.series_offsets, ParameterKind::SigmaSeries);
+            Draw {
+                parameters: physical(full, sphere),
+                sigma_dry: full[ParameterKind::SigmaDry.slot()],
+                sigma_wet: full[ParameterKind::SigmaWet.slot()],
+                sigma_energy: spread(model.noise == NoiseOn::Both, ParameterKind::SigmaEnergy),
+                tails: Tails::of(model.likelihood, full[SHAPE_SLOT]),
+                series_offset: offset_of_new_series(index, sigma_series),
+            }
         };
         let basis = &self.findings.basis;
         let particle = &basis.particles[runs.spheres[sphere].particle];
@@ -253,17 +248,14 @@ fn largest_difference(scene: &Scene, runs: &Runs, form: Form, (few, draws): (&Li
         let mut slopes = vec![0.0; full.len()];
         likelihood.ln_density(full, &mut slopes).unwrap_or(f64::INFINITY)
     };
-    let step = draws.len().div_ceil(CHECKED_RUNS).max(1);
-    let some: Vec<&Vec<f64>> = draws.iter().step_by(step).collect();
-    let of = |likelihood: &Likelihood| -> Vec<f64> { some.iter().map(|full| ln_density(likelihood, full)).collect() };
-    let parts = runs.parts().enumerate().par_bridge();
-    let mut of_parts: Vec<(usize, Vec<f64>)> = parts
-        .map(|(place, part)| (place, of(&Likelihood::new(scene, &part, form))))
-        .collect();
-    // added in their order, whichever was ready first
-    of_parts.sort_unstable_by_key(|(place, _)| *place);
+    let some: Vec<&Vec<f64>> = draws.iter().step_by(draws.len().div_ceil(CHECKED_RUNS).max(1)).collect();
+    let of = |likelihood: &Likelihood| -> Vec<f64> {
+        let each = some.par_iter().map(|full| ln_density(likelihood, full));
+        each.collect()
+    };
     let mut left: Vec<f64> = of(few).into_iter().map(|of_few| -of_few).collect();
-    for (_, own) in of_parts {
+    for part in runs.parts() {
+        let own = of(&Likelihood::new(scene, &part, form));
         left.iter_mut().zip(own).for_each(|(left, own)| *left += own);
     }
     let mean = left.iter().sum::<f64>() / left.len() as f64;

@@ -104,43 +104,9 @@ struct RunPrediction {
     residual: f64,
 }
 
-/// Runs that are predicted at once.
-const AT_ONCE: usize = 1_000_000;
-
-/// Checks the runs against predictions from full vectors of parameters, as many or a few of them; very many runs a film group
-/// after the other, as memory for predictions of all at once may not be there.
+/// Checks the runs against predictions from full vectors of parameters, as many or a few of them.
 pub fn check_predictions(scene: &Scene, runs: &Runs, form: Form, full_draws: &[Vec<f64>]) -> PredictiveChecks {
     let affordable = (AFFORDABLE / runs.len().max(1)).max(FEWEST);
-    // a series has its offset by its place in the whole table
-    if runs.len() <= AT_ONCE || scene.model.series_offsets {
-        return check_part(scene, runs, form, (full_draws, affordable));
-    }
-    let parts = runs
-        .parts()
-        .map(|part| check_part(scene, &part, form, (full_draws, affordable)));
-    parts.reduce(PredictiveChecks::with).unwrap_or_default()
-}
-
-impl PredictiveChecks {
-    /// Those of this table and of another of the same particles.
-    fn with(mut self, other: PredictiveChecks) -> PredictiveChecks {
-        for (own, other) in self.bands.iter_mut().zip(other.bands) {
-            let inside = own.coverage * own.runs as f64 + other.coverage * other.runs as f64;
-            own.runs += other.runs;
-            own.coverage = inside / own.runs as f64;
-        }
-        self.groups.extend(other.groups);
-        self.stuck.extend(other.stuck);
-        self
-    }
-}
-
-fn check_part(
-    scene: &Scene,
-    runs: &Runs,
-    form: Form,
-    (full_draws, affordable): (&[Vec<f64>], usize),
-) -> PredictiveChecks {
     let pointwise = &Pointwise::new(scene, runs, form);
     let some = evenly(full_draws, DRAWS.min(affordable)).into_par_iter();
     let some: Vec<EvaluatedLaw> = some.map(|full| pointwise.at(full)).collect();
