@@ -97,13 +97,12 @@ pub fn add_bootstrap_intervals(
     let targets: Vec<Option<Target>> = fits.iter().map(|fit| fit.as_ref().map(FitRuns::target)).collect();
     // no sample need have the run that a fit hangs on
     let of_all = is_sampled.then(|| Division::new(runs).fits(scene, &estimates));
-    let sandwich_of = |fit: usize| match &of_all {
-        Some(all) => Some(sandwich_of_sample(
-            pool,
-            targets[fit].as_ref()?,
-            &all[fit].as_ref()?.target(),
-        )),
-        None => Some(sandwich(pool, targets[fit].as_ref()?)),
+    let sandwich_of = |fit: usize| {
+        let own = targets[fit].as_ref()?;
+        Some(match &of_all {
+            Some(all) => sandwich_of_sample(pool, own, &all[fit].as_ref()?.target()),
+            None => sandwich(pool, own),
+        })
     };
     let sandwiches: Vec<Option<Sandwich>> = match many {
         true => (0..number).into_par_iter().map(sandwich_of).collect(),
@@ -124,9 +123,8 @@ pub fn add_bootstrap_intervals(
             by_replicates.push(task);
         }
     }
-    by_replicates
-        .into_par_iter()
-        .for_each(|task| replicates.add_interval(task));
+    let tasks = by_replicates.into_par_iter();
+    tasks.for_each(|task| replicates.add_interval(task));
     let resampling = Resampling {
         scheme: plan.scheme.name(),
         interval: order.method.name(),

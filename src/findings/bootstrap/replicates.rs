@@ -153,9 +153,8 @@ impl<'t> AllReplicates<'t> {
             IntervalMethod::Percentile => replicates.percentile(level, df).ok_or("no replicates"),
             IntervalMethod::Delta => Err("made by least squares"),
         };
-        let few = task
-            .fits()
-            .any(|fit| self.fits[&fit].target.regression.x.len() < FEWEST_RUNS);
+        let is_of_few = |fit: usize| self.fits[&fit].target.regression.x.len() < FEWEST_RUNS;
+        let few = task.fits().any(is_of_few);
         self.add_intervals(task.estimate, interval);
         task.estimate.bootstrap = Some(Bootstrapped {
             se: Some(sd),
@@ -212,11 +211,7 @@ impl<'t> AllReplicates<'t> {
         let own = parameters(task.fit)?;
         let k = task.dry.map_or(Ok([f64::NAN; 2]), parameters)?[0];
         let value = (task.value)(own, k);
-        if value.is_finite() {
-            Ok(value)
-        } else {
-            Err(UNDEFINED)
-        }
+        Some(value).filter(|value| value.is_finite()).ok_or(UNDEFINED)
     }
 
     /// Influence values by stratum, of the runs behind k after those of the fit itself.
@@ -226,8 +221,8 @@ impl<'t> AllReplicates<'t> {
         let wet = own.without.iter();
         let wet = wet.map(|stratum| influence(value, stratum.iter().map(|p| (task.value)(*p, k))));
         let of_dry = dry.iter().flat_map(|dry| &dry.without);
-        let of_dry =
-            of_dry.map(|stratum| influence(value, stratum.iter().map(|p| (task.value)(own.target.fitted, p[0]))));
+        let at_k = |p: &[f64; 2]| (task.value)(own.target.fitted, p[0]);
+        let of_dry = of_dry.map(|stratum| influence(value, stratum.iter().map(at_k)));
         wet.chain(of_dry).collect()
     }
 }

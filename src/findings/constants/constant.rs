@@ -105,10 +105,7 @@ impl Constant {
                 Property::Viscosity => scene.liquids[*index].viscosity *= factor,
                 Property::LiquidDensity => scene.liquids[*index].density *= factor,
                 Property::ParticleDensity => scene.particles[*index].density *= factor,
-                _ => scene.particles[*index]
-                    .roughness
-                    .iter_mut()
-                    .for_each(|own| *own *= factor),
+                _ => scene.particles[*index].roughness = scene.particles[*index].roughness.map(|own| own * factor),
             }
         }
         match self.property {

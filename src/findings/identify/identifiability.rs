@@ -38,21 +38,17 @@ impl Identifiability {
         let joint = Joint::new(scene, runs, form, &wet, &dry);
         let all: Vec<ParameterKind> = joint.kinds().collect();
         let priors: Vec<Prior> = all.iter().map(|kind| prior_of(scene, runs, *kind, form).0).collect();
-        let free: Vec<usize> = (0..all.len())
-            .filter(|j| !matches!(priors[*j], Prior::Fixed(_)))
-            .collect();
+        let is_free = |j: &usize| !matches!(priors[*j], Prior::Fixed(_));
+        let free: Vec<usize> = (0..all.len()).filter(is_free).collect();
         if free.is_empty() {
             return None;
         }
         let believed = |j: &usize| {
             let own = belief(&priors[*j]);
             // beside a prior that the runs contradict it is asked what they see beside the default one
-            let found = estimate(runs, least_squares, all[*j], false);
-            let contradicted = found.is_some_and(|(value, se)| own.is_contradicted_by(value, se));
-            if contradicted {
-                belief(&all[*j].default_prior(form).0)
-            } else {
-                own
+            match estimate(runs, least_squares, all[*j], false) {
+                Some((value, se)) if own.is_contradicted_by(value, se) => belief(&all[*j].default_prior(form).0),
+                _ => own,
             }
         };
         let beliefs: Vec<LogNormalPrior> = free.iter().map(believed).collect();
@@ -64,18 +60,10 @@ impl Identifiability {
         };
         let sums = |values: &[f64]| {
             let full = whole(values);
-            let (wet, dry) = (
-                joint.sums(joint.wet_parts(), &full),
-                joint.sums(joint.dry_parts(), &full),
-            );
+            let [wet, dry] = [joint.sums(joint.wet_parts(), &full), joint.sums(joint.dry_parts(), &full)];
             vec![wet.of(&free), dry.of(&free)]
         };
-        let measured = measured_spreads(least_squares);
-        let spreads = [
-            (ParameterKind::SigmaWet, measured[0]),
-            (ParameterKind::SigmaDry, measured[1]),
-        ];
-        let spreads = spreads.map(|(kind, measured)| {
+        let spreads = measured_spreads(least_squares).map(|(kind, measured)| {
             let median = prior_of(scene, runs, kind, form).0.median();
             // runs that nothing but their errors scatters
             let expected = if median > 0.0 { median } else { typical_error(runs) };
@@ -193,7 +181,7 @@ fn belief(prior: &Prior) -> LogNormalPrior {
 const LEAST_SPREAD: f64 = 1e-3;
 
 /// What wet and dry runs scatter by about the laws at most, which of few runs is far more than what they show.
-fn measured_spreads(least_squares: LeastSquares) -> [Option<f64>; 2] {
+fn measured_spreads(least_squares: LeastSquares) -> [(ParameterKind, Option<f64>); 2] {
     /// chance that runs scatter by more
     const BEYOND: f64 = 0.05;
     let at_most = |sd: f64, runs: usize, parameters: usize| {
@@ -202,11 +190,12 @@ fn measured_spreads(least_squares: LeastSquares) -> [Option<f64>; 2] {
         Some(sd * (freedom / chi_squared).sqrt())
     };
     let wet = least_squares.energy_balance.filter(|balance| balance.verdict.passed);
+    let wet = wet.and_then(|balance| at_most(balance.residual_sd?, balance.runs, balance.parameters.len()));
     let dry = least_squares.dry.iter().filter(|dry| dry.verdict.passed);
+    let dry = dry.filter_map(|dry| at_most(dry.residual_sd?, dry.runs, 1));
     [
-        wet.and_then(|balance| at_most(balance.residual_sd?, balance.runs, balance.parameters.len())),
-        dry.filter_map(|dry| at_most(dry.residual_sd?, dry.runs, 1))
-            .reduce(f64::max),
+        (ParameterKind::SigmaWet, wet),
+        (ParameterKind::SigmaDry, dry.reduce(f64::max)),
     ]
 }
 

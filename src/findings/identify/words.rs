@@ -28,10 +28,9 @@ pub(super) fn why(
 ) -> (String, String) {
     let causes = causes(scene, runs, identifiability, kinds);
     let reasons: Vec<&str> = causes.iter().map(|(why, _)| why.as_str()).collect();
-    let reasons = if reasons.is_empty() {
-        "the runs say less than the priors".to_owned()
-    } else {
-        listed(&reasons, "and")
+    let reasons = match reasons.as_slice() {
+        [] => "the runs say less than the priors".to_owned(),
+        some => listed(some, "and"),
     };
     // the losses before what they are told from
     let (k, mut losses): (Vec<ParameterKind>, Vec<ParameterKind>) =
@@ -87,19 +86,17 @@ fn causes(
         .map(|s| runs.spheres[s].words(scene))
         .collect();
     let shared = inertial || kinds.contains(&ParameterKind::LUBRICATION_LOG);
-    let level = identifiability
-        .value(ParameterKind::FILM_SCALE)
-        .filter(|_| kinds.contains(&ParameterKind::FILM_SCALE));
-    let speeds_differ = rebounding
-        .iter()
-        .any(|group| stokes_differ(scene, runs, &runs.series[group.series.clone()]));
+    let level = identifiability.value(ParameterKind::FILM_SCALE);
+    let level = level.filter(|_| kinds.contains(&ParameterKind::FILM_SCALE));
+    let series_of = |group: &FilmGroup| &runs.series[group.series.clone()];
+    let speeds_differ = rebounding.iter().any(|group| stokes_differ(scene, runs, series_of(group)));
     // at one film ratio inertia takes as much at every speed, the viscous loss less at a higher one
     let is_loss =
         |kind: &ParameterKind| [ParameterKind::LUBRICATION_LOG, ParameterKind::INERTIAL_PREFACTOR].contains(kind);
     let told_by_speed = inertial && kinds.iter().all(is_loss);
     match (films.as_slice(), level) {
         ([_], _) if speeds_differ && told_by_speed => {
-            let series = rebounding.iter().flat_map(|group| &runs.series[group.series.clone()]);
+            let series = rebounding.iter().flat_map(|group| series_of(group));
             let all: Vec<usize> = series.flat_map(|series| series.rebounds.clone()).collect();
             let stokes = range(all.iter().map(|run| 1.0 / runs.inverse_stokes(*run))).unwrap_or_default();
             let [least, most] = stokes.map(|stokes| to_digits(stokes, 3));
@@ -143,27 +140,22 @@ fn stokes_differ(scene: &Scene, runs: &Runs, series: &[Series]) -> bool {
     let scaled = series.iter().flat_map(|s| {
         // St up to factors common to the particle
         let viscosity = scene.liquids[s.liquid].viscosity;
-        s.rebounds
-            .clone()
-            .map(move |run| runs.diameter[run] * runs.impact_speed[run] / viscosity)
+        let of_run = move |run: usize| runs.diameter[run] * runs.impact_speed[run] / viscosity;
+        s.rebounds.clone().map(of_run)
     });
     range(scaled).is_some_and(|[lo, hi]| hi > lo * (1.0 + 1e-9))
 }
 
 fn rebounds(runs: &Runs, group: &FilmGroup) -> bool {
-    runs.series[group.series.clone()]
-        .iter()
-        .any(|series| !series.rebounds.is_empty())
+    let mut series = runs.series[group.series.clone()].iter();
+    series.any(|series| !series.rebounds.is_empty())
 }
 
 /// Film ratios that differ by more than the gap at which groups are split, ascending.
 fn film_ratios(scene: &Scene, groups: &[&FilmGroup]) -> Vec<f64> {
-    let of_group = |group: &&FilmGroup| {
-        if group.has_one_film_ratio() {
-            [group.film_ratio; 2]
-        } else {
-            group.ends
-        }
+    let of_group = |group: &&FilmGroup| match group.has_one_film_ratio() {
+        true => [group.film_ratio; 2],
+        false => group.ends,
     };
     let mut ratios: Vec<f64> = groups.iter().flat_map(of_group).collect();
     ratios.sort_by(f64::total_cmp);

@@ -53,22 +53,18 @@ fn noise_grows(scene: &Scene, found: &GrowthTest) -> Remark {
         100.0 * found.band_holds[0],
         100.0 * found.band_holds[1]
     );
-    let entry = if found.of == RunKind::Wet.word() {
-        remarks::NOISE_GROWS
-    } else {
-        remarks::DRY_NOISE_GROWS
+    let kind = match found.of == RunKind::Wet.word() {
+        true => remarks::NOISE_GROWS,
+        false => remarks::DRY_NOISE_GROWS,
     };
-    let mut notice = entry.notice(found.runs, text);
+    let mut notice = kind.notice(found.runs, text);
     // noise on the energy kept grows so
     if found.with == GrowthWith::InverseStokes && scene.model.noise != NoiseOn::Both {
         let both = "try [model] noise = \"both\", which scatters so; else ";
         notice.next_step.insert_str(0, both);
     }
-    if found.largest_over_one > 1.0 + BIAS {
-        notice
-    } else {
-        notice.at(Level::Informs)
-    }
+    let felt = found.largest_over_one > 1.0 + BIAS;
+    notice.at(if felt { Level::Cautions } else { Level::Informs })
 }
 
 fn outliers(noise: &Noise) -> Option<Remark> {
@@ -92,16 +88,14 @@ fn outliers(noise: &Noise) -> Option<Remark> {
 fn described(one: &Outlier) -> String {
     let diameter = format!("{:.3} mm", millimetres(one.diameter_m));
     let group = group_name(&one.particle, one.liquid.as_deref(), Some(&diameter), one.film_ratio);
-    let found = if one.restitution > 0.0 {
-        format!("e = {:.3}", one.restitution)
-    } else {
-        "it stuck".to_owned()
+    let found = match one.restitution {
+        e if e > 0.0 => format!("e = {e:.3}"),
+        _ => "it stuck".to_owned(),
     };
     // below the threshold the law has no restitution
-    let expected = if one.expected > 0.0 {
-        format!("{:.3} was expected", one.expected)
-    } else {
-        "it should have stuck".to_owned()
+    let expected = match one.expected {
+        e if e > 0.0 => format!("{e:.3} was expected"),
+        _ => "it should have stuck".to_owned(),
     };
     format!(
         "{}: {group}, v = {:.3} m/s, {found} where {expected}, {:.1} σ; leaving it out moves {} by {:.1} \

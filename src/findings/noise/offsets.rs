@@ -55,10 +55,9 @@ pub(super) fn test_offsets(
     sd: f64,
 ) -> Option<Offsets> {
     let weight = |part: usize| {
-        let own = if weigh_groups {
-            variances.groups[rows.group_of[part]]
-        } else {
-            1.0
+        let own = match weigh_groups {
+            true => variances.groups[rows.group_of[part]],
+            false => 1.0,
         };
         1.0 / (variances.kinds[rows.kind(part) as usize] * own)
     };
@@ -69,9 +68,8 @@ pub(super) fn test_offsets(
     wet().for_each(|part| within_series[part] = without_offset(&sums[part]));
     let own = LinearisedJoint::new(&rows.together(&within_series, weight));
     let series = wet().count();
-    let df_between = (series + own.inverse.rank)
-        .checked_sub(one.inverse.rank)
-        .filter(|df| *df > 0)?;
+    let df_between = (series + own.inverse.rank).checked_sub(one.inverse.rank);
+    let df_between = df_between.filter(|df| *df > 0)?;
     // of wet runs alone: dry runs have another spread, and no part in the offsets
     let (mut within, mut freedom) = (0.0, 0.0);
     for part in wet() {
@@ -86,9 +84,8 @@ pub(super) fn test_offsets(
     let variance = within / df_within;
     let explained = (one.left - own.left).max(0.0);
     let test = FTest::of(explained, df_between, within, df_within as usize)?;
-    let offsets: Vec<(f64, SharedOffset)> = wet()
-        .map(|part| (weight(part), SharedOffset::of(&sums[part])))
-        .collect();
+    let offset = |part: usize| (weight(part), SharedOffset::of(&sums[part]));
+    let offsets: Vec<(f64, SharedOffset)> = wet().map(offset).collect();
     // n, what offsets of unit variance would add to the squares if the parameters took up nothing, and what they do add
     let all: f64 = offsets.iter().map(|(weight, offset)| weight * offset.weight).sum();
     let taken = |(weight, offset): &(f64, SharedOffset)| weight * weight * offset.taken(&one.inverse.matrix);

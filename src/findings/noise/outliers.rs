@@ -125,10 +125,8 @@ pub(super) fn find_outliers(rows: &Rows, robust: &RobustFit, unequal: Option<&[f
         }
     }
     outlying.sort_by(|a, b| {
-        b.sds
-            .abs()
-            .total_cmp(&a.sds.abs())
-            .then(a.run.row.run.cmp(&b.run.row.run))
+        let by_distance = b.sds.abs().total_cmp(&a.sds.abs());
+        by_distance.then(a.run.row.run.cmp(&b.run.row.run))
     });
     let mut all: Vec<usize> = outlying.iter().map(|one| one.run.row.run).collect();
     all.sort_unstable();
@@ -184,14 +182,13 @@ impl<'r> ReferenceFit<'r> {
     fn new(rows: &'r Rows<'r>, sums: &[Sums], unequal: Option<&[f64]>) -> ReferenceFit<'r> {
         let fitted = rows.fit(sums);
         let mut kinds = [RowsLeft::default(); 2];
-        let mut groups = vec![RowsLeft::default(); rows.groups.len()];
+        let mut groups = vec![RowsLeft::default(); unequal.map_or(0, <[f64]>::len)];
         for (part, sums) in sums.iter().enumerate() {
             let left = fitted.leaves(sums, 1.0);
             kinds[rows.kind(part) as usize].add(left);
-            groups[rows.group_of[part]].add(left);
-        }
-        if unequal.is_none() {
-            groups.clear();
+            if let Some(own) = groups.get_mut(rows.group_of[part]) {
+                own.add(left);
+            }
         }
         ReferenceFit {
             rows,
@@ -248,24 +245,20 @@ impl<'r> ReferenceFit<'r> {
     fn describe(&self, candidate: &Candidate) -> Outlier {
         let rows = self.rows;
         let part = &rows.parts[candidate.run.part];
-        let group = rows.groups[rows.group_of[candidate.run.part]];
+        let group = &rows.groups[rows.group_of[candidate.run.part]];
         let run = candidate.run.row.run;
-        let stuck = part.stuck.contains(&run);
         let restitution = rows.runs.restitution[run];
-        let from = if stuck {
-            rows.scene.data.smallest_restitution
-        } else {
-            restitution
+        let from = match part.stuck.contains(&run) {
+            true => rows.scene.data.smallest_restitution,
+            false => restitution,
         };
         let (distance, _) = self.distance(&candidate.run);
         let (moves, moves_in_se) = self.moves(&candidate.run);
         Outlier {
             row: rows.runs.row[run],
             place: rows.runs.places.of(rows.runs.row[run]).to_string(),
-            particle: rows.scene.particles[rows.runs.spheres[group.sphere].particle]
-                .name
-                .clone(),
-            liquid: group.liquid.map(|liquid| rows.scene.liquids[liquid].name.clone()),
+            particle: rows.particle(group).to_owned(),
+            liquid: rows.liquid(group).map(str::to_owned),
             diameter_m: part.diameter,
             film_ratio: group.film_ratio,
             impact_speed_m_s: rows.runs.impact_speed[run],

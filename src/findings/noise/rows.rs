@@ -109,12 +109,21 @@ impl<'a> Rows<'a> {
         self.groups[self.group_of[part]].kind
     }
 
+    /// Name of the particle of a group.
+    pub(super) fn particle(&self, group: &RunGroup) -> &'a str {
+        &self.scene.particles[self.runs.spheres[group.sphere].particle].name
+    }
+
+    /// Name of its liquid; `None` of dry runs.
+    pub(super) fn liquid(&self, group: &RunGroup) -> Option<&'a str> {
+        Some(&self.scene.liquids[group.liquid?].name)
+    }
+
     /// Particle, liquid, diameter and film ratio of a part in a sentence.
     pub(super) fn part_name(&self, part: usize) -> String {
-        let group = self.groups[self.group_of[part]];
-        let particle = &self.scene.particles[self.runs.spheres[group.sphere].particle].name;
-        let liquid = group.liquid.map(|liquid| self.scene.liquids[liquid].name.as_str());
+        let group = &self.groups[self.group_of[part]];
         let diameter = format!("{} mm", short(millimetres(self.parts[part].diameter)));
+        let (particle, liquid) = (self.particle(group), self.liquid(group));
         group_name(particle, liquid, Some(&diameter), group.film_ratio)
     }
 

@@ -172,13 +172,12 @@ pub(super) fn test_spreads(
     let by = |pair: &(usize, usize)| variances.groups[pair.0] / variances.groups[pair.1];
     let (widest, narrowest) = ends.max_by(|a, b| by(a).total_cmp(&by(b)))?;
     let spread_of = |index: usize| {
-        let group = rows.groups[index];
+        let group = &rows.groups[index];
         let kind = group.kind as usize;
-        let sphere = rows.runs.spheres[group.sphere];
         GroupSpread {
-            particle: rows.scene.particles[sphere.particle].name.clone(),
-            diameter_m: sphere.diameter,
-            liquid: group.liquid.map(|liquid| rows.scene.liquids[liquid].name.clone()),
+            particle: rows.particle(group).to_owned(),
+            diameter_m: rows.runs.spheres[group.sphere].diameter,
+            liquid: rows.liquid(group).map(str::to_owned),
             film_ratio: group.film_ratio,
             runs: variances.runs[index],
             sd: (variances.groups[index] * variances.inside[kind]).sqrt() * sds[kind],

@@ -218,15 +218,14 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
         moving.reduce(|most, next| if next.0 .1 > most.0 .1 { next } else { most })?;
     worst.test.p = (worst.test.p * alternatives as f64).min(1.0);
     let most = worst.group()?;
-    let group = rows.groups[most.of];
-    let sphere = rows.runs.spheres[group.sphere];
-    let particle = sphere_words(&rows.scene.particles[sphere.particle].name, sphere.diameter);
-    let liquid = group.liquid.map(|liquid| rows.scene.liquids[liquid].name.as_str());
+    let group = &rows.groups[most.of];
+    let particle = sphere_words(rows.particle(group), rows.runs.spheres[group.sphere].diameter);
+    let film_ratio = most.from.or(group.film_ratio);
     Some(WetLawTest {
         against: worst.against,
         test: worst.test,
         alternatives,
-        group: group_name(&particle, liquid, None, most.from.or(group.film_ratio)),
+        group: group_name(&particle, rows.liquid(group), None, film_ratio),
         moves: rows.names[moves].clone(),
         moves_in_se,
     })
@@ -426,10 +425,9 @@ impl FittedLaw {
             row.residual += within.shift(&row.within);
         }
         let spent: f64 = wet.iter().map(|row| within.leverage(&row.within)).sum();
-        let groups = if inside_groups {
-            wet.chunk_by(|a, b| a.group == b.group).count()
-        } else {
-            0
+        let groups = match inside_groups {
+            true => wet.chunk_by(|a, b| a.group == b.group).count(),
+            false => 0,
         };
         Some(FittedLaw {
             inside_groups,
@@ -458,10 +456,9 @@ impl FittedLaw {
         const NEW_OF_PLACE: f64 = 0.05;
         let groups = wet.chunk_by(|a, b| a.group == b.group);
         let of_energy = |row: &WetRow| row.of_energy * column(row);
-        let mut column: Vec<f64> = if self.inside_groups {
-            groups.flat_map(|group| centred(group, of_energy)).collect()
-        } else {
-            wet.iter().map(of_energy).collect()
+        let mut column: Vec<f64> = match self.inside_groups {
+            true => groups.flat_map(|group| centred(group, of_energy)).collect(),
+            false => wet.iter().map(of_energy).collect(),
         };
         let mut pull = DVector::zeros(self.within.step.len());
         let mut product = 0.0;

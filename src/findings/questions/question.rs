@@ -162,14 +162,9 @@ fn conclude(trend: &Trend) -> Answer {
 /// The question answered by the trend; `doubt` says why nothing can be built on it.
 pub(super) fn answer_question(question: Question, trend: Trend, doubt: Option<String>) -> Question {
     let why_open = doubt.or_else(|| untold(&trend));
-    let answer = if why_open.is_some() {
-        Answer::Open
-    } else {
-        conclude(&trend)
-    };
     Question {
+        answer: why_open.as_ref().map_or_else(|| conclude(&trend), |_| Answer::Open),
         trend: Some(trend),
-        answer,
         why_open,
         ..question
     }
