@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::resampling::Estimates;
 use crate::findings::dry::{own_dry_speed, Dry};
+use crate::findings::energy::Energy;
 use crate::findings::own_dry_speed::OwnDrySpeed;
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
@@ -13,6 +13,18 @@ use crate::inference::law::Law;
 use crate::inference::regression::Regression;
 use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
+
+/// The estimates that get a bootstrap interval.
+pub struct Estimates<'e> {
+    /// k of each sphere
+    pub dry: &'e mut [Dry],
+    /// the square-root law of each series
+    pub series: &'e mut [SeriesFit],
+    /// e_inf and St_c
+    pub scaling: &'e mut [Scaling],
+    /// the energy table
+    pub energy: &'e mut [Energy],
+}
 
 /// Where the rebounds of a series, or the dry ones of a diameter, stand.
 struct Group {

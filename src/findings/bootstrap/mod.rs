@@ -2,7 +2,6 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `resampling.rs` | what is resampled, and how |
 //! | `columns.rs` | lays the runs of every fit out in strata |
 //! | `replicates.rs` | turns the replicates of a quantity into its interval |
 //! | `by_sandwich.rs` | gives the fits of very many runs the intervals that resampling tends to |
@@ -10,12 +9,13 @@
 mod by_sandwich;
 mod columns;
 mod replicates;
-mod resampling;
 
 pub use by_sandwich::MOST_RESAMPLED;
-pub use resampling::{Estimates, Resampling};
+pub use columns::Estimates;
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::quantities::wetted_of;
 use super::remarks;
@@ -51,6 +51,25 @@ fn fewer_replicates_notice(wanted: u64, made: usize, fits: usize) -> Option<Rema
         let next = format!("set it to at most {made}, or fit fewer series in one scene");
         remarks::BOOTSTRAP_FEWER_REPLICATES.notice(made, text).then(next)
     })
+}
+
+/// How replicates were made.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Resampling {
+    /// what was resampled
+    pub scheme: &'static str,
+    /// the interval that is quoted of replicates
+    pub interval: &'static str,
+    /// whether the runs are so many that the sandwich stands for the replicates of most fits
+    pub by_sandwich: bool,
+    /// replicates
+    pub replicates: usize,
+    /// fits that were resampled: all, but of more runs than are resampled only those that the sandwich does not serve
+    pub resampled_fits: usize,
+    /// strata of all runs
+    pub strata: usize,
+    /// strata of one run, which no resample can vary
+    pub single_run_strata: usize,
 }
 
 /// How intervals are made beside what the scene says.

@@ -3,10 +3,8 @@
 //! | file | job |
 //! |---|---|
 //! | `question.rs` | a question, what answers it, and the answer in fields and words |
-//! | `effect.rs` | how far a trend moves what is quoted |
-//! | `trend_model.rs` | samples the scene's model with a trend |
+//! | `trend_model.rs` | samples the scene's model with a trend, and says how far that moves what is quoted |
 
-mod effect;
 mod question;
 mod trend_model;
 

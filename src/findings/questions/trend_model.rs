@@ -1,6 +1,5 @@
-//! Samples the model with a trend beside the scene's own, and hears whether the trend is there.
+//! Samples the model with a trend beside the scene's own: whether the trend is there, and how far it moves what is quoted.
 
-use super::effect::largest_change;
 use super::question::{answer_question, Question, Trend};
 use crate::error::Error;
 use crate::findings::compare::model_name;
@@ -8,8 +7,12 @@ use crate::findings::left_out::{largest_rhat, why_none_beside, ComparisonContext
 use crate::findings::posterior::Posterior;
 use crate::inference::mixing::summary_of;
 use crate::inference::sampling::Sampled;
-use crate::model::parameters::{ModelParameters, ParameterKind};
-use crate::runs::Runs;
+use crate::model::likelihood::trend::middle_film_ratio;
+use crate::model::parameters::{physical, ModelParameters, ParameterKind};
+use crate::physics::balance::Balance;
+use crate::physics::quantity::{Place, Quantity, Wetted};
+use crate::physics::Coefficient;
+use crate::runs::{Runs, Series};
 
 /// A film ratio counts with so many runs: fewer hardly have a mean and a spread.
 const FEWEST_RUNS: usize = 5;
@@ -99,8 +102,7 @@ impl TrendModel<'_> {
         let parameter = &sampled.parameters.sampled[place];
         let found = summary_of(&sampled.values[place]);
         let interval = [found.q025?, found.q975?];
-        let (scene, form) = (self.context.comparison.scene, self.context.own.setup.form);
-        let change = largest_change(scene, self.runs, form, self.of, sampled, interval)?;
+        let change = self.largest_change(sampled, interval)?;
         Some(Trend {
             symbol: parameter.kind.symbol(),
             mean: found.mean?,
@@ -111,6 +113,52 @@ impl TrendModel<'_> {
             prior_sd: parameter.prior.sd(),
             source: parameter.source,
         })
+    }
+
+    /// The largest change of an e_inf or a St_c at a film ratio of the runs, as a share of it, with the trend at either end of
+    /// an interval in place of none, the parameters at their posterior means; infinite where one of them ceases to be. `None`
+    /// without draws, or where what has the trend is no coefficient of the balance.
+    fn largest_change(&self, sampled: &Sampled, interval: [f64; 2]) -> Option<f64> {
+        let (scene, form) = (self.context.comparison.scene, self.context.own.setup.form);
+        let ParameterKind::Shared(of) = self.of else { return None };
+        let mean = |values: &Vec<Vec<f64>>| {
+            let draws: usize = values.iter().map(Vec::len).sum();
+            values.iter().flatten().sum::<f64>() / draws as f64
+        };
+        let means: Vec<f64> = sampled.values.iter().map(mean).collect();
+        if !means.iter().all(|mean| mean.is_finite()) {
+            return None;
+        }
+        let (full, middle) = (sampled.parameters.full(&means), middle_film_ratio(self.runs));
+        // e_inf and St_c
+        let quoted = |series: &Series, trend: f64| {
+            let f = (series.film / series.diameter / middle).ln();
+            let value = full[of as usize];
+            let moved = match of {
+                Coefficient::LubricationLog => value + trend * f,
+                _ => value * (trend * f).exp(),
+            };
+            let setting = series.setting(scene);
+            let balance = Balance::new(form, setting.of_film(), &physical(&full, series.sphere).with(of, moved));
+            let e_inf = balance.e_inf(scene.model.dry_speed.reference());
+            let l = balance.lost.over_stokes + form.fixed_over_stokes(&setting);
+            let wetted = Wetted::of_balance(e_inf, l);
+            [Quantity::EInf, Quantity::StC].map(|quantity| quantity.value(&Place::NONE, &wetted))
+        };
+        let mut largest: f64 = 0.0;
+        for series in &self.runs.series {
+            let plain = quoted(series, 0.0);
+            for trend in interval {
+                for (moved, plain) in quoted(series, trend).into_iter().zip(plain) {
+                    let change = (moved / plain - 1.0).abs();
+                    // what is not there without the trend either cannot be moved
+                    if !plain.is_nan() {
+                        largest = largest.max(if change.is_nan() { f64::INFINITY } else { change });
+                    }
+                }
+            }
+        }
+        Some(largest)
     }
 }
 
@@ -132,7 +180,6 @@ fn film_ratios(runs: &Runs, gap: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runs::Series;
 
     #[test]
     fn film_ratios_are_counted_where_enough_runs_have_them() {
