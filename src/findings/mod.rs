@@ -24,7 +24,7 @@
 //! | `published.rs` | ours beside the literature's |
 //! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
 //! | `pooling.rs` | what pooling liquids does to the square-root law |
-//! | `terms/` | what each term of the balance matters, and whether it is held |
+//! | `terms.rs` | what each term of the balance matters, and whether it is held |
 //! | `noise/` | outliers, unequal spreads, offsets that series share |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
