@@ -19,6 +19,7 @@ use crate::inference::diagnostics::quantile;
 use crate::inference::sampling::Sampled;
 use crate::model::likelihood::tails::Tails;
 use crate::model::likelihood::{probability_below, RunNoise};
+use crate::model::parameters::ModelParameter;
 use crate::physics::restitution::Restitution;
 use crate::physics::{Form, LawNumbers, Parameters, Setting};
 use crate::roots::root_between;
@@ -187,17 +188,16 @@ impl Basis {
 }
 
 fn draws_kept(sampled: &Sampled) -> Vec<ParameterDraws> {
-    let names = sampled.parameters.sampled.iter().map(|parameter| &parameter.name);
-    let thinned = |chains: &Vec<Vec<f64>>| {
+    let thinned = |(parameter, chains): (&ModelParameter, &Vec<Vec<f64>>)| {
         let all = chains.concat();
         let kept = all.len().min(DRAWS_KEPT);
-        (0..kept).map(|draw| all[draw * all.len() / kept]).collect()
+        ParameterDraws {
+            name: parameter.name.clone(),
+            values: (0..kept).map(|draw| all[draw * all.len() / kept]).collect(),
+        }
     };
-    let named = |(name, chains): (&String, &Vec<Vec<f64>>)| ParameterDraws {
-        name: name.clone(),
-        values: thinned(chains),
-    };
-    names.zip(&sampled.values).map(named).collect()
+    let each = sampled.parameters.sampled.iter().zip(&sampled.values);
+    each.map(thinned).collect()
 }
 
 /// What the wet runs of a particle covered in a liquid, and between which speeds, m/s; `None`: in all liquids.
@@ -458,12 +458,8 @@ impl SingleRun {
                 Some(_) => (draw.sigma_wet, draw.sigma_energy),
                 None => (draw.sigma_dry, 0.0),
             };
-            let sigma = sigma.max(NO_SPREAD);
-            let noise = RunNoise {
-                tails: draw.tails,
-                sigma,
-                energy,
-            };
+            let (tails, sigma) = (draw.tails, sigma.max(NO_SPREAD));
+            let noise = RunNoise { tails, sigma, energy };
             (if kept < LEAST_KEPT { LEAST_KEPT } else { kept }, noise)
         };
         let mut run = SingleRun {

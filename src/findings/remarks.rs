@@ -507,16 +507,13 @@ const FIRST: [&Kind; 19] = [
 pub fn in_order(remarks: &[Remark]) -> Vec<&Remark> {
     let codes = FIRST.iter().map(|kind| kind.code);
     let codes: Vec<&str> = OF_READING.into_iter().chain(codes).collect();
-    let place = |remark: &Remark| codes.iter().position(|code| *code == remark.code);
-    let place = |remark: &Remark| place(remark).filter(|_| remark.line.is_none());
+    let weight = |remark: &&Remark| {
+        let place = codes.iter().position(|code| *code == remark.code);
+        let place = place.filter(|_| remark.line.is_none());
+        (remark.level, remark.line.is_none(), place.unwrap_or(codes.len()))
+    };
     let mut sorted: Vec<&Remark> = remarks.iter().filter(|remark| !remark.passed).collect();
-    sorted.sort_by_key(|remark| {
-        (
-            remark.level,
-            remark.line.is_none(),
-            place(remark).unwrap_or(codes.len()),
-        )
-    });
+    sorted.sort_by_key(weight);
     sorted
 }
 
@@ -540,18 +537,15 @@ pub(crate) fn in_symbols(name: &str) -> String {
         (Some(quantity), None) => quantity.symbol.to_owned(),
         (Some(quantity), Some(of)) => {
             // a film ratio comes last, a diameter before it; k has no film
-            let last = of.split(',').count() - 1;
-            let words = of
-                .split(',')
-                .enumerate()
-                .map(|(place, part)| match part.parse::<f64>() {
-                    Ok(_) if place == last && quantity.name != Quantity::DryK.describe().name => {
-                        format!("δ/D = {part}")
-                    }
-                    Ok(_) => format!("D = {part} mm"),
-                    Err(_) => part.to_owned(),
-                });
-            format!("{} of {}", quantity.symbol, words.collect::<Vec<_>>().join(", "))
+            let films = usize::from(quantity.name != Quantity::DryK.describe().name);
+            let first_film = of.split(',').count() - films;
+            let word = |(place, part): (usize, &str)| match part.parse::<f64>() {
+                Ok(_) if place >= first_film => format!("δ/D = {part}"),
+                Ok(_) => format!("D = {part} mm"),
+                Err(_) => part.to_owned(),
+            };
+            let words: Vec<String> = of.split(',').enumerate().map(word).collect();
+            format!("{} of {}", quantity.symbol, words.join(", "))
         }
     }
 }

@@ -126,10 +126,9 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
     let ComparisonContext { scene, runs, .. } = context;
     let form = posterior.setup.form;
     let pointwise = Pointwise::new(scene, runs, form);
-    let most = if pointwise.is_integrated() {
-        MOST_INTEGRALS
-    } else {
-        MOST_DENSITIES
+    let most = match pointwise.is_integrated() {
+        true => MOST_INTEGRALS,
+        false => MOST_DENSITIES,
     };
     let all = posterior.sampled.draws();
     let used = affordable_draws(runs, all).map(|used| used.min((most / pointwise.len().max(1)).max(FEWEST_DRAWS)));

@@ -132,7 +132,7 @@ pub(super) fn fit_beside(
             line: None,
         });
     }
-    let main = main_numbers(&own.sampled, &own.derived);
+    let main = main_numbers(own);
     let mut setup = own.setup;
     if runs.all_measured() > FEW_RUNS {
         let about = about_the_mode(&wider_scene, &wider_runs, own)?;
@@ -150,7 +150,7 @@ pub(super) fn fit_beside(
         );
         return Ok(Beside::Open(remarks::SLOW_REBOUNDS.check(None, text)));
     };
-    let moved = most_different(&main, &main_numbers(&wider.sampled, &wider.derived), shift_or_widening);
+    let moved = most_different(&main, &main_numbers(&wider), shift_or_widening);
     let Some((_, moved)) = moved.filter(|(by, _)| !remarks::SLOW_REBOUNDS.holds(*by)) else {
         return Ok(Beside::Same);
     };
@@ -207,9 +207,8 @@ fn without_slow(
 ) -> Result<Beside, Error> {
     let others = runs.with_runs(|run| slow.binary_search(&run).is_err());
     let others = fit_posterior(scene, &others, least_squares, own.setup, &|_, _| ())?;
-    let numbers = |own: &Posterior| main_numbers(&own.sampled, &own.derived);
-    let moved = others.ok().filter(Posterior::sampling_holds);
-    let moved = moved.and_then(|others| most_different(&numbers(own), &numbers(&others), shift));
+    let others = others.ok().filter(Posterior::sampling_holds);
+    let moved = others.and_then(|others| most_different(&main_numbers(own), &main_numbers(&others), shift));
     Ok(match moved {
         Some((by, _)) if remarks::SLOW_REBOUNDS.holds(by) => Beside::Same,
         moved => Beside::Open(told_without(rows, "", moved)),
@@ -330,8 +329,8 @@ fn energy_errors(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize]) ->
 }
 
 /// Mean and sd of the draws of each main number.
-fn main_numbers(sampled: &Sampled, derived: &[DerivedDraws]) -> Vec<Told> {
-    numbers(sampled, derived, |draws| draws - 1.0)
+fn main_numbers(of: &Posterior) -> Vec<Told> {
+    numbers(&of.sampled, &of.derived, |draws| draws - 1.0)
 }
 
 /// Value and ± of each main number by the normal about the mode, which lies near those of another posterior; `None` where
@@ -361,6 +360,6 @@ fn numbers(sampled: &Sampled, derived: &[DerivedDraws], freedom: impl Fn(f64) ->
     };
     let all = main_draws(sampled, derived).map(|(name, chains)| (name.clone(), told(&chains.concat())));
     // a number that some draws do not have is not told
-    all.filter(|(_, number)| number.iter().all(|one| one.is_finite()))
-        .collect()
+    let is_whole = |(_, number): &Told| number.iter().all(|one| one.is_finite());
+    all.filter(is_whole).collect()
 }
