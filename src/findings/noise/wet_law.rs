@@ -130,10 +130,8 @@ struct WetRow {
     outlying: bool,
     /// residual of the law fitted inside the groups
     residual: f64,
-    /// slopes in the parameters, each with its place
+    /// slopes in the parameters, each with its place, free of the group's own energy where each group has one
     slopes: Vec<(usize, f64)>,
-    /// the same, free of the group's own energy where each group has one
-    within: Vec<(usize, f64)>,
     /// slope in the energy kept
     of_energy: f64,
     inverse_stokes: f64,
@@ -177,6 +175,8 @@ const OF_SOME: [ColumnOfSome; 9] = {
 /// The test; `None` where no group has runs at different settings, or too few are left to tell the scatter.
 pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Option<WetLawTest> {
     let mut plain = wet_rows(rows, robust, sorted);
+    // of the fit that is quoted, in which groups have no energy of their own
+    let quoted = Inverse::of(&sums_of(rows, robust, &plain).information);
     let mut wet = plain.clone();
     wet.chunk_by_mut(|a, b| a.group == b.group).for_each(free_of_own_energy);
     let law = FittedLaw::new(rows, robust, &mut wet, true)?;
@@ -213,7 +213,7 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
     let least = found.iter().map(|one| one.test.p).reduce(f64::min)?;
     // of those that are the same on these runs, as a loss of the one of two liquids or of the other, the one that moves most
     let as_rare = found.into_iter().filter(|one| one.test.p <= least * (1.0 + 1e-6));
-    let moving = as_rare.filter_map(|one| Some((one.law.moves(&one)?, one)));
+    let moving = as_rare.filter_map(|one| Some((one.moves(&quoted)?, one)));
     let ((moves, moves_in_se), mut worst) =
         moving.reduce(|most, next| if next.0 .1 > most.0 .1 { next } else { most })?;
     worst.test.p = (worst.test.p * alternatives as f64).min(1.0);
@@ -266,7 +266,7 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Vec<WetR
         if !rows.is_clear(&own.row, own.sd) {
             continue;
         }
-        let (run, slopes) = (own.row.run, rows.slopes(&own));
+        let run = own.row.run;
         wet.push(WetRow {
             group: Group {
                 of: group,
@@ -282,8 +282,7 @@ fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Vec<WetR
             restitution: rows.runs.restitution[run],
             outlying: sorted.is_outlying(run),
             residual: own.row.residual / own.sd,
-            within: slopes.clone(),
-            slopes,
+            slopes: rows.slopes(&own),
             of_energy: slope_mean_restitution(own.row.kept) / own.sd,
             inverse_stokes: rows.runs.inverse_stokes(run),
             speed_root: rows.runs.impacts.speed_root[run],
@@ -343,7 +342,7 @@ fn free_of_own_energy(group: &mut [WetRow]) {
     let slopes: Vec<Vec<f64>> = (0..group[0].slopes.len()).map(slope).collect();
     for (i, row) in group.iter_mut().enumerate() {
         row.residual = residuals[i];
-        row.within.iter_mut().zip(&slopes).for_each(|(own, all)| own.1 = all[i]);
+        row.slopes.iter_mut().zip(&slopes).for_each(|(own, all)| own.1 = all[i]);
     }
 }
 
@@ -371,9 +370,7 @@ fn square(values: &[f64]) -> f64 {
 struct FittedLaw {
     /// whether each group has an energy of its own
     inside_groups: bool,
-    within: LinearisedJoint,
-    /// of the fit that is quoted, in which groups have no energy of their own
-    quoted: Inverse,
+    fit: LinearisedJoint,
     /// what it leaves of the wet runs
     spread: Spread,
 }
@@ -397,7 +394,7 @@ impl Departure<'_> {
     /// The group in which it explains most.
     fn group(&self) -> Option<Group> {
         let explained = |group: &[(&WetRow, &f64)]| -> f64 {
-            let of_row = |(row, x): &(&WetRow, &f64)| (*x - along(&row.within, &self.taken)) * row.residual;
+            let of_row = |(row, x): &(&WetRow, &f64)| (*x - along(&row.slopes, &self.taken)) * row.residual;
             group.iter().map(of_row).sum()
         };
         let of_it = |(_, x): &(&WetRow, &f64)| **x != 0.0;
@@ -406,41 +403,48 @@ impl Departure<'_> {
         let most = groups.max_by(|a, b| explained(a).total_cmp(&explained(b)))?;
         Some(most[0].0.group)
     }
+
+    /// The parameter of the quoted fit that it moves most, and by how many of its standard errors.
+    fn moves(&self, quoted: &Inverse) -> Option<(usize, f64)> {
+        let left = self.law.spread;
+        let sd = (left.sum_of_squares / (left.runs - left.parameters) as f64).sqrt();
+        let (place, in_units) = quoted.moved_most(&self.pull)?;
+        Some((place, in_units / sd))
+    }
+}
+
+/// Sums over the wet runs, and over the dry ones about their law.
+fn sums_of(rows: &Rows, robust: &RobustFit, wet: &[WetRow]) -> Sums {
+    let mut sums = Sums::new(rows.names.len());
+    wet.iter().for_each(|row| sums.add(row.residual, &row.slopes));
+    for dry in robust.runs.iter().filter(|run| run.kind == RunKind::Dry) {
+        sums.add(dry.row.residual / dry.sd, &rows.slopes(dry));
+    }
+    sums
 }
 
 impl FittedLaw {
     fn new(rows: &Rows, robust: &RobustFit, wet: &mut [WetRow], inside_groups: bool) -> Option<FittedLaw> {
-        let (mut within, mut quoted) = (Sums::new(rows.names.len()), Sums::new(rows.names.len()));
-        for row in wet.iter() {
-            within.add(row.residual, &row.within);
-            quoted.add(row.residual, &row.slopes);
-        }
-        for dry in robust.runs.iter().filter(|run| run.kind == RunKind::Dry) {
-            for sums in [&mut within, &mut quoted] {
-                sums.add(dry.row.residual / dry.sd, &rows.slopes(dry));
-            }
-        }
-        let within = LinearisedJoint::new(&within);
+        let fit = LinearisedJoint::new(&sums_of(rows, robust, wet));
         for row in wet.iter_mut() {
-            row.residual += within.shift(&row.within);
+            row.residual += fit.shift(&row.slopes);
         }
-        let spent: f64 = wet.iter().map(|row| within.leverage(&row.within)).sum();
+        let spent: f64 = wet.iter().map(|row| fit.leverage(&row.slopes)).sum();
         let groups = match inside_groups {
             true => wet.chunk_by(|a, b| a.group == b.group).count(),
             false => 0,
         };
-        Some(FittedLaw {
+        let spread = Spread {
+            sum_of_squares: wet.iter().map(|row| row.residual * row.residual).sum(),
+            runs: wet.len(),
+            // a parameter that the runs hold only in part counts as one
+            parameters: groups + (spent - 1e-6).max(0.0).ceil() as usize,
+        };
+        (spread.parameters + 1 < spread.runs).then_some(FittedLaw {
             inside_groups,
-            within,
-            quoted: Inverse::of(&quoted.information),
-            spread: Spread {
-                sum_of_squares: wet.iter().map(|row| row.residual * row.residual).sum(),
-                runs: wet.len(),
-                // a parameter that the runs hold only in part counts as one
-                parameters: groups + (spent - 1e-6).max(0.0).ceil() as usize,
-            },
+            fit,
+            spread,
         })
-        .filter(|law| law.spread.parameters + 1 < law.spread.runs)
     }
 
     /// Holds the law against one more column of the energy in some groups; `None` where the law has it already.
@@ -460,13 +464,13 @@ impl FittedLaw {
             true => groups.flat_map(|group| centred(group, of_energy)).collect(),
             false => wet.iter().map(of_energy).collect(),
         };
-        let mut pull = DVector::zeros(self.within.step.len());
+        let mut pull = DVector::zeros(self.fit.step.len());
         let mut product = 0.0;
         for (row, x) in wet.iter().zip(&column) {
-            row.within.iter().for_each(|(j, slope)| pull[*j] += slope * x);
+            row.slopes.iter().for_each(|(j, slope)| pull[*j] += slope * x);
             product += x * row.residual;
         }
-        let taken = &self.within.inverse.matrix * &pull;
+        let taken = &self.fit.inverse.matrix * &pull;
         let own = square(&column) - pull.dot(&taken);
         let least = match against {
             WetAlternative::DriftOfViscousLoss | WetAlternative::DriftOfFilmLoss => NEW_OF_PLACE,
@@ -491,13 +495,5 @@ impl FittedLaw {
             taken: taken * factor,
             pull: pull * factor,
         })
-    }
-
-    /// The parameter of the quoted fit that it moves most, and by how many of its standard errors.
-    fn moves(&self, departure: &Departure) -> Option<(usize, f64)> {
-        let freedom = (self.spread.runs - self.spread.parameters) as f64;
-        let sd = (self.spread.sum_of_squares / freedom).sqrt();
-        let (place, in_units) = self.quoted.moved_most(&departure.pull)?;
-        Some((place, in_units / sd))
     }
 }
