@@ -104,9 +104,9 @@ pub(super) fn results(
         };
         let derived = balance.iter().flat_map(|balance| &balance.derived);
         for row in derived.filter(|row| row.sphere == sphere && row.film_ratio == film_ratio) {
+            let place = row.place;
             for (quantity, estimate) in [(Quantity::EInf, &row.e_inf), (Quantity::StC, &row.st_c)] {
                 let named = named(quantity, row.diameter_m, BALANCE);
-                let place = row.place;
                 let at = move |changed: &Changed| {
                     let places = &changed.balance.as_ref()?.at_places;
                     Some(places.get(place)?.as_ref()?.value(quantity))
@@ -114,16 +114,15 @@ pub(super) fn results(
                 results.extend(SensitiveResult::of(named, estimate, 1.0, at));
             }
         }
-        let direct = scaling.iter().find(|fitted| {
-            (fitted.sphere, fitted.law, fitted.film_ratio) == (sphere, WetLaw::Sqrt, Some(film_ratio))
-                && fitted.verdict.passed
-        });
-        for (place, quantity) in [Quantity::EInf, Quantity::StC].into_iter().enumerate() {
-            let Some((fitted, estimate)) = direct.and_then(|own| Some((own, own.estimate(quantity)?))) else {
-                continue;
-            };
+        let is_here = |law: &&Scaling| (law.sphere, law.film_ratio) == (sphere, Some(film_ratio));
+        let is_quoted = |law: &&Scaling| law.law == WetLaw::Sqrt && law.verdict.passed;
+        let Some(law) = scaling.iter().filter(is_quoted).find(is_here) else {
+            continue;
+        };
+        let both = [(Quantity::EInf, &law.e_inf), (Quantity::StC, &law.st_c)];
+        for (place, (quantity, estimate)) in both.into_iter().enumerate() {
             let named = named(quantity, of_sphere.diameter, WetLaw::Sqrt.name());
-            let series = fitted.series.clone();
+            let series = law.series.clone();
             let at = move |changed: &Changed| {
                 let series = &changed.setup.runs.series[series.clone()];
                 Some(square_root_of(changed.setup, series)?[place])
