@@ -250,6 +250,11 @@ mod tests {
         sentences.iter().any(|sentence| sentence.contains(words))
     }
 
+    #[track_caller]
+    fn assert_told(sentences: &[String], words: &str) {
+        assert!(has(sentences, words), "no `{words}` in {sentences:?}");
+    }
+
     #[test]
     fn whether_one_value_serves_is_told_with_its_numbers() {
         let told = |question: &Question| plain(|findings| findings.questions = Some(vec![question.clone()]))[0].clone();
@@ -291,21 +296,15 @@ mod tests {
             same.clone(),
             ComparedModel::made_up("cap/2", false, -60.0, 9.0),
         ]);
-        assert!(
-            has(&clear, "prefer saturating, by 60 ± 9 in log density over cap."),
-            "{clear:?}"
-        );
+        assert_told(&clear, "prefer saturating, by 60 ± 9 in log density over cap.");
         let chance = told(&[best.clone(), same, ComparedModel::made_up("cap/2", false, -6.0, 9.0)]);
-        assert!(
-            has(&chance, "do not tell saturating from cap, 6 ± 9 apart"),
-            "{chance:?}"
-        );
+        assert_told(&chance, "do not tell saturating from cap, 6 ± 9 apart");
         assert!(!has(&chance, "levels off"), "{chance:?}");
         let none = told(&[
             ComparedModel::made_up("none/2", true, 0.0, 0.0),
             ComparedModel::made_up("cap/2", false, -60.0, 9.0),
         ]);
-        assert!(has(&none, "prefer none at all, by"), "{none:?}");
+        assert_told(&none, "prefer none at all, by");
     }
 
     #[test]
@@ -327,14 +326,11 @@ mod tests {
         let kept = told(0.7);
         let expected =
             "do not tell stepwise from saturating, 0.7 ± 1.5 apart in log density, by the squares they leave.";
-        assert!(has(&kept, expected), "{kept:?}");
+        assert_told(&kept, expected);
         let better = told(-70.0);
-        assert!(
-            has(
-                &better,
-                "prefer stepwise, by 70.0 ± 1.5 in log density over saturating, by the"
-            ),
-            "{better:?}"
+        assert_told(
+            &better,
+            "prefer stepwise, by 70.0 ± 1.5 in log density over saturating, by the",
         );
     }
 
@@ -352,12 +348,9 @@ mod tests {
             })
         };
         let all = told(vec![]);
-        assert!(
-            has(
-                &all,
-                "The least constrained is the film scale, which keeps 17 % of its prior sd."
-            ),
-            "{all:?}"
+        assert_told(
+            &all,
+            "The least constrained is the film scale, which keeps 17 % of its prior sd.",
         );
         let some = told(vec![Unidentified {
             parameters: vec!["inertial_prefactor".to_owned()],
@@ -377,6 +370,6 @@ mod tests {
     fn runs_that_stuck_are_counted() {
         let sentences = plain(|_| ());
         let stuck = "1 of 25 wet runs stuck; these numbers rest on those that rebounded.";
-        assert!(has(&sentences, stuck), "{sentences:?}");
+        assert_told(&sentences, stuck);
     }
 }

@@ -288,10 +288,9 @@ pub(super) fn choose_terms(setup: FitSetup, scaling: &[Scaling]) -> (Form, Optio
         let smallest = terms.iter().filter(may_go).min_by(|a, b| size(a).total_cmp(&size(b)));
         let Some(smallest) = smallest.filter(|_| scene.model.terms.is_none()) else {
             for gone in left_out {
-                terms.retain(|sized| sized.term != gone.term);
-                terms.insert(0, gone);
+                let same = terms.iter_mut().filter(|sized| sized.term == gone.term);
+                same.for_each(|sized| *sized = gone.clone());
             }
-            terms.sort_by_key(|sized| Term::ALL.iter().position(|term| *term == sized.term));
             return (form, balance, terms);
         };
         left_out.push(SizedTerm {

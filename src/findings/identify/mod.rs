@@ -74,10 +74,9 @@ pub fn identify_directions(scene: &Scene, runs: &Runs, least_squares: LeastSquar
         }
     });
     Some(Directions {
-        at: if identifiability.fitted {
-            "least_squares"
-        } else {
-            "least_squares_with_priors"
+        at: match identifiability.fitted {
+            true => "least_squares",
+            false => "least_squares_with_priors",
         },
         least_known: name(&least),
         least_known_words: words::word(scene, runs, identifiability.kinds[least]),

@@ -9,7 +9,7 @@ use crate::model::likelihood::normal::{ln_normal_cdf, normal_cdf};
 use crate::model::likelihood::pointwise::{EvaluatedLaw, Pointwise};
 use crate::model::likelihood::tails::Tails;
 use crate::physics::Form;
-use crate::runs::{sphere_words, Runs};
+use crate::runs::{sphere_words, DryGroup, Runs, Series};
 use crate::scene::{Scene, Sticking};
 
 /// Draws of the parameters the checks are averaged over.
@@ -116,10 +116,9 @@ pub fn check_predictions(scene: &Scene, runs: &Runs, form: Form, full_draws: &[V
     PredictiveChecks {
         bands: [0.5, 0.9].map(|level| band(pointwise, &predictions, level)).to_vec(),
         groups: groups(scene, runs, &predictions),
-        stuck: if scene.model.sticking == Sticking::Censored {
-            stuck(scene, runs, &few)
-        } else {
-            vec![]
+        stuck: match scene.model.sticking {
+            Sticking::Censored => stuck(scene, runs, &few),
+            Sticking::Truncated | Sticking::Excluded => vec![],
         },
     }
 }
@@ -184,7 +183,7 @@ fn band(pointwise: &Pointwise, predictions: &[RunPrediction], level: f64) -> Ban
 }
 
 fn groups(scene: &Scene, runs: &Runs, predictions: &[RunPrediction]) -> Vec<GroupResidual> {
-    let group = |sphere: usize, film_ratio: Option<f64>, members: Vec<usize>| {
+    let group = |(sphere, film_ratio, members): (usize, Option<f64>, Vec<usize>)| {
         let n = members.len() as f64;
         let residuals = || members.iter().map(|run| predictions[*run].residual);
         let mean = residuals().sum::<f64>() / n;
@@ -198,23 +197,20 @@ fn groups(scene: &Scene, runs: &Runs, predictions: &[RunPrediction]) -> Vec<Grou
             mean_residual_se: (members.len() > 1).then(|| (squares / (n - 1.0) / n).sqrt()),
         }
     };
-    let mut groups = vec![];
-    for sphere in 0..runs.spheres.len() {
-        let dry = runs.dry_of(sphere).iter();
-        let members: Vec<usize> = dry.flat_map(|dry| dry.rebounds.start..dry.stuck.end).collect();
-        if !members.is_empty() {
-            groups.push(group(sphere, None, members));
-        }
-    }
-    for film in &runs.film_groups {
-        let members = runs.series[film.series.clone()].iter().flat_map(|series| series.runs());
-        groups.push(group(film.sphere, Some(film.film_ratio), members.collect()));
-    }
-    groups
+    let dry = (0..runs.spheres.len()).map(|sphere| {
+        let members = runs.dry_of(sphere).iter().flat_map(DryGroup::runs);
+        (sphere, None, members.collect::<Vec<usize>>())
+    });
+    let dry = dry.filter(|(_, _, members)| !members.is_empty());
+    let wet = runs.film_groups.iter().map(|film| {
+        let members = runs.series[film.series.clone()].iter().flat_map(Series::runs);
+        (film.sphere, Some(film.film_ratio), members.collect())
+    });
+    dry.chain(wet).map(group).collect()
 }
 
 fn stuck(scene: &Scene, runs: &Runs, draws: &[&EvaluatedLaw]) -> Vec<StuckCount> {
-    let of_series = |series: &crate::runs::Series| {
+    let of_series = |series: &Series| {
         let observed = series.stuck.len();
         let (mut expected, mut lower, mut upper) = (0.0, 0.0, 0.0);
         for at in draws {
