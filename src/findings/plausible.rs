@@ -261,7 +261,8 @@ fn slip_between(slow: [f64; 2], fast: [f64; 2]) -> Option<(f64, &'static str)> {
         let [from, to] = [0, 1].map(|end| (fast[end] / (factor * slow[end]) - 1.0).abs());
         from.max(to)
     };
-    let near = SLIPS_OF_SPEED.into_iter().filter(|(factor, _, near)| off(*factor) < *near);
+    let slips = SLIPS_OF_SPEED.into_iter();
+    let near = slips.filter(|(factor, _, near)| off(*factor) < *near);
     let found = near.min_by(|a, b| off(a.0).total_cmp(&off(b.0)))?;
     // where one range begins where the other ends, somebody went on to faster runs
     let goes_on = (fast[0] / slow[1] - 1.0).abs() < GOES_ON;
@@ -324,7 +325,9 @@ fn speeds_apart(scene: &Scene, runs: &Runs, particle: usize) -> Option<(bool, St
     });
     let dry = dry.map(|speeds| (DRY.to_owned(), speeds));
     let groups: Vec<(String, [f64; 2])> = dry.into_iter().chain(in_liquids).collect();
-    let pairs = groups.iter().flat_map(|slow| groups.iter().map(move |fast| (slow, fast)));
+    let pairs = groups
+        .iter()
+        .flat_map(|slow| groups.iter().map(move |fast| (slow, fast)));
     // a liquid of its own may well have speeds of its own
     let is_asked = |factor: f64| factor > SURELY_A_SLIP || groups.len() == 2 && groups[0].0 == DRY;
     let found = pairs.map(|(slow, fast)| Some((slow, fast, slip_between(slow.1, fast.1)?)));
@@ -380,7 +383,8 @@ pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> 
     let mut questions = vec![];
     let sampled = |kind: ParameterKind| {
         let name = kind.name(scene, runs);
-        findings.posterior.as_ref()?.parameters.iter().find(|own| own.name == name)
+        let mut all = findings.posterior.as_ref()?.parameters.iter();
+        all.find(|own| own.name == name)
     };
     for (index, sphere) in runs.spheres.iter().enumerate() {
         let fitted = fit_of_sphere(&findings.dry, index).map(|dry| &dry.dry_k);
@@ -428,11 +432,7 @@ pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> 
 }
 
 /// A parameter by least squares and by the posterior, as far as there is one.
-fn of_both<'a>(
-    symbol: &'a str,
-    fitted: Option<&Estimate>,
-    sampled: Option<&QuantitySummary>,
-) -> Vec<Uncertain<'a>> {
+fn of_both<'a>(symbol: &'a str, fitted: Option<&Estimate>, sampled: Option<&QuantitySummary>) -> Vec<Uncertain<'a>> {
     let of = |source: &'a str, value: f64, sd: Option<f64>| Uncertain {
         symbol,
         source,

@@ -176,7 +176,8 @@ pub(super) fn fit_beside(
         let is_of_it_alone = |check: &Remark| is_of_it(check) && !check.text.contains("; ");
         wider.checks.retain(|check| !(is_careful && is_of_it_alone(check)));
         // no prior of the scene: what the user can write is the noise itself
-        let next = "write noise = \"both\" in [model]: energies scatter otherwise than errors of 1 % in speed and 3 % in \
+        let next =
+            "write noise = \"both\" in [model]: energies scatter otherwise than errors of 1 % in speed and 3 % in \
                     film make them";
         if let Some(check) = wider.checks.iter_mut().find(|check| is_of_it(check)) {
             check.next_step = next.to_owned();

@@ -87,12 +87,7 @@ fn spreads(setup: FitSetup, scaling: &[Scaling], balance: Option<&EnergyBalance>
 }
 
 /// Every term with its size in this form; the bridge only where a liquid in use has a surface tension.
-fn term_sizes(
-    setup: FitSetup,
-    scaling: &[Scaling],
-    form: Form,
-    balance: Option<&EnergyBalance>,
-) -> Vec<SizedTerm> {
+fn term_sizes(setup: FitSetup, scaling: &[Scaling], form: Form, balance: Option<&EnergyBalance>) -> Vec<SizedTerm> {
     let FitSetup { scene, runs, .. } = setup;
     // where the form of inertia was left open, the one the balance took
     let form = Form {

@@ -240,11 +240,13 @@ fn stated_errors(scene: &Scene, dry: &[Dry], balance: Option<&EnergyBalance>) ->
     };
     let of_dry = dry.iter().filter_map(|fitted| {
         let law = format!("{}: the dry law", fitted.words());
-        check((ParameterKind::SigmaDry, remarks::DRY_ERRORS), &law, fitted.measurement_errors)
+        let of_sigma = (ParameterKind::SigmaDry, remarks::DRY_ERRORS);
+        check(of_sigma, &law, fitted.measurement_errors)
     });
     let of_wet = balance.and_then(|balance| {
         let law = "the energy balance over all rebounds";
-        check((ParameterKind::SigmaWet, remarks::WET_ERRORS), law, balance.measurement_errors)
+        let of_sigma = (ParameterKind::SigmaWet, remarks::WET_ERRORS);
+        check(of_sigma, law, balance.measurement_errors)
     });
     of_dry.chain(of_wet).collect()
 }

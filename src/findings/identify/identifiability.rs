@@ -60,8 +60,8 @@ impl Identifiability {
         };
         let sums = |values: &[f64]| {
             let full = whole(values);
-            let [wet, dry] = [joint.sums(joint.wet_parts(), &full), joint.sums(joint.dry_parts(), &full)];
-            vec![wet.of(&free), dry.of(&free)]
+            let wet = joint.sums(joint.wet_parts(), &full).of(&free);
+            vec![wet, joint.sums(joint.dry_parts(), &full).of(&free)]
         };
         let spreads = measured_spreads(least_squares).map(|(kind, measured)| {
             let median = prior_of(scene, runs, kind, form).0.median();

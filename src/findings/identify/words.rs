@@ -89,7 +89,8 @@ fn causes(
     let level = identifiability.value(ParameterKind::FILM_SCALE);
     let level = level.filter(|_| kinds.contains(&ParameterKind::FILM_SCALE));
     let series_of = |group: &FilmGroup| &runs.series[group.series.clone()];
-    let speeds_differ = rebounding.iter().any(|group| stokes_differ(scene, runs, series_of(group)));
+    let differ = |group: &&FilmGroup| stokes_differ(scene, runs, series_of(group));
+    let speeds_differ = rebounding.iter().any(differ);
     // at one film ratio inertia takes as much at every speed, the viscous loss less at a higher one
     let is_loss =
         |kind: &ParameterKind| [ParameterKind::LUBRICATION_LOG, ParameterKind::INERTIAL_PREFACTOR].contains(kind);

@@ -248,7 +248,8 @@ fn largest_difference(scene: &Scene, runs: &Runs, form: Form, (few, draws): (&Li
         let mut slopes = vec![0.0; full.len()];
         likelihood.ln_density(full, &mut slopes).unwrap_or(f64::INFINITY)
     };
-    let some: Vec<&Vec<f64>> = draws.iter().step_by(draws.len().div_ceil(CHECKED_RUNS).max(1)).collect();
+    let step = draws.len().div_ceil(CHECKED_RUNS).max(1);
+    let some: Vec<&Vec<f64>> = draws.iter().step_by(step).collect();
     let of = |likelihood: &Likelihood| -> Vec<f64> {
         let each = some.par_iter().map(|full| ln_density(likelihood, full));
         each.collect()

@@ -229,10 +229,9 @@ fn dry_consistency(found: &PosteriorFindings, least_squares: LeastSquares) -> Op
     let text =
         format!("largest distance of a pooled k from that of the dry runs ({name}), in combined standard errors");
     let check = remarks::DRY_CONSISTENCY.check(shift, text);
+    let next = format!("widen or drop the prior of {name} in [priors]: it holds the pooled k");
     Some(match &pooled.prior {
-        Some(prior) if prior.source == OF_SCENE => {
-            check.then(format!("widen or drop the prior of {name} in [priors]: it holds the pooled k"))
-        }
+        Some(prior) if prior.source == OF_SCENE => check.then(next),
         _ => check,
     })
 }
@@ -244,9 +243,8 @@ fn bands(found: &PosteriorFindings) -> Vec<Remark> {
     both.map(|(band, criterion)| {
         let chance = CHANCE * (band.level * (1.0 - band.level) / band.runs.max(1) as f64).sqrt();
         let [level, share] = [band.level, band.coverage].map(|share| 100.0 * share);
-        let text = format!(
-            "distance from {level:.0} % of the share of runs in the {level:.0} % predicted band, {share:.1} %"
-        );
+        let text =
+            format!("distance from {level:.0} % of the share of runs in the {level:.0} % predicted band, {share:.1} %");
         let criterion = criterion.at(criterion.threshold().max(chance));
         let check = criterion.check((band.coverage - band.level).abs(), text);
         check.if_failed("the noise is not the one modelled")

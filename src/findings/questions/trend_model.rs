@@ -120,7 +120,9 @@ impl TrendModel<'_> {
     /// without draws, or where what has the trend is no coefficient of the balance.
     fn largest_change(&self, sampled: &Sampled, interval: [f64; 2]) -> Option<f64> {
         let (scene, form) = (self.context.comparison.scene, self.context.own.setup.form);
-        let ParameterKind::Shared(of) = self.of else { return None };
+        let ParameterKind::Shared(of) = self.of else {
+            return None;
+        };
         let mean = |values: &Vec<Vec<f64>>| {
             let draws: usize = values.iter().map(Vec::len).sum();
             values.iter().flatten().sum::<f64>() / draws as f64
