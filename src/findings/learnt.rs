@@ -204,20 +204,16 @@ pub fn capital(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::findings::fit_least_squares;
     use crate::findings::form_choice::{InertiaChoice, OtherForm};
     use crate::findings::identify::{Directions, Unidentified};
     use crate::findings::questions::{Answer, Trend};
-    use crate::{runs, scene};
+    use crate::findings::tests::read_plain;
 
     /// Least squares of the plain example, to which a test adds what later stages found.
     fn plain(told: impl Fn(&mut Findings)) -> Vec<String> {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
-        let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
-        let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
+        let (scene, table) = read_plain();
         let mut findings = fit_least_squares(&scene, &table, 1, false);
         told(&mut findings);
         what_was_learnt(&scene, &table.runs, &findings)

@@ -605,11 +605,17 @@ mod tests {
     use crate::scene::WetLaw;
     use crate::{runs, scene};
 
-    /// What is said of the plain example, of which one run stuck, with these runs left out.
-    fn plain(screened: Vec<Screened>) -> Vec<Remark> {
+    /// The plain example with its runs.
+    pub(super) fn read_plain() -> (Scene, Table) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
         let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
-        let mut table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
+        let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
+        (scene, table)
+    }
+
+    /// What is said of it, of which one run stuck, with these runs left out.
+    fn plain(screened: Vec<Screened>) -> Vec<Remark> {
+        let (scene, mut table) = read_plain();
         table.screened = screened;
         fit_least_squares(&scene, &table, 1, false).remarks
     }
@@ -646,9 +652,7 @@ mod tests {
     }
 
     fn plain_findings() -> Findings {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
-        let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
-        let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
+        let (scene, table) = read_plain();
         fit_least_squares(&scene, &table, 1, false)
     }
 
@@ -680,9 +684,7 @@ mod tests {
 
     #[test]
     fn an_error_of_speeds_cautions_only_of_a_law_with_main_numbers() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
-        let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
-        let runs = runs::read(&scene).unwrap_or_else(|error| panic!("{error}")).runs;
+        let (_, Table { runs, .. }) = read_plain();
         let mut scaling = plain_findings().scaling;
         scaling.retain(|row| row.law == WetLaw::Sqrt && row.film_ratio.is_some());
         for row in &mut scaling {

@@ -324,16 +324,13 @@ pub(super) fn run_words(scene: &Scene, runs: &Runs, run: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
-    use crate::{runs, scene};
+    use crate::findings::tests::read_plain;
+    use crate::runs::Table;
 
     #[test]
     fn a_stuck_run_that_contradicts_the_rebounds_asks_what_is_seen() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
-        let mut scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
-        let runs = runs::read(&scene).unwrap_or_else(|error| panic!("{error}")).runs;
+        let (mut scene, Table { runs, .. }) = read_plain();
         let stuck = runs.series.iter().find_map(|series| series.stuck.clone().next());
         let carried = |run: usize, without: f64| SingleRun {
             run,
