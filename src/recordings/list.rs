@@ -135,7 +135,9 @@ fn recording(folder: &Path, fields: &mut Fields, row: Row) -> Option<Recording> 
     };
     // they go into the table of runs, which a spreadsheet may open
     for column in ["run", "particle", "liquid", "exclude"] {
-        let formula = fields.word(column, cells).filter(|word| word.starts_with(['=', '+', '@']));
+        let formula = fields
+            .word(column, cells)
+            .filter(|word| word.starts_with(['=', '+', '@']));
         if formula.is_some() {
             let expected = "expected a word that no spreadsheet takes for a formula".to_owned();
             fields.problem(line, column, formula, expected);
