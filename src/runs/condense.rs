@@ -108,21 +108,11 @@ impl Runs {
             of_kinds.map(|own| members.stand_ins(&own))
         };
         let wet: Vec<[Vec<StandIn>; 2]> = self.series.par_iter().map(of_series).collect();
-        let mut few = self.emptied();
-        few.film_groups.clone_from(&self.film_groups);
-        for (group, stand_ins) in self.dry.iter().zip(dry) {
-            let kinds = stand_ins.map(|some| few.take_stand_ins(self, &some));
-            few.dry.push(group.with_kinds(kinds));
-        }
-        for (series, stand_ins) in self.series.iter().zip(wet) {
-            let kinds = stand_ins.map(|some| few.take_stand_ins(self, &some));
-            few.series.push(series.with_kinds(kinds));
-        }
-        few
+        let mut each = dry.into_iter().chain(wet).flatten();
+        self.regrouped(|few, _| few.take_stand_ins(self, each.next().unwrap_or_default()))
     }
 
-    fn take_stand_ins(&mut self, from: &Runs, some: &[StandIn]) -> Range<usize> {
-        let first = self.len();
+    fn take_stand_ins(&mut self, from: &Runs, some: Vec<StandIn>) {
         for one in some {
             self.take_run(from, one.run);
             // in place of those of the run itself
@@ -132,7 +122,6 @@ impl Runs {
                 *own = one.restitution;
             }
         }
-        first..self.len()
     }
 
     fn members<'r>(&'r self, range: Range<usize>, axes: Vec<&'r [f64]>) -> Members<'r> {

@@ -97,11 +97,11 @@ pub(super) struct FilmClasses {
 
 /// One group of a particle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct FilmClass {
+pub(super) struct FilmClass {
     /// least film ratio that belongs to it
     lower_end: f64,
-    film_ratio: f64,
-    outside: bool,
+    pub film_ratio: f64,
+    pub outside: bool,
 }
 
 impl FilmClasses {
@@ -137,24 +137,9 @@ impl FilmClasses {
         }
     }
 
-    pub(super) fn film_ratio(&self, particle: usize, group: u32) -> f64 {
-        self.groups[particle][group as usize].film_ratio
-    }
-
-    /// A group with its first series, not yet measured.
-    pub(super) fn group(&self, (particle, sphere): (usize, usize), group: u32, series: usize) -> FilmGroup {
-        let FilmClass {
-            film_ratio, outside, ..
-        } = self.groups[particle][group as usize];
-        FilmGroup {
-            particle,
-            sphere,
-            film_ratio,
-            outside,
-            ends: [film_ratio; 2],
-            width: 0.0,
-            series: series..series + 1,
-        }
+    /// One group of a particle, by its place among them.
+    pub(super) fn class(&self, particle: usize, group: u32) -> FilmClass {
+        self.groups[particle][group as usize]
     }
 
     /// The group of a wet run, by its place among those of its particle.

@@ -268,22 +268,22 @@ impl Runs {
 
     /// Some of the runs that these stand for, in the same series; of a series of which they have none, these.
     fn alike(&self, some: &Runs) -> Runs {
-        let mut alike = self.emptied();
-        alike.film_groups.clone_from(&self.film_groups);
-        for group in &self.dry {
+        let of_dry = self.dry.iter().map(|group| {
             let is_same =
                 |own: &&DryGroup| own.particle == group.particle && same_diameter(own.diameter, group.diameter);
             let own = some.dry.iter().find(is_same);
-            let (from, of) = own.map_or((self, group), |own| (some, own));
-            let kinds = of.kinds().map(|range| alike.take(from, range));
-            alike.dry.push(group.with_kinds(kinds));
-        }
-        for series in &self.series {
+            own.map_or((self, group.kinds()), |own| (some, own.kinds()))
+        });
+        let of_series = self.series.iter().map(|series| {
             let own = some.series.iter().find(|own| own.is_same(series));
-            let (from, of) = own.map_or((self, series), |own| (some, own));
-            let kinds = of.kinds().map(|range| alike.take(from, range));
-            alike.series.push(series.with_kinds(kinds));
-        }
+            own.map_or((self, series.kinds()), |own| (some, own.kinds()))
+        });
+        let each = of_dry.chain(of_series);
+        let mut each = each.flat_map(|(from, kinds)| kinds.map(|runs| (from, runs)));
+        let mut alike = self.regrouped(|alike, runs| {
+            let (from, own) = each.next().unwrap_or((self, runs));
+            alike.take(from, own);
+        });
         // as runs by themselves
         alike.count.clear();
         alike

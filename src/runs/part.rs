@@ -49,21 +49,35 @@ impl Runs {
     /// The runs that `keep` selects by their places. Spheres, film groups and series keep theirs, with their mean diameters and
     /// films, also where none of their runs is left.
     pub fn with_runs(&self, keep: impl Fn(usize) -> bool) -> Runs {
-        let mut part = self.select(&self.dry, &self.series, keep);
+        self.regrouped(|part, runs| part.take(self, runs.filter(|run| keep(*run))))
+    }
+
+    /// The same groups and series with other runs: `take` appends those that come in place of the rebounds of each, then those
+    /// in place of its stuck runs.
+    pub(super) fn regrouped(&self, take: impl FnMut(&mut Runs, Range<usize>)) -> Runs {
+        let mut part = self.of_groups(&self.dry, &self.series, take);
         part.film_groups.clone_from(&self.film_groups);
         part
     }
 
-    /// Some of the groups of dry runs and of the series, without film groups, with the runs that `keep` selects.
-    fn select(&self, dry: &[DryGroup], series: &[Series], keep: impl Fn(usize) -> bool) -> Runs {
-        let mut part = self.emptied();
-        let take = |part: &mut Runs, range: Range<usize>| part.take(self, range.filter(|run| keep(*run)));
+    /// The same of some of the groups of dry runs and of the series alone, without film groups.
+    fn of_groups(&self, dry: &[DryGroup], series: &[Series], mut take: impl FnMut(&mut Runs, Range<usize>)) -> Runs {
+        let mut part = Runs {
+            spheres: self.spheres.clone(),
+            places: Arc::clone(&self.places),
+            ..Runs::default()
+        };
+        let mut taken = |part: &mut Runs, runs: Range<usize>| {
+            let first = part.len();
+            take(part, runs);
+            first..part.len()
+        };
         for group in dry {
-            let own = group.kinds().map(|range| take(&mut part, range));
+            let own = group.kinds().map(|runs| taken(&mut part, runs));
             part.dry.push(group.with_kinds(own));
         }
         for one in series {
-            let own = one.kinds().map(|range| take(&mut part, range));
+            let own = one.kinds().map(|runs| taken(&mut part, runs));
             part.series.push(one.with_kinds(own));
         }
         part
@@ -71,9 +85,10 @@ impl Runs {
 
     /// The dry runs, and the runs of each film group, as tables of their own.
     pub fn parts(&self) -> impl Iterator<Item = Runs> + '_ {
-        let dry = (!self.dry.is_empty()).then(|| self.select(&self.dry, &[], |_| true));
-        let wet = self.film_groups.iter().map(|group| {
-            let mut part = self.select(&[], &self.series[group.series.clone()], |_| true);
+        let whole = |part: &mut Runs, runs: Range<usize>| part.take(self, runs);
+        let dry = (!self.dry.is_empty()).then(|| self.of_groups(&self.dry, &[], whole));
+        let wet = self.film_groups.iter().map(move |group| {
+            let mut part = self.of_groups(&[], &self.series[group.series.clone()], whole);
             part.film_groups.push(FilmGroup {
                 series: 0..part.series.len(),
                 ..group.clone()
@@ -93,20 +108,9 @@ impl Runs {
         self.series.iter().map(|series| self.measured(series.runs())).sum()
     }
 
-    /// A table of the same spheres without runs.
-    pub(super) fn emptied(&self) -> Runs {
-        Runs {
-            spheres: self.spheres.clone(),
-            places: Arc::clone(&self.places),
-            ..Runs::default()
-        }
-    }
-
-    /// Appends some runs of another table, and says where they are.
-    pub(super) fn take(&mut self, from: &Runs, runs: impl Iterator<Item = usize>) -> Range<usize> {
-        let first = self.len();
+    /// Appends some runs of another table.
+    pub(super) fn take(&mut self, from: &Runs, runs: impl Iterator<Item = usize>) {
         runs.for_each(|run| self.take_run(from, run));
-        first..self.len()
     }
 
     /// Appends a run of another table, with what it stands for there.

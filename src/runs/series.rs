@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::classes::{Cells, DiameterClasses};
 use super::errors::RunError;
-use super::film_groups::{mean_by_count, rounded_film_ratio, FilmClasses, FilmGroup};
+use super::film_groups::{mean_by_count, rounded_film_ratio, FilmClass, FilmClasses, FilmGroup};
 use super::places::RowPlaces;
 use super::read_run::ReadRun;
 use super::spheres::{diameter_in_mm, Sphere};
@@ -342,10 +342,9 @@ pub(super) fn arrange_part(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &S
     // runs of one series stay in the order of the file
     read.sort_by_cached_key(key);
     let mut spans: Vec<(Key, Range<usize>)> = vec![];
-    let mut start = 0;
     for own in read.chunk_by(|a, b| key(a) == key(b)) {
+        let start = spans.last().map_or(0, |(_, before)| before.end);
         spans.push((key(&own[0]), start..start + own.len()));
-        start += own.len();
     }
     let column = |of: fn(&ReadRun) -> f64| read.iter().map(of).collect();
     let any_errs = read.iter().any(|run| run.errors != RunError::default());
@@ -359,13 +358,17 @@ pub(super) fn arrange_part(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &S
         count: read.iter().filter_map(|run| run.count).collect(),
         ..Runs::default()
     };
-    let spheres = ranges_of_spheres(&spans, scene);
-    let sphere = |((particle, _), ranges): (&SphereClass, &Vec<Range<usize>>)| Sphere {
+    let of_spheres = runs_of_spheres(&spans, scene);
+    let sphere = |((particle, _), own): (&SphereClass, &Vec<usize>)| Sphere {
         particle: *particle as usize,
-        diameter: mean_diameter(&runs, ranges),
+        diameter: (!own.is_empty()).then(|| {
+            let diameters: Vec<f64> = own.iter().map(|run| runs.diameter[*run]).collect();
+            let counts: Vec<f64> = own.iter().map(|run| runs.count(*run)).collect();
+            mean_by_count(&diameters, &counts)
+        }),
     };
-    runs.spheres = spheres.iter().map(sphere).collect();
-    let classes: Vec<SphereClass> = spheres.into_keys().collect();
+    runs.spheres = of_spheres.iter().map(sphere).collect();
+    let classes: Vec<SphereClass> = of_spheres.into_keys().collect();
     name_groups(&mut runs, &spans, &groups, &classes);
     measure_film_groups(&mut runs);
     runs.compute_impacts(scene);
@@ -374,40 +377,30 @@ pub(super) fn arrange_part(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &S
 
 /// Measures how wide the film groups are.
 fn measure_film_groups(runs: &mut Runs) {
-    for at in 0..runs.film_groups.len() {
-        let series = &runs.series[runs.film_groups[at].series.clone()];
-        let own = series.iter().flat_map(Series::runs);
-        let ratios = own.map(|run| runs.film[run] / runs.diameter[run]).collect();
-        runs.film_groups[at].measure(ratios);
+    for group in &mut runs.film_groups {
+        let own = runs.series[group.series.clone()].iter().flat_map(Series::runs);
+        group.measure(own.map(|run| runs.film[run] / runs.diameter[run]).collect());
     }
 }
 
 /// Particle of a sphere, and class of its diameter.
 type SphereClass = (u32, u32);
 
-/// Where the runs of each diameter of each particle stand that has its own k; nowhere where a particle has one.
-fn ranges_of_spheres(spans: &[(Key, Range<usize>)], scene: &Scene) -> BTreeMap<SphereClass, Vec<Range<usize>>> {
-    let mut ranges: BTreeMap<SphereClass, Vec<Range<usize>>> = BTreeMap::new();
+/// The runs of each diameter of each particle that has its own k; none where a particle has one.
+fn runs_of_spheres(spans: &[(Key, Range<usize>)], scene: &Scene) -> BTreeMap<SphereClass, Vec<usize>> {
+    let mut runs: BTreeMap<SphereClass, Vec<usize>> = BTreeMap::new();
     if scene.model.dry_k == DryKOf::Diameter {
         for (key, range) in spans {
-            let of_class = ranges.entry((key.particle, key.sphere)).or_default();
-            of_class.push(range.clone());
+            let of_class = runs.entry((key.particle, key.sphere)).or_default();
+            of_class.extend(range.clone());
         }
     }
     for particle in 0..scene.particles.len() as u32 {
-        if ranges.range((particle, 0)..(particle + 1, 0)).next().is_none() {
-            ranges.insert((particle, 0), vec![]);
+        if runs.keys().all(|(own, _)| *own != particle) {
+            runs.insert((particle, 0), vec![]);
         }
     }
-    ranges
-}
-
-/// The mean diameter over some ranges; `None` where there are none.
-fn mean_diameter(runs: &Runs, ranges: &[Range<usize>]) -> Option<f64> {
-    let all = || ranges.iter().cloned().flatten();
-    let diameters: Vec<f64> = all().map(|run| runs.diameter[run]).collect();
-    let counts: Vec<f64> = all().map(|run| runs.count(run)).collect();
-    (!ranges.is_empty()).then(|| mean_by_count(&diameters, &counts))
+    runs
 }
 
 /// Turns spans of equal keys into groups, joining each series' rebounds with its stuck runs.
@@ -434,13 +427,23 @@ fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClas
             });
             continue;
         }
-        let film_ratio = groups.film_ratio(particle, key.film_group);
+        let FilmClass {
+            film_ratio, outside, ..
+        } = groups.class(particle, key.film_group);
         let at = runs.series.len();
         let group = (key.particle, key.sphere, key.film_group);
         if last_group.replace(group) != Some(group) {
-            let group = groups.group((particle, sphere), key.film_group, at);
-            runs.film_groups.push(group);
-        } else if let Some(last) = runs.film_groups.last_mut() {
+            runs.film_groups.push(FilmGroup {
+                particle,
+                sphere,
+                film_ratio,
+                outside,
+                ends: [film_ratio; 2],
+                width: 0.0,
+                series: at..at,
+            });
+        }
+        if let Some(last) = runs.film_groups.last_mut() {
             last.series.end = at + 1;
         }
         let liquid = key.liquid as usize;
