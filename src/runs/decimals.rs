@@ -33,60 +33,28 @@ pub(super) fn separator_of(header: &str, naming: &Naming) -> u8 {
     SEPARATORS.into_iter().rev().max_by_key(names).unwrap_or(b',')
 }
 
-/// The marks that the decimals of a table have, as far as it was read: with both in it no number is sure.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct DecimalMarks {
-    point: bool,
-    comma: bool,
+/// What sets off the decimals of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum DecimalMark {
+    Point,
+    Comma,
     /// a comma that may set off thousands, since three digits come after it and others before
-    thousands: bool,
+    CommaOrThousands,
 }
 
 /// A number as a cell has it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct WrittenNumber {
     pub value: f64,
-    pub marks: DecimalMarks,
-}
-
-impl DecimalMarks {
-    /// The marks of both.
-    pub fn and(self, other: DecimalMarks) -> DecimalMarks {
-        DecimalMarks {
-            point: self.point || other.point,
-            comma: self.comma || other.comma,
-            thousands: self.thousands || other.thousands,
-        }
-    }
-
-    /// Whether decimals have points here and commas there.
-    pub fn are_mixed(self) -> bool {
-        self.point && (self.comma || self.thousands)
-    }
-
-    /// Whether every comma may set off thousands, so that no number with one is known.
-    pub fn are_ambiguous(self) -> bool {
-        self.thousands && !self.comma
-    }
-
-    /// The mark in words; of marks that are not mixed.
-    pub fn word(self) -> &'static str {
-        if self.point {
-            "decimal point"
-        } else {
-            "decimal comma"
-        }
-    }
+    /// `None` without decimals
+    pub mark: Option<DecimalMark>,
 }
 
 /// The number a cell that is not missing holds, or what was expected of it.
 pub(super) fn parse_number(cell: &str) -> Result<WrittenNumber, String> {
     if let Ok(value) = cell.parse() {
-        let marks = DecimalMarks {
-            point: cell.as_bytes().contains(&b'.'),
-            ..DecimalMarks::default()
-        };
-        return Ok(WrittenNumber { value, marks });
+        let mark = cell.as_bytes().contains(&b'.').then_some(DecimalMark::Point);
+        return Ok(WrittenNumber { value, mark });
     }
     with_comma(cell).ok_or_else(|| {
         let has_both = cell.contains(',') && cell.contains('.');
@@ -124,22 +92,24 @@ fn with_comma(cell: &str) -> Option<WrittenNumber> {
     let value = format!("{whole}.{decimals}").parse().ok()?;
     let digits = whole.trim_start_matches(['+', '-']);
     let may_be_thousands = decimals.len() == 3 && !digits.is_empty() && !digits.starts_with('0') && digits.len() <= 3;
+    let mark = match may_be_thousands {
+        true => DecimalMark::CommaOrThousands,
+        false => DecimalMark::Comma,
+    };
     Some(WrittenNumber {
         value,
-        marks: DecimalMarks {
-            comma: !may_be_thousands,
-            thousands: may_be_thousands,
-            ..DecimalMarks::default()
-        },
+        mark: Some(mark),
     })
 }
 
-/// Reads the numbers of a table, all of which must have one decimal mark; `C` says in which column a number stands.
+/// Reads the numbers of a table, all of which must have one decimal mark: with both in it no number is sure. `C` says in which
+/// column a number stands.
 #[derive(Debug)]
 pub(crate) struct Decimals<C> {
-    marks: DecimalMarks,
-    /// where the first mark stands
-    first: Option<CellPlace>,
+    /// whether the first mark is a point, and where it stands
+    first: Option<(bool, CellPlace)>,
+    /// whether a comma sets off decimals for certain
+    has_comma: bool,
     /// the first number with a comma that may set off thousands
     ambiguous: Option<(CellPlace, C, String)>,
 }
@@ -148,40 +118,38 @@ impl<C> Decimals<C> {
     /// Of a table of which no number was read yet.
     pub fn new() -> Decimals<C> {
         Decimals {
-            marks: DecimalMarks::default(),
             first: None,
+            has_comma: false,
             ambiguous: None,
         }
     }
 
     /// The number of a cell that is not missing, or what was expected of it.
     pub fn read(&mut self, cell: &str, column: C, place: CellPlace) -> Result<f64, String> {
-        let number = parse_number(cell)?;
-        let both = self.marks.and(number.marks);
-        if let Some(first) = self.first.filter(|_| both.are_mixed()) {
-            let or_thousands = if number.marks.thousands {
-                ", and no mark for thousands"
-            } else {
-                ""
-            };
-            let (mark, first) = (self.marks.word(), first.words());
+        let WrittenNumber { value, mark } = parse_number(cell)?;
+        let Some(mark) = mark else {
+            return Ok(value);
+        };
+        let is_point = mark == DecimalMark::Point;
+        let (has_points, first) = *self.first.get_or_insert((is_point, place));
+        let may_be_thousands = mark == DecimalMark::CommaOrThousands;
+        if is_point != has_points {
+            let mark = if has_points { "decimal point" } else { "decimal comma" };
+            let or_thousands = if may_be_thousands { ", and no mark for thousands" } else { "" };
+            let first = first.words();
             return Err(format!("expected a {mark}, as {first} has{or_thousands}"));
         }
-        if number.marks != DecimalMarks::default() {
-            self.first.get_or_insert(place);
-            if number.marks.are_ambiguous() {
-                self.ambiguous.get_or_insert_with(|| (place, column, cell.to_owned()));
-            }
+        self.has_comma |= mark == DecimalMark::Comma;
+        if may_be_thousands {
+            self.ambiguous.get_or_insert_with(|| (place, column, cell.to_owned()));
         }
-        self.marks = both;
-        Ok(number.value)
+        Ok(value)
     }
 
     /// The first number with a comma where none of all commas tells what they set off: its place and column, its text, and what
     /// was expected.
     pub fn doubt(&mut self) -> Option<(CellPlace, C, String, String)> {
-        let marks = self.marks;
-        let (place, column, text) = self.ambiguous.take().filter(|_| marks.are_ambiguous())?;
+        let (place, column, text) = self.ambiguous.take().filter(|_| !self.has_comma)?;
         let expected = format!(
             "expected a decimal point, or elsewhere in the file a decimal comma that cannot set off thousands: this may be \
              {} or {}",
@@ -228,7 +196,7 @@ mod tests {
 
     #[test]
     fn a_comma_sets_off_decimals_unless_it_may_be_thousands() {
-        let read = |cell: &str| parse_number(cell).map(|number| (number.value, number.marks.are_ambiguous()));
+        let read = |cell: &str| parse_number(cell).map(|number| (number.value, number.mark == Some(DecimalMark::CommaOrThousands)));
         for (cell, value, ambiguous) in [
             ("0,71", 0.71, false),
             ("0.71", 0.71, false),

@@ -79,13 +79,9 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
         let own = own.iter().map(|file| tables[*file as usize].path.as_path());
         own.map(|path| TableSource::open(path)?.sha256(path)).collect()
     })?;
-    if outlines
-        .iter()
-        .any(|outline| outline.is_whole || outline.collected.rows == 0)
-    {
-        return Ok(None);
-    }
-    if outlines.iter().map(|outline| outline.collected.rows).sum::<usize>() <= most_kept {
+    let is_whole = |outline: &Outline| outline.is_whole || outline.collected.rows == 0;
+    let rows: usize = outlines.iter().map(|outline| outline.collected.rows).sum();
+    if rows <= most_kept || outlines.iter().any(is_whole) {
         return Ok(None);
     }
     let mut cells = ClassCells::default();
@@ -234,33 +230,30 @@ impl Waiting {
 impl Runs {
     /// The runs as they would be read, in this order.
     fn as_read(&self, has_film_ratio: bool) -> Vec<ReadRun> {
-        let read = |run: usize, particle: usize, liquid: Option<u32>, film_ratio: Option<f64>| ReadRun {
-            setting: RowSetting {
-                particle: particle as u32,
-                liquid,
-                diameter: self.diameter[run],
-                film: self.film[run],
-            },
-            impact_speed: self.impact_speed[run],
-            restitution: self.restitution[run],
-            film_ratio,
-            row: self.row[run],
-            count: self.count.get(run).copied(),
-            ..ReadRun::default()
-        };
-        let mut all = Vec::with_capacity(self.len());
-        for group in &self.dry {
-            all.extend(group.runs().map(|run| read(run, group.particle, None, None)));
-        }
-        for series in &self.series {
+        let of_dry = |group: &DryGroup| (group.kinds(), group.particle, None, None);
+        let of_series = |series: &Series| {
             let film_ratio = has_film_ratio.then_some(series.film_ratio);
-            let liquid = Some(series.liquid as u32);
-            all.extend(series.runs().map(|run| read(run, series.particle, liquid, film_ratio)));
-        }
-        let dry = self.dry.iter().map(DryGroup::kinds);
-        for kinds in dry.chain(self.series.iter().map(Series::kinds)) {
+            (series.kinds(), series.particle, Some(series.liquid as u32), film_ratio)
+        };
+        let groups = self.dry.iter().map(of_dry);
+        let mut all = Vec::with_capacity(self.len());
+        for (kinds, particle, liquid, film_ratio) in groups.chain(self.series.iter().map(of_series)) {
             for (runs, stuck) in kinds.into_iter().zip([false, true]) {
-                all[runs].iter_mut().for_each(|run| run.stuck = Some(stuck));
+                all.extend(runs.map(|run| ReadRun {
+                    setting: RowSetting {
+                        particle: particle as u32,
+                        liquid,
+                        diameter: self.diameter[run],
+                        film: self.film[run],
+                    },
+                    impact_speed: self.impact_speed[run],
+                    restitution: self.restitution[run],
+                    film_ratio,
+                    row: self.row[run],
+                    count: self.count.get(run).copied(),
+                    stuck: Some(stuck),
+                    ..ReadRun::default()
+                }));
             }
         }
         all

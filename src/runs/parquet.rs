@@ -11,17 +11,12 @@ use super::collect::{too_many_rows, Collected, Gathering};
 use super::columns::{ColumnPlace, Header, TableLayout};
 use super::csv::too_many_columns;
 use super::new_run::NewRun;
-use super::parquet_footer::{check_counts, check_footer, check_mark};
+use super::parquet_footer::{check_counts, check_footer};
 use super::refusals::{readable, whole_file, CellPlace, Refusals, Refused};
 use super::survey::Survey;
 use crate::error::Problem;
 use crate::files::MOST_COLUMNS;
-use crate::scene::{Naming, RunColumn, Scene, DRY};
-
-/// Checks that the end of a file is one of Parquet, before anything else is read.
-pub(super) fn check_is_parquet(file: &File) -> Result<(), Vec<Problem>> {
-    polars(|| check_mark(file))
-}
+use crate::scene::{RunColumn, Scene, DRY};
 
 /// A Parquet table whose footer could be read.
 pub(super) struct ParquetTable<'f> {
@@ -36,8 +31,8 @@ pub(super) struct ParquetTable<'f> {
 
 impl<'f> ParquetTable<'f> {
     pub fn open(file: &'f File) -> Result<ParquetTable<'f>, Vec<Problem>> {
-        polars(|| check_footer(file))?;
         polars(|| {
+            check_footer(file)?;
             let mut reader = ParquetReader::new(file.try_clone()?);
             let schema = reader.schema()?;
             let about = reader.get_metadata()?;
@@ -82,16 +77,6 @@ impl<'f> ParquetTable<'f> {
         self.schema.get(column).map(|field| &field.dtype)
     }
 
-    /// Whether a number is to be read from a text: what separates its decimals all rows tell together.
-    pub fn has_number_texts(&self, naming: &Naming) -> Result<bool, Vec<Problem>> {
-        let header = self.header()?;
-        let layout = TableLayout::new(&header, naming)?;
-        let is_number_text = |(column, place): &(RunColumn, &ColumnPlace)| {
-            column.is_number() && self.type_of(&place.name).is_some_and(is_text)
-        };
-        Ok(wanted(&layout).iter().any(is_number_text))
-    }
-
     /// Refuses columns of a type that runs cannot have.
     fn check_types(&self, layout: &TableLayout) -> Result<(), Refused> {
         let mut refusals = Refusals::new(layout);
@@ -127,8 +112,7 @@ impl<'f> ParquetTable<'f> {
 const ROWS_AT_ONCE: usize = 1 << 19;
 
 /// Reads a Parquet table for what stands in its columns; of a column of a type that runs cannot have, only its name is told.
-pub(super) fn survey_parquet(file: &File) -> Result<Survey, Vec<Problem>> {
-    let table = ParquetTable::open(file)?;
+pub(super) fn survey_parquet(table: ParquetTable) -> Result<Survey, Vec<Problem>> {
     let header = table.header()?;
     let is_known = |name: &&String| {
         let given = table.type_of(name);

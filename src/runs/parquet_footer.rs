@@ -18,35 +18,22 @@ const MARK: &[u8] = b"PAR1";
 /// Bytes of a file's end after the footer: its length, and the mark of the format.
 const END: u64 = 8;
 
-/// Checks that a file ends with the mark of the format; nothing at all is for the reader to name.
-pub(super) fn check_mark(mut file: impl Read + Seek) -> PolarsResult<()> {
-    let end = last_bytes(&mut file)?;
-    if end.is_empty() || end.ends_with(MARK) {
-        Ok(())
-    } else {
-        refuse("parquet: File out of specification: The file must end with PAR1".to_owned())
-    }
-}
-
-/// The last bytes of a file, as many as say what it is.
-fn last_bytes(file: &mut (impl Read + Seek)) -> PolarsResult<Vec<u8>> {
+/// Checks that a file ends with the mark of the format, and that its footer is a structure whose lists have no more elements
+/// than it has bytes left.
+pub(super) fn check_footer(mut file: impl Read + Seek) -> PolarsResult<()> {
     let length = file.seek(SeekFrom::End(0))?;
     let mut end = vec![];
     file.seek(SeekFrom::Start(length.saturating_sub(END)))?;
     file.read_to_end(&mut end)?;
-    Ok(end)
-}
-
-/// Checks that a file's footer is a structure whose lists have no more elements than it has bytes left. A file without a
-/// footer is for the reader to name.
-pub(super) fn check_footer(mut file: impl Read + Seek) -> PolarsResult<()> {
-    let end = last_bytes(&mut file)?;
-    let length = file.stream_position()?;
-    let [a, b, c, d, mark @ ..] = end.as_slice() else {
+    if !end.ends_with(MARK) {
+        return refuse("parquet: File out of specification: The file must end with PAR1".to_owned());
+    }
+    // a file without room for a footer is for the reader to name
+    let [a, b, c, d, ..] = end.as_slice() else {
         return Ok(());
     };
     let own = u64::from(u32::from_le_bytes([*a, *b, *c, *d]));
-    let Some(start) = length.checked_sub(END + own).filter(|_| mark == MARK) else {
+    let Some(start) = length.checked_sub(END + own) else {
         return Ok(());
     };
     let mut footer = vec![];

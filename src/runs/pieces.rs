@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use super::collect::{Collected, Gathering};
 use super::csv::about_rows;
-use super::parquet::ParquetTable;
 use super::read_run::ReadRun;
 use super::source::TableSource;
 use super::table::read_rows;
@@ -31,12 +30,11 @@ pub(super) struct Pieces {
 }
 
 impl Pieces {
-    /// `None` of tables that are to be read whole: one is a pipe, has numbers as texts in Parquet, or cannot be read, which
-    /// reading it will tell.
+    /// `None` of tables that are to be read whole: one is a pipe, or cannot be read, which reading it will tell.
     pub fn of(scene: &Scene) -> Option<Pieces> {
         let mut pieces = Pieces { all: vec![], rows: 0 };
         for (file, table) in scene.data.runs.iter().enumerate() {
-            let (rows, count) = rows_of_pieces(table, scene)?;
+            let (rows, count) = rows_of_pieces(table)?;
             pieces.rows += count;
             pieces.all.extend(rows.into_iter().map(|rows| Piece { file, rows }));
         }
@@ -45,16 +43,15 @@ impl Pieces {
 }
 
 /// The rows of each piece of a table, and about how many it has together, at least one.
-fn rows_of_pieces(table: &TableFile, scene: &Scene) -> Option<(Vec<Range<usize>>, usize)> {
+fn rows_of_pieces(table: &TableFile) -> Option<(Vec<Range<usize>>, usize)> {
     /// a workbook has no more
     const MOST_OF_SHEET: usize = 1 << 20;
     // a pipe can be read only once
     let is_file = std::fs::metadata(&table.path).is_ok_and(|about| about.is_file());
     let mut source = is_file.then(|| TableSource::open(&table.path).ok()).flatten()?;
     if table.ends_with(".parquet") {
-        let parquet = ParquetTable::open(source.parquet(&table.path, u64::MAX).ok()?).ok()?;
-        let has_rows = parquet.rows > 0 && !parquet.has_number_texts(&scene.data.naming).ok()?;
-        return has_rows.then(|| (parquet.ranges(ROWS_OF_PIECE), parquet.rows));
+        let parquet = source.parquet(&table.path, u64::MAX).ok()?;
+        return (parquet.rows > 0).then(|| (parquet.ranges(ROWS_OF_PIECE), parquet.rows));
     }
     let rows = if table.ends_with(TableFile::WORKBOOK) {
         MOST_OF_SHEET

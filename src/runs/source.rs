@@ -5,7 +5,7 @@ use std::io::{Seek, Write};
 use std::path::Path;
 
 use super::csv::separator;
-use super::parquet::check_is_parquet;
+use super::parquet::ParquetTable;
 use super::records::Records;
 use super::refusals::whole_file;
 use crate::encoding;
@@ -74,16 +74,15 @@ impl TableSource {
         Ok(())
     }
 
-    /// As a Parquet table of at most so many bytes.
-    pub fn parquet(&self, path: &Path, most: u64) -> Result<&File, Error> {
+    /// As a Parquet table of at most so many bytes, whose footer says whether it is one.
+    pub fn parquet(&self, path: &Path, most: u64) -> Result<ParquetTable<'_>, Error> {
         if self.length == 0 {
             let problem = whole_file("the file is empty", "a Parquet table with one row a run");
             return Err(Error::input(path, vec![problem]));
         }
-        // the end of the file says whether it is worth reading
-        check_is_parquet(&self.file).map_err(|problems| Error::input(path, problems))?;
+        let table = ParquetTable::open(&self.file).map_err(|problems| Error::input(path, problems))?;
         files::check_length(path, self.length, most)?;
-        Ok(&self.file)
+        Ok(table)
     }
 
     /// The SHA-256 of all of it.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::averaged::MOST_AVERAGED;
 use super::collect::{columns_not_read, too_many_rows, Collected, Gathering, Screened, SheetRead, SHEETS_NOT_READ};
-use super::parquet::{read_parquet, ParquetTable};
+use super::parquet::read_parquet;
 use super::places::RowPlaces;
 use super::refusals::{whole_file, Refused};
 use super::series::{arrange, Runs};
@@ -105,8 +105,7 @@ pub(super) fn read_rows(
     let path = file.path.as_path();
     if file.ends_with(".parquet") {
         let most = if rows.is_some() { u64::MAX } else { MOST_OF_PARQUET };
-        let table = ParquetTable::open(source.parquet(path, most)?);
-        let table = table.map_err(|problems| refuse(path, problems.into()))?;
+        let table = source.parquet(path, most)?;
         let read = read_parquet(&table, scene, rows.unwrap_or(0..table.rows), gathering);
         return read.map_err(|refused| refuse(path, refused));
     }
