@@ -1,5 +1,7 @@
 //! Puts numbers in classes, from cells in which those of any part of a table are counted, and then of all.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::physics::numbers::same_diameter;
@@ -30,7 +32,6 @@ impl Grid {
 /// The numbers of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Cell {
-    place: i64,
     /// the least of them
     pub lo: f64,
     /// the greatest
@@ -41,21 +42,29 @@ pub(super) struct Cell {
 }
 
 impl Cell {
+    fn of_one(number: f64) -> Cell {
+        Cell {
+            lo: number,
+            hi: number,
+            count: 1.0,
+            above: 0.0,
+        }
+    }
+
     /// The sum of what its numbers are above some number, which need not be one of them.
     fn above(&self, number: f64) -> f64 {
         self.above + self.count * (self.lo - number)
     }
 
-    /// This cell with the numbers of another part of it.
-    fn with(self, other: Cell) -> Cell {
+    /// Adds the numbers of another part of this cell.
+    fn extend(&mut self, other: Cell) {
         let lo = self.lo.min(other.lo);
-        Cell {
-            place: self.place,
+        *self = Cell {
             lo,
             hi: self.hi.max(other.hi),
             count: self.count + other.count,
             above: self.above(lo) + other.above(lo),
-        }
+        };
     }
 }
 
@@ -66,46 +75,34 @@ pub(super) fn mean_of_cells(cells: &[Cell]) -> f64 {
     first + cells.iter().map(|cell| cell.above(first)).sum::<f64>() / count
 }
 
-/// Numbers of a part of a table, or of all of it, counted in cells in increasing order.
+/// Numbers of a part of a table, or of all of it, counted in cells by their places.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Cells(Vec<Cell>);
+pub(super) struct Cells(BTreeMap<i64, Cell>);
 
 impl Cells {
     pub fn new(grid: Grid, mut numbers: Vec<f64>) -> Cells {
         numbers.sort_by(f64::total_cmp);
-        let of_one = |number: f64| Cell {
-            place: grid.place(number),
-            lo: number,
-            hi: number,
-            count: 1.0,
-            above: 0.0,
-        };
-        Cells::joined(numbers.into_iter().map(of_one))
+        let each = numbers.into_iter();
+        Cells::default().with(each.map(|number| (grid.place(number), Cell::of_one(number))))
     }
 
-    /// Those of this part and of another.
-    pub fn with(self, other: Cells) -> Cells {
-        let mut all = self.0;
-        all.extend(other.0);
-        // two orders one after the other, which this sort only merges
-        all.sort_by_key(|cell| cell.place);
-        Cells::joined(all.into_iter())
-    }
-
-    /// Cells in increasing order, neighbours of one place as one.
-    fn joined(cells: impl Iterator<Item = Cell>) -> Cells {
-        let mut all: Vec<Cell> = vec![];
-        for cell in cells {
-            match all.last_mut().filter(|last| last.place == cell.place) {
-                Some(last) => *last = last.with(cell),
-                None => all.push(cell),
-            }
+    /// These with the numbers of others by their places.
+    fn with(mut self, others: impl IntoIterator<Item = (i64, Cell)>) -> Cells {
+        for (place, cell) in others {
+            let own = self.0.entry(place);
+            own.and_modify(|own| own.extend(cell)).or_insert(cell);
         }
-        Cells(all)
+        self
     }
 
-    pub fn all(&self) -> &[Cell] {
-        &self.0
+    /// Adds those of another part.
+    pub fn extend(&mut self, other: Cells) {
+        *self = std::mem::take(self).with(other.0);
+    }
+
+    /// In increasing order.
+    pub fn all(&self) -> Vec<Cell> {
+        self.0.values().copied().collect()
     }
 }
 
@@ -145,16 +142,16 @@ mod tests {
         for grid in [Grid::Exact, Grid::Steps(0.03), Grid::Shares(0.05)] {
             let all = Cells::new(grid, numbers.clone());
             let parts = numbers.chunks(37).map(|part| Cells::new(grid, part.to_vec()));
-            let joined = parts.fold(Cells::default(), Cells::with);
+            let joined = parts.fold(Cells::default(), |joined, part| joined.with(part.0));
             assert_eq!(joined.all().len(), all.all().len());
-            for (a, b) in joined.all().iter().zip(all.all()) {
-                assert_eq!((a.place, a.lo, a.hi, a.count), (b.place, b.lo, b.hi, b.count));
+            for ((at, a), (place, b)) in joined.0.iter().zip(&all.0) {
+                assert_eq!((at, a.lo, a.hi, a.count), (place, b.lo, b.hi, b.count));
                 assert!((mean_of_cells(&[*a]) - mean_of_cells(&[*b])).abs() < 1e-15);
             }
             let mean = numbers.iter().sum::<f64>() / numbers.len() as f64;
-            assert!((mean_of_cells(joined.all()) - mean).abs() < 1e-14);
+            assert!((mean_of_cells(&joined.all()) - mean).abs() < 1e-14);
         }
-        assert_eq!(mean_of_cells(Cells::new(Grid::Exact, vec![0.06; 7]).all()), 0.06);
+        assert_eq!(mean_of_cells(&Cells::new(Grid::Exact, vec![0.06; 7]).all()), 0.06);
         assert!(mean_of_cells(&[]).is_nan());
     }
 

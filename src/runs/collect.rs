@@ -306,12 +306,10 @@ impl Collected {
         /// reasons that are told apart: a report tells them all
         const MOST: usize = 20;
         const OTHER: &str = "another reason";
-        let place = |reason: &str| self.excluded.iter().position(|(known, _)| known == reason);
-        let is_new = place(reason).is_none();
-        let is_told = !is_new || self.excluded.len() < MOST;
+        let is_told = self.excluded.len() < MOST || self.excluded.iter().any(|(known, _)| known == reason);
         let reason = if is_told { reason } else { OTHER };
-        match place(reason) {
-            Some(at) => self.excluded[at].1 += runs,
+        match self.excluded.iter_mut().find(|(known, _)| known == reason) {
+            Some((_, all)) => *all += runs,
             None => self.excluded.push((reason.to_owned(), runs)),
         }
     }

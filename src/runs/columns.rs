@@ -370,9 +370,9 @@ impl Matching<'_> {
         }
         for Constant { column, name, .. } in self.layout.constants.clone() {
             if let Some(place) = self.layout.place(*column) {
-                let place = format!("column {}", place.name);
+                let own = place.name.clone();
                 let expected = format!("expected no such column: by the scene `{name}` is the same in every row");
-                self.refuse(place, expected);
+                self.refuse(&own, expected);
             }
         }
     }
@@ -425,27 +425,27 @@ impl Matching<'_> {
         let by_line = || lines.find_map(|line| other_height_by_line(line, column, naming));
         let height = by_name.or_else(by_title).or_else(by_line);
         for expected in other.into_iter().chain(height) {
-            self.refuse(format!("column {name}"), expected);
+            self.refuse(name, expected);
         }
     }
 
-    fn refuse(&mut self, place: String, expected: String) {
-        self.problems.push(Problem::new(place, expected).on(self.layout.line));
+    fn refuse(&mut self, name: &str, expected: String) {
+        let problem = Problem::new(format!("column {name}"), expected);
+        self.problems.push(problem.on(self.layout.line));
     }
 
     /// Puts a column in its place, once and in one unit.
     fn add_column(&mut self, column: RunColumn, place: ColumnPlace) {
         let name = &place.name;
-        match &self.layout.places[column as usize] {
-            Some(first) if first.name == *name => {
-                self.refuse(format!("column {name}"), "the column is there twice".to_owned());
+        let expected = match &self.layout.places[column as usize] {
+            Some(first) if first.name == *name => "the column is there twice".to_owned(),
+            Some(first) => already_given(column.base(), &first.name),
+            None => {
+                self.layout.places[column as usize] = Some(place);
+                return;
             }
-            Some(first) => {
-                let expected = already_given(column.base(), &first.name);
-                self.refuse(format!("column {name}"), expected);
-            }
-            None => self.layout.places[column as usize] = Some(place),
-        }
+        };
+        self.refuse(name, expected);
     }
 
     /// Refuses a column whose header states another unit than the one that the scene reads it in.
@@ -478,7 +478,7 @@ impl Matching<'_> {
                 names_in_words(base, column.dimension())
             ),
         };
-        self.refuse(format!("column {name}"), expected);
+        self.refuse(name, expected);
     }
 
     /// Refuses a name that is nearly that of a column which nothing gives, unless it is too short to tell, or says the opposite;
@@ -503,7 +503,7 @@ impl Matching<'_> {
         };
         let near = RunColumn::nearly(name).filter(|(column, _)| may_be_meant(*column));
         if let Some((column, expected)) = near {
-            self.refuse(format!("column {name}"), expected);
+            self.refuse(name, expected);
             self.misnamed.push(column);
         } else if name.is_empty() {
             self.layout.remarks.unknown.push(unnamed_column(index));
@@ -525,7 +525,7 @@ impl Matching<'_> {
         let near = closest(theirs, self.layout.unread.iter().map(String::as_str));
         let hint = near.map_or(String::new(), |near| format!("; the nearest is {}", quoted(near)));
         let expected = format!("missing column, which by the scene is `{ours}`{hint}");
-        self.refuse(format!("column {theirs}"), expected);
+        self.refuse(theirs, expected);
         self.misnamed.extend(RunColumn::named(ours).map(|(column, _)| column));
     }
 

@@ -95,11 +95,9 @@ impl<R: Read> Records<R> {
     /// The cells of the first records that are not blank, with their lines.
     pub fn first_rows(mut self, most: usize) -> Result<Vec<(u64, Vec<String>)>, Vec<Problem>> {
         let mut rows = vec![];
-        while let Some(record) = self.next_record()? {
+        while rows.len() < most {
+            let Some(record) = self.next_record()? else { break };
             rows.push((record.line, record.texts()));
-            if rows.len() == most {
-                break;
-            }
         }
         Ok(rows)
     }

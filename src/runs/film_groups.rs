@@ -128,9 +128,9 @@ impl FilmClasses {
     pub(super) fn new(cells: &[Cells], by_column: bool, scene: &Scene) -> FilmClasses {
         let data = &scene.data;
         let of_particle = |cells: &Cells| match data.film_ratios.as_slice() {
-            _ if by_column => split_at_gaps(cells.all(), 0.0),
-            [] => split_at_gaps(cells.all(), data.film_ratio_gap),
-            nominal => split_by_nominal(cells.all(), nominal),
+            _ if by_column => split_at_gaps(&cells.all(), 0.0),
+            [] => split_at_gaps(&cells.all(), data.film_ratio_gap),
+            nominal => split_by_nominal(&cells.all(), nominal),
         };
         FilmClasses {
             groups: cells.iter().map(of_particle).collect(),
@@ -210,7 +210,7 @@ mod tests {
             0.01, 0.0255, 0.03, 0.0344, 0.0349, 0.0351, 0.0459, 0.0461, 0.05, 0.0851, 0.1149, 0.2,
         ];
         let cells = Cells::new(Grid::Exact, ratios.to_vec());
-        let classes = split_by_nominal(cells.all(), &nominal);
+        let classes = split_by_nominal(&cells.all(), &nominal);
         let of = |ratio: f64| {
             let place = classes.partition_point(|class| class.lower_end <= ratio) - 1;
             (!classes[place].outside).then_some(classes[place].film_ratio)

@@ -87,7 +87,7 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
     let mut cells = ClassCells::default();
     let mut of_files: Vec<Collected> = tables.iter().map(|_| Collected::default()).collect();
     for (piece, outline) in pieces.all.iter().zip(outlines) {
-        cells = cells.with(outline.cells);
+        cells.extend(outline.cells);
         of_files[piece.file].append(outline.collected);
     }
     let mut joined = Joined::default();
@@ -133,9 +133,7 @@ fn few_at_once<T: Send>(pieces: &[u64], of_piece: impl Fn(u64) -> Result<T, Erro
     for some in pieces.chunks(PIECES_AT_ONCE) {
         let of_some: Vec<Result<T, Error>> = some.par_iter().map(|piece| of_piece(*piece)).collect();
         // of several that fail the first is told
-        for given in of_some {
-            all.push(given?);
-        }
+        all.extend(of_some.into_iter().collect::<Result<Vec<T>, Error>>()?);
     }
     Ok(all)
 }
@@ -147,7 +145,7 @@ fn outline(scene: &Scene, pieces: &Pieces, piece: u64, share: f64) -> Result<Out
     let mut before = 0u64;
     let mut take = |block: Vec<ReadRun>| {
         outline.is_whole |= block.iter().any(|run| run.errors != RunError::default());
-        outline.cells = std::mem::take(&mut outline.cells).with(ClassCells::of(&block, scene));
+        outline.cells.extend(ClassCells::of(&block, scene));
         let sampled = (before..).zip(&block).filter(|(run, _)| even(piece, *run) < share);
         sample.extend(sampled.map(|(_, run)| *run));
         before += block.len() as u64;

@@ -277,8 +277,10 @@ struct Key {
     film_group: u32,
     liquid: u32,
     diameter: u32,
-    stuck: bool,
 }
+
+/// Runs that belong together: where their rebounds stand, and those that stuck.
+type Span = (Key, [Range<usize>; 2]);
 
 /// What a part of a table says of the classes its runs are put in, or all of it.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -301,18 +303,14 @@ impl ClassCells {
         }
     }
 
-    /// What this part says and another.
-    pub fn with(self, other: ClassCells) -> ClassCells {
-        let mut films = self.films;
-        films.resize(films.len().max(other.films.len()), Cells::default());
-        for (own, other) in films.iter_mut().zip(other.films) {
-            *own = std::mem::take(own).with(other);
+    /// Adds what another part says.
+    pub fn extend(&mut self, other: ClassCells) {
+        self.films.resize(self.films.len().max(other.films.len()), Cells::default());
+        for (own, other) in self.films.iter_mut().zip(other.films) {
+            own.extend(other);
         }
-        ClassCells {
-            diameters: self.diameters.with(other.diameters),
-            films,
-            has_film_ratio: self.has_film_ratio || other.has_film_ratio,
-        }
+        self.diameters.extend(other.diameters);
+        self.has_film_ratio |= other.has_film_ratio;
     }
 }
 
@@ -336,15 +334,16 @@ pub(super) fn arrange_part(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &S
             film_group: run.setting.liquid.map_or(0, |_| groups.of(run)),
             liquid: run.setting.liquid.unwrap_or(0),
             diameter,
-            stuck: run.is_stuck(scene.data.smallest_restitution),
         }
     };
+    let is_stuck = |run: &ReadRun| run.is_stuck(scene.data.smallest_restitution);
     // runs of one series stay in the order of the file
-    read.sort_by_cached_key(key);
-    let mut spans: Vec<(Key, Range<usize>)> = vec![];
+    read.sort_by_cached_key(|run| (key(run), is_stuck(run)));
+    let mut spans: Vec<Span> = vec![];
     for own in read.chunk_by(|a, b| key(a) == key(b)) {
-        let start = spans.last().map_or(0, |(_, before)| before.end);
-        spans.push((key(&own[0]), start..start + own.len()));
+        let start = spans.last().map_or(0, |(_, [_, stuck])| stuck.end);
+        let turn = start + own.partition_point(|run| !is_stuck(run));
+        spans.push((key(&own[0]), [start..turn, turn..start + own.len()]));
     }
     let column = |of: fn(&ReadRun) -> f64| read.iter().map(of).collect();
     let any_errs = read.iter().any(|run| run.errors != RunError::default());
@@ -369,7 +368,7 @@ pub(super) fn arrange_part(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &S
     };
     runs.spheres = of_spheres.iter().map(sphere).collect();
     let classes: Vec<SphereClass> = of_spheres.into_keys().collect();
-    name_groups(&mut runs, &spans, &groups, &classes);
+    name_groups(&mut runs, spans, &groups, &classes);
     measure_film_groups(&mut runs);
     runs.compute_impacts(scene);
     runs
@@ -387,12 +386,12 @@ fn measure_film_groups(runs: &mut Runs) {
 type SphereClass = (u32, u32);
 
 /// The runs of each diameter of each particle that has its own k; none where a particle has one.
-fn runs_of_spheres(spans: &[(Key, Range<usize>)], scene: &Scene) -> BTreeMap<SphereClass, Vec<usize>> {
+fn runs_of_spheres(spans: &[Span], scene: &Scene) -> BTreeMap<SphereClass, Vec<usize>> {
     let mut runs: BTreeMap<SphereClass, Vec<usize>> = BTreeMap::new();
     if scene.model.dry_k == DryKOf::Diameter {
-        for (key, range) in spans {
+        for (key, [rebounds, stuck]) in spans {
             let of_class = runs.entry((key.particle, key.sphere)).or_default();
-            of_class.extend(range.clone());
+            of_class.extend(rebounds.start..stuck.end);
         }
     }
     for particle in 0..scene.particles.len() as u32 {
@@ -403,16 +402,11 @@ fn runs_of_spheres(spans: &[(Key, Range<usize>)], scene: &Scene) -> BTreeMap<Sph
     runs
 }
 
-/// Turns spans of equal keys into groups, joining each series' rebounds with its stuck runs.
-fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClasses, spheres: &[SphereClass]) {
+/// Names what the runs of each span have in common.
+fn name_groups(runs: &mut Runs, spans: Vec<Span>, groups: &FilmClasses, spheres: &[SphereClass]) {
     let mut last_group = None;
-    let whole = |(key, _): &(Key, Range<usize>)| Key { stuck: true, ..*key };
-    // spans follow one another: the stuck runs begin where the rebounds end
-    for own in spans.chunk_by(|a, b| whole(a) == whole(b)) {
-        let ((key, first), (_, last)) = (&own[0], &own[own.len() - 1]);
-        let all = first.start..last.end;
-        let turn = if key.stuck { first.start } else { first.end };
-        let (rebounds, stuck) = (all.start..turn, turn..all.end);
+    for (key, [rebounds, stuck]) in spans {
+        let all = rebounds.start..stuck.end;
         let particle = key.particle as usize;
         let sphere = spheres.partition_point(|class| *class < (key.particle, key.sphere));
         let mean = |column: &[f64]| mean_by_count(&column[all.clone()], runs.counts(all.clone()));

@@ -18,6 +18,7 @@ use crate::files::{MOST_COLUMNS, MOST_UNPACKED};
 use crate::scene::{closest, HiddenRows, Naming, Scene};
 
 /// A row that is not empty.
+#[derive(Default)]
 pub(super) struct SheetRow {
     /// from 1, as a spreadsheet counts
     pub number: u64,
@@ -143,7 +144,6 @@ impl<'b> Workbook<'b> {
             },
             cells,
             ahead: VecDeque::new(),
-            begun: None,
             at_end: false,
             merged: MergedCells::new(merged),
             hidden,
@@ -156,10 +156,8 @@ impl<'b> Workbook<'b> {
 pub(super) struct Sheet<'s, 'b> {
     pub read: SheetRead,
     cells: XlsxCellReader<'s, Cursor<&'b [u8]>>,
-    /// rows that were read and not given yet
+    /// rows that were read and not given yet; before the end more cells may follow in the last
     ahead: VecDeque<SheetRow>,
-    /// the row whose cells are being read
-    begun: Option<SheetRow>,
     at_end: bool,
     merged: MergedCells,
     hidden: Hidden,
@@ -270,19 +268,15 @@ impl Sheet<'_, '_> {
         Ok(self.ahead.iter().take(rows).map(texts).collect())
     }
 
-    /// Reads on until so many rows are there, or the sheet ends.
+    /// Reads on until so many rows are there in full, or the sheet ends.
     fn fill(&mut self, rows: usize) -> Result<(), Vec<Problem>> {
         /// cells that are read in one step
         const AT_ONCE: usize = 1 << 14;
-        while self.ahead.len() < rows && !self.at_end {
-            let Sheet {
-                cells, ahead, begun, ..
-            } = self;
+        while self.ahead.len() <= rows && !self.at_end {
+            let Sheet { cells, ahead, .. } = self;
             self.at_end = workbook(|| {
                 for _ in 0..AT_ONCE {
-                    let cell = cells.next_cell().map_err(|error| error.to_string())?;
-                    let Some(cell) = cell else {
-                        ahead.extend(begun.take());
+                    let Some(cell) = cells.next_cell().map_err(|error| error.to_string())? else {
                         return Ok(true);
                     };
                     let (row, column) = cell.get_position();
@@ -294,18 +288,18 @@ impl Sheet<'_, '_> {
                         let found = format!("a row of {} columns", column + 1);
                         return Err(format!("{found}, expected at most {MOST_COLUMNS}"));
                     }
-                    if begun.as_ref().is_some_and(|last| last.number > number) {
+                    if ahead.back().is_some_and(|last| last.number > number) {
                         return Err("its rows are not in order".to_owned());
                     }
-                    if begun.as_ref().is_some_and(|last| last.number < number) {
-                        ahead.extend(begun.take());
+                    if ahead.back().is_none_or(|last| last.number < number) {
+                        ahead.push_back(SheetRow {
+                            number,
+                            ..SheetRow::default()
+                        });
                     }
-                    let row = begun.get_or_insert_with(|| SheetRow {
-                        number,
-                        cells: BTreeMap::new(),
-                        merged: vec![],
-                    });
-                    row.cells.insert(column, held);
+                    if let Some(row) = ahead.back_mut() {
+                        row.cells.insert(column, held);
+                    }
                 }
                 Ok(false)
             })?;
