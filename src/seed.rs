@@ -75,43 +75,22 @@ pub fn sha256(bytes: &[u8]) -> String {
     in_hexadecimal(Sha256::new_with_prefix(bytes))
 }
 
-fn in_hexadecimal(hash: Sha256) -> String {
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// A source with the SHA-256 of what was read from it.
-pub(crate) struct Hashed<R> {
-    source: R,
-    hash: Sha256,
-}
-
-impl<R> Hashed<R> {
-    /// A source from which nothing was read yet.
-    pub fn new(source: R) -> Hashed<R> {
-        Hashed {
-            source,
-            hash: Sha256::new(),
+/// The same of all that a source has.
+pub(crate) fn sha256_of(mut source: impl Read) -> std::io::Result<String> {
+    let (mut hash, mut piece) = (Sha256::new(), vec![0; 1 << 16]);
+    loop {
+        match source.read(&mut piece) {
+            Ok(0) => return Ok(in_hexadecimal(hash)),
+            Ok(read) => hash.update(&piece[..read]),
+            // a signal came first
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
         }
     }
-
-    /// The hash in lowercase hexadecimal.
-    pub fn sha256(self) -> String {
-        in_hexadecimal(self.hash)
-    }
 }
 
-impl<R: Read> Read for Hashed<R> {
-    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
-        let read = loop {
-            match self.source.read(into) {
-                // a signal came first
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                read => break read?,
-            }
-        };
-        self.hash.update(&into[..read]);
-        Ok(read)
-    }
+fn in_hexadecimal(hash: Sha256) -> String {
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]
@@ -130,9 +109,7 @@ mod tests {
 
     #[test]
     fn a_source_has_the_hash_of_its_bytes() {
-        let mut source = Hashed::new(b"abc".as_slice());
-        std::io::copy(&mut source, &mut std::io::sink()).expect("bytes that are there");
-        assert_eq!(source.sha256(), sha256(b"abc"));
+        assert_eq!(sha256_of(b"abc".as_slice()).expect("bytes that are there"), sha256(b"abc"));
     }
 
     #[test]

@@ -5,30 +5,34 @@
 //! where slabs lie; and once for what stands for the runs of each slab (`condense.rs`), of each piece and then of all. So it
 //! does not matter which process reads which piece.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::collect::{Collected, CONDENSED_RUNS};
+use super::collect::{Collected, Gathering, CONDENSED_RUNS};
+use super::csv::about_rows;
 use super::errors::RunError;
 use super::film_groups::FilmGroup;
-use super::pieces::{Piece, Pieces};
 use super::read_run::{ReadRun, RowSetting};
 use super::series::{arrange_part, ClassCells, DryGroup, Runs, Series};
 use super::slabs::Slabs;
 use super::source::TableSource;
 use super::spheres::check_spheres;
 use super::stated_errors::check_stated_errors;
-use super::table::{read, Joined, Table};
+use super::table::{read, read_rows, Joined, Table};
 use crate::error::Error;
 use crate::physics::numbers::same_diameter;
 use crate::ranks::Ranks;
 use crate::remark::{Level, Remark};
-use crate::scene::Scene;
+use crate::scene::{Scene, TableFile};
 
 /// Rows of the longest table whose runs are all kept: of eight values each, twenty million values.
 pub const MOST_KEPT: usize = 2_500_000;
+
+/// Rows of a piece of a Parquet file, about; a table of another format is one piece.
+const ROWS_OF_PIECE: usize = 1 << 21;
 
 /// Runs of the sample, about.
 const MOST_SAMPLED: usize = 500_000;
@@ -41,6 +45,67 @@ const PIECES_AT_ONCE: usize = 4;
 
 /// What stands for so many pieces is exchanged at once, at most: some fifteen megabytes each.
 const MOST_EXCHANGED: u64 = 64;
+
+/// A piece of a table.
+#[derive(Debug, Clone, PartialEq)]
+struct Piece {
+    /// which of the scene's tables
+    file: usize,
+    /// of a Parquet table, its rows
+    rows: Range<usize>,
+}
+
+/// The pieces of the tables of a scene, in their order.
+struct Pieces {
+    all: Vec<Piece>,
+    /// about how many rows they have together, rather too many than too few: of a workbook, as many as a sheet can have
+    rows: usize,
+}
+
+impl Pieces {
+    /// `None` of tables that are to be read whole: one is a pipe, or cannot be read, which reading it will tell.
+    fn of(scene: &Scene) -> Option<Pieces> {
+        let mut pieces = Pieces { all: vec![], rows: 0 };
+        for (file, table) in scene.data.runs.iter().enumerate() {
+            let (rows, count) = rows_of_pieces(table)?;
+            pieces.rows += count;
+            pieces.all.extend(rows.into_iter().map(|rows| Piece { file, rows }));
+        }
+        Some(pieces)
+    }
+}
+
+/// The rows of each piece of a table, and about how many it has together, at least one.
+fn rows_of_pieces(table: &TableFile) -> Option<(Vec<Range<usize>>, usize)> {
+    /// a workbook has no more
+    const MOST_OF_SHEET: usize = 1 << 20;
+    // a pipe can be read only once
+    let is_file = std::fs::metadata(&table.path).is_ok_and(|about| about.is_file());
+    let mut source = is_file.then(|| TableSource::open(&table.path).ok()).flatten()?;
+    if table.ends_with(".parquet") {
+        let parquet = source.parquet(&table.path, u64::MAX).ok()?;
+        return (parquet.rows > 0).then(|| (parquet.ranges(ROWS_OF_PIECE), parquet.rows));
+    }
+    let rows = if table.ends_with(TableFile::WORKBOOK) {
+        MOST_OF_SHEET
+    } else {
+        let length = source.length;
+        about_rows(source.reader(&table.path).ok()?, length).ok()?
+    };
+    (rows > 0).then(|| (std::iter::once(0..rows).collect(), rows))
+}
+
+impl Piece {
+    /// Reads it, and gives its runs away. Fails with every bad cell of the piece.
+    fn read(&self, scene: &Scene, mut take: &mut (dyn FnMut(Vec<ReadRun>) + Send)) -> Result<Collected, Error> {
+        let file = &scene.data.runs[self.file];
+        let mut source = TableSource::open(&file.path)?;
+        let mut gathering = Gathering::Blocks(&mut take);
+        let mut collected = read_rows(&mut source, file, scene, Some(self.rows.clone()), &mut gathering)?;
+        take(std::mem::take(&mut collected.in_use));
+        Ok(collected)
+    }
+}
 
 /// What a piece says at the first reading.
 #[derive(Debug, Default, Serialize, Deserialize)]

@@ -30,8 +30,7 @@
 //! | `hidden_rows.rs` | finds the rows and columns of a sheet that its workbook hides |
 //! | `workbook.rs` | reads a sheet of a spreadsheet with calamine; the only file that names it |
 //! | `source.rs` | opens a table, and reads no more of it than a format may have |
-//! | `cells.rs` | reads a table whose columns are not those of runs, as rows of texts |
-//! | `fields.rs` | matches its header with the columns it may have, and reads its cells by these |
+//! | `fields.rs` | reads a table whose columns are not those of runs, by those that it may have |
 //! | `settings.rs` | reads the settings that predictions are asked for |
 //! | `draft.rs` | drafts a scene from a table |
 //! | `classes.rs` | puts numbers in classes, a part of them after the other |
@@ -45,12 +44,10 @@
 //! | `slabs.rs` | divides the runs of a series in slabs, in each of which laws are nearly polynomials |
 //! | `condense.rs` | takes few of very many runs that stand for all |
 //! | `table.rs` | reads the tables of a scene, every run of them |
-//! | `pieces.rs` | divides tables into pieces that are read each by itself |
-//! | `many.rs` | reads more runs than are kept, as few that stand for all and a sample |
+//! | `many.rs` | reads more runs than are kept, a piece after the other, as few that stand for all and a sample |
 //! | `write.rs` | writes runs, simulated ones a row at a time |
 
 mod averaged;
-mod cells;
 mod checked_rows;
 mod classes;
 mod collect;
@@ -74,7 +71,6 @@ mod new_run;
 mod parquet;
 mod parquet_footer;
 mod part;
-mod pieces;
 mod places;
 mod raw_row;
 mod read_run;
@@ -96,12 +92,11 @@ mod words;
 mod workbook;
 mod write;
 
-pub(crate) use cells::{text_rows, TextRow};
 pub use collect::Screened;
 pub(crate) use collect::{OF_READING, OTHER_LABEL};
 pub use draft::Draft;
 pub use errors::{RunError, RunsWithErrors};
-pub(crate) use fields::{column, rows_by_fields, Column, Fields, Row};
+pub(crate) use fields::{column, rows_by_fields, text_rows, Column, Fields, Row, TextRow};
 pub use film_groups::{rounded_film_ratio, FilmGroup, NEAR_NOMINAL, WIDEST};
 pub use impacts::{by_film, Conditions};
 pub use many::{read_any_number, MOST_KEPT};

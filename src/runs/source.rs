@@ -12,7 +12,7 @@ use crate::encoding;
 use crate::error::Error;
 use crate::files::{self, Input, MOST_OF_LINE, MOST_OF_PIPE, MOST_OF_WORKBOOK};
 use crate::scene::Naming;
-use crate::seed::Hashed;
+use crate::seed::sha256_of;
 
 /// What is being done, as a verb.
 const READ: &str = "read the runs";
@@ -87,10 +87,7 @@ impl TableSource {
 
     /// The SHA-256 of all of it.
     pub fn sha256(&mut self, path: &Path) -> Result<String, Error> {
-        let mut hashed = Hashed::new(self.reader(path)?);
-        let read = std::io::copy(&mut hashed, &mut std::io::sink());
-        read.map_err(|error| Error::io(path, READ, error))?;
-        Ok(hashed.sha256())
+        sha256_of(self.reader(path)?).map_err(|error| Error::io(path, READ, error))
     }
 
     /// All of a workbook.
