@@ -587,13 +587,30 @@ mod tests {
     /// Headers that laboratories write, each under the key that its numbers are read as.
     const HEADERS: &str = include_str!("headers/examples.txt");
 
+    fn below(above: &[&str], names: &[&str]) -> Header {
+        Header::below(&cells(above), cells(names))
+    }
+
+    fn cells(texts: &[&str]) -> Vec<String> {
+        texts.iter().map(|text| (*text).to_owned()).collect()
+    }
+
+    /// What is expected otherwise of columns of a header that a scene reads so: each the key of its numbers and its name.
+    fn refused(header: &Header, columns: &[[&str; 2]]) -> Vec<String> {
+        let naming = Naming {
+            columns: columns.iter().map(|own| own.map(str::to_owned).into()).collect(),
+            ..Naming::default()
+        };
+        let problems = TableLayout::new(header, &naming).err().unwrap_or_default();
+        let is_of = |problem: &Problem, name: &str| problem.place == format!("column {name}");
+        let is_own = |problem: &Problem| columns.iter().any(|[_, name]| is_of(problem, name));
+        let own = problems.into_iter().filter(is_own).map(|problem| problem.expected);
+        own.filter(|expected| !expected.starts_with("missing")).collect()
+    }
+
     #[test]
     fn names_that_stand_twice_are_told_apart_by_their_group() {
-        let names = |above: &[&str], names: &[&str]| {
-            let [above, names] =
-                [above, names].map(|cells| cells.iter().map(|cell| (*cell).to_owned()).collect::<Vec<_>>());
-            Header::below(&above, names).names.join(", ")
-        };
+        let names = |above: &[&str], names: &[&str]| below(above, names).names.join(", ");
         let of_groups = names(
             &["", "Impact", "", "Rebound", ""],
             &["ball", "Speed", "angle", "Speed", "e"],
@@ -611,37 +628,23 @@ mod tests {
 
     #[test]
     fn the_title_of_a_group_says_unit_and_point_of_what_is_right_below_it() {
-        let cells = |cells: &[&str]| cells.iter().map(|cell| (*cell).to_owned()).collect::<Vec<_>>();
-        let of = |above: &[&str], names: &[&str]| Header::below(&cells(above), cells(names));
-        let refused = |header: Header, theirs: &str| {
-            let naming = Naming {
-                columns: vec![("drop_height_mm".to_owned(), theirs.to_owned())],
-                ..Naming::default()
-            };
-            let problems = TableLayout::new(&header, &naming).err().unwrap_or_default();
-            let of_name = format!("column {theirs}");
-            let of_name = problems.into_iter().filter(|problem| problem.place == of_name);
-            of_name
-                .map(|problem| problem.expected)
-                .collect::<Vec<String>>()
-                .join("; ")
-        };
+        let refused = |header: Header, theirs: &str| refused(&header, &[["drop_height_mm", theirs]]).join("; ");
         let names = ["ball", "drop", "rebound"];
-        assert!(refused(of(&["", "Height of centre (mm)", ""], &names), "drop").contains("heights_of"));
-        assert!(refused(of(&["Run", "Height [cm]", ""], &names), "drop").contains("drop_height_cm"));
-        assert_eq!(refused(of(&["Run", "Height [mm]", ""], &names), "drop"), "");
+        assert!(refused(below(&["", "Height of centre (mm)", ""], &names), "drop").contains("heights_of"));
+        assert!(refused(below(&["Run", "Height [cm]", ""], &names), "drop").contains("drop_height_cm"));
+        assert_eq!(refused(below(&["Run", "Height [mm]", ""], &names), "drop"), "");
         assert_eq!(
-            refused(of(&["", "Height [cm]", ""], &["ball", "drop (mm)", "e"]), "drop (mm)"),
+            refused(below(&["", "Height [cm]", ""], &["ball", "drop (mm)", "e"]), "drop (mm)"),
             ""
         );
         // what reaches over the next column, and units without brackets
-        let merged = of(&["", "Heights of centre in cm", ""], &["ball", "rebound", "drop"]);
+        let merged = below(&["", "Heights of centre in cm", ""], &["ball", "rebound", "drop"]);
         assert!(refused(merged.clone(), "drop")
             .contains("by the title above its name its heights are of the sphere's centre"));
         assert!(refused(merged, "drop").contains("drop_height_cm"));
         for title in ["v (m/s)", "RH (%)", "D (cm)"] {
             assert_eq!(
-                refused(of(&["", title, ""], &["ball", "v", "drop"]), "drop"),
+                refused(below(&["", title, ""], &["ball", "v", "drop"]), "drop"),
                 "",
                 "{title}"
             );
@@ -659,25 +662,15 @@ mod tests {
         assert!(line("All heights are of the sphere's centre").contains("heights_of"));
         assert_eq!(line("Centre for Granular Physics"), "");
         // the title of the table
-        assert_eq!(refused(of(&["Drops (cm)", ""], &["drop", "rebound"]), "drop"), "");
+        assert_eq!(refused(below(&["Drops (cm)", ""], &["drop", "rebound"]), "drop"), "");
     }
 
     #[test]
     fn a_line_above_the_names_says_what_a_column_is() {
         let refused = |line: &str| {
-            let naming = Naming {
-                columns: vec![
-                    ("diameter_mm".to_owned(), "D (mm)".to_owned()),
-                    ("impact_speed_m_s".to_owned(), "v".to_owned()),
-                ],
-                ..Naming::default()
-            };
-            let [line, names] = [&[line][..], &["D (mm)", "v", "particle", "restitution"]];
-            let [line, names]: [Vec<String>; 2] =
-                [line, names].map(|cells| cells.iter().map(|cell| (*cell).to_owned()).collect());
-            let problems = TableLayout::new(&Header::of(&[line], names), &naming).err();
-            let told = problems.into_iter().flatten().map(|problem| problem.expected);
-            told.collect::<Vec<String>>().join("; ")
+            let names = cells(&["D (mm)", "v", "particle", "restitution"]);
+            let header = Header::of(&[cells(&[line])], names);
+            refused(&header, &[["diameter_mm", "D (mm)"], ["impact_speed_m_s", "v"]]).join("; ")
         };
         assert!(
             refused("only radii were measured; column D = radius").contains("by a line above the names it is a radius")
@@ -705,18 +698,7 @@ mod tests {
             let (key, names) = rest.split_once(": ").expect("a key and its names");
             let (column, _) = RunColumn::named(key).expect("a key");
             for name in names.split(" | ") {
-                let naming = Naming {
-                    columns: vec![(key.to_owned(), name.to_owned())],
-                    ..Naming::default()
-                };
-                let header = Header {
-                    names: vec![name.to_owned()],
-                    ..Header::default()
-                };
-                let problems = TableLayout::new(&header, &naming).err().unwrap_or_default();
-                let of_name = format!("column {name}");
-                let is_own = |problem: &&Problem| problem.place == of_name && !problem.expected.starts_with("missing");
-                let own: Vec<&Problem> = problems.iter().filter(is_own).collect();
+                let own = refused(&below(&[], &[name]), &[[key, name]]);
                 let is_refused = expected == "refused";
                 counted[usize::from(is_refused)] += 1;
                 if own.len() != usize::from(is_refused) {

@@ -135,24 +135,21 @@ impl MeasuredSpeeds<'_> {
     fn find(&self, settings: Vec<Setting>, of_kind: &Repeats, found: &mut TrueSpeeds) {
         let all = settings.iter().enumerate();
         let all = all.flat_map(|(place, runs)| runs.iter().map(move |run| (*run, place)));
-        for near in self.without_gaps(all.collect()) {
+        for mut near in self.without_gaps(all.collect()) {
             let repeats = self.repeats(near.iter().map(|(run, _)| run));
-            // a stable order: runs of a setting follow one another by their speeds
-            let mut by_setting = near.clone();
-            by_setting.sort_by_key(|(_, setting)| *setting);
-            let by_setting = by_setting.chunk_by(|(_, a), (_, b)| a == b);
-            let settings: Vec<Setting> = by_setting
-                .map(|runs| runs.iter().map(|(run, _)| *run).collect())
-                .collect();
             if repeats.runs == 1 {
                 let (run, _) = near[0];
                 found.of_run[run] = of_kind.true_speed_of_one(self.speed(run), self.sd(run));
-            } else if repeats.spread == 0.0 {
-                self.share(settings, found);
+                continue;
+            }
+            // a stable order: runs of a setting follow one another by their speeds
+            near.sort_by_key(|(_, setting)| *setting);
+            let by_setting = near.chunk_by(|(_, a), (_, b)| a == b);
+            let settings = by_setting.map(|runs| runs.iter().map(|(run, _)| *run).collect());
+            if repeats.spread == 0.0 {
+                self.share(settings.collect(), found);
             } else {
-                for setting in settings {
-                    self.find_in_setting(setting, &repeats, found);
-                }
+                settings.for_each(|setting: Setting| self.find_in_setting(setting, &repeats, found));
             }
         }
     }
