@@ -47,6 +47,40 @@ impl Problem {
     }
 }
 
+/// The mistakes of one input file: the first, at most [`PROBLEMS_SHOWN`], and how many there are.
+#[derive(Debug, Default)]
+pub struct Problems {
+    /// as they were found
+    pub first: Vec<Problem>,
+    /// in all
+    pub count: usize,
+}
+
+impl Problems {
+    /// Adds one.
+    pub fn push(&mut self, problem: Problem) {
+        self.count += 1;
+        if self.first.len() < PROBLEMS_SHOWN {
+            self.first.push(problem);
+        }
+    }
+
+    /// Adds others behind these.
+    pub fn extend(&mut self, others: Problems) {
+        self.first.extend(others.first);
+        self.first.truncate(PROBLEMS_SHOWN);
+        self.count += others.count;
+    }
+}
+
+impl From<Vec<Problem>> for Problems {
+    fn from(mut all: Vec<Problem>) -> Problems {
+        let count = all.len();
+        all.truncate(PROBLEMS_SHOWN);
+        Problems { first: all, count }
+    }
+}
+
 /// What was read, unless something is wrong with it.
 pub fn unless_wrong<T>(problems: Vec<Problem>, read: T) -> Result<T, Vec<Problem>> {
     match problems.is_empty() {
@@ -196,12 +230,11 @@ pub enum Error {
 
 impl Error {
     /// An input file's mistakes, cut to what is printed.
-    pub fn input(file: &Path, mut problems: Vec<Problem>) -> Error {
-        let count = problems.len();
-        problems.truncate(PROBLEMS_SHOWN);
+    pub fn input(file: &Path, problems: impl Into<Problems>) -> Error {
+        let Problems { first, count } = problems.into();
         Error::Input {
             file: file.to_path_buf(),
-            problems,
+            problems: first,
             count,
         }
     }

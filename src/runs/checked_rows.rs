@@ -9,9 +9,9 @@ use super::labels::{is_count, label, Label};
 use super::liquid_cells::LiquidCells;
 use super::raw_row::{BadCell, RawRow};
 use super::read_run::ReadRun;
-use super::refusals::{CellPlace, Refusals, Refused};
+use super::refusals::{CellPlace, Refusals};
 use super::row::{check_row, RowChecker};
-use crate::error::quoted;
+use crate::error::{quoted, Problems};
 use crate::rounding::short;
 use crate::scene::{RunColumn, Scene};
 use crate::units::Dimension;
@@ -192,7 +192,7 @@ impl<'s> CheckedRows<'s> {
     }
 
     /// Every run, unless something is wrong.
-    pub fn finish(mut self) -> Result<Collected, Refused> {
+    pub fn finish(mut self) -> Result<Collected, Problems> {
         if let Some((at, column, text, expected)) = self.decimals.doubt() {
             let bad = BadCell { column, expected };
             self.refusals.cell_before_others(at, bad, quoted(&text));

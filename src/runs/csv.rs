@@ -8,10 +8,10 @@ use super::columns::{Header, TableLayout, MOST_ABOVE};
 use super::decimals::separator_of;
 use super::headers::units::is_row_of_units;
 use super::records::{separator_named, Records};
-use super::refusals::{bad_row, whole_file, CellPlace, Refused};
+use super::refusals::{bad_row, whole_file, CellPlace};
 use super::survey::Survey;
 use crate::encoding::{line_ends, BYTE_ORDER_MARK};
-use crate::error::{quoted, Problem};
+use crate::error::{quoted, Problem, Problems};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
 use crate::rounding::counted;
 use crate::scene::{Naming, Scene};
@@ -114,12 +114,12 @@ impl<R: Read> Records<R> {
     }
 
     /// Reads every run, or names all that is wrong.
-    pub fn runs(mut self, scene: &Scene, gathering: &mut Gathering) -> Result<Collected, Refused> {
+    pub fn runs(mut self, scene: &Scene, gathering: &mut Gathering) -> Result<Collected, Problems> {
         let header = self.header(scene.data.naming.header_row)?;
         let layout = TableLayout::new(&header, &scene.data.naming)?;
         let mut rows = CheckedRows::new(&layout, scene);
         if let Err(problems) = self.add_rows(&mut rows, layout.width, gathering) {
-            problems.into_iter().for_each(|problem| rows.refusals.other(problem));
+            rows.refusals.problems.extend(problems.into());
         }
         rows.finish()
     }
@@ -141,18 +141,18 @@ impl<R: Read> Records<R> {
             }
             for line in empty.drain(..) {
                 let problem = bad_row(line, "empty cells only", "a run, or no line at all");
-                rows.refusals.other(problem);
+                rows.refusals.problems.push(problem);
             }
             let (line, cells) = (record.line, record.cells.len());
             if cells != width {
                 let problem = other_width(line, cells, width, record.has_line_ends());
-                rows.refusals.other(problem);
+                rows.refusals.problems.push(problem);
                 continue;
             }
             if let Some(cell) = record.cells.iter().find(|cell| holds_a_row(cell, separator, width)) {
                 let found = quoted(cell.lines().next().unwrap_or_default());
                 let expected = "a cell without rows in it: is a quote not closed?";
-                rows.refusals.other(bad_row(line, &found, expected));
+                rows.refusals.problems.push(bad_row(line, &found, expected));
                 continue;
             }
             rows.add(CellPlace::Line(line), record.cells.iter().copied(), |place| {

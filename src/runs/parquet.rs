@@ -12,9 +12,9 @@ use super::columns::{ColumnPlace, Header, TableLayout};
 use super::csv::too_many_columns;
 use super::new_run::NewRun;
 use super::parquet_footer::{check_counts, check_footer};
-use super::refusals::{readable, whole_file, CellPlace, Refusals, Refused};
+use super::refusals::{readable, whole_file, CellPlace};
 use super::survey::Survey;
-use crate::error::Problem;
+use crate::error::{unless_wrong, Problem, Problems};
 use crate::files::MOST_COLUMNS;
 use crate::scene::{RunColumn, Scene, DRY};
 
@@ -78,8 +78,8 @@ impl<'f> ParquetTable<'f> {
     }
 
     /// Refuses columns of a type that runs cannot have.
-    fn check_types(&self, layout: &TableLayout) -> Result<(), Refused> {
-        let mut refusals = Refusals::new(layout);
+    fn check_types(&self, layout: &TableLayout) -> Result<(), Vec<Problem>> {
+        let mut problems = vec![];
         for (column, place) in wanted(layout) {
             let is_number = column.is_number();
             let is_yes_or_no = |given: &ArrowDataType| column == RunColumn::Exclude && given == &ArrowDataType::Boolean;
@@ -87,10 +87,10 @@ impl<'f> ParquetTable<'f> {
             if let Some(given) = given.filter(|given| !is_readable(given, is_number) && !is_yes_or_no(given)) {
                 let expected = if is_number { "32- or 64-bit numbers" } else { "texts" };
                 let problem = whole_file(&format!("column {}", place.name), expected);
-                refusals.other(problem.found(format!("type {given:?}")));
+                problems.push(problem.found(format!("type {given:?}")));
             }
         }
-        refusals.or(())
+        unless_wrong(problems, ())
     }
 
     /// Checks that some columns hold the rows that are said to be there.
@@ -149,7 +149,7 @@ pub(super) fn read_parquet(
     scene: &Scene,
     rows: Range<usize>,
     gathering: &mut Gathering,
-) -> Result<Collected, Refused> {
+) -> Result<Collected, Problems> {
     let header = table.header()?;
     let layout = TableLayout::new(&header, &scene.data.naming)?;
     table.check_types(&layout)?;

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use super::columns::TableLayout;
 use super::damaged::unless_damaged;
 use super::raw_row::BadCell;
-use crate::error::{Problem, PROBLEMS_SHOWN};
+use crate::error::{Problem, Problems, PROBLEMS_SHOWN};
 use crate::scene::RunColumn;
 
 /// Where a bad cell stands.
@@ -55,27 +55,10 @@ pub(super) fn readable<T, E: Display>(format: &str, step: impl FnOnce() -> Resul
     Err(vec![Problem::new(format!("not a readable {format}"), first)])
 }
 
-/// Why a table is refused.
-#[derive(Debug)]
-pub(super) struct Refused {
-    /// the first problems, at least as many as are printed
-    pub problems: Vec<Problem>,
-    /// how many there are
-    pub count: usize,
-}
-
-impl From<Vec<Problem>> for Refused {
-    fn from(problems: Vec<Problem>) -> Refused {
-        let count = problems.len();
-        Refused { problems, count }
-    }
-}
-
 /// The problems found in a table so far; of those that nobody prints only the number, since there may be one a cell.
 pub(super) struct Refusals<'p> {
     layout: &'p TableLayout<'p>,
-    problems: Vec<Problem>,
-    count: usize,
+    pub problems: Problems,
     wants_film: bool,
 }
 
@@ -83,8 +66,7 @@ impl<'p> Refusals<'p> {
     pub fn new(layout: &'p TableLayout<'p>) -> Self {
         Refusals {
             layout,
-            problems: vec![],
-            count: 0,
+            problems: Problems::default(),
             wants_film: false,
         }
     }
@@ -95,8 +77,8 @@ impl<'p> Refusals<'p> {
             self.wants_film = true;
             return;
         }
-        if self.count >= PROBLEMS_SHOWN {
-            self.count += 1;
+        if self.problems.count >= PROBLEMS_SHOWN {
+            self.problems.count += 1;
             return;
         }
         let column = self.layout.blamed(bad.column);
@@ -110,40 +92,24 @@ impl<'p> Refusals<'p> {
             CellPlace::Line(line) => (Some(line), format!("column {name}")),
             CellPlace::Row(row) => (None, format!("row {row}, column {name}")),
         };
-        self.other(Problem::new(place, expected).on(line).found(found));
+        self.problems.push(Problem::new(place, expected).on(line).found(found));
     }
 
     /// A bad cell without which others may be good.
     pub fn cell_before_others(&mut self, at: CellPlace, bad: BadCell, found: String) {
-        let (others, count) = (std::mem::take(&mut self.problems), std::mem::take(&mut self.count));
+        let others = std::mem::take(&mut self.problems);
         self.cell(at, bad, |_| Some(found));
         self.problems.extend(others);
-        self.problems.truncate(PROBLEMS_SHOWN);
-        self.count += count;
-    }
-
-    /// A problem of another kind.
-    pub fn other(&mut self, problem: Problem) {
-        self.count += 1;
-        if self.count <= PROBLEMS_SHOWN {
-            self.problems.push(problem);
-        }
     }
 
     /// What was read, if nothing was refused.
-    pub fn or<T>(mut self, read: T) -> Result<T, Refused> {
-        if self.wants_film {
-            let problem = self.layout.missing_column(RunColumn::Film, " (wet runs need it)");
-            self.problems.insert(0, problem);
-            self.count += 1;
-        }
-        if self.count == 0 {
-            Ok(read)
-        } else {
-            Err(Refused {
-                problems: self.problems,
-                count: self.count,
-            })
+    pub fn or<T>(self, read: T) -> Result<T, Problems> {
+        let missing = self.wants_film.then(|| self.layout.missing_column(RunColumn::Film, " (wet runs need it)"));
+        let mut all = Problems::from(Vec::from_iter(missing));
+        all.extend(self.problems);
+        match all.count {
+            0 => Ok(read),
+            _ => Err(all),
         }
     }
 }

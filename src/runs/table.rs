@@ -8,7 +8,7 @@ use super::averaged::MOST_AVERAGED;
 use super::collect::{columns_not_read, too_many_rows, Collected, Gathering, Screened, SheetRead, SHEETS_NOT_READ};
 use super::parquet::read_parquet;
 use super::places::RowPlaces;
-use super::refusals::{whole_file, Refused};
+use super::refusals::whole_file;
 use super::series::{arrange, Runs};
 use super::source::TableSource;
 use super::spheres::check_spheres;
@@ -107,18 +107,19 @@ pub(super) fn read_rows(
         let most = if rows.is_some() { u64::MAX } else { MOST_OF_PARQUET };
         let table = source.parquet(path, most)?;
         let read = read_parquet(&table, scene, rows.unwrap_or(0..table.rows), gathering);
-        return read.map_err(|refused| refuse(path, refused));
+        return read.map_err(|problems| Error::input(path, problems));
     }
     if file.ends_with(TableFile::WORKBOOK) {
         let bytes = source.workbook(path)?;
-        let refused = |problems: Vec<Problem>| refuse(&file.shown(), problems.into());
+        let refused = |problems: Vec<Problem>| Error::input(&file.shown(), problems);
         let mut book = Workbook::open(&bytes).map_err(refused)?;
         let sheet = book.sheet(file.sheet.as_deref()).map_err(refused)?;
         let shown = file.of_sheet(sheet.name()).shown();
-        return read_sheet(sheet, scene).map_err(|refused| refuse(&shown, refused));
+        return read_sheet(sheet, scene).map_err(|problems| Error::input(&shown, problems));
     }
     let table = source.csv(path, &scene.data.naming)?;
-    table.runs(scene, gathering).map_err(|refused| refuse(path, refused))
+    let read = table.runs(scene, gathering);
+    read.map_err(|problems| Error::input(path, problems))
 }
 
 /// All tables as one, whose rows count on from table to table.
@@ -296,12 +297,4 @@ fn read_by_exclude(source: &mut TableSource, file: &TableFile, scene: &Scene) ->
     let mut collected = read_rows(source, file, &scene, None, &mut Gathering::Whole)?;
     collected.kept_by_no = words;
     Ok(collected)
-}
-
-fn refuse(path: &Path, refused: Refused) -> Error {
-    Error::Input {
-        file: path.to_path_buf(),
-        problems: refused.problems,
-        count: refused.count,
-    }
 }

@@ -5,8 +5,8 @@ use rand::RngExt;
 
 use super::collect::{Collected, Gathering};
 use super::parquet::ParquetTable;
-use super::refusals::Refused;
 use super::*;
+use crate::error::Problems;
 use crate::scene;
 
 fn example(name: &str) -> PathBuf {
@@ -19,7 +19,7 @@ fn plain() -> (Scene, String) {
     (scene, text)
 }
 
-fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
+fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Problems> {
     let file = file_of(bytes);
     let table = ParquetTable::open(&file)?;
     parquet::read_parquet(&table, scene, 0..table.rows, &mut Gathering::Whole)
@@ -32,7 +32,7 @@ fn file_of(bytes: &[u8]) -> std::fs::File {
     file
 }
 
-fn read_csv(text: &str, scene: &Scene) -> Result<Collected, Refused> {
+fn read_csv(text: &str, scene: &Scene) -> Result<Collected, Problems> {
     let separator = csv::separator(text.as_bytes(), &scene.data.naming).expect("a line");
     let table = records::Records::new(text.as_bytes(), separator).expect("it is read");
     table.runs(scene, &mut Gathering::Whole)
@@ -136,11 +136,11 @@ fn lists_within_lists_without_end_are_a_broken_footer() {
     let length = (lists.len() as u32).to_le_bytes();
     let bytes = [&b"PAR1"[..], &lists, &length, b"PAR1"].concat();
     let refused = read_parquet(&bytes, &scene).expect_err("no footer");
-    assert_eq!(refused.problems[0].expected, "its footer is broken");
+    assert_eq!(refused.first[0].expected, "its footer is broken");
 }
 
 /// What is read of a Parquet file a part of so many rows after the other.
-fn parts_of(bytes: &[u8], rows: usize, scene: &Scene) -> Result<Collected, Refused> {
+fn parts_of(bytes: &[u8], rows: usize, scene: &Scene) -> Result<Collected, Problems> {
     let file = file_of(bytes);
     let table = ParquetTable::open(&file)?;
     let mut collected = Collected::default();
@@ -187,13 +187,13 @@ fn a_parquet_file_in_parts_holds_what_the_whole_does() {
     let refused = parquet::read_parquet(&table, &scene, ranges[2].clone(), &mut Gathering::Whole);
     let refused = refused.expect_err("no such particle");
     assert_eq!(
-        (refused.count, refused.problems[0].place.as_str()),
+        (refused.count, refused.first[0].place.as_str()),
         (14, "row 29, column particle")
     );
 }
 
 /// The runs of a workbook's first sheet.
-fn first_sheet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
+fn first_sheet(bytes: &[u8], scene: &Scene) -> Result<Collected, Problems> {
     let mut book = Workbook::open(bytes)?;
     let sheet = book.sheet(None)?;
     workbook::read_sheet(sheet, scene)
@@ -299,7 +299,7 @@ fn a_cell_far_out_is_refused_and_fills_no_memory() {
     assert_eq!(rows, 1997);
     let wide = format!("{good}{}", row(1_048_576, &[number("XFD1048576", "7")]));
     let refused = read(&wide).expect_err("too many columns");
-    assert!(refused.problems[0].expected.contains("16384 columns"), "{refused:?}");
+    assert!(refused.first[0].expected.contains("16384 columns"), "{refused:?}");
 }
 
 #[test]

@@ -12,8 +12,8 @@ use super::collect::{rows_in_words, Collected, SheetRead};
 use super::columns::{unnamed_column, Header, TableLayout, MOST_ABOVE};
 use super::headers::units::is_row_of_units;
 use super::hidden_rows::{hidden_in, Hidden};
-use super::refusals::{readable, whole_file, CellPlace, Refused};
-use crate::error::{quoted, unless_wrong, Problem};
+use super::refusals::{readable, whole_file, CellPlace};
+use crate::error::{quoted, unless_wrong, Problem, Problems};
 use crate::files::{MOST_COLUMNS, MOST_UNPACKED};
 use crate::scene::{closest, HiddenRows, Naming, Scene};
 
@@ -51,7 +51,7 @@ impl SheetRow {
 
 /// Reads the runs of a sheet. Fails with every bad cell named by row and column, and where it hides rows and the scene does
 /// not say what is meant by that.
-pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, Refused> {
+pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, Problems> {
     let header = sheet.header(&scene.data.naming)?;
     let layout = TableLayout::new(&header, &scene.data.naming)?;
     let mut checked = CheckedRows::new(&layout, scene);
@@ -70,7 +70,7 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, R
         });
     }
     if let Err(problems) = sheet.refuse_hidden_rows(HIDDEN_ROWS_EXPECTED) {
-        problems.into_iter().for_each(|problem| checked.refusals.other(problem));
+        checked.refusals.problems.extend(problems.into());
     }
     let own = layout.columns_read().filter(|place| sheet.hides_column(place.index));
     sheet.read.hidden_columns = own.map(|place| quoted(&place.name)).collect();
