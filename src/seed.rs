@@ -109,7 +109,10 @@ mod tests {
 
     #[test]
     fn a_source_has_the_hash_of_its_bytes() {
-        assert_eq!(sha256_of(b"abc".as_slice()).expect("bytes that are there"), sha256(b"abc"));
+        assert_eq!(
+            sha256_of(b"abc".as_slice()).expect("bytes that are there"),
+            sha256(b"abc")
+        );
     }
 
     #[test]

@@ -634,7 +634,10 @@ mod tests {
         assert!(refused(below(&["Run", "Height [cm]", ""], &names), "drop").contains("drop_height_cm"));
         assert_eq!(refused(below(&["Run", "Height [mm]", ""], &names), "drop"), "");
         assert_eq!(
-            refused(below(&["", "Height [cm]", ""], &["ball", "drop (mm)", "e"]), "drop (mm)"),
+            refused(
+                below(&["", "Height [cm]", ""], &["ball", "drop (mm)", "e"]),
+                "drop (mm)"
+            ),
             ""
         );
         // what reaches over the next column, and units without brackets

@@ -135,7 +135,11 @@ impl<C> Decimals<C> {
         let may_be_thousands = mark == DecimalMark::CommaOrThousands;
         if is_point != has_points {
             let mark = if has_points { "decimal point" } else { "decimal comma" };
-            let or_thousands = if may_be_thousands { ", and no mark for thousands" } else { "" };
+            let or_thousands = if may_be_thousands {
+                ", and no mark for thousands"
+            } else {
+                ""
+            };
             let first = first.words();
             return Err(format!("expected a {mark}, as {first} has{or_thousands}"));
         }
@@ -196,7 +200,9 @@ mod tests {
 
     #[test]
     fn a_comma_sets_off_decimals_unless_it_may_be_thousands() {
-        let read = |cell: &str| parse_number(cell).map(|number| (number.value, number.mark == Some(DecimalMark::CommaOrThousands)));
+        let read = |cell: &str| {
+            parse_number(cell).map(|number| (number.value, number.mark == Some(DecimalMark::CommaOrThousands)))
+        };
         for (cell, value, ambiguous) in [
             ("0,71", 0.71, false),
             ("0.71", 0.71, false),

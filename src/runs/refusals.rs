@@ -104,7 +104,9 @@ impl<'p> Refusals<'p> {
 
     /// What was read, if nothing was refused.
     pub fn or<T>(self, read: T) -> Result<T, Problems> {
-        let missing = self.wants_film.then(|| self.layout.missing_column(RunColumn::Film, " (wet runs need it)"));
+        let missing = self
+            .wants_film
+            .then(|| self.layout.missing_column(RunColumn::Film, " (wet runs need it)"));
         let mut all = Problems::from(Vec::from_iter(missing));
         all.extend(self.problems);
         match all.count {

@@ -305,7 +305,8 @@ impl ClassCells {
 
     /// Adds what another part says.
     pub fn extend(&mut self, other: ClassCells) {
-        self.films.resize(self.films.len().max(other.films.len()), Cells::default());
+        self.films
+            .resize(self.films.len().max(other.films.len()), Cells::default());
         for (own, other) in self.films.iter_mut().zip(other.films) {
             own.extend(other);
         }
