@@ -85,7 +85,7 @@ impl Runs {
 
     /// The dry runs, and the runs of each film group, as tables of their own.
     pub fn parts(&self) -> impl Iterator<Item = Runs> + '_ {
-        let whole = |part: &mut Runs, runs: Range<usize>| part.take(self, runs);
+        let whole = move |part: &mut Runs, runs: Range<usize>| part.take(self, runs);
         let dry = (!self.dry.is_empty()).then(|| self.of_groups(&self.dry, &[], whole));
         let wet = self.film_groups.iter().map(move |group| {
             let mut part = self.of_groups(&[], &self.series[group.series.clone()], whole);
