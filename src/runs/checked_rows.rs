@@ -9,9 +9,9 @@ use super::labels::{is_count, label, Label};
 use super::liquid_cells::LiquidCells;
 use super::raw_row::{BadCell, RawRow};
 use super::read_run::ReadRun;
-use super::refusals::{CellPlace, Refusals};
+use super::refusals::CellPlace;
 use super::row::{check_row, RowChecker};
-use crate::error::{quoted, Problems};
+use crate::error::{quoted, Problem, Problems, PROBLEMS_SHOWN};
 use crate::rounding::short;
 use crate::scene::{RunColumn, Scene};
 use crate::units::Dimension;
@@ -57,7 +57,10 @@ pub(super) struct CheckedRows<'s> {
     pub collected: Collected,
     decimals: Decimals<RunColumn>,
     liquids: LiquidCells,
-    pub refusals: Refusals<'s>,
+    /// of those that nobody prints only the number is kept, since there may be one a cell
+    pub problems: Problems,
+    /// whether a wet run lacks a column of films
+    wants_film: bool,
 }
 
 impl<'s> CheckedRows<'s> {
@@ -73,7 +76,8 @@ impl<'s> CheckedRows<'s> {
             collected: Collected::new(&layout.remarks),
             decimals: Decimals::new(),
             liquids: LiquidCells::default(),
-            refusals: Refusals::new(layout),
+            problems: Problems::default(),
+            wants_film: false,
         }
     }
 
@@ -150,7 +154,7 @@ impl<'s> CheckedRows<'s> {
                 let off =
                     cell.and_then(|cell| Some((contradicts(&cell, *dimension, &row.run, self.checker.scene)?, cell)));
                 if let Some((expected, cell)) = off {
-                    self.refusals.named_cell(at, &place.name, expected, quoted(cell.trim()));
+                    self.refuse_named(at, &place.name, expected, quoted(cell.trim()));
                 }
             }
             self.liquids.measured(&row.run);
@@ -160,7 +164,7 @@ impl<'s> CheckedRows<'s> {
             self.collected.push(&row, self.checker.scene);
         }
         for bad in bad {
-            self.refusals.cell(at, bad, |column| {
+            self.refuse(at, bad, |column| {
                 let text = cell(layout.place(column)?)?.text();
                 (!text.trim().is_empty()).then(|| quoted(text.trim()))
             });
@@ -191,16 +195,50 @@ impl<'s> CheckedRows<'s> {
         }
     }
 
+    /// Refuses a cell; `found` shows what stands in a column, and `None` where nothing does.
+    fn refuse(&mut self, at: CellPlace, bad: BadCell, found: impl FnOnce(RunColumn) -> Option<String>) {
+        if bad.column == RunColumn::Film && !self.layout.gives(RunColumn::Film) {
+            self.wants_film = true;
+            return;
+        }
+        if self.problems.count >= PROBLEMS_SHOWN {
+            self.problems.count += 1;
+            return;
+        }
+        let column = self.layout.blamed(bad.column);
+        let found = found(column).unwrap_or_else(|| "an empty cell".to_owned());
+        self.refuse_named(at, &self.layout.name(column), bad.expected, found);
+    }
+
+    /// The same of any column by its name.
+    fn refuse_named(&mut self, at: CellPlace, name: &str, expected: String, found: String) {
+        let (line, place) = match at {
+            CellPlace::Line(line) => (Some(line), format!("column {name}")),
+            CellPlace::Row(row) => (None, format!("row {row}, column {name}")),
+        };
+        self.problems.push(Problem::new(place, expected).on(line).found(found));
+    }
+
     /// Every run, unless something is wrong.
     pub fn finish(mut self) -> Result<Collected, Problems> {
         if let Some((at, column, text, expected)) = self.decimals.doubt() {
-            let bad = BadCell { column, expected };
-            self.refusals.cell_before_others(at, bad, quoted(&text));
+            // without this cell others may be good
+            let others = std::mem::take(&mut self.problems);
+            self.refuse(at, BadCell { column, expected }, |_| Some(quoted(&text)));
+            self.problems.extend(others);
         }
         if let Some((at, bad)) = self.liquids.doubt() {
-            self.refusals.cell(at, bad, |_| None);
+            self.refuse(at, bad, |_| None);
         }
-        self.refusals.or(self.collected)
+        let mut all = Problems::default();
+        if self.wants_film {
+            all.push(self.layout.missing_column(RunColumn::Film, " (wet runs need it)"));
+        }
+        all.extend(self.problems);
+        match all.count {
+            0 => Ok(self.collected),
+            _ => Err(all),
+        }
     }
 }
 

@@ -119,7 +119,7 @@ impl<R: Read> Records<R> {
         let layout = TableLayout::new(&header, &scene.data.naming)?;
         let mut rows = CheckedRows::new(&layout, scene);
         if let Err(problems) = self.add_rows(&mut rows, layout.width, gathering) {
-            rows.refusals.problems.extend(problems.into());
+            rows.problems.extend(problems.into());
         }
         rows.finish()
     }
@@ -141,18 +141,18 @@ impl<R: Read> Records<R> {
             }
             for line in empty.drain(..) {
                 let problem = bad_row(line, "empty cells only", "a run, or no line at all");
-                rows.refusals.problems.push(problem);
+                rows.problems.push(problem);
             }
             let (line, cells) = (record.line, record.cells.len());
             if cells != width {
                 let problem = other_width(line, cells, width, record.has_line_ends());
-                rows.refusals.problems.push(problem);
+                rows.problems.push(problem);
                 continue;
             }
             if let Some(cell) = record.cells.iter().find(|cell| holds_a_row(cell, separator, width)) {
                 let found = quoted(cell.lines().next().unwrap_or_default());
                 let expected = "a cell without rows in it: is a quote not closed?";
-                rows.refusals.problems.push(bad_row(line, &found, expected));
+                rows.problems.push(bad_row(line, &found, expected));
                 continue;
             }
             rows.add(CellPlace::Line(line), record.cells.iter().copied(), |place| {

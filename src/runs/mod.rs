@@ -15,7 +15,7 @@
 //! | `row.rs` | checks one run and says which cell is wrong |
 //! | `screen.rs` | says why a checked run is left out |
 //! | `damaged.rs` | catches a library's panic over a damaged file, and passes our own on |
-//! | `refusals.rs` | gathers what is wrong, cell by cell |
+//! | `refusals.rs` | says where a bad cell stands, and what is wrong with a row or a file |
 //! | `decimals.rs` | finds what separates columns and decimals |
 //! | `survey.rs` | says what each column of an unknown table is called and holds |
 //! | `guess.rs` | guesses which column of runs it is, by the names in `headers/called.txt` |

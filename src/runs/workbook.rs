@@ -70,7 +70,7 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, P
         });
     }
     if let Err(problems) = sheet.refuse_hidden_rows(HIDDEN_ROWS_EXPECTED) {
-        checked.refusals.problems.extend(problems.into());
+        checked.problems.extend(problems.into());
     }
     let own = layout.columns_read().filter(|place| sheet.hides_column(place.index));
     sheet.read.hidden_columns = own.map(|place| quoted(&place.name)).collect();
