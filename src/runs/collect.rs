@@ -332,8 +332,12 @@ impl Collected {
         (!words.is_empty()).then(|| notice.at(Level::Informs))
     }
 
-    /// Adds the next part of the table.
-    pub fn extend(&mut self, part: &Collected) {
+    /// Adds the next part of the table, or the next table, which this may be the first of.
+    pub fn append(&mut self, part: Collected) {
+        if self.rows == 0 {
+            *self = part;
+            return;
+        }
         let rows_before = short(self.rows);
         for (all, own) in self.told_twice.iter_mut().zip(&part.told_twice) {
             all.extend(own, rows_before);
@@ -351,15 +355,6 @@ impl Collected {
         self.above_one += part.above_one;
         for (reason, runs) in &part.excluded {
             self.exclude(reason, *runs);
-        }
-    }
-
-    /// Adds the next piece of the file, which this may be the first of.
-    pub fn append(&mut self, piece: Collected) {
-        if self.rows == 0 {
-            *self = piece;
-        } else {
-            self.extend(&piece);
         }
     }
 

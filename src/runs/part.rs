@@ -73,12 +73,20 @@ impl Runs {
             first..part.len()
         };
         for group in dry {
-            let own = group.kinds().map(|runs| taken(&mut part, runs));
-            part.dry.push(group.with_kinds(own));
+            let [rebounds, stuck] = group.kinds().map(|runs| taken(&mut part, runs));
+            part.dry.push(DryGroup {
+                rebounds,
+                stuck,
+                ..group.clone()
+            });
         }
         for one in series {
-            let own = one.kinds().map(|runs| taken(&mut part, runs));
-            part.series.push(one.with_kinds(own));
+            let [rebounds, stuck] = one.kinds().map(|runs| taken(&mut part, runs));
+            part.series.push(Series {
+                rebounds,
+                stuck,
+                ..one.clone()
+            });
         }
         part
     }

@@ -105,15 +105,6 @@ impl DryGroup {
     pub(super) fn kinds(&self) -> [Range<usize>; 2] {
         [self.rebounds.clone(), self.stuck.clone()]
     }
-
-    /// The group in another table, which has these in their place.
-    pub(super) fn with_kinds(&self, [rebounds, stuck]: [Range<usize>; 2]) -> DryGroup {
-        DryGroup {
-            rebounds,
-            stuck,
-            ..self.clone()
-        }
-    }
 }
 
 impl Series {
@@ -132,15 +123,6 @@ impl Series {
     /// Its rebounds, and its stuck runs.
     pub(super) fn kinds(&self) -> [Range<usize>; 2] {
         [self.rebounds.clone(), self.stuck.clone()]
-    }
-
-    /// The series in another table, which has these in their place.
-    pub(super) fn with_kinds(&self, [rebounds, stuck]: [Range<usize>; 2]) -> Series {
-        Series {
-            rebounds,
-            stuck,
-            ..self.clone()
-        }
     }
 }
 

@@ -171,20 +171,17 @@ impl<'p> Joined<'p> {
         self.places
             .add(self.all.rows, (file_name(path).as_str(), sheet_name), is_text, lines);
         self.sheets.extend(sheet.map(|sheet| (file, sheet)));
-        let Some(first) = self.first else {
-            (self.first, self.all) = (Some(path), table);
-            return check_averaged(&self.all, path);
-        };
-        let has_film_ratio = self.all.remarks.has_film_ratio;
-        if table.remarks.has_film_ratio != has_film_ratio {
-            let [with, without] = if has_film_ratio { [first, path] } else { [path, first] };
+        let first = *self.first.get_or_insert(path);
+        let has_film_ratio = table.remarks.has_film_ratio;
+        if self.all.rows > 0 && self.all.remarks.has_film_ratio != has_film_ratio {
+            let [with, without] = if has_film_ratio { [path, first] } else { [first, path] };
             let expected = format!(
                 "expected a column `film_ratio`, as {} has: runs of one scene all belong to nominal film ratios, or none does",
                 file_name(with)
             );
             return Err(Error::input(without, vec![Problem::new("header", expected)]));
         }
-        self.all.extend(&table);
+        self.all.append(table);
         check_averaged(&self.all, path)
     }
 
