@@ -143,10 +143,9 @@ impl<R: Read> Records<R> {
                 let problem = bad_row(line, "empty cells only", "a run, or no line at all");
                 rows.problems.push(problem);
             }
-            let (line, cells) = (record.line, record.cells.len());
-            if cells != width {
-                let problem = other_width(line, cells, width, record.has_line_ends());
-                rows.problems.push(problem);
+            let line = record.line;
+            if record.cells.len() != width {
+                rows.problems.push(other_width(line, &record.cells, width, true));
                 continue;
             }
             if let Some(cell) = record.cells.iter().find(|cell| holds_a_row(cell, separator, width)) {
@@ -172,15 +171,15 @@ fn holds_a_row(cell: &str, separator: u8, width: usize) -> bool {
         .any(|line| cells_of(line) >= width.max(2))
 }
 
-/// Says that a row has more or fewer cells than the header.
-pub(super) fn other_width(line: u64, cells: usize, width: usize, has_line_ends: bool) -> Problem {
+/// Says that a row has more or fewer cells than the header; in a text a cell may go on over the end of a line.
+pub(super) fn other_width<C: AsRef<str>>(line: u64, cells: &[C], width: usize, is_of_text: bool) -> Problem {
     let mut expected = format!("{width} as in the header");
-    if has_line_ends {
+    if is_of_text && cells.iter().any(|cell| cell.as_ref().contains(['\n', '\r'])) {
         expected.push_str("; a cell goes on over the end of the line: is a quote not closed?");
-    } else if cells > width {
+    } else if cells.len() > width {
         expected.push_str("; a number takes a decimal point, not a comma");
     }
-    bad_row(line, &counted(cells, "cell"), &expected)
+    bad_row(line, &counted(cells.len(), "cell"), &expected)
 }
 
 /// Says that a table is wider than any table of runs.

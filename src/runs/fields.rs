@@ -213,9 +213,8 @@ impl Fields {
             false => found == width || found > width && may_end_blank && ends_blank(),
         };
         if !fits {
-            let goes_on = |cell: &String| cell.contains(['\n', '\r']);
-            let has_line_ends = !row.is_of_sheet && row.cells.iter().any(goes_on);
-            self.problems.push(other_width(row.line, found, width, has_line_ends));
+            let problem = other_width(row.line, &row.cells, width, !row.is_of_sheet);
+            self.problems.push(problem);
             return None;
         }
         let mut cells: Vec<&str> = row.cells.iter().map(String::as_str).collect();

@@ -203,12 +203,9 @@ fn add_rows(
     Ok(())
 }
 
-/// What a file is called that is to be Parquet.
-const PARQUET: &str = "Parquet file";
-
 /// Does a step of reading Parquet.
 fn polars<T>(step: impl FnOnce() -> PolarsResult<T>) -> Result<T, Vec<Problem>> {
-    readable(PARQUET, step)
+    readable("Parquet file", step)
 }
 
 fn is_text(given: &ArrowDataType) -> bool {

@@ -91,11 +91,12 @@ pub(super) fn refuse<T>(problems: &mut Vec<BadCell>, column: RunColumn, expected
 /// Speed over Stokes number of a run; `None` without a liquid, and where a cell that it wants was refused.
 pub(super) fn stokes_scale(
     scene: &Scene,
-    particle: Option<usize>,
-    liquid: Option<usize>,
+    particle: Option<u32>,
+    liquid: Option<u32>,
     diameter: Option<f64>,
 ) -> Option<f64> {
-    let (density, viscosity) = (scene.particles[particle?].density, scene.liquids[liquid?].viscosity);
+    let density = scene.particles[particle? as usize].density;
+    let viscosity = scene.liquids[liquid? as usize].viscosity;
     Some(speed_at_stokes(density, diameter?, viscosity, 1.0))
 }
 

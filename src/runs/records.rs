@@ -36,11 +36,6 @@ impl Record<'_> {
         self.cells.iter().all(|cell| cell.trim_ascii().is_empty())
     }
 
-    /// Whether a cell goes on over the end of a line.
-    pub fn has_line_ends(&self) -> bool {
-        self.cells.iter().any(|cell| cell.contains(['\n', '\r']))
-    }
-
     /// Its cells as texts of their own.
     pub fn texts(&self) -> Vec<String> {
         self.cells.iter().map(|cell| (*cell).to_owned()).collect()

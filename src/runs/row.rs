@@ -51,18 +51,14 @@ pub(super) struct CheckedRow {
     pub ratios: SpeedRatios,
 }
 
-/// Names of the scene with their places in it.
-struct Names<'s> {
-    /// what is expected where none of them stands
-    what: &'static str,
-    places: HashMap<&'s str, usize>,
-}
+/// What is expected where no particle of the scene stands, and where no liquid.
+const NAMES: [&str; 2] = ["a name in [particles]", "a name in [liquids] or `dry`"];
 
 /// What a row is checked against.
 pub(super) struct RowChecker<'s> {
     pub scene: &'s Scene,
-    /// of particles and of liquids, whose columns come first in this order
-    names: [Names<'s>; 2],
+    /// of the names of particles and of liquids, whose columns come first in this order
+    places: [HashMap<&'s str, u32>; 2],
     remarks: &'s HeaderRemarks,
     /// unknown names that may still be compared with every name of the scene: beyond, no message is printed
     to_compare: usize,
@@ -72,15 +68,9 @@ impl<'s> RowChecker<'s> {
     pub fn new(scene: &'s Scene, remarks: &'s HeaderRemarks) -> Self {
         RowChecker {
             scene,
-            names: [
-                Names {
-                    what: "a name in [particles]",
-                    places: scene.particles.iter().map(|p| p.name.as_str()).zip(0..).collect(),
-                },
-                Names {
-                    what: "a name in [liquids] or `dry`",
-                    places: scene.liquids.iter().map(|l| l.name.as_str()).zip(0..).collect(),
-                },
+            places: [
+                scene.particles.iter().map(|p| p.name.as_str()).zip(0..).collect(),
+                scene.liquids.iter().map(|l| l.name.as_str()).zip(0..).collect(),
             ],
             remarks,
             to_compare: PROBLEMS_SHOWN,
@@ -89,17 +79,17 @@ impl<'s> RowChecker<'s> {
 
     /// Whether a particle or a liquid is one of the scene, by the column of it.
     pub fn knows(&self, column: RunColumn, name: Option<&str>) -> bool {
-        name.is_some_and(|name| self.names[column as usize].places.contains_key(name))
+        name.is_some_and(|name| self.places[column as usize].contains_key(name))
     }
 
     /// The place of a particle or a liquid in the scene; a name that is none there is pushed to `problems`.
-    fn find(&mut self, column: RunColumn, name: &str, problems: &mut Vec<BadCell>) -> Option<usize> {
-        let names = &self.names[column as usize];
-        let found = names.places.get(name).copied();
+    fn find(&mut self, column: RunColumn, name: &str, problems: &mut Vec<BadCell>) -> Option<u32> {
+        let (what, places) = (NAMES[column as usize], &self.places[column as usize]);
+        let found = places.get(name).copied();
         if found.is_none() {
             let expected = match self.to_compare {
-                0 => format!("expected {}", names.what),
-                _ => name_expected(names.what, name, names.places.keys().copied()),
+                0 => format!("expected {what}"),
+                _ => name_expected(what, name, places.keys().copied()),
             };
             self.to_compare = self.to_compare.saturating_sub(1);
             problems.push(bad_cell(column, expected));
@@ -208,8 +198,8 @@ pub(super) fn check_row(
     }
     let (impact_speed, restitution) = (impact_speed?, restitution?);
     let setting = RowSetting {
-        particle: u32::try_from(particle?).ok()?,
-        liquid: liquid.and_then(|index| u32::try_from(index).ok()),
+        particle: particle?,
+        liquid,
         diameter: diameter?,
         film: film?,
     };
