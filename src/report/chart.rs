@@ -7,7 +7,7 @@
 //! |---|---|
 //! | `data.rs` | describes charts |
 //! | `text.rs` | sets scripts in labels, estimates their width |
-//! | `drawing.rs` | writes SVG |
+//! | `drawing.rs` | writes the elements of an SVG document |
 //! | `scale.rs` | chooses limits, ticks and tick labels |
 //! | `mark.rs` | draws markers, lines, bands and error bars |
 //! | `legend.rs` | lists the named layers |
@@ -64,7 +64,8 @@ const MOST_BESIDE: f64 = 0.27;
 pub fn svg(charts: &[Chart]) -> String {
     let single = charts.len() < 2;
     let look = if single { &FIGURE } else { &LETTERED };
-    let layout = Layout::new(&[charts.iter().map(Some).collect()], look);
+    let rows = [charts];
+    let layout = Layout::new(&rows, look);
     let width = if single {
         SINGLE_WIDTH
     } else {
@@ -84,12 +85,8 @@ pub fn svg(charts: &[Chart]) -> String {
 ///
 /// An axis without a label has no ticks either: neighbours with equal limits may share theirs. Filled points are drawn as
 /// dots, hollow ones as markers. What lies outside the axes is not drawn. The same charts give the same bytes.
-pub fn grid(rows: &[Vec<Option<Chart>>], axes: Extent) -> String {
-    let rows: Vec<Vec<Option<&Chart>>> = rows
-        .iter()
-        .map(|row| row.iter().map(Option::as_ref).collect())
-        .collect();
-    Layout::new(&rows, &SMALL).document(axes, false)
+pub fn grid(rows: &[Vec<Chart>], axes: Extent) -> String {
+    Layout::new(rows, &SMALL).document(axes, false)
 }
 
 #[cfg(test)]

@@ -1,77 +1,17 @@
-//! Writes shapes and lines of text as one SVG document.
+//! Writes shapes and lines of text as elements of one SVG document.
+//!
+//! What a user wrote stands in lines of text alone, never in an attribute.
 
 use super::text::{self, decimal};
 
 /// The first family is the widest, so that the room left for it suffices for the others.
 const FONTS: &str = "DejaVu Sans, Arial, Helvetica, sans-serif";
 
+/// Lets a line of text stand around its place.
+pub(super) const CENTRED: &str = r#" text-anchor="middle""#;
+
 /// A place on the page in pixels: to the right and down.
 pub(super) type Pixel = (f64, f64);
-
-/// One element of a document, written attribute by attribute.
-pub(super) struct Element {
-    name: &'static str,
-    text: String,
-    /// of a text, in pixels
-    font_size: f64,
-}
-
-impl Element {
-    pub(super) fn new(name: &'static str) -> Self {
-        Self {
-            name,
-            text: format!("<{name}"),
-            font_size: 0.0,
-        }
-    }
-
-    /// A line through pixels.
-    pub(super) fn polyline(pixels: &[Pixel]) -> Self {
-        Self::new("polyline").set("points", &corners(pixels))
-    }
-
-    /// An area with these corners.
-    pub(super) fn polygon(pixels: &[Pixel]) -> Self {
-        Self::new("polygon").set("points", &corners(pixels))
-    }
-
-    pub(super) fn rectangle(frame: Frame) -> Self {
-        Self::new("rect")
-            .number("x", frame.left)
-            .number("y", frame.top)
-            .number("width", frame.width)
-            .number("height", frame.height)
-    }
-
-    /// A line of text from a place on, in a font of this height.
-    pub(super) fn text(at: Pixel, size: f64) -> Self {
-        let mut text = Self::new("text")
-            .number("x", at.0)
-            .number("y", at.1)
-            .number("font-size", size);
-        text.font_size = size;
-        text
-    }
-
-    /// A line of text around a place.
-    pub(super) fn centred_text(at: Pixel, size: f64) -> Self {
-        Self::text(at, size).set("text-anchor", "middle")
-    }
-
-    pub(super) fn number(self, attribute: &str, value: f64) -> Self {
-        self.set(attribute, &decimal(value))
-    }
-
-    /// Adds an attribute; what a user wrote never stands in one.
-    pub(super) fn set(mut self, attribute: &str, value: &str) -> Self {
-        self.text.push_str(&format!(" {attribute}=\"{value}\""));
-        self
-    }
-
-    fn around(self, content: &str) -> String {
-        format!("{}>{content}</{}>\n", self.text, self.name)
-    }
-}
 
 /// A rectangle in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,60 +22,57 @@ pub(super) struct Frame {
     pub(super) height: f64,
 }
 
-/// What has been drawn so far, the latest on top.
-#[derive(Default)]
-pub(super) struct Drawing {
-    elements: String,
+/// A rectangle with these attributes besides.
+pub(super) fn rectangle(frame: Frame, attributes: &str) -> String {
+    let [x, y, width, height] = numbers(frame);
+    format!(r#"<rect x="{x}" y="{y}" width="{width}" height="{height}"{attributes}/>"#)
 }
 
-impl Drawing {
-    pub(super) fn add(&mut self, element: Element) {
-        self.elements.push_str(&element.text);
-        self.elements.push_str("/>\n");
-    }
-
-    /// Draws a line of text, see [`Element::text`].
-    pub(super) fn write(&mut self, text: Element, label: &str) {
-        let content = text::markup(label, text.font_size);
-        self.elements.push_str(&text.around(&content));
-    }
-
-    /// Draws inside a rectangle only.
-    pub(super) fn clipped(&mut self, frame: Frame, draw: impl FnOnce(&mut Drawing)) {
-        // Named after its rectangle: pictures pasted into one page may then share the name without harm.
-        let corner = [frame.left, frame.top, frame.width, frame.height].map(decimal);
-        let id = format!("axes-{}", corner.join("-"));
-        let clip = Element::new("clipPath").set("id", &id);
-        let rectangle = Element::rectangle(frame).text + "/>";
-        self.elements.push_str(&clip.around(&rectangle));
-        let mut inside = Drawing::default();
-        draw(&mut inside);
-        if !inside.elements.is_empty() {
-            let group = Element::new("g").set("clip-path", &format!("url(#{id})"));
-            self.elements.push_str(&group.around(&inside.elements));
-        }
-    }
-
-    /// The whole document on white.
-    pub(super) fn document(self, width: f64, height: f64) -> String {
-        // Without a viewBox a page that narrows the picture would crop it instead of scaling it;
-        // without preserved space some viewers swallow the blank after a subscript.
-        let root = Element::new("svg")
-            .set("xmlns", "http://www.w3.org/2000/svg")
-            .set("viewBox", &format!("0 0 {} {}", decimal(width), decimal(height)))
-            .set("xml:space", "preserve")
-            .number("width", width)
-            .number("height", height)
-            .set("font-family", FONTS);
-        let paper = "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
-        root.around(&format!("\n{paper}{}", self.elements))
-    }
+/// A straight line from one place to another.
+pub(super) fn line(from: Pixel, to: Pixel, colour: &str) -> String {
+    let [x1, y1, x2, y2] = [from.0, from.1, to.0, to.1].map(decimal);
+    format!("<line x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\" stroke=\"{colour}\"/>\n")
 }
 
-fn corners(pixels: &[Pixel]) -> String {
+/// A label from a place on in a font of this height, with these attributes besides.
+pub(super) fn text_line((x, y): Pixel, size: f64, attributes: &str, label: &str) -> String {
+    let content = text::markup(label, size);
+    let [x, y, size] = [x, y, size].map(decimal);
+    format!("<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{attributes}>{content}</text>\n")
+}
+
+/// Corners of a polygon, or places along a line.
+pub(super) fn points(pixels: &[Pixel]) -> String {
     let each: Vec<String> = pixels
         .iter()
         .map(|(x, y)| format!("{},{}", decimal(*x), decimal(*y)))
         .collect();
     each.join(" ")
+}
+
+/// Elements of which only what lies inside a rectangle is seen.
+pub(super) fn clipped(frame: Frame, inside: &str) -> String {
+    // Named after its rectangle: pictures pasted into one page may then share the name without harm.
+    let id = format!("axes-{}", numbers(frame).join("-"));
+    let clip = format!("<clipPath id=\"{id}\">{}</clipPath>\n", rectangle(frame, ""));
+    if inside.is_empty() {
+        return clip;
+    }
+    format!("{clip}<g clip-path=\"url(#{id})\">{inside}</g>\n")
+}
+
+/// The whole document on white.
+pub(super) fn document(width: f64, height: f64, elements: &str) -> String {
+    let [width, height] = [width, height].map(decimal);
+    // Without a viewBox a page that narrows the picture would crop it instead of scaling it;
+    // without preserved space some viewers swallow the blank after a subscript.
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" xml:space=\"preserve\" \
+         width=\"{width}\" height=\"{height}\" font-family=\"{FONTS}\">\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{elements}</svg>\n"
+    )
+}
+
+fn numbers(frame: Frame) -> [String; 4] {
+    [frame.left, frame.top, frame.width, frame.height].map(decimal)
 }

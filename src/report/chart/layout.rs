@@ -1,24 +1,18 @@
 //! Places panels in rows and columns, with one legend, and draws them as a document.
 
 use super::data::{Chart, Extent};
-use super::drawing::{Drawing, Element, Frame};
+use super::drawing::{document, text_line, Frame};
 use super::legend::Legend;
 use super::panel::{Look, Panel};
 
 /// Panels with axes of one size, and their legend.
 pub(super) struct Layout<'a> {
-    cells: Vec<GridCell<'a>>,
+    /// row by row
+    panels: Vec<Vec<Panel<'a>>>,
     columns: Vec<Margins>,
     rows: Vec<Margins>,
     pub(super) legend: Legend<'a>,
     look: &'static Look,
-}
-
-/// One panel and where it stands.
-struct GridCell<'a> {
-    panel: Panel<'a>,
-    row: usize,
-    column: usize,
 }
 
 /// Room before and after the axes of a row or column, in pixels.
@@ -38,28 +32,26 @@ impl Margins {
 }
 
 impl<'a> Layout<'a> {
-    pub(super) fn new(charts: &[Vec<Option<&'a Chart>>], look: &'static Look) -> Self {
-        let mut cells = vec![];
-        for (row, of_row) in charts.iter().enumerate() {
-            for (column, chart) in of_row.iter().enumerate() {
-                let panel = chart.map(|chart| Panel::new(chart, look));
-                cells.extend(panel.map(|panel| GridCell { panel, row, column }));
+    pub(super) fn new<Row: AsRef<[Chart]>>(charts: &'a [Row], look: &'static Look) -> Self {
+        let charts = || charts.iter().map(Row::as_ref);
+        let of_row = |row: &'a [Chart]| row.iter().map(|chart| Panel::new(chart, look)).collect();
+        let panels: Vec<Vec<Panel>> = charts().map(of_row).collect();
+        // the label of a tick at either end of an axis stands half its width beyond
+        let beyond = panels.iter().flatten().map(Panel::beyond).fold(0.0, f64::max);
+        let widest = panels.iter().map(Vec::len).max().unwrap_or(0);
+        let mut columns = vec![Margins::default().at_least(beyond, beyond); widest];
+        let mut rows = vec![Margins::default(); panels.len()];
+        for (of_row, row) in panels.iter().zip(&mut rows) {
+            for (panel, column) in of_row.iter().zip(&mut columns) {
+                *column = column.at_least(panel.left(), 0.0);
+                *row = row.at_least(panel.top(), panel.bottom());
             }
         }
-        // the label of a tick at either end of an axis stands half its width beyond
-        let beyond = cells.iter().map(|cell| cell.panel.beyond()).fold(0.0, f64::max);
-        let widest = charts.iter().map(Vec::len).max().unwrap_or(0);
-        let mut columns = vec![Margins::default().at_least(beyond, beyond); widest];
-        let mut rows = vec![Margins::default(); charts.len()];
-        for GridCell { panel, row, column } in &cells {
-            columns[*column] = columns[*column].at_least(panel.left(), 0.0);
-            rows[*row] = rows[*row].at_least(panel.top(), panel.bottom());
-        }
         Self {
-            cells,
+            panels,
             columns,
             rows,
-            legend: Legend::of(charts.iter().flatten().copied().flatten()),
+            legend: Legend::of(charts().flatten()),
             look,
         }
     }
@@ -73,8 +65,8 @@ impl<'a> Layout<'a> {
     ///
     /// A label longer than its axis widens all axes instead of being cut.
     pub(super) fn document(&self, axes: Extent, legend_beside: bool) -> String {
-        let axes = self.cells.iter().fold(axes, |axes, cell| {
-            let least = cell.panel.least_axes();
+        let axes = self.panels.iter().flatten().fold(axes, |axes, panel| {
+            let least = panel.least_axes();
             Extent {
                 width: axes.width.max(least.width),
                 height: axes.height.max(least.height),
@@ -82,21 +74,21 @@ impl<'a> Layout<'a> {
         });
         let (lefts, panels_width) = self.along(&self.columns, axes.width);
         let (tops, panels_height) = self.along(&self.rows, axes.height);
-        let mut drawing = Drawing::default();
-        for cell in &self.cells {
-            let frame = Frame {
-                left: lefts[cell.column],
-                top: tops[cell.row],
-                width: axes.width,
-                height: axes.height,
-            };
-            cell.panel.draw(&mut drawing, frame);
-            if self.look.letters {
-                let letter = char::from_u32('a' as u32 + cell.column as u32).unwrap_or('?');
-                let outside = frame.left - self.columns[cell.column].before;
-                let at = (outside, frame.top - self.look.title_rise());
-                let bold = Element::text(at, self.look.label_size).set("font-weight", "bold");
-                drawing.write(bold, &format!("({letter})"));
+        let mut elements = String::new();
+        for (of_row, top) in self.panels.iter().zip(&tops) {
+            for ((panel, left), (margins, letter)) in of_row.iter().zip(&lefts).zip(self.columns.iter().zip('a'..)) {
+                let frame = Frame {
+                    left: *left,
+                    top: *top,
+                    width: axes.width,
+                    height: axes.height,
+                };
+                elements += &panel.svg(frame);
+                if self.look.letters {
+                    let at = (frame.left - margins.before, frame.top - self.look.title_rise());
+                    let bold = r#" font-weight="bold""#;
+                    elements += &text_line(at, self.look.label_size, bold, &format!("({letter})"));
+                }
             }
         }
         let (corner, columns) = if legend_beside {
@@ -106,12 +98,11 @@ impl<'a> Layout<'a> {
             let spare = panels_width - self.legend.extent(columns).width;
             (((spare / 2.0).max(0.0).round(), panels_height), columns)
         };
-        self.legend.draw(&mut drawing, corner, columns);
+        elements += &self.legend.svg(corner, columns);
         let legend = self.legend.extent(columns);
-        drawing.document(
-            panels_width.max(corner.0 + legend.width).ceil(),
-            panels_height.max(corner.1 + legend.height).ceil(),
-        )
+        let width = panels_width.max(corner.0 + legend.width).ceil();
+        let height = panels_height.max(corner.1 + legend.height).ceil();
+        document(width, height, &elements)
     }
 
     /// Where the axes of each row or column begin, and how far all of them reach.

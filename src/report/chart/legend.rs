@@ -1,7 +1,7 @@
 //! Lists the named layers with samples of their marks.
 
 use super::data::{Chart, Extent, Layer, Marks};
-use super::drawing::{Drawing, Element, Pixel};
+use super::drawing::{text_line, Pixel};
 use super::{mark, text};
 
 const SIZE: f64 = 13.0;
@@ -54,32 +54,31 @@ impl<'a> Legend<'a> {
         }
     }
 
-    /// Draws the entries from a corner rightwards and down, column after column.
-    pub(super) fn draw(&self, drawing: &mut Drawing, (left, top): Pixel, columns: usize) {
+    /// The entries from a corner rightwards and down, column after column.
+    pub(super) fn svg(&self, (left, top): Pixel, columns: usize) -> String {
+        // One sample of each kind: later panels repeat a name with the same marks, and a
+        // band painted twice would look darker than it is.
+        const KINDS: [fn(&Marks) -> bool; 3] = [
+            |marks| matches!(marks, Marks::Band(_)),
+            |marks| matches!(marks, Marks::Line(..)),
+            |marks| matches!(marks, Marks::Points(_)),
+        ];
         let rows = self.entries.len().div_ceil(columns.max(1)).max(1);
+        let mut elements = String::new();
         for (i, (name, layers)) in self.entries.iter().enumerate() {
             let x = left + (i / rows) as f64 * self.column_width();
             let y = top + ROW * ((i % rows) as f64 + 0.5);
-            // One sample of each kind: later panels repeat a name with the same marks, and a
-            // band painted twice would look darker than it is.
-            let kinds: [fn(&Marks) -> bool; 3] = [
-                |marks| matches!(marks, Marks::Band(_)),
-                |marks| matches!(marks, Marks::Line(..)),
-                |marks| matches!(marks, Marks::Points(_)),
-            ];
-            for layer in kinds
-                .iter()
-                .filter_map(|kind| layers.iter().find(|layer| kind(&layer.marks)))
-            {
-                drawing.add(sample(layer, (x, y)));
-            }
-            drawing.write(Element::text((x + SAMPLE + GAP, y + 4.7), SIZE), name);
+            let first_of = |kind: fn(&Marks) -> bool| layers.iter().find(|layer| kind(&layer.marks));
+            let samples = KINDS.into_iter().filter_map(first_of);
+            elements.extend(samples.map(|layer| sample(layer, (x, y))));
+            elements += &text_line((x + SAMPLE + GAP, y + 4.7), SIZE, "", name);
         }
+        elements
     }
 }
 
 /// A layer's mark, from a place to the right.
-fn sample(layer: &Layer, (x, y): Pixel) -> Element {
+fn sample(layer: &Layer, (x, y): Pixel) -> String {
     let style = layer.style;
     match &layer.marks {
         Marks::Points(_) => mark::marker((x + SAMPLE / 2.0, y), style),

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::data::{Dash, Style};
-use super::drawing::{Element, Pixel};
+use super::drawing::{points, Pixel};
 use super::text::decimal;
 
 /// Okabe and Ito's colours for the colour-blind (2008) without their yellow, which white
@@ -18,32 +18,23 @@ fn colour(style: Style) -> &'static str {
 }
 
 /// A marker of the style.
-pub(super) fn marker((x, y): Pixel, style: Style) -> Element {
+pub(super) fn marker((x, y): Pixel, style: Style) -> String {
     let open = style.open != ((style.group / GROUPS) % 2 == 1);
-    let white = "#ffffff";
     // A white rim keeps the shapes of crowded filled markers readable; hollow ones show those behind them.
     let (radius, fill, edge, edge_width) = if open {
         (4.0, "none", colour(style), 1.4)
     } else {
-        (4.8, colour(style), white, 0.7)
+        (4.8, colour(style), "#ffffff", 0.7)
     };
     let shape = match outline(style.group) {
-        None => Element::new("circle")
-            .number("cx", x)
-            .number("cy", y)
-            .number("r", radius),
+        None => format!(r#"circle cx="{}" cy="{}" r="{radius}""#, decimal(x), decimal(y)),
         Some(corners) => {
-            let corners: Vec<Pixel> = corners
-                .iter()
-                .map(|&(dx, dy)| (x + radius * dx, y + radius * dy))
-                .collect();
-            Element::polygon(&corners)
+            let corner = |(dx, dy): &Pixel| (x + radius * dx, y + radius * dy);
+            let corners: Vec<Pixel> = corners.iter().map(corner).collect();
+            format!(r#"polygon points="{}""#, points(&corners))
         }
     };
-    shape
-        .set("fill", fill)
-        .set("stroke", edge)
-        .number("stroke-width", edge_width)
+    format!("<{shape} fill=\"{fill}\" stroke=\"{edge}\" stroke-width=\"{edge_width}\"/>\n")
 }
 
 /// Corners of a group's marker for a circle of radius 1; `None` for the circle itself.
@@ -82,50 +73,39 @@ fn outline(group: usize) -> Option<Vec<(f64, f64)>> {
 }
 
 /// A line through pixels.
-pub(super) fn stroke(pixels: &[Pixel], style: Style, dash: Dash) -> Element {
-    let line = Element::polyline(pixels)
-        .set("fill", "none")
-        .set("stroke", colour(style))
-        .number("stroke-width", 1.8);
-    match dash {
-        Dash::Solid => line,
-        Dash::Dashed => line.set("stroke-dasharray", "7 4"),
-        Dash::Dotted => line.set("stroke-dasharray", "2 3"),
-    }
+pub(super) fn stroke(pixels: &[Pixel], style: Style, dash: Dash) -> String {
+    let dashes = match dash {
+        Dash::Solid => "",
+        Dash::Dashed => r#" stroke-dasharray="7 4""#,
+        Dash::Dotted => r#" stroke-dasharray="2 3""#,
+    };
+    let (points, colour) = (points(pixels), colour(style));
+    format!("<polyline points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.8\"{dashes}/>\n")
 }
 
 /// Many small squares as one path: a tenth of the bytes of as many markers.
-pub(super) fn dots(pixels: &[Pixel], style: Style) -> Element {
+pub(super) fn dots(pixels: &[Pixel], style: Style) -> String {
     const SIDE: f64 = 2.0;
-    let squares: Vec<String> = pixels
-        .iter()
-        .map(|(x, y)| {
-            let (left, top) = (decimal(x - 0.5 * SIDE), decimal(y - 0.5 * SIDE));
-            format!("M{left} {top}h{SIDE}v{SIDE}h-{SIDE}z")
-        })
-        .collect();
-    Element::new("path")
-        .set("d", &squares.concat())
-        .set("fill", colour(style))
-        .number("fill-opacity", 0.6)
+    let square = |(x, y): &Pixel| {
+        let (left, top) = (decimal(x - 0.5 * SIDE), decimal(y - 0.5 * SIDE));
+        format!("M{left} {top}h{SIDE}v{SIDE}h-{SIDE}z")
+    };
+    let (squares, colour) = (pixels.iter().map(square).collect::<String>(), colour(style));
+    format!("<path d=\"{squares}\" fill=\"{colour}\" fill-opacity=\"0.6\"/>\n")
 }
 
 /// A translucent area with these corners.
-pub(super) fn area(corners: &[Pixel], style: Style) -> Element {
-    Element::polygon(corners)
-        .set("fill", colour(style))
-        .number("fill-opacity", 0.2)
+pub(super) fn area(corners: &[Pixel], style: Style) -> String {
+    let (points, colour) = (points(corners), colour(style));
+    format!("<polygon points=\"{points}\" fill=\"{colour}\" fill-opacity=\"0.2\"/>\n")
 }
 
 /// A vertical bar with caps from one pixel height to another.
-pub(super) fn error_bar((x, low): Pixel, high: f64, style: Style) -> Element {
-    let (left, right) = (decimal(x - 4.0), decimal(x + 4.0));
-    let [x, low, high] = [x, low, high].map(decimal);
-    Element::new("path")
-        .set(
-            "d",
-            &format!("M{left} {low}H{right}M{x} {low}V{high}M{left} {high}H{right}"),
-        )
-        .set("stroke", colour(style))
-        .number("stroke-width", 1.2)
+pub(super) fn error_bar((x, low): Pixel, high: f64, style: Style) -> String {
+    let [left, x, right, low, high] = [x - 4.0, x, x + 4.0, low, high].map(decimal);
+    let colour = colour(style);
+    format!(
+        "<path d=\"M{left} {low}H{right}M{x} {low}V{high}M{left} {high}H{right}\" stroke=\"{colour}\" \
+         stroke-width=\"1.2\"/>\n"
+    )
 }

@@ -1,7 +1,7 @@
 //! Draws one chart: its axes, the marks inside them and the labels around them.
 
-use super::data::{Axis, Chart, ChartPoint, Extent, Marks, Style};
-use super::drawing::{Drawing, Element, Frame, Pixel};
+use super::data::{Axis, Chart, ChartPoint, Extent, Marks};
+use super::drawing::{clipped, line, rectangle, text_line, Frame, Pixel, CENTRED};
 use super::scale::{drawable, AxisScale};
 use super::{mark, text};
 
@@ -100,137 +100,126 @@ impl<'a> Panel<'a> {
         TICK + 3.0 + self.y.label_width(self.look.tick_size) + 0.6 * self.look.label_size
     }
 
-    /// Draws everything, with the axes along the frame.
-    pub(super) fn draw(&self, drawing: &mut Drawing, frame: Frame) {
+    /// Everything, with the axes along the frame.
+    pub(super) fn svg(&self, frame: Frame) -> String {
+        let (inside, points) = self.marks(frame);
+        let mut elements = String::new();
         if !self.look.small {
-            self.draw_grid_lines(drawing, frame);
+            elements += &self.grid_lines(frame);
         }
-        drawing.clipped(frame, |inside| {
-            self.draw_bands(inside, frame);
-            self.draw_lines(inside, frame);
-            self.draw_error_bars(inside, frame);
-        });
-        drawing.add(Element::rectangle(frame).set("fill", "none").set("stroke", BLACK));
-        // Not clipped, so that a marker on the edge stays whole.
-        self.draw_points(drawing, frame);
+        elements += &clipped(frame, &inside);
+        elements += &rectangle(frame, &format!(" fill=\"none\" stroke=\"{BLACK}\""));
+        elements += "\n";
+        elements += &points;
         if !self.chart.x.label.is_empty() {
-            self.label_x(drawing, frame);
+            elements += &self.x_labels(frame);
         }
         if !self.chart.y.label.is_empty() {
-            self.label_y(drawing, frame);
+            elements += &self.y_labels(frame);
         }
         if let Some(title) = &self.chart.title {
             let at = (frame.left + frame.width / 2.0, frame.top - self.look.title_rise());
-            drawing.write(Element::centred_text(at, self.look.label_size), title);
+            elements += &text_line(at, self.look.label_size, CENTRED, title);
         }
+        elements
     }
 
-    fn draw_grid_lines(&self, drawing: &mut Drawing, frame: Frame) {
+    fn grid_lines(&self, frame: Frame) -> String {
         let (right, bottom) = (frame.left + frame.width, frame.top + frame.height);
         let verticals = self.x.ticks().map(|tick| self.across(frame, tick));
         let horizontals = self.y.ticks().map(|tick| self.down(frame, tick));
-        let lines = verticals
-            .map(|x| ((x, frame.top), (x, bottom)))
-            .chain(horizontals.map(|y| ((frame.left, y), (right, y))));
-        for (from, to) in lines {
-            drawing.add(line(from, to, GRID_LINES));
-        }
+        verticals
+            .map(|x| line((x, frame.top), (x, bottom), GRID_LINES))
+            .chain(horizontals.map(|y| line((frame.left, y), (right, y), GRID_LINES)))
+            .collect()
     }
 
-    fn draw_bands(&self, drawing: &mut Drawing, frame: Frame) {
+    /// Bands, lines over them and error bars, to be clipped; and the points, which are not, so that a marker on the edge
+    /// stays whole.
+    fn marks(&self, frame: Frame) -> (String, String) {
+        let at = |x: f64, y: f64| (self.across(frame, x), self.down(frame, y));
+        let [mut bands, mut lines, mut bars, mut points] = [const { String::new() }; 4];
         for layer in &self.chart.layers {
-            let Marks::Band(edges) = &layer.marks else {
-                continue;
-            };
-            for piece in edges.split(|e| !edge_drawable(e)).filter(|piece| piece.len() > 1) {
-                let upper = piece.iter().map(|&(x, _, upper)| self.at(frame, x, upper));
-                let lower = piece.iter().rev().map(|&(x, lower, _)| self.at(frame, x, lower));
-                drawing.add(mark::area(&upper.chain(lower).collect::<Vec<_>>(), layer.style));
-            }
-        }
-    }
-
-    fn draw_lines(&self, drawing: &mut Drawing, frame: Frame) {
-        for layer in &self.chart.layers {
-            let Marks::Line(xy, dash) = &layer.marks else {
-                continue;
-            };
-            let broken = |p: &(f64, f64)| !(drawable(p.0) && drawable(p.1));
-            for piece in xy.split(broken).filter(|piece| piece.len() > 1) {
-                let pixels: Vec<Pixel> = piece.iter().map(|&(x, y)| self.at(frame, x, y)).collect();
-                drawing.add(mark::stroke(&pixels, layer.style, *dash));
-            }
-        }
-    }
-
-    fn draw_error_bars(&self, drawing: &mut Drawing, frame: Frame) {
-        for (style, points) in self.points_within() {
-            for p in points {
-                if let Some(se) = bar(p) {
-                    let high = self.at(frame, p.x, p.y + se).1;
-                    drawing.add(mark::error_bar(self.at(frame, p.x, p.y - se), high, style));
+            let style = layer.style;
+            match &layer.marks {
+                Marks::Band(edges) => {
+                    let pieces = edges.split(|edge| !edge_drawable(edge));
+                    for piece in pieces.filter(|piece| piece.len() > 1) {
+                        let upper = piece.iter().map(|&(x, _, upper)| at(x, upper));
+                        let lower = piece.iter().rev().map(|&(x, lower, _)| at(x, lower));
+                        let corners: Vec<Pixel> = upper.chain(lower).collect();
+                        bands += &mark::area(&corners, style);
+                    }
+                }
+                Marks::Line(xy, dash) => {
+                    let pieces = xy.split(|(x, y)| !(drawable(*x) && drawable(*y)));
+                    for piece in pieces.filter(|piece| piece.len() > 1) {
+                        let pixels: Vec<Pixel> = piece.iter().map(|&(x, y)| at(x, y)).collect();
+                        lines += &mark::stroke(&pixels, style, *dash);
+                    }
+                }
+                Marks::Points(all) => {
+                    let within = |p: &&ChartPoint| self.x.contains(p.x) && self.y.contains(p.y);
+                    let mut pixels = vec![];
+                    for point in all.iter().filter(within) {
+                        pixels.push(at(point.x, point.y));
+                        if let Some(se) = bar(point) {
+                            let high = at(point.x, point.y + se).1;
+                            bars += &mark::error_bar(at(point.x, point.y - se), high, style);
+                        }
+                    }
+                    if !self.look.small || style.open {
+                        points.extend(pixels.into_iter().map(|at| mark::marker(at, style)));
+                    } else if !pixels.is_empty() {
+                        points += &mark::dots(&pixels, style);
+                    }
                 }
             }
         }
+        (bands + &lines + &bars, points)
     }
 
-    fn draw_points(&self, drawing: &mut Drawing, frame: Frame) {
-        for (style, points) in self.points_within() {
-            let pixels: Vec<Pixel> = points.iter().map(|p| self.at(frame, p.x, p.y)).collect();
-            if !self.look.small || style.open {
-                pixels.iter().for_each(|at| drawing.add(mark::marker(*at, style)));
-            } else if !pixels.is_empty() {
-                drawing.add(mark::dots(&pixels, style));
-            }
-        }
-    }
-
-    /// Points inside the axes, layer by layer, with the style of each.
-    fn points_within(&self) -> impl Iterator<Item = (Style, Vec<&ChartPoint>)> + '_ {
-        self.chart.layers.iter().filter_map(|layer| {
-            let Marks::Points(points) = &layer.marks else {
-                return None;
-            };
-            let within = |p: &&ChartPoint| self.x.contains(p.x) && self.y.contains(p.y);
-            Some((layer.style, points.iter().filter(within).collect()))
-        })
-    }
-
-    fn label_x(&self, drawing: &mut Drawing, frame: Frame) {
+    /// Ticks and labels below the axes.
+    fn x_labels(&self, frame: Frame) -> String {
+        let Look {
+            tick_size, label_size, ..
+        } = *self.look;
         let bottom = frame.top + frame.height;
-        let needed = self.x.label_width(self.look.tick_size) + 4.0;
-        let every = self.x.labelled_every(needed, frame.width);
+        let every = self.x.labelled_every(self.x.label_width(tick_size) + 4.0, frame.width);
+        let mut elements = String::new();
         for (index, tick) in self.x.ticks().enumerate() {
             let x = self.across(frame, tick);
-            drawing.add(line((x, bottom), (x, bottom + TICK), BLACK));
+            elements += &line((x, bottom), (x, bottom + TICK), BLACK);
             if index % every == 0 {
-                let at = (x, bottom + TICK + self.look.tick_size);
-                drawing.write(Element::centred_text(at, self.look.tick_size), &self.x.label(tick));
+                elements += &text_line((x, bottom + TICK + tick_size), tick_size, CENTRED, &self.x.label(tick));
             }
         }
         let at = (frame.left + frame.width / 2.0, bottom + self.look.label_drop());
-        drawing.write(Element::centred_text(at, self.look.label_size), &self.chart.x.label);
+        elements + &text_line(at, label_size, CENTRED, &self.chart.x.label)
     }
 
-    fn label_y(&self, drawing: &mut Drawing, frame: Frame) {
-        let every = self.y.labelled_every(1.2 * self.look.tick_size, frame.height);
+    /// Ticks and labels left of the axes.
+    fn y_labels(&self, frame: Frame) -> String {
+        let Look {
+            tick_size, label_size, ..
+        } = *self.look;
+        let every = self.y.labelled_every(1.2 * tick_size, frame.height);
+        let mut elements = String::new();
         for (index, tick) in self.y.ticks().enumerate() {
             let y = self.down(frame, tick);
-            drawing.add(line((frame.left, y), (frame.left - TICK, y), BLACK));
+            elements += &line((frame.left, y), (frame.left - TICK, y), BLACK);
             if index % every == 0 {
-                let at = (frame.left - TICK - 3.0, y + 0.36 * self.look.tick_size);
-                let text = Element::text(at, self.look.tick_size).set("text-anchor", "end");
-                drawing.write(text, &self.y.label(tick));
+                let at = (frame.left - TICK - 3.0, y + 0.36 * tick_size);
+                elements += &text_line(at, tick_size, r#" text-anchor="end""#, &self.y.label(tick));
             }
         }
         let (x, y) = (frame.left - self.y_label_distance(), frame.top + frame.height / 2.0);
-        let upwards = format!("rotate(-90,{},{})", text::decimal(x), text::decimal(y));
-        let text = Element::centred_text((x, y), self.look.label_size).set("transform", &upwards);
-        drawing.write(text, &self.chart.y.label);
-    }
-
-    fn at(&self, frame: Frame, x: f64, y: f64) -> Pixel {
-        (self.across(frame, x), self.down(frame, y))
+        let upwards = format!(
+            "{CENTRED} transform=\"rotate(-90,{},{})\"",
+            text::decimal(x),
+            text::decimal(y)
+        );
+        elements + &text_line((x, y), label_size, &upwards, &self.chart.y.label)
     }
 
     fn across(&self, frame: Frame, x: f64) -> f64 {
@@ -249,15 +238,6 @@ fn labelled(axis: &Axis, room: f64) -> f64 {
     } else {
         room
     }
-}
-
-fn line(from: Pixel, to: Pixel, colour: &str) -> Element {
-    Element::new("line")
-        .number("x1", from.0)
-        .number("y1", from.1)
-        .number("x2", to.0)
-        .number("y2", to.1)
-        .set("stroke", colour)
 }
 
 /// How far marks reach: x, lowest and highest y.

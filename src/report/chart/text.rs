@@ -3,35 +3,18 @@
 use super::super::markup::escaped;
 use crate::error::is_unseen;
 
-/// Size of a script relative to its line.
-const SCRIPT: f64 = 0.75;
-
 /// Where a part of a label stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Script {
-    Line,
-    Lowered,
-    Raised,
+struct Script {
+    /// distance below the line, in the line's em
+    drop: f64,
+    /// relative to the line
+    size: f64,
 }
 
-impl Script {
-    /// Distance below the line, in the line's em.
-    fn drop(self) -> f64 {
-        match self {
-            Script::Line => 0.0,
-            Script::Lowered => 0.22,
-            Script::Raised => -0.36,
-        }
-    }
-
-    /// Size relative to the line.
-    fn size(self) -> f64 {
-        match self {
-            Script::Line => 1.0,
-            Script::Lowered | Script::Raised => SCRIPT,
-        }
-    }
-}
+const LINE: Script = Script { drop: 0.0, size: 1.0 };
+const LOWERED: Script = Script { drop: 0.22, size: 0.75 };
+const RAISED: Script = Script { drop: -0.36, size: 0.75 };
 
 /// The content of an element that holds the label, set at so many pixels. Sizes and shifts are in pixels: not every viewer
 /// reads a share of the size around it.
@@ -39,8 +22,8 @@ pub(super) fn markup(label: &str, size: f64) -> String {
     let mut content = String::new();
     let mut at = 0.0;
     for (script, part) in parts(label) {
-        let shift = script.drop() - at;
-        at = script.drop();
+        let shift = script.drop - at;
+        at = script.drop;
         let part = escaped(&part);
         if shift == 0.0 {
             content.push_str(&part);
@@ -48,7 +31,7 @@ pub(super) fn markup(label: &str, size: f64) -> String {
             content.push_str(&format!(
                 "<tspan dy=\"{}\" font-size=\"{}\">{part}</tspan>",
                 decimal(shift * size),
-                decimal(script.size() * size)
+                decimal(script.size * size)
             ));
         }
     }
@@ -58,7 +41,7 @@ pub(super) fn markup(label: &str, size: f64) -> String {
 /// Estimates a label's width in pixels, generously: what viewers substitute for the fonts
 /// asked for is unknown, and among the usual ones only bold or monospaced faces are wider.
 pub(super) fn width(label: &str, size: f64) -> f64 {
-    let part_width = |(script, part): &(Script, String)| script.size() * part.chars().map(advance).sum::<f64>();
+    let part_width = |(script, part): &(Script, String)| script.size * part.chars().map(advance).sum::<f64>();
     size * parts(label).iter().map(part_width).sum::<f64>()
 }
 
@@ -92,28 +75,25 @@ fn parts(label: &str) -> Vec<(Script, String)> {
     let mut rest = clean.as_str();
     while let Some(c) = rest.chars().next() {
         let script = match c {
-            '_' => Script::Lowered,
-            '^' => Script::Raised,
-            _ => Script::Line,
+            '_' => Some(LOWERED),
+            '^' => Some(RAISED),
+            _ => None,
         };
         let after = &rest[c.len_utf8()..];
         let braces = after.strip_prefix('{').and_then(|s| s.split_once('}'));
-        match braces {
-            Some((inner, tail)) if script != Script::Line => {
-                if !line.is_empty() {
-                    parts.push((Script::Line, std::mem::take(&mut line)));
-                }
-                parts.push((script, inner.to_string()));
-                rest = tail;
+        if let Some((script, (inner, tail))) = script.zip(braces) {
+            if !line.is_empty() {
+                parts.push((LINE, std::mem::take(&mut line)));
             }
-            _ => {
-                line.push(c);
-                rest = after;
-            }
+            parts.push((script, inner.to_owned()));
+            rest = tail;
+        } else {
+            line.push(c);
+            rest = after;
         }
     }
     if !line.is_empty() {
-        parts.push((Script::Line, line));
+        parts.push((LINE, line));
     }
     parts
 }
@@ -134,15 +114,15 @@ mod tests {
 
     #[test]
     fn only_braces_make_scripts() {
-        let line = |s: &str| (Script::Line, s.to_string());
+        let line = |s: &str| (LINE, s.to_string());
         assert_eq!(parts("AK_10^x"), [line("AK_10^x")]);
         assert_eq!(parts("a_{b"), [line("a_{b")]);
         assert_eq!(
             parts("e_{inf}^{2}/ρ"),
             [
                 (line("e")),
-                (Script::Lowered, "inf".into()),
-                (Script::Raised, "2".into()),
+                (LOWERED, "inf".into()),
+                (RAISED, "2".into()),
                 line("/ρ")
             ]
         );

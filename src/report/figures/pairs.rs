@@ -34,7 +34,7 @@ pub(super) fn pairs_of_parameters(input: ReportInput) -> Option<Figure> {
 }
 
 /// The lower triangle of panels, row by row.
-fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Vec<Option<Chart>>> {
+fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Vec<Chart>> {
     let places = first_places(posterior);
     let parameters = &posterior.sampled.parameters.sampled;
     // chain after chain
@@ -51,17 +51,14 @@ fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Vec<Option<Chart>>> 
         let label = if at_edge { names[place].as_str() } else { "" };
         Axis::new(label).between(ranges[place].0, ranges[place].1)
     };
-    let panel = |row: usize, column: usize| -> Option<Chart> {
-        if column > row {
-            return None;
-        }
+    let panel = |row: usize, column: usize| {
         let x = axis(column, row == last);
         if column == row {
             let (layers, highest) = histogram(&all[row], ranges[row], |x| {
                 let (ln, _) = parameters[places[row]].prior.ln_density(x)?;
                 Some(ln.exp())
             });
-            return Some(Chart::new(x, Axis::new("").between(0.0, 1.08 * highest), layers));
+            return Chart::new(x, Axis::new("").between(0.0, 1.08 * highest), layers);
         }
         let cloud = |name: &str, which: &[usize], style: Style| {
             let point = |draw: &usize| ChartPoint::at(all[column][*draw], all[row][*draw]);
@@ -69,11 +66,10 @@ fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Vec<Option<Chart>>> 
         };
         let mut layers = Vec::from_iter(cloud("draws", &plain, Style::group(1)));
         layers.extend(cloud("divergent draws", &diverging, Style::group(2).open()));
-        Some(Chart::new(x, axis(row, column == 0), layers))
+        Chart::new(x, axis(row, column == 0), layers)
     };
-    (0..places.len())
-        .map(|row| (0..places.len()).map(|column| panel(row, column)).collect())
-        .collect()
+    let of_row = |row: usize| (0..=row).map(|column| panel(row, column)).collect();
+    (0..places.len()).map(of_row).collect()
 }
 
 /// Places of the parameters that are shown, in their order: those that all runs share go before the k of each particle.
