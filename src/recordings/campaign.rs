@@ -1,5 +1,7 @@
 //! Goes from recordings to runs: one gravity for all of them, a scale each, a verdict each.
 
+use serde::Serialize;
+
 use super::contacts::{Contact, NoContact};
 use super::flights::Flights;
 use super::gravity::{is_off, shared, Gravity, GRAVITY};
@@ -40,7 +42,7 @@ pub struct Shown {
 }
 
 /// Where the scale of a recording comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum ScaleSource {
     /// heights are lengths already
     Lengths,
@@ -58,7 +60,7 @@ impl ScaleSource {
 }
 
 /// Pixels per metre.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ImageScale {
     /// what was used; 1 of lengths
     pub value: f64,
@@ -69,7 +71,7 @@ pub struct ImageScale {
 }
 
 /// An impact of a recording.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Impact {
     /// both speeds at the plate, in m/s; the height there in m
     pub speeds: ContactSpeeds,
@@ -138,6 +140,12 @@ pub enum Refusal {
     Shows(NoContact),
 }
 
+impl From<NoContact> for Refusal {
+    fn from(what: NoContact) -> Refusal {
+        Refusal::Shows(what)
+    }
+}
+
 impl Refusal {
     /// As a reason in a table says it.
     pub fn words(&self) -> &str {
@@ -200,16 +208,14 @@ pub(super) fn analyse(
     all_rebounds: bool,
 ) -> (Vec<Outcome>, GravityCheck) {
     let begun = recordings.iter().zip(&shown).map(|(recording, shown)| match shown {
-        Ok(shown) => Underway::of(recording, shown, all_rebounds).map_err(Refusal::Shows),
+        Ok(shown) => Underway::of(recording, shown, all_rebounds),
         Err(refusal) => Err(refusal.clone()),
     });
     let mut underway: Vec<Result<Underway, Refusal>> = begun.collect();
     let check = settle(&mut underway);
-    let finished = underway
-        .into_iter()
-        .map(|of| of.and_then(|of| finish(&of, check).map_err(Refusal::Shows)));
-    let finished: Vec<Result<Tracked, Refusal>> = finished.collect();
-    let outcomes = recordings.into_iter().zip(shown).zip(finished);
+    let tracked = underway.into_iter().map(|of| of.and_then(|of| finish(&of, check)));
+    let tracked: Vec<Result<Tracked, Refusal>> = tracked.collect();
+    let outcomes = recordings.into_iter().zip(shown).zip(tracked);
     let outcomes = outcomes.map(|((recording, shown), tracked)| Outcome {
         recording,
         shown: shown.ok(),
@@ -262,7 +268,7 @@ fn settle(underway: &mut [Result<Underway, Refusal>]) -> GravityCheck {
         for place in underway.iter_mut() {
             let refined = place.as_mut().map_or(Ok(()), |of| of.refine(check));
             if let Err(reason) = refined {
-                *place = Err(Refusal::Shows(reason));
+                *place = Err(reason);
             }
         }
     }
@@ -299,7 +305,7 @@ fn gravity_for(of: &Underway, check: GravityCheck) -> Option<Gravity> {
     check.measured
 }
 
-fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, NoContact> {
+fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, Refusal> {
     let gravity = gravity_for(of, check).ok_or(NoContact::NeverFalls)?;
     let flights = &of.flights;
     let mut met = flights.met(gravity);
@@ -323,7 +329,14 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, NoContact> {
             stuck,
             at_film,
             apart: apart.filter(|_| share > APART_COUNTS),
-            verdict: verdict(of, (*contact, *speeds), gravity, check).or_else(|| too_far_apart(apart?, share)),
+            // its numbers cannot all be right
+            verdict: of
+                .width_verdict()
+                .or_else(|| of.fall_verdict(*contact, gravity, check))
+                .or_else(|| of.unseen_verdict(*speeds))
+                .or_else(|| of.contact_verdict(*contact, *speeds))
+                .or_else(|| of.run_verdict(*contact, *speeds))
+                .or_else(|| too_far_apart(apart?, share)),
         }
     });
     let rest = flights
@@ -362,7 +375,7 @@ fn free_flights(flights: &Flights, gravity: Gravity, level: f64) -> Vec<FreeFlig
     let acceleration = -gravity.value;
     let flight = |place: usize| {
         let instant = flights.segments[place].parabola.time;
-        let fit = flights.fit(place, instant);
+        let fit = flights.fit_from_middle(place);
         FreeFlight {
             frames: flights.segments[place].frames.clone(),
             residuals: flights.residuals(place, gravity),
@@ -378,22 +391,8 @@ fn free_flights(flights: &Flights, gravity: Gravity, level: f64) -> Vec<FreeFlig
     flights.places().map(flight).collect()
 }
 
-/// Why an impact is left out, where it is: its numbers cannot all be right.
-fn verdict(
-    of: &Underway,
-    (contact, speeds): (Contact, ContactSpeeds),
-    gravity: Gravity,
-    check: GravityCheck,
-) -> Option<String> {
-    of.width_verdict()
-        .or_else(|| of.fall_verdict(contact, gravity, check))
-        .or_else(|| of.unseen_verdict(speeds))
-        .or_else(|| of.contact_verdict(contact, speeds))
-        .or_else(|| of.run_verdict(contact, speeds))
-}
-
 impl Underway<'_> {
-    fn of<'r>(recording: &'r Recording, shown: &Shown, all_rebounds: bool) -> Result<Underway<'r>, NoContact> {
+    fn of<'r>(recording: &'r Recording, shown: &Shown, all_rebounds: bool) -> Result<Underway<'r>, Refusal> {
         let scale = scale(recording, shown);
         let flights = Flights::of(shown.track.clone(), all_rebounds).map_err(|reason| match reason {
             // frames have their ground below whatever the list says of tables
@@ -414,12 +413,12 @@ impl Underway<'_> {
     }
 
     /// Fits its flights anew, with the gravity that is known by now.
-    fn refine(&mut self, check: GravityCheck) -> Result<(), NoContact> {
+    fn refine(&mut self, check: GravityCheck) -> Result<(), Refusal> {
         let gravity = gravity_for(self, check).ok_or(NoContact::NeverFalls)?;
         let recording = self.recording;
         // lengths are metres from here on
         self.flights.air = recording.density.map(|density| recording.in_air(density));
-        self.flights.refine(gravity, recording.film)
+        Ok(self.flights.refine(gravity, recording.film)?)
     }
 
     /// Whether the sphere can be as wide as its scale says: wider than its positions scatter, and as the frames show it.
@@ -474,9 +473,7 @@ impl Underway<'_> {
         }
         let places = [("before", Some(contact.before)), ("after", contact.rebound())];
         places.into_iter().find_map(|(side, place)| {
-            let (flights, place) = (&self.flights, place?);
-            let fit = flights.fit(place, flights.segments[place].parabola.time);
-            let [own, se] = fit.own_gravity(flights.sigma);
+            let [own, se] = self.flights.fit_from_middle(place?).own_gravity(self.flights.sigma);
             is_off(own, se.hypot(gravity.se), gravity.value).then(|| {
                 format!(
                     "its flight {side} the contact falls at {own:.2} m/s^2, where all fall at {:.2}: {}",

@@ -4,11 +4,13 @@
 //! at which both flights are at one height, which is that of the contact: v = −ẏ of the one there, v_r = ẏ of the other.
 //! Where the sphere stayed, v is that at the height it rests at. All errors are to first order.
 
+use serde::Serialize;
+
 use super::gravity::Gravity;
 use super::parabola::Parabola;
 
 /// Speeds at the contact, with their errors.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ContactSpeeds {
     /// when, in s
     pub time: f64,

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::folder::{Files, TRACKING_SCHEMA};
 use super::json;
-use super::template;
+use super::template::{self, with};
 use crate::error::Error;
 use crate::findings::range::range;
 use crate::recordings::{
@@ -108,17 +108,12 @@ pub fn is_usable(campaign: &Campaign) -> bool {
 /// contacts of its impacts lie apart.
 pub fn doubts(campaign: &Campaign) -> Vec<String> {
     let mut lines = vec![];
-    for Outcome {
-        recording,
-        shown,
-        tracked,
-    } in &campaign.outcomes
-    {
-        let (Ok(tracked), Some(shown)) = (tracked, shown) else {
+    for outcome in &campaign.outcomes {
+        let (Ok(tracked), Some(shown)) = (&outcome.tracked, &outcome.shown) else {
             continue;
         };
-        let Recording { line, run, .. } = recording;
-        if let Some(frames) = uneven_frames(recording, shown, &tracked.jumps) {
+        let Recording { line, run, .. } = &outcome.recording;
+        if let Some(frames) = uneven_frames(&outcome.recording, shown, &tracked.jumps) {
             lines.push(format!(
                 "line {line}, {run}: {frames}; its times are mended, and ± holds what they may do at the contact and to the \
                  frame rate"
@@ -176,39 +171,16 @@ fn page(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<String, Er
     let mut looks: Vec<String> = campaign.notices.iter().map(|notice| notice.text.clone()).collect();
     looks.extend(doubts(campaign));
     let impacts = rows(campaign).map(|(recording, impact)| {
-        let speeds = &impact.speeds;
-        context! {
-            run => recording.run.as_str(),
-            particle => recording.particle.as_str(),
-            liquid => recording.liquid.as_deref().unwrap_or(DRY),
-            impact => vec![speeds.impact_speed, speeds.impact_speed_sd],
-            rebound => vec![speeds.rebound_speed, speeds.rebound_speed_sd],
-            stuck => impact.stuck,
-            correlation => speeds.correlation,
-            restitution => speeds.rebound_speed / speeds.impact_speed,
-            at_film => recording.liquid.as_ref().map(|_| impact.at_film.to_vec()),
-            verdict => impact.verdict.as_deref(),
-        }
+        let Recording { run, particle, .. } = recording;
+        with(impact, context! { run, particle, liquid => &recording.liquid })
     });
     let scales = tracked(campaign).map(|(recording, tracked)| {
-        let in_mm = tracked
-            .scale
-            .by_diameter
-            .map(|of| of.map(pixels_per_millimetre).to_vec());
         let own = tracked.flights.iter().map(|flight| flight.own_gravity);
         let best = own.min_by(|[_, a], [_, b]| a.total_cmp(b));
-        context! {
-            run => recording.run.as_str(),
-            used => scale_of(tracked).map(pixels_per_millimetre),
-            source => match tracked.scale.source {
-                ScaleSource::Lengths => "positions are lengths",
-                ScaleSource::Stated => "the list",
-                ScaleSource::Diameter => "the diameter",
-                ScaleSource::Gravity => "gravity",
-            },
-            by_diameter => in_mm,
-            gravity => best.map(|own| own.to_vec()),
-        }
+        with(
+            &tracked.scale,
+            context! { run => &recording.run, gravity => best.map(|own| own.to_vec()) },
+        )
     });
     let known = drags(campaign, |recording| recording.density.is_some());
     let values = context! {
@@ -216,6 +188,7 @@ fn page(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<String, Er
         summary => summary(campaign)?.lines().map(str::to_owned).collect::<Vec<_>>(),
         looks,
         impacts => impacts.collect::<Vec<_>>(),
+        dry => DRY,
         left_out => left_out(campaign),
         gravity => GRAVITY,
         off => OFF,
@@ -385,18 +358,14 @@ fn summary_json(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<St
             "verdict": impact.verdict,
         })
     };
-    let recording = |Outcome {
-                         recording,
-                         shown,
-                         tracked,
-                     }: &Outcome| {
-        let (of, shown) = (tracked.as_ref().ok(), shown.as_ref());
+    let recording = |outcome: &Outcome| {
+        let (of, shown) = (outcome.tracked.as_ref().ok(), outcome.shown.as_ref());
         let jumps = || of.iter().flat_map(|of| &of.jumps).map(|jump| jump.missing);
         let gravities = of.iter().flat_map(|of| &of.flights).map(|flight| flight.own_gravity);
         json!({
-            "run": recording.run,
-            "line": recording.line,
-            "reason": tracked.as_ref().err().map(Refusal::words),
+            "run": outcome.recording.run,
+            "line": outcome.recording.line,
+            "reason": outcome.tracked.as_ref().err().map(Refusal::words),
             "scale_px_per_m": of.and_then(scale_of),
             "noise_m": of.map(|of| of.noise),
             "rest_m": of.and_then(|of| of.rest),
