@@ -76,17 +76,13 @@ pub(super) fn contacts(
     // a sphere that was let go just now, so many frames ago, may seem to rise a little
     const LET_GO: f64 = 0.1;
     const SOON: f64 = 10.0;
-    let rises = |place: usize| {
-        let [start, end] = segments[place]
-            .span(track)
-            .map(|t| segments[place].parabola.velocity(t));
-        start > LET_GO * end.abs()
-    };
-    let start = segments[*first].span(track)[0];
-    let is_soon = |rest: &Segment| start - rest.span(track)[1] <= SOON * track.frame_time();
+    let parabola = &segments[*first].parabola;
+    let [start, end] = parabola.ends.map(|t| parabola.velocity(t));
+    let rises = start > LET_GO * end.abs();
+    let is_soon = |rest: &Segment| parabola.ends[0] - rest.parabola.ends[1] <= SOON * track.frame_time();
     let mut before = segments[..*first].iter();
     let held_before = before.any(|segment| segment.kind == Kind::Rest && is_soon(segment));
-    if rises(*first) && !held_before && !all {
+    if rises && !held_before && !all {
         let before = segments[*first]
             .frames
             .first()
@@ -102,7 +98,7 @@ pub(super) fn contacts(
     let mut why = NoContact::EndsBefore;
     for (place, before) in flights.iter().enumerate() {
         let next = flights.get(place + 1).copied();
-        match after(track, segments, *before, next) {
+        match after(segments, *before, next) {
             Ok(after) => found.push(Contact { before: *before, after }),
             Err(reason) => why = reason,
         }
@@ -117,18 +113,18 @@ pub(super) fn contacts(
 }
 
 /// What follows a flight.
-fn after(track: &Track, segments: &[Segment], before: usize, next: Option<usize>) -> Result<After, NoContact> {
+fn after(segments: &[Segment], before: usize, next: Option<usize>) -> Result<After, NoContact> {
     let falling = &segments[before].parabola;
-    let end = segments[before].span(track)[1];
+    let end = falling.ends[1];
     if falling.velocity(end) >= 0.0 {
         return Err(NoContact::Unclear);
     }
     let rest = (before + 1..segments.len()).find(|place| segments[*place].kind == Kind::Rest);
     let rebound = next.filter(|next| rest.is_none_or(|rest| *next < rest));
     if let Some(next) = rebound {
-        let start = segments[next].span(track)[0];
-        let middle = 0.5 * (start + end);
         let rising = &segments[next].parabola;
+        let start = rising.ends[0];
+        let middle = 0.5 * (start + end);
         let jump = rising.velocity(middle) - falling.velocity(middle);
         return if rising.velocity(start) > 0.0 && jump > 0.0 {
             Ok(After::Flight(next))

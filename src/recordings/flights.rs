@@ -90,11 +90,15 @@ impl Flights {
         without_air.unwrap_or(seen)
     }
 
+    /// The same from the middle of its frames on.
+    pub fn fit_from_middle(&self, place: usize) -> Parabola {
+        self.fit(place, self.segments[place].parabola.time)
+    }
+
     /// Every flight of the recording, each as it would be without air.
     fn fits(&self) -> impl Iterator<Item = Parabola> + '_ {
         // whichever the instant, the acceleration is the same
-        self.places()
-            .map(move |place| self.fit(place, self.segments[place].parabola.time))
+        self.places().map(move |place| self.fit_from_middle(place))
     }
 
     /// The gravity of every flight by itself with the standard error, and its frames.
@@ -105,23 +109,19 @@ impl Flights {
 
     /// Heights less the parabola of this gravity and what the air moved, a frame each.
     pub fn residuals(&self, place: usize, gravity: Gravity) -> Vec<f64> {
-        let instant = self.segments[place].parabola.time;
-        let fit = self.fit(place, instant);
-        let frames = self.segments[place].frames.iter();
-        frames
-            .map(|frame| {
-                let t = self.track.times[*frame];
-                let air = self.moved_by_air(place, t - instant);
-                self.track.heights[*frame] - air - fit.height_under(-gravity.value, t)
-            })
-            .collect()
+        let fit = self.fit_from_middle(place);
+        let residual = |frame: &usize| {
+            let t = self.track.times[*frame];
+            self.track.heights[*frame] - self.moved_by_air(place, t) - fit.height_under(-gravity.value, t)
+        };
+        self.segments[place].frames.iter().map(residual).collect()
     }
 
-    /// By how much the air has moved a flight a time after the middle of its frames.
-    fn moved_by_air(&self, place: usize, time: f64) -> f64 {
+    /// By how much the air has moved a flight at a time, from the middle of its frames on.
+    fn moved_by_air(&self, place: usize, t: f64) -> f64 {
         let seen = &self.segments[place].parabola;
         let velocity = seen.velocity(seen.time);
-        let moved = |sphere: SphereInAir| sphere.moved(time, velocity, -seen.acceleration());
+        let moved = |sphere: SphereInAir| sphere.moved(t - seen.time, velocity, -seen.acceleration());
         self.air.map_or(0.0, moved)
     }
 
@@ -269,9 +269,8 @@ impl Flights {
         /// standard deviations beyond which a position is another object's
         const FAR: f64 = 5.0;
         let segment = &self.segments[place];
-        let [first, last] = segment.span(&self.track);
-        let instant = segment.parabola.time;
-        let fit = self.fit(place, instant);
+        let [first, last] = segment.parabola.ends;
+        let fit = self.fit_from_middle(place);
         // of a flight that is no parabola to a pixel, as under a wrong scale, by what it is off
         let free = fit.frames.saturating_sub(2).max(1);
         let off = (fit.squares_under(-gravity.value) / free as f64).sqrt();
@@ -290,7 +289,7 @@ impl Flights {
             if t < start || t > end {
                 return false;
             }
-            let expected = fit.height_under(-gravity.value, t) + self.moved_by_air(place, t - instant);
+            let expected = fit.height_under(-gravity.value, t) + self.moved_by_air(place, t);
             let x = t - fit.time;
             let leverage = 1.0 + 1.0 / fit.frames as f64 + x * x / fit.sum_of_squares;
             expected > floor && (self.track.heights[*frame] - expected).abs() < FAR * scatter * leverage.sqrt()

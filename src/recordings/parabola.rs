@@ -76,7 +76,7 @@ impl Parabola {
             ends,
         };
         for (t, y) in points() {
-            let q = found.bend(t);
+            let q = found.bend_at(t);
             found.of_acceleration += q * q;
             found.with_heights += q * (y - mean);
         }
@@ -89,7 +89,7 @@ impl Parabola {
     }
 
     /// q at a time.
-    fn bend(&self, t: f64) -> f64 {
+    fn bend_at(&self, t: f64) -> f64 {
         let x = t - self.time;
         0.5 * (x * x - self.spread) + self.skew * x
     }
@@ -109,7 +109,7 @@ impl Parabola {
 
     /// Height at a time with this acceleration.
     pub fn height_under(&self, acceleration: f64, t: f64) -> f64 {
-        self.mean + self.slope * (t - self.time) + acceleration * self.bend(t)
+        self.mean + self.slope * (t - self.time) + acceleration * self.bend_at(t)
     }
 
     /// Velocity at a time with this acceleration.
@@ -147,14 +147,19 @@ impl Parabola {
             .fold(0.0, f64::max)
     }
 
+    /// How far it bends upwards, in the unit of the scatter of positions.
+    pub fn bend(&self) -> f64 {
+        self.acceleration() * self.of_acceleration.sqrt()
+    }
+
     /// Whether it surely bends upwards where positions scatter by σ.
     pub fn bends_upwards(&self, sigma: f64) -> bool {
-        self.frames >= LEAST_FRAMES && self.acceleration() * self.of_acceleration.sqrt() > SURE * sigma
+        self.frames >= LEAST_FRAMES && self.bend() > SURE * sigma
     }
 
     /// Whether it surely bends downwards.
     pub fn bends_downwards(&self, sigma: f64) -> bool {
-        self.frames >= LEAST_FRAMES && -self.acceleration() * self.of_acceleration.sqrt() > SURE * sigma
+        self.frames >= LEAST_FRAMES && -self.bend() > SURE * sigma
     }
 
     /// What it is beside the parabola of a fall, where positions scatter by σ. A fall is accelerated as that one is, and what

@@ -263,8 +263,8 @@ fn farthest_fall(track: &Track) -> f64 {
         .into_iter()
         .filter(|segment| segment.kind == Kind::Flight);
     let far = flights.map(|flight| {
-        let heights = || flight.frames.iter().map(|frame| track.heights[*frame]);
-        heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min)
+        let [lowest, highest] = track.ends_within(&flight.frames);
+        highest - lowest
     });
     far.fold(0.0, f64::max)
 }

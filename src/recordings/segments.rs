@@ -45,8 +45,7 @@ pub(super) fn parted(track: &Track, sigma: f64) -> (Option<Beside<'_>>, Vec<Segm
     let parabolas: Vec<(Parabola, Vec<usize>)> = parabolas.collect();
     // what bends downwards most is a fall: a long rest that drifts bends a little, and surely
     let falls = parabolas.iter().filter(|(parabola, _)| parabola.bends_downwards(sigma));
-    let bend = |parabola: &Parabola| -parabola.acceleration() * parabola.of_acceleration.sqrt();
-    let surest = falls.max_by(|(a, _), (b, _)| bend(a).total_cmp(&bend(b)));
+    let surest = falls.max_by(|(a, _), (b, _)| b.bend().total_cmp(&a.bend()));
     let Some(&(fall, _)) = surest else {
         let others = parabolas.into_iter().map(|(parabola, frames)| Segment {
             frames,
@@ -55,17 +54,12 @@ pub(super) fn parted(track: &Track, sigma: f64) -> (Option<Beside<'_>>, Vec<Segm
         });
         return (None, others.collect());
     };
-    let heights = || {
-        parabolas
-            .iter()
-            .flat_map(|(_, frames)| frames.iter().map(|frame| track.heights[*frame]))
-    };
-    let range = heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min);
+    let [lowest, highest] = track.ends_within(parabolas.iter().flat_map(|(_, frames)| frames));
     let beside = Beside {
         track,
         fall,
         sigma,
-        range,
+        range: highest - lowest,
     };
     let found = parabolas.into_iter().filter_map(|(_, frames)| beside.segment(frames));
     let found = found.collect();
@@ -122,14 +116,6 @@ fn parts(track: &Track, sigma: f64) -> Vec<Vec<usize>> {
     }
     parts.reverse();
     parts
-}
-
-impl Segment {
-    /// When its first and its last frame was taken.
-    pub fn span(&self, track: &Track) -> [f64; 2] {
-        let at = |place: Option<&usize>| place.map_or(f64::NAN, |place| track.times[*place]);
-        [at(self.frames.first()), at(self.frames.last())]
-    }
 }
 
 /// What segments of a track are compared with.
@@ -196,7 +182,7 @@ impl Beside<'_> {
         if self.fits_as_well(&both, a, b) {
             return Some(both);
         }
-        let middle = 0.5 * (a.span(self.track)[1] + b.span(self.track)[0]);
+        let middle = 0.5 * (a.parabola.ends[1] + b.parabola.ends[0]);
         let jump = b.parabola.velocity(middle) - a.parabola.velocity(middle);
         let step = b.parabola.height(middle) - a.parabola.height(middle);
         let smooth = jump.abs() < JUMP * self.fall.fastest() && step.abs() < self.step();

@@ -69,7 +69,7 @@ fn missing_between(beside: &Beside, a: &Segment, b: &Segment) -> Option<i32> {
         return None;
     }
     let frame_time = beside.track.frame_time();
-    let middle = 0.5 * (a.span(beside.track)[1] + b.span(beside.track)[0]);
+    let middle = 0.5 * (a.parabola.ends[1] + b.parabola.ends[0]);
     let velocity = 0.5 * (a.parabola.velocity(middle) + b.parabola.velocity(middle));
     // near the top of a flight a frame moves the sphere by less than is seen
     let moves = velocity.abs() * frame_time;

@@ -65,11 +65,12 @@ impl Track {
 
     /// The lowest and the highest height.
     pub(super) fn ends_of_heights(&self) -> [f64; 2] {
-        let heights = || self.heights.iter().copied();
-        [
-            heights().fold(f64::INFINITY, f64::min),
-            heights().fold(f64::NEG_INFINITY, f64::max),
-        ]
+        ends_of(self.heights.iter().copied())
+    }
+
+    /// The lowest and the highest height of some frames.
+    pub(super) fn ends_within<'f>(&self, frames: impl IntoIterator<Item = &'f usize>) -> [f64; 2] {
+        ends_of(frames.into_iter().map(|frame| self.heights[*frame]))
     }
 
     /// What a grid that all heights stand on makes them scatter by; next to nothing where they stand on none.
@@ -85,4 +86,10 @@ impl Track {
         let grid = if grid.is_finite() { grid } else { 0.0 };
         (grid / 12f64.sqrt()).max(LEAST * range)
     }
+}
+
+fn ends_of(heights: impl Iterator<Item = f64>) -> [f64; 2] {
+    heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[lowest, highest], height| {
+        [lowest.min(height), highest.max(height)]
+    })
 }

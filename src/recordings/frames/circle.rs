@@ -56,13 +56,9 @@ impl Rays {
     /// The circle through most of the edge points, one a ray; with its radius if that is known. `None` where fewer than a
     /// quarter of the rays agree, or where these look all one way.
     pub fn fit(&self, edges: &[EdgePoint], radius: Option<f64>) -> Option<Circle> {
-        let points: Vec<Point> = self.points(edges);
-        let typical = median(
-            edges
-                .iter()
-                .filter(|edge| edge.weight > 0.0)
-                .map(|edge| f64::from(edge.distance)),
-        )?;
+        let mut points = self.points(edges);
+        let found = edges.iter().filter(|edge| edge.weight > 0.0);
+        let typical = median(found.map(|edge| f64::from(edge.distance)))?;
         let rough = (ROUGH * radius.unwrap_or(typical)).max(0.5);
         let refitted = |points: &[Point], circle: &Trial, scatter: f64| {
             let weigh = |point: &Point| tukey(point.away(circle) / (TUKEY * scatter));
@@ -82,7 +78,7 @@ impl Rays {
                 break;
             }
         }
-        let points = without_wrong_arcs(points, &circle, OUTSIDE * scatter);
+        leave_wrong_arcs_out(&mut points, &circle, OUTSIDE * scatter);
         for _ in 0..ROUNDS {
             let next = refitted(&points, &circle, scatter)?;
             let moved = (next.x - circle.x).hypot(next.y - circle.y);
@@ -91,11 +87,8 @@ impl Rays {
                 break;
             }
         }
-        let used = points.iter().filter(|point| point.weight > 0.0);
-        let used = used
-            .filter(|point| point.away(&circle).abs() < OUTSIDE * scatter)
-            .count();
-        let share = used as f64 / self.count().max(1) as f64;
+        let is_used = |point: &&Point| point.weight > 0.0 && point.away(&circle).abs() < OUTSIDE * scatter;
+        let share = points.iter().filter(is_used).count() as f64 / self.count().max(1) as f64;
         (share >= LEAST_SHARE).then_some(Circle {
             dx: circle.x,
             dy: circle.y,
@@ -265,27 +258,20 @@ fn step(points: &[Point], circle: &Trial, radius: Option<f64>, weigh: impl Fn(&P
 }
 
 /// Takes off what lies beside an arc of points that are not of the circle.
-fn without_wrong_arcs(points: Vec<Point>, circle: &Trial, outside: f64) -> Vec<Point> {
+fn leave_wrong_arcs_out(points: &mut [Point], circle: &Trial, outside: f64) {
     let count = points.len();
     let wrong = |point: &Point| point.weight <= 0.0 || point.away(circle).abs() > outside;
     let wrongs: Vec<bool> = points.iter().map(wrong).collect();
     /// Points of a turn that make a wrong arc, and points beside it that go with it.
     const ARC: usize = 40;
     let (long, beside) = ((count / ARC).max(2), (count / ARC).max(2));
-    let mut kept = vec![true; count];
     for start in 0..count {
         if (0..long).all(|k| wrongs[(start + k) % count]) {
             for at in start + count - beside..start + count + long + beside {
-                kept[at % count] = false;
+                points[at % count].weight = 0.0;
             }
         }
     }
-    let each = points.into_iter().zip(kept);
-    each.map(|(point, keeps)| Point {
-        weight: if keeps { point.weight } else { 0.0 },
-        ..point
-    })
-    .collect()
 }
 
 /// The median; `None` of none.

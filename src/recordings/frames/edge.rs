@@ -25,16 +25,14 @@ impl<'f> Difference<'f> {
         }
     }
 
-    /// A row of it, pixel by pixel; empty outside.
+    /// A row of it, pixel by pixel.
     pub fn row(&self, y: usize) -> impl Iterator<Item = f32> + '_ {
         let range = y * self.grey.width..(y + 1) * self.grey.width;
-        let levels = self.grey.levels.get(range.clone()).unwrap_or_default();
-        let background = self.background.levels.get(range).unwrap_or_default();
-        let gain = self.gain;
-        levels
-            .iter()
-            .zip(background)
-            .map(move |(level, of)| f32::from(*level) * gain - of)
+        range.map(move |pixel| self.pixel(pixel))
+    }
+
+    fn pixel(&self, at: usize) -> f32 {
+        f32::from(self.grey.levels[at]) * self.gain - self.background.levels[at]
     }
 
     /// Between pixels, whose centres are at integers; `None` outside.
@@ -46,18 +44,13 @@ impl<'f> Difference<'f> {
         if left + 1 >= self.grey.width || top + 1 >= self.grey.height {
             return None;
         }
-        let first = top * self.grey.width + left;
-        let pair = |at: usize| {
-            let levels = self.grey.levels.get(at..at + 2)?;
-            let background = self.background.levels.get(at..at + 2)?;
-            let ([a, b], [c, d]) = (levels, background) else {
-                return None;
-            };
-            Some((f32::from(*a) * self.gain - c, f32::from(*b) * self.gain - d))
-        };
-        let ((a, b), (c, d)) = (pair(first)?, pair(first + self.grey.width)?);
         let (fx, fy) = ((x - left as f64) as f32, (y - top as f64) as f32);
-        let (upper, lower) = (a + (b - a) * fx, c + (d - c) * fx);
+        let between = |row: usize| {
+            let first = row * self.grey.width + left;
+            let (a, b) = (self.pixel(first), self.pixel(first + 1));
+            a + (b - a) * fx
+        };
+        let (upper, lower) = (between(top), between(top + 1));
         Some(upper + (lower - upper) * fy)
     }
 }
@@ -95,37 +88,36 @@ struct Profiles {
     /// samples of a ray
     samples: usize,
     /// ray by ray; not a number outside of the frame
-    levels: Vec<f32>,
+    rays: Vec<Vec<f32>>,
 }
 
 impl Profiles {
     fn of(difference: &Difference, rays: &Rays, search: Search) -> Profiles {
         let first = (search.radius - search.reach).max(STEP);
         let samples = ((search.radius + search.reach - first) / STEP).max(0.0) as usize;
-        let mut levels = Vec::with_capacity(samples * rays.count());
-        for (nx, ny) in &rays.directions {
-            levels.extend((0..samples).map(|i| {
+        let along = |(nx, ny): &(f64, f64)| {
+            let level = |i: usize| {
                 let distance = first + STEP * i as f64;
                 let level = difference.at(search.x + distance * nx, search.y + distance * ny);
                 level.unwrap_or(f32::NAN)
-            }));
+            };
+            (0..samples).map(level).collect()
+        };
+        Profiles {
+            first,
+            samples,
+            rays: rays.directions.iter().map(along).collect(),
         }
-        Profiles { first, samples, levels }
-    }
-
-    fn ray(&self, ray: usize) -> &[f32] {
-        self.levels
-            .get(ray * self.samples..(ray + 1) * self.samples)
-            .unwrap_or_default()
     }
 
     /// The width of the step on each ray, px: what the levels rise by, in their steepest slopes. It is taken of the mean of
     /// rays of about its direction and the opposite one, since motion blurs both alike.
-    fn widths(&self, rays: usize, most: f64) -> Vec<f64> {
+    fn widths(&self, most: f64) -> Vec<f64> {
         /// Rays of a turn that are taken together, to each side.
         const SIDE: usize = 24;
         /// Width of an edge of pixels alone, px.
         const SHARP: f64 = 1.0;
+        let rays = self.rays.len();
         let side = rays / SIDE;
         let mut mean = vec![0.0f32; self.samples];
         let mut width_of = |j: usize| {
@@ -133,7 +125,7 @@ impl Profiles {
             let mut count = 0.0;
             for k in 0..=2 * side {
                 for opposite in [0, rays / 2] {
-                    let ray = self.ray((j + rays + k - side + opposite) % rays);
+                    let ray = &self.rays[(j + rays + k - side + opposite) % rays];
                     if ray.iter().all(|level| level.is_finite()) {
                         count += 1.0;
                         mean.iter_mut().zip(ray).for_each(|(sum, level)| *sum += level);
@@ -163,7 +155,7 @@ impl Profiles {
 
     /// Where levels on both sides, over half of a step's width, differ most on a ray; `None` where by noise only.
     fn steepest(&self, ray: usize, width: f64, noise: f32) -> Option<f64> {
-        let levels = self.ray(ray);
+        let levels = &self.rays[ray];
         let half = ((0.7 * width / STEP) as usize).max(2);
         if levels.len() < 2 * half {
             return None;
@@ -186,7 +178,7 @@ impl Profiles {
 /// The edges of a disc of about this place and size. Edges of much less contrast than the others have little weight.
 pub(super) fn edges(difference: &Difference, rays: &Rays, search: Search) -> Edges {
     let profiles = Profiles::of(difference, rays, search);
-    let widths = profiles.widths(rays.count(), search.radius);
+    let widths = profiles.widths(search.radius);
     let found: Vec<Option<(f64, f32)>> = rays
         .directions
         .iter()

@@ -117,7 +117,10 @@ pub fn find_sphere(path: &Path, progress: &(dyn Fn(usize, usize) + Sync)) -> Res
         return Err(nothing());
     }
     let unit = f64::from(background.unit);
-    let contrasts = outlines.iter().flatten().map(|outline| f64::from(outline.contrast));
+    let contrasts = outlines
+        .iter()
+        .flatten()
+        .map(|outline| f64::from(outline.edges.contrast));
     Ok(Sightings {
         frames: frames.len(),
         width: width as u32,

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::background::Background;
-use super::circle::{median, Circle, EdgePoint, Rays};
+use super::circle::{median, Circle, Rays};
 use super::decode::Grey;
-use super::edge::{edges, Difference, Search};
+use super::edge::{edges, Difference, Edges, Search};
 use super::votes::{EdgeCells, Place};
 
 /// The sphere as seen in one frame.
@@ -35,14 +35,9 @@ pub(super) struct Outline {
     /// provisional centre, px
     x: f64,
     y: f64,
-    edges: Vec<EdgePoint>,
+    pub edges: Edges,
+    /// with its radius free
     free: Circle,
-    /// median step of brightness, in levels
-    pub contrast: f32,
-    /// median width of the steps, px
-    width: f64,
-    /// largest width of the steps, px: of those that motion blurs most
-    widest: f64,
     /// height of a second disc below the sphere: its mirror image
     mirror_y: Option<f64>,
 }
@@ -127,8 +122,8 @@ impl<'b> Seeker<'b> {
         const BLURRED: f64 = 1.4;
         /// Part of an outline that holds a radius.
         const WHOLE: f64 = 0.6;
-        let own = outline.width > BLURRED * shared.width && outline.free.share > WHOLE;
-        let circle = self.rays.fit(&outline.edges, (!own).then_some(shared.radius))?;
+        let own = outline.edges.width > BLURRED * shared.width && outline.free.share > WHOLE;
+        let circle = self.rays.fit(&outline.edges.points, (!own).then_some(shared.radius))?;
         Some(Sighting {
             frame,
             x_px: outline.x + circle.dx,
@@ -136,7 +131,7 @@ impl<'b> Seeker<'b> {
             radius_px: outline.free.radius,
             outline_share: circle.share,
             scatter_px: circle.scatter,
-            blur_px: outline.widest,
+            blur_px: outline.edges.widest,
         })
     }
 }
@@ -144,8 +139,10 @@ impl<'b> Seeker<'b> {
 /// The outline about a place.
 fn outline(difference: &Difference, rays: &Rays, place: Place) -> Option<Outline> {
     let (mut x, mut y, mut radius) = (place.x, place.y, place.radius);
-    let (mut last, mut widest) = (None, 0.0);
+    let mut found: Option<Outline> = None;
     for reach in REACH {
+        // of those that motion blurs most
+        let widest = found.as_ref().map_or(0.0, |outline| outline.edges.widest);
         let search = Search {
             x,
             y,
@@ -156,34 +153,29 @@ fn outline(difference: &Difference, rays: &Rays, place: Place) -> Option<Outline
                 .min(radius),
         };
         let edges = edges(difference, rays, search);
-        let circle = rays.fit(&edges.points, None)?;
-        (x, y, radius) = (x + circle.dx, y + circle.dy, circle.radius);
-        widest = edges.widest;
+        let free = rays.fit(&edges.points, None)?;
+        (x, y, radius) = (x + free.dx, y + free.dy, free.radius);
         let moved = (x - place.x).hypot(y - place.y);
         if moved > 0.7 * place.radius || (radius / place.radius - 1.0).abs() > 0.3 {
             return None;
         }
-        last = Some((search, edges, circle));
-        if circle.dx.hypot(circle.dy) < STILL {
+        found = Some(Outline {
+            x: search.x,
+            y: search.y,
+            edges,
+            free,
+            mirror_y: None,
+        });
+        if free.dx.hypot(free.dy) < STILL {
             break;
         }
     }
-    let (search, edges, free) = last?;
-    Some(Outline {
-        x: search.x,
-        y: search.y,
-        edges: edges.points,
-        free,
-        contrast: edges.contrast,
-        width: edges.width,
-        widest,
-        mirror_y: None,
-    })
+    found
 }
 
 /// The sphere among discs of its size: the one that stands out most, or one straight above it, whose mirror image it is.
 fn sphere_of(discs: Vec<Outline>, radius: f64) -> Option<Outline> {
-    let clear = |disc: &Outline| f64::from(disc.contrast) * disc.free.share;
+    let clear = |disc: &Outline| f64::from(disc.edges.contrast) * disc.free.share;
     let place = |disc: &Outline| disc.centre();
     let clearest = discs.iter().max_by(|a, b| clear(a).total_cmp(&clear(b)))?;
     let (x, y) = place(clearest);
@@ -237,20 +229,12 @@ pub(super) struct Shared {
 
 /// The radius that the recording's sharpest whole outlines have; `None` where there is no outline.
 pub(super) fn shared(outlines: &[Option<Outline>]) -> Option<Shared> {
-    let most = outlines
-        .iter()
-        .flatten()
-        .map(|outline| outline.free.share)
-        .fold(0.0, f64::max);
-    let whole = || {
-        outlines
-            .iter()
-            .flatten()
-            .filter(|outline| outline.free.share > 0.9 * most)
-    };
+    let seen = || outlines.iter().flatten();
+    let most = seen().map(|outline| outline.free.share).fold(0.0, f64::max);
+    let whole = || seen().filter(|outline| outline.free.share > 0.9 * most);
     // motion widens an edge, and changes a radius with it
-    let width = median(whole().map(|outline| outline.width))?;
-    let sharp = whole().filter(|outline| outline.width <= width);
+    let width = median(whole().map(|outline| outline.edges.width))?;
+    let sharp = whole().filter(|outline| outline.edges.width <= width);
     let radius = median(sharp.map(|outline| outline.free.radius))?;
     Some(Shared { radius, width })
 }
@@ -282,12 +266,8 @@ pub(super) fn largest(mut radii: Vec<f64>) -> Option<f64> {
         .zip(radii.iter().rev().skip(1))
         .find(|(r, next)| **next > ALIKE * **r);
     let largest = twice.map(|(radius, _)| *radius).or(radii.last().copied())?;
-    median(
-        radii
-            .iter()
-            .copied()
-            .filter(|radius| *radius > ALIKE * largest && *radius <= largest),
-    )
+    radii.retain(|radius| *radius > ALIKE * largest && *radius <= largest);
+    median(radii.into_iter())
 }
 
 /// Radii of the discs that frames show, the two clearest a frame.
