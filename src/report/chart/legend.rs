@@ -10,20 +10,28 @@ const SAMPLE: f64 = 34.0;
 const GAP: f64 = 8.0;
 const SPACING: f64 = 18.0;
 
-/// Entries in order of first appearance.
+/// Entries in order of first appearance, each with one sample of a band, a line and points: later panels repeat a name with the
+/// same marks, and a band painted twice would look darker than it is.
 pub(super) struct Legend<'a> {
-    entries: Vec<(&'a str, Vec<&'a Layer>)>,
+    entries: Vec<(&'a str, [Option<&'a Layer>; 3])>,
 }
 
 impl<'a> Legend<'a> {
     pub(super) fn of(charts: impl Iterator<Item = &'a Chart>) -> Self {
-        let mut entries: Vec<(&str, Vec<&Layer>)> = Vec::new();
+        let mut entries: Vec<(&str, [Option<&Layer>; 3])> = vec![];
         for layer in charts.flat_map(|chart| &chart.layers) {
             let Some(name) = layer.name.as_deref() else { continue };
-            match entries.iter_mut().find(|(known, _)| *known == name) {
-                Some((_, layers)) => layers.push(layer),
-                None => entries.push((name, vec![layer])),
+            let known = entries.iter().position(|(known, _)| *known == name);
+            let place = known.unwrap_or(entries.len());
+            if known.is_none() {
+                entries.push((name, [None; 3]));
             }
+            let kind = match layer.marks {
+                Marks::Band(_) => 0,
+                Marks::Line(..) => 1,
+                Marks::Points(_) => 2,
+            };
+            entries[place].1[kind].get_or_insert(layer);
         }
         Self { entries }
     }
@@ -56,20 +64,12 @@ impl<'a> Legend<'a> {
 
     /// The entries from a corner rightwards and down, column after column.
     pub(super) fn svg(&self, (left, top): Pixel, columns: usize) -> String {
-        // One sample of each kind: later panels repeat a name with the same marks, and a
-        // band painted twice would look darker than it is.
-        const KINDS: [fn(&Marks) -> bool; 3] = [
-            |marks| matches!(marks, Marks::Band(_)),
-            |marks| matches!(marks, Marks::Line(..)),
-            |marks| matches!(marks, Marks::Points(_)),
-        ];
         let rows = self.entries.len().div_ceil(columns.max(1)).max(1);
         let mut elements = String::new();
-        for (i, (name, layers)) in self.entries.iter().enumerate() {
+        for (i, (name, samples)) in self.entries.iter().enumerate() {
             let x = left + (i / rows) as f64 * self.column_width();
             let y = top + ROW * ((i % rows) as f64 + 0.5);
-            let first_of = |kind: fn(&Marks) -> bool| layers.iter().find(|layer| kind(&layer.marks));
-            let samples = KINDS.into_iter().filter_map(first_of);
+            let samples = samples.iter().flatten();
             elements.extend(samples.map(|layer| sample(layer, (x, y))));
             elements += &text_line((x + SAMPLE + GAP, y + 4.7), SIZE, "", name);
         }

@@ -181,9 +181,7 @@ impl<'a> Panel<'a> {
 
     /// Ticks and labels below the axes.
     fn x_labels(&self, frame: Frame) -> String {
-        let Look {
-            tick_size, label_size, ..
-        } = *self.look;
+        let (tick_size, label_size) = (self.look.tick_size, self.look.label_size);
         let bottom = frame.top + frame.height;
         let every = self.x.labelled_every(self.x.label_width(tick_size) + 4.0, frame.width);
         let mut elements = String::new();
@@ -200,9 +198,7 @@ impl<'a> Panel<'a> {
 
     /// Ticks and labels left of the axes.
     fn y_labels(&self, frame: Frame) -> String {
-        let Look {
-            tick_size, label_size, ..
-        } = *self.look;
+        let (tick_size, label_size) = (self.look.tick_size, self.look.label_size);
         let every = self.y.labelled_every(1.2 * tick_size, frame.height);
         let mut elements = String::new();
         for (index, tick) in self.y.ticks().enumerate() {

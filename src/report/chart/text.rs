@@ -14,7 +14,10 @@ struct Script {
 
 const LINE: Script = Script { drop: 0.0, size: 1.0 };
 const LOWERED: Script = Script { drop: 0.22, size: 0.75 };
-const RAISED: Script = Script { drop: -0.36, size: 0.75 };
+const RAISED: Script = Script {
+    drop: -0.36,
+    size: 0.75,
+};
 
 /// The content of an element that holds the label, set at so many pixels. Sizes and shifts are in pixels: not every viewer
 /// reads a share of the size around it.
@@ -119,12 +122,7 @@ mod tests {
         assert_eq!(parts("a_{b"), [line("a_{b")]);
         assert_eq!(
             parts("e_{inf}^{2}/ρ"),
-            [
-                (line("e")),
-                (LOWERED, "inf".into()),
-                (RAISED, "2".into()),
-                line("/ρ")
-            ]
+            [(line("e")), (LOWERED, "inf".into()), (RAISED, "2".into()), line("/ρ")]
         );
         assert_eq!(parts("a\u{0}b\u{FFFF}"), [line("a b ")]);
         assert_eq!(parts("a\u{202e}b\u{3164}"), [line("a b ")]);

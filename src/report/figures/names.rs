@@ -20,21 +20,16 @@ pub fn file_names(scene: &Scene, runs: &Runs) -> Vec<[String; 2]> {
 }
 
 fn of_particles(names: &[&str]) -> Vec<[String; 2]> {
-    let own: Vec<String> = names.iter().map(|name| folded(&in_file(name))).collect();
-    // nobody is given by a number what another is called
-    let called: HashSet<&String> = own.iter().collect();
+    let called: HashSet<String> = names.iter().map(|name| folded(&in_file(name))).collect();
     let mut taken: HashSet<String> = HashSet::new();
     let mut files = vec![];
-    for (name, own) in names.iter().zip(&own) {
-        let mut stem = in_file(name);
-        let mut key = own.clone();
-        let mut number = 1u64;
-        while taken.contains(&key) || number > 1 && called.contains(&key) {
-            number += 1;
-            stem = format!("{}-{number}", in_file(name));
-            key = folded(&stem);
-        }
-        taken.insert(key);
+    for name in names {
+        let own = in_file(name);
+        let numbered = (2u64..).map(|number| format!("{own}-{number}"));
+        // nobody is given by a number what another is called
+        let numbered = numbered.filter(|stem| !called.contains(&folded(stem)));
+        let mut stems = std::iter::once(own.clone()).chain(numbered);
+        let stem = stems.find(|stem| taken.insert(folded(stem))).unwrap_or_default();
         files.push(["speed", "stokes"].map(|figure| format!("restitution-{figure}-{stem}.svg")));
     }
     files
