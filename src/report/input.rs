@@ -2,6 +2,7 @@
 
 use crate::findings::overview::Overview;
 use crate::findings::posterior::Posterior;
+use crate::findings::predict::ParticleLaw;
 use crate::findings::Findings;
 use crate::runs::Runs;
 use crate::scene::Scene;
@@ -24,6 +25,13 @@ pub struct ReportInput<'a> {
 }
 
 impl ReportInput<'_> {
+    /// The posterior's law of each sphere, of so many draws at most; `None` where nothing was sampled.
+    pub(super) fn laws(self, draws: usize) -> Option<Vec<ParticleLaw>> {
+        let posterior = self.posterior?;
+        let law = |sphere: usize| posterior.law(self.scene, self.runs, sphere, draws);
+        Some((0..self.runs.spheres.len()).map(law).collect())
+    }
+
     /// The same with runs as they were measured: of very many an even sample.
     pub fn of_sample(self) -> Self {
         ReportInput {

@@ -30,9 +30,7 @@ pub(super) struct Bands<'a> {
 impl Bands<'_> {
     /// The laws of what was sampled; `None` where nothing was.
     pub(super) fn of(input: ReportInput) -> Option<Bands> {
-        let posterior = input.posterior?;
-        let law = |sphere: usize| posterior.law(input.scene, input.runs, sphere, DRAWS);
-        let laws = (0..input.runs.spheres.len()).map(law).collect();
+        let laws = input.laws(DRAWS)?;
         Some(Bands { input, laws })
     }
 

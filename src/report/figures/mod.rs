@@ -22,7 +22,6 @@ use std::ops::Range;
 
 use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Marks, Style};
 use super::ReportInput;
-use crate::findings::film_groups::reference_film_ratio;
 use crate::findings::laws::Pair;
 use crate::findings::series::SeriesFit;
 use crate::physics::numbers::stokes;
@@ -34,7 +33,7 @@ pub use figure::{Figure, ENERGY, FILM, PAIRS, RESIDUALS};
 use film::{energy, film, residuals};
 pub use names::file_names;
 pub(super) use of_particle::series_name;
-use of_particle::{dry_k, scaling_of, series_at, title_at, ShownSeries};
+use of_particle::{OfSphere, ShownSeries};
 use pairs::pairs_of_parameters;
 pub(super) use pairs::MOST_PAIRED;
 use points::{largest, means_of, points, steps};
@@ -55,8 +54,9 @@ pub fn all(input: ReportInput) -> Vec<Figure> {
         }
     };
     for (sphere, [speed, stokes]) in file_names(input.scene, input.runs).into_iter().enumerate() {
-        add(speed, vec![against_speed(input, sphere, bands.as_ref())]);
-        add(stokes, vec![against_stokes(input, sphere, bands.as_ref())]);
+        let own = OfSphere::new(input, sphere);
+        add(speed, vec![against_speed(&own, bands.as_ref())]);
+        add(stokes, vec![against_stokes(&own, bands.as_ref())]);
     }
     add(FILM.to_owned(), film(input));
     add(ENERGY.to_owned(), energy(input));
@@ -72,30 +72,29 @@ fn rebounds(input: ReportInput, rebounds: &Range<usize>, x: impl Fn(usize) -> f6
         .collect()
 }
 
-fn against_speed(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Chart {
-    let chosen = reference_film_ratio(input.scene, input.runs, sphere);
-    let series = series_at(input, sphere, chosen);
+fn against_speed(own: &OfSphere, bands: Option<&Bands>) -> Chart {
+    let (input, series) = (own.input, &own.series);
     let of_rebounds = |own: &Range<usize>| rebounds(input, own, |run| input.runs.impact_speed[run]);
     let of_shown = |shown: &ShownSeries| shown.series().flat_map(|s| of_rebounds(&s.rebounds)).collect();
-    let dry = input.runs.dry_of(sphere).iter();
+    let dry = input.runs.dry_of(own.sphere).iter();
     let dry = dry.flat_map(|group| of_rebounds(&group.rebounds)).collect();
     let mut joined = means_of(series.iter().map(of_shown).chain([dry]).collect());
-    let stuck = stuck_marks(input, &series, |_, v| v);
+    let stuck = stuck_marks(own, |_, v| v);
     let fastest = largest(joined.iter().chain(&stuck)).unwrap_or(1.0);
-    let mut layers = dry_layers(input, sphere, joined.pop().unwrap_or_default(), fastest);
+    let mut layers = dry_layers(own, joined.pop().unwrap_or_default(), fastest);
     for (group, (shown, points_of)) in series.iter().zip(joined).enumerate() {
         let style = Style::group(group + 1);
         let label = &shown.name;
         if let Some((s, fit)) = shown.single() {
-            layers.extend(bands.into_iter().flat_map(|bands| bands.of_series(s, style, |v| v)));
+            layers.extend(bands.map_or(vec![], |bands| bands.of_series(s, style, |v| v)));
             let law = series_curve(input, (s, fit), fastest);
             layers.extend(law.map(|law| Layer::curve(label.clone(), law, style, Dash::Solid)));
         }
         layers.extend(points(label.clone(), points_of, style));
     }
-    layers.extend(stuck_layers(&series, stuck));
+    layers.extend(stuck_layers(series, stuck));
     let x = Axis::new("impact speed v / (m s^{−1})").between(0.0, 1.05 * fastest);
-    of_restitution(title_at(input, sphere, chosen), x, layers)
+    of_restitution(own.title(), x, layers)
 }
 
 /// A chart of restitutions; those above one stay in the picture.
@@ -117,10 +116,10 @@ fn of_restitution(title: Option<String>, x: Axis, layers: Vec<Layer>) -> Chart {
 }
 
 /// The dry runs and the law fitted to them.
-fn dry_layers(input: ReportInput, sphere: usize, dry_points: Vec<ChartPoint>, fastest: f64) -> Vec<Layer> {
+fn dry_layers(own: &OfSphere, dry_points: Vec<ChartPoint>, fastest: f64) -> Vec<Layer> {
     let mut layers = Vec::from_iter(points("dry", dry_points, Style::group(0)));
-    if let Some(k) = dry_k(input, sphere) {
-        let order = input.scene.model.form().dry;
+    if let Some(k) = own.dry_k() {
+        let order = own.input.scene.model.form().dry;
         let label = match order {
             Order::First => "dry, 1 − k v^{1/5}",
             Order::Second => "dry, to second order in k v^{1/5}",
@@ -157,17 +156,13 @@ fn inverse_stokes_at(input: ReportInput, series: &Series, speed: f64) -> f64 {
 }
 
 /// Marks at e = 0 for the stuck runs of each series; `x` places a speed on the horizontal axis.
-fn stuck_marks(input: ReportInput, series: &[ShownSeries], x: impl Fn(&Series, f64) -> f64) -> Vec<Vec<ChartPoint>> {
+fn stuck_marks(own: &OfSphere, x: impl Fn(&Series, f64) -> f64) -> Vec<Vec<ChartPoint>> {
     let of = |s: &Series| -> Vec<(f64, f64)> {
-        let speeds = &input.runs.impact_speed[s.stuck.clone()];
+        let speeds = &own.input.runs.impact_speed[s.stuck.clone()];
         speeds.iter().map(|v| (x(s, *v), 0.0)).collect()
     };
-    means_of(
-        series
-            .iter()
-            .map(|shown| shown.series().flat_map(of).collect())
-            .collect(),
-    )
+    let of_shown = |shown: &ShownSeries| shown.series().flat_map(of).collect();
+    means_of(own.series.iter().map(of_shown).collect())
 }
 
 /// Hollow marks of stuck runs at e = 0.
@@ -194,10 +189,10 @@ fn stuck_layers(series: &[ShownSeries], stuck: Vec<Vec<ChartPoint>>) -> Vec<Laye
 }
 
 /// Both laws of 1/St, from 0 to where they vanish or the picture ends.
-fn laws(input: ReportInput, sphere: usize, ratio: Option<f64>, end: f64) -> Vec<Layer> {
+fn laws(own: &OfSphere, end: f64) -> Vec<Layer> {
     let mut layers = vec![];
     let values = |law: WetLaw| {
-        let row = scaling_of(input, sphere, ratio, law).filter(|row| row.verdict.passed)?;
+        let row = own.scaling(law).filter(|row| row.verdict.passed)?;
         Some((row.e_inf.value?, row.st_c.value?))
     };
     if let Some((e_inf, st_c)) = values(WetLaw::Linear) {
@@ -217,28 +212,23 @@ fn laws(input: ReportInput, sphere: usize, ratio: Option<f64>, end: f64) -> Vec<
     layers
 }
 
-fn against_stokes(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Chart {
-    let chosen = reference_film_ratio(input.scene, input.runs, sphere);
-    let series = series_at(input, sphere, chosen);
-    let of_series = |own: &Series| rebounds(input, &own.rebounds, |run| input.runs.inverse_stokes(run));
+fn against_stokes(own: &OfSphere, bands: Option<&Bands>) -> Chart {
+    let (input, series) = (own.input, &own.series);
+    let of_series = |s: &Series| rebounds(input, &s.rebounds, |run| input.runs.inverse_stokes(run));
     let of_shown = |shown: &ShownSeries| shown.series().flat_map(of_series).collect();
     let joined = means_of(series.iter().map(of_shown).collect());
-    let inverse = |own: &Series, v: f64| inverse_stokes_at(input, own, v);
-    let stuck = stuck_marks(input, &series, inverse);
+    let inverse = |s: &Series, v: f64| inverse_stokes_at(input, s, v);
+    let stuck = stuck_marks(own, inverse);
     let end = 1.1 * largest(joined.iter().chain(&stuck)).unwrap_or(0.1);
-    let mut layers = laws(input, sphere, chosen, end);
+    let mut layers = laws(own, end);
     // of those that are shown by themselves
     let all: Vec<&Series> = series.iter().filter_map(|shown| Some(shown.single()?.0)).collect();
     let bands = bands.filter(|_| all.len() == series.len());
     for (group, (shown, points_of)) in series.iter().zip(joined).enumerate() {
-        layers.extend(
-            bands
-                .into_iter()
-                .flat_map(|bands| bands.of_liquid(&all, group, inverse)),
-        );
+        layers.extend(bands.map_or(vec![], |bands| bands.of_liquid(&all, group, inverse)));
         layers.extend(points(shown.name.clone(), points_of, Style::group(group + 1)));
     }
-    layers.extend(stuck_layers(&series, stuck));
+    layers.extend(stuck_layers(series, stuck));
     let x = Axis::new("St^{−1}").between(0.0, end);
-    of_restitution(title_at(input, sphere, chosen), x, layers)
+    of_restitution(own.title(), x, layers)
 }

@@ -1,6 +1,7 @@
 //! Looks up what the figures of one sphere show, a particle or one of its diameters: its series with their names, and the fits to them.
 
 use super::super::ReportInput;
+use crate::findings::film_groups::reference_film_ratio;
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
 use crate::rounding;
@@ -32,8 +33,58 @@ impl<'a> ShownSeries<'a> {
     }
 }
 
+/// What the figures of one sphere show.
+pub(super) struct OfSphere<'a> {
+    pub input: ReportInput<'a>,
+    pub sphere: usize,
+    /// film ratio of its series; `None`: they are of all
+    ratio: Option<f64>,
+    pub series: Vec<ShownSeries<'a>>,
+}
+
+impl<'a> OfSphere<'a> {
+    pub fn new(input: ReportInput<'a>, sphere: usize) -> OfSphere<'a> {
+        let ratio = reference_film_ratio(input.scene, input.runs, sphere);
+        OfSphere {
+            input,
+            sphere,
+            ratio,
+            series: series_at(input, sphere, ratio),
+        }
+    }
+
+    /// The title of a figure: a range where the series have no one film ratio.
+    pub fn title(&self) -> Option<String> {
+        let mut groups = self.input.runs.film_groups_of(self.sphere).iter();
+        let group = groups.find(|group| Some(group.film_ratio) == self.ratio)?;
+        let ratio = match group.has_one_film_ratio() {
+            true => rounding::short(group.film_ratio),
+            false => rounding::range(group.ends),
+        };
+        let sphere = self.input.runs.spheres[self.sphere].words(self.input.scene);
+        Some(format!("{sphere}, δ/D = {ratio}"))
+    }
+
+    /// k of its dry runs.
+    pub fn dry_k(&self) -> Option<f64> {
+        let mut dry = self.input.findings.dry.iter();
+        dry.find(|dry| dry.sphere == self.sphere)?.dry_k.value
+    }
+
+    /// The fit of a law to the series.
+    pub fn scaling(&self, law: WetLaw) -> Option<&'a Scaling> {
+        let sphere = self.input.runs.spheres[self.sphere];
+        let mut rows = self.input.findings.scaling.iter();
+        rows.find(|row| {
+            sphere.owns(self.input.scene, &row.particle, row.diameter_m)
+                && row.film_ratio == self.ratio
+                && row.law == law
+        })
+    }
+}
+
 /// The series of a sphere at a film ratio, with the fit of each.
-pub(super) fn series_at<'a>(input: ReportInput<'a>, sphere: usize, ratio: Option<f64>) -> Vec<ShownSeries<'a>> {
+fn series_at<'a>(input: ReportInput<'a>, sphere: usize, ratio: Option<f64>) -> Vec<ShownSeries<'a>> {
     let both = input.runs.series.iter().zip(&input.findings.series);
     let mut all: Vec<(&Series, &SeriesFit)> = both
         .filter(|(s, _)| s.sphere == sphere && ratio.is_none_or(|r| s.film_ratio == r))
@@ -56,41 +107,8 @@ pub(super) fn series_at<'a>(input: ReportInput<'a>, sphere: usize, ratio: Option
     all.chunk_by(|a, b| a.0.liquid == b.0.liquid).map(of_liquid).collect()
 }
 
-/// The title of a figure at a film ratio: a range where the series have no one film ratio.
-pub(super) fn title_at(input: ReportInput, sphere: usize, ratio: Option<f64>) -> Option<String> {
-    let mut groups = input.runs.film_groups_of(sphere).iter();
-    let group = groups.find(|group| Some(group.film_ratio) == ratio)?;
-    let ratio = match group.has_one_film_ratio() {
-        true => rounding::short(group.film_ratio),
-        false => rounding::range(group.ends),
-    };
-    let sphere = input.runs.spheres[sphere].words(input.scene);
-    Some(format!("{sphere}, δ/D = {ratio}"))
-}
-
 pub(in crate::report) fn series_name(input: ReportInput, series: &Series) -> String {
     let liquid = &input.scene.liquids[series.liquid].name;
     let diameter = rounding::short(millimetres(series.diameter));
     format!("{liquid}, D = {diameter} mm, δ = {:.0} µm", micrometres(series.film))
-}
-
-pub(super) fn dry_k(input: ReportInput, sphere: usize) -> Option<f64> {
-    let dry = input.findings.dry.iter().find(|dry| dry.sphere == sphere)?;
-    dry.dry_k.value
-}
-
-pub(super) fn scaling_of<'a>(
-    input: ReportInput<'a>,
-    sphere: usize,
-    ratio: Option<f64>,
-    law: WetLaw,
-) -> Option<&'a Scaling> {
-    let sphere = input.runs.spheres[sphere];
-    let own = |row: &&Scaling| sphere.owns(input.scene, &row.particle, row.diameter_m);
-    input
-        .findings
-        .scaling
-        .iter()
-        .filter(own)
-        .find(|row| row.film_ratio == ratio && row.law == law)
 }

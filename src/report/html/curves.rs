@@ -57,12 +57,9 @@ impl Curves {
     pub(in super::super) fn of(input: ReportInput) -> Curves {
         let input = input.of_sample();
         let speeds = speeds(input);
-        let spheres = 0..input.runs.spheres.len();
-        let laws: Option<Vec<ParticleLaw>> = input.posterior.map(|posterior| {
-            let law = |sphere: usize| posterior.law(input.scene, input.runs, sphere, DRAWS);
-            spheres.clone().map(law).collect()
-        });
-        let pairs = spheres.flat_map(|sphere| Pair::of_sphere(sphere, input.runs, input.findings));
+        let laws = input.laws(DRAWS);
+        let pairs =
+            (0..input.runs.spheres.len()).flat_map(|sphere| Pair::of_sphere(sphere, input.runs, input.findings));
         let all: Vec<Pair> = pairs.collect();
         let shown = &all[..all.len().min(MOST_PAIRS)];
         let pair = |pair: &Pair| {
