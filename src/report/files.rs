@@ -1,6 +1,5 @@
 //! Holds the files of a report before they are written.
 
-use std::fmt;
 use std::io;
 
 /// A file of a report: its path inside the folder, and its bytes.
@@ -41,11 +40,3 @@ pub struct Streamed<'a> {
 
 /// Fills files. Fails where the system refuses.
 pub type Fill<'a> = dyn Fn(&mut [std::fs::File; 2]) -> io::Result<()> + Send + Sync + 'a;
-
-impl fmt::Debug for Files<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let whole = self.whole.iter().map(|(name, _)| name);
-        let streamed = self.streamed.iter().flat_map(|streamed| &streamed.names);
-        f.debug_set().entries(whole.chain(streamed)).finish()
-    }
-}

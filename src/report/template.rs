@@ -306,51 +306,60 @@ fn listed(values: Vec<f64>, factor: Option<f64>) -> String {
     }
 }
 
+/// Lines of cells, cell by cell.
+fn rows_of(text: &str) -> Vec<Vec<&str>> {
+    let lines = text.lines().filter(|line| !line.trim().is_empty());
+    lines.map(|line| line.split('|').map(str::trim).collect()).collect()
+}
+
+/// Lines whose cells stand below each other, with this between two columns; `room` is what the letters of a cell take.
+fn below_each_other(rows: &[Vec<&str>], between: &str, room: fn(&str) -> usize) -> Vec<String> {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let widest = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column));
+        cells.map(|cell| room(cell)).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..columns).map(widest).collect();
+    let line = |row: &Vec<&str>| {
+        let padded = row.iter().zip(&widths);
+        let padded = padded.map(|(cell, width)| format!("{cell}{}", " ".repeat(width - room(cell))));
+        format!("{}\n", padded.collect::<Vec<_>>().join(between).trim_end())
+    };
+    rows.iter().map(line).collect()
+}
+
 /// Makes a table of lines of cells: in Markdown, or with `plain` in columns as wide as what stands in them. With `whole` it has
 /// every row, where no file has what would be left out.
 fn table(text: String, options: Kwargs) -> Result<String, minijinja::Error> {
     let is = |name: &str| Ok::<_, minijinja::Error>(options.get::<Option<bool>>(name)?.unwrap_or(false));
     let (plain, whole) = (is("plain")?, is("whole")?);
-    if text.trim().is_empty() {
+    let mut rows = rows_of(&text);
+    let Some(headers) = rows.first() else {
         return Ok(String::new());
-    }
-    let most = if whole { usize::MAX } else { MOST_ROWS };
-    let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
-    let mut rows: Vec<Vec<String>> = lines
-        .map(|line| line.split('|').map(|cell| cell.trim().to_owned()).collect())
-        .collect();
-    let columns = rows.first().map_or(0, Vec::len);
-    let has_text = |cell: &String| !cell.is_empty() && cell != NONE;
+    };
+    let has_text = |cell: &&str| !cell.is_empty() && *cell != NONE;
     let is_filled = |column: usize| rows[1..].iter().any(|row| row.get(column).is_some_and(has_text));
-    let stands = |column: usize| !rows[0][column].ends_with('?') || is_filled(column);
-    let kept: Vec<usize> = (0..columns).filter(|column| stands(*column)).collect();
-    for row in &mut rows {
-        *row = kept
-            .iter()
-            .map(|column| row.get(*column).cloned().unwrap_or_default())
-            .collect();
-    }
-    let below = rows.len().saturating_sub(1);
+    let stands = |column: &usize| !headers[*column].ends_with('?') || is_filled(*column);
+    let kept: Vec<usize> = (0..headers.len()).filter(stands).collect();
+    let most = if whole { usize::MAX } else { MOST_ROWS };
+    let below = rows.len() - 1;
     rows.truncate(most.saturating_add(1));
-    rows[0]
-        .iter_mut()
-        .for_each(|header| *header = header.trim_end_matches('?').to_owned());
+    for row in &mut rows {
+        let cells = kept.iter().map(|column| row.get(*column).copied().unwrap_or_default());
+        *row = cells.collect();
+    }
+    for header in &mut rows[0] {
+        *header = header.trim_end_matches('?');
+    }
     let mut text = String::new();
     if plain {
-        let length = |text: &String| text.chars().count();
-        let width = |column: usize| rows.iter().map(|row| length(&row[column])).max().unwrap_or(0);
-        let widths: Vec<usize> = (0..kept.len()).map(width).collect();
-        for row in &rows {
-            let padded = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
-            text.push_str(padded.collect::<Vec<_>>().join("  ").trim_end());
-            text.push('\n');
-        }
+        text.extend(below_each_other(&rows, "  ", |cell| cell.chars().count()));
     } else {
-        let line = |cells: Vec<&str>| format!("{RULE} {} {RULE}\n", cells.join(&format!(" {RULE} ")));
+        let line = |cells: &[&str]| format!("{RULE} {} {RULE}\n", cells.join(&format!(" {RULE} ")));
         for (number, row) in rows.iter().enumerate() {
-            text.push_str(&line(row.iter().map(String::as_str).collect()));
+            text.push_str(&line(row));
             if number == 0 {
-                text.push_str(&line(vec!["---"; row.len()]));
+                text.push_str(&line(&vec!["---"; row.len()]));
             }
         }
         text.push('\n');
@@ -364,24 +373,10 @@ fn table(text: String, options: Kwargs) -> Result<String, minijinja::Error> {
 /// Makes lines of cells stand below each other on a terminal, the first of them where they are many.
 fn columns(text: String) -> String {
     const SHOWN: usize = 20;
-    let lines = text.lines().filter(|line| !line.trim().is_empty());
-    let rows: Vec<Vec<&str>> = lines.map(|line| line.split('|').map(str::trim).collect()).collect();
-    let widest = |column: usize| {
-        rows.iter()
-            .filter_map(|row| row.get(column))
-            .map(|cell| display_width(cell))
-            .max()
-    };
-    let padded = |row: &Vec<&str>| {
-        let cells = row.iter().enumerate().map(|(column, cell)| {
-            let room = widest(column).unwrap_or(0) - display_width(cell);
-            format!("{cell}{}", " ".repeat(room))
-        });
-        format!("{}\n", cells.collect::<Vec<_>>().join(" ").trim_end())
-    };
-    let mut text: String = rows.iter().take(SHOWN).map(padded).collect();
-    if rows.len() > SHOWN {
-        let more = rows.len() - SHOWN;
+    let lines = below_each_other(&rows_of(&text), " ", display_width);
+    let mut text = lines[..lines.len().min(SHOWN)].concat();
+    if lines.len() > SHOWN {
+        let more = lines.len() - SHOWN;
         text.push_str(&format!("and {more} more lines of this kind in findings.json\n"));
     }
     text
@@ -389,37 +384,26 @@ fn columns(text: String) -> String {
 
 /// A page with one line for each paragraph, entry of a list and row, and one blank line between its blocks.
 fn laid_out(text: &str) -> String {
-    let mut blocks: Vec<String> = vec![];
-    let mut new = true;
-    for line in text.lines().map(str::trim) {
-        if line.is_empty() {
-            new = true;
-            continue;
-        }
-        let before = blocks.last_mut().filter(|_| !new);
-        match before {
-            None => blocks.push(line.to_owned()),
-            Some(block) if line.starts_with([RULE, '#']) || line.starts_with("* ") => {
-                block.push('\n');
-                block.push_str(line);
+    let lines: Vec<&str> = text.lines().map(str::trim).collect();
+    let blocks = lines.split(|line| line.is_empty()).filter(|block| !block.is_empty());
+    let joined = |block: &[&str]| {
+        let mut joined = String::new();
+        for line in block {
+            if !joined.is_empty() {
+                let begins = line.starts_with([RULE, '#']) || line.starts_with("* ");
+                joined.push(if begins { '\n' } else { ' ' });
             }
-            Some(block) => {
-                block.push(' ');
-                block.push_str(line);
-            }
+            joined.push_str(line);
         }
-        new = false;
-    }
-    let safe = |block: &String| {
-        let lines = block.lines().map(|line| match line.starts_with(RULE) {
+        let safe = joined.lines().map(|line| match line.starts_with(RULE) {
             true => guarded(&line.replace(BAR, "\\|").replace(RULE, "|")),
             // the words and the address of a figure are safe already
             false if line.starts_with("![") => line.to_owned(),
             false => guarded(&line.replace(BAR, "|")),
         });
-        lines.collect::<Vec<_>>().join("\n")
+        safe.collect::<Vec<_>>().join("\n")
     };
-    let mut page = blocks.iter().map(safe).collect::<Vec<_>>().join("\n\n");
+    let mut page = blocks.map(joined).collect::<Vec<_>>().join("\n\n");
     page.push('\n');
     page
 }

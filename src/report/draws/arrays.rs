@@ -2,29 +2,15 @@
 
 use serde_json::{json, Value};
 
-/// Chains of equally many draws.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct DrawSize {
-    /// number of chains
-    pub chains: usize,
-    /// draws of each chain
-    pub draws: usize,
-}
-
-impl DrawSize {
-    /// Draws of all chains.
-    pub fn total(self) -> usize {
-        self.chains * self.draws
-    }
-
-    /// The dimensions of an array with a value a draw.
-    pub fn dimensions(self) -> [ArrayDimension; 2] {
-        [("chain", self.chains), ("draw", self.draws)]
-    }
-}
+use crate::inference::importance::DrawCounts;
 
 /// A dimension of an array: its name, which the dimension's coordinate bears, too, and the number of places along it.
 pub type ArrayDimension = (&'static str, usize);
+
+/// The dimensions of an array with a value a draw.
+pub fn draw_dimensions(size: DrawCounts) -> [ArrayDimension; 2] {
+    [("chain", size.chains), ("draw", size.draws)]
+}
 
 /// Values of an array, the last dimension running fastest, little end first.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -117,9 +103,9 @@ impl ArrayGroup {
     }
 
     /// A group with the coordinates of chains and draws, from 0.
-    pub fn of_draws(name: &'static str, size: DrawSize) -> ArrayGroup {
+    pub fn of_draws(name: &'static str, size: DrawCounts) -> ArrayGroup {
         let mut group = ArrayGroup::new(name);
-        for dimension in size.dimensions() {
+        for dimension in draw_dimensions(size) {
             group.add_indices(dimension);
         }
         group
@@ -145,11 +131,11 @@ impl ArrayGroup {
     pub fn add_labelled(
         &mut self,
         name: &str,
-        size: DrawSize,
+        size: DrawCounts,
         (by, labels): (&'static str, &[String]),
         columns: &[&[Vec<f64>]],
     ) {
-        let [chain, draw] = size.dimensions();
+        let [chain, draw] = draw_dimensions(size);
         let label = (by, labels.len());
         if !self.arrays.iter().any(|array| array.name == by) {
             self.add(by, &[label], ArrayValues::texts(labels));

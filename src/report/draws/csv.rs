@@ -2,20 +2,20 @@
 
 use csv::Writer;
 
-use super::arrays::DrawSize;
 use crate::error::Error;
+use crate::inference::importance::DrawCounts;
 
 /// Draws of some quantities: `.chain`, `.iteration`, `.draw` (each from 1), then a named column each.
 ///
 /// A column holds a number for each draw, chain after chain. Numbers have the digits that bring the same f64 back; a name with
 /// a comma is quoted.
-pub fn table(size: DrawSize, columns: &[(&str, Vec<f64>)]) -> Result<Vec<u8>, Error> {
+pub fn table(size: DrawCounts, columns: &[(&str, Vec<f64>)]) -> Result<Vec<u8>, Error> {
     const DOING: &str = "write draws.csv";
     let names = columns.iter().map(|(name, _)| *name);
     let mut writer = Writer::from_writer(vec![]);
     let written = writer.write_record([".chain", ".iteration", ".draw"].into_iter().chain(names));
     written.map_err(Error::internal(DOING))?;
-    for draw in 0..size.total() {
+    for draw in 0..size.chains * size.draws {
         let place = [draw / size.draws + 1, draw % size.draws + 1, draw + 1].map(|number| number.to_string());
         let numbers = columns.iter().map(|(_, values)| format!("{:?}", values[draw]));
         let written = writer.write_record(place.into_iter().chain(numbers));
@@ -28,7 +28,7 @@ pub fn table(size: DrawSize, columns: &[(&str, Vec<f64>)]) -> Result<Vec<u8>, Er
 mod tests {
     use super::*;
 
-    const SIZE: DrawSize = DrawSize { chains: 2, draws: 2 };
+    const SIZE: DrawCounts = DrawCounts { chains: 2, draws: 2 };
 
     fn column<'n>(name: &'n str, values: &[f64]) -> (&'n str, Vec<f64>) {
         (name, values.to_vec())

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::json;
 
-use super::arrays::{ArrayGroup, ArrayValues, DrawSize};
+use super::arrays::{draw_dimensions, ArrayGroup, ArrayValues};
 use super::csv;
 use super::every_run::EveryRun;
 use super::zarr::{chunk_path, store, PART};
@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::findings::compare::model_name;
 use crate::findings::left_out::MOST_DENSITIES;
 use crate::findings::posterior::Posterior;
+use crate::inference::importance::DrawCounts;
 use crate::inference::nuts::Chain;
 use crate::model::parameters::{ParameterKind, SERIES_OFFSET};
 use crate::report::folder::{Files, Streamed};
@@ -49,7 +50,7 @@ pub const STORE: &str = "draws/draws.zarr";
 pub fn files<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Files<'a>, Error> {
     let (scene, runs) = (input.scene, input.runs);
     let sampled = &posterior.sampled;
-    let size = DrawSize {
+    let size = DrawCounts {
         chains: sampled.chains.len(),
         draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
     };
@@ -82,8 +83,7 @@ pub fn files<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Files<
         streamed = every_run_files(every_run, size);
     }
     if stores_runs(runs) {
-        groups.push(observed(runs));
-        groups.push(constant(scene, runs));
+        groups.extend(groups_of_runs(scene, runs));
     }
     let attributes = [
         ("title", json!(scene.title)),
@@ -106,7 +106,7 @@ pub fn files<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Files<
 }
 
 /// The sampled parameters, and the offsets of series after them, as one table.
-fn table(posterior: &Posterior, size: DrawSize) -> Result<Vec<u8>, Error> {
+fn table(posterior: &Posterior, size: DrawCounts) -> Result<Vec<u8>, Error> {
     let sampled = &posterior.sampled;
     let parameters = sampled.parameters.sampled.iter().map(|parameter| &parameter.name);
     let names = parameters.chain(&sampled.parameters.series_offsets);
@@ -120,7 +120,7 @@ fn parameters(
     group: &'static str,
     labels: &[String],
     posterior: &Posterior,
-    size: DrawSize,
+    size: DrawCounts,
     of: impl Fn(usize, &[f64]) -> Vec<f64>,
 ) -> ArrayGroup {
     let mut group = ArrayGroup::of_draws(group, size);
@@ -133,7 +133,11 @@ fn parameters(
                 particles.push(labels[sphere].clone());
                 dry_k.push(chains);
             }
-            _ => group.add(&parameter.name, &size.dimensions(), ArrayValues::reals(chains.concat())),
+            _ => group.add(
+                &parameter.name,
+                &draw_dimensions(size),
+                ArrayValues::reals(chains.concat()),
+            ),
         }
     }
     if !particles.is_empty() {
@@ -143,7 +147,7 @@ fn parameters(
     group
 }
 
-fn sample_stats(chains: &[Chain], size: DrawSize) -> ArrayGroup {
+fn sample_stats(chains: &[Chain], size: DrawCounts) -> ArrayGroup {
     let mut group = ArrayGroup::of_draws("sample_stats", size);
     let reals = |of: fn(&Chain) -> &Vec<f64>| ArrayValues::reals(chains.iter().flat_map(of).copied());
     let counts = |of: fn(&Chain) -> &Vec<u64>| {
@@ -151,7 +155,7 @@ fn sample_stats(chains: &[Chain], size: DrawSize) -> ArrayGroup {
         let count = |n: &u64| i64::try_from(*n).unwrap_or(i64::MAX);
         ArrayValues::counts(chains.iter().flat_map(of).map(count))
     };
-    let dimensions = size.dimensions();
+    let dimensions = draw_dimensions(size);
     group.add("lp", &dimensions, reals(|chain| &chain.ln_density));
     // draws that followed no trajectory have no more of these
     if chains.iter().all(|chain| chain.steps.is_empty()) {
@@ -169,14 +173,14 @@ fn sample_stats(chains: &[Chain], size: DrawSize) -> ArrayGroup {
 
 /// What follows from the parameters, one variable for all particles or settings; apart from them, so that nobody counts
 /// them as parameters.
-fn derived(posterior: &Posterior, size: DrawSize) -> ArrayGroup {
+fn derived(posterior: &Posterior, size: DrawCounts) -> ArrayGroup {
     let mut group = ArrayGroup::of_draws("derived", size);
     for of_one in posterior.derived.chunk_by(|a, b| a.quantity == b.quantity) {
         let labels: Vec<String> = of_one.iter().filter_map(|derived| derived.label.clone()).collect();
         let columns: Vec<&[Vec<f64>]> = of_one.iter().map(|derived| derived.values.as_slice()).collect();
         let (name, by_setting) = (of_one[0].quantity.describe().name, of_one[0].setting.is_some());
         if labels.is_empty() {
-            group.add(name, &size.dimensions(), ArrayValues::interleaved(&columns));
+            group.add(name, &draw_dimensions(size), ArrayValues::interleaved(&columns));
         } else {
             let by = if by_setting { "setting" } else { "particle" };
             group.add_labelled(name, size, (by, &labels), &columns);
@@ -186,7 +190,7 @@ fn derived(posterior: &Posterior, size: DrawSize) -> ArrayGroup {
 }
 
 /// Log likelihood of each run at each draw, and a new run from each; the numbers themselves are streamed.
-fn every_run_groups(every_run: &EveryRun, runs: usize, size: DrawSize) -> [ArrayGroup; 2] {
+fn every_run_groups(every_run: &EveryRun, runs: usize, size: DrawCounts) -> [ArrayGroup; 2] {
     let everyone: Vec<usize> = (0..runs).collect();
     [
         ("log_likelihood", &every_run.informative),
@@ -194,7 +198,7 @@ fn every_run_groups(every_run: &EveryRun, runs: usize, size: DrawSize) -> [Array
     ]
     .map(|(name, of)| {
         let mut group = ArrayGroup::of_draws(name, size);
-        let [chain, draw] = size.dimensions();
+        let [chain, draw] = draw_dimensions(size);
         let run = ("run", of.len());
         // run numbers are far below the largest i64
         let numbers = of.iter().map(|run| i64::try_from(*run).unwrap_or(i64::MAX));
@@ -205,7 +209,7 @@ fn every_run_groups(every_run: &EveryRun, runs: usize, size: DrawSize) -> [Array
 }
 
 /// The files of those numbers, pairs of the same draws.
-fn every_run_files(every_run: EveryRun, size: DrawSize) -> Vec<Streamed<'static>> {
+fn every_run_files(every_run: EveryRun, size: DrawCounts) -> Vec<Streamed<'static>> {
     let every_run = Arc::new(every_run);
     let parts = (0..size.chains).flat_map(|chain| (0..size.draws.div_ceil(PART)).map(move |part| (chain, part)));
     let of_part = |(chain, part): (usize, usize)| {
@@ -224,45 +228,32 @@ fn every_run_files(every_run: EveryRun, size: DrawSize) -> Vec<Streamed<'static>
     parts.map(of_part).collect()
 }
 
-fn observed(runs: &Runs) -> ArrayGroup {
-    let mut group = ArrayGroup::new("observed_data");
+/// What was measured, and at which settings.
+fn groups_of_runs(scene: &Scene, runs: &Runs) -> [ArrayGroup; 2] {
     let run = ("run", runs.len());
-    group.add_indices(run);
-    group.add(
-        "restitution",
-        &[run],
-        ArrayValues::reals(runs.restitution.iter().copied()),
-    );
     let mut stuck = vec![false; runs.len()];
-    let dry = runs.dry.iter().map(|dry| dry.stuck.clone());
-    for range in dry.chain(runs.series.iter().map(|series| series.stuck.clone())) {
-        stuck[range].fill(true);
-    }
-    group.add("stuck", &[run], ArrayValues::flags(stuck));
-    group
-}
-
-fn constant(scene: &Scene, runs: &Runs) -> ArrayGroup {
-    let mut group = ArrayGroup::new("constant_data");
-    let run = ("run", runs.len());
-    group.add_indices(run);
     let mut particle = vec![String::new(); runs.len()];
     let mut liquid = vec![DRY.to_owned(); runs.len()];
     for dry in &runs.dry {
+        stuck[dry.stuck.clone()].fill(true);
         particle[dry.rebounds.start..dry.stuck.end].fill(scene.particles[dry.particle].name.clone());
     }
     for series in &runs.series {
+        stuck[series.stuck.clone()].fill(true);
         particle[series.runs()].fill(scene.particles[series.particle].name.clone());
         liquid[series.runs()].fill(scene.liquids[series.liquid].name.clone());
     }
-    group.add("particle_name", &[run], ArrayValues::texts(&particle));
-    group.add("liquid_name", &[run], ArrayValues::texts(&liquid));
-    for (name, column) in [
-        ("diameter_m", &runs.diameter),
-        ("film_m", &runs.film),
-        ("impact_speed_m_s", &runs.impact_speed),
-    ] {
-        group.add(name, &[run], ArrayValues::reals(column.iter().copied()));
-    }
-    group
+    let reals = |column: &[f64]| ArrayValues::reals(column.iter().copied());
+    let mut observed = ArrayGroup::new("observed_data");
+    observed.add_indices(run);
+    observed.add("restitution", &[run], reals(&runs.restitution));
+    observed.add("stuck", &[run], ArrayValues::flags(stuck));
+    let mut constant = ArrayGroup::new("constant_data");
+    constant.add_indices(run);
+    constant.add("particle_name", &[run], ArrayValues::texts(&particle));
+    constant.add("liquid_name", &[run], ArrayValues::texts(&liquid));
+    constant.add("diameter_m", &[run], reals(&runs.diameter));
+    constant.add("film_m", &[run], reals(&runs.film));
+    constant.add("impact_speed_m_s", &[run], reals(&runs.impact_speed));
+    [observed, constant]
 }

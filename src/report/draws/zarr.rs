@@ -103,7 +103,7 @@ fn array_node(array: &DrawArray) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use super::super::arrays::{ArrayValues, DrawSize};
+    use super::super::arrays::ArrayValues;
     use super::*;
 
     fn file<'a>(files: &'a [File], path: &str) -> &'a [u8] {
@@ -118,9 +118,7 @@ mod tests {
     #[test]
     fn values_are_where_the_format_has_them() {
         let names = ["PE".to_owned(), "µPTFE".to_owned()];
-        let size = DrawSize { chains: 1, draws: 2 };
-        let [chain, draw] = size.dimensions();
-        let particle = ("particle", 2);
+        let [chain, draw, particle] = [("chain", 1), ("draw", 2), ("particle", 2)];
         let mut group = ArrayGroup::new("posterior");
         let dry_k = ArrayValues::reals([0.1, f64::NAN, -0.0, 1e300]);
         group.add("dry_k", &[chain, draw, particle], dry_k);
