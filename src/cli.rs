@@ -9,17 +9,17 @@
 //! | `draws.rs` | shows draws as they come |
 //! | `defect.rs` | makes one line of a panic |
 //! | `setting.rs` | reads a setting, and finds the law that holds there |
-//! | `track.rs`, `new.rs`, `fit.rs`, `check.rs`, `simulate.rs`, `predict.rs`, `handoff.rs`, `trade.rs`, `calibrate.rs`, `completions.rs`, `man.rs` | run the verb of their name |
+//! | `track.rs`, `new.rs`, `fit.rs`, `check.rs`, `simulate.rs`, `predict.rs`, `handoff.rs`, `trade.rs`, `calibrate.rs` | run the verb of their name |
+//! | `manual.rs` | prints completions and manual pages |
 
 mod arguments;
 mod calibrate;
 mod check;
-mod completions;
 mod defect;
 mod draws;
 mod fit;
 mod handoff;
-mod man;
+mod manual;
 mod messages;
 mod new;
 mod predict;
@@ -100,8 +100,8 @@ fn run_verb(arguments: &Arguments, ranks: &Ranks) -> Result<u8, Error> {
         Verb::Handoff(request) => handoff::handoff(request),
         Verb::Trade(request) => trade::trade(request),
         Verb::Calibrate(request) => calibrate::calibrate(request, ranks),
-        Verb::Completions { shell } => completions::completions(*shell),
-        Verb::Man { command } => man::man(command.as_deref()),
+        Verb::Completions { shell } => manual::completions(*shell),
+        Verb::Man { command } => manual::man(command.as_deref()),
         Verb::Help { .. } => Ok(0),
     });
     result.unwrap_or_else(Err)

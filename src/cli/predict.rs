@@ -159,15 +159,10 @@ pub fn predict(request: &Predict) -> Result<u8, Error> {
         let rows = law.curve(wet.as_ref()).predict(&asked.speeds);
         let beyond = rows.iter().filter(|row| row.extrapolated).count();
         let outside = (beyond > 0).then(|| beyond_the_runs(asked, (wet.as_ref(), &law), beyond));
-        let AskedPair {
-            particle,
-            liquid,
-            diameter,
-            ..
-        } = &asked.pair;
+        let pair = &asked.pair;
         let prediction = Prediction {
             series: (finished.has_offsets() && wet.is_some()).then_some("new"),
-            ..Prediction::new(particle, liquid.name(), *diameter, wet.as_ref(), rows)
+            ..Prediction::new(&pair.particle, pair.liquid.name(), pair.diameter, wet.as_ref(), rows)
         };
         Ok((prediction, outside))
     });

@@ -49,10 +49,7 @@ pub(super) enum AskedLiquid {
     /// a liquid of the scene
     Named(String),
     /// one that the scene has not
-    Other {
-        density: f64,
-        viscosity: f64,
-    },
+    Other(LiquidBasis),
 }
 
 impl AskedLiquid {
@@ -61,7 +58,7 @@ impl AskedLiquid {
         match self {
             AskedLiquid::Dry => Some(DRY),
             AskedLiquid::Named(name) => Some(name),
-            AskedLiquid::Other { .. } => None,
+            AskedLiquid::Other(_) => None,
         }
     }
 
@@ -70,12 +67,7 @@ impl AskedLiquid {
         match self {
             AskedLiquid::Dry => Ok(None),
             AskedLiquid::Named(name) => named_liquid(name, finished).map(Some),
-            AskedLiquid::Other { density, viscosity } => Ok(Some(LiquidBasis {
-                name: String::new(),
-                density_kg_m3: *density,
-                viscosity_pa_s: *viscosity,
-                surface_tension_n_m: None,
-            })),
+            AskedLiquid::Other(liquid) => Ok(Some(liquid.clone())),
         }
     }
 }
@@ -86,10 +78,12 @@ impl SettingArguments {
         let liquid = match (&self.liquid, self.liquid_density.zip(self.viscosity)) {
             (Some(name), _) if name == DRY => Some(AskedLiquid::Dry),
             (Some(name), _) => Some(AskedLiquid::Named(name.clone())),
-            (None, Some((density, viscosity))) => Some(AskedLiquid::Other {
-                density: Dimension::Density.usual_to_si(density),
-                viscosity: Dimension::Viscosity.usual_to_si(viscosity),
-            }),
+            (None, Some((density, viscosity))) => Some(AskedLiquid::Other(LiquidBasis {
+                name: String::new(),
+                density_kg_m3: Dimension::Density.usual_to_si(density),
+                viscosity_pa_s: Dimension::Viscosity.usual_to_si(viscosity),
+                surface_tension_n_m: None,
+            })),
             (None, None) => None,
         };
         let film = self.film.map(|film| Dimension::Thickness.usual_to_si(film));

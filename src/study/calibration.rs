@@ -144,25 +144,28 @@ fn estimate(fitted: &[Scaling], law: WetLaw, quantity: Quantity) -> Option<&Esti
     })
 }
 
-/// By aim, method and level.
-type ByInterval<T> = [[[T; LEVELS.len()]; METHODS.len()]; AIMS.len()];
+/// How often the intervals of a quantity cover the truth in the data sets of a design.
+struct CoverageRow {
+    design: &'static CoverageDesign,
+    aim: Aim,
+    /// share of the data sets, by method and level
+    covered: [[f64; LEVELS.len()]; METHODS.len()],
+}
 
 /// The measured table.
 pub struct CoverageTable {
     /// data sets a design
     sets: u64,
-    /// share of the data sets of each design whose interval covers the truth
-    covered: Vec<ByInterval<f64>>,
+    rows: Vec<CoverageRow>,
 }
 
 impl CoverageTable {
     /// The largest |coverage − level| of a method, over designs, laws, quantities and levels that count.
     fn worst(&self, method: usize) -> f64 {
-        let of_aims = self.covered.iter().flat_map(|design| AIMS.iter().zip(design));
-        let counted = of_aims.filter(|((law, _, truth_of), _)| law == truth_of);
-        let distance = |(covered, level): (&f64, f64)| (covered - level).abs();
-        counted
-            .flat_map(|(_, of_aim)| of_aim[method].iter().zip(LEVELS).map(distance))
+        let counted = self.rows.iter().filter(|CoverageRow { aim, .. }| aim.0 == aim.2);
+        let shares = counted.flat_map(|row| row.covered[method].into_iter().zip(LEVELS));
+        shares
+            .map(|(covered, level)| (covered - level).abs())
             .fold(0.0, f64::max)
     }
 
@@ -183,31 +186,33 @@ impl CoverageTable {
 /// Simulates, fits and bootstraps the data sets of every design.
 pub fn measure(drawn: DrawnSets) -> Result<CoverageTable, Error> {
     const SIGMA: f64 = 0.02;
-    // processes of MPI are no thread's to share
-    let DrawnSets {
-        sets,
-        seed,
-        ranks,
-        progress,
-    } = drawn;
-    let mut covered = vec![];
+    let sets = drawn.sets;
+    let mut rows = vec![];
     for design in &ALL {
         let exact = infer(&design.scene(0.0)?, 0, 0, false)?;
         let scene = design.scene(SIGMA)?;
+        // holds no more of what is drawn: processes of MPI are no thread's to share
         let of_set = |set: u64| -> Result<_, Error> {
-            let fitted = infer(&scene, seed, set, true)?;
-            progress();
+            let fitted = infer(&scene, drawn.seed, set, true)?;
+            (drawn.progress)();
             Ok(covering(&exact, &fitted))
         };
-        let each = ranks.gather(sets, |own| own.into_par_iter().map(of_set).collect())?;
-        let mut counts = ByInterval::<u64>::default();
+        let each = drawn
+            .ranks
+            .gather(sets, |own| own.into_par_iter().map(of_set).collect())?;
+        let mut counts = [[[0; LEVELS.len()]; METHODS.len()]; AIMS.len()];
         for [aim, method, level] in each.into_iter().flatten() {
             counts[aim][method][level] += 1;
         }
         let share = |count: u64| count as f64 / sets as f64;
-        covered.push(counts.map(|of_aim| of_aim.map(|of_method| of_method.map(share))));
+        let of_aims = AIMS.into_iter().zip(counts);
+        rows.extend(of_aims.map(|(aim, counts)| CoverageRow {
+            design,
+            aim,
+            covered: counts.map(|of_method| of_method.map(share)),
+        }));
     }
-    Ok(CoverageTable { sets, covered })
+    Ok(CoverageTable { sets, rows })
 }
 
 /// The intervals that cover their truth, by the places of aim, method and level.
@@ -280,8 +285,8 @@ pub fn markdown(table: &CoverageTable) -> Result<String, Error> {
     let columns = METHODS
         .iter()
         .flat_map(|method| LEVELS.map(|at| format!("{method} {:.0}", 100.0 * at)));
-    let row = |(design, aim, covered): (&CoverageDesign, Aim, &[[f64; LEVELS.len()]; METHODS.len()])| {
-        let (law, quantity, truth_of) = aim;
+    let row = |CoverageRow { design, aim, covered }: &CoverageRow| {
+        let (law, quantity, truth_of) = *aim;
         let of = if law == truth_of { "" } else { "true " };
         context! {
             design => design.name,
@@ -290,10 +295,6 @@ pub fn markdown(table: &CoverageTable) -> Result<String, Error> {
             covered => covered.as_flattened().to_vec(),
         }
     };
-    let rows = ALL.iter().zip(&table.covered).flat_map(|(design, of_design)| {
-        let of_aims = AIMS.into_iter().zip(of_design);
-        of_aims.map(move |(aim, covered)| (design, aim, covered))
-    });
     let worst = METHODS.iter().enumerate();
     let worst = worst.map(|(place, method)| context! { method => method.to_string(), distance => table.worst(place) });
     let values = context! {
@@ -304,7 +305,7 @@ pub fn markdown(table: &CoverageTable) -> Result<String, Error> {
         least_runs => LEAST_RUNS,
         designs => ALL.each_ref().map(|design| format!("{}: {}", design.name, design.what)).to_vec(),
         columns => columns.collect::<Vec<_>>(),
-        rows => rows.map(row).collect::<Vec<_>>(),
+        rows => table.rows.iter().map(row).collect::<Vec<_>>(),
         worst => worst.collect::<Vec<_>>(),
         best => table.best().to_string(),
     };
