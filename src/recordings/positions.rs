@@ -53,7 +53,9 @@ pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<(Shown, 
     let names: Vec<Vec<String>> = lines.iter().take(1 + MOST_WORDS).map(trimmed).collect();
     let y_unit = recording.y_unit.as_deref();
     let Some(at) = names.iter().position(|names| has_known(&ours(names, y_unit))) else {
-        return Err(refused(no_header(names.first().map(Vec::as_slice))));
+        let expected = "expected columns `frame`, `time_s` or `time_ms`, and `y_px`, `y_mm` or `y_m`";
+        let problem = Problem::new("header", expected).on(1u64);
+        return Err(refused(vec![problem.found(shown(&names[0]))]));
     };
     let mut rows = Rows {
         frame_rate: recording.frame_rate,
@@ -188,13 +190,6 @@ fn ours(names: &[String], y_unit: Option<&str>) -> Vec<String> {
         }
     });
     ours.collect()
-}
-
-/// The problem of a table in which no line is a header, by its first.
-fn no_header(first: Option<&[String]>) -> Vec<Problem> {
-    let expected = "expected columns `frame`, `time_s` or `time_ms`, and `y_px`, `y_mm` or `y_m`";
-    let problem = Problem::new("header", expected).on(1u64);
-    vec![problem.found(first.map(shown))]
 }
 
 /// The names of a header in one message.

@@ -145,16 +145,11 @@ fn noise(sample: &[Grey], gains: &[f32]) -> f32 {
     let mut each: Vec<f32> = sample
         .windows(2)
         .zip(gains.windows(2))
-        .filter_map(|(pair, gains)| {
-            let ([one, other], [gain, other_gain]) = (pair, gains) else {
-                return None;
-            };
-            let stride = prime_stride(one.levels.len());
-            let levels = one.levels.iter().zip(&other.levels).step_by(stride);
-            let mut away: Vec<f32> = levels
-                .map(|(a, b)| (f32::from(*a) * gain - f32::from(*b) * other_gain).abs())
-                .collect();
-            Some(1.4826 * upper_median(&mut away) / std::f32::consts::SQRT_2)
+        .map(|(pair, gains)| {
+            let stride = prime_stride(pair[0].levels.len());
+            let levels = pair[0].levels.iter().zip(&pair[1].levels).step_by(stride);
+            let away = levels.map(|(a, b)| (f32::from(*a) * gains[0] - f32::from(*b) * gains[1]).abs());
+            1.4826 * upper_median(&mut away.collect::<Vec<f32>>()) / std::f32::consts::SQRT_2
         })
         .collect();
     upper_median(&mut each)

@@ -49,10 +49,6 @@ impl Rays {
         }
     }
 
-    pub fn count(&self) -> usize {
-        self.directions.len()
-    }
-
     /// The circle through most of the edge points, one a ray; with its radius if that is known. `None` where fewer than a
     /// quarter of the rays agree, or where these look all one way.
     pub fn fit(&self, edges: &[EdgePoint], radius: Option<f64>) -> Option<Circle> {
@@ -88,7 +84,7 @@ impl Rays {
             }
         }
         let is_used = |point: &&Point| point.weight > 0.0 && point.away(&circle).abs() < OUTSIDE * scatter;
-        let share = points.iter().filter(is_used).count() as f64 / self.count().max(1) as f64;
+        let share = points.iter().filter(is_used).count() as f64 / self.directions.len().max(1) as f64;
         (share >= LEAST_SHARE).then_some(Circle {
             dx: circle.x,
             dy: circle.y,

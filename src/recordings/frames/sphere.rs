@@ -211,10 +211,7 @@ pub(super) fn leave_mirror_images_out(outlines: &mut [Option<Outline>]) {
         return;
     };
     for place in outlines.iter_mut() {
-        let below = |outline: &Outline| outline.centre().1 > plate && spread < 0.25 * outline.free.radius;
-        if place.as_ref().is_some_and(below) {
-            *place = None;
-        }
+        place.take_if(|outline| outline.centre().1 > plate && spread < 0.25 * outline.free.radius);
     }
 }
 
