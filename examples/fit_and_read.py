@@ -17,8 +17,10 @@ with open(f"{out}/findings.json", encoding="utf-8") as file:
     findings = json.load(file)
 verdict = findings["main"]["verdict"]
 print("may be quoted:" if verdict["passed"] else "not to be quoted:", verdict["reason"])
-for p in findings["main"]["parameters"]:  # se or interval is None where there is none
-    print(p["name"], "=", p["value"], "±", p["se"], "interval", p["interval"])
+for row in findings["estimates"]:  # se or interval is None where there is none
+    if row["main"]:
+        place = {key: row[key] for key in ("particle", "liquid", "diameter_m", "film_ratio") if row[key] is not None}
+        print(row["quantity"], place or "", "=", row["value"], "±", row["se"], "interval", row["interval"])
 
 with open(f"{out}/draws/draws.csv", newline="", encoding="utf-8") as file:
     draws = [float(row["lubrication_log"]) for row in csv.DictReader(file)]

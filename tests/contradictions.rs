@@ -142,8 +142,8 @@ fn against_numbers(findings: &Value, told: &[Told]) -> Vec<String> {
     if quoted == told.iter().any(|remark| remark.forbids) {
         found.push(format!("quoted: {quoted}, against the checks"));
     }
-    let sources = |list: &'static str| rows(main, list).map(|row| (row, text(row, "source")));
-    for (place, source) in sources("at") {
+    let numbers = || rows(findings, "estimates").filter(|row| row["main"] == true);
+    for place in numbers().filter(|row| row["source"] == "square_root_law") {
         let same = |law: &&Value| {
             ["particle", "film_ratio", "diameter_m"]
                 .iter()
@@ -151,12 +151,12 @@ fn against_numbers(findings: &Value, told: &[Told]) -> Vec<String> {
                 && law["law"] == "sqrt"
         };
         let law = rows(findings, "scaling").find(same);
-        if quoted && source == "square_root_law" && law.is_some_and(|law| law["verdict"]["passed"] == false) {
+        if quoted && law.is_some_and(|law| law["verdict"]["passed"] == false) {
             found.push(format!("quoted from a law that is not usable: {place}"));
         }
     }
     for remark in told.iter().filter(|remark| remark.code == "energy_balance") {
-        let by_least_squares = sources("parameters").any(|(_, source)| source == "least_squares");
+        let by_least_squares = numbers().any(|row| row["source"] == "energy_balance");
         if quoted && (by_least_squares || !remark.text.contains("by least squares, which")) {
             found.push(format!("quoted, and not usable: {}", remark.text));
         }
@@ -177,7 +177,7 @@ fn against_numbers(findings: &Value, told: &[Told]) -> Vec<String> {
         if unseen || told.iter().any(|remark| remark.code == "unseen") {
             found.push("every parameter is determined, and some are not".to_owned());
         }
-        let led = rows(main, "parameters").filter(|own| own["prior_led"] == true);
+        let led = numbers().filter(|own| own["prior_led"] == true);
         found.extend(led.map(|own| format!("every parameter is determined, but {own} is led by its prior")));
     }
     let scatters_as_stated = rows(findings, "remarks")

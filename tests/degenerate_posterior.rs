@@ -120,8 +120,8 @@ fn one_film_ratio_without_dry_runs_keeps_the_priors_of_k_and_the_prefactor() {
         ["dry_k[PTFE]", "lubrication_log", "inertial_prefactor", "sigma_wet"]
     );
     let led = findings.main.parameters.iter();
-    let led: Vec<(&str, bool)> = led.map(|own| (own.name.as_str(), own.prior_led)).collect();
-    assert!(led.contains(&("inertial_prefactor", true)), "{led:?}");
+    let led: Vec<(String, bool)> = led.map(|own| (own.name(), own.prior_led)).collect();
+    assert!(led.contains(&("inertial_prefactor".to_owned(), true)), "{led:?}");
     let notice = findings.notice("prior_rules");
     assert!(notice.is_some_and(|notice| notice.text.contains(" C (")));
 }

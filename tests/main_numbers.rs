@@ -2,7 +2,8 @@
 
 use crate::common::scenes::{design, scene_of, truth, HEADER, PTFE, THIN};
 use crate::common::{binomial_z, holds, normal, sample, seed_of, table_of, Place, Says, Told};
-use wetcor::findings::main_numbers::{MainNumber, MainPlace, Source};
+use wetcor::findings::estimate::Estimate;
+use wetcor::findings::estimates::Source;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::{self, Findings};
@@ -42,8 +43,9 @@ fn simulated(name: &str, scene: &str) -> Findings {
 
 /// Sources at a film ratio, with the liquid each stands for.
 fn sources(findings: &Findings, film_ratio: f64) -> Vec<(Source, Option<&str>)> {
-    let here = findings.main.at.iter().filter(|place| place.film_ratio == film_ratio);
-    here.map(|place| (place.source, place.liquid.as_deref())).collect()
+    let rows = findings.main.places.iter().map(|[e_inf, _]| e_inf);
+    let here = rows.filter(|row| row.of.film_ratio == Some(film_ratio));
+    here.map(|row| (row.source, row.of.liquid.as_deref())).collect()
 }
 
 #[test]
@@ -51,7 +53,7 @@ fn parameters_come_from_the_posterior_and_e_inf_from_the_law_where_every_run_reb
     let findings = simulated("parameters_come_from_the_posterior", &scene_text());
     let main = &findings.main;
     assert!(main.verdict.passed && !main.provisional, "{:?}", main.verdict);
-    let names: Vec<&str> = main.parameters.iter().map(|own| own.name.as_str()).collect();
+    let names: Vec<String> = main.parameters.iter().map(|own| own.name()).collect();
     assert_eq!(
         names,
         [
@@ -64,9 +66,9 @@ fn parameters_come_from_the_posterior_and_e_inf_from_the_law_where_every_run_reb
     );
     let posterior = findings.posterior.as_ref().expect("sampled");
     for own in &main.parameters {
-        assert_eq!(own.number.source, Source::Posterior, "{own:?}");
+        assert_eq!(own.source, Source::Posterior, "{own:?}");
         let mut all = posterior.parameters.iter().chain(&posterior.derived);
-        let summary = all.find(|summary| summary.name == own.name).expect("summarised");
+        let summary = all.find(|summary| summary.name == own.name()).expect("summarised");
         assert_eq!((own.number.value, own.number.se), (summary.mean, summary.sd));
         let (lo, hi) = summary.q025.zip(summary.q975).expect("quantiles");
         let [low, high] = own.number.interval.expect("an interval");
@@ -82,12 +84,12 @@ fn parameters_come_from_the_posterior_and_e_inf_from_the_law_where_every_run_reb
             ]
         );
     }
-    let law = &main.at[0];
+    let [_, law] = &main.places[0];
     let mut rows = findings.scaling.iter();
-    let row = rows.find(|row| row.law == WetLaw::Sqrt && row.film_ratio == Some(law.film_ratio));
+    let row = rows.find(|row| row.law == WetLaw::Sqrt && row.film_ratio == law.of.film_ratio);
     let row = row.expect("fitted");
-    assert_eq!((law.st_c.value, law.st_c.interval), (row.st_c.value, row.st_c.interval));
-    assert_eq!(law.st_c.method, "percentile");
+    assert_eq!((law.number.value, law.number.interval), (row.st_c.value, row.st_c.interval));
+    assert_eq!(law.number.method, "percentile");
 }
 
 /// Four rebounds at each film ratio: the law's two degrees of freedom do not tell its spread.
@@ -101,22 +103,22 @@ fn e_inf_of_few_degrees_of_freedom_comes_from_the_posterior_alone() {
     let table = place.draw(seed_of("e_inf_of_few_degrees_of_freedom"), None);
     let alone = findings::fit_least_squares(&place.scene, &table, 1, true);
     // without a posterior the ± is as wide as Student's interval
-    let numbers = alone.main.at.iter().flat_map(|place| [&place.e_inf, &place.st_c]);
-    let of_law = numbers.filter(|number| number.source == Source::SquareRootLaw && number.method == "delta");
+    let numbers = alone.main.places.iter().flatten();
+    let of_law = numbers.filter(|row| row.source == Source::SquareRootLaw && row.number.method == "delta");
     let mut held = 0;
-    for number in of_law {
+    for number in of_law.map(|row| &row.number) {
         let [lo, hi] = number.interval.expect("an interval");
         let se = number.se.expect("a standard error");
         assert!((0.5 * (hi - lo) / se - 1.959_964).abs() < 1e-5, "{number:?}");
         held += 1;
     }
-    assert!(held > 0, "{:?}", alone.main.at);
+    assert!(held > 0, "{:?}", alone.main.places);
     let row = alone.square_root();
     let [lo, hi] = row.e_inf.interval.expect("an interval");
     assert!(0.5 * (hi - lo) / row.e_inf.se.expect("a standard error") > 2.5);
     let sampled = fit(&few, |_| table);
     for film_ratio in [0.04, 0.1] {
-        assert!(all_from_posterior(&sampled, film_ratio), "{:?}", sampled.main.at);
+        assert!(all_from_posterior(&sampled, film_ratio), "{:?}", sampled.main.places);
     }
 }
 
@@ -139,7 +141,7 @@ fn a_prior_of_any_kind_is_held_against_the_runs() {
     };
     let own = |findings: &Findings, key: &str| {
         let mut all = findings.main.parameters.iter();
-        all.find(|own| own.name.starts_with(key)).map(|own| own.prior_led)
+        all.find(|own| own.quantity == key).map(|own| own.prior_led)
     };
     for [key, symbol, prior] in table_of(
         "lubrication_log | L:  | uniform = [2.2, 4.0]
@@ -246,10 +248,10 @@ fn without_a_posterior_least_squares_stands_in_and_is_called_provisional() {
     let findings = findings::fit_least_squares(&place.scene, &table, 1, false);
     let main = &findings.main;
     assert!(main.provisional);
-    let of: Vec<Source> = main.parameters.iter().map(|own| own.number.source).collect();
+    let of: Vec<Source> = main.parameters.iter().map(|own| own.source).collect();
     assert_eq!(of[0], Source::DryLaw);
     assert!(of[1..].iter().all(|source| *source == Source::EnergyBalance), "{of:?}");
-    let laws = main.at.iter().map(|place: &MainPlace| place.source);
+    let laws = main.places.iter().map(|[e_inf, _]| e_inf.source);
     assert_eq!(laws.collect::<Vec<_>>(), [Source::SquareRootLaw; 2]);
 }
 
@@ -377,7 +379,7 @@ fn covered_main_numbers(scene: &str, sets: u64) -> [[usize; 2]; 5] {
     let truth = place.scene.truth.as_ref().expect("the scene has one");
     let prefactor = truth.value(Coefficient::InertialPrefactor).expect("the scene has one");
     let mut counts = [[0; 2]; 5];
-    let mut count = |which: usize, number: &MainNumber, truth: f64| {
+    let mut count = |which: usize, number: &Estimate, truth: f64| {
         let [lo, hi] = number.interval.expect("an interval");
         counts[which][0] += usize::from(lo <= truth && truth <= hi);
         counts[which][1] += 1;
@@ -398,10 +400,10 @@ fn covered_main_numbers(scene: &str, sets: u64) -> [[usize; 2]; 5] {
         {
             count(which, &findings.main_number(name).number, truth);
         }
-        for row in &findings.main.at {
-            let e_inf = true_e_inf(&place, row.film_ratio);
-            count(3, &row.e_inf, e_inf);
-            count(4, &row.st_c, 2.0 * 1.85 / (e_inf * e_inf));
+        for [of_e_inf, of_st_c] in &findings.main.places {
+            let e_inf = true_e_inf(&place, of_e_inf.of.film_ratio.expect("a film"));
+            count(3, &of_e_inf.number, e_inf);
+            count(4, &of_st_c.number, 2.0 * 1.85 / (e_inf * e_inf));
         }
     }
     counts

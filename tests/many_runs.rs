@@ -5,8 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::common::{seed_of, write, Place, Told};
 use crate::condensing::{self, OF_THEIR_OWN};
 use serde_json::Value;
-use wetcor::findings::estimates::list_estimates;
-use wetcor::findings::main_numbers::Source;
+use wetcor::findings::estimates::Source;
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
 use wetcor::ranks::Ranks;
@@ -56,8 +55,8 @@ fn add_numbers(value: &Value, place: &str, into: &mut Numbers) {
 fn numbers_of(scene: &Scene, table: &Table, findings: &Findings) -> Numbers {
     let document = serde_json::to_value(findings).expect("a document");
     let mut all = Numbers::new();
-    for (i, row) in list_estimates(scene, &table.runs, findings, None).iter().enumerate() {
-        let of_law = matches!(row.number.source, Source::SquareRootLaw | Source::LinearLaw);
+    for (i, row) in findings.estimates(scene, &table.runs, None).iter().enumerate() {
+        let of_law = matches!(row.source, Source::SquareRootLaw | Source::LinearLaw);
         let section = match row.quantity {
             _ if of_law && row.of.film_ratio.is_none() => "pooled",
             "loss_over_density_ratio" | "st_c_e_inf2" | "delta_c_m" => "energy",

@@ -10,7 +10,7 @@ use std::path::Path;
 use rand::RngExt;
 use rayon::prelude::*;
 use serde_json::{json, Value};
-use wetcor::findings::main_numbers::MainNumber;
+use wetcor::findings::estimate::Estimate;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::loss::Film;
@@ -258,19 +258,19 @@ impl Kind {
     fn errors(&self, findings: &Findings) -> BTreeMap<String, Vec<(bool, f64)>> {
         let truth = self.truth;
         let mut found: BTreeMap<String, Vec<(bool, f64)>> = BTreeMap::new();
-        let mut add = |name: &str, number: &MainNumber, truth: f64| {
+        let mut add = |name: &str, number: &Estimate, truth: f64| {
             if let (Some(value), Some(se), Some([lo, hi])) = (number.value, number.se, number.interval) {
                 let own = found.entry(name.to_owned()).or_default();
                 own.push(((lo..=hi).contains(&truth), (value - truth) / se));
             }
         };
         for parameter in &findings.main.parameters {
-            let name = parameter.name.as_str();
+            let name = parameter.name();
             let same_form = findings
                 .posterior
                 .as_ref()
                 .is_some_and(|posterior| posterior.inertia == truth.inertia);
-            match name {
+            match name.as_str() {
                 "lubrication_log" => add("L", &parameter.number, truth.l),
                 "inertial_prefactor" if same_form => add("C", &parameter.number, truth.c),
                 _ if name.starts_with("dry_k") => add("k", &parameter.number, truth.k),
@@ -278,14 +278,14 @@ impl Kind {
             }
         }
         if truth.law == Law::Balance {
-            for place in &findings.main.at {
+            for [of_e_inf, of_st_c] in &findings.main.places {
                 let film = Film {
-                    film_ratio: place.film_ratio,
+                    film_ratio: of_e_inf.of.film_ratio.expect("a film"),
                     density_ratio: LIQUID_DENSITY / truth.density,
                 };
                 let [e_inf, st_c] = truth.quoted(film);
-                add("e_inf", &place.e_inf, e_inf);
-                add("St_c", &place.st_c, st_c);
+                add("e_inf", &of_e_inf.number, e_inf);
+                add("St_c", &of_st_c.number, st_c);
             }
         }
         found

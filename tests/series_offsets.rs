@@ -7,7 +7,7 @@ use crate::common::{
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use wetcor::findings::main_numbers::MainNumber;
+use wetcor::findings::estimate::Estimate;
 use wetcor::findings::posterior::Posterior;
 use wetcor::findings::predict::ParticleLaw;
 use wetcor::findings::{self, Findings};
@@ -93,7 +93,7 @@ impl Coverage {
             ..Coverage::default()
         };
         let truth = scene.truth.as_ref().expect("simulated");
-        let mut add = |number: usize, own: &MainNumber, truth: f64| {
+        let mut add = |number: usize, own: &Estimate, truth: f64| {
             if let Some([lo, hi]) = own.interval {
                 found.of[number][0] += 1;
                 found.of[number][1] += usize::from(lo <= truth && truth <= hi);
@@ -101,28 +101,29 @@ impl Coverage {
         };
         let k = truth.dry_k[0].expect("given");
         for own in &findings.main.parameters {
-            let (number, truth) = match own.quantity {
+            let (number, truth) = match own.kind.expect("a quantity") {
                 Quantity::DryK => (0, Some(k)),
-                Quantity::Shared(Coefficient::LubricationLog) => (1, truth.of_quantity(own.quantity)),
-                Quantity::Shared(Coefficient::InertialPrefactor) => (2, truth.of_quantity(own.quantity)),
+                l @ Quantity::Shared(Coefficient::LubricationLog) => (1, truth.of_quantity(l)),
+                c @ Quantity::Shared(Coefficient::InertialPrefactor) => (2, truth.of_quantity(c)),
                 _ => continue,
             };
             add(number, &own.number, truth.expect("given"));
         }
         // one place stands for each film ratio: the others are of the same runs
         let mut seen = vec![];
-        for place in &findings.main.at {
-            if seen.contains(&place.film_ratio) {
+        for [e_inf, st_c] in &findings.main.places {
+            let film_ratio = e_inf.of.film_ratio.expect("a film");
+            if seen.contains(&film_ratio) {
                 continue;
             }
-            seen.push(place.film_ratio);
+            seen.push(film_ratio);
             let film = Film {
-                film_ratio: place.film_ratio,
+                film_ratio,
                 density_ratio: scene.liquids[0].density / scene.particles[0].density,
             };
             let wetted = truth.wetted(k, film, 2.0).expect("complete");
-            for (number, quantity, own) in [(3, Quantity::EInf, &place.e_inf), (4, Quantity::StC, &place.st_c)] {
-                add(number, own, quantity.value(&quantity::Place::NONE, &wetted));
+            for (number, quantity, own) in [(3, Quantity::EInf, e_inf), (4, Quantity::StC, st_c)] {
+                add(number, &own.number, quantity.value(&quantity::Place::NONE, &wetted));
             }
         }
         let posterior = findings.posterior.as_ref().expect("sampled");
@@ -507,8 +508,9 @@ fn predict_says_that_its_bands_are_of_a_new_series() {
     report.says("### Offsets of series");
     report.says("simulated: 0.0200");
     let findings = place.folder.json("report/findings.json");
-    let places = findings["main"]["at"].as_array().expect("a list");
-    assert!(!places.is_empty() && places.iter().all(|place| place["source"] == "posterior"));
+    let estimates = findings["estimates"].as_array().expect("a list").iter();
+    let mut main = estimates.filter(|row| row["main"] == true && row["quantity"] == "st_c").peekable();
+    assert!(main.peek().is_some() && main.all(|row| row["source"] == "posterior"));
     let asked =
         "predict report --particle PTFE --liquid thin --diameter-mm 4.762 --speed-m-s 1.2:1.2:1 --film-um 333.3";
     let (status, csv, err) = place.run(asked);

@@ -2,7 +2,7 @@
 
 use crate::common::scenes::{scene_of, HEADER, PE, THIN};
 use crate::common::{normal, sample, seed_of, Place, Says, Told};
-use wetcor::findings::main_numbers::Source;
+use wetcor::findings::estimates::Source;
 use wetcor::findings::remarks::in_order;
 use wetcor::findings::Findings;
 use wetcor::seed::stream;
@@ -101,9 +101,11 @@ fn told(findings: &Findings, code: &str) -> Option<(usize, String)> {
 
 /// How many of its sds St_c of the thick liquid in the thicker film is off.
 fn z(findings: &Findings) -> f64 {
-    let mut places = findings.main.at.iter();
-    let here = places.find(|place| place.liquid.as_deref() == Some("thick") && (place.film_ratio - 0.1).abs() < 1e-3);
-    let own = &here.expect("a place").st_c;
+    let is_thicker = |ratio: Option<f64>| ratio.is_some_and(|ratio| (ratio - 0.1).abs() < 1e-3);
+    let mut places = findings.main.places.iter();
+    let here =
+        places.find(|[_, st_c]| st_c.of.liquid.as_deref() == Some("thick") && is_thicker(st_c.of.film_ratio));
+    let own = &here.expect("a place")[1].number;
     (own.value.expect("a mean") - 2.0 * L / law(true, 0.1).0) / own.se.expect("an sd")
 }
 
@@ -261,9 +263,9 @@ fn a_run_that_carries_a_square_root_law_is_named() {
     let slow = speed_of(true, 0.05, expected);
     let of_law = |rows: &str| {
         let found = fit(rows);
-        let mut places = found.main.at.iter();
-        let is_law = places.any(|place| place.source == Source::SquareRootLaw && place.film_ratio < 0.06);
-        assert!(is_law, "{:?}", found.main.at);
+        let mut rows = found.main.rows();
+        let is_law = rows.any(|row| row.source == Source::SquareRootLaw && row.of.film_ratio < Some(0.06));
+        assert!(is_law, "{:?}", found.main.places);
         told(&found, "single_run").filter(|(_, text)| text.contains("δ/D = 0.05, square-root law"))
     };
     let (place, text) = of_law(&format!("{rows}{}", line(true, 0.05, slow, expected - 0.06))).expect("told");

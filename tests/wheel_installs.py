@@ -30,6 +30,10 @@ def installed(environment, what):
     return folder
 
 
+def main_numbers(findings):
+    return [row for row in findings["estimates"] if row["main"]]
+
+
 def differences(printed, findings):
     """What the example printed otherwise than the findings have it."""
     found = []
@@ -37,8 +41,10 @@ def differences(printed, findings):
     verdict = findings["main"]["verdict"]
     if f"{'may be quoted' if verdict['passed'] else 'not to be quoted'}: {verdict['reason']}" not in lines:
         found.append("the verdict")
-    for main in findings["main"]["parameters"]:
-        line = f"{main['name']} = {main['value']} ± {main['se']} interval {main['interval']}"
+    for main in main_numbers(findings):
+        place = {key: main[key] for key in ("particle", "liquid", "diameter_m", "film_ratio") if main[key] is not None}
+        number = f"{main['value']} ± {main['se']} interval {main['interval']}"
+        line = f"{main['quantity']} {place or ''} = {number}"
         if line not in lines:
             found.append(line)
     posterior = findings["posterior"]
@@ -79,7 +85,8 @@ def faults(what):
     planted = json.loads(json.dumps(findings))
     for parameter in planted["posterior"]["parameters"]:
         parameter["mean"] *= 1 + 1e-6
-    planted["main"]["parameters"][0]["value"] = math.nextafter(planted["main"]["parameters"][0]["value"], 1.0)
+    first = main_numbers(planted)[0]
+    first["value"] = math.nextafter(first["value"], 1.0)
     planted["main"]["verdict"]["passed"] = not planted["main"]["verdict"]["passed"]
     if len(differences(ran.stdout, planted)) != 3:
         found.append(f"of three planted faults were found: {differences(ran.stdout, planted)}")

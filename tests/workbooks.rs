@@ -38,10 +38,15 @@ fn fit(folder: &Folder) -> (Option<i32>, String, Value) {
     (status, err, folder.json("out/findings.json"))
 }
 
-fn parameter(findings: &Value, name: &str) -> f64 {
-    let all = findings["main"]["parameters"].as_array().expect("a list");
-    let own = all.iter().find(|one| one["name"] == name);
-    own.unwrap_or_else(|| panic!("{name} in {all:?}"))["value"]
+fn main_numbers(findings: &Value) -> Vec<&Value> {
+    let all = findings["estimates"].as_array().expect("a list");
+    all.iter().filter(|row| row["main"] == true).collect()
+}
+
+fn main_number(findings: &Value, quantity: &str) -> f64 {
+    let all = main_numbers(findings);
+    let own = all.iter().find(|one| one["quantity"] == quantity);
+    own.unwrap_or_else(|| panic!("{quantity} in {all:?}"))["value"]
         .as_f64()
         .expect("a number")
 }
@@ -55,7 +60,7 @@ fn a_hidden_sheet_is_never_read_in_silence() {
     let sheets = [hidden, sheet("May", 0.18), sheet("June", 0.18)];
     let place_of = place("", &sheets);
     let (_, err, findings) = fit(&place_of);
-    assert!((parameter(&findings, "dry_k[PTFE]") - 0.18).abs() < 0.003);
+    assert!((main_number(&findings, "dry_k") - 0.18).abs() < 0.003);
     err.says("book.xlsx: sheet `May` is read, not `June`, nor the hidden `old`");
     assert_eq!(findings["counts"]["sheets"], serde_json::json!(["book.xlsx#May"]));
     let (_, checked, _) = place_of.run("check scene.toml");
@@ -66,7 +71,7 @@ fn a_hidden_sheet_is_never_read_in_silence() {
     let place = place("", &sheets);
     place.replace("scene.toml", "book.xlsx", "book.xlsx#old");
     let (_, err, findings) = fit(&place);
-    assert!((parameter(&findings, "dry_k[PTFE]") - 0.23).abs() < 0.003);
+    assert!((main_number(&findings, "dry_k") - 0.23).abs() < 0.003);
     err.says("book.xlsx: sheet `old` is hidden; it is read since the scene names it");
     // a draft names the sheets that it means
     std::fs::remove_file(place.join("scene.toml")).expect("there");
@@ -193,7 +198,7 @@ fn runs_on_several_sheets_are_all_kept_and_named_as_a_person_sees_them() {
     of_one.write("scene.toml", scene);
     let (status_of_one, _, of_one) = fit(&of_one);
     assert_eq!(status, status_of_one);
-    assert_eq!(findings["main"]["parameters"], of_one["main"]["parameters"]);
+    assert_eq!(main_numbers(&findings), main_numbers(&of_one));
     assert_eq!(findings["noise"]["outliers_found"], of_one["noise"]["outliers_found"]);
 }
 
@@ -391,7 +396,7 @@ fn heights_of_the_centre_are_counted_from_half_a_diameter_higher() {
             !is_told,
             "{err}"
         );
-        parameter(&findings, "dry_k[PTFE]")
+        main_number(&findings, "dry_k")
     };
     let right = fit_of("", 0.0);
     assert!((right - 0.18).abs() < 0.003, "{right}");
@@ -486,8 +491,8 @@ fn a_laboratorys_workbook_takes_one_edit_and_three_commands() {
     }
     std::fs::write(&path, scene).expect("writable");
     let (_, err, findings) = fit(&place);
-    assert!((parameter(&findings, "dry_k[sphere]") - 0.183).abs() < 0.003, "{err}");
-    let l = parameter(&findings, "lubrication_log");
+    assert!((main_number(&findings, "dry_k") - 0.183).abs() < 0.003, "{err}");
+    let l = main_number(&findings, "lubrication_log");
     assert!((l - 1.85).abs() < 0.15, "{l}: {err}");
     let screened = findings["counts"]["screened"].as_array().expect("a list");
     assert_eq!(screened[0]["reason"], "excluded: `x`");

@@ -49,7 +49,7 @@ pub struct Findings {
     pub scene_sha256: String,
     /// what was read and used
     pub counts: Counts,
-    /// the numbers that are quoted first
+    /// whether the numbers that are quoted first, the rows marked `main` of `estimates`, may be quoted, and what was learnt
     pub main: MainNumbers,
     /// the form of the inertial loss that the runs chose; `None` where the scene names it
     pub inertia: Option<InertiaChoice>,

@@ -1,42 +1,87 @@
 //! Puts every estimate in a row of one table, which `findings.json` writes and frames of data are made from.
 //!
-//! A main number stands in its row as it is quoted; others have the standard error of their fit. Of one place and source a
-//! quantity has one row.
-
-use std::collections::HashMap;
+//! Of one place and source a quantity has one row.
 
 use rayon::prelude::*;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::document::Findings;
-use super::estimate::{Bootstrapped, Estimate};
-use super::main_numbers::{MainNumber, Source};
-use super::posterior::Posterior;
-use crate::inference::delta::Interval;
+use super::balance::{DerivedEstimate, EnergyBalance};
+use super::constants::Sensitivity;
+use super::dry::Dry;
+use super::energy::Energy;
+use super::estimate::{Estimate, Quoting};
+use super::least_squares::LeastSquares;
+use super::posterior::derived::DerivedDraws;
+use super::posterior::{Posterior, PriorSummary, QuantitySummary};
+use super::scaling::Scaling;
+use super::series::SeriesFit;
+use crate::inference::diagnostics::quantile::central_interval;
 use crate::physics::Quantity;
-use crate::runs::Runs;
+use crate::rounding::short;
+use crate::runs::{sphere_label, Runs};
 use crate::scene::{Scene, WetLaw};
 
-/// One estimate.
+/// Where an estimate comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// the posterior of all runs at once
+    Posterior,
+    /// the square-root law at one film ratio
+    SquareRootLaw,
+    /// the linear law at one film ratio
+    LinearLaw,
+    /// least squares over all rebounds at once
+    EnergyBalance,
+    /// the law of the dry runs
+    DryLaw,
+}
+
+impl Source {
+    /// Its name in a text.
+    pub fn name(self) -> &'static str {
+        match self {
+            Source::Posterior => "posterior",
+            Source::SquareRootLaw => "square-root law",
+            Source::LinearLaw => "linear law",
+            Source::EnergyBalance => "energy balance",
+            Source::DryLaw => "dry law",
+        }
+    }
+
+    fn of_law(law: WetLaw) -> Source {
+        match law {
+            WetLaw::Sqrt => Source::SquareRootLaw,
+            WetLaw::Linear => Source::LinearLaw,
+        }
+    }
+}
+
+/// One estimate: a main number as it is quoted, others with the standard error of their fit.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EstimateRow {
     /// name of the quantity
     pub quantity: &'static str,
+    /// the quantity; `None` of a parameter of the noise
+    #[serde(skip)]
+    pub kind: Option<Quantity>,
     /// what it is of
     #[serde(flatten)]
     pub of: EstimatePlace,
     /// whether it is one of the numbers that are quoted first
     pub main: bool,
+    /// where it comes from
+    pub source: Source,
     /// the number, in the unit of the quantity
     #[serde(flatten)]
-    pub number: MainNumber,
-    /// every interval that was made, by other methods and at other levels too; of least squares only
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub intervals: Vec<Interval>,
-    /// what the replicates say; `None` where there are none
+    pub number: Estimate,
+    /// whether the prior leads: the runs leave more than half of its sd
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub prior_led: bool,
+    /// where a k comes from that no dry run tells: `wet runs`
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub bootstrap: Option<Bootstrapped>,
+    pub from: Option<&'static str>,
 }
 
 /// What an estimate is of.
@@ -66,192 +111,230 @@ impl EstimatePlace {
     }
 }
 
-/// The estimates of a fit, those of the same source together.
-pub fn list_estimates(
-    scene: &Scene,
-    runs: &Runs,
-    findings: &Findings,
-    posterior: Option<&Posterior>,
-) -> Vec<EstimateRow> {
-    let mut rows = posterior.map_or(vec![], |own| of_posterior(scene, runs, own));
-    of_dry_laws(findings, &mut rows);
-    of_balance(scene, runs, findings, &mut rows);
-    of_film_ratios(findings, &mut rows);
-    of_series(findings, &mut rows);
-    // a table may have as many film ratios as runs
-    let mut at: HashMap<_, Vec<usize>> = HashMap::new();
-    for (place, row) in rows.iter().enumerate() {
-        at.entry(row.of.film_ratio.map(f64::to_bits)).or_default().push(place);
-    }
-    for (quantity, of, number) in main_numbers(scene, runs, findings) {
-        let is_it = |row: &EstimateRow| row.quantity == quantity && row.of == of && row.number.source == number.source;
-        let here = at.get(&of.film_ratio.map(f64::to_bits)).into_iter().flatten();
-        match here.copied().find(|place| is_it(&rows[*place])) {
-            Some(place) => (rows[place].main, rows[place].number) = (true, number.clone()),
-            None => rows.push(EstimateRow {
-                quantity,
-                of,
-                main: true,
-                number: number.clone(),
-                intervals: vec![],
-                bootstrap: None,
-            }),
-        }
-    }
-    rows
-}
-
 impl EstimateRow {
-    fn of_fit(quantity: Quantity, of: EstimatePlace, estimate: &Estimate, source: Source) -> EstimateRow {
+    pub(super) fn new(quantity: Quantity, of: EstimatePlace, number: Estimate, source: Source) -> EstimateRow {
         EstimateRow {
             quantity: quantity.describe().name,
+            kind: Some(quantity),
             of,
             main: false,
-            number: MainNumber {
-                se: estimate.se,
-                ..MainNumber::of_fit(estimate, source)
-            },
-            intervals: estimate.intervals.clone(),
-            bootstrap: estimate.bootstrap.clone(),
+            source,
+            number,
+            prior_led: false,
+            from: None,
         }
+    }
+
+    /// Whether it is of this quantity.
+    pub fn is(&self, quantity: Quantity) -> bool {
+        self.kind == Some(quantity)
+    }
+
+    /// Its name, as those of the posterior's parameters and of what follows from them are named: `dry_k[PTFE,4.762]`,
+    /// `e_inf[PTFE,AK10,0.06]`; several liquids that are taken as one are left out of it.
+    pub fn name(&self) -> String {
+        let of = match (&self.of.particle, self.of.film_ratio) {
+            (None, _) => return self.quantity.to_owned(),
+            (Some(particle), None) => sphere_label(particle, self.of.diameter_m),
+            (Some(particle), Some(film_ratio)) => {
+                let parts = [Some(particle.clone()), self.of.liquid.clone(), Some(short(film_ratio))];
+                parts.into_iter().flatten().collect::<Vec<_>>().join(",")
+            }
+        };
+        format!("{}[{of}]", self.quantity)
+    }
+
+    /// Whether it comes from this law.
+    pub(super) fn is_of_law(&self, law: &Scaling) -> bool {
+        self.source == Source::of_law(law.law)
+            && self.of.film_ratio == law.film_ratio
+            && (self.of.particle.as_ref(), self.of.diameter_m) == (Some(&law.particle), law.diameter_m)
+    }
+
+    /// Whether a sensitivity is of it, by the fit that it comes from or is checked by.
+    pub fn is_result(&self, result: &Sensitivity) -> bool {
+        let of = &self.of;
+        result.result == self.quantity
+            && result.particle == of.particle
+            && (result.film_ratio, result.diameter_m) == (of.film_ratio, of.diameter_m)
+            && result.is_of_balance() == (self.source != Source::SquareRootLaw)
     }
 }
 
-fn of_posterior(scene: &Scene, runs: &Runs, posterior: &Posterior) -> Vec<EstimateRow> {
-    let found = &posterior.findings;
-    let row = |quantity: &'static str, of: EstimatePlace, summary, draws: &[Vec<f64>]| EstimateRow {
-        quantity,
-        of,
-        main: false,
-        number: MainNumber::of_draws(summary, draws, scene.bootstrap.level),
-        intervals: vec![],
-        bootstrap: None,
-    };
-    let sampled = posterior
-        .sampled
-        .parameters
-        .sampled
-        .iter()
-        .zip(&posterior.sampled.values);
-    let parameters = found.parameters.iter().zip(sampled).map(|(summary, (own, draws))| {
-        let of = own.kind.sphere().map(|sphere| of_sphere(scene, runs, sphere));
-        row(own.kind.key(), of.unwrap_or_default(), summary, draws)
-    });
-    // each is sorted for its interval
-    let derived = found.derived.par_iter().zip(&posterior.derived).map(|(summary, own)| {
-        let of = match &own.setting {
+/// What estimates are put in rows from.
+#[derive(Clone, Copy)]
+pub(super) struct EstimateSources<'a> {
+    pub scene: &'a Scene,
+    pub runs: &'a Runs,
+    pub least_squares: LeastSquares<'a>,
+    /// `None` if nothing was sampled
+    pub posterior: Option<&'a Posterior>,
+}
+
+impl<'a> EstimateSources<'a> {
+    /// Every estimate, those of the same source together.
+    pub fn rows(self, energy: &[Energy]) -> Vec<EstimateRow> {
+        let mut rows = vec![];
+        if let Some(posterior) = self.posterior {
+            rows.extend(self.sampled(posterior));
+            // each is sorted for its interval
+            let derived = posterior.derived.par_iter().zip(&posterior.findings.derived);
+            rows.par_extend(derived.map(|(draws, summary)| self.derived(draws, summary)));
+        }
+        let fits = self.least_squares;
+        rows.extend(fits.dry.iter().flat_map(of_diameters));
+        if let Some(balance) = fits.energy_balance {
+            rows.extend(self.fitted(balance));
+            rows.extend(balance.derived.iter().flat_map(of_balance));
+        }
+        rows.extend(fits.scaling.iter().flat_map(|law| {
+            let place = EstimatePlace::of_particle(&law.particle, law.diameter_m).at(law.film_ratio);
+            let end = law.st_no_rebound.clone();
+            let end = end.map(|end| EstimateRow::new(Quantity::StNoRebound, place, end, Source::of_law(law.law)));
+            of_law(law).into_iter().chain(end)
+        }));
+        rows.extend(energy.iter().flat_map(of_energy));
+        rows.extend(fits.series.iter().flat_map(of_series));
+        rows
+    }
+
+    /// The sampled parameters.
+    pub fn sampled(self, posterior: &'a Posterior) -> impl Iterator<Item = EstimateRow> + 'a {
+        let parameters = posterior.sampled.parameters.sampled.iter();
+        let with_draws = parameters.zip(&posterior.sampled.values);
+        let all = with_draws.zip(&posterior.findings.parameters);
+        all.map(move |((own, draws), summary)| EstimateRow {
+            quantity: own.kind.key(),
+            kind: own.kind.quantity(),
+            of: self.of_sphere(own.kind.sphere()),
+            main: false,
+            source: Source::Posterior,
+            number: self.of_draws(summary, draws),
+            prior_led: summary.prior.as_ref().is_some_and(PriorSummary::leads),
+            from: summary.from,
+        })
+    }
+
+    /// What follows from the sampled parameters.
+    pub fn derived(self, draws: &DerivedDraws, summary: &QuantitySummary) -> EstimateRow {
+        let of = match &draws.setting {
             Some(setting) => EstimatePlace {
-                particle: Some(scene.particles[setting.particle].name.clone()),
-                liquid: Some(scene.liquids[setting.liquid].name.clone()),
+                particle: Some(self.scene.particles[setting.particle].name.clone()),
+                liquid: Some(self.scene.liquids[setting.liquid].name.clone()),
                 diameter_m: setting.diameter,
                 film_ratio: Some(setting.film_ratio),
             },
             None => EstimatePlace {
-                particle: own.label.clone(),
+                particle: draws.label.clone(),
                 ..EstimatePlace::default()
             },
         };
-        row(own.quantity.describe().name, of, summary, &own.values)
-    });
-    parameters.chain(derived.collect::<Vec<_>>()).collect()
-}
-
-fn of_sphere(scene: &Scene, runs: &Runs, sphere: usize) -> EstimatePlace {
-    let sphere = &runs.spheres[sphere];
-    EstimatePlace::of_particle(&scene.particles[sphere.particle].name, sphere.diameter)
-}
-
-fn of_dry_laws(findings: &Findings, rows: &mut Vec<EstimateRow>) {
-    for dry in &findings.dry {
-        let own = (dry.diameter_m, &dry.dry_k);
-        let several = dry.by_diameter.len() > 1;
-        let by_diameter = dry
-            .by_diameter
-            .iter()
-            .filter(|_| several)
-            .map(|one| (Some(one.diameter_m), &one.dry_k));
-        rows.extend([own].into_iter().chain(by_diameter).map(|(diameter, estimate)| {
-            let of = EstimatePlace::of_particle(&dry.particle, diameter);
-            EstimateRow::of_fit(Quantity::DryK, of, estimate, Source::DryLaw)
-        }));
+        let number = self.of_draws(summary, &draws.values);
+        EstimateRow::new(draws.quantity, of, number, Source::Posterior)
     }
-}
 
-fn of_balance(scene: &Scene, runs: &Runs, findings: &Findings, rows: &mut Vec<EstimateRow>) {
-    let Some(balance) = &findings.energy_balance else {
-        return;
-    };
-    let row = |quantity, of, estimate| EstimateRow::of_fit(quantity, of, estimate, Source::EnergyBalance);
-    rows.extend(balance.parameters.iter().filter_map(|own| {
-        let of = own.kind.sphere().map(|sphere| of_sphere(scene, runs, sphere));
-        Some(row(own.kind.quantity()?, of.unwrap_or_default(), &own.estimate))
-    }));
-    let ratio = &balance.delta_c_over_roughness;
-    rows.push(row(Quantity::DeltaCOverRoughness, EstimatePlace::default(), ratio));
-    rows.extend(balance.derived.iter().flat_map(|own| {
-        let of = EstimatePlace::of_particle(&own.particle, own.diameter_m).at(Some(own.film_ratio));
-        [(Quantity::EInf, &own.e_inf), (Quantity::StC, &own.st_c)].map(|(quantity, one)| row(quantity, of.clone(), one))
-    }));
-}
-
-fn of_film_ratios(findings: &Findings, rows: &mut Vec<EstimateRow>) {
-    let source = |law| match law {
-        WetLaw::Sqrt => Source::SquareRootLaw,
-        WetLaw::Linear => Source::LinearLaw,
-    };
-    for own in &findings.scaling {
-        let of = EstimatePlace::of_particle(&own.particle, own.diameter_m).at(own.film_ratio);
-        let end = own.st_no_rebound.as_ref().map(|end| (Quantity::StNoRebound, end));
-        let numbers = [(Quantity::EInf, &own.e_inf), (Quantity::StC, &own.st_c)]
-            .into_iter()
-            .chain(end);
-        rows.extend(numbers.map(|(quantity, one)| EstimateRow::of_fit(quantity, of.clone(), one, source(own.law))));
-    }
-    for own in &findings.energy {
-        let of = EstimatePlace::of_particle(&own.particle, own.diameter_m).at(Some(own.film_ratio));
-        let numbers = [
-            (Quantity::InertialLoss, &own.loss_over_density_ratio),
-            (Quantity::StCEInf2, &own.st_c_e_inf2),
-            (Quantity::DeltaC, &own.delta_c_m),
-        ];
-        rows.extend(numbers.map(|(quantity, one)| EstimateRow::of_fit(quantity, of.clone(), one, source(own.law))));
-    }
-}
-
-fn of_series(findings: &Findings, rows: &mut Vec<EstimateRow>) {
-    for own in &findings.series {
-        let of = EstimatePlace {
-            liquid: Some(own.liquid.clone()),
-            ..EstimatePlace::of_particle(&own.particle, Some(own.diameter_m)).at(Some(own.film_ratio))
+    /// The parameters of the energy balance, and δc/ε after them.
+    pub fn fitted(self, balance: &'a EnergyBalance) -> impl Iterator<Item = EstimateRow> + 'a {
+        let row = |quantity, of, estimate: &Estimate| {
+            EstimateRow::new(quantity, of, estimate.clone(), Source::EnergyBalance)
         };
-        let numbers = [
-            (Quantity::Alpha, &own.alpha),
-            (Quantity::Beta, &own.beta),
-            (Quantity::EInf, &own.e_inf),
-            (Quantity::ThresholdSpeed, &own.threshold_speed_m_s),
-        ];
-        let row = |(quantity, one)| EstimateRow::of_fit(quantity, of.clone(), one, Source::SquareRootLaw);
-        rows.extend(numbers.map(row));
+        let parameters = balance.parameters.iter().filter_map(move |own| {
+            let of = self.of_sphere(own.kind.sphere());
+            Some(row(own.kind.quantity()?, of, &own.estimate))
+        });
+        let ratio = &balance.delta_c_over_roughness;
+        let ratio = row(Quantity::DeltaCOverRoughness, EstimatePlace::default(), ratio);
+        parameters.chain([ratio])
+    }
+
+    /// From a summary and its draws, chain by chain.
+    fn of_draws(self, summary: &QuantitySummary, draws: &[Vec<f64>]) -> Estimate {
+        // what follows from a parameter that the scene holds has no spread
+        let mut all = draws.iter().flatten();
+        let first = all.next();
+        let is_held = all.all(|draw| Some(draw) == first);
+        let quoting = Quoting::of(self.scene);
+        Estimate {
+            value: summary.mean,
+            se: summary.sd.filter(|_| !is_held),
+            interval: central_interval(draws, quoting.level).filter(|_| !is_held),
+            mcse: summary.mcse_mean,
+            why_none: if is_held {
+                Some("the scene holds what it follows from".to_owned())
+            } else {
+                summary.why_none.clone().filter(|_| summary.sd.is_none())
+            },
+            ..no_draws(quoting, "")
+        }
+    }
+
+    /// A sphere by its index; `None`: what all share.
+    fn of_sphere(self, sphere: Option<usize>) -> EstimatePlace {
+        sphere.map_or_else(EstimatePlace::default, |sphere| {
+            let sphere = &self.runs.spheres[sphere];
+            EstimatePlace::of_particle(&self.scene.particles[sphere.particle].name, sphere.diameter)
+        })
     }
 }
 
-/// The main numbers, each with the place that its row has: a law of several liquids has none of one.
-fn main_numbers<'f>(
-    scene: &'f Scene,
-    runs: &'f Runs,
-    findings: &'f Findings,
-) -> impl Iterator<Item = (&'static str, EstimatePlace, &'f MainNumber)> {
-    let parameters = findings.main.parameters.iter().map(move |own| {
-        let of = own.sphere.map(|sphere| of_sphere(scene, runs, sphere));
-        (own.quantity.describe().name, of.unwrap_or_default(), &own.number)
+/// A number that the posterior does not give, for a reason.
+pub(super) fn no_draws(quoting: Quoting, why: &str) -> Estimate {
+    Estimate {
+        method: "posterior_quantiles",
+        ..quoting.none(why)
+    }
+}
+
+/// k by the dry law.
+pub(super) fn of_dry_law(dry: &Dry) -> EstimateRow {
+    let of = EstimatePlace::of_particle(&dry.particle, dry.diameter_m);
+    EstimateRow::new(Quantity::DryK, of, dry.dry_k.clone(), Source::DryLaw)
+}
+
+/// k by the dry law, and of several diameters that of each after it.
+fn of_diameters(dry: &Dry) -> impl Iterator<Item = EstimateRow> + use<'_> {
+    let several = dry.by_diameter.len() > 1;
+    let each = dry.by_diameter.iter().filter(move |_| several).map(move |one| {
+        let of = EstimatePlace::of_particle(&dry.particle, Some(one.diameter_m));
+        EstimateRow::new(Quantity::DryK, of, one.dry_k.clone(), Source::DryLaw)
     });
-    let places = findings.main.at.iter().flat_map(|own| {
-        let of = EstimatePlace {
-            liquid: own.liquid.clone().filter(|_| own.source == Source::Posterior),
-            ..EstimatePlace::of_particle(&own.particle, own.diameter_m).at(Some(own.film_ratio))
-        };
-        let numbers = [(Quantity::EInf, &own.e_inf), (Quantity::StC, &own.st_c)];
-        numbers.map(|(quantity, number)| (quantity.describe().name, of.clone(), number))
-    });
-    parameters.chain(places)
+    std::iter::once(of_dry_law(dry)).chain(each)
+}
+
+/// e_inf and St_c of a place by the energy balance.
+pub(super) fn of_balance(own: &DerivedEstimate) -> [EstimateRow; 2] {
+    let of = EstimatePlace::of_particle(&own.particle, own.diameter_m).at(Some(own.film_ratio));
+    [(Quantity::EInf, &own.e_inf), (Quantity::StC, &own.st_c)]
+        .map(|(quantity, one)| EstimateRow::new(quantity, of.clone(), one.clone(), Source::EnergyBalance))
+}
+
+/// e_inf and St_c by a law over 1/St.
+pub(super) fn of_law(own: &Scaling) -> [EstimateRow; 2] {
+    let of = EstimatePlace::of_particle(&own.particle, own.diameter_m).at(own.film_ratio);
+    [(Quantity::EInf, &own.e_inf), (Quantity::StC, &own.st_c)]
+        .map(|(quantity, one)| EstimateRow::new(quantity, of.clone(), one.clone(), Source::of_law(own.law)))
+}
+
+fn of_energy(own: &Energy) -> [EstimateRow; 3] {
+    let of = EstimatePlace::of_particle(&own.particle, own.diameter_m).at(Some(own.film_ratio));
+    let numbers = [
+        (Quantity::InertialLoss, &own.loss_over_density_ratio),
+        (Quantity::StCEInf2, &own.st_c_e_inf2),
+        (Quantity::DeltaC, &own.delta_c_m),
+    ];
+    numbers.map(|(quantity, one)| EstimateRow::new(quantity, of.clone(), one.clone(), Source::of_law(own.law)))
+}
+
+fn of_series(own: &SeriesFit) -> [EstimateRow; 4] {
+    let of = EstimatePlace {
+        liquid: Some(own.liquid.clone()),
+        ..EstimatePlace::of_particle(&own.particle, Some(own.diameter_m)).at(Some(own.film_ratio))
+    };
+    let numbers = [
+        (Quantity::Alpha, &own.alpha),
+        (Quantity::Beta, &own.beta),
+        (Quantity::EInf, &own.e_inf),
+        (Quantity::ThresholdSpeed, &own.threshold_speed_m_s),
+    ];
+    numbers.map(|(quantity, one)| EstimateRow::new(quantity, of.clone(), one.clone(), Source::SquareRootLaw))
 }

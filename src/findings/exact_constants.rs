@@ -1,7 +1,8 @@
 //! Says which constant without an uncertainty would widen the main numbers most.
 
 use super::constants::{list_constants, Sensitivity};
-use super::main_numbers::{MainNumber, MainNumbers};
+use super::estimates::EstimateRow;
+use super::main_numbers::MainNumbers;
 use super::remarks::{self, BIAS};
 use crate::remark::Remark;
 use crate::runs::Runs;
@@ -25,9 +26,11 @@ pub(super) fn exact_constants_notice(
         let shifts = sensitivities.iter().flat_map(|result| {
             let moves = result.by.iter().find(|moves| moves.constant == constant.name);
             let share = moves.map_or(0.0, |moves| ERROR * moves.elasticity);
-            let in_se =
-                move |number: &MainNumber| Some((share * number.value?).abs() / number.se.filter(|se| *se > 0.0)?);
-            let sizes = main.of_result(result).filter_map(in_se);
+            let in_se = move |row: &EstimateRow| {
+                let se = row.number.se.filter(|se| *se > 0.0)?;
+                Some((share * row.number.value?).abs() / se)
+            };
+            let sizes = main.rows().filter(|row| row.is_result(result)).filter_map(in_se);
             sizes.map(move |in_se| (in_se, share, result))
         });
         let worst = shifts.max_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::document::Findings;
-use super::main_numbers::Source;
+use super::estimates::Source;
 use super::posterior::Posterior;
 use super::predict::{Curve, ParticleLaw};
 use super::quantities::{variables, PARAMETERS};

@@ -2,9 +2,9 @@
 
 use super::compare::ComparedModel;
 use super::document::Findings;
+use super::estimate::Estimate;
 use super::form_choice::{is_gain, ChosenBy};
 use super::identify::Unidentified;
-use super::main_numbers::MainNumber;
 use super::questions::Question;
 use super::remarks::{self, Kind};
 use crate::physics::inertia::Inertia;
@@ -21,7 +21,7 @@ pub(super) fn what_was_learnt(scene: &Scene, runs: &Runs, findings: &Findings) -
     let (of_l, of_c): (Vec<&Question>, Vec<&Question>) =
         questions.partition(|question| question.coefficient() == Coefficient::LubricationLog);
     let constant = |question: &&Question| {
-        let value = shared(findings, question.coefficient()).map(|own| own.rounded(|x| x));
+        let value = shared(findings, question.coefficient()).map(Estimate::rounded);
         format!("{}.", question.told(value))
     };
     of_l.iter()
@@ -35,9 +35,9 @@ pub(super) fn what_was_learnt(scene: &Scene, runs: &Runs, findings: &Findings) -
 }
 
 /// The main number of a parameter that all runs share.
-fn shared(findings: &Findings, coefficient: Coefficient) -> Option<&MainNumber> {
+fn shared(findings: &Findings, coefficient: Coefficient) -> Option<&Estimate> {
     let mut parameters = findings.main.parameters.iter();
-    let own = parameters.find(|own| own.quantity == Quantity::Shared(coefficient) && own.sphere.is_none())?;
+    let own = parameters.find(|own| own.is(Quantity::Shared(coefficient)))?;
     Some(&own.number)
 }
 
@@ -98,7 +98,7 @@ fn level_off(findings: &Findings) -> Option<String> {
     is_seen.then(|| {
         format!(
             "The inertial loss levels off with the film, on a scale of δ/D = {} ({}).",
-            scale.rounded(|x| x),
+            scale.rounded(),
             Coefficient::FilmScale.describe().symbol
         )
     })

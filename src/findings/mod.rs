@@ -33,6 +33,7 @@
 //! | `identify/` | which parameters the runs identify |
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
 //! | `posterior/` | parameters from all runs at once, with priors |
+//! | `estimates.rs` | every estimate in a row of one table |
 //! | `main_numbers.rs` | the main numbers, each from the source that serves it |
 //! | `exact_constants.rs` | which constant without an uncertainty would widen the main numbers most |
 //! | `left_out.rs` | draws from a model, each run predicted from the others |
@@ -42,7 +43,6 @@
 //! | `compare.rs` | which form of the law predicts best |
 //! | `questions/` | whether L and C are the same at every film ratio |
 //! | `document.rs` | everything a fit says, as `findings.json` writes it |
-//! | `estimates.rs` | every estimate in a row of one table |
 //! | `learnt.rs` | what was learnt, in sentences |
 //! | `laws.rs` | the law e(v) of every pair, in numbers |
 //! | `repeats.rs`, `repeats/` | rows that repeat others, and means of others |
@@ -107,7 +107,8 @@ use crate::scene::{NoiseOn, Scene, Sticking};
 use compare::Comparison;
 use form_choice::OtherForm;
 use left_out::ComparisonContext;
-use main_numbers::{MainNumbers, MainSources};
+use estimates::{EstimateRow, EstimateSources};
+use main_numbers::MainNumbers;
 use posterior::{contraction, ExpectedSampling, MethodChoice, Posterior, SamplingSetup};
 use remarks::Kind;
 use scaling::Scaling;
@@ -274,6 +275,28 @@ pub fn is_compared(scene: &Scene, runs: &Runs) -> bool {
 }
 
 impl Findings {
+    /// Every estimate, those of the same source together; a main number as it is quoted, others with the standard error of
+    /// their fit.
+    pub fn estimates(&self, scene: &Scene, runs: &Runs, posterior: Option<&Posterior>) -> Vec<EstimateRow> {
+        let mut rows = self.sources(scene, runs, posterior).rows(&self.energy);
+        self.main.mark(&mut rows);
+        rows
+    }
+
+    fn sources<'a>(
+        &'a self,
+        scene: &'a Scene,
+        runs: &'a Runs,
+        posterior: Option<&'a Posterior>,
+    ) -> EstimateSources<'a> {
+        EstimateSources {
+            scene,
+            runs,
+            least_squares: self.least_squares(),
+            posterior,
+        }
+    }
+
     /// About how long [`Findings::add_posterior`] will sample.
     pub fn expected_sampling(&self, scene: &Scene, runs: &Runs, method: MethodChoice) -> Option<ExpectedSampling> {
         let setup = SamplingSetup {
@@ -467,12 +490,7 @@ impl Findings {
 
     /// Picks the main numbers anew, from what was found by now.
     fn pick_main_numbers(&mut self, scene: &Scene, runs: &Runs, posterior: Option<&Posterior>) {
-        self.main = main_numbers::pick_main_numbers(MainSources {
-            scene,
-            runs,
-            least_squares: self.least_squares(),
-            posterior,
-        });
+        self.main = main_numbers::pick_main_numbers(self.sources(scene, runs, posterior));
         self.remarks.retain(|check| !remarks::BOOTSTRAP_FAILURES.is(check));
         self.remarks.extend(self.main.check_replicates());
         self.order_advice();
@@ -486,7 +504,7 @@ impl Findings {
         ];
         self.remarks
             .retain(|remark| !picked_anew.iter().any(|kind| kind.is(remark)));
-        let is_main = |law: &Scaling| self.main.at.iter().any(|place| place.is_of(law));
+        let is_main = |law: &Scaling| self.main.rows().any(|row| row.is_of_law(law));
         let of_errors = error_notices::measurement_error_notices(runs, &self.scaling, is_main);
         self.remarks.extend(of_errors);
         self.settle_second_order();
@@ -504,7 +522,7 @@ impl Findings {
         };
         let shift = || {
             let name = sized.moves.as_ref()?;
-            let number = &self.main.parameters.iter().find(|own| own.name == *name)?.number;
+            let number = &self.main.parameters.iter().find(|own| own.name() == *name)?.number;
             let mut fitted = self.energy_balance.iter().flat_map(|balance| &balance.parameters);
             let fitted = fitted.find(|own| own.name == *name)?;
             let (_, scale) = fitted.estimate.value_and_scale()?;
@@ -661,7 +679,7 @@ mod tests {
         let mut findings = plain_findings();
         let text = format!("{}: not in the model", Term::DrySecondOrder.in_words());
         findings.remarks = vec![remarks::TERM_NOT_HELD.notice(1, text)];
-        let name = findings.main.parameters[0].name.clone();
+        let name = findings.main.parameters[0].name();
         let of = |findings: &mut Findings, size: f64, shows: Option<f64>, se: f64| {
             findings.remarks[0].level = Level::Cautions;
             let number = &mut findings.main.parameters[0].number;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::estimate::{Estimate, Quoting};
+use super::estimate::{Estimate, Quoting, FEWEST_DEGREES};
 use super::film_groups::why_no_laws;
 use super::fit_verdict::{f_words, one_against, square_root_verdict, why_stopped, OwnLaw, Verdict};
 use super::quantities::{wetted_of, LawOver};
@@ -82,10 +82,6 @@ pub struct Scaling {
     #[serde(skip)]
     pub(super) law_fit: WetFit,
 }
-
-/// Fewest degrees of freedom with which the law of a film ratio tells its own spread: on one, ±1.96 of its standard errors
-/// covered 76 % (82 simulated sets).
-pub const FEWEST_DEGREES: usize = 10;
 
 /// Parameters of the law of a film ratio.
 const PARAMETERS: usize = 2;

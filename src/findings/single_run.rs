@@ -10,6 +10,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::estimate::{Estimate, Quoting};
+use super::estimates::EstimateRow;
 use super::fit_verdict::{uncertain, why_stopped};
 use super::left_out::{affordable_draws, ComparisonContext, Model};
 use super::main_numbers::MainNumbers;
@@ -186,10 +187,8 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
 
 /// The runs that carry a square-root law which is quoted.
 pub(super) fn carried_laws(setup: FitSetup, main: &MainNumbers, scaling: &[Scaling]) -> Vec<SingleRun> {
-    let laws = main
-        .at
-        .iter()
-        .flat_map(|place| scaling.iter().filter(|law| place.is_of(law)));
+    let of_place = |[e_inf, _]: &[EstimateRow; 2]| scaling.iter().find(|law| e_inf.is_of_law(law));
+    let laws = main.places.iter().filter_map(of_place);
     laws.flat_map(|law| runs_that_carry(setup, law)).collect()
 }
 

@@ -45,7 +45,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::Error;
-use crate::findings::estimates::{list_estimates, EstimateRow};
+use crate::findings::estimates::EstimateRow;
 use crate::findings::laws::{list_laws, PairLaw};
 use crate::findings::overview::Overview;
 use crate::findings::Findings;
@@ -77,7 +77,7 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
     let of_pairs = list_laws(input.scene, input.runs, input.findings, input.posterior);
     let file = FindingsFile {
         findings: input.findings,
-        estimates: &list_estimates(input.scene, input.runs, input.findings, input.posterior),
+        estimates: &input.findings.estimates(input.scene, input.runs, input.posterior),
         laws: &of_pairs,
         figures: &names,
     };

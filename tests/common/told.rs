@@ -2,7 +2,7 @@
 
 use wetcor::findings::balance::EnergyBalance;
 use wetcor::findings::estimate::Estimate;
-use wetcor::findings::main_numbers::MainParameter;
+use wetcor::findings::estimates::EstimateRow;
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::Findings;
 use wetcor::remark::Remark;
@@ -23,7 +23,7 @@ pub trait Told {
     fn fitted(&self, name: &str) -> &Estimate;
     /// The square-root law of the first film ratio.
     fn square_root(&self) -> &Scaling;
-    fn main_number(&self, name: &str) -> &MainParameter;
+    fn main_number(&self, name: &str) -> &EstimateRow;
 }
 
 impl Told for Findings {
@@ -63,9 +63,9 @@ impl Told for Findings {
         self.scaling.iter().find(of_film).expect("wet runs")
     }
 
-    fn main_number(&self, name: &str) -> &MainParameter {
+    fn main_number(&self, name: &str) -> &EstimateRow {
         let mut all = self.main.parameters.iter();
-        all.find(|own| own.name == name)
+        all.find(|own| own.name() == name)
             .unwrap_or_else(|| panic!("no main number {name}"))
     }
 }

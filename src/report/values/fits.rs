@@ -146,7 +146,7 @@ fn cross_check(input: ReportInput, balance: &EnergyBalance) -> Value {
     let main = &input.findings.main;
     let sampled = |row: &ParameterEstimate| {
         let mut all = main.parameters.iter().filter(|_| !main.provisional);
-        all.find(|own| own.name == row.name)
+        all.find(|own| own.name() == row.name)
     };
     let difference = |row: &ParameterEstimate| {
         let number = &sampled(row)?.number;

@@ -5,8 +5,8 @@ use minijinja::{context, Value};
 use super::super::template::{serialized, with};
 use super::super::{quantities, ReportInput};
 use crate::findings::constants::Sensitivity;
+use crate::findings::estimates::{EstimatePlace, EstimateRow, Source};
 use crate::findings::film_groups::reference_film_ratio;
-use crate::findings::main_numbers::{MainNumber, MainParameter, MainPlace, Source};
 use crate::findings::published::PublishedComparison;
 use crate::findings::scaling::Scaling;
 use crate::findings::Findings;
@@ -14,31 +14,28 @@ use crate::physics::loss::Film;
 use crate::physics::quantity::Place;
 use crate::physics::{Coefficient, Inertia, Quantity};
 use crate::rounding;
-use crate::runs::Sphere;
+use crate::runs::sphere_words;
 use crate::units::millimetres;
+
+/// e_inf and St_c of a place.
+type Both = [EstimateRow; 2];
 
 pub(super) fn values(input: ReportInput) -> Value {
     let findings = input.findings;
     let main = &findings.main;
-    let (shown, other): (Vec<&MainPlace>, Vec<&MainPlace>) =
-        main.at.iter().partition(|place| stands_for_others(place, input));
+    let (shown, other): (Vec<&Both>, Vec<&Both>) =
+        main.places.iter().partition(|[e_inf, _]| stands_for_others(&e_inf.of, input));
     // where the square-root law serves, the posterior of each liquid stands in the report alone
-    let is_law = |place: &MainPlace| place.source == Source::SquareRootLaw;
-    let is_same = |a: &MainPlace, b: &MainPlace| {
-        (&a.particle, a.film_ratio, a.diameter_m) == (&b.particle, b.film_ratio, b.diameter_m)
-    };
-    let has_law = |place: &MainPlace| shown.iter().any(|own| is_law(own) && is_same(own, place));
-    let in_summary = shown.iter().filter(|place| is_law(place) || !has_law(place));
-    let place = |own: &&MainPlace| {
-        let truth = |quantity: Quantity| true_value(input, quantity, own);
-        let more = context! {
-            words => place_name(own),
-            source_words => own.source.name(),
-            true_e_inf => truth(Quantity::EInf),
-            true_st_c => truth(Quantity::StC),
+    let is_law = |[e_inf, _]: &Both| e_inf.source == Source::SquareRootLaw;
+    let is_same = |[a, _]: &Both, [b, _]: &Both| {
+        let apart_from_liquid = |own: &EstimateRow| EstimatePlace {
+            liquid: None,
+            ..own.of.clone()
         };
-        with(own, more)
+        apart_from_liquid(a) == apart_from_liquid(b)
     };
+    let has_law = |place: &Both| shown.iter().any(|own| is_law(own) && is_same(own, place));
+    let in_summary = shown.iter().filter(|place| is_law(place) || !has_law(place));
     let held = input
         .posterior
         .iter()
@@ -50,9 +47,10 @@ pub(super) fn values(input: ReportInput) -> Value {
     sources.dedup();
     context! {
         parameters => main.parameters.iter().map(|own| parameter(own, input)).collect::<Vec<_>>(),
-        places_shown => shown.iter().map(place).collect::<Vec<_>>(),
-        other_places => other.iter().map(place).collect::<Vec<_>>(),
-        summary_places => in_summary.map(place).collect::<Vec<_>>(),
+        place_sources => main.places.iter().map(|[e_inf, _]| e_inf.source).collect::<Vec<_>>(),
+        places_shown => shown.iter().map(|own| place(own, input)).collect::<Vec<_>>(),
+        other_places => other.iter().map(|own| place(own, input)).collect::<Vec<_>>(),
+        summary_places => in_summary.map(|own| place(own, input)).collect::<Vec<_>>(),
         held => held.collect::<Vec<_>>(),
         combined => combined(findings),
         published => findings.published.iter().map(|own| published_row(findings, own)).collect::<Vec<_>>(),
@@ -60,30 +58,49 @@ pub(super) fn values(input: ReportInput) -> Value {
     }
 }
 
-fn parameter(own: &MainParameter, input: ReportInput) -> Value {
+/// A place with its numbers by their quantities.
+fn place(both: &Both, input: ReportInput) -> Value {
+    let [e_inf, st_c] = both;
+    let truth = |quantity: Quantity| true_value(input, quantity, &e_inf.of);
+    let more = context! {
+        words => place_name(&e_inf.of),
+        e_inf => serialized(e_inf),
+        st_c => serialized(st_c),
+        source => e_inf.source,
+        source_words => e_inf.source.name(),
+        true_e_inf => truth(Quantity::EInf),
+        true_st_c => truth(Quantity::StC),
+    };
+    with(&e_inf.of, more)
+}
+
+fn parameter(own: &EstimateRow, input: ReportInput) -> Value {
+    let quantity = own.kind.unwrap_or(Quantity::DryK);
     let truth = input.scene.truth.as_ref();
-    let truth = truth.and_then(|truth| match own.sphere {
-        Some(sphere) => true_k(input, &input.runs.spheres[sphere]),
-        None => truth.of_quantity(own.quantity),
+    let truth = truth.and_then(|truth| match &own.of.particle {
+        Some(particle) => true_k(input, particle, own.of.diameter_m),
+        None => truth.of_quantity(quantity),
     });
     let derived = input.posterior.map(|posterior| posterior.findings.derived.as_slice());
     let mut derived = derived.unwrap_or_default().iter();
     let more = context! {
-        label => label(input, own),
-        median => derived.find(|summary| summary.name == own.quantity.describe().name).map(|summary| summary.median),
-        factor => quantities::in_unit(own.quantity, 1.0),
-        is_exponential => own.quantity == Quantity::DeltaCOverRoughness,
-        source_words => own.number.source.name(),
+        name => own.name(),
+        label => label(input, own, quantity),
+        median => derived.find(|summary| summary.name == own.quantity).map(|summary| summary.median),
+        factor => quantities::in_unit(quantity, 1.0),
+        is_exponential => own.is(Quantity::DeltaCOverRoughness),
+        source_words => own.source.name(),
+        prior_led => own.prior_led,
         truth,
     };
     with(own, more)
 }
 
 /// How a parameter is labelled, with what its value cannot be read without.
-fn label(input: ReportInput, parameter: &MainParameter) -> String {
-    let label = quantities::label(parameter.quantity);
-    match (parameter.quantity, parameter.sphere) {
-        (_, Some(sphere)) => format!("{label}, {}", input.runs.spheres[sphere].words(input.scene)),
+fn label(input: ReportInput, own: &EstimateRow, quantity: Quantity) -> String {
+    let label = quantities::label(quantity);
+    match (quantity, &own.of.particle) {
+        (_, Some(particle)) => format!("{label}, {}", sphere_words(particle, own.of.diameter_m)),
         (Quantity::Shared(Coefficient::InertialPrefactor), None) => {
             let fitted = input.findings.energy_balance.as_ref().map(|balance| balance.inertia);
             let sampled = input.posterior.map(|posterior| posterior.findings.inertia);
@@ -96,82 +113,69 @@ fn label(input: ReportInput, parameter: &MainParameter) -> String {
 }
 
 /// Whether a place stands for the others: of each particle one film ratio, or all of them where they are few.
-fn stands_for_others(place: &MainPlace, input: ReportInput) -> bool {
+fn stands_for_others(place: &EstimatePlace, input: ReportInput) -> bool {
     const FEW: usize = 6;
     let (scene, runs) = (input.scene, input.runs);
-    input.findings.main.at.len() <= FEW
+    input.findings.main.places.len() <= FEW
         || runs.spheres.iter().enumerate().any(|(index, own)| {
-            scene.particles[own.particle].name == place.particle
+            Some(&scene.particles[own.particle].name) == place.particle.as_ref()
                 && (place.diameter_m.is_none() || own.diameter.is_none() || own.diameter == place.diameter_m)
-                && reference_film_ratio(scene, runs, index) == Some(place.film_ratio)
+                && reference_film_ratio(scene, runs, index) == place.film_ratio
         })
 }
 
 /// A place in a sentence: particle, film ratio, diameter where it is of one, liquid.
-fn place_name(place: &MainPlace) -> String {
-    let diameter = place.diameter_m.map(|d| rounding::short(millimetres(d)));
-    let diameter = diameter.map_or(String::new(), |d| format!(", D = {d} mm"));
+fn place_name(place: &EstimatePlace) -> String {
+    let ratio = place.film_ratio.map(|ratio| format!("δ/D = {}", rounding::short(ratio)));
+    let diameter = place.diameter_m.map(|d| format!("D = {} mm", rounding::short(millimetres(d))));
     let liquid = place.liquid.as_deref().unwrap_or("liquids pooled");
-    format!(
-        "{}, δ/D = {}{diameter}, {liquid}",
-        place.particle,
-        rounding::short(place.film_ratio)
-    )
+    let parts = [place.particle.clone(), ratio, diameter, Some(liquid.to_owned())];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// The k that simulated runs of a sphere were drawn with.
-fn true_k(input: ReportInput, sphere: &Sphere) -> Option<f64> {
+/// The k that simulated runs of a particle, or of a diameter of it, were drawn with.
+fn true_k(input: ReportInput, particle: &str, diameter: Option<f64>) -> Option<f64> {
     let truth = input.scene.truth.as_ref()?;
-    match sphere.diameter {
-        Some(diameter) => truth.k(sphere.particle, diameter),
+    let particle = input.scene.particles.iter().position(|own| own.name == particle)?;
+    match diameter {
+        Some(diameter) => truth.k(particle, diameter),
         // one k for all diameters has no truth where each has its own
-        None => truth.dry_k[sphere.particle].filter(|_| truth.dry_k_by_diameter[sphere.particle].is_empty()),
+        None => truth.dry_k[particle].filter(|_| truth.dry_k_by_diameter[particle].is_empty()),
     }
 }
 
 /// What simulated runs were drawn from at a place of one liquid; of liquids pooled there is no one truth.
-fn true_value(input: ReportInput, quantity: Quantity, place: &MainPlace) -> Option<f64> {
+fn true_value(input: ReportInput, quantity: Quantity, place: &EstimatePlace) -> Option<f64> {
     let scene = input.scene;
-    let particle = scene.particles.iter().position(|own| own.name == place.particle)?;
-    let mut liquids = scene.liquids.iter();
-    let liquid = liquids.find(|own| Some(&own.name) == place.liquid.as_ref())?;
+    let particle = scene.particles.iter().find(|own| Some(&own.name) == place.particle.as_ref())?;
+    let liquid = scene.liquids.iter().find(|own| Some(&own.name) == place.liquid.as_ref())?;
     let film = Film {
-        film_ratio: place.film_ratio,
-        density_ratio: liquid.density / scene.particles[particle].density,
-    };
-    let sphere = Sphere {
-        particle,
-        diameter: place.diameter_m,
+        film_ratio: place.film_ratio?,
+        density_ratio: liquid.density / particle.density,
     };
     let reference = scene.model.dry_speed.reference();
-    let wetted = scene.truth.as_ref()?.wetted(true_k(input, &sphere)?, film, reference)?;
+    let k = true_k(input, &particle.name, place.diameter_m)?;
+    let wetted = scene.truth.as_ref()?.wetted(k, film, reference)?;
     Some(quantity.value(&Place::NONE, &wetted))
 }
 
 /// The main numbers with what the scene says of its constants in their ±.
 fn combined(findings: &Findings) -> Vec<String> {
-    let (main, rows) = (&findings.main, &findings.constants);
-    let parameters = main.parameters.iter().filter_map(|own| {
-        let row = rows.iter().find(|row| row.is_of_balance() && row.result == own.name)?;
-        Some(format!(
-            "{} {}",
-            own.quantity.describe().symbol,
-            widened(row, &own.number)?
-        ))
-    });
-    let places = main.at.iter().flat_map(|place| {
-        rows.iter().filter_map(move |row| {
-            let (quantity, number) = place.of_result(row)?;
-            let (symbol, place) = (quantity.describe().symbol, place_name(place));
-            Some(format!("{symbol} ({place}) {}", widened(row, number)?))
+    let told = |own: &EstimateRow| {
+        let row = findings.constants.iter().find(|row| own.is_result(row))?;
+        let symbol = own.kind?.describe().symbol;
+        let widened = widened(row, own)?;
+        Some(match own.of.film_ratio {
+            None => format!("{symbol} {widened}"),
+            Some(_) => format!("{symbol} ({}) {widened}", place_name(&own.of)),
         })
-    });
-    parameters.chain(places).collect()
+    };
+    findings.main.rows().filter_map(told).collect()
 }
 
 /// A number with what the constants add to its ±, as a share of it that all fits have in common.
-fn widened(row: &Sensitivity, number: &MainNumber) -> Option<String> {
-    let (value, se) = number.value.zip(number.se)?;
+fn widened(row: &Sensitivity, own: &EstimateRow) -> Option<String> {
+    let (value, se) = own.number.pair()?;
     let of_constants = row.constants_sd? * value / row.value;
     Some(rounding::with_se(value, se.hypot(of_constants)))
 }

@@ -16,6 +16,7 @@ use minijinja::{context, Value};
 use super::template::{serialized, with};
 use super::{figures, ReportInput};
 use crate::error::quoted;
+use crate::findings::estimates::EstimateRow;
 use crate::findings::overview::Overview;
 use crate::findings::remarks::{in_order, IN_TABLES, SINGLE_RUN};
 use crate::findings::terms::{self, SizedTerm};
@@ -117,7 +118,7 @@ fn remarks(findings: &Findings) -> Value {
     context! {
         verdict => context! {
             passed => findings.main.verdict.passed,
-            open => serialized(undetermined(findings)),
+            open => undetermined(findings),
             failed => forbidding.iter().map(told_check).collect::<Vec<_>>(),
         },
         carried => carried.map(|own| context! { text => own.text.as_str(), next_step => own.next_step.as_str() }),
@@ -164,10 +165,10 @@ fn found(check: &Remark) -> String {
 }
 
 /// The main parameters that the runs do not tell, or not apart from others; δc/ε is exp(L), and goes with it.
-fn undetermined(findings: &Findings) -> Vec<&str> {
+fn undetermined(findings: &Findings) -> Vec<String> {
     let unseen = findings.identifies.iter().flat_map(|directions| &directions.unseen);
     let unseen: Vec<&String> = unseen.flat_map(|one| &one.parameters).collect();
-    let names = findings.main.parameters.iter().map(|own| own.name.as_str());
+    let names = findings.main.parameters.iter().map(EstimateRow::name);
     let source = |name: &str| name.replace("delta_c_over_roughness", "lubrication_log");
     names.filter(|name| unseen.contains(&&source(name))).collect()
 }
