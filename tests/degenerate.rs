@@ -26,12 +26,8 @@ pub fn estimates(findings: &Findings) -> Vec<&Estimate> {
     let series = findings.series.iter();
     let series = series.flat_map(|s| [&s.alpha, &s.beta, &s.e_inf, &s.threshold_speed_m_s]);
     let laws = findings.scaling.iter();
-    let laws = laws.flat_map(|s| {
-        [&s.e_inf, &s.st_c, &s.lubrication_log]
-            .into_iter()
-            .chain(&s.st_no_rebound)
-    });
-    let energy = findings.energy.iter();
+    let laws = laws.flat_map(|s| [&s.e_inf, &s.st_c].into_iter().chain(&s.st_no_rebound));
+    let energy = findings.scaling.iter().filter_map(|law| law.energy.as_ref());
     let energy = energy.flat_map(|e| [&e.loss_over_density_ratio, &e.st_c_e_inf2, &e.delta_c_m]);
     series.chain(laws).chain(energy).collect()
 }

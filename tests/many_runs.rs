@@ -65,7 +65,7 @@ fn numbers_of(scene: &Scene, table: &Table, findings: &Findings) -> Numbers {
         let place = format!("{section}.{i}.{}", row.quantity);
         add_numbers(&serde_json::to_value(row).expect("a row"), &place, &mut all);
     }
-    for section in "counts dry series scaling energy energy_balance terms identifies".split(' ') {
+    for section in "counts dry series scaling energy_balance terms identifies".split(' ') {
         add_numbers(&document[section], section, &mut all);
     }
     all

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use wetcor::findings::bootstrap::{self, Estimates, Options, Resampling, MOST_RESAMPLED};
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
-use wetcor::findings::{self, dry, energy, scaling, series, Findings, FitSetup};
+use wetcor::findings::{self, dry, scaling, series, Findings, FitSetup};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
 use wetcor::inference::bootstrap::{replicate, Plan, Pool, Target};
@@ -185,12 +185,10 @@ fn resampled(place: &Place, table: &Table, most_resampled: usize) -> (Vec<Estima
     let setup = FitSetup { scene, runs, dry: &dry };
     let mut series = series::fit_series(setup);
     let mut scaling = scaling::fit_scaling(setup);
-    let mut energy = energy::estimate_energy(setup, &scaling);
     let estimates = Estimates {
         dry: &mut dry,
         series: &mut series,
         scaling: &mut scaling,
-        energy: &mut energy,
     };
     let options = Options {
         seed: seed_of("resampled"),
@@ -200,9 +198,11 @@ fn resampled(place: &Place, table: &Table, most_resampled: usize) -> (Vec<Estima
     let (resampling, _) = bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, &|_| ());
     let of_dry = dry.into_iter().map(|fitted| fitted.dry_k);
     let of_series = series.into_iter().flat_map(|fit| [fit.alpha, fit.beta]);
-    let of_scaling = scaling.into_iter().flat_map(|fitted| [fitted.e_inf, fitted.st_c]);
-    let of_energy = energy.into_iter().map(|row| row.loss_over_density_ratio);
-    let all = of_dry.chain(of_series).chain(of_scaling).chain(of_energy);
+    let of_scaling = scaling.into_iter().flat_map(|fitted| {
+        let loss = fitted.energy.map(|own| own.loss_over_density_ratio);
+        [fitted.e_inf, fitted.st_c].into_iter().chain(loss)
+    });
+    let all = of_dry.chain(of_series).chain(of_scaling);
     (all.collect(), resampling)
 }
 

@@ -92,13 +92,14 @@ const WAYS: [&str; 6] = [
 fn by_law(found: &Findings, law: WetLaw) -> Option<Found> {
     let mut rows = found.scaling.iter();
     let row = rows.find(|row| row.law == law && row.film_ratio.is_some())?;
-    let of = &row.lubrication_log;
+    // twice L
+    let of = &row.energy.as_ref()?.st_c_e_inf2;
     let at = |level: f64| {
         let interval = of.intervals.iter().find(|interval| interval.level == level)?;
-        Some([interval.lo, interval.hi])
+        Some([0.5 * interval.lo, 0.5 * interval.hi])
     };
     Some(Found {
-        value: of.value?,
+        value: 0.5 * of.value?,
         intervals: [at(0.9)?, at(0.95)?],
     })
 }

@@ -8,7 +8,6 @@ use super::bootstrap::Resampling;
 use super::compare;
 use super::constants::Sensitivity;
 use super::dry::Dry;
-use super::energy::Energy;
 use super::film_groups::FilmGroupWidth;
 use super::form_choice::InertiaChoice;
 use super::identify::Directions;
@@ -62,7 +61,7 @@ pub struct Findings {
     pub film_groups: Vec<FilmGroupWidth>,
     /// the square-root law of each series
     pub series: Vec<SeriesFit>,
-    /// e_inf and St_c by both laws
+    /// e_inf and St_c by both laws, and where the energy went
     pub scaling: Vec<Scaling>,
     /// L, inertial prefactor and film scale over all rebounds; `None` without a usable k
     pub energy_balance: Option<EnergyBalance>,
@@ -71,8 +70,6 @@ pub struct Findings {
     /// the energy balance that is held; its form of inertia may still be open
     #[serde(skip)]
     pub form: Form,
-    /// where the energy went
-    pub energy: Vec<Energy>,
     /// how results move with the constants taken as exact
     pub constants: Vec<Sensitivity>,
     /// what the scatter of the runs is like; `None` without a fit or without scatter

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::balance::{DerivedEstimate, EnergyBalance};
 use super::constants::Sensitivity;
 use super::dry::Dry;
-use super::energy::Energy;
 use super::estimate::{Estimate, Quoting};
 use super::least_squares::LeastSquares;
 use super::posterior::derived::DerivedDraws;
@@ -173,7 +172,7 @@ pub(super) struct EstimateSources<'a> {
 
 impl<'a> EstimateSources<'a> {
     /// Every estimate, those of the same source together.
-    pub fn rows(self, energy: &[Energy]) -> Vec<EstimateRow> {
+    pub fn rows(self) -> Vec<EstimateRow> {
         let mut rows = vec![];
         if let Some(posterior) = self.posterior {
             rows.extend(self.sampled(posterior));
@@ -193,7 +192,7 @@ impl<'a> EstimateSources<'a> {
             let end = end.map(|end| EstimateRow::new(Quantity::StNoRebound, place, end, Source::of_law(law.law)));
             of_law(law).into_iter().chain(end)
         }));
-        rows.extend(energy.iter().flat_map(of_energy));
+        rows.extend(fits.scaling.iter().flat_map(of_energy));
         rows.extend(fits.series.iter().flat_map(of_series));
         rows
     }
@@ -315,14 +314,16 @@ pub(super) fn of_law(own: &Scaling) -> [EstimateRow; 2] {
         .map(|(quantity, one)| EstimateRow::new(quantity, of.clone(), one.clone(), Source::of_law(own.law)))
 }
 
-fn of_energy(own: &Energy) -> [EstimateRow; 3] {
-    let of = EstimatePlace::of_particle(&own.particle, own.diameter_m).at(Some(own.film_ratio));
-    let numbers = [
-        (Quantity::InertialLoss, &own.loss_over_density_ratio),
-        (Quantity::StCEInf2, &own.st_c_e_inf2),
-        (Quantity::DeltaC, &own.delta_c_m),
-    ];
-    numbers.map(|(quantity, one)| EstimateRow::new(quantity, of.clone(), one.clone(), Source::of_law(own.law)))
+fn of_energy(law: &Scaling) -> impl Iterator<Item = EstimateRow> + use<'_> {
+    let of = EstimatePlace::of_particle(&law.particle, law.diameter_m).at(law.film_ratio);
+    law.energy.iter().flat_map(move |own| {
+        let numbers = [
+            (Quantity::InertialLoss, &own.loss_over_density_ratio),
+            (Quantity::StCEInf2, &own.st_c_e_inf2),
+            (Quantity::DeltaC, &own.delta_c_m),
+        ];
+        numbers.map(|(quantity, one)| EstimateRow::new(quantity, of.clone(), one.clone(), Source::of_law(law.law)))
+    })
 }
 
 fn of_series(own: &SeriesFit) -> [EstimateRow; 4] {

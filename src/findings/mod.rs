@@ -18,9 +18,8 @@
 //! | `wet_fit.rs` | what laws of the wet runs are fitted to, and a law fitted to the rebounds of some series |
 //! | `which_law.rs` | the linear law against the square root, by all runs together |
 //! | `series.rs` | the square-root law of each series |
-//! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design |
+//! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design, and where the energy went |
 //! | `error_notices.rs` | notices of measurement errors that matter or are too large |
-//! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
 //! | `published.rs` | ours beside the literature's |
 //! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
 //! | `pooling.rs` | what pooling liquids does to the square-root law |
@@ -57,7 +56,6 @@ pub mod compare;
 pub mod constants;
 mod document;
 pub mod dry;
-pub mod energy;
 pub mod error_notices;
 pub mod estimate;
 pub mod estimates;
@@ -152,7 +150,6 @@ pub fn fit_least_squares_watched(
             dry: &mut findings.dry,
             series: &mut findings.series,
             scaling: &mut findings.scaling,
-            energy: &mut findings.energy,
         };
         let options = bootstrap::Options {
             seed,
@@ -234,7 +231,6 @@ fn fit_laws(scene: &Scene, table: &Table, seed: u64) -> (Findings, Option<LineAg
     if let Some(line) = line.filter(LineAgainstRoot::favours_line) {
         scaling::quote_lines(&mut scaling, line.line_holds());
     }
-    let energy = energy::estimate_energy(setup, &scaling);
     let findings = Findings {
         schema: SCHEMA,
         scene: scene.name.clone(),
@@ -254,7 +250,6 @@ fn fit_laws(scene: &Scene, table: &Table, seed: u64) -> (Findings, Option<LineAg
         energy_balance,
         terms,
         form,
-        energy,
         constants: vec![],
         noise: None,
         bootstrap: None,
@@ -278,7 +273,7 @@ impl Findings {
     /// Every estimate, those of the same source together; a main number as it is quoted, others with the standard error of
     /// their fit.
     pub fn estimates(&self, scene: &Scene, runs: &Runs, posterior: Option<&Posterior>) -> Vec<EstimateRow> {
-        let mut rows = self.sources(scene, runs, posterior).rows(&self.energy);
+        let mut rows = self.sources(scene, runs, posterior).rows();
         self.main.mark(&mut rows);
         rows
     }

@@ -1,21 +1,27 @@
-//! Estimates e_inf and St_c over liquids, diameters and speeds, by the linear and the square-root law.
+//! Estimates e_inf and St_c over liquids, diameters and speeds, and where the energy went, by the linear and the square-root
+//! law.
 
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::dry;
 use super::estimate::{Estimate, Quoting, FEWEST_DEGREES};
 use super::film_groups::why_no_laws;
 use super::fit_verdict::{f_words, one_against, square_root_verdict, why_stopped, OwnLaw, Verdict};
-use super::quantities::{wetted_of, LawOver};
+use super::places::WetPlace;
+use super::quantities::{self, variables, wetted_of, FittedLaw, LawOver};
 use super::wet_fit::{two, FitSetup, WetFit, WetRuns};
+use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::ErrorSummary;
 use crate::inference::least_squares::Fit;
 use crate::inference::nested::FTest;
+use crate::physics::inertia::Inertia;
+use crate::physics::jet::Jet;
 use crate::physics::quantity::{Place, Quantity};
-use crate::physics::Coefficient;
 use crate::runs::{sphere_words, FilmGroup, Series};
-use crate::scene::WetLaw;
+use crate::scene::{Scene, WetLaw};
 
 /// e_inf and St_c of one particle, or one diameter of it, at one film ratio, or over all of them, by one law.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -42,9 +48,8 @@ pub struct Scaling {
     /// Stokes number at which the square root reaches zero (square root only)
     #[serde(skip)]
     pub st_no_rebound: Option<Estimate>,
-    /// L = St_c e_inf²/2; in the file, half of the row of St_c·e_inf²
-    #[serde(skip)]
-    pub lubrication_log: Estimate,
+    /// where the energy went; `None` over all film ratios
+    pub energy: Option<Energy>,
     /// correlation of e_inf and St_c
     pub correlation: Option<f64>,
     /// what the law gets wrong on this design without any noise. Linear: fitted to the square root at the same runs,
@@ -134,23 +139,44 @@ impl Scaling {
             Quantity::EInf => Some(&self.e_inf),
             Quantity::StC => Some(&self.st_c),
             Quantity::StNoRebound => self.st_no_rebound.as_ref(),
-            Quantity::Shared(Coefficient::LubricationLog) => Some(&self.lubrication_log),
             _ => None,
         }
     }
 
     /// Every estimate with its quantity.
     pub(super) fn estimates_mut(&mut self) -> impl Iterator<Item = (Quantity, &mut Estimate)> {
-        let plain = [
-            (Quantity::EInf, &mut self.e_inf),
-            (Quantity::StC, &mut self.st_c),
-            (Quantity::Shared(Coefficient::LubricationLog), &mut self.lubrication_log),
-        ];
+        let both = [(Quantity::EInf, &mut self.e_inf), (Quantity::StC, &mut self.st_c)];
         let twice = self.st_no_rebound.as_mut();
-        plain
-            .into_iter()
-            .chain(twice.map(|estimate| (Quantity::StNoRebound, estimate)))
+        let twice = twice.map(|estimate| (Quantity::StNoRebound, estimate));
+        let energy = self.energy.iter_mut().flat_map(|own| {
+            [
+                (Quantity::InertialLoss, &mut own.loss_over_density_ratio),
+                (Quantity::StCEInf2, &mut own.st_c_e_inf2),
+                (Quantity::DeltaC, &mut own.delta_c_m),
+            ]
+        });
+        both.into_iter().chain(twice).chain(energy)
     }
+}
+
+/// Where the energy went at one film ratio, by one law.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Energy {
+    /// ρ̃, mean over the rebounds used
+    pub density_ratio: f64,
+    /// (e_dry² − e_inf²)/ρ̃ at the reference dry speed
+    #[serde(skip)]
+    pub loss_over_density_ratio: Estimate,
+    /// eq. Eint2 at this film ratio
+    pub stepwise: f64,
+    /// eq. Eint1 at this film ratio; `None` beyond 0.39, where it falls
+    pub cap: Option<f64>,
+    /// St_c e_inf² = 2 L
+    #[serde(skip)]
+    pub st_c_e_inf2: Estimate,
+    /// δc = ε exp(L), m
+    #[serde(skip)]
+    pub delta_c_m: Estimate,
 }
 
 /// How far a law is off on this design, fitted without noise.
@@ -222,6 +248,7 @@ pub fn fit_scaling(setup: FitSetup) -> Vec<Scaling> {
         if let Some(why) = &groups[place / 2].why_no_laws {
             fitted.withhold(why, Quoting::of(setup.scene));
         }
+        fitted.energy = energy_of(setup, fitted);
     }
     all
 }
@@ -262,7 +289,7 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [Scaling; 2] {
     let scaling_of = |law: WetLaw, own: WetFit, verdict: Verdict| {
         let source = own.source([NO_FALL; 2]);
         let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
-        let [e_inf, st_c, lubrication_log] = PROFILED.map(estimate);
+        let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(estimate);
         let st_no_rebound = (law == WetLaw::Sqrt).then(|| estimate(Quantity::StNoRebound));
         let correlation = source.correlation(Quantity::EInf, Quantity::StC);
         Scaling {
@@ -275,7 +302,7 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [Scaling; 2] {
             e_inf,
             st_c,
             st_no_rebound,
-            lubrication_log,
+            energy: None,
             correlation,
             bias: None,
             one_for_all: None,
@@ -303,11 +330,7 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [Scaling; 2] {
 }
 
 /// The quantities whose numbers are profiled.
-const PROFILED: [Quantity; 3] = [
-    Quantity::EInf,
-    Quantity::StC,
-    Quantity::Shared(Coefficient::LubricationLog),
-];
+const PROFILED: [Quantity; 3] = [Quantity::EInf, Quantity::StC, Quantity::StCEInf2];
 
 /// A linear law that is not usable where its bias exceeds its error by more than twice.
 fn biased(line: Scaling) -> Scaling {
@@ -379,4 +402,82 @@ fn linear_bias(root: &Fit, pool: &WetRuns) -> Option<Bias> {
     let line = pool.refitted(WetLaw::Linear, &exact, |_| true);
     let of_line = e_inf_and_st_c(WetLaw::Linear, two(&line))?;
     Some(Bias::of(of_line, of_root))
+}
+
+/// Where the energy went by a law of one film ratio: the inertial loss over the density ratio, St_c·e_inf² and δc.
+fn energy_of(setup: FitSetup, fitted: &Scaling) -> Option<Energy> {
+    let FitSetup { scene, runs, .. } = setup;
+    let quoting = Quoting::of(scene);
+    let film_ratio = fitted.film_ratio?;
+    let mut groups = runs.film_groups_of(fitted.sphere).iter();
+    let place = WetPlace::of_group(runs, groups.find(|group| group.film_ratio == film_ratio)?);
+    let at = Place {
+        roughness: scene.particles[place.particle].roughness,
+        density_ratio: place.density_ratio(scene),
+    };
+    let why_no_delta_c = scene.model.viscous.why_no_critical_separation().map(str::to_owned);
+    let why_no_delta_c = why_no_delta_c.or_else(|| scene.why_no_roughness([place.particle]));
+    let mut source = fitted.law_fit.source([NO_FALL; 2]);
+    if fitted.is_withheld {
+        source.why_none = Some(fitted.verdict.reason.clone());
+    }
+    let cap = Inertia::Cap;
+    Some(Energy {
+        density_ratio: at.density_ratio,
+        loss_over_density_ratio: inertial_loss(setup, fitted, &at),
+        stepwise: Inertia::Stepwise.shape(film_ratio, 1.0),
+        cap: (film_ratio <= cap.valid_to()).then(|| cap.shape(film_ratio, 1.0)),
+        st_c_e_inf2: source.estimate(Quantity::StCEInf2, &at),
+        delta_c_m: match why_no_delta_c {
+            Some(why) => quoting.none(why),
+            None => source.estimate(Quantity::DeltaC, &at),
+        },
+    })
+}
+
+/// (e_dry² − e_inf²)/ρ̃ with the uncertainties of k and of the fit, and what they share.
+fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &Scaling, at: &Place) -> Estimate {
+    let quoting = Quoting::of(scene);
+    let usable = dry::fit_of_sphere(dry, fitted.sphere).and_then(|dry| dry.usable);
+    let Some((k, k_se)) = usable else {
+        return quoting.none("the particle has no usable dry runs, so e_dry is not known");
+    };
+    let e_inf = &fitted.e_inf;
+    let (Some(_), Some(parameters)) = (e_inf.value, fitted.parameters) else {
+        return quoting.none(e_inf.why_none.clone().unwrap_or_default());
+    };
+    let e_dry = e_dry(scene, k);
+    if e_dry.value <= 0.0 {
+        return quoting.none("e_dry is not positive at the reference speed");
+    }
+    let (shared, own) = (fitted.law_fit.shift_by_dry_k, &fitted.law_fit.uncertain);
+    let of_k = k_se * k_se;
+    let with_k = |covariance: &DMatrix<f64>| {
+        DMatrix::from_fn(quantities::PARAMETERS, quantities::PARAMETERS, |i, j| match (i, j) {
+            (0 | 1, 0 | 1) => covariance[(i, j)],
+            (2, 2) => of_k,
+            (2, other) | (other, _) => shared[other] * of_k,
+        })
+    };
+    let source = FittedLaw {
+        wetted: wetted_of(fitted.law, variables(parameters)).with_e_dry(e_dry),
+        uncertain: &Uncertain {
+            covariance: own.covariance.as_ref().map(with_k).map_err(Clone::clone),
+            degrees_of_freedom: own.degrees_of_freedom,
+        },
+        why_none: None,
+        ..fitted.law_fit.source([NO_FALL; 2])
+    };
+    source.estimate(Quantity::InertialLoss, at)
+}
+
+/// e_dry at the speed at which e_inf is quoted, with its slope in k.
+fn e_dry(scene: &Scene, k: f64) -> Jet<quantities::PARAMETERS> {
+    let (law, v) = (scene.model.form().dry, scene.model.dry_speed.reference());
+    let mut slopes = [0.0; quantities::PARAMETERS];
+    slopes[2] = law.slope_dry_k(k, v);
+    Jet {
+        value: law.restitution(k, v),
+        slopes,
+    }
 }

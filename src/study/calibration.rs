@@ -247,7 +247,6 @@ fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<Sca
             dry: &mut [],
             series: &mut [],
             scaling: &mut fitted,
-            energy: &mut [],
         };
         let options = bootstrap::Options {
             seed: seed.wrapping_add(set),

@@ -358,7 +358,7 @@ fn pure(told: &Told, metre: f64, second: f64) -> Vec<f64> {
         };
         numbers.extend(pair(&parameter.estimate, unit));
     }
-    for energy in &findings.energy {
+    for energy in findings.scaling.iter().filter_map(|law| law.energy.as_ref()) {
         numbers.extend(pair(&energy.delta_c_m, metre));
     }
     numbers

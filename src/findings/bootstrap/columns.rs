@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use crate::findings::dry::{own_dry_speed, Dry};
-use crate::findings::energy::Energy;
 use crate::findings::own_dry_speed::OwnDrySpeed;
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
@@ -20,10 +19,8 @@ pub struct Estimates<'e> {
     pub dry: &'e mut [Dry],
     /// the square-root law of each series
     pub series: &'e mut [SeriesFit],
-    /// e_inf and St_c
+    /// e_inf and St_c, and where the energy went
     pub scaling: &'e mut [Scaling],
-    /// the energy table
-    pub energy: &'e mut [Energy],
 }
 
 /// Where the rebounds of a series, or the dry ones of a diameter, stand.

@@ -177,35 +177,25 @@ fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, targets: 
             tasks.push(Task::new(estimate, fit, value));
         }
     }
-    // the energy table follows the film ratios of the scaling table
-    let mut energy = estimates.energy.iter_mut();
+    let has_delta_c = scene.model.viscous.why_no_critical_separation().is_none();
     for fitted in estimates.scaling.iter_mut() {
-        let row = fitted.film_ratio.and_then(|_| energy.next());
         let Some(fit) = next() else { continue };
         let law = fitted.law;
-        if let Some(row) = row {
-            let at = Place {
-                roughness: scene.particles[runs.spheres[fitted.sphere].particle].roughness,
-                density_ratio: row.density_ratio,
+        let at = Place {
+            roughness: scene.particles[runs.spheres[fitted.sphere].particle].roughness,
+            density_ratio: fitted.energy.as_ref().map_or(f64::NAN, |own| own.density_ratio),
+        };
+        let of_k = spheres.iter().position(|sphere| *sphere == fitted.sphere);
+        let of_k = of_k.filter(|fit| targets[*fit].is_some());
+        let resampled = fitted.estimates_mut();
+        for (quantity, estimate) in resampled.filter(|(quantity, _)| has_delta_c || *quantity != Quantity::DeltaC) {
+            let value = move |parameters, k| {
+                let wetted = wetted_of(law, parameters).with_e_dry(order.restitution(k, reference));
+                quantity.value(&at, &wetted)
             };
-            let of_k = spheres.iter().position(|sphere| *sphere == fitted.sphere);
-            let of_k = of_k.filter(|fit| targets[*fit].is_some());
-            let none = scene.model.viscous.why_no_critical_separation().is_some();
-            for (quantity, estimate) in row.resampled_mut() {
-                let value = move |parameters, k| {
-                    let wetted = wetted_of(law, parameters).with_e_dry(order.restitution(k, reference));
-                    quantity.value(&at, &wetted)
-                };
-                if !(none && quantity == Quantity::DeltaC) {
-                    let mut own = Task::new(estimate, fit, value);
-                    own.dry = of_k.filter(|_| quantity == Quantity::InertialLoss);
-                    tasks.push(own);
-                }
-            }
-        }
-        for (quantity, estimate) in fitted.estimates_mut() {
-            let value = move |parameters, _| quantity.value(&Place::NONE, &wetted_of(law, parameters));
-            tasks.push(Task::new(estimate, fit, value));
+            let mut own = Task::new(estimate, fit, value);
+            own.dry = of_k.filter(|_| quantity == Quantity::InertialLoss);
+            tasks.push(own);
         }
     }
     tasks

@@ -4,10 +4,9 @@ use super::super::chart::{Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::super::quantities::in_scripts;
 use super::super::ReportInput;
 use super::points::{points, steps};
-use crate::findings::energy::Energy;
 use crate::findings::estimate::Estimate;
 use crate::findings::predict::Draw;
-use crate::findings::scaling::Scaling;
+use crate::findings::scaling::{Energy, Scaling};
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::Balance;
 use crate::physics::loss::Film;
@@ -111,16 +110,18 @@ fn posterior_curve(input: ReportInput, sphere: usize, quantity: Quantity) -> Opt
 
 /// The inertial loss with both predictions, and St_c e_inf², against the film ratio, by the square-root law.
 pub(super) fn energy(input: ReportInput) -> Vec<Chart> {
-    let rows = || input.findings.energy.iter().filter(|row| row.law == WetLaw::Sqrt);
+    let laws = input.findings.scaling.iter().filter(|law| law.law == WetLaw::Sqrt);
+    let rows: Vec<(&Scaling, &Energy)> = laws.filter_map(|law| Some((law, law.energy.as_ref()?))).collect();
     let of = |of: fn(&Energy) -> &Estimate| {
         of_spheres(input, |sphere| {
-            let mine = rows().filter(|row| sphere.owns(input.scene, &row.particle, row.diameter_m));
-            mine.filter_map(|row| estimate_point(row.film_ratio, of(row))).collect()
+            let mine = rows.iter().filter(|(law, _)| sphere.owns(input.scene, &law.particle, law.diameter_m));
+            mine.filter_map(|(law, row)| estimate_point(law.film_ratio?, of(row))).collect()
         })
     };
     let mut loss = of(|row| &row.loss_over_density_ratio);
     if !loss.is_empty() {
-        let end = rows().map(|row| row.film_ratio).reduce(f64::max).unwrap_or(0.1) * 1.08;
+        let ratios = rows.iter().filter_map(|(law, _)| law.film_ratio);
+        let end = ratios.reduce(f64::max).unwrap_or(0.1) * 1.08;
         for (form, words, dash) in [
             (Inertia::Stepwise, "stepwise, eq. Eint2", Dash::Solid),
             (Inertia::Cap, "cap, eq. Eint1", Dash::Dashed),

@@ -9,26 +9,20 @@ use crate::findings::balance::{EnergyBalance, ParameterEstimate};
 use crate::findings::bootstrap::MOST_RESAMPLED;
 use crate::findings::constants::Sensitivity;
 use crate::findings::dry::{Dry, DryOfDiameter};
-use crate::findings::energy::Energy;
 use crate::findings::noise::{GrowthTest, Noise, FALSE_ALARM};
 use crate::findings::remarks::SERIES_SCHEME_CHANGES;
-use crate::findings::scaling::Scaling;
+use crate::findings::scaling::{Energy, Scaling};
 use crate::findings::Findings;
 use crate::inference::effective_variance::ErrorSummary;
 use crate::physics::Quantity;
 use crate::rounding;
-use crate::runs::sphere_words;
 use crate::scene::WetLaw;
 
 pub(super) fn values(input: ReportInput) -> Value {
     let (scene, findings) = (input.scene, input.findings);
     let of_one_film = || findings.series.iter().filter(|own| !own.is_withheld);
     let failed: Vec<_> = of_one_film().filter(|own| !own.verdict.passed).collect();
-    let told = |particle: &str, place, law| is_told(findings, particle, place, law);
-    let scaling = findings.scaling.iter();
-    let scaling = scaling.filter(|row| told(&row.particle, [row.diameter_m, row.film_ratio], row.law));
-    let energy = findings.energy.iter();
-    let energy = energy.filter(|row| told(&row.particle, [row.diameter_m, Some(row.film_ratio)], row.law));
+    let scaling = findings.scaling.iter().filter(|law| is_told(findings, law));
     let drawn = |row: &Scaling| row.law == WetLaw::Linear && row.film_ratio.is_some() && row.verdict.passed;
     let of_form = scene.model.viscous.why_no_critical_separation();
     let of_roughness = || {
@@ -44,9 +38,8 @@ pub(super) fn values(input: ReportInput) -> Value {
             with_law => of_one_film().count() - failed.len(),
             failed => serialized(&failed),
         },
-        scaling => scaling.into_iter().map(scaling_row).collect::<Vec<_>>(),
+        scaling => scaling.map(scaling_row).collect::<Vec<_>>(),
         linear_drawn => findings.scaling.iter().any(drawn),
-        energy => energy.map(energy_row).collect::<Vec<_>>(),
         has_delta_c => of_form.is_none() && has_roughness,
         why_no_delta_c => of_form.map(str::to_owned).or_else(of_roughness),
         label_k => quantities::label(Quantity::DryK),
@@ -72,38 +65,36 @@ fn dry_row(own: &Dry) -> Value {
 }
 
 fn scaling_row(own: &Scaling) -> Value {
+    let energy = |own: &Energy| {
+        let more = context! {
+            loss_over_density_ratio => serialized(&own.loss_over_density_ratio),
+            st_c_e_inf2 => serialized(&own.st_c_e_inf2),
+            delta_c_m => serialized(&own.delta_c_m),
+        };
+        with(own, more)
+    };
     let more = context! {
         words => own.words(),
         e_inf => serialized(&own.e_inf),
         st_c => serialized(&own.st_c),
-        st_no_rebound => own.st_no_rebound.as_ref().map(serialized),
-    };
-    with(own, more)
-}
-
-fn energy_row(own: &Energy) -> Value {
-    let more = context! {
-        words => sphere_words(&own.particle, own.diameter_m),
-        loss_over_density_ratio => serialized(&own.loss_over_density_ratio),
-        st_c_e_inf2 => serialized(&own.st_c_e_inf2),
-        delta_c_m => serialized(&own.delta_c_m),
+        energy => own.energy.as_ref().map(energy),
     };
     with(own, more)
 }
 
 /// Whether a law of some runs tells what stands nowhere else: not where these have no film ratio of their own, and the linear
 /// law only where the square root does not stand and is not what biases it.
-fn is_told(findings: &Findings, particle: &str, place: [Option<f64>; 2], law: WetLaw) -> bool {
-    let of = |law: WetLaw| {
-        let mut laws = findings.scaling.iter();
-        laws.find(|own| own.law == law && own.particle == particle && [own.diameter_m, own.film_ratio] == place)
+fn is_told(findings: &Findings, law: &Scaling) -> bool {
+    let is_root = |own: &&Scaling| {
+        own.law == WetLaw::Sqrt
+            && own.particle == law.particle
+            && (own.diameter_m, own.film_ratio) == (law.diameter_m, law.film_ratio)
     };
-    let stands = |own: &Scaling| own.verdict.passed;
-    match law {
-        WetLaw::Sqrt => !of(law).is_some_and(|root| root.is_withheld),
+    match law.law {
+        WetLaw::Sqrt => !law.is_withheld,
         WetLaw::Linear => {
-            let tells = |line: &Scaling| line.e_inf.value.is_some() && (stands(line) || line.bias.is_none());
-            !of(WetLaw::Sqrt).is_some_and(stands) && of(law).is_some_and(tells)
+            let stands = findings.scaling.iter().find(is_root).is_some_and(|root| root.verdict.passed);
+            !stands && law.e_inf.value.is_some() && (law.verdict.passed || law.bias.is_none())
         }
     }
 }

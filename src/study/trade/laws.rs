@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use crate::findings::{dry, energy, scaling, FitSetup};
+use crate::findings::scaling::Energy;
+use crate::findings::{dry, scaling, FitSetup};
 use crate::inference::law::Law;
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::physics::inertia::Inertia;
@@ -32,19 +33,21 @@ pub(super) fn marginals(
     let dry = dry::fit_dry_laws(scene, runs);
     let setup = FitSetup { scene, runs, dry: &dry };
     let scaling = scaling::fit_scaling(setup);
-    let energy = energy::estimate_energy(setup, &scaling);
     let groups = || scaling.iter().filter(|one| one.law == law && one.film_ratio.is_some());
+    let l = |energy: &Energy| {
+        let (twice, se) = energy.st_c_e_inf2.value_and_scale()?;
+        Some((0.5 * twice, 0.5 * se))
+    };
     let of = |kind: ParameterKind| match kind {
         ParameterKind::DryK(sphere) => {
             let fitted = dry.iter().find(|dry| dry.sphere == sphere)?;
             fitted.usable
         }
-        ParameterKind::LUBRICATION_LOG => weighted(groups().filter_map(|one| one.lubrication_log.value_and_scale())),
+        ParameterKind::LUBRICATION_LOG => weighted(groups().filter_map(|one| l(one.energy.as_ref()?))),
         ParameterKind::INERTIAL_PREFACTOR if !inertia.has_film_scale() && inertia != Inertia::None => {
-            let groups = energy.iter().filter(|one| one.law == law);
-            weighted(groups.filter_map(|one| {
-                let (loss, se) = one.loss_over_density_ratio.value_and_scale()?;
-                let shape = inertia.shape(one.film_ratio, 1.0);
+            weighted(groups().filter_map(|one| {
+                let (loss, se) = one.energy.as_ref()?.loss_over_density_ratio.value_and_scale()?;
+                let shape = inertia.shape(one.film_ratio?, 1.0);
                 Some((loss / shape, se / shape))
             }))
         }
