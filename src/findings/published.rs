@@ -15,6 +15,9 @@ use crate::scene::{Published, WetLaw};
 pub struct PublishedComparison {
     /// `e_inf`, `st_c` or `dry_k`
     pub quantity: &'static str,
+    /// its letter
+    #[serde(skip)]
+    pub symbol: &'static str,
     /// name of the particle
     pub particle: String,
     /// film ratio; `None`: over all
@@ -33,6 +36,9 @@ pub struct PublishedComparison {
     pub ours_se: Option<f64>,
     /// (ours − published)/√(se² + ours_se²)
     pub difference_in_se: Option<f64>,
+    /// whether the law that ours comes from is usable
+    #[serde(skip)]
+    pub usable: bool,
     /// why there is nothing to compare
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_none: Option<String>,
@@ -50,14 +56,13 @@ fn compare(setup: FitSetup, scaling: &[Scaling], published: &Published) -> Publi
     // a published number is of all diameters
     let several = spheres.len() > 1;
     let sphere = Some(spheres.start).filter(|_| !several);
-    let ours = sphere.and_then(|sphere| match published.quantity {
-        Quantity::DryK => dry::fit_of_sphere(dry, sphere).map(|d| &d.dry_k),
-        quantity => {
-            let laws = scaling.iter();
-            let laws = laws.filter(|fit| fit.sphere == sphere && Some(fit.law) == published.law);
-            nearest(laws, published.film_ratio, scene.data.film_ratio_gap)?.estimate(quantity)
-        }
-    });
+    let laws = scaling.iter();
+    let laws = laws.filter(|fit| Some(fit.sphere) == sphere && Some(fit.law) == published.law);
+    let law = nearest(laws, published.film_ratio, scene.data.film_ratio_gap);
+    let ours = match published.quantity {
+        Quantity::DryK => sphere.and_then(|sphere| Some(&dry::fit_of_sphere(dry, sphere)?.dry_k)),
+        quantity => law.and_then(|law| law.estimate(quantity)),
+    };
     let pair = ours.and_then(Estimate::pair);
     let difference = pair.map(|(value, se)| (value - published.value) / published.se.hypot(se));
     let why = match (pair, ours) {
@@ -68,6 +73,7 @@ fn compare(setup: FitSetup, scaling: &[Scaling], published: &Published) -> Publi
     };
     PublishedComparison {
         quantity: published.quantity.describe().name,
+        symbol: published.quantity.describe().symbol,
         particle: scene.particles[published.particle].name.clone(),
         film_ratio: published.film_ratio,
         law: published.law,
@@ -77,6 +83,7 @@ fn compare(setup: FitSetup, scaling: &[Scaling], published: &Published) -> Publi
         ours: ours.and_then(|estimate| estimate.value),
         ours_se: ours.and_then(|estimate| estimate.se),
         difference_in_se: difference,
+        usable: law.is_none_or(|law| law.verdict.passed),
         why_none: why,
     }
 }

@@ -6,11 +6,19 @@ use crate::runs::Runs;
 use crate::scene::Scene;
 use crate::units::micrometres;
 
-/// A length is printed in µm, everything else in its own unit.
-fn factor(quantity: Quantity) -> (fn(f64) -> f64, &'static str) {
+/// What a quantity is printed in: a length in µm, everything else in its own unit.
+fn printed_unit(quantity: Quantity) -> &'static str {
     match quantity.describe().unit {
-        "m" => (micrometres, "µm"),
-        own => (|x| x, own),
+        "m" => "µm",
+        own => own,
+    }
+}
+
+/// How many of the unit that a quantity is printed in its own unit has.
+pub fn factor(quantity: Quantity) -> f64 {
+    match quantity.describe().unit {
+        "m" => micrometres(1.0),
+        _ => 1.0,
     }
 }
 
@@ -27,15 +35,10 @@ pub fn unit_in_brackets(unit: &str) -> String {
 /// The symbol with the unit it is printed in: `δc / µm`.
 pub fn label(quantity: Quantity) -> String {
     let symbol = quantity.describe().symbol;
-    match factor(quantity).1 {
+    match printed_unit(quantity) {
         "1" => symbol.to_owned(),
         unit => format!("{symbol} / {}", unit_in_brackets(unit)),
     }
-}
-
-/// A value or an error of a quantity, in the unit it is printed in.
-pub fn in_unit(quantity: Quantity, x: f64) -> f64 {
-    factor(quantity).0(x)
 }
 
 /// A parameter's symbol, with its particle and diameter where it is of one.

@@ -151,7 +151,7 @@ fn cross_check(input: ReportInput, balance: &EnergyBalance) -> Value {
         context! {
             label => label(row, &quantities::label(quantity)),
             estimate => serialized(&row.estimate),
-            factor => quantities::in_unit(quantity, 1.0),
+            factor => quantities::factor(quantity),
             difference => difference(row),
         }
     });
@@ -207,7 +207,7 @@ fn constants(rows: &[Sensitivity]) -> Option<Value> {
         let more = context! {
             label => row.label(),
             elasticities => names.iter().map(elasticity).collect::<Vec<_>>(),
-            factor => if is_length { quantities::in_unit(Quantity::DeltaC, 1.0) } else { 1.0 },
+            factor => if is_length { quantities::factor(Quantity::DeltaC) } else { 1.0 },
         };
         with(row, more)
     };

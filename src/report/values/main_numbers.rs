@@ -8,7 +8,6 @@ use crate::findings::constants::Sensitivity;
 use crate::findings::estimates::{EstimatePlace, EstimateRow, Source};
 use crate::findings::film_groups::reference_film_ratio;
 use crate::findings::published::PublishedComparison;
-use crate::findings::scaling::Scaling;
 use crate::findings::Findings;
 use crate::physics::loss::Film;
 use crate::physics::quantity::Place;
@@ -53,7 +52,7 @@ pub(super) fn values(input: ReportInput) -> Value {
         summary_places => in_summary.map(|own| place(own, input)).collect::<Vec<_>>(),
         held => held.collect::<Vec<_>>(),
         combined => combined(findings),
-        published => findings.published.iter().map(|own| published_row(findings, own)).collect::<Vec<_>>(),
+        published => findings.published.iter().map(published_row).collect::<Vec<_>>(),
         sources => serialized(sources),
     }
 }
@@ -87,7 +86,7 @@ fn parameter(own: &EstimateRow, input: ReportInput) -> Value {
         name => own.name(),
         label => label(input, own, quantity),
         median => derived.find(|summary| summary.name == own.quantity).map(|summary| summary.median),
-        factor => quantities::in_unit(quantity, 1.0),
+        factor => quantities::factor(quantity),
         is_exponential => own.is(Quantity::DeltaCOverRoughness),
         source_words => own.source.name(),
         prior_led => own.prior_led,
@@ -180,15 +179,11 @@ fn widened(row: &Sensitivity, own: &EstimateRow) -> Option<String> {
     Some(rounding::with_se(value, se.hypot(of_constants)))
 }
 
-/// A number of the literature, with whether the fit that it is compared with is usable.
-fn published_row(findings: &Findings, own: &PublishedComparison) -> Value {
-    let of_ours = |law: &&Scaling| [&law.e_inf, &law.st_c].iter().any(|number| number.value == own.ours);
-    let law = findings.scaling.iter().find(of_ours);
-    let published = [Quantity::DryK, Quantity::EInf, Quantity::StC].map(Quantity::describe);
-    let quantity = published.into_iter().find(|quantity| quantity.name == own.quantity);
+/// A number of the literature beside ours.
+fn published_row(own: &PublishedComparison) -> Value {
     let more = context! {
-        symbol => quantity.map_or(own.quantity, |quantity| quantity.symbol),
-        usable => law.is_none_or(|law| law.verdict.passed),
+        symbol => own.symbol,
+        usable => own.usable,
         // as published, not rounded again
         as_published => format!("{} ± {}", own.value, own.se),
     };
