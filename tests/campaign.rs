@@ -28,11 +28,7 @@ fn frames_go_to_parameters() {
     let findings: serde_json::Value = serde_json::from_slice(&findings).expect("JSON");
     let estimates = findings["estimates"].as_array().expect("estimates").iter();
     let parameters: Vec<&serde_json::Value> = estimates.filter(|row| row["main"] == true).collect();
-    for (name, truth) in [
-        ("dry_k", 0.183),
-        ("lubrication_log", 1.9),
-        ("inertial_prefactor", 0.45),
-    ] {
+    for (name, truth) in [("dry_k", 0.183), ("lubrication_log", 1.9), ("inertial_prefactor", 0.45)] {
         let of = parameters.iter().find(|of| of["quantity"] == name);
         let of = of.unwrap_or_else(|| panic!("{name} is told"));
         let end = |place: usize| of["interval"][place].as_f64().expect("a number");

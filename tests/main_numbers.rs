@@ -88,7 +88,10 @@ fn parameters_come_from_the_posterior_and_e_inf_from_the_law_where_every_run_reb
     let mut rows = findings.scaling.iter();
     let row = rows.find(|row| row.law == WetLaw::Sqrt && row.film_ratio == law.of.film_ratio);
     let row = row.expect("fitted");
-    assert_eq!((law.number.value, law.number.interval), (row.st_c.value, row.st_c.interval));
+    assert_eq!(
+        (law.number.value, law.number.interval),
+        (row.st_c.value, row.st_c.interval)
+    );
     assert_eq!(law.number.method, "percentile");
 }
 

@@ -509,7 +509,9 @@ fn predict_says_that_its_bands_are_of_a_new_series() {
     report.says("simulated: 0.0200");
     let findings = place.folder.json("report/findings.json");
     let estimates = findings["estimates"].as_array().expect("a list").iter();
-    let mut main = estimates.filter(|row| row["main"] == true && row["quantity"] == "st_c").peekable();
+    let mut main = estimates
+        .filter(|row| row["main"] == true && row["quantity"] == "st_c")
+        .peekable();
     assert!(main.peek().is_some() && main.all(|row| row["source"] == "posterior"));
     let asked =
         "predict report --particle PTFE --liquid thin --diameter-mm 4.762 --speed-m-s 1.2:1.2:1 --film-um 333.3";

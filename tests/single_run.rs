@@ -103,8 +103,7 @@ fn told(findings: &Findings, code: &str) -> Option<(usize, String)> {
 fn z(findings: &Findings) -> f64 {
     let is_thicker = |ratio: Option<f64>| ratio.is_some_and(|ratio| (ratio - 0.1).abs() < 1e-3);
     let mut places = findings.main.places.iter();
-    let here =
-        places.find(|[_, st_c]| st_c.of.liquid.as_deref() == Some("thick") && is_thicker(st_c.of.film_ratio));
+    let here = places.find(|[_, st_c]| st_c.of.liquid.as_deref() == Some("thick") && is_thicker(st_c.of.film_ratio));
     let own = &here.expect("a place")[1].number;
     (own.value.expect("a mean") - 2.0 * L / law(true, 0.1).0) / own.se.expect("an sd")
 }

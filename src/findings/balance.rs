@@ -5,12 +5,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::dry::{self, Dry};
-use super::estimate::{Estimate, IntervalScale, Quoting};
+use super::estimate::{Estimate, Quoting};
 use super::fit_verdict::{f_words, one_against, uncertain, why_stopped, OwnLaw, Verdict};
 use super::form_choice::{ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
 use super::measurement_errors::error_columns;
 use super::places::WetPlace;
-use super::quantities::scale_of;
 use super::scaling::Scaling;
 use super::wet_fit::{FitSetup, WetRuns};
 use crate::inference::delta::Uncertain;
@@ -202,8 +201,8 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
         ProblemProfile::new(squares, region)
     }
 
-    /// Estimate of a function of one parameter, by its place.
-    fn of_parameter(&self, place: usize, of: impl Fn(f64) -> Jet<1>, how: IntervalScale) -> Estimate {
+    /// Estimate of a quantity that is a function of one parameter, by its place.
+    fn of_parameter(&self, place: usize, of: impl Fn(f64) -> Jet<1>, quantity: Quantity) -> Estimate {
         let none = || self.quoting.none(why_stopped(&self.fitted.fit));
         if !self.fitted.fit.converged() {
             return none();
@@ -214,16 +213,16 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
             gradient[place] = slopes[0];
             Some((value, gradient))
         };
-        self.of(of_point, how).unwrap_or_else(none)
+        self.of(of_point, quantity).unwrap_or_else(none)
     }
 
-    /// Estimate of a function of all parameters; `None` where it is not defined at the fit.
-    fn of(&self, of: impl Fn(&[f64]) -> Option<WithSlopes>, how: IntervalScale) -> Option<Estimate> {
+    /// Estimate of a quantity that is a function of all parameters; `None` where it is not defined at the fit.
+    fn of(&self, of: impl Fn(&[f64]) -> Option<WithSlopes>, quantity: Quantity) -> Option<Estimate> {
         let (value, slopes) = of(&self.fitted.fit.parameters)?;
-        let estimate = self.quoting.of_function(&self.uncertain, value, &slopes, how);
-        let limits = match how {
-            IntervalScale::Plain => self.limits(of),
-            IntervalScale::Log => {
+        let estimate = self.quoting.of_function(&self.uncertain, value, &slopes, quantity);
+        let limits = match quantity.describe().log {
+            false => self.limits(of),
+            true => {
                 let log = |(value, slopes): WithSlopes| {
                     let slopes: Vec<f64> = slopes.iter().map(|slope| slope / value).collect();
                     (value.ln(), slopes)
@@ -348,7 +347,7 @@ fn findings_of(
         estimate: estimates.of_parameter(
             place,
             |b| Jet::variable(b, 0),
-            kind.quantity().map_or(IntervalScale::Plain, scale_of),
+            kind.quantity().unwrap_or(Quantity::DryK),
         ),
     };
     let parameters: Vec<ParameterEstimate> = joint.kinds().enumerate().map(parameter).collect();
@@ -374,7 +373,7 @@ fn findings_of(
                     let l = Jet::<1>::variable(l, 0);
                     quantity.value(&Place::NONE, &Wetted::of_balance(l.only_if(false), l))
                 };
-                estimates.of_parameter(0, of_l, scale_of(quantity))
+                estimates.of_parameter(0, of_l, quantity)
             }
             None => quoting.none(joint.form.viscous.why_no_critical_separation().unwrap_or(NO_VISCOUS)),
         },
@@ -558,7 +557,7 @@ fn derive(scene: &Scene, index: usize, place: &WetPlace, estimates: &BalanceEsti
             let value = Some(at.value(quantity)).filter(|value| value.is_finite())?;
             Some((value, at.slopes(quantity)))
         };
-        let found = estimates.of(of, scale_of(quantity));
+        let found = estimates.of(of, quantity);
         found.unwrap_or_else(|| quoting.none(NO_VISCOUS))
     };
     let [of_e_inf, of_st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| at.slopes(quantity));

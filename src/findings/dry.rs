@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::estimate::{Estimate, IntervalScale, Quoting};
+use super::estimate::{Estimate, Quoting};
 use super::fit_verdict::{one_against, uncertain, why_stopped, OwnLaw, Verdict};
 use super::measurement_errors::error_columns;
 use super::own_dry_speed::OwnDrySpeed;
@@ -16,7 +16,7 @@ use crate::inference::nested::FTest;
 use crate::inference::regression::Regression;
 use crate::model::parameters::ParameterKind;
 use crate::physics::dry::{Order, DRY_K};
-use crate::physics::DrySpeed;
+use crate::physics::{DrySpeed, Quantity};
 use crate::runs::{sphere_label, sphere_words, DryGroup, Runs};
 use crate::scene::Scene;
 
@@ -257,7 +257,7 @@ fn rows_of(runs: &Runs, order: Order, groups: &[DryGroup], separate: &[OwnLaw]) 
 
 fn estimate(fit: &Fit, quoting: Quoting) -> Estimate {
     match fit.parameters.first() {
-        Some(k) if fit.converged() => quoting.of_function(&uncertain(fit), *k, &[1.0], IntervalScale::Plain),
+        Some(k) if fit.converged() => quoting.of_function(&uncertain(fit), *k, &[1.0], Quantity::DryK),
         _ => quoting.none(why_stopped(fit)),
     }
 }

@@ -4,8 +4,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::distributions::{normal_quantile, student_t_quantile};
-use crate::inference::delta::{interval, log_interval, Interval, Uncertain, LEVELS, PROFILE};
+use crate::inference::delta::{interval, log_interval, Interval, Uncertain, DELTA, DELTA_LOG, LEVELS, PROFILE};
 use crate::inference::profile::Limits;
+use crate::physics::Quantity;
 use crate::rounding::{positive, significant, with_sd, with_se, NONE};
 use crate::scene::Scene;
 
@@ -95,26 +96,6 @@ impl Bootstrapped {
     }
 }
 
-/// On which scale an interval is made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum IntervalScale {
-    /// value ± t · se
-    Plain,
-    /// the same on the logarithm, for quantities that are an exponential
-    Log,
-}
-
-impl IntervalScale {
-    fn method(self) -> &'static str {
-        match self {
-            IntervalScale::Plain => "delta",
-            IntervalScale::Log => "delta_log",
-        }
-    }
-}
-
-const NOT_FINITE: &str = "it is not finite at the fit";
-
 impl Quoting {
     /// As a scene asks for it.
     pub fn of(scene: &Scene) -> Quoting {
@@ -136,7 +117,7 @@ impl Quoting {
             delta_se: None,
             interval: None,
             level: self.level,
-            method: IntervalScale::Plain.method(),
+            method: DELTA,
             mcse: None,
             why_none: Some(why.into()),
             intervals: vec![],
@@ -144,30 +125,21 @@ impl Quoting {
         }
     }
 
-    /// A function of uncertain parameters, from its value and its gradient in them.
-    pub fn of_function(self, uncertain: &Uncertain, value: f64, gradient: &[f64], scale: IntervalScale) -> Estimate {
+    /// A quantity that is a function of uncertain parameters, from its value and its gradient in them; on the logarithm where
+    /// it is an exponential. None where that is beyond what a number can hold, as exp(L) may be.
+    pub fn of_function(self, uncertain: &Uncertain, value: f64, gradient: &[f64], quantity: Quantity) -> Estimate {
         if !value.is_finite() {
-            return self.none(NOT_FINITE);
+            return self.none("it is not finite at the fit");
         }
         let se = match uncertain.se(gradient) {
             Ok(se) => se,
             Err(why) => return self.without_se(Some(value), why),
         };
-        self.with_se(value, se, uncertain.degrees_of_freedom, scale)
-    }
-
-    /// A number with a standard error; none where either is beyond what a number can hold, as exp(L) may be.
-    pub fn with_se(self, value: f64, se: f64, degrees_of_freedom: usize, scale: IntervalScale) -> Estimate {
-        if !value.is_finite() {
-            return self.none(NOT_FINITE);
-        }
-        if !se.is_finite() {
-            return self.without_se(Some(value), "its standard error is not finite");
-        }
-        let make = |level| match scale {
-            IntervalScale::Plain => interval(value, se, degrees_of_freedom, level),
-            IntervalScale::Log => log_interval(value, se, degrees_of_freedom, level),
+        let (make_at, method): (fn(f64, f64, usize, f64) -> Option<Interval>, _) = match quantity.describe().log {
+            true => (log_interval, DELTA_LOG),
+            false => (interval, DELTA),
         };
+        let make = |level| make_at(value, se, uncertain.degrees_of_freedom, level);
         let quoted = make(self.level);
         let mut intervals: Vec<Interval> = LEVELS.into_iter().filter_map(make).collect();
         if !LEVELS.contains(&self.level) {
@@ -177,7 +149,7 @@ impl Quoting {
             se: Some(se),
             delta_se: Some(se),
             interval: quoted.map(|made| [made.lo, made.hi]),
-            method: scale.method(),
+            method,
             intervals,
             why_none: quoted.is_none().then(|| "its interval is not finite".to_owned()),
             ..self.without_se(Some(value), "")
@@ -239,8 +211,8 @@ impl Estimate {
         let probability = 0.5 + 0.5 * self.level;
         let normal = normal_quantile(probability);
         let half = match (self.interval, self.method) {
-            (Some([lo, hi]), "delta") => 0.5 * (hi - lo),
-            (Some([lo, hi]), "delta_log") => 0.5 * value * (hi / lo).ln(),
+            (Some([lo, hi]), DELTA) => 0.5 * (hi - lo),
+            (Some([lo, hi]), DELTA_LOG) => 0.5 * value * (hi / lo).ln(),
             (Some([lo, hi]), _) => return Some(0.5 * (hi - lo) / normal),
             (None, _) => return Some(se),
         };
@@ -296,7 +268,7 @@ impl Estimate {
             lo,
             hi,
         }));
-        let on_scale = |x: f64| match self.method == IntervalScale::Log.method() {
+        let on_scale = |x: f64| match self.method == DELTA_LOG {
             true => x.ln(),
             false => x,
         };

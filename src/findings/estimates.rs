@@ -234,9 +234,8 @@ impl<'a> EstimateSources<'a> {
 
     /// The parameters of the energy balance, and δc/ε after them.
     pub fn fitted(self, balance: &'a EnergyBalance) -> impl Iterator<Item = EstimateRow> + 'a {
-        let row = |quantity, of, estimate: &Estimate| {
-            EstimateRow::new(quantity, of, estimate.clone(), Source::EnergyBalance)
-        };
+        let row =
+            |quantity, of, estimate: &Estimate| EstimateRow::new(quantity, of, estimate.clone(), Source::EnergyBalance);
         let parameters = balance.parameters.iter().filter_map(move |own| {
             let of = self.of_sphere(own.kind.sphere());
             Some(row(own.kind.quantity()?, of, &own.estimate))

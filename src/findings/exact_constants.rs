@@ -30,7 +30,7 @@ pub(super) fn exact_constants_notice(
                 let se = row.number.se.filter(|se| *se > 0.0)?;
                 Some((share * row.number.value?).abs() / se)
             };
-            let sizes = main.rows().filter(|row| row.is_result(result)).filter_map(in_se);
+            let sizes = main.rows().filter(move |row| row.is_result(result)).filter_map(in_se);
             sizes.map(move |in_se| (in_se, share, result))
         });
         let worst = shifts.max_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -84,7 +84,8 @@ impl MainNumbers {
                 ..own.of.clone()
             };
             let own = EstimateRow { of, ..own.clone() };
-            let is_own = |row: &EstimateRow| (row.quantity, row.source) == (own.quantity, own.source) && row.of == own.of;
+            let is_own =
+                |row: &EstimateRow| (row.quantity, row.source) == (own.quantity, own.source) && row.of == own.of;
             let here = at.get(&own.of.film_ratio.map(f64::to_bits)).into_iter().flatten();
             match here.copied().find(|place| is_own(&rows[*place])) {
                 Some(place) => rows[place] = own,

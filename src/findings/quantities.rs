@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::estimate::{Estimate, IntervalScale, Quoting};
+use super::estimate::{Estimate, Quoting};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law_squares::{self, Held};
@@ -28,15 +28,6 @@ pub(super) fn wetted_of<T: Number>(law: WetLaw, [a, b]: [T; 2]) -> Wetted<T> {
 /// The parameters of a law, each with its slope in itself.
 pub(super) fn variables([a, b]: [f64; 2]) -> [Jet<PARAMETERS>; 2] {
     [Jet::variable(a, 0), Jet::variable(b, 1)]
-}
-
-/// How a quantity's interval is made.
-pub(super) fn scale_of(quantity: Quantity) -> IntervalScale {
-    if quantity.describe().log {
-        IntervalScale::Log
-    } else {
-        IntervalScale::Plain
-    }
 }
 
 /// What the two parameters of a wet law are those of.
@@ -166,7 +157,7 @@ impl FittedLaw<'_> {
         let used = covariance.map_or(0, |covariance| covariance.nrows());
         let estimate = self
             .quoting
-            .of_function(self.uncertain, value, &slopes[..used], scale_of(quantity));
+            .of_function(self.uncertain, value, &slopes[..used], quantity);
         match self.limits_of(quantity, at, &estimate) {
             Some(limits) => estimate.with_profile(limits),
             None => estimate,
@@ -185,7 +176,7 @@ impl FittedLaw<'_> {
         let [by_a, by_b, _] = of_number.slopes;
         let slope = (of_a * by_a + of_b * by_b) / (by_a * by_a + by_b * by_b);
         let (se_of_fit, _) = profile.region.along(&DVector::from_vec(vec![of_a, of_b]))?;
-        let is_log = scale_of(quantity) == IntervalScale::Log;
+        let is_log = quantity.describe().log;
         let beyond_fit = profile.region.t.powi(2) * (se * se - se_of_fit * se_of_fit).max(0.0);
         let at_limit = |limit: f64| {
             let there = held.at([limit, profile.parameters[held.free()]]);

@@ -21,13 +21,18 @@ pub struct Interval {
     pub hi: f64,
 }
 
+/// How the intervals of the delta method are named.
+pub const DELTA: &str = "delta";
+/// The same on the logarithm.
+pub const DELTA_LOG: &str = "delta_log";
+
 /// How an interval between the limits of a profile is named.
 pub const PROFILE: &str = "profile";
 
 impl Interval {
     /// Whether it is the delta method's.
     pub fn is_delta(&self) -> bool {
-        matches!(self.method, "delta" | "delta_log")
+        matches!(self.method, DELTA | DELTA_LOG)
     }
 }
 
@@ -74,13 +79,13 @@ fn bilinear(covariance: &DMatrix<f64>, first: &[f64], second: &[f64]) -> f64 {
 /// value ± t · se at one level; `None` without degrees of freedom.
 pub fn interval(value: f64, se: f64, degrees_of_freedom: usize, level: f64) -> Option<Interval> {
     let t = student_t_quantile(0.5 + 0.5 * level, degrees_of_freedom as f64)?;
-    finite("delta", level, [value - t * se, value + t * se])
+    finite(DELTA, level, [value - t * se, value + t * se])
 }
 
 /// The interval of a positive quantity, made on its logarithm: value · exp(± t · se/value).
 pub fn log_interval(value: f64, se: f64, degrees_of_freedom: usize, level: f64) -> Option<Interval> {
     let plain = interval(value.ln(), se / value, degrees_of_freedom, level)?;
-    finite("delta_log", level, [plain.lo.exp(), plain.hi.exp()])
+    finite(DELTA_LOG, level, [plain.lo.exp(), plain.hi.exp()])
 }
 
 fn finite(method: &'static str, level: f64, [lo, hi]: [f64; 2]) -> Option<Interval> {

@@ -114,8 +114,11 @@ pub(super) fn energy(input: ReportInput) -> Vec<Chart> {
     let rows: Vec<(&Scaling, &Energy)> = laws.filter_map(|law| Some((law, law.energy.as_ref()?))).collect();
     let of = |of: fn(&Energy) -> &Estimate| {
         of_spheres(input, |sphere| {
-            let mine = rows.iter().filter(|(law, _)| sphere.owns(input.scene, &law.particle, law.diameter_m));
-            mine.filter_map(|(law, row)| estimate_point(law.film_ratio?, of(row))).collect()
+            let mine = rows
+                .iter()
+                .filter(|(law, _)| sphere.owns(input.scene, &law.particle, law.diameter_m));
+            mine.filter_map(|(law, row)| estimate_point(law.film_ratio?, of(row)))
+                .collect()
         })
     };
     let mut loss = of(|row| &row.loss_over_density_ratio);

@@ -93,7 +93,11 @@ fn is_told(findings: &Findings, law: &Scaling) -> bool {
     match law.law {
         WetLaw::Sqrt => !law.is_withheld,
         WetLaw::Linear => {
-            let stands = findings.scaling.iter().find(is_root).is_some_and(|root| root.verdict.passed);
+            let stands = findings
+                .scaling
+                .iter()
+                .find(is_root)
+                .is_some_and(|root| root.verdict.passed);
             !stands && law.e_inf.value.is_some() && (law.verdict.passed || law.bias.is_none())
         }
     }

@@ -22,8 +22,10 @@ type Both = [EstimateRow; 2];
 pub(super) fn values(input: ReportInput) -> Value {
     let findings = input.findings;
     let main = &findings.main;
-    let (shown, other): (Vec<&Both>, Vec<&Both>) =
-        main.places.iter().partition(|[e_inf, _]| stands_for_others(&e_inf.of, input));
+    let (shown, other): (Vec<&Both>, Vec<&Both>) = main
+        .places
+        .iter()
+        .partition(|[e_inf, _]| stands_for_others(&e_inf.of, input));
     // where the square-root law serves, the posterior of each liquid stands in the report alone
     let is_law = |[e_inf, _]: &Both| e_inf.source == Source::SquareRootLaw;
     let is_same = |[a, _]: &Both, [b, _]: &Both| {
@@ -40,13 +42,14 @@ pub(super) fn values(input: ReportInput) -> Value {
         .iter()
         .flat_map(|posterior| &posterior.findings.left_out);
     let held = held.filter_map(|own| Some(context! { name => own.name.as_str(), value => own.value? }));
+    let place_sources = main.places.iter().map(|[e_inf, _]| e_inf.source);
     let published = input.scene.published.iter();
     let mut sources: Vec<&str> = published.map(|published| published.source.as_str()).collect();
     sources.sort_unstable();
     sources.dedup();
     context! {
         parameters => main.parameters.iter().map(|own| parameter(own, input)).collect::<Vec<_>>(),
-        place_sources => main.places.iter().map(|[e_inf, _]| e_inf.source).collect::<Vec<_>>(),
+        place_sources => serialized(place_sources.collect::<Vec<_>>()),
         places_shown => shown.iter().map(|own| place(own, input)).collect::<Vec<_>>(),
         other_places => other.iter().map(|own| place(own, input)).collect::<Vec<_>>(),
         summary_places => in_summary.map(|own| place(own, input)).collect::<Vec<_>>(),
@@ -65,7 +68,7 @@ fn place(both: &Both, input: ReportInput) -> Value {
         words => place_name(&e_inf.of),
         e_inf => serialized(e_inf),
         st_c => serialized(st_c),
-        source => e_inf.source,
+        source => serialized(e_inf.source),
         source_words => e_inf.source.name(),
         true_e_inf => truth(Quantity::EInf),
         true_st_c => truth(Quantity::StC),
@@ -125,8 +128,12 @@ fn stands_for_others(place: &EstimatePlace, input: ReportInput) -> bool {
 
 /// A place in a sentence: particle, film ratio, diameter where it is of one, liquid.
 fn place_name(place: &EstimatePlace) -> String {
-    let ratio = place.film_ratio.map(|ratio| format!("δ/D = {}", rounding::short(ratio)));
-    let diameter = place.diameter_m.map(|d| format!("D = {} mm", rounding::short(millimetres(d))));
+    let ratio = place
+        .film_ratio
+        .map(|ratio| format!("δ/D = {}", rounding::short(ratio)));
+    let diameter = place
+        .diameter_m
+        .map(|d| format!("D = {} mm", rounding::short(millimetres(d))));
     let liquid = place.liquid.as_deref().unwrap_or("liquids pooled");
     let parts = [place.particle.clone(), ratio, diameter, Some(liquid.to_owned())];
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
@@ -146,8 +153,14 @@ fn true_k(input: ReportInput, particle: &str, diameter: Option<f64>) -> Option<f
 /// What simulated runs were drawn from at a place of one liquid; of liquids pooled there is no one truth.
 fn true_value(input: ReportInput, quantity: Quantity, place: &EstimatePlace) -> Option<f64> {
     let scene = input.scene;
-    let particle = scene.particles.iter().find(|own| Some(&own.name) == place.particle.as_ref())?;
-    let liquid = scene.liquids.iter().find(|own| Some(&own.name) == place.liquid.as_ref())?;
+    let particle = scene
+        .particles
+        .iter()
+        .find(|own| Some(&own.name) == place.particle.as_ref())?;
+    let liquid = scene
+        .liquids
+        .iter()
+        .find(|own| Some(&own.name) == place.liquid.as_ref())?;
     let film = Film {
         film_ratio: place.film_ratio?,
         density_ratio: liquid.density / particle.density,
