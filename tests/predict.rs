@@ -234,7 +234,7 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
     let mut worst = 0.0f64;
     for (index, particle) in scene.particles.iter().enumerate() {
         let law = finished
-            .law(&particle.name, 4.762e-3)
+            .law(&particle.name, 4.762e-3, true)
             .unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(law.draws.len(), 1000);
         let own = runs.iter().filter(|run| run.particle == particle.name);
@@ -530,7 +530,7 @@ fn a_dry_impact_is_predicted_from_k_and_the_scatter_of_dry_runs() {
     err.reads("notice: 2 of 4 speeds extrapolated: dry runs of PTFE covered speeds from 0.400 to 2.000 m/s\n");
     let finished = Finished::read(example()).unwrap_or_else(|error| panic!("{error}"));
     let law = finished
-        .dry_law("PTFE", 4.762e-3)
+        .law("PTFE", 4.762e-3, false)
         .unwrap_or_else(|error| panic!("{error}"));
     let mut k: Vec<f64> = law.draws.iter().map(|draw| draw.parameters.dry_k).collect();
     k.sort_by(f64::total_cmp);

@@ -11,7 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use rand::{RngExt, SeedableRng};
-use wetcor::findings::{self, overview};
+use wetcor::findings;
 use wetcor::report::folder::{Contents, Destination, File, Fill, Streamed};
 use wetcor::report::{self, ReportInput};
 use wetcor::staging;
@@ -66,7 +66,6 @@ fn fit_slowly(out: &Path) {
         command: "wetcor fit scene.toml",
         scene: &scene,
         runs: &table.runs,
-        overview: &overview::summarise_runs(&scene, &table, &findings),
         findings: &findings,
         posterior: None,
     };

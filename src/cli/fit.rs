@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use wetcor::error::{named, Error};
 use wetcor::findings::posterior::{ExpectedSampling, MethodChoice, Posterior};
-use wetcor::findings::{self, overview, verdicts, Findings};
+use wetcor::findings::{self, verdicts, Findings};
 use wetcor::inference::accuracy::RANGE;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::ranks::Ranks;
@@ -221,7 +221,6 @@ pub(super) fn fit(fit: &Fit, ranks: &Ranks) -> Result<u8, Error> {
         let watcher = fit.wants(Stage::Bootstrap).then_some(done);
         findings::fit_least_squares_watched(&scene, &table, fit.seed, watcher)
     });
-    let overview = overview::summarise_runs(&scene, &table, &findings);
     let posterior = fit.sample(&scene, &table.runs, &mut findings, &mut timing)?;
     let command = fit.command();
     let input = ReportInput {
@@ -231,7 +230,6 @@ pub(super) fn fit(fit: &Fit, ranks: &Ranks) -> Result<u8, Error> {
             .and_then(|posterior| posterior.scene.as_deref())
             .unwrap_or(&scene),
         runs: &table.runs,
-        overview: &overview,
         findings: &findings,
         posterior: posterior.as_ref(),
     };

@@ -147,9 +147,9 @@ fn plate(asked: &AskedPair, finished: &Finished) -> Result<Option<Setting>, Erro
 /// The wetted plate, `None` of a dry one, and the law that holds there: that of a new series, where series have offsets.
 pub(super) fn find_law(asked: &AskedPair, finished: &Finished) -> Result<(Option<Setting>, ParticleLaw), Error> {
     let Some(setting) = plate(asked, finished)? else {
-        return Ok((None, finished.dry_law(&asked.particle, asked.diameter)?));
+        return Ok((None, finished.law(&asked.particle, asked.diameter, false)?));
     };
-    let law = finished.law(&asked.particle, setting.diameter)?;
+    let law = finished.law(&asked.particle, setting.diameter, true)?;
     if Term::Bridge.is_held(law.form) && setting.surface_tension.is_none() {
         let text = "the fit holds the rupture of the bridge, and this liquid's surface tension is not known";
         return Err(Error::Usage(format!(

@@ -10,7 +10,7 @@ use crate::inference::nested::{one_law_for_all, FTest, Spread};
 use crate::inference::regression::Regression;
 
 /// Whether a result may be quoted, and why or why not.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Verdict {
     /// whether it may be quoted
     pub passed: bool,

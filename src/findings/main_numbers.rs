@@ -27,7 +27,7 @@ use crate::scene::{NoiseOn, WetLaw};
 const FEW_DRY_RUNS: usize = 8;
 
 /// Whether the numbers that are quoted first, the rows marked `main` of the estimates, may be quoted, and what was learnt.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
 pub struct MainNumbers {
     /// whether they may be quoted
     pub verdict: Verdict,
@@ -55,17 +55,6 @@ pub(super) fn judge(checks: &[Remark]) -> Verdict {
 }
 
 impl MainNumbers {
-    /// Before any is picked.
-    pub(super) fn none() -> MainNumbers {
-        MainNumbers {
-            verdict: judge(&[]),
-            provisional: true,
-            learnt: vec![],
-            parameters: vec![],
-            places: vec![],
-        }
-    }
-
     /// Every number.
     pub fn rows(&self) -> impl Iterator<Item = &EstimateRow> {
         self.parameters.iter().chain(self.places.iter().flatten())
@@ -118,7 +107,7 @@ impl MainNumbers {
     }
 }
 
-/// Picks them.
+/// Picks them, before they are judged.
 pub(super) fn pick_main_numbers(from: EstimateSources) -> MainNumbers {
     let picked = match from.posterior {
         Some(posterior) => from.sampled_parameters(posterior),
@@ -128,7 +117,7 @@ pub(super) fn pick_main_numbers(from: EstimateSources) -> MainNumbers {
         provisional: from.posterior.is_none(),
         parameters: picked.into_iter().map(quoted).collect(),
         places: from.places().into_iter().map(|both| both.map(quoted)).collect(),
-        ..MainNumbers::none()
+        ..MainNumbers::default()
     }
 }
 
@@ -186,14 +175,18 @@ impl EstimateSources<'_> {
     /// The places in the order of the film groups: at each the law, where it serves, then the posterior for each liquid.
     fn places(&self) -> Vec<[EstimateRow; 2]> {
         let mut all = vec![];
-        let laws = self.least_squares.scaling.iter().filter(|row| row.law == WetLaw::Sqrt);
-        let laws = by_film_ratio(laws.filter_map(|row| Some((row.film_ratio?, row))));
-        let balance = self.least_squares.energy_balance.as_ref();
-        let stands = balance.filter(|own| own.verdict.passed);
-        let derived = stands.into_iter().flat_map(|own| &own.derived);
-        let derived = by_film_ratio(derived.map(|row| (row.film_ratio, row)));
+        // both stand in the order of the film groups, and a table may have as many of these as runs
+        let laws = self.least_squares.scaling.iter();
+        let mut laws = laws
+            .filter(|law| law.law == WetLaw::Sqrt && law.film_ratio.is_some())
+            .peekable();
+        let balance = self.least_squares.energy_balance.filter(|own| own.verdict.passed);
+        let mut derived = balance.into_iter().flat_map(|own| &own.derived).peekable();
         for group in &self.runs.film_groups {
-            let law = self.law_of(group, &laws);
+            let law = laws.next_if(|law| (law.sphere, law.film_ratio) == (group.sphere, Some(group.film_ratio)));
+            let is_here = |own: &&DerivedEstimate| (own.sphere, own.film_ratio) == (group.sphere, group.film_ratio);
+            let by_balance = std::iter::from_fn(|| derived.next_if(is_here)).map(of_balance);
+            let by_balance: Vec<[EstimateRow; 2]> = by_balance.collect();
             let before = all.len();
             all.extend(
                 law.filter(|law| self.law_serves(law))
@@ -203,19 +196,13 @@ impl EstimateSources<'_> {
                 all.extend(self.of_posterior(group, posterior));
             }
             if all.len() == before {
-                all.extend(self.of_balance(group, &derived));
+                all.extend(by_balance);
             }
             if all.len() == before {
                 all.extend(law.map(|law| self.of_law(group, law)));
             }
         }
         all
-    }
-
-    fn law_of<'l>(&self, group: &FilmGroup, laws: &ByFilmRatio<&'l Scaling>) -> Option<&'l Scaling> {
-        let sphere = &self.runs.spheres[group.sphere];
-        let mut here = laws.get(&group.film_ratio.to_bits())?.iter().copied();
-        here.find(|row| sphere.owns(self.scene, &row.particle, row.diameter_m))
     }
 
     /// Whether the square-root law at a film ratio describes how its runs came about: every one of them rebounded, with
@@ -269,24 +256,6 @@ impl EstimateSources<'_> {
         });
         here.collect()
     }
-
-    /// e_inf and St_c by least squares over all rebounds at once, at the mean density ratio.
-    fn of_balance(&self, group: &FilmGroup, derived: &ByFilmRatio<&DerivedEstimate>) -> Vec<[EstimateRow; 2]> {
-        let here = derived.get(&group.film_ratio.to_bits()).into_iter().flatten();
-        let here = here.filter(|row| row.sphere == group.sphere);
-        here.map(|row| of_balance(row)).collect()
-    }
-}
-
-/// What stands at each film ratio, by its bits: a table may have as many as runs.
-type ByFilmRatio<T> = HashMap<u64, Vec<T>>;
-
-fn by_film_ratio<T>(rows: impl Iterator<Item = (f64, T)>) -> ByFilmRatio<T> {
-    let mut all = ByFilmRatio::new();
-    for (film_ratio, row) in rows {
-        all.entry(film_ratio.to_bits()).or_insert_with(Vec::new).push(row);
-    }
-    all
 }
 
 /// Takes back C and δ̃0 where the inertial loss sets in over films that are all thinner than those of the runs: where it

@@ -240,7 +240,7 @@ fn fit_laws(scene: &Scene, table: &Table, seed: u64) -> (Findings, Option<LineAg
         data_sha256: table.sha256.clone(),
         scene_sha256: scene.sha256.clone(),
         counts: Counts::of(table),
-        main: MainNumbers::none(),
+        main: MainNumbers::default(),
         inertia: energy_balance.as_ref().and_then(|balance| balance.choice.clone()),
         sampled_forms: vec![],
         dry,

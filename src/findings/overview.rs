@@ -68,9 +68,8 @@ pub struct Material {
     pub restitution: Option<[f64; 2]>,
 }
 
-/// Summarises what was read, beside what least squares found in it.
-pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) -> Overview {
-    let runs = &table.runs;
+/// The runs of every particle and liquid, dry ones first.
+pub fn list_materials(scene: &Scene, runs: &Runs) -> Vec<Material> {
     let mut materials: Vec<Material> = vec![];
     for (index, particle) in scene.particles.iter().enumerate() {
         let spheres = runs.spheres_of(index);
@@ -100,13 +99,18 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
             }
         }
     }
+    materials
+}
+
+/// Summarises what was read, beside what least squares found in it.
+pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) -> Overview {
     Overview {
         scene: scene.name.clone(),
         title: scene.title.clone(),
         runs: table.rows,
         sheets: table.sheets.clone(),
         screened: table.screened.clone(),
-        materials,
+        materials: list_materials(scene, &table.runs),
         film_groups: least_squares.film_groups.clone(),
         directions: least_squares.identifies.clone(),
         terms: least_squares.terms.clone(),

@@ -265,23 +265,11 @@ impl Finished {
         self.has(SIGMA_SERIES.name)
     }
 
-    /// The law of a particle of a diameter, m, which is read where each has its own k. Where
+    /// The law of wet or of dry impacts of a particle of a diameter, m, which is read where each has its own k. Where
     /// series have offsets it is that of a new series.
     ///
-    /// Fails for a particle or diameter that the fit has no k of, and for a fit without wet runs.
-    pub fn law(&self, particle: &str, diameter: f64) -> Result<ParticleLaw, Error> {
-        self.law_with(particle, diameter, true)
-    }
-
-    /// The same for dry impacts: what is of wet runs alone is not asked for.
-    ///
-    /// Fails as [`Finished::law`] does, and where the fit has no spread of dry runs.
-    pub fn dry_law(&self, particle: &str, diameter: f64) -> Result<ParticleLaw, Error> {
-        self.law_with(particle, diameter, false)
-    }
-
-    /// The law of a particle of a diameter, with all that wet runs or dry ones ask for.
-    fn law_with(&self, particle: &str, diameter: f64, is_wet: bool) -> Result<ParticleLaw, Error> {
+    /// Fails for a particle or diameter that the fit has no k of, and for a fit without such runs.
+    pub fn law(&self, particle: &str, diameter: f64, is_wet: bool) -> Result<ParticleLaw, Error> {
         let known = self.particle(particle)?;
         let own = &known.dry_k_diameters_m;
         let sphere = own.iter().copied().find(|own| same_diameter(*own, diameter));

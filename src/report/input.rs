@@ -1,6 +1,5 @@
 //! Holds what a report is made of.
 
-use crate::findings::overview::Overview;
 use crate::findings::posterior::Posterior;
 use crate::findings::predict::ParticleLaw;
 use crate::findings::Findings;
@@ -16,8 +15,6 @@ pub struct ReportInput<'a> {
     pub scene: &'a Scene,
     /// what was measured
     pub runs: &'a Runs,
-    /// what was read
-    pub overview: &'a Overview,
     /// what was found
     pub findings: &'a Findings,
     /// the posterior's draws; `None` if nothing was sampled

@@ -19,7 +19,7 @@ use rand::rngs::ChaCha8Rng;
 pub use told::Told;
 use wetcor::findings::compare::Comparison;
 use wetcor::findings::posterior::{start, MethodChoice, Posterior};
-use wetcor::findings::{self, overview, Findings};
+use wetcor::findings::{self, Findings};
 use wetcor::inference::importance::DrawCounts;
 use wetcor::inference::nuts::{Effort, SamplingPlan};
 use wetcor::inference::prepared_posterior::PreparedPosterior;
@@ -196,7 +196,6 @@ pub fn report_of(
         command: "wetcor fit scene.toml",
         scene,
         runs: &table.runs,
-        overview: &overview::summarise_runs(scene, table, findings),
         findings,
         posterior,
     };

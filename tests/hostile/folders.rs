@@ -73,7 +73,7 @@ const ASKED: &str = "--particle PTFE --liquid AK10 --diameter-mm 4 --film-um 200
 
 fn predicted(folder: &Path) -> Result<String, Error> {
     let finished = Finished::read(folder)?;
-    let law = finished.law("PTFE", 4.762e-3)?;
+    let law = finished.law("PTFE", 4.762e-3, true)?;
     let basis = &finished.basis;
     let particle = basis.particles.iter().find(|particle| particle.name == "PTFE");
     let liquid = basis.liquids.iter().find(|liquid| liquid.name == "AK10");

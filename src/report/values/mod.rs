@@ -17,7 +17,7 @@ use super::template::{serialized, with};
 use super::{figures, ReportInput};
 use crate::error::quoted;
 use crate::findings::estimates::EstimateRow;
-use crate::findings::overview::Overview;
+use crate::findings::overview::{list_materials, Overview};
 use crate::findings::remarks::{in_order, IN_TABLES, SINGLE_RUN};
 use crate::findings::terms::{self, SizedTerm};
 use crate::findings::Findings;
@@ -76,7 +76,7 @@ pub(super) fn of_report(input: ReportInput) -> Value {
         findings => serialized(findings),
         terms => findings.terms.iter().map(sized).collect::<Vec<_>>(),
         term_line => terms::LINE,
-        overview => serialized(input.overview),
+        materials => serialized(list_materials(scene, input.runs)),
         from_sheets => from_sheets(&findings.counts.sheets),
     };
     let all = [
@@ -94,6 +94,7 @@ pub(super) fn of_overview(overview: &Overview) -> Value {
     context! {
         title => crate::error::plain(&overview.title, usize::MAX),
         overview => serialized(overview),
+        materials => serialized(&overview.materials),
         terms => overview.terms.iter().map(sized).collect::<Vec<_>>(),
         term_line => terms::LINE,
         from_sheets => from_sheets(&overview.sheets),
