@@ -135,11 +135,11 @@ impl Quoting {
             Ok(se) => se,
             Err(why) => return self.without_se(Some(value), why),
         };
-        let (make_at, method): (fn(f64, f64, usize, f64) -> Option<Interval>, _) = match quantity.describe().log {
-            true => (log_interval, DELTA_LOG),
-            false => (interval, DELTA),
+        let is_log = quantity.describe().log;
+        let make = |level| match is_log {
+            true => log_interval(value, se, uncertain.degrees_of_freedom, level),
+            false => interval(value, se, uncertain.degrees_of_freedom, level),
         };
-        let make = |level| make_at(value, se, uncertain.degrees_of_freedom, level);
         let quoted = make(self.level);
         let mut intervals: Vec<Interval> = LEVELS.into_iter().filter_map(make).collect();
         if !LEVELS.contains(&self.level) {
@@ -149,7 +149,7 @@ impl Quoting {
             se: Some(se),
             delta_se: Some(se),
             interval: quoted.map(|made| [made.lo, made.hi]),
-            method,
+            method: if is_log { DELTA_LOG } else { DELTA },
             intervals,
             why_none: quoted.is_none().then(|| "its interval is not finite".to_owned()),
             ..self.without_se(Some(value), "")

@@ -11,7 +11,7 @@ use super::estimate::{Estimate, Quoting, FEWEST_DEGREES};
 use super::film_groups::why_no_laws;
 use super::fit_verdict::{f_words, one_against, square_root_verdict, why_stopped, OwnLaw, Verdict};
 use super::places::WetPlace;
-use super::quantities::{self, variables, wetted_of, FittedLaw, LawOver};
+use super::quantities::{variables, wetted_of, FittedLaw, LawOver, PARAMETERS};
 use super::wet_fit::{two, FitSetup, WetFit, WetRuns};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::ErrorSummary;
@@ -89,12 +89,12 @@ pub struct Scaling {
 }
 
 /// Parameters of the law of a film ratio.
-const PARAMETERS: usize = 2;
+const LAW_PARAMETERS: usize = 2;
 
 impl Scaling {
     /// Whether it has the degrees of freedom to be quoted beside a posterior, which knows the spread from all runs.
     pub fn tells_its_spread(&self) -> bool {
-        self.runs >= FEWEST_DEGREES + PARAMETERS
+        self.runs >= FEWEST_DEGREES + LAW_PARAMETERS
     }
 
     /// Whether it is a square-root law of one series that its own runs, and enough of them, do not bear.
@@ -453,7 +453,7 @@ fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &Scaling, at: &P
     let (shared, own) = (fitted.law_fit.shift_by_dry_k, &fitted.law_fit.uncertain);
     let of_k = k_se * k_se;
     let with_k = |covariance: &DMatrix<f64>| {
-        DMatrix::from_fn(quantities::PARAMETERS, quantities::PARAMETERS, |i, j| match (i, j) {
+        DMatrix::from_fn(PARAMETERS, PARAMETERS, |i, j| match (i, j) {
             (0 | 1, 0 | 1) => covariance[(i, j)],
             (2, 2) => of_k,
             (2, other) | (other, _) => shared[other] * of_k,
@@ -472,9 +472,9 @@ fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &Scaling, at: &P
 }
 
 /// e_dry at the speed at which e_inf is quoted, with its slope in k.
-fn e_dry(scene: &Scene, k: f64) -> Jet<quantities::PARAMETERS> {
+fn e_dry(scene: &Scene, k: f64) -> Jet<PARAMETERS> {
     let (law, v) = (scene.model.form().dry, scene.model.dry_speed.reference());
-    let mut slopes = [0.0; quantities::PARAMETERS];
+    let mut slopes = [0.0; PARAMETERS];
     slopes[2] = law.slope_dry_k(k, v);
     Jet {
         value: law.restitution(k, v),
