@@ -5,7 +5,6 @@
 
 mod commands;
 mod links;
-mod listing;
 mod names;
 mod printed;
 mod reports;
@@ -36,9 +35,6 @@ fn pages() -> Vec<Page> {
     };
     paths.into_iter().map(page).collect()
 }
-
-/// The page that `tests/scene_guide.rs` writes.
-const WRITTEN_BY_A_TEST: &str = "docs/scene.md";
 
 /// What stands between fences, with the language of each; and the lines outside of them.
 fn fenced(text: &str) -> (Vec<(String, String)>, Vec<&str>) {
@@ -99,6 +95,8 @@ fn numbers_in(text: &str) -> Vec<f64> {
     words.filter_map(|word| word.parse().ok()).collect()
 }
 
-fn wrong(found: &[String]) -> String {
-    found.join("\n")
+/// Holds that a page has none of what was looked for.
+#[track_caller]
+fn assert_none(found: &[String], page: &str) {
+    assert!(found.is_empty(), "{page}: {}", found.join("\n"));
 }

@@ -1,9 +1,9 @@
-//! Holds that links lead somewhere, also in the package.
+//! Holds that links and paths lead somewhere, also in the package, and that the README lists every page.
 
 use std::path::{Component, Path};
 use std::process::Command;
 
-use super::{fenced, in_repository, pages, read, wrong, Page};
+use super::{assert_none, fenced, in_repository, pages, read, spans, Page};
 
 /// Where links and pictures of a text lead.
 fn links(text: &str) -> Vec<&str> {
@@ -69,8 +69,11 @@ fn every_link_leads_somewhere() {
     let pages = pages();
     let count: usize = pages.iter().map(|page| links(&page.text).len()).sum();
     assert!(count > 40, "{count}");
-    let found: Vec<String> = pages.iter().flat_map(broken_links).collect();
-    assert!(found.is_empty(), "{}", wrong(&found));
+    for page in &pages {
+        assert_none(&broken_links(page), &page.path);
+        let is_listed = links(&pages[0].text).contains(&page.path.as_str());
+        assert!(is_listed || page.path == "README.md", "{}", page.path);
+    }
     let linking = |link: &str| Page {
         path: "docs/any.md".to_owned(),
         text: format!("see [there]({link})\n"),
@@ -78,6 +81,26 @@ fn every_link_leads_somewhere() {
     let leads = |link: &str| broken_links(&linking(link)).is_empty();
     assert!(leads("verdict.md") && leads("../README.md#your-own-data") && leads("verdict.md#the-report"));
     assert!(!leads("verdicts.md") && !leads("docs/verdict.md") && !leads("../README.md#your-runs"));
+}
+
+/// Paths between backticks that are not there.
+fn missing_paths(text: &str) -> Vec<String> {
+    const FOLDERS: [&str; 7] = ["src/", "tests/", "docs/", "datasets/", "benches/", "reports/", ".ci/"];
+    let paths = spans(text)
+        .into_iter()
+        .filter(|span| FOLDERS.iter().any(|folder| span.starts_with(folder)) && !span.contains(' '));
+    paths
+        .filter(|path| !in_repository(path).exists())
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn every_path_is_there() {
+    for page in pages() {
+        assert_none(&missing_paths(&page.text), &page.path);
+    }
+    assert_eq!(missing_paths("`src/main.rs`, `src/no_such.rs`"), ["src/no_such.rs"]);
 }
 
 #[test]

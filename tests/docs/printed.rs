@@ -100,34 +100,3 @@ fn the_prediction_is_what_the_page_shows() {
     }
     assert_eq!(shown, 5);
 }
-
-/// By how much the air slows a sphere that falls from a height, over the speed without it: integrated with the drag
-/// coefficient of Schiller and Naumann, 24/Re (1 + 0.15 Re^0.687), in air of 1.2 kg/m³ and 18 µPa s.
-fn slowed_by_air(height: f64, diameter: f64, density: f64) -> f64 {
-    let (air_density, air_viscosity, gravity, step) = (1.2, 1.8e-5, 9.81, 1e-6);
-    let (mut speed, mut fallen) = (0.0, 0.0);
-    while fallen < height {
-        let reynolds = f64::max(air_density * speed * diameter / air_viscosity, 1e-9);
-        let coefficient = 24.0 / reynolds * (1.0 + 0.15 * reynolds.powf(0.687));
-        let drag = 0.75 * coefficient * air_density / density * speed * speed / diameter;
-        speed += step * (gravity - drag);
-        fallen += step * speed;
-    }
-    1.0 - speed / (2.0 * gravity * height).sqrt()
-}
-
-#[test]
-fn the_air_slows_a_drop_by_what_the_page_says() {
-    let percent = |height, diameter, density| format!("{:.1}", 100.0 * slowed_by_air(height, diameter, density));
-    let [ptfe, pe] = [(4.762e-3, 2150.0), (3.175e-3, 940.0)];
-    let [high, low] = [0.15, 0.03].map(|height| [ptfe, pe].map(|(d, density)| percent(height, d, density)));
-    let told = format!(
-        "over 150 mm it slows a 4.8 mm sphere of PTFE by {} % and a 3.2 mm one of polyethylene by {} %, over 30 mm by {} and \
-         {} %",
-        high[0], high[1], low[0], low[1]
-    );
-    assert!(read("docs/your-table.md").contains(&told), "{told}");
-    let half = format!("{:.1} %", 100.0 * (1.0 - f64::sqrt(1.0 - 0.3 / 30.0)));
-    let told = format!("√(1 − δ/h): {half} for a film of 300 µm");
-    assert!(read("docs/your-table.md").contains(&told), "{half}");
-}

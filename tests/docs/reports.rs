@@ -1,10 +1,7 @@
-//! Holds figures that the pages quote against the reports and formulas they come from.
+//! Holds figures that the pages quote against the reports they come from.
 
 use super::{numbers_in, read, rows};
 use crate::common::Says;
-use serde_json::Value;
-use wetcor::physics::dry::{Order, REFERENCE_SPEED};
-use wetcor::physics::{numbers, viscous};
 
 /// The least and the largest of a column's numbers over some rows.
 fn range(rows: &[Vec<String>], column: usize, which: impl Fn(&[String]) -> bool) -> String {
@@ -111,69 +108,4 @@ fn times_and_errors_of_methods_are_those_of_the_reports() {
         }
     }
     assert_eq!(compared, 8);
-}
-
-#[test]
-fn exponents_of_cost_are_those_of_the_report() {
-    let report = read("reports/cost/cost.md");
-    let of = |part: &str| {
-        let part = report.split(&format!("## {part}\n")).nth(1).expect("a part");
-        let part = part.split("\n## ").next().unwrap_or_default();
-        let last = rows(part).into_iter().find(|row| row[0] == "exponent").expect("a row");
-        let rounded = last[1..]
-            .iter()
-            .map(|cell| format!("{:.1}", cell.parse::<f64>().expect("a number")));
-        rounded.collect::<Vec<_>>()
-    };
-    let [runs, films, replicates, groups] = ["runs", "runs in films of their own", "replicates", "groups"].map(of);
-    let none = String::new;
-    let expected = [
-        ["reading".into(), runs[0].clone(), films[0].clone(), none(), none()],
-        [
-            "least squares".into(),
-            runs[1].clone(),
-            films[1].clone(),
-            none(),
-            groups[0].clone(),
-        ],
-        [
-            "bootstrap".into(),
-            runs[2].clone(),
-            films[2].clone(),
-            replicates[0].clone(),
-            groups[1].clone(),
-        ],
-        [
-            "posterior".into(),
-            runs[3].clone(),
-            films[3].clone(),
-            none(),
-            groups[2].clone(),
-        ],
-    ];
-    let told: Vec<Vec<String>> = rows(&read("docs/speed.md"))
-        .into_iter()
-        .filter(|row| row.len() == 5)
-        .collect();
-    assert_eq!(told, expected);
-}
-
-#[test]
-fn the_slips_are_what_the_formulas_give() {
-    let page = read("docs/physics.md");
-    let delta_c = 1e6 * viscous::critical_separation(5e-6, 5.5 / 2.0);
-    let square = |v: f64| Order::First.restitution(0.183, v).powi(2);
-    let moved = square(numbers::free_fall_speed(0.03)) - square(REFERENCE_SPEED);
-    let findings: Value = serde_json::from_str(&read("reports/mueller2016/findings.json")).expect("JSON");
-    let is_linear = |row: &&Value| row["particle"] == "PTFE" && row["film_ratio"] == 0.06 && row["law"] == "linear";
-    let mut laws = findings["scaling"].as_array().expect("a list").iter();
-    let bias = &laws.find(is_linear).expect("a row")["bias"];
-    let [e_inf, st_c] = ["e_inf", "st_c"].map(|quantity| bias[quantity].as_f64().expect("a number"));
-    for told in [
-        format!("δc = {delta_c:.0} µm"),
-        format!("moves e_dry² of PTFE by {moved:.2}"),
-        format!("by {e_inf:.3} in e_inf and {st_c:.1} in St_c for PTFE"),
-    ] {
-        assert!(page.contains(&told), "{told}");
-    }
 }
