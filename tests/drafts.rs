@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::common::{in_project, table_of, wetcor, Folder, Says};
+use crate::common::{in_project, read_in_project, table_of, wetcor, Folder, Says};
 use wetcor::runs::Runs;
 use wetcor::scene::{HeightsTo, Scene};
 use wetcor::{runs, scene};
@@ -157,92 +157,42 @@ fn drafted(table: &str) -> (Vec<String>, String) {
     (marks.map(str::to_owned).collect(), out)
 }
 
-#[test]
-fn what_two_units_or_two_columns_could_be_is_left_to_be_filled_in() {
-    let run = |header: &str, row: &str| format!("{header}\n{row}\n{row}\n");
-    // 0.4762 cm, and 0.015 cm of film
-    let (marks, _) = drafted(&run("ball,liquid,D,film,v (m/s),e", "PTFE,AK10,0.4762,0.015,0.9,0.7"));
-    assert_eq!(marks, ["columns.diameter_mm", "columns.film_um"]);
-    // of two columns of speeds the one that says which it is
-    let (marks, out) = drafted(&run(
-        "ball,liquid,D (mm),film (um),v (m/s),v0 (m/s),e",
-        "PTFE,AK10,4,150,0.6,0.9,0.7",
-    ));
-    assert!(marks.is_empty(), "{marks:?}");
-    out.says("`v0 (m/s)` is impact_speed_m_s");
-    // a column of words that nobody knows may name the spheres
-    let (marks, out) = drafted(&run("stuff,liquid,D (mm),film (um),v (m/s),e", "PTFE,AK10,4,200,1,0.7"));
-    assert_eq!(marks, ["columns.particle"]);
-    out.says("no column is known to say the particle: if `stuff` does");
-    let (marks, out) = drafted(&run(
-        "liquid,D (mm),film (um),v (m/s),e,comment",
-        "AK10,4,200,1,0.7,bad",
-    ));
-    assert!(marks.is_empty(), "{marks:?}");
-    out.says("`comment` is not read: if it says which runs to leave out");
-    let (marks, out) = drafted(&run(
-        "ball,liquid,D (mm),film (um),h_drop (cm),h_rebound (cm)",
-        "PTFE,\"dry, no oil\",4,,9,5",
-    ));
-    assert_eq!(marks, ["heights_to", "heights_of"]);
-    assert!(out.contains("`dry, no oil` in `liquid` is dry"), "{out}");
+/// The lines of a block of `tests/data/drafts.txt` that begin with a mark, filled with the words of a variant.
+fn lines(block: &str, mark: &str, words: &[&str]) -> Vec<String> {
+    let lines = block.lines().filter_map(|line| line.strip_prefix(mark));
+    let filled = lines.map(|line| {
+        let places = words.iter().zip(1..);
+        places.fold(line.replace("\\n", "\n"), |line, (word, place)| {
+            line.replace(&format!("{{{place}}}"), word)
+        })
+    });
+    filled.collect()
 }
 
-/// A table whose liquids or films stand under names that nobody knows is not taken for dry.
 #[test]
-fn columns_that_may_say_what_is_wet_are_asked_for() {
-    let run = |header: &str, row: &str| drafted(&format!("ball,D (mm),v (m/s),e,{header}\nPTFE,4,1,0.8,{row}\n"));
-    for (header, row) in [
-        ("condition", "A10"),
-        ("Oleje,Tloušťka (µm)", "M50,200"),
-        ("h_l [mm]", "0.2"),
-        ("depth / mm", "0.2"),
-        ("Filmdicke/D", "0.05"),
-        ("film mass (mg)", "3"),
-        ("wet", "1"),
-        ("Ca", "0.01"),
-    ] {
-        let (marks, out) = run(header, row);
-        assert_eq!(marks, ["columns.liquid"], "{header}");
-        out.lacks("every run is dry;");
-        out.says("; no liquid known");
-        out.says("no column is known to say the liquid or the film: if `");
-        out.says("if every run is dry, take `liquid` out of columns");
+fn a_draft_says_what_it_took_and_asks_for_what_it_cannot_know() {
+    let text = read_in_project("tests/data/drafts.txt");
+    // the first block says how they are written
+    let blocks: Vec<&str> = text.split("\n\n").skip(1).collect();
+    assert!(blocks.len() > 20, "the tables are lost");
+    for block in blocks {
+        let mut variants = lines(block, "= ", &[]);
+        if variants.is_empty() {
+            variants.push(String::new());
+        }
+        for variant in variants {
+            let words: Vec<&str> = variant.split(" ~ ").collect();
+            let of = |mark: &str| lines(block, mark, &words);
+            let (marks, out) = drafted(&(of("| ").join("\n") + "\n"));
+            match of("? ") {
+                asked if asked.is_empty() => {}
+                asked if asked == ["nothing"] => assert!(marks.is_empty(), "{variant}: {marks:?}\n{block}"),
+                asked => assert_eq!(marks, asked, "{variant}:\n{block}"),
+            }
+            of("+ ").iter().for_each(|said| out.says(said));
+            of("- ").iter().for_each(|unsaid| out.lacks(unsaid));
+        }
     }
-    let (_, out) = run("film ratio", "0.05");
-    assert!(out.contains("no column says the liquid: all runs are wet"), "{out}");
-    // the twins: what holds neither
-    for (header, row) in [
-        ("date", "May 3"),
-        ("No.", "7"),
-        ("T (°C)", "21.5"),
-        ("angle (deg)", "1.2"),
-    ] {
-        let (marks, out) = run(header, row);
-        assert!(marks.is_empty(), "{header}: {marks:?}");
-        out.says("; every run is dry");
-    }
-}
-
-/// What stands above the names may say that runs are wet: a line about the table, or a small table of constants.
-#[test]
-fn titles_that_speak_of_a_liquid_are_asked_about() {
-    let rows = "ball,v (m/s),e\nPTFE,1,0.8\nPTFE,1.2,0.8\nPTFE,1.4,0.8\n";
-    for title in ["Drops on an oil film,,", "liquid,film_um,D_mm\nAK10,286,4.762"] {
-        let (marks, out) = drafted(&format!("{title}\n{rows}"));
-        assert!(marks.contains(&"columns.liquid".to_owned()), "{title}: {marks:?}");
-        out.says("; no liquid known");
-        out.says("constants and write a table [liquids.NAME] for each liquid");
-    }
-    // nor does size tell a unit that a title may
-    let plain = rows.replace(" (m/s)", "");
-    let (marks, out) = drafted(&format!("speeds in ft/s,,\n{plain}"));
-    assert!(marks.contains(&"columns.impact_speed_m_s".to_owned()), "{marks:?}");
-    out.says("`v` may be impact_speed, but `speeds in ft/s` may say its unit");
-    let (_, out) = drafted(&format!("Room 22.5 °C; D = 4 mm,,\n{plain}"));
-    out.says("`v` is impact_speed_m_s");
-    let (_, out) = drafted(&format!("Drops of May: Universität zu Köln,,\n{rows}"));
-    out.says("; every run is dry");
 }
 
 /// A scene that names liquids, with a table that says of no run which one it has.
@@ -288,26 +238,9 @@ fn liquids_that_no_table_tells_of_are_asked_for() {
     assert_eq!(status, Some(0), "{err}");
 }
 
-/// A foot row is no sphere, in any language that the reader of runs knows.
+/// What a draft leaves out the reader of runs leaves out, too.
 #[test]
 fn foot_rows_are_left_out_and_named() {
-    let rows = "PTFE,4,1,0.8\nPTFE,4,1.2,0.79\nPTFE,4,1.5,0.78\nPE,4,1.5,0.81\n";
-    for label in "Mittelwert; mean; Average; Summe; Total; moyenne; Std. dev.; Median; n=12; n = 4".split("; ") {
-        let (_, out) = drafted(&format!("Kugel,D (mm),v (m/s),e\n{rows}{label},4,1000,0.8\n"));
-        assert!(out.contains(": 5 rows; particles PTFE, PE; every run is dry"), "{out}");
-        let told = format!(
-            "guessed: left out, since their labels say mean, total, spread or count of other rows: row 6 `{label}`"
-        );
-        assert!(out.contains(&told), "{out}");
-    }
-    // the twin: names, and labels that are all that stands there
-    let (_, out) = drafted(&format!("Kugel,D (mm),v (m/s),e\n{rows}nylon,4,1,0.8\n"));
-    out.says(": 5 rows; particles PTFE, PE, nylon;");
-    out.lacks("left out");
-    let (_, out) = drafted("Kugel,D (mm),v (m/s),e,n,sd\nmean,4,1,0.8,5,0.01\nmean,4,1.2,0.79,5,0.01\n");
-    out.says(": 2 rows; particles mean;");
-    out.lacks("left out");
-    // and the reader of runs leaves the count out, too
     let place = Folder::new();
     let table = "particle,diameter_mm,impact_speed_m_s,restitution\nPTFE,4,1,0.8\nPTFE,4,1.2,0.79\nn=2,,,\n";
     place.write("runs.csv", table);
@@ -315,95 +248,8 @@ fn foot_rows_are_left_out_and_named() {
     place.write("scene.toml", text);
     let (status, out, err) = place.run("check scene.toml");
     assert_eq!(status, Some(0), "{err}");
-    assert!(out.contains("3 runs read, 1 left out"), "{out}");
-    assert!(err.contains("line 4 `n=2`"), "{err}");
-}
-
-/// What laboratories write in a column of liquids for a dry run, and liquids whose names begin like that.
-#[test]
-fn only_a_whole_word_says_that_a_run_is_dry() {
-    let of = |word: &str| {
-        let rows = format!("PE,{word},5,,1,0.8\nPE,{word},5,,1.2,0.8\nPE,S100,5,250,1,0.7\n");
-        drafted(&format!("ball,liquid,D (mm),film (um),v (m/s),e\n{rows}")).1
-    };
-    let dry =
-        "Dry.; dry run; DRY (no film); no oil; ohne Öl; kein; keine; sec; seco; secco; w/o; n/a; none; --; —; air";
-    for word in dry.split("; ") {
-        let out = of(word);
-        out.says(&format!("`{word}` in `liquid` is dry"));
-        out.says("; liquids S100\n");
-    }
-    for word in [
-        "dry vermouth",
-        "No 5",
-        "Air-foam",
-        "none such 3",
-        "Secret",
-        "nonanol",
-        "dry/wet",
-    ] {
-        let out = of(word);
-        out.lacks("in `liquid` is dry\n");
-        assert!(!out.contains("; liquids S100\n"), "{word}: {out}");
-    }
-}
-
-/// Numbers that tell liquids apart, and a column that says which rows are dry beside a liquid named in every row.
-#[test]
-fn columns_that_tell_liquids_apart_are_asked_about() {
-    for name in [
-        "viscosity (mPa s)",
-        "η",
-        "glycerol wt%",
-        "water content",
-        "liquid (vol%)",
-    ] {
-        let table = |other: &str| {
-            format!("ball,{name},D (mm),film (um),v (m/s),e\nPE,20,5,250,1,0.7\nPE,{other},5,250,1,0.6\n")
-        };
-        let (marks, out) = drafted(&table("35"));
-        assert_eq!(marks, ["columns.liquid"], "{name}");
-        out.says("no column is known to say the liquid: if `");
-        // the twin: one liquid
-        let (marks, _) = drafted(&table("20"));
-        assert!(marks.is_empty(), "{name}: {marks:?}");
-    }
-    let of = |name: &str, cells: [&str; 2], liquid: &str| {
-        let [dry, wet] = cells;
-        drafted(&format!(
-            "ball,liquid,{name},D (mm),film (um),v (m/s),e\nPE,{liquid},{dry},5,250,1,0.8\nPE,S100,{wet},5,250,1,0.6\n"
-        ))
-    };
-    for (name, cells) in [
-        ("surface", ["dry", "wet"]),
-        ("Zustand", ["trocken", "nass"]),
-        ("wet?", ["0", "1"]),
-        ("dry", ["yes", "no"]),
-        ("état", ["sec", "mouillé"]),
-    ] {
-        let (marks, out) = of(name, cells, "S100");
-        assert_eq!(marks, ["columns.liquid"], "{name}");
-        out.says(&format!(
-            "`liquid` names a liquid in every row, but `{name}` says which are dry"
-        ));
-        // the twins: the liquid says it, too
-        for liquid in ["dry", ""] {
-            let (marks, _) = of(name, cells, liquid);
-            assert!(marks.is_empty(), "{name}: {marks:?}");
-        }
-    }
-    let (marks, _) = of("plate", ["dry glass", "steel"], "S100");
-    assert!(marks.is_empty(), "{marks:?}");
-}
-
-/// Footnotes and rows that are commented out are neither spheres nor liquids.
-#[test]
-fn notes_and_marked_names_get_no_table() {
-    let rows = "PE,5,1,0.8\n#PE,5,1.2,0.79\nPE,5,1.5,0.78\nPP,5,1.5,0.81\n*2,5,1.5,0.8\n";
-    let (_, out) = drafted(&format!("ball,D (mm),v (m/s),e\n{rows}1) D by caliper,,,\n"));
-    out.says(": 6 rows; particles PE, PP, _2; every run is dry");
-    out.says("no runs, but one cell alone, so to be taken out of the table: row 7 `1) D by caliper`");
-    out.says("`#PE` in `ball` is no name, since `PE` stands there, too");
+    out.says("3 runs read, 1 left out");
+    err.says("line 4 `n=2`");
 }
 
 /// A column that is not read is refused only where it may be one that nothing gives.

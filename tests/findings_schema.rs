@@ -1,6 +1,6 @@
 //! Holds `docs/findings.schema.json` to the findings that fits of many kinds of scene write.
 
-use crate::common::{kept, read_in_project, table_of, wetcor, Folder};
+use crate::common::{kept, read_in_project, table_of, Folder};
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
@@ -14,8 +14,8 @@ fn schema() -> Value {
     json_of("docs/findings.schema.json")
 }
 
-/// What of a value a schema refuses, by the keywords that the schema uses; any other keyword is a fault. Objects are closed:
-/// a field that is not described is refused.
+/// What of a value a schema refuses, by the keywords that hold a value to more than the types of Rust do; an unknown keyword
+/// is a fault. Objects are closed: a field that is not described is refused.
 fn faults(all: &Value, schema: &Value, value: &Value, at: &str) -> Vec<String> {
     let mut found = vec![];
     let mut require = |holds: bool, what: String| {
@@ -27,51 +27,28 @@ fn faults(all: &Value, schema: &Value, value: &Value, at: &str) -> Vec<String> {
     let mut below = vec![];
     for (keyword, says) in schema.as_object().expect("a schema is an object") {
         match keyword.as_str() {
-            "$schema" | "$defs" | "title" | "description" | "format" | "default" | "readOnly" => {}
+            "$schema" | "$defs" | "title" | "description" | "format" | "default" | "readOnly" | "minimum"
+            | "maximum" => {}
             "$ref" => {
                 let place = says.as_str().and_then(|text| text.strip_prefix('#'));
-                let place = place.expect("a place inside");
-                below.extend(inside(
-                    all.pointer(place).unwrap_or_else(|| panic!("no {place}")),
-                    value,
-                    "",
-                ));
+                let own = place.and_then(|place| all.pointer(place));
+                below.extend(inside(own.unwrap_or_else(|| panic!("no {says}")), value, ""));
             }
             "anyOf" | "oneOf" => {
                 let holds = list(says).iter().any(|one| inside(one, value, "").is_empty());
                 require(holds, "none of what is allowed".to_owned());
             }
             "type" => {
-                let holds = match says {
-                    Value::Array(types) => types.iter().any(|name| is_of_type(value, name)),
-                    name => is_of_type(value, name),
-                };
+                let types = says.as_array().map_or(std::slice::from_ref(says), Vec::as_slice);
+                let holds = types.iter().any(|name| is_of_type(value, name));
                 require(holds, format!("not of type {says}"));
             }
             "const" => require(value == says, format!("not {says}")),
-            "enum" => require(list(says).contains(value), format!("{value} is none of {says}")),
-            "minimum" | "maximum" => {
-                let limit = says.as_f64().expect("a number");
-                let holds = |number: f64| {
-                    if keyword == "minimum" {
-                        number >= limit
-                    } else {
-                        number <= limit
-                    }
-                };
-                require(value.as_f64().is_none_or(holds), format!("beyond the {keyword} {says}"));
-            }
+            // an array of a fixed size has both
             "minItems" | "maxItems" => {
-                let (size, limit) = (
-                    value.as_array().map_or(0, Vec::len) as u64,
-                    says.as_u64().expect("a number"),
-                );
-                let holds = if keyword == "minItems" {
-                    size >= limit
-                } else {
-                    size <= limit
-                };
-                require(holds || !value.is_array(), format!("{size} items, {keyword} {limit}"));
+                let size = value.as_array().map(Vec::len);
+                let holds = size.is_none_or(|size| says.as_u64() == Some(size as u64));
+                require(holds, format!("{size:?} items, {keyword} {says}"));
             }
             "items" => {
                 let entries = value.as_array().into_iter().flatten().enumerate();
@@ -115,133 +92,57 @@ fn is_of_type(value: &Value, name: &Value) -> bool {
     }
 }
 
-/// A fit to be run: a scene of the tests' data with more settings, what becomes of each row of its table, and arguments.
-struct Fit {
-    name: &'static str,
-    scene: &'static str,
-    /// lines of `[model]`
-    model: &'static str,
-    /// lines of `[bootstrap]`, and tables after it
-    bootstrap: &'static str,
-    /// the row, or another in its place, or none; by its number, the first below the header being 1
-    row: fn(usize, &str) -> Option<String>,
-    arguments: &'static [&'static str],
-}
+/// Fits to be run, so that every part of the findings is written once: a scene of the tests' data, which of its rows are left,
+/// the stages, lines of `[model]`, and lines of `[bootstrap]` with tables after it.
+const FITS: &str = r#"good/plain | all | least_squares,bootstrap,posterior,compare,figures | inertia = "auto" | # as it is
+    good/plain | all | least_squares,bootstrap,posterior | likelihood = "student"; inertia = "none" | interval = "bca"
+    good/plain | all | least_squares,bootstrap,posterior | series_offsets = true | interval = "percentile"; scheme = "series"
+    good/plain | all | least_squares,posterior | noise = "both"; sticking = "censored" | # as it is
+    good/plain | all | least_squares,posterior | terms = ["inertia"] | # as it is
+    good/plain | no dry runs of 8 mm | least_squares,posterior | viscous = "film"; dry_speed_m_s = "impact"; dry_k = "diameter" | # as it is
+    good/plain | dry | least_squares,bootstrap,posterior,compare | # as it is | # as it is
+    good/plain | wet | least_squares,bootstrap,posterior | # as it is | [priors]; lubrication_log = { fixed = 1.9 }
+    good/plain | every ninth | least_squares,bootstrap,posterior,compare | # as it is | # as it is
+    good/plain | one outlier | least_squares | # as it is | [[published]]; quantity = "st_c"; particle = "PTFE"; film_ratio = 0.3; value = 6.0; se = 0.1; source = "elsewhere"
+    errors | all | least_squares,posterior | # as it is | # as it is
+    good/uncertain_constants | all | least_squares,posterior,figures --accuracy 0.5 | # as it is | # as it is
+    good/no_film_ratio | films of their own | least_squares,bootstrap,posterior | # as it is | # as it is"#;
 
-const LEAST_SQUARES: &[&str] = &["--stages", "least_squares,figures"];
-const RESAMPLED: &[&str] = &["--stages", "least_squares,bootstrap"];
-const SAMPLED: &[&str] = &["--stages", "least_squares,posterior"];
-
-/// A published number at a film ratio that the runs have not.
-const PUBLISHED: &str = "[[published]]\nquantity = \"st_c\"\nparticle = \"PTFE\"\nfilm_ratio = 0.3\nvalue = 6.0\n\
-     se = 0.1\nsource = \"elsewhere\"\n";
-
-fn as_it_is(_: usize, row: &str) -> Option<String> {
-    Some(row.to_owned())
-}
-
-fn only(keep: bool, row: &str) -> Option<String> {
-    keep.then(|| row.to_owned())
-}
-
-fn plain(name: &'static str, model: &'static str, arguments: &'static [&'static str]) -> Fit {
-    Fit {
-        name,
-        scene: "good/plain",
-        model,
-        bootstrap: "",
-        row: as_it_is,
-        arguments,
-    }
-}
-
-impl Fit {
-    fn of(self, scene: &'static str) -> Fit {
-        Fit { scene, ..self }
-    }
-
-    fn with(self, bootstrap: &'static str) -> Fit {
-        Fit { bootstrap, ..self }
-    }
-
-    fn rows(self, row: fn(usize, &str) -> Option<String>) -> Fit {
-        Fit { row, ..self }
-    }
-}
-
-fn fits() -> Vec<Fit> {
-    let an_outlier = |i: usize, row: &str| match (i, row.rsplit_once(',')) {
-        (10, Some((before, _))) => Some(format!("{before},0.2")),
-        _ => Some(row.to_owned()),
+/// What is left of the row of a table by a kind of [`FITS`]; the first below the header is 1.
+fn left(kind: &str, number: usize, row: &str) -> Option<String> {
+    let is_left = match kind {
+        "dry" => row.contains(",dry,"),
+        "wet" => !row.contains(",dry,"),
+        "no dry runs of 8 mm" => !row.contains(",dry,8,"),
+        "every ninth" => number.is_multiple_of(9),
+        _ => true,
     };
-    let own_films = |i: usize, row: &str| Some(row.replace(",240,", &format!(",{},", 140 + 15 * i)));
-    vec![
-        plain("every stage", "inertia = \"auto\"", &[]),
-        plain("least squares", "", LEAST_SQUARES),
-        plain("bca", "", RESAMPLED).with("interval = \"bca\""),
-        plain("series resampled", "", RESAMPLED).with("interval = \"percentile\"\nscheme = \"series\""),
-        plain("student", "likelihood = \"student\"", SAMPLED),
-        plain("series offsets", "series_offsets = true", SAMPLED),
-        plain(
-            "noise on the energy",
-            "noise = \"both\"\nsticking = \"censored\"",
-            SAMPLED,
-        ),
-        plain(
-            "viscous film",
-            "viscous = \"film\"\ndry_speed_m_s = \"impact\"",
-            SAMPLED,
-        ),
-        plain("k of each diameter", "dry_k = \"diameter\"", SAMPLED),
-        plain("no inertia", "inertia = \"none\"", SAMPLED),
-        plain(
-            "an accuracy",
-            "",
-            &["--stages", "least_squares,posterior", "--accuracy", "0.5"],
-        ),
-        plain("dry runs alone", "", &[]).rows(|_, row| only(row.contains(",dry,"), row)),
-        plain("wet runs alone", "", &["--stages", "least_squares,bootstrap,posterior"])
-            .rows(|_, row| only(!row.contains(",dry,"), row)),
-        plain("too few to quote", "", &[]).rows(|i, row| only(i % 9 == 0, row)),
-        plain("measurement errors", "", SAMPLED).of("errors"),
-        plain("uncertain constants", "", LEAST_SQUARES).of("good/uncertain_constants"),
-        plain("no film ratio", "", RESAMPLED).of("good/no_film_ratio"),
-        plain("an outlier", "", LEAST_SQUARES).rows(an_outlier),
-        plain("films of their own", "", SAMPLED)
-            .of("good/no_film_ratio")
-            .rows(own_films),
-        plain("k of a diameter without dry runs", "dry_k = \"diameter\"", SAMPLED)
-            .rows(|_, row| only(!row.contains(",dry,8,"), row)),
-        plain("a value that is held", "", SAMPLED).with("[priors]\nlubrication_log = { fixed = 1.9 }\n"),
-        plain("no viscous loss", "terms = [\"inertia\"]", SAMPLED),
-        plain("a number published elsewhere", "", LEAST_SQUARES).with(PUBLISHED),
-    ]
+    let row = match (kind, row.rsplit_once(',')) {
+        ("one outlier", Some((before, _))) if number == 10 => format!("{before},0.2"),
+        ("films of their own", _) => row.replace(",240,", &format!(",{},", 140 + 15 * number)),
+        _ => row.to_owned(),
+    };
+    is_left.then_some(row)
 }
 
-fn fitted(fit: &Fit) -> Value {
+fn fitted([scene, kind, stages, model, bootstrap]: [&str; 5]) -> Value {
     let place = Folder::new();
-    let read = |file: &str| read_in_project(&format!("tests/data/{}/{file}", fit.scene));
+    let read = |file: &str| read_in_project(&format!("tests/data/{scene}/{file}"));
     let table = read("runs.csv");
     let (header, rows) = table.split_once('\n').expect("a header");
-    let rows: Vec<String> = (1..)
-        .zip(rows.lines())
-        .filter_map(|(i, row)| (fit.row)(i, row))
-        .collect();
-    place.write("runs.csv", format!("{header}\n{}\n", rows.join("\n")));
-    // with these settings, and few draws and replicates
-    let (text, model, bootstrap) = (read("scene.toml"), fit.model, fit.bootstrap);
+    let rows = (1..).zip(rows.lines()).filter_map(|(number, row)| left(kind, number, row));
+    place.write("runs.csv", format!("{header}\n{}\n", rows.collect::<Vec<_>>().join("\n")));
+    // with few draws and replicates
+    let [model, bootstrap] = [model, bootstrap].map(|lines| lines.replace("; ", "\n"));
     let scene = format!(
-        "{text}\n[model]\n{model}\n[sampler]\nchains = 2\nwarmup = 100\ndraws = 100\n\
-         [bootstrap]\nreplicates = 100\n{bootstrap}\n"
+        "{}\n[model]\n{model}\n[sampler]\nchains = 2\nwarmup = 100\ndraws = 100\n\
+         [bootstrap]\nreplicates = 100\n{bootstrap}\n",
+        read("scene.toml")
     );
     place.write("scene.toml", scene);
-    let words = [
-        &["fit", "scene.toml", "--out", "out", "--quiet", "--threads", "1"],
-        fit.arguments,
-    ]
-    .concat();
-    let (status, _, said) = wetcor(place.path(), &words);
-    assert!(matches!(status, Some(0 | 1)), "{}: {said}", fit.name);
+    let words = format!("fit scene.toml --out out --quiet --threads 1 --stages {stages}");
+    let (status, _, said) = place.run(&words);
+    assert!(matches!(status, Some(0 | 1)), "{kind} {model}: {said}");
     place.json("out/findings.json")
 }
 
@@ -261,7 +162,8 @@ fn the_committed_schema_is_that_of_the_types() {
 #[test]
 fn findings_of_every_kind_of_fit_are_as_described() {
     let schema = schema();
-    let written: Vec<(&str, Value)> = fits().par_iter().map(|fit| (fit.name, fitted(fit))).collect();
+    let fits = table_of(FITS);
+    let written: Vec<(&str, Value)> = fits.par_iter().map(|fit| (fit[1], fitted(*fit))).collect();
     let committed = ["mueller2016", "sticking"].map(|name| (name, committed_findings(name)));
     for (name, findings) in written.iter().chain(&committed) {
         let found = faults(&schema, &schema, findings, "");
@@ -298,9 +200,9 @@ fn planted_faults_are_refused() {
         r#"/estimates/0/level |  | .estimates[0]: without level
         /dry/0/weight | 1.0 | .dry[0]: weight is unknown
         /series/3/film_m | "0.0003" | .series[3].film_m: not of type
-        /counts/runs | -1 | .counts.runs: beyond the minimum 0
+        /counts/runs | "many" | .counts.runs: not of type
         /posterior/chains | "four" | .posterior: none of what is allowed
-        /film_groups/0/ends | [0.1] | .film_groups[0].ends: 1 items
+        /film_groups/0/ends | [0.1] | .film_groups[0].ends: Some(1) items
         /remarks/0/level | "maybe" | .remarks[0].level: none of what is allowed"#,
     ) {
         let mut changed = findings.clone();
