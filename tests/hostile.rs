@@ -3,15 +3,13 @@
 //! | file | what is attacked |
 //! |---|---|
 //! | `attack.rs` | runs the command with limits and holds its manners |
-//! | `places.rs` | where files are written and what stands there |
 //! | `priors.rs` | every prior a scene can hold |
-//! | `bounds.rs` | sizes: of files, lines, counts, numbers of particles |
-//! | `texts.rs` | names and texts that reach a terminal, a page or a picture; standard output; threads |
+//! | `transcripts.rs` | sizes; places that files are written to and what stands there; standard output, threads, paths |
+//! | `texts.rs` | names and texts that reach a terminal, a page or a picture |
 //! | `folders.rs` | folders that are read back |
 
 mod attack;
-mod bounds;
 mod folders;
-mod places;
 mod priors;
 mod texts;
+mod transcripts;

@@ -59,9 +59,6 @@ impl Place {
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_wetcor"));
         command.current_dir(self.folder.path()).args(arguments);
-        for variable in ["COLUMNS", "CLICOLOR_FORCE", "FORCE_COLOR", "RUST_BACKTRACE"] {
-            command.env_remove(variable);
-        }
         command
     }
 
@@ -84,6 +81,9 @@ impl Place {
 /// Runs a command for at most so many seconds.
 pub fn finish(mut command: Command, seconds: f64) -> Outcome {
     let started = Instant::now();
+    for variable in ["COLUMNS", "CLICOLOR_FORCE", "FORCE_COLOR", "RUST_BACKTRACE"] {
+        command.env_remove(variable);
+    }
     command
         .stdin(Stdio::null())
         .stdout(Stdio::piped())

@@ -20,7 +20,7 @@ fn place(model: &str, priors: &str) -> Place {
 }
 
 /// Words that stand for a number that is none, in a text made of numbers and words.
-fn holds_no_number(text: &str) -> bool {
+pub fn holds_no_number(text: &str) -> bool {
     let mut words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
     words.any(|word| ["nan", "inf", "infinity"].contains(&word.to_lowercase().as_str()))
 }

@@ -1,0 +1,51 @@
+# What the commands of the transcripts beside this file are made of. Each begins in a folder with the plain example.
+wetcor() { "$WETCOR" "$@"; }
+fit() { wetcor fit scene.toml --stages least_squares --out "$@"; }
+# the same command with little memory
+little() { (ulimit -v 1500000; "$@"); }
+# a report in `report`
+fitted() { fit report > told.txt; local status=$?; rm told.txt; test $status -le 1; }
+# has the scene read another table
+reading() { sed -i "s|runs.csv|$1|" scene.toml; }
+
+header() { head -n 1 "$PLAIN/runs.csv"; }
+row() { sed -n 2p "$PLAIN/runs.csv"; }
+many() { yes "$(row)" | head -n "$1"; }
+# a table with a cell of so many bytes in a column that nobody reads
+long() {
+    { echo "$(header),note"; echo "$(row),x"; echo "$(row),$(head -c "$1" /dev/zero | tr '\0' x)"; echo "$(row),x"; } > runs.csv
+}
+# so many particles more, each with three dry runs
+spheres() {
+    seq "$1" | awk '{ printf "\n[particles.Q%d]\ndensity_kg_m3 = 2150\nroughness_um = 5\n", $1 }' >> scene.toml
+    seq "$1" | awk '{ printf "Q%d,dry,4,,,0.5,0.85\nQ%d,dry,4,,,1,0.83\nQ%d,dry,4,,,2,0.80\n", $1, $1, $1 }' >> runs.csv
+}
+
+# lines of a scene whose runs are drawn: dry runs that are all alike; a few of both kinds
+alike() {
+    printf '%s\n' '[truth]' 'dry_k = { PTFE = 0.183 }' 'sigma_dry = 0.0' 'sigma_wet = 0.0' 'lubrication_log = 1.9' \
+        'inertial_prefactor = 0.6' '[design]' 'diameter_mm = { PTFE = [4] }' 'dry_impact_speed_m_s = [1]'
+}
+design() {
+    printf '%s\n' '[truth]' 'dry_k = { PTFE = 0.18 }' 'lubrication_log = 1.9' 'inertial_prefactor = 0.6' 'sigma_dry = 0.01' \
+        'sigma_wet = 0.01' '[design]' 'diameter_mm = [4.762]' 'liquids = ["AK10"]' 'film_ratio = [0.06]' \
+        'impact_speed_m_s = [1.0, 2.0]' 'dry_impact_speed_m_s = [1.0]' 'repeats = 1'
+}
+# lines of a scene that make its fit slow
+slow() {
+    printf '%s\n' '[sampler]' 'chains = 4' 'warmup = 100000' 'draws = 100000' '[model]' 'likelihood = "student"'
+}
+
+# a stranger's file in the report; that it is kept, before it is taken out
+strange() { mkdir -p "$(dirname "report/$1")"; echo "a week of work" > "report/$1"; }
+kept() { test "$(cat "report/$1")" = "a week of work" && rm "report/$1"; }
+# a folder that an earlier run left, without a maker who holds its lock: the lock's text and other files
+left() {
+    local folder=.wetcor-$1
+    mkdir "$folder"
+    printf %s "$2" > "$folder/lock"
+    for file in "${@:3}"; do
+        mkdir -p "$(dirname "$folder/$file")"
+        echo half > "$folder/$file"
+    done
+}

@@ -1,0 +1,104 @@
+//! Holds the command to transcripts of what it is asked where files, links, pipes and limits stand in its way.
+//!
+//! `tests/data/hostile/*.txt` are cases with a blank line between, each in a folder with the plain example. A line begins
+//! with what it is: `$` a command of bash that must succeed, `+` a line added to the scene, `2` (or `0`, `01`) a command that
+//! must end with such a status and with manners, `>` what it must print, `=` the names in the folder. `prelude.sh` has the
+//! commands that several cases share.
+
+use std::process::Command;
+
+use rayon::prelude::*;
+
+use super::attack::{finish, Outcome, Place};
+use crate::common::{in_project, read_in_project};
+
+/// Seconds after which a command counts as hanging; what is refused takes a hundredth of one.
+const LIMIT: f64 = 30.0;
+
+fn bash(place: &Place, command: &str, seconds: f64) -> Outcome {
+    let mut bash = Command::new("bash");
+    let script = format!("{}\n{command}", include_str!("../data/hostile/prelude.sh"));
+    bash.current_dir(place.folder.path()).args(["-c", &script]);
+    bash.env("WETCOR", env!("CARGO_BIN_EXE_wetcor"));
+    bash.env("PLAIN", in_project("tests/data/good/plain"));
+    finish(bash, seconds)
+}
+
+fn hold(case: &str, seconds: f64) {
+    let place = Place::plain();
+    let mut printed = String::new();
+    for line in case.lines() {
+        let of = format!("{line}\nin\n{case}");
+        let (kind, rest) = line.split_once(' ').expect("a kind and a blank");
+        match kind {
+            "#" => {}
+            "+" => place.add_to_scene(rest),
+            "$" => {
+                let done = bash(&place, rest, seconds);
+                assert_eq!(done.status, Some(0), "{of}: {done:?}");
+            }
+            ">" => assert!(printed.contains(rest), "{of}: no such words in {printed}"),
+            "=" => assert_eq!(place.entries().join(" "), rest, "{of}"),
+            statuses => {
+                let outcome = bash(&place, rest, seconds);
+                outcome.assert_mannered(&of);
+                let status = outcome.status.map_or(String::new(), |status| status.to_string());
+                assert!(statuses.contains(&status), "{of}: {outcome:?}");
+                printed = outcome.out + &outcome.err;
+            }
+        }
+    }
+}
+
+fn hold_all(name: &str, seconds: f64) {
+    let text = read_in_project(&format!("tests/data/hostile/{name}.txt"));
+    let cases: Vec<&str> = text.split("\n\n").collect();
+    cases.par_iter().for_each(|case| hold(case, seconds));
+}
+
+#[test]
+fn sizes_are_bounded() {
+    hold_all("bounds", LIMIT);
+}
+
+#[test]
+fn places_of_others_are_left_alone() {
+    hold_all("places", LIMIT);
+}
+
+#[test]
+fn outputs_threads_and_paths_that_refuse_are_told() {
+    hold_all("texts", LIMIT);
+}
+
+#[test]
+#[ignore = "slow: draws ten million runs"]
+fn a_model_that_keeps_every_run_has_a_limit_of_rows() {
+    hold_all("slow", 120.0);
+}
+
+#[test]
+fn a_socket_is_no_table() {
+    for name in ["socket.csv", "socket.parquet"] {
+        let place = Place::plain();
+        place.replace("scene.toml", "runs.csv", name);
+        let _socket = std::os::unix::net::UnixListener::bind(place.path(name)).expect("a socket");
+        let words = ["found a socket, expected a regular file or a pipe"];
+        place.ask("check scene.toml", LIMIT).assert_refused(name, &words);
+    }
+}
+
+/// The twin: a status, words, names and a check that are not so are seen.
+#[test]
+fn a_transcript_of_what_is_not_so_is_seen() {
+    let holds = |case: &str| std::panic::catch_unwind(|| hold(case, LIMIT)).is_ok();
+    assert!(holds("2 wetcor check nowhere.toml\n> nowhere.toml\n= runs.csv scene.toml"));
+    for fault in [
+        "0 wetcor check nowhere.toml",
+        "2 wetcor check nowhere.toml\n> somewhere",
+        "= scene.toml",
+        "$ cmp runs.csv scene.toml",
+    ] {
+        assert!(!holds(fault), "{fault}");
+    }
+}
