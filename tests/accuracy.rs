@@ -30,16 +30,7 @@ const SCENES: u64 = 200;
 /// The share of scenes in which an accuracy must be kept.
 const KEPT: f64 = 0.95;
 
-/// How often one accuracy was kept.
-#[derive(Debug, Clone, PartialEq)]
-struct Promise {
-    /// the accuracy
-    requested: f64,
-    /// what came out where it was reached, by the method's own word
-    answers: Vec<Answer>,
-}
-
-/// What came out where an accuracy was asked for.
+/// What came out where an accuracy was asked for, and reached by the method's own word.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Answer {
     /// the method taken
@@ -50,55 +41,36 @@ struct Answer {
     quotable: bool,
 }
 
-impl Promise {
-    /// Scenes whose true error is no larger than `line`.
-    fn within(&self, line: f64) -> usize {
-        self.answers.iter().filter(|answer| answer.error <= line).count()
-    }
-
-    /// Scenes that kept the accuracy, and may be quoted as far as the sampling goes.
-    fn quotable_where_kept(&self) -> usize {
-        let kept = self.answers.iter().filter(|answer| answer.error <= self.requested);
-        kept.filter(|answer| answer.quotable).count()
-    }
-
-    /// How far the share of scenes within `line` lies from [`KEPT`], in standard errors of a binomial share.
-    fn z(&self, line: f64) -> f64 {
-        let n = self.answers.len() as f64;
-        (self.within(line) as f64 / n - KEPT) / (KEPT * (1.0 - KEPT) / n).sqrt()
-    }
-}
-
-/// What was found.
-#[derive(Debug, Clone, PartialEq)]
-struct AccuracyTable {
-    /// scenes
-    scenes: u64,
-    /// scenes left out, because no long run converged
-    left_out: u64,
-    /// each accuracy
-    promises: Vec<Promise>,
-}
-
-const METHODS: [Method; 3] = [Method::Laplace, Method::LaplacePsis, Method::Nuts];
+/// What came out of a scene for each of [`REQUESTED`]; `None` without a long run.
+type Answers = Option<Vec<Option<Answer>>>;
 
 /// Simulates so many scenes, asks each accuracy of each, and holds the answers against a long run over every row.
-fn measure(scenes: u64, seed: u64) -> AccuracyTable {
+fn measure(scenes: u64, seed: u64) -> Vec<Answers> {
     // one after the other: the chains of each take every thread, and many long runs at once would fill the memory
-    let found: Vec<Answers> = (0..scenes).map(|index| one(index, seed)).collect();
-    let promise = |(place, requested): (usize, &f64)| Promise {
-        requested: *requested,
-        answers: found.iter().flatten().filter_map(|answers| answers[place]).collect(),
-    };
-    AccuracyTable {
-        scenes,
-        left_out: found.iter().filter(|found| found.is_none()).count() as u64,
-        promises: REQUESTED.iter().enumerate().map(promise).collect(),
-    }
+    (0..scenes).map(|index| one(index, seed)).collect()
 }
 
-/// For each accuracy what came out, if it was reached; `None` without a long run.
-type Answers = Option<Vec<Option<Answer>>>;
+fn left_out(found: &[Answers]) -> usize {
+    found.iter().filter(|found| found.is_none()).count()
+}
+
+/// Each accuracy with the answers to it.
+fn by_accuracy(found: &[Answers]) -> Vec<(f64, Vec<Answer>)> {
+    let of = |(place, requested): (usize, &f64)| {
+        let answers = found.iter().flatten().filter_map(|answers| answers[place]);
+        (*requested, answers.collect())
+    };
+    REQUESTED.iter().enumerate().map(of).collect()
+}
+
+/// Answers whose true error is no larger than a line.
+fn within(answers: &[Answer], line: f64) -> Vec<Answer> {
+    answers.iter().filter(|answer| answer.error <= line).copied().collect()
+}
+
+fn quotable(answers: &[Answer]) -> usize {
+    answers.iter().filter(|answer| answer.quotable).count()
+}
 
 /// Draws a scene with its runs, and fits it as `wetcor fit --accuracy X` does, for each X.
 fn one(index: u64, seed: u64) -> Answers {
@@ -145,7 +117,7 @@ fn effort(draws: usize) -> Effort {
 fn long_run(parameters: &ModelParameters, rows: &Likelihood, seed: u64, index: u64) -> Option<Vec<Summary>> {
     const FIRST: usize = 10_000;
     const MOST: usize = 200_000;
-    let finest = REQUESTED.iter().copied().fold(f64::INFINITY, f64::min);
+    let finest = REQUESTED[REQUESTED.len() - 1];
     let prepared = PreparedPosterior::new(parameters.clone(), rows, &vec![]).ok()?;
     let mut draws = FIRST;
     loop {
@@ -215,7 +187,8 @@ fn simulated(index: u64, seed: u64) -> Scene {
 }
 
 /// The table as markdown.
-fn markdown(table: &AccuracyTable) -> String {
+fn markdown(found: &[Answers]) -> String {
+    const METHODS: [Method; 3] = [Method::Laplace, Method::LaplacePsis, Method::Nuts];
     let mut text = String::from("# Is an accuracy that was asked for kept?\n\n");
     text.push_str(&format!(
         "`wetcor fit --accuracy X` on {} simulated scenes, whose design (16 to 240 wet runs of 1 or 2 liquids, 2 diameters, \
@@ -225,34 +198,30 @@ fn markdown(table: &AccuracyTable) -> String {
          the finest X; {} scenes without such a run are left out. X must be kept in {:.0} % of the scenes; z is the \
          distance from that in standard errors. Quotable: of those that kept it, the share whose checks of the sampling \
          (R-hat, effective draws, divergences, energy fraction, weights, nodes, the accuracy itself) all pass.\n\nMade by `UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_accuracy`.\n\n",
-        table.scenes,
+        found.len(),
         SHARE,
-        table.left_out,
+        left_out(found),
         100.0 * KEPT
     ));
-    text.push_str("| X | reached | kept | share / % | z | quotable / % | largest true error |");
-    for method in METHODS {
-        text.push_str(&format!(" `{}` |", method.name()));
-    }
-    text.push_str("\n| --- | --- | --- | --- | --- | --- | --- |");
-    text.push_str(&" --- |".repeat(METHODS.len()));
-    text.push('\n');
-    for promise in &table.promises {
-        let kept = promise.within(promise.requested);
+    let methods = METHODS.map(|method| format!(" `{}` |", method.name())).concat();
+    text.push_str(&format!(
+        "| X | reached | kept | share / % | z | quotable / % | largest true error |{methods}\n\
+         | --- | --- | --- | --- | --- | --- | --- |{}\n",
+        " --- |".repeat(METHODS.len())
+    ));
+    for (requested, answers) in by_accuracy(found) {
+        let kept = within(&answers, requested);
+        let taken = METHODS.map(|method| answers.iter().filter(|answer| answer.method == method).count());
         text.push_str(&format!(
-            "| {} | {} | {kept} | {:.1} | {:.1} | {:.1} | {:.3} |",
-            promise.requested,
-            promise.answers.len(),
-            100.0 * kept as f64 / promise.answers.len() as f64,
-            promise.z(promise.requested),
-            100.0 * promise.quotable_where_kept() as f64 / kept as f64,
-            promise.answers.iter().map(|answer| answer.error).fold(0.0, f64::max)
+            "| {requested} | {} | {} | {:.1} | {:.1} | {:.1} | {:.3} |{}\n",
+            answers.len(),
+            kept.len(),
+            100.0 * kept.len() as f64 / answers.len() as f64,
+            common::binomial_z(kept.len(), answers.len(), KEPT),
+            100.0 * quotable(&kept) as f64 / kept.len() as f64,
+            answers.iter().map(|answer| answer.error).fold(0.0, f64::max),
+            taken.map(|count| format!(" {count} |")).concat()
         ));
-        for method in METHODS {
-            let taken = promise.answers.iter().filter(|answer| answer.method == method);
-            text.push_str(&format!(" {} |", taken.count()));
-        }
-        text.push('\n');
     }
     text
 }
@@ -271,27 +240,24 @@ fn the_page_of_accuracy() {
 #[test]
 #[ignore = "slow: twenty-five long runs, a sample of what `the_page_of_accuracy` measures"]
 fn an_accuracy_is_kept() {
-    let seed = common::seed_of("an_accuracy_is_kept");
-    let table = measure(SCENES / 8, seed);
+    let found = measure(SCENES / 8, common::seed_of("an_accuracy_is_kept"));
     // of 200 scenes 5 have no run to hold answers to
-    let left_out = common::binomial_z(table.left_out as usize, table.scenes as usize, 0.05);
-    assert!(left_out < 4.0, "{} of {}", table.left_out, table.scenes);
-    for promise in &table.promises {
-        let reached = promise.answers.len() as u64;
-        assert!(reached * 20 >= (table.scenes - table.left_out) * 19, "{reached}");
+    common::assert_seldom("left out", left_out(&found), SCENES / 8, 0.05);
+    let (mut once, mut all) = (0, 0);
+    for (requested, answers) in by_accuracy(&found) {
         assert!(
-            promise.z(promise.requested) > -4.0,
-            "{}: {}",
-            promise.requested,
-            promise.z(promise.requested)
+            answers.len() * 20 >= (found.len() - left_out(&found)) * 19,
+            "{requested}: {}",
+            answers.len()
         );
-        let kept = promise.within(promise.requested);
-        let quotable = common::binomial_z(promise.quotable_where_kept(), kept, KEPT);
-        assert!(quotable > -4.0, "{}: {quotable}", promise.requested);
+        let kept = within(&answers, requested);
+        for (part, of) in [(kept.len(), answers.len()), (quotable(&kept), kept.len())] {
+            let z = common::binomial_z(part, of, KEPT);
+            assert!(z > -4.0, "{requested}: {part} of {of}: {z}");
+        }
+        once += within(&answers, requested / SURE).len();
+        all += answers.len();
     }
-    let once = |promise: &Promise| promise.within(promise.requested / SURE);
-    let once: usize = table.promises.iter().map(once).sum();
-    let all: usize = table.promises.iter().map(|promise| promise.answers.len()).sum();
     let z = common::binomial_z(once, all, KEPT);
     assert!(z < -6.0, "{once} of {all}: {z}");
 }

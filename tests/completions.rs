@@ -26,7 +26,9 @@ fn long_flag(line: &str) -> Option<String> {
 /// The lines below a heading of a help: those that are set in, and blank ones.
 fn below<'a>(help: &'a str, heading: &str) -> impl Iterator<Item = &'a str> {
     let (_, after) = help.split_once(heading).unwrap_or_else(|| panic!("{help}"));
-    after.lines().take_while(|line| line.is_empty() || line.starts_with(' '))
+    after
+        .lines()
+        .take_while(|line| line.is_empty() || line.starts_with(' '))
 }
 
 /// What `--help` lists: the verbs of the command, and the flags of each.
@@ -65,7 +67,9 @@ fn every_manual_page_says_what_the_help_says() {
     let flags = flags();
     for (verb, own) in &flags {
         let page = printed(["man", verb]).replace("\\-", "-").replace("\\*(Aq", "'");
-        let page = ["\\fB", "\\fI", "\\fR"].iter().fold(page, |page, font| page.replace(font, ""));
+        let page = ["\\fB", "\\fI", "\\fR"]
+            .iter()
+            .fold(page, |page, font| page.replace(font, ""));
         let name = format!("wetcor-{verb}");
         let name = name.trim_end_matches('-');
         page.says(&format!("\n.TH {name} 1 "));

@@ -294,7 +294,8 @@ fn remarks_on_a_committed_report_do_not_contradict_each_other() {
         assert_found(&found, words);
     }
     let mut opposite = advice.clone();
-    let other = json!({"code": "outlier", "passed": false, "text": too_small, "next_step": "series_offsets = false would do"});
+    let other =
+        json!({"code": "outlier", "passed": false, "text": too_small, "next_step": "series_offsets = false would do"});
     opposite["remarks"].as_array_mut().expect("a list").push(other);
     for words in ["opposite advice on series_offsets", "said twice"] {
         assert_found(&contradictions(&opposite, &given), words);

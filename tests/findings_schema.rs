@@ -130,8 +130,13 @@ fn fitted([scene, kind, stages, model, bootstrap]: [&str; 5]) -> Value {
     let read = |file: &str| read_in_project(&format!("tests/data/{scene}/{file}"));
     let table = read("runs.csv");
     let (header, rows) = table.split_once('\n').expect("a header");
-    let rows = (1..).zip(rows.lines()).filter_map(|(number, row)| left(kind, number, row));
-    place.write("runs.csv", format!("{header}\n{}\n", rows.collect::<Vec<_>>().join("\n")));
+    let rows = (1..)
+        .zip(rows.lines())
+        .filter_map(|(number, row)| left(kind, number, row));
+    place.write(
+        "runs.csv",
+        format!("{header}\n{}\n", rows.collect::<Vec<_>>().join("\n")),
+    );
     // with few draws and replicates
     let [model, bootstrap] = [model, bootstrap].map(|lines| lines.replace("; ", "\n"));
     let scene = format!(

@@ -59,7 +59,10 @@ fn no_cargo_call(words: &[&str]) -> Option<&'static str> {
             "--bench" => "benches",
             _ => return false,
         };
-        let files = [format!("{folder}/{}.rs", pair[1]), format!("{folder}/{}/main.rs", pair[1])];
+        let files = [
+            format!("{folder}/{}.rs", pair[1]),
+            format!("{folder}/{}/main.rs", pair[1]),
+        ];
         !files.iter().any(|file| in_repository(file).exists())
     };
     if own.windows(2).any(is_lost) {

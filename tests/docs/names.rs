@@ -34,7 +34,9 @@ fn unknown_names(text: &str, known: &BTreeSet<&str>) -> Vec<String> {
 #[test]
 fn every_name_is_one_of_the_program() {
     let known = sources(&in_repository("src")) + &read("docs/findings.schema.json") + &read("docs/scene.md");
-    let known = known.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
+    let known = known
+        .split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
+        .collect();
     for page in pages() {
         assert_none(&unknown_names(&page.text, &known), &page.path);
     }
@@ -70,9 +72,13 @@ fn unlike_the_checks(page: &str, listed: &[(String, bool)]) -> Vec<String> {
 
 /// Checks that forbid quoting, though the page says that they only inform.
 fn milder_than_the_checks(page: &str, listed: &[(String, bool)]) -> Vec<String> {
-    let informs = page.split("A check that only informs, since no main number rests on it:").nth(1);
+    let informs = page
+        .split("A check that only informs, since no main number rests on it:")
+        .nth(1);
     let informs = spans(informs.unwrap_or_default());
-    let strict = listed.iter().filter(|(code, gates)| *gates && informs.contains(&code.as_str()));
+    let strict = listed
+        .iter()
+        .filter(|(code, gates)| *gates && informs.contains(&code.as_str()));
     strict.map(|(code, _)| code.clone()).collect()
 }
 

@@ -7,7 +7,9 @@ use super::{assert_none, block, read};
 /// Lines of a snippet that are not among those of the code that is run.
 fn unlike(snippet: &str, code: &str) -> Vec<String> {
     let run: BTreeSet<&str> = code.lines().collect();
-    let lines = snippet.lines().map(|line| line.split('#').next().unwrap_or_default().trim_end());
+    let lines = snippet
+        .lines()
+        .map(|line| line.split('#').next().unwrap_or_default().trim_end());
     let unlike = lines.filter(|line| !line.is_empty() && !run.contains(line));
     unlike.map(str::to_owned).collect()
 }

@@ -63,10 +63,6 @@ impl Copy {
         let words = format!("predict {} {ASKED} {more}", self.place.path().display());
         fit().0.ask(words.trim_end(), 10.0)
     }
-
-    fn assert_refused(&self, of: &str, words: &[&str]) {
-        self.run("").assert_refused(of, words);
-    }
 }
 
 const ASKED: &str = "--particle PTFE --liquid AK10 --diameter-mm 4 --film-um 200 --speed-m-s 0.05:2:4";
@@ -128,24 +124,8 @@ fn places(value: &Value, at: &str, found: &mut Vec<String>) {
     }
 }
 
-fn extremes() -> Vec<Value> {
-    vec![
-        json!(0),
-        json!(-1),
-        json!(1),
-        json!(0.5),
-        json!(1e308),
-        json!(-1e308),
-        json!(5e-324),
-        json!(1_000_000_000_000_000u64),
-        json!(u64::MAX),
-        Value::Null,
-        json!("\u{1b}[2J\n\u{202e}"),
-        json!([]),
-        json!({}),
-        json!(true),
-    ]
-}
+const EXTREMES: &str = r#"[0, -1, 1, 0.5, 1e308, -1e308, 5e-324, 1000000000000000, 18446744073709551615, null,
+    "\u001b[2J\n\u202e", [], {}, true]"#;
 
 /// The parts that a prediction reads, the draws among them, each value of them replaced by extremes.
 #[test]
@@ -153,40 +133,32 @@ fn d13_no_change_of_findings_gives_a_number_that_is_none() {
     let started = Instant::now();
     let copy = Copy::new();
     let findings = copy.findings();
-    let mut found = vec![];
-    for part in ["schema", "title", "wetcor"] {
-        found.push(format!("/{part}"));
-    }
+    let mut found = ["/schema", "/title", "/wetcor"].map(str::to_owned).to_vec();
     for part in "basis terms inertia viscous dry_speed_m_s left_out".split(' ') {
         places(&findings["posterior"][part], &format!("/posterior/{part}"), &mut found);
     }
     places(&findings["remarks"], "/remarks", &mut found);
     assert!(found.len() > 30, "{found:?}");
-    let (mut refused, mut believed, mut forged) = (0, 0, 0);
+    let (mut refused, mut believed) = (0, 0);
+    let extremes: Vec<Value> = serde_json::from_str(EXTREMES).expect("JSON");
     for place in &found {
-        for extreme in extremes() {
+        for extreme in &extremes {
             let of = format!("{place} = {extreme}");
             let mut changed = findings.clone();
             let value = changed.pointer_mut(place).expect("it is there");
-            if *value == extreme {
+            if value == extreme {
                 continue;
             }
-            *value = extreme;
+            *value = extreme.clone();
             copy.write(changed.to_string());
             let outcome = copy.predicted();
             assert_mannered(&outcome, &of);
-            forged += 1;
-            match outcome {
-                Ok(_) => believed += 1,
-                Err(_) => refused += 1,
-            }
+            refused += usize::from(outcome.is_err());
+            believed += usize::from(outcome.is_ok());
         }
     }
     // a title or a word of a verdict changes no number; a count or a viscosity does
-    assert!(
-        forged > 300 && refused > 200 && believed > 20,
-        "{forged} {refused} {believed}"
-    );
+    assert!(refused > 200 && believed > 20, "{refused} {believed}");
     assert!(started.elapsed().as_secs_f64() < 60.0);
 }
 
@@ -227,38 +199,6 @@ fn d13_no_number_that_is_asked_for_gives_one_that_is_none() {
 }
 
 #[test]
-fn d13_a_file_cut_short_gone_or_of_another_kind_is_refused() {
-    let copy = Copy::new();
-    let bytes = std::fs::read(copy.path()).expect("readable");
-    for tenth in 0..10 {
-        copy.write(&bytes[..bytes.len() * tenth / 10]);
-        copy.assert_refused(&format!("{tenth} tenths"), &["wetcor fit SCENE --out"]);
-    }
-    copy.write([0xff; 100]);
-    copy.assert_refused("bytes", &[]);
-    std::fs::remove_file(copy.path()).expect("writable");
-    copy.assert_refused("gone", &[": no ", "wetcor fit SCENE --out"]);
-    std::fs::create_dir(copy.path()).expect("writable");
-    copy.assert_refused("a folder", &["found a folder"]);
-    #[cfg(target_os = "linux")]
-    {
-        std::fs::remove_dir(copy.path()).expect("writable");
-        std::os::unix::fs::symlink("/dev/zero", copy.path()).expect("writable");
-        copy.assert_refused("a device", &["found a device"]);
-        // a pipe that nobody writes to
-        std::fs::remove_file(copy.path()).expect("writable");
-        let made = std::process::Command::new("mkfifo").arg(copy.path()).status();
-        assert!(made.is_ok_and(|made| made.success()));
-        copy.assert_refused("a pipe", &["a pipe that nobody writes to"]);
-        // far more than it can have
-        std::fs::remove_file(copy.path()).expect("writable");
-        let sparse = std::fs::File::create(copy.path()).expect("writable");
-        sparse.set_len(1 << 40).expect("a sparse file");
-        copy.assert_refused("a sparse file", &["expected at most"]);
-    }
-}
-
-#[test]
 fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
     let copy = Copy::new();
     let hostile = "\u{1b}[2J\n\u{202e}x";
@@ -277,20 +217,15 @@ fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
             assert_eq!(told["title"], hostile);
         }
     }
-    for key in ["schema", "wetcor"] {
+    for (place, planted) in [
+        ("/schema", json!(hostile)),
+        ("/wetcor", json!(hostile)),
+        ("/posterior/inertia", json!(hostile)),
+        ("/posterior/terms", json!([hostile])),
+    ] {
         let mut changed = findings.clone();
-        changed[key] = json!(hostile);
+        *changed.pointer_mut(place).expect("it is there") = planted;
         copy.write(changed.to_string());
-        copy.assert_refused(key, &["`\\u{1b}[2J\\n\\u{202e}x`"]);
-    }
-    for key in ["inertia", "terms"] {
-        let mut changed = findings.clone();
-        changed["posterior"][key] = if key == "terms" {
-            json!([hostile])
-        } else {
-            json!(hostile)
-        };
-        copy.write(changed.to_string());
-        copy.assert_refused(key, &["`\\u{1b}[2J\\n\\u{202e}x`"]);
+        copy.run("").assert_refused(place, &["`\\u{1b}[2J\\n\\u{202e}x`"]);
     }
 }

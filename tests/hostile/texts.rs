@@ -260,7 +260,10 @@ fn d11_names_stay_inside_the_folder_the_pictures_and_the_tables() {
 
 /// Every figure is linked, each by an address of its own.
 fn assert_figures_are_linked(page: &str, found: &[String]) {
-    let addresses = page.split("](figures/").skip(1).filter_map(|rest| rest.split(')').next());
+    let addresses = page
+        .split("](figures/")
+        .skip(1)
+        .filter_map(|rest| rest.split(')').next());
     let linked: BTreeSet<&str> = addresses.collect();
     assert!(linked.iter().all(|address| address.is_ascii()), "{linked:?}");
     let figures = found.iter().filter(|name| name.starts_with("figures/")).count();

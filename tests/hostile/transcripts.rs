@@ -72,6 +72,11 @@ fn outputs_threads_and_paths_that_refuse_are_told() {
 }
 
 #[test]
+fn folders_that_are_no_fit_are_refused() {
+    hold_all("folders", LIMIT);
+}
+
+#[test]
 #[ignore = "slow: draws ten million runs"]
 fn a_model_that_keeps_every_run_has_a_limit_of_rows() {
     hold_all("slow", 120.0);
@@ -92,7 +97,9 @@ fn a_socket_is_no_table() {
 #[test]
 fn a_transcript_of_what_is_not_so_is_seen() {
     let holds = |case: &str| std::panic::catch_unwind(|| hold(case, LIMIT)).is_ok();
-    assert!(holds("2 wetcor check nowhere.toml\n> nowhere.toml\n= runs.csv scene.toml"));
+    assert!(holds(
+        "2 wetcor check nowhere.toml\n> nowhere.toml\n= runs.csv scene.toml"
+    ));
     for fault in [
         "0 wetcor check nowhere.toml",
         "2 wetcor check nowhere.toml\n> somewhere",

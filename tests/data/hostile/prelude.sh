@@ -5,6 +5,7 @@ fit() { wetcor fit scene.toml --stages least_squares --out "$@"; }
 little() { (ulimit -v 1500000; "$@"); }
 # a report in `report`
 fitted() { fit report > told.txt; local status=$?; rm told.txt; test $status -le 1; }
+predict() { wetcor predict r --particle PTFE --liquid AK10 --diameter-mm 4 --film-um 200 --speed-m-s 0.05:2:4; }
 # has the scene read another table
 reading() { sed -i "s|runs.csv|$1|" scene.toml; }
 
