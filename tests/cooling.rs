@@ -8,7 +8,7 @@ mod haff;
 mod pair;
 
 use crate::common::{mean, seed_of};
-use gas::{collide, Gas, Velocity};
+use gas::{collide, Gas};
 use haff::Haff;
 use pair::{Pair, LUBRICATION_LOG, SPHERE};
 use rand::{rngs::ChaCha8Rng, SeedableRng};
@@ -32,25 +32,9 @@ fn z(ratios: &[f64], expected: f64) -> f64 {
     (mean - expected) / se
 }
 
-type Rule = fn([Velocity; 2], Velocity, f64) -> [Velocity; 2];
-
-fn along_the_normal(pair: [Velocity; 2], normal: Velocity, e: f64) -> [Velocity; 2] {
-    collide(pair, normal, |_| e)
-}
-
-/// The planted fault: all of the relative velocity is made e times as large.
-fn of_the_whole(pair: [Velocity; 2], normal: Velocity, e: f64) -> [Velocity; 2] {
-    let [one, other] = collide(pair, normal, |_| 1.0);
-    let shift: Velocity = std::array::from_fn(|axis| 0.5 * (1.0 - e) * (one[axis] - other[axis]));
-    [
-        std::array::from_fn(|axis| one[axis] - shift[axis]),
-        std::array::from_fn(|axis| other[axis] + shift[axis]),
-    ]
-}
-
 /// At a time given in units of τ, over what theory says: how far √(T₀/T) has risen, which is t/τ by Haff's law; and how many
 /// impacts that took. One of each gas.
-fn ratios(test: &str, e: f64, rule: Rule, gone: f64) -> [Vec<f64>; 2] {
+fn ratios(test: &str, e: f64, gone: f64) -> [Vec<f64>; 2] {
     let gases = (0..GASES).map(|index| {
         let mut haff = Haff {
             e,
@@ -59,10 +43,12 @@ fn ratios(test: &str, e: f64, rule: Rule, gone: f64) -> [Vec<f64>; 2] {
         };
         let mut gas = gas(test, index, &haff);
         // within eight impacts of each sphere the velocities are no longer normal, but those of the cooling state
-        gas.advance(8.0 / haff.frequency(), |pair, normal| rule(pair, normal, e));
+        gas.advance(8.0 / haff.frequency(), |pair, normal| collide(pair, normal, |_| e));
         haff.temperature = gas.temperature();
         let (begun, before) = (gas.time(), gas.collisions_per_sphere());
-        gas.advance(begun + gone / haff.cooling_rate(), |pair, normal| rule(pair, normal, e));
+        gas.advance(begun + gone / haff.cooling_rate(), |pair, normal| {
+            collide(pair, normal, |_| e)
+        });
         let rise = (haff.temperature / gas.temperature()).sqrt();
         let impacts = haff.frequency() / haff.cooling_rate() * rise.ln();
         let met = gas.collisions_per_sphere() - before;
@@ -84,8 +70,8 @@ fn the_energy_follows_haffs_law() {
         met_per_metre: 12.0,
     };
     assert!((haff.temperature_at(1.0 / haff.cooling_rate()) - 0.25).abs() < 1e-12);
-    for (e, gone) in [(0.9, 2.0), (0.9, 15.0), (0.8, 2.0), (0.8, 15.0)] {
-        let [rises, impacts] = ratios(test, e, along_the_normal, gone);
+    for (e, gone) in [(0.9, 15.0), (0.8, 2.0)] {
+        let [rises, impacts] = ratios(test, e, gone);
         let found = [z(&rises, 1.0), z(&impacts, 1.0)];
         assert!(found.iter().all(|z| z.abs() < 4.5), "{e}, {gone} τ: {found:?}");
         // an energy loss of 1 − e in place of 1 − e², and every impact counted for both of its spheres
@@ -94,10 +80,8 @@ fn the_energy_follows_haffs_law() {
         }
     }
     // the first order is not enough there
-    let [rises, _] = ratios(test, 0.0, along_the_normal, 15.0);
+    let [rises, _] = ratios(test, 0.0, 15.0);
     assert!((mean(&rises).0 - 0.99).abs() < 0.01, "{:?}", mean(&rises));
-    let [rises, _] = ratios(test, 0.9, of_the_whole, 2.0);
-    assert!(z(&rises, 1.0) > 50.0, "{}", z(&rises, 1.0));
 }
 
 /// e² = e_inf² − 4 L/St with St of the effective mass and radius.
