@@ -62,6 +62,7 @@ mod sticking;
 mod terms;
 mod too_few;
 mod track;
+mod transcripts;
 mod viscous_film;
 mod wet_law;
 mod workbooks;

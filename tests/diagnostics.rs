@@ -25,15 +25,15 @@ fn slices(chains: &Chains) -> Vec<&[f64]> {
 
 /// A table's columns by their names.
 fn columns(name: &str) -> BTreeMap<String, Vec<String>> {
-    let mut rows = csv::Reader::from_reader(std::io::Cursor::new(read(name)));
-    let names: Vec<String> = rows.headers().expect("a header").iter().map(str::to_owned).collect();
-    let mut columns: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for row in rows.records() {
-        for (name, cell) in names.iter().zip(row.expect("a row").iter()) {
-            columns.entry(name.clone()).or_default().push(cell.to_owned());
-        }
-    }
-    columns
+    let text = read(name);
+    let mut rows = csv::Reader::from_reader(text.as_bytes());
+    let names = rows.headers().expect("a header").clone();
+    let rows: Vec<csv::StringRecord> = rows.records().map(|row| row.expect("a row")).collect();
+    let column = |(place, name): (usize, &str)| {
+        let cells = rows.iter().map(|row| row[place].to_owned());
+        (name.to_owned(), cells.collect())
+    };
+    names.iter().enumerate().map(column).collect()
 }
 
 fn numbers(cells: &[String]) -> Vec<f64> {
@@ -204,27 +204,23 @@ fn smoothed_weights_agree_with_arviz() {
 /// PSIS-LOO of a made-up model from its log likelihoods, all chains together a run.
 fn loo_of(model: &str, r_eff: f64) -> Loo {
     let text = read("arviz_loo.csv");
-    let runs: Vec<Vec<f64>> = text
+    let of_model = text
         .lines()
-        .filter_map(|line| line.strip_prefix(model)?.strip_prefix(','))
+        .filter_map(|line| line.strip_prefix(model)?.strip_prefix(','));
+    let runs: Vec<Vec<f64>> = of_model
         .map(|line| {
-            line.split(',')
-                .skip(1)
-                .map(|cell| cell.parse().expect("a number"))
-                .collect()
+            let cells = line.split(',').skip(1).map(str::to_owned);
+            numbers(&cells.collect::<Vec<_>>())
         })
         .collect();
-    loo::loo(
-        runs.len(),
-        loo::LooDraws {
-            count: runs[0].len(),
-            r_eff,
-        },
-        |some, rows| {
-            rows.copy_from_slice(&runs[some].concat());
-        },
-    )
-    .expect("finite densities")
+    let draws = loo::LooDraws {
+        count: runs[0].len(),
+        r_eff,
+    };
+    let found = loo::loo(runs.len(), draws, |some, rows| {
+        rows.copy_from_slice(&runs[some].concat())
+    });
+    found.expect("finite densities")
 }
 
 #[test]
@@ -254,14 +250,7 @@ fn leave_one_out_agrees_with_arviz() {
     };
     let difference = loo::difference(&of_model("known"), &of_model("unknown")).expect("the same runs");
     let answer = &answers["loo"]["difference"];
-    close(
-        "difference",
-        difference.value,
-        answer["value"].as_f64().expect("a number"),
-    );
-    close(
-        "its se",
-        difference.se.expect("several runs"),
-        answer["se"].as_f64().expect("a number"),
-    );
+    let number = |name: &str| answer[name].as_f64().expect("a number");
+    close("difference", difference.value, number("value"));
+    close("its se", difference.se.expect("several runs"), number("se"));
 }

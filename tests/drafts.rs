@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::common::{in_project, read_in_project, table_of, wetcor, Folder, Says};
+use crate::common::{in_project, read_in_project, wetcor, Folder, Says};
 use wetcor::runs::Runs;
 use wetcor::scene::{HeightsTo, Scene};
 use wetcor::{runs, scene};
@@ -115,38 +115,6 @@ fn a_draft_lacks_what_check_names_and_then_reads_the_runs_as_the_example_does() 
     }
 }
 
-#[test]
-fn what_is_there_is_kept_and_what_is_no_table_is_refused() {
-    let place = Folder::new();
-    let files = || std::fs::read_dir(place.path()).expect("readable").count();
-    place.write(
-        "runs.csv",
-        "particle,liquid,diameter_mm,film_um,v_i\nPE,oil,4,200,1.2\n",
-    );
-    place.write("scene.toml", "somebody's work");
-    let before = files();
-    for [words, told] in table_of(
-        "new runs.csv | scene.toml: exists; --out names another file; nothing was written
-         new none.csv --out a.toml | none.csv: cannot read the runs
-         new runs.pdf --out a.toml | expected a file ending in .csv, .tsv, .txt, .xlsx or .parquet
-         new scene.toml --out a.toml | expected a file ending in
-         new runs.csv --out nowhere/a.toml | there is no folder",
-    ) {
-        place.refused(words).says(told);
-        assert_eq!(files(), before, "{words}");
-    }
-    assert_eq!(place.read("scene.toml"), "somebody's work");
-    // a guess says so, and a table elsewhere is named from where the scene lies
-    std::fs::create_dir(place.join("scenes")).expect("writable");
-    let (status, out, err) = place.run("new runs.csv --out scenes/a.toml");
-    assert_eq!((status, err.as_str()), (Some(0), ""), "{out}");
-    out.says("guessed: `v_i` is impact_speed_m_s, its unit by the size of its numbers");
-    assert!(out.contains("to fill in: [data] columns.restitution"), "{out}");
-    let text = place.read("scenes/a.toml");
-    text.says("\nruns = \"../runs.csv\"");
-    text.says("# guessed: `v_i` is");
-}
-
 /// What a draft of a table leaves to be filled in, and what it says of its columns.
 fn drafted(table: &str) -> (Vec<String>, String) {
     let place = Folder::new();
@@ -192,94 +160,5 @@ fn a_draft_says_what_it_took_and_asks_for_what_it_cannot_know() {
             of("+ ").iter().for_each(|said| out.says(said));
             of("- ").iter().for_each(|unsaid| out.lacks(unsaid));
         }
-    }
-}
-
-/// A scene that names liquids, with a table that says of no run which one it has.
-#[test]
-fn liquids_that_no_table_tells_of_are_asked_for() {
-    let place = Folder::new();
-    let liquid = "density_kg_m3 = 930\nviscosity_mPa_s = 9.3\n";
-    let checked = |header: &str, cell: &str, data: &str, liquids: &[&str]| {
-        let rows: String = (0..9)
-            .map(|run| format!("PTFE,4,{cell},{}.5,0.7{run}\n", 1 + run % 2))
-            .collect();
-        place.write(
-            "runs.csv",
-            format!("particle,diameter_mm,{header},impact_speed_m_s,restitution\n{rows}"),
-        );
-        let liquids: String = liquids
-            .iter()
-            .map(|name| format!("[liquids.{name}]\n{liquid}"))
-            .collect();
-        let text = format!("[data]\nruns = \"runs.csv\"\n{data}\n[particles.PTFE]\ndensity_kg_m3 = 2150\n{liquids}");
-        place.write("scene.toml", text);
-        place.run("check scene.toml")
-    };
-    let (status, _, err) = checked("oil,thick", "AK10,200", "", &["AK10", "M50"]);
-    assert_eq!(status, Some(2), "{err}");
-    err.says("runs.csv: 1 problem");
-    err.says("no column `liquid`, though the scene has [liquids]");
-    err.says("constants = { liquid = \"AK10\" }");
-    // told by the scene, and a liquid of two that no run has
-    for (header, cell, data) in [
-        ("oil,film_um", "AK10,200", "columns = { liquid = \"oil\" }"),
-        ("film_um", "200", "constants = { liquid = \"AK10\" }"),
-    ] {
-        let (status, _, err) = checked(header, cell, data, &["AK10", "M50"]);
-        assert_eq!(status, Some(0), "{err}");
-        err.lacks("no run in use has a liquid");
-    }
-    // every run said to be dry
-    let (status, _, err) = checked("liquid", "dry", "", &["AK10"]);
-    assert_eq!(status, Some(0), "{err}");
-    err.says("no run in use has a liquid; the scene names AK10");
-    let (status, _, err) = checked("oil", "AK10", "", &[]);
-    assert_eq!(status, Some(0), "{err}");
-}
-
-/// What a draft leaves out the reader of runs leaves out, too.
-#[test]
-fn foot_rows_are_left_out_and_named() {
-    let place = Folder::new();
-    let table = "particle,diameter_mm,impact_speed_m_s,restitution\nPTFE,4,1,0.8\nPTFE,4,1.2,0.79\nn=2,,,\n";
-    place.write("runs.csv", table);
-    let text = "[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\n";
-    place.write("scene.toml", text);
-    let (status, out, err) = place.run("check scene.toml");
-    assert_eq!(status, Some(0), "{err}");
-    out.says("3 runs read, 1 left out");
-    err.says("line 4 `n=2`");
-}
-
-/// A column that is not read is refused only where it may be one that nothing gives.
-#[test]
-fn columns_that_are_not_read_are_not_refused_for_a_likeness() {
-    let place = Folder::new();
-    let checked = |name: &str| {
-        let rows: String = (0..9)
-            .map(|run| format!("PE,dry,5,,{}.5,0.7{run},{run}\n", 1 + run % 2))
-            .collect();
-        place.write(
-            "runs.csv",
-            format!("particle,liquid,diameter_mm,film_um,impact_speed_m_s,e,{name}\n{rows}"),
-        );
-        let text =
-            "[data]\nruns = \"runs.csv\"\ncolumns = { restitution = \"e\" }\n[particles.PE]\ndensity_kg_m3 = 940\n";
-        place.write("scene.toml", text);
-        place.run("check scene.toml")
-    };
-    for name in "n rep rank rain sun ran rn gun liquids particles restitution2 film diameter include".split(' ') {
-        let (status, _, err) = checked(name);
-        assert_eq!(status, Some(0), "{name}: {err}");
-    }
-    for (name, meant) in [
-        ("exlude", "exclude"),
-        ("film_ratios", "film_ratio"),
-        ("impact_speed_sd_ms", "impact_speed_sd_m_s"),
-    ] {
-        let (status, _, err) = checked(name);
-        assert_eq!(status, Some(2), "{name}");
-        err.says(&format!("did you mean `{meant}`?"));
     }
 }

@@ -8,7 +8,6 @@ mod told;
 pub mod workbook;
 
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 
 pub use chance::{assert_expected, assert_seldom, binomial_z, counts, holds, mean, normal, seed_of, study};
 pub use program::{
@@ -228,17 +227,7 @@ pub const fn setting([density, diameter]: [f64; 2], [liquid_density, viscosity]:
     }
 }
 
-/// A fit of the example with its draws, once for all tests of a file.
+/// The fit of the example in the repository, which `mueller2016` holds to be what the command writes.
 pub fn fitted_example() -> &'static Path {
-    static FIT: OnceLock<(Folder, PathBuf)> = OnceLock::new();
-    let (_, folder) = FIT.get_or_init(|| {
-        let place = Folder::new();
-        let out = place.join("report");
-        let text = out.to_str().expect("a plain path");
-        let scene = "datasets/mueller2016/scene.toml";
-        let (status, _, err) = wetcor_here(&["fit", scene, "--stages", "least_squares,posterior", "--out", text]);
-        assert_eq!(status, Some(0), "{err}");
-        (place, out)
-    });
-    folder
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/reports/mueller2016"))
 }

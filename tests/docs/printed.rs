@@ -1,7 +1,7 @@
 //! Holds that the program prints what the pages show.
 
-use super::{block, in_repository, numbers_in, read};
-use crate::common::{wetcor, Folder};
+use super::{block, numbers_in, read};
+use crate::common::{wetcor_here, Folder};
 
 /// A line without its numbers, and these.
 fn words_and_numbers(line: &str) -> (String, Vec<f64>) {
@@ -58,13 +58,7 @@ fn the_prediction_is_what_the_page_shows() {
     let text = read("docs/prediction.md");
     let command = text.lines().find_map(|line| line.strip_prefix("    wetcor predict "));
     let words: Vec<&str> = command.expect("the page has this command").split(' ').collect();
-    let folder = Folder::new();
-    let scene = in_repository("datasets/mueller2016/scene.toml");
-    let scene = scene.to_str().expect("a plain path");
-    let stages = "least_squares,posterior";
-    let (status, _, err) = wetcor(folder.path(), &["fit", scene, "--stages", stages, "--out", words[0]]);
-    assert_eq!(status, Some(0), "{err}");
-    let (status, out, err) = wetcor(folder.path(), &[&["predict"], &words[..]].concat());
+    let (status, out, err) = wetcor_here(&[&["predict"], &words[..]].concat());
     assert_eq!(status, Some(0), "{err}");
     assert!(
         err.starts_with("notice: 2 of 5 speeds extrapolated: ") && err.lines().count() == 1,

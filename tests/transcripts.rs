@@ -1,26 +1,27 @@
-//! Holds the command to transcripts of what it is asked where files, links, pipes and limits stand in its way.
+//! Holds the command to transcripts of what it is asked, and of what it says and leaves.
 //!
-//! `tests/data/hostile/*.txt` are cases with a blank line between, each in a folder with the plain example. A line begins
+//! `tests/data/transcripts/*.txt` are cases with a blank line between, each in a folder with the plain example. A line begins
 //! with what it is: `$` a command of bash that must succeed, `+` a line added to the scene, `2` (or `0`, `01`) a command that
-//! must end with such a status and with manners, `>` what it must print, `=` the names in the folder. `prelude.sh` has the
-//! commands that several cases share.
+//! must end with such a status and with manners (refused, it prints nothing to standard output), `>` what it must print, `<`
+//! what not, `=` the names in the folder. `prelude.sh` has the commands that several cases share.
 
 use std::process::Command;
 
 use rayon::prelude::*;
 
-use super::attack::{finish, Outcome, Place};
-use crate::common::{in_project, read_in_project};
+use crate::common::{fitted_example, in_project, read_in_project, Says};
+use crate::hostile::attack::{finish, Outcome, Place};
 
 /// Seconds after which a command counts as hanging; what is refused takes a hundredth of one.
 const LIMIT: f64 = 30.0;
 
 fn bash(place: &Place, command: &str, seconds: f64) -> Outcome {
     let mut bash = Command::new("bash");
-    let script = format!("{}\n{command}", include_str!("../data/hostile/prelude.sh"));
+    let script = format!("{}\n{command}", include_str!("data/transcripts/prelude.sh"));
     bash.current_dir(place.folder.path()).args(["-c", &script]);
     bash.env("WETCOR", env!("CARGO_BIN_EXE_wetcor"));
     bash.env("PLAIN", in_project("tests/data/good/plain"));
+    bash.env("EXAMPLE", fitted_example());
     finish(bash, seconds)
 }
 
@@ -37,49 +38,41 @@ fn hold(case: &str, seconds: f64) {
                 let done = bash(&place, rest, seconds);
                 assert_eq!(done.status, Some(0), "{of}: {done:?}");
             }
-            ">" => assert!(printed.contains(rest), "{of}: no such words in {printed}"),
+            ">" => printed.says(rest),
+            "<" => printed.lacks(rest),
             "=" => assert_eq!(place.entries().join(" "), rest, "{of}"),
             statuses => {
                 let outcome = bash(&place, rest, seconds);
                 outcome.assert_mannered(&of);
                 let status = outcome.status.map_or(String::new(), |status| status.to_string());
                 assert!(statuses.contains(&status), "{of}: {outcome:?}");
+                assert!(statuses != "2" || outcome.out.is_empty(), "{of}: {outcome:?}");
                 printed = outcome.out + &outcome.err;
             }
         }
     }
 }
 
-fn hold_all(name: &str, seconds: f64) {
-    let text = read_in_project(&format!("tests/data/hostile/{name}.txt"));
-    let cases: Vec<&str> = text.split("\n\n").collect();
+fn hold_all(names: &[&str], seconds: f64) {
+    let texts = names
+        .iter()
+        .map(|name| read_in_project(&format!("tests/data/transcripts/{name}.txt")));
+    let cases: Vec<String> = texts
+        .flat_map(|text| text.split("\n\n").map(str::to_owned).collect::<Vec<_>>())
+        .collect();
+    assert!(cases.len() >= names.len(), "the cases are lost");
     cases.par_iter().for_each(|case| hold(case, seconds));
 }
 
 #[test]
-fn sizes_are_bounded() {
-    hold_all("bounds", LIMIT);
-}
-
-#[test]
-fn places_of_others_are_left_alone() {
-    hold_all("places", LIMIT);
-}
-
-#[test]
-fn outputs_threads_and_paths_that_refuse_are_told() {
-    hold_all("texts", LIMIT);
-}
-
-#[test]
-fn folders_that_are_no_fit_are_refused() {
-    hold_all("folders", LIMIT);
+fn every_command_says_and_leaves_what_its_transcript_has() {
+    hold_all(&["bounds", "places", "texts", "folders", "new", "handoff"], LIMIT);
 }
 
 #[test]
 #[ignore = "slow: draws ten million runs"]
 fn a_model_that_keeps_every_run_has_a_limit_of_rows() {
-    hold_all("slow", 120.0);
+    hold_all(&["slow"], 120.0);
 }
 
 #[test]

@@ -50,3 +50,21 @@ left() {
         echo half > "$folder/$file"
     done
 }
+
+# the hand-off of a wet law of the example
+handoff() { wetcor handoff "$EXAMPLE" --particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286 "$@"; }
+# nine runs whose table has a column more, which nobody reads
+unread() {
+    echo "particle,liquid,diameter_mm,film_um,impact_speed_m_s,e,$1" > runs.csv
+    seq 0 8 | awk '{ printf "PE,dry,5,,%d.5,0.7%d,%d\n", 1 + $1 % 2, $1, $1 }' >> runs.csv
+    printf '%s\n' '[data]' 'runs = "runs.csv"' 'columns = { restitution = "e" }' '[particles.PE]' 'density_kg_m3 = 940' > scene.toml
+}
+# nine runs with these columns and cells; a scene with lines of [data] and liquids
+liquids() {
+    echo "particle,diameter_mm,$1,impact_speed_m_s,restitution" > runs.csv
+    seq 0 8 | awk -v cells="$2" '{ printf "PTFE,4,%s,%d.5,0.7%d\n", cells, 1 + $1 % 2, $1 }' >> runs.csv
+    printf '%s\n' '[data]' 'runs = "runs.csv"' "$3" '[particles.PTFE]' 'density_kg_m3 = 2150' > scene.toml
+    for liquid in "${@:4}"; do
+        printf '%s\n' "[liquids.$liquid]" 'density_kg_m3 = 930' 'viscosity_mPa_s = 9.3' >> scene.toml
+    done
+}
