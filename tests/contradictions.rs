@@ -1,7 +1,7 @@
-//! Looks through what `fit` says of the committed scenes for two remarks that say opposite things, or one that its own findings
-//! have decided.
+//! Looks through what `fit` says of a scene for two remarks that say opposite things, or one that its own findings have decided:
+//! here of the committed reports, in `findings_schema` of every kind of fit.
 
-use crate::common::{in_project, read_in_project, table_of, Folder};
+use crate::common::{read_in_project, table_of};
 use serde_json::{json, Value};
 
 /// A failed check or a notice.
@@ -95,7 +95,7 @@ fn own_speed_rejected(findings: &Value) -> Option<bool> {
 }
 
 /// Each contradiction in some findings; `given` is the scene with the header of its runs.
-fn contradictions(findings: &Value, given: &str) -> Vec<String> {
+pub fn contradictions(findings: &Value, given: &str) -> Vec<String> {
     let (told, decided) = (told(findings), Decided::by(findings, given));
     let mut found = against_the_verdict(findings, &told, &decided);
     for (place, remark) in told.iter().enumerate() {
@@ -196,60 +196,11 @@ fn against_the_verdict(findings: &Value, told: &[Told], decided: &Decided) -> Ve
     found
 }
 
-/// The findings of a committed scene with further lines of `[model]`; and the scene with the header of its runs.
-fn fitted(from: &str, model: &str) -> (Value, String) {
-    let folder = Folder::new();
-    for entry in std::fs::read_dir(in_project(from)).expect("a folder") {
-        let path = entry.expect("readable").path();
-        let name = path.file_name().and_then(|name| name.to_str()).expect("a name");
-        folder.write(name, std::fs::read(&path).expect("readable"));
-    }
-    if !model.is_empty() {
-        folder.write("scene.toml", folder.read("scene.toml") + "\n[model]\n" + model + "\n");
-    }
-    let (status, _, stderr) = folder.run("fit scene.toml --out out --quiet");
-    assert!(matches!(status, Some(0 | 1)), "{from} {model}: {stderr}");
-    let runs = std::fs::read_to_string(folder.join("runs.csv")).unwrap_or_default();
-    let header = runs.lines().next().unwrap_or_default();
-    let given = folder.read("scene.toml") + "\n" + header;
-    (folder.json("out/findings.json"), given)
-}
-
 /// The findings of a committed report, and its scene.
 fn committed(name: &str) -> (Value, String) {
     let findings = read_in_project(&format!("reports/{name}/findings.json"));
     let given = read_in_project(&format!("datasets/{name}/scene.toml"));
     (serde_json::from_str(&findings).expect("JSON"), given)
-}
-
-#[test]
-#[ignore = "slow: fits 22 scenes, every stage"]
-fn no_two_remarks_on_a_scene_contradict_each_other() {
-    let posterior = "cap none other_priors saturating stepwise weak".split(' ');
-    let good = "no_film_ratio stokes_numbers uncertain_constants".split(' ');
-    let folders = posterior.map(|name| format!("tests/data/posterior/{name}"));
-    let folders = folders.chain(good.map(|name| format!("tests/data/good/{name}")));
-    let models = [
-        "",
-        "viscous = \"film\"",
-        "series_offsets = true",
-        "noise = \"both\"",
-        "noise = \"both\"\nseries_offsets = true",
-        "likelihood = \"student\"",
-        "dry_speed_m_s = \"impact\"",
-        "dry_k = \"diameter\"",
-        "inertia = \"none\"",
-        "inertia = \"cap\"",
-        "terms = [\"viscous\"]",
-        "terms = [\"inertia\", \"viscous\", \"bridge\", \"dry_second_order\"]",
-        "sticking = \"excluded\"",
-    ];
-    let plain = models.map(|model| ("tests/data/good/plain".to_owned(), model));
-    for (folder, model) in folders.map(|folder| (folder, "")).chain(plain) {
-        let (findings, given) = fitted(&folder, model);
-        let found = contradictions(&findings, &given);
-        assert_eq!(found, Vec::<String>::new(), "{folder} {model}");
-    }
 }
 
 #[track_caller]

@@ -1,6 +1,7 @@
 //! Holds `docs/findings.schema.json` to the findings that fits of many kinds of scene write.
 
 use crate::common::{kept, read_in_project, table_of, Folder};
+use crate::contradictions::contradictions;
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
@@ -99,6 +100,8 @@ const FITS: &str = r#"good/plain | all | least_squares,bootstrap,posterior,compa
     good/plain | all | least_squares,bootstrap,posterior | series_offsets = true | interval = "percentile"; scheme = "series"
     good/plain | all | least_squares,posterior | noise = "both"; sticking = "censored" | # as it is
     good/plain | all | least_squares,posterior | terms = ["inertia"] | # as it is
+    good/plain | all | least_squares,posterior,compare | inertia = "cap"; sticking = "excluded" | # as it is
+    good/plain | all | least_squares,posterior,compare | terms = ["inertia", "viscous", "bridge", "dry_second_order"] | # as it is
     good/plain | no dry runs of 8 mm | least_squares,posterior | viscous = "film"; dry_speed_m_s = "impact"; dry_k = "diameter" | # as it is
     good/plain | dry | least_squares,bootstrap,posterior,compare | # as it is | # as it is
     good/plain | wet | least_squares,bootstrap,posterior | # as it is | [priors]; lubrication_log = { fixed = 1.9 }
@@ -125,7 +128,8 @@ fn left(kind: &str, number: usize, row: &str) -> Option<String> {
     is_left.then_some(row)
 }
 
-fn fitted([scene, kind, stages, model, bootstrap]: [&str; 5]) -> Value {
+/// The findings of such a fit; and the scene with the header of its runs.
+fn fitted([scene, kind, stages, model, bootstrap]: [&str; 5]) -> (Value, String) {
     let place = Folder::new();
     let read = |file: &str| read_in_project(&format!("tests/data/{scene}/{file}"));
     let table = read("runs.csv");
@@ -144,11 +148,11 @@ fn fitted([scene, kind, stages, model, bootstrap]: [&str; 5]) -> Value {
          [bootstrap]\nreplicates = 100\n{bootstrap}\n",
         read("scene.toml")
     );
-    place.write("scene.toml", scene);
+    place.write("scene.toml", &scene);
     let words = format!("fit scene.toml --out out --quiet --threads 1 --stages {stages}");
     let (status, _, said) = place.run(&words);
     assert!(matches!(status, Some(0 | 1)), "{kind} {model}: {said}");
-    place.json("out/findings.json")
+    (place.json("out/findings.json"), format!("{scene}\n{header}"))
 }
 
 fn committed_findings(report: &str) -> Value {
@@ -165,15 +169,19 @@ fn the_committed_schema_is_that_of_the_types() {
 }
 
 #[test]
-fn findings_of_every_kind_of_fit_are_as_described() {
+fn findings_of_every_kind_of_fit_are_as_described_and_contradict_nothing() {
     let schema = schema();
-    let fits = table_of(FITS);
-    let written: Vec<(&str, Value)> = fits.par_iter().map(|fit| (fit[1], fitted(*fit))).collect();
-    let committed = ["mueller2016", "sticking"].map(|name| (name, committed_findings(name)));
-    for (name, findings) in written.iter().chain(&committed) {
-        let found = faults(&schema, &schema, findings, "");
-        assert!(found.is_empty(), "{name}: {found:#?}");
+    let assert_described = |name: &str, findings: &Value| {
+        assert_eq!(faults(&schema, &schema, findings, ""), Vec::<String>::new(), "{name}");
         assert_rows_of_their_own(name, findings);
+    };
+    table_of(FITS).par_iter().for_each(|fit| {
+        let (name, (findings, given)) = (fit.join(", "), fitted(*fit));
+        assert_described(&name, &findings);
+        assert_eq!(contradictions(&findings, &given), Vec::<String>::new(), "{name}");
+    });
+    for name in ["mueller2016", "sticking"] {
+        assert_described(name, &committed_findings(name));
     }
 }
 

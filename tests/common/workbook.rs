@@ -102,51 +102,36 @@ fn escaped(text: &str) -> String {
 pub fn workbook(sheets: &[Sheet]) -> Vec<u8> {
     const OFFICE: &str = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
     const PACKAGE: &str = "http://schemas.openxmlformats.org/package/2006";
+    const TYPE: &str = "application/vnd.openxmlformats-officedocument.spreadsheetml";
     let mut zip = ZipWriter::new(Cursor::new(vec![]));
-    let mut add = |path: &str, text: String| {
+    let mut add = |path: &str, text: &str| {
         zip.start_file(path, SimpleFileOptions::default()).expect("a new file");
         zip.write_all(text.as_bytes()).expect("room");
     };
-    let types: String = (1..=sheets.len())
-        .map(|at| {
-            format!(
-                r#"<Override PartName="/xl/worksheets/sheet{at}.xml" ContentType="application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"/>"#
-            )
-        })
-        .collect();
-    add(
-        "[Content_Types].xml",
-        format!(
-            r#"<Types xmlns="{PACKAGE}/content-types"><Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/><Override PartName="/xl/workbook.xml" ContentType="application/vnd.openxmlformats-officedocument.spreadsheetml.sheet.main+xml"/>{types}</Types>"#
-        ),
-    );
-    add(
-        "_rels/.rels",
-        format!(
-            r#"<Relationships xmlns="{PACKAGE}/relationships"><Relationship Id="rId1" Type="{OFFICE}/officeDocument" Target="xl/workbook.xml"/></Relationships>"#
-        ),
-    );
-    let (mut listed, mut relations) = (String::new(), String::new());
+    let (mut types, mut listed, mut relations) = (String::new(), String::new(), String::new());
     for (sheet, at) in sheets.iter().zip(1..) {
-        let state = if sheet.is_hidden { r#" state="hidden""# } else { "" };
-        listed.push_str(&format!(
-            r#"<sheet name="{}" sheetId="{at}"{state} r:id="rId{at}"/>"#,
-            escaped(sheet.name)
-        ));
-        relations.push_str(&format!(
-            r#"<Relationship Id="rId{at}" Type="{OFFICE}/worksheet" Target="worksheets/sheet{at}.xml"/>"#
-        ));
-        add(&format!("xl/worksheets/sheet{at}.xml"), sheet.xml());
+        let (name, state) = (
+            escaped(sheet.name),
+            if sheet.is_hidden { r#" state="hidden""# } else { "" },
+        );
+        types += &format!(r#"<Override PartName="/xl/worksheets/sheet{at}.xml" ContentType="{TYPE}.worksheet+xml"/>"#);
+        listed += &format!(r#"<sheet name="{name}" sheetId="{at}"{state} r:id="rId{at}"/>"#);
+        relations +=
+            &format!(r#"<Relationship Id="rId{at}" Type="{OFFICE}/worksheet" Target="worksheets/sheet{at}.xml"/>"#);
+        add(&format!("xl/worksheets/sheet{at}.xml"), &sheet.xml());
     }
-    add(
-        "xl/workbook.xml",
-        format!(
-            r#"<workbook xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main" xmlns:r="{OFFICE}"><sheets>{listed}</sheets></workbook>"#
-        ),
+    let of_package = format!(
+        r#"<Types xmlns="{PACKAGE}/content-types"><Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/><Override PartName="/xl/workbook.xml" ContentType="{TYPE}.sheet.main+xml"/>{types}</Types>"#
     );
-    add(
-        "xl/_rels/workbook.xml.rels",
-        format!(r#"<Relationships xmlns="{PACKAGE}/relationships">{relations}</Relationships>"#),
+    let root = format!(r#"<Relationship Id="rId1" Type="{OFFICE}/officeDocument" Target="xl/workbook.xml"/>"#);
+    let book = format!(
+        r#"<workbook xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main" xmlns:r="{OFFICE}"><sheets>{listed}</sheets></workbook>"#
     );
+    let related =
+        |relations: &str| format!(r#"<Relationships xmlns="{PACKAGE}/relationships">{relations}</Relationships>"#);
+    add("[Content_Types].xml", &of_package);
+    add("_rels/.rels", &related(&root));
+    add("xl/workbook.xml", &book);
+    add("xl/_rels/workbook.xml.rels", &related(&relations));
     zip.finish().expect("room").into_inner()
 }

@@ -1,7 +1,6 @@
-//! Holds that commands and flags of the pages are understood.
+//! Holds that commands of the pages are understood.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
 use super::{assert_none, fenced, in_repository, pages, spans};
 use crate::common::{wetcor, Folder};
@@ -94,33 +93,4 @@ fn every_command_is_one() {
     for fault in listed.split("; ") {
         assert!(no_command(fault).is_some(), "{fault}");
     }
-}
-
-/// Flags between backticks that no verb has.
-fn unknown_flags(text: &str, helps: &str) -> Vec<String> {
-    let flags = spans(text).into_iter().filter(|span| span.starts_with("--"));
-    let names: BTreeSet<&str> = flags.filter_map(|span| span.split_whitespace().next()).collect();
-    let is_known = |flag: &&str| {
-        let mut words = helps.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-'));
-        words.any(|word| word == *flag)
-    };
-    names
-        .into_iter()
-        .filter(|flag| !is_known(flag))
-        .map(str::to_owned)
-        .collect()
-}
-
-#[test]
-fn every_flag_is_one_of_a_verb() {
-    let help = |verb: &str| wetcor(Path::new("."), &[verb, "--help"]).1;
-    let verbs = "track new fit check simulate predict handoff trade calibrate".split(' ');
-    let helps: String = verbs.map(help).collect();
-    for page in pages() {
-        assert_none(&unknown_flags(&page.text, &helps), &page.path);
-    }
-    assert_eq!(
-        unknown_flags("`--exact-rows`, `--exact`, `--film-umm 3`", &helps),
-        ["--exact", "--film-umm"]
-    );
 }

@@ -1,9 +1,9 @@
-//! Holds that links and paths lead somewhere, also in the package, and that the README lists every page.
+//! Holds that links lead somewhere, also in the package, and that the README lists every page.
 
 use std::path::{Component, Path};
 use std::process::Command;
 
-use super::{assert_none, fenced, in_repository, pages, read, spans, Page};
+use super::{assert_none, fenced, in_repository, pages, read, Page};
 
 /// Where links and pictures of a text lead.
 fn links(text: &str) -> Vec<&str> {
@@ -81,26 +81,6 @@ fn every_link_leads_somewhere() {
     let leads = |link: &str| broken_links(&linking(link)).is_empty();
     assert!(leads("verdict.md") && leads("../README.md#your-own-data") && leads("verdict.md#the-report"));
     assert!(!leads("verdicts.md") && !leads("docs/verdict.md") && !leads("../README.md#your-runs"));
-}
-
-/// Paths between backticks that are not there.
-fn missing_paths(text: &str) -> Vec<String> {
-    const FOLDERS: [&str; 7] = ["src/", "tests/", "docs/", "datasets/", "benches/", "reports/", ".ci/"];
-    let paths = spans(text)
-        .into_iter()
-        .filter(|span| FOLDERS.iter().any(|folder| span.starts_with(folder)) && !span.contains(' '));
-    paths
-        .filter(|path| !in_repository(path).exists())
-        .map(str::to_owned)
-        .collect()
-}
-
-#[test]
-fn every_path_is_there() {
-    for page in pages() {
-        assert_none(&missing_paths(&page.text), &page.path);
-    }
-    assert_eq!(missing_paths("`src/main.rs`, `src/no_such.rs`"), ["src/no_such.rs"]);
 }
 
 #[test]

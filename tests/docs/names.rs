@@ -1,48 +1,52 @@
-//! Holds that names, checks and modules of the pages are those of the program.
+//! Holds that names, flags, paths, checks and modules of the pages are those of the program.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::{assert_none, in_repository, pages, read, rows, spans};
+use crate::common::{contents, wetcor};
 
-/// Every source file of the program.
-fn sources(folder: &Path) -> String {
-    let entries = std::fs::read_dir(folder).expect("a folder").filter_map(Result::ok);
-    let texts = entries.map(|entry| {
-        let path = entry.path();
-        if path.is_dir() {
-            sources(&path)
+/// What stands between backticks and is a flag, a word of several parts or a path, but not one of those that are known.
+fn unknown(text: &str, known: &BTreeSet<&str>) -> Vec<String> {
+    const FOLDERS: [&str; 7] = ["src/", "tests/", "docs/", "datasets/", "benches/", "reports/", ".ci/"];
+    let is_unknown = |span: &&str| {
+        let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let is_name = span.contains('_') && span.chars().all(is_part);
+        let is_path = FOLDERS.iter().any(|folder| span.starts_with(folder)) && !span.contains(' ');
+        if span.starts_with("--") {
+            !known.contains(span.split_whitespace().next().unwrap_or_default())
+        } else if is_name && span.starts_with(|c: char| c.is_ascii_lowercase()) {
+            !known.contains(span)
         } else {
-            std::fs::read_to_string(path).unwrap_or_default()
+            is_path && !in_repository(span).exists()
         }
-    });
-    texts.collect()
-}
-
-/// Words of several parts between backticks that neither the program nor its description of `findings.json` holds.
-fn unknown_names(text: &str, known: &BTreeSet<&str>) -> Vec<String> {
-    let is_name = |span: &&str| {
-        span.contains('_')
-            && span.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-            && span.starts_with(|c: char| c.is_ascii_lowercase())
     };
-    let names: BTreeSet<&str> = spans(text).into_iter().filter(is_name).collect();
-    let unknown = names.into_iter().filter(|name| !known.contains(name));
+    let unknown = spans(text).into_iter().filter(is_unknown);
     unknown.map(str::to_owned).collect()
 }
 
+/// Words of the program and its description of `findings.json`, and flags of its verbs.
 #[test]
-fn every_name_is_one_of_the_program() {
-    let known = sources(&in_repository("src")) + &read("docs/findings.schema.json") + &read("docs/scene.md");
-    let known = known
-        .split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
+fn every_name_flag_and_path_is_one_of_the_program() {
+    let sources = contents(&in_repository("src")).into_values();
+    let sources: String = sources
+        .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
         .collect();
+    let words = sources + &read("docs/findings.schema.json") + &read("docs/scene.md");
+    let verbs = "track new fit check simulate predict handoff trade calibrate".split(' ');
+    let helps: String = verbs.map(|verb| wetcor(Path::new("."), &[verb, "--help"]).1).collect();
+    let words = words.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+    let flags = helps.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-'));
+    let known: BTreeSet<&str> = words.chain(flags).collect();
     for page in pages() {
-        assert_none(&unknown_names(&page.text, &known), &page.path);
+        assert_none(&unknown(&page.text, &known), &page.path);
     }
     assert_eq!(
-        unknown_names("`min_film_um` and `min_film_uk`, `max_film`", &known),
-        ["max_film", "min_film_uk"]
+        unknown(
+            "`min_film_um`, `max_film`, `--exact-rows`, `--exact 3`, `src/main.rs`, `src/no_such.rs`",
+            &known
+        ),
+        ["max_film", "--exact 3", "src/no_such.rs"]
     );
 }
 
