@@ -12,7 +12,6 @@ mod constants;
 mod contradictions;
 mod cooling;
 mod degenerate;
-mod degenerate_posterior;
 mod diagnostics;
 mod docs;
 mod drafts;

@@ -1,6 +1,6 @@
 //! Holds the laws of pairs that a report writes to the predictions, fits and formulas they stand for.
 
-use crate::common::{read_in_project, wetcor_here, Folder};
+use crate::common::{fitted_example, read_in_project, wetcor_here, Folder};
 use std::collections::HashMap;
 use std::path::PathBuf;
 
@@ -34,6 +34,13 @@ impl Fitted {
         Fitted { place, folder }
     }
 
+    fn committed() -> Fitted {
+        Fitted {
+            place: Folder::new(),
+            folder: fitted_example().to_owned(),
+        }
+    }
+
     fn rows(&self, file: &str) -> Vec<Row> {
         rows(&std::fs::read_to_string(self.folder.join(file)).expect("it is written"))
     }
@@ -48,8 +55,8 @@ impl Fitted {
 
     /// What is predicted at settings given as lines of a table.
     fn predict(&self, settings: &str) -> Vec<Row> {
-        let table = self.folder.with_file_name("settings.csv");
-        std::fs::write(&table, settings).expect("writable");
+        self.place.write("settings.csv", settings);
+        let table = self.place.join("settings.csv");
         let [folder, table] = [&self.folder, &table].map(|path| path.display().to_string());
         rows(&ran(&["predict", &folder, "--settings", &table, "--quiet", "--anyway"]))
     }
@@ -130,24 +137,20 @@ fn farthest(laws: &[Row], predicted: &[Row], asked: &[(&Row, f64)]) -> f64 {
 
 #[test]
 fn a_law_is_the_curve_that_is_predicted_there() {
-    for change in ["", "impact", "bridge"] {
-        let fitted = Fitted::new("least_squares,posterior", |scene| match change {
-            "impact" => scene.replace("dry_speed_m_s = 2.0", "dry_speed_m_s = \"impact\""),
-            "bridge" => scene
-                .replace(
-                    "[model]",
-                    "[model]\nterms = [\"inertia\", \"viscous\", \"bridge\", \"dry_second_order\"]",
-                )
-                .replace(
-                    "viscosity_mPa_s = 9.3",
-                    "viscosity_mPa_s = 9.3\nsurface_tension_mN_m = 20.1",
-                )
-                .replace(
-                    "viscosity_mPa_s = 48.3",
-                    "viscosity_mPa_s = 48.3\nsurface_tension_mN_m = 20.8",
-                ),
-            _ => scene.to_owned(),
-        });
+    let at_own_speed = |scene: &str| scene.replace("dry_speed_m_s = 2.0", "dry_speed_m_s = \"impact\"");
+    let bridge = |scene: &str| {
+        scene
+            .replace(
+                "[model]",
+                "[model]\nterms = [\"inertia\", \"viscous\", \"bridge\", \"dry_second_order\"]",
+            )
+            .replace("viscosity_mPa_s = ", "surface_tension_mN_m = 20.5\nviscosity_mPa_s = ")
+    };
+    for (change, fitted) in [
+        ("", Fitted::committed()),
+        ("impact", Fitted::new("least_squares,posterior", at_own_speed)),
+        ("bridge", Fitted::new("least_squares,posterior", bridge)),
+    ] {
         let laws = fitted.laws();
         // a dry pair for each particle, and one for each of the 54 series
         assert_eq!(laws.len(), 56, "{change}");

@@ -13,39 +13,31 @@ use super::priors::holds_no_number;
 const HOSTILE: &str =
     "\u{1b}[2J\u{1b}]0;x\u{7}\r\n\u{202e}<img src=x onerror=alert(1)> ![a](b) `c` **d** | \u{200b}\u{9b}0m\u{2028}&lt;";
 
-/// The same for a string of a TOML file.
+/// The same for a string of a TOML file, which takes the escapes of JSON.
 fn toml(text: &str) -> String {
-    let mut quoted = String::from("\"");
-    for c in text.chars() {
-        if c.is_ascii_graphic() && !matches!(c, '"' | '\\') || c == ' ' {
-            quoted.push(c);
-        } else {
-            quoted.push_str(&format!("\\U{:08X}", u32::from(c)));
-        }
-    }
-    quoted + "\""
+    serde_json::Value::from(text).to_string()
 }
+
+/// So little sampling and resampling that a fit is mostly its texts.
+const LITTLE: &str = "[sampler]\nchains = 2\nwarmup = 50\ndraws = 50\n[bootstrap]\nreplicates = 100";
 
 /// The plain example with a particle for each of these names, every one with the same runs, and little sampling.
 fn with_particles(names: &[&str]) -> Place {
     let place = Place::plain();
     let runs = place.read("runs.csv");
-    let mut lines = runs.lines();
-    let mut table = lines.next().expect("a header").to_owned() + "\n";
-    for line in lines {
-        for name in names {
-            table += &line.replacen("PTFE", name, 1);
-            table.push('\n');
-        }
-    }
-    place.write("runs.csv", table);
+    let (header, rows) = runs.split_once('\n').expect("a header");
+    let of_all = |row: &str| -> String { names.iter().map(|name| row.replacen("PTFE", name, 1) + "\n").collect() };
+    let rows: String = rows.lines().map(of_all).collect();
+    place.write("runs.csv", format!("{header}\n{rows}"));
     let of = |name: &&str| format!("[particles.{}]\ndensity_kg_m3 = 2150\nroughness_um = 5\n", toml(name));
-    let scene = place.read("scene.toml");
-    let one = "[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n";
-    assert!(scene.contains(one), "{scene}");
     let all: String = names.iter().map(of).collect();
-    place.write("scene.toml", scene.replace(one, &all));
-    place.add_to_scene("[sampler]\nchains = 2\nwarmup = 50\ndraws = 50\n[bootstrap]\nreplicates = 100");
+    place.replace(
+        "scene.toml",
+        "[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n",
+        &all,
+    );
+    assert!(place.read("scene.toml").contains(&all));
+    place.add_to_scene(LITTLE);
     place
 }
 
@@ -59,7 +51,7 @@ fn with_hostile_texts() -> Place {
     place.add_to_scene(&format!(
         "[[published]]\nquantity = \"dry_k\"\nparticle = \"PTFE\"\nvalue = 0.183\nse = 0.001\nsource = {hostile}"
     ));
-    place.add_to_scene("[sampler]\nchains = 2\nwarmup = 50\ndraws = 50\n[bootstrap]\nreplicates = 100");
+    place.add_to_scene(LITTLE);
     let runs = place.read("runs.csv");
     let (header, rows) = runs.split_once('\n').expect("a header");
     let odd = HOSTILE.replace(['\r', '\n', ','], "").replace('"', "");
@@ -114,13 +106,12 @@ fn d11_no_value_that_is_refused_moves_a_terminal() {
     let (scene, runs) = (plain.read("scene.toml"), plain.read("runs.csv"));
     let hostile = toml(HOSTILE);
     let mut mutants = vec![];
-    for (index, line) in scene.lines().enumerate() {
+    for line in scene.lines() {
         let with = |new: String| {
-            let lines = scene.lines().enumerate();
-            let all: Vec<&str> = lines
-                .map(|(at, line)| if at == index { new.as_str() } else { line })
-                .collect();
-            (all.join("\n") + "\n", runs.clone())
+            (
+                scene.replacen(&format!("{line}\n"), &format!("{new}\n"), 1),
+                runs.clone(),
+            )
         };
         if let Some((key, value)) = line.split_once(" = ") {
             mutants.push(with(format!("{key} = {hostile}")));
@@ -232,22 +223,14 @@ fn d11_names_stay_inside_the_folder_the_pictures_and_the_tables() {
         if name.starts_with("figures/") {
             let text = place.read(&format!("o/{name}"));
             let document = roxmltree::Document::parse(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
-            let known = [
-                "svg", "g", "rect", "line", "path", "circle", "text", "tspan", "polyline", "polygon", "defs",
-                "clipPath",
-            ];
-            let odd = document
-                .descendants()
-                .find(|node| node.is_element() && !known.contains(&node.tag_name().name()));
+            let known = "svg g rect line path circle text tspan polyline polygon defs clipPath";
+            let mut elements = document.descendants().filter(roxmltree::Node::is_element);
+            let odd = elements.find(|node| !known.split(' ').any(|known| known == node.tag_name().name()));
             assert!(odd.is_none(), "{name}: {odd:?}");
             pictures += 1;
         } else if name.starts_with("draws/draws.zarr/") {
-            assert!(
-                name.chars()
-                    .all(|c| c.is_ascii_alphanumeric() || matches!(c, '/' | '.' | '_')),
-                "{name}"
-            );
-            assert!(!name.contains(".."), "{name}");
+            let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '/' | '.' | '_');
+            assert!(name.chars().all(is_plain) && !name.contains(".."), "{name}");
         }
     }
     assert!(pictures > 14, "{pictures}");
@@ -313,22 +296,20 @@ fn d16_fewer_threads_are_used_where_no_more_are_to_be_had() {
 #[test]
 fn no_report_prints_what_is_no_number() {
     let place = Place::plain();
-    place.add_to_scene("[sampler]\nchains = 2\nwarmup = 50\ndraws = 50\n[bootstrap]\nreplicates = 50");
+    place.add_to_scene(LITTLE);
     let (scene, runs) = (place.read("scene.toml"), place.read("runs.csv"));
     let some = |keep: &dyn Fn(usize, &str) -> bool| -> String {
-        let lines = runs.lines().enumerate();
-        lines
-            .filter(|(at, line)| *at == 0 || keep(*at, line))
-            .map(|(_, line)| format!("{line}\n"))
-            .collect()
+        let kept = runs
+            .lines()
+            .enumerate()
+            .filter(|(at, line)| *at == 0 || keep(*at, line));
+        kept.map(|(_, line)| format!("{line}\n")).collect()
     };
-    let stuck: String = some(&|_, _| true)
-        .lines()
-        .map(|line| match line.rsplit_once(',') {
-            Some((start, _)) if line.contains("AK10") => format!("{start},0\n"),
-            _ => format!("{line}\n"),
-        })
-        .collect();
+    let of_stuck = |line: &str| match line.rsplit_once(',') {
+        Some((start, _)) if line.contains("AK10") => format!("{start},0\n"),
+        _ => format!("{line}\n"),
+    };
+    let stuck: String = runs.lines().map(of_stuck).collect();
     for (model, runs) in [
         ("terms = [\"bridge\"]", runs.clone()),
         ("terms = [\"viscous\"]", runs.clone()),
