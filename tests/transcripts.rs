@@ -10,10 +10,7 @@ use std::process::Command;
 use rayon::prelude::*;
 
 use crate::common::{fitted_example, in_project, read_in_project, Says};
-use crate::hostile::attack::{finish, Outcome, Place};
-
-/// Seconds after which a command counts as hanging; what is refused takes a hundredth of one.
-const LIMIT: f64 = 30.0;
+use crate::hostile::attack::{finish, Outcome, Place, LIMIT};
 
 fn bash(place: &Place, command: &str, seconds: f64) -> Outcome {
     let mut bash = Command::new("bash");
@@ -66,7 +63,10 @@ fn hold_all(names: &[&str], seconds: f64) {
 
 #[test]
 fn every_command_says_and_leaves_what_its_transcript_has() {
-    hold_all(&["bounds", "places", "texts", "folders", "new", "handoff"], LIMIT);
+    hold_all(
+        &["bounds", "places", "texts", "folders", "priors", "new", "handoff"],
+        LIMIT,
+    );
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn a_socket_is_no_table() {
         place.replace("scene.toml", "runs.csv", name);
         let _socket = std::os::unix::net::UnixListener::bind(place.path(name)).expect("a socket");
         let words = ["found a socket, expected a regular file or a pipe"];
-        place.ask("check scene.toml", LIMIT).assert_refused(name, &words);
+        place.ask("check scene.toml").assert_refused(name, &words);
     }
 }
 

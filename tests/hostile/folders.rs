@@ -22,7 +22,7 @@ fn fit() -> &'static (Place, PathBuf) {
         let place = Place::plain();
         place.add_to_scene("[sampler]\nchains = 2\nwarmup = 300\ndraws = 200\n[model]\nlikelihood = \"student\"");
         let words = "fit scene.toml --seed 1 --out r --stages least_squares,posterior";
-        let outcome = place.ask(words, 60.0);
+        let outcome = place.ask(words);
         assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
         let folder = place.path("r");
         (place, folder)
@@ -61,7 +61,7 @@ impl Copy {
     /// A prediction by the command.
     fn run(&self, more: &str) -> Outcome {
         let words = format!("predict {} {ASKED} {more}", self.place.path().display());
-        fit().0.ask(words.trim_end(), 10.0)
+        fit().0.ask(words.trim_end())
     }
 }
 
@@ -183,7 +183,7 @@ fn d13_no_number_that_is_asked_for_gives_one_that_is_none() {
                 let folder = copy.place.path().to_str().expect("a plain path");
                 let fixed = ["predict", folder, "--particle", "PTFE", "--liquid-density-kg-m3", other];
                 let rest = ["--speed-m-s", "1e-300:1e300:3", "--format", format];
-                let outcome = fit().0.run(&[&fixed[..], &flags, &rest].concat(), 10.0);
+                let outcome = fit().0.run(&[&fixed[..], &flags, &rest].concat());
                 outcome.assert_mannered(&format!("{flags:?}"));
                 let text = outcome.out.to_lowercase();
                 assert!(!text.contains("nan") && !text.contains("inf"), "{flags:?}: {text}");

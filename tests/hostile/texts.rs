@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 #[cfg(target_os = "linux")]
-use super::attack::finish;
+use super::attack::{finish, LIMIT};
 use super::attack::{is_hostile, Outcome, Place};
 use super::priors::holds_no_number;
 
@@ -79,21 +79,20 @@ fn d11_no_text_of_a_scene_or_a_table_moves_a_terminal() {
         &["check", "scene.toml", "--json"],
         &["fit", "scene.toml", "--out", "o", "--stages", "least_squares"],
     ] {
-        let outcome = place.run(arguments, 20.0);
+        let outcome = place.run(arguments);
         assert_ran(&outcome, &arguments.join(" "));
     }
     // another title at the same place: that of the first is shown in the refusal
     let scene = place.read("scene.toml");
     let rest = scene.split_once('\n').expect("a title").1;
     place.write("scene.toml", format!("title = \"another\"\n{rest}"));
-    let outcome = place.run(&["fit", "scene.toml", "--out", "o"], 20.0);
+    let outcome = place.run(&["fit", "scene.toml", "--out", "o"]);
     outcome.assert_refused("the title of another report", &["\\u{1b}[2J", "\\u{202e}"]);
     // what is looked for is seen where it is
     let shown = Outcome {
         status: Some(0),
         out: "a\u{202e}b".to_owned(),
         err: String::new(),
-        seconds: 0.0,
     };
     let seen = std::panic::catch_unwind(|| shown.assert_mannered("planted"));
     assert!(seen.is_err());
@@ -137,7 +136,7 @@ fn d11_no_value_that_is_refused_moves_a_terminal() {
     for (scene, runs) in mutants {
         plain.write("scene.toml", &scene);
         plain.write("runs.csv", &runs);
-        let outcome = plain.run(&["check", "scene.toml"], 20.0);
+        let outcome = plain.run(&["check", "scene.toml"]);
         outcome.assert_mannered(&scene);
         refused += usize::from(outcome.status == Some(2));
     }
@@ -145,42 +144,9 @@ fn d11_no_value_that_is_refused_moves_a_terminal() {
 }
 
 #[test]
-fn d11_no_argument_moves_a_terminal_or_ends_a_line() {
-    let place = Place::plain();
-    let odd = HOSTILE;
-    let folder = format!("{}.csv", HOSTILE.replace('/', ""));
-    let with_dashes = format!("--{HOSTILE}");
-    let asked = "--diameter-mm 4 --film-um 200 --speed-m-s 1:2:3".split(' ');
-    let named = ["predict", ".", "--particle", odd, "--liquid", odd];
-    let predict: Vec<&str> = named.into_iter().chain(asked).collect();
-    for arguments in [
-        &[odd][..],
-        &["fit", odd],
-        &["fit", "scene.toml", "--out", odd, "--stages", odd],
-        &["fit", "scene.toml", odd],
-        &["fit", &with_dashes],
-        &["fit", "scene.toml", "--seed", odd],
-        &["fit", "scene.toml", "--accuracy", odd],
-        &["check", "scene.toml", "--threads", odd],
-        &["simulate", "scene.toml", "--out", odd],
-        &["simulate", "scene.toml", "--out", &folder],
-        &["predict", odd, "--speed-m-s", odd],
-        &predict,
-        &["trade", odd],
-    ] {
-        let outcome = place.run(arguments, 20.0);
-        outcome.assert_refused(&format!("{arguments:?}"), &[]);
-        // wherever it is shown, it is on one line from its beginning
-        for line in outcome.err.lines().filter(|line| line.contains("onerror")) {
-            assert!(line.contains("\\u{1b}[2J"), "{}", outcome.err);
-        }
-    }
-}
-
-#[test]
 fn d11_a_report_shows_titles_and_sources_as_they_are() {
     let place = with_hostile_texts();
-    let outcome = place.run(&["fit", "scene.toml", "--out", "o"], 60.0);
+    let outcome = place.run(&["fit", "scene.toml", "--out", "o"]);
     assert_ran(&outcome, "hostile texts");
     let page = place.read("o/report.md");
     let literal = "\\u{1b}\\[2J\\u{1b}\\]0;x\\u{7} \\u{202e}\\<img src=x onerror=alert(1)\\> !\\[a\\](b) \\`c\\` \\*\\*d\\*\\* | \
@@ -214,7 +180,7 @@ fn d11_names_stay_inside_the_folder_the_pictures_and_the_tables() {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let place = with_particles(&names);
     let stages = "least_squares,bootstrap,posterior,figures";
-    let outcome = place.run(&["fit", "scene.toml", "--out", "o", "--stages", stages], 60.0);
+    let outcome = place.run(&["fit", "scene.toml", "--out", "o", "--stages", stages]);
     assert_ran(&outcome, "odd names");
     assert_eq!(place.entries(), ["o", "runs.csv", "scene.toml"]);
     let found = files(&place.path("o"));
@@ -264,7 +230,7 @@ fn with_room(place: &Place, kilobytes: u64, arguments: &[&str]) -> Outcome {
     command
         .current_dir(place.folder.path())
         .env("RUST_MIN_STACK", (256 << 20).to_string());
-    finish(command, 60.0)
+    finish(command, LIMIT)
 }
 
 #[cfg(target_os = "linux")]
@@ -325,9 +291,9 @@ fn no_report_prints_what_is_no_number() {
         place.write("scene.toml", format!("{scene}\n[model]\n{model}\n"));
         place.write("runs.csv", runs);
         let stages = "least_squares,bootstrap,posterior,figures";
-        let fitted = place.run(&["fit", "scene.toml", "--stages", stages, "--out", "report"], 120.0);
+        let fitted = place.run(&["fit", "scene.toml", "--stages", stages, "--out", "report"]);
         fitted.assert_mannered(model);
-        let checked = place.run(&["check", "scene.toml"], 60.0);
+        let checked = place.run(&["check", "scene.toml"]);
         let [report, page] = ["report.md", "report.html"]
             .map(|name| std::fs::read_to_string(place.path("report").join(name)).unwrap_or_default());
         // in the figures of the page `inf` is a subscript

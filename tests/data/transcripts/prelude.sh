@@ -37,6 +37,11 @@ slow() {
     printf '%s\n' '[sampler]' 'chains = 4' 'warmup = 100000' 'draws = 100000' '[model]' 'likelihood = "student"'
 }
 
+# and lines that make it brief
+brief() {
+    printf '%s\n' '[sampler]' 'chains = 2' 'warmup = 150' 'draws = 100' '[bootstrap]' 'replicates = 200'
+}
+
 # a stranger's file in the report; that it is kept, before it is taken out
 strange() { mkdir -p "$(dirname "report/$1")"; echo "a week of work" > "report/$1"; }
 kept() { test "$(cat "report/$1")" = "a week of work" && rm "report/$1"; }
@@ -68,3 +73,6 @@ liquids() {
         printf '%s\n' "[liquids.$liquid]" 'density_kg_m3 = 930' 'viscosity_mPa_s = 9.3' >> scene.toml
     done
 }
+
+# clears a terminal, ends a line, turns the direction, hides, and is markup wherever it goes
+HOSTILE=$'\e[2J\e]0;x\a\r\n\xe2\x80\xae<img src=x onerror=alert(1)> ![a](b) `c` **d** | \xe2\x80\x8b\xc2\x9b0m\xe2\x80\xa8&lt;'
