@@ -1,7 +1,7 @@
 //! Holds `--accuracy` and `trade` to what they say.
 
 use crate::common::scenes::{design, scene_of, truth, AK10, M50, PTFE};
-use crate::common::{self, rows_from, Place, Says};
+use crate::common::{self, rows_from, Place};
 use rand::RngExt;
 use wetcor::findings;
 use wetcor::findings::posterior::{fit_posterior, MethodChoice, SamplingSetup};
@@ -320,7 +320,7 @@ fn each_method_is_as_far_off_as_its_draws_explain() {
 }
 
 #[test]
-fn the_commands_take_an_accuracy_and_write_a_trade() {
+fn an_accuracy_that_is_asked_for_is_vouched_for() {
     let place = Place::new(&scene_text());
     place.draw(common::seed_of("the_commands_take_an_accuracy"), None);
     let (status, _, err) = place.run("fit scene.toml --stages least_squares,posterior --accuracy 0.1 --out out");
@@ -337,20 +337,4 @@ fn the_commands_take_an_accuracy_and_write_a_trade() {
     let method = posterior["method"].as_str().expect("a word");
     let report = place.folder.read("out/report.md");
     assert!(report.contains("An accuracy of 0.1 was asked for") && report.contains(method));
-    for (x, word) in [("0.001", "0.005"), ("nan", "0.005"), ("few", "0.005")] {
-        let asked = format!("fit scene.toml --accuracy {x} --out never");
-        place.folder.refused(&asked).says(word);
-    }
-    place
-        .folder
-        .refused("fit scene.toml --accuracy 0.1 --exact-rows --out never");
-
-    place.folder.succeed("trade scene.toml --out traded");
-    assert_eq!(place.folder.json("traded/trade.json")["schema"], trade::SCHEMA);
-    for file in ["trade.md", "trade.svg"] {
-        assert!(place.path("traded").join(file).exists());
-    }
-    // a fit's folder is not a trade's to replace
-    place.folder.refused("trade scene.toml --out out").says("trade.json");
-    assert!(!place.path("never").exists());
 }

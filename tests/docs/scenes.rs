@@ -1,43 +1,8 @@
-//! Holds that scenes and tables of the pages are read, and their keys known.
+//! Holds that scenes of the pages are read, and their keys known; `transcripts` read the table of a page.
 
 use std::path::Path;
 
-use super::{assert_none, block, fenced, pages, read, spans};
-use crate::common::{Folder, Says};
-
-/// The scene and the table of a page.
-fn placed(page: &str) -> Folder {
-    let folder = Folder::new();
-    for (language, name) in [("toml", "scene.toml"), ("csv", "Versuche.csv")] {
-        folder.write(name, block(page, language));
-    }
-    folder
-}
-
-#[test]
-fn the_table_of_the_page_is_read_by_its_scene() {
-    let page = read("docs/your-table.md");
-    placed(&page).succeed("check scene.toml").says("6 runs read");
-    // an example that may not be quoted would teach nobody
-    placed(&page).succeed("fit scene.toml").says("may be quoted");
-    let refused = |page: String| placed(&page).refused("check scene.toml");
-    refused(page.replace("trocken = \"dry\", ", "")).says("trocken");
-    // an empty rebound is no run that stuck
-    refused(page.replace(";0,5;0,697", ";0,5;")).says("empty cell");
-}
-
-#[test]
-fn a_scene_is_drafted_from_the_table_of_the_page() {
-    let folder = Folder::new();
-    let table = block(&read("docs/your-table.md"), "csv");
-    folder.write("Versuche.csv", table);
-    folder.succeed("new Versuche.csv");
-    for told in ["fill in", "Kugel", "v_i", "inertia"] {
-        folder.read("scene.toml").says(told);
-    }
-    folder.refused("check scene.toml").says("density");
-    folder.refused("new Versuche.csv").says("exists");
-}
+use super::{assert_none, fenced, pages, spans};
 
 /// A scene that any key of the pages may stand in.
 const COMPLETE: &str = r#"

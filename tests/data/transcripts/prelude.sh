@@ -1,4 +1,6 @@
 # What the commands of the transcripts beside this file are made of. Each begins in a folder with the plain example.
+PLAIN=$PROJECT/tests/data/good/plain
+EXAMPLE=$PROJECT/reports/mueller2016
 wetcor() { "$WETCOR" "$@"; }
 fit() { wetcor fit scene.toml --stages least_squares --out "$@"; }
 # the same command with little memory
@@ -58,6 +60,8 @@ left() {
 
 # the hand-off of a wet law of the example
 handoff() { wetcor handoff "$EXAMPLE" --particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286 "$@"; }
+# the first block of a language on a page
+block() { awk -v fence="\`\`\`$1" '$0 == fence { on = 1; next } on && /^```/ { exit } on' "$PROJECT/docs/$2"; }
 # nine runs whose table has a column more, which nobody reads
 unread() {
     echo "particle,liquid,diameter_mm,film_um,impact_speed_m_s,e,$1" > runs.csv
