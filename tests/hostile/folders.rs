@@ -1,8 +1,7 @@
 //! Attacks folders that are read back.
 
-use crate::common::{Folder, Says};
-use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use crate::common::Says;
+use std::path::Path;
 use std::time::Instant;
 
 use serde_json::{json, Value};
@@ -11,61 +10,22 @@ use wetcor::physics::Setting;
 use wetcor::report::finished::Finished;
 use wetcor::report::prediction::{self, Prediction};
 
-use super::attack::{is_hostile, Outcome, Place};
+use super::attack::{is_hostile, Place};
 
-const FINDINGS: &str = "findings.json";
+/// What a prediction reads of a fit.
+const FINDINGS: &str = "r/findings.json";
 
-/// A fit as small as it can be, once for all tests.
-fn fit() -> &'static (Place, PathBuf) {
-    static FIT: OnceLock<(Place, PathBuf)> = OnceLock::new();
-    FIT.get_or_init(|| {
-        let place = Place::plain();
-        place.add_to_scene("[sampler]\nchains = 2\nwarmup = 300\ndraws = 200\n[model]\nlikelihood = \"student\"");
-        let words = "fit scene.toml --seed 1 --out r --stages least_squares,posterior";
-        let outcome = place.ask(words);
-        assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
-        let folder = place.path("r");
-        (place, folder)
-    })
+/// A fit as small as it can be.
+fn fitted() -> Place {
+    let place = Place::plain();
+    place.add_to_scene("[sampler]\nchains = 2\nwarmup = 300\ndraws = 200\n[model]\nlikelihood = \"student\"");
+    let outcome = place.ask("fit scene.toml --seed 1 --out r --stages least_squares,posterior");
+    assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
+    place
 }
 
-/// A copy of what a prediction reads of a fit.
-struct Copy {
-    place: Folder,
-}
-
-impl Copy {
-    fn new() -> Copy {
-        let copy = Copy { place: Folder::new() };
-        std::fs::copy(fit().1.join(FINDINGS), copy.path()).expect("writable");
-        copy
-    }
-
-    fn path(&self) -> PathBuf {
-        self.place.join(FINDINGS)
-    }
-
-    fn write(&self, bytes: impl AsRef<[u8]>) {
-        std::fs::write(self.path(), bytes).expect("writable");
-    }
-
-    fn findings(&self) -> Value {
-        serde_json::from_slice(&std::fs::read(self.path()).expect("readable")).expect("JSON")
-    }
-
-    /// A prediction without a process of its own.
-    fn predicted(&self) -> Result<String, Error> {
-        predicted(self.place.path())
-    }
-
-    /// A prediction by the command.
-    fn run(&self, more: &str) -> Outcome {
-        let words = format!("predict {} {ASKED} {more}", self.place.path().display());
-        fit().0.ask(words.trim_end())
-    }
-}
-
-const ASKED: &str = "--particle PTFE --liquid AK10 --diameter-mm 4 --film-um 200 --speed-m-s 0.05:2:4";
+const PREDICT: &str =
+    "predict r --particle PTFE --liquid AK10 --diameter-mm 4 --film-um 200 --speed-m-s 0.05:2:4 --format";
 
 fn predicted(folder: &Path) -> Result<String, Error> {
     let finished = Finished::read(folder)?;
@@ -131,8 +91,8 @@ const EXTREMES: &str = r#"[0, -1, 1, 0.5, 1e308, -1e308, 5e-324, 100000000000000
 #[test]
 fn d13_no_change_of_findings_gives_a_number_that_is_none() {
     let started = Instant::now();
-    let copy = Copy::new();
-    let findings = copy.findings();
+    let fit = fitted();
+    let findings = fit.json(FINDINGS);
     let mut found = ["/schema", "/title", "/wetcor"].map(str::to_owned).to_vec();
     for part in "basis terms inertia viscous dry_speed_m_s left_out".split(' ') {
         places(&findings["posterior"][part], &format!("/posterior/{part}"), &mut found);
@@ -150,8 +110,8 @@ fn d13_no_change_of_findings_gives_a_number_that_is_none() {
                 continue;
             }
             *value = extreme.clone();
-            copy.write(changed.to_string());
-            let outcome = copy.predicted();
+            fit.write(FINDINGS, changed.to_string());
+            let outcome = predicted(&fit.path("r"));
             assert_mannered(&outcome, &of);
             refused += usize::from(outcome.is_err());
             believed += usize::from(outcome.is_ok());
@@ -162,53 +122,17 @@ fn d13_no_change_of_findings_gives_a_number_that_is_none() {
     assert!(started.elapsed().as_secs_f64() < 60.0);
 }
 
-/// Numbers of the command line that are too large or too small for any formula.
-#[test]
-fn d13_no_number_that_is_asked_for_gives_one_that_is_none() {
-    let copy = Copy::new();
-    let sizes = ["1e-320", "1e-300", "1", "1e300", "1.7e308"];
-    let mut refused = 0;
-    for size in sizes {
-        for other in sizes {
-            for (flags, format) in [
-                (
-                    ["--diameter-mm", size, "--film-um", other, "--viscosity-mPa-s", "9"],
-                    "csv",
-                ),
-                (
-                    ["--diameter-mm", "4", "--film-um", "200", "--viscosity-mPa-s", size],
-                    "json",
-                ),
-            ] {
-                let folder = copy.place.path().to_str().expect("a plain path");
-                let fixed = ["predict", folder, "--particle", "PTFE", "--liquid-density-kg-m3", other];
-                let rest = ["--speed-m-s", "1e-300:1e300:3", "--format", format];
-                let outcome = fit().0.run(&[&fixed[..], &flags, &rest].concat());
-                outcome.assert_mannered(&format!("{flags:?}"));
-                let text = outcome.out.to_lowercase();
-                assert!(!text.contains("nan") && !text.contains("inf"), "{flags:?}: {text}");
-                assert!(
-                    outcome.status == Some(2) || outcome.out.lines().count() > 3,
-                    "{outcome:?}"
-                );
-                refused += usize::from(outcome.status == Some(2));
-            }
-        }
-    }
-    assert!((20..50).contains(&refused), "{refused}");
-}
-
 #[test]
 fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
-    let copy = Copy::new();
+    let fit = fitted();
     let hostile = "\u{1b}[2J\n\u{202e}x";
-    let mut findings = copy.findings();
+    let mut findings = fit.json(FINDINGS);
     findings["title"] = json!(hostile);
     let remark = json!({"code": "x", "level": "forbids", "passed": false, "text": hostile, "next_step": ""});
     findings["remarks"] = json!([remark]);
-    copy.write(findings.to_string());
+    fit.write(FINDINGS, findings.to_string());
     for format in ["csv", "json"] {
-        let outcome = copy.run(&format!("--format {format}"));
+        let outcome = fit.ask(&format!("{PREDICT} {format}"));
         outcome.assert_mannered(format);
         assert_eq!(outcome.status, Some(1), "{outcome:?}");
         outcome.err.says("not either: \\u{1b}[2J\\n\\u{202e}x\n");
@@ -225,7 +149,8 @@ fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
     ] {
         let mut changed = findings.clone();
         *changed.pointer_mut(place).expect("it is there") = planted;
-        copy.write(changed.to_string());
-        copy.run("").assert_refused(place, &["`\\u{1b}[2J\\n\\u{202e}x`"]);
+        fit.write(FINDINGS, changed.to_string());
+        fit.ask(&format!("{PREDICT} csv"))
+            .assert_refused(place, &["`\\u{1b}[2J\\n\\u{202e}x`"]);
     }
 }

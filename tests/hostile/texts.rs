@@ -1,11 +1,9 @@
-//! Attacks with names and texts, and without threads.
+//! Attacks with names and texts.
 
 use crate::common::{contents, Says};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-#[cfg(target_os = "linux")]
-use super::attack::{finish, LIMIT};
 use super::attack::{is_hostile, Outcome, Place};
 use super::priors::holds_no_number;
 
@@ -217,45 +215,6 @@ fn assert_figures_are_linked(page: &str, found: &[String]) {
     assert!(linked.iter().all(|address| address.is_ascii()), "{linked:?}");
     let figures = found.iter().filter(|name| name.starts_with("figures/")).count();
     assert_eq!(linked.len(), figures, "{linked:?}");
-}
-
-/// The command with so many kilobytes of address space, in which a thread takes a quarter of a gigabyte.
-#[cfg(target_os = "linux")]
-fn with_room(place: &Place, kilobytes: u64, arguments: &[&str]) -> Outcome {
-    let mut command = std::process::Command::new("sh");
-    command
-        .arg("-c")
-        .arg(format!("ulimit -v {kilobytes} && exec \"$0\" \"$@\""));
-    command.arg(env!("CARGO_BIN_EXE_wetcor")).args(arguments);
-    command
-        .current_dir(place.folder.path())
-        .env("RUST_MIN_STACK", (256 << 20).to_string());
-    finish(command, LIMIT)
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn d16_fewer_threads_are_used_where_no_more_are_to_be_had() {
-    /// megabytes for the program and its work, less than one stack
-    const WORK: u64 = 200;
-    let place = Place::plain();
-    let words = "fit scene.toml --out o --threads 5 --stages least_squares";
-    let arguments: Vec<&str> = words.split(' ').collect();
-    let mut seen = [0; 3];
-    // less is refused before threads are started
-    for quarters in 2..=20 {
-        let outcome = with_room(&place, (WORK + 256 * quarters) << 10, &arguments);
-        outcome.assert_mannered(&format!("{quarters} stacks"));
-        let fewer = outcome.err.contains(" in place of 5 threads: no more could be started");
-        let none = outcome
-            .err
-            .contains("cannot start the 4 threads that the least work takes");
-        assert_eq!(none, outcome.status == Some(2), "{outcome:?}");
-        seen[usize::from(fewer) + 2 * usize::from(none)] += 1;
-    }
-    assert!(seen.iter().all(|count| *count > 0), "{seen:?}");
-    let folder = place.entries();
-    assert_eq!(folder, ["o", "runs.csv", "scene.toml"]);
 }
 
 /// Whatever terms a model holds and whatever runs it has, what is not a number is shown as a dash.

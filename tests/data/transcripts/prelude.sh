@@ -8,6 +8,24 @@ little() { (ulimit -v 1500000; "$@"); }
 # a report in `report`
 fitted() { fit report > told.txt; local status=$?; rm told.txt; test $status -le 1; }
 predict() { wetcor predict r --particle PTFE --liquid AK10 --diameter-mm 4 --film-um 200 --speed-m-s 0.05:2:4; }
+# a prediction at such numbers is a table of numbers, or refused
+numbers() {
+    wetcor predict r --particle PTFE --speed-m-s 1e-300:1e300:3 "$@" > told.txt 2> said.txt
+    test $? = 2 -o "$(wc -l < told.txt)" -gt 3 && ! grep -qiE 'nan|inf' told.txt && ! grep -q panicked said.txt
+}
+# a fit on five threads, with room for so many quarters of a gigabyte, each of which is the stack of one: what comes of it
+# is a file of that name
+stacks() {
+    (ulimit -v $(((200 + 256 * $1) * 1024)) && fit o --threads 5) > told.txt 2> said.txt
+    local status=$?
+    if grep -q 'cannot start the 4 threads that the least work takes' said.txt; then
+        touch none && test $status = 2
+    elif grep -q ' in place of 5 threads: no more could be started' said.txt; then
+        touch fewer && test $status -le 1
+    else
+        touch all && test $status -le 1
+    fi
+}
 # has the scene read another table
 reading() { sed -i "s|runs.csv|$1|" scene.toml; }
 
