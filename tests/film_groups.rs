@@ -1,7 +1,7 @@
-//! Holds how film ratios are grouped: which runs belong together, which laws are then refused, and how much of it is shown.
+//! Holds how film ratios are grouped: which runs belong together, and which laws are then refused.
 
-use crate::common::scenes::{scene_of, AK10, HEADER, M50, PTFE, SATURATING};
-use crate::common::{contents, read_in_project, seed_of, Folder, Place, Says, Told};
+use crate::common::scenes::HEADER;
+use crate::common::{read_in_project, seed_of, Place, Says, Told};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use wetcor::findings::scaling::Scaling;
@@ -168,60 +168,4 @@ fn the_column_goes_before_the_scene() {
     let findings = place.fit_rows(&pooled.join("\n"));
     let wide = findings.film_groups.iter().filter(|group| group.film_ratio == 0.05);
     assert!(wide.clone().count() == 2 && wide.clone().all(|group| group.why_no_laws.is_some()));
-}
-
-/// A scene with hundreds of film ratios or diameters, a run each of two liquids.
-fn crowded(diameters: &[f64], film_ratios: &[f64]) -> String {
-    let design = format!(
-        r#"[design]
-diameter_mm = {{ PTFE = {diameters:?} }}
-liquids = ["AK10", "M50"]
-film_ratio = {{ PTFE = {film_ratios:?} }}
-height_mm = [150]
-dry_impact_speed_m_s = [0.5, 1.0, 1.5]
-repeats = 2
-"#
-    );
-    scene_of("crowded", &[PTFE, AK10, M50, SATURATING, &design])
-}
-
-/// Rows of the longest table, without the header and the line below it.
-fn longest_table(report: &str) -> usize {
-    let lines: Vec<&str> = report.lines().collect();
-    let tables = lines.split(|line| !line.starts_with('|')).map(<[&str]>::len);
-    tables.max().unwrap_or(0).saturating_sub(2)
-}
-
-fn assert_bounded(scene: &str, series: usize) {
-    let folder = Folder::new();
-    folder.write("scene.toml", scene);
-    folder.run("simulate scene.toml --out runs.csv");
-    let stdout = folder.succeed("fit scene.toml --out out --stages least_squares,figures");
-    assert!(stdout.lines().count() < 40, "{stdout}");
-    let (_, checked, _) = folder.run("check scene.toml");
-    assert!(checked.lines().count() < 100, "{}", checked.lines().count());
-    let report = folder.read("out/report.md");
-    assert!(longest_table(&report) <= 60, "{}", longest_table(&report));
-    assert!(report.contains(&format!("The first 60 of {series} rows; findings.json has all.")));
-    let findings = folder.json("out/findings.json");
-    assert_eq!(findings["series"].as_array().map(Vec::len), Some(series));
-    for (path, svg) in contents(&folder.join("out/figures")) {
-        let svg = String::from_utf8(svg).expect("text");
-        let height = svg.split("height=\"").nth(1).and_then(|rest| rest.split('"').next());
-        let height: f64 = height.and_then(|text| text.parse().ok()).expect("a height");
-        assert!(
-            height < 800.0 && svg.len() < 300_000,
-            "{}: {height}, {}",
-            path.display(),
-            svg.len()
-        );
-    }
-}
-
-#[test]
-fn hundreds_of_film_ratios_or_diameters_stay_readable() {
-    let ratios: Vec<f64> = (0..300).map(|i| 0.02 + 0.0015 * f64::from(i)).collect();
-    assert_bounded(&crowded(&[4.762], &ratios), 600);
-    let diameters: Vec<f64> = (0..200).map(|i| 3.0 * 1.004_f64.powi(i)).collect();
-    assert_bounded(&crowded(&diameters, &[0.03, 0.06, 0.12]), 1200);
 }

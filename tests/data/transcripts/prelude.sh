@@ -98,3 +98,25 @@ liquids() {
 
 # clears a terminal, ends a line, turns the direction, hides, and is markup wherever it goes
 HOSTILE=$'\e[2J\e]0;x\a\r\n\xe2\x80\xae<img src=x onerror=alert(1)> ![a](b) `c` **d** | \xe2\x80\x8b\xc2\x9b0m\xe2\x80\xa8&lt;'
+# runs of many diameters or film ratios, one of each of two liquids
+crowded() {
+    rm runs.csv
+    printf '%s\n' '[data]' 'runs = "runs.csv"' '[particles.PTFE]' 'density_kg_m3 = 2150' 'roughness_um = 5' \
+        '[liquids.AK10]' 'density_kg_m3 = 930' 'viscosity_mPa_s = 9.3' '[liquids.M50]' 'density_kg_m3 = 965' \
+        'viscosity_mPa_s = 48.3' '[model]' 'inertia = "saturating"' '[truth]' 'dry_k = { PTFE = 0.183 }' \
+        'lubrication_log = 1.85' 'inertia = "saturating"' 'inertial_prefactor = 0.47' 'film_scale = 0.069' \
+        'sigma_dry = 0.009' 'sigma_wet = 0.02' '[design]' "diameter_mm = { PTFE = [$1] }" 'liquids = ["AK10", "M50"]' \
+        "film_ratio = { PTFE = [$2] }" 'height_mm = [150]' 'dry_impact_speed_m_s = [0.5, 1.0, 1.5]' 'repeats = 2' > scene.toml
+    wetcor simulate scene.toml --out runs.csv
+}
+# what is said, drawn and written of so many series is bounded
+readable() {
+    wetcor fit scene.toml --out out --stages least_squares,figures > told.txt && test "$(wc -l < told.txt)" -lt 40 || return
+    wetcor check scene.toml > told.txt; test "$(wc -l < told.txt)" -lt 100 || return
+    awk '/^[|]/ { rows++; if (rows > 62) exit 1; next } { rows = 0 }' out/report.md || return
+    grep -qF "The first 60 of $1 rows; findings.json has all." out/report.md || return
+    for figure in out/figures/*; do
+        test "$(wc -c < "$figure")" -lt 300000 || return
+        grep -o 'height="[0-9.]*' "$figure" | head -n 1 | awk -F '"' '{ exit $2 >= 800 }' || return
+    done
+}
