@@ -63,11 +63,15 @@ fn listed_checks() -> Vec<(String, bool)> {
     entries.filter_map(entry).collect()
 }
 
+/// What the page of verdicts says of checks.
+fn part_of_checks(page: &str) -> &str {
+    let part = page.split("## What forbids quoting").nth(1).unwrap_or_default();
+    part.split("**Units.**").next().unwrap_or_default()
+}
+
 /// Checks that the page of verdicts does not name, and names on it that are no check.
 fn unlike_the_checks(page: &str, listed: &[(String, bool)]) -> Vec<String> {
-    let part = page.split("## What forbids quoting").nth(1).unwrap_or_default();
-    let part = part.split("**Units.**").next().unwrap_or_default();
-    let mut named: BTreeSet<&str> = spans(part).into_iter().collect();
+    let mut named: BTreeSet<&str> = spans(part_of_checks(page)).into_iter().collect();
     named.retain(|name| !["remarks", "findings.json"].contains(name));
     let listed: BTreeSet<&str> = listed.iter().map(|(code, _)| code.as_str()).collect();
     let differ = listed.symmetric_difference(&named);

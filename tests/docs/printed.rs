@@ -2,6 +2,7 @@
 
 use super::{block, numbers_in, read};
 use crate::common::{wetcor_here, Folder};
+use crate::laws;
 
 /// A line without its numbers, and these.
 fn words_and_numbers(line: &str) -> (String, Vec<f64>) {
@@ -64,33 +65,17 @@ fn the_prediction_is_what_the_page_shows() {
         err.starts_with("notice: 2 of 5 speeds extrapolated: ") && err.lines().count() == 1,
         "{err}"
     );
-    let mut lines = out.lines();
-    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
-    let mut shown = 0;
-    for line in lines {
-        let cells: Vec<&str> = line.split(',').collect();
-        let cell = |name: &str| {
-            let place = header.iter().position(|column| *column == name).expect("a column");
-            cells[place].parse::<f64>().ok()
-        };
-        let names = [
-            "restitution",
-            "restitution_q05",
-            "restitution_q95",
-            "run_q05",
-            "run_q95",
-            "stuck_probability",
-            "log_slope",
-        ];
-        let row = text.lines().find(|line| line.starts_with(&format!("| {} |", cells[0])));
-        let row = row.unwrap_or_else(|| panic!("no row of {} m/s", cells[0]));
-        let printed = &numbers_in(row)[1..];
-        let predicted: Vec<f64> = names.iter().filter_map(|name| cell(name)).collect();
-        assert_eq!(printed.len(), predicted.len(), "{row}");
+    let names = "restitution restitution_q05 restitution_q95 run_q05 run_q95 stuck_probability log_slope";
+    let predicted = laws::rows(&out);
+    assert_eq!(predicted.len(), 5);
+    for row in predicted {
+        let speed = &row["impact_speed_m_s"];
+        let shown = text.lines().find(|line| line.starts_with(&format!("| {speed} |")));
+        let shown = shown.unwrap_or_else(|| panic!("no row of {speed} m/s"));
+        let shown = &numbers_in(shown)[1..];
+        let printed: Vec<f64> = names.split(' ').filter_map(|name| row[name].parse().ok()).collect();
         // another processor draws other numbers, within their Monte Carlo error
-        let near = printed.iter().zip(&predicted).all(|(a, b)| (a - b).abs() < 2e-3);
-        assert!(near, "{row}: {predicted:?}");
-        shown += 1;
+        let near = shown.iter().zip(&printed).all(|(a, b)| (a - b).abs() < 2e-3);
+        assert!(near && shown.len() == printed.len(), "{speed}: {shown:?} {printed:?}");
     }
-    assert_eq!(shown, 5);
 }
