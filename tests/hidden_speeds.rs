@@ -1,6 +1,6 @@
 //! Holds the posterior's L to the truth where impact speeds are measured with an error.
 
-use crate::common::{draws_of, is_update, kept, mean, normal, parsed, seed_of, weighed_or_sampled};
+use crate::common::{add_errors, draws_of, is_update, kept, mean, normal, parsed, seed_of, weighed_or_sampled};
 use rayon::prelude::*;
 use wetcor::findings::posterior::{effort, speed_errors};
 use wetcor::inference::importance::DrawCounts;
@@ -8,7 +8,7 @@ use wetcor::inference::nuts::Effort;
 use wetcor::physics::numbers::stokes;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::Order;
-use wetcor::runs::{self, NewRun, RunError, Table};
+use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::{stream, StreamName};
 
@@ -101,13 +101,8 @@ fn table(scene: &Scene, design: Design, seed: u64) -> Table {
         add(true, diameter, v, e, [normal(), normal()]);
     }
     let mut runs = runs::arrange(scene, &rows);
-    let of = |row: &u32| RunError {
-        impact_speed_sd: sds[*row as usize - 1][0],
-        restitution_sd: sds[*row as usize - 1][1],
-        speed_correlation: 0.0,
-    };
     if design.error > 0.0 {
-        runs.errors = runs.row.iter().map(of).collect();
+        add_errors(&mut runs, &sds);
     }
     Table::of(runs)
 }

@@ -1,13 +1,13 @@
 //! Holds the posterior and the joint least squares of runs with measurement errors to the truth those were drawn from.
 
 use crate::common::scenes::{design, scene_of, truth, AK10, PTFE};
-use crate::common::{binomial_z, draws_of, mean, normal, rows_from, sampled, seed_of, Place, Told};
+use crate::common::{add_errors, binomial_z, draws_of, mean, normal, rows_from, sampled, seed_of, Place, Told};
 use rand::RngExt;
 use rayon::prelude::*;
 use wetcor::findings::posterior::effort;
 use wetcor::inference::nuts::Effort;
 use wetcor::physics::numbers::stokes;
-use wetcor::runs::{self, RunError, Runs, Table};
+use wetcor::runs::{self, Runs, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::{stream, StreamName};
 
@@ -63,13 +63,7 @@ fn measured(scene: &Scene, apart: Apart, (seed, set): (u64, u64)) -> Runs {
         told.push([sds[0], sds[1] / row.impact_speed]);
     }
     let mut runs = runs::arrange(scene, &rows);
-    // rows of the table are counted from 1
-    let of = |row: &u32| RunError {
-        impact_speed_sd: told[*row as usize - 1][0],
-        restitution_sd: told[*row as usize - 1][1],
-        speed_correlation: 0.0,
-    };
-    runs.errors = runs.row.iter().map(of).collect();
+    add_errors(&mut runs, &told);
     runs
 }
 

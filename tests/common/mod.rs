@@ -28,7 +28,7 @@ use wetcor::model::parameters::ModelParameters;
 use wetcor::model::simulate::Simulation;
 use wetcor::physics::{Coefficient, Parameters, Setting};
 use wetcor::report::{self, ReportInput};
-use wetcor::runs::{self, Existing, NewRun, RunWriter, Runs, Table};
+use wetcor::runs::{self, Existing, NewRun, RunError, RunWriter, Runs, Table};
 use wetcor::scene::{self, Scene};
 use wetcor::seed::StreamName;
 
@@ -108,6 +108,19 @@ pub fn cells(run: &NewRun) -> String {
 /// The same from a stream.
 pub fn rows_from(scene: &Scene, rng: ChaCha8Rng) -> Vec<NewRun<'_>> {
     simulation(scene).draw_from(rng)
+}
+
+/// Gives runs the errors of their rows, which are counted from 1: sds of the impact speed and of the restitution.
+pub fn add_errors(runs: &mut Runs, sds: &[[f64; 2]]) {
+    let of = |row: &u32| {
+        let [impact_speed_sd, restitution_sd] = sds[*row as usize - 1];
+        RunError {
+            impact_speed_sd,
+            restitution_sd,
+            speed_correlation: 0.0,
+        }
+    };
+    runs.errors = runs.row.iter().map(of).collect();
 }
 
 fn simulation(scene: &Scene) -> Simulation<'_> {
