@@ -169,8 +169,8 @@ fn sample_scene(scene: &str, rows: &str) -> (Findings, Option<Posterior>) {
     (findings, posterior)
 }
 
-/// What is told is finite, or is missing with its reason.
-fn assert_posterior_is_honest(findings: &Findings) {
+/// What a posterior tells is finite, or is missing with its reason.
+pub fn assert_posterior_is_honest(findings: &Findings) {
     let Some(posterior) = &findings.posterior else {
         return;
     };

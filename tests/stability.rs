@@ -100,7 +100,7 @@ fn told(rows: &[Row]) -> String {
     table
 }
 
-/// An ordinary run has `degenerate` and `degenerate_posterior`.
+/// An ordinary run has `degenerate`.
 #[test]
 #[ignore = "slow: forty posteriors at the extremes"]
 fn estimates_at_the_extremes_are_right_or_say_why_not() {

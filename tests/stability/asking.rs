@@ -13,7 +13,7 @@ use wetcor::seed::stream;
 
 use crate::common::scenes::{design, scene_of, truth, AK10, PTFE, STEPWISE};
 use crate::common::{normal, parameters_of, sample, seed_of, setting, Place};
-use crate::{degenerate, degenerate_posterior};
+use crate::degenerate;
 
 /// A scene whose least squares and posterior are plainly right, before anything is taken to an extreme.
 pub fn base() -> String {
@@ -239,7 +239,7 @@ fn honest(findings: &Findings) {
     estimates(findings)
         .into_iter()
         .for_each(degenerate::assert_estimate_is_honest);
-    degenerate_posterior::assert_honest(findings);
+    degenerate::assert_posterior_is_honest(findings);
     for check in findings.checks() {
         assert!(
             check.value.is_none_or(f64::is_finite) && !check.text.is_empty(),
