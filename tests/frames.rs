@@ -386,7 +386,9 @@ fn any_number_of_threads_finds_the_same() {
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let told = std::sync::Mutex::new(BTreeSet::new());
-        let progress = |done: usize, of: usize| drop(told.lock().expect("progress").insert((done, of)));
+        let progress = |done: usize, of: usize| {
+            told.lock().expect("progress").insert((done, of));
+        };
         let found = pool.expect("threads").install(|| find_sphere(folder.path(), &progress));
         assert!(told
             .into_inner()
