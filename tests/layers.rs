@@ -4,8 +4,9 @@
 //! source, and neither it nor a `mod` line is an import by itself. Tests inside `src/` are left out. Not seen is a method
 //! that stands in another file than its type.
 
+use crate::common::{contents, in_project};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::path::Path;
+use std::path::PathBuf;
 
 /// The modules of the program, which stand after those of the library.
 const PROGRAM: [&str; 2] = ["progress", "cli"];
@@ -32,31 +33,20 @@ struct File {
 
 /// Every source by its module; the two roots hold no code to order, `lib.rs` is kept for its table.
 fn sources() -> Sources {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let (mut found, mut folders) = (Sources::new(), vec![root.clone()]);
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).expect("the folder is there") {
-            let path = entry.expect("an entry").path();
-            let name = path.strip_prefix(&root).expect("below src").with_extension("");
-            let mut parts: Vec<&str> = name.iter().map(|part| part.to_str().expect("plain names")).collect();
-            if parts.contains(&"tests") || parts == ["main"] {
-                continue;
-            }
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            // a text that a module takes in is none
-            if path.extension().is_none_or(|ending| ending != "rs") {
-                continue;
-            }
-            if parts == ["lib"] || parts.last() == Some(&"mod") {
-                parts.pop();
-            }
-            found.insert(parts.join("::"), std::fs::read_to_string(&path).expect("readable"));
+    let module = |(path, bytes): (PathBuf, Vec<u8>)| {
+        let name = path.with_extension("");
+        let mut parts: Vec<&str> = name.iter().map(|part| part.to_str().expect("plain names")).collect();
+        // a text that a module takes in is none
+        let is_code = path.extension().is_some_and(|ending| ending == "rs");
+        if !is_code || parts.contains(&"tests") || parts == ["main"] {
+            return None;
         }
-    }
-    found
+        if parts == ["lib"] || parts.last() == Some(&"mod") {
+            parts.pop();
+        }
+        Some((parts.join("::"), String::from_utf8(bytes).expect("text")))
+    };
+    contents(&in_project("src")).into_iter().filter_map(module).collect()
 }
 
 /// Length of the comment, string or character that a text begins with.
