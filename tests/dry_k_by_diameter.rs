@@ -1,8 +1,7 @@
-//! Tests `dry_k = "diameter"`: each diameter's k is read, drawn, fitted, sampled and predicted with, and marked where no
-//! dry run tells it.
+//! Tests `dry_k = "diameter"`: each diameter's k is read, drawn, fitted and sampled; `transcripts` hold its report.
 
 use crate::common::scenes::{scene_of, AK10, M20, PE, PTFE};
-use crate::common::{rows, sample_as_usual, seed_of, Place, Says, Told};
+use crate::common::{rows, sample_as_usual, seed_of, Place, Told};
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::{self, Findings};
 use wetcor::model::parameters::ModelParameters;
@@ -175,67 +174,4 @@ fn the_posterior_agrees_with_least_squares() {
     let labels: Vec<&str> = derived.filter_map(|one| one.label.as_deref()).collect();
     assert_eq!(labels.len(), 2 * 12, "{labels:?}");
     assert!(labels.contains(&"PE,M20,0.05,7.938 mm"), "{labels:?}");
-}
-
-/// The restitution that is predicted of PTFE at 1.5 m/s.
-fn predicted(place: &Place, mm: &str) -> f64 {
-    let film = 60.0 * mm.parse::<f64>().expect("a number");
-    let asked = format!("--diameter-mm {mm} --film-um {film} --liquid AK10 --speed-m-s 1.5:1.5:1");
-    let text = place.folder.succeed(&format!("predict r --particle PTFE {asked}"));
-    let row = text.lines().nth(1).and_then(|row| row.split(',').nth(3)?.parse().ok());
-    row.unwrap_or_else(|| panic!("{text}"))
-}
-
-/// Report, draws and predictions have each diameter's k; one without dry runs has it from the wet ones, and is marked.
-#[test]
-fn a_report_and_predictions_have_each_diameters_k() {
-    let place = scene("diameter");
-    place.folder.succeed("simulate scene.toml --out runs.csv --seed 7");
-    // no dry runs of PE of 7.938 mm
-    let drawn = place.folder.read("runs.csv");
-    let told = |line: &&str| !(line.starts_with("PE,dry,7.938") || line.starts_with("PE,,7.938"));
-    let kept: Vec<&str> = drawn.lines().filter(told).collect();
-    assert_eq!(kept.len() + 15, drawn.lines().count(), "{}", kept[..3].join("\n"));
-    place.folder.write("runs.csv", kept.join("\n") + "\n");
-
-    let (_, overview, _) = place.run("check scene.toml");
-    overview.says("PE        dry     15    0      4.762 ");
-    let summary = place.folder.succeed("fit scene.toml --out r");
-    let line = summary.lines().find(|line| line.starts_with("dry_k[PE,7.938] "));
-    let line = line.unwrap_or_else(|| panic!("{summary}"));
-    line.says(" = 0.1");
-    assert!(line.ends_with(" (posterior, wet runs alone)"), "{line}");
-    assert!(summary.contains("\nPTFE, δ/D = 0.12, D = 8 mm, "), "{summary}");
-
-    let report = place.folder.read("r/report.md");
-    report.says("| k / (m/s)^(−1/5), PE of 7.938 mm | ");
-    report.says("\n| PTFE of 8 mm | 0.06 | ");
-    report.says("no dry runs of PE of 7.938 mm");
-    report.says("figures/restitution-speed-PTFE-4.762.svg");
-    let findings = place.folder.json("r/findings.json");
-    let k = findings["posterior"]["parameters"].as_array().expect("a list");
-    let k = |name: &str| k.iter().find(|one| one["name"] == name).expect("sampled");
-    let own = k("dry_k[PE,7.938]");
-    assert_eq!(own["from"], "wet runs");
-    assert!(k("dry_k[PE,4.762]").get("from").is_none());
-    let [mean, sd] = ["mean", "sd"].map(|number| own[number].as_f64().expect("a number"));
-    assert!((mean - 0.129).abs() < 4.0 * sd && sd < 0.01, "{mean} ± {sd}");
-    assert_eq!(findings["dry"].as_array().map(Vec::len), Some(3));
-    assert_eq!(findings["dry"][0]["diameter_m"], 4.762e-3);
-    let draws = place.folder.read("r/draws/draws.csv");
-    let header =
-        ".chain,.iteration,.draw,\"dry_k[PTFE,4.762]\",\"dry_k[PTFE,8]\",\"dry_k[PE,4.762]\",\"dry_k[PE,7.938]\",";
-    assert!(draws.starts_with(header), "{}", &draws[..200]);
-
-    for (mm, diameter) in [("4.762", 4.762e-3), ("8", 8e-3)] {
-        let at = e_inf(true_k("PTFE", diameter), 930.0 / 2150.0, 0.06);
-        let stokes = 2150.0 * diameter * 1.5 / (9.0 * 9.3e-3);
-        let law = (at * at - 4.0 * L / stokes).sqrt();
-        let found = predicted(&place, mm);
-        // the other diameter's k would be off by 0.02
-        assert!((found - law).abs() < 0.005, "{mm}: {found}, not {law}");
-    }
-    let asked = "--diameter-mm 5 --liquid AK10 --film-um 300 --speed-m-s 1:2:2";
-    let text = place.folder.refused(&format!("predict r --particle PTFE {asked}"));
-    text.says("--diameter-mm: found 5, expected one of 4.762, 8: each diameter of `PTFE` has its own k");
 }

@@ -120,3 +120,20 @@ readable() {
         grep -o 'height="[0-9.]*' "$figure" | head -n 1 | awk -F '"' '{ exit $2 >= 800 }' || return
     done
 }
+# two particles of two diameters each, each of which has a k of its own
+diameters() {
+    printf '%s\n' '[data]' 'runs = "runs.csv"' '[particles.PTFE]' 'density_kg_m3 = 2150' 'roughness_um = 5' \
+        '[particles.PE]' 'density_kg_m3 = 940' 'roughness_um = 5' '[liquids.AK10]' 'density_kg_m3 = 930' \
+        'viscosity_mPa_s = 9.3' '[liquids.M20]' 'density_kg_m3 = 930' 'viscosity_mPa_s = 20' '[model]' \
+        'dry_k = "diameter"' '[sampler]' 'chains = 2' 'warmup = 400' 'draws = 800' '[bootstrap]' 'replicates = 200' \
+        '[truth]' 'lubrication_log = 1.85' 'inertial_prefactor = 0.6' 'sigma_dry = 0.009' 'sigma_wet = 0.02' \
+        'dry_k = { PTFE = { "4.762" = 0.175, "8" = 0.190 }, PE = { "4.762" = 0.117, "7.938" = 0.129 } }' '[design]' \
+        'diameter_mm = { PTFE = [4.762, 8], PE = [4.762, 7.938] }' 'liquids = ["AK10", "M20"]' \
+        'film_ratio = { PTFE = [0.03, 0.06, 0.12], PE = [0.03, 0.05, 0.08] }' 'height_mm = [60, 80, 100, 125, 150]' \
+        'dry_impact_speed_m_s = [0.5, 1.0, 2.0]' 'repeats = 5'
+}
+# the restitution that is predicted of PTFE at 1.5 m/s
+restitution() {
+    wetcor predict r --particle PTFE --diameter-mm "$1" --film-um "$2" --liquid AK10 --speed-m-s 1.5:1.5:1 | sed -n 2p | cut -d , -f 4
+}
+near() { awk -v a="$1" -v most="$2" -v b="$3" 'BEGIN { exit !(b != "" && (a - b)^2 < most^2) }'; }
