@@ -1,7 +1,7 @@
 //! Holds how results move with the constants taken as exact, and what that adds to their error.
 
 use crate::common::scenes::{scene_of, AK10, DESIGN, M50, PTFE, SATURATING};
-use crate::common::{report_of, seed_of, Place, Says, Told};
+use crate::common::{seed_of, Place, Told};
 use crate::degenerate;
 use wetcor::findings::constants::Sensitivity;
 use wetcor::findings::{self, Findings};
@@ -272,25 +272,6 @@ fn the_notice_names_the_largest_that_is_not_given() {
         .replace("repeats = 3", "repeats = 1"));
     assert!(!noisy.constants.is_empty(), "the fits still converge");
     assert_eq!(notice(&noisy), None, "{:?}", noisy.constants);
-}
-
-#[test]
-fn the_report_has_a_second_figure_where_one_is_given() {
-    let seed = seed_of("the_report_has_a_second_figure_where_one_is_given");
-    let of = |text: &str| {
-        let place = Place::new(text);
-        let table = place.draw(seed, None);
-        let findings = findings::fit_least_squares(&place.scene, &table, 1, false);
-        report_of(&place.scene, &table, &findings, None).0
-    };
-    let (exact, given) = (of(&scene_text()), of(&all_given()));
-    for told in [&exact, &given] {
-        told.says("## Constants taken as exact");
-        told.says("| L | −1.00 |");
-    }
-    assert!(!exact.contains("± combined") && given.contains("| ± combined |"));
-    given.says("(combined, see Constants taken as exact): L ");
-    exact.lacks("(combined, see");
 }
 
 #[test]
