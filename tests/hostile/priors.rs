@@ -9,7 +9,7 @@ use crate::common::Says;
 const SMALL: &str = "[sampler]\nchains = 2\nwarmup = 150\ndraws = 100\n[bootstrap]\nreplicates = 200\n";
 
 /// Words that stand for a number that is none, in a text made of numbers and words.
-pub fn holds_no_number(text: &str) -> bool {
+fn holds_no_number(text: &str) -> bool {
     let mut words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
     words.any(|word| ["nan", "inf", "infinity"].contains(&word.to_lowercase().as_str()))
 }

@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::attack::{is_hostile, Outcome, Place};
-use super::priors::holds_no_number;
 
 /// Clears a terminal, ends a line, turns the direction, hides, and is markup wherever it goes.
 const HOSTILE: &str =
@@ -215,52 +214,4 @@ fn assert_figures_are_linked(page: &str, found: &[String]) {
     assert!(linked.iter().all(|address| address.is_ascii()), "{linked:?}");
     let figures = found.iter().filter(|name| name.starts_with("figures/")).count();
     assert_eq!(linked.len(), figures, "{linked:?}");
-}
-
-/// Whatever terms a model holds and whatever runs it has, what is not a number is shown as a dash.
-#[test]
-fn no_report_prints_what_is_no_number() {
-    let place = Place::plain();
-    place.add_to_scene(LITTLE);
-    let (scene, runs) = (place.read("scene.toml"), place.read("runs.csv"));
-    let some = |keep: &dyn Fn(usize, &str) -> bool| -> String {
-        let kept = runs
-            .lines()
-            .enumerate()
-            .filter(|(at, line)| *at == 0 || keep(*at, line));
-        kept.map(|(_, line)| format!("{line}\n")).collect()
-    };
-    let of_stuck = |line: &str| match line.rsplit_once(',') {
-        Some((start, _)) if line.contains("AK10") => format!("{start},0\n"),
-        _ => format!("{line}\n"),
-    };
-    let stuck: String = runs.lines().map(of_stuck).collect();
-    for (model, runs) in [
-        ("terms = [\"bridge\"]", runs.clone()),
-        ("terms = [\"viscous\"]", runs.clone()),
-        ("terms = [\"inertia\", \"bridge\", \"dry_second_order\"]", runs.clone()),
-        ("noise = \"both\"", runs.clone()),
-        ("dry_speed_m_s = 1e-9", runs.clone()),
-        ("likelihood = \"student\"", some(&|at, _| at % 3 == 0)),
-        ("inertia = \"saturating\"", some(&|_, line| line.contains("dry"))),
-        ("inertia = \"none\"", some(&|_, line| line.contains("AK10"))),
-        ("terms = [\"bridge\"]", some(&|at, _| at == 1)),
-        ("sticking = \"censored\"", stuck),
-    ] {
-        place.write("scene.toml", format!("{scene}\n[model]\n{model}\n"));
-        place.write("runs.csv", runs);
-        let stages = "least_squares,bootstrap,posterior,figures";
-        let fitted = place.run(&["fit", "scene.toml", "--stages", stages, "--out", "report"]);
-        fitted.assert_mannered(model);
-        let checked = place.run(&["check", "scene.toml"]);
-        let [report, page] = ["report.md", "report.html"]
-            .map(|name| std::fs::read_to_string(place.path("report").join(name)).unwrap_or_default());
-        // in the figures of the page `inf` is a subscript
-        let page = page.replace(">inf<", "><");
-        for text in [fitted.out, fitted.err, checked.out, checked.err, report, page] {
-            let found = text.lines().find(|line| holds_no_number(line));
-            assert_eq!(found, None, "{model}");
-        }
-        let _ = std::fs::remove_dir_all(place.path("report"));
-    }
 }

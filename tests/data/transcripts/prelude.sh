@@ -137,3 +137,14 @@ restitution() {
     wetcor predict r --particle PTFE --diameter-mm "$1" --film-um "$2" --liquid AK10 --speed-m-s 1.5:1.5:1 | sed -n 2p | cut -d , -f 4
 }
 near() { awk -v a="$1" -v most="$2" -v b="$3" 'BEGIN { exit !(b != "" && (a - b)^2 < most^2) }'; }
+# a fit and a check of the plain example with this model and these of its rows print and write no number that is none; in the
+# figures of the page `inf` is a subscript
+dashes() {
+    { cat "$PLAIN/scene.toml"; brief; echo '[model]'; echo "$1"; } > scene.toml
+    awk -F , -v OFS=, "$2" "$PLAIN/runs.csv" > runs.csv
+    rm -rf report
+    wetcor fit scene.toml --stages least_squares,bootstrap,posterior,figures --out report > told.txt 2>&1
+    test $? -le 2 && wetcor check scene.toml >> told.txt 2>&1
+    test $? -le 2 || return
+    ! cat told.txt report/report.md report/report.html 2> /dev/null | sed 's/>inf</></g' | grep -wE 'NaN|inf|infinity|panicked'
+}
