@@ -95,6 +95,7 @@ fn a_transcript_of_what_is_not_so_is_seen() {
         "2 wetcor check nowhere.toml\n> somewhere",
         "= scene.toml",
         "$ cmp runs.csv scene.toml",
+        "0 printf 'a\\xe2\\x80\\xaeb'",
     ] {
         assert!(!holds(fault), "{fault}");
     }

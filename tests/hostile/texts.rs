@@ -2,9 +2,9 @@
 
 use crate::common::{contents, Says};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use super::attack::{is_hostile, Outcome, Place};
+use super::attack::Place;
 
 /// Clears a terminal, ends a line, turns the direction, hides, and is markup wherever it goes.
 const HOSTILE: &str =
@@ -14,9 +14,6 @@ const HOSTILE: &str =
 fn toml(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
-
-/// So little sampling and resampling that a fit is mostly its texts.
-const LITTLE: &str = "[sampler]\nchains = 2\nwarmup = 50\ndraws = 50\n[bootstrap]\nreplicates = 100";
 
 /// The plain example with a particle for each of these names, every one with the same runs, and little sampling.
 fn with_particles(names: &[&str]) -> Place {
@@ -34,65 +31,8 @@ fn with_particles(names: &[&str]) -> Place {
         &all,
     );
     assert!(place.read("scene.toml").contains(&all));
-    place.add_to_scene(LITTLE);
+    place.add_to_scene("[sampler]\nchains = 2\nwarmup = 50\ndraws = 50\n[bootstrap]\nreplicates = 100");
     place
-}
-
-/// The plain example with a title and sources that nobody should write.
-fn with_hostile_texts() -> Place {
-    let place = Place::plain();
-    let hostile = toml(HOSTILE);
-    let scene = place.read("scene.toml");
-    let rest = scene.split_once('\n').expect("a title").1;
-    place.write("scene.toml", format!("title = {hostile}\nsource = {hostile}\n{rest}"));
-    place.add_to_scene(&format!(
-        "[[published]]\nquantity = \"dry_k\"\nparticle = \"PTFE\"\nvalue = 0.183\nse = 0.001\nsource = {hostile}"
-    ));
-    place.add_to_scene(LITTLE);
-    let runs = place.read("runs.csv");
-    let (header, rows) = runs.split_once('\n').expect("a header");
-    let odd = HOSTILE.replace(['\r', '\n', ','], "").replace('"', "");
-    let rows: String = rows.lines().map(|row| format!("{row},1\n")).collect();
-    place.write("runs.csv", format!("{header},{odd}\n{rows}"));
-    place
-}
-
-/// Every file below a folder, as a path from there.
-fn files(folder: &Path) -> Vec<String> {
-    let path = |path: PathBuf| path.to_str().expect("a plain path").to_owned();
-    contents(folder).into_keys().map(path).collect()
-}
-
-fn assert_ran(outcome: &Outcome, of: &str) {
-    outcome.assert_mannered(of);
-    assert!(matches!(outcome.status, Some(0 | 1)), "{of}: {outcome:?}");
-}
-
-#[test]
-fn d11_no_text_of_a_scene_or_a_table_moves_a_terminal() {
-    let place = with_hostile_texts();
-    for arguments in [
-        &["check", "scene.toml"][..],
-        &["check", "scene.toml", "--json"],
-        &["fit", "scene.toml", "--out", "o", "--stages", "least_squares"],
-    ] {
-        let outcome = place.run(arguments);
-        assert_ran(&outcome, &arguments.join(" "));
-    }
-    // another title at the same place: that of the first is shown in the refusal
-    let scene = place.read("scene.toml");
-    let rest = scene.split_once('\n').expect("a title").1;
-    place.write("scene.toml", format!("title = \"another\"\n{rest}"));
-    let outcome = place.run(&["fit", "scene.toml", "--out", "o"]);
-    outcome.assert_refused("the title of another report", &["\\u{1b}[2J", "\\u{202e}"]);
-    // what is looked for is seen where it is
-    let shown = Outcome {
-        status: Some(0),
-        out: "a\u{202e}b".to_owned(),
-        err: String::new(),
-    };
-    let seen = std::panic::catch_unwind(|| shown.assert_mannered("planted"));
-    assert!(seen.is_err());
 }
 
 /// Every value and key of the scene, and every cell of the header and the first row, one at a time.
@@ -141,46 +81,17 @@ fn d11_no_value_that_is_refused_moves_a_terminal() {
 }
 
 #[test]
-fn d11_a_report_shows_titles_and_sources_as_they_are() {
-    let place = with_hostile_texts();
-    let outcome = place.run(&["fit", "scene.toml", "--out", "o"]);
-    assert_ran(&outcome, "hostile texts");
-    let page = place.read("o/report.md");
-    let literal = "\\u{1b}\\[2J\\u{1b}\\]0;x\\u{7} \\u{202e}\\<img src=x onerror=alert(1)\\> !\\[a\\](b) \\`c\\` \\*\\*d\\*\\* | \
-                   \\u{200b}\\u{9b}0m \\&lt;";
-    assert_eq!(page.lines().next(), Some(format!("# {literal}").as_str()));
-    assert!(page.contains(&format!("\n\nRuns: {literal}\n\n")), "source");
-    page.says(&format!("\n\nPublished: {literal}.\n\n"));
-    assert!(page.chars().all(|c| c == '\n' || !is_hostile(c)));
-    let for_browsers = place.read("o/report.html");
-    let shown = "\\u{1b}[2J\\u{1b}]0;x\\u{7} \\u{202e}&lt;img src=x onerror=alert(1)&gt; ![a](b) `c` **d** | \
-                 \\u{200b}\\u{9b}0m &amp;lt;";
-    for_browsers.says(&format!("<title>{shown}</title>"));
-    assert!(!for_browsers.contains("<img") && !for_browsers.contains("<strong>d"));
-    for name in files(&place.path("o")) {
-        let is_text = [".md", ".html", ".json", ".svg", ".csv"]
-            .iter()
-            .any(|end| name.ends_with(end));
-        if is_text {
-            let text = place.read(&format!("o/{name}"));
-            let odd = text.chars().find(|c| *c != '\n' && is_hostile(*c));
-            assert_eq!(odd, None, "{name}");
-        }
-    }
-    let findings: serde_json::Value = serde_json::from_str(&place.read("o/findings.json")).expect("JSON");
-    assert_eq!(findings["title"], HOSTILE, "the same text comes back");
-}
-
-#[test]
 fn d11_names_stay_inside_the_folder_the_pictures_and_the_tables() {
     let names = ["..", "con", "_a_", "__b__", "שלום", "a\u{3164}", "x_{y}"].map(|name| name.replace(['{', '}'], ""));
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let place = with_particles(&names);
     let stages = "least_squares,bootstrap,posterior,figures";
     let outcome = place.run(&["fit", "scene.toml", "--out", "o", "--stages", stages]);
-    assert_ran(&outcome, "odd names");
+    outcome.assert_mannered("odd names");
+    assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
     assert_eq!(place.entries(), ["o", "runs.csv", "scene.toml"]);
-    let found = files(&place.path("o"));
+    let path = |path: PathBuf| path.to_str().expect("a plain path").to_owned();
+    let found: Vec<String> = contents(&place.path("o")).into_keys().map(path).collect();
     let mut pictures = 0;
     for name in &found {
         if name.starts_with("figures/") {

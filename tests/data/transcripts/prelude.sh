@@ -148,3 +148,16 @@ dashes() {
     test $? -le 2 || return
     ! cat told.txt report/report.md report/report.html 2> /dev/null | sed 's/>inf</></g' | grep -wE 'NaN|inf|infinity|panicked'
 }
+# a title, sources and a column that nobody should write
+hostile() {
+    local told='"\u001b[2J\u001b]0;x\u0007\r\n\u202e<img src=x onerror=alert(1)> ![a](b) `c` **d** | \u200b\u009b0m\u2028&lt;"'
+    printf '%s\n' "title = $told" "source = $told" "$(tail -n +2 "$PLAIN/scene.toml")" '[[published]]' 'quantity = "dry_k"' \
+        'particle = "PTFE"' 'value = 0.183' 'se = 0.001' "source = $told" "$(brief)" > scene.toml
+    echo "$(header),$(printf %s "$HOSTILE" | tr -d '\r\n,"')" > runs.csv
+    tail -n +2 "$PLAIN/runs.csv" | sed 's/$/,1/' >> runs.csv
+}
+# no file of text in a folder moves a terminal, or turns or hides text
+harmless() {
+    ! LC_ALL=C grep -rlP '[\x01-\x09\x0b-\x1f\x7f]|\xc2[\x80-\x9f]|\xd8\x9c|\xe2\x80[\x8b\x8e\x8f\xa8-\xae]|\xe2\x81[\xa6-\xa9]|\xef\xbb\xbf' \
+        --include=*.md --include=*.html --include=*.json --include=*.svg --include=*.csv "$1"
+}
