@@ -3,29 +3,20 @@
 #[path = "render/campaign.rs"]
 mod made;
 
-use crate::common::{seed_of, wetcor, Folder, Says};
+use crate::common::{seed_of, Folder, Says};
 
 /// The halves are held by themselves: frames to runs in `track`, runs to parameters in `main_numbers`.
 #[test]
 #[ignore = "slow: renders 2,400 frames"]
 fn frames_go_to_parameters() {
-    const NAME: &str = "frames_go_to_parameters";
     let place = Folder::new();
-    let folder = place.path();
-    let runs = made::write(folder, seed_of(NAME));
-    let (status, stdout, stderr) = wetcor(
-        folder,
-        &["track", "recordings.csv", "--out", "runs.csv", "--report", "tracked"],
-    );
-    assert_eq!(status, Some(0), "{stderr}");
-    let told = format!("{runs} recordings: {runs} runs, ");
-    stdout.begins(&told);
-    stdout.says("; 0 left out");
-    let stages = "least_squares,posterior";
-    let (status, _, stderr) = wetcor(folder, &["fit", "scene.toml", "--out", "out", "--stages", stages]);
+    let runs = made::write(place.path(), seed_of("frames_go_to_parameters"));
+    let told = place.succeed("track recordings.csv --out runs.csv --report tracked");
+    told.begins(&format!("{runs} recordings: {runs} runs, "));
+    told.says("; 0 left out");
+    let (status, _, stderr) = place.run("fit scene.toml --out out --stages least_squares,posterior");
     assert!(matches!(status, Some(0 | 1)), "{stderr}");
-    let findings = std::fs::read(folder.join("out/findings.json")).expect("written");
-    let findings: serde_json::Value = serde_json::from_slice(&findings).expect("JSON");
+    let findings = place.json("out/findings.json");
     let estimates = findings["estimates"].as_array().expect("estimates").iter();
     let parameters: Vec<&serde_json::Value> = estimates.filter(|row| row["main"] == true).collect();
     for (name, truth) in [("dry_k", 0.183), ("lubrication_log", 1.9), ("inertial_prefactor", 0.45)] {

@@ -1,6 +1,6 @@
 //! Holds the laws of pairs that a report writes to the predictions, fits and formulas they stand for.
 
-use crate::common::{fitted_example, read_in_project, wetcor_here, Folder};
+use crate::common::{fitted_example, read_in_project, Folder};
 use std::collections::HashMap;
 use std::path::PathBuf;
 
@@ -8,13 +8,6 @@ use serde_json::Value;
 
 /// Cells of a row by the names of their columns.
 pub type Row = HashMap<String, String>;
-
-fn ran(arguments: &[&str]) -> String {
-    let (status, out, err) = wetcor_here(arguments);
-    // a fit that is not to be quoted is one that is written
-    assert!(matches!(status, Some(0 | 1)), "{err}");
-    out
-}
 
 /// A fit of the example's runs, its scene changed.
 struct Fitted {
@@ -28,9 +21,10 @@ impl Fitted {
         let scene = read_in_project("datasets/mueller2016/scene.toml");
         place.write("scene.toml", change(&scene));
         place.write("runs.csv", read_in_project("datasets/mueller2016/runs.csv"));
+        let (status, _, err) = place.run(&format!("fit scene.toml --out report --stages {stages} --quiet"));
+        // a fit that is not to be quoted is one that is written
+        assert!(matches!(status, Some(0 | 1)), "{err}");
         let folder = place.join("report");
-        let [scene, out] = [place.join("scene.toml"), folder.clone()].map(|path| path.display().to_string());
-        ran(&["fit", &scene, "--out", &out, "--stages", stages, "--quiet"]);
         Fitted { place, folder }
     }
 
@@ -56,9 +50,9 @@ impl Fitted {
     /// What is predicted at settings given as lines of a table.
     fn predict(&self, settings: &str) -> Vec<Row> {
         self.place.write("settings.csv", settings);
-        let table = self.place.join("settings.csv");
-        let [folder, table] = [&self.folder, &table].map(|path| path.display().to_string());
-        rows(&ran(&["predict", &folder, "--settings", &table, "--quiet", "--anyway"]))
+        let folder = self.folder.display();
+        let asked = format!("predict {folder} --settings settings.csv --quiet --anyway");
+        rows(&self.place.succeed(&asked))
     }
 }
 

@@ -1,18 +1,10 @@
 //! Holds the examples in the repository: the runs, their distance from the paper, and the committed reports.
 
-use crate::common::{contents, read_in_project, wetcor_here};
+use crate::common::{contents, in_project, read_in_project, wetcor_here};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn read(path: &Path) -> String {
-    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
 
 /// Everything in a report's folder but `timing.json`, the page for browsers and the draws, which are never committed, by path.
 fn files(folder: &Path) -> BTreeMap<PathBuf, String> {
@@ -120,7 +112,7 @@ fn a_committed_report_is_written_again(example: &str) {
     let out_words = out.to_str().expect("a plain path");
     let (status, _, err) = wetcor_here(&["fit", &format!("datasets/{example}/scene.toml"), "--out", out_words]);
     assert_eq!(status, Some(0), "{err}");
-    let (new, old) = (files(&out), files(&root().join("reports").join(example)));
+    let (new, old) = (files(&out), files(&in_project(&format!("reports/{example}"))));
     assert_eq!(new.keys().collect::<Vec<_>>(), old.keys().collect::<Vec<_>>());
     for (name, text) in &new {
         let committed = &old[name];
@@ -229,7 +221,8 @@ fn the_runs_are_what_simulate_draws_and_no_one_takes_them_for_measured() {
     let words = ["simulate", "datasets/mueller2016/scene.toml", "--force", "--out"];
     let (status, _, err) = wetcor_here(&[&words[..], &[out.to_str().expect("a plain path")]].concat());
     assert_eq!(status, Some(0), "{err}");
-    let (new, old) = (read(&out), read_in_project("datasets/mueller2016/runs.csv"));
+    let new = std::fs::read_to_string(&out).expect("it is drawn");
+    let old = read_in_project("datasets/mueller2016/runs.csv");
     assert_same_cells(&new, &old, "runs.csv");
     let mut films = old
         .lines()
