@@ -6,7 +6,6 @@ mod accuracy;
 mod bootstrap;
 mod campaign;
 mod common;
-mod completions;
 mod condensing;
 mod constants;
 mod contradictions;

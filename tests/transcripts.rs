@@ -62,7 +62,7 @@ fn hold_all(names: &[&str], seconds: f64) {
 
 #[test]
 fn every_command_says_and_leaves_what_its_transcript_has() {
-    let names = "bounds diameters docs folders handoff new places priors texts";
+    let names = "bounds diameters docs folders handoff help new places priors texts";
     hold_all(&names.split(' ').collect::<Vec<_>>(), LIMIT);
 }
 

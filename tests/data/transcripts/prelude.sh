@@ -161,3 +161,23 @@ harmless() {
     ! LC_ALL=C grep -rlP '[\x01-\x09\x0b-\x1f\x7f]|\xc2[\x80-\x9f]|\xd8\x9c|\xe2\x80[\x8b\x8e\x8f\xa8-\xae]|\xe2\x81[\xa6-\xa9]|\xef\xbb\xbf' \
         --include=*.md --include=*.html --include=*.json --include=*.svg --include=*.csv "$1"
 }
+# the verbs that the help lists, and the long flags of one
+verbs() { wetcor --help | awk '/^Commands:/ { on = 1; next } /^[^ ]/ { on = 0 } on && /^  [a-z]/ { print $1 }'; }
+flags() { wetcor $1 --help | grep -oE '^ +(-[a-zA-Z], )?--[a-zA-Z0-9-]+' | grep -oE -- '--.*' | sort -u; }
+# the script of a shell names every verb and flag, of which fish writes no dashes, and no character as an escape
+completes() {
+    wetcor completions "$1" > script || return
+    for word in $(verbs) $(for verb in '' $(verbs); do flags "$verb"; done); do
+        grep -qF -- "${word#--}" script || { echo "$1: $word" >&2; return 1; }
+    done
+    ! grep -F '\u{' script
+}
+# the manual page of a verb, or of wetcor itself, has its name and its flags
+page_of() {
+    local name=wetcor${1:+-$1}
+    wetcor man $1 | sed 's/\\f[BIR]//g; s/\\-/-/g' > page
+    grep -q "^\.TH $name 1 " page && grep -q "^$name - " page || return
+    for flag in $(flags "$1"); do
+        grep -qE -- "^ *(-[a-zA-Z], )?$flag" page || { echo "$name: $flag" >&2; return 1; }
+    done
+}
