@@ -3,7 +3,9 @@
 //! `tests/data/transcripts/*.txt` are cases with a blank line between, each in a folder with the plain example. A line begins
 //! with what it is: `$` a command of bash that must succeed, `+` a line added to the scene, `2` (or `0`, `01`) a command that
 //! must end with such a status and with manners (refused, it prints nothing to standard output), `>` what it must print, `<`
-//! what not, `=` the names in the folder. `prelude.sh` has the commands that several cases share.
+//! what not, `=` the names in the folder. `prelude.sh` has the commands that several cases share. They need bash and the tools
+//! of GNU, as Linux has them.
+#![cfg(target_os = "linux")]
 
 use std::process::Command;
 
