@@ -250,10 +250,6 @@ impl Reader {
         })
     }
 
-    fn write(&self, file: &HandoffFile) {
-        std::fs::write(self.folder.path().join(file.name), &file.text).expect("the folder is writable");
-    }
-
     fn rebounds(&self, file: &HandoffFile, variables: &[(&str, &str)]) -> Rebounds {
         let mut command = Command::new(self.program);
         command
@@ -298,7 +294,7 @@ fn rows(text: &str) -> Vec<(String, f64)> {
 
 /// Runs a contact of one e at every speed that is tried, and with each of some variables.
 fn holds_constant(reader: &Reader, pair: &Pair, file: &HandoffFile, variables: &[(&str, &str)]) {
-    reader.write(file);
+    reader.folder.write(file.name, &file.text);
     let (program, named) = (reader.program, pair.named());
     for speed in pair.tried().map(|speed| speed.to_string()) {
         let found = reader.rebounds(file, &[("speed", &speed)]);
@@ -312,7 +308,7 @@ fn holds_constant(reader: &Reader, pair: &Pair, file: &HandoffFile, variables: &
 
 /// Runs a velocity-dependent contact at the reference speed, and at every other speed of its table.
 fn holds_its_table(reader: &Reader, file: &HandoffFile, named: &str) {
-    reader.write(file);
+    reader.folder.write(file.name, &file.text);
     let of = format!("{} {}, {named}", reader.program, file.name);
     let two = reader.rebounds(file, &[]);
     assert_near(two.of_two, two.asked_of_two, &format!("{of}, two spheres"));
@@ -342,7 +338,7 @@ fn liggghts_rebounds_as_asked() {
     let text = constant.text.replace("jump SELF limit_${limit}", "");
     assert!(text != constant.text);
     let uncorrected = HandoffFile { text, ..constant };
-    reader.write(&uncorrected);
+    reader.folder.write(uncorrected.name, &uncorrected.text);
     let off = reader.rebounds(&uncorrected, &[("limit", "on")]).on_plate - pair.law(pair.reference);
     assert!(off > 20.0 * WITHIN, "{off}");
 }
