@@ -63,16 +63,21 @@ fn form(name: &str) -> Inertia {
     *Inertia::ALL.iter().find(|form| form.name() == name).expect("a form")
 }
 
-/// A full vector with these values, and 0 for what is not read.
-fn full(values: &[(ParameterKind, f64)]) -> Vec<f64> {
+/// Log density of a run alone with its slopes in these parameters, as the likelihood of all runs computes it.
+fn alone(scene: &Scene, run: NewRun, inertia: Inertia, parameters: &[(ParameterKind, f64)]) -> Vec<f64> {
+    let runs = runs::arrange(scene, &[run]);
+    let likelihood = Likelihood::new(scene, &runs, Form::new(inertia, DrySpeed::Impact));
     let mut full = vec![0.0; COMMON_SLOTS + 1];
-    for (kind, value) in values {
+    for (kind, value) in parameters {
         full[kind.slot()] = *value;
     }
-    full
+    let mut slopes = full.clone();
+    let value = likelihood.ln_density(&full, &mut slopes).expect("finite");
+    let of_kinds = parameters.iter().map(|(kind, _)| slopes[kind.slot()]);
+    std::iter::once(value).chain(of_kinds).collect()
 }
 
-/// Log density of a run alone with its slopes in k, L, C, δ̃0 and σ, as the likelihood of all runs computes it.
+/// That of a wet run, in k, L, C, δ̃0 where the form has one, and σ.
 fn run_alone(scene: &mut Scene, form: Inertia, x: &[f64]) -> Vec<f64> {
     let [rp, d, rl, eta, film, v, e, k, l, c, scale, sigma] = x.try_into().expect("twelve arguments");
     scene.particles[0].density = rp;
@@ -86,29 +91,18 @@ fn run_alone(scene: &mut Scene, form: Inertia, x: &[f64]) -> Vec<f64> {
         impact_speed: v,
         restitution: e,
     };
-    let runs = runs::arrange(scene, &[run]);
-    let likelihood = Likelihood::new(scene, &runs, Form::new(form, DrySpeed::Impact));
-    let full = full(&[
+    let mut parameters = vec![
+        (ParameterKind::DryK(0), k),
         (ParameterKind::LUBRICATION_LOG, l),
         (ParameterKind::INERTIAL_PREFACTOR, c),
-        (ParameterKind::FILM_SCALE, scale),
-        (ParameterKind::SigmaWet, sigma),
-        (ParameterKind::DryK(0), k),
-    ]);
-    let mut slopes = full.clone();
-    let value = likelihood.ln_density(&full, &mut slopes).expect("finite");
-    let mut kinds = vec![
-        ParameterKind::DryK(0),
-        ParameterKind::LUBRICATION_LOG,
-        ParameterKind::INERTIAL_PREFACTOR,
     ];
-    kinds.extend(form.has_film_scale().then_some(ParameterKind::FILM_SCALE));
-    kinds.push(ParameterKind::SigmaWet);
-    let of_kinds = kinds.into_iter().map(|kind| slopes[kind.slot()]);
-    std::iter::once(value).chain(of_kinds).collect()
+    let of_form = form.has_film_scale().then_some((ParameterKind::FILM_SCALE, scale));
+    parameters.extend(of_form);
+    parameters.push((ParameterKind::SigmaWet, sigma));
+    alone(scene, run, form, &parameters)
 }
 
-/// The same of a dry run: its slopes are those in k and σ.
+/// That of a dry run, in k and σ.
 fn dry_run_alone(scene: &Scene, x: &[f64]) -> Vec<f64> {
     let [v, e, k, sigma] = x.try_into().expect("four arguments");
     let run = NewRun {
@@ -119,22 +113,18 @@ fn dry_run_alone(scene: &Scene, x: &[f64]) -> Vec<f64> {
         impact_speed: v,
         restitution: e,
     };
-    let runs = runs::arrange(scene, &[run]);
-    let likelihood = Likelihood::new(scene, &runs, Form::new(Inertia::None, DrySpeed::Impact));
-    let full = full(&[(ParameterKind::SigmaDry, sigma), (ParameterKind::DryK(0), k)]);
-    let mut slopes = full.clone();
-    let value = likelihood.ln_density(&full, &mut slopes).expect("finite");
-    let [of_k, of_sigma] = [ParameterKind::DryK(0), ParameterKind::SigmaDry].map(|kind| slopes[kind.slot()]);
-    vec![value, of_k, of_sigma]
+    let parameters = [(ParameterKind::DryK(0), k), (ParameterKind::SigmaDry, sigma)];
+    alone(scene, run, Inertia::None, &parameters)
 }
 
 fn kept(form: Inertia, x: &[f64]) -> Vec<f64> {
     let [density, diameter, liquid_density, viscosity, film, v, k, l, c, scale] = x.try_into().expect("ten arguments");
     let setting = setting([density, diameter], [liquid_density, viscosity], film);
     let parameters = parameters_of([k, l, c, scale]);
-    let slopes = kept_energy_slopes(&setting, Form::new(form, DrySpeed::Impact), &parameters, v);
+    let form = Form::new(form, DrySpeed::Impact);
+    let slopes = kept_energy_slopes(&setting, form, &parameters, v);
     vec![
-        kept_energy(&setting, Form::new(form, DrySpeed::Impact), &parameters, v),
+        kept_energy(&setting, form, &parameters, v),
         slopes.dry_k,
         slopes.shared[Coefficient::LubricationLog as usize],
         slopes.shared[Coefficient::InertialPrefactor as usize],
@@ -198,8 +188,8 @@ pub fn ours(scene: &mut Scene, name: &str, x: &[f64]) -> Vec<f64> {
     }
 }
 
-fn numbers_of(list: &str) -> Vec<f64> {
-    list.split(' ').map(|x| x.parse().expect("a number")).collect()
+fn numbers_of(list: &str, separator: char) -> Vec<f64> {
+    list.split(separator).map(|x| x.parse().expect("a number")).collect()
 }
 
 fn ulp(x: f64) -> f64 {
@@ -231,7 +221,7 @@ pub fn measure(
         let [name, arguments, answers] = line.split(';').collect::<Vec<_>>()[..] else {
             panic!("{line}");
         };
-        let x = numbers_of(arguments);
+        let x = numbers_of(arguments, ' ');
         if name.starts_with("fit") {
             compare_fit(laws.entry(name.to_owned()).or_default(), &law(name, &x), answers);
             continue;
@@ -244,25 +234,17 @@ pub fn measure(
         }
         assert_eq!(found.len(), expected.len(), "{line}");
         for (j, (found, expected)) in found.iter().zip(expected).enumerate() {
-            let [nearest, rest, condition] = expected
-                .split(':')
-                .map(|x| x.parse::<f64>().expect("a number"))
-                .collect::<Vec<_>>()[..]
-            else {
+            let [nearest, rest, condition] = numbers_of(expected, ':')[..] else {
                 panic!("{line}");
             };
             measured.answers += 1;
-            let error = if nearest == 0.0 {
-                if *found == 0.0 {
-                    0.0
-                } else {
-                    f64::INFINITY
-                }
-            } else {
-                ((found - nearest) / ulp(nearest) - rest).abs()
+            // a NaN is as wrong as can be, and so is anything for nothing
+            let error = ((found - nearest) / ulp(nearest) - rest).abs();
+            let error = match nearest == 0.0 {
+                true if *found == 0.0 => 0.0,
+                false if !error.is_nan() => error,
+                _ => f64::INFINITY,
             };
-            // a NaN is as wrong as can be
-            let error = if error.is_nan() { f64::INFINITY } else { error };
             let share = error / (1.0 + condition);
             measured.largest_condition = measured.largest_condition.max(condition);
             if condition <= 10.0 {
@@ -288,8 +270,9 @@ fn compare_fit(fitted: &mut Fitted, fit: &Fit, answers: &str) {
         *fitted.declined.entry(why).or_default() += 1;
     }
     for (j, pair) in answers.split(' ').enumerate() {
-        let (value, se) = pair.split_once(':').expect("a pair");
-        let (value, se): (f64, f64) = (value.parse().expect("a number"), se.parse().expect("a number"));
+        let [value, se] = numbers_of(pair, ':')[..] else {
+            panic!("{pair}");
+        };
         if fit.stop == Stop::Converged {
             fitted.distance = fitted.distance.max((fit.parameters[j] - value).abs() / se);
         }
