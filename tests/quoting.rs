@@ -2,16 +2,15 @@
 //! and where it is not.
 
 use crate::common::scenes::HEADER;
-use crate::common::{binomial_z, in_project, is_update, kept, normal, parameters_of, seed_of, setting, Place};
+use crate::common::{
+    assert_seldom, compare, holds, is_update, kept, normal, parameters_of, sample, seed_of, setting, Place,
+};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::Path;
 
 use rand::RngExt;
 use rayon::prelude::*;
-use serde_json::{json, Value};
 use wetcor::findings::estimate::Estimate;
-use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::loss::Film;
 use wetcor::physics::rebound::mean_restitution;
@@ -230,66 +229,84 @@ impl Kind {
     }
 
     /// What a fit of one table says, with every stage.
-    fn outcome(&self, index: u64) -> Value {
+    fn outcome(&self, index: u64) -> Outcome {
         let place = Place::new(&self.scene());
-        std::fs::write(place.path("runs.csv"), self.table(index)).expect("the folder is writable");
-        let table = place.read();
+        let table = place.read_rows(&self.table(index));
         let mut findings = findings::fit_least_squares(&place.scene, &table, 1, true);
-        let watcher = |_: bool, _: bool| ();
-        let posterior = findings
-            .add_posterior(&place.scene, &table.runs, MethodChoice::Sampler, &watcher)
-            .unwrap_or_else(|error| panic!("{error}"));
-        if let Some(posterior) = &posterior {
-            findings
-                .add_comparison(&place.scene, &table.runs, posterior, &watcher)
-                .unwrap_or_else(|error| panic!("{error}"));
+        if let Some(posterior) = sample(&mut findings, &place.scene, &table.runs) {
+            compare(&mut findings, &place.scene, &table.runs, &posterior);
         }
-        let failed = findings.checks().filter(|check| check.gates() && !check.passed);
-        let failed: Vec<&str> = failed.map(|check| check.code).collect();
-        json!({
-            "index": index,
-            "quoted": findings.main.verdict.passed,
-            "failed": failed,
-            "z": self.errors(&findings),
-        })
+        let failed = findings.checks().filter(|check| check.forbids());
+        Outcome {
+            is_quoted: findings.main.verdict.passed,
+            failed: failed.map(|check| check.code).collect(),
+            errors: self.errors(&findings),
+        }
     }
 
-    /// Whether each main number covers the truth, by quantity, with its error over its ±.
-    fn errors(&self, findings: &Findings) -> BTreeMap<String, Vec<(bool, f64)>> {
+    fn errors(&self, findings: &Findings) -> Errors {
         let truth = self.truth;
-        let mut found: BTreeMap<String, Vec<(bool, f64)>> = BTreeMap::new();
-        let mut add = |name: &str, number: &Estimate, truth: f64| {
-            if let (Some(value), Some(se), Some([lo, hi])) = (number.value, number.se, number.interval) {
-                let own = found.entry(name.to_owned()).or_default();
-                own.push(((lo..=hi).contains(&truth), (value - truth) / se));
-            }
+        let mut posterior = findings.posterior.iter();
+        let is_own_form = posterior.any(|posterior| posterior.inertia == truth.inertia);
+        let of = |quantity: &str| match quantity {
+            "C" => is_own_form.then_some(truth.c),
+            "L" => Some(truth.l),
+            _ => Some(truth.k),
         };
-        for parameter in &findings.main.parameters {
-            let name = parameter.name();
-            let same_form = findings
-                .posterior
-                .as_ref()
-                .is_some_and(|posterior| posterior.inertia == truth.inertia);
-            match name.as_str() {
-                "lubrication_log" => add("L", &parameter.number, truth.l),
-                "inertial_prefactor" if same_form => add("C", &parameter.number, truth.c),
-                _ if name.starts_with("dry_k") => add("k", &parameter.number, truth.k),
-                _ => {}
-            }
-        }
-        if truth.law == Law::Balance {
-            for [of_e_inf, of_st_c] in &findings.main.places {
-                let film = Film {
-                    film_ratio: of_e_inf.of.film_ratio.expect("a film"),
-                    density_ratio: LIQUID_DENSITY / truth.density,
-                };
-                let [e_inf, st_c] = truth.quoted(film);
-                add("e_inf", &of_e_inf.number, e_inf);
-                add("St_c", &of_st_c.number, st_c);
-            }
-        }
-        found
+        let density_ratio = LIQUID_DENSITY / truth.density;
+        errors_of(findings, of, |film_ratio| {
+            let film = Film {
+                film_ratio,
+                density_ratio,
+            };
+            (truth.law == Law::Balance).then(|| truth.quoted(film))
+        })
     }
+}
+
+/// What a fit of a table says.
+struct Outcome {
+    is_quoted: bool,
+    /// checks that forbid quoting
+    failed: Vec<&'static str>,
+    errors: Errors,
+}
+
+/// By quantity, whether each of its intervals holds the truth, and each error over its ±.
+pub type Errors = BTreeMap<&'static str, Vec<(bool, f64)>>;
+
+/// Those of the main numbers whose truth is known: of `k`, `L` and `C`, and of e_inf and St_c at a film ratio.
+pub fn errors_of(
+    findings: &Findings,
+    truth_of: impl Fn(&str) -> Option<f64>,
+    mut truth_at: impl FnMut(f64) -> Option<[f64; 2]>,
+) -> Errors {
+    let mut found = Errors::new();
+    let mut add = |quantity: &'static str, number: &Estimate, truth: f64| {
+        if let (Some(value), Some(se), Some(interval)) = (number.value, number.se, number.interval) {
+            let own = found.entry(quantity).or_default();
+            own.push((holds(Some(interval), truth), (value - truth) / se));
+        }
+    };
+    for parameter in &findings.main.parameters {
+        let quantity = match parameter.name().as_str() {
+            "lubrication_log" => "L",
+            "inertial_prefactor" => "C",
+            name if name.starts_with("dry_k") => "k",
+            _ => continue,
+        };
+        if let Some(truth) = truth_of(quantity) {
+            add(quantity, &parameter.number, truth);
+        }
+    }
+    for [of_e_inf, of_st_c] in &findings.main.places {
+        let film_ratio = of_e_inf.of.film_ratio.expect("a film");
+        if let Some([e_inf, st_c]) = truth_at(film_ratio) {
+            add("e_inf", &of_e_inf.number, e_inf);
+            add("St_c", &of_st_c.number, st_c);
+        }
+    }
+    found
 }
 
 impl Truth {
@@ -326,55 +343,29 @@ impl Truth {
     }
 }
 
-/// The outcomes of so many tables of a kind; those that a file holds are not made again.
-fn outcomes(kind: &Kind, sets: u64, kept: Option<&Path>) -> Vec<Value> {
-    let file = kept.map(|folder| folder.join(format!("{}.jsonl", kind.name.replace([' ', ','], "_"))));
-    let text = file.as_ref().and_then(|file| std::fs::read_to_string(file).ok());
-    let mut known: Vec<Value> = text.iter().flat_map(|text| text.lines()).filter_map(parsed).collect();
-    let has = |index: u64, known: &[Value]| known.iter().any(|one| one["index"] == index);
-    let missing: Vec<u64> = (0..sets).filter(|index| !has(*index, &known)).collect();
-    for some in missing.chunks(20) {
-        let new: Vec<Value> = some.par_iter().map(|index| kind.outcome(*index)).collect();
-        known.extend(new);
-        if let Some(file) = &file {
-            let lines: String = known.iter().map(|one| format!("{one}\n")).collect();
-            std::fs::write(file, lines).expect("the folder is writable");
-        }
-    }
-    known.retain(|one| one["index"].as_u64().is_some_and(|index| index < sets));
-    known
+/// The outcomes of so many tables of a kind.
+fn outcomes(kind: &Kind, sets: u64) -> Vec<Outcome> {
+    (0..sets).into_par_iter().map(|index| kind.outcome(index)).collect()
 }
 
-fn parsed(line: &str) -> Option<Value> {
-    serde_json::from_str(line).ok()
-}
-
-fn is_quoted(outcome: &Value) -> bool {
-    outcome["quoted"] == true
+fn quoted(outcomes: &[Outcome]) -> usize {
+    outcomes.iter().filter(|one| one.is_quoted).count()
 }
 
 /// Of the quoted outcomes, the share whose intervals of a quantity cover, and the largest error over ±.
-fn coverage(outcomes: &[Value], quantity: &str) -> Option<(f64, f64)> {
-    let quoted = outcomes.iter().filter(|one| is_quoted(one));
-    let pairs: Vec<&Value> = quoted
-        .filter_map(|one| one["z"][quantity].as_array())
-        .flatten()
-        .collect();
-    let covered = pairs.iter().filter(|pair| pair[0] == true).count();
-    let errors = pairs.iter().filter_map(|pair| pair[1].as_f64());
-    (!pairs.is_empty()).then(|| {
-        (
-            covered as f64 / pairs.len() as f64,
-            errors.fold(0.0, |most, z| f64::max(most, z.abs())),
-        )
-    })
+fn coverage(outcomes: &[Outcome], quantity: &str) -> Option<(f64, f64)> {
+    let quoted = outcomes.iter().filter(|one| one.is_quoted);
+    let pairs: Vec<&(bool, f64)> = quoted.filter_map(|one| one.errors.get(quantity)).flatten().collect();
+    let covered = pairs.iter().filter(|(covers, _)| *covers).count();
+    let largest = pairs.iter().fold(0.0, |most, (_, z)| f64::max(most, z.abs()));
+    (!pairs.is_empty()).then(|| (covered as f64 / pairs.len() as f64, largest))
 }
 
 /// The checks that forbade quoting, the most frequent first.
-fn refusals(outcomes: &[Value]) -> String {
+fn refusals(outcomes: &[Outcome]) -> String {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    for name in outcomes.iter().filter_map(|one| one["failed"].as_array()).flatten() {
-        *counts.entry(name.as_str().unwrap_or_default()).or_default() += 1;
+    for name in outcomes.iter().flat_map(|one| &one.failed) {
+        *counts.entry(*name).or_default() += 1;
     }
     let mut counts: Vec<(&str, usize)> = counts.into_iter().collect();
     counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
@@ -382,14 +373,13 @@ fn refusals(outcomes: &[Value]) -> String {
     words.join(", ")
 }
 
-/// Tables of a kind whose share is far from nought and one: so many beside those of right kinds.
-fn others(sets: u64) -> u64 {
-    sets / 4
-}
+/// Tables of each right kind, and of each kind whose share is far from nought and one.
+const SETS: u64 = 112;
+const OTHERS: u64 = SETS / 4;
 
-fn markdown(sets: u64, folder: &Path) -> String {
+fn markdown() -> String {
     let mut text = format!(
-        "# What is quoted, and does it hold?\n\n{sets} simulated tables of each right kind, {} of each other, each read and fitted as `wetcor fit` does \
+        "# What is quoted, and does it hold?\n\n{SETS} simulated tables of each right kind, {OTHERS} of each other, each read and fitted as `wetcor fit` does \
          with the default scene ([sampler] 500 warm-up and 500 draws, 1000 replicates). Unless a row says otherwise: 40 wet and \
          12 dry runs of spheres of 2150 kg/m³ at speeds of their own between 0.4 and 2.1 m/s, two diameters, two liquids, film \
          ratios 0.03, 0.06 and 0.1, films recorded with an error of 3 % each, k = 0.18, L = 1.85, C = 0.8 stepwise, sd of e \
@@ -397,15 +387,14 @@ fn markdown(sets: u64, folder: &Path) -> String {
          quoted 95 % intervals, in per cent, that hold the truth (C where the form that stands is the true one; e_inf and St_c \
          pool every place, so that their entries are not independent). The last numeric column is the largest error of any \
          quoted main number over its ±.\n\nMade by `UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored \
-         the_page_of_quoting`, which goes on where it was stopped (outcomes are kept in `target/quoting`).\n\n\
+         the_page_of_quoting`.\n\n\
          | tables | truth | quoted | k | L | C | e_inf | St_c | largest error | refused by |\n\
-         | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
-        others(sets)
+         | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n"
     );
     let (mut rights, mut refused) = (0, 0);
     for kind in &kinds() {
-        let all = outcomes(kind, if kind.right { sets } else { others(sets) }, Some(folder));
-        let quoted = all.iter().filter(|one| is_quoted(one)).count();
+        let all = outcomes(kind, if kind.right { SETS } else { OTHERS });
+        let quoted = quoted(&all);
         if kind.right {
             rights += all.len();
             refused += all.len() - quoted;
@@ -438,13 +427,7 @@ fn the_page_of_quoting() {
     if !is_update() {
         return;
     }
-    let sets = std::env::var("WETCOR_SETS")
-        .ok()
-        .and_then(|sets| sets.parse().ok())
-        .unwrap_or(120);
-    let folder = in_project("target/quoting");
-    std::fs::create_dir_all(&folder).expect("the folder is writable");
-    kept("reports/quoting.md", &markdown(sets, &folder));
+    kept("reports/quoting.md", &markdown());
 }
 
 fn kind(name: &str) -> Kind {
@@ -456,18 +439,9 @@ fn kind(name: &str) -> Kind {
 #[ignore = "slow: run with --ignored"]
 fn right_tables_are_quoted_and_those_of_another_dry_speed_are_not() {
     const SETS: u64 = 24;
-    let quoted = |name: &str| {
-        outcomes(&kind(name), SETS, None)
-            .iter()
-            .filter(|one| is_quoted(one))
-            .count()
-    };
+    let quoted = |name: &str| quoted(&outcomes(&kind(name), SETS));
     for name in ["right, 26 runs", "right, 52 runs"] {
-        let refused = SETS as usize - quoted(name);
-        assert!(
-            binomial_z(refused, SETS as usize, 0.01) < 4.0,
-            "{name}: {refused} refused"
-        );
+        assert_seldom(name, SETS as usize - quoted(name), SETS, 0.01);
     }
     // the planted fault: tables whose e_dry is that at each run's own speed
     let wrong = quoted("dry speed");

@@ -1,19 +1,18 @@
 //! Holds what is inferred to the truth where the runs of a series share an offset of the energy kept.
 
-use crate::common::scenes::{scene_of, HEADER, PTFE, THIN};
+use crate::common::scenes::{design, scene_of, truth, HEADER, PTFE, STEPWISE, THIN};
 use crate::common::{
-    binomial_z, cells, compare, is_update, kept, mean, normal, parsed, rows_from, sample, seed_of, Place, Says, Told,
+    binomial_z, cells, compare, is_update, kept, mean, normal, parsed, rows_from, sample, seed_of, study, Place, Says,
+    Told,
 };
-use rayon::prelude::*;
+use crate::quoting::{errors_of, Errors};
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use wetcor::findings::estimate::Estimate;
 use wetcor::findings::posterior::Posterior;
-use wetcor::findings::predict::ParticleLaw;
 use wetcor::findings::{self, Findings};
 use wetcor::model::likelihood::pointwise::Pointwise;
 use wetcor::model::likelihood::{Likelihood, SeriesDensities};
-use wetcor::model::parameters::{offset_slot, ParameterKind};
+use wetcor::model::parameters::{offset_slot, ModelParameters, ParameterKind};
 use wetcor::physics::kept_energy;
 use wetcor::physics::loss::Film;
 use wetcor::physics::quantity::{self, Quantity};
@@ -30,27 +29,12 @@ fn scene(sigma: f64, model: &str) -> Scene {
 
 fn text(sigma: f64, model: &str) -> String {
     let thick = "[liquids.thick]\ndensity_kg_m3 = 960\nviscosity_mPa_s = 20\n";
-    let text = format!(
-        r#"[model]
-inertia = "stepwise"
-{model}
-[truth]
-dry_k = {{ PTFE = 0.183 }}
-lubrication_log = 1.85
-inertial_prefactor = 1.2
-sigma_dry = 0.01
-sigma_wet = 0.02
-sigma_series = {sigma}
-[design]
-diameter_mm = {{ PTFE = [3.175, 4.762, 8.0] }}
-liquids = ["thin", "thick"]
-film_ratio = {{ PTFE = [0.04, 0.07, 0.1] }}
-height_mm = [30, 60, 90, 120, 150]
-dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
-repeats = 5
-"#
-    );
-    scene_of("offsets of series", &[PTFE, THIN, thick, &text])
+    let model = format!("{STEPWISE}{model}\n");
+    let truth = truth([1.85, 1.2, 0.01, 0.02], &format!("sigma_series = {sigma}\n"));
+    let films = ["3.175, 4.762, 8.0", "0.04, 0.07, 0.1"];
+    let speeds = ["30, 60, 90, 120, 150", "0.4, 0.8, 1.2, 1.6, 2.0"];
+    let design = design(films, &["thin", "thick"], speeds, "repeats = 5\n");
+    scene_of("offsets of series", &[PTFE, THIN, thick, &model, &truth, &design])
 }
 
 fn table(scene: &Scene, seed: u64) -> Table {
@@ -60,61 +44,29 @@ fn table(scene: &Scene, seed: u64) -> Table {
     ))
 }
 
-/// What the intervals of the main numbers did over some sets.
-#[derive(Debug, Default, Clone)]
-struct Coverage {
-    /// of k, L, C, e_inf and St_c: 95 % intervals, and those that hold the truth
-    of: [[usize; 2]; NUMBERS.len()],
-    /// sets whose verdict lets the numbers be quoted
-    quotable: usize,
-    sets: usize,
-    sigma_series: Vec<f64>,
+/// What one fit says of the main numbers, whether they may be quoted or not.
+struct Outcome {
+    errors: Errors,
+    is_quoted: bool,
+    sigma_series: Option<f64>,
 }
 
 const NUMBERS: [&str; 5] = ["k", "L", "C", "e_inf", "St_c"];
 
-impl Coverage {
-    fn add(mut self, other: Coverage) -> Coverage {
-        for (own, other) in self.of.iter_mut().zip(other.of) {
-            own[0] += other[0];
-            own[1] += other[1];
-        }
-        self.quotable += other.quotable;
-        self.sets += other.sets;
-        self.sigma_series.extend(other.sigma_series);
-        self
-    }
-
-    /// Of one fit, whether its numbers may be quoted or not.
-    fn of_fit(scene: &Scene, findings: &Findings) -> Coverage {
-        let mut found = Coverage {
-            quotable: usize::from(findings.main.verdict.passed),
-            sets: 1,
-            ..Coverage::default()
-        };
+impl Outcome {
+    fn of(scene: &Scene, findings: &Findings) -> Outcome {
         let truth = scene.truth.as_ref().expect("simulated");
-        let mut add = |number: usize, own: &Estimate, truth: f64| {
-            if let Some([lo, hi]) = own.interval {
-                found.of[number][0] += 1;
-                found.of[number][1] += usize::from(lo <= truth && truth <= hi);
-            }
-        };
         let k = truth.dry_k[0].expect("given");
-        for own in &findings.main.parameters {
-            let (number, truth) = match own.kind.expect("a quantity") {
-                Quantity::DryK => (0, Some(k)),
-                l @ Quantity::Shared(Coefficient::LubricationLog) => (1, truth.of_quantity(l)),
-                c @ Quantity::Shared(Coefficient::InertialPrefactor) => (2, truth.of_quantity(c)),
-                _ => continue,
-            };
-            add(number, &own.number, truth.expect("given"));
-        }
+        let of = |quantity: &str| match quantity {
+            "k" => Some(k),
+            "L" => truth.value(Coefficient::LubricationLog),
+            _ => truth.value(Coefficient::InertialPrefactor),
+        };
         // one place stands for each film ratio: the others are of the same runs
         let mut seen = vec![];
-        for [e_inf, st_c] in &findings.main.places {
-            let film_ratio = e_inf.of.film_ratio.expect("a film");
+        let errors = errors_of(findings, of, |film_ratio| {
             if seen.contains(&film_ratio) {
-                continue;
+                return None;
             }
             seen.push(film_ratio);
             let film = Film {
@@ -122,14 +74,15 @@ impl Coverage {
                 density_ratio: scene.liquids[0].density / scene.particles[0].density,
             };
             let wetted = truth.wetted(k, film, 2.0).expect("complete");
-            for (number, quantity, own) in [(3, Quantity::EInf, e_inf), (4, Quantity::StC, st_c)] {
-                add(number, &own.number, quantity.value(&quantity::Place::NONE, &wetted));
-            }
+            Some([Quantity::EInf, Quantity::StC].map(|own| own.value(&quantity::Place::NONE, &wetted)))
+        });
+        let mut parameters = findings.posterior.iter().flat_map(|posterior| &posterior.parameters);
+        let sigma = parameters.find(|own| own.name == "sigma_series");
+        Outcome {
+            errors,
+            is_quoted: findings.main.verdict.passed,
+            sigma_series: sigma.and_then(|own| own.median),
         }
-        let posterior = findings.posterior.as_ref().expect("sampled");
-        let sigma = posterior.parameters.iter().find(|own| own.name == "sigma_series");
-        found.sigma_series.extend(sigma.and_then(|own| own.median));
-        found
     }
 }
 
@@ -142,16 +95,18 @@ fn fit(scene: &Scene, table: &Table) -> (Findings, Posterior) {
 }
 
 /// Fits of so many sets with offsets of this sd.
-fn coverage(sigma: f64, sets: u64, offsets: bool) -> Coverage {
+fn outcomes(sigma: f64, sets: u64, offsets: bool) -> Vec<Outcome> {
     let scene = scene(sigma, &format!("series_offsets = {offsets}\n{SAMPLER}"));
-    let of = |set: u64| {
-        let table = table(&scene, seed_of("the_main_numbers_cover").wrapping_add(set));
-        Coverage::of_fit(&scene, &fit(&scene, &table).0)
-    };
-    (0..sets)
-        .into_par_iter()
-        .map(of)
-        .reduce(Coverage::default, Coverage::add)
+    study("the_main_numbers_cover", sets, |seed| {
+        Outcome::of(&scene, &fit(&scene, &table(&scene, seed)).0)
+    })
+}
+
+/// The share of intervals of a number that hold the truth.
+fn share(outcomes: &[Outcome], number: &str) -> f64 {
+    let each = outcomes.iter().filter_map(|one| one.errors.get(number)).flatten();
+    let holds: Vec<f64> = each.map(|(holds, _)| f64::from(u8::from(*holds))).collect();
+    mean(&holds).0
 }
 
 /// Also the table of `reports/series_offsets.md`, which `UPDATE_EXPECTED=1` writes anew.
@@ -163,39 +118,30 @@ fn the_main_numbers_cover_where_series_have_offsets() {
     let mut rows = String::new();
     for sigma in [0.006, 0.01] {
         for (offsets, sets) in [(true, SETS), (false, WITHOUT)] {
-            let found = coverage(sigma, sets, offsets);
-            let share = |number: usize| 100.0 * found.of[number][1] as f64 / found.of[number][0] as f64;
-            let shares: Vec<String> = (0..NUMBERS.len())
-                .map(|number| format!("{:.1}", share(number)))
-                .collect();
+            let found = outcomes(sigma, sets, offsets);
+            let shares = NUMBERS.map(|number| share(&found, number));
             let spread = if offsets {
-                let (middle, se) = mean(&found.sigma_series);
+                let sigmas: Vec<f64> = found.iter().filter_map(|one| one.sigma_series).collect();
+                let (middle, se) = mean(&sigmas);
                 // a median beside a prior that knows no sign is not unbiased, but near
                 assert!((middle / sigma - 1.0).abs() < 0.2, "{middle} ± {se}");
                 format!("{middle:.4} ± {se:.4}")
             } else {
                 "–".to_owned()
             };
-            let modelled = if offsets { "yes" } else { "no" };
             let _ = writeln!(
                 rows,
-                "| {sigma} | {modelled} | {sets} | {} | {} | {spread} |",
-                shares.join(" | "),
-                found.quotable
+                "| {sigma} | {} | {sets} | {} | {} | {spread} |",
+                if offsets { "yes" } else { "no" },
+                shares.map(|share| format!("{:.1}", 100.0 * share)).join(" | "),
+                found.iter().filter(|one| one.is_quoted).count()
             );
-            // three film ratios of one set are not independent
-            let z = |number: usize| {
-                binomial_z(
-                    (share(number) / 100.0 * sets as f64).round() as usize,
-                    sets as usize,
-                    0.95,
-                )
-            };
-            for (number, name) in NUMBERS.into_iter().enumerate() {
-                let z = z(number);
+            for (share, name) in shares.into_iter().zip(NUMBERS) {
+                // three film ratios of one set are not independent
+                let z = binomial_z((share * sets as f64).round() as usize, sets as usize, 0.95);
                 assert!(!offsets || z.abs() < 4.0, "{name}: {z}");
                 // the planted fault: the same runs taken as independent
-                assert!(offsets || sigma < 0.01 || number == 0 || z < -6.0, "{name}: {z}");
+                assert!(offsets || sigma < 0.01 || name == "k" || z < -6.0, "{name}: {z}");
             }
         }
     }
@@ -226,7 +172,6 @@ fn key(liquid: &str, diameter: f64, film_ratio: f64) -> String {
 fn with_known_offsets<'s>(scene: &'s Scene, sigma: f64, seed: u64) -> (Vec<NewRun<'s>>, BTreeMap<String, f64>) {
     let truth = scene.truth.as_ref().expect("given");
     let mut rng = stream(seed, "known offsets", 0);
-    let mut normal = || normal(&mut rng);
     let mut offsets = BTreeMap::new();
     let mut rows = rows_from(scene, stream(seed, "settings", 0));
     for row in &mut rows {
@@ -238,9 +183,9 @@ fn with_known_offsets<'s>(scene: &'s Scene, sigma: f64, seed: u64) -> (Vec<NewRu
         let setting = scene.setting(0, liquid.expect("a liquid"), row.diameter, film);
         let own = offsets
             .entry(key(row.liquid.unwrap_or_default(), row.diameter, film_ratio))
-            .or_insert_with(|| sigma * normal());
+            .or_insert_with(|| sigma * normal(&mut rng));
         let kept = kept_energy(&setting, truth.form(), &parameters(scene), row.impact_speed);
-        row.restitution = mean_restitution(kept + *own) + 0.02 * normal();
+        row.restitution = mean_restitution(kept + *own) + 0.02 * normal(&mut rng);
     }
     (rows, offsets)
 }
@@ -261,9 +206,7 @@ fn a_band_is_of_a_new_series_or_of_the_one_that_was_measured() {
     let truth = parameters(&scene);
     let form = scene.truth.as_ref().expect("given").form();
     // shares inside the 90 % band: new series in that of a new one, measured in their own, new in those of measured ones
-    let mut shares = [vec![], vec![], vec![]];
-    for set in 0..SETS {
-        let seed = seed_of("a_band_is_of_a_new_series").wrapping_add(set);
+    let sets = study("a_band_is_of_a_new_series", SETS, |seed| {
         let (rows, offsets) = with_known_offsets(&scene, SIGMA, seed);
         let table = Table::of(runs::arrange(&scene, &rows));
         let (_, posterior) = fit(&scene, &table);
@@ -277,29 +220,19 @@ fn a_band_is_of_a_new_series_or_of_the_one_that_was_measured() {
             let z = normal(&mut rng);
             let measured = offsets[&key(liquid, series.diameter, series.film_ratio)];
             let own = posterior.sampled.series_offsets[place].concat();
-            let own_law = ParticleLaw {
-                draws: new
-                    .draws
-                    .iter()
-                    .zip(own)
-                    .map(|(draw, offset)| wetcor::findings::predict::Draw {
-                        series_offset: offset,
-                        ..*draw
-                    })
-                    .collect(),
-                ..new.clone()
-            };
+            let mut own_law = new.clone();
+            for (draw, offset) in own_law.draws.iter_mut().zip(own) {
+                draw.series_offset = offset;
+            }
             for (count, law, offset) in [(0, &new, SIGMA * z), (1, &own_law, measured), (2, &own_law, SIGMA * z)] {
                 let band = law.curve(Some(&setting)).predict(&[1.2]).remove(0);
                 let e = (kept_energy(&setting, form, &truth, 1.2) + offset).sqrt();
                 inside[count] += usize::from((band.restitution_q05..=band.restitution_q95).contains(&e));
             }
         }
-        for (shares, inside) in shares.iter_mut().zip(inside) {
-            shares.push(inside as f64 / all as f64);
-        }
-    }
-    let [new, measured, crossed] = shares.map(|of| mean(&of));
+        inside.map(|inside| inside as f64 / all as f64)
+    });
+    let [new, measured, crossed] = [0, 1, 2].map(|of| mean(&sets.iter().map(|set| set[of]).collect::<Vec<_>>()));
     for (share, se) in [new, measured] {
         assert!((share - 0.9).abs() < 4.0 * se.max(0.01), "{share} ± {se}");
     }
@@ -378,15 +311,11 @@ fn offsets_of_series_of_many_runs_are_sampled_well() {
     assert!(findings.main.verdict.passed, "{:?}", findings.main.verdict);
     let offsets = &posterior.findings.series_offsets;
     assert_eq!(offsets.len(), 18);
-    let effective = offsets
-        .iter()
-        .map(|own| own.offset.ess_bulk.expect("draws"))
-        .fold(f64::INFINITY, f64::min);
-    assert!(effective > 400.0, "{effective}");
-    // every offset lies where its own runs put it, but for what the parameters and the spread leave
-    assert!(offsets
-        .iter()
-        .all(|own| own.offset.sd.expect("draws") < 0.01 && own.runs == 250));
+    for own in offsets {
+        assert!(own.offset.ess_bulk.expect("draws") > 400.0, "{own:?}");
+        // where its own runs put it, but for what the parameters and the spread leave
+        assert!(own.offset.sd.expect("draws") < 0.01 && own.runs == 250, "{own:?}");
+    }
 }
 
 #[test]
@@ -433,8 +362,7 @@ fn too_many_series_are_refused_with_the_way_out() {
         })
         .collect();
     let runs = runs::arrange(&scene, &rows);
-    let error =
-        wetcor::model::parameters::ModelParameters::of(&scene, &runs, scene.model.form()).expect_err("too many");
+    let error = ModelParameters::of(&scene, &runs, scene.model.form()).expect_err("too many");
     assert_eq!(
         error.to_string(),
         "[model] series_offsets: found 600 series, expected at most 500; name nominal film ratios ([data] film_ratios), so \
@@ -473,7 +401,7 @@ fn offsets_that_spoil_standard_errors_forbid_quoting() {
         let table = table(&scene, seed_of("offsets_that_spoil_standard_errors"));
         let findings = findings::fit_least_squares(&scene, &table, 1, false);
         let found = findings.made("independent_runs");
-        found.is_some_and(|check| check.gates() && !check.passed && check.next_step.contains("series_offsets = true"))
+        found.is_some_and(|check| check.forbids() && check.next_step.contains("series_offsets = true"))
     };
     assert!(gates(0.04, ""));
     assert!(!gates(0.0, "") && !gates(0.04, "series_offsets = true"));
@@ -494,8 +422,7 @@ fn forms_are_compared_where_series_have_offsets() {
     let (mut findings, posterior) = fit(&scene, &table);
     compare(&mut findings, &scene, &table.runs, &posterior);
     assert!(findings.checks().any(|check| check.code == "better_form"));
-    let mut notices = findings.notices();
-    assert_eq!(notices.find(|notice| notice.code == "form_not_compared"), None);
+    assert!(!findings.tells("form_not_compared"));
 }
 
 /// Whole reports, whose e_inf and St_c come from the posterior alone: fit, then predict a new series.
