@@ -1,9 +1,9 @@
 //! Fits noise of every family: Student's tails let no outlier move a parameter, and shapes are those that runs were drawn with.
 
 use crate::common::scenes::{design, scene_of, truth, AK10, M50, PTFE};
-use crate::common::{draws_of, mean, rows, sampled, seed_of, Place, Told};
+use crate::common::{draws_of, mean, rows, sample, sampled, seed_of, Place, Told};
 use wetcor::findings::fit_least_squares;
-use wetcor::findings::posterior::{effort, MethodChoice};
+use wetcor::findings::posterior::effort;
 use wetcor::inference::nuts::Effort;
 use wetcor::model::parameters::ModelParameter;
 use wetcor::runs::{arrange, NewRun, Table};
@@ -49,14 +49,11 @@ fn posterior(place: &Place, rows: &[NewRun], likelihood: LikelihoodFamily, seed:
 
 /// How far the means move in the sds they had, the farthest. ν is what takes an outlier, and moves.
 fn moved(clean: &[(String, f64, f64)], with: &[(String, f64, f64)]) -> (f64, String) {
-    let each = clean
-        .iter()
-        .zip(with)
-        .filter(|((name, ..), _)| name != "nu")
-        .map(|((name, from, sd), (_, to, _))| {
-            let far = (to - from).abs() / sd;
-            (far, format!("{name} by {far:.2} sd, from {from:.4} to {to:.4}"))
-        });
+    let pairs = clean.iter().zip(with).filter(|((name, ..), _)| name != "nu");
+    let each = pairs.map(|((name, from, sd), (_, to, _))| {
+        let far = (to - from).abs() / sd;
+        (far, format!("{name} by {far:.2} sd, from {from:.4} to {to:.4}"))
+    });
     each.fold((0.0, String::new()), |a, b| if b.0 > a.0 { b } else { a })
 }
 
@@ -116,8 +113,7 @@ fn outliers_are_no_misfit_of_a_film_and_a_film_that_is_off_is_one() {
         }
         let table = Table::of(arrange(&place.scene, &rows));
         let mut findings = fit_least_squares(&place.scene, &table, 1, false);
-        let sampled = findings.add_posterior(&place.scene, &table.runs, MethodChoice::Sampler, &|_, _| ());
-        sampled.expect("a prior with room").expect("sampled");
+        sample(&mut findings, &place.scene, &table.runs).expect("sampled");
         findings.check("predictive_residual").passed
     };
     assert!(holds(&|number, _| number % 15 == 0, 0.35));
@@ -159,15 +155,4 @@ fn the_asymmetry_is_that_of_the_noise() {
     }
     let share = own("lubrication_log").1 / normal("lubrication_log").1;
     assert!(share < 0.9, "{share}");
-}
-
-/// What cannot be integrated over a kink is refused by name.
-#[test]
-fn a_kink_is_not_integrated_over() {
-    let model = "[model]\nlikelihood = \"asymmetric_laplace\"\nnoise = \"both\"\n[truth]";
-    let both = scene_text().replace("[truth]", model);
-    let text = wetcor::scene::parse(&both, "scene.toml".as_ref(), String::new())
-        .expect_err("a kink")
-        .to_string();
-    assert!(text.contains("line ") && text.contains("kink"), "{text}");
 }

@@ -53,26 +53,22 @@ fn the_report_opens_with_the_verdict_and_is_short_before_its_appendix() {
     for name in ["mueller2016", "sticking"] {
         let read = |file: &str| read_in_project(&format!("reports/{name}/{file}"));
         let (report, findings) = (read("report.md"), read("findings.json"));
-        let findings: serde_json::Value = serde_json::from_str(&findings).expect("JSON");
-        let learnt: Vec<&str> = findings["main"]["learnt"]
-            .as_array()
-            .expect("sentences")
-            .iter()
-            .filter_map(serde_json::Value::as_str)
-            .collect();
-        assert!(learnt.len() >= 4, "{learnt:?}");
-        let listed: Vec<String> = learnt.iter().map(|sentence| format!("* {sentence}\n")).collect();
-        let told = format!("\n\n## What the runs tell\n\n{}\n## Cautions\n", listed.concat());
-        assert!(report.contains(&told), "{name}: {told}");
+        let findings: Value = serde_json::from_str(&findings).expect("JSON");
+        let learnt = entries(&findings, "/main/learnt").iter().filter_map(Value::as_str);
+        let listed: Vec<String> = learnt.map(|sentence| format!("* {sentence}\n")).collect();
+        assert!(listed.len() >= 4, "{listed:?}");
+        report.says(&format!(
+            "\n\n## What the runs tell\n\n{}\n## Cautions\n",
+            listed.concat()
+        ));
         let mut lines = report.lines().filter(|line| !line.is_empty());
         let verdict = lines.nth(1).unwrap_or_default();
         assert!(verdict.starts_with("**Verdict: "), "{name}: {verdict}");
         let (front, rest) = report.split_once("\n## Appendix\n").expect("an appendix");
-        let words = [front, &report].map(|part| part.split_whitespace().count());
-        assert!(
-            words.iter().zip(MOST_WORDS).all(|(words, most)| *words <= most),
-            "{name}: {words:?} words before the appendix and in all"
-        );
+        for (part, most) in [front, &report].into_iter().zip(MOST_WORDS) {
+            let words = part.split_whitespace().count();
+            assert!(words <= most, "{name}: {words} words of at most {most}");
+        }
         assert!(!report.contains(" -0"), "{name}: a hyphen for a minus");
         assert!(!rest.contains("\n## "), "{name}: a section after the appendix");
         assert_eq!(front.matches("](figures/").count(), 2, "{name}");
@@ -135,27 +131,23 @@ fn a_terminal_has_the_verdict_first_and_three_cautions_unless_all_are_asked_for(
     let informs = entries(&findings, "/remarks").iter();
     let informing = informs.filter(|one| one["line"].is_null() && one["level"] == "informs");
     let informing: Vec<&Value> = informing.collect();
-    let informs = informing.len();
     let cautions = cautions(&findings).len();
-    assert!(cautions > 3 && informs > 0, "{}", findings["remarks"]);
+    assert!(cautions > 3 && !informing.is_empty(), "{}", findings["remarks"]);
     // what is counted is what is shown
-    let count = |err: &str| err.lines().filter(|line| line.starts_with("notice: ")).count();
-    assert_eq!(count(&err), 3, "{err}");
+    let count = |text: &str, begins: &str| text.lines().filter(|line| line.starts_with(begins)).count();
+    assert_eq!(count(&err, "notice: "), 3, "{err}");
     let last = err.lines().last().expect("it counts the others");
     last.begins(&format!("{} more caution", cautions - 3));
     let report = folder.read("out/report.md");
     let (_, rest) = report.split_once("\n## Cautions\n").expect("its section");
     let (listed, _) = rest.split_once("\n## ").expect("a section after it");
-    assert_eq!(listed.lines().filter(|line| line.starts_with("* ")).count(), cautions);
-    assert!(report.contains(&format!("** {cautions} cautions stand under Cautions.")));
+    assert_eq!(count(listed, "* "), cautions);
+    report.says(&format!("** {cautions} cautions stand under Cautions."));
     let (_, noted) = report.split_once("\n### Also noted\n").expect("the last section");
     let others = informing.iter().filter(|one| one["code"] != "term_not_held");
-    assert_eq!(
-        noted.lines().filter(|line| line.starts_with("* ")).count(),
-        others.count()
-    );
+    assert_eq!(count(noted, "* "), others.count());
     let [same, all] = said("--verbose");
-    assert_eq!((same, count(&all)), (out, cautions + informs));
+    assert_eq!((same, count(&all, "notice: ")), (out, cautions + informing.len()));
     assert_eq!(said("--quiet"), ["", ""]);
 }
 
@@ -175,18 +167,6 @@ fn at_most_five_cautions_stand_on_a_right_scene_of_the_papers_design() {
     // the posterior counts stuck runs, and nothing that is quoted is the linear law's
     assert!(!told.contains(&"stuck_left_out"), "{told:?}");
     assert!(told.contains(&"constants_exact"), "{told:?}");
-}
-
-#[test]
-fn a_table_given_for_a_scene_is_told_what_to_do_with_it() {
-    let folder = Folder::new();
-    folder.write("book.xlsx", b"PK");
-    for verb in ["fit", "check"] {
-        let advice = "book.xlsx: a table, where a scene is expected; `wetcor new book.xlsx` drafts the scene from it";
-        folder.refused(&format!("{verb} book.xlsx")).says(advice);
-        let advice = "drop.MP4: a video, where a scene is expected; `wetcor track` finds the runs";
-        folder.refused(&format!("{verb} drop.MP4")).says(advice);
-    }
 }
 
 /// The scene with PE beside PTFE, whose roughness it does not give.

@@ -2,14 +2,13 @@
 
 use crate::common::scenes::{design, scene_of, truth, PTFE, STEPWISE, THIN};
 use crate::common::{
-    assert_expected, assert_seldom, cells, compare, counts, holds, normal, rows, sample_as_usual, seed_of, Place, Says,
-    Told,
+    assert_expected, assert_seldom, cells, compare, counts, holds, normal, rows, sample_as_usual, seed_of, study,
+    Place, Told,
 };
 use crate::laws;
 use wetcor::findings::remarks::BEYOND_CHANCE;
 use wetcor::findings::{self, Findings};
 use wetcor::remark::Remark;
-use wetcor::runs;
 use wetcor::seed::stream;
 
 fn scene_text() -> String {
@@ -52,36 +51,33 @@ fn of_errors(findings: &Findings) -> Vec<&Remark> {
 #[test]
 fn right_errors_pass_and_halved_ones_gate() {
     const SETS: u64 = 400;
-    let place = Place::new(&scene_text());
-    let seed = seed_of("right_errors_pass_and_halved_ones_gate");
+    let test = "right_errors_pass_and_halved_ones_gate";
     const TRUTHS: [(&str, f64); 3] = [
         ("dry_k[PTFE]", 0.183),
         ("lubrication_log", 1.85),
         ("inertial_prefactor", 1.0),
     ];
-    let (mut low, mut gated, mut all) = (0, 0, 0);
-    let mut covered = vec![];
-    for set in 0..SETS {
-        let findings = fit(&place, seed + set, 1.0);
-        let checks = of_errors(&findings);
-        assert_eq!(checks.len(), 2);
-        low += checks.iter().filter(|check| check.value.expect("a p") < 0.05).count();
-        gated += checks.iter().filter(|check| !check.passed).count();
-        all += 2;
-        covered.push(TRUTHS.map(|(name, truth)| holds(findings.fitted(name).interval, truth)));
-    }
-    assert_expected("p below 0.05", low, all, 0.05);
-    assert_seldom("gated", gated, all, BEYOND_CHANCE);
-    for ((name, _), count) in TRUTHS.into_iter().zip(counts(&covered)) {
+    let found = study(test, SETS, |seed| {
+        let findings = fit(&Place::new(&scene_text()), seed, 1.0);
+        let [dry, wet] = of_errors(&findings)[..] else {
+            panic!("a check of dry and one of wet runs")
+        };
+        let is_low = |check: &Remark| check.value.expect("a p") < 0.05;
+        let [k, l, c] = TRUTHS.map(|(name, truth)| holds(findings.fitted(name).interval, truth));
+        [is_low(dry), is_low(wet), !dry.passed, !wet.passed, k, l, c]
+    });
+    let [low_dry, low_wet, gated_dry, gated_wet, covered @ ..] = counts(&found);
+    assert_expected("p below 0.05", low_dry + low_wet, 2 * SETS, 0.05);
+    assert_seldom("gated", gated_dry + gated_wet, 2 * SETS, BEYOND_CHANCE);
+    for ((name, _), count) in TRUTHS.into_iter().zip(covered) {
         assert_expected(name, count, SETS, 0.95);
     }
     // the planted fault: errors half of what they are
-    for set in 0..50 {
-        let findings = fit(&place, seed + set, 2.0);
-        assert!(
-            of_errors(&findings).iter().any(|check| check.gates() && !check.passed) && !findings.main.verdict.passed
-        );
-    }
+    let faulty = study(test, 50, |seed| {
+        let findings = fit(&Place::new(&scene_text()), seed, 2.0);
+        [of_errors(&findings).iter().any(|check| check.forbids()) && !findings.main.verdict.passed]
+    });
+    assert_eq!(counts(&faulty), [50]);
 }
 
 #[test]
@@ -136,7 +132,7 @@ fn every_stage_and_prediction_run_without_a_spread() {
         1.0,
         |_, _| (),
     );
-    std::fs::write(&place.scene.data.runs[0].path, text).expect("writable");
+    place.folder.write("runs.csv", text);
     place.folder.succeed("check scene.toml");
     place.folder.succeed("fit scene.toml --out out");
     let report = place.folder.read("out/report.md");
@@ -156,63 +152,33 @@ fn every_stage_and_prediction_run_without_a_spread() {
     place.folder.succeed("simulate scene.toml --out simulated.csv");
 }
 
-/// What a scene and its runs are refused with; `None` where they are read.
-fn refusal(scene: &str, change: impl Fn(usize, &mut String)) -> Option<String> {
-    let place = Place::new(scene);
-    let text = table(&place, 1, 1.0, change);
-    std::fs::write(&place.scene.data.runs[0].path, text).expect("writable");
-    runs::read(&place.scene).err().map(|error| error.to_string())
-}
-
+/// Runs that nothing would scatter are refused: `tests/data/bad/scene_prior_*_spread_of_nothing_*` has the words. Others may
+/// stand beside a spread of nothing.
 #[test]
-fn runs_that_nothing_would_scatter_are_refused() {
-    let no_error = |line: &mut String| {
+fn what_the_other_kind_of_runs_states_is_its_own_affair() {
+    let without_error = |line: &mut String| {
         let cut = line.rfind(',').expect("cells");
         line.truncate(cut);
         line.push_str(",\n");
     };
-    let stuck = |line: &mut String| {
-        let cells: Vec<&str> = line.trim_end().split(',').collect();
-        *line = format!("{},0,0.01\n", cells[..5].join(","));
+    let read = |scene: &str, change: &dyn Fn(usize, &mut String)| {
+        let place = Place::new(scene);
+        place.read_rows(&table(&place, 1, 1.0, change));
     };
-    let nothing = |_: usize, _: &mut String| ();
-    let dry_alone = scene_text().replace("sigma_wet = { fixed = 0 }\n", "");
-    let wet_alone = scene_text().replace("sigma_dry = { fixed = 0 }\n", "");
-    assert_eq!(refusal(&scene_text(), nothing), None);
-    let found = refusal(&dry_alone, |_, line| no_error(line)).expect("refused");
-    assert!(found.contains("scene.toml") && found.contains("[priors] sigma_dry: found `fixed 0`, expected a number above 0: 20 of 20 dry rebounds in use state no error of the restitution (column restitution_sd"), "{found}");
-    // what the other kind states is its own affair
-    let of_dry = |_: usize, line: &mut String| {
+    let scene = scene_text();
+    read(&scene.replace("sigma_dry = { fixed = 0 }\n", ""), &|_, line| {
         if line.contains(",dry,") {
-            no_error(line);
+            without_error(line);
         }
-    };
-    assert_eq!(refusal(&wet_alone, of_dry), None);
-    assert_eq!(
-        refusal(&scene_text().replace("fixed = 0 }", "fixed = 0.01 }"), |_, line| {
-            no_error(line)
-        }),
-        None
-    );
-    let found = refusal(&scene_text(), |index, line| {
+    });
+    read(&scene.replace("fixed = 0 }", "fixed = 0.01 }"), &|_, line| {
+        without_error(line)
+    });
+    let excluded = scene.replace("[model]", "[model]\nsticking = \"excluded\"");
+    read(&excluded, &|index, line| {
         if index == 30 {
-            stuck(line)
+            let cells: Vec<&str> = line.trim_end().split(',').collect();
+            *line = format!("{},0,0.01\n", cells[..5].join(","));
         }
-    })
-    .expect("refused");
-    found.says("[priors] sigma_wet");
-    found.says("1 wet runs in use stuck");
-    let excluded = scene_text().replace("[model]", "[model]\nsticking = \"excluded\"");
-    assert_eq!(
-        refusal(&excluded, |index, line| if index == 30 {
-            stuck(line)
-        }),
-        None
-    );
-    for (key, value) in [("sticking", "truncated"), ("noise", "both")] {
-        let scene = scene_text().replace("[model]", &format!("[model]\n{key} = \"{value}\""));
-        let found = refusal(&scene, nothing).expect("refused");
-        found.says("[priors] sigma_wet");
-        found.says(&format!("{key} = \"{value}\""));
-    }
+    });
 }

@@ -1,12 +1,13 @@
 //! Holds what `track` makes of positions against flights that are known.
 
-use crate::common::{binomial_z, mean, normal, seed_of, table_of, Folder, Says};
+use crate::common::scenes::{scene_of, AK10, PTFE};
+use crate::common::{binomial_z, mean, normal, seed_of, table_of, Folder, Place, Says};
 use crate::flight::{Bounces, GRAVITY};
 use crate::render;
 use nalgebra::DMatrix;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use wetcor::recordings::{track, Campaign, ContactSpeeds, Refusal, TrackOptions, Tracked};
+use wetcor::recordings::{track, Campaign, ContactSpeeds, Impact, Refusal, TrackOptions, Tracked};
 
 /// A camera that sees a sphere well.
 #[derive(Debug, Clone, Copy)]
@@ -54,8 +55,8 @@ fn frames(rows: impl Iterator<Item = f64>) -> String {
 struct Seen {
     bounces: Bounces,
     until: f64,
-    /// further cells of its line, under the header's `more`
-    more: String,
+    /// its scale in px/mm, as the list has it
+    scale: String,
 }
 
 fn drops(count: usize, rng: &mut ChaCha8Rng) -> Vec<Seen> {
@@ -70,7 +71,7 @@ fn drops(count: usize, rng: &mut ChaCha8Rng) -> Vec<Seen> {
         Seen {
             bounces,
             until,
-            more: "20".to_owned(),
+            scale: "20".to_owned(),
         }
     };
     (0..count).map(|_| drop(rng)).collect()
@@ -96,13 +97,16 @@ fn positions(seen: &Seen, camera: Camera, rng: &mut ChaCha8Rng) -> String {
 const HEADER: &str = "file,particle,liquid,diameter_mm,film_um,frame_rate_Hz";
 
 /// A folder with a list and its tables.
-fn written(all: &[Seen], camera: Camera, more: &str, rng: &mut ChaCha8Rng) -> Folder {
+fn written(all: &[Seen], camera: Camera, rng: &mut ChaCha8Rng) -> Folder {
     let folder = Folder::new();
-    let mut list = format!("{HEADER},{more}\n");
+    let mut list = format!("{HEADER},scale_px_per_mm\n");
     for (place, seen) in all.iter().enumerate() {
         let name = format!("drop{place}.csv");
         folder.write(&name, positions(seen, camera, rng));
-        list.push_str(&format!("{name},PTFE,dry,4.762,,{},{}\n", camera.frame_rate, seen.more));
+        list.push_str(&format!(
+            "{name},PTFE,dry,4.762,,{},{}\n",
+            camera.frame_rate, seen.scale
+        ));
     }
     folder.write("recordings.csv", list);
     folder
@@ -123,11 +127,18 @@ fn each(campaign: &Campaign) -> impl Iterator<Item = Option<&Tracked>> {
     campaign.outcomes.iter().map(|outcome| outcome.tracked.as_ref().ok())
 }
 
-/// Errors of v and v_r, each with the sd that is stated; of e; all runs are there.
-#[derive(Default)]
-struct Errors {
-    speeds: Vec<[f64; 2]>,
-    restitution: Vec<f64>,
+/// What is printed of recordings that leave no run.
+fn printed_without_runs(folder: &Folder) -> String {
+    let (status, stdout, stderr) = folder.run("track recordings.csv --out runs.csv");
+    assert_eq!(status, Some(1), "no run is left: {stderr}");
+    stdout
+}
+
+/// The first impact of each recording, all of which give one.
+fn impacts(campaign: &Campaign) -> Vec<&Impact> {
+    each(campaign)
+        .map(|tracked| &tracked.expect("a run").impacts[0])
+        .collect()
 }
 
 /// Errors of v and of v_r, each with the sd that is stated.
@@ -140,17 +151,16 @@ fn speed_errors(of: &ContactSpeeds, seen: &Seen) -> [[f64; 2]; 2] {
     ]
 }
 
-fn errors(campaign: &Campaign, all: &[Seen]) -> Errors {
-    let mut errors = Errors::default();
-    for (tracked, seen) in each(campaign).zip(all) {
-        let impact = &tracked.expect("it gives a run").impacts[0];
+/// The same of all recordings, and the errors of e.
+fn errors(campaign: &Campaign, all: &[Seen]) -> (Vec<[f64; 2]>, Vec<f64>) {
+    let (mut speeds, mut restitution) = (vec![], vec![]);
+    for (impact, seen) in impacts(campaign).into_iter().zip(all) {
         assert_eq!((impact.stuck, &impact.verdict), (false, &None));
         let of = &impact.speeds;
-        errors.speeds.extend(speed_errors(of, seen));
-        let e = of.rebound_speed / of.impact_speed;
-        errors.restitution.push(e - seen.bounces.restitution);
+        speeds.extend(speed_errors(of, seen));
+        restitution.push(of.rebound_speed / of.impact_speed - seen.bounces.restitution);
     }
-    errors
+    (speeds, restitution)
 }
 
 /// How many standard deviations the coverage of 95 % intervals, made narrower by a factor, is from theirs.
@@ -209,11 +219,11 @@ fn speeds_are_as_good_as_they_can_be_and_their_sds_cover() {
     let (mut all, mut bound, mut restitution) = (vec![], vec![], vec![]);
     for _ in 0..20 {
         let seen = drops(20, &mut rng);
-        let folder = written(&seen, CAMERA, "scale_px_per_mm", &mut rng);
-        let found = errors(&tracked(&folder), &seen);
+        let folder = written(&seen, CAMERA, &mut rng);
+        let (speeds, restitutions) = errors(&tracked(&folder), &seen);
         bound.extend(bounds(&seen, CAMERA));
-        all.extend(found.speeds);
-        restitution.extend(found.restitution);
+        all.extend(speeds);
+        restitution.extend(restitutions);
     }
     // an error beside the bound has a mean square of 1 where the bound is met
     let square = |(error, bound): (&[f64; 2], &f64)| (error[0] / bound).powi(2);
@@ -237,11 +247,11 @@ fn missing_frames_and_other_objects_cost_no_truth() {
         ..CAMERA
     };
     let seen = drops(300, &mut rng);
-    let folder = written(&seen, camera, "scale_px_per_mm", &mut rng);
-    let found = errors(&tracked(&folder), &seen);
-    let z = coverage_z(&found.speeds, 1.0);
+    let folder = written(&seen, camera, &mut rng);
+    let (speeds, restitutions) = errors(&tracked(&folder), &seen);
+    let z = coverage_z(&speeds, 1.0);
     assert!(z.abs() < 4.0, "{z}");
-    let (bias, _) = mean(&found.restitution);
+    let (bias, _) = mean(&restitutions);
     assert!(bias.abs() < 0.001, "{bias}");
 }
 
@@ -249,8 +259,8 @@ fn missing_frames_and_other_objects_cost_no_truth() {
 fn a_scale_that_nobody_measured_is_that_of_gravity() {
     let mut rng = rng_of("a_scale_that_nobody_measured_is_that_of_gravity");
     let mut seen = drops(60, &mut rng);
-    seen.iter_mut().for_each(|seen| seen.more = String::new());
-    let folder = written(&seen, CAMERA, "scale_px_per_mm", &mut rng);
+    seen.iter_mut().for_each(|seen| seen.scale = String::new());
+    let folder = written(&seen, CAMERA, &mut rng);
     let campaign = tracked(&folder);
     assert_eq!(campaign.gravity.measured, None);
     let [scale, se] = campaign.gravity.scale.expect("the scale of all");
@@ -258,7 +268,7 @@ fn a_scale_that_nobody_measured_is_that_of_gravity() {
         (scale - CAMERA.scale).abs() < 4.0 * se && se < 1e-3 * scale,
         "{scale} {se}"
     );
-    let (bias, _) = mean(&errors(&campaign, &seen).restitution);
+    let (bias, _) = mean(&errors(&campaign, &seen).1);
     assert!(bias.abs() < 0.001, "{bias}");
 }
 
@@ -274,54 +284,45 @@ fn a_wrong_scale_is_its_own_recordings_alone() {
     };
     for scale in [10.0, 18.0, 40.0, 2_000.0] {
         // its frames are four times as many as those of the right one, of pixels or of lengths
-        seen[1].more = format!("{scale},");
-        seen[0].more = "20,".to_owned();
-        let folder = written(&seen, CAMERA, "scale_px_per_mm,y_unit", &mut rng);
+        seen[1].scale = scale.to_string();
+        let folder = written(&seen, CAMERA, &mut rng);
         let list = folder.read("recordings.csv");
-        for (rows, cells) in [("px", "250,20,"), ("mm", "250,,")] {
-            let heights = positions(&seen[0], coarse, &mut rng);
+        for (unit, cells) in [("px", "250,20"), ("mm", "250,")] {
+            let rows = positions(&seen[0], coarse, &mut rng);
             let in_mm = |line: &str| {
                 let (frame, row) = line.split_once(',').expect("two columns");
                 format!("{frame},{}\n", (PLATE_ROW - row.parse::<f64>().expect("a row")) / 20.0)
             };
-            folder.write(
-                "drop0.csv",
-                match rows {
-                    "px" => heights,
-                    _ => "frame,y_mm\n".to_owned() + &heights.lines().skip(1).map(in_mm).collect::<String>(),
-                },
-            );
-            folder.write("recordings.csv", list.replacen("1000,20,", cells, 1));
+            let heights = || rows.lines().skip(1).map(in_mm).collect::<String>();
+            let table = if unit == "px" {
+                rows.clone()
+            } else {
+                format!("frame,y_mm\n{}", heights())
+            };
+            folder.write("drop0.csv", table);
+            folder.write("recordings.csv", list.replacen("1000,20", cells, 1));
             let campaign = tracked(&folder);
-            let impacts: Vec<_> = each(&campaign)
-                .map(|of| of.expect("a run").impacts[0].clone())
-                .collect();
-            let [right, wrong] = [&impacts[0], &impacts[1]];
-            assert_eq!(right.verdict, None, "{scale} {rows}");
-            let error = right.speeds.impact_speed - seen[0].bounces.impact_speed;
-            assert!(
-                error.abs() < 4.0 * right.speeds.impact_speed_sd,
-                "{scale} {rows}: {error}"
-            );
+            let [right, wrong] = impacts(&campaign)[..] else {
+                panic!("two recordings")
+            };
+            assert_eq!(right.verdict, None, "{scale} {unit}");
+            let [error, sd] = speed_errors(&right.speeds, &seen[0])[0];
+            assert!(error.abs() < 4.0 * sd, "{scale} {unit}: {error}");
             let verdict = wrong.verdict.as_ref().expect("it is left out");
             verdict.says("it falls at");
             verdict.says("scale_px_per_mm would be 20.");
             // it falls by its own gravity, so that its speeds are wrong by the scale and by nothing else
             let ratio = wrong.speeds.impact_speed / seen[1].bounces.impact_speed * scale / 20.0;
-            assert!((ratio - 1.0).abs() < 0.01, "{scale} {rows}: {ratio}");
-            let shared = campaign
-                .gravity
-                .shared_error()
-                .expect("one recording falls as things do");
-            assert!(shared < 0.02, "{scale} {rows}: {shared}");
+            assert!((ratio - 1.0).abs() < 0.01, "{scale} {unit}: {ratio}");
+            let shared = campaign.gravity.shared_error();
+            assert!(shared.is_some_and(|shared| shared < 0.02), "{scale} {unit}: {shared:?}");
         }
     }
     // none that falls as things do: a mistake is not offered as an error that speeds share
-    seen[0].more = "10,".to_owned();
-    let folder = written(&seen, CAMERA, "scale_px_per_mm,y_unit", &mut rng);
-    let (status, stdout, stderr) = folder.run("track recordings.csv --out runs.csv");
-    assert_eq!(status, Some(1), "no run is left: {stderr}");
-    assert!(!stdout.contains("speed_rel_sd"), "{stdout}");
+    seen[0].scale = "10".to_owned();
+    let folder = written(&seen, CAMERA, &mut rng);
+    let stdout = printed_without_runs(&folder);
+    stdout.lacks("speed_rel_sd");
     stdout.says("no recording shows a fall at 9.81");
 }
 
@@ -330,9 +331,9 @@ fn a_wrong_scale_is_its_own_recordings_alone() {
 fn a_long_recording_at_another_scale_condemns_no_others() {
     let mut rng = rng_of("a_long_recording_at_another_scale_condemns_no_others");
     let mut seen = drops(4, &mut rng);
-    seen.iter_mut().for_each(|seen| seen.more = String::new());
+    seen.iter_mut().for_each(|seen| seen.scale = String::new());
     for place in [0, 3] {
-        let folder = written(&seen, CAMERA, "scale_px_per_mm", &mut rng);
+        let folder = written(&seen, CAMERA, &mut rng);
         let near = Camera {
             frame_rate: 8_000.0,
             scale: 40_000.0,
@@ -344,8 +345,7 @@ fn a_long_recording_at_another_scale_condemns_no_others() {
         let line = format!("{name},PTFE,dry,4.762,,");
         let list = list.replace(&format!("{line}1000"), &format!("{line}8000"));
         folder.write("recordings.csv", list);
-        for (of, tracked) in each(&tracked(&folder)).enumerate() {
-            let impact = &tracked.expect("a run").impacts[0];
+        for (of, impact) in impacts(&tracked(&folder)).into_iter().enumerate() {
             assert_eq!(impact.verdict.is_some(), of == place, "{of}: {:?}", impact.verdict);
             if let Some(verdict) = &impact.verdict {
                 verdict.says("by the scale of the others it falls at 19.");
@@ -362,15 +362,13 @@ fn a_sphere_that_stays_is_a_run_that_stuck() {
         seen.bounces.restitution = 0.0;
         seen.until = 0.4;
     }
-    let folder = written(&seen, CAMERA, "scale_px_per_mm", &mut rng);
+    let folder = written(&seen, CAMERA, &mut rng);
     let campaign = tracked(&folder);
     let mut errors = vec![];
-    for (place, (tracked, seen)) in each(&campaign).zip(&seen).enumerate() {
-        let impact = &tracked.expect("a run").impacts[0];
+    for (place, (impact, seen)) in impacts(&campaign).into_iter().zip(&seen).enumerate() {
         assert_eq!(impact.stuck, place < 20);
         if impact.stuck {
-            let off = impact.speeds.impact_speed - seen.bounces.impact_speed;
-            errors.push([off, impact.speeds.impact_speed_sd]);
+            errors.push(speed_errors(&impact.speeds, seen)[0]);
         }
     }
     assert!(covered(&errors, 4.0) == 20 && covered(&errors, 1.96) > 14, "{errors:?}");
@@ -382,7 +380,7 @@ fn a_recording_is_refused_by_name_and_never_in_silence() {
     let mut seen = drops(5, &mut rng);
     seen[1].until = seen[1].bounces.contact - 0.004;
     seen[3].until = seen[3].bounces.contact + 0.002;
-    let folder = written(&seen, CAMERA, "scale_px_per_mm", &mut rng);
+    let folder = written(&seen, CAMERA, &mut rng);
     let campaign = tracked(&folder);
     let refused = campaign.outcomes.iter().map(|outcome| outcome.tracked.is_err());
     assert_eq!(refused.collect::<Vec<_>>(), [false, true, false, true, false]);
@@ -415,131 +413,57 @@ fn a_recording_is_refused_by_name_and_never_in_silence() {
     assert_eq!(campaign.outcomes[1].tracked, excluded("yes"));
 }
 
-/// A list or a table that cannot be used, and what is said of it.
+/// What is refused as a whole has its words in `tests/data/bad/track_*`.
 #[test]
-fn bad_input_is_named_by_its_line() {
+fn a_recording_that_is_a_mistake_stops_no_other() {
     let folder = Folder::new();
-    let write = |name: &str, text: &str| folder.write(name, text);
-    let rows = |height: &dyn Fn(usize) -> f64| frames((0..600).map(height));
     let sphere = fall(0.06, 1.2, 0.7);
     let seen = |frame: usize| 900.0 - 20_000.0 * sphere.height(frame as f64 / 1000.0);
-    write("good.csv", &rows(&seen));
-    write("still.csv", &rows(&|frame| 400.0 + (frame % 3) as f64 * 0.1));
-    write("up.csv", &rows(&|frame| -seen(frame)));
-    write("twice.csv", "frame,y_px\n1,5\n1,6\n");
-    write("words.csv", "frame,y_px\n1,high\n");
-    write("none.csv", "frame,y_px\n");
-    write("no_header.csv", "of 3 May\n1,2\n");
-    write("no_unit.csv", "frame,y\n1,2\n");
-    write("far.csv", "frame,y_px\n1,1e148\n");
-    // a recording with its diameter, film and frame rate, and what is said of it
-    let bad = table_of(
-        "twice.csv,PTFE,dry,4.762,,1000 | line 3: the frame of line 2 has another position
-        words.csv,PTFE,dry,4.762,,1000 | line 2, y_px: found `high`, expected a number
-        no_header.csv,PTFE,dry,4.762,,1000 | found `of 3 May`, expected columns
-        no_unit.csv,PTFE,dry,4.762,,1000 | expected the unit of `y`: px, mm, cm or m as `y_unit` in the list
-        far.csv,PTFE,dry,4.762,,1000 | line 2, y_px: found `1e148`, expected a number from -1e12 to 1e12
-        good.csv,PTFE,dry,4.762,,1e12 | line 2, frame_rate: found `1000000000000`, expected a rate
-        none.csv,PTFE,dry,4.762,,1000 | no positions below the header
-        missing.csv,PTFE,dry,4.762,,1000 | line 2, missing.csv
-        good.csv,PTFE,dry,4.762,, | frame_rate_Hz
-        good.csv,PTFE,AK10,4.762,,1000 | line 2, film: expected a number above 0
-        good.csv,PT FE,dry,4.762,,1000 | line 2, particle: found `PT FE`
-        ,PTFE,dry,4.762,,1000 | line 2, file: expected a folder of frames",
-    );
-    let twice = "good.csv,PTFE,dry,4.762,,1000\ngood.csv,PTFE,dry,4.762,,1000";
-    let other_name = "line 3, run: found `good.csv`, expected another name than that of line 2";
-    let more = [["", "no recordings below the header"], [twice, other_name]];
-    for [lines, expected] in bad.into_iter().chain(more) {
-        write("recordings.csv", &format!("{HEADER}\n{lines}"));
-        let stderr = folder.refused("track recordings.csv --out runs.csv");
-        stderr.says(expected);
-        stderr.lacks("\\n");
-        assert!(!folder.join("runs.csv").exists(), "{lines}");
-    }
-    // one that is a mistake stops no other
-    for (lines, runs, expected) in [
-        (
-            "good.csv,PTFE,dry,4.762,,1000\nstill.csv,PTFE,dry,4.762,,1000\n",
-            "2 recordings: 1 run, 0 of them stuck; 1 left out with a reason, 1 of them unread or without a fall\n",
-            "line 3, still.csv: nothing falls in it",
-        ),
-        (
-            "good.csv,PTFE,dry,4.762,,1000\nwords.csv,PTFE,dry,4.762,,1000\n",
-            "2 recordings: 1 run,",
-            "line 3, words.csv: words.csv: line 2, y_px: found `high`, expected a number",
-        ),
-        (
-            "up.csv,PTFE,dry,4.762,,1000\n",
-            "1 recording: 0 runs,",
-            "line 2, up.csv: it falls upwards",
-        ),
-    ] {
-        write("recordings.csv", &format!("{HEADER}\n{lines}"));
+    let rows = |height: &dyn Fn(usize) -> f64| frames((0..600).map(height));
+    folder.write("good.csv", rows(&seen));
+    folder.write("still.csv", rows(&|frame| 400.0 + (frame % 3) as f64 * 0.1));
+    folder.write("up.csv", rows(&|frame| -seen(frame)));
+    folder.write("words.csv", "frame,y_px\n1,high\n");
+    let list = |files: &str| {
+        let lines = files
+            .split(' ')
+            .map(|file| format!("{file}.csv,PTFE,dry,4.762,,1000\n"));
+        folder.write("recordings.csv", format!("{HEADER}\n{}", lines.collect::<String>()));
+    };
+    for [files, runs, expected] in table_of(
+        "good still | 2 recordings: 1 run, 0 of them stuck; 1 left out with a reason, 1 of them unread or without a fall | line 3, still.csv: nothing falls in it
+         good words | 2 recordings: 1 run, | line 3, words.csv: words.csv: line 2, y_px: found `high`, expected a number
+         up | 1 recording: 0 runs, | line 2, up.csv: it falls upwards",
+    ) {
+        list(files);
         let (status, stdout, stderr) = folder.run("track recordings.csv --out some.csv --force --report some");
-        assert_eq!(status, Some(1), "{lines}{stderr}");
-        assert!(stdout.starts_with(runs), "{lines}{stdout}");
-        assert!(stderr.contains(expected), "{lines}{stderr}");
+        assert_eq!(status, Some(1), "{files}{stderr}");
+        stdout.begins(runs);
+        stderr.says(expected);
         let written = folder.read("some.csv");
-        assert_eq!(written.lines().count(), lines.lines().count() + 1, "{written}");
+        assert_eq!(written.lines().count(), files.split(' ').count() + 1, "{written}");
         // what was seen of a recording that gives no run is drawn
-        let drawn = folder.join("some/figures").join("line_2.svg");
-        assert!(drawn.exists(), "{lines}");
+        assert!(folder.join("some/figures/line_2.svg").exists(), "{files}");
     }
-    // the last has a density in g/cm³
-    let no_file = [
-        "particle,diameter_mm\nPTFE,4\n",
-        "line 1, header: expected a column `file`",
-    ];
-    let misspelt = "file,particle,diametre_mm\ngood.csv,PTFE,4\n";
-    let misspelt = [misspelt, "found `diametre_mm`, expected `diameter_mm`"];
-    let dense = "file,particle,liquid,diameter_mm,frame_rate_Hz,density_kg_m3\ngood.csv,PTFE,dry,4.762,1000,2.15\n";
-    let dense = [dense, "line 2, density: found `2.15`, expected at least 25 kg/m^3"];
-    for [text, expected] in [no_file, misspelt, dense] {
-        write("recordings.csv", text);
-        folder.refused("track recordings.csv --out runs.csv").says(expected);
-    }
-    write("drop.mp4", "a video");
-    let stderr = folder.refused("track drop.mp4 --out runs.csv");
-    stderr.says("a video: expected a list of recordings");
-    stderr.says("mkdir frames && ffmpeg");
-    write("recordings.csv", &format!("{HEADER}\ngood.csv,PTFE,dry,4.762,,1000\n"));
-    let track = |more: &str| folder.run(&format!("track recordings.csv {more}"));
-    // not over what it reads, and both outputs or none
-    for (more, expected) in [
-        ("--out runs.txt", "expected a file ending in .csv"),
-        ("--out recordings.csv", "exists"),
-        ("--out none/runs.csv", "there is no folder none"),
-        ("--out recordings.csv --force", "is the list of recordings"),
-        ("--out good.csv --force", "is the recording of line 2"),
-        ("--out both.csv --report both.csv", "lies in the folder of the report"),
-        ("--out both/runs.csv --report both", "there is no folder both"),
-    ] {
-        let before = folder.read("good.csv");
-        let (status, _, stderr) = track(more);
-        assert!(status == Some(2) && stderr.contains(expected), "{more:?}{stderr}");
-        assert_eq!(folder.read("good.csv"), before);
-        assert!(!folder.join("both").exists() && !folder.join("both.csv").exists());
-    }
-    assert_eq!(track("--out runs.csv").0, Some(0));
-    assert!(track("--out runs.csv").2.contains("--force replaces it"));
-    assert_eq!(track("--out runs.csv --force --all-rebounds").0, Some(0));
-    let runs = folder.read("runs.csv");
-    assert!(runs.contains("good.csv rebound 2,"), "{runs}");
+    list("good");
+    folder.succeed("track recordings.csv --out runs.csv");
+    folder
+        .refused("track recordings.csv --out runs.csv")
+        .says("--force replaces it");
+    folder.succeed("track recordings.csv --out runs.csv --force --all-rebounds");
+    folder.read("runs.csv").says("good.csv rebound 2,");
 }
 
 #[test]
 fn a_sphere_too_narrow_for_its_positions_questions_the_frame_rate() {
     let mut rng = rng_of("a_sphere_too_narrow_for_its_positions_questions_the_frame_rate");
     let mut seen = drops(6, &mut rng);
-    let folder = written(&seen, CAMERA, "scale_px_per_mm", &mut rng);
+    let folder = written(&seen, CAMERA, &mut rng);
     let list = folder.read("recordings.csv");
     let verdicts = |list: &str| -> Vec<Option<String>> {
         folder.write("recordings.csv", list);
         let campaign = tracked(&folder);
-        each(&campaign)
-            .map(|tracked| tracked.expect("a run").impacts[0].verdict.clone())
-            .collect()
+        impacts(&campaign).iter().map(|impact| impact.verdict.clone()).collect()
     };
     // filmed at 1000 frames a second and played at 125: by gravity the sphere of 95 px has 1.5 px
     let slow = list.replace(",1000,20\n", ",125,\n");
@@ -548,9 +472,7 @@ fn a_sphere_too_narrow_for_its_positions_questions_the_frame_rate() {
         verdict.says("sphere 1.5 px wide");
         verdict.says("frame_rate_Hz");
     }
-    let (status, stdout, stderr) = folder.run("track recordings.csv --out runs.csv");
-    assert_eq!(status, Some(1), "no run is left: {stderr}");
-    assert!(stdout.contains("the spheres are then 1.5 px wide"), "{stdout}");
+    printed_without_runs(&folder).says("the spheres are then 1.5 px wide");
     // the same with the right rate, and with a scale that was measured
     let right = list.replace(",1000,20\n", ",1000,\n");
     assert!(verdicts(&right).iter().all(Option::is_none));
@@ -586,9 +508,7 @@ fn a_diameter_that_its_scale_contradicts_is_questioned() {
     render::tiff(&folder.join("drop.tif"), false, frames);
     let verdict = |diameter: &str| {
         let line = format!("drop.tif,PTFE,dry,{diameter},,500,5\n");
-        let campaign = listed(&folder, ",scale_px_per_mm", &line);
-        let tracked = campaign.outcomes[0].tracked.as_ref().expect("a run");
-        tracked.impacts[0].verdict.clone()
+        impacts(&listed(&folder, ",scale_px_per_mm", &line))[0].verdict.clone()
     };
     assert_eq!(verdict("8"), None);
     let told = verdict("4").expect("it is questioned");
@@ -649,14 +569,14 @@ fn frames_that_are_repeated_or_missing_are_told_and_mended() {
         })
         .collect();
     let (folder, campaign) = faulty_campaign(&seen, &faults, &mut rng);
-    let found = errors(&campaign, &seen);
+    let (speeds, _) = errors(&campaign, &seen);
     for (tracked, faults) in each(&campaign).zip(&faults) {
         let told: Vec<i32> = tracked.expect("a run").jumps.iter().map(|jump| jump.missing).collect();
         let made: Vec<i32> = faults.iter().map(|(_, lost)| *lost).collect();
         assert_eq!(told, made);
     }
     // what is left of them is far below what they do: 1 to 2 % of each speed
-    for [error, sd] in &found.speeds {
+    for [error, sd] in &speeds {
         assert!(error.abs() < 0.004 && error.abs() < 3.0 * sd, "{error} {sd}");
     }
     let (_, _, stderr) = folder.run("track recordings.csv --out runs.csv --report out");
@@ -689,13 +609,9 @@ fn lost_frames_anywhere_are_covered_by_what_is_stated() {
     let mut speeds = vec![];
     for (tracked, seen) in each(&campaign).zip(&seen) {
         // a recording may be left out for it, but not be wrong
-        let Some(impact) = tracked
-            .map(|tracked| &tracked.impacts[0])
-            .filter(|of| of.verdict.is_none())
-        else {
-            continue;
-        };
-        speeds.extend(speed_errors(&impact.speeds, seen));
+        let impact = tracked.map(|tracked| &tracked.impacts[0]);
+        let used = impact.filter(|impact| impact.verdict.is_none());
+        speeds.extend(used.iter().flat_map(|impact| speed_errors(&impact.speeds, seen)));
     }
     assert!(speeds.len() >= 340, "{}", speeds.len());
     let z = coverage_z(&speeds, 1.0);
@@ -717,17 +633,15 @@ fn lost_at_the_contact(lost: i32, rng: &mut ChaCha8Rng) -> (Vec<Seen>, Folder, C
 #[test]
 fn frames_lost_at_the_contact_are_seen_by_its_height() {
     let mut rng = rng_of("frames_lost_at_the_contact_are_seen_by_its_height");
-    let apart = |campaign: &Campaign| -> usize {
-        each(campaign)
-            .filter(|tracked| tracked.is_some_and(|tracked| tracked.impacts[0].apart.is_some()))
-            .count()
+    let apart = |campaign: &Campaign| {
+        let all = impacts(campaign).into_iter();
+        all.filter(|impact| impact.apart.is_some()).count()
     };
     let (seen, folder, campaign) = lost_at_the_contact(3, &mut rng);
     assert!(apart(&campaign) >= 38, "{}", apart(&campaign));
     // both speeds are too small by what their sd says, together
     let mut used = 0;
-    for (tracked, seen) in each(&campaign).zip(&seen) {
-        let impact = &tracked.expect("a run").impacts[0];
+    for (impact, seen) in impacts(&campaign).into_iter().zip(&seen) {
         if impact.apart.is_none() || impact.verdict.is_some() {
             continue;
         }
@@ -785,8 +699,7 @@ fn frames_at_uneven_times_are_left_out_with_the_true_reason() {
     let often = |frame: usize| (frame - frame / 8) as f64;
     let rows = |time: &dyn Fn(usize) -> f64| -> String {
         let row = |frame: usize| 900.0 - CAMERA.scale * seen.bounces.height(time(frame) / CAMERA.frame_rate);
-        let rows = (0..(seen.until * CAMERA.frame_rate) as usize).map(|frame| format!("{frame},{:.1}\n", row(frame)));
-        format!("frame,y_px\n{}", rows.collect::<String>())
+        frames((0..(seen.until * CAMERA.frame_rate) as usize).map(|frame| (10.0 * row(frame)).round() / 10.0))
     };
     folder.write("late.csv", rows(&late));
     folder.write("often.csv", rows(&often));
@@ -823,8 +736,7 @@ fn a_sphere_that_rests_long_is_no_fall() {
         folder.write(&format!("{name}.csv"), frames(rows));
     }
     let lines = "long_before.csv,PTFE,dry,4.762,,500\nlong_after.csv,PTFE,dry,4.762,,500\n";
-    for tracked in each(&listed(&folder, "", lines)) {
-        let impact = &tracked.expect("a run").impacts[0];
+    for impact in impacts(&listed(&folder, "", lines)) {
         let off = impact.speeds.impact_speed / 0.9 - 1.0;
         assert!(impact.stuck && off.abs() < 0.01, "{impact:?}");
     }
@@ -853,10 +765,12 @@ fn of_several_objects_the_one_that_falls_is_taken() {
     let taken = |text: &str| {
         folder.write("drop.csv", text);
         let campaign = listed(&folder, "", "drop.csv,PTFE,dry,4.762,,1000\n");
-        let outcome = &campaign.outcomes[0];
-        let speeds = outcome.tracked.as_ref().expect("a run").impacts[0].speeds;
+        let speeds = impacts(&campaign)[0].speeds;
         assert!((speeds.impact_speed - 1.1).abs() < 0.01, "{speeds:?}");
-        let object = outcome.shown.as_ref().and_then(|shown| shown.object.clone());
+        let object = campaign.outcomes[0]
+            .shown
+            .as_ref()
+            .and_then(|shown| shown.object.clone());
         (object, campaign.notices.len())
     };
     assert_eq!(taken(&text), (Some("7".to_owned()), 0));
@@ -892,9 +806,7 @@ fn tables_of_other_programs_are_read() {
     ] {
         folder.write(file, text);
         let line = format!("\"{file}\",PTFE,dry,4.762,,1000,{unit},{axis}\n");
-        let campaign = listed(&folder, ",y_unit,y_axis", &line);
-        let outcome = campaign.outcomes[0].tracked.as_ref();
-        let speeds = outcome.unwrap_or_else(|reason| panic!("{file}: {reason:?}")).impacts[0].speeds;
+        let speeds = impacts(&listed(&folder, ",y_unit,y_axis", &line))[0].speeds;
         let off = [speeds.impact_speed - 1.0, speeds.rebound_speed - 0.6];
         assert!(off.iter().all(|off| off.abs() < 0.003), "{file}: {off:?}");
     }
@@ -904,36 +816,22 @@ fn tables_of_other_programs_are_read() {
 #[test]
 fn whatever_was_seen_the_runs_are_ones_that_check_takes() {
     /// scenes of motion, of which each has tables
-    const ROUNDS: usize = 50;
+    const ROUNDS: usize = 25;
     let mut rng = rng_of("whatever_was_seen_the_runs_are_ones_that_check_takes");
-    let folder = Folder::new();
-    let write = |name: &str, text: &str| folder.write(name, text);
-    let scene = "[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n\
-                 [liquids.AK10]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 9.3\n";
-    write("scene.toml", scene);
+    let place = Place::new(&scene_of("seen", &[PTFE, AK10]));
+    let folder = &place.folder;
     let mut used = 0;
     for round in 0..ROUNDS {
         let mut lines = String::new();
-        for place in 0..4 {
-            let bounces = Bounces {
-                contact: rng.random_range(0.0..0.3),
-                impact_speed: 10f64.powf(rng.random_range(-2.0..1.5)),
-                // some gain speed, as no sphere does
-                restitution: rng.random_range(0.0..0.95),
-            };
-            let kick = if rng.random_bool(0.2) {
-                rng.random_range(1.0..3.0)
-            } else {
-                1.0
-            };
+        for drop in 0..4 {
+            let mut ten_to = |range: std::ops::Range<f64>| 10f64.powf(rng.random_range(range));
+            let (impact_speed, rate, film) = (ten_to(-2.0..1.5), ten_to(1.0..4.5), ten_to(1.0..4.5));
+            let noise = ten_to(-4.0..-0.5) * impact_speed.powi(2) / 20.0;
             // most fall at another rate than things do, which leaves them out
-            let scale = if rng.random_bool(0.3) {
-                1.0
-            } else {
-                10f64.powf(rng.random_range(-3.0..7.0))
-            };
-            let rate = 10f64.powf(rng.random_range(1.0..4.5));
-            let noise = 10f64.powf(rng.random_range(-4.0..-0.5)) * bounces.impact_speed.powi(2) / 20.0;
+            let (scale, is_scaled) = (ten_to(-3.0..7.0), rng.random_bool(0.7));
+            let bounces = fall(rng.random_range(0.0..0.3), impact_speed, rng.random_range(0.0..0.95));
+            // some gain speed, as no sphere does
+            let (kick, is_kicked) = (rng.random_range(1.0..3.0), rng.random_bool(0.2));
             let mut text = "frame,y_m\n".to_owned();
             for frame in 0..rng.random_range(5..400) {
                 if rng.random_bool(0.02) {
@@ -941,44 +839,44 @@ fn whatever_was_seen_the_runs_are_ones_that_check_takes() {
                 }
                 let time = f64::from(frame) / rate;
                 let mut height = bounces.height(time);
-                if time > bounces.contact {
+                if is_kicked && time > bounces.contact {
                     height *= kick;
                 }
-                let normal = normal(&mut rng);
-                height += noise * normal;
+                height += noise * normal(&mut rng);
                 if rng.random_bool(0.01) {
                     height *= rng.random_range(-2.0..2.0);
                 }
-                text.push_str(&format!("{frame},{:e}\n", scale * height));
+                text.push_str(&format!(
+                    "{frame},{:e}\n",
+                    if is_scaled { scale * height } else { height }
+                ));
             }
-            write(&format!("drop{place}.csv"), &text);
-            let (liquid, film) = if rng.random_bool(0.5) {
-                ("AK10", format!("{}", 10f64.powf(rng.random_range(1.0..4.5))))
+            folder.write(&format!("drop{drop}.csv"), &text);
+            let wet = if rng.random_bool(0.5) {
+                format!("AK10,4.762,{film}")
             } else {
-                ("dry", String::new())
+                "dry,4.762,".to_owned()
             };
-            let more = if rng.random_bool(0.5) { "2150" } else { "" };
-            lines.push_str(&format!("drop{place}.csv,PTFE,{liquid},4.762,{film},{rate},{more}\n"));
+            let density = if rng.random_bool(0.5) { "2150" } else { "" };
+            lines.push_str(&format!("drop{drop}.csv,PTFE,{wet},{rate},{density}\n"));
         }
         // the last is a good one, of which every table has a run
         let good = fall(0.1, 1.0, 0.6);
         let rows = (0..200).map(|frame| format!("{frame},{:.6}\n", good.height(f64::from(frame) / 1000.0)));
-        write("good.csv", &format!("frame,y_m\n{}", rows.collect::<String>()));
+        folder.write("good.csv", format!("frame,y_m\n{}", rows.collect::<String>()));
         lines.push_str("good.csv,PTFE,dry,4.762,,1000,\n");
-        write("recordings.csv", &format!("{HEADER},density_kg_m3\n{lines}"));
+        folder.write("recordings.csv", format!("{HEADER},density_kg_m3\n{lines}"));
         let more = if round % 2 == 0 { "--all-rebounds" } else { "" };
         let (status, stdout, stderr) = folder.run(&format!(
             "track recordings.csv --out runs.csv --report out --force {more}"
         ));
         assert!(matches!(status, Some(0 | 1)), "{round}: {stderr}");
-        let told = [stdout, folder.read("out/report.md")];
-        assert!(
-            told.iter().all(|text| !text.contains("NaN") && !text.contains("inf ")),
-            "{told:?}"
-        );
-        let (status, _, stderr) = folder.run("check scene.toml");
+        for told in [stdout, folder.read("out/report.md")] {
+            told.lacks("NaN");
+            told.lacks("inf ");
+        }
+        place.read();
         let runs = folder.read("runs.csv");
-        assert!(matches!(status, Some(0 | 1)), "{round}: {stderr}\n{runs}");
         used += runs.lines().filter(|line| line.ends_with(',')).count();
     }
     assert!(used > ROUNDS, "{used}");
@@ -988,14 +886,11 @@ fn whatever_was_seen_the_runs_are_ones_that_check_takes() {
 fn damaged_tables_do_no_harm() {
     let mut rng = rng_of("damaged_tables_do_no_harm");
     let seen = drops(2, &mut rng);
-    let folder = written(&seen, CAMERA, "scale_px_per_mm", &mut rng);
+    let folder = written(&seen, CAMERA, &mut rng);
     let [path, table] = ["recordings.csv", "drop1.csv"].map(|name| folder.join(name));
-    let originals = [
-        std::fs::read(&path).expect("readable"),
-        std::fs::read(&table).expect("readable"),
-    ];
+    let originals = [&path, &table].map(|path| std::fs::read(path).expect("readable"));
     let mut refused = 0;
-    for round in 0..600 {
+    for round in 0..300 {
         let which = round % 2;
         let mut bytes = originals[which].clone();
         for _ in 0..rng.random_range(1..8) {
@@ -1021,20 +916,15 @@ fn damaged_tables_do_no_harm() {
             Ok(campaign) => {
                 for impact in each(&campaign).flatten().flat_map(|tracked| &tracked.impacts) {
                     let of = &impact.speeds;
-                    let numbers = [
-                        of.impact_speed,
-                        of.impact_speed_sd,
-                        of.rebound_speed,
-                        of.rebound_speed_sd,
-                        of.correlation,
-                    ];
+                    let speeds = [of.impact_speed, of.rebound_speed, of.correlation];
+                    let numbers = [speeds.as_slice(), &[of.impact_speed_sd, of.rebound_speed_sd]].concat();
                     assert!(numbers.iter().all(|number| number.is_finite()), "{impact:?}");
                 }
             }
         }
         std::fs::write([&path, &table][which], &originals[which]).expect("writable");
     }
-    assert!((50..550).contains(&refused), "{refused}");
+    assert!((25..275).contains(&refused), "{refused}");
 }
 
 /// A light sphere in air, step by step: heights over the plate, frame by frame, until the second contact; v and v_r.
@@ -1082,8 +972,8 @@ fn what_the_air_takes_is_taken_off_where_the_density_is_known() {
         let lines = (0..10).map(|place| format!("drop{place}.csv,PE,dry,3.175,,1000,{scale},{density}\n"));
         let lines: String = lines.collect();
         let campaign = listed(&folder, ",scale_px_per_mm,density_kg_m3", &lines);
-        let error = |(tracked, truth): (Option<&Tracked>, &[f64; 2])| {
-            let of = tracked.expect("a run").impacts[0].speeds;
+        let error = |(impact, truth): (&Impact, &[f64; 2])| {
+            let of = impact.speeds;
             if !density.is_empty() && !scale.is_empty() {
                 // what is left lies inside what is stated
                 let errors = [of.impact_speed - truth[0], of.rebound_speed - truth[1]];
@@ -1092,7 +982,11 @@ fn what_the_air_takes_is_taken_off_where_the_density_is_known() {
             }
             (of.rebound_speed / of.impact_speed - truth[1] / truth[0]).abs()
         };
-        each(&campaign).zip(&truths).map(error).fold(0.0, f64::max)
+        impacts(&campaign)
+            .into_iter()
+            .zip(&truths)
+            .map(error)
+            .fold(0.0, f64::max)
     };
     assert!(largest_error("20", "940") < 1e-4);
     assert!(largest_error("", "940") < 1e-4);
