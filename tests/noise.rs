@@ -5,8 +5,10 @@ mod growth;
 mod outliers;
 mod spreads;
 
+use std::collections::BTreeMap;
+
 use crate::common::scenes::{scene_of, AK10, PE, PTFE};
-use crate::common::{normal, Place, Told};
+use crate::common::{normal, Place};
 use wetcor::findings::noise::Noise;
 use wetcor::findings::{self, Findings};
 use wetcor::runs::{arrange, NewRun, Table};
@@ -101,19 +103,15 @@ fn plain(run: &NewRun) -> f64 {
 }
 
 /// Fits them.
-fn fit(scene: &Scene, runs: &[NewRun], (seed, bootstrap): (u64, bool)) -> Findings {
-    findings::fit_least_squares(scene, &Table::of(arrange(scene, runs)), seed, bootstrap)
+fn fit(scene: &Scene, runs: &[NewRun]) -> Findings {
+    findings::fit_least_squares(scene, &Table::of(arrange(scene, runs)), 1, false)
 }
 
 fn noise_of(findings: &Findings) -> &Noise {
     findings.noise.as_ref().expect("a fit with scatter")
 }
 
-fn tells(findings: &Findings, code: &str) -> bool {
-    findings.tells(code)
-}
-
-/// Series of a run, as a number; `None` for dry runs.
+/// The name of a run's series; `None` for dry runs.
 fn series_of(run: &NewRun) -> Option<String> {
     let (_, ratio) = run.film?;
     Some(format!("{} {:?} {:.6} {ratio}", run.particle, run.liquid, run.diameter))
@@ -122,14 +120,9 @@ fn series_of(run: &NewRun) -> Option<String> {
 /// Adds an offset to each series, normal of this sd.
 fn offset(runs: &mut [NewRun], seed: u64, sd: f64) {
     let mut rng = stream(seed, "offsets of a test", 0);
-    let mut known: Vec<(String, f64)> = vec![];
+    let mut known: BTreeMap<String, f64> = BTreeMap::new();
     for run in runs {
         let Some(name) = series_of(run) else { continue };
-        let at = known.iter().position(|(other, _)| *other == name).unwrap_or_else(|| {
-            let z = normal(&mut rng);
-            known.push((name, sd * z));
-            known.len() - 1
-        });
-        run.restitution += known[at].1;
+        run.restitution += *known.entry(name).or_insert_with(|| sd * normal(&mut rng));
     }
 }

@@ -1,10 +1,10 @@
 //! Holds the profile's intervals, and when they are quoted, against simulated runs near the threshold.
 
 use crate::common::scenes::{self, design, scene_of, HEADER, M50, PTFE, STEPWISE};
-use crate::common::{binomial_z, seed_of, Place, Told};
+use crate::common::{binomial_z, counts, study, Place, Told};
+use wetcor::findings;
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
-use wetcor::findings::{self, Findings};
 use wetcor::scene::WetLaw;
 
 /// Three heights, the lowest of which is within two standard deviations of no rebound at the thicker film: a lucky run
@@ -29,80 +29,52 @@ fn truth(film_ratio: f64) -> f64 {
     2.0 * 2.75 / (e_dry * e_dry - 965.0 / 2150.0 * shape)
 }
 
-fn infer(place: &Place, seed: u64) -> Findings {
-    let table = place.table(seed);
-    findings::fit_least_squares(&place.scene, &table, seed, false)
-}
-
-/// What becomes of some estimates of St_c.
-#[derive(Debug, Default)]
-struct Tally {
-    fits: usize,
-    /// with a ±, and beyond t's 99.73 % quantile of it
-    beyond: usize,
-    /// beyond that of the delta method's ±, quoted or not
-    beyond_delta: usize,
-    with_interval: usize,
-}
-
-impl Tally {
-    /// `wide` is the same estimate at the level 99.73 %.
-    fn add(&mut self, estimate: &Estimate, wide: &Estimate, truth: f64) {
-        if estimate.value.is_none() {
-            return;
-        }
-        assert_eq!(
-            estimate.why_none.is_some(),
-            estimate.se.is_none() || estimate.interval.is_none()
-        );
-        let inside = |of: &Estimate| {
-            let mut intervals = of.intervals.iter();
-            let delta = intervals.find(|made| made.is_delta() && made.level == of.level);
-            let delta = delta.expect("every fit here has a covariance");
-            usize::from(delta.lo <= truth && truth <= delta.hi)
-        };
-        self.fits += 1;
-        self.beyond_delta += 1 - inside(wide);
-        self.beyond += usize::from(estimate.se.is_some()) * (1 - inside(wide));
-        self.with_interval += usize::from(estimate.interval.is_some());
-    }
-}
-
-/// St_c by the square-root law at each film ratio, and by the energy balance over both.
-fn tallies(sets: u64) -> [Tally; 3] {
-    let place = Place::new(&near_threshold());
-    let wide = Place::new(&near_threshold().replace("level = 0.95", "level = 0.9973"));
-    let mut tallies = <[Tally; 3]>::default();
-    for set in 0..sets {
-        let seed = seed_of("a_quoted_se_holds_near_the_threshold").wrapping_add(set);
-        let [plain, wide] = [&place, &wide].map(|place| infer(place, seed));
-        let own = |row: &&Scaling| row.law == WetLaw::Sqrt && row.film_ratio.is_some();
-        for (row, wide) in plain.scaling.iter().filter(own).zip(wide.scaling.iter().filter(own)) {
-            let film_ratio = row.film_ratio.expect("filtered");
-            let tally = &mut tallies[usize::from(film_ratio > 0.06)];
-            tally.add(&row.st_c, &wide.st_c, truth(film_ratio));
-        }
-        let derived = |findings: Findings| findings.energy_balance.expect("dry and wet runs").derived;
-        for (row, wide) in derived(plain).iter().zip(&derived(wide)) {
-            tallies[2].add(&row.st_c, &wide.st_c, truth(row.film_ratio));
-        }
-    }
-    tallies
+/// Whether the truth lies beyond t's 99.73 % quantile of the ± of an estimate of St_c, and of the delta method's ±, quoted or
+/// not, and whether there is an interval; `None` without a value. `wide` is the same estimate at the level 99.73 %.
+fn judged(estimate: &Estimate, wide: &Estimate, truth: f64) -> Option<[bool; 3]> {
+    estimate.value?;
+    assert_eq!(
+        estimate.why_none.is_some(),
+        estimate.se.is_none() || estimate.interval.is_none()
+    );
+    let mut intervals = wide.intervals.iter();
+    let delta = intervals.find(|made| made.is_delta() && made.level == wide.level);
+    let delta = delta.expect("every fit here has a covariance");
+    let is_beyond = !(delta.lo..=delta.hi).contains(&truth);
+    let is_quoted = estimate.se.is_some();
+    Some([is_quoted && is_beyond, is_beyond, estimate.interval.is_some()])
 }
 
 #[test]
 fn a_quoted_se_holds_near_the_threshold() {
-    const SETS: usize = 600;
-    let all = tallies(SETS as u64);
-    for tally in &all {
-        assert!(tally.fits >= 590, "{tally:?}");
-        assert!(100 * tally.beyond <= tally.fits, "{tally:?}");
-        assert!(10 * tally.with_interval >= 9 * tally.fits, "{tally:?}");
+    const SETS: u64 = 600;
+    let place = Place::new(&near_threshold());
+    let wide = Place::new(&near_threshold().replace("level = 0.95", "level = 0.9973"));
+    let sets = study("a_quoted_se_holds_near_the_threshold", SETS, |seed| {
+        let [plain, wide] = [&place, &wide].map(|place| place.infer(seed));
+        // by the square-root law at each film ratio, and by the energy balance over both
+        let mut found: [Vec<[bool; 3]>; 3] = Default::default();
+        let own = |row: &&Scaling| row.law == WetLaw::Sqrt && row.film_ratio.is_some();
+        for (row, wide) in plain.scaling.iter().filter(own).zip(wide.scaling.iter().filter(own)) {
+            let film_ratio = row.film_ratio.expect("filtered");
+            let of_film = &mut found[usize::from(film_ratio > 0.06)];
+            of_film.extend(judged(&row.st_c, &wide.st_c, truth(film_ratio)));
+        }
+        for (row, wide) in plain.balance().derived.iter().zip(&wide.balance().derived) {
+            found[2].extend(judged(&row.st_c, &wide.st_c, truth(row.film_ratio)));
+        }
+        found
+    });
+    for which in 0..3 {
+        let found: Vec<[bool; 3]> = sets.iter().flat_map(|found| found[which].clone()).collect();
+        let fits = found.len();
+        let [beyond, beyond_delta, with_interval] = counts(&found);
+        assert!(fits >= 590 && 100 * beyond <= fits, "{which}: {beyond} of {fits}");
+        assert!(10 * with_interval >= 9 * fits, "{which}: {with_interval} of {fits}");
+        // at the thicker film, where runs are pinned, the delta method's ± alone fails by a wide margin
+        let z = binomial_z(beyond_delta, fits, 0.01);
+        assert!(which != 1 || z > 8.0, "{z}: {beyond_delta} of {fits}");
     }
-    // at the thicker film, where runs are pinned, the delta method's ± alone fails by a wide margin
-    let pinned = &all[1];
-    let z = binomial_z(pinned.beyond_delta, pinned.fits, 0.01);
-    assert!(z > 8.0, "{z}: {pinned:?}");
 }
 
 /// Rows of a table: film ratio 0.08, at these speeds.

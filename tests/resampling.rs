@@ -1,8 +1,7 @@
 //! Holds the jackknife and percentile intervals against a script, coverage against its level, and says what cannot vary.
 
 use crate::common::scenes::{design, scene_of, truth, AK10, M20, PTFE};
-use crate::common::{binomial_z, mean, normal, read_in_project, seed_of, Place, Says, Told};
-use rayon::prelude::*;
+use crate::common::{binomial_z, counts, holds, mean, normal, read_in_project, seed_of, study, Place, Says, Told};
 use wetcor::findings::bootstrap::{self, Estimates, Options, Resampling, MOST_RESAMPLED};
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
@@ -47,6 +46,13 @@ pub fn target(regression: Regression, strata: usize, fitted: [f64; 2]) -> Target
     }
 }
 
+/// Influences of the runs of each stratum on a quantity.
+fn influences(pool: &Pool, target: &Target, value: f64, of: impl Fn([f64; 2]) -> f64) -> Vec<Vec<f64>> {
+    let without = leave_one_out(pool, target, ResamplingScheme::Cases);
+    let of_stratum = |fits: &Vec<[f64; 2]>| influence(value, fits.iter().map(|p| of(*p)));
+    without.iter().map(of_stratum).collect()
+}
+
 /// The same runs and weights to both: numpy in extended precision, and our kernels.
 #[test]
 fn jackknife_and_percentile_limits_are_the_scripts() {
@@ -66,18 +72,15 @@ fn jackknife_and_percentile_limits_are_the_scripts() {
     for row in rows("reference.csv") {
         let (law, expected) = (row[0].as_str(), numbers(&row[2..]));
         let of = quantity(law, &row[1]);
-        let fit = |w: &[f64]| match law {
-            "linear" => kernel::fit(&Regression::new(Law::LINEAR, &x, &e).weighted(w), [0.5, 0.0]),
-            _ => kernel::fit(&Regression::new(Law::SQUARE_ROOT, &x, &e).weighted(w), [0.52, -7.4]),
+        let (own, start) = match law {
+            "linear" => (Law::LINEAR, [0.5, 0.0]),
+            _ => (Law::SQUARE_ROOT, [0.52, -7.4]),
         };
+        let fit = |w: &[f64]| kernel::fit(&Regression::new(own, &x, &e).weighted(w), start);
         let full = fit(&vec![1.0; x.len()]).expect("determined");
         let value = of(full);
-        let regression = Regression::new(if law == "linear" { Law::LINEAR } else { Law::SQUARE_ROOT }, &x, &e);
-        let target = target(regression, 3, full);
-        let influences: Vec<Vec<f64>> = leave_one_out(&pool, &target, ResamplingScheme::Cases)
-            .iter()
-            .map(|stratum| influence(value, stratum.iter().map(|p| of(*p))))
-            .collect();
+        let target = target(Regression::new(own, &x, &e), 3, full);
+        let influences = influences(&pool, &target, value, of);
         let made = Replicates::new(weights.iter().map(|w| of(fit(w).expect("determined"))));
         let limits = [0.90, 0.95].map(|level| made.percentile(level, f64::INFINITY).expect("replicates"));
         let mut found = vec![value, acceleration(&influences)];
@@ -104,67 +107,46 @@ fn jackknife_and_percentile_limits_are_the_scripts() {
     assert_eq!(compared, 4);
 }
 
-/// Coverage of 95 % percentile intervals of the slope over data sets of 8 strata of 3 runs, their noise growing with x;
-/// `ends` makes the interval from the ends found.
-fn covered(test: &str, unit_df: bool, ends: fn(f64, f64) -> (f64, f64)) -> (usize, usize) {
-    const SETS: usize = 1000;
+/// Of 95 % percentile intervals of the slope, over data sets of 8 strata of 3 runs whose noise grows with x.
+#[test]
+fn percentile_intervals_cover_and_with_their_ends_swapped_do_not() {
+    const SETS: u64 = 1000;
+    let name = "percentile_intervals_cover_and_with_their_ends_swapped_do_not";
     let x: Vec<f64> = (0..24).map(|run| 0.01 * f64::from(1 + run / 3)).collect();
     let pool = Pool {
         strata: (0..8).map(|stratum| 3 * stratum..3 * stratum + 3).collect(),
         series: std::iter::once(0..24).collect(),
     };
-    let seed = seed_of(test);
-    let hits = (0..SETS as u64).into_par_iter().filter(|set| {
-        let mut rng = stream(seed, test, *set);
-        let e: Vec<f64> = x
-            .iter()
-            .map(|x| {
-                let z = normal(&mut rng);
-                // curved, so that the linear law is only near it
-                0.8 - 5.0 * x - 10.0 * x * x + 0.3 * x * z
-            })
-            .collect();
-        let truth: Vec<f64> = x.iter().map(|x| 0.8 - 5.0 * x - 10.0 * x * x).collect();
-        let slope = |e: &[f64]| {
-            let runs = Regression::new(Law::LINEAR, &x, e).weighted(&[1.0; 24]);
-            kernel::fit(&runs, [0.5, 0.0]).expect("determined")
-        };
-        let fitted = slope(&e);
+    // curved, so that the linear law is only near it
+    let truth: Vec<f64> = x.iter().map(|x| 0.8 - 5.0 * x - 10.0 * x * x).collect();
+    let line = |e: &[f64]| {
+        let runs = Regression::new(Law::LINEAR, &x, e).weighted(&[1.0; 24]);
+        kernel::fit(&runs, [0.5, 0.0]).expect("determined")
+    };
+    let aim = line(&truth)[1];
+    let outcomes = study(name, SETS, |seed| {
+        let mut rng = stream(seed_of(name), name, seed.wrapping_sub(seed_of(name)));
+        let scattered = truth.iter().zip(&x).map(|(mean, x)| mean + 0.3 * x * normal(&mut rng));
+        let e: Vec<f64> = scattered.collect();
+        let fitted = line(&e);
         let target = target(Regression::new(Law::LINEAR, &x, &e), 8, fitted);
         let plan = Plan {
             replicates: 1000,
             scheme: ResamplingScheme::Cases,
-            seed: seed.wrapping_add(*set),
+            seed,
         };
-        let without = leave_one_out(&pool, &target, plan.scheme);
-        let influences: Vec<Vec<f64>> = without
-            .iter()
-            .map(|stratum| influence(fitted[1], stratum.iter().map(|p| p[1])))
-            .collect();
-        let df = if unit_df {
-            f64::INFINITY
-        } else {
-            degrees_of_freedom(&influences).expect("it varies")
-        };
+        let influences = influences(&pool, &target, fitted[1], |p| p[1]);
+        let df = degrees_of_freedom(&influences).expect("it varies");
         let fits = replicate(&pool, &[target], plan, &|_| ());
-        let made = Replicates::new(fits[0].iter().map(|fit| fit.expect("determined")[1])).percentile(0.95, df);
-        let made = made.expect("replicates");
-        let (lo, hi) = ends(made.lo, made.hi);
-        let aim = slope(&truth)[1];
-        lo <= aim && aim <= hi
+        let made = Replicates::new(fits[0].iter().map(|fit| fit.expect("determined")[1]));
+        let [made, narrow] = [df, f64::INFINITY].map(|df| made.percentile(0.95, df).expect("replicates"));
+        let ends = [[made.lo, made.hi], [made.hi, made.lo], [narrow.lo, narrow.hi]];
+        ends.map(|ends| holds(Some(ends), aim))
     });
-    (hits.count(), SETS)
-}
-
-#[test]
-fn percentile_intervals_cover_and_with_their_ends_swapped_do_not() {
-    let name = "percentile_intervals_cover_and_with_their_ends_swapped_do_not";
-    let (hits, of) = covered(name, false, |lo, hi| (lo, hi));
-    assert!(binomial_z(hits, of, 0.95).abs() < 4.5, "{hits} of {of}");
-    let (swapped, of) = covered(name, false, |lo, hi| (hi, lo));
-    assert!(binomial_z(swapped, of, 0.95) < -50.0, "{swapped} of {of}");
+    let [hits, swapped, narrow] = counts(&outcomes);
+    assert!(binomial_z(hits, SETS as usize, 0.95).abs() < 4.5, "{hits} of {SETS}");
+    assert!(binomial_z(swapped, SETS as usize, 0.95) < -50.0, "{swapped} of {SETS}");
     // limits taken as if the spread were known
-    let (narrow, _) = covered(name, true, |lo, hi| (lo, hi));
     assert!(narrow < hits, "{narrow} {hits}");
 }
 
@@ -210,14 +192,6 @@ fn bootstrap_se(estimate: &Estimate) -> f64 {
     estimate.bootstrap.as_ref().and_then(|boot| boot.se).expect("resampled")
 }
 
-/// Standard errors without replicates, or with fewer runs drawn, as shares of those of replicates of all runs.
-fn shares(of: &[Estimate], by_rows: &[Estimate]) -> Vec<f64> {
-    let pairs = of.iter().zip(by_rows);
-    pairs
-        .map(|(of, by_rows)| bootstrap_se(of) / bootstrap_se(by_rows))
-        .collect()
-}
-
 #[test]
 fn the_sandwich_is_as_wide_as_the_replicates_that_it_stands_for() {
     let place = Place::new(&many());
@@ -226,7 +200,10 @@ fn the_sandwich_is_as_wide_as_the_replicates_that_it_stands_for() {
     let (sandwich, of_many) = resampled(&place, &table, 0);
     assert_eq!(by_rows.len(), 1 + 2 * 6 + 2 * 2 * 4 + 2 * 3);
     assert_eq!([of_rows.resampled_fits, of_many.resampled_fits], [1 + 6 + 2 * 4, 0]);
-    let found = shares(&sandwich, &by_rows);
+    let pairs = sandwich.iter().zip(&by_rows);
+    let found: Vec<f64> = pairs
+        .map(|(own, by_rows)| bootstrap_se(own) / bootstrap_se(by_rows))
+        .collect();
     // an sd of 1,000 replicates has a standard error of 2.2 %
     assert!(found.iter().all(|share| (share - 1.0).abs() < 0.09), "{found:?}");
     let (mean, _) = mean(&found);
@@ -240,11 +217,8 @@ fn the_sandwich_is_as_wide_as_the_replicates_that_it_stands_for() {
         assert_eq!(methods, [("delta", 0.95), ("sandwich", 0.9), ("sandwich", 0.95)]);
     }
     // the planted fault: the delta method's, which takes the noise as even
-    let even: Vec<f64> = sandwich
-        .iter()
-        .map(|estimate| estimate.se.expect("one") / bootstrap_se(estimate))
-        .collect();
-    assert!(even.iter().any(|share| (share - 1.0).abs() > 0.1), "{even:?}");
+    let even = |estimate: &Estimate| estimate.se.expect("one") / bootstrap_se(estimate);
+    assert!(sandwich.iter().any(|estimate| (even(estimate) - 1.0).abs() > 0.1));
 }
 
 #[test]
@@ -312,15 +286,9 @@ fn a_table_of_very_many_runs_is_told_that_nothing_was_resampled() {
     assert!(found.scaling.iter().all(|row| row.e_inf.method == "percentile"));
 }
 
-fn scene_text() -> String {
-    scene_of("few runs", &[PTFE, AK10, M20])
-}
-
 fn fitted(scheme: &str, runs: &str) -> Findings {
-    let place = Place::new(&format!(
-        "{}\n[bootstrap]\nscheme = \"{scheme}\"\nreplicates = 500\n",
-        scene_text()
-    ));
+    let asked = format!("[bootstrap]\nscheme = \"{scheme}\"\nreplicates = 500\n");
+    let place = Place::new(&scene_of("few runs", &[PTFE, AK10, M20, &asked]));
     let header = "particle,liquid,diameter_mm,film_um,film_ratio,impact_speed_m_s,restitution";
     findings::fit_least_squares(&place.scene, &place.read_rows(&format!("{header}\n{runs}")), 1, true)
 }
@@ -372,19 +340,14 @@ fn failed_replicates_are_counted_with_their_reason_and_gate() {
     let row = linear(&found);
     let boot = row.e_inf.bootstrap.as_ref().expect("it is said");
     assert_eq!((boot.failed, boot.replicates), (500, 500));
-    assert_eq!(boot.failures.len(), 1, "{boot:?}");
-    assert_eq!(
-        (boot.failures[0].reason, boot.failures[0].replicates),
-        ("degenerate resample", 500)
-    );
+    let failures = boot.failures.iter().map(|failure| (failure.reason, failure.replicates));
+    assert_eq!(failures.collect::<Vec<_>>(), [("degenerate resample", 500)]);
     assert_eq!(row.e_inf.method, "delta");
     let check = found.check("bootstrap_failures");
     assert!(check.gates() && !check.passed && check.value == Some(1.0), "{check:?}");
+    let mut concerns = check.concerns.iter();
     assert!(
-        check
-            .concerns
-            .iter()
-            .all(|name| name.starts_with("e_inf") || name.starts_with("st_c")),
+        concerns.all(|name| name.starts_with("e_inf") || name.starts_with("st_c")),
         "{check:?}"
     );
 }

@@ -2,6 +2,7 @@
 
 use crate::common::scenes::{design, scene_of, truth, AK10, M20, M50, PE, PTFE};
 use crate::common::{assert_expected, binomial_z, counts, mean, seed_of, study, Place, Told};
+use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::Findings;
 use wetcor::physics::rebound::mean_restitution;
@@ -44,7 +45,7 @@ fn pooled(findings: &Findings, law: WetLaw) -> &Scaling {
     found.expect("the scene has one particle and wet runs")
 }
 
-fn value(estimate: &wetcor::findings::estimate::Estimate) -> f64 {
+fn value(estimate: &Estimate) -> f64 {
     estimate.value.expect("the fit converged")
 }
 
@@ -90,8 +91,7 @@ fn leaving_stuck_runs_out_spoils_the_linear_law_and_hardly_the_square_root() {
         let findings = Place::new(&sticking()).infer(seed);
         let (root, line) = (pooled(&findings, WetLaw::Sqrt), pooled(&findings, WetLaw::Linear));
         let shift = |estimate, truth: f64| value(estimate) / truth - 1.0;
-        let of_root = [shift(&root.e_inf, e_inf), shift(&root.st_c, st_c)];
-        let of_line = [shift(&line.e_inf, e_inf), shift(&line.st_c, st_c)];
+        let [of_root, of_line] = [root, line].map(|law| [shift(&law.e_inf, e_inf), shift(&law.st_c, st_c)]);
         let stuck = root.stuck as f64 / (root.stuck + root.runs) as f64;
         [of_root[0], of_root[1], of_line[0], of_line[1], stuck]
     });
@@ -119,12 +119,10 @@ fn the_linear_laws_printed_bias_is_the_one_of_a_noise_free_fit() {
         let root = roots.find(|row| row.film_ratio == law.film_ratio);
         let root = root.expect("both laws are fitted");
         let bias = law.bias.expect("the fit converged");
-        let found = [
-            value(&law.e_inf) - value(&root.e_inf),
-            value(&law.st_c) - value(&root.st_c),
-        ];
-        assert!((found[0] - bias.e_inf).abs() < 1e-6, "{found:?} {bias:?}");
-        assert!((found[1] - bias.st_c).abs() < 1e-4, "{found:?} {bias:?}");
+        let of_e_inf = value(&law.e_inf) - value(&root.e_inf);
+        let of_st_c = value(&law.st_c) - value(&root.st_c);
+        assert!((of_e_inf - bias.e_inf).abs() < 1e-6, "{of_e_inf} {bias:?}");
+        assert!((of_st_c - bias.st_c).abs() < 1e-4, "{of_st_c} {bias:?}");
         assert!(bias.e_inf > 0.002 && bias.st_c > 0.5, "{bias:?}");
     }
 }
@@ -179,10 +177,8 @@ fn simulated_runs_follow_the_generative_statement() {
     let (found, se) = mean(&table.runs.restitution[series.rebounds.clone()]);
     let distances = |sigma: f64| {
         let (below, above) = expected(sigma);
-        (
-            binomial_z(stuck, stuck + rebounds, below).abs(),
-            ((found - above) / se).abs(),
-        )
+        let of_stuck = binomial_z(stuck, stuck + rebounds, below);
+        (of_stuck.abs(), ((found - above) / se).abs())
     };
     let (of_stuck, of_mean) = distances(0.05);
     assert!(of_stuck < 4.0 && of_mean < 4.0, "{of_stuck} {of_mean}");

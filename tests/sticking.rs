@@ -4,9 +4,9 @@ use crate::common::scenes::HEADER;
 use std::fmt::Write;
 
 use crate::common::{
-    binomial_z, draws_of, is_update, kept, mean, normal, read_in_project, seed_of, weighed_or_sampled, Place,
+    assert_expected, binomial_z, draws_of, holds, is_update, kept, mean, normal, read_in_project, study,
+    weighed_or_sampled, Place,
 };
-use rayon::prelude::*;
 use wetcor::findings::posterior::effort;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::diagnostics::pareto::khat_threshold;
@@ -79,16 +79,6 @@ struct Found {
     intervals: [[f64; 2]; 2],
 }
 
-/// The ways, in the order of the table.
-const WAYS: [&str; 6] = [
-    "linear law, rebounds",
-    "square root, rebounds",
-    "posterior, excluded",
-    "posterior, truncated",
-    "posterior, censored",
-    "posterior, censored, noise = \"both\"",
-];
-
 fn by_law(found: &Findings, law: WetLaw) -> Option<Found> {
     let mut rows = found.scaling.iter();
     let row = rows.find(|row| row.law == law && row.film_ratio.is_some())?;
@@ -132,65 +122,73 @@ fn by_posterior(place: &Place, (sticking, noise): (Sticking, NoiseOn), seed: u64
     })
 }
 
-/// What a way came to over the sets.
-#[derive(Default)]
-struct Tally {
-    values: Vec<f64>,
-    covered: [usize; 2],
+/// A way of taking stuck runs, by the name that the table has for it.
+enum Way {
+    Law(WetLaw),
+    Posterior(Sticking, NoiseOn),
 }
 
-/// The share that stuck, and a tally of each way.
-fn tally((share, viscosity): (u32, f64), on: On) -> (f64, Vec<Tally>) {
-    let name = format!(
-        "sticking {share} {}",
-        if on == On::Energy { "energy" } else { "restitution" }
-    );
-    let mut tallies: Vec<Tally> = WAYS.iter().map(|_| Tally::default()).collect();
-    let of_set = |set: u64| {
-        let seed = seed_of(&name).wrapping_add(set);
+/// The ways, in the order of the table.
+const WAYS: [(&str, Way); 6] = [
+    ("linear law, rebounds", Way::Law(WetLaw::Linear)),
+    ("square root, rebounds", Way::Law(WetLaw::Sqrt)),
+    (
+        "posterior, excluded",
+        Way::Posterior(Sticking::Excluded, NoiseOn::Restitution),
+    ),
+    (
+        "posterior, truncated",
+        Way::Posterior(Sticking::Truncated, NoiseOn::Restitution),
+    ),
+    (
+        "posterior, censored",
+        Way::Posterior(Sticking::Censored, NoiseOn::Restitution),
+    ),
+    (
+        "posterior, censored, noise = \"both\"",
+        Way::Posterior(Sticking::Censored, NoiseOn::Both),
+    ),
+];
+
+/// The share that stuck, and what each way found of each set, where it found something.
+fn measured((share, viscosity): (u32, f64), on: On) -> (f64, [Vec<Found>; WAYS.len()]) {
+    let noise = if on == On::Energy { "energy" } else { "restitution" };
+    let sets = study(&format!("sticking {share} {noise}"), SETS, |seed| {
         let place = Place::new(&scene(viscosity));
-        std::fs::write(&place.scene.data.runs[0].path, table(viscosity, on, seed)).expect("writable");
-        let read = place.read();
+        let read = place.read_rows(&table(viscosity, on, seed));
         let least_squares = findings::fit_least_squares(&place.scene, &read, 1, false);
-        let found = [
-            by_law(&least_squares, WetLaw::Linear),
-            by_law(&least_squares, WetLaw::Sqrt),
-            by_posterior(&place, (Sticking::Excluded, NoiseOn::Restitution), seed),
-            by_posterior(&place, (Sticking::Truncated, NoiseOn::Restitution), seed),
-            by_posterior(&place, (Sticking::Censored, NoiseOn::Restitution), seed),
-            by_posterior(&place, (Sticking::Censored, NoiseOn::Both), seed),
-        ];
+        let found = WAYS.map(|(_, way)| match way {
+            Way::Law(law) => by_law(&least_squares, law),
+            Way::Posterior(sticking, noise) => by_posterior(&place, (sticking, noise), seed),
+        });
         (read.runs.stuck(), found)
-    };
-    let sets: Vec<_> = (0..SETS).into_par_iter().map(of_set).collect();
+    });
     let stuck: usize = sets.iter().map(|(stuck, _)| stuck).sum();
-    for (_, found) in sets {
-        for (tally, found) in tallies.iter_mut().zip(found) {
-            let Some(found) = found else { continue };
-            tally.values.push(found.value);
-            for (covered, [lo, hi]) in tally.covered.iter_mut().zip(found.intervals) {
-                *covered += usize::from((lo..=hi).contains(&L));
-            }
-        }
-    }
-    (stuck as f64 / (120 * SETS) as f64, tallies)
+    let of_way = |way: usize| sets.iter().filter_map(|(_, found)| found[way]).collect();
+    (stuck as f64 / (120 * SETS) as f64, std::array::from_fn(of_way))
+}
+
+/// How many intervals of a level hold the truth.
+fn covered(found: &[Found], level: usize) -> usize {
+    found.iter().filter(|own| holds(Some(own.intervals[level]), L)).count()
 }
 
 /// The rows of the table of one noise and share.
-fn rows(on: On, stuck: f64, tallies: &[Tally]) -> String {
+fn rows(on: On, stuck: f64, by_way: &[Vec<Found>]) -> String {
     let mut text = String::new();
-    for (way, tally) in WAYS.into_iter().zip(tallies) {
-        let sets = tally.values.len();
-        let (average, se) = mean(&tally.values);
-        let percent = |covered: usize| format!("{:.1} %", 100.0 * covered as f64 / sets as f64);
+    for ((way, _), found) in WAYS.iter().zip(by_way) {
+        let sets = found.len();
+        let values: Vec<f64> = found.iter().map(|own| own.value).collect();
+        let (average, se) = mean(&values);
+        let percent = |level: usize| format!("{:.1} %", 100.0 * covered(found, level) as f64 / sets as f64);
         let _ = writeln!(
             text,
             "| {} | {:.0} % | {way} | {sets} | {:.3} ± {se:.3} | {} | {} |",
             if on == On::Energy { "r" } else { "e" },
             100.0 * stuck,
             average - L,
-            percent(tally.covered[0]),
-            percent(tally.covered[1])
+            percent(0),
+            percent(1)
         );
     }
     text
@@ -216,23 +214,19 @@ fn the_committed_table_is_measured_and_the_censored_posterior_covers() {
     let shares = if is_written { &SHARES[..] } else { &SHARES[1..2] };
     for on in [On::Restitution, On::Energy] {
         for share in shares {
-            let (stuck, tallies) = tally(*share, on);
-            let rows = rows(on, stuck, &tallies);
+            let (stuck, found) = measured(*share, on);
+            let rows = rows(on, stuck, &found);
             assert!(is_written || committed.contains(&rows), "{rows}");
             text.push_str(&rows);
-            let z = |way: usize, level: usize| {
-                let nominal = [0.9, 0.95][level];
-                binomial_z(tallies[way].covered[level], SETS as usize, nominal)
-            };
             // the way whose noise is that of the runs
-            let matching = if on == On::Restitution { 4 } else { 5 };
-            for level in [0, 1] {
-                let z = z(matching, level);
-                assert!(z.abs() < 4.0, "{}, {stuck}: {z}", WAYS[matching]);
+            let matching = &found[if on == On::Restitution { 4 } else { 5 }];
+            for (level, nominal) in [0.9, 0.95].into_iter().enumerate() {
+                assert_expected("L", covered(matching, level), SETS, nominal);
             }
             if on == On::Restitution {
                 // the planted fault: the linear law knows nothing of the threshold
-                assert!(z(0, 1) < -4.0, "linear, {stuck}: {}", z(0, 1));
+                let z = binomial_z(covered(&found[0], 1), SETS as usize, 0.95);
+                assert!(z < -4.0, "linear, {stuck}: {z}");
             }
         }
     }

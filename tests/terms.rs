@@ -1,7 +1,6 @@
 //! Holds the sizes of terms, and what is decided by them, against simulated runs whose terms are known.
 
-use crate::common::{assert_expected, binomial_z, holds, seed_of, Place, Told};
-use rayon::prelude::*;
+use crate::common::{assert_expected, binomial_z, counts, holds, mean, seed_of, study, Place, Told};
 use wetcor::findings::terms::{SizedTerm, LINE};
 use wetcor::findings::Findings;
 use wetcor::physics::Inertia;
@@ -96,38 +95,27 @@ fn covered(design: &Design, (terms, dry_speed): (&str, &str), seed: &str) -> usi
         "dry_second_order" => ("dry_k[P]", design.dry_k),
         _ => ("lubrication_log", 3.0),
     };
-    let covers = |set: u64| {
-        let found = place.infer(seed_of(seed).wrapping_add(set));
-        holds(Some(found.fitted(name).interval.expect("an interval")), truth)
-    };
-    (0..SETS).into_par_iter().filter(|set| covers(*set)).count()
+    let covers = study(seed, SETS, |seed| {
+        [holds(place.infer(seed).fitted(name).interval, truth)]
+    });
+    counts(&covers)[0]
 }
 
-/// The terms of a design's truth, and the same without its own.
+/// The terms of a design's truth and its dry speed, and the same without its own.
 fn with_and_without(design: &Design) -> [(String, &'static str); 2] {
-    let usual = [
-        ("inertia", true),
-        ("viscous", true),
-        ("bridge", false),
-        ("dry_second_order", false),
-    ];
-    let listed = |own: bool| {
-        let holds = |(term, usual): &(&str, bool)| if *term == design.term { own } else { *usual };
-        let names: Vec<String> = usual
-            .iter()
-            .filter(|term| holds(term))
-            .map(|(name, _)| format!("{name:?}"))
-            .collect();
-        format!("[{}]", names.join(", "))
-    };
-    let speed = |own: bool| {
-        if own && design.term == "own_dry_speed" {
-            "impact"
-        } else {
-            "2.0"
-        }
-    };
-    [true, false].map(|own| (listed(own), speed(own)))
+    let terms = ["inertia", "viscous", "bridge", "dry_second_order"];
+    [true, false].map(|own| {
+        let holds = |term: &&str| {
+            if *term == design.term {
+                own
+            } else {
+                terms[..2].contains(term)
+            }
+        };
+        let listed: Vec<&str> = terms.into_iter().filter(holds).collect();
+        let is_own_speed = own && design.term == "own_dry_speed";
+        (format!("{listed:?}"), if is_own_speed { "impact" } else { "2.0" })
+    })
 }
 
 #[test]
@@ -244,24 +232,20 @@ fn the_share_of_a_term_that_the_runs_show_is_that_of_their_truth() {
     };
     for (design, truth) in [(absent, 0.0), (own, 1.0)] {
         let place = Place::new(&design.scene("\"auto\"", "2.0"));
-        let seed = seed_of("the_share_of_a_term_that_the_runs_show_is_that_of_their_truth");
-        let shown: Vec<[f64; 2]> = (0..SETS)
-            .filter_map(|set| {
-                let found = place.infer(seed.wrapping_add(set));
-                let sized = of(&found, design.term);
-                // not where a parameter is not told from zero
-                Some([sized.runs_show?, sized.runs_show_se?])
-            })
-            .collect();
+        let name = "the_share_of_a_term_that_the_runs_show_is_that_of_their_truth";
+        let found = study(name, SETS, |seed| {
+            let found = place.infer(seed);
+            let sized = of(&found, design.term);
+            // not where a parameter is not told from zero
+            Some([sized.runs_show?, sized.runs_show_se?])
+        });
+        let shown: Vec<[f64; 2]> = found.into_iter().flatten().collect();
         let sets = shown.len() as f64;
         assert!(2.0 * sets > SETS as f64, "{}: {sets} sets", design.term);
-        let mean = shown.iter().map(|[share, _]| share).sum::<f64>() / sets;
+        let (mean, _) = mean(&shown.iter().map(|[share, _]| *share).collect::<Vec<_>>());
         let se = shown.iter().map(|[_, se]| se * se).sum::<f64>().sqrt() / sets;
-        let scatter = shown
-            .iter()
-            .map(|[share, se]| ((share - mean) / se).powi(2))
-            .sum::<f64>()
-            / (sets - 1.0);
+        let squares = shown.iter().map(|[share, se]| ((share - mean) / se).powi(2));
+        let scatter = squares.sum::<f64>() / (sets - 1.0);
         let name = format!("{} {truth}: {mean} ± {se}, {scatter}", design.term);
         // the fit is linear about a point without the term
         assert!((mean - truth).abs() < 0.1 + 4.5 * se, "{name}");

@@ -1,7 +1,7 @@
 //! Holds that plain noise raises alarms as rarely as claimed, and that there are none where nothing can be told.
 
-use super::{fit, noise_of, plain, scattered, tells, Design, ALARMS, ONE_SERIES, SIGMA, USUAL};
-use crate::common::{assert_expected, assert_seldom, counts, rows, seed_of, study};
+use super::{fit, noise_of, plain, scattered, Design, ALARMS, ONE_SERIES, SIGMA, USUAL};
+use crate::common::{assert_expected, assert_seldom, counts, rows, seed_of, study, Told};
 use wetcor::findings::noise::{Outlier, FALSE_ALARM};
 use wetcor::runs::NewRun;
 
@@ -14,27 +14,20 @@ fn plain_noise_alarms_as_rarely_as_claimed() {
     let place = USUAL.place();
     let exact = rows(&place.scene, 1);
     let found = study("plain_noise_alarms_as_rarely_as_claimed", SETS, |seed| {
-        let found = fit(&place.scene, &scattered(&exact, seed, plain), (1, false));
+        let found = fit(&place.scene, &scattered(&exact, seed, plain));
         let noise = noise_of(&found);
-        assert_eq!(tells(&found, "outlier"), noise.outliers_found > 0);
-        let (spread, offsets) = (
-            noise.spread.as_ref().expect("groups"),
-            noise.offsets.as_ref().expect("series"),
-        );
-        let told = [
-            noise.outliers_found > 0,
-            tells(&found, "unequal_spread"),
-            tells(&found, "series_offsets"),
-        ];
-        (
+        assert_eq!(found.tells("outlier"), noise.outliers_found > 0);
+        let told = ALARMS.map(|code| found.tells(code));
+        let spread = &noise.spread.as_ref().expect("groups").test;
+        let offsets = &noise.offsets.as_ref().expect("series").test;
+        [
             told,
-            LEVELS.map(|level| spread.test.p < level),
-            LEVELS.map(|level| offsets.test.p < level),
-        )
+            LEVELS.map(|level| spread.p < level),
+            LEVELS.map(|level| offsets.p < level),
+        ]
     });
-    let [outliers, notices @ ..] = counts(&found.iter().map(|one| one.0).collect::<Vec<[bool; 3]>>());
-    let spreads = counts(&found.iter().map(|one| one.1).collect::<Vec<_>>());
-    let offsets = counts(&found.iter().map(|one| one.2).collect::<Vec<_>>());
+    let of = |which: usize| counts(&found.iter().map(|one| one[which]).collect::<Vec<_>>());
+    let [[outliers, notices @ ..], spreads, offsets] = [0, 1, 2].map(of);
     assert_expected("outliers", outliers, SETS, FALSE_ALARM);
     for ((level, spreads), offsets) in LEVELS.into_iter().zip(spreads).zip(offsets) {
         assert_expected("offsets", offsets, SETS, level);
@@ -48,12 +41,12 @@ fn plain_noise_alarms_as_rarely_as_claimed() {
 /// Few runs: the scale by medians is off by a third or more, and no more of the tables have an outlier for it.
 #[test]
 fn few_runs_raise_no_more_alarms() {
-    const SETS: u64 = 1500;
+    const SETS: u64 = 600;
     for repeats in [1, 2] {
         let place = Design { repeats, ..ONE_SERIES }.place();
         let exact = rows(&place.scene, 1);
         let found = study("few_runs_raise_no_more_alarms", SETS, |seed| {
-            let found = fit(&place.scene, &scattered(&exact, seed, plain), (1, false));
+            let found = fit(&place.scene, &scattered(&exact, seed, plain));
             [noise_of(&found).outliers_found > 0]
         });
         let [outliers] = counts(&found);
@@ -74,14 +67,14 @@ fn runs_that_stick_near_the_threshold_raise_no_alarm() {
     let found = study("runs_that_stick_near_the_threshold_raise_no_alarm", SETS, |seed| {
         let mut runs = rows(&place.scene, seed);
         let stuck = runs.iter().filter(|run| run.restitution == 0.0).count();
-        let found = fit(&place.scene, &runs, (1, false));
+        let found = fit(&place.scene, &runs);
         let fast = |run: &NewRun| run.liquid.is_some() && run.restitution > 0.5;
         let at = runs.iter().position(fast).expect("a fast run");
         runs[at].restitution = 0.0;
-        let with = fit(&place.scene, &runs, (1, false));
+        let with = fit(&place.scene, &runs);
         let named = |one: &Outlier| one.row as usize == at + 1;
         assert!(noise_of(&with).outliers.iter().any(named), "{seed}");
-        (ALARMS.map(|code| tells(&found, code)), stuck, runs.len())
+        (ALARMS.map(|code| found.tells(code)), stuck, runs.len())
     });
     let alarms = counts(&found.iter().map(|one| one.0).collect::<Vec<_>>());
     let (stuck, all): (usize, usize) = (found.iter().map(|one| one.1).sum(), found.iter().map(|one| one.2).sum());
@@ -105,24 +98,24 @@ fn where_nothing_can_be_told_nothing_is() {
         let exact = rows(&place.scene, 1);
         let mut runs = scattered(&exact, seed, plain);
         runs.retain(|run| run.liquid != Some("AK20"));
-        let found = fit(&place.scene, &runs, (1, false));
+        let found = fit(&place.scene, &runs);
         let noise = noise_of(&found);
         assert!(
             noise.offsets.as_ref().is_none_or(|offsets| offsets.test.p > 0.001),
             "{noise:?}"
         );
         assert!(
-            !tells(&found, "series_offsets") && !tells(&found, "unequal_spread"),
+            !found.tells("series_offsets") && !found.tells("unequal_spread"),
             "{noise:?}"
         );
         for few in 1..12 {
-            let found = fit(&place.scene, &runs[runs.len() - few..], (1, false));
+            let found = fit(&place.scene, &runs[runs.len() - few..]);
             assert!(found.noise.is_none_or(|noise| noise.outliers_found == 0));
-            fit(&place.scene, &runs[..few], (1, false));
+            fit(&place.scene, &runs[..few]);
         }
     }
     let place = USUAL.place();
-    let found = fit(&place.scene, &rows(&place.scene, 1), (1, false));
+    let found = fit(&place.scene, &rows(&place.scene, 1));
     assert!(found
         .noise
         .is_none_or(|noise| noise.outliers_found == 0 && noise.offsets.is_none_or(|one| one.share < 1.0)));

@@ -1,7 +1,7 @@
 //! Holds that noise that grows with v, 1/St or e is told and named, and that even noise is told as rarely as claimed.
 
-use super::{fit, noise_of, plain, scattered, tells, Design, SIGMA, USUAL};
-use crate::common::{assert_expected, assert_seldom, counts, rows, study};
+use super::{fit, noise_of, plain, scattered, Design, SIGMA, USUAL};
+use crate::common::{assert_expected, assert_seldom, counts, rows, study, Told};
 use wetcor::findings::noise::{GrowthWith, LEVEL};
 use wetcor::runs::NewRun;
 use wetcor::scene::Scene;
@@ -27,9 +27,9 @@ fn inverse_stokes(run: &NewRun) -> f64 {
 fn told(scene: &Scene, test: &str, sets: u64, sd: impl Fn(&NewRun) -> f64 + Sync) -> Vec<(GrowthWith, f64)> {
     let exact = rows(scene, 1);
     let found = study(test, sets, |seed| {
-        let found = fit(scene, &scattered(&exact, seed, &sd), (1, false));
+        let found = fit(scene, &scattered(&exact, seed, &sd));
         let growth = noise_of(&found).growth.as_ref().expect("enough runs");
-        assert_eq!(tells(&found, "noise_grows"), growth.of_wet_runs().is_some());
+        assert_eq!(found.tells("noise_grows"), growth.of_wet_runs().is_some());
         growth.of_wet_runs().map(|one| (one.with, one.factor))
     });
     found.into_iter().flatten().collect()
@@ -79,14 +79,11 @@ fn even_noise_is_told_as_rarely_as_claimed() {
     let place = growing().place();
     let exact = rows(&place.scene, 1);
     let found = study("even_noise_is_told_as_rarely_as_claimed", SETS, |seed| {
-        let found = fit(&place.scene, &scattered(&exact, seed, plain), (1, false));
+        let found = fit(&place.scene, &scattered(&exact, seed, plain));
         let growth = noise_of(&found).growth.as_ref().expect("enough runs");
         assert_eq!(growth.tests.len(), 5);
         let pointwise: [bool; 5] = std::array::from_fn(|test| growth.tests[test].z > 1.644_853_6);
-        (
-            [tells(&found, "noise_grows"), tells(&found, "dry_noise_grows")],
-            pointwise,
-        )
+        ([found.tells("noise_grows"), found.tells("dry_noise_grows")], pointwise)
     });
     let [wet, dry] = counts(&found.iter().map(|one| one.0).collect::<Vec<_>>());
     for count in counts(&found.iter().map(|one| one.1).collect::<Vec<_>>()) {
@@ -100,7 +97,7 @@ fn even_noise_is_told_as_rarely_as_claimed() {
 /// Twenty wet runs, as few as are tested: no more alarms.
 #[test]
 fn few_runs_are_told_no_more_often() {
-    const SETS: u64 = 1500;
+    const SETS: u64 = 600;
     let place = Design {
         films: "0.06",
         repeats: 1,
@@ -110,8 +107,8 @@ fn few_runs_are_told_no_more_often() {
     let exact = rows(&place.scene, 1);
     assert_eq!(exact.iter().filter(|run| run.liquid.is_some()).count(), 20);
     let found = study("few_runs_are_told_no_more_often", SETS, |seed| {
-        let found = fit(&place.scene, &scattered(&exact, seed, plain), (1, false));
-        [tells(&found, "noise_grows")]
+        let found = fit(&place.scene, &scattered(&exact, seed, plain));
+        [found.tells("noise_grows")]
     });
     assert_seldom("told", counts(&found)[0], SETS, LEVEL);
 }

@@ -1,6 +1,6 @@
 //! Holds that outliers are named wherever they lie, and do not hide each other.
 
-use super::{fit, noise_of, plain, scattered, series_of, tells, Design, ALARMS, SIGMA, USUAL};
+use super::{fit, noise_of, plain, scattered, series_of, Design, ALARMS, SIGMA, USUAL};
 use crate::common::{assert_seldom, counts, rows, seed_of, study, Says, Told};
 use wetcor::findings::noise::Outlier;
 use wetcor::findings::{self, Findings};
@@ -23,7 +23,7 @@ fn an_outlier_is_named() {
                 .expect("such a run");
             let expected = exact[at].restitution;
             runs[at].restitution = e;
-            let found = fit(&place.scene, &runs, (1, false));
+            let found = fit(&place.scene, &runs);
             let noise = noise_of(&found);
             assert_eq!(noise.outliers_found, 1, "{e}: {:?}", noise.outliers);
             let one = &noise.outliers[0];
@@ -55,13 +55,13 @@ fn an_outlier_is_named_where_not_every_parameter_is_known() {
         exact.retain(|run| has_dry || run.liquid.is_some());
         let alarms = study("an_outlier_is_named_where_not_every_parameter_is_known", SETS, |seed| {
             let mut runs = scattered(&exact, seed, plain);
-            let found = fit(&place.scene, &runs, (1, false));
+            let found = fit(&place.scene, &runs);
             let at = runs.len() / 2;
             runs[at].restitution -= 0.25;
-            let with = fit(&place.scene, &runs, (1, false));
+            let with = fit(&place.scene, &runs);
             let named = |one: &Outlier| one.row as usize == at + 1;
             assert!(noise_of(&with).outliers.iter().any(named), "{:?}", noise_of(&with));
-            ALARMS.map(|code| tells(&found, code))
+            ALARMS.map(|code| found.tells(code))
         });
         for count in counts(&alarms) {
             assert_seldom("alarms", count, SETS, 0.01);
@@ -78,11 +78,11 @@ fn the_move_is_that_of_a_fit_without_the_run() {
     let mut runs = scattered(&exact, seed_of("the_move_is_that_of_a_fit_without_the_run"), plain);
     let at = 110;
     runs[at].restitution -= 0.2;
-    let with = fit(&place.scene, &runs, (1, false));
+    let with = fit(&place.scene, &runs);
     let one = noise_of(&with).outliers[0].clone();
     assert_eq!(one.row as usize, at + 1);
     runs.remove(at);
-    let without = fit(&place.scene, &runs, (1, false));
+    let without = fit(&place.scene, &runs);
     let of = |findings: &Findings| findings.fitted(&one.moves).pair().expect("a number");
     let (after, se) = of(&without);
     let moved = (of(&with).0 - after).abs() / se;
@@ -101,7 +101,7 @@ fn outliers_do_not_hide_each_other() {
     for (index, run) in bad.iter().enumerate() {
         runs[*run].restitution += [0.25, -0.3, 0.2][index % 3];
     }
-    let found = fit(&place.scene, &runs, (1, false));
+    let found = fit(&place.scene, &runs);
     let noise = noise_of(&found);
     assert_eq!(noise.outliers_found, 12, "{:?}", noise.outliers);
     bad.sort_unstable();
@@ -112,7 +112,7 @@ fn outliers_do_not_hide_each_other() {
     assert_eq!(notice.count(), 12);
     assert!(notice.text.ends_with("and 9 more"), "{}", notice.text);
     // they are taken out before spreads and offsets are looked at
-    assert!(!tells(&found, "unequal_spread") && !tells(&found, "series_offsets"));
+    assert!(!found.tells("unequal_spread") && !found.tells("series_offsets"));
 }
 
 /// Student's t has room for them.
@@ -125,8 +125,8 @@ fn under_a_student_likelihood_no_outlier_is_told() {
     let place = design.place();
     let mut runs = scattered(&rows(&place.scene, 1), seed_of("under_a_student_likelihood"), plain);
     runs[200].restitution -= 0.3;
-    let found = fit(&place.scene, &runs, (1, false));
-    assert_eq!((noise_of(&found).outliers_found, tells(&found, "outlier")), (0, false));
+    let found = fit(&place.scene, &runs);
+    assert_eq!((noise_of(&found).outliers_found, found.tells("outlier")), (0, false));
 }
 
 /// A run whose table says that it was measured badly is not far for lying further away; without that it would be.

@@ -1,10 +1,10 @@
 //! Holds that unequal spreads and shared offsets are told when they matter, with what standard errors lack by them.
 
-use super::{fit, noise_of, offset, plain, scattered, tells, Design, ONE_SERIES, SIGMA, USUAL};
+use super::{fit, noise_of, offset, plain, scattered, Design, ONE_SERIES, SIGMA, USUAL};
 use crate::common::{assert_expected, assert_seldom, binomial_z, counts, holds, mean, rows, seed_of, study, Told};
 use wetcor::findings::noise::LINE;
-use wetcor::findings::Findings;
-use wetcor::runs::NewRun;
+use wetcor::findings::{self, Findings};
+use wetcor::runs::{arrange, NewRun, Table};
 
 /// Three times the spread for one particle is told, with the sds; a twentieth more is none of the reader's business.
 #[test]
@@ -15,7 +15,7 @@ fn unequal_spreads_are_told_when_they_matter() {
     let told = |factor: f64| {
         let of_set = |seed: u64| {
             let wider = |run: &NewRun| plain(run) * if run.particle == "PE" { factor } else { 1.0 };
-            let found = fit(&place.scene, &scattered(&exact, seed, wider), (1, false));
+            let found = fit(&place.scene, &scattered(&exact, seed, wider));
             let noise = noise_of(&found);
             let spread = noise.spread.as_ref().expect("groups");
             if factor > 2.0 {
@@ -32,7 +32,7 @@ fn unequal_spreads_are_told_when_they_matter() {
                 // each group has a spread of its own: its tails are no outliers
                 assert!(noise.outliers_found < 3, "{:?}", noise.outliers);
             }
-            [tells(&found, "unequal_spread")]
+            [found.tells("unequal_spread")]
         };
         counts(&study("unequal_spreads_are_told_when_they_matter", SETS, of_set))[0]
     };
@@ -60,7 +60,7 @@ fn the_factor_is_what_a_standard_error_lacks() {
             if offsets {
                 offset(&mut runs, seed, 0.5 * SIGMA);
             }
-            let found = fit(&place.scene, &runs, (1, false));
+            let found = fit(&place.scene, &runs);
             let noise = noise_of(&found);
             let lacking = if offsets {
                 &noise.offsets.as_ref().expect("series").standard_errors
@@ -104,7 +104,7 @@ fn shared_offsets_are_told_and_the_series_bootstrap_covers_them() {
         let place = design.place();
         let exact = rows(&place.scene, 1);
         // without noise the law returns its own truth
-        let truth = fit(&place.scene, &scattered(&exact, 1, |_| 1e-9), (1, false));
+        let truth = fit(&place.scene, &scattered(&exact, 1, |_| 1e-9));
         let of = |findings: &Findings| {
             let law = findings.square_root();
             [law.e_inf.clone(), law.st_c.clone()]
@@ -113,10 +113,11 @@ fn shared_offsets_are_told_and_the_series_bootstrap_covers_them() {
         let found = study("shared_offsets_are_told", SETS, |seed| {
             let mut runs = scattered(&exact, seed, plain);
             offset(&mut runs, seed, 0.5 * SIGMA);
-            let found = fit(&place.scene, &runs, (seed, true));
+            let table = Table::of(arrange(&place.scene, &runs));
+            let found = findings::fit_least_squares(&place.scene, &table, seed, true);
             let [e_inf, st_c] = of(&found).map(|estimate| Some(estimate.interval.expect("an interval")));
             [
-                tells(&found, "series_offsets"),
+                found.tells("series_offsets"),
                 holds(e_inf, truth[0]),
                 holds(st_c, truth[1]),
             ]
@@ -151,7 +152,7 @@ fn a_law_that_does_not_hold_in_two_series_is_no_offset() {
         // a line in 1/v, where the law has the root of one
         run.restitution = 0.75 * (1.0 - 0.2 / run.impact_speed);
     }
-    let found = fit(&place.scene, &scattered(&runs, seed, |_| 0.002), (seed, false));
+    let found = fit(&place.scene, &scattered(&runs, seed, |_| 0.002));
     assert_eq!(noise_of(&found).offsets, None);
-    assert!(!tells(&found, "series_offsets"));
+    assert!(!found.tells("series_offsets"));
 }
