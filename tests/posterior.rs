@@ -85,6 +85,20 @@ const EFFORT: Effort = Effort {
     target_accept: TARGET_ACCEPT,
 };
 
+/// Draws of a posterior that was put together: of each parameter, chain by chain.
+pub fn draws_of(target: &Assembled, plan: SamplingPlan) -> Vec<Vec<Vec<f64>>> {
+    let about = laplace(target, &target.start()).expect("the medians have a density");
+    let chains = sample_chains(target, &about, plan, &mut |_| 0).unwrap_or_else(|error| panic!("{error}"));
+    let dimension = target.dimension();
+    let drawn = chains.iter().map(|chain| chain.points.chunks_exact(dimension));
+    let drawn: Vec<Vec<Vec<f64>>> = drawn
+        .map(|points| points.map(|u| target.draw_at(u)).collect())
+        .collect();
+    let of_chain = |draws: &Vec<Vec<f64>>, place: usize| draws.iter().map(|draw| draw[place]).collect();
+    let of = |place| drawn.iter().map(|draws| of_chain(draws, place)).collect();
+    (0..dimension).map(of).collect()
+}
+
 /// χ² of the truths' ranks among the draws of their posteriors, as a standard normal, for each parameter.
 fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f64)> {
     let place = calibrated_scene(model);
@@ -118,17 +132,10 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
                 sampled.values.into_iter().map(|chains| chains.concat()).collect()
             } else {
                 let target = Assembled::new(&scene, &runs::arrange(&scene, &rows), fault);
-                let about = laplace(&target, &target.start()).expect("the medians have a density");
-                let chains = sample_chains(&target, &about, plan, &mut |_| 0).unwrap_or_else(|error| panic!("{error}"));
-                let draws = chains[0]
-                    .points
-                    .chunks_exact(target.dimension())
-                    .map(|u| target.draw_at(u));
-                let mut values = vec![vec![]; target.dimension()];
-                for draw in draws {
-                    values.iter_mut().zip(draw).for_each(|(of, value)| of.push(value));
-                }
-                values
+                draws_of(&target, plan)
+                    .into_iter()
+                    .map(|chains| chains.concat())
+                    .collect()
             };
             let rank = |(values, truth): (&Vec<f64>, &f64)| {
                 values

@@ -4,14 +4,13 @@
 
 use crate::common;
 use crate::common::assembled::{Assembled, Fault};
+use crate::posterior::draws_of;
 use serde_json::Value;
 use wetcor::findings::posterior::derived;
 use wetcor::inference::diagnostics::summary::{summarise, Summary};
-use wetcor::inference::laplace::laplace;
-use wetcor::inference::nuts::{sample_chains, Effort, SamplingPlan, TARGET_ACCEPT};
+use wetcor::inference::nuts::{Effort, SamplingPlan, TARGET_ACCEPT};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
-use wetcor::model::posterior::LogDensity;
 use wetcor::runs::{self, Table};
 use wetcor::scene::{self, Prior, Scene};
 use wetcor::seed::StreamName;
@@ -129,26 +128,13 @@ fn planted_faults_move_the_moments() {
         let (scene, table) = read(name);
         let far = |fault: Fault| {
             let target = Assembled::new(&scene, &table.runs, fault);
-            let about = laplace(&target, &target.start()).expect("the medians have a density");
             let stream = StreamName::new(common::seed_of("planted_faults_move_the_moments"), name);
-            let chains = sample_chains(&target, &about, SamplingPlan::new(EFFORT, stream), &mut |_| 0)
-                .unwrap_or_else(|e| panic!("{e}"));
-            let dimension = target.dimension();
+            let drawn = draws_of(&target, SamplingPlan::new(EFFORT, stream));
             let mut worst = (0.0, String::new());
-            for (place, parameter) in target.parameters.sampled.iter().enumerate() {
-                let values: Vec<Vec<f64>> = chains
-                    .iter()
-                    .map(|chain| {
-                        chain
-                            .points
-                            .chunks_exact(dimension)
-                            .map(|u| target.draw_at(u)[place])
-                            .collect()
-                    })
-                    .collect();
-                let slices: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+            for (parameter, chains) in target.parameters.sampled.iter().zip(&drawn) {
+                let chains: Vec<&[f64]> = chains.iter().map(Vec::as_slice).collect();
                 let answer = &reference["scenes"][name]["parameters"][&parameter.name];
-                let (far, what) = distance(answer, &summarise(&slices), &slices);
+                let (far, what) = distance(answer, &summarise(&chains), &chains);
                 if far > worst.0 {
                     worst = (far, format!("{what} of {}", parameter.name));
                 }
