@@ -179,13 +179,10 @@ impl Scene {
     }
 }
 
-/// What became of many kills.
+/// What became of many kills while a child was writing.
 #[derive(Debug, Default)]
 struct Tally {
-    /// while the child was writing
     kills: usize,
-    /// the child had ended
-    missed: usize,
     old_stood: usize,
     new_stood: usize,
     /// nothing stood until the next run put the old report back
@@ -195,31 +192,29 @@ struct Tally {
 }
 
 /// Kills children at times spread over their writing, and holds that the old report or the new one stands after each.
-fn kill_many(test: &str, how: &str, signals: &[&str], times: usize) -> Tally {
+fn kill_many(test: &str, how: &str) -> Tally {
     let scene = Scene::new(how);
+    let is_two_steps = how == "two steps";
     let mut rng = rand::rngs::ChaCha8Rng::seed_from_u64(common::seed_of(test));
     let mut tally = Tally::default();
     let mut old = 2;
-    for signal in signals.iter().cycle().take(3 * times * signals.len()) {
-        if tally.kills == times * signals.len() {
+    // some children are faster than their signal
+    for signal in SIGNALS.iter().cycle().take(3 * KILLS) {
+        if tally.kills == KILLS {
             break;
         }
         let new = 3 - old;
         // half of them while the files are written, the others while the report is put in its place
+        let at_most = Duration::from_millis(if is_two_steps { BETWEEN_STEPS + 10 } else { 8 });
         let (after, at_most) = if rng.random::<f64>() < 0.5 {
             ((PART, rng.random_range(1..=SLOW_FILES)), SLOWNESS)
-        } else if how == "two steps" {
-            ((LAST, 1), Duration::from_millis(BETWEEN_STEPS + 10))
         } else {
-            ((LAST, 1), Duration::from_millis(8))
+            ((LAST, 1), at_most)
         };
         let wait = at_most.mul_f64(rng.random::<f64>());
         let mut child = start(&scene.out(), new, how, after);
         std::thread::sleep(wait);
-        if child.try_wait().expect("it can be asked").is_some() {
-            // it was faster this time
-            tally.missed += 1;
-        } else {
+        if child.try_wait().expect("it can be asked").is_none() {
             kill(&child, signal);
             tally.kills += 1;
         }
@@ -228,16 +223,13 @@ fn kill_many(test: &str, how: &str, signals: &[&str], times: usize) -> Tally {
         let stood = scene.stands();
         let left = entries(scene.place.path()).len() - usize::from(stood != Stands::Nothing);
         if *signal == "KILL" {
-            let may_be_empty = how == "two steps";
-            assert!(
-                stood != Stands::Mixed && (may_be_empty || stood != Stands::Nothing),
-                "{why}: {stood:?}"
-            );
+            let may_stand = stood != Stands::Mixed && (is_two_steps || stood != Stands::Nothing);
+            assert!(may_stand, "{why}: {stood:?}");
             tally.left += usize::from(left > 0);
             // the next run, whatever it is of
             staging::prepare(&scene.out()).unwrap_or_else(|error| panic!("{error}"));
-            tally.put_back += usize::from(stood == Stands::Nothing);
             if stood == Stands::Nothing {
+                tally.put_back += 1;
                 assert_eq!(scene.stands(), Stands::Whole(old), "{why}: not put back");
             }
         } else {
@@ -252,6 +244,9 @@ fn kill_many(test: &str, how: &str, signals: &[&str], times: usize) -> Tally {
         tally.new_stood += usize::from(stands == new);
         old = stands;
     }
+    // half of the kills while files are written, less two standard deviations
+    assert_eq!(tally.kills, KILLS, "{tally:?}");
+    assert!(tally.old_stood > 13 && tally.new_stood > 0, "{tally:?}");
     tally
 }
 
@@ -265,31 +260,21 @@ fn a_slow_fit_that_nobody_kills_is_whole() {
     assert_eq!(entries(scene.place.path()), ["report"]);
 }
 
-/// Kills of each signal, each way.
-const TIMES: usize = 10;
+/// Kills by all signals.
+const KILLS: usize = 40;
 
 #[test]
 fn under_every_signal_the_old_report_or_the_new_one_stands_whole() {
     let test = "under_every_signal_the_old_report_or_the_new_one_stands_whole";
-    let tally = kill_many(test, "exchange", &SIGNALS, TIMES);
-    assert_eq!(tally.kills, 40, "{tally:?}");
-    // half of 40 kills, and of 10 by SIGKILL, while files are written, less two standard deviations
-    assert!(
-        tally.old_stood > 13 && tally.new_stood > 0 && tally.left > 1,
-        "{tally:?}"
-    );
-    assert_eq!(tally.put_back, 0);
+    let tally = kill_many(test, "exchange");
+    assert!(tally.left > 1 && tally.put_back == 0, "{tally:?}");
 }
 
 #[test]
 fn where_there_is_no_exchange_the_next_run_puts_the_old_report_back() {
     let test = "where_there_is_no_exchange_the_next_run_puts_the_old_report_back";
-    let tally = kill_many(test, "two steps", &SIGNALS, TIMES);
-    assert_eq!(tally.kills, 40, "{tally:?}");
-    assert!(
-        tally.old_stood > 13 && tally.new_stood > 0 && tally.put_back > 0,
-        "{tally:?}"
-    );
+    let tally = kill_many(test, "two steps");
+    assert!(tally.put_back > 0, "{tally:?}");
 }
 
 /// The test of the test: a report that is deleted first is seen to be lost.
@@ -334,24 +319,19 @@ fn written_to(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     files
 }
 
-/// What the command writes with each of two seeds, times excepted.
-fn by_the_command() -> [BTreeMap<PathBuf, Vec<u8>>; 2] {
-    [1, 2].map(|seed| {
+#[test]
+fn of_two_fits_at_once_into_one_folder_one_stands_whole() {
+    let whole = [1, 2].map(|seed| {
         let place = Folder::new();
         let out = place.join("report");
         let status = fit(&out, seed).status().expect("it can be started");
         assert!(matches!(status.code(), Some(0 | 1)));
         written_to(&out)
-    })
-}
-
-#[test]
-fn of_two_fits_at_once_into_one_folder_one_stands_whole() {
-    let whole = by_the_command();
+    });
     let place = Folder::new();
-    for round in 0..20 {
-        // every fifth round begins with nothing, and with folders to be made
-        let out = place.path().join(format!("{}/of/fits/report", round / 5));
+    for round in 0..12 {
+        // every third round begins with nothing, and with folders to be made
+        let out = place.path().join(format!("{}/of/fits/report", round / 3));
         let both = [1, 2].map(|seed| fit(&out, seed).spawn().expect("it can be started"));
         for mut child in both {
             let status = child.wait().expect("it ends");
