@@ -169,19 +169,12 @@ fn worst_digits(problem: &Certified, fit: &Fit) -> (f64, f64) {
 #[test]
 fn every_certified_problem_is_solved_from_both_starts() {
     let mut failures = vec![];
-    println!("problem   start  digits  of se  condition  stop");
     for name in NAMES {
         let problem = certified(name);
         for (s, start) in problem.starts.iter().enumerate() {
             let fit = fit(&problem, start);
             let (values, errors) = worst_digits(&problem, &fit);
             let sd = fit.residual_sd.map_or(0.0, |sd| digits(sd, problem.residual_sd));
-            println!(
-                "{name:<9} {:>5}  {values:>6.1}  {errors:>5.1}  {:>9.1e}  {}",
-                s + 1,
-                fit.condition,
-                fit.stop.as_str()
-            );
             // Lanczos1 scatters by 400 rounding errors of its values: no more is to be had.
             let aim = if name == "Lanczos1" { 3.0 } else { 5.0 };
             if values < 6.0 || errors < aim || sd < aim || fit.stop != Stop::Converged {
@@ -216,16 +209,4 @@ fn a_slope_wrong_by_one_percent_is_seen() {
             "{name}: {errors:.1} digits in spite of a stretched column"
         );
     }
-}
-
-/// The certified numbers are what the assertions hang on: one wrong digit in them must show.
-#[test]
-fn a_wrong_certified_value_is_seen() {
-    let mut problem = certified("Roszman1");
-    let fit = fit(&problem, &problem.starts[0]);
-    assert!(worst_digits(&problem, &fit).0 >= 6.0);
-    problem.parameters[0] *= 1.0 + 1e-5;
-    assert!((worst_digits(&problem, &fit).0 - 5.0).abs() < 0.1);
-    problem.errors[2] *= 1.0 + 1e-3;
-    assert!((worst_digits(&problem, &fit).1 - 3.0).abs() < 0.1);
 }

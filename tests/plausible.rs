@@ -5,17 +5,32 @@ use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{overview, Findings};
 use wetcor::{findings, runs, scene};
 
-/// The example's runs with some of their cells changed.
-fn rows(change: impl Fn(&mut Vec<String>)) -> String {
-    let text = read_in_project("datasets/mueller2016/runs.csv");
-    let mut lines = text.lines();
-    let mut changed = vec![lines.next().expect("a header").to_owned()];
-    for line in lines {
-        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
-        change(&mut cells);
-        changed.push(cells.join(","));
-    }
-    changed.join("\n")
+const RUNS: &str = "datasets/mueller2016/runs.csv";
+const SCENE: &str = "datasets/mueller2016/scene.toml";
+
+/// Columns of the example's runs.
+const DIAMETER: usize = 2;
+const FILM: usize = 3;
+const SPEED: usize = 5;
+const RESTITUTION: usize = 6;
+
+/// The example's runs, with the numbers of a column changed in those whose cells are such.
+fn rows(column: usize, change: impl Fn(f64) -> f64, is_such: impl Fn(&[&str]) -> bool) -> String {
+    let changed = |line: &str| {
+        let mut cells: Vec<&str> = line.split(',').collect();
+        let number = cells[column].parse().map(|number| change(number).to_string());
+        if let (Ok(number), true) = (&number, is_such(&cells)) {
+            cells[column] = number;
+        }
+        cells.join(",")
+    };
+    let text = read_in_project(RUNS);
+    let lines: Vec<String> = text.lines().map(changed).collect();
+    lines.join("\n")
+}
+
+fn all(_: &[&str]) -> bool {
+    true
 }
 
 /// The texts of the checks that question what was read or found; with any, nothing may be quoted.
@@ -52,9 +67,9 @@ fn the_examples_are_not_questioned() {
 /// A hollow ball: its dry law reads neither density nor diameter, its wet one both.
 #[test]
 fn the_density_of_a_sphere_without_wet_runs_forbids_nothing() {
-    let text = read_in_project("datasets/mueller2016/scene.toml").replace("= 940", "= 84");
+    let text = read_in_project(SCENE).replace("= 940", "= 84");
     let place = Place::new(&text);
-    let of_dry = rows(|_| ());
+    let of_dry = read_in_project(RUNS);
     let dry: Vec<&str> = of_dry
         .lines()
         .filter(|line| !line.starts_with("PE,") || line.contains(",dry,"))
@@ -64,13 +79,16 @@ fn the_density_of_a_sphere_without_wet_runs_forbids_nothing() {
     assert_asked(&questions(&place.fit_rows(&of_dry)), "density of PE is 84 kg/m³");
 }
 
+/// The example's scene with densities in g/cm³.
+fn in_grams() -> Place {
+    let text = read_in_project(SCENE).replace("= 2150", "= 2.15");
+    Place::new(&text.replace("= 940", "= 0.94"))
+}
+
 #[test]
 fn densities_in_grams_are_named_as_such() {
-    let text = read_in_project("datasets/mueller2016/scene.toml")
-        .replace("= 2150", "= 2.15")
-        .replace("= 940", "= 0.94");
-    let place = Place::new(&text);
-    let found = place.fit_rows(&read_in_project("datasets/mueller2016/runs.csv"));
+    let place = in_grams();
+    let found = place.fit_rows(&read_in_project(RUNS));
     let asked = questions(&found);
     assert_asked(
         &asked,
@@ -87,11 +105,8 @@ fn densities_in_grams_are_named_as_such() {
 /// Without dry runs there is no energy balance: L and k come from the posterior alone.
 #[test]
 fn what_the_posterior_alone_tells_is_questioned_too() {
-    let text = read_in_project("datasets/mueller2016/scene.toml")
-        .replace("= 2150", "= 2.15")
-        .replace("= 940", "= 0.94");
-    let place = Place::new(&text);
-    let rows = read_in_project("datasets/mueller2016/runs.csv");
+    let place = in_grams();
+    let rows = read_in_project(RUNS);
     let wet: Vec<&str> = rows.lines().filter(|line| !line.contains(",dry,")).collect();
     let mut found = place.fit_rows(&wet.join("\n"));
     let asked = |found: &Findings| found.check("plausible_result").text.clone();
@@ -104,8 +119,8 @@ fn what_the_posterior_alone_tells_is_questioned_too() {
 /// The example's scene or table with numbers in another unit, and what is asked.
 #[test]
 fn numbers_in_another_unit_are_questioned() {
-    let scene = read_in_project("datasets/mueller2016/scene.toml");
-    let own = read_in_project("datasets/mueller2016/runs.csv");
+    let scene = read_in_project(SCENE);
+    let own = read_in_project(RUNS);
     for [from, to, expected] in table_of(
         "roughness_um  = 5 | roughness_um  = 5000 | roughness of PTFE is 5000 µm, outside; δc of PE = ; larger than the sphere
          viscosity_mPa_s = 9.3 | viscosity_mPa_s = 0.0093 | viscosity of AK10 is 0.0093 mPa s, outside; 0.0093 looks like Pa s",
@@ -114,66 +129,45 @@ fn numbers_in_another_unit_are_questioned() {
         assert_asked(&questions(&place.fit_rows(&own)), expected);
     }
     let asked = |rows: &str, expected: &str| assert_asked(&questions(&unscreened().fit_rows(rows)), expected);
-    let one_series = rows(|cells| {
-        let key: Vec<&str> = cells[..3].iter().map(String::as_str).collect();
-        if key == ["PTFE", "AK10", "4.762"] && cells[4] == "0.06" {
-            thousandth(&mut cells[3]);
-        }
-    });
+    let thousandth = |film: f64| film / 1000.0;
+    let of_series = |cells: &[&str]| cells[..3] == ["PTFE", "AK10", "4.762"] && cells[4] == "0.06";
     asked(
-        &one_series,
+        &rows(FILM, thousandth, of_series),
         "film of 25 runs of PTFE in AK10, the first in runs.csv, line ; some 1000 times thinner; mm for µm?",
     );
     asked(
-        &rows(|cells| thousandth(&mut cells[3])),
+        &rows(FILM, thousandth, all),
         "film of PTFE is 0.24 to 1.2 µm, outside 2 to 20000 µm: 0.24 to 1.2 looks like mm",
     );
-    // heights in mm that are read as cm, in one of two files under one header: the speeds are √10 times the others
-    let one_liquid = rows(|cells| {
-        if cells[0] == "PTFE" && cells[1] == "M50" {
-            let speed: f64 = cells[5].parse().expect("a speed");
-            cells[5] = (speed * 10f64.sqrt()).to_string();
-        }
-    });
+    // δc is as thick as most of these films, and thinner than the thickest
     asked(
-        &one_liquid,
+        &rows(FILM, |film| film / 20.0, all),
+        "δc of PTFE = ; is larger than half of its films",
+    );
+    // heights in mm that are read as cm, in one of two files under one header: the speeds are √10 times the others
+    asked(
+        &rows(SPEED, |v| v * 10f64.sqrt(), |cells| cells[..2] == ["PTFE", "M50"]),
         "impact speeds of PTFE in M50, ; are 3.16 times those ; heights in mm for cm?",
     );
-}
-
-/// Speeds of one liquid in km/h, and the radius for the diameter of its wet runs alone; of all runs both are as they may be.
-#[test]
-fn runs_of_another_unit_than_the_others_are_questioned() {
-    let asked = |rows: &str| questions(&unscreened().fit_rows(rows));
-    let in_km_h = rows(|cells| {
-        if cells[0] == "PE" && cells[1] == "AK10" {
-            cells[5] = (3.6 * cells[5].parse::<f64>().expect("a speed")).to_string();
-        }
-    });
-    assert_asked(
-        &asked(&in_km_h),
+    asked(
+        &rows(SPEED, |v| 3.6 * v, |cells| cells[..2] == ["PE", "AK10"]),
         "impact speeds of PE in AK10, ; are 3.6 times those ; km/h for m/s?",
     );
-    let halved = |is_of: fn(&str) -> bool| {
-        rows(|cells| {
-            if cells[0] == "PTFE" && is_of(&cells[1]) {
-                cells[2] = (0.5 * cells[2].parse::<f64>().expect("a diameter")).to_string();
-            }
-        })
-    };
-    assert_asked(
-        &asked(&halved(|liquid| liquid != "dry")),
+    // the radius for the diameter, of wet runs alone; of all runs it is as it may be
+    asked(
+        &rows(DIAMETER, |d| 0.5 * d, |cells| cells[0] == "PTFE" && cells[1] != "dry"),
         " wet runs of PTFE, the first in runs.csv, line ; exactly 2 times off from the dry ones; the radius for the diameter?",
     );
-    asked(&halved(|_| true)).lacks("times off from the dry ones");
+    let radii = rows(DIAMETER, |d| 0.5 * d, |cells| cells[0] == "PTFE");
+    questions(&unscreened().fit_rows(&radii)).lacks("times off from the dry ones");
 }
 
 /// Without a roughness L has an end, too: a δc as thick as the film, of the smoothest sphere there is.
 #[test]
 fn an_l_beyond_every_film_is_questioned() {
-    let text = read_in_project("datasets/mueller2016/scene.toml");
+    let text = read_in_project(SCENE);
     let text = text.replace("roughness_um", "# roughness_um");
-    let own = read_in_project("datasets/mueller2016/runs.csv");
+    let own = read_in_project(RUNS);
     assert_eq!(questions(&Place::new(&text).fit_rows(&own)), "");
     // viscosities a tenth of what they are: L is ten times as large
     let thin = text.replace("= 9.3", "= 0.93").replace("= 48.3", "= 4.83");
@@ -183,29 +177,12 @@ fn an_l_beyond_every_film_is_questioned() {
     );
 }
 
-/// Films a twentieth of what they were: δc is as thick as most of them, and thinner than the thickest.
-#[test]
-fn a_delta_c_beyond_half_of_the_films_is_questioned() {
-    let rows = rows(|cells| {
-        if let Ok(film) = cells[3].parse::<f64>() {
-            cells[3] = (film / 20.0).to_string();
-        }
-    });
-    let asked = questions(&unscreened().fit_rows(&rows));
-    assert_asked(&asked, "δc of PTFE = ; is larger than half of its films");
-}
-
 /// Fractions under a name that says per cent, as a spreadsheet keeps what it shows as such; those of the example are let be.
 #[test]
 fn restitutions_of_a_hundredth_are_questioned() {
-    let text = read_in_project("datasets/mueller2016/scene.toml");
+    let text = read_in_project(SCENE);
     let place = Place::new(&text.replace("smallest_restitution", "# smallest_restitution"));
-    let rows = rows(|cells| {
-        if let Some(Ok(e)) = cells.last().map(|cell| cell.parse::<f64>()) {
-            *cells.last_mut().expect("a cell") = (e / 100.0).to_string();
-        }
-    });
-    let asked = questions(&place.fit_rows(&rows));
+    let asked = questions(&place.fit_rows(&rows(RESTITUTION, |e| e / 100.0, all)));
     assert_asked(
         &asked,
         "no restitution is above 0.00; fractions in a column that is read as per cent?",
@@ -214,24 +191,13 @@ fn restitutions_of_a_hundredth_are_questioned() {
 
 /// The example's scene without the limit that would screen films of the wrong unit.
 fn unscreened() -> Place {
-    Place::new(&read_in_project("datasets/mueller2016/scene.toml").replace("min_film_um", "# min_film_um"))
-}
-
-fn thousandth(cell: &mut String) {
-    if let Ok(film) = cell.parse::<f64>() {
-        *cell = (film / 1000.0).to_string();
-    }
+    Place::new(&read_in_project(SCENE).replace("min_film_um", "# min_film_um"))
 }
 
 #[test]
 fn a_k_that_no_sphere_has_is_questioned() {
     // a marble on something soft: it keeps a tenth of its speed
-    let rows = rows(|cells| {
-        if cells[1] == "dry" {
-            let last = cells.len() - 1;
-            cells[last] = (0.05 + 0.1 * cells[last].parse::<f64>().expect("a restitution")).to_string();
-        }
-    });
+    let rows = rows(RESTITUTION, |e| 0.05 + 0.1 * e, |cells| cells[1] == "dry");
     let found = unscreened().fit_rows(&rows);
     let k = found.dry[0].dry_k.value.expect("it converged");
     let asked = found.check("plausible_result");

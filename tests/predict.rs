@@ -14,6 +14,7 @@ use wetcor::model::likelihood::tails::Tails;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::{kept_energy, DrySpeed, Form, Inertia, Parameters, Setting};
 use wetcor::report::finished::Finished;
+use wetcor::runs::NewRun;
 use wetcor::scene::{self, LikelihoodFamily};
 use wetcor::seed::stream;
 
@@ -58,11 +59,7 @@ fn worst_z(law: &ParticleLaw, predicted: &Predicted, test: &str) -> f64 {
             let draw = &law.draws[rng.random_range(0..law.draws.len())];
             let kept = kept_energy(&SLOW, law.form, &draw.parameters, v);
             let e = mean_restitution(kept) + draw.sigma_wet * draw.tails.draw(&mut rng);
-            if e <= law.smallest_restitution {
-                0.0
-            } else {
-                e
-            }
+            Some(e).filter(|e| *e > law.smallest_restitution).unwrap_or(0.0)
         })
         .collect();
     let share = |of: &dyn Fn(f64) -> bool| runs.iter().filter(|e| of(**e)).count();
@@ -71,7 +68,13 @@ fn worst_z(law: &ParticleLaw, predicted: &Predicted, test: &str) -> f64 {
         p if p > 1e-6 && p < 1.0 - 1e-6 => binomial_z(stuck, RUNS, p).abs(),
         _ => 0.0,
     };
-    for (p, point) in points(predicted) {
+    let points = [
+        (0.05, predicted.run_q05),
+        (0.25, predicted.run_q25),
+        (0.75, predicted.run_q75),
+        (0.95, predicted.run_q95),
+    ];
+    for (p, point) in points {
         let z = if point == 0.0 {
             // that many stick at least
             -binomial_z(stuck, RUNS, p)
@@ -81,15 +84,6 @@ fn worst_z(law: &ParticleLaw, predicted: &Predicted, test: &str) -> f64 {
         worst = worst.max(z);
     }
     worst
-}
-
-fn points(row: &Predicted) -> [(f64, f64); 4] {
-    [
-        (0.05, row.run_q05),
-        (0.25, row.run_q25),
-        (0.75, row.run_q75),
-        (0.95, row.run_q95),
-    ]
 }
 
 /// Speeds from never to always stuck, those between with about these probabilities of sticking.
@@ -171,54 +165,53 @@ fn the_curve_is_the_energy_balance_of_the_draws_and_its_bands_hold_their_shares(
     }
 }
 
+/// Speeds at which a law that covered this in all liquids, and these ranges in each, is extrapolated.
+fn extrapolated(covered: Covered, ranges: Vec<LiquidRange>, speeds: &[f64]) -> Vec<bool> {
+    let law = ParticleLaw {
+        covered: Some(covered),
+        ranges,
+        ..law("what_the_runs_covered_is_not_extrapolated_and_its_ends_belong_to_it")
+    };
+    let rows = law.curve(Some(&SLOW)).predict(speeds);
+    rows.iter().map(|row| row.extrapolated).collect()
+}
+
 #[test]
 fn what_the_runs_covered_is_not_extrapolated_and_its_ends_belong_to_it() {
-    let mut law = law("what_the_runs_covered_is_not_extrapolated_and_its_ends_belong_to_it");
-    let ends = [SLOW.stokes(1.0), SLOW.stokes(2.0)];
-    let covered = |stokes, film_ratio| Some(Covered { stokes, film_ratio });
-    let mut flags = |covered, speeds: &[f64]| {
-        law.covered = covered;
-        let rows = law.curve(Some(&SLOW)).predict(speeds);
-        rows.iter().map(|row| row.extrapolated).collect::<Vec<bool>>()
-    };
-    let speeds = [0.999, 1.0, 1.5, 2.0, 2.001];
-    assert_eq!(
-        flags(covered(ends, [0.03, 0.06]), &speeds),
-        [true, false, false, false, true]
-    );
-    assert_eq!(flags(covered(ends, [0.03, 0.059]), &speeds), [true; 5]);
-    assert_eq!(flags(covered(ends, [0.061, 0.08]), &speeds), [true; 5]);
+    let stokes = [SLOW.stokes(1.0), SLOW.stokes(2.0)];
+    let of = |film_ratio| extrapolated(Covered { stokes, film_ratio }, vec![], &[0.999, 1.0, 1.5, 2.0, 2.001]);
+    assert_eq!(of([0.03, 0.06]), [true, false, false, false, true]);
+    assert_eq!(of([0.03, 0.059]), [true; 5]);
+    assert_eq!(of([0.061, 0.08]), [true; 5]);
 }
 
 /// Runs in a thinner liquid have larger Stokes numbers at the same speed: they are not runs of faster spheres in this one.
 #[test]
 fn what_was_covered_in_another_liquid_is_extrapolated_in_this_one() {
-    let mut law = law("what_was_covered_in_another_liquid_is_extrapolated_in_this_one");
     let all = Covered {
         stokes: [SLOW.stokes(0.1), SLOW.stokes(50.0)],
         film_ratio: [0.03, 0.06],
     };
-    law.covered = Some(all);
     let range = |viscosity: f64, speeds: [f64; 2]| LiquidRange {
         density: SLOW.liquid_density,
         viscosity,
         impact_speed: speeds,
         covered: all,
     };
-    let speeds = [0.5, 1.0, 2.0, 4.0];
-    let mut flags = |ranges: Vec<LiquidRange>| {
-        law.ranges = ranges;
-        let rows = law.curve(Some(&SLOW)).predict(&speeds);
-        rows.iter().map(|row| row.extrapolated).collect::<Vec<bool>>()
-    };
     let (own, thinner) = (
         range(SLOW.viscosity, [1.0, 2.0]),
         range(0.1 * SLOW.viscosity, [0.5, 4.0]),
     );
-    assert_eq!(flags(vec![thinner, own]), [true, false, false, true]);
-    assert_eq!(flags(vec![thinner]), [true; 4]);
+    let of = |ranges| extrapolated(all, ranges, &[0.5, 1.0, 2.0, 4.0]);
+    assert_eq!(of(vec![thinner, own]), [true, false, false, true]);
+    assert_eq!(of(vec![thinner]), [true; 4]);
     // the planted fault: the range of the particle in all liquids
-    assert_eq!(flags(vec![]), [false; 4]);
+    assert_eq!(of(vec![]), [false; 4]);
+}
+
+/// What repeats of a run share.
+fn key<'s>(run: &NewRun<'s>) -> (Option<&'s str>, Option<(f64, f64)>, f64, f64) {
+    (run.liquid, run.film, run.diameter, run.impact_speed)
 }
 
 /// New runs of the example's truth, and its own curve, beside what was inferred from its 1,500 runs.
@@ -237,21 +230,17 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
             .law(&particle.name, 4.762e-3, true)
             .unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(law.draws.len(), 1000);
-        let own = runs.iter().filter(|run| run.particle == particle.name);
-        let mut last: Option<(Setting, f64, Predicted)> = None;
-        for run in own {
-            let (Some(name), Some((film, _))) = (run.liquid, run.film) else {
-                continue;
+        let own = runs
+            .iter()
+            .filter(|run| run.particle == particle.name && run.film.is_some());
+        let own: Vec<&NewRun> = own.collect();
+        for repeats in own.chunk_by(|a, b| key(a) == key(b)) {
+            let (Some(name), Some((film, _)), diameter, v) = key(repeats[0]) else {
+                unreachable!("a wet run has a liquid")
             };
             let liquid = scene.liquids.iter().find(|l| l.name == name).expect("its liquid");
-            let setting = setting(
-                [particle.density, run.diameter],
-                [liquid.density, liquid.viscosity],
-                film,
-            );
-            let v = run.impact_speed;
-            let known = last.take().filter(|(at, speed, _)| (*at, *speed) == (setting, v));
-            let (_, _, row) = known.unwrap_or_else(|| (setting, v, law.curve(Some(&setting)).predict(&[v]).remove(0)));
+            let setting = setting([particle.density, diameter], [liquid.density, liquid.viscosity], film);
+            let row = law.curve(Some(&setting)).predict(&[v]).remove(0);
             assert!(!row.extrapolated, "these very settings were run");
             let own_truth = Parameters {
                 dry_k: truth.dry_k[index].expect("given"),
@@ -263,18 +252,18 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
                 // a 90 % band is 3.29 standard deviations wide
                 worst = worst.max((kept.sqrt() - row.restitution).abs() / (width / 3.29));
             }
-            if row.stuck_probability < 1e-6 {
-                let e = run.restitution;
-                certain += 1;
-                inside[0] += usize::from(e >= row.run_q25 && e <= row.run_q75);
-                inside[1] += usize::from(e >= row.run_q05 && e <= row.run_q95);
-                inside_curve += usize::from(e >= row.restitution_q05 && e <= row.restitution_q95);
-            }
             let p = row.stuck_probability;
-            stuck += usize::from(run.restitution == 0.0);
-            expected += p;
-            variance += p * (1.0 - p);
-            last = Some((setting, v, row));
+            for e in repeats.iter().map(|run| run.restitution) {
+                if p < 1e-6 {
+                    certain += 1;
+                    inside[0] += usize::from((row.run_q25..=row.run_q75).contains(&e));
+                    inside[1] += usize::from((row.run_q05..=row.run_q95).contains(&e));
+                    inside_curve += usize::from((row.restitution_q05..=row.restitution_q95).contains(&e));
+                }
+                stuck += usize::from(e == 0.0);
+                expected += p;
+                variance += p * (1.0 - p);
+            }
         }
     }
     assert!(worst > 0.01 && worst < 4.5, "the true curve is {worst} sd away");

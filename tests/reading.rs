@@ -2,7 +2,7 @@
 //!
 //! `tests/data/README.md` says how the examples are laid out and how the golden texts are rewritten.
 
-use crate::common::{contents, entries, fitted_example, in_project, is_update, Folder, Says};
+use crate::common::{contents, entries, fitted_example, in_project, is_update, Folder, Ran, Says};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -76,13 +76,27 @@ impl Copy {
         (contents(&self.folder), entries(&self.folder))
     }
 
+    fn text(&self, name: &str) -> String {
+        std::fs::read_to_string(self.folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+        std::fs::write(self.folder.join(name), text).expect("writable");
+    }
+
     fn scene(&self) -> Scene {
         scene::read(&self.folder.join("scene.toml")).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    fn command(&self, arguments: &[&str]) -> Command {
+    /// Its runs.
+    fn table(&self) -> Table {
+        runs::read(&self.scene()).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// The command with words between blanks.
+    fn command(&self, words: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_wetcor"));
-        command.current_dir(&self.folder).args(arguments);
+        command.current_dir(&self.folder).args(words.split_whitespace());
         // what a terminal or its user may ask for is no part of a golden text
         for variable in ["COLUMNS", "CLICOLOR_FORCE", "FORCE_COLOR", "RUST_BACKTRACE"] {
             command.env_remove(variable);
@@ -90,23 +104,21 @@ impl Copy {
         command
     }
 
-    fn run(&self, arguments: &[&str]) -> (Option<i32>, String, String) {
-        told(self.command(arguments).output().expect("the command can be started"))
+    fn run(&self, words: &str) -> Ran {
+        told(self.command(words).output().expect("the command can be started"))
+    }
+
+    /// The same of a command that must succeed.
+    fn succeed(&self, words: &str) -> Ran {
+        let ran = self.run(words);
+        assert_eq!(ran.0, Some(0), "{words}: {ran:?}");
+        ran
     }
 }
 
-fn read(scene: &Scene) -> Table {
-    runs::read(scene).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn told(output: Output) -> (Option<i32>, String, String) {
+fn told(output: Output) -> Ran {
     let text = |bytes| String::from_utf8(bytes).expect("plain text");
     (output.status.code(), text(output.stdout), text(output.stderr))
-}
-
-fn arguments(case: &Path) -> Vec<String> {
-    let text = std::fs::read_to_string(case.join("args.txt")).unwrap_or_else(|_| USUAL.to_owned());
-    text.split_whitespace().map(str::to_owned).collect()
 }
 
 #[test]
@@ -116,9 +128,8 @@ fn every_bad_example_is_refused_in_its_words_and_nothing_is_written() {
     for case in cases("bad") {
         let copy = Copy::of(&case);
         let before = copy.holds();
-        let arguments = arguments(&case);
-        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let (status, out, err) = copy.run(&arguments);
+        let arguments = std::fs::read_to_string(case.join("args.txt"));
+        let (status, out, err) = copy.run(arguments.as_deref().unwrap_or(USUAL));
         let mut fail = |why: String| failures.push(format!("{}: {why}", name(&case)));
         if status != Some(2) {
             fail(format!("exit status {status:?}"));
@@ -181,11 +192,8 @@ fn differences(at: &str, a: &Value, b: &Value, rounding: f64, found: &mut Vec<St
     match (a, b) {
         (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
             for (key, value) in a {
-                let lost = if DIFFERENCES.split(' ').any(|own| own == key) {
-                    LOST
-                } else {
-                    1.0
-                };
+                let is_difference = DIFFERENCES.split(' ').any(|own| own == key);
+                let lost = if is_difference { LOST } else { 1.0 };
                 differences(&format!("{at}.{key}"), value, &b[key], rounding * lost, found);
             }
         }
@@ -209,10 +217,8 @@ fn differences(at: &str, a: &Value, b: &Value, rounding: f64, found: &mut Vec<St
 fn every_good_example_gives_the_same_findings() {
     let plain = Copy::plain();
     // draws differ from a rounding on: what was read shows in the fits
-    let stages = "least_squares,figures";
-    let fits = ["fit", "scene.toml", "--out", "out", "--stages", stages, "--verbose"];
-    let (status, out, plain_err) = plain.run(&fits);
-    assert_eq!(status, Some(0), "{out}{plain_err}");
+    let fits = "fit scene.toml --out out --stages least_squares,figures --verbose";
+    let (_, _, plain_err) = plain.succeed(fits);
     let reference = findings(&plain.folder.join("out"));
     assert_eq!(reference["counts"]["runs"], 31);
     assert_eq!(reference["counts"]["stuck"], 1);
@@ -220,7 +226,7 @@ fn every_good_example_gives_the_same_findings() {
     let mut failures = vec![];
     for case in cases("good") {
         let copy = Copy::of(&case);
-        let (status, _, err) = copy.run(&fits);
+        let (status, _, err) = copy.run(fits);
         let mut fail = |why: String| failures.push(format!("{}: {why}", name(&case)));
         if status != Some(0) {
             fail(format!("exit status {status:?}: {err}"));
@@ -240,11 +246,8 @@ fn every_good_example_gives_the_same_findings() {
         if sorted(&err) != sorted(&expected) {
             fail(format!("expected\n{expected}but it says\n{err}"));
         }
-        let rounding = if ROUNDED.split(' ').any(|own| own == name(&case)) {
-            ROUNDING
-        } else {
-            0.0
-        };
+        let is_rounded = ROUNDED.split(' ').any(|own| own == name(&case));
+        let rounding = if is_rounded { ROUNDING } else { 0.0 };
         let mut found = vec![];
         let own = findings(&copy.folder.join("out"));
         differences("", &reference, &own, rounding, &mut found);
@@ -260,15 +263,12 @@ fn every_good_example_gives_the_same_findings() {
 fn rows_and_measurement_errors_are_the_same_from_every_format() {
     let copy = Copy::of(&in_project("tests/data/errors"));
     let mut scene = copy.scene();
-    let path = copy.folder.join("runs.csv");
-    let text = std::fs::read_to_string(&path).expect("the example is there");
-    let from_csv = read(&scene).runs;
+    let from_csv = copy.table().runs;
     // blank lines are no rows, and a quote may hold the end of a line
-    let quoted = text.replacen("PTFE,", "\n\"PTFE\",", 1);
-    std::fs::write(&path, quoted).expect("writable");
-    let from_quoted = read(&scene).runs;
+    copy.write("runs.csv", copy.text("runs.csv").replacen("PTFE,", "\n\"PTFE\",", 1));
+    let from_quoted = copy.table().runs;
     scene.data.runs = vec![copy.folder.join("runs.parquet").into()];
-    let from_parquet = read(&scene).runs;
+    let from_parquet = runs::read(&scene).unwrap_or_else(|error| panic!("{error}")).runs;
     // which line of which file a row is, is another matter
     assert_eq!(from_csv.places.of(6).to_string(), "runs.csv, line 7");
     assert_eq!(from_quoted.places.of(6).to_string(), "runs.csv, line 8");
@@ -310,7 +310,7 @@ fn a_reader_that_leaves_early_is_no_error() {
         "--help",
     ] {
         let mut child = copy
-            .command(&words.split(' ').collect::<Vec<&str>>())
+            .command(words)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -329,13 +329,12 @@ fn a_reader_that_leaves_early_is_no_error() {
 fn check_prints_json_and_writes_nothing() {
     let copy = Copy::plain();
     let before = copy.holds();
-    let (status, out, err) = copy.run(&["check", "scene.toml", "--json"]);
-    assert_eq!((status, err.as_str()), (Some(0), ""));
+    let (_, out, err) = copy.succeed("check scene.toml --json");
+    err.reads("");
     let overview: Value = serde_json::from_str(&out).expect("it is JSON");
     assert_eq!(overview["runs"], 31);
     assert_eq!(overview["title"], "PTFE spheres on a wetted plate");
-    let (status, out, _) = copy.run(&["check", "scene.toml"]);
-    assert_eq!(status, Some(0));
+    let (_, out, _) = copy.succeed("check scene.toml");
     out.begins("PTFE spheres on a wetted plate\n31 runs read\n");
     assert!(copy.holds() == before);
 }
@@ -352,14 +351,11 @@ fn report(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 fn the_number_of_threads_changes_no_byte() {
     let copy = Copy::plain();
     let mut first = None;
-    for threads in ["1", "2", "4"] {
-        let (status, _, err) = copy.run(&["fit", "scene.toml", "--out", "out", "--threads", threads]);
-        assert_eq!(status, Some(0), "{err}");
+    for threads in [1, 2, 4] {
+        copy.succeed(&format!("fit scene.toml --out out --threads {threads}"));
         let files = report(&copy.folder.join("out"));
-        assert!(
-            files == *first.get_or_insert_with(|| files.clone()),
-            "{threads} threads"
-        );
+        let is_same = files == *first.get_or_insert_with(|| files.clone());
+        assert!(is_same, "{threads} threads");
     }
 }
 
@@ -369,14 +365,12 @@ fn a_second_fit_replaces_the_first_whole() {
     let before = copy.holds();
     // the default place: reports/<the scene's folder name> under the current folder
     let place = copy.folder.join("reports/plain");
-    let (status, out, err) = copy.run(&["fit", "scene.toml"]);
-    assert_eq!(status, Some(0), "{err}");
-    assert!(out.contains("report: reports/plain/report.md"), "{out}");
+    let (_, out, _) = copy.succeed("fit scene.toml");
+    out.says("report: reports/plain/report.md");
     let first = report(&place);
-    std::fs::write(place.join("draws/draws.zarr/c.9"), "of an older version").expect("writable");
-    std::fs::write(place.join("report.md"), "changed").expect("writable");
-    let (status, _, err) = copy.run(&["fit", "scene.toml"]);
-    assert_eq!(status, Some(0), "{err}");
+    copy.write("reports/plain/draws/draws.zarr/c.9", "of an older version");
+    copy.write("reports/plain/report.md", "changed");
+    copy.succeed("fit scene.toml");
     assert!(report(&place) == first);
     std::fs::remove_dir_all(copy.folder.join("reports")).expect("it is there");
     assert!(copy.holds() == before, "something unfinished is left");
@@ -386,10 +380,8 @@ fn a_second_fit_replaces_the_first_whole() {
 #[test]
 fn an_excluded_run_is_counted_under_its_reason() {
     let plain = Copy::plain();
-    let scene = plain.scene();
-    let all = read(&scene);
-    let path = plain.folder.join("runs.csv");
-    let text = std::fs::read_to_string(&path).expect("runs");
+    let all = plain.table();
+    let text = plain.text("runs.csv");
     let excluding = |reasons: &dyn Fn(usize) -> &'static str| -> String {
         let with = |(row, line): (usize, &str)| format!("{line},{}\n", if row == 0 { "exclude" } else { reasons(row) });
         text.lines().enumerate().map(with).collect()
@@ -404,8 +396,8 @@ fn an_excluded_run_is_counted_under_its_reason() {
     let unread = table.replacen("0.7818,blurred", "lost,blurred", 1);
     assert_ne!(unread, table);
     for table in [table.clone(), table.replacen("particle", "\"particle\"", 1), unread] {
-        std::fs::write(&path, table).expect("writable");
-        let some = read(&scene);
+        plain.write("runs.csv", table);
+        let some = plain.table();
         let screened: Vec<(&str, usize)> = some.screened.iter().map(|s| (s.reason.as_str(), s.runs)).collect();
         assert_eq!(
             screened,
@@ -415,54 +407,43 @@ fn an_excluded_run_is_counted_under_its_reason() {
         assert!([3, 9, 12].iter().all(|row| !some.runs.row.contains(row)));
     }
     // the reasons stand in the report as they are
-    std::fs::write(&path, &table).expect("writable");
-    let (status, _, err) = plain.run(&["fit", "scene.toml", "--out", "out", "--stages", "least_squares"]);
-    assert_eq!(status, Some(0), "{err}");
-    let report = std::fs::read_to_string(plain.folder.join("out/report.md")).expect("a report");
-    assert!(report.contains("excluded: `blurred | twice`"), "{report}");
+    plain.write("runs.csv", table);
+    plain.succeed("fit scene.toml --out out --stages least_squares");
+    plain.text("out/report.md").says("excluded: `blurred | twice`");
 }
 
 /// Several tables are one, of any formats, whose rows count on; the file with a mistake is named.
 #[test]
 fn several_tables_are_read_as_one() {
     let copy = Copy::plain();
-    let at = |name: &str| copy.folder.join(name);
-    let text = std::fs::read_to_string(at("runs.csv")).expect("runs");
-    let scene_text = std::fs::read_to_string(at("scene.toml")).expect("a scene");
-    let read = || {
-        let scene = copy.scene();
-        wetcor::runs::read(&scene)
-    };
-    let whole = read().unwrap_or_else(|e| panic!("{e}"));
+    let (text, scene_text) = (copy.text("runs.csv"), copy.text("scene.toml"));
+    let whole = copy.table();
     let (header, rows) = text.split_once('\n').expect("a header");
     let rows: Vec<&str> = rows.lines().collect();
     let (first, last) = rows.split_at(13);
     let part = |rows: &[&str]| format!("{header}\n{}\n", rows.join("\n"));
-    std::fs::write(at("one.csv"), part(first)).expect("writable");
+    copy.write("one.csv", part(first));
     let german = part(last).replace(',', ";").replace('.', ",");
-    std::fs::write(at("two.txt"), &german).expect("writable");
-    let list = |names: &str| {
-        let text = scene_text.replace("runs = \"runs.csv\"", &format!("runs = {names}"));
-        std::fs::write(at("scene.toml"), text).expect("writable");
-    };
+    copy.write("two.txt", &german);
+    let list = |names: &str| copy.write("scene.toml", scene_text.replace("\"runs.csv\"", names));
     list("[\"one.csv\", \"two.txt\"]");
-    let mut both = read().unwrap_or_else(|e| panic!("{e}"));
+    let mut both = copy.table();
     both.runs.places = whole.runs.places.clone();
     assert_eq!(format!("{:?}", both.runs), format!("{:?}", whole.runs));
     assert_eq!(both.rows, whole.rows);
-    let hash = |name: &str| wetcor::seed::sha256(&std::fs::read(at(name)).expect("a table"));
+    let hash = |name: &str| wetcor::seed::sha256(copy.text(name).as_bytes());
     let lines = format!("{}\n{}\n", hash("one.csv"), hash("two.txt"));
     assert_eq!(both.sha256, wetcor::seed::sha256(lines.as_bytes()));
     // neither table is written over
     let scene = copy.scene();
-    let kept = |name: &str| wetcor::scene::why_not_overwritten(&at(name), &scene).is_some();
+    let kept = |name: &str| scene::why_not_overwritten(&copy.folder.join(name), &scene).is_some();
     assert!(kept("one.csv") && kept("two.txt") && !kept("runs.csv"));
     let refused = |expected: &str| {
-        let (status, _, err) = copy.run(&["check", "scene.toml"]);
+        let (status, _, err) = copy.run("check scene.toml");
         assert_eq!(status, Some(2), "{err}");
-        assert!(err.contains(expected), "{expected}\n{err}");
+        err.says(expected);
     };
-    std::fs::write(at("two.txt"), german.replacen("PTFE", "PTFA", 1)).expect("writable");
+    copy.write("two.txt", german.replacen("PTFE", "PTFA", 1));
     refused("two.txt: 1 problem; nothing was written\n  line 2, column particle: found `PTFA`");
     for again in ["one.csv", "./one.csv"] {
         list(&format!("[\"one.csv\", \"{again}\"]"));
@@ -477,7 +458,7 @@ fn several_tables_are_read_as_one() {
             format!("{},{}\n", cells[..4].join(","), cells[5..].join(","))
         })
         .collect();
-    std::fs::write(at("two.txt"), without).expect("writable");
+    copy.write("two.txt", without);
     list("[\"one.csv\", \"two.txt\"]");
     refused("two.txt: 1 problem; nothing was written\n  header: expected a column `film_ratio`, as one.csv has");
 }

@@ -112,13 +112,9 @@ fn means_give_what_the_single_runs_give() {
         assert_eq!(found.counts.runs, single.counts.runs);
         assert_eq!(found.counts.used, single.counts.used);
         assert!(far(&found) < 1e-9, "{}", far(&found));
-        let told: Vec<&str> = found.notices().map(|notice| notice.text.as_str()).collect();
-        let words = format!(
-            "{} rows are means and stand for {} runs",
-            settings.len(),
-            single.counts.runs
-        );
-        assert!(told.iter().any(|text| text.contains(&words)), "{told:?}");
+        let (rows, runs) = (settings.len(), single.counts.runs);
+        let words = format!("{rows} rows are means and stand for {runs} runs");
+        assert!(found.notices().any(|notice| notice.text.contains(&words)), "{words}");
     }
     // a standard error taken for the sd of single runs
     let twin = place.fit_rows(&means(&settings, "restitution_sd_of_runs", |sd| sd / root));
@@ -195,9 +191,7 @@ fn rows_that_say_they_are_means_are_left_out_and_named() {
         assert_eq!(found.counts.runs, plain.counts.runs + 4);
         // one fact, one caution
         assert_eq!(found.notice("screened"), None);
-        let text = found.notice("labelled_rows");
-        let text = text.map(|notice| notice.text.clone()).unwrap_or_default();
-        assert!(text.contains("line 5 `") && text.contains("line 17 `"), "{text}");
+        assert_once(&notices(&found, "labelled_rows"), "line 5 `; line 17 `");
     }
     // a remark is none, nor is a name of the scene; what such a row has else is not read
     let found = place.fit_rows(&blocks(|_, speed| {
@@ -235,9 +229,10 @@ fn a_file_listed_twice_is_not_quoted() {
     let place = Place::new(&text);
     std::fs::write(place.path("copy.csv"), blocks(|_, _| None).replace("\n1", "\n5")).expect("writable");
     let found = place.fit_rows(&blocks(|_, _| None));
-    let check = found.made("repeated_rows");
-    let text = check.map(|check| check.text.clone()).unwrap_or_default();
-    text.says("copy.csv, lines 2 to 13 repeat runs.csv, lines 2 to 13");
+    let check = found.check("repeated_rows");
+    check
+        .text
+        .says("copy.csv, lines 2 to 13 repeat runs.csv, lines 2 to 13");
     assert!(!quotable(&found.remarks));
 }
 
@@ -265,8 +260,8 @@ fn own_films(ratio: impl Fn(usize, f64) -> f64) -> String {
 fn film_ratios_of_each_run_are_no_nominal_ones() {
     let place = place();
     let own = place.fit_rows(&own_films(|_, ratio| ratio));
-    let notice = own.notices().filter(|notice| notice.code == "film_ratio_of_each_run");
-    assert_eq!(notice.map(|notice| notice.count()).collect::<Vec<_>>(), [120]);
+    let notice = own.notice("film_ratio_of_each_run");
+    assert_eq!(notice.map(|notice| notice.count()), Some(120));
     assert_eq!(own.film_groups.len(), 2);
     // nominal ratios stay, those that films were made of exactly among them
     for nominal in [[0.05, 0.08], [0.051, 0.082]] {
@@ -274,6 +269,24 @@ fn film_ratios_of_each_run_are_no_nominal_ones() {
         assert!(!found.tells("film_ratio_of_each_run"));
         assert_eq!(found.film_groups.len(), 2);
     }
+}
+
+/// Holds that one text is told, and what it says; parts with `; ` between them.
+#[track_caller]
+fn assert_once(told: &[String], parts: &str) {
+    assert_eq!(told.len(), 1, "{told:?}");
+    parts.split("; ").for_each(|part| told[0].says(part));
+}
+
+#[track_caller]
+fn assert_none(told: &[String]) {
+    assert!(told.is_empty(), "{told:?}");
+}
+
+/// The texts of notices of a code.
+fn notices(found: &Findings, code: &str) -> Vec<String> {
+    let own = found.notices().filter(|notice| notice.code == code);
+    own.map(|notice| notice.text.clone()).collect()
 }
 
 /// What is said of columns that contradict each other, which forbids quoting.
@@ -297,50 +310,40 @@ fn columns_agree_as_far_as_their_digits_tell() {
         }
         contradictions(&place.fit_rows(&text))
     };
-    assert_eq!(
-        of("drop_height_cm", &|height, _| format!("{height:.0}")),
-        Vec::<String>::new()
-    );
+    assert_none(&of("drop_height_cm", &|height, _| format!("{height:.0}")));
     let rebound = |height: f64, e: f64| format!("{:.0}", height * e * e);
-    assert_eq!(of("rebound_height_cm", &rebound), Vec::<String>::new());
+    assert_none(&of("rebound_height_cm", &rebound));
     // the twins: with the digits that would tell, and off by a factor of 10
-    let off = of("drop_height_cm", &|height, _| format!("{height:.0}.0"));
-    assert!(off.len() == 1 && off[0].contains("0.9"), "{off:?}");
+    assert_once(&of("drop_height_cm", &|height, _| format!("{height:.0}.0")), "0.9");
     let slip = of("drop_height_cm", &|height, _| format!("{:.0}", 10.0 * height));
-    assert!(slip.len() == 1 && slip[0].contains("a factor of 10"), "{slip:?}");
+    assert_once(&slip, "a factor of 10");
 }
 
 #[test]
 fn a_column_of_the_film_over_the_radius_forbids_quoting() {
     let place = place();
-    let of = |ratio: &dyn Fn(usize, f64) -> f64| -> Vec<String> {
-        let found = place.fit_rows(&own_films(ratio));
-        contradictions(&found)
-    };
+    let of = |ratio: &dyn Fn(usize, f64) -> f64| -> Vec<String> { contradictions(&place.fit_rows(&own_films(ratio))) };
     let nominal = [0.05, 0.08];
     let radius = of(&|run, _| 2.0 * nominal[run % 2]);
-    assert_eq!(radius.len(), 1, "{radius:?}");
-    radius[0].says("`film_ratio` is 1.9");
-    radius[0].says("runs.csv, lines 2 to 121");
-    assert!(radius[0].contains("as of the film over the radius"), "{radius:?}");
-    assert!(of(&|run, _| 0.5 * nominal[run % 2])[0].contains("half the film ratio"));
-    assert!(of(&|_, own| 2.0 * own)[0].contains("over the radius"));
+    assert_once(
+        &radius,
+        "`film_ratio` is 1.9; runs.csv, lines 2 to 121; as of the film over the radius",
+    );
+    assert_once(&of(&|run, _| 0.5 * nominal[run % 2]), "half the film ratio");
+    assert_once(&of(&|_, own| 2.0 * own), "over the radius");
     // a part of the table, of one film and of both
-    let part = of(&|run, _| nominal[run % 2] * if run % 2 == 0 { 2.0 } else { 1.0 });
-    assert!(part.len() == 1 && part[0].contains("is 1.98"), "{part:?}");
+    assert_once(
+        &of(&|run, _| nominal[run % 2] * if run % 2 == 0 { 2.0 } else { 1.0 }),
+        "is 1.98",
+    );
     let part = of(&|run, _| nominal[run % 2] * if run < 20 { 0.5 } else { 1.0 });
-    assert!(
-        part.len() == 1 && (part[0].contains("is 0.4") || part[0].contains("is 0.5")),
-        "{part:?}"
-    );
+    assert_once(&part, "is 0.");
+    assert!(part[0].contains("is 0.4") || part[0].contains("is 0.5"), "{part:?}");
     // a slip in few rows is none of the column
-    assert_eq!(
-        of(&|run, _| nominal[run % 2] * if run % 40 == 0 { 2.0 } else { 1.0 }),
-        Vec::<String>::new()
-    );
+    assert_none(&of(&|run, _| nominal[run % 2] * if run % 40 == 0 { 2.0 } else { 1.0 }));
     // nominal ratios are only near the films
-    assert_eq!(of(&|run, _| nominal[run % 2]), Vec::<String>::new());
-    assert_eq!(of(&|run, _| [0.06, 0.09][run % 2]), Vec::<String>::new());
+    assert_none(&of(&|run, _| nominal[run % 2]));
+    assert_none(&of(&|run, _| [0.06, 0.09][run % 2]));
 }
 
 #[test]
@@ -349,24 +352,20 @@ fn film_ratios_that_are_nearly_each_runs_own_are_told() {
     // films that go over a wide range
     let film = |run: usize| 0.03 + 0.0004 * ((37 * run) % 101) as f64;
     let wide = |ratio: &dyn Fn(usize, f64) -> f64| place.fit_rows(&with_ratios(film, ratio));
-    let told = |found: &Findings, code: &str| -> Vec<String> {
-        let own = found.notices().filter(|notice| notice.code == code);
-        own.map(|notice| notice.text.clone()).collect()
-    };
     // rounded to three decimals: 41 values of 101 films
     let rounded = wide(&|_, own| (1e3 * own).round() / 1e3);
-    assert_eq!(told(&rounded, "film_ratio_of_each_run").len(), 1);
+    assert_eq!(notices(&rounded, "film_ratio_of_each_run").len(), 1);
     assert_eq!(rounded.film_groups.len(), 1);
     // about nominal, by a few per cent
     let scattered = wide(&|run, own| own * (1.0 + 0.04 * (((13 * run) % 29) as f64 / 14.0 - 1.0)));
-    assert_eq!(told(&scattered, "film_ratio_of_each_run"), Vec::<String>::new());
-    let text = told(&scattered, "many_film_ratios");
-    assert_eq!(text.len(), 1, "{text:?}");
-    text[0].says("the column `film_ratio` has");
-    text[0].says("by their films there is 1 group: each value is a film group of its own");
+    assert_none(&notices(&scattered, "film_ratio_of_each_run"));
+    assert_once(
+        &notices(&scattered, "many_film_ratios"),
+        "the column `film_ratio` has; by their films there is 1 group: each value is a film group of its own",
+    );
     // a few nominal ones are what the column is for
     let nominal = wide(&|_, own| (50.0 * own).round() / 50.0);
-    assert!(told(&nominal, "many_film_ratios").is_empty() && told(&nominal, "film_ratio_of_each_run").is_empty());
+    assert!(!nominal.tells("many_film_ratios") && !nominal.tells("film_ratio_of_each_run"));
 }
 
 /// Dry and wet runs whose heights and Stokes numbers are made for their speeds.
@@ -391,28 +390,20 @@ fn said_twice(height: impl Fn(usize, f64) -> f64, stokes: impl Fn(f64) -> f64) -
 #[test]
 fn columns_that_tell_the_same_thing_are_compared() {
     let place = Place::new(&scene_text().replace("columns = { run = \"trial\" }", "heights_to = \"plate\""));
-    let of = contradictions;
-    let right = place.fit_rows(&said_twice(|_, h| h, |st| st));
-    assert_eq!(of(&right), Vec::<String>::new());
+    let fit = |height: &dyn Fn(usize, f64) -> f64, stokes: f64| place.fit_rows(&said_twice(height, |st| stokes * st));
+    let right = fit(&|_, h| h, 1.0);
+    assert_none(&contradictions(&right));
     assert!(!right.tells("columns_disagree"));
     // air slows a sphere a little
-    assert_eq!(
-        of(&place.fit_rows(&said_twice(|_, h| 1.04 * h, |st| st))),
-        Vec::<String>::new()
-    );
+    assert_none(&contradictions(&fit(&|_, h| 1.04 * h, 1.0)));
 
-    let ten = of(&place.fit_rows(&said_twice(|_, h| 10.0 * h, |st| st)));
-    assert_eq!(ten.len(), 1, "{ten:?}");
-    ten[0].says("`drop_height_mm` gives 3.1");
-    assert!(ten[0].contains("a factor of 10 in the height"), "{ten:?}");
-    let nine = of(&place.fit_rows(&said_twice(|_, h| h, |st| 9.0 * st)));
-    assert!(nine.len() == 1 && nine[0].contains("without its 9"), "{nine:?}");
+    let ten = contradictions(&fit(&|_, h| 10.0 * h, 1.0));
+    assert_once(&ten, "`drop_height_mm` gives 3.1; a factor of 10 in the height");
+    assert_once(&contradictions(&fit(&|_, h| h, 9.0)), "without its 9");
 
-    let slip = place.fit_rows(&said_twice(|run, h| if run == 4 { 2.0 * h } else { h }, |st| st));
-    assert_eq!(of(&slip), Vec::<String>::new());
-    let notice = slip.notice("columns_disagree");
-    let text = notice.map(|notice| notice.text.clone()).unwrap_or_default();
-    assert!(text.contains("line 6 (1.41 times)"), "{text}");
+    let slip = fit(&|run, h| if run == 4 { 2.0 * h } else { h }, 1.0);
+    assert_none(&contradictions(&slip));
+    assert_once(&notices(&slip, "columns_disagree"), "line 6 (1.41 times)");
 }
 
 /// Heights in cm, or off by a tenth, in one series, and in none of the others.
@@ -436,22 +427,23 @@ fn a_series_whose_heights_contradict_its_speeds_forbids_quoting() {
             let own = (height(run) * 1e3 * v * v / 19.62 + 1e-3 * film).round();
             writeln!(text, "PTFE,{liquid},4.762,{film},{v:.3},{e:.4},{own}").expect("a text");
         }
-        let found = place.fit_rows(&text);
-        contradictions(&found)
+        contradictions(&place.fit_rows(&text))
     };
-    assert_eq!(of(&|_| 1.0), Vec::<String>::new());
-    assert_eq!(of(&|run| if run % 7 == 3 { 1.05 } else { 1.0 }), Vec::<String>::new());
+    assert_none(&of(&|_| 1.0));
+    assert_none(&of(&|run| if run % 7 == 3 { 1.05 } else { 1.0 }));
     let in_cm = of(&|run| if run / 12 == 2 { 0.1 } else { 1.0 });
-    assert_eq!(in_cm.len(), 1, "{in_cm:?}");
-    in_cm[0].says("in a part of the table: 0.3");
-    in_cm[0].says("runs.csv, lines 26 to 37");
-    assert!(in_cm[0].contains("a factor of 10 in the height"), "{in_cm:?}");
+    assert_once(
+        &in_cm,
+        "in a part of the table: 0.3; runs.csv, lines 26 to 37; a factor of 10 in the height",
+    );
     let off = of(&|run| if run / 12 == 4 { 1.2 } else { 1.0 });
-    assert!(off.len() == 1 && off[0].contains("runs.csv, lines 50 to 61"), "{off:?}");
+    assert_once(&off, "runs.csv, lines 50 to 61");
     // of two series in a row, and of single rows in no order
     let two = of(&|run| if run >= 36 { 1.25 } else { 1.0 });
-    assert!(two.len() == 1 && two[0].contains("runs.csv, lines 38 to 61"), "{two:?}");
+    assert_once(&two, "runs.csv, lines 38 to 61");
     let rows = of(&|run| if run % 5 == 1 { 4.0 } else { 1.0 });
-    assert_eq!(rows.len(), 1, "{rows:?}");
-    rows[0].says("in 12 of 60 runs, nearly all on one side (the first: runs.csv, line 3");
+    assert_once(
+        &rows,
+        "in 12 of 60 runs, nearly all on one side (the first: runs.csv, line 3",
+    );
 }

@@ -29,11 +29,7 @@ const FILM_RATIOS: [f64; 2] = [0.05, 0.1];
 
 /// Density and viscosity of a liquid, SI.
 fn of_liquid(thick: bool) -> (&'static str, f64, f64) {
-    if thick {
-        ("thick", 965.0, 0.048)
-    } else {
-        ("thin", 930.0, 0.0093)
-    }
+    [("thin", 930.0, 0.0093), ("thick", 965.0, 0.048)][usize::from(thick)]
 }
 
 /// e_inf² of a liquid at a film ratio, and what the viscous loss takes of it at 1 m/s.
@@ -81,6 +77,16 @@ fn speed_of(thick: bool, film_ratio: f64, e: f64) -> f64 {
     lost / (at_infinity - e * e)
 }
 
+/// The usual rows, and one of the thick liquid that keeps so little, its speed written too large by a factor.
+fn with_slow(e: f64, factor: f64) -> String {
+    table("a_barely_rebounding_run", &SPEEDS) + &line(true, 0.1, factor * speed_of(true, 0.1, e), e)
+}
+
+/// How the last of some rows is named.
+fn last_of(rows: &str) -> String {
+    format!("runs.csv, line {} ", rows.lines().count())
+}
+
 fn fit(rows: &str) -> Findings {
     fit_with(&scene_text(), rows)
 }
@@ -112,25 +118,22 @@ const SPEEDS: [f64; 4] = [0.9, 1.2, 1.6, 2.2];
 
 #[test]
 fn a_barely_rebounding_run_is_not_taken_at_its_word() {
-    let rows = table("a_barely_rebounding_run", &SPEEDS);
-    // one that keeps e = 0.03, its speed written 2 % too large
-    let slow = 1.02 * speed_of(true, 0.1, 0.03);
-    let with = fit(&format!("{rows}{}", line(true, 0.1, slow, 0.03)));
+    let rows = with_slow(0.03, 1.02);
+    let with = fit(&rows);
     let (place, text) = told(&with, "slow_rebounds").expect("told");
     assert!(place == 0, "{place}");
-    let line_of_it = rows.lines().count() + 1;
-    text.says(&format!("runs.csv, line {line_of_it} "));
+    text.says(&last_of(&rows));
     text.says("e = 0.030");
     assert!(z(&with).abs() < 3.0, "{}", z(&with));
     let posterior = with.posterior.as_ref().expect("sampled");
     assert!(posterior.parameters.iter().any(|own| own.name == "sigma_energy"));
     // at its word: the same table where a scene says how well speeds and energies are known
     let known = scene_text() + "[priors]\nsigma_energy = { lognormal = [1e-5, 0.1] }\n";
-    let taken = fit_with(&known, &format!("{rows}{}", line(true, 0.1, slow, 0.03)));
+    let taken = fit_with(&known, &rows);
     assert!(z(&taken).abs() > 4.0, "{}", z(&taken));
     assert!(told(&taken, "slow_rebounds").is_none());
     // nothing is said where no run rebounds barely
-    let fast = fit(&format!("{rows}{}", line(true, 0.1, speed_of(true, 0.1, 0.4), 0.4)));
+    let fast = fit(&with_slow(0.4, 1.0));
     assert!(told(&fast, "slow_rebounds").is_none());
     let posterior = fast.posterior.as_ref().expect("sampled");
     assert!(posterior.parameters.iter().all(|own| own.name != "sigma_energy"));
@@ -139,8 +142,7 @@ fn a_barely_rebounding_run_is_not_taken_at_its_word() {
 /// Runs that stuck may not have been logged, or noise may fall by another length above than below: the same holds.
 #[test]
 fn no_sticking_and_no_noise_takes_a_barely_rebounding_run_at_its_word() {
-    let rows = table("a_barely_rebounding_run", &SPEEDS);
-    let rows = format!("{rows}{}", line(true, 0.1, 1.02 * speed_of(true, 0.1, 0.03), 0.03));
+    let rows = with_slow(0.03, 1.02);
     let of = |key: &str| fit_with(&scene_text().replace("[model]", &format!("[model]\n{key}")), &rows);
     let truncated = of("sticking = \"truncated\"");
     told(&truncated, "slow_rebounds").expect("told");
@@ -176,29 +178,23 @@ fn many_runs_carry_barely_rebounding_ones_no_better() {
 /// Least squares knows no noise on the energy: until the posterior is sampled, what such a run pins is not quoted.
 #[test]
 fn least_squares_alone_quotes_nothing_that_a_barely_rebounding_run_pins() {
-    let rows = table("a_barely_rebounding_run", &SPEEDS);
-    let check_of = |e: f64| {
-        let slow = 1.02 * speed_of(true, 0.1, e);
-        let found = Place::new(&scene_text()).fit_rows(&format!("{rows}{}", line(true, 0.1, slow, e)));
-        let check = found.checks().find(|check| check.code == "slow_rebounds").cloned();
-        (check, found.main.verdict)
-    };
-    let (check, verdict) = check_of(0.03);
-    let check = check.expect("made");
-    let row = format!("runs.csv, line {} ", rows.lines().count() + 1);
-    assert!(!check.passed && !verdict.passed, "{check:?}");
-    check.text.says(&row);
+    let rows = with_slow(0.03, 1.02);
+    let found = Place::new(&scene_text()).fit_rows(&rows);
+    let check = found.check("slow_rebounds");
+    assert!(!check.passed && !found.main.verdict.passed, "{check:?}");
+    check.text.says(&last_of(&rows));
     check.next_step.says("sample the posterior");
     // one that rebounds well is no such run
-    let (check, verdict) = check_of(0.4);
-    assert!(check.is_none() && verdict.passed, "{check:?} {verdict:?}");
+    let found = Place::new(&scene_text()).fit_rows(&with_slow(0.4, 1.02));
+    assert!(found.made("slow_rebounds").is_none());
+    assert!(found.main.verdict.passed, "{:?}", found.main.verdict);
 }
 
 /// The table of a barely rebounding run with one column more, of which `cell` makes the cells from the speeds.
 fn with_column(name: &str, slow: f64, cell: impl Fn(f64) -> String) -> String {
-    let rows = table("a_barely_rebounding_run", &SPEEDS);
+    let rows = table("a_barely_rebounding_run", &SPEEDS) + &line(true, 0.1, slow, 0.03);
     let mut text = format!("{},{name}\n", HEADER.trim_end());
-    for row in format!("{rows}{}", line(true, 0.1, slow, 0.03)).lines().skip(1) {
+    for row in rows.lines().skip(1) {
         let speed = row.split(',').nth(4).and_then(|cell| cell.parse().ok());
         text += &format!("{row},{}\n", cell(speed.expect("a speed")));
     }
@@ -238,10 +234,10 @@ fn a_run_that_carries_a_number_is_named_among_the_first() {
     let far = |e: f64| line(false, 0.05, 0.35, e);
     let (at_infinity, lost) = law(false, 0.05);
     let expected = (at_infinity - lost / 0.35).sqrt();
-    let one = fit(&format!("{rows}{}", far(expected - 0.06)));
-    let (place, text) = told(&one, "single_run").expect("told");
+    let one = format!("{rows}{}", far(expected - 0.06));
+    let (place, text) = told(&fit(&one), "single_run").expect("told");
     assert!(place < 3, "{place}");
-    text.says(&format!("runs.csv, line {} ", rows.lines().count() + 1));
+    text.says(&last_of(&one));
     // ten of them carry it together
     let many = (0..10).map(|run| far(expected + 0.015 * f64::from(run % 3 - 1)));
     let many = fit(&format!("{rows}{}", many.collect::<String>()));
@@ -267,10 +263,10 @@ fn a_run_that_carries_a_square_root_law_is_named() {
         assert!(is_law, "{:?}", found.main.places);
         told(&found, "single_run").filter(|(_, text)| text.contains("δ/D = 0.05, square-root law"))
     };
-    let (place, text) = of_law(&format!("{rows}{}", line(true, 0.05, slow, expected - 0.06))).expect("told");
+    let one = format!("{rows}{}", line(true, 0.05, slow, expected - 0.06));
+    let (place, text) = of_law(&one).expect("told");
     assert!(place < 3, "{place}");
-    let of_run = format!("runs.csv, line {} ", rows.lines().count() + 1);
-    assert!(text.contains(&of_run), "{text}");
+    text.says(&last_of(&one));
     let many = (0..10).map(|run| line(true, 0.05, slow, expected + 0.015 * f64::from(run % 3 - 1)));
     let named = of_law(&format!("{rows}{}", many.collect::<String>()));
     assert!(named.is_none(), "{named:?}");

@@ -6,8 +6,7 @@ use std::io::BufWriter;
 use std::path::Path;
 
 use image::codecs::jpeg::JpegEncoder;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
+use image::{ExtendedColorType, ImageFormat};
 use rand::rngs::ChaCha8Rng;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -39,8 +38,6 @@ pub struct Scene {
     pub shadow: f64,
     /// exposure in frames, about the frame's time
     pub exposure: f64,
-    /// sd of the optics' blur
-    pub optics: f64,
     /// relative amplitude of a flicker of ten frames, and relative drift in a thousand frames
     pub flicker: f64,
     pub drift: f64,
@@ -50,6 +47,9 @@ pub struct Scene {
     pub bar: bool,
     pub seed: u64,
 }
+
+/// sd of the optics' blur, px.
+const BLUR: f64 = 0.5;
 
 impl Default for Scene {
     /// A bright sphere of 20 px before a dark background, of a contrast 20 times the noise, and nothing else.
@@ -69,7 +69,6 @@ impl Default for Scene {
             meniscus: 0.0,
             shadow: 0.0,
             exposure: 0.0,
-            optics: 0.5,
             flicker: 0.0,
             drift: 0.0,
             droplet: 0.0,
@@ -96,14 +95,14 @@ pub fn render(scene: &Scene, centre: impl Fn(f64) -> (f64, f64), frame: usize) -
     let centres: Vec<(f64, f64)> = (0..moments)
         .map(|k| centre(time + scene.exposure * ((k as f64 + 0.5) / moments as f64 - 0.5)))
         .collect();
-    let kernel = kernel(scene.optics, if moments > 8 { 0.5 } else { 0.25 });
+    let kernel = kernel(if moments > 8 { 0.5 } else { 0.25 });
     let brightness = (1.0 + scene.flicker * (0.6283 * time).sin()) * (1.0 + scene.drift * time / 1000.0);
     let mut rng = ChaCha8Rng::seed_from_u64(scene.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ frame as u64);
     let mut levels = Vec::with_capacity(scene.width * scene.height);
     for y in 0..scene.height {
         for x in 0..scene.width {
             let (x, y) = (x as f64, y as f64);
-            let margin = 0.5 * length + 3.0 * scene.optics + 1.5;
+            let margin = 0.5 * length + 3.0 * BLUR + 1.5;
             let exact = scene.has_edge_near(x, y, centres[moments / 2], margin, time);
             let mut sum = 0.0;
             for centre in &centres {
@@ -127,28 +126,18 @@ pub fn render(scene: &Scene, centre: impl Fn(f64) -> (f64, f64), frame: usize) -
     }
 }
 
-/// What a pixel gathers: the square of its own, blurred by the optics.
-fn kernel(sd: f64, step: f64) -> Vec<(f64, f64, f64)> {
-    let fine = step / 4.0;
-    let reach = ((0.5 + 2.0 * sd) / step).ceil() as i32;
-    let blurred = |at: f64| -> f64 {
-        // of light that reaches a place of the sensor within the pixel
-        let parts = (-8..=8).map(|k| f64::from(k) * fine);
-        let each = parts.map(|from| (-0.5 * (from / sd.max(1e-3)).powi(2)).exp() * f64::from((at - from).abs() <= 0.5));
-        each.sum()
-    };
-    let broad = |at: f64| -> f64 {
-        let parts = (-200..=200).map(|k| f64::from(k) * 0.01 * sd);
+/// What a pixel gathers: the square of its own, blurred by the optics, in steps of a pixel's part.
+fn kernel(step: f64) -> Vec<(f64, f64, f64)> {
+    let reach = ((0.5 + 2.0 * BLUR) / step).ceil() as i32;
+    // of light that reaches a place of the sensor within the pixel
+    let weight = |at: f64| -> f64 {
+        let parts = (-200..=200).map(|k| f64::from(k) * 0.01 * BLUR);
         parts
-            .map(|from| (-0.5 * (from / sd).powi(2)).exp() * f64::from((at - from).abs() <= 0.5))
+            .map(|from| (-0.5 * (from / BLUR).powi(2)).exp() * f64::from((at - from).abs() <= 0.5))
             .sum()
     };
-    let offsets: Vec<(f64, f64)> = (-reach..=reach)
-        .map(|k| {
-            let at = f64::from(k) * step;
-            (at, if sd > 0.05 { broad(at) } else { blurred(at) })
-        })
-        .collect();
+    let places = (-reach..=reach).map(|k| f64::from(k) * step);
+    let offsets: Vec<(f64, f64)> = places.map(|at| (at, weight(at))).collect();
     let total: f64 = offsets.iter().map(|(_, weight)| weight).sum();
     let all = offsets
         .iter()
@@ -171,10 +160,8 @@ impl Scene {
     }
 
     fn droplet_at(&self, time: f64) -> (f64, f64) {
-        (
-            0.2 * self.width as f64 + 0.3 * time,
-            0.8 * self.height as f64 - 0.7 * time,
-        )
+        let (width, height) = (self.width as f64, self.height as f64);
+        (0.2 * width + 0.3 * time, 0.8 * height - 0.7 * time)
     }
 
     fn around(&self, x: f64, y: f64) -> f64 {
@@ -251,17 +238,12 @@ impl Scene {
 
 impl Picture {
     pub fn bytes(&self) -> Vec<u8> {
-        self.levels
-            .iter()
-            .map(|level| level.round().clamp(0.0, 255.0) as u8)
-            .collect()
+        // a cast ends at the largest and the smallest
+        self.levels.iter().map(|level| level.round() as u8).collect()
     }
 
     pub fn words(&self) -> Vec<u16> {
-        self.levels
-            .iter()
-            .map(|level| (level * 257.0).round().clamp(0.0, 65_535.0) as u16)
-            .collect()
+        self.levels.iter().map(|level| (level * 257.0).round() as u16).collect()
     }
 
     pub fn png(&self, path: &Path) {
@@ -285,19 +267,15 @@ impl Picture {
 
     pub fn jpeg(&self, path: &Path) {
         let file = BufWriter::new(File::create(path).expect("a place for frames"));
-        let encoder = JpegEncoder::new_with_quality(file, 95);
         let (width, height) = (self.width as u32, self.height as u32);
-        encoder
-            .write_image(&self.bytes(), width, height, ExtendedColorType::L8)
-            .expect("a JPEG");
+        let mut encoder = JpegEncoder::new_with_quality(file, 95);
+        let encoded = encoder.encode(&self.bytes(), width, height, ExtendedColorType::L8);
+        encoded.expect("a JPEG");
     }
 
     fn encode_png(&self, path: &Path, bytes: &[u8], colours: ExtendedColorType) {
-        let file = BufWriter::new(File::create(path).expect("a place for frames"));
-        let encoder = PngEncoder::new_with_quality(file, CompressionType::Fast, FilterType::Adaptive);
-        encoder
-            .write_image(bytes, self.width as u32, self.height as u32, colours)
-            .expect("a PNG");
+        let (width, height) = (self.width as u32, self.height as u32);
+        image::save_buffer_with_format(path, bytes, width, height, colours, ImageFormat::Png).expect("a PNG");
     }
 }
 
