@@ -1,12 +1,13 @@
 //! Holds what `track` makes of positions against flights that are known.
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{binomial_z, mean, normal, seed_of, table_of, Folder, Place, Says};
+use crate::common::{binomial_z, in_project, mean, normal, seed_of, table_of, Folder, Place, Says};
 use crate::flight::{Bounces, GRAVITY};
 use crate::render;
 use nalgebra::DMatrix;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
+use std::path::Path;
 use wetcor::recordings::{track, Campaign, ContactSpeeds, Impact, Refusal, TrackOptions, Tracked};
 
 /// A camera that sees a sphere well.
@@ -112,8 +113,8 @@ fn written(all: &[Seen], camera: Camera, rng: &mut ChaCha8Rng) -> Folder {
     folder
 }
 
-fn tracked(folder: &Folder) -> Campaign {
-    let list = folder.join("recordings.csv");
+fn tracked(folder: impl AsRef<Path>) -> Campaign {
+    let list = folder.as_ref().join("recordings.csv");
     track(&list, TrackOptions::default(), &|_| ()).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -780,35 +781,12 @@ fn of_several_objects_the_one_that_falls_is_taken() {
 
 #[test]
 fn tables_of_other_programs_are_read() {
-    let sphere = fall(0.1, 1.0, 0.6);
-    let rows = |row: &dyn Fn(usize, f64) -> String| -> String {
-        (0..200)
-            .map(|frame| row(frame, sphere.height(frame as f64 / 1000.0)) + "\n")
-            .collect()
-    };
-    let comma = |x: f64| format!("{x:.5}").replace('.', ",");
-    let in_seconds = |frame: usize| frame as f64 / 1000.0;
-    let tracker = rows(&|frame, height| format!("{}\t{}\t{}", in_seconds(frame), 0.001, height));
-    let tracker_de = rows(&|frame, height| format!("{}\t0,001\t{}", comma(in_seconds(frame)), comma(height)));
-    let trackpy = rows(&|frame, height| format!("{frame},{},88.2,5021.1,{frame},0", 900.0 - 20_000.0 * height));
-    let trackmate = rows(&|frame, height| format!("ID{frame},0,{},{frame}", 95.0 - 1e3 * height));
-    let folder = Folder::new();
-    for (file, text, unit, axis) in [
-        ("mass A.txt", format!("mass A\t\t\nt\tx\ty\n{tracker}"), "m", ""),
-        ("a(1).txt", format!("Masse A\t\t\nt\tx\ty\n{tracker_de}"), "m", ""),
-        ("v=0.5.csv", format!(",y,x,mass,frame,particle\n{trackpy}"), "px", ""),
-        (
-            "spots.csv",
-            format!("LABEL,TRACK_ID,POSITION_Y,FRAME\nLabel,Track ID,Y,Frame\n,,(mm),\n{trackmate}"),
-            "mm",
-            "down",
-        ),
-    ] {
-        folder.write(file, text);
-        let line = format!("\"{file}\",PTFE,dry,4.762,,1000,{unit},{axis}\n");
-        let speeds = impacts(&listed(&folder, ",y_unit,y_axis", &line))[0].speeds;
+    let campaign = tracked(in_project("tests/data/positions"));
+    assert_eq!(campaign.outcomes.len(), 4);
+    for impact in impacts(&campaign) {
+        let speeds = impact.speeds;
         let off = [speeds.impact_speed - 1.0, speeds.rebound_speed - 0.6];
-        assert!(off.iter().all(|off| off.abs() < 0.003), "{file}: {off:?}");
+        assert!(off.iter().all(|off| off.abs() < 0.003), "{off:?}");
     }
 }
 
