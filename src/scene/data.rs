@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::expect::{ABOVE_ZERO, FILM_RATIO, LARGEST_FILM_RATIO, NOT_NEGATIVE, SHARE};
 use super::naming::{naming, Naming, SceneNames};
-use super::table::{number, text_or_texts, SceneTable};
+use super::table::values::{number, text_or_texts};
+use super::table::SceneTable;
 use super::table_file::TableFile;
 use crate::error::quoted;
 use crate::units::Dimension;

@@ -2,7 +2,8 @@
 
 use super::expect::{ABOVE_ZERO, SHARE};
 use super::names::{name_is_allowed, DRY, MISSING, NAME_RULE};
-use super::table::{number, SceneTable};
+use super::table::values::number;
+use super::table::SceneTable;
 use crate::error::quoted;
 use crate::units::Dimension;
 

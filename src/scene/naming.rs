@@ -3,7 +3,8 @@
 use super::expect::{ABOVE_ZERO, FINITE};
 use super::names::{already_given, closest, name_expected, DRY, FILL_IN, MISSING};
 use super::run_columns::RunColumn;
-use super::table::{count, one_of, SceneTable};
+use super::table::values::{count, one_of};
+use super::table::SceneTable;
 use super::table_file::TableFile;
 
 /// What a table of runs calls its columns and its words, and what it leaves unsaid.

@@ -7,7 +7,8 @@ use super::choices::{
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
 use super::materials::{Liquid, Particle};
 use super::naming::SceneNames;
-use super::table::{count, number, one_of, texts, SceneTable, MOST_COUNTED};
+use super::table::values::{count, number, one_of, texts, MOST_COUNTED};
+use super::table::SceneTable;
 use crate::physics::balance::Balance;
 use crate::physics::coefficient::Coefficients;
 use crate::physics::dry::DRY_K;

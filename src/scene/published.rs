@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE};
-use super::table::{number, one_of, text, SceneTable};
+use super::table::values::{number, one_of, text};
+use super::table::SceneTable;
 use crate::physics::Quantity;
 
 /// One of the two laws of the wet restitution.

@@ -82,7 +82,8 @@ fn unlike_the_checks(page: &str, listed: &[(String, bool)]) -> Vec<String> {
 fn milder_than_the_checks(page: &str, listed: &[(String, bool)]) -> Vec<String> {
     let informs = page
         .split("A check that only informs, since no main number rests on it:")
-        .nth(1);
+        .nth(1)
+        .and_then(|after| after.lines().next());
     let informs = spans(informs.unwrap_or_default());
     let strict = listed
         .iter()

@@ -2,7 +2,6 @@
 
 use crate::common::Says;
 use std::path::Path;
-use std::time::Instant;
 
 use serde_json::{json, Value};
 use wetcor::error::Error;
@@ -90,7 +89,6 @@ const EXTREMES: &str = r#"[0, -1, 1, 0.5, 1e308, -1e308, 5e-324, 100000000000000
 /// The parts that a prediction reads, the draws among them, each value of them replaced by extremes.
 #[test]
 fn d13_no_change_of_findings_gives_a_number_that_is_none() {
-    let started = Instant::now();
     let fit = fitted();
     let findings = fit.json(FINDINGS);
     let mut found = ["/schema", "/title", "/wetcor"].map(str::to_owned).to_vec();
@@ -119,7 +117,6 @@ fn d13_no_change_of_findings_gives_a_number_that_is_none() {
     }
     // a title or a word of a verdict changes no number; a count or a viscosity does
     assert!(refused > 200 && believed > 20, "{refused} {believed}");
-    assert!(started.elapsed().as_secs_f64() < 60.0);
 }
 
 #[test]

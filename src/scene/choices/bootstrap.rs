@@ -1,7 +1,8 @@
 //! Reads how a scene has its intervals made.
 
 use crate::scene::expect::INSIDE_ONE;
-use crate::scene::table::{count, number, one_of, SceneTable};
+use crate::scene::table::values::{count, number, one_of};
+use crate::scene::table::SceneTable;
 
 /// How intervals are made.
 #[derive(Debug, Clone, Copy, PartialEq)]

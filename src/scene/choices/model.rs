@@ -6,7 +6,8 @@ use crate::physics::form::Term;
 use crate::physics::{DrySpeed, Form, Inertia, Viscous};
 use crate::scene::expect::ABOVE_ZERO;
 use crate::scene::materials::{Liquid, Particle};
-use crate::scene::table::{number_or, one_of, some_of, switch, SceneTable, Takes};
+use crate::scene::table::values::{number_or, one_of, some_of, switch, Takes};
+use crate::scene::table::SceneTable;
 use crate::units::Dimension;
 
 /// What the model holds.

@@ -1,6 +1,7 @@
 //! Reads how much sampling a scene asks for.
 
-use crate::scene::table::{count, SceneTable};
+use crate::scene::table::values::count;
+use crate::scene::table::SceneTable;
 
 /// How a posterior is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

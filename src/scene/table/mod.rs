@@ -8,11 +8,7 @@
 //! The only file that names the TOML crate; the others take its types from here.
 
 mod quantities;
-mod values;
-
-pub(super) use values::{
-    count, number, number_or, one_of, some_of, switch, text, text_or_texts, texts, Takes, MOST_COUNTED,
-};
+pub(super) mod values;
 
 use std::cell::RefCell;
 use std::sync::LazyLock;
