@@ -332,28 +332,25 @@ impl Collected {
         (!words.is_empty()).then(|| notice.at(Level::Informs))
     }
 
-    /// Adds the next part of the table, or the next table, which this may be the first of.
-    pub fn append(&mut self, part: Collected) {
+    /// Adds the next table, which this may be the first of; what is told of each table by itself is not taken.
+    pub fn append(&mut self, table: Collected) {
         if self.rows == 0 {
-            *self = part;
+            *self = table;
             return;
         }
         let rows_before = short(self.rows);
-        for (all, own) in self.told_twice.iter_mut().zip(&part.told_twice) {
-            all.extend(own, rows_before);
-        }
-        self.labelled.extend(&part.labelled, rows_before);
-        self.dry_beside_film.extend(&part.dry_beside_film, rows_before);
+        self.labelled.extend(&table.labelled, rows_before);
+        self.dry_beside_film.extend(&table.dry_beside_film, rows_before);
         let counts = self.averaged.iter_mut().chain(&mut self.screened);
-        let of_part = part.averaged.iter().chain(&part.screened);
-        counts.zip(of_part).for_each(|(all, own)| *all += own);
+        let of_table = table.averaged.iter().chain(&table.screened);
+        counts.zip(of_table).for_each(|(all, own)| *all += own);
         if self.averaged[1] <= MOST_AVERAGED {
-            self.in_use.extend(part.in_use.iter().map(|run| run.after(rows_before)));
+            self.in_use
+                .extend(table.in_use.iter().map(|run| run.after(rows_before)));
         }
-        self.lines.extend(&part.lines, self.rows);
-        self.rows += part.rows;
-        self.above_one += part.above_one;
-        for (reason, runs) in &part.excluded {
+        self.rows += table.rows;
+        self.above_one += table.above_one;
+        for (reason, runs) in &table.excluded {
             self.exclude(reason, *runs);
         }
     }

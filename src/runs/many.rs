@@ -1,11 +1,10 @@
 //! Reads tables of more runs than memory has room for, as few runs that stand for all and an even sample of the runs
 //! themselves.
 //!
-//! They are read twice, a piece after the other. Once for what divides runs into series, and for the sample, which then tells
-//! where slabs lie; and once for what stands for the runs of each slab (`condense.rs`), of each piece and then of all. So it
-//! does not matter which process reads which piece.
+//! They are read twice. Once for what divides runs into series, and for the sample, which then tells where slabs lie; and once
+//! for what stands for the runs of each slab (`condense.rs`), of each table and then of all. So it does not matter which
+//! process reads which table.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -31,87 +30,47 @@ use crate::scene::{Scene, TableFile};
 /// Rows of the longest table whose runs are all kept: of eight values each, twenty million values.
 pub const MOST_KEPT: usize = 2_500_000;
 
-/// Rows of a piece of a Parquet file, about; a table of another format is one piece.
-const ROWS_OF_PIECE: usize = 1 << 21;
-
 /// Runs of the sample, about.
 const MOST_SAMPLED: usize = 500_000;
 
 /// Runs that stand for blocks of rows wait to be put together until they are so many.
 const MOST_WAITING: usize = 500_000;
 
-/// Pieces that a process reads at the same time, at most.
-const PIECES_AT_ONCE: usize = 4;
+/// Tables that a process reads at the same time, at most.
+const TABLES_AT_ONCE: usize = 4;
 
-/// What stands for so many pieces is exchanged at once, at most: some fifteen megabytes each.
+/// What stands for so many tables is exchanged at once, at most: some fifteen megabytes each.
 const MOST_EXCHANGED: u64 = 64;
 
-/// A piece of a table.
-#[derive(Debug, Clone, PartialEq)]
-struct Piece {
-    /// which of the scene's tables
-    file: usize,
-    /// of a Parquet table, its rows
-    rows: Range<usize>,
+/// About how many rows the tables of a scene have together, rather too many than too few. `None` of tables that are to be read
+/// whole: one is a pipe, or cannot be read, which reading it will tell.
+fn about_all_rows(scene: &Scene) -> Option<usize> {
+    scene.data.runs.iter().map(about_rows_of).sum()
 }
 
-/// The pieces of the tables of a scene, in their order.
-struct Pieces {
-    all: Vec<Piece>,
-    /// about how many rows they have together, rather too many than too few: of a workbook, as many as a sheet can have
-    rows: usize,
-}
-
-impl Pieces {
-    /// `None` of tables that are to be read whole: one is a pipe, or cannot be read, which reading it will tell.
-    fn of(scene: &Scene) -> Option<Pieces> {
-        let mut pieces = Pieces { all: vec![], rows: 0 };
-        for (file, table) in scene.data.runs.iter().enumerate() {
-            let (rows, count) = rows_of_pieces(table)?;
-            pieces.rows += count;
-            pieces.all.extend(rows.into_iter().map(|rows| Piece { file, rows }));
-        }
-        Some(pieces)
-    }
-}
-
-/// The rows of each piece of a table, and about how many it has together, at least one.
-fn rows_of_pieces(table: &TableFile) -> Option<(Vec<Range<usize>>, usize)> {
-    /// a workbook has no more
+/// The same of one table: of a workbook, as many as a sheet can have.
+fn about_rows_of(table: &TableFile) -> Option<usize> {
     const MOST_OF_SHEET: usize = 1 << 20;
     // a pipe can be read only once
     let is_file = std::fs::metadata(&table.path).is_ok_and(|about| about.is_file());
     let mut source = is_file.then(|| TableSource::open(&table.path).ok()).flatten()?;
-    if table.ends_with(".parquet") {
-        let parquet = source.parquet(&table.path, u64::MAX).ok()?;
-        return (parquet.rows > 0).then(|| (parquet.ranges(ROWS_OF_PIECE), parquet.rows));
-    }
-    let rows = if table.ends_with(TableFile::WORKBOOK) {
+    let rows = if table.ends_with(".parquet") {
+        source.parquet(&table.path, u64::MAX).ok()?.rows
+    } else if table.ends_with(TableFile::WORKBOOK) {
         MOST_OF_SHEET
     } else {
         let length = source.length;
         about_rows(source.reader(&table.path).ok()?, length).ok()?
     };
-    (rows > 0).then(|| (std::iter::once(0..rows).collect(), rows))
+    (rows > 0).then_some(rows)
 }
 
-impl Piece {
-    /// Reads it, and gives its runs away. Fails with every bad cell of the piece.
-    fn read(&self, scene: &Scene, mut take: &mut (dyn FnMut(Vec<ReadRun>) + Send)) -> Result<Collected, Error> {
-        let file = &scene.data.runs[self.file];
-        let mut source = TableSource::open(&file.path)?;
-        let mut gathering = Gathering::Blocks(&mut take);
-        let mut collected = read_rows(&mut source, file, scene, Some(self.rows.clone()), &mut gathering)?;
-        take(std::mem::take(&mut collected.in_use));
-        Ok(collected)
-    }
-}
-
-/// What a piece says at the first reading.
+/// What a table says at the first reading.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Outline {
     /// with the sample as its runs
     collected: Collected,
+    sha256: String,
     cells: ClassCells,
     /// whether its runs cannot stand for one another, or have to be read with all others
     is_whole: bool,
@@ -120,29 +79,23 @@ struct Outline {
 /// Reads, checks and screens the runs of a scene, like [`read`]; of more than `most_kept` the table has few that stand for all.
 ///
 /// All are kept where the scene's noise or its question need each of them, or where runs carry measurement errors. Ranks
-/// share the pieces of such tables, and all have the same table then.
+/// share such tables, and all have the same runs then.
 pub fn read_any_number(scene: &Scene, most_kept: usize, ranks: &Ranks) -> Result<Table, Error> {
-    let pieces = Pieces::of(scene).filter(|pieces| pieces.rows > most_kept && !scene.model.needs_every_run());
-    let few = pieces
-        .map(|pieces| read_few(scene, &pieces, most_kept, ranks))
-        .transpose()?;
+    let rows = about_all_rows(scene).filter(|rows| *rows > most_kept && !scene.model.needs_every_run());
+    let few = rows.map(|rows| read_few(scene, rows, most_kept, ranks)).transpose()?;
     match few.flatten() {
         Some(table) => Ok(table),
         None => read(scene),
     }
 }
 
-/// `None` where every run is to be kept: also where the tables, which are only estimated before, turn out to have no more
-/// than `most_kept` rows.
-fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> Result<Option<Table>, Error> {
-    let share = MOST_SAMPLED as f64 / pieces.rows as f64;
+/// `None` where every run is to be kept: also where the tables, whose rows are only estimated before, turn out to have no more
+/// than `most_kept`.
+fn read_few(scene: &Scene, about_rows: usize, most_kept: usize, ranks: &Ranks) -> Result<Option<Table>, Error> {
+    let share = MOST_SAMPLED as f64 / about_rows as f64;
     let tables = &scene.data.runs;
-    let outlines = ranks.gather(pieces.all.len() as u64, |own| {
-        few_at_once(&own, |piece| outline(scene, pieces, piece, share))
-    })?;
-    let hashes = ranks.gather(tables.len() as u64, |own| {
-        let own = own.iter().map(|file| tables[*file as usize].path.as_path());
-        own.map(|path| TableSource::open(path)?.sha256(path)).collect()
+    let outlines = ranks.gather(tables.len() as u64, |own| {
+        few_at_once(&own, |table| outline(scene, table, share))
     })?;
     let is_whole = |outline: &Outline| outline.is_whole || outline.collected.rows == 0;
     let rows: usize = outlines.iter().map(|outline| outline.collected.rows).sum();
@@ -150,14 +103,10 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
         return Ok(None);
     }
     let mut cells = ClassCells::default();
-    let mut of_files: Vec<Collected> = tables.iter().map(|_| Collected::default()).collect();
-    for (piece, outline) in pieces.all.iter().zip(outlines) {
-        cells.extend(outline.cells);
-        of_files[piece.file].append(outline.collected);
-    }
     let mut joined = Joined::default();
-    for ((table, collected), hash) in tables.iter().zip(of_files).zip(hashes) {
-        joined.add((collected, hash), table)?;
+    for (table, outline) in tables.iter().zip(outlines) {
+        cells.extend(outline.cells);
+        joined.add((outline.collected, outline.sha256), table)?;
     }
     let (collected, mut table) = joined.finish(scene)?;
     let mut sample = arrange_part(collected.in_use, &cells, scene);
@@ -169,7 +118,7 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
         cells: &cells,
         slabs: &slabs,
     };
-    let columns = condensing.all(pieces, ranks)?;
+    let columns = condensing.all(ranks)?;
     let mut runs = arrange_part(columns, &cells, scene);
     runs.places = Arc::clone(&sample.places);
     runs.film_groups.iter_mut().for_each(|group| group.measure_by(&sample));
@@ -192,43 +141,58 @@ fn condensed_notice(runs: &Runs, sample: &Runs) -> Remark {
     Remark::new(CONDENSED_RUNS, all, text, next).at(Level::Informs)
 }
 
-/// What some pieces give, in their order.
-fn few_at_once<T: Send>(pieces: &[u64], of_piece: impl Fn(u64) -> Result<T, Error> + Sync) -> Result<Vec<T>, Error> {
-    let mut all = Vec::with_capacity(pieces.len());
-    for some in pieces.chunks(PIECES_AT_ONCE) {
-        let of_some: Vec<Result<T, Error>> = some.par_iter().map(|piece| of_piece(*piece)).collect();
+/// What some tables give, in their order.
+fn few_at_once<T: Send>(tables: &[u64], of_table: impl Fn(u64) -> Result<T, Error> + Sync) -> Result<Vec<T>, Error> {
+    let mut all = Vec::with_capacity(tables.len());
+    for some in tables.chunks(TABLES_AT_ONCE) {
+        let of_some: Vec<Result<T, Error>> = some.par_iter().map(|table| of_table(*table)).collect();
         // of several that fail the first is told
         all.extend(of_some.into_iter().collect::<Result<Vec<T>, Error>>()?);
     }
     Ok(all)
 }
 
-/// What one piece says at the first reading.
-fn outline(scene: &Scene, pieces: &Pieces, piece: u64, share: f64) -> Result<Outline, Error> {
+/// Reads a table, and gives its runs away. Fails with every bad cell of it.
+fn read_blocks(
+    source: &mut TableSource,
+    table: &TableFile,
+    scene: &Scene,
+    mut take: &mut (dyn FnMut(Vec<ReadRun>) + Send),
+) -> Result<Collected, Error> {
+    let mut collected = read_rows(source, table, scene, &mut Gathering::Blocks(&mut take))?;
+    take(std::mem::take(&mut collected.in_use));
+    Ok(collected)
+}
+
+/// What one table says at the first reading.
+fn outline(scene: &Scene, place: u64, share: f64) -> Result<Outline, Error> {
+    let table = &scene.data.runs[place as usize];
+    let mut source = TableSource::open(&table.path)?;
     let mut outline = Outline::default();
     let mut sample = vec![];
     let mut before = 0u64;
     let mut take = |block: Vec<ReadRun>| {
         outline.is_whole |= block.iter().any(|run| run.errors != RunError::default());
         outline.cells.extend(ClassCells::of(&block, scene));
-        let sampled = (before..).zip(&block).filter(|(run, _)| even(piece, *run) < share);
+        let sampled = (before..).zip(&block).filter(|(run, _)| even(place, *run) < share);
         sample.extend(sampled.map(|(_, run)| *run));
         before += block.len() as u64;
     };
-    let collected = pieces.all[piece as usize].read(scene, &mut take)?;
-    // whether a word excludes the whole column tells, of which this may be a part
+    let collected = read_blocks(&mut source, table, scene, &mut take)?;
+    outline.sha256 = source.sha256(&table.path)?;
+    // whether a word excludes the whole column tells
     outline.is_whole |= !collected.words_for_no().is_empty();
     outline.collected = collected;
     outline.collected.in_use = sample;
     Ok(outline)
 }
 
-/// A number between 0 and 1 for a run of a piece, evenly spread and in step with no design. Row numbers would not do: they
+/// A number between 0 and 1 for a run of a table, evenly spread and in step with no design. Row numbers would not do: they
 /// end at `u32::MAX`, beyond which all runs would be sampled alike.
 ///
 /// Source: the finalizer of SplitMix64, Steele, Lea & Flood 2014, doi:10.1145/2660193.2660195.
-fn even(piece: u64, run: u64) -> f64 {
-    let mut x = (piece << 40 | run).wrapping_add(0x9e37_79b9_7f4a_7c15);
+fn even(table: u64, run: u64) -> f64 {
+    let mut x = (table << 40 | run).wrapping_add(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     (x ^ (x >> 31)) as f64 / u64::MAX as f64
@@ -247,25 +211,26 @@ impl Condensing<'_> {
         runs.condensed_in(self.slabs).as_read(self.cells.has_film_ratio)
     }
 
-    /// Those of all pieces; each rank reads some of them at a time.
-    fn all(&self, pieces: &Pieces, ranks: &Ranks) -> Result<Vec<ReadRun>, Error> {
+    /// Those of all tables; each rank reads some of them at a time.
+    fn all(&self, ranks: &Ranks) -> Result<Vec<ReadRun>, Error> {
         let mut waiting = Waiting::default();
-        let all = pieces.all.len() as u64;
-        let step = (ranks.count() * PIECES_AT_ONCE as u64).min(MOST_EXCHANGED);
+        let all = self.scene.data.runs.len() as u64;
+        let step = (ranks.count() * TABLES_AT_ONCE as u64).min(MOST_EXCHANGED);
         for first in (0..all).step_by(step as usize) {
             let next = ranks.gather(step.min(all - first), |own| {
-                few_at_once(&own, |place| self.of_piece(&pieces.all[(first + place) as usize]))
+                few_at_once(&own, |place| self.of_table(first + place))
             })?;
             next.iter().for_each(|few| waiting.add(few, self));
         }
         Ok(self.few(waiting.runs))
     }
 
-    fn of_piece(&self, piece: &Piece) -> Result<Vec<ReadRun>, Error> {
+    fn of_table(&self, place: u64) -> Result<Vec<ReadRun>, Error> {
+        let table = &self.scene.data.runs[place as usize];
         let mut waiting = Waiting::default();
         let mut take = |block: Vec<ReadRun>| waiting.add(&self.few(block), self);
         // what it says besides is known from the first reading
-        piece.read(self.scene, &mut take)?;
+        read_blocks(&mut TableSource::open(&table.path)?, table, self.scene, &mut take)?;
         Ok(self.few(waiting.runs))
     }
 }

@@ -44,7 +44,7 @@
 //! | `slabs.rs` | divides the runs of a series in slabs, in each of which laws are nearly polynomials |
 //! | `condense.rs` | takes few of very many runs that stand for all |
 //! | `table.rs` | reads the tables of a scene, every run of them |
-//! | `many.rs` | reads more runs than are kept, a piece after the other, as few that stand for all and a sample |
+//! | `many.rs` | reads more runs than are kept, as few that stand for all and a sample |
 //! | `write.rs` | writes runs, simulated ones a row at a time |
 
 mod averaged;

@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::Write;
-use std::ops::Range;
 
 use polars::prelude::*;
 
@@ -25,8 +24,6 @@ pub(super) struct ParquetTable<'f> {
     schema: Arc<ArrowSchema>,
     /// how many rows it says it has
     pub rows: usize,
-    /// and how many each of its row groups
-    groups: Vec<usize>,
 }
 
 impl<'f> ParquetTable<'f> {
@@ -35,32 +32,9 @@ impl<'f> ParquetTable<'f> {
             check_footer(file)?;
             let mut reader = ParquetReader::new(file.try_clone()?);
             let schema = reader.schema()?;
-            let about = reader.get_metadata()?;
-            Ok(ParquetTable {
-                file,
-                schema,
-                rows: about.num_rows,
-                groups: about.row_groups.iter().map(|group| group.num_rows()).collect(),
-            })
+            let rows = reader.get_metadata()?.num_rows;
+            Ok(ParquetTable { file, schema, rows })
         })
-    }
-
-    /// Ranges of rows of equal length, or of as few more as row groups allow.
-    pub fn ranges(&self, rows: usize) -> Vec<Range<usize>> {
-        // of equal length, as whoever reads them may take turns
-        let length = self.rows.div_ceil(self.rows.div_ceil(rows).max(1));
-        let mut ranges: Vec<Range<usize>> = vec![];
-        for own in &self.groups {
-            // one without rows is no range of its own
-            match ranges.last_mut().filter(|last| last.len() < length || *own == 0) {
-                Some(last) => last.end = last.end.saturating_add(*own),
-                None => {
-                    let first = ranges.last().map_or(0, |last| last.end);
-                    ranges.push(first..first.saturating_add(*own));
-                }
-            }
-        }
-        ranges
     }
 
     fn header(&self) -> Result<Header, Vec<Problem>> {
@@ -93,16 +67,16 @@ impl<'f> ParquetTable<'f> {
         unless_wrong(problems, ())
     }
 
-    /// Checks that some columns hold the rows that are said to be there.
-    fn check_counts(&self, columns: &[String], rows: &Range<usize>) -> Result<(), Vec<Problem>> {
-        polars(|| check_counts(self.file.try_clone()?, columns, rows))
+    /// Checks that some columns hold the rows that are said to be there, so many of which are to be held at once.
+    fn check_counts(&self, columns: &[String], at_once: usize) -> Result<(), Vec<Problem>> {
+        polars(|| check_counts(self.file.try_clone()?, columns, at_once))
     }
 
     /// Some columns from a row on, of as many rows as are in memory at once.
-    fn read(&self, columns: &[String], first: usize, end: usize) -> Result<DataFrame, Vec<Problem>> {
+    fn read(&self, columns: &[String], first: usize) -> Result<DataFrame, Vec<Problem>> {
         polars(|| {
             let reader = ParquetReader::new(self.file.try_clone()?).with_columns(Some(columns.to_vec()));
-            let rows = ROWS_AT_ONCE.min(end - first);
+            let rows = ROWS_AT_ONCE.min(self.rows - first);
             reader.with_slice(Some((first, rows))).set_rechunk(true).finish()
         })
     }
@@ -119,14 +93,14 @@ pub(super) fn survey_parquet(table: ParquetTable) -> Result<Survey, Vec<Problem>
         given.is_some_and(|given| is_readable(given, true) || is_readable(given, false))
     };
     let known: Vec<String> = header.names.iter().filter(is_known).cloned().collect();
-    table.check_counts(&known, &(0..table.rows))?;
+    table.check_counts(&known, table.rows)?;
     let mut survey = Survey::new(header);
     if known.is_empty() {
         survey.rows = table.rows;
         return Ok(survey);
     }
     for first in (0..table.rows).step_by(ROWS_AT_ONCE) {
-        let frame = table.read(&known, first, table.rows)?;
+        let frame = table.read(&known, first)?;
         let mut columns = vec![];
         for column in &survey.columns {
             let texts = |given: &Column| polars(|| given.cast(&DataType::String)?.str().cloned());
@@ -143,11 +117,10 @@ pub(super) fn survey_parquet(table: ParquetTable) -> Result<Survey, Vec<Problem>
     Ok(survey)
 }
 
-/// Reads some rows of a Parquet table. Fails with every bad cell named by row and column.
+/// Reads the rows of a Parquet table. Fails with every bad cell named by row and column.
 pub(super) fn read_parquet(
     table: &ParquetTable,
     scene: &Scene,
-    rows: Range<usize>,
     gathering: &mut Gathering,
 ) -> Result<Collected, Problems> {
     let header = table.header()?;
@@ -155,15 +128,15 @@ pub(super) fn read_parquet(
     table.check_types(&layout)?;
     // only what is used: another column may have a type this reader does not know
     let names: Vec<String> = wanted(&layout).iter().map(|(_, place)| place.name.clone()).collect();
-    table.check_counts(&names, &rows)?;
-    // what a few bytes may claim is not kept to be refused then
     let is_whole = matches!(gathering, Gathering::Whole);
-    if let Some(problem) = too_many_rows(rows.len(), scene).filter(|_| is_whole) {
+    table.check_counts(&names, if is_whole { table.rows } else { ROWS_AT_ONCE })?;
+    // what a few bytes may claim is not kept to be refused then
+    if let Some(problem) = too_many_rows(table.rows, scene).filter(|_| is_whole) {
         return Err(vec![problem].into());
     }
     let mut checked = CheckedRows::new(&layout, scene);
-    for first in rows.clone().step_by(ROWS_AT_ONCE) {
-        let frame = table.read(&names, first, rows.end)?;
+    for first in (0..table.rows).step_by(ROWS_AT_ONCE) {
+        let frame = table.read(&names, first)?;
         add_rows(&mut checked, &layout, &frame, first)?;
         gathering.after(&mut checked.collected);
     }

@@ -82,13 +82,9 @@ fn pass_value(footer: &mut Footer, value: TType, depth: usize) -> thrift::Result
     }
 }
 
-/// Checks that some columns, all of single values, hold some rows of a file: that its row groups have as many rows as it
-/// states, that the pages of those with such rows have as many values, and that so many fit into memory.
-pub(super) fn check_counts(
-    mut file: impl MmapBytesReader,
-    columns: &[String],
-    wanted: &Range<usize>,
-) -> PolarsResult<()> {
+/// Checks that some columns, all of single values, hold the rows of a file: that its row groups have as many rows as it states,
+/// their pages as many values, and that as many rows as are held at once fit into memory.
+pub(super) fn check_counts(mut file: impl MmapBytesReader, columns: &[String], at_once: usize) -> PolarsResult<()> {
     /// bytes that are fetched at once: a page header has a few dozen, and statistics may hold two texts more
     const FETCHED: usize = 1 << 9;
     let about = ParquetReader::new(&mut file).get_metadata()?.clone();
@@ -103,19 +99,14 @@ pub(super) fn check_counts(
         ));
     }
     let mut room: Vec<[f64; 2]> = vec![];
-    if room.try_reserve_exact(wanted.len()).is_err() {
-        return refuse(format!("{} rows, as it claims, do not fit into memory", wanted.len()));
+    if room.try_reserve_exact(at_once).is_err() {
+        return refuse(format!("{at_once} rows, as it claims, do not fit into memory"));
     }
     let length = file.seek(SeekFrom::End(0))?;
     let mut file = BufReader::with_capacity(FETCHED, file);
+    let filled = about.row_groups.iter().filter(|group| group.num_rows() > 0);
     for column in columns {
-        let mut after = 0;
-        for group in &about.row_groups {
-            let first = after;
-            after += group.num_rows();
-            if first >= wanted.end || after <= wanted.start {
-                continue;
-            }
+        for group in filled.clone() {
             for chunk in group.columns_under_root_iter(column).into_iter().flatten() {
                 let rows = group.num_rows() as u64;
                 let pages = Some(chunk.byte_range()).filter(|pages| pages.end <= length);

@@ -32,23 +32,6 @@ impl RowLines {
         }
     }
 
-    /// Adds the rows of the next part of the file, of which so many rows come before.
-    pub fn extend(&mut self, part: &RowLines, rows_before: usize) {
-        let moved = |row: u32| short(rows_before).saturating_add(row);
-        for (row, line) in &part.breaks {
-            let (row, line) = (moved(*row), *line);
-            let before = row.checked_sub(1).and_then(|row| self.line(row));
-            if before.is_none_or(|before| before + 1 != line) {
-                self.breaks.push((row, line));
-            }
-        }
-        let room = RowLines::MOST_LABELS.saturating_sub(self.labels.len());
-        let labels = part.labels.iter().take(room);
-        self.labels
-            .extend(labels.map(|(row, label)| (moved(*row), label.clone())));
-        self.last = part.last;
-    }
-
     /// The line of a row.
     fn line(&self, row: u32) -> Option<u64> {
         let at = self.breaks.partition_point(|(first, _)| *first <= row).checked_sub(1)?;
@@ -80,13 +63,13 @@ impl<T: Clone> NamedRows<T> {
         }
     }
 
-    /// Adds those of the next part of the table, of which so many rows come before.
-    pub fn extend(&mut self, part: &NamedRows<T>, rows_before: u32) {
-        let later = part.first.iter().cloned();
+    /// Adds those of the next table, before which so many rows come.
+    pub fn extend(&mut self, table: &NamedRows<T>, rows_before: u32) {
+        let later = table.first.iter().cloned();
         let later = later.map(|(row, with)| (row.saturating_add(rows_before), with));
         self.first.extend(later);
         self.first.truncate(NAMED);
-        self.count += part.count;
+        self.count += table.count;
     }
 
     /// Where the first of them stand, each with these words behind it, and how many more there are.
@@ -203,14 +186,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_row_is_told_by_its_line_across_parts_and_tables() {
+    fn a_row_is_told_by_its_line_across_tables() {
         // line 1 is the header, line 4 is blank
         let mut lines = RowLines::default();
         lines.push(1, 2, Some("a"));
         lines.push(2, 3, None);
-        let mut second = RowLines::default();
-        second.push(1, 5, Some("c"));
-        lines.extend(&second, 2);
+        lines.push(3, 5, Some("c"));
         let mut places = RowPlaces::default();
         places.add(0, ("May.csv", None), true, lines);
         let mut sheet = RowLines::default();

@@ -1,6 +1,5 @@
 //! Reads the tables of a scene, every run of them.
 
-use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -94,19 +93,20 @@ fn read_table(file: &TableFile, scene: &Scene) -> Result<(Collected, String), Er
     Ok((collected, source.sha256(path)?))
 }
 
-/// Reads and checks the rows of a table, of one in Parquet perhaps only some.
+/// Reads and checks the rows of a table.
 pub(super) fn read_rows(
     source: &mut TableSource,
     file: &TableFile,
     scene: &Scene,
-    rows: Option<Range<usize>>,
     gathering: &mut Gathering,
 ) -> Result<Collected, Error> {
     let path = file.path.as_path();
     if file.ends_with(".parquet") {
-        let most = if rows.is_some() { u64::MAX } else { MOST_OF_PARQUET };
-        let table = source.parquet(path, most)?;
-        let read = read_parquet(&table, scene, rows.unwrap_or(0..table.rows), gathering);
+        let most = match gathering {
+            Gathering::Whole => MOST_OF_PARQUET,
+            Gathering::Blocks(_) => u64::MAX,
+        };
+        let read = read_parquet(&source.parquet(path, most)?, scene, gathering);
         return read.map_err(|problems| Error::input(path, problems));
     }
     if file.ends_with(TableFile::WORKBOOK) {
@@ -282,7 +282,7 @@ fn check_averaged(collected: &Collected, path: &Path) -> Result<(), Error> {
 /// Reads a table; where its column `exclude` turns out to say yes or no of each run, once more with those kept that have a
 /// no there.
 fn read_by_exclude(source: &mut TableSource, file: &TableFile, scene: &Scene) -> Result<Collected, Error> {
-    let first = read_rows(source, file, scene, None, &mut Gathering::Whole)?;
+    let first = read_rows(source, file, scene, &mut Gathering::Whole)?;
     let words = first.words_for_no();
     if words.is_empty() {
         return Ok(first);
@@ -291,7 +291,7 @@ fn read_by_exclude(source: &mut TableSource, file: &TableFile, scene: &Scene) ->
     let of_column = (RunColumn::Exclude, words.iter().map(missing).collect());
     let mut scene = scene.clone();
     scene.data.naming.words.push(of_column);
-    let mut collected = read_rows(source, file, &scene, None, &mut Gathering::Whole)?;
+    let mut collected = read_rows(source, file, &scene, &mut Gathering::Whole)?;
     collected.kept_by_no = words;
     Ok(collected)
 }

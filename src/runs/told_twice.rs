@@ -147,25 +147,17 @@ impl Comparison {
     pub fn add(&mut self, row: u32, setting: RowSetting, ratio: f64) {
         // beyond every magnitude of a file
         const MOST: f64 = 400.0;
-        self.add_rows([row; 2]);
+        self.rows.get_or_insert([row; 2])[1] = row;
         let class = (ratio.ln() / Comparison::STEP).round() as i32;
         *self.classes.entry(class).or_default() += 1;
         if ratio.ln().abs() > APART {
             self.apart.push(row, ratio);
         }
         let ratio = (ratio.ln().clamp(-MOST, MOST) / Block::STEP).round() as i64;
-        self.add_block(Block::of(BlockRow { row, setting, ratio }));
-    }
-
-    fn add_rows(&mut self, [first, last]: [u32; 2]) {
-        let before = self.rows.map_or(first, |[first, _]| first);
-        self.rows = Some([before, last]);
-    }
-
-    fn add_block(&mut self, next: Block) {
         if self.has_too_many_blocks {
             return;
         }
+        let next = Block::of(BlockRow { row, setting, ratio });
         match self.blocks.last_mut() {
             Some(last) if last.goes_on_with(&next) => last.extend(&next),
             _ => self.blocks.push(next),
@@ -173,28 +165,6 @@ impl Comparison {
         if self.blocks.len() > Comparison::MOST_BLOCKS {
             self.has_too_many_blocks = true;
             self.blocks = vec![];
-        }
-    }
-
-    /// Adds what a later part of a table says, of which so many rows come before.
-    pub fn extend(&mut self, part: &Comparison, rows_before: u32) {
-        for (class, runs) in &part.classes {
-            *self.classes.entry(*class).or_default() += runs;
-        }
-        if let Some(rows) = part.rows {
-            self.add_rows(rows.map(|row| row.saturating_add(rows_before)));
-        }
-        self.apart.extend(&part.apart, rows_before);
-        if part.has_too_many_blocks {
-            self.has_too_many_blocks = true;
-            self.blocks = vec![];
-        }
-        for block in &part.blocks {
-            let mut block = *block;
-            for end in &mut block.ends {
-                end.row = end.row.saturating_add(rows_before);
-            }
-            self.add_block(block);
         }
     }
 
@@ -324,18 +294,11 @@ mod tests {
     /// Four blocks of twelve rows each with some scatter; the ratio of each row is made by its block and place.
     fn compared(ratio: impl Fn(u32, u32) -> f64, sd: f64) -> ComparedColumns {
         let scatter = [0.3, -1.2, 0.8, -0.1, 1.5, -0.7, 0.2, -1.4, 0.9, 0.4, -0.6, -0.1];
-        let mut parts = [Comparison::default(), Comparison::default()];
         let mut whole = Comparison::default();
         for row in 0..48u32 {
             let value = ratio(row / 12, row % 12) * (sd * scatter[(row % 12) as usize]).exp();
             whole.add(row + 1, setting(row / 12), value);
-            // the cut goes through a block
-            let part = usize::from(row >= 17);
-            parts[part].add(row + 1 - 17 * part as u32, setting(row / 12), value);
         }
-        let [mut joined, last] = parts;
-        joined.extend(&last, 17);
-        assert_eq!(format!("{joined:?}"), format!("{whole:?}"));
         let columns = TOLD_TWICE[0];
         whole.of(columns, ["h", "v"].map(str::to_owned), 100).expect("rows")
     }
