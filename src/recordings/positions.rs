@@ -57,26 +57,28 @@ pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<(Shown, 
         let problem = Problem::new("header", expected).on(1u64);
         return Err(refused(vec![problem.found(shown(&names[0]))]));
     };
-    let mut rows = Rows {
-        frame_rate: recording.frame_rate,
-        fields: Fields::new(&COLUMNS),
-        words: at,
-        seen: vec![],
-    };
-    rows.header(&names[at], &ours(&names[at], y_unit), lines[at].line)
-        .map_err(refused)?;
+    let ours = ours(&names[at], y_unit);
+    let fields = fields_of(&names[at], &ours, lines[at].line, recording.frame_rate);
+    let mut fields = fields.map_err(refused)?;
+    let (mut words, mut seen) = (at, vec![]);
     for line in &lines[at + 1..] {
-        if let Some(cells) = rows.fields.cells(line, true) {
-            rows.position((line.line, &cells));
+        let Some(cells) = fields.cells(line, true) else {
+            continue;
+        };
+        // a line of units
+        if seen.is_empty() && words < MOST_WORDS && has_no_number(&fields, &cells) {
+            words += 1;
+            continue;
         }
+        seen.extend(position(&mut fields, (line.line, &cells), recording.frame_rate));
     }
-    let in_pixels = rows.fields.has("y_px");
+    let in_pixels = fields.has("y_px");
     let usual = if in_pixels { Axis::Down } else { Axis::Up };
     let axis = recording.axis.or(axis).unwrap_or(usual);
-    let counted_from = (!rows.fields.has("time")).then_some(0);
-    let (problems, _) = rows.fields.finish();
+    let counted_from = (!fields.has("time")).then_some(0);
+    let (problems, _) = fields.finish();
     unless_wrong(problems, ()).map_err(refused)?;
-    let (shown, falling) = positions(rows.seen, axis).map_err(|problem| refused(vec![problem]))?;
+    let (shown, falling) = positions(seen, axis).map_err(|problem| refused(vec![problem]))?;
     let shown = Shown {
         in_pixels,
         counted_from,
@@ -92,78 +94,66 @@ struct Seen {
     object: String,
 }
 
-struct Rows {
+/// The columns of a header, with its names as they are ours. Fails where it lacks one.
+fn fields_of(
+    names: &[String],
+    ours: &[String],
+    line: u64,
     frame_rate: Option<f64>,
-    fields: Fields,
-    /// lines that hold no numbers
-    words: usize,
-    seen: Vec<Seen>,
+) -> Result<Fields, Vec<Problem>> {
+    let fields = Fields::of(&COLUMNS, ours, line)?;
+    let mut problems = vec![];
+    let mut lacks = |expected: &str| {
+        problems.push(Problem::new("header", expected).on(line).found(shown(names)));
+    };
+    if !fields.has("frame") && !fields.has("time") {
+        lacks("expected a column `frame`, `time_s` or `time_ms`");
+    } else if !fields.has("time") && frame_rate.is_none() {
+        lacks("expected a column `time_s`, or `frame_rate_Hz` in the list of recordings");
+    }
+    if fields.has("y_px") == fields.has("y") {
+        let without_unit = ours.iter().any(|name| name == "y");
+        lacks(if without_unit {
+            "expected the unit of `y`: px, mm, cm or m as `y_unit` in the list of recordings"
+        } else {
+            "expected one column of heights: `y_px`, `y_mm` or `y_m`"
+        });
+    }
+    unless_wrong(problems, fields)
 }
 
-impl Rows {
-    /// Finds the columns in a header, with its names as they are ours. Fails where it lacks one.
-    fn header(&mut self, names: &[String], ours: &[String], line: u64) -> Result<(), Vec<Problem>> {
-        self.fields.find(ours, line)?;
-        let mut problems = vec![];
-        let mut lacks = |expected: &str| {
-            problems.push(Problem::new("header", expected).on(line).found(shown(names)));
-        };
-        if !self.fields.has("frame") && !self.fields.has("time") {
-            lacks("expected a column `frame`, `time_s` or `time_ms`");
-        } else if !self.fields.has("time") && self.frame_rate.is_none() {
-            lacks("expected a column `time_s`, or `frame_rate_Hz` in the list of recordings");
-        }
-        if self.fields.has("y_px") == self.fields.has("y") {
-            let without_unit = ours.iter().any(|name| name == "y");
-            lacks(if without_unit {
-                "expected the unit of `y`: px, mm, cm or m as `y_unit` in the list of recordings"
-            } else {
-                "expected one column of heights: `y_px`, `y_mm` or `y_m`"
-            });
-        }
-        unless_wrong(problems, ())
-    }
+fn has_no_number(fields: &Fields, cells: &[&str]) -> bool {
+    let mut read = fields.read_cells(cells);
+    read.all(|cell| !cell.contains(|c: char| c.is_ascii_digit()))
+}
 
-    fn position(&mut self, row: Row) {
-        let (line, cells) = row;
-        let has_no_number = || {
-            let mut read = self.fields.read_cells(cells);
-            read.all(|cell| !cell.contains(|c: char| c.is_ascii_digit()))
-        };
-        // a line of units
-        if self.seen.is_empty() && self.words < MOST_WORDS && has_no_number() {
-            self.words += 1;
-            return;
-        }
-        let of_time = if self.fields.has("time") { "time" } else { "frame" };
-        let of_height = if self.fields.has("y_px") { "y_px" } else { "y" };
-        let rate = self.frame_rate.filter(|_| of_time == "frame");
-        let time = self.number(of_time, row);
-        // a frame in which nothing was found has no position
-        if let (Some(time), Some(height)) = (time, self.number(of_height, row)) {
-            let object = self.fields.word("object", cells);
-            self.seen.push(Seen {
-                line,
-                time: time / rate.unwrap_or(1.0),
-                height,
-                object: object.unwrap_or_default().to_owned(),
-            });
-        }
-    }
+/// The position of a row; `None` of a frame in which nothing was found.
+fn position(fields: &mut Fields, row: Row, frame_rate: Option<f64>) -> Option<Seen> {
+    let of_time = if fields.has("time") { "time" } else { "frame" };
+    let of_height = if fields.has("y_px") { "y_px" } else { "y" };
+    let rate = frame_rate.filter(|_| of_time == "frame");
+    let (time, height) = (number(fields, of_time, row), number(fields, of_height, row));
+    let object = fields.word("object", row.1);
+    Some(Seen {
+        line: row.0,
+        time: time? / rate.unwrap_or(1.0),
+        height: height?,
+        object: object.unwrap_or_default().to_owned(),
+    })
+}
 
-    fn number(&mut self, field: &'static str, row: Row) -> Option<f64> {
-        // what a tracker writes where it found nothing
-        let word = self.fields.word(field, row.1)?;
-        if word.eq_ignore_ascii_case("nan") {
-            return None;
-        }
-        self.fields.checked_number(field, row, |number, unit| {
-            let is_large = number.abs() > LARGEST;
-            (!is_large)
-                .then(|| unit.to_si(number))
-                .ok_or_else(|| format!("expected a number from -{LARGEST:e} to {LARGEST:e}"))
-        })
+fn number(fields: &mut Fields, field: &'static str, row: Row) -> Option<f64> {
+    // what a tracker writes where it found nothing
+    let word = fields.word(field, row.1)?;
+    if word.eq_ignore_ascii_case("nan") {
+        return None;
     }
+    fields.checked_number(field, row, |number, unit| {
+        let is_large = number.abs() > LARGEST;
+        (!is_large)
+            .then(|| unit.to_si(number))
+            .ok_or_else(|| format!("expected a number from -{LARGEST:e} to {LARGEST:e}"))
+    })
 }
 
 /// Whether one of some names, as they are ours, is that of a column, or would be if its unit were known.

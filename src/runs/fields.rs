@@ -97,7 +97,7 @@ pub(crate) type Row<'r> = (u64, &'r [&'r str]);
 /// The columns of a table, each called by its name without a unit, and what is wrong with its cells.
 pub(crate) struct Fields {
     wanted: &'static [Column],
-    /// where each of them stands; empty before a header is found
+    /// where each of them stands
     columns: Vec<Option<ColumnPlace>>,
     /// names that nobody reads
     unread: Vec<String>,
@@ -115,11 +115,10 @@ pub(crate) fn rows_by_fields<T>(
     wanted: &'static [Column],
     mut read: impl FnMut(&mut Fields, Row) -> Option<T>,
 ) -> Result<(Fields, Vec<T>), Error> {
-    let mut fields = Fields::new(wanted);
-    let mut all = vec![];
     let (header, rows) = text_rows(file)?;
-    let found = fields.find(&header.cells, header.line);
-    found.map_err(|problems| Error::input(&file.shown(), problems))?;
+    let found = Fields::of(wanted, &header.cells, header.line);
+    let mut fields = found.map_err(|problems| Error::input(&file.shown(), problems))?;
+    let mut all = vec![];
     for row in &rows {
         if let Some(cells) = fields.cells(row, false) {
             let before = fields.problems.len();
@@ -147,32 +146,19 @@ pub(crate) struct RowOfSetting<'c> {
 const MISSPELT: usize = 2;
 
 impl Fields {
-    /// Of a table whose header is yet to come.
-    pub fn new(wanted: &'static [Column]) -> Fields {
-        Fields {
-            wanted,
-            columns: vec![],
-            unread: vec![],
-            decimals: Decimals::new(),
-            width: 0,
-            problems: vec![],
-        }
-    }
-
     /// Finds the columns in a header. Fails where one is missing, stands twice or is misspelt.
-    pub fn find(&mut self, names: &[String], line: u64) -> Result<(), Vec<Problem>> {
-        let mut columns: Vec<Option<ColumnPlace>> = vec![None; self.wanted.len()];
-        let mut problems = vec![];
+    pub fn of(wanted: &'static [Column], names: &[String], line: u64) -> Result<Fields, Vec<Problem>> {
+        let mut columns: Vec<Option<ColumnPlace>> = vec![None; wanted.len()];
+        let (mut unread, mut problems) = (vec![], vec![]);
         let problem = |expected: String| Problem::new("header", expected).on(line);
         let known = || {
             let units_of = |column: &Column| column.dimension.units().iter();
             let named = |column: &Column, unit: &Unit| format!("{}{}", column.base, unit.suffix);
-            let all = self.wanted.iter();
-            all.flat_map(move |column| units_of(column).map(move |unit| named(column, unit)))
+            wanted.iter().flat_map(move |column| units_of(column).map(move |unit| named(column, unit)))
         };
         for (index, name) in names.iter().enumerate() {
-            let mut wanted = self.wanted.iter().zip(&mut columns);
-            let named = wanted.find_map(|(column, place)| Some((column.unit_of(name)?, place)));
+            let mut places = wanted.iter().zip(&mut columns);
+            let named = places.find_map(|(column, place)| Some((column.unit_of(name)?, place)));
             match named {
                 Some((unit, place @ None)) => {
                     let name = name.clone();
@@ -187,20 +173,27 @@ impl Fields {
                         problems.push(problem(format!("expected `{near}`")).found(quoted(name)));
                     }
                     _ if name.is_empty() => {}
-                    _ => self.unread.push(quoted(name)),
+                    _ => unread.push(quoted(name)),
                 },
             }
         }
-        for (column, _) in self.wanted.iter().zip(&columns).filter(|(_, place)| place.is_none()) {
+        for (column, _) in wanted.iter().zip(&columns).filter(|(_, place)| place.is_none()) {
             if column.needed {
                 let names = names_in_words(column.base, column.dimension);
-                let near = closest(column.base, self.unread.iter().map(|name| name.trim_matches('`')));
+                let near = closest(column.base, unread.iter().map(|name: &String| name.trim_matches('`')));
                 let hint = near.map_or(String::new(), |near| format!("; {} may be it", quoted(near)));
                 problems.push(problem(format!("expected a column {names}{hint}")));
             }
         }
-        (self.columns, self.width) = unless_wrong(problems, (columns, names.len()))?;
-        Ok(())
+        let fields = Fields {
+            wanted,
+            columns,
+            unread,
+            decimals: Decimals::new(),
+            width: names.len(),
+            problems: vec![],
+        };
+        unless_wrong(problems, fields)
     }
 
     /// As many cells of a row as the header has; `None`, and a problem, of one that has others. Where words follow numbers, a
