@@ -15,7 +15,7 @@ use wetcor::findings::bootstrap::MOST_RESAMPLED;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::model::simulate::Simulation;
 use wetcor::report::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Marks, Style};
-use wetcor::runs::{self, Existing, RunWriter, Table};
+use wetcor::runs::{self, RunWriter, Table};
 use wetcor::scene::{self, Scene};
 
 /// Every stage, each drawn in its own way in every panel.
@@ -156,7 +156,7 @@ fn simulate(scene: &mut Scene, runs: Option<u64>, name: &str) {
     std::fs::create_dir_all(&folder).expect("target/ is writable");
     scene.data.runs = vec![folder.join(name).into()];
     let simulation = Simulation::new(scene, runs).expect("the scene has a truth and a design");
-    let mut writer = RunWriter::create(&scene.data.runs[0].path, Existing::Replaced).expect("the table can be created");
+    let mut writer = RunWriter::create(&scene.data.runs[0].path, true).expect("the table can be created");
     let drawn = simulation.under(1);
     for block in 0..drawn.blocks() {
         writer.write(&drawn.block(block)).expect("the table can be written");

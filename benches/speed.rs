@@ -12,7 +12,7 @@ use wetcor::findings;
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
 use wetcor::model::simulate::Simulation;
-use wetcor::runs::{self, Existing, RunWriter};
+use wetcor::runs::{self, RunWriter};
 use wetcor::scene::{self, Scene};
 
 fn main() {
@@ -26,7 +26,7 @@ fn simulated(runs: u64) -> (Scene, TempDir) {
     let folder = TempDir::new().expect("a temporary folder can be made");
     let table = folder.path().join("runs.csv");
     let simulation = Simulation::new(&scene, Some(runs)).expect("the example has a truth and a design");
-    let mut writer = RunWriter::create(&table, Existing::Replaced).expect("the table can be created");
+    let mut writer = RunWriter::create(&table, true).expect("the table can be created");
     let runs = simulation.under(1);
     writer.write(&runs.all()).expect("the table can be written");
     writer.finish().expect("the table can be completed");

@@ -239,6 +239,14 @@ impl Error {
         }
     }
 
+    /// A place that is not written to, and why.
+    pub fn out(path: &Path, reason: impl Into<String>) -> Error {
+        Error::Out {
+            path: path.to_path_buf(),
+            reason: reason.into(),
+        }
+    }
+
     /// A refusal of the operating system.
     pub fn io(path: &Path, doing: &'static str, source: std::io::Error) -> Error {
         Error::Io {
@@ -310,10 +318,7 @@ mod tests {
         for error in [
             Error::Usage("found x\ny".to_owned()),
             Error::io(odd, "read", source()),
-            Error::Out {
-                path: odd.to_path_buf(),
-                reason: "\u{1b}[2J".to_owned(),
-            },
+            Error::out(odd, "\u{1b}[2J"),
             Error::Unprinted {
                 written: Some(odd.to_path_buf()),
                 source: source(),

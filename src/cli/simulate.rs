@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use wetcor::error::{named, Error};
 use wetcor::model::simulate::{Simulation, BLOCK, MOST_RUNS};
-use wetcor::runs::{Existing, RunWriter, TableFormat};
+use wetcor::runs::{RunWriter, TableFormat};
 use wetcor::scene;
 
 use super::messages::{print_after_writing, warn};
@@ -42,13 +42,10 @@ pub(super) fn simulate(request: &Simulate) -> Result<u8, Error> {
     }
     let scene = scene::read(&request.scene)?;
     if let Some(reason) = scene::why_not_overwritten(out, &scene) {
-        return Err(Error::Out {
-            path: out.to_path_buf(),
-            reason,
-        });
+        return Err(Error::out(out, reason));
     }
     let simulation = Simulation::new(&scene, request.runs)?;
-    let mut writer = RunWriter::create(out, Existing::kept_unless(request.force))?;
+    let mut writer = RunWriter::create(out, request.force)?;
     let runs = simulation.under(request.seed);
     let progress = Progress::bar("simulate", simulation.runs());
     for block in 0..runs.blocks() {

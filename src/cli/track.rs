@@ -7,7 +7,7 @@ use wetcor::error::{file_name, named, Error};
 use wetcor::recordings::{self, Axis, TrackOptions};
 use wetcor::report::folder::{Contents, Destination};
 use wetcor::report::tracking;
-use wetcor::runs::{free_place, Existing};
+use wetcor::runs::free_place;
 use wetcor::staging::Staging;
 
 use super::messages::{print_after_writing, print_notices, status, warn};
@@ -65,13 +65,9 @@ pub(super) fn track(request: &Track) -> Result<u8, Error> {
     if !out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) {
         return Err(Error::Usage(format!("{}: expected a file ending in .csv", named(out))));
     }
-    let existing = Existing::kept_unless(request.force);
-    let place = free_place(out, existing)?;
+    let place = free_place(out, request.force)?;
     let list = request.recordings.as_path();
-    let refuse = |reason: String| Error::Out {
-        path: out.to_path_buf(),
-        reason,
-    };
+    let refuse = |reason: String| Error::out(out, reason);
     let same = |path: &Path| {
         path.canonicalize()
             .is_ok_and(|path| out.canonicalize().is_ok_and(|out| out == path))
@@ -112,7 +108,7 @@ pub(super) fn track(request: &Track) -> Result<u8, Error> {
     if let Some((destination, report)) = destination.as_ref().zip(report) {
         destination.put(report)?;
     }
-    table.put(|place| existing.allow(place))?;
+    table.put(|place| place.check_replaceable(request.force))?;
     let status = status(tracking::is_usable(&campaign));
     print_notices(&campaign.notices);
     if let Some(left) = tracking::drag_left(&campaign) {

@@ -114,12 +114,7 @@ impl Destination {
         if !place.is_taken() {
             return Ok(());
         }
-        let refuse = |reason: String| {
-            Err(Error::Out {
-                path: place.named().to_path_buf(),
-                reason,
-            })
-        };
+        let refuse = |reason: String| Err(Error::out(place.named(), reason));
         let folder = place.path();
         if !folder.symlink_metadata().is_ok_and(|of| of.is_dir()) {
             return refuse("exists and is no folder".to_owned());

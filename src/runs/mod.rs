@@ -113,7 +113,7 @@ pub use table::{read, Table};
 pub use told_twice::{ComparedBlock, ComparedColumns};
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP};
 pub(crate) use words::words_for_no;
-pub use write::{free_place, Existing, RunWriter, TableFormat};
+pub use write::{free_place, RunWriter, TableFormat};
 
 use std::path::Path;
 

@@ -70,68 +70,34 @@ impl OpenTable {
     }
 }
 
-/// What becomes of a file that is there already.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Existing {
-    /// it is kept, and nothing is written
-    Kept,
-    /// it is replaced
-    Replaced,
-}
-
-impl Existing {
-    /// Whether a file is kept unless its replacement is forced.
-    pub fn kept_unless(forced: bool) -> Existing {
-        match forced {
-            true => Existing::Replaced,
-            false => Existing::Kept,
-        }
-    }
-
-    /// Fails where something stands that is not to be replaced.
-    pub fn allow(self, place: &OutputPlace) -> Result<(), Error> {
-        let refuse = |reason: &str| {
-            Err(Error::Out {
-                path: place.named().to_path_buf(),
-                reason: reason.to_owned(),
-            })
-        };
-        match place.path().symlink_metadata() {
-            Ok(of) if !of.is_file() => refuse("exists and is no file"),
-            Ok(_) if self == Existing::Kept => refuse("exists; --force replaces it"),
-            _ => Ok(()),
-        }
-    }
-}
-
 /// Writes runs to a file that appears only once it is complete.
 pub struct RunWriter {
     path: PathBuf,
     staging: Staging,
-    existing: Existing,
+    replaces: bool,
     table: OpenTable,
 }
 
 /// The place of a file, where it may be written.
 ///
-/// Fails where there is no such folder, and where something stands there that is not to be replaced.
-pub fn free_place(path: &Path, existing: Existing) -> Result<OutputPlace, Error> {
+/// Fails where there is no such folder, and where something stands there that is no file, or one that it does not replace.
+pub fn free_place(path: &Path, replaces: bool) -> Result<OutputPlace, Error> {
     let place = staging::prepare(path)?;
     if !place.path().parent().is_some_and(Path::is_dir) {
         let folder = path.parent().unwrap_or(path).display();
         let missing = io::Error::new(io::ErrorKind::NotFound, format!("there is no folder {folder}"));
         return Err(Error::io(path, "write", missing));
     }
-    existing.allow(&place)?;
+    place.check_replaceable(replaces)?;
     Ok(place)
 }
 
 impl RunWriter {
     /// Opens a file beside `path`; `.parquet` makes Parquet, anything else CSV.
     ///
-    /// Fails where there is no such folder, and where something stands there that is not to be replaced.
-    pub fn create(path: &Path, existing: Existing) -> Result<Self, Error> {
-        let place = free_place(path, existing)?;
+    /// Fails as [`free_place`] does.
+    pub fn create(path: &Path, replaces: bool) -> Result<Self, Error> {
+        let place = free_place(path, replaces)?;
         let staging = Staging::beside(&place)?;
         let format = TableFormat::of(path).unwrap_or(TableFormat::Csv);
         let table = staging
@@ -141,7 +107,7 @@ impl RunWriter {
         Ok(RunWriter {
             path: path.to_path_buf(),
             staging,
-            existing,
+            replaces,
             table,
         })
     }
@@ -156,6 +122,6 @@ impl RunWriter {
     pub fn finish(self) -> Result<(), Error> {
         let path = self.path;
         self.table.finish().map_err(|error| Error::io(&path, "write", error))?;
-        self.staging.put(|place| self.existing.allow(place))
+        self.staging.put(|place| place.check_replaceable(self.replaces))
     }
 }

@@ -22,17 +22,13 @@ impl OutputPlace {
     ///
     /// Fails for a name that no file may have, a link to nothing, and what may not be replaced.
     pub(super) fn find(named: &Path) -> Result<OutputPlace, Error> {
-        let refuse = |reason: &str| Error::Out {
-            path: named.to_path_buf(),
-            reason: reason.to_owned(),
-        };
         if !names_itself(named) {
-            return Err(refuse("expected a name that does not end in `.` or `..`"));
+            return Err(Error::out(named, "expected a name that does not end in `.` or `..`"));
         }
         let fail = |error: io::Error| Error::io(named, "write", error);
         let path = std::path::absolute(named).and_then(|path| follow(&path));
         let Some(path) = path.map_err(fail)? else {
-            return Err(refuse("is a link to nothing"));
+            return Err(Error::out(named, "is a link to nothing"));
         };
         let place = OutputPlace {
             named: named.to_path_buf(),
@@ -40,7 +36,7 @@ impl OutputPlace {
         };
         clear(place.base().0);
         if place.is_mounted() {
-            return Err(refuse("is where a file system begins; name a folder inside it"));
+            return Err(Error::out(named, "is where a file system begins; name a folder inside it"));
         }
         place.may_be_replaced().map_err(fail)?;
         Ok(place)
@@ -69,12 +65,18 @@ impl OutputPlace {
     /// Fails where anything stands there; `kind` is what `--out` names, a file or a folder.
     pub fn check_free(&self, kind: &str) -> Result<(), Error> {
         if self.is_taken() {
-            return Err(Error::Out {
-                path: self.named.clone(),
-                reason: format!("exists; --out names another {kind}"),
-            });
+            return Err(Error::out(&self.named, format!("exists; --out names another {kind}")));
         }
         Ok(())
+    }
+
+    /// Fails where something stands there that is no file, or a file unless that is to be replaced.
+    pub fn check_replaceable(&self, replaces: bool) -> Result<(), Error> {
+        match self.path.symlink_metadata() {
+            Ok(of) if !of.is_file() => Err(Error::out(&self.named, "exists and is no file")),
+            Ok(_) if !replaces => Err(Error::out(&self.named, "exists; --force replaces it")),
+            _ => Ok(()),
+        }
     }
 
     /// The nearest folder above that is there, and the path from it to the place.

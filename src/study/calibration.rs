@@ -271,10 +271,8 @@ pub fn may_replace(place: &OutputPlace) -> Result<(), Error> {
         (start == heading.as_bytes()).then_some(())
     };
     if place.is_taken() && !(place.path().is_file() && is_ours().is_some()) {
-        return Err(Error::Out {
-            path: place.named().to_path_buf(),
-            reason: "exists and is no page of `wetcor calibrate`".to_owned(),
-        });
+        let reason = "exists and is no page of `wetcor calibrate`";
+        return Err(Error::out(place.named(), reason));
     }
     Ok(())
 }

@@ -28,7 +28,7 @@ use wetcor::model::parameters::ModelParameters;
 use wetcor::model::simulate::Simulation;
 use wetcor::physics::{Coefficient, Parameters, Setting};
 use wetcor::report::{self, ReportInput};
-use wetcor::runs::{self, Existing, NewRun, RunError, RunWriter, Runs, Table};
+use wetcor::runs::{self, NewRun, RunError, RunWriter, Runs, Table};
 use wetcor::scene::{self, Scene};
 use wetcor::seed::StreamName;
 
@@ -128,7 +128,7 @@ fn simulation(scene: &Scene) -> Simulation<'_> {
 }
 
 pub fn write(simulation: &Simulation, seed: u64, path: &Path) {
-    let mut writer = RunWriter::create(path, Existing::Replaced).unwrap_or_else(|error| panic!("{error}"));
+    let mut writer = RunWriter::create(path, true).unwrap_or_else(|error| panic!("{error}"));
     let runs = simulation.under(seed);
     for block in 0..runs.blocks() {
         let written = writer.write(&runs.block(block));
