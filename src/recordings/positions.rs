@@ -95,12 +95,7 @@ struct Seen {
 }
 
 /// The columns of a header, with its names as they are ours. Fails where it lacks one.
-fn fields_of(
-    names: &[String],
-    ours: &[String],
-    line: u64,
-    frame_rate: Option<f64>,
-) -> Result<Fields, Vec<Problem>> {
+fn fields_of(names: &[String], ours: &[String], line: u64, frame_rate: Option<f64>) -> Result<Fields, Vec<Problem>> {
     let fields = Fields::of(&COLUMNS, ours, line)?;
     let mut problems = vec![];
     let mut lacks = |expected: &str| {

@@ -154,7 +154,9 @@ impl Fields {
         let known = || {
             let units_of = |column: &Column| column.dimension.units().iter();
             let named = |column: &Column, unit: &Unit| format!("{}{}", column.base, unit.suffix);
-            wanted.iter().flat_map(move |column| units_of(column).map(move |unit| named(column, unit)))
+            wanted
+                .iter()
+                .flat_map(move |column| units_of(column).map(move |unit| named(column, unit)))
         };
         for (index, name) in names.iter().enumerate() {
             let mut places = wanted.iter().zip(&mut columns);

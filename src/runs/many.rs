@@ -8,6 +8,7 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::collect::{Collected, Gathering, CONDENSED_RUNS};
@@ -94,9 +95,7 @@ pub fn read_any_number(scene: &Scene, most_kept: usize, ranks: &Ranks) -> Result
 fn read_few(scene: &Scene, about_rows: usize, most_kept: usize, ranks: &Ranks) -> Result<Option<Table>, Error> {
     let share = MOST_SAMPLED as f64 / about_rows as f64;
     let tables = &scene.data.runs;
-    let outlines = ranks.gather(tables.len() as u64, |own| {
-        few_at_once(&own, |table| outline(scene, table, share))
-    })?;
+    let outlines = of_each(tables, ranks, |place, table| outline(scene, table, place, share))?;
     let is_whole = |outline: &Outline| outline.is_whole || outline.collected.rows == 0;
     let rows: usize = outlines.iter().map(|outline| outline.collected.rows).sum();
     if rows <= most_kept || outlines.iter().any(is_whole) {
@@ -141,15 +140,23 @@ fn condensed_notice(runs: &Runs, sample: &Runs) -> Remark {
     Remark::new(CONDENSED_RUNS, all, text, next).at(Level::Informs)
 }
 
-/// What some tables give, in their order.
-fn few_at_once<T: Send>(tables: &[u64], of_table: impl Fn(u64) -> Result<T, Error> + Sync) -> Result<Vec<T>, Error> {
-    let mut all = Vec::with_capacity(tables.len());
-    for some in tables.chunks(TABLES_AT_ONCE) {
-        let of_some: Vec<Result<T, Error>> = some.par_iter().map(|table| of_table(*table)).collect();
-        // of several that fail the first is told
-        all.extend(of_some.into_iter().collect::<Result<Vec<T>, Error>>()?);
-    }
-    Ok(all)
+/// What each of some tables gives, in their order; ranks share them.
+fn of_each<T: Send + Serialize + DeserializeOwned>(
+    tables: &[TableFile],
+    ranks: &Ranks,
+    of_table: impl Fn(u64, &TableFile) -> Result<T, Error> + Sync,
+) -> Result<Vec<T>, Error> {
+    ranks.gather(tables.len() as u64, |own| {
+        let mut all = Vec::with_capacity(own.len());
+        for some in own.chunks(TABLES_AT_ONCE) {
+            let of_some = some.par_iter().map(|place| of_table(*place, &tables[*place as usize]));
+            // of several that fail the first is told
+            for of_one in of_some.collect::<Vec<Result<T, Error>>>() {
+                all.push(of_one?);
+            }
+        }
+        Ok(all)
+    })
 }
 
 /// Reads a table, and gives its runs away. Fails with every bad cell of it.
@@ -165,8 +172,7 @@ fn read_blocks(
 }
 
 /// What one table says at the first reading.
-fn outline(scene: &Scene, place: u64, share: f64) -> Result<Outline, Error> {
-    let table = &scene.data.runs[place as usize];
+fn outline(scene: &Scene, table: &TableFile, place: u64, share: f64) -> Result<Outline, Error> {
     let mut source = TableSource::open(&table.path)?;
     let mut outline = Outline::default();
     let mut sample = vec![];
@@ -214,19 +220,15 @@ impl Condensing<'_> {
     /// Those of all tables; each rank reads some of them at a time.
     fn all(&self, ranks: &Ranks) -> Result<Vec<ReadRun>, Error> {
         let mut waiting = Waiting::default();
-        let all = self.scene.data.runs.len() as u64;
         let step = (ranks.count() * TABLES_AT_ONCE as u64).min(MOST_EXCHANGED);
-        for first in (0..all).step_by(step as usize) {
-            let next = ranks.gather(step.min(all - first), |own| {
-                few_at_once(&own, |place| self.of_table(first + place))
-            })?;
+        for some in self.scene.data.runs.chunks(step as usize) {
+            let next = of_each(some, ranks, |_, table| self.of_table(table))?;
             next.iter().for_each(|few| waiting.add(few, self));
         }
         Ok(self.few(waiting.runs))
     }
 
-    fn of_table(&self, place: u64) -> Result<Vec<ReadRun>, Error> {
-        let table = &self.scene.data.runs[place as usize];
+    fn of_table(&self, table: &TableFile) -> Result<Vec<ReadRun>, Error> {
         let mut waiting = Waiting::default();
         let mut take = |block: Vec<ReadRun>| waiting.add(&self.few(block), self);
         // what it says besides is known from the first reading

@@ -36,7 +36,10 @@ impl OutputPlace {
         };
         clear(place.base().0);
         if place.is_mounted() {
-            return Err(Error::out(named, "is where a file system begins; name a folder inside it"));
+            return Err(Error::out(
+                named,
+                "is where a file system begins; name a folder inside it",
+            ));
         }
         place.may_be_replaced().map_err(fail)?;
         Ok(place)
