@@ -181,18 +181,11 @@ fn polars<T>(step: impl FnOnce() -> PolarsResult<T>) -> Result<T, Vec<Problem>> 
     readable("Parquet file", step)
 }
 
-fn is_text(given: &ArrowDataType) -> bool {
-    matches!(
-        given,
-        ArrowDataType::Utf8 | ArrowDataType::LargeUtf8 | ArrowDataType::Utf8View
-    )
-}
-
 /// Whether a Parquet column of some type can hold numbers or names.
 fn is_readable(given: &ArrowDataType, is_number: bool) -> bool {
     match given {
         ArrowDataType::Null => true,
-        given if is_text(given) => true,
+        ArrowDataType::Utf8 | ArrowDataType::LargeUtf8 | ArrowDataType::Utf8View => true,
         ArrowDataType::Int32 | ArrowDataType::Int64 | ArrowDataType::UInt32 | ArrowDataType::UInt64 => true,
         ArrowDataType::Float32 | ArrowDataType::Float64 => is_number,
         ArrowDataType::Dictionary(_, names, _) => !is_number && is_readable(names, false),

@@ -7,11 +7,6 @@ use crate::inference::importance::DrawCounts;
 /// A dimension of an array: its name, which the dimension's coordinate bears, too, and the number of places along it.
 pub type ArrayDimension = (&'static str, usize);
 
-/// The dimensions of an array with a value a draw.
-pub fn draw_dimensions(size: DrawCounts) -> [ArrayDimension; 2] {
-    [("chain", size.chains), ("draw", size.draws)]
-}
-
 /// Values of an array, the last dimension running fastest, little end first.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ArrayValues {
@@ -92,6 +87,8 @@ pub struct DrawArray {
 pub struct ArrayGroup {
     /// its name
     pub name: &'static str,
+    /// the dimensions of an array with a value a draw; none where no array has draws
+    draws: Vec<ArrayDimension>,
     /// coordinates and variables, in any order; those that share a dimension agree on its length
     pub arrays: Vec<DrawArray>,
 }
@@ -99,13 +96,18 @@ pub struct ArrayGroup {
 impl ArrayGroup {
     /// A group without arrays.
     pub fn new(name: &'static str) -> ArrayGroup {
-        ArrayGroup { name, arrays: vec![] }
+        ArrayGroup {
+            name,
+            draws: vec![],
+            arrays: vec![],
+        }
     }
 
     /// A group with the coordinates of chains and draws, from 0.
     pub fn of_draws(name: &'static str, size: DrawCounts) -> ArrayGroup {
         let mut group = ArrayGroup::new(name);
-        for dimension in draw_dimensions(size) {
+        group.draws = vec![("chain", size.chains), ("draw", size.draws)];
+        for dimension in group.draws.clone() {
             group.add_indices(dimension);
         }
         group
@@ -120,6 +122,12 @@ impl ArrayGroup {
         });
     }
 
+    /// Adds an array with a value a draw, or with as many as another dimension is long.
+    pub fn add_draws(&mut self, name: impl Into<String>, other: Option<ArrayDimension>, values: ArrayValues) {
+        let dimensions: Vec<ArrayDimension> = self.draws.iter().copied().chain(other).collect();
+        self.add(name, &dimensions, values);
+    }
+
     /// Adds the coordinate of a dimension that is numbered from 0.
     pub fn add_indices(&mut self, dimension: ArrayDimension) {
         let (name, length) = dimension;
@@ -131,15 +139,13 @@ impl ArrayGroup {
     pub fn add_labelled(
         &mut self,
         name: &str,
-        size: DrawCounts,
         (by, labels): (&'static str, &[String]),
         columns: &[&[Vec<f64>]],
     ) {
-        let [chain, draw] = draw_dimensions(size);
         let label = (by, labels.len());
         if !self.arrays.iter().any(|array| array.name == by) {
             self.add(by, &[label], ArrayValues::texts(labels));
         }
-        self.add(name, &[chain, draw, label], ArrayValues::interleaved(columns));
+        self.add_draws(name, Some(label), ArrayValues::interleaved(columns));
     }
 }

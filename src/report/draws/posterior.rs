@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::json;
 
-use super::arrays::{draw_dimensions, ArrayGroup, ArrayValues};
+use super::arrays::{ArrayGroup, ArrayValues};
 use super::csv;
 use super::every_run::EveryRun;
 use super::zarr::{chunk_path, store, PART};
@@ -61,7 +61,7 @@ pub fn files<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Files<
         let mut own = parameters("posterior", &labels, posterior, size, |_, values| values.to_vec());
         let offsets: Vec<&[Vec<f64>]> = sampled.series_offsets.iter().map(Vec::as_slice).collect();
         if !offsets.is_empty() {
-            own.add_labelled(SERIES_OFFSET, size, ("series", &series), &offsets);
+            own.add_labelled(SERIES_OFFSET, ("series", &series), &offsets);
         }
         let groups = vec![
             own,
@@ -133,16 +133,12 @@ fn parameters(
                 particles.push(labels[sphere].clone());
                 dry_k.push(chains);
             }
-            _ => group.add(
-                &parameter.name,
-                &draw_dimensions(size),
-                ArrayValues::reals(chains.concat()),
-            ),
+            _ => group.add_draws(&parameter.name, None, ArrayValues::reals(chains.concat())),
         }
     }
     if !particles.is_empty() {
         let columns: Vec<&[Vec<f64>]> = dry_k.iter().map(Vec::as_slice).collect();
-        group.add_labelled("dry_k", size, ("particle", &particles), &columns);
+        group.add_labelled("dry_k", ("particle", &particles), &columns);
     }
     group
 }
@@ -155,19 +151,18 @@ fn sample_stats(chains: &[Chain], size: DrawCounts) -> ArrayGroup {
         let count = |n: &u64| i64::try_from(*n).unwrap_or(i64::MAX);
         ArrayValues::counts(chains.iter().flat_map(of).map(count))
     };
-    let dimensions = draw_dimensions(size);
-    group.add("lp", &dimensions, reals(|chain| &chain.ln_density));
+    group.add_draws("lp", None, reals(|chain| &chain.ln_density));
     // draws that followed no trajectory have no more of these
     if chains.iter().all(|chain| chain.steps.is_empty()) {
         return group;
     }
-    group.add("acceptance_rate", &dimensions, reals(|chain| &chain.acceptance_rate));
-    group.add("step_size", &dimensions, reals(|chain| &chain.step_size));
-    group.add("tree_depth", &dimensions, counts(|chain| &chain.tree_depth));
-    group.add("n_steps", &dimensions, counts(|chain| &chain.steps));
+    group.add_draws("acceptance_rate", None, reals(|chain| &chain.acceptance_rate));
+    group.add_draws("step_size", None, reals(|chain| &chain.step_size));
+    group.add_draws("tree_depth", None, counts(|chain| &chain.tree_depth));
+    group.add_draws("n_steps", None, counts(|chain| &chain.steps));
     let diverging = chains.iter().flat_map(|chain| &chain.diverging).copied();
-    group.add("diverging", &dimensions, ArrayValues::flags(diverging));
-    group.add("energy", &dimensions, reals(|chain| &chain.energy));
+    group.add_draws("diverging", None, ArrayValues::flags(diverging));
+    group.add_draws("energy", None, reals(|chain| &chain.energy));
     group
 }
 
@@ -180,10 +175,10 @@ fn derived(posterior: &Posterior, size: DrawCounts) -> ArrayGroup {
         let columns: Vec<&[Vec<f64>]> = of_one.iter().map(|derived| derived.values.as_slice()).collect();
         let (name, by_setting) = (of_one[0].quantity.describe().name, of_one[0].setting.is_some());
         if labels.is_empty() {
-            group.add(name, &draw_dimensions(size), ArrayValues::interleaved(&columns));
+            group.add_draws(name, None, ArrayValues::interleaved(&columns));
         } else {
             let by = if by_setting { "setting" } else { "particle" };
-            group.add_labelled(name, size, (by, &labels), &columns);
+            group.add_labelled(name, (by, &labels), &columns);
         }
     }
     group
@@ -198,12 +193,11 @@ fn every_run_groups(every_run: &EveryRun, runs: usize, size: DrawCounts) -> [Arr
     ]
     .map(|(name, of)| {
         let mut group = ArrayGroup::of_draws(name, size);
-        let [chain, draw] = draw_dimensions(size);
         let run = ("run", of.len());
         // run numbers are far below the largest i64
         let numbers = of.iter().map(|run| i64::try_from(*run).unwrap_or(i64::MAX));
         group.add("run", &[run], ArrayValues::counts(numbers));
-        group.add("restitution", &[chain, draw, run], ArrayValues::streamed());
+        group.add_draws("restitution", Some(run), ArrayValues::streamed());
         group
     })
 }
