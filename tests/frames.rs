@@ -340,7 +340,7 @@ fn formats_tell_the_same() {
     };
     let grey = write(|frame| format!("f{frame}.png"), Picture::png);
     let truth = found(grey.path());
-    assert_eq!((truth.frames, truth.width, truth.height), (frames, 100, 140));
+    assert_eq!(truth.frames, frames);
     let near = |path: &Path, most: f64, grey: f64| {
         let sightings = found(path);
         assert_eq!(sightings.missed, truth.missed, "{path:?}");

@@ -44,10 +44,6 @@ pub use sphere::Sighting;
 pub struct Sightings {
     /// frames in all
     pub frames: usize,
-    /// of a frame, px
-    pub width: u32,
-    /// of a frame, px
-    pub height: u32,
     /// frames in which the sphere is whole and was found, in order
     pub seen: Vec<Sighting>,
     /// frames without: not yet in view, in part outside, or hidden
@@ -77,7 +73,6 @@ pub struct Sightings {
 pub fn find_sphere(path: &Path, progress: &(dyn Fn(usize, usize) + Sync)) -> Result<Sightings, String> {
     let frames = Frames::open(path)?;
     let first = frames.read(0)?;
-    let (width, height) = (first.width, first.height);
     let sample = background::sample_frames(frames.len(), first.levels.len());
     let sample = read_all(&frames, &sample, &first)?;
     let nothing = || {
@@ -123,8 +118,6 @@ pub fn find_sphere(path: &Path, progress: &(dyn Fn(usize, usize) + Sync)) -> Res
         .map(|outline| f64::from(outline.edges.contrast));
     Ok(Sightings {
         frames: frames.len(),
-        width: width as u32,
-        height: height as u32,
         seen,
         missed,
         radius_px: shared.radius,
