@@ -136,12 +136,7 @@ impl ArrayGroup {
 
     /// Adds draws of a quantity that each of some labels has, a column of chains each; the labels are the coordinate of their
     /// dimension, which is called `by`.
-    pub fn add_labelled(
-        &mut self,
-        name: &str,
-        (by, labels): (&'static str, &[String]),
-        columns: &[&[Vec<f64>]],
-    ) {
+    pub fn add_labelled(&mut self, name: &str, (by, labels): (&'static str, &[String]), columns: &[&[Vec<f64>]]) {
         let label = (by, labels.len());
         if !self.arrays.iter().any(|array| array.name == by) {
             self.add(by, &[label], ArrayValues::texts(labels));
