@@ -32,11 +32,6 @@ impl<'a> RawRow<'a> {
         self.words[column as usize]
     }
 
-    /// Whether there is a number in any of some columns.
-    pub fn has_any(&self, columns: &[RunColumn]) -> bool {
-        columns.iter().any(|column| self[*column].is_some())
-    }
-
     /// Whether the run had no liquid.
     pub fn is_dry(&self) -> bool {
         self.word(RunColumn::Liquid)

@@ -149,7 +149,8 @@ pub(super) fn check_row(
         Some(_) => None,
     };
     let diameter = positive(raw, RunColumn::Diameter, "a diameter", problems);
-    let has_speed = raw[RunColumn::ImpactSpeed].is_some() || !raw.has_any(&[RunColumn::DropHeight, RunColumn::Stokes]);
+    let has_speed =
+        raw[RunColumn::ImpactSpeed].is_some() || raw[RunColumn::DropHeight].or(raw[RunColumn::Stokes]).is_none();
     let mut impact_speed = None;
     if has_speed {
         impact_speed = positive(raw, RunColumn::ImpactSpeed, "an impact speed", problems);

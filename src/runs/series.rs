@@ -352,17 +352,12 @@ pub(super) fn arrange_part(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &S
     runs.spheres = of_spheres.iter().map(sphere).collect();
     let classes: Vec<SphereClass> = of_spheres.into_keys().collect();
     name_groups(&mut runs, spans, &groups, &classes);
-    measure_film_groups(&mut runs);
-    runs.compute_impacts(scene);
-    runs
-}
-
-/// Measures how wide the film groups are.
-fn measure_film_groups(runs: &mut Runs) {
     for group in &mut runs.film_groups {
         let own = runs.series[group.series.clone()].iter().flat_map(Series::runs);
         group.measure(own.map(|run| runs.film[run] / runs.diameter[run]).collect());
     }
+    runs.compute_impacts(scene);
+    runs
 }
 
 /// Particle of a sphere, and class of its diameter.

@@ -148,13 +148,6 @@ fn series_curve(input: ReportInput, series: (&Series, &SeriesFit), fastest: f64)
     (threshold < fastest).then(|| points.collect())
 }
 
-/// 1/St of a sphere of a series at a speed.
-fn inverse_stokes_at(input: ReportInput, series: &Series, speed: f64) -> f64 {
-    let density = input.scene.particles[series.particle].density;
-    let viscosity = input.scene.liquids[series.liquid].viscosity;
-    1.0 / stokes(density, series.diameter, speed, viscosity)
-}
-
 /// Marks at e = 0 for the stuck runs of each series; `x` places a speed on the horizontal axis.
 fn stuck_marks(own: &OfSphere, x: impl Fn(&Series, f64) -> f64) -> Vec<Vec<ChartPoint>> {
     let of = |s: &Series| -> Vec<(f64, f64)> {
@@ -217,7 +210,11 @@ fn against_stokes(own: &OfSphere, bands: Option<&Bands>) -> Chart {
     let of_series = |s: &Series| rebounds(input, &s.rebounds, |run| input.runs.inverse_stokes(run));
     let of_shown = |shown: &ShownSeries| shown.series().flat_map(of_series).collect();
     let joined = means_of(series.iter().map(of_shown).collect());
-    let inverse = |s: &Series, v: f64| inverse_stokes_at(input, s, v);
+    let inverse = |s: &Series, v: f64| {
+        let density = input.scene.particles[s.particle].density;
+        let viscosity = input.scene.liquids[s.liquid].viscosity;
+        1.0 / stokes(density, s.diameter, v, viscosity)
+    };
     let stuck = stuck_marks(own, inverse);
     let end = 1.1 * largest(joined.iter().chain(&stuck)).unwrap_or(0.1);
     let mut layers = laws(own, end);
