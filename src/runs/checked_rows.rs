@@ -47,13 +47,17 @@ impl<'c> Cell<&'c str> {
     }
 }
 
+/// Takes the runs of a table a block after the other; where there is none, all are held.
+pub(super) type TakeRuns<'t> = Option<&'t mut dyn FnMut(Vec<ReadRun>)>;
+
 /// The runs of a table as far as it was read, and what is wrong with them.
-pub(super) struct CheckedRows<'s> {
+pub(super) struct CheckedRows<'s, 't> {
     layout: &'s TableLayout<'s>,
     /// the columns that the table has: those of words, and those of numbers
     words: Vec<(RunColumn, &'s ColumnPlace)>,
     numbers: Vec<(RunColumn, &'s ColumnPlace)>,
     checker: RowChecker<'s>,
+    take: TakeRuns<'t>,
     pub collected: Collected,
     decimals: Decimals<RunColumn>,
     liquids: LiquidCells,
@@ -63,8 +67,8 @@ pub(super) struct CheckedRows<'s> {
     wants_film: bool,
 }
 
-impl<'s> CheckedRows<'s> {
-    pub fn new(layout: &'s TableLayout<'s>, scene: &'s Scene) -> CheckedRows<'s> {
+impl<'s, 't> CheckedRows<'s, 't> {
+    pub fn new(layout: &'s TableLayout<'s>, scene: &'s Scene, take: TakeRuns<'t>) -> CheckedRows<'s, 't> {
         let placed = |column: RunColumn| Some((column, layout.place(column)?));
         let placed = RunColumn::ALL.into_iter().filter_map(placed);
         let (numbers, words) = placed.partition(|(column, _)| column.is_number());
@@ -73,6 +77,7 @@ impl<'s> CheckedRows<'s> {
             words,
             numbers,
             checker: RowChecker::new(scene, &layout.remarks),
+            take,
             collected: Collected::new(&layout.remarks),
             decimals: Decimals::new(),
             liquids: LiquidCells::default(),
@@ -168,6 +173,15 @@ impl<'s> CheckedRows<'s> {
                 let text = cell(layout.place(column)?)?.text();
                 (!text.trim().is_empty()).then(|| quoted(text.trim()))
             });
+        }
+    }
+
+    /// Gives the runs away that were gathered, where they are a block.
+    pub fn give_block(&mut self) {
+        /// runs of a block, at least
+        const BLOCK: usize = 1 << 19;
+        if let Some(take) = self.take.as_mut().filter(|_| self.collected.in_use.len() >= BLOCK) {
+            take(std::mem::take(&mut self.collected.in_use));
         }
     }
 

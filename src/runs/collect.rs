@@ -173,14 +173,6 @@ impl FilmRatioValues {
     }
 }
 
-/// What is done with runs as they are gathered.
-pub(super) enum Gathering<'a> {
-    /// all are held
-    Whole,
-    /// they are given away a block after the other; what is left over remains
-    Blocks(&'a mut (dyn FnMut(Vec<ReadRun>) + Send)),
-}
-
 /// Rows of the longest table that is read whole where the scene's model needs every run: some 3 GB.
 const MOST_WHOLE: usize = 10_000_000;
 
@@ -200,20 +192,6 @@ pub(crate) const OTHER_LABEL: &str = "give those rows another label to use them"
 
 /// What uses runs that the column of reasons leaves out.
 const CLEAR_EXCLUDE: &str = "clear the word in the column `exclude` to use those excluded";
-
-/// Runs of a block, at least.
-const BLOCK: usize = 1 << 19;
-
-impl Gathering<'_> {
-    /// Gives away what was gathered, where that is enough.
-    pub fn after(&mut self, collected: &mut Collected) {
-        if let Gathering::Blocks(take) = self {
-            if collected.in_use.len() >= BLOCK {
-                take(std::mem::take(&mut collected.in_use));
-            }
-        }
-    }
-}
 
 /// A whole file, collected.
 #[derive(Debug, Default, Serialize, Deserialize)]

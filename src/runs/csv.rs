@@ -2,8 +2,8 @@
 
 use std::io::{BufRead, BufReader, Read};
 
-use super::checked_rows::{Cell, CheckedRows};
-use super::collect::{Collected, Gathering};
+use super::checked_rows::{Cell, CheckedRows, TakeRuns};
+use super::collect::Collected;
 use super::columns::{Header, TableLayout, MOST_ABOVE};
 use super::decimals::separator_of;
 use super::headers::units::is_row_of_units;
@@ -114,23 +114,18 @@ impl<R: Read> Records<R> {
     }
 
     /// Reads every run, or names all that is wrong.
-    pub fn runs(mut self, scene: &Scene, gathering: &mut Gathering) -> Result<Collected, Problems> {
+    pub fn runs(mut self, scene: &Scene, take: TakeRuns) -> Result<Collected, Problems> {
         let header = self.header(scene.data.naming.header_row)?;
         let layout = TableLayout::new(&header, &scene.data.naming)?;
-        let mut rows = CheckedRows::new(&layout, scene);
-        if let Err(problems) = self.add_rows(&mut rows, layout.width, gathering) {
+        let mut rows = CheckedRows::new(&layout, scene, take);
+        if let Err(problems) = self.add_rows(&mut rows, layout.width) {
             rows.problems.extend(problems.into());
         }
         rows.finish()
     }
 
     /// Adds every record below the header, or refuses it. Fails where the rest of the file cannot be read.
-    fn add_rows(
-        &mut self,
-        rows: &mut CheckedRows,
-        width: usize,
-        gathering: &mut Gathering,
-    ) -> Result<(), Vec<Problem>> {
+    fn add_rows(&mut self, rows: &mut CheckedRows, width: usize) -> Result<(), Vec<Problem>> {
         let separator = self.separator;
         // lines of separators, which are none below the last run
         let mut empty = vec![];
@@ -157,7 +152,7 @@ impl<R: Read> Records<R> {
             rows.add(CellPlace::Line(line), record.cells.iter().copied(), |place| {
                 record.cells.get(place.index).copied().map(Cell::Text)
             });
-            gathering.after(&mut rows.collected);
+            rows.give_block();
         }
         Ok(())
     }

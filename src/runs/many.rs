@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::collect::{Collected, Gathering, CONDENSED_RUNS};
+use super::collect::{Collected, CONDENSED_RUNS};
 use super::csv::about_rows;
 use super::errors::RunError;
 use super::film_groups::FilmGroup;
@@ -164,9 +164,9 @@ fn read_blocks(
     source: &mut TableSource,
     table: &TableFile,
     scene: &Scene,
-    mut take: &mut (dyn FnMut(Vec<ReadRun>) + Send),
+    take: &mut dyn FnMut(Vec<ReadRun>),
 ) -> Result<Collected, Error> {
-    let mut collected = read_rows(source, table, scene, &mut Gathering::Blocks(&mut take))?;
+    let mut collected = read_rows(source, table, scene, Some(&mut *take))?;
     take(std::mem::take(&mut collected.in_use));
     Ok(collected)
 }

@@ -5,8 +5,8 @@ use std::io::Write;
 
 use polars::prelude::*;
 
-use super::checked_rows::{Cell, CheckedRows};
-use super::collect::{too_many_rows, Collected, Gathering};
+use super::checked_rows::{Cell, CheckedRows, TakeRuns};
+use super::collect::{too_many_rows, Collected};
 use super::columns::{ColumnPlace, Header, TableLayout};
 use super::csv::too_many_columns;
 use super::new_run::NewRun;
@@ -118,27 +118,23 @@ pub(super) fn survey_parquet(table: ParquetTable) -> Result<Survey, Vec<Problem>
 }
 
 /// Reads the rows of a Parquet table. Fails with every bad cell named by row and column.
-pub(super) fn read_parquet(
-    table: &ParquetTable,
-    scene: &Scene,
-    gathering: &mut Gathering,
-) -> Result<Collected, Problems> {
+pub(super) fn read_parquet(table: &ParquetTable, scene: &Scene, take: TakeRuns) -> Result<Collected, Problems> {
     let header = table.header()?;
     let layout = TableLayout::new(&header, &scene.data.naming)?;
     table.check_types(&layout)?;
     // only what is used: another column may have a type this reader does not know
     let names: Vec<String> = wanted(&layout).iter().map(|(_, place)| place.name.clone()).collect();
-    let is_whole = matches!(gathering, Gathering::Whole);
+    let is_whole = take.is_none();
     table.check_counts(&names, if is_whole { table.rows } else { ROWS_AT_ONCE })?;
     // what a few bytes may claim is not kept to be refused then
     if let Some(problem) = too_many_rows(table.rows, scene).filter(|_| is_whole) {
         return Err(vec![problem].into());
     }
-    let mut checked = CheckedRows::new(&layout, scene);
+    let mut checked = CheckedRows::new(&layout, scene, take);
     for first in (0..table.rows).step_by(ROWS_AT_ONCE) {
         let frame = table.read(&names, first)?;
         add_rows(&mut checked, &layout, &frame, first)?;
-        gathering.after(&mut checked.collected);
+        checked.give_block();
     }
     checked.finish()
 }

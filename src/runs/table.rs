@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::averaged::MOST_AVERAGED;
-use super::collect::{columns_not_read, too_many_rows, Collected, Gathering, Screened, SheetRead, SHEETS_NOT_READ};
+use super::checked_rows::TakeRuns;
+use super::collect::{columns_not_read, too_many_rows, Collected, Screened, SheetRead, SHEETS_NOT_READ};
 use super::parquet::read_parquet;
 use super::places::RowPlaces;
 use super::refusals::whole_file;
@@ -98,15 +99,12 @@ pub(super) fn read_rows(
     source: &mut TableSource,
     file: &TableFile,
     scene: &Scene,
-    gathering: &mut Gathering,
+    take: TakeRuns,
 ) -> Result<Collected, Error> {
     let path = file.path.as_path();
     if file.ends_with(".parquet") {
-        let most = match gathering {
-            Gathering::Whole => MOST_OF_PARQUET,
-            Gathering::Blocks(_) => u64::MAX,
-        };
-        let read = read_parquet(&source.parquet(path, most)?, scene, gathering);
+        let most = if take.is_none() { MOST_OF_PARQUET } else { u64::MAX };
+        let read = read_parquet(&source.parquet(path, most)?, scene, take);
         return read.map_err(|problems| Error::input(path, problems));
     }
     if file.ends_with(TableFile::WORKBOOK) {
@@ -118,7 +116,7 @@ pub(super) fn read_rows(
         return read_sheet(sheet, scene).map_err(|problems| Error::input(&shown, problems));
     }
     let table = source.csv(path, &scene.data.naming)?;
-    let read = table.runs(scene, gathering);
+    let read = table.runs(scene, take);
     read.map_err(|problems| Error::input(path, problems))
 }
 
@@ -142,7 +140,7 @@ pub(super) struct Joined<'p> {
 }
 
 impl<'p> Joined<'p> {
-    /// Adds a table; only one is held beside those before it.
+    /// Adds a table; only one is held beside those before it. Fails where means stand for more runs than are kept.
     pub fn add(&mut self, (mut table, sha256): (Collected, String), file: &'p TableFile) -> Result<(), Error> {
         let path = file.path.as_path();
         let notices = [
@@ -182,7 +180,12 @@ impl<'p> Joined<'p> {
             return Err(Error::input(without, vec![Problem::new("header", expected)]));
         }
         self.all.append(table);
-        check_averaged(&self.all, path)
+        if self.all.averaged[1] > MOST_AVERAGED {
+            let expected = format!("at most {MOST_AVERAGED} together");
+            let problem = whole_file("the rows are means of too many runs", &expected);
+            return Err(Error::input(path, vec![problem]));
+        }
+        Ok(())
     }
 
     /// The runs as they were read; and what is to be said of them, with the places of their rows.
@@ -269,20 +272,10 @@ impl<'p> Joined<'p> {
     }
 }
 
-/// Refuses tables whose means stand for more runs than are kept.
-fn check_averaged(collected: &Collected, path: &Path) -> Result<(), Error> {
-    if collected.averaged[1] > MOST_AVERAGED {
-        let found = "the rows are means of too many runs";
-        let expected = format!("at most {MOST_AVERAGED} together");
-        return Err(Error::input(path, vec![whole_file(found, &expected)]));
-    }
-    Ok(())
-}
-
 /// Reads a table; where its column `exclude` turns out to say yes or no of each run, once more with those kept that have a
 /// no there.
 fn read_by_exclude(source: &mut TableSource, file: &TableFile, scene: &Scene) -> Result<Collected, Error> {
-    let first = read_rows(source, file, scene, &mut Gathering::Whole)?;
+    let first = read_rows(source, file, scene, None)?;
     let words = first.words_for_no();
     if words.is_empty() {
         return Ok(first);
@@ -291,7 +284,7 @@ fn read_by_exclude(source: &mut TableSource, file: &TableFile, scene: &Scene) ->
     let of_column = (RunColumn::Exclude, words.iter().map(missing).collect());
     let mut scene = scene.clone();
     scene.data.naming.words.push(of_column);
-    let mut collected = read_rows(source, file, &scene, &mut Gathering::Whole)?;
+    let mut collected = read_rows(source, file, &scene, None)?;
     collected.kept_by_no = words;
     Ok(collected)
 }

@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use rand::RngExt;
 
-use super::collect::{Collected, Gathering};
+use super::collect::Collected;
 use super::parquet::ParquetTable;
 use super::*;
 use crate::error::Problems;
@@ -23,13 +23,13 @@ fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Problems> {
     let mut file = tempfile::tempfile().expect("a file");
     file.write_all(bytes).expect("room for it");
     let table = ParquetTable::open(&file)?;
-    parquet::read_parquet(&table, scene, &mut Gathering::Whole)
+    parquet::read_parquet(&table, scene, None)
 }
 
 fn read_csv(text: &str, scene: &Scene) -> Result<Collected, Problems> {
     let separator = csv::separator(text.as_bytes(), &scene.data.naming).expect("a line");
     let table = records::Records::new(text.as_bytes(), separator).expect("it is read");
-    table.runs(scene, &mut Gathering::Whole)
+    table.runs(scene, None)
 }
 
 /// The plain table with a column of errors, most of them missing.

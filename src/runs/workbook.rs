@@ -54,7 +54,7 @@ impl SheetRow {
 pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, Problems> {
     let header = sheet.header(&scene.data.naming)?;
     let layout = TableLayout::new(&header, &scene.data.naming)?;
-    let mut checked = CheckedRows::new(&layout, scene);
+    let mut checked = CheckedRows::new(&layout, scene, None);
     let mut unnamed = BTreeSet::new();
     while let Some(row) = sheet.next_row()? {
         unnamed.extend(row.cells.range(layout.width..).map(|(column, _)| *column));
