@@ -113,21 +113,14 @@ mod tests {
             let told = other_height(name, "its name", RunColumn::DropHeight, &naming).unwrap_or_default();
             told.split('`').nth(1).unwrap_or_default().to_owned()
         };
+        let examples = |kind: &str| {
+            let mut lines = include_str!("examples.txt").lines();
+            let names = lines.find_map(|line| line.strip_prefix(kind)?.strip_prefix(": "));
+            names.expect("names of heights").split(" | ")
+        };
         let [lowest, centre] = [HeightsOf::Lowest, HeightsOf::Centre];
         let [plate, film] = [HeightsTo::Plate, HeightsTo::Film];
-        for name in [
-            "h centre (mm)",
-            "Höhe der Kugelmitte",
-            "height of the center",
-            "centre above plate",
-            "Höhe des Schwerpunkts",
-            "Kugelzentrum (mm)",
-            "Height from centre of ball (mm)",
-            "Höhe ab Kugelmitte",
-            "h mid-point (mm)",
-            "drop height c.o.g. (mm)",
-            "Alle Höhen beziehen sich auf den Kugelmittelpunkt",
-        ] {
+        for name in examples("heights of the centre") {
             assert_eq!(asked(name, lowest, plate), "heights_of = \"centre\"");
             assert_eq!(asked(name, centre, plate), "");
         }
@@ -135,13 +128,7 @@ mod tests {
             asked("height (mm, lowest point)", centre, plate),
             "heights_of = \"lowest\""
         );
-        for name in [
-            "h above film",
-            "Höhe über der Flüssigkeit",
-            "drop height above the liquid",
-            "Fallhöhe ab Filmoberfläche [mm]",
-            "drop height from liquid surface (mm)",
-        ] {
+        for name in examples("heights above the film") {
             assert_eq!(asked(name, lowest, plate), "heights_to = \"film\"");
             assert_eq!(asked(name, lowest, film), "");
         }
@@ -153,24 +140,7 @@ mod tests {
         );
         assert!(top.is_some_and(|told| told.contains("sphere's top")));
         assert_eq!(asked("h above glass", lowest, film), "heights_to = \"plate\"");
-        for name in [
-            "h",
-            "drop height",
-            "height above surface",
-            "film height",
-            "top plate to ball",
-            "rebound height, top of bounce (mm)",
-            "h_top",
-            "height (mm) above plate centre",
-            "h (mm, center of the image)",
-            "h (mm) Mitte Platte",
-            "Height, plate centre",
-            "h center of tray",
-            "centre line of scale",
-            "height above bottom plate (mm)",
-            "h above the film-covered plate (mm)",
-            "h (mm) mean over oil batches",
-        ] {
+        for name in examples("heights of no point") {
             assert_eq!(asked(name, lowest, plate), "");
             assert_eq!(asked(name, centre, film), "");
         }
