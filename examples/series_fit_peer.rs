@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let fit = || Regression::new(Law::SQUARE_ROOT, black_box(&inverse_speed), black_box(&restitution)).fit();
     let found = fit();
     let ([alpha, beta], Some(se_alpha), Some(se_beta)) = (&found.parameters[..], found.se(0), found.se(1)) else {
-        return Err(format!("no standard errors: {:?}", found.why_no_covariance).into());
+        return Err(format!("no standard errors: {:?}", found.covariance.err()).into());
     };
     // the best of several batches: the least disturbed by whatever else the machine does
     let mut seconds_per_fit = f64::INFINITY;

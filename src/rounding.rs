@@ -121,6 +121,16 @@ pub fn with_sd(mean: f64, sd: f64, mcse: f64) -> String {
     format!("{} ± {}", to_place(mean, place), to_place(sd, place))
 }
 
+/// A value with its error: of a posterior to no digit that its Monte Carlo error leaves open. Without an error that is said.
+pub fn with_error(value: Option<f64>, error: Option<f64>, mcse: Option<f64>) -> String {
+    match (value, positive(error), positive(mcse)) {
+        (Some(mean), Some(sd), Some(mcse)) => with_sd(mean, sd, mcse),
+        (Some(value), Some(se), None) => with_se(value, se),
+        (Some(value), None, _) => format!("{} (no ±)", significant(value, 4)),
+        (None, ..) => NONE.to_owned(),
+    }
+}
+
 /// The word that agrees with a number of things.
 pub fn by_number<W>(count: usize, one: W, more: W) -> W {
     if count == 1 {

@@ -11,6 +11,7 @@ use wetcor::inference::kernel;
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
 use wetcor::physics::dry::Order;
+use wetcor::physics::Quantity::{EInf, StC, ThresholdSpeed};
 use wetcor::ranks::Ranks;
 use wetcor::scene::ResamplingScheme;
 use wetcor::study::calibration::{self, DrawnSets};
@@ -226,7 +227,7 @@ fn replicates_spread_as_the_delta_method_says() {
     let place = Place::new(&(statistics::clear() + "\n[bootstrap]\nreplicates = 4000\n"));
     let table = place.draw(3, None);
     let found: Findings = findings::fit_least_squares(&place.scene, &table, 1, true);
-    let slowest = &found.series[0].threshold_speed_m_s;
+    let slowest = &found.series[0].estimates[ThresholdSpeed];
     // near β = 0 replicates of it have no mean: what stands is the fit's own, at both levels
     let methods: Vec<&str> = slowest.intervals.iter().map(|made| made.method).collect();
     assert_eq!(methods[..2], ["delta"; 2], "{slowest:?}");
@@ -235,7 +236,7 @@ fn replicates_spread_as_the_delta_method_says() {
         "{slowest:?}"
     );
     let row = found.square_root();
-    for estimate in [&row.e_inf, &row.st_c] {
+    for estimate in [&row.estimates[EInf], &row.estimates[StC]] {
         // the delta method's interval is kept at the scene's level alone
         let kept = estimate.intervals.iter();
         let kept: Vec<(&str, f64)> = kept.map(|made| (made.method, made.level)).collect();

@@ -3,10 +3,11 @@
 
 use crate::common::scenes::{scene_of, AK10, HEADER, PE, PTFE};
 use crate::common::{self, Place, Says, Told};
-use wetcor::findings::estimate::Estimate;
+use wetcor::findings::estimate::{Estimate, QuantityEstimates};
 use wetcor::findings::posterior::Posterior;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
+use wetcor::physics::Quantity::{Alpha, Beta, StC, ThresholdSpeed};
 
 fn scene_text() -> String {
     scene_of("degenerate", &[PTFE, AK10])
@@ -43,13 +44,10 @@ pub fn fit(wet: &[(f64, f64)]) -> Findings {
 
 /// Every estimate of the wet runs.
 pub fn estimates(findings: &Findings) -> Vec<&Estimate> {
-    let series = findings.series.iter();
-    let series = series.flat_map(|s| [&s.alpha, &s.beta, &s.e_inf, &s.threshold_speed_m_s]);
-    let laws = findings.scaling.iter();
-    let laws = laws.flat_map(|s| [&s.e_inf, &s.st_c].into_iter().chain(&s.st_no_rebound));
-    let energy = findings.scaling.iter().filter_map(|law| law.energy.as_ref());
-    let energy = energy.flat_map(|e| [&e.loss_over_density_ratio, &e.st_c_e_inf2, &e.delta_c_m]);
-    series.chain(laws).chain(energy).collect()
+    let series = findings.series.iter().map(|fit| &fit.estimates);
+    let laws = findings.scaling.iter().map(|law| &law.estimates);
+    let each = series.chain(laws).flat_map(QuantityEstimates::iter);
+    each.map(|(_, estimate)| estimate).collect()
 }
 
 /// A reason stands exactly where an uncertainty is missing; nothing is infinite, and no ± is zero.
@@ -94,7 +92,7 @@ fn runs_that_determine_no_law_have_no_uncertainty() {
     // the law through two runs is known, only its uncertainty is not
     let two = fit(&[(0.8, 0.66), (1.6, 0.70)]);
     assert_no_uncertainty(&two, "converged", "as many parameters as runs");
-    assert!(two.series[0].alpha.value.is_some());
+    assert!(two.series[0].estimates[Alpha].value.is_some());
 }
 
 #[test]
@@ -103,7 +101,7 @@ fn all_restitutions_equal() {
     assert_honest(&findings);
     let series = &findings.series[0];
     assert!(!series.verdict.passed, "{:?}", series.verdict);
-    assert!(series.threshold_speed_m_s.value.is_none() && series.threshold_speed_m_s.why_none.is_some());
+    assert!(series.estimates[ThresholdSpeed].value.is_none() && series.estimates[ThresholdSpeed].why_none.is_some());
     for estimate in estimates(&findings) {
         assert!(estimate.se.is_none(), "{estimate:?}");
     }
@@ -124,15 +122,14 @@ fn restitution_that_rises_towards_low_speeds_has_no_threshold() {
     assert_eq!(series.stop, "converged");
     assert!(!series.verdict.passed, "{:?}", series.verdict);
     series.verdict.reason.says("does not fall");
-    assert!(series.beta.value.is_some_and(|beta| beta > 0.0) && series.beta.se.is_some());
-    assert!(series.threshold_speed_m_s.value.is_none());
-    assert!(series
-        .threshold_speed_m_s
+    assert!(series.estimates[Beta].value.is_some_and(|beta| beta > 0.0) && series.estimates[Beta].se.is_some());
+    assert!(series.estimates[ThresholdSpeed].value.is_none());
+    assert!(series.estimates[ThresholdSpeed]
         .why_none
         .as_deref()
         .is_some_and(|why| why.contains("β")));
     for row in &findings.scaling {
-        assert!(row.st_c.value.is_none() && !row.verdict.passed, "{row:?}");
+        assert!(row.estimates[StC].value.is_none() && !row.verdict.passed, "{row:?}");
     }
 }
 

@@ -81,12 +81,12 @@ fn with_truths(findings: &Findings) -> Vec<(String, &Estimate, f64)> {
         all.push((parameter.name.clone(), &parameter.estimate, truth));
     }
     let of_balance = balance.derived.iter().map(|row| {
-        let both = [&row.e_inf, &row.st_c];
+        let both = [Quantity::EInf, Quantity::StC].map(|quantity| &row.estimates[quantity]);
         ("balance", &row.particle, row.film_ratio, row.diameter_m, both)
     });
     let direct = findings.scaling.iter().filter(|row| row.law.name() == "sqrt");
     let direct = direct.filter_map(|row| {
-        let both = [&row.e_inf, &row.st_c];
+        let both = [Quantity::EInf, Quantity::StC].map(|quantity| &row.estimates[quantity]);
         Some(("direct", &row.particle, row.film_ratio?, row.diameter_m, both))
     });
     for (fit, particle, film_ratio, diameter, [of_e_inf, of_st_c]) in of_balance.chain(direct) {

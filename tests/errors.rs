@@ -10,6 +10,7 @@ use wetcor::inference::effective_variance::{ErrorColumns, ErrorWeights};
 use wetcor::inference::law::Law;
 use wetcor::inference::least_squares::Fit;
 use wetcor::inference::regression::Regression;
+use wetcor::physics::Quantity::{EInf, StC};
 
 /// α and β of the truth.
 const TRUTH: [f64; 2] = [0.52, -0.09];
@@ -133,7 +134,7 @@ fn errors_explain_the_scatter_they_make() {
         };
         without.push(with(&|m, slope| m * m + slope * slope));
         wrong.push(with(&|m, slope| (m - slope) * (m - slope)));
-        assert!(fit.covariance.is_some());
+        assert!(fit.covariance.is_ok());
     }
     let z = |values: &[f64]| {
         let (mean, mcse) = mean(values);
@@ -370,7 +371,7 @@ fn a_scene_with_errors_is_weighed_in_every_fit_and_replicate() {
             "{}",
             row.verdict.reason
         );
-        for estimate in [&row.e_inf, &row.st_c] {
+        for estimate in [&row.estimates[EInf], &row.estimates[StC]] {
             let (value, se) = estimate.pair().expect("an error");
             let boot = estimate.bootstrap.as_ref().expect("replicates");
             let of_replicates = boot.se.expect("replicates");

@@ -7,6 +7,7 @@ use rand::{RngExt, SeedableRng};
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::Findings;
 use wetcor::model::parameters::ParameterKind;
+use wetcor::physics::Quantity::{Alpha, Beta, EInf, StC, StCEInf2};
 use wetcor::runs::WIDEST;
 use wetcor::scene::WetLaw;
 
@@ -70,14 +71,17 @@ fn film_ratios_that_run_into_each_other_have_no_laws() {
         for row in at(&findings, Some(group.film_ratio)) {
             let why = group.why_no_laws.as_ref();
             assert!(!row.verdict.passed && Some(&row.verdict.reason) == why, "{row:?}");
-            let energy = row.energy.as_ref().expect("of one film ratio");
-            for estimate in [&row.e_inf, &row.st_c, &energy.st_c_e_inf2] {
+            assert!(row.energy.is_some(), "of one film ratio");
+            for quantity in [EInf, StC, StCEInf2] {
+                let estimate = &row.estimates[quantity];
                 assert!(estimate.value.is_none() && estimate.se.is_none() && estimate.why_none.as_ref() == why);
             }
-            assert!(energy.loss_over_density_ratio.value.is_none() && energy.delta_c_m.value.is_none());
+            assert!(row.estimates.iter().all(|(_, estimate)| estimate.value.is_none()));
         }
         let mut series = findings.series.iter().filter(|one| one.film_ratio == group.film_ratio);
-        assert!(series.all(|one| !one.verdict.passed && one.alpha.value.is_none() && one.beta.value.is_none()));
+        assert!(series.all(|one| !one.verdict.passed
+            && one.estimates[Alpha].value.is_none()
+            && one.estimates[Beta].value.is_none()));
     }
     // whether one law holds for all of a particle's film ratios cannot be tested then
     assert!(at(&findings, None).iter().all(|row| !row.verdict.passed));

@@ -10,6 +10,7 @@ use wetcor::findings::estimates::Source;
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::loss::Film;
+use wetcor::physics::Quantity::{EInf, StC};
 use wetcor::physics::{Coefficient, Inertia};
 use wetcor::runs::Table;
 use wetcor::scene::WetLaw;
@@ -92,7 +93,7 @@ fn parameters_come_from_the_posterior_and_e_inf_from_the_law_where_every_run_reb
     let row = row.expect("fitted");
     assert_eq!(
         (law.number.value, law.number.interval),
-        (row.st_c.value, row.st_c.interval)
+        (row.estimates[StC].value, row.estimates[StC].interval)
     );
     assert_eq!(law.number.method, "percentile");
 }
@@ -119,8 +120,8 @@ fn e_inf_of_few_degrees_of_freedom_comes_from_the_posterior_alone() {
     }
     assert!(held > 0, "{:?}", alone.main.places);
     let row = alone.square_root();
-    let [lo, hi] = row.e_inf.interval.expect("an interval");
-    assert!(0.5 * (hi - lo) / row.e_inf.se.expect("a standard error") > 2.5);
+    let [lo, hi] = row.estimates[EInf].interval.expect("an interval");
+    assert!(0.5 * (hi - lo) / row.estimates[EInf].se.expect("a standard error") > 2.5);
     let sampled = fit(&few, |_| table);
     for film_ratio in [0.04, 0.1] {
         assert!(all_from_posterior(&sampled, film_ratio), "{:?}", sampled.main.places);
@@ -338,7 +339,7 @@ fn as_good_forms(scene: &str, inertia: Inertia, sets: u64) -> usize {
         let findings = place.infer(seed);
         let balance = findings.balance();
         let is_near = |row: &DerivedEstimate| {
-            let (value, se) = row.e_inf.pair().expect("a ±");
+            let (value, se) = row.estimates[EInf].pair().expect("a ±");
             (value - true_e_inf(&place, row.film_ratio)).abs() < 3.0 * se
         };
         [balance.inertia == inertia || balance.derived.iter().all(is_near)]

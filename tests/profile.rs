@@ -5,6 +5,7 @@ use crate::common::{binomial_z, counts, study, Place, Told};
 use wetcor::findings;
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
+use wetcor::physics::Quantity::{StC, StNoRebound};
 use wetcor::scene::WetLaw;
 
 /// Three heights, the lowest of which is within two standard deviations of no rebound at the thicker film: a lucky run
@@ -58,10 +59,10 @@ fn a_quoted_se_holds_near_the_threshold() {
         for (row, wide) in plain.scaling.iter().filter(own).zip(wide.scaling.iter().filter(own)) {
             let film_ratio = row.film_ratio.expect("filtered");
             let of_film = &mut found[usize::from(film_ratio > 0.06)];
-            of_film.extend(judged(&row.st_c, &wide.st_c, truth(film_ratio)));
+            of_film.extend(judged(&row.estimates[StC], &wide.estimates[StC], truth(film_ratio)));
         }
         for (row, wide) in plain.balance().derived.iter().zip(&wide.balance().derived) {
-            found[2].extend(judged(&row.st_c, &wide.st_c, truth(row.film_ratio)));
+            found[2].extend(judged(&row.estimates[StC], &wide.estimates[StC], truth(row.film_ratio)));
         }
         found
     });
@@ -108,7 +109,7 @@ fn a_run_that_barely_rebounds_leaves_no_se() {
     let findings = place.fit_rows(&table(&PINNED));
     let row = findings.square_root();
     assert!(row.verdict.passed);
-    for of in [&row.st_c, row.st_no_rebound.as_ref().expect("a square root")] {
+    for of in [StC, StNoRebound].map(|quantity| &row.estimates[quantity]) {
         let delta = of.intervals.iter().find(|made| made.is_delta() && made.level == 0.95);
         let delta = delta.expect("the fit has a covariance");
         let [lo, hi] = of.interval.expect("the profile's");
@@ -118,14 +119,14 @@ fn a_run_that_barely_rebounds_leaves_no_se() {
         assert!(hi < delta.hi && lo < delta.lo, "{of:?}");
     }
     let truth = truth(0.08);
-    let [lo, hi] = row.st_c.interval.expect("the profile's");
-    assert!(lo < truth && truth < hi, "{:?}", row.st_c);
+    let [lo, hi] = row.estimates[StC].interval.expect("the profile's");
+    assert!(lo < truth && truth < hi, "{:?}", row.estimates[StC]);
     // replicates pile up where the fit does: the profile's interval stays
     let resampled = findings::fit_least_squares(&place.scene, &place.read(), 1, true);
-    let with = &resampled.square_root().st_c;
+    let with = &resampled.square_root().estimates[StC];
     assert_eq!(
         (with.interval, with.method, with.se),
-        (row.st_c.interval, "profile", None)
+        (row.estimates[StC].interval, "profile", None)
     );
     assert!(with.bootstrap.as_ref().is_some_and(|made| made.se.is_some()));
     let methods: Vec<&str> = with.intervals.iter().map(|made| made.method).collect();
@@ -146,8 +147,8 @@ fn a_limit_that_does_not_exist_is_said() {
     ];
     let findings = Place::new(&near_threshold()).fit_rows(&table(&wet));
     let row = findings.square_root();
-    assert_eq!((row.st_c.se, row.st_c.interval), (None, None));
-    let why = row.st_c.why_none.as_ref().expect("no interval");
+    assert_eq!((row.estimates[StC].se, row.estimates[StC].interval), (None, None));
+    let why = row.estimates[StC].why_none.as_ref().expect("no interval");
     assert!(why.contains("no lower one") || why.contains("no upper one"), "{why}");
     let json = serde_json::to_string(&findings).expect("plain data");
     assert!(!json.contains("NaN") && !json.contains("inf,"), "not finite");

@@ -3,7 +3,7 @@
 use crate::common::scenes::{design, scene_of, truth, AK10, M20, PTFE};
 use crate::common::{binomial_z, counts, holds, mean, normal, read_in_project, seed_of, study, Place, Says, Told};
 use wetcor::findings::bootstrap::{self, Estimates, Options, Resampling, MOST_RESAMPLED};
-use wetcor::findings::estimate::Estimate;
+use wetcor::findings::estimate::{Estimate, QuantityEstimates};
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::{self, dry, scaling, series, Findings, FitSetup};
 use wetcor::inference::bootstrap::intervals::Replicates;
@@ -12,6 +12,8 @@ use wetcor::inference::bootstrap::{replicate, Plan, Pool, Target};
 use wetcor::inference::kernel;
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
+use wetcor::physics::Quantity;
+use wetcor::physics::Quantity::{Alpha, Beta, EInf, InertialLoss, StC};
 use wetcor::runs::Table;
 use wetcor::scene::{IntervalMethod, ResamplingScheme, WetLaw};
 use wetcor::seed::stream;
@@ -179,11 +181,14 @@ fn resampled(place: &Place, table: &Table, most_resampled: usize) -> (Vec<Estima
     };
     let (resampling, _) = bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, &|_| ());
     let of_dry = dry.into_iter().map(|fitted| fitted.dry_k);
-    let of_series = series.into_iter().flat_map(|fit| [fit.alpha, fit.beta]);
-    let of_scaling = scaling.into_iter().flat_map(|fitted| {
-        let loss = fitted.energy.map(|own| own.loss_over_density_ratio);
-        [fitted.e_inf, fitted.st_c].into_iter().chain(loss)
-    });
+    let of = |estimates: &QuantityEstimates, quantities: &[Quantity]| -> Vec<Estimate> {
+        let all = estimates.iter().filter(|(quantity, _)| quantities.contains(quantity));
+        all.map(|(_, estimate)| estimate.clone()).collect()
+    };
+    let of_series = series.iter();
+    let of_series = of_series.flat_map(|fit| of(&fit.estimates, &[Alpha, Beta]));
+    let of_law = [EInf, StC, InertialLoss];
+    let of_scaling = scaling.iter().flat_map(|fitted| of(&fitted.estimates, &of_law));
     let all = of_dry.chain(of_series).chain(of_scaling);
     (all.collect(), resampling)
 }
@@ -271,19 +276,22 @@ fn a_table_of_very_many_runs_is_told_that_nothing_was_resampled() {
     let found = findings::fit_least_squares(&place.scene, &table, 1, true);
     let resampling = found.bootstrap.as_ref().expect("the stage ran");
     assert_eq!((resampling.by_sandwich, resampling.resampled_fits), (true, 0));
-    assert!(found.scaling.iter().all(|row| row.e_inf.method == "sandwich"));
+    assert!(found.scaling.iter().all(|row| row.estimates[EInf].method == "sandwich"));
     // where the scene wants the interval of least squares, that is quoted
     let mut place = place;
     place.scene.bootstrap.interval = Some(IntervalMethod::Delta);
     let found = findings::fit_least_squares(&place.scene, &table, 1, true);
-    assert!(found.scaling.iter().all(|row| row.e_inf.method == "delta"));
-    assert!(found.scaling.iter().all(|row| row.e_inf.bootstrap.is_some()));
+    assert!(found.scaling.iter().all(|row| row.estimates[EInf].method == "delta"));
+    assert!(found.scaling.iter().all(|row| row.estimates[EInf].bootstrap.is_some()));
     // at the line runs are resampled as ever
     place.scene.bootstrap.interval = None;
     place.scene.bootstrap.replicates = 2;
     let table = place.draw(1, Some(MOST_RESAMPLED as u64));
     let found = findings::fit_least_squares(&place.scene, &table, 1, true);
-    assert!(found.scaling.iter().all(|row| row.e_inf.method == "percentile"));
+    assert!(found
+        .scaling
+        .iter()
+        .all(|row| row.estimates[EInf].method == "percentile"));
 }
 
 fn fitted(scheme: &str, runs: &str) -> Findings {
@@ -314,14 +322,17 @@ fn one_series_cannot_be_resampled_and_says_so() {
     let found = fitted("series", &two);
     // each series alone has nothing to draw in its place; both together have
     for row in &found.series {
-        let boot = row.alpha.bootstrap.as_ref().expect("it is said");
+        let boot = row.estimates[Alpha].bootstrap.as_ref().expect("it is said");
         assert_eq!((boot.se, boot.replicates), (None, 0));
         assert!(boot.fallback.is_some_and(|why| why.contains("one series")), "{boot:?}");
-        assert_eq!(row.alpha.method, "delta");
-        assert!(row.alpha.interval.is_some());
+        assert_eq!(row.estimates[Alpha].method, "delta");
+        assert!(row.estimates[Alpha].interval.is_some());
     }
     let pooled = linear(&found);
-    assert_eq!(pooled.e_inf.bootstrap.as_ref().map(|boot| boot.replicates), Some(500));
+    assert_eq!(
+        pooled.estimates[EInf].bootstrap.as_ref().map(|boot| boot.replicates),
+        Some(500)
+    );
 }
 
 #[test]
@@ -338,11 +349,11 @@ fn failed_replicates_are_counted_with_their_reason_and_gate() {
     };
     let found = fitted("series", &(at("AK10", 1.5, 0.68) + &at("M20", 1.0, 0.55)));
     let row = linear(&found);
-    let boot = row.e_inf.bootstrap.as_ref().expect("it is said");
+    let boot = row.estimates[EInf].bootstrap.as_ref().expect("it is said");
     assert_eq!((boot.failed, boot.replicates), (500, 500));
     let failures = boot.failures.iter().map(|failure| (failure.reason, failure.replicates));
     assert_eq!(failures.collect::<Vec<_>>(), [("degenerate resample", 500)]);
-    assert_eq!(row.e_inf.method, "delta");
+    assert_eq!(row.estimates[EInf].method, "delta");
     let check = found.check("bootstrap_failures");
     assert!(check.gates() && !check.passed && check.value == Some(1.0), "{check:?}");
     let mut concerns = check.concerns.iter();
@@ -360,9 +371,9 @@ fn strata_of_one_run_are_counted_and_fits_of_few_runs_keep_the_delta_interval() 
     assert_eq!((resampling.single_run_strata, resampling.strata), (1, 7));
     let few = fitted("cases", &series("AK10", 0.5, -0.1, 8));
     // resampling so few makes intervals too short
-    assert_eq!(few.series[0].alpha.method, "delta");
+    assert_eq!(few.series[0].estimates[Alpha].method, "delta");
     assert_eq!(
-        fitted("cases", &series("AK10", 0.5, -0.1, 24)).series[0].alpha.method,
+        fitted("cases", &series("AK10", 0.5, -0.1, 24)).series[0].estimates[Alpha].method,
         "percentile"
     );
 }

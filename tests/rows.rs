@@ -7,6 +7,7 @@ use crate::common::{self, cells, rows, Folder, Place, Says, Told};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::Findings;
+use wetcor::physics::Quantity::{EInf, StC};
 use wetcor::runs::NewRun;
 use wetcor::scene::Scene;
 
@@ -79,7 +80,7 @@ fn means(settings: &[Vec<NewRun>], column: &str, of_sd: impl Fn(f64) -> f64) -> 
 fn estimates(found: &Findings) -> Vec<(f64, f64)> {
     let dry = found.dry.iter().map(|dry| (dry.dry_k.value, dry.dry_k.se));
     let scaling = found.scaling.iter().flat_map(|law| {
-        let both = [&law.e_inf, &law.st_c];
+        let both = [EInf, StC].map(|quantity| &law.estimates[quantity]);
         both.map(|estimate| (estimate.value, estimate.se))
     });
     let both = dry.chain(scaling).filter_map(|(value, se)| Some((value?, se?)));

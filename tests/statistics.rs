@@ -6,6 +6,7 @@ use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::Findings;
 use wetcor::physics::rebound::mean_restitution;
+use wetcor::physics::Quantity::{EInf, StC};
 use wetcor::scene::WetLaw;
 
 /// Spheres well above the threshold: nothing sticks, so every formula holds as it stands.
@@ -62,7 +63,14 @@ fn the_intervals_cover_the_truth() {
         let balance = findings.balance();
         let [l, c, scale] = [0, 1, 2].map(|place| &balance.parameters[place].estimate);
         let thickest = balance.derived.last().expect("four film ratios");
-        let estimates = [&findings.dry[0].dry_k, l, c, scale, &thickest.e_inf, &thickest.st_c];
+        let estimates = [
+            &findings.dry[0].dry_k,
+            l,
+            c,
+            scale,
+            &thickest.estimates[EInf],
+            &thickest.estimates[StC],
+        ];
         [1.0, 0.6].map(|shrink| {
             std::array::from_fn(|place| {
                 let [lo, hi] = estimates[place].interval.expect("the fit converged");
@@ -91,7 +99,8 @@ fn leaving_stuck_runs_out_spoils_the_linear_law_and_hardly_the_square_root() {
         let findings = Place::new(&sticking()).infer(seed);
         let (root, line) = (pooled(&findings, WetLaw::Sqrt), pooled(&findings, WetLaw::Linear));
         let shift = |estimate, truth: f64| value(estimate) / truth - 1.0;
-        let [of_root, of_line] = [root, line].map(|law| [shift(&law.e_inf, e_inf), shift(&law.st_c, st_c)]);
+        let [of_root, of_line] =
+            [root, line].map(|law| [shift(&law.estimates[EInf], e_inf), shift(&law.estimates[StC], st_c)]);
         let stuck = root.stuck as f64 / (root.stuck + root.runs) as f64;
         [of_root[0], of_root[1], of_line[0], of_line[1], stuck]
     });
@@ -119,8 +128,8 @@ fn the_linear_laws_printed_bias_is_the_one_of_a_noise_free_fit() {
         let root = roots.find(|row| row.film_ratio == law.film_ratio);
         let root = root.expect("both laws are fitted");
         let bias = law.bias.expect("the fit converged");
-        let of_e_inf = value(&law.e_inf) - value(&root.e_inf);
-        let of_st_c = value(&law.st_c) - value(&root.st_c);
+        let of_e_inf = value(&law.estimates[EInf]) - value(&root.estimates[EInf]);
+        let of_st_c = value(&law.estimates[StC]) - value(&root.estimates[StC]);
         assert!((of_e_inf - bias.e_inf).abs() < 1e-6, "{of_e_inf} {bias:?}");
         assert!((of_st_c - bias.st_c).abs() < 1e-4, "{of_st_c} {bias:?}");
         assert!(bias.e_inf > 0.002 && bias.st_c > 0.5, "{bias:?}");
@@ -141,7 +150,7 @@ fn the_dry_speed_of_the_truth_is_the_one_that_finds_it() {
             let row = pooled(&findings, WetLaw::Sqrt);
             let g = 1.0 - (-row.film_ratio.unwrap_or_default() / 0.07).exp();
             let truth = (e_dry * e_dry - 0.45 * 930.0 / 2150.0 * g).sqrt();
-            (value(&row.e_inf) - truth) / row.e_inf.se.expect("the fit converged")
+            (value(&row.estimates[EInf]) - truth) / row.estimates[EInf].se.expect("the fit converged")
         })
     };
     let (right, right_se) = mean(&distances(&at_impact));

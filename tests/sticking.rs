@@ -14,6 +14,7 @@ use wetcor::inference::importance::DrawCounts;
 use wetcor::inference::nuts::Effort;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::Order;
+use wetcor::physics::Quantity::StCEInf2;
 use wetcor::runs;
 use wetcor::scene::{NoiseOn, Scene, Sticking, WetLaw};
 use wetcor::seed::StreamName;
@@ -83,7 +84,7 @@ fn by_law(found: &Findings, law: WetLaw) -> Option<Found> {
     let mut rows = found.scaling.iter();
     let row = rows.find(|row| row.law == law && row.film_ratio.is_some())?;
     // twice L
-    let of = &row.energy.as_ref()?.st_c_e_inf2;
+    let of = &row.estimates[StCEInf2];
     let at = |level: f64| {
         let interval = of.intervals.iter().find(|interval| interval.level == level)?;
         Some([0.5 * interval.lo, 0.5 * interval.hi])

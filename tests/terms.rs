@@ -4,6 +4,7 @@ use crate::common::{assert_expected, binomial_z, counts, holds, mean, seed_of, s
 use wetcor::findings::terms::{SizedTerm, LINE};
 use wetcor::findings::Findings;
 use wetcor::physics::Inertia;
+use wetcor::physics::Quantity::StC;
 
 /// A design clear of the threshold, in which one number sets how much one term matters.
 #[derive(Clone, Copy)]
@@ -191,7 +192,8 @@ fn a_list_of_terms_is_obeyed() {
     let names: Vec<&str> = balance.parameters.iter().map(|own| own.name.as_str()).collect();
     assert_eq!(names, ["inertial_prefactor", "dry_k[P]"]);
     assert!(
-        balance.delta_c_over_roughness.value.is_none() && balance.derived.iter().all(|row| row.st_c.value.is_none())
+        balance.delta_c_over_roughness.value.is_none()
+            && balance.derived.iter().all(|row| row.estimates[StC].value.is_none())
     );
     let held = |term| of(&found, term).held;
     assert_eq!(

@@ -8,6 +8,7 @@ use wetcor::findings;
 use wetcor::findings::compare::ComparedModel;
 use wetcor::model::parameters::ParameterKind;
 use wetcor::physics::viscous::RUPTURE_SCALE;
+use wetcor::physics::Quantity::{DeltaC, EInf, StC};
 use wetcor::physics::{Coefficient, Viscous};
 
 /// Two particles of three diameters, whose roughness differs.
@@ -72,16 +73,18 @@ fn least_squares_find_the_truth_back() {
     for row in &balance.derived {
         let diameter = row.diameter_m.expect("one for each diameter");
         let l = lubrication_log(&row.particle, diameter, row.film_ratio * diameter, 0.9);
-        let e_inf = row.e_inf.value.expect("a value");
-        let st_c = row.st_c.value.expect("a value");
+        let e_inf = row.estimates[EInf].value.expect("a value");
+        let st_c = row.estimates[StC].value.expect("a value");
         assert!((st_c / (2.0 * l / (e_inf * e_inf)) - 1.0).abs() < 1e-7, "{row:?}");
     }
-    let [small, large] = [&balance.derived[0], &balance.derived[1]].map(|row| row.st_c.value.expect("a value"));
+    let [small, large] =
+        [&balance.derived[0], &balance.derived[1]].map(|row| row.estimates[StC].value.expect("a value"));
     assert!(large > small + 1.0, "{small} {large}");
     let why = balance.delta_c_over_roughness.why_none.as_deref();
     assert_eq!(why, Viscous::Film.why_no_critical_separation());
-    for row in findings.scaling.iter().filter_map(|law| law.energy.as_ref()) {
-        assert_eq!((row.delta_c_m.value, row.delta_c_m.why_none.as_deref()), (None, why));
+    for row in findings.scaling.iter().filter(|law| law.energy.is_some()) {
+        let delta_c = &row.estimates[DeltaC];
+        assert_eq!((delta_c.value, delta_c.why_none.as_deref()), (None, why));
     }
     assert!(findings.tells("viscous_form"));
 }

@@ -8,6 +8,7 @@ use rand::RngExt;
 use rayon::prelude::*;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::rebound::mean_restitution;
+use wetcor::physics::Quantity::{EInf, StC};
 use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::{Scene, WetLaw};
 use wetcor::seed::stream;
@@ -527,7 +528,8 @@ fn runs_of_the_linear_law_are_said_to_follow_it() {
         assert_eq!(row.verdict.passed, row.law == WetLaw::Linear, "{reason}");
         if row.law == WetLaw::Linear {
             reason.begins("describes the runs better");
-            let [e_inf, st_c] = [&row.e_inf, &row.st_c].map(|estimate| estimate.value.expect("fitted"));
+            let [e_inf, st_c] =
+                [&row.estimates[EInf], &row.estimates[StC]].map(|estimate| estimate.value.expect("fitted"));
             assert!(
                 (e_inf - 0.75).abs() < 0.001 && (st_c - 13.0).abs() < 0.03,
                 "{e_inf} {st_c}"

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::dry::{self, Dry};
-use super::estimate::{Estimate, Quoting};
+use super::estimate::{Estimate, QuantityEstimates, Quoting};
 use super::fit_verdict::{f_words, one_against, uncertain, why_stopped, OwnLaw, Verdict};
 use super::form_choice::{ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
 use super::measurement_errors::error_columns;
@@ -116,12 +116,9 @@ pub struct DerivedEstimate {
     pub diameter_m: Option<f64>,
     /// ρ̃, mean over the rebounds
     pub density_ratio: f64,
-    /// √(e_dry² − C ρ̃ g), at the reference dry speed
+    /// e_inf = √(e_dry² − C ρ̃ g), at the reference dry speed, and St_c = 2 L/e_inf²
     #[serde(skip)]
-    pub e_inf: Estimate,
-    /// 2 L/e_inf²
-    #[serde(skip)]
-    pub st_c: Estimate,
+    pub estimates: QuantityEstimates,
     /// their correlation
     pub correlation: Option<f64>,
     /// its place among those of the form
@@ -572,8 +569,7 @@ fn derive(scene: &Scene, index: usize, place: &WetPlace, estimates: &BalanceEsti
             .uncertain
             .correlation(&of_e_inf, &of_st_c)
             .filter(|_| at.value(Quantity::StC).is_finite()),
-        e_inf: estimate(Quantity::EInf),
-        st_c: estimate(Quantity::StC),
+        estimates: QuantityEstimates::of([Quantity::EInf, Quantity::StC], estimate),
     })
 }
 
@@ -592,7 +588,7 @@ fn pooled_sd(separate: &[OwnLaw]) -> f64 {
 }
 
 fn balance_verdict(fit: &Fit, l: Option<f64>, misfit: Option<&FTest>, noise: NoiseOn) -> Verdict {
-    if !fit.converged() || fit.covariance.is_none() {
+    if !fit.converged() || fit.covariance.is_err() {
         Verdict::failed(why_stopped(fit))
     } else if l.is_some_and(|l| l <= 0.0) {
         Verdict::failed("L is not positive: the restitution does not fall with 1/St")

@@ -95,11 +95,6 @@ impl Dry {
         self.largest_shift(own.map(|own| own - k))
     }
 
-    /// The name of its k in files: `dry_k[PTFE]`, `dry_k[PTFE,4.762]`.
-    pub fn name(&self) -> String {
-        format!("{}[{}]", DRY_K.name, sphere_label(&self.particle, self.diameter_m))
-    }
-
     /// Its words in a text: `PTFE`, `PTFE of 4.762 mm`.
     pub fn words(&self) -> String {
         sphere_words(&self.particle, self.diameter_m)
@@ -111,6 +106,11 @@ impl Dry {
         let own = self.error_weights.as_ref().map(|weights| &weights.variance);
         (0..rows).map(move |run| own.map_or(of_all, |own| own[run]))
     }
+}
+
+/// The name of a k in files: `dry_k[PTFE]`, `dry_k[PTFE,4.762]`.
+pub fn name_of_k(particle: &str, diameter: Option<f64>) -> String {
+    format!("{}[{}]", DRY_K.name, sphere_label(particle, diameter))
 }
 
 /// k of every sphere that has dry runs, in their order.
@@ -142,7 +142,7 @@ fn pooled_sd(fits: &[Dry]) -> Option<f64> {
 }
 
 /// That of one sphere, out of all in their order.
-pub(super) fn fit_of_sphere(dry: &[Dry], sphere: usize) -> Option<&Dry> {
+pub fn fit_of_sphere(dry: &[Dry], sphere: usize) -> Option<&Dry> {
     let place = dry.binary_search_by_key(&sphere, |fitted| fitted.sphere).ok()?;
     dry.get(place)
 }
@@ -272,7 +272,7 @@ fn cut_off_bias(rebounds: usize, stuck: usize) -> f64 {
 
 fn dry_verdict(fit: &Fit, order: Order, fastest: f64, stuck: usize) -> Verdict {
     let k = fit.parameters.first().copied().unwrap_or(f64::NAN);
-    if !fit.converged() || fit.covariance.is_none() {
+    if !fit.converged() || fit.covariance.is_err() {
         Verdict::failed(why_stopped(fit))
     } else if order.speed_limit(k) <= fastest {
         Verdict::failed(match order {

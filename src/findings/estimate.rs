@@ -1,5 +1,7 @@
 //! Holds a number with its standard error and interval, or the reason why there is none.
 
+use std::ops::Index;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -7,7 +9,7 @@ use crate::distributions::{normal_quantile, student_t_quantile};
 use crate::inference::delta::{interval, log_interval, Interval, Uncertain, DELTA, DELTA_LOG, LEVELS, PROFILE};
 use crate::inference::profile::Limits;
 use crate::physics::Quantity;
-use crate::rounding::{positive, significant, with_sd, with_se, NONE};
+use crate::rounding::{significant, with_error};
 use crate::scene::Scene;
 
 /// How intervals are quoted.
@@ -79,6 +81,51 @@ pub struct Failed {
     pub replicates: usize,
 }
 
+/// The estimates of a fit, each with its quantity, in the order in which they are told. One that the fit does not give has no
+/// value.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct QuantityEstimates(Vec<(Quantity, Estimate)>);
+
+impl QuantityEstimates {
+    pub(super) fn of(
+        quantities: impl IntoIterator<Item = Quantity>,
+        estimate: impl Fn(Quantity) -> Estimate,
+    ) -> QuantityEstimates {
+        let each = quantities.into_iter().map(|quantity| (quantity, estimate(quantity)));
+        QuantityEstimates(each.collect())
+    }
+
+    /// Each with its quantity.
+    pub fn iter(&self) -> impl Iterator<Item = (Quantity, &Estimate)> {
+        self.0.iter().map(|(quantity, estimate)| (*quantity, estimate))
+    }
+
+    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = (Quantity, &mut Estimate)> {
+        self.0.iter_mut().map(|(quantity, estimate)| (*quantity, estimate))
+    }
+
+    pub(super) fn extend(&mut self, more: impl IntoIterator<Item = (Quantity, Estimate)>) {
+        self.0.extend(more);
+    }
+
+    /// Takes them all back.
+    pub(super) fn withhold(&mut self, why: &str, quoting: Quoting) {
+        for (_, estimate) in &mut self.0 {
+            *estimate = quoting.none(why);
+        }
+    }
+}
+
+impl Index<Quantity> for QuantityEstimates {
+    type Output = Estimate;
+
+    fn index(&self, quantity: Quantity) -> &Estimate {
+        static ABSENT: Estimate = Estimate::NOTHING;
+        let own = self.iter().find(|(own, _)| *own == quantity);
+        own.map_or(&ABSENT, |(_, estimate)| estimate)
+    }
+}
+
 impl Bootstrapped {
     /// The spread that replicates tend to, where none are made.
     pub(super) fn of_limit(se: f64) -> Bootstrapped {
@@ -113,15 +160,9 @@ impl Quoting {
     pub fn without_se(self, value: Option<f64>, why: impl Into<String>) -> Estimate {
         Estimate {
             value,
-            se: None,
-            delta_se: None,
-            interval: None,
             level: self.level,
-            method: DELTA,
-            mcse: None,
             why_none: Some(why.into()),
-            intervals: vec![],
-            bootstrap: None,
+            ..Estimate::NOTHING
         }
     }
 
@@ -169,6 +210,20 @@ const WHY_CURVED: &str = "the curvature of the fit forbids a ±: the interval is
                           which the weighted squares have risen by t²s²";
 
 impl Estimate {
+    /// Neither a value nor a reason.
+    const NOTHING: Estimate = Estimate {
+        value: None,
+        se: None,
+        delta_se: None,
+        interval: None,
+        level: 0.0,
+        method: DELTA,
+        mcse: None,
+        why_none: None,
+        intervals: vec![],
+        bootstrap: None,
+    };
+
     /// The levels that intervals are made for.
     pub(super) fn levels(&self) -> Vec<f64> {
         let own = Some(self.level).filter(|level| !LEVELS.contains(level));
@@ -196,12 +251,7 @@ impl Estimate {
 
     /// The number with its uncertainty, or the value alone where there is none.
     pub fn rounded(&self) -> String {
-        match (self.value, positive(self.se), positive(self.mcse)) {
-            (Some(mean), Some(sd), Some(mcse)) => with_sd(mean, sd, mcse),
-            (Some(value), Some(se), None) => with_se(value, se),
-            (Some(value), None, _) => format!("{} (no ±)", significant(value, 4)),
-            (None, ..) => NONE.to_owned(),
-        }
+        with_error(self.value, self.se, self.mcse)
     }
 
     /// The standard error of a fit, made to agree with its interval where that is a bootstrap's, or Student's on few degrees of

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::balance::{DerivedEstimate, EnergyBalance};
 use super::constants::Sensitivity;
 use super::dry::Dry;
-use super::estimate::{Estimate, Quoting};
+use super::estimate::{Estimate, QuantityEstimates, Quoting};
 use super::least_squares::LeastSquares;
 use super::posterior::derived::DerivedDraws;
 use super::posterior::{Posterior, PriorSummary, QuantitySummary};
@@ -186,13 +186,10 @@ impl<'a> EstimateSources<'a> {
             rows.extend(self.fitted(balance));
             rows.extend(balance.derived.iter().flat_map(of_balance));
         }
-        rows.extend(fits.scaling.iter().flat_map(|law| {
-            let place = EstimatePlace::of_particle(&law.particle, law.diameter_m).at(law.film_ratio);
-            let end = law.st_no_rebound.clone();
-            let end = end.map(|end| EstimateRow::new(Quantity::StNoRebound, place, end, Source::of_law(law.law)));
-            of_law(law).into_iter().chain(end)
-        }));
-        rows.extend(fits.scaling.iter().flat_map(of_energy));
+        let by_laws = || fits.scaling.iter().flat_map(by_law);
+        let is_of_energy = |row: &EstimateRow| OF_ENERGY.iter().any(|quantity| row.is(*quantity));
+        rows.extend(by_laws().filter(|row| !is_of_energy(row)));
+        rows.extend(by_laws().filter(is_of_energy));
         rows.extend(fits.series.iter().flat_map(of_series));
         rows
     }
@@ -302,39 +299,46 @@ fn of_diameters(dry: &Dry) -> impl Iterator<Item = EstimateRow> + use<'_> {
 /// e_inf and St_c of a place by the energy balance.
 pub(super) fn of_balance(own: &DerivedEstimate) -> [EstimateRow; 2] {
     let of = EstimatePlace::of_particle(&own.particle, own.diameter_m).at(Some(own.film_ratio));
-    [(Quantity::EInf, &own.e_inf), (Quantity::StC, &own.st_c)]
-        .map(|(quantity, one)| EstimateRow::new(quantity, of.clone(), one.clone(), Source::EnergyBalance))
+    e_inf_and_st_c(of, Source::EnergyBalance, &own.estimates)
 }
 
 /// e_inf and St_c by a law over 1/St.
 pub(super) fn of_law(own: &Scaling) -> [EstimateRow; 2] {
-    let of = EstimatePlace::of_particle(&own.particle, own.diameter_m).at(own.film_ratio);
-    [(Quantity::EInf, &own.e_inf), (Quantity::StC, &own.st_c)]
-        .map(|(quantity, one)| EstimateRow::new(quantity, of.clone(), one.clone(), Source::of_law(own.law)))
+    e_inf_and_st_c(place_of(own), Source::of_law(own.law), &own.estimates)
 }
 
-fn of_energy(law: &Scaling) -> impl Iterator<Item = EstimateRow> + use<'_> {
-    let of = EstimatePlace::of_particle(&law.particle, law.diameter_m).at(law.film_ratio);
-    law.energy.iter().flat_map(move |own| {
-        let numbers = [
-            (Quantity::InertialLoss, &own.loss_over_density_ratio),
-            (Quantity::StCEInf2, &own.st_c_e_inf2),
-            (Quantity::DeltaC, &own.delta_c_m),
-        ];
-        numbers.map(|(quantity, one)| EstimateRow::new(quantity, of.clone(), one.clone(), Source::of_law(law.law)))
-    })
+/// Of what a law over 1/St gives the quantities that tell where the energy went.
+const OF_ENERGY: [Quantity; 3] = [Quantity::InertialLoss, Quantity::StCEInf2, Quantity::DeltaC];
+
+/// Everything that a law over 1/St gives.
+fn by_law(own: &Scaling) -> impl Iterator<Item = EstimateRow> + use<'_> {
+    rows_of(place_of(own), Source::of_law(own.law), &own.estimates)
 }
 
-fn of_series(own: &SeriesFit) -> [EstimateRow; 4] {
+fn place_of(law: &Scaling) -> EstimatePlace {
+    EstimatePlace::of_particle(&law.particle, law.diameter_m).at(law.film_ratio)
+}
+
+fn of_series(own: &SeriesFit) -> impl Iterator<Item = EstimateRow> + use<'_> {
     let of = EstimatePlace {
         liquid: Some(own.liquid.clone()),
         ..EstimatePlace::of_particle(&own.particle, Some(own.diameter_m)).at(Some(own.film_ratio))
     };
-    let numbers = [
-        (Quantity::Alpha, &own.alpha),
-        (Quantity::Beta, &own.beta),
-        (Quantity::EInf, &own.e_inf),
-        (Quantity::ThresholdSpeed, &own.threshold_speed_m_s),
-    ];
-    numbers.map(|(quantity, one)| EstimateRow::new(quantity, of.clone(), one.clone(), Source::SquareRootLaw))
+    rows_of(of, Source::SquareRootLaw, &own.estimates)
+}
+
+/// The estimates of a place by a fit.
+fn rows_of(
+    of: EstimatePlace,
+    source: Source,
+    estimates: &QuantityEstimates,
+) -> impl Iterator<Item = EstimateRow> + use<'_> {
+    let each = estimates.iter();
+    each.map(move |(quantity, own)| EstimateRow::new(quantity, of.clone(), own.clone(), source))
+}
+
+/// e_inf and St_c among them.
+fn e_inf_and_st_c(of: EstimatePlace, source: Source, estimates: &QuantityEstimates) -> [EstimateRow; 2] {
+    let row = |quantity| EstimateRow::new(quantity, of.clone(), estimates[quantity].clone(), source);
+    [Quantity::EInf, Quantity::StC].map(row)
 }

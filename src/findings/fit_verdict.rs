@@ -56,8 +56,8 @@ pub(super) fn square_root_verdict(fit: &Fit, x: &[f64]) -> Verdict {
         Verdict::failed(ALPHA_NOT_POSITIVE)
     } else if !falls(fit, x) {
         Verdict::failed(BETA_NOT_NEGATIVE)
-    } else if let (None, Some(why)) = (&fit.covariance, &fit.why_no_covariance) {
-        Verdict::failed(why.clone())
+    } else if let Err(why) = &fit.covariance {
+        Verdict::failed(why.as_str())
     } else {
         Verdict::passed("converged")
     }
@@ -65,19 +65,14 @@ pub(super) fn square_root_verdict(fit: &Fit, x: &[f64]) -> Verdict {
 
 /// Why a fit that did not converge gives no numbers.
 pub(super) fn why_stopped(fit: &Fit) -> String {
-    let reason = fit.why_no_covariance.clone();
-    reason.unwrap_or_else(|| format!("the fit ended with {}", fit.stop.as_str()))
+    let why = fit.covariance.as_ref().err().cloned();
+    why.unwrap_or_else(|| format!("the fit ended with {}", fit.stop.as_str()))
 }
 
 /// What a fit knows of its parameters, for the delta method.
 pub(super) fn uncertain(fit: &Fit) -> Uncertain {
-    let why = || {
-        fit.why_no_covariance
-            .clone()
-            .unwrap_or_else(|| "the fit has no covariance".to_owned())
-    };
     Uncertain {
-        covariance: fit.covariance.clone().ok_or_else(why),
+        covariance: fit.covariance.clone(),
         degrees_of_freedom: fit.degrees_of_freedom,
     }
 }

@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::document::Findings;
+use super::dry::fit_of_sphere;
 use super::estimates::Source;
 use super::posterior::Posterior;
 use super::predict::{Curve, ParticleLaw};
@@ -107,7 +108,7 @@ pub struct LawCovariance {
 }
 
 /// A law at one speed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LawPoint {
     /// v, m/s
     pub impact_speed: f64,
@@ -144,12 +145,11 @@ impl<'a> Pair<'a> {
     /// Its law by least squares; `None` without a usable one.
     pub fn fitted(&self, scene: &Scene, findings: &Findings) -> Option<LawNumbers> {
         let (model, order) = (&scene.model, scene.model.form().dry);
-        let dry = findings.dry.iter().find(|dry| dry.sphere == self.sphere);
-        let dry_k = dry.and_then(|dry| dry.dry_k.value);
+        let dry_k = fit_of_sphere(&findings.dry, self.sphere).and_then(|dry| dry.dry_k.value);
         let Some((_, fit)) = self.series else {
             return Some(LawNumbers::dry(dry_k?, order));
         };
-        let alpha = fit.alpha.value.filter(|_| fit.verdict.passed)?;
+        let alpha = fit.estimates[Quantity::Alpha].value.filter(|_| fit.verdict.passed)?;
         let plateau = match dry_k.filter(|_| model.dry_speed == DrySpeed::Impact) {
             None => Plateau::Constant(alpha),
             Some(dry_k) => {
@@ -160,7 +160,7 @@ impl<'a> Pair<'a> {
         };
         Some(LawNumbers {
             plateau,
-            beta: fit.beta.value?,
+            beta: fit.estimates[Quantity::Beta].value?,
             kappa: 0.0,
         })
     }
@@ -274,7 +274,7 @@ impl Listing<'_> {
 
     /// What least squares found, where that comes from, and whether it is usable; `None` of a sphere without a k.
     fn of_fits(&self, pair: Pair, per_speed: Option<f64>) -> Option<(Option<Found>, Source, bool)> {
-        let dry = self.findings.dry.iter().find(|dry| dry.sphere == pair.sphere);
+        let dry = fit_of_sphere(&self.findings.dry, pair.sphere);
         let covariance = pair.series.and_then(|(_, fit)| fit.covariance);
         let found = pair.fitted(self.scene, self.findings).map(|numbers| Found {
             numbers,

@@ -10,6 +10,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::balance::{DerivedEstimate, NO_VISCOUS};
+use super::dry::fit_of_sphere;
 use super::estimate::Quoting;
 use super::estimates::{no_draws, of_balance, of_dry_law, of_law, EstimatePlace, EstimateRow, EstimateSources, Source};
 use super::fit_verdict::Verdict;
@@ -155,7 +156,7 @@ impl EstimateSources<'_> {
     /// k of a sphere that few dry runs alone tell: by the dry law, with Student's t. The posterior's interval knows less
     /// than they do, since the prior of their spread reaches far beyond it.
     fn of_few_dry_runs(&self, sphere: usize) -> Option<EstimateRow> {
-        let dry = self.least_squares.dry.iter().find(|dry| dry.sphere == sphere)?;
+        let dry = fit_of_sphere(self.least_squares.dry, sphere)?;
         let alone = self.runs.series_of(sphere).is_empty() && dry.runs < FEW_DRY_RUNS;
         (alone && dry.dry_k.interval.is_some()).then(|| of_dry_law(dry))
     }

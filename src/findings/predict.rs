@@ -172,8 +172,20 @@ impl Basis {
         Some(&own.values)
     }
 
+    /// The law of one of its particles, of draws under a form.
+    pub fn law(&self, particle: &ParticleBasis, form: Form, draws: Vec<Draw>) -> ParticleLaw {
+        ParticleLaw {
+            form,
+            smallest_restitution: self.smallest_restitution,
+            covered: particle.covered,
+            ranges: self.ranges(particle),
+            dry_speeds: particle.dry_speeds_m_s,
+            draws,
+        }
+    }
+
     /// What the runs of one of its particles covered, liquid by liquid.
-    pub fn ranges(&self, particle: &ParticleBasis) -> Vec<LiquidRange> {
+    fn ranges(&self, particle: &ParticleBasis) -> Vec<LiquidRange> {
         let of = |own: &CoveredIn| {
             let liquid = self.liquids.iter().find(|liquid| liquid.name == own.liquid)?;
             Some(LiquidRange {

@@ -61,7 +61,7 @@ fn compare(setup: FitSetup, scaling: &[Scaling], published: &Published) -> Publi
     let law = nearest(laws, published.film_ratio, scene.data.film_ratio_gap);
     let ours = match published.quantity {
         Quantity::DryK => sphere.and_then(|sphere| Some(&dry::fit_of_sphere(dry, sphere)?.dry_k)),
-        quantity => law.and_then(|law| law.estimate(quantity)),
+        quantity => law.map(|law| &law.estimates[quantity]),
     };
     let pair = ours.and_then(Estimate::pair);
     let difference = pair.map(|(value, se)| (value - published.value) / published.se.hypot(se));

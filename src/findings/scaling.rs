@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::dry;
-use super::estimate::{Estimate, Quoting, FEWEST_DEGREES};
+use super::estimate::{Estimate, QuantityEstimates, Quoting, FEWEST_DEGREES};
 use super::film_groups::why_no_laws;
 use super::fit_verdict::{f_words, one_against, square_root_verdict, why_stopped, OwnLaw, Verdict};
 use super::places::WetPlace;
@@ -39,15 +39,10 @@ pub struct Scaling {
     pub runs: usize,
     /// runs that stuck, left out
     pub stuck: usize,
-    /// wet restitution as St → ∞, at the reference dry speed
+    /// e_inf at the reference dry speed, St_c, of the square root the Stokes number at which it reaches zero, and, but over all
+    /// film ratios, (e_dry² − e_inf²)/ρ̃, St_c e_inf² and δc
     #[serde(skip)]
-    pub e_inf: Estimate,
-    /// critical Stokes number 2 L/e_inf²
-    #[serde(skip)]
-    pub st_c: Estimate,
-    /// Stokes number at which the square root reaches zero (square root only)
-    #[serde(skip)]
-    pub st_no_rebound: Option<Estimate>,
+    pub estimates: QuantityEstimates,
     /// where the energy went; `None` over all film ratios
     pub energy: Option<Energy>,
     /// correlation of e_inf and St_c
@@ -66,9 +61,6 @@ pub struct Scaling {
     pub measurement_errors: Option<ErrorSummary>,
     /// how the fit ended
     pub stop: &'static str,
-    /// whether its runs are of one series, which share an offset
-    #[serde(skip)]
-    pub(super) of_one_series: bool,
     /// whether its runs have no one film ratio, so that it has no numbers
     #[serde(skip)]
     pub is_withheld: bool,
@@ -97,16 +89,16 @@ impl Scaling {
         self.runs >= FEWEST_DEGREES + LAW_PARAMETERS
     }
 
-    /// Whether it is a square-root law of one series that its own runs, and enough of them, do not bear.
+    /// Whether it is a square-root law of one series, whose runs share an offset, that these, and enough of them, do not bear.
     pub(super) fn fails_by_itself(&self) -> bool {
-        self.law == WetLaw::Sqrt && self.of_one_series && !self.verdict.passed && self.tells_its_spread()
+        self.law == WetLaw::Sqrt && self.series.len() == 1 && !self.verdict.passed && self.tells_its_spread()
     }
 
     /// The larger of the law's two biases, in standard errors; `None` where either is not known.
     pub fn bias_in_se(&self) -> Option<f64> {
         let bias = self.bias?;
-        let e_inf = bias.e_inf.abs() / self.e_inf.scale()?;
-        let st_c = bias.st_c.abs() / self.st_c.scale()?;
+        let e_inf = bias.e_inf.abs() / self.estimates[Quantity::EInf].scale()?;
+        let st_c = bias.st_c.abs() / self.estimates[Quantity::StC].scale()?;
         Some(e_inf.max(st_c))
     }
 
@@ -119,9 +111,7 @@ impl Scaling {
             self.correlation = None;
             self.bias = None;
             self.speed_error_of_a_tenth_se = None;
-            for (_, estimate) in self.estimates_mut() {
-                *estimate = quoting.none(why);
-            }
+            self.estimates.withhold(why, quoting);
         } else if !self.verdict.passed {
             return;
         }
@@ -132,31 +122,6 @@ impl Scaling {
     pub fn words(&self) -> String {
         sphere_words(&self.particle, self.diameter_m)
     }
-
-    /// The estimate of a quantity; `None` of one that is not in the table.
-    pub fn estimate(&self, quantity: Quantity) -> Option<&Estimate> {
-        match quantity {
-            Quantity::EInf => Some(&self.e_inf),
-            Quantity::StC => Some(&self.st_c),
-            Quantity::StNoRebound => self.st_no_rebound.as_ref(),
-            _ => None,
-        }
-    }
-
-    /// Every estimate with its quantity.
-    pub(super) fn estimates_mut(&mut self) -> impl Iterator<Item = (Quantity, &mut Estimate)> {
-        let both = [(Quantity::EInf, &mut self.e_inf), (Quantity::StC, &mut self.st_c)];
-        let twice = self.st_no_rebound.as_mut();
-        let twice = twice.map(|estimate| (Quantity::StNoRebound, estimate));
-        let energy = self.energy.iter_mut().flat_map(|own| {
-            [
-                (Quantity::InertialLoss, &mut own.loss_over_density_ratio),
-                (Quantity::StCEInf2, &mut own.st_c_e_inf2),
-                (Quantity::DeltaC, &mut own.delta_c_m),
-            ]
-        });
-        both.into_iter().chain(twice).chain(energy)
-    }
 }
 
 /// Where the energy went at one film ratio, by one law.
@@ -164,19 +129,10 @@ impl Scaling {
 pub struct Energy {
     /// ρ̃, mean over the rebounds used
     pub density_ratio: f64,
-    /// (e_dry² − e_inf²)/ρ̃ at the reference dry speed
-    #[serde(skip)]
-    pub loss_over_density_ratio: Estimate,
     /// eq. Eint2 at this film ratio
     pub stepwise: f64,
     /// eq. Eint1 at this film ratio; `None` beyond 0.39, where it falls
     pub cap: Option<f64>,
-    /// St_c e_inf² = 2 L
-    #[serde(skip)]
-    pub st_c_e_inf2: Estimate,
-    /// δc = ε exp(L), m
-    #[serde(skip)]
-    pub delta_c_m: Estimate,
 }
 
 /// How far a law is off on this design, fitted without noise.
@@ -248,7 +204,9 @@ pub fn fit_scaling(setup: FitSetup) -> Vec<Scaling> {
         if let Some(why) = &groups[place / 2].why_no_laws {
             fitted.withhold(why, Quoting::of(setup.scene));
         }
-        fitted.energy = energy_of(setup, fitted);
+        let (energy, estimates) = energy_of(setup, fitted).unzip();
+        fitted.energy = energy;
+        fitted.estimates.extend(estimates.into_iter().flatten());
     }
     all
 }
@@ -289,8 +247,8 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [Scaling; 2] {
     let scaling_of = |law: WetLaw, own: WetFit, verdict: Verdict| {
         let source = own.source([NO_FALL; 2]);
         let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
-        let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(estimate);
-        let st_no_rebound = (law == WetLaw::Sqrt).then(|| estimate(Quantity::StNoRebound));
+        let quantities = [Quantity::EInf, Quantity::StC].into_iter();
+        let quantities = quantities.chain((law == WetLaw::Sqrt).then_some(Quantity::StNoRebound));
         let correlation = source.correlation(Quantity::EInf, Quantity::StC);
         Scaling {
             particle: scene.particles[sphere.particle].name.clone(),
@@ -299,9 +257,7 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [Scaling; 2] {
             law,
             runs: pool.rebounds,
             stuck: pool.stuck,
-            e_inf,
-            st_c,
-            st_no_rebound,
+            estimates: QuantityEstimates::of(quantities, estimate),
             energy: None,
             correlation,
             bias: None,
@@ -310,7 +266,6 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [Scaling; 2] {
             speed_error_of_a_tenth_se: own.speed_error.filter(|_| verdict.passed),
             measurement_errors: own.weights.as_ref().map(|weights| weights.summary),
             stop: own.fit.stop.as_str(),
-            of_one_series: law == WetLaw::Sqrt && series.len() == 1,
             is_withheld: false,
             verdict,
             sphere: group.sphere,
@@ -381,7 +336,7 @@ fn linear_verdict(fit: &Fit) -> Verdict {
     let [a, b] = two(fit);
     if fit.converged() && !(a > 0.0 && b > 0.0) {
         Verdict::failed(NO_FALL)
-    } else if !fit.converged() || fit.covariance.is_none() {
+    } else if !fit.converged() || fit.covariance.is_err() {
         Verdict::failed(why_stopped(fit))
     } else {
         Verdict::passed("converged")
@@ -405,7 +360,7 @@ fn linear_bias(root: &Fit, pool: &WetRuns) -> Option<Bias> {
 }
 
 /// Where the energy went by a law of one film ratio: the inertial loss over the density ratio, St_c·e_inf² and δc.
-fn energy_of(setup: FitSetup, fitted: &Scaling) -> Option<Energy> {
+fn energy_of(setup: FitSetup, fitted: &Scaling) -> Option<(Energy, [(Quantity, Estimate); 3])> {
     let FitSetup { scene, runs, .. } = setup;
     let quoting = Quoting::of(scene);
     let film_ratio = fitted.film_ratio?;
@@ -422,17 +377,21 @@ fn energy_of(setup: FitSetup, fitted: &Scaling) -> Option<Energy> {
         source.why_none = Some(fitted.verdict.reason.clone());
     }
     let cap = Inertia::Cap;
-    Some(Energy {
+    let energy = Energy {
         density_ratio: at.density_ratio,
-        loss_over_density_ratio: inertial_loss(setup, fitted, &at),
         stepwise: Inertia::Stepwise.shape(film_ratio, 1.0),
         cap: (film_ratio <= cap.valid_to()).then(|| cap.shape(film_ratio, 1.0)),
-        st_c_e_inf2: source.estimate(Quantity::StCEInf2, &at),
-        delta_c_m: match why_no_delta_c {
-            Some(why) => quoting.none(why),
-            None => source.estimate(Quantity::DeltaC, &at),
-        },
-    })
+    };
+    let delta_c = match why_no_delta_c {
+        Some(why) => quoting.none(why),
+        None => source.estimate(Quantity::DeltaC, &at),
+    };
+    let estimates = [
+        (Quantity::InertialLoss, inertial_loss(setup, fitted, &at)),
+        (Quantity::StCEInf2, source.estimate(Quantity::StCEInf2, &at)),
+        (Quantity::DeltaC, delta_c),
+    ];
+    Some((energy, estimates))
 }
 
 /// (e_dry² − e_inf²)/ρ̃ with the uncertainties of k and of the fit, and what they share.
@@ -442,7 +401,7 @@ fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &Scaling, at: &P
     let Some((k, k_se)) = usable else {
         return quoting.none("the particle has no usable dry runs, so e_dry is not known");
     };
-    let e_inf = &fitted.e_inf;
+    let e_inf = &fitted.estimates[Quantity::EInf];
     let (Some(_), Some(parameters)) = (e_inf.value, fitted.parameters) else {
         return quoting.none(e_inf.why_none.clone().unwrap_or_default());
     };

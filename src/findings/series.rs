@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::estimate::{Estimate, Quoting};
+use super::estimate::{QuantityEstimates, Quoting};
 use super::film_groups::why_no_laws;
 use super::fit_verdict::{falls, square_root_verdict, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE};
 use super::quantities::LawOver;
@@ -30,18 +30,9 @@ pub struct SeriesFit {
     pub runs: usize,
     /// runs that stuck, left out
     pub stuck: usize,
-    /// α
+    /// α, β, √α and −β/α
     #[serde(skip)]
-    pub alpha: Estimate,
-    /// β, m/s
-    #[serde(skip)]
-    pub beta: Estimate,
-    /// √α
-    #[serde(skip)]
-    pub e_inf: Estimate,
-    /// −β/α, m/s
-    #[serde(skip)]
-    pub threshold_speed_m_s: Estimate,
+    pub estimates: QuantityEstimates,
     /// spread of the restitutions about the law
     pub residual_sd: Option<f64>,
     /// the error of v, as a share of it, that would bias β by a tenth of its standard error
@@ -67,29 +58,11 @@ pub struct SeriesFit {
 impl SeriesFit {
     /// Takes back the numbers of a law whose runs have no one film.
     fn withhold(&mut self, why: String, quoting: Quoting) {
-        let numbers = [
-            &mut self.alpha,
-            &mut self.beta,
-            &mut self.e_inf,
-            &mut self.threshold_speed_m_s,
-        ];
-        for estimate in numbers {
-            *estimate = quoting.none(why.as_str());
-        }
+        self.estimates.withhold(&why, quoting);
         self.covariance = None;
         self.speed_error_of_a_tenth_se = None;
         self.is_withheld = true;
         self.verdict = Verdict::failed(why);
-    }
-
-    /// The estimates that replicates give an interval, with their quantities. The threshold speed keeps its delta interval:
-    /// near β = 0 its replicates have no mean.
-    pub(super) fn resampled_mut(&mut self) -> [(Quantity, &mut Estimate); 3] {
-        [
-            (Quantity::Alpha, &mut self.alpha),
-            (Quantity::Beta, &mut self.beta),
-            (Quantity::EInf, &mut self.e_inf),
-        ]
     }
 
     /// The series in words, as tables and notices name it.
@@ -133,7 +106,13 @@ fn of_series(setup: FitSetup, series: &Series) -> SeriesFit {
     let source = law.source([ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE]);
     let [alpha, _] = two(fit);
     let covariance = law.uncertain.covariance.as_ref().ok();
-    let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
+    let estimate = |quantity: Quantity| match quantity {
+        // a fall of e² that is rounding is none
+        Quantity::ThresholdSpeed if fit.converged() && !falls(fit, x) => {
+            source.quoting.none(source.undefined[usize::from(alpha > 0.0)])
+        }
+        _ => source.estimate(quantity, &Place::NONE),
+    };
     SeriesFit {
         particle: scene.particles[series.particle].name.clone(),
         liquid: scene.liquids[series.liquid].name.clone(),
@@ -142,15 +121,7 @@ fn of_series(setup: FitSetup, series: &Series) -> SeriesFit {
         film_ratio: series.film_ratio,
         runs: rebounds.rebounds,
         stuck: rebounds.stuck,
-        alpha: estimate(Quantity::Alpha),
-        beta: estimate(Quantity::Beta),
-        e_inf: estimate(Quantity::EInf),
-        // a fall of e² that is rounding is none
-        threshold_speed_m_s: if falls(fit, x) || !fit.converged() {
-            estimate(Quantity::ThresholdSpeed)
-        } else {
-            source.quoting.none(source.undefined[usize::from(alpha > 0.0)])
-        },
+        estimates: QuantityEstimates::of(QUANTITIES, estimate),
         residual_sd: fit.residual_sd,
         speed_error_of_a_tenth_se: law.speed_error.filter(|_| verdict.passed),
         measurement_errors: law.weights.as_ref().map(|weights| weights.summary),

@@ -213,14 +213,10 @@ fn runs_that_carry(setup: FitSetup, law: &Scaling) -> Vec<SingleRun> {
             undefined: [NO_FALL; 2],
             quoting: Quoting::of(setup.scene),
         };
-        let numbers = [
-            ("e_inf", Quantity::EInf, &law.e_inf),
-            ("St_c", Quantity::StC, &law.st_c),
-        ];
-        numbers.map(|(name, quantity, with)| {
+        [Quantity::EInf, Quantity::StC].map(|quantity| {
             let moved = Moved {
-                name: format!("{name} {here}"),
-                before: with_scale(with),
+                name: format!("{} {here}", quantity.describe().symbol),
+                before: with_scale(&law.estimates[quantity]),
                 after: with_scale(&source.estimate(quantity, &Place::NONE)),
             };
             SingleRun { run, moved }

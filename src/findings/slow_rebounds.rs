@@ -25,7 +25,7 @@ use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::rebound::slope_mean_restitution;
-use crate::physics::Form;
+use crate::physics::{Form, Quantity};
 use crate::remark::{Level, Remark};
 use crate::rounding::{short, to_digits};
 use crate::runs::Runs;
@@ -282,7 +282,9 @@ fn fit_numbers(fit: &EnergyBalance) -> Vec<Told> {
         let diameter = row.diameter_m.map(|d| format!(", D = {} mm", short(d * 1e3)));
         let diameter = diameter.unwrap_or_default();
         let here = format!("({}, δ/D = {}{diameter})", row.particle, short(row.film_ratio));
-        [("e_inf", &row.e_inf), ("St_c", &row.st_c)].map(|(name, estimate)| (format!("{name} {here}"), estimate))
+        let named =
+            move |(quantity, estimate): (Quantity, _)| (format!("{} {here}", quantity.describe().symbol), estimate);
+        row.estimates.iter().map(named)
     });
     let told = |(name, estimate): (String, &Estimate)| Some((name, estimate.value_and_scale().map(<[f64; 2]>::from)?));
     parameters.chain(derived).filter_map(told).collect()

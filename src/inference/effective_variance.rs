@@ -167,14 +167,13 @@ fn settle<P: SpeedDependent>(
         return Err(None);
     }
     let (problem, start, excluded) = exclude_near(errors, unweighted, excluding).ok_or(None)?;
-    if start.covariance.is_none() {
+    if start.covariance.is_err() {
         return Err(Some(Box::new(start)));
     }
     let unsettled = |why: &str| {
         Some(Box::new(Fit {
-            covariance: None,
+            covariance: Err(why.to_owned()),
             stop: Stop::MaxIterations,
-            why_no_covariance: Some(why.to_owned()),
             ..start.clone()
         }))
     };
@@ -195,7 +194,7 @@ fn settle<P: SpeedDependent>(
         let undefined = |OutOfDomain| unsettled("the law is undefined where its runs would be weighed");
         let variances = variances.map_err(undefined)?.ok_or(None)?;
         let (fitted, squares) = reweighting.fit(&variances.total, &parameters);
-        let Some(covariance) = &fitted.covariance else {
+        let Ok(covariance) = &fitted.covariance else {
             return Err(Some(Box::new(fitted)));
         };
         let change = |j: usize| (fitted.parameters[j] - parameters[j]).abs() / covariance[(j, j)].sqrt();
@@ -317,7 +316,7 @@ impl<P: SpeedDependent> WeighedRuns<'_, P> {
         let (roots, least) = roots(variance);
         let mut fitted = fit_weighted(self.problem, &roots, start);
         let squares = fitted.residual_sum_of_squares / least;
-        if let (Some(covariance), Some(sd)) = (fitted.covariance.as_mut(), fitted.residual_sd) {
+        if let (Ok(covariance), Some(sd)) = (fitted.covariance.as_mut(), fitted.residual_sd) {
             *covariance *= least / (sd * sd);
         }
         (fitted, squares)

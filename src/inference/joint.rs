@@ -601,12 +601,10 @@ fn with_wet_spread(problem: &JointFit, fit: Fit) -> Fit {
     let wet = problem.joint.measured_rebounds();
     let freedom = wet.saturating_sub(problem.joint.shared.len());
     if fit.residual_sd.is_none() || freedom == 0 {
+        let why = fit.covariance.err();
         return Fit {
-            covariance: None,
+            covariance: Err(why.unwrap_or_else(|| no_scatter_left(problem.joint.shared.len()))),
             residual_sd: None,
-            why_no_covariance: fit
-                .why_no_covariance
-                .or_else(|| Some(no_scatter_left(problem.joint.shared.len()))),
             degrees_of_freedom: freedom,
             ..fit
         };

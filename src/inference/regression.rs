@@ -124,7 +124,7 @@ impl<'a> Regression<'a> {
         variance: &[f64],
         of_run: impl Fn(usize) -> Option<[f64; 2]>,
     ) -> Option<[f64; 2]> {
-        let covariance = fitted.covariance.as_ref()?;
+        let covariance = fitted.covariance.as_ref().ok()?;
         let common = fitted.residual_sd?.powi(2);
         let mut sum = [0.0; 2];
         for run in 0..self.x.len() {

@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use crate::error::{named, quoted, Error};
 use crate::files;
+use crate::findings::dry::name_of_k;
 use crate::findings::posterior::HeldParameter;
 use crate::findings::predict::{offset_of_new_series, Basis, Draw, ParameterDraws, ParticleBasis, ParticleLaw};
 use crate::findings::remarks::NOISE_GROWS;
@@ -20,7 +21,7 @@ use crate::physics::form::Term;
 use crate::physics::numbers::same_diameter;
 use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Viscous};
 use crate::remark::Level;
-use crate::runs::{diameter_in_mm, sphere_label};
+use crate::runs::diameter_in_mm;
 use crate::scene::{name_expected, LikelihoodFamily, NOISE, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
 
 /// The findings in a report's folder.
@@ -319,14 +320,7 @@ impl Finished {
                 series_offset: offset_of_new_series(draw, noise[4]),
             }
         });
-        Ok(ParticleLaw {
-            form: self.form,
-            smallest_restitution: self.basis.smallest_restitution,
-            covered: known.covered,
-            ranges: self.basis.ranges(known),
-            dry_speeds: known.dry_speeds_m_s,
-            draws: draws.collect(),
-        })
+        Ok(self.basis.law(known, self.form, draws.collect()))
     }
 
     /// A parameter in every draw: of one that was not sampled the value it is held at, of one that the fit does not have 0.
@@ -352,11 +346,6 @@ impl Finished {
         own.chain([None])
             .any(|diameter| self.has(&name_of_k(&particle.name, diameter)))
     }
-}
-
-/// The name of a k in files.
-fn name_of_k(particle: &str, diameter: Option<f64>) -> String {
-    format!("{}[{}]", DRY_K.name, sphere_label(particle, diameter))
 }
 
 fn refuse_diameter(particle: &ParticleBasis, diameter: f64) -> Error {

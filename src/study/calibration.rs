@@ -137,11 +137,7 @@ const AIMS: [Aim; 5] = [
 
 fn estimate(fitted: &[Scaling], law: WetLaw, quantity: Quantity) -> Option<&Estimate> {
     let own = fitted.iter().find(|fitted| fitted.law == law)?;
-    Some(if quantity == Quantity::EInf {
-        &own.e_inf
-    } else {
-        &own.st_c
-    })
+    Some(&own.estimates[quantity])
 }
 
 /// How often the intervals of a quantity cover the truth in the data sets of a design.

@@ -4,6 +4,7 @@ use super::{fit, noise_of, offset, plain, scattered, Design, ONE_SERIES, SIGMA, 
 use crate::common::{assert_expected, assert_seldom, binomial_z, counts, holds, mean, rows, seed_of, study, Told};
 use wetcor::findings::noise::LINE;
 use wetcor::findings::{self, Findings};
+use wetcor::physics::Quantity::{EInf, StC};
 use wetcor::runs::{arrange, NewRun, Table};
 
 /// Three times the spread for one particle is told, with the sds; a twentieth more is none of the reader's business.
@@ -107,7 +108,7 @@ fn shared_offsets_are_told_and_the_series_bootstrap_covers_them() {
         let truth = fit(&place.scene, &scattered(&exact, 1, |_| 1e-9));
         let of = |findings: &Findings| {
             let law = findings.square_root();
-            [law.e_inf.clone(), law.st_c.clone()]
+            [law.estimates[EInf].clone(), law.estimates[StC].clone()]
         };
         let truth = of(&truth).map(|estimate| estimate.value.expect("a number"));
         let found = study("shared_offsets_are_told", SETS, |seed| {

@@ -7,6 +7,7 @@ use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
 use wetcor::physics::rebound::mean_restitution;
+use wetcor::physics::Quantity::{Alpha, Beta, DeltaC, EInf, StC, ThresholdSpeed};
 use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Order};
 use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::{Prior, PriorChoice, Scene};
@@ -164,7 +165,11 @@ fn assert_honest(findings: &Findings) {
     let dry = findings.dry.iter().map(|dry| &dry.dry_k);
     let balance = findings.energy_balance.iter().flat_map(|balance| {
         let parameters = balance.parameters.iter().map(|own| &own.estimate);
-        let derived = balance.derived.iter().flat_map(|row| [&row.e_inf, &row.st_c]);
+        let derived = balance
+            .derived
+            .iter()
+            .flat_map(|row| row.estimates.iter())
+            .map(|(_, estimate)| estimate);
         parameters.chain(derived).chain([&balance.delta_c_over_roughness])
     });
     dry.chain(degenerate::estimates(findings))
@@ -424,19 +429,20 @@ fn pure(findings: &Findings, [metre, _, second]: [f64; 3]) -> Vec<f64> {
     let pair = |e: &Estimate, unit: f64| [e.value, e.se].map(|x| x.unwrap_or(f64::NAN) / unit);
     let mut numbers = vec![];
     for series in &findings.series {
-        numbers.extend(pair(&series.alpha, 1.0));
-        numbers.extend(pair(&series.beta, speed));
-        numbers.extend(pair(&series.threshold_speed_m_s, speed));
+        numbers.extend(pair(&series.estimates[Alpha], 1.0));
+        numbers.extend(pair(&series.estimates[Beta], speed));
+        numbers.extend(pair(&series.estimates[ThresholdSpeed], speed));
     }
     for scaling in &findings.scaling {
-        numbers.extend([&scaling.e_inf, &scaling.st_c].into_iter().flat_map(|e| pair(e, 1.0)));
+        let both = [EInf, StC].into_iter();
+        numbers.extend(both.flat_map(|quantity| pair(&scaling.estimates[quantity], 1.0)));
     }
     for parameter in &findings.balance().parameters {
         let is_k = parameter.name.starts_with("dry_k");
         numbers.extend(pair(&parameter.estimate, if is_k { speed.powf(-0.2) } else { 1.0 }));
     }
-    for energy in findings.scaling.iter().filter_map(|law| law.energy.as_ref()) {
-        numbers.extend(pair(&energy.delta_c_m, metre));
+    for law in findings.scaling.iter().filter(|law| law.energy.is_some()) {
+        numbers.extend(pair(&law.estimates[DeltaC], metre));
     }
     numbers
 }

@@ -262,11 +262,11 @@ pub fn measure(
 fn compare_fit(fitted: &mut Fitted, fit: &Fit, answers: &str) {
     fitted.fits += 1;
     assert!(fit.parameters.iter().all(|b| b.is_finite()), "{fit:?}");
-    if fit.stop != Stop::Converged || fit.covariance.is_none() {
+    if fit.stop != Stop::Converged || fit.covariance.is_err() {
         let why = fit
-            .why_no_covariance
+            .covariance
             .clone()
-            .expect("a reason stands where there is no se");
+            .expect_err("a reason stands where there is no se");
         *fitted.declined.entry(why).or_default() += 1;
     }
     for (j, pair) in answers.split(' ').enumerate() {

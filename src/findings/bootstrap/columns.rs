@@ -10,6 +10,7 @@ use crate::inference::bootstrap::{strata, Pool, RunErrors, Target};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
 use crate::inference::regression::Regression;
+use crate::physics::Quantity;
 use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
 
@@ -123,7 +124,8 @@ impl<'r> Division<'r> {
             (!groups.is_empty()).then(|| self.runs_of(groups, end, None, weights, x))
         };
         let of_series = |(index, fit): (usize, &SeriesFit)| {
-            let end = (Law::SQUARE_ROOT, [fit.alpha.value?, fit.beta.value?]);
+            let [alpha, beta] = [Quantity::Alpha, Quantity::Beta].map(|quantity| fit.estimates[quantity].value);
+            let end = (Law::SQUARE_ROOT, [alpha?, beta?]);
             let own = own_dry_speed(scene, dry, runs.series[index].sphere);
             let weights = fit.error_weights.as_ref();
             let x = |run: usize| 1.0 / runs.impact_speed[run];

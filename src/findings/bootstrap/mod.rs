@@ -172,7 +172,9 @@ fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, targets: 
     }
     for fitted in estimates.series.iter_mut() {
         let Some(fit) = next() else { continue };
-        for (quantity, estimate) in fitted.resampled_mut() {
+        // near β = 0 replicates of the threshold speed have no mean
+        let resampled = fitted.estimates.iter_mut();
+        for (quantity, estimate) in resampled.filter(|(quantity, _)| *quantity != Quantity::ThresholdSpeed) {
             let value = move |[a, b]: [f64; 2], _| quantity.value(&Place::NONE, &Wetted::of_speed(a, b));
             tasks.push(Task::new(estimate, fit, value));
         }
@@ -187,7 +189,7 @@ fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, targets: 
         };
         let of_k = spheres.iter().position(|sphere| *sphere == fitted.sphere);
         let of_k = of_k.filter(|fit| targets[*fit].is_some());
-        let resampled = fitted.estimates_mut();
+        let resampled = fitted.estimates.iter_mut();
         for (quantity, estimate) in resampled.filter(|(quantity, _)| has_delta_c || *quantity != Quantity::DeltaC) {
             let value = move |parameters, k| {
                 let wetted = wetted_of(law, parameters).with_e_dry(order.restitution(k, reference));

@@ -105,7 +105,7 @@ pub(super) fn results(
         let derived = balance.iter().flat_map(|balance| &balance.derived);
         for row in derived.filter(|row| row.sphere == sphere && row.film_ratio == film_ratio) {
             let place = row.place;
-            for (quantity, estimate) in [(Quantity::EInf, &row.e_inf), (Quantity::StC, &row.st_c)] {
+            for (quantity, estimate) in row.estimates.iter() {
                 let named = named(quantity, row.diameter_m, BALANCE);
                 let at = move |changed: &Changed| {
                     let places = &changed.balance.as_ref()?.at_places;
@@ -119,15 +119,14 @@ pub(super) fn results(
         let Some(law) = scaling.iter().filter(is_quoted).find(is_here) else {
             continue;
         };
-        let both = [(Quantity::EInf, &law.e_inf), (Quantity::StC, &law.st_c)];
-        for (place, (quantity, estimate)) in both.into_iter().enumerate() {
+        for (place, quantity) in [Quantity::EInf, Quantity::StC].into_iter().enumerate() {
             let named = named(quantity, of_sphere.diameter, WetLaw::Sqrt.name());
             let series = law.series.clone();
             let at = move |changed: &Changed| {
                 let series = &changed.setup.runs.series[series.clone()];
                 Some(square_root_of(changed.setup, series)?[place])
             };
-            results.extend(SensitiveResult::of(named, estimate, 1.0, at));
+            results.extend(SensitiveResult::of(named, &law.estimates[quantity], 1.0, at));
         }
     }
     results

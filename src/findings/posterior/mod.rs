@@ -101,14 +101,8 @@ impl Posterior {
         };
         let basis = &self.findings.basis;
         let particle = &basis.particles[runs.spheres[sphere].particle];
-        ParticleLaw {
-            form: self.setup.form,
-            smallest_restitution: basis.smallest_restitution,
-            covered: particle.covered,
-            ranges: basis.ranges(particle),
-            dry_speeds: particle.dry_speeds_m_s,
-            draws: full.iter().step_by(step).enumerate().map(draw).collect(),
-        }
+        let draws = full.iter().step_by(step).enumerate().map(draw);
+        basis.law(particle, self.setup.form, draws.collect())
     }
 }
 

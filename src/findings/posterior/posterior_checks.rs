@@ -2,7 +2,7 @@
 
 use super::contraction;
 use super::summary::{PosteriorFindings, QuantitySummary};
-use crate::findings::dry::Dry;
+use crate::findings::dry::{name_of_k, Dry};
 use crate::findings::least_squares::LeastSquares;
 use crate::findings::remarks::{self, Kind};
 use crate::inference::accuracy::asked_of_draws;
@@ -219,7 +219,7 @@ fn approximations(found: &PosteriorFindings) -> Vec<Remark> {
 fn dry_consistency(found: &PosteriorFindings, least_squares: LeastSquares) -> Option<Remark> {
     let shift = |dry: &Dry| {
         let (k, se) = dry.dry_k.pair()?;
-        let name = dry.name();
+        let name = name_of_k(&dry.particle, dry.diameter_m);
         let pooled = found.parameters.iter().find(|q| q.name == name)?;
         Some(((pooled.mean? - k).abs() / se.hypot(pooled.sd?), pooled))
     };

@@ -33,9 +33,9 @@ pub(super) fn fit_of<P: ResidualProblem>(attempt: LevenbergMarquardt<P>, met_edg
     } else {
         error_directions(&end, stop, residual_sd, inside)
     };
-    let (stop, covariance, why_no_covariance) = match found {
-        Ok(directions) => (stop, Some(&directions * directions.transpose()), None),
-        Err((stop, why)) => (stop, None, Some(why)),
+    let (stop, covariance) = match found {
+        Ok(directions) => (stop, Ok(&directions * directions.transpose())),
+        Err((stop, why)) => (stop, Err(why)),
     };
     Some(Fit {
         parameters: end.parameters.as_slice().to_vec(),
@@ -45,7 +45,6 @@ pub(super) fn fit_of<P: ResidualProblem>(attempt: LevenbergMarquardt<P>, met_edg
         covariance,
         stop,
         condition,
-        why_no_covariance,
     })
 }
 

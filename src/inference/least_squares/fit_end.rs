@@ -17,20 +17,18 @@ pub struct Fit {
     pub residual_sd: Option<f64>,
     /// Runs less parameters; 0 where there are fewer runs than parameters.
     pub degrees_of_freedom: usize,
-    /// Covariance of the parameters, p × p: residual_sd² (JᵀJ)⁻¹, computed without forming JᵀJ.
-    pub covariance: Option<DMatrix<f64>>,
+    /// Covariance of the parameters, p × p: residual_sd² (JᵀJ)⁻¹, computed without forming JᵀJ; or why there is none.
+    pub covariance: Result<DMatrix<f64>, String>,
     /// Why the fit stopped.
     pub stop: Stop,
     /// Condition number of the slopes in columns of unit length; infinite if singular.
     pub condition: f64,
-    /// Why there is no covariance; `None` exactly where there is one.
-    pub why_no_covariance: Option<String>,
 }
 
 impl Fit {
     /// Standard error of parameter `j`; `None` without a covariance or such a parameter.
     pub fn se(&self, j: usize) -> Option<f64> {
-        let covariance = self.covariance.as_ref()?;
+        let covariance = self.covariance.as_ref().ok()?;
         covariance.get((j, j)).map(|variance| variance.sqrt())
     }
 
@@ -78,10 +76,9 @@ impl Fit {
             residual_sum_of_squares: f64::INFINITY,
             residual_sd: None,
             degrees_of_freedom: 0,
-            covariance: None,
+            covariance: Err(why),
             stop,
             condition: f64::INFINITY,
-            why_no_covariance: Some(why),
         }
     }
 }

@@ -4,7 +4,7 @@
 //! Levenberg–Marquardt on it and returns a [`Fit`]. A poor fit is a value with a reason, not an
 //! error: read [`Fit::stop`] first. Standard errors exist only where the fit converged on a
 //! minimum that the runs determine and scatter about; otherwise they are `None` and
-//! [`Fit::why_no_covariance`] gives the reason.
+//! [`Fit::covariance`] gives the reason.
 //!
 //! | file | job |
 //! |---|---|

@@ -41,7 +41,7 @@ impl Region {
     pub fn of(fit: &Fit, errors: Option<&ErrorWeights>, level: f64) -> Option<Region> {
         Some(Region {
             minimum: fit.parameters.clone(),
-            covariance: fit.covariance.clone().filter(|_| fit.converged())?,
+            covariance: fit.covariance.clone().ok().filter(|_| fit.converged())?,
             variance: match errors {
                 Some(_) => 1.0,
                 None => fit.residual_sd?.powi(2),

@@ -6,7 +6,6 @@ use super::super::ReportInput;
 use super::points::{points, steps};
 use crate::findings::estimate::Estimate;
 use crate::findings::predict::Draw;
-use crate::findings::scaling::{Energy, Scaling};
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::Balance;
 use crate::physics::loss::Film;
@@ -43,7 +42,7 @@ fn over_film_ratio(quantity: Quantity, layers: Vec<Layer>) -> Chart {
 /// e_inf and St_c against the film ratio: a colour a particle or diameter with a k of its own, hollow for the linear law,
 /// and the posterior's energy balance as a curve.
 pub(super) fn film(input: ReportInput) -> Vec<Chart> {
-    let panel = |quantity: Quantity, of: fn(&Scaling) -> &Estimate| {
+    let panel = |quantity: Quantity| {
         let mut layers = vec![];
         for (index, sphere) in input.runs.spheres.iter().enumerate() {
             layers.extend(posterior_curve(input, index, quantity));
@@ -52,7 +51,7 @@ pub(super) fn film(input: ReportInput) -> Vec<Chart> {
                 let mine = rows.filter(|r| {
                     sphere.owns(input.scene, &r.particle, r.diameter_m) && r.law == law && r.verdict.passed
                 });
-                let all = mine.filter_map(|r| estimate_point(r.film_ratio?, of(r)));
+                let all = mine.filter_map(|r| estimate_point(r.film_ratio?, &r.estimates[quantity]));
                 let name = format!("{}, {words}", sphere.words(input.scene));
                 let open = law == WetLaw::Linear;
                 layers.extend(points(name, all.collect(), Style { group: index + 1, open }));
@@ -60,10 +59,7 @@ pub(super) fn film(input: ReportInput) -> Vec<Chart> {
         }
         over_film_ratio(quantity, layers)
     };
-    vec![
-        panel(Quantity::EInf, |row| &row.e_inf),
-        panel(Quantity::StC, |row| &row.st_c),
-    ]
+    Vec::from([Quantity::EInf, Quantity::StC].map(panel))
 }
 
 /// The posterior's mean of e_inf or St_c over the film ratios of a sphere's runs, at the mean density ratio of these; `None`
@@ -110,20 +106,19 @@ fn posterior_curve(input: ReportInput, sphere: usize, quantity: Quantity) -> Opt
 
 /// The inertial loss with both predictions, and St_c e_inf², against the film ratio, by the square-root law.
 pub(super) fn energy(input: ReportInput) -> Vec<Chart> {
-    let laws = input.findings.scaling.iter().filter(|law| law.law == WetLaw::Sqrt);
-    let rows: Vec<(&Scaling, &Energy)> = laws.filter_map(|law| Some((law, law.energy.as_ref()?))).collect();
-    let of = |of: fn(&Energy) -> &Estimate| {
+    let laws = || input.findings.scaling.iter().filter(|law| law.law == WetLaw::Sqrt);
+    let of = |quantity: Quantity| {
         of_spheres(input, |sphere| {
-            let mine = rows
-                .iter()
-                .filter(|(law, _)| sphere.owns(input.scene, &law.particle, law.diameter_m));
-            mine.filter_map(|(law, row)| estimate_point(law.film_ratio?, of(row)))
+            let mine = laws().filter(|law| sphere.owns(input.scene, &law.particle, law.diameter_m));
+            mine.filter_map(|law| estimate_point(law.film_ratio?, &law.estimates[quantity]))
                 .collect()
         })
     };
-    let mut loss = of(|row| &row.loss_over_density_ratio);
+    let mut loss = of(Quantity::InertialLoss);
     if !loss.is_empty() {
-        let ratios = rows.iter().filter_map(|(law, _)| law.film_ratio);
+        let ratios = laws()
+            .filter(|law| law.energy.is_some())
+            .filter_map(|law| law.film_ratio);
         let end = ratios.reduce(f64::max).unwrap_or(0.1) * 1.08;
         for (form, words, dash) in [
             (Inertia::Stepwise, "stepwise, eq. Eint2", Dash::Solid),
@@ -136,7 +131,7 @@ pub(super) fn energy(input: ReportInput) -> Vec<Chart> {
     }
     vec![
         over_film_ratio(Quantity::InertialLoss, loss),
-        over_film_ratio(Quantity::StCEInf2, of(|row| &row.st_c_e_inf2)),
+        over_film_ratio(Quantity::StCEInf2, of(Quantity::StCEInf2)),
     ]
 }
 

@@ -25,7 +25,7 @@ use super::ReportInput;
 use crate::findings::laws::Pair;
 use crate::findings::series::SeriesFit;
 use crate::physics::numbers::stokes;
-use crate::physics::{Order, Restitution};
+use crate::physics::{Order, Quantity, Restitution};
 use crate::runs::Series;
 use crate::scene::WetLaw;
 use bands::Bands;
@@ -186,7 +186,10 @@ fn laws(own: &OfSphere, end: f64) -> Vec<Layer> {
     let mut layers = vec![];
     let values = |law: WetLaw| {
         let row = own.scaling(law).filter(|row| row.verdict.passed)?;
-        Some((row.e_inf.value?, row.st_c.value?))
+        Some((
+            row.estimates[Quantity::EInf].value?,
+            row.estimates[Quantity::StC].value?,
+        ))
     };
     if let Some((e_inf, st_c)) = values(WetLaw::Linear) {
         let last = end.min(1.0 / st_c);

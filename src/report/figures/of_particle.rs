@@ -1,6 +1,7 @@
 //! Looks up what the figures of one sphere show, a particle or one of its diameters: its series with their names, and the fits to them.
 
 use super::super::ReportInput;
+use crate::findings::dry::fit_of_sphere;
 use crate::findings::film_groups::reference_film_ratio;
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
@@ -67,8 +68,7 @@ impl<'a> OfSphere<'a> {
 
     /// k of its dry runs.
     pub fn dry_k(&self) -> Option<f64> {
-        let mut dry = self.input.findings.dry.iter();
-        dry.find(|dry| dry.sphere == self.sphere)?.dry_k.value
+        fit_of_sphere(&self.input.findings.dry, self.sphere)?.dry_k.value
     }
 
     /// The fit of a law to the series.

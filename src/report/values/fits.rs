@@ -11,18 +11,15 @@ use crate::findings::constants::Sensitivity;
 use crate::findings::dry::{Dry, DryOfDiameter};
 use crate::findings::noise::{GrowthTest, Noise, FALSE_ALARM};
 use crate::findings::remarks::SERIES_SCHEME_CHANGES;
-use crate::findings::scaling::{Energy, Scaling};
+use crate::findings::scaling::Scaling;
 use crate::findings::Findings;
-use crate::inference::effective_variance::ErrorSummary;
 use crate::physics::Quantity;
-use crate::rounding;
 use crate::scene::WetLaw;
 
 pub(super) fn values(input: ReportInput) -> Value {
     let (scene, findings) = (input.scene, input.findings);
     let of_one_film = || findings.series.iter().filter(|own| !own.is_withheld);
     let failed: Vec<_> = of_one_film().filter(|own| !own.verdict.passed).collect();
-    let scaling = findings.scaling.iter().filter(|law| is_told(findings, law));
     let drawn = |row: &Scaling| row.law == WetLaw::Linear && row.film_ratio.is_some() && row.verdict.passed;
     let of_form = scene.model.viscous.why_no_critical_separation();
     let of_roughness = || {
@@ -38,7 +35,7 @@ pub(super) fn values(input: ReportInput) -> Value {
             with_law => of_one_film().count() - failed.len(),
             failed => serialized(&failed),
         },
-        scaling => scaling.map(scaling_row).collect::<Vec<_>>(),
+        scaling => findings.scaling.iter().map(|law| scaling_row(findings, law)).collect::<Vec<_>>(),
         linear_drawn => findings.scaling.iter().any(drawn),
         has_delta_c => of_form.is_none() && has_roughness,
         why_no_delta_c => of_form.map(str::to_owned).or_else(of_roughness),
@@ -48,7 +45,6 @@ pub(super) fn values(input: ReportInput) -> Value {
         cross_check => findings.energy_balance.as_ref().map(|balance| cross_check(input, balance)),
         most_resampled => MOST_RESAMPLED,
         series_scheme_changes => SERIES_SCHEME_CHANGES,
-        with_errors => with_errors(findings),
         constants => constants(&findings.constants),
     };
     merge_maps([laws, findings.noise.as_ref().map_or(context! {}, noise)])
@@ -64,32 +60,18 @@ fn dry_row(own: &Dry) -> Value {
     with(own, more)
 }
 
-fn scaling_row(own: &Scaling) -> Value {
-    let energy = |own: &Energy| {
-        let more = context! {
-            loss_over_density_ratio => serialized(&own.loss_over_density_ratio),
-            st_c_e_inf2 => serialized(&own.st_c_e_inf2),
-            delta_c_m => serialized(&own.delta_c_m),
-        };
-        with(own, more)
-    };
-    let more = context! {
-        words => own.words(),
-        e_inf => serialized(&own.e_inf),
-        st_c => serialized(&own.st_c),
-        energy => own.energy.as_ref().map(energy),
-    };
-    with(own, more)
+fn scaling_row(findings: &Findings, own: &Scaling) -> Value {
+    let estimates = own.estimates.iter();
+    let estimates = estimates.map(|(quantity, own)| (quantity.describe().name, serialized(own)));
+    let more = context! { words => own.words(), is_told => is_told(findings, own) };
+    merge_maps([with(own, more), Value::from_pairs(estimates)])
 }
 
 /// Whether a law of some runs tells what stands nowhere else: not where these have no film ratio of their own, and the linear
 /// law only where the square root does not stand and is not what biases it.
 fn is_told(findings: &Findings, law: &Scaling) -> bool {
-    let is_root = |own: &&Scaling| {
-        own.law == WetLaw::Sqrt
-            && own.particle == law.particle
-            && (own.diameter_m, own.film_ratio) == (law.diameter_m, law.film_ratio)
-    };
+    let here = (law.sphere, law.film_ratio);
+    let is_root = |own: &&Scaling| own.law == WetLaw::Sqrt && (own.sphere, own.film_ratio) == here;
     match law.law {
         WetLaw::Sqrt => !law.is_withheld,
         WetLaw::Linear => {
@@ -98,73 +80,36 @@ fn is_told(findings: &Findings, law: &Scaling) -> bool {
                 .iter()
                 .find(is_root)
                 .is_some_and(|root| root.verdict.passed);
-            !stands && law.e_inf.value.is_some() && (law.verdict.passed || law.bias.is_none())
+            !stands && law.estimates[Quantity::EInf].value.is_some() && (law.verdict.passed || law.bias.is_none())
         }
-    }
-}
-
-/// The fits of runs that carry errors.
-fn with_errors(findings: &Findings) -> Vec<Value> {
-    let row = |particle: String, law: &str, film_ratio: Option<String>, runs: usize, errors: Option<ErrorSummary>| {
-        Some(context! { particle, law, film_ratio, runs, errors => serialized(errors?) })
-    };
-    let dry = findings.dry.iter();
-    let dry = dry.filter_map(|own| row(own.words(), "dry", None, own.runs, own.measurement_errors));
-    let scaling = findings.scaling.iter().filter_map(|own| {
-        let ratio = rounding::short(own.film_ratio?);
-        row(
-            own.words(),
-            law_name(own.law),
-            Some(ratio),
-            own.runs,
-            own.measurement_errors,
-        )
-    });
-    let balance = findings.energy_balance.iter().filter_map(|own| {
-        let (all, particles) = (Some("all".to_owned()), own.particles.join(", "));
-        row(particles, "energy balance", all, own.runs, own.measurement_errors)
-    });
-    dry.chain(scaling).chain(balance).collect()
-}
-
-pub(super) fn law_name(law: WetLaw) -> &'static str {
-    match law {
-        WetLaw::Sqrt => "square root",
-        WetLaw::Linear => law.name(),
     }
 }
 
 /// Least squares over all rebounds beside the posterior.
-fn cross_check(input: ReportInput, balance: &EnergyBalance) -> Value {
+fn cross_check(input: ReportInput, balance: &EnergyBalance) -> Vec<Value> {
     /// posterior sds by which least squares may lie off without a word
     const FAR: f64 = 1.0;
     let main = &input.findings.main;
-    let sampled = |row: &ParameterEstimate| {
-        let mut all = main.parameters.iter().filter(|_| !main.provisional);
-        all.find(|own| own.name() == row.name)
-    };
     let difference = |row: &ParameterEstimate| {
-        let number = &sampled(row)?.number;
+        let mut sampled = main.parameters.iter().filter(|_| !main.provisional);
+        let number = &sampled.find(|own| own.name() == row.name)?.number;
         let sd = number.se.filter(|sd| *sd > 0.0)?;
         Some((row.estimate.value? - number.value?) / sd)
     };
-    let label =
-        |row: &ParameterEstimate, symbol: &str| quantities::parameter_label(input.scene, input.runs, row.kind, symbol);
-    let rows = balance.parameters.iter().map(|row| {
+    let row = |row: &ParameterEstimate| {
         let quantity = row.kind.quantity().unwrap_or(Quantity::DryK);
+        let label = |symbol: &str| quantities::parameter_label(input.scene, input.runs, row.kind, symbol);
+        let difference = difference(row);
         context! {
-            label => label(row, &quantities::label(quantity)),
+            label => label(&quantities::label(quantity)),
+            words => label(row.kind.symbol()),
             estimate => serialized(&row.estimate),
             factor => quantities::factor(quantity),
-            difference => difference(row),
+            difference,
+            is_far => difference.is_some_and(|difference| difference.abs() > FAR),
         }
-    });
-    let far = balance.parameters.iter();
-    let far = far.filter(|row| difference(row).is_some_and(|difference| difference.abs() > FAR));
-    context! {
-        rows => rows.collect::<Vec<_>>(),
-        far => far.map(|row| label(row, row.kind.symbol())).collect::<Vec<_>>(),
-    }
+    };
+    balance.parameters.iter().map(row).collect()
 }
 
 /// What the scatter of the runs is like, as far as `findings.json` does not have it.

@@ -28,61 +28,39 @@ pub(super) fn values(input: ReportInput) -> Value {
         .partition(|[e_inf, _]| stands_for_others(&e_inf.of, input));
     // where the square-root law serves, the posterior of each liquid stands in the report alone
     let is_law = |[e_inf, _]: &Both| e_inf.source == Source::SquareRootLaw;
-    let is_same = |[a, _]: &Both, [b, _]: &Both| {
-        let apart_from_liquid = |own: &EstimateRow| EstimatePlace {
-            liquid: None,
-            ..own.of.clone()
-        };
-        apart_from_liquid(a) == apart_from_liquid(b)
+    let here = |[own, _]: &Both| EstimatePlace {
+        liquid: None,
+        ..own.of.clone()
     };
-    let has_law = |place: &Both| shown.iter().any(|own| is_law(own) && is_same(own, place));
+    let has_law = |place: &Both| shown.iter().any(|own| is_law(own) && here(own) == here(place));
     let in_summary = shown.iter().filter(|place| is_law(place) || !has_law(place));
-    let held = input
-        .posterior
-        .iter()
-        .flat_map(|posterior| &posterior.findings.left_out);
-    let held = held.filter_map(|own| Some(context! { name => own.name.as_str(), value => own.value? }));
-    let place_sources = main.places.iter().map(|[e_inf, _]| e_inf.source);
-    let published = input.scene.published.iter();
-    let mut sources: Vec<&str> = published.map(|published| published.source.as_str()).collect();
-    sources.sort_unstable();
-    sources.dedup();
     context! {
         parameters => main.parameters.iter().map(|own| parameter(own, input)).collect::<Vec<_>>(),
-        place_sources => serialized(place_sources.collect::<Vec<_>>()),
         places_shown => shown.iter().map(|own| place(own, input)).collect::<Vec<_>>(),
         other_places => other.iter().map(|own| place(own, input)).collect::<Vec<_>>(),
         summary_places => in_summary.map(|own| place(own, input)).collect::<Vec<_>>(),
-        held => held.collect::<Vec<_>>(),
         combined => combined(findings),
         published => findings.published.iter().map(published_row).collect::<Vec<_>>(),
-        sources => serialized(sources),
     }
 }
 
 /// A place with its numbers by their quantities.
 fn place(both: &Both, input: ReportInput) -> Value {
     let [e_inf, st_c] = both;
-    let truth = |quantity: Quantity| true_value(input, quantity, &e_inf.of);
     let more = context! {
         words => place_name(&e_inf.of),
         e_inf => serialized(e_inf),
         st_c => serialized(st_c),
         source => serialized(e_inf.source),
         source_words => e_inf.source.name(),
-        true_e_inf => truth(Quantity::EInf),
-        true_st_c => truth(Quantity::StC),
+        true_e_inf => true_value(input, e_inf),
+        true_st_c => true_value(input, st_c),
     };
     with(&e_inf.of, more)
 }
 
 fn parameter(own: &EstimateRow, input: ReportInput) -> Value {
     let quantity = own.kind.unwrap_or(Quantity::DryK);
-    let truth = input.scene.truth.as_ref();
-    let truth = truth.and_then(|truth| match &own.of.particle {
-        Some(particle) => true_k(input, particle, own.of.diameter_m),
-        None => truth.of_quantity(quantity),
-    });
     let derived = input.posterior.map(|posterior| posterior.findings.derived.as_slice());
     let mut derived = derived.unwrap_or_default().iter();
     let more = context! {
@@ -93,7 +71,7 @@ fn parameter(own: &EstimateRow, input: ReportInput) -> Value {
         is_exponential => own.is(Quantity::DeltaCOverRoughness),
         source_words => own.source.name(),
         prior_led => own.prior_led,
-        truth,
+        truth => true_value(input, own),
     };
     with(own, more)
 }
@@ -139,35 +117,30 @@ fn place_name(place: &EstimatePlace) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// The k that simulated runs of a particle, or of a diameter of it, were drawn with.
-fn true_k(input: ReportInput, particle: &str, diameter: Option<f64>) -> Option<f64> {
-    let truth = input.scene.truth.as_ref()?;
-    let particle = input.scene.particles.iter().position(|own| own.name == particle)?;
-    match diameter {
-        Some(diameter) => truth.k(particle, diameter),
-        // one k for all diameters has no truth where each has its own
-        None => truth.dry_k[particle].filter(|_| truth.dry_k_by_diameter[particle].is_empty()),
-    }
-}
-
-/// What simulated runs were drawn from at a place of one liquid; of liquids pooled there is no one truth.
-fn true_value(input: ReportInput, quantity: Quantity, place: &EstimatePlace) -> Option<f64> {
-    let scene = input.scene;
-    let particle = scene
-        .particles
-        .iter()
-        .find(|own| Some(&own.name) == place.particle.as_ref())?;
-    let liquid = scene
-        .liquids
-        .iter()
-        .find(|own| Some(&own.name) == place.liquid.as_ref())?;
-    let film = Film {
-        film_ratio: place.film_ratio?,
-        density_ratio: liquid.density / particle.density,
+/// What simulated runs were drawn from; of liquids pooled, and of one k for all diameters where each has its own, there is no
+/// one truth.
+fn true_value(input: ReportInput, own: &EstimateRow) -> Option<f64> {
+    let (scene, of) = (input.scene, &own.of);
+    let truth = scene.truth.as_ref()?;
+    let quantity = own.kind.unwrap_or(Quantity::DryK);
+    let Some(name) = &of.particle else {
+        return truth.of_quantity(quantity);
     };
-    let reference = scene.model.dry_speed.reference();
-    let k = true_k(input, &particle.name, place.diameter_m)?;
-    let wetted = scene.truth.as_ref()?.wetted(k, film, reference)?;
+    let particle = scene.particles.iter().position(|particle| particle.name == *name)?;
+    let k = match of.diameter_m {
+        Some(diameter) => truth.k(particle, diameter),
+        None => truth.dry_k[particle].filter(|_| truth.dry_k_by_diameter[particle].is_empty()),
+    };
+    let Some(film_ratio) = of.film_ratio else {
+        return k;
+    };
+    let mut liquids = scene.liquids.iter();
+    let liquid = liquids.find(|own| Some(&own.name) == of.liquid.as_ref())?;
+    let film = Film {
+        film_ratio,
+        density_ratio: liquid.density / scene.particles[particle].density,
+    };
+    let wetted = truth.wetted(k?, film, scene.model.dry_speed.reference())?;
     Some(quantity.value(&Place::NONE, &wetted))
 }
 

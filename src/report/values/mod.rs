@@ -16,6 +16,7 @@ use minijinja::{context, Value};
 use super::template::{serialized, with};
 use super::{figures, ReportInput};
 use crate::error::quoted;
+use crate::findings::dry::fit_of_sphere;
 use crate::findings::estimates::EstimateRow;
 use crate::findings::overview::{list_materials, Overview};
 use crate::findings::remarks::{in_order, IN_TABLES, SINGLE_RUN};
@@ -25,7 +26,6 @@ use crate::physics::loss::Loss;
 use crate::physics::DrySpeed;
 use crate::remark::{Level, Line, Remark};
 use crate::rounding;
-use crate::runs::Sphere;
 use crate::scene::{DryKOf, LikelihoodFamily, NoiseOn, Sticking, WetLaw};
 
 /// Everything that a template of the report may name.
@@ -33,10 +33,10 @@ pub(super) fn of_report(input: ReportInput) -> Value {
     let (scene, findings) = (input.scene, input.findings);
     let model = &scene.model;
     let form = &findings.form;
-    let spheres = input.runs.spheres.iter().zip(figures::file_names(scene, input.runs));
-    let spheres = spheres.filter(|(sphere, _)| is_estimated(input, sphere));
+    let spheres = figures::file_names(scene, input.runs).into_iter().enumerate();
+    let spheres = spheres.filter(|(sphere, _)| is_estimated(input, *sphere));
     let spheres = spheres.map(|(sphere, [speed_figure, stokes_figure])| {
-        context! { words => sphere.words(scene), speed_figure, stokes_figure }
+        context! { words => input.runs.spheres[sphere].words(scene), speed_figure, stokes_figure }
     });
     let tables = scene.data.runs.iter().filter_map(|runs| runs.path.file_name());
     let told_apart = form.viscous.tells_diameters_apart();
@@ -61,7 +61,7 @@ pub(super) fn of_report(input: ReportInput) -> Value {
         reference_speed => model.dry_speed.reference(),
         smallest => scene.data.smallest_restitution,
         fitted_runs => fitted_runs(input),
-        laws => context! { sqrt => fits::law_name(WetLaw::Sqrt), linear => fits::law_name(WetLaw::Linear) },
+        laws => context! { sqrt => "square root", linear => WetLaw::Linear.name() },
         form => context! {
             dry => form.dry.formula("v"),
             wet => (!input.runs.series.is_empty()).then(|| form.formula("δ/D")),
@@ -114,7 +114,6 @@ fn remarks(findings: &Findings) -> Value {
     let noted = informing.filter(|own| own.informs() && own.line.is_none() && !IN_TABLES.contains(&own.code));
     let carried = findings.notices().find(|notice| notice.code == SINGLE_RUN.code);
     let told_check = |check: &&Remark| context! { found => found(check), next_step => check.next_step.as_str() };
-    let source_of = |check: &&Remark| context! { code => check.code, source => check.source };
     let all = findings.checks().count();
     context! {
         verdict => context! {
@@ -122,13 +121,13 @@ fn remarks(findings: &Findings) -> Value {
             open => undetermined(findings),
             failed => forbidding.iter().map(told_check).collect::<Vec<_>>(),
         },
-        carried => carried.map(|own| context! { text => own.text.as_str(), next_step => own.next_step.as_str() }),
+        carried => carried.map(serialized),
         cautions => findings.cautions().into_iter().map(told).collect::<Vec<_>>(),
         noted => noted.map(told).collect::<Vec<_>>(),
         checks => context! {
             all,
             held => all - failed().count(),
-            forbidding => forbidding.iter().map(source_of).collect::<Vec<_>>(),
+            forbidding => serialized(&forbidding),
             cautioning => of(Level::Cautions).map(|check| check.code).collect::<Vec<_>>(),
             informing => of(Level::Informs).map(found).collect::<Vec<_>>(),
         },
@@ -175,12 +174,9 @@ fn undetermined(findings: &Findings) -> Vec<String> {
 }
 
 /// Whether a particle, or a diameter of it that has a k of its own, has any estimate.
-fn is_estimated(input: ReportInput, sphere: &Sphere) -> bool {
-    let (scene, findings) = (input.scene, input.findings);
-    let mut dry = findings.dry.iter();
-    let mut scaling = findings.scaling.iter();
-    dry.any(|row| sphere.owns(scene, &row.particle, row.diameter_m))
-        || scaling.any(|row| sphere.owns(scene, &row.particle, row.diameter_m))
+fn is_estimated(input: ReportInput, sphere: usize) -> bool {
+    let mut scaling = input.findings.scaling.iter();
+    fit_of_sphere(&input.findings.dry, sphere).is_some() || scaling.any(|row| row.sphere == sphere)
 }
 
 /// The runs of a posterior.

@@ -2,11 +2,11 @@
 
 use serde::Serialize;
 
-use crate::findings::scaling::Energy;
-use crate::findings::{dry, scaling, FitSetup};
+use crate::findings::scaling::{self, Scaling};
+use crate::findings::{dry, FitSetup};
 use crate::inference::law::Law;
 use crate::model::parameters::{ModelParameters, ParameterKind};
-use crate::physics::inertia::Inertia;
+use crate::physics::{Inertia, Quantity};
 use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
 
@@ -34,19 +34,16 @@ pub(super) fn marginals(
     let setup = FitSetup { scene, runs, dry: &dry };
     let scaling = scaling::fit_scaling(setup);
     let groups = || scaling.iter().filter(|one| one.law == law && one.film_ratio.is_some());
-    let l = |energy: &Energy| {
-        let (twice, se) = energy.st_c_e_inf2.value_and_scale()?;
+    let l = |one: &Scaling| {
+        let (twice, se) = one.estimates[Quantity::StCEInf2].value_and_scale()?;
         Some((0.5 * twice, 0.5 * se))
     };
     let of = |kind: ParameterKind| match kind {
-        ParameterKind::DryK(sphere) => {
-            let fitted = dry.iter().find(|dry| dry.sphere == sphere)?;
-            fitted.usable
-        }
-        ParameterKind::LUBRICATION_LOG => weighted(groups().filter_map(|one| l(one.energy.as_ref()?))),
+        ParameterKind::DryK(sphere) => dry::fit_of_sphere(&dry, sphere)?.usable,
+        ParameterKind::LUBRICATION_LOG => weighted(groups().filter_map(l)),
         ParameterKind::INERTIAL_PREFACTOR if !inertia.has_film_scale() && inertia != Inertia::None => {
             weighted(groups().filter_map(|one| {
-                let (loss, se) = one.energy.as_ref()?.loss_over_density_ratio.value_and_scale()?;
+                let (loss, se) = one.estimates[Quantity::InertialLoss].value_and_scale()?;
                 let shape = inertia.shape(one.film_ratio?, 1.0);
                 Some((loss / shape, se / shape))
             }))
