@@ -2,9 +2,9 @@
 
 use minijinja::{context, Value};
 
-use super::template::{self, with};
+use super::template::{self, serialized, with};
 use crate::error::Error;
-use crate::findings::laws::{LawPoint, PairLaw};
+use crate::findings::laws::PairLaw;
 
 /// The laws, a line a pair.
 pub(super) const LAWS: &str = "laws.csv";
@@ -25,15 +25,9 @@ fn row(law: &PairLaw) -> Value {
     };
     let alpha_beta = law.covariance.map(|own| own.alpha_beta);
     let e_inf_st_c = law.covariance.and_then(|own| own.e_inf_st_c);
-    let ends = [law.speeds, law.stokes].map(|ends| ends.map_or([None; 2], |ends| ends.map(Some)));
-    let point = |own: &LawPoint| {
-        let [q05, q95] = own.band.map_or([None; 2], |band| band.map(Some));
-        context! { impact_speed => own.impact_speed, restitution => own.restitution, q05, q95 }
-    };
     let more = context! {
         errors => [of_both(alpha_beta), of_both(e_inf_st_c)].concat(),
-        ends => ends.concat(),
-        table => law.table.iter().map(point).collect::<Vec<_>>(),
+        table => serialized(&law.table),
     };
     with(law, more)
 }

@@ -18,10 +18,10 @@ use super::escape::{code, destination, guarded, literal};
 use crate::error::Error;
 use crate::findings::learnt::capital;
 use crate::findings::remarks::in_symbols;
-use crate::rounding::{self, by_number, positive, with_sd, NONE};
+use crate::rounding::{self, by_number, positive, NONE};
 
 /// The templates by their names.
-const TEMPLATES: [(&str, &str); 29] = [
+const TEMPLATES: [(&str, &str); 30] = [
     ("against_film.md", include_str!("templates/against_film.md")),
     ("against_speed.md", include_str!("templates/against_speed.md")),
     ("bands.txt", include_str!("templates/bands.txt")),
@@ -39,6 +39,7 @@ const TEMPLATES: [(&str, &str); 29] = [
     ("noise.md", include_str!("templates/noise.md")),
     ("other_forms.txt", include_str!("templates/other_forms.txt")),
     ("overview.txt", include_str!("templates/overview.txt")),
+    ("picker.html", include_str!("templates/picker.html")),
     ("places.md", include_str!("templates/places.md")),
     ("posterior.md", include_str!("templates/posterior.md")),
     ("report.md", include_str!("templates/report.md")),
@@ -256,12 +257,7 @@ impl Number {
 
     /// The same where the interval stands beside it. A posterior has no digit that its Monte Carlo error leaves open.
     fn with_its_error(&self) -> String {
-        match (self.value, self.se, self.mcse) {
-            (Some(mean), Some(sd), Some(mcse)) => with_sd(mean, sd, mcse),
-            (Some(value), Some(se), None) => rounding::with_se(value, se),
-            (Some(value), None, _) => format!("{} (no ±)", rounding::significant(value, 4)),
-            (None, ..) => NONE.to_owned(),
-        }
+        rounding::with_error(self.value, self.se, self.mcse)
     }
 
     /// An exponential whose interval spans so much that a mean ± sd says nothing of it.

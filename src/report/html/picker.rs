@@ -1,40 +1,24 @@
 //! Writes the part of the page in which a reader picks a pair and sees its restitution.
 
-use super::super::json;
+use minijinja::context;
+
 use super::super::markup::escaped;
+use super::super::{json, template};
 use super::curves::Curves;
 use crate::error::Error;
 
 /// The part; nothing where no pair has a curve.
 pub(super) fn section(curves: &Curves) -> Result<String, Error> {
-    if curves.pairs.is_empty() {
-        return Ok(String::new());
-    }
-    let options: String = curves
-        .pairs
-        .iter()
-        .enumerate()
-        .map(|(place, pair)| format!("<option value=\"{place}\">{}</option>\n", escaped(&pair.name)))
-        .collect();
-    let left_out = match curves.left_out {
-        0 => String::new(),
-        n => format!(" {n} more pairs had no room here; <code>wetcor predict</code> has them."),
+    let options = curves.pairs.iter().map(|pair| escaped(&pair.name));
+    let values = context! {
+        options => options.collect::<Vec<_>>(),
+        left_out => curves.left_out,
+        source => escaped(&curves.source),
+        // a script of this type is data: all it must not hold is what would end it
+        data => json::text(curves)?.replace('<', "\\u003c"),
+        script => include_str!("picker.js"),
     };
-    let source = escaped(&curves.source);
-    // a script of this type is data: all it must not hold is what would end it
-    let data = json::text(curves)?.replace('<', "\\u003c");
-    Ok(format!(
-        "<section id=\"picker\">\n<h2>Restitution of one pair</h2>\n\
-         <p>Pick a pair to see its e_n(v): {source}; dashed beyond the speeds of its runs. Points are means of repeated \
-         speeds with their standard errors, hollow ones runs that stuck.{left_out}</p>\n\
-         <noscript><p>Picking needs JavaScript; nothing is loaded or sent.</p></noscript>\n\
-         <p class=\"controls\"><label>Pair <select id=\"pair\">\n{options}</select></label>\n\
-         <label>v <input id=\"speed\" type=\"range\" min=\"0\" step=\"1\"></label></p>\n\
-         <p><output id=\"answer\" for=\"pair speed\"></output></p>\n\
-         <svg id=\"curve\" role=\"img\" aria-label=\"restitution against impact speed of the picked pair\"></svg>\n\
-         <script type=\"application/json\" id=\"curves\">{data}</script>\n<script>\n{}</script>\n</section>\n",
-        include_str!("picker.js")
-    ))
+    template::plain("picker.html", &values)
 }
 
 #[cfg(test)]

@@ -46,18 +46,16 @@ pub(super) fn values(input: ReportInput) -> Value {
     };
     let open = findings.questions.iter().flatten();
     let open = open.filter_map(|own| Some(context! { question => own.question, why => own.why_open.as_ref()? }));
-    let mut families: Vec<&str> = parameters.iter().filter_map(|own| family(&own.prior)).collect();
-    in_order_of_first(&mut families);
+    let families = parameters.iter().filter_map(|own| family(&own.prior));
     context! {
         found => serialized(&posterior.findings),
         model => model(input, posterior),
         turn => TURN,
         correlated => correlated(posterior, &sampled),
         strong => STRONG,
-        prior_sources => prior_sources(&sampled),
-        sampled => sampled.iter().map(|own| with(own.found, own.more.clone())).collect::<Vec<_>>(),
+        sampled,
         any_dry_k => parameters.iter().any(|own| matches!(own.kind, ParameterKind::DryK(_))),
-        families => serialized(families),
+        families => families.collect::<Vec<_>>(),
         critical_separations => critical_separations(posterior),
         most_paired => figures::MOST_PAIRED,
         sampler => format!("{} {}", SAMPLER.0, SAMPLER.1),
@@ -108,36 +106,21 @@ fn model(input: ReportInput, posterior: &Posterior) -> Value {
     }
 }
 
-/// A sampled parameter with its prior.
-struct SampledParameter<'a> {
-    label: String,
-    prior: &'a PriorSummary,
-    found: &'a QuantitySummary,
-    /// what stands in the table besides the summary
-    more: Value,
-}
-
-fn sampled<'a>(input: ReportInput, posterior: &'a Posterior) -> Vec<SampledParameter<'a>> {
+/// The sampled parameters, each with its prior.
+fn sampled(input: ReportInput, posterior: &Posterior) -> Vec<Value> {
     let sampled = posterior.sampled.parameters.sampled.iter();
     let both = sampled.zip(&posterior.findings.parameters);
     let rows = both.filter_map(|(parameter, found)| {
         let label = parameter_label(input.scene, input.runs, parameter.kind, parameter.kind.symbol());
-        let label = found
-            .from
-            .map_or(label.clone(), |from| format!("{label} (from {from})"));
+        let from = found.from.map_or(String::new(), |from| format!(" (from {from})"));
         let prior = found.prior.as_ref()?;
         let more = context! {
-            label => label.as_str(),
+            label => label + &from,
             unit => unit_in_brackets(prior.unit),
             bounds => bounds(prior),
             decided_by => decided_by(prior),
         };
-        Some(SampledParameter {
-            label,
-            prior,
-            found,
-            more,
-        })
+        Some(with(found, more))
     });
     rows.collect()
 }
@@ -185,30 +168,6 @@ fn family(prior: &Prior) -> Option<&'static str> {
     })
 }
 
-/// Each once, where it first stood.
-fn in_order_of_first(words: &mut Vec<&str>) {
-    let mut seen: Vec<&str> = vec![];
-    words.retain(|word| {
-        let new = !seen.contains(word);
-        seen.push(word);
-        new
-    });
-}
-
-/// Where the priors come from, each source with its parameters.
-fn prior_sources(sampled: &[SampledParameter]) -> Vec<Value> {
-    let mut sources: Vec<&str> = sampled.iter().map(|own| own.prior.source).collect();
-    in_order_of_first(&mut sources);
-    let of = |source: &&str| {
-        let labels = sampled
-            .iter()
-            .filter(|own| own.prior.source == *source)
-            .map(|own| &own.label);
-        context! { source => *source, labels => serialized(labels.collect::<Vec<_>>()) }
-    };
-    sources.iter().map(of).collect()
-}
-
 /// δc of each particle; those of one roughness have one.
 fn critical_separations(posterior: &Posterior) -> Vec<Value> {
     let both = posterior.derived.iter().zip(&posterior.findings.derived);
@@ -233,16 +192,15 @@ fn critical_separations(posterior: &Posterior) -> Vec<Value> {
 }
 
 /// Pairs of parameters that the runs do not tell well apart, the strongest first.
-fn correlated(posterior: &Posterior, sampled: &[SampledParameter]) -> Vec<Value> {
+fn correlated(posterior: &Posterior, sampled: &[Value]) -> Vec<Value> {
     let mut pairs = vec![];
     for (i, row) in posterior.findings.correlation.iter().enumerate() {
         let strong = row.iter().enumerate().take(i).filter(|(_, value)| value.abs() > STRONG);
         pairs.extend(strong.map(|(j, value)| (*value, j, i)));
     }
     pairs.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
-    let of = |(value, j, i): &(f64, usize, usize)| {
-        context! { value, first => sampled[*j].label.as_str(), second => sampled[*i].label.as_str() }
-    };
+    let label = |place: usize| sampled[place].get_attr("label").ok();
+    let of = |(value, j, i): &(f64, usize, usize)| context! { value, first => label(*j), second => label(*i) };
     pairs.iter().map(of).collect()
 }
 
