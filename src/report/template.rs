@@ -21,7 +21,7 @@ use crate::findings::remarks::in_symbols;
 use crate::rounding::{self, by_number, positive, NONE};
 
 /// The templates by their names.
-const TEMPLATES: [(&str, &str); 30] = [
+const TEMPLATES: [(&str, &str); 31] = [
     ("against_film.md", include_str!("templates/against_film.md")),
     ("against_speed.md", include_str!("templates/against_speed.md")),
     ("bands.txt", include_str!("templates/bands.txt")),
@@ -30,6 +30,7 @@ const TEMPLATES: [(&str, &str); 30] = [
     ("constants.md", include_str!("templates/constants.md")),
     ("errors.md", include_str!("templates/errors.md")),
     ("film_groups.md", include_str!("templates/film_groups.md")),
+    ("fitted_runs.txt", include_str!("templates/fitted_runs.txt")),
     ("held.md", include_str!("templates/held.md")),
     ("laws.csv", include_str!("templates/laws.csv")),
     ("laws.md", include_str!("templates/laws.md")),

@@ -60,7 +60,6 @@ pub(super) fn of_report(input: ReportInput) -> Value {
         own_dry_speed => model.dry_speed == DrySpeed::Impact,
         reference_speed => model.dry_speed.reference(),
         smallest => scene.data.smallest_restitution,
-        fitted_runs => fitted_runs(input),
         laws => context! { sqrt => "square root", linear => WetLaw::Linear.name() },
         form => context! {
             dry => form.dry.formula("v"),
@@ -177,16 +176,6 @@ fn undetermined(findings: &Findings) -> Vec<String> {
 fn is_estimated(input: ReportInput, sphere: usize) -> bool {
     let mut scaling = input.findings.scaling.iter();
     fit_of_sphere(&input.findings.dry, sphere).is_some() || scaling.any(|row| row.sphere == sphere)
-}
-
-/// The runs of a posterior.
-fn fitted_runs(input: ReportInput) -> &'static str {
-    match input.scene.model.sticking {
-        Sticking::Censored if input.runs.stuck() == 0 => "all runs",
-        Sticking::Censored => "all runs, stuck runs included",
-        Sticking::Truncated => "the runs that rebounded, since those that stuck were not logged",
-        Sticking::Excluded => "all runs that rebounded",
-    }
 }
 
 /// Which sheets of workbooks the runs were read from; nothing of other tables.

@@ -33,7 +33,6 @@ pub(super) fn values(input: ReportInput) -> Value {
     let (scene, findings) = (input.scene, input.findings);
     let sampled = sampled(input, posterior);
     let parameters = &posterior.sampled.parameters.sampled;
-    let sigma = ParameterKind::SigmaSeries.key();
     let has_roughness = scene.why_no_roughness(input.runs.wet_particles()).is_none();
     let viscous = Viscous::NAMED.iter().skip(1);
     let viscous = viscous.filter(|form| has_roughness || !form.reads_roughness());
@@ -62,19 +61,12 @@ pub(super) fn values(input: ReportInput) -> Value {
         most_times => MOST_TIMES,
         checked_runs => CHECKED_RUNS,
         offsets_shown => offsets_shown(posterior),
-        sigma_series => posterior.findings.parameters.iter().find(|own| own.name == sigma).map(serialized),
         true_sigma_series => scene.truth.as_ref().map(|truth| truth.sigma_series.unwrap_or(0.0)),
         viscous_forms => viscous.collect::<Vec<_>>(),
         khat_line => own_form.map(|model| khat_threshold(model.draws)),
         open_questions => open.collect::<Vec<_>>(),
         clear_trend => CLEAR_TREND,
         small => 100.0 * SMALL,
-        answers => context! {
-            one_serves => "yes",
-            rises => "no, it rises",
-            falls => "no, it falls",
-            open => "open",
-        },
         draws_left_out => left_out,
     }
 }
