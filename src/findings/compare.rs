@@ -403,25 +403,23 @@ fn draw_form(
 mod tests {
     use super::*;
 
-    impl ComparedModel {
-        /// One that no runs were compared by, for tests of what is said of models.
-        pub(crate) fn made_up(name: &str, own: bool, delta: f64, delta_se: f64) -> ComparedModel {
-            ComparedModel {
-                model: name.to_owned(),
-                own,
-                elpd_loo: 100.0 + delta,
-                se: Some(5.0),
-                p_loo: 3.0,
-                khat_max: Some(0.2),
-                khat_high: 0,
-                delta,
-                delta_se: Some(delta_se),
-                delta_mcse: None,
-                draws: 4000,
-                weighed: false,
-                rhat: Some(1.0),
-                divergences: 0,
-            }
+    /// A model that no runs were compared by.
+    fn made_up(name: &str, own: bool, delta: f64) -> ComparedModel {
+        ComparedModel {
+            model: name.to_owned(),
+            own,
+            elpd_loo: 100.0 + delta,
+            se: Some(5.0),
+            p_loo: 3.0,
+            khat_max: Some(0.2),
+            khat_high: 0,
+            delta,
+            delta_se: Some(3.0),
+            delta_mcse: None,
+            draws: 4000,
+            weighed: false,
+            rhat: Some(1.0),
+            divergences: 0,
         }
     }
 
@@ -433,10 +431,7 @@ mod tests {
             "if it acts",
             remarks::COMPARE_DRY_SPEEDS,
         )];
-        let models = [
-            ComparedModel::made_up(best.0, best.1, 0.0, 0.0),
-            ComparedModel::made_up(other.0, !best.1, other.1, 3.0),
-        ];
+        let models = [made_up(best.0, best.1, 0.0), made_up(other.0, !best.1, other.1)];
         settle_dry_speed(&mut notices, &models);
         notices.pop()
     }

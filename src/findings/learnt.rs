@@ -205,167 +205,37 @@ pub fn capital(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::findings::fit_least_squares;
-    use crate::findings::form_choice::{InertiaChoice, OtherForm};
-    use crate::findings::identify::{Directions, Unidentified};
-    use crate::findings::questions::{Answer, Trend};
-    use crate::findings::tests::read_plain;
-
-    /// Least squares of the plain example, to which a test adds what later stages found.
-    fn plain(told: impl Fn(&mut Findings)) -> Vec<String> {
-        let (scene, table) = read_plain();
-        let mut findings = fit_least_squares(&scene, &table, 1, false);
-        told(&mut findings);
-        what_was_learnt(&scene, &table.runs, &findings)
-    }
-
-    fn question(answer: Answer, mean: f64, change: f64) -> Question {
-        Question {
-            question: "Is L the same at every film ratio below 0.10?",
-            parameter: "lubrication_log",
-            film_ratio_below: Some(0.10),
-            runs: 100,
-            film_ratios: Some(4),
-            trend: Some(Trend {
-                symbol: "L′",
-                mean,
-                sd: 0.1,
-                interval: [mean - 0.196, mean + 0.196],
-                largest_change: Some(change),
-                prior: String::new(),
-                prior_sd: Some(1.0),
-                source: "",
-            }),
-            answer,
-            text: "as it is told at length".to_owned(),
-            why_open: None,
-        }
-    }
-
-    fn has(sentences: &[String], words: &str) -> bool {
-        sentences.iter().any(|sentence| sentence.contains(words))
-    }
-
-    #[track_caller]
-    fn assert_told(sentences: &[String], words: &str) {
-        assert!(has(sentences, words), "no `{words}` in {sentences:?}");
-    }
-
-    #[test]
-    fn whether_one_value_serves_is_told_with_its_numbers() {
-        let told = |question: &Question| plain(|findings| findings.questions = Some(vec![question.clone()]))[0].clone();
-        let serves = told(&question(Answer::Constant, 0.01, 0.008));
-        assert!(
-            serves.starts_with("L is independent of the film below δ/D = 0.10: "),
-            "{serves}"
-        );
-        assert!(
-            serves.ends_with("would move no e_inf or St_c by more than 0.8 %."),
-            "{serves}"
-        );
-        let rises = told(&question(Answer::Rises, 0.6, 0.3));
-        assert_eq!(rises, "L rises with the film: L′ = 0.60 ± 0.10.");
-        let falls = told(&question(Answer::Falls, -0.6, 0.3));
-        assert!(falls.starts_with("L falls with the film: L′ = −0.60 ± 0.10"), "{falls}");
-        let open = told(&question(Answer::Open, 0.1, 0.05));
-        assert!(open.contains("is open") && open.contains("by up to 5.0 %"), "{open}");
-        assert!(open.ends_with("film ratios farther apart would tell."), "{open}");
-        // a doubt stands in place of numbers that cannot be trusted
-        let doubted = told(&Question {
-            why_open: Some("the chains do not agree".to_owned()),
-            ..question(Answer::Open, 0.6, 0.3)
-        });
-        assert_eq!(
-            doubted,
-            "Whether L is independent of the film below δ/D = 0.10 is open: the chains do not agree."
-        );
-    }
 
     #[test]
     fn a_form_is_preferred_only_where_the_difference_is_clear() {
-        let told = |models: &[ComparedModel]| plain(|findings| findings.compare = Some(models.to_vec()));
-        let best = ComparedModel::made_up("saturating/2", true, 0.0, 0.0);
-        // the same inertia with another dry speed is no other form of it
-        let same = ComparedModel::made_up("saturating/impact", false, -1.0, 2.0);
-        let clear = told(&[
-            best.clone(),
-            same.clone(),
-            ComparedModel::made_up("cap/2", false, -60.0, 9.0),
-        ]);
-        assert_told(&clear, "prefer saturating, by 60 ± 9 in log density over cap.");
-        let chance = told(&[best.clone(), same, ComparedModel::made_up("cap/2", false, -6.0, 9.0)]);
-        assert_told(&chance, "do not tell saturating from cap, 6 ± 9 apart");
-        assert!(!has(&chance, "levels off"), "{chance:?}");
-        let none = told(&[
-            ComparedModel::made_up("none/2", true, 0.0, 0.0),
-            ComparedModel::made_up("cap/2", false, -60.0, 9.0),
-        ]);
-        assert_told(&none, "prefer none at all, by");
-    }
-
-    #[test]
-    fn by_least_squares_a_form_that_was_kept_for_its_simplicity_is_not_called_better() {
-        let told = |difference: f64| {
-            plain(|findings| {
-                findings.inertia = Some(InertiaChoice {
-                    inertia: Inertia::Stepwise,
-                    by: ChosenBy::LeastSquares,
-                    others: vec![OtherForm {
-                        inertia: Inertia::Saturating,
-                        difference,
-                        se: Some(1.5),
-                        prior_difference: None,
-                    }],
-                });
-            })
-        };
-        let kept = told(0.7);
-        let expected =
-            "do not tell stepwise from saturating, 0.7 ± 1.5 apart in log density, by the squares they leave.";
-        assert_told(&kept, expected);
-        let better = told(-70.0);
-        assert_told(
-            &better,
-            "prefer stepwise, by 70.0 ± 1.5 in log density over saturating, by the",
-        );
-    }
-
-    #[test]
-    fn what_is_not_determined_is_told_with_the_runs_that_would() {
-        let told = |unseen: Vec<Unidentified>| {
-            plain(|findings| {
-                findings.identifies = Some(Directions {
-                    at: "least_squares",
-                    least_known: "film_scale".to_owned(),
-                    least_known_words: "the film scale".to_owned(),
-                    spread_left: 0.165,
-                    unseen: unseen.clone(),
-                });
-            })
-        };
-        let all = told(vec![]);
-        assert_told(
-            &all,
-            "The least constrained is the film scale, which keeps 17 % of its prior sd.",
-        );
-        let some = told(vec![Unidentified {
-            parameters: vec!["inertial_prefactor".to_owned()],
-            directions: 1,
-            spread_left: 0.9,
-            reason: "one film ratio: the inertial prefactor cannot be told".to_owned(),
-            add: "add another film ratio".to_owned(),
-        }]);
-        let expected = "One film ratio: the inertial prefactor cannot be told; add another film ratio.";
-        assert!(
-            has(&some, expected) && !has(&some, "determine every parameter"),
-            "{some:?}"
-        );
-    }
-
-    #[test]
-    fn runs_that_stuck_are_counted() {
-        let sentences = plain(|_| ());
-        let stuck = "1 of 25 wet runs stuck; these numbers rest on those that rebounded.";
-        assert_told(&sentences, stuck);
+        for (forms, gain, se, expected) in [
+            (
+                ["saturating", "cap"],
+                60.0,
+                9.0,
+                "prefer saturating, by 60 ± 9 in log density over cap",
+            ),
+            (
+                ["none", "cap"],
+                60.0,
+                9.0,
+                "prefer none at all, by 60 ± 9 in log density over cap",
+            ),
+            (
+                ["saturating", "cap"],
+                6.0,
+                9.0,
+                "do not tell saturating from cap, 6 ± 9 apart in log density",
+            ),
+            // kept for having fewer parameters
+            (
+                ["stepwise", "saturating"],
+                -0.7,
+                1.5,
+                "do not tell stepwise from saturating, 0.7 ± 1.5 apart in log density",
+            ),
+        ] {
+            assert_eq!(preference(forms, gain, Some(se)), expected);
+        }
     }
 }
