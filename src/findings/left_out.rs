@@ -331,13 +331,6 @@ mod tests {
     use crate::runs::Table;
     use crate::{runs, scene};
 
-    fn setup(inertia: Inertia) -> SamplingSetup {
-        SamplingSetup {
-            form: Form::new(inertia, DrySpeed::Reference(REFERENCE_SPEED)),
-            method: Default::default(),
-        }
-    }
-
     fn read_example() -> (Scene, Table) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
         let scene = scene::read(&path).expect("a good scene");
@@ -346,9 +339,12 @@ mod tests {
     }
 
     /// Has a model of these runs do something.
-    fn with_model<T>(scene: &Scene, table: &Table, inertia: Inertia, stream: &str, then: impl Fn(&Model) -> T) -> T {
+    fn with_model(scene: &Scene, table: &Table, inertia: Inertia, stream: &str, then: impl Fn(&Model)) {
         let found = findings::fit_least_squares(scene, table, 1, false);
-        let setup = setup(inertia);
+        let setup = SamplingSetup {
+            form: Form::new(inertia, DrySpeed::Reference(REFERENCE_SPEED)),
+            method: Default::default(),
+        };
         let parameters = ModelParameters::of(scene, &table.runs, setup.form).expect("room");
         then(&Model {
             context: ComparisonContext {
@@ -360,7 +356,7 @@ mod tests {
             setup,
             parameters: &parameters,
             stream,
-        })
+        });
     }
 
     fn followed(model: &Model, draws: usize) -> Sampled {
@@ -393,8 +389,7 @@ mod tests {
                     model.mend(model.weigh_out(sampled, used).expect("finite"), sampled, used)
                 };
                 let weighed = left_out(&drawn);
-                let long = followed(model, 3500);
-                let long = left_out(&long);
+                let long = left_out(&followed(model, 3500));
                 let apart = difference(&weighed, &long).expect("the same runs");
                 let z = apart.value / apart.mcse;
                 assert!(z.abs() < 4.0, "{inertia:?} {z}");

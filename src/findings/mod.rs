@@ -626,11 +626,11 @@ mod tests {
         (scene, table)
     }
 
-    /// What is said of it, of which one run stuck, with these runs left out.
-    fn plain(screened: Vec<Screened>) -> Vec<Remark> {
+    /// What is found of it, of which one run stuck, with these runs left out.
+    fn fit_plain(screened: Vec<Screened>) -> Findings {
         let (scene, mut table) = read_plain();
         table.screened = screened;
-        fit_least_squares(&scene, &table, 1, false).remarks
+        fit_least_squares(&scene, &table, 1, false)
     }
 
     fn of<'n>(notices: &'n [Remark], code: &str) -> &'n Remark {
@@ -639,7 +639,7 @@ mod tests {
 
     #[test]
     fn stuck_runs_caution_only_where_no_posterior_counts_them() {
-        let mut notices = plain(vec![]);
+        let mut notices = fit_plain(vec![]).remarks;
         let before = of(&notices, "stuck_left_out");
         assert!(before.cautions() && before.text.starts_with("1 of 25 wet runs stuck"));
         settle_stuck_runs(&mut notices);
@@ -655,7 +655,7 @@ mod tests {
                 runs: 2,
                 next_step,
             });
-            of(&plain(all.collect()), "screened").next_step.clone()
+            of(&fit_plain(all.collect()).remarks, "screened").next_step.clone()
         };
         assert_eq!(screened_for(&["widen"]), "widen");
         assert_eq!(
@@ -664,41 +664,33 @@ mod tests {
         );
     }
 
-    fn plain_findings() -> Findings {
-        let (scene, table) = read_plain();
-        fit_least_squares(&scene, &table, 1, false)
-    }
-
     #[test]
     fn the_second_order_cautions_only_where_it_moves_a_main_number() {
-        let mut findings = plain_findings();
+        let mut findings = fit_plain(vec![]);
         let text = format!("{}: not in the model", Term::DrySecondOrder.in_words());
         findings.remarks = vec![remarks::TERM_NOT_HELD.notice(1, text)];
         let name = findings.main.parameters[0].name();
-        let of = |findings: &mut Findings, size: f64, shows: Option<f64>, se: f64| {
+        let mut balance = findings.energy_balance.iter().flat_map(|balance| &balance.parameters);
+        let fitted = balance.find(|own| own.name == name).expect("k is fitted");
+        let (_, se) = fitted.estimate.value_and_scale().expect("k has a standard error");
+        let mut cautions = |size: f64, se: f64| {
             findings.remarks[0].level = Level::Cautions;
-            let number = &mut findings.main.parameters[0].number;
-            number.se = Some(se);
+            findings.main.parameters[0].number.se = Some(se);
             let terms = findings.terms.iter_mut();
             for sized in terms.filter(|sized| sized.term == Term::DrySecondOrder) {
                 (sized.held, sized.size, sized.moves) = (false, Some(size), Some(name.clone()));
-                (sized.runs_show, sized.runs_show_se) = (shows, shows.map(|_| 0.05));
+                (sized.runs_show, sized.runs_show_se) = (None, None);
             }
             findings.settle_second_order();
             findings.remarks[0].cautions()
         };
-        let mut balance = findings.energy_balance.iter().flat_map(|balance| &balance.parameters);
-        let fitted = balance.find(|own| own.name == name).expect("k is fitted");
-        let (_, se) = fitted.estimate.value_and_scale().expect("k has a standard error");
-        assert!(of(&mut findings, 3.0, None, se));
-        assert!(!of(&mut findings, 3.0, None, 20.0 * se));
-        assert!(!of(&mut findings, 0.2, None, se));
+        assert!(cautions(3.0, se) && !cautions(3.0, 20.0 * se) && !cautions(0.2, se));
     }
 
     #[test]
     fn an_error_of_speeds_cautions_only_of_a_law_with_main_numbers() {
         let (_, Table { runs, .. }) = read_plain();
-        let mut scaling = plain_findings().scaling;
+        let mut scaling = fit_plain(vec![]).scaling;
         scaling.retain(|row| row.law == WetLaw::Sqrt && row.film_ratio.is_some());
         for row in &mut scaling {
             row.verdict = Verdict::passed("");
@@ -713,7 +705,7 @@ mod tests {
 
     #[test]
     fn a_trend_beside_series_that_lie_apart_is_told_with_the_offsets_first() {
-        let mut findings = plain_findings();
+        let mut findings = fit_plain(vec![]);
         let trend = || remarks::FILM_TREND.check(9.0, "L rises with the film");
         findings.remarks = vec![trend()];
         findings.order_advice();

@@ -596,26 +596,18 @@ mod tests {
 
     #[test]
     fn sentences_name_parameters_by_their_symbols() {
-        let names = [
-            "dry_k[PTFE]",
-            "lubrication_log",
-            "inertial_prefactor",
-            "e_inf[PTFE,AK10,0.06]",
-            "sigma_wet",
+        for (name, symbols) in [
+            ("lubrication_log", "L"),
+            ("e_inf[PTFE,AK10,0.06]", "e_inf of PTFE, AK10, δ/D = 0.06"),
             // where each diameter has its own k
-            "dry_k[PTFE,4.762]",
-            "st_c[PTFE,4.762,AK10,0.06]",
-        ];
-        let symbols = [
-            "k of PTFE",
-            "L",
-            "C",
-            "e_inf of PTFE, AK10, δ/D = 0.06",
-            "σ_wet",
-            "k of PTFE, D = 4.762 mm",
-            "St_c of PTFE, D = 4.762 mm, AK10, δ/D = 0.06",
-        ];
-        assert_eq!(names.map(in_symbols), symbols);
+            ("dry_k[PTFE,4.762]", "k of PTFE, D = 4.762 mm"),
+            (
+                "st_c[PTFE,4.762,AK10,0.06]",
+                "St_c of PTFE, D = 4.762 mm, AK10, δ/D = 0.06",
+            ),
+        ] {
+            assert_eq!(in_symbols(name), symbols);
+        }
     }
 
     #[test]

@@ -226,17 +226,20 @@ mod tests {
 
     #[test]
     fn an_answer_needs_a_trend_far_from_zero_or_one_that_moves_nothing() {
-        let of = |mean: f64, sd: f64| conclude(&trend(mean, sd));
-        assert_eq!(of(0.0, 0.1), Answer::Constant);
-        assert_eq!(of(0.6, 0.04), Answer::Rises);
-        assert_eq!(of(-0.6, 0.04), Answer::Falls);
-        assert_eq!(of(0.33, 0.1), Answer::Rises);
-        // there, and small
-        assert_eq!(of(0.1, 0.04), Answer::Constant);
-        // its 95 % interval excludes zero, as chance makes in one table of twenty
-        assert_eq!(of(0.31, 0.1), Answer::Open);
-        // the runs say nothing: the prior is what is left
-        assert_eq!(of(0.0, 1.0), Answer::Open);
+        for (mean, sd, answer) in [
+            (0.0, 0.1, Answer::Constant),
+            (0.6, 0.04, Answer::Rises),
+            (-0.6, 0.04, Answer::Falls),
+            (0.33, 0.1, Answer::Rises),
+            // there, and small
+            (0.1, 0.04, Answer::Constant),
+            // its 95 % interval excludes zero, as chance makes in one table of twenty
+            (0.31, 0.1, Answer::Open),
+            // the runs say nothing: the prior is what is left
+            (0.0, 1.0, Answer::Open),
+        ] {
+            assert_eq!(conclude(&trend(mean, sd)), answer, "{mean} {sd}");
+        }
         let without = Trend {
             largest_change: None,
             ..trend(0.0, 0.01)

@@ -314,7 +314,8 @@ fn assert_let_be(coarsest: f64, from: u64, made: impl Fn(&[Run]) -> Vec<Run>) {
 /// Written with four digits, but made from heights of rebound read to a millimetre, or from speeds read to 0.01 m/s.
 #[test]
 fn restitutions_of_coarse_readings_are_let_be() {
-    let of_height: fn(f64) -> f64 = |rebound| (2.0 * GRAVITY * rounded(rebound * rebound / (2.0 * GRAVITY), 0.001)).sqrt();
+    let of_height: fn(f64) -> f64 =
+        |rebound| (2.0 * GRAVITY * rounded(rebound * rebound / (2.0 * GRAVITY), 0.001)).sqrt();
     for read in [of_height, |rebound| rounded(rebound, 0.01)] {
         let made = |one: &Run| NewRun {
             restitution: rounded(read(one.impact_speed * one.restitution) / one.impact_speed, 1e-4),
