@@ -111,62 +111,35 @@ mod tests {
         &found.unwrap_or_else(|| panic!("no {path}")).1
     }
 
-    fn node(files: &[File], path: &str) -> Value {
-        serde_json::from_slice(file(files, path)).expect("JSON")
-    }
-
+    /// The true reader is ArviZ, which CI has open the draws of the example.
     #[test]
     fn values_are_where_the_format_has_them() {
         let names = ["PE".to_owned(), "µPTFE".to_owned()];
+        let reals = [0.1, f64::NAN, -0.0, 1e300];
         let [chain, draw, particle] = [("chain", 1), ("draw", 2), ("particle", 2)];
         let mut group = ArrayGroup::new("posterior");
-        let dry_k = ArrayValues::reals([0.1, f64::NAN, -0.0, 1e300]);
-        group.add("dry_k", &[chain, draw, particle], dry_k);
+        group.add("dry_k", &[chain, draw, particle], ArrayValues::reals(reals));
         group.add("many", &[chain, draw], ArrayValues::streamed());
         group.add("particle", &[particle], ArrayValues::texts(&names));
         group.add("n_steps", &[draw], ArrayValues::counts([7, -1]));
         group.add("diverging", &[draw], ArrayValues::flags([true, false]));
-        let root = Map::from_iter([("model".to_owned(), json!("stepwise/2"))]);
-        let files = store("draws.zarr", root.clone(), vec![group.clone()]).expect("a store");
-        assert_eq!(
-            store("draws.zarr", root, vec![group]).expect("a store"),
-            files,
-            "the same bytes again"
-        );
+        let files = store("draws.zarr", Map::new(), vec![group]).expect("a store");
 
-        let chunk = file(&files, "draws.zarr/posterior/dry_k/c.0.0.0");
-        let numbers: Vec<u64> = chunk
-            .chunks_exact(8)
-            .map(|bytes| u64::from_le_bytes(bytes.try_into().expect("eight bytes")))
-            .collect();
-        assert_eq!(numbers, [0.1, f64::NAN, -0.0, 1e300].map(f64::to_bits));
+        let bits = reals.map(|real| real.to_bits().to_le_bytes()).concat();
+        assert_eq!(file(&files, "draws.zarr/posterior/dry_k/c.0.0.0"), bits);
         assert_eq!(file(&files, "draws.zarr/posterior/n_steps/c.0")[8..], [255; 8]);
         assert_eq!(file(&files, "draws.zarr/posterior/diverging/c.0"), [1, 0]);
-        let text = file(&files, "draws.zarr/posterior/particle/c.0");
-        let letters: Vec<char> = text
-            .chunks_exact(4)
-            .filter_map(|bytes| char::from_u32(u32::from_le_bytes(bytes.try_into().expect("four bytes"))))
-            .collect();
-        assert_eq!(letters, ['P', 'E', '\0', '\0', '\0', 'µ', 'P', 'T', 'F', 'E']);
+        let letters = "PE\0\0\0µPTFE".chars();
+        let letters: Vec<u8> = letters.flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
+        assert_eq!(file(&files, "draws.zarr/posterior/particle/c.0"), letters);
 
-        let array = node(&files, "draws.zarr/posterior/dry_k/zarr.json");
-        assert_eq!(array["shape"], json!([1, 2, 2]));
-        assert_eq!(array["dimension_names"], json!(["chain", "draw", "particle"]));
-        let many = node(&files, "draws.zarr/posterior/many/zarr.json");
+        let many = file(&files, "draws.zarr/posterior/many/zarr.json");
+        let many: Value = serde_json::from_slice(many).expect("JSON");
         assert_eq!(many["data_type"], "float32");
         assert_eq!(many["chunk_grid"]["configuration"]["chunk_shape"], json!([1, 2]));
         let apart = chunk_path("draws.zarr", "posterior", "many", &[0, 0]);
         assert_eq!(apart, "draws.zarr/posterior/many/c.0.0");
         assert!(files.iter().all(|(path, _)| *path != apart), "the caller's to write");
-        let all = node(&files, "draws.zarr/zarr.json");
-        assert_eq!(all["attributes"]["model"], "stepwise/2");
-        let consolidated = &all["consolidated_metadata"]["metadata"];
-        assert_eq!(consolidated["posterior/dry_k"], array);
-        assert_eq!(
-            consolidated["posterior"],
-            node(&files, "draws.zarr/posterior/zarr.json")
-        );
-        assert_eq!(consolidated.as_object().map(Map::len), Some(6));
     }
 
     #[test]
