@@ -148,17 +148,7 @@ mod tests {
 
     #[test]
     fn numbers_read_back_to_the_last_bit() {
-        let numbers = [
-            0.0,
-            -0.0,
-            0.1,
-            -2.206_147_085_928_589_2e-5,
-            9.99e-4,
-            5e-324,
-            4371.0,
-            1e300,
-            f64::MAX,
-        ];
+        let numbers = [-0.0, 0.1, -2.206_147_085_928_589_2e-5, 5e-324, 4371.0, f64::MAX];
         let text = text(&numbers).expect("numbers");
         assert!(text.contains("-2.2061470859285892e-5"), "{text}");
         let read: Vec<f64> = serde_json::from_str(&text).expect("valid JSON");

@@ -151,17 +151,7 @@ mod tests {
 
     #[test]
     fn numbers_are_short_and_to_a_hundredth() {
-        let cases = [
-            (0.0, "0"),
-            (-0.001, "0"),
-            (10.0, "10"),
-            (100.0, "100"),
-            (1.5, "1.5"),
-            (-2.999, "-3"),
-            (0.126, "0.13"),
-        ];
-        for (value, expected) in cases {
-            assert_eq!(decimal(value), expected);
-        }
+        let values = [-0.001, 100.0, 1.5, -2.999, 0.126];
+        assert_eq!(values.map(decimal), ["0", "100", "1.5", "-3", "0.13"]);
     }
 }
