@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::path::Path;
+use std::sync::LazyLock;
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -12,11 +13,11 @@ use crate::runs::{arrange, NewRun};
 use crate::scene::{self, Scene};
 use crate::seed::stream;
 
-fn scene() -> Scene {
+static SCENE: LazyLock<Scene> = LazyLock::new(|| {
     let text = "[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\n\
                 [liquids.oil]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 9.3\n";
     scene::parse(text, Path::new("a/scene.toml"), String::new()).unwrap_or_else(|error| panic!("{error}"))
-}
+});
 
 /// How the tables of one kind are made.
 #[derive(Clone, Copy)]
@@ -56,13 +57,14 @@ fn law(film: Option<(f64, f64)>, v: f64) -> f64 {
     1.0 - 0.18 * v.powf(0.2) - film.map_or(0.0, |_| 0.15 / v)
 }
 
-/// A run with its speed and restitution rounded to these steps.
-fn coarse(run: &Run, steps: [f64; 2]) -> Run {
-    NewRun {
+/// Runs with their speeds and restitutions rounded to these steps.
+fn coarse(rows: &[Run], steps: [f64; 2]) -> Vec<Run> {
+    let coarse = |run: &Run| NewRun {
         impact_speed: rounded(run.impact_speed, steps[0]),
         restitution: rounded(run.restitution, steps[1]),
         ..*run
-    }
+    };
+    rows.iter().map(coarse).collect()
 }
 
 /// The mean of some runs, its speed and restitution rounded to these steps.
@@ -73,7 +75,7 @@ fn mean(block: &[Run], steps: [f64; 2]) -> Run {
         restitution: mean(|run| run.restitution),
         ..block[0]
     };
-    coarse(&exact, steps)
+    coarse(&[exact], steps)[0]
 }
 
 /// The table of these blocks with the mean of each below it, above it, and at the foot of the table.
@@ -106,13 +108,17 @@ fn table(kind: Kind, set: u64) -> Vec<Run> {
 
 /// What forbids quoting these rows.
 fn forbidding(rows: &[Run], residual_sd: Option<f64>) -> Vec<Remark> {
-    let mut found = check_rows(&arrange(&scene(), rows), residual_sd);
+    let mut found = check_rows(&arrange(&SCENE, rows), residual_sd);
     found.retain(Remark::forbids);
     found
 }
 
 fn codes(rows: &[Run]) -> Vec<&'static str> {
     forbidding(rows, None).iter().map(|remark| remark.code).collect()
+}
+
+fn tells(rows: &[Run], code: &str) -> bool {
+    codes(rows).contains(&code)
 }
 
 #[track_caller]
@@ -206,11 +212,10 @@ fn pasted_blocks_and_means_are_found() {
         // half of the table pasted below it, all of it, and all of it twice
         let (half, all) = (&rows[..rows.len() / 2], &rows[..]);
         for pasted in [[half].concat(), [all].concat(), [all, all].concat()] {
-            let again: Vec<Run> = [&rows[..], &pasted].concat();
-            let found = codes(&again);
+            let is_found = tells(&[&rows[..], &pasted].concat(), "repeated_rows");
             // where nearly every run has the same digits as its neighbours, nobody can tell, nor by pairs of two digits
             let is_plain = kind.sd < 0.5 * kind.step || kind.repeats == 2 && kind.step >= 0.01;
-            assert!(is_plain || found.contains(&"repeated_rows"), "{place}: {found:?}");
+            assert!(is_plain || is_found, "{place}");
         }
         let blocks: Vec<&[Run]> = rows.chunks(kind.repeats).collect();
         let fine = with_means(&blocks, [0.001, kind.step]);
@@ -219,7 +224,7 @@ fn pasted_blocks_and_means_are_found() {
         for (at, table) in fine.iter().chain([&coarse]).enumerate() {
             // where the mean is known to about the digits that the last has, nobody can tell
             let is_told = is_fine && (at < 3 || kind.repeats > 3 && kind.sd > 0.01);
-            assert!(!is_told || codes(table).contains(&"mean_rows"), "{place}, {at}");
+            assert!(!is_told || tells(table, "mean_rows"), "{place}, {at}");
         }
     }
 }
@@ -236,15 +241,14 @@ fn means_of_two_digits_stand_at_the_end_of_their_setting() {
             repeats: [4, 5, 8][set as usize / 3 % 3],
             speeds: [0.003, 0.006, 0.01][set as usize / 9 % 3],
         };
-        let rows = table(kind, 200_000 + set);
-        let rows: Vec<Run> = rows.iter().map(|run| coarse(run, TWO_DIGITS)).collect();
+        let rows = coarse(&table(kind, 200_000 + set), TWO_DIGITS);
         questioned += usize::from(!codes(&rows).is_empty());
         let blocks: Vec<&[Run]> = rows.chunks(kind.repeats).collect();
         let [below, above, _] = with_means(&blocks, TWO_DIGITS);
         for table in [below, above] {
             // where nearly every run has the digits of the mean, nobody can tell
             let is_plain = kind.sd < 0.01 && kind.speeds < 0.01;
-            if !is_plain && !codes(&table).contains(&"mean_rows") {
+            if !is_plain && !tells(&table, "mean_rows") {
                 missed.push((kind.sd, kind.repeats, kind.speeds));
             }
         }
@@ -283,7 +287,7 @@ fn means_of_groups_at_all_speeds_are_found() {
         let blocks: Vec<&[Run]> = blocks.iter().map(Vec::as_slice).collect();
         let [below, _, foot] = with_means(&blocks, *steps);
         for (at, table) in [below, foot].iter().enumerate() {
-            assert!(codes(table).contains(&"mean_rows"), "{set} {at} {steps:?}");
+            assert!(tells(table, "mean_rows"), "{set} {at} {steps:?}");
         }
     }
 }
@@ -294,8 +298,7 @@ fn right_tables_of_varied_speeds_have_no_means() {
     let is_questioned = |set: &u64| {
         let at = *set as usize;
         let steps = [STEPS[at / 5 % 3], STEPS[at / 15 % 3]];
-        let table = varied(12 + at * 7 % 289, steps, 1000 + set).concat();
-        codes(&table).contains(&"mean_rows")
+        tells(&varied(12 + at * 7 % 289, steps, 1000 + set).concat(), "mean_rows")
     };
     let questioned: Vec<u64> = (0..900).filter(is_questioned).collect();
     assert_eq!(questioned, [0; 0]);
@@ -337,22 +340,20 @@ fn a_copy_with_fewer_digits_is_one() {
         let is_told = kind.sd > 0.0075 && kind.step < 0.01;
         let from = [0, rows.len() / 3];
         for (speed, from) in [(0.01, from[0]), (1e-3, from[0]), (0.01, from[1])] {
-            let copied = rows[from..].iter().map(|run| coarse(run, [speed, 0.01]));
-            let copied: Vec<Run> = copied.collect();
+            let copied = coarse(&rows[from..], [speed, 0.01]);
             // fewer digits repeat each other, too, which may be what is told
-            let is_found = codes(&[&rows[..], &copied].concat()).contains(&"repeated_rows");
+            let is_found = tells(&[&rows[..], &copied].concat(), "repeated_rows");
             assert!(is_found || !is_told || copied.len() < 40, "{place} {speed} {from}");
             // the same design anew, written with fewer digits
-            let anew = table(kind, 95_000 + place as u64);
-            let anew: Vec<Run> = anew.iter().map(|run| coarse(run, [speed, 0.01])).collect();
-            let found = codes(&[&rows[..], &anew].concat());
-            assert!(!found.contains(&"repeated_rows"), "{place} {speed}");
+            let anew = coarse(&table(kind, 95_000 + place as u64), [speed, 0.01]);
+            let is_found = tells(&[&rows[..], &anew].concat(), "repeated_rows");
+            assert!(!is_found, "{place} {speed}");
         }
         // in the order of what was rounded
-        let mut sorted: Vec<Run> = rows.iter().map(|run| coarse(run, [1e-3, 0.01])).collect();
+        let mut sorted = coarse(&rows, [1e-3, 0.01]);
         sorted.sort_by(|one, other| one.restitution.total_cmp(&other.restitution));
         let is_measured = kind.speeds > 0.0 && kind.repeats < 10;
-        let is_found = codes(&[&rows[..], &sorted].concat()).contains(&"repeated_rows");
+        let is_found = tells(&[&rows[..], &sorted].concat(), "repeated_rows");
         assert!(is_found || !is_told || !is_measured, "{place}");
     }
 }
@@ -414,7 +415,7 @@ fn speeds_evenly_apart_and_short_digits_hide_no_copy() {
         assert_codes(&rows, &[]);
         assert_codes(&[&rows[..], &rows].concat(), &["repeated_rows"]);
         let rows = table(kind(0.015, 0.1), 140_000 + set);
-        let few: Vec<Run> = rows[12..22].iter().map(|run| coarse(run, [0.001, 0.01])).collect();
+        let few = coarse(&rows[12..22], [0.001, 0.01]);
         assert_codes(&rows, &[]);
         found += usize::from(codes(&[&rows[..], &few[..]].concat()) == ["repeated_rows"]);
     }
