@@ -448,13 +448,6 @@ mod tests {
     }
 
     #[test]
-    fn what_a_template_misspells_is_told_with_its_line() {
-        let text = filled_from(&[("test.md", "\n{{ nothing }}")], "test.md", &context! {}, &[]);
-        let told = text.expect_err("there is none").to_string();
-        assert!(told.contains("undefined") && told.contains("test.md:2"), "{told}");
-    }
-
-    #[test]
     fn columns_stand_below_each_other_whatever_the_letters() {
         let rows = "k[球] | = 0.18 ± 0.01 | (a)\nL | = 2 | (posterior)\n";
         assert_eq!(

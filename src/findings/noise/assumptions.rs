@@ -145,31 +145,3 @@ fn series_offsets(scene: &Scene, offsets: &Offsets) -> Option<Remark> {
     }
     Some(notice)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_run_where_the_law_has_no_rebound_should_have_stuck() {
-        let told = |restitution: f64, expected: f64| {
-            described(&Outlier {
-                row: 3,
-                place: "runs.csv, line 4".to_owned(),
-                particle: "PTFE".to_owned(),
-                liquid: Some("AK10".to_owned()),
-                diameter_m: 4e-3,
-                film_ratio: Some(0.06),
-                impact_speed_m_s: 0.5,
-                restitution,
-                expected,
-                sds: 9.0,
-                moves: "lubrication_log".to_owned(),
-                moves_in_se: 2.0,
-            })
-        };
-        assert!(told(0.184, -0.411).contains("e = 0.184 where it should have stuck, 9.0 σ"));
-        assert!(told(0.184, 0.6).contains("e = 0.184 where 0.600 was expected"));
-        assert!(told(0.0, 0.6).contains("it stuck where 0.600 was expected"));
-    }
-}
