@@ -322,25 +322,18 @@ pub(super) fn largest_rhat(sampled: &Sampled) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
-    use crate::findings;
+    use crate::findings::fit_least_squares;
+    use crate::findings::tests::read_example;
     use crate::physics::dry::REFERENCE_SPEED;
     use crate::physics::{DrySpeed, Form, Inertia};
     use crate::runs::Table;
-    use crate::{runs, scene};
 
-    fn read_example() -> (Scene, Table) {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
-        let scene = scene::read(&path).expect("a good scene");
-        let table = runs::read(&scene).expect("good runs");
-        (scene, table)
-    }
+    const SCENE: &str = "datasets/mueller2016/scene.toml";
 
     /// Has a model of these runs do something.
     fn with_model(scene: &Scene, table: &Table, inertia: Inertia, stream: &str, then: impl Fn(&Model)) {
-        let found = findings::fit_least_squares(scene, table, 1, false);
+        let found = fit_least_squares(scene, table, 1, false);
         let setup = SamplingSetup {
             form: Form::new(inertia, DrySpeed::Reference(REFERENCE_SPEED)),
             method: Default::default(),
@@ -379,7 +372,7 @@ mod tests {
     #[test]
     fn weighed_draws_leave_out_as_trajectories_do() {
         let name = "weighed_draws_leave_out_as_trajectories_do";
-        let (scene, table) = read_example();
+        let (scene, table) = read_example(SCENE);
         for inertia in [Inertia::Saturating, Inertia::None] {
             with_model(&scene, &table, inertia, name, |model| {
                 let drawn = model.draw(&table.runs, name, |_| false).expect("draws");
@@ -405,7 +398,7 @@ mod tests {
         const OFF: f64 = 0.15;
         const DRAWS: usize = 4000;
         let name = "a_run_that_weighs_too_much_is_left_out_by_draws_without_it";
-        let (scene, mut table) = read_example();
+        let (scene, mut table) = read_example(SCENE);
         table.runs = table.runs.with_runs(|run| run % 7 == 0);
         let run = table
             .runs

@@ -618,12 +618,16 @@ mod tests {
     use crate::scene::WetLaw;
     use crate::{runs, scene};
 
-    /// The plain example with its runs.
-    pub(super) fn read_plain() -> (Scene, Table) {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
+    /// A scene of the project with its runs.
+    pub(super) fn read_example(path: &str) -> (Scene, Table) {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
         let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
         let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
         (scene, table)
+    }
+
+    pub(super) fn read_plain() -> (Scene, Table) {
+        read_example("tests/data/good/plain/scene.toml")
     }
 
     /// What is found of it, of which one run stuck, with these runs left out.
