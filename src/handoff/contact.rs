@@ -251,32 +251,22 @@ mod tests {
         integrated(|x, u| -alpha * quarter(x) * u - x.max(0.0).powf(1.5), end)
     }
 
-    #[test]
-    fn the_closed_forms_are_the_integrated_linear_contact() {
-        for end in [End::Overlap, End::Force] {
-            for share in [0.03, 0.2, 0.55, 0.8] {
-                assert!(
-                    (rebound(share, end) - linear(share, end)).abs() < 1e-9,
-                    "{share} {end:?}"
-                );
-            }
-        }
-        for share in [1.0, 1.3, 2.5] {
-            assert!(
-                (rebound(share, End::Force) - linear(share, End::Force)).abs() < 1e-9,
-                "{share}"
-            );
-            assert_eq!((rebound(share, End::Overlap), linear(share, End::Overlap)), (0.0, 0.0));
-        }
+    const ENDS: [End; 2] = [End::Overlap, End::Force];
+
+    #[track_caller]
+    fn assert_near(x: f64, expected: f64, within: f64) {
+        assert!((x - expected).abs() < within, "{x} {expected}");
     }
 
     /// What LIGGGHTS, LAMMPS and YADE rest on: one formula for both springs, limited or not.
     #[test]
-    fn a_hertz_contact_rebounds_as_the_linear_one() {
-        for end in [End::Overlap, End::Force] {
+    fn the_closed_forms_are_the_integrated_contacts() {
+        for end in ENDS {
+            for share in [0.03, 0.2, 0.55, 0.8, 1.0, 1.3, 2.5] {
+                assert_near(rebound(share, end), linear(share, end), 1e-9);
+            }
             for share in [0.05, 0.3, 0.7] {
-                let e = hertz(share * 5f64.sqrt(), end);
-                assert!((rebound(share, end) - e).abs() < 1e-4, "{share} {end:?}: {e}");
+                assert_near(rebound(share, end), hertz(share * 5f64.sqrt(), end), 1e-4);
             }
         }
     }
@@ -284,34 +274,30 @@ mod tests {
     #[test]
     fn the_inverses_come_back() {
         for e in [0.01, 0.06, 0.1353, 0.1354, 0.42, 0.87, 0.999] {
-            for end in [End::Overlap, End::Force] {
-                assert!((rebound(share_for(e, end), end) - e).abs() < 1e-13, "{e} {end:?}");
+            for end in ENDS {
+                assert_near(rebound(share_for(e, end), end), e, 1e-13);
             }
             for tsuji in [Tsuji::WithoutRootTwo, Tsuji::WithRootTwo] {
                 if let Some(input) = tsuji.input_for(e) {
-                    assert!((tsuji.rebound(input) - e).abs() < 1e-13, "{e} {tsuji:?}");
+                    assert_near(tsuji.rebound(input), e, 1e-13);
                 }
             }
         }
         for e in [0.3, 0.8, 0.95] {
-            for end in [End::Overlap, End::Force] {
-                let back = viscoelastic_rebound(viscoelastic_damping_for(e, end), end);
-                assert!((back - e).abs() < 1e-9, "{e} {back} {end:?}");
+            for end in ENDS {
+                assert_near(viscoelastic_rebound(viscoelastic_damping_for(e, end), end), e, 1e-9);
             }
         }
         assert_eq!(share_for(1.0, End::Overlap), 0.0);
-        assert!(share_for(1.0, End::Force).abs() < 1e-15);
+        assert_near(share_for(1.0, End::Force), 0.0, 1e-15);
     }
 
     /// Asked .9, .7, .5, .3 a LAMMPS of 29 September 2021 gave these; with the root the polynomial is within a hundredth.
     #[test]
     fn tsuji_without_root_two_is_seen() {
         for (asked, measured) in [(0.9, 0.928), (0.7, 0.778), (0.5, 0.616), (0.3, 0.440)] {
-            assert!(
-                (Tsuji::WithoutRootTwo.rebound(asked) - measured).abs() < 1e-3,
-                "{asked}"
-            );
-            assert!((Tsuji::WithRootTwo.rebound(asked) - asked).abs() < 0.01, "{asked}");
+            assert_near(Tsuji::WithoutRootTwo.rebound(asked), measured, 1e-3);
+            assert_near(Tsuji::WithRootTwo.rebound(asked), asked, 0.01);
             assert!((Tsuji::WithoutRootTwo.rebound(asked) - asked).abs() > 0.02, "{asked}");
         }
         // what cannot be had is told
@@ -325,9 +311,9 @@ mod tests {
             let lost = 1.0 - viscoelastic_rebound(damping, End::Overlap);
             (1.153_44 * damping - lost) / (1.153_44 * damping).powi(2)
         };
-        assert!((second(0.01) - 0.6).abs() < 0.02, "{}", second(0.01));
+        assert_near(second(0.01), 0.6, 0.02);
         // x = 0.2098 gives 0.8170 where the first order alone would want 0.183
-        assert!((viscoelastic_rebound(0.2098 / 1.153_44, End::Overlap) - 0.8155).abs() < 3e-3);
+        assert_near(viscoelastic_rebound(0.2098 / 1.153_44, End::Overlap), 0.8155, 3e-3);
     }
 
     /// LIGGGHTS-PUBLIC 3.8.0 run with a PTFE sphere of 8 mm, MaximumRestitution 0.727, CriticalStokes 11.28.
@@ -343,18 +329,15 @@ mod tests {
             (40.0, 0.658, 0.659),
             (200.0, 0.739, 0.748),
         ] {
-            assert!(
-                (keywords.rebound(stokes, End::Overlap) - off).abs() < 1.5e-3,
-                "{stokes}"
-            );
-            assert!((keywords.rebound(stokes, End::Force) - on).abs() < 1.5e-3, "{stokes}");
+            assert_near(keywords.rebound(stokes, End::Overlap), off, 1.5e-3);
+            assert_near(keywords.rebound(stokes, End::Force), on, 1.5e-3);
         }
         // without liquid they are a constant
         let dry = StokesKeywords {
             critical_stokes: 0.0,
             ..keywords
         };
-        assert!((dry.rebound(30.0, End::Overlap) - 0.727).abs() < 1e-9);
+        assert_near(dry.rebound(30.0, End::Overlap), 0.727, 1e-9);
         assert_eq!(keywords.rebound(1.0, End::Overlap), 0.0);
     }
 
@@ -408,8 +391,7 @@ mod tests {
             .collect();
         let found = StokesKeywords::nearest(&law, End::Overlap);
         for [stokes, e] in law {
-            let off = found.rebound(stokes, End::Overlap) - e;
-            assert!(off.abs() < 0.1, "{found:?}: {off} at {stokes}");
+            assert_near(found.rebound(stokes, End::Overlap), e, 0.1);
         }
     }
 }

@@ -125,14 +125,3 @@ pub(super) fn spaced([first, last]: [f64; 2], count: u32) -> Vec<f64> {
     }
     speeds
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_title_cannot_leave_its_comment() {
-        assert_eq!(name("a\nvariable x \"\"\" $x \\ &"), "a/nvariable x ''' Sx / +");
-        assert_eq!(name("a,=1+1; @b, -5"), "a,'=1+1; '@b, '-5");
-    }
-}

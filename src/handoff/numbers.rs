@@ -24,17 +24,3 @@ pub(super) fn restitution(e: f64) -> String {
 pub(super) fn input(e: f64) -> String {
     format!("{e:.6}")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_have_seven_digits_and_no_long_zeros() {
-        assert_eq!(number(0.004762), "0.004762");
-        assert_eq!(number(1.0 / 3.0), "0.3333333");
-        assert_eq!(number(1.215_61e-4 / 100.0), "1.21561e-6");
-        assert_eq!(number(1.5e9), "1.5e9");
-        assert_eq!(number(0.0), "0");
-    }
-}

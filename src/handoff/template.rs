@@ -20,17 +20,3 @@ pub(super) fn filled(template: &str, values: Value) -> Result<String, Error> {
     let text = environment.render_str(template, values);
     text.map_err(Error::internal(DOING))
 }
-
-#[cfg(test)]
-mod tests {
-    use minijinja::context;
-
-    use super::*;
-
-    #[test]
-    fn places_are_filled_once() {
-        let values = context! { a => "{{b}}", b => 1.0 };
-        assert_eq!(filled("x {{a}} {{b|number}}\n", values).expect("a text"), "x {{b}} 1");
-        assert!(filled("{{c}}", context! {}).is_err());
-    }
-}

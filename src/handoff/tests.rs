@@ -6,25 +6,26 @@ use super::*;
 use crate::error::Error;
 use crate::findings::predict::PredictedPoint;
 
+fn point(e: f64, band: f64) -> PredictedPoint {
+    PredictedPoint {
+        q50: e,
+        q05: e - band,
+        q95: e + band,
+        extrapolated: false,
+    }
+}
+
 /// A law like that of PTFE on glass under AK10, with a threshold at 0.3 m/s.
 fn wet(speed: f64) -> PredictedPoint {
     let e = (0.55 - 0.165 / speed).max(0.0).sqrt();
     PredictedPoint {
-        q50: e,
-        q05: 0.99 * e,
-        q95: 1.01 * e,
         extrapolated: !(0.8..=1.7).contains(&speed),
+        ..point(e, 0.01 * e)
     }
 }
 
 fn dry(speed: f64) -> PredictedPoint {
-    let e = 1.0 - 0.183 * speed.powf(0.2);
-    PredictedPoint {
-        q50: e,
-        q05: e - 0.01,
-        q95: e + 0.01,
-        extrapolated: false,
-    }
+    point(1.0 - 0.183 * speed.powf(0.2), 0.01)
 }
 
 fn handoff(law: &dyn Fn(f64) -> PredictedPoint, reference_speed: f64) -> Handoff<'_> {
@@ -152,12 +153,7 @@ fn the_constant_holds_where_the_law_is_within_five_percent() {
     let at = |share: f64| 0.165 / (0.55 - 0.385 * share * share);
     assert!((slowest.expect("it falls") - at(0.95)).abs() < 1e-9);
     assert!((fastest.expect("it rises") - at(1.05)).abs() < 1e-9);
-    let constant = |_: f64| PredictedPoint {
-        q50: 0.7,
-        q05: 0.7,
-        q95: 0.7,
-        extrapolated: false,
-    };
+    let constant = |_: f64| point(0.7, 0.0);
     assert_eq!(handoff(&constant, 1.0).constant_holds(), [None, None]);
 }
 
