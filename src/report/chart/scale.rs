@@ -178,16 +178,6 @@ mod tests {
     }
 
     #[test]
-    fn limits_that_span_nothing_are_ignored() {
-        let fitted = scale(&[1.0, 2.0], None);
-        for wanted in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY)] {
-            assert_eq!(scale(&[1.0, 2.0], Some(wanted)), fitted);
-        }
-        let s = scale(&[1.0, 2.0], Some((0.0, 5.0)));
-        assert_eq!((s.lower, s.upper), (0.0, 5.0));
-    }
-
-    #[test]
     fn decades_end_at_powers_of_ten() {
         let s = scale(&[-2.3, 1.2], None).of_decades();
         assert_eq!((s.lower, s.upper, s.step), (-3.0, 2.0, 1.0));

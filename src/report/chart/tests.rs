@@ -116,8 +116,13 @@ fn degenerate_charts_are_drawn() {
     ];
     for layers in layers {
         let mut c = chart(layers);
-        for range in [None, Some((1.0, 1.0)), Some((nan, 2.0)), Some((0.0, 1e-90))] {
-            c.y.range = range;
+        let fitted = svg(&[c.clone()]);
+        for range in [(1.0, 1.0), (2.0, 1.0), (nan, 2.0), (0.0, f64::INFINITY), (0.0, 1e-90)] {
+            c.y.range = Some(range);
+            assert!(
+                range == (0.0, 1e-90) || svg(&[c.clone()]) == fitted,
+                "limits that span nothing"
+            );
             let both = [c.clone(), c.clone()];
             let row = [both.to_vec()];
             for document in [svg(&both[..1]), svg(&both), grid(&row, size(90.0, 90.0))] {
