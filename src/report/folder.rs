@@ -222,19 +222,16 @@ mod tests {
 
     use super::*;
 
-    fn files<'a>(title: &str, body: &str) -> Files<'a> {
-        let findings = format!("{{\"schema\": \"{}\", \"title\": \"{title}\"}}", findings::SCHEMA);
+    fn files<'a>() -> Files<'a> {
+        let findings = format!("{{\"schema\": \"{}\", \"title\": \"one\"}}", findings::SCHEMA);
         Files {
-            whole: vec![
-                ("findings.json".to_owned(), findings.into_bytes()),
-                ("figures/a.svg".to_owned(), body.as_bytes().to_vec()),
-            ],
+            whole: vec![("findings.json".to_owned(), findings.into_bytes())],
             ..Files::default()
         }
     }
 
-    fn write(folder: &Path, contents: Contents, title: &str, files: Files) -> Result<(), Error> {
-        Destination::prepare(folder, contents, title, &[])?.write(files)
+    fn prepare(folder: &Path) -> Destination {
+        Destination::prepare(folder, Contents::Fit, "one", &[]).expect("a free place")
     }
 
     #[test]
@@ -242,7 +239,7 @@ mod tests {
         let place = tempfile::tempdir().expect("a temporary folder");
         let folder = place.path().join("report");
         let made = |broken: bool| {
-            let mut made = files("one", "");
+            let mut made = files();
             let names = ["draws/draws.zarr/deep/c.0", "draws/draws.csv"].map(str::to_owned);
             let fill: Box<Fill> = Box::new(move |[a, b]| {
                 a.write_all(b"first")?;
@@ -255,14 +252,12 @@ mod tests {
             made.last = Some(Box::new(|| ("timing.json".to_owned(), b"third".to_vec())));
             made
         };
-        write(&folder, Contents::Fit, "one", made(false)).expect("a free place");
+        prepare(&folder).write(made(false)).expect("written");
         let read = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
         assert_eq!(read("draws/draws.zarr/deep/c.0").as_deref(), Some("first"));
         assert_eq!(read("draws/draws.csv").as_deref(), Some("second"));
         assert_eq!(read("timing.json").as_deref(), Some("third"));
-        let failed = write(&folder, Contents::Fit, "one", made(true))
-            .expect_err("no room")
-            .to_string();
+        let failed = prepare(&folder).write(made(true)).expect_err("no room").to_string();
         assert!(
             failed.contains("draws/draws.zarr/deep/c.0") && failed.contains("no room"),
             "{failed}"
@@ -278,10 +273,10 @@ mod tests {
     fn what_is_written_beside_is_nowhere_until_it_is_put() {
         let place = tempfile::tempdir().expect("a temporary folder");
         let folder = place.path().join("report");
-        let destination = Destination::prepare(&folder, Contents::Fit, "one", &[]).expect("a free place");
-        drop(destination.beside(files("one", "first")).expect("written"));
+        let destination = prepare(&folder);
+        drop(destination.beside(files()).expect("written"));
         assert_eq!(std::fs::read_dir(place.path()).map(Iterator::count).ok(), Some(0));
-        let written = destination.beside(files("one", "second")).expect("written");
+        let written = destination.beside(files()).expect("written");
         assert!(!folder.exists());
         destination.put(written).expect("a free place");
         assert!(folder.join("findings.json").exists());
