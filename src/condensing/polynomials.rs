@@ -104,35 +104,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn products_of_three_axes_are_those_of_chebyshev() {
-        let columns: [Vec<f64>; 3] = [0.618_034, 0.754_877_7, 0.569_840_3].map(|step| {
-            let mut column: Vec<f64> = (0..50).map(|i| 2.0 * (f64::from(i) * step).fract() - 1.0).collect();
-            column.extend([-1.0, 1.0]);
-            column
-        });
-        let axes: Vec<Axis> = columns.iter().filter_map(|column| Axis::new(column)).collect();
-        let polynomials = Polynomials::new(&axes, 4);
-        assert_eq!(polynomials.len(), functions(3, 4));
-        let [x, y, z] = &columns;
-        for (point, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
-            let t = |at: &f64, power: f64| (power * at.clamp(-1.0, 1.0).acos()).cos();
-            let mut expected: Vec<f64> = vec![];
-            for a in 0..=4u8 {
-                for b in 0..=4 - a {
-                    for c in 0..=4 - a - b {
-                        expected.push(t(x, a.into()) * t(y, b.into()) * t(z, c.into()));
-                    }
-                }
-            }
-            let mut found = polynomials.at(point);
-            for values in [&mut expected, &mut found] {
-                values.sort_by(f64::total_cmp);
-            }
-            assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-12));
-        }
-    }
-
-    #[test]
     fn a_column_that_does_not_vary_is_no_axis() {
         assert!(Axis::new(&[0.3, 0.3, 0.3]).is_none() && Axis::new(&[]).is_none());
     }
