@@ -369,17 +369,8 @@ mod tests {
                 assert!(off(nearest) < off(other) + 1e-6, "{nearest:?} {other:?}");
             }
         }
-        // found before by another program, which looked at other Stokes numbers too
-        let before = StokesKeywords {
-            maximum_restitution: 0.604,
-            critical_stokes: 11.26,
-        };
-        assert!(
-            off(nearest) < off(before) && off(before) < 0.082,
-            "{} {}",
-            off(nearest),
-            off(before)
-        );
+        // keywords found by another program, which looked at other Stokes numbers too, are 0.082 off
+        assert!(off(nearest) < 0.082, "{nearest:?}");
     }
 
     /// Begun elsewhere the search ended at keywords without St, and a distance of 0.34.
