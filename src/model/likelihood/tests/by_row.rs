@@ -20,7 +20,7 @@ fn oracle(nu: Option<f64>, z: f64) -> (f64, f64) {
 }
 
 /// Errors of every other run, the rest without; some of the speed alone, some of the restitution alone.
-pub(super) fn with_errors(mut runs: Runs) -> Runs {
+fn with_errors(mut runs: Runs) -> Runs {
     let mut rng = crate::seed::stream(1, "with_errors", 0);
     for run in 0..runs.len() {
         let (speed, restitution) = (rng.random_range(0.0..0.02), rng.random_range(0.0..0.02));
@@ -69,7 +69,7 @@ enum OracleSeen {
 }
 
 /// The statement a run at a time, or a group that shares its true speed: what is hidden of it is integrated over with very many steps.
-fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
+pub(super) fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
     let nu = (scene.model.likelihood == scene::LikelihoodFamily::Student).then_some(full[SHAPE_SLOT]);
     let both = scene.model.noise == NoiseOn::Both;
     let truncated = scene.model.sticking == Sticking::Truncated;
@@ -105,7 +105,9 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
             of(mean(q * run.v, 0.0))
         }
     };
-    let middle = trend::middle_film_ratio(runs);
+    let films = runs.series.iter().flat_map(|series| series.runs());
+    let logs: Vec<f64> = films.map(|run| (runs.film[run] / runs.diameter[run]).ln()).collect();
+    let middle = (logs.iter().sum::<f64>() / logs.len() as f64).exp();
     let mut sum = 0.0;
     let mut add = |all: &[usize],
                    seen: &dyn Fn(usize) -> OracleSeen,
@@ -205,9 +207,14 @@ fn runs_one_at_a_time_are_summed_as_it_is_written() {
                     let runs = runs(&scene, each, "runs_one_at_a_time_are_summed_as_it_is_written");
                     let runs = errors.added_to(runs);
                     // an integral by very many steps takes its time
-                    let apart = if integrated { 40 } else { 1 };
-                    for form in forms().into_iter().step_by(apart) {
-                        agree(&scene, &runs, form, errors);
+                    let forms = if integrated { vec![forms()[0]] } else { forms() };
+                    for form in forms {
+                        agree(&scene, &runs, form, errors, &with_trends(FULL, form));
+                        if likelihood == scene::LikelihoodFamily::Normal && !integrated {
+                            for full in [FULL, WIDE, with_trends(WIDE, form)] {
+                                agree(&scene, &runs, form, errors, &full);
+                            }
+                        }
                     }
                     cases += 1;
                 }
@@ -216,6 +223,15 @@ fn runs_one_at_a_time_are_summed_as_it_is_written() {
     }
     assert_eq!(cases, 24);
 }
+
+/// So wide a spread that truncation is felt by dry runs, too.
+const WIDE: [f64; SLOTS] = {
+    let mut full = FULL;
+    // σ_wet and σ_dry
+    full[4] = 0.05;
+    full[5] = 0.2;
+    full
+};
 
 /// Which runs have measurement errors, and whether some share a true speed, be it over settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -250,7 +266,7 @@ impl ErrorsOf {
     }
 }
 
-fn agree(scene: &Scene, runs: &Runs, form: Form, errors: ErrorsOf) {
+fn agree(scene: &Scene, runs: &Runs, form: Form, errors: ErrorsOf, full: &[f64; SLOTS]) {
     let model = &scene.model;
     let (student, both) = (
         model.likelihood == scene::LikelihoodFamily::Student,
@@ -258,16 +274,19 @@ fn agree(scene: &Scene, runs: &Runs, form: Form, errors: ErrorsOf) {
     );
     let plain = !student && !both && runs.errors.is_empty();
     let name = format!("{:?} {:?} {:?} {form:?}", model.likelihood, model.noise, model.sticking);
-    let full = &with_trends(FULL);
     let likelihood = Likelihood::new(scene, runs, form);
     assert_eq!(likelihood.needs_rows, !plain);
     let (mut slopes, mut unused) = ([0.0; SLOTS], [0.0; SLOTS]);
     let value = likelihood.ln_density(full, &mut slopes).expect("inside the domain");
     // in two dimensions the integrals have a test of their own
     if !both || runs.errors.is_empty() {
+        let within = if plain { 1e-12 } else { 1e-8 };
+        let differs = |expected: f64| (value - expected).abs() > within * (100.0 + expected.abs());
         let expected = by_run(scene, runs, form, full);
-        let gap = (value - expected).abs() / (100.0 + expected.abs());
-        assert!(gap < 1e-8, "{name}: {value} {expected}");
+        assert!(!differs(expected), "{name}: {value} {expected}");
+        // the planted fault: k is off by a hundred-thousandth
+        let off = shifted(full, SLOTS - 1, 1e-6);
+        assert!(!plain || differs(by_run(scene, runs, form, &off)), "{name}");
     }
     if errors == ErrorsOf::Repeats {
         let errors = runs.errors_with_medians().expect("given");
@@ -287,8 +306,9 @@ fn agree(scene: &Scene, runs: &Runs, form: Form, errors: ErrorsOf) {
     } else {
         assert!(gap < 1e-10, "{name}: {value} {summed}");
     }
+    at_many_draws(&pointwise, &name);
     for (place, slope) in slopes.iter().enumerate() {
-        let h = 1e-6 * full[place];
+        let h = 1e-6 * full[place].abs().max(0.1);
         let mut at = |step| {
             likelihood
                 .ln_density(&shifted(full, place, step), &mut unused)
@@ -297,6 +317,24 @@ fn agree(scene: &Scene, runs: &Runs, form: Form, errors: ErrorsOf) {
         let difference = (at(h) - at(-h)) / (2.0 * h);
         let gap = (slope - difference).abs() / (1.0 + difference.abs());
         assert!(gap < 1e-5, "{name} {place}: {slope} {difference}");
+    }
+}
+
+/// The likelihood of runs at many draws is that of one run at one draw, in blocks that begin and end anywhere.
+fn at_many_draws(pointwise: &Pointwise, name: &str) {
+    let draws: Vec<Vec<f64>> = (0..3)
+        .map(|draw| FULL.iter().map(|x| x * (1.0 + 0.01 * f64::from(draw))).collect())
+        .collect();
+    let at = pointwise.at_draws(draws.iter().map(Vec::as_slice).collect());
+    let laws: Vec<EvaluatedLaw> = draws.iter().map(|full| pointwise.at(full)).collect();
+    assert_eq!(at.len(), draws.len());
+    for first in (0..pointwise.len()).step_by(7) {
+        let some = first..pointwise.len().min(first + 7);
+        let mut rows = vec![f64::NAN; some.len() * draws.len()];
+        at.ln_likelihoods(some.clone(), &mut rows);
+        let one = |run: usize| laws.iter().map(move |law| law.ln_likelihood(run));
+        let expected: Vec<f64> = some.flat_map(one).collect();
+        assert_eq!(rows, expected, "{name}");
     }
 }
 
