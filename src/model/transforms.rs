@@ -164,25 +164,6 @@ mod tests {
     }
 
     #[test]
-    fn the_total_and_the_angle_are_those_of_the_spreads() {
-        let here = [0.03, 0.4];
-        let back = total_and_angle(spreads_at(here));
-        assert!((0..2).all(|i| (back[i] - here[i]).abs() < 1e-15));
-        let of = [2.0, -5.0];
-        let slopes = slopes_in_total_and_angle(spreads_at(here), of);
-        for place in 0..2 {
-            let at = |step: f64| {
-                let mut shifted = here;
-                shifted[place] += step;
-                let [sigma, energy] = spreads_at(shifted);
-                of[0] * sigma + of[1] * energy
-            };
-            let difference = (at(1e-6) - at(-1e-6)) / 2e-6;
-            assert!((difference - slopes[place]).abs() < 1e-8);
-        }
-    }
-
-    #[test]
     fn far_out_nothing_overflows() {
         for u in [-800.0, 800.0] {
             let here = Transform::Between(0.0, 0.87).at(u);

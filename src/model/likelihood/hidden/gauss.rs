@@ -53,33 +53,3 @@ fn last_sums(parts: &[[f64; 2]]) -> [f64; 2] {
 fn last_coefficient([odd, even]: [f64; 2]) -> f64 {
     odd.abs().max(even.abs() / ((HERMITE_NODES - 1) as f64).sqrt())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::distributions::LN_ROOT_TWO_PI;
-
-    /// What each pair of nodes adds to the integral of a function times the standard normal density.
-    fn parts(of: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
-        let pair = |[node, weight, _]: &[f64; 3]| {
-            let weight = weight * (-0.5 * node * node - LN_ROOT_TWO_PI).exp();
-            [weight * of(-node), weight * of(*node)]
-        };
-        HERMITE.iter().map(pair).collect()
-    }
-
-    #[test]
-    fn the_last_coefficient_is_that_of_the_last_two_polynomials() {
-        let degree = HERMITE_NODES as i32 - 1;
-        // x to a power has the root of its factorial of the polynomial of that degree, and none of those above
-        let root = |power: i32| (1..=power).map(f64::from).product::<f64>().sqrt();
-        for power in [degree, degree - 1] {
-            let found = last_coefficient(last_sums(&parts(|x| x.powi(power) / root(power))));
-            assert!((found - 1.0).abs() < 1e-12, "{power}: {found}");
-        }
-        for power in 0..degree - 1 {
-            let found = last_coefficient(last_sums(&parts(|x| x.powi(power) / root(power))));
-            assert!(found < 1e-12, "{power}: {found:e}");
-        }
-    }
-}
