@@ -583,9 +583,7 @@ pub(super) fn unnamed_column(index: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Headers that laboratories write, each under the key that its numbers are read as.
-    const HEADERS: &str = include_str!("headers/examples.txt");
+    use crate::runs::tests::examples;
 
     fn below(above: &[&str], names: &[&str]) -> Header {
         Header::below(&cells(above), cells(names))
@@ -692,24 +690,19 @@ mod tests {
     #[test]
     fn headers_are_read_as_they_say_or_refused() {
         let mut wrong = vec![];
-        let mut counted = [0; 2];
-        for line in HEADERS
-            .lines()
-            .filter(|line| line.starts_with("read ") || line.starts_with("refused "))
-        {
-            let (expected, rest) = line.split_once(' ').expect("read or refused");
-            let (key, names) = rest.split_once(": ").expect("a key and its names");
-            let (column, _) = RunColumn::named(key).expect("a key");
-            for name in names.split(" | ") {
-                let own = refused(&below(&[], &[name]), &[[key, name]]);
-                let is_refused = expected == "refused";
-                counted[usize::from(is_refused)] += 1;
-                if own.len() != usize::from(is_refused) {
-                    wrong.push(format!("{expected} {} `{name}`: {own:?}", column.base()));
+        for (question, expected) in [("read", 0), ("refused", 1)] {
+            let mut count = 0;
+            for (key, names) in examples(question) {
+                count += names.len();
+                for name in names {
+                    let own = refused(&below(&[], &[name]), &[[key, name]]);
+                    if own.len() != expected {
+                        wrong.push(format!("{question} {key} `{name}`: {own:?}"));
+                    }
                 }
             }
+            assert!(count >= 60, "{count}");
         }
         assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-        assert!(counted.iter().all(|count| *count >= 60), "{counted:?}");
     }
 }

@@ -257,6 +257,7 @@ mod tests {
     use super::*;
     use crate::runs::columns::Header;
     use crate::runs::survey::Survey;
+    use crate::runs::tests::examples;
 
     fn guessed(name: &str, cells: &[&str]) -> Option<(String, bool)> {
         let mut survey = Survey::new(Header {
@@ -273,42 +274,23 @@ mod tests {
         ))
     }
 
-    const EXAMPLES: &str = include_str!("headers/examples.txt");
-
-    fn examples(kind: &str) -> impl Iterator<Item = &'static str> {
-        let mut lines = EXAMPLES.lines();
-        let names = lines.find_map(|line| line.strip_prefix(kind)?.strip_prefix(": "));
-        names.expect("names of speeds").split(" | ")
-    }
-
     /// Nothing is guessed of what is unknown, of words for numbers, of a unit that cannot be or of two that could, or of
     /// reasons.
     #[test]
     fn columns_are_known_by_the_names_laboratories_give_them() {
-        let lines = EXAMPLES
-            .lines()
-            .filter_map(|line| line.strip_prefix("guess ")?.split_once(": "));
-        let mut counted = [0; 2];
-        for (told, names) in lines {
-            let ours = told.trim_end_matches('?');
-            let expected = (ours != "nothing").then(|| (ours.to_owned(), ours != told));
-            for example in names.split(" | ") {
-                let (name, cell) = example.split_once(" = ").expect("a name and a cell");
+        for (answer, columns) in examples("guess") {
+            let (ours, is_unit_guessed) = match answer.strip_suffix(" by size") {
+                Some(ours) => (ours, true),
+                None => (answer, false),
+            };
+            let expected = (ours != "nothing").then(|| (ours.to_owned(), is_unit_guessed));
+            for column in columns {
+                let (name, cell) = column.split_once(" = ").expect("a name and a cell");
                 assert_eq!(guessed(name, &[cell]), expected, "{name}");
-                counted[usize::from(expected.is_some())] += 1;
             }
         }
-        assert!(counted.iter().all(|count| *count > 15), "{counted:?}");
         assert_eq!(guessed("", &["1"]), None);
-    }
-
-    #[test]
-    fn a_mark_on_the_symbol_of_a_speed_is_asked_about() {
-        for name in examples("marked speed") {
-            assert_eq!(guessed(name, &["0.6"]), None, "{name}");
-        }
-        // what sets off a unit or a remark marks nothing, nor does a mark on a whole name
-        for name in examples("speed without a mark") {
+        for name in examples("mark").into_iter().flat_map(|(_, names)| names) {
             assert_eq!(mark_of_speed(name), None, "{name}");
         }
     }

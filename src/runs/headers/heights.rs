@@ -101,48 +101,38 @@ fn without_articles<'w>(words: &[&'w str]) -> Vec<&'w str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runs::tests::examples;
 
     #[test]
     fn a_header_says_of_which_point_and_above_what_heights_are() {
-        let asked = |name: &str, heights_of, heights_to| {
+        let told = |name: &str, heights_of, heights_to| {
             let naming = Naming {
                 heights_of,
                 heights_to,
                 ..Naming::default()
             };
-            let told = other_height(name, "its name", RunColumn::DropHeight, &naming).unwrap_or_default();
-            told.split('`').nth(1).unwrap_or_default().to_owned()
+            other_height(name, "its name", RunColumn::DropHeight, &naming).unwrap_or_default()
         };
-        let examples = |kind: &str| {
-            let mut lines = include_str!("examples.txt").lines();
-            let names = lines.find_map(|line| line.strip_prefix(kind)?.strip_prefix(": "));
-            names.expect("names of heights").split(" | ")
+        let asked = |name: &str, heights_of, heights_to| {
+            let told = told(name, heights_of, heights_to);
+            told.split('`').nth(1).unwrap_or_default().to_owned()
         };
         let [lowest, centre] = [HeightsOf::Lowest, HeightsOf::Centre];
         let [plate, film] = [HeightsTo::Plate, HeightsTo::Film];
-        for name in examples("heights of the centre") {
-            assert_eq!(asked(name, lowest, plate), "heights_of = \"centre\"");
-            assert_eq!(asked(name, centre, plate), "");
+        for (answer, names) in examples("height") {
+            let (expected, where_right) = match answer {
+                "centre" => ("heights_of = \"centre\"", (centre, plate)),
+                "film" => ("heights_to = \"film\"", (lowest, film)),
+                _ => ("", (centre, film)),
+            };
+            for name in names {
+                assert_eq!(asked(name, lowest, plate), expected, "{name}");
+                assert_eq!(asked(name, where_right.0, where_right.1), "", "{name}");
+            }
         }
-        assert_eq!(
-            asked("height (mm, lowest point)", centre, plate),
-            "heights_of = \"lowest\""
-        );
-        for name in examples("heights above the film") {
-            assert_eq!(asked(name, lowest, plate), "heights_to = \"film\"");
-            assert_eq!(asked(name, lowest, film), "");
-        }
-        let top = other_height(
-            "h (mm), top of the ball",
-            "its name",
-            RunColumn::DropHeight,
-            &Naming::default(),
-        );
-        assert!(top.is_some_and(|told| told.contains("sphere's top")));
+        let of_lowest = asked("height (mm, lowest point)", centre, plate);
+        assert_eq!(of_lowest, "heights_of = \"lowest\"");
         assert_eq!(asked("h above glass", lowest, film), "heights_to = \"plate\"");
-        for name in examples("heights of no point") {
-            assert_eq!(asked(name, lowest, plate), "");
-            assert_eq!(asked(name, centre, film), "");
-        }
+        assert!(told("h (mm), top of the ball", lowest, plate).contains("sphere's top"));
     }
 }

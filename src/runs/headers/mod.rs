@@ -9,7 +9,7 @@
 //! | `heights.rs` | tells which point of the sphere a height refers to, and what it is measured from |
 //! | `spreads.rs` | tells a standard deviation from a standard error, and both from other spreads |
 //! | `quantities.rs` | tells by words and symbols which quantity a header names, by `quantities.txt` |
-//! | `examples.txt` | headers that must be read or refused, and what others say of units, heights and columns, for tests |
+//! | `examples.txt` | headers and cells that laboratories write, with what must be made of them |
 
 pub(super) mod called;
 mod conversions;
