@@ -9,6 +9,21 @@ use super::*;
 use crate::error::Problems;
 use crate::scene;
 
+/// The examples of `headers/examples.txt` that a question is asked of, by their answer.
+pub(super) fn examples(question: &str) -> Vec<(&'static str, Vec<&'static str>)> {
+    let of_line = |line: &'static str| {
+        let line = line.strip_prefix(question)?.strip_prefix(' ')?;
+        let (answer, written) = line.split_once(": ").expect("an answer and its examples");
+        Some((answer, written.split(" | ").collect()))
+    };
+    let found: Vec<_> = include_str!("headers/examples.txt")
+        .lines()
+        .filter_map(of_line)
+        .collect();
+    assert!(!found.is_empty(), "{question}");
+    found
+}
+
 fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good").join(name)
 }
@@ -82,6 +97,13 @@ fn a_table_holds_the_same_runs_however_it_is_written() {
     ] {
         assert_eq!(columns(written), columns(&text), "{written:?}");
     }
+    // two unknown columns of one name shift nothing
+    let noted = |(index, line): (usize, &str)| {
+        let note = if index == 0 { "note" } else { "7" };
+        format!("{note},{line},{note}\n")
+    };
+    let doubled: String = text.lines().enumerate().map(noted).collect();
+    assert_eq!(columns(&doubled), columns(&text));
     let german = german(&text);
     for written in [&german.replace(';', "\t"), &quoted(&german, ";")] {
         assert_eq!(columns(written), columns(&german), "{written:?}");
@@ -238,56 +260,32 @@ fn a_cell_far_out_is_refused_and_fills_no_memory() {
     assert!(refused.first[0].expected.contains("16384 columns"), "{refused:?}");
 }
 
+/// Dry runs alone need no film; by the digits that are written, 0.42 over 0.50 may be 0.82 to 0.86.
 #[test]
-fn dry_runs_alone_need_no_film() {
+fn a_table_is_read_or_refused_by_what_it_lacks_and_by_its_digits() {
     let (scene, text) = plain();
-    // where a run has none, it need not be a number
+    // where a run has no film, it need not be a number
     let none = text.replace("dry,4,,", "dry,4,none,");
     assert_ne!(none, text);
-    for table in [
-        "particle,liquid,diameter_mm,impact_speed_m_s,restitution\nPTFE,dry,4,1,0.8\n",
-        "particle,diameter_mm,impact_speed_m_s,restitution\nPTFE,4,1,0.8\n",
-        &none,
+    assert!(read_csv(&none, &scene).is_ok(), "{none}");
+    const SPEEDS: &str = "particle,diameter_mm,impact_speed_m_s,rebound_speed_m_s,restitution";
+    const LIQUID: &str = "particle,liquid,diameter_mm,impact_speed_m_s,restitution";
+    for (header, row, is_read) in [
+        (LIQUID, "PTFE,dry,4,1,0.8", true),
+        (LIQUID, "PTFE,AK10,4,1,0.8", false),
+        (
+            "particle,diameter_mm,impact_speed_m_s,restitution",
+            "PTFE,4,1,0.8",
+            true,
+        ),
+        (SPEEDS, "PTFE,4.762,0.50,0.43,0.84", true),
+        (SPEEDS, "PTFE,4.762,0.50,0.42,0.86", true),
+        (SPEEDS, "PTFE,4.762,0.50,0.42,0.87", false),
+        (SPEEDS, "PTFE,4.762,0.500,0.420,0.85", false),
+        (SPEEDS, "PTFE,4.762,0.500,0.420,0.842", true),
+        (SPEEDS, "PTFE,4.762,0.5,0.4,0.86", false),
     ] {
-        assert!(read_csv(table, &scene).is_ok(), "{table}");
+        let table = format!("{header}\n{row}\n");
+        assert_eq!(read_csv(&table, &scene).is_ok(), is_read, "{table}");
     }
-    let wet = "particle,liquid,diameter_mm,impact_speed_m_s,restitution\nPTFE,AK10,4,1,0.8\n";
-    assert!(read_csv(wet, &scene).is_err());
-}
-
-/// By the digits that are written, 0.42 over 0.50 may be 0.82 to 0.86.
-#[test]
-fn restitution_and_speeds_may_differ_by_their_rounding() {
-    let (scene, _) = plain();
-    let particle = &scene.particles[0].name;
-    let header = "particle,diameter_mm,impact_speed_m_s,rebound_speed_m_s,restitution";
-    for (row, is_read) in [
-        ("0.50,0.43,0.84", true),
-        ("0.50,0.42,0.86", true),
-        ("0.50,0.42,0.87", false),
-        ("0.500,0.420,0.85", false),
-        ("0.500,0.420,0.842", true),
-        ("0.5,0.4,0.86", false),
-    ] {
-        let table = format!("{header}\n{particle},4.762,{row}\n");
-        assert_eq!(read_csv(&table, &scene).is_ok(), is_read, "{row}");
-    }
-}
-
-#[test]
-fn two_unknown_columns_of_one_name_shift_nothing() {
-    let (scene, text) = plain();
-    let doubled: String = text
-        .lines()
-        .enumerate()
-        .map(|(index, line)| {
-            let note = if index == 0 { "note" } else { "7" };
-            format!("{note},{line},{note}\n")
-        })
-        .collect();
-    let columns = |text: &str| {
-        let collected = read_csv(text, &scene).unwrap_or_else(|refused| panic!("{refused:?}"));
-        format!("{:?}", collected.in_use)
-    };
-    assert_eq!(columns(&doubled), columns(&text));
 }
