@@ -40,3 +40,6 @@ pub use loss::Setting;
 pub use quantity::Quantity;
 pub use restitution::{LawNumbers, Plateau, Restitution};
 pub use viscous::Viscous;
+
+#[cfg(test)]
+mod tests;

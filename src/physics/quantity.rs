@@ -191,58 +191,12 @@ impl Quantity {
 
 #[cfg(test)]
 mod tests {
-    use super::super::jet::Jet;
     use super::*;
 
-    const ALL: [Quantity; 11] = [
-        Quantity::Shared(Coefficient::LubricationLog),
-        Quantity::EInf,
-        Quantity::StC,
-        Quantity::StNoRebound,
-        Quantity::StCEInf2,
-        Quantity::DeltaC,
-        Quantity::DeltaCOverRoughness,
-        Quantity::InertialLoss,
-        Quantity::Alpha,
-        Quantity::Beta,
-        Quantity::ThresholdSpeed,
-    ];
     const AT: Place = Place {
         roughness: Some(5e-6),
         density_ratio: 0.43,
     };
-
-    fn wetted<T: Number>(a: T, b: T, e_dry: T) -> Wetted<T> {
-        Wetted {
-            law: [a, b],
-            ..Wetted::of_square_root(a, b).with_e_dry(e_dry)
-        }
-    }
-
-    #[test]
-    fn slopes_agree_with_differences() {
-        let at = [0.52, -7.7, 0.79];
-        for quantity in ALL {
-            let plain = |p: [f64; 3]| quantity.value(&AT, &wetted(p[0], p[1], p[2]));
-            let jets = [0, 1, 2].map(|place| Jet::<3>::variable(at[place], place));
-            let jet = quantity.value(&AT, &wetted(jets[0], jets[1], jets[2]));
-            assert_eq!(jet.value, plain(at), "{quantity:?}");
-            for place in 0..3 {
-                let moved = |step: f64| {
-                    let mut p = at;
-                    p[place] += step;
-                    plain(p)
-                };
-                let h = 1e-6;
-                let difference = (moved(h) - moved(-h)) / (2.0 * h);
-                let slope = jet.slopes[place];
-                assert!(
-                    (difference - slope).abs() < 1e-6 * (1e-3 + slope.abs()),
-                    "{quantity:?} {place}"
-                );
-            }
-        }
-    }
 
     #[test]
     fn both_laws_give_the_same_quantities_of_the_same_restitution() {

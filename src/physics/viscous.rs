@@ -227,17 +227,8 @@ mod tests {
     use super::super::coefficient::Parameters;
     use super::super::form::{DrySpeed, Form};
     use super::super::inertia::Inertia;
+    use super::super::tests::SETTING;
     use super::*;
-
-    const SETTING: Setting = Setting {
-        density: 2150.0,
-        diameter: 4.762e-3,
-        roughness: Some(5e-6),
-        liquid_density: 930.0,
-        viscosity: 9.3e-3,
-        film: 286e-6,
-        surface_tension: None,
-    };
 
     /// L = ½ (ln(δ/ε) + ln(δr/ε)) summed up plainly, over the films and diameters of the published experiments.
     #[test]
