@@ -164,47 +164,28 @@ pub fn weighted_shift(values: &[f64], weights: &[f64]) -> Shift {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::likelihood::OutsideDomain;
+    use crate::inference::nuts::tests::{normal_about, Target};
     use crate::seed::stream;
-    use nalgebra::DMatrix;
 
-    /// A normal of mean `mean` and spread `sd` where the one about its supposed mode has 0 and 1.
-    struct Off {
-        mean: f64,
-        sd: f64,
-    }
-
-    impl LogDensity for Off {
-        fn dimension(&self) -> usize {
-            1
-        }
-        fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
-            let z = (point[0] - self.mean) / self.sd;
-            slopes[0] = -z / self.sd;
+    /// Draws of a normal from the standard one that is supposed.
+    fn proposed(mean: f64, sd: f64, tails: ProposalTails, name: &str) -> Vec<Chain> {
+        let target = Target(1, |point: &[f64], slopes: &mut [f64]| {
+            let z = (point[0] - mean) / sd;
+            slopes[0] = -z / sd;
             Ok(-0.5 * z * z)
-        }
-    }
-
-    fn standard() -> Laplace {
-        Laplace {
-            mode: vec![0.0],
-            ln_density: 0.0,
-            scale: DMatrix::identity(1, 1),
-            converged: true,
-            peaked: true,
-        }
-    }
-
-    fn proposed(target: &Off) -> Vec<Chain> {
+        });
         let size = DrawCounts { chains: 4, draws: 2000 };
-        let from = (&standard(), ProposalTails::Normal);
-        propose(target, from, size, StreamName::new(1, "importance"))
+        propose(
+            &target,
+            (&normal_about(0.0, 1.0), tails),
+            size,
+            StreamName::new(1, name),
+        )
     }
 
     #[test]
     fn the_shift_of_a_normal_is_its_distance() {
-        let target = Off { mean: 0.1, sd: 0.9 };
-        let draws = proposed(&target);
+        let draws = proposed(0.1, 0.9, ProposalTails::Normal, "importance");
         let weights = Weights::of(&draws).expect("densities");
         let values: Vec<f64> = draws.iter().flat_map(|one| one.points.clone()).collect();
         let found = weighted_shift(&values, &weights.weights);
@@ -221,13 +202,11 @@ mod tests {
 
     #[test]
     fn a_tail_the_normal_does_not_have_shows_and_students_t_has_it() {
-        let size = DrawCounts { chains: 4, draws: 2000 };
-        let wide = Off { mean: 0.2, sd: 1.8 };
-        let from = (&standard(), ProposalTails::Student);
-        let weights = Weights::of(&propose(&wide, from, size, StreamName::new(1, "tails"))).expect("densities");
-        assert!(weights.khat < 0.5, "{}", weights.khat);
-        let weights = Weights::of(&proposed(&Off { mean: 0.0, sd: 3.0 })).expect("densities");
-        assert!(weights.khat > 0.7, "{}", weights.khat);
+        let khat = |draws: &[Chain]| Weights::of(draws).expect("densities").khat;
+        let of_t = khat(&proposed(0.2, 1.8, ProposalTails::Student, "tails"));
+        assert!(of_t < 0.5, "{of_t}");
+        let of_normal = khat(&proposed(0.0, 3.0, ProposalTails::Normal, "importance"));
+        assert!(of_normal > 0.7, "{of_normal}");
     }
 
     #[test]

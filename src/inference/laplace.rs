@@ -149,15 +149,12 @@ fn scale(curvature: &DMatrix<f64>) -> (DMatrix<f64>, bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inference::nuts::tests::Target;
 
     /// A normal with covariance [[4, 1.9], [1.9, 1]] about (3, −1), in a domain that ends at x = −20.
-    struct Normal2;
-
-    impl LogDensity for Normal2 {
-        fn dimension(&self) -> usize {
-            2
-        }
-        fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
+    #[test]
+    fn a_normal_is_found_as_it_is_and_a_start_outside_is_told() {
+        let normal = Target(2, |point: &[f64], slopes: &mut [f64]| {
             if point[0] < -20.0 {
                 return Err(OutsideDomain);
             }
@@ -166,41 +163,24 @@ mod tests {
             slopes[0] = -(x - 1.9 * y) / determinant;
             slopes[1] = -(4.0 * y - 1.9 * x) / determinant;
             Ok(0.5 * (x * slopes[0] + y * slopes[1]))
-        }
-    }
-
-    #[test]
-    fn a_normal_is_found_as_it_is() {
-        let found = laplace(&Normal2, &[-15.0, 8.0]).expect("the start is inside");
+        });
+        let found = laplace(&normal, &[-15.0, 8.0]).expect("the start is inside");
         assert!(found.converged && found.peaked);
         assert!((found.mode[0] - 3.0).abs() < 1e-5 && (found.mode[1] + 1.0).abs() < 1e-5);
         let covariance = &found.scale * found.scale.transpose();
         let expected = DMatrix::from_row_slice(2, 2, &[4.0, 1.9, 1.9, 1.0]);
         assert!((covariance - expected).amax() < 1e-5);
-    }
-
-    #[test]
-    fn a_start_outside_is_told() {
-        assert_eq!(laplace(&Normal2, &[-30.0, 0.0]), Err(OutsideDomain));
+        assert_eq!(laplace(&normal, &[-30.0, 0.0]), Err(OutsideDomain));
     }
 
     /// ln p = −y²/2 says nothing of x.
-    struct Ridge;
-
-    impl LogDensity for Ridge {
-        fn dimension(&self) -> usize {
-            2
-        }
-        fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
-            slopes[0] = 0.0;
-            slopes[1] = -point[1];
-            Ok(-0.5 * point[1] * point[1])
-        }
-    }
-
     #[test]
     fn a_ridge_is_no_peak() {
-        let found = laplace(&Ridge, &[1.0, 2.0]).expect("the start is inside");
+        let ridge = Target(2, |point: &[f64], slopes: &mut [f64]| {
+            slopes.copy_from_slice(&[0.0, -point[1]]);
+            Ok(-0.5 * point[1] * point[1])
+        });
+        let found = laplace(&ridge, &[1.0, 2.0]).expect("the start is inside");
         assert!(!found.peaked && found.scale.iter().all(|s| s.is_finite()));
     }
 }

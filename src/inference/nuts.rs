@@ -315,4 +315,4 @@ impl<T: LogDensity + ?Sized> CpuLogpFunc for Rounded<'_, T> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

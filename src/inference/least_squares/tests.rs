@@ -65,6 +65,21 @@ struct Curve<F, G> {
     parameters: usize,
     value: F,
     slope: G,
+    scale: f64,
+}
+
+fn curve<F, G>(observed: &[f64], parameters: usize, value: F, slope: G) -> Curve<F, G>
+where
+    F: Fn(&[f64], usize) -> f64,
+    G: Fn(&[f64], usize, usize) -> f64,
+{
+    Curve {
+        observed: observed.to_vec(),
+        parameters,
+        value,
+        slope,
+        scale: 0.0,
+    }
 }
 
 impl<F: Fn(&[f64], usize) -> f64, G: Fn(&[f64], usize, usize) -> f64> ResidualProblem for Curve<F, G> {
@@ -88,6 +103,9 @@ impl<F: Fn(&[f64], usize) -> f64, G: Fn(&[f64], usize, usize) -> f64> ResidualPr
         }
         Ok(())
     }
+    fn scale(&self) -> f64 {
+        self.scale
+    }
 }
 
 fn speeds(n: usize) -> Vec<f64> {
@@ -109,12 +127,10 @@ fn close(a: f64, b: f64, relative: f64) -> bool {
 #[test]
 fn parameters_of_any_size_give_the_same_fit() {
     // The same line with its slope's unit changed by 1e±160: squares of the slopes do not exist.
-    let observed = vec![1.0, 2.1, 2.9, 4.2, 4.8];
-    let line = |unit: f64| Curve {
-        observed: observed.clone(),
-        parameters: 2,
-        value: move |b: &[f64], i| b[0] + b[1] * (unit * i as f64),
-        slope: move |_: &[f64], i, j| if j == 0 { 1.0 } else { unit * i as f64 },
+    let line = |unit: f64| {
+        let value = move |b: &[f64], i: usize| b[0] + b[1] * (unit * i as f64);
+        let slope = move |_: &[f64], i: usize, j: usize| if j == 0 { 1.0 } else { unit * i as f64 };
+        curve(&[1.0, 2.1, 2.9, 4.2, 4.8], 2, value, slope)
     };
     let plain = fit(&line(1.0), &[0.0, 0.0]);
     assert!(close(plain.parameters[1], 0.97, 1e-12) && close(plain.parameters[0], 1.06, 1e-12));
@@ -165,45 +181,21 @@ fn runs_without_scatter_get_no_error_bars() {
 
 #[test]
 fn a_known_part_of_the_model_counts_by_its_stated_scale() {
-    struct Offset;
-    impl ResidualProblem for Offset {
-        fn parameters(&self) -> usize {
-            1
-        }
-        fn runs(&self) -> usize {
-            4
-        }
-        // b · 0.1 + 1e9, observed at b = 0.3: the residuals are rounding errors of 1e9.
-        fn residuals(&self, b: &[f64], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
-            for (i, r) in residuals.iter_mut().enumerate() {
-                let t = 0.1 * (i + 1) as f64;
-                *r = (b[0] * t + 1e9) - (0.3 * t + 1e9) + 1e-7 * (i % 2) as f64;
-            }
-            Ok(())
-        }
-        fn jacobian(&self, _: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
-            jacobian
-                .iter_mut()
-                .enumerate()
-                .for_each(|(i, d)| *d = 0.1 * (i + 1) as f64);
-            Ok(())
-        }
-        fn scale(&self) -> f64 {
-            1e9
-        }
-    }
-    let fit = fit(&Offset, &[0.0]);
+    // b · 0.1 + 1e9, observed at b = 0.3: the residuals are rounding errors of 1e9
+    let at = |i: usize| 0.1 * (i + 1) as f64;
+    let off = |b: &[f64], i: usize| (b[0] * at(i) + 1e9) - (0.3 * at(i) + 1e9);
+    let offset = Curve {
+        scale: 1e9,
+        ..curve(&[0.0, -1e-7, 0.0, -1e-7], 1, off, |_, i, _| at(i))
+    };
+    let fit = fit(&offset, &[0.0]);
     assert!(fit.covariance.expect_err("no bars").contains("no scatter"));
 }
 
 #[test]
 fn a_parameter_that_moves_nothing_is_degenerate_and_named() {
-    let idle = Curve {
-        observed: vec![1.0, 1.2, 0.9, 1.1],
-        parameters: 2,
-        value: |b: &[f64], _| b[0] + 0.0 * b[1],
-        slope: |_: &[f64], _, j| if j == 0 { 1.0 } else { 0.0 },
-    };
+    let value = |b: &[f64], _: usize| b[0] + 0.0 * b[1];
+    let idle = curve(&[1.0, 1.2, 0.9, 1.1], 2, value, |_, _, j| [1.0, 0.0][j]);
     let fit = fit(&idle, &[0.0, 3.0]);
     assert_no_bars(&fit, Stop::Degenerate, "parameter 2 of 2");
     assert!(close(fit.parameters[0], 1.05, 1e-9) && fit.parameters[1] == 3.0);
@@ -212,12 +204,7 @@ fn a_parameter_that_moves_nothing_is_degenerate_and_named() {
 #[test]
 fn a_curve_without_a_minimum_never_converges() {
     // exp(b) ≥ 0 against values below 0: better and better as b → −∞.
-    let falling = Curve {
-        observed: vec![-1.0, -1.1, -0.9],
-        parameters: 1,
-        value: |b: &[f64], _| b[0].exp(),
-        slope: |b: &[f64], _, _| b[0].exp(),
-    };
+    let falling = curve(&[-1.0, -1.1, -0.9], 1, |b, _| b[0].exp(), |b, _, _| b[0].exp());
     let fit = fit(&falling, &[0.0]);
     assert_ne!(fit.stop, Stop::Converged, "{fit:?}");
     assert!(fit.covariance.is_err() && fit.parameters[0] < -20.0);

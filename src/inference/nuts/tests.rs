@@ -7,6 +7,29 @@ use crate::inference::laplace::laplace;
 use crate::inference::mixing::{draws_a_chain, draws_to_add, MixingLines};
 use crate::seed::StreamName;
 
+/// A log density of so many dimensions, by a function that writes its slopes.
+pub struct Target<F>(pub usize, pub F);
+
+impl<F: Fn(&[f64], &mut [f64]) -> Result<f64, OutsideDomain> + Sync> LogDensity for Target<F> {
+    fn dimension(&self) -> usize {
+        self.0
+    }
+    fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
+        (self.1)(point, slopes)
+    }
+}
+
+/// A normal of one dimension that stands for a log density.
+pub fn normal_about(mode: f64, sd: f64) -> Laplace {
+    Laplace {
+        mode: vec![mode],
+        ln_density: 0.0,
+        scale: DMatrix::identity(1, 1) * sd,
+        converged: true,
+        peaked: true,
+    }
+}
+
 /// A normal about zero in d dimensions: sds from 1 to 10⁶, neighbours correlated.
 struct Normal {
     precision: DMatrix<f64>,
@@ -105,30 +128,15 @@ fn means_and_variances_of_a_correlated_normal_are_its_own() {
 }
 
 /// A density of one half of the line: steps across its edge end as divergences, not as failures.
-struct Half;
-
-impl LogDensity for Half {
-    fn dimension(&self) -> usize {
-        1
-    }
-    fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
-        if point[0] <= 0.0 {
-            return Err(OutsideDomain);
-        }
-        slopes[0] = -point[0];
-        Ok(-0.5 * point[0] * point[0])
-    }
-}
-
 #[test]
 fn the_edge_of_a_domain_is_counted_and_survived() {
-    let about = Laplace {
-        mode: vec![0.7],
-        ln_density: 0.0,
-        scale: DMatrix::identity(1, 1),
-        converged: true,
-        peaked: true,
-    };
+    let half = Target(1, |point: &[f64], slopes: &mut [f64]| {
+        slopes[0] = -point[0];
+        (point[0] > 0.0)
+            .then_some(-0.5 * point[0] * point[0])
+            .ok_or(OutsideDomain)
+    });
+    let about = normal_about(0.7, 1.0);
     let heard = std::sync::atomic::AtomicUsize::new(0);
     let count = |_: bool, diverging: bool| {
         heard.fetch_add(usize::from(diverging), std::sync::atomic::Ordering::Relaxed);
@@ -137,7 +145,7 @@ fn the_edge_of_a_domain_is_counted_and_survived() {
         watcher: &count,
         ..SamplingPlan::new(EFFORT, StreamName::new(1, "the_edge_of_a_domain"))
     };
-    let chains = sample_chains(&Half, &about, plan, &mut |_| 0).expect("sampled");
+    let chains = sample_chains(&half, &about, plan, &mut |_| 0).expect("sampled");
     let diverged: usize = chains.iter().flat_map(|chain| &chain.diverging).filter(|d| **d).count();
     assert!(diverged > 0 && heard.into_inner() >= diverged);
     assert!(chains.iter().all(|chain| chain.points.iter().all(|x| *x > 0.0)));
@@ -170,35 +178,20 @@ fn chains_that_are_drawn_on_keep_what_they_would_have_kept_at_once() {
 }
 
 /// Two peaks in one dimension, so many sds apart: beyond some ten no chain finds its way from one to the other.
-struct TwoPeaks(f64);
-
-impl LogDensity for TwoPeaks {
-    fn dimension(&self) -> usize {
-        1
-    }
-    fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
-        let (near, far) = (point[0], point[0] - self.0);
-        let weight = 1.0 / (1.0 + (0.5 * (far * far - near * near)).exp());
-        slopes[0] = -(1.0 - weight) * near - weight * far;
-        let nearest = near.abs().min(far.abs());
-        let others = 0.5 * (near * near - far * far).abs();
-        Ok(-0.5 * nearest * nearest + (-others).exp().ln_1p())
-    }
-}
-
 #[test]
 fn chains_in_two_peaks_never_mix_and_one_peak_does() {
     const MOST: usize = 1600;
     let drawn = |apart: f64| {
-        let target = TwoPeaks(apart);
+        let target = Target(1, |point: &[f64], slopes: &mut [f64]| {
+            let (near, far) = (point[0], point[0] - apart);
+            let weight = 1.0 / (1.0 + (0.5 * (far * far - near * near)).exp());
+            slopes[0] = -(1.0 - weight) * near - weight * far;
+            let nearest = near.abs().min(far.abs());
+            let others = 0.5 * (near * near - far * far).abs();
+            Ok(-0.5 * nearest * nearest + (-others).exp().ln_1p())
+        });
         // as wide as both peaks
-        let about = Laplace {
-            mode: vec![0.5 * apart],
-            ln_density: 0.0,
-            scale: DMatrix::identity(1, 1) * (1.0 + 0.5 * apart),
-            converged: true,
-            peaked: true,
-        };
+        let about = normal_about(0.5 * apart, 1.0 + 0.5 * apart);
         let effort = Effort { draws: 200, ..EFFORT };
         let plan = SamplingPlan::new(effort, StreamName::new(1, "chains_in_two_peaks_never_mix"));
         let values = |chains: &[Chain]| vec![chains.iter().map(|chain| chain.points.clone()).collect::<Vec<_>>()];

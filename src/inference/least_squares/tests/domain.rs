@@ -87,12 +87,7 @@ fn an_optimum_on_the_edge_of_the_domain_has_no_error_bars() {
 #[test]
 fn residuals_that_are_no_numbers_are_outside_the_domain() {
     // ln b is a NaN below 0 and −∞ at 0, 1e200² is infinite: none may end in a result.
-    let log = Curve {
-        observed: vec![-2.0, -2.1, -1.9, -2.05],
-        parameters: 1,
-        value: |b: &[f64], _| b[0].ln(),
-        slope: |b: &[f64], _, _| 1.0 / b[0],
-    };
+    let log = curve(&[-2.0, -2.1, -1.9, -2.05], 1, |b, _| b[0].ln(), |b, _, _| 1.0 / b[0]);
     // The undamped step from 5 leads to −13.
     let from_above = fit(&log, &[5.0]);
     assert_eq!(from_above.stop, Stop::Converged);
@@ -103,18 +98,8 @@ fn residuals_that_are_no_numbers_are_outside_the_domain() {
     for start in [0.0, -1.0] {
         assert_no_bars(&fit(&log, &[start]), Stop::OutOfDomain, "undefined");
     }
-    let huge = Curve {
-        observed: vec![1e200, 2e200],
-        parameters: 1,
-        value: |b: &[f64], _| b[0],
-        slope: |_: &[f64], _, _| 1.0,
-    };
+    let huge = curve(&[1e200, 2e200], 1, |b, _| b[0], |_, _, _| 1.0);
     assert_no_bars(&fit(&huge, &[0.0]), Stop::OutOfDomain, "undefined");
-    let no_slope = Curve {
-        observed: vec![1.0, 2.0],
-        parameters: 1,
-        value: |b: &[f64], _| b[0],
-        slope: |_: &[f64], _, _| f64::NAN,
-    };
+    let no_slope = curve(&[1.0, 2.0], 1, |b, _| b[0], |_, _, _| f64::NAN);
     assert_no_bars(&fit(&no_slope, &[0.0]), Stop::OutOfDomain, "undefined");
 }
