@@ -108,18 +108,9 @@ mod tests {
     }
 
     #[test]
-    fn a_source_has_the_hash_of_its_bytes() {
-        assert_eq!(
-            sha256_of(b"abc".as_slice()).expect("bytes that are there"),
-            sha256(b"abc")
-        );
-    }
-
-    #[test]
-    fn sha256_of_the_empty_string_is_the_published_one() {
-        assert_eq!(
-            sha256(b""),
-            "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855"
-        );
+    fn sha256_of_a_source_and_of_its_bytes_is_the_published_one() {
+        let published = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(sha256(b"abc"), published);
+        assert_eq!(sha256_of(b"abc".as_slice()).expect("bytes that are there"), published);
     }
 }

@@ -31,15 +31,3 @@ fn split_rhat(halves: &Halves) -> Option<f64> {
     let n = halves.length as f64;
     Some(((n * variance(&means) / mean(&variances) + n - 1.0) / n).sqrt())
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::inference::diagnostics::summary::summarise;
-
-    #[test]
-    fn draws_at_two_values_are_compared_in_location_alone() {
-        let even = [1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0];
-        let rhat = summarise(&[&even, &even]).rhat.expect("the halves have a spread");
-        assert!((rhat - (3.0f64 / 4.0).sqrt()).abs() < 1e-12, "{rhat}");
-    }
-}
