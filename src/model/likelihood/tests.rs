@@ -148,6 +148,18 @@ fn kept(scene: &Scene, (run, middle): (&NewRun, f64), form: Form, full: &[f64]) 
     kept_energy(&setting, form, &parameters, run.impact_speed)
 }
 
+/// A run of PTFE in a film of AK10.
+fn wet(impact_speed: f64, restitution: f64) -> NewRun<'static> {
+    NewRun {
+        particle: "PTFE",
+        liquid: Some("AK10"),
+        diameter: 4e-3,
+        film: Some((2.4e-4, 0.06)),
+        impact_speed,
+        restitution,
+    }
+}
+
 fn shifted(full: &[f64], place: usize, step: f64) -> Vec<f64> {
     let mut full = full.to_vec();
     full[place] += step;
@@ -164,14 +176,7 @@ fn noise_on_the_energy_goes_over_into_none() {
     });
     let form = Form::new(Inertia::Saturating, DRY_SPEEDS[1]);
     let runs = |restitutions: &[f64]| {
-        let run = |restitution: &f64| NewRun {
-            particle: "PTFE",
-            liquid: Some("AK10"),
-            diameter: 4e-3,
-            film: Some((2.4e-4, 0.06)),
-            impact_speed: 1.2,
-            restitution: *restitution,
-        };
+        let run = |restitution: &f64| wet(1.2, *restitution);
         runs::arrange(&both, &restitutions.iter().map(run).collect::<Vec<_>>())
     };
     let (mean, _) = Pointwise::new(&both, &runs(&[0.6]), form).at(&FULL).mean_and_sigma(0);
@@ -214,17 +219,13 @@ fn a_point_without_a_density_is_told_and_is_no_number() {
 #[test]
 fn runs_of_one_setting_are_one_node() {
     let scene = scene();
-    let rows: Vec<NewRun> = (0..4000)
-        .map(|i| NewRun {
-            particle: "PTFE",
-            liquid: Some("AK10"),
-            diameter: 4e-3,
-            film: Some((2.4e-4, 0.06)),
-            impact_speed: 0.8 + 0.1 * f64::from(i % 7),
-            // at two of the settings some stick
-            restitution: (0.6 + 0.02 * (f64::from(i) * 0.7).sin()) * f64::from(u8::from(i % 9 > 0 || i % 7 > 1)),
-        })
-        .collect();
+    let run = |i: i32| {
+        // at two of the settings some stick
+        let rebounds = f64::from(u8::from(i % 9 > 0 || i % 7 > 1));
+        let e = (0.6 + 0.02 * (f64::from(i) * 0.7).sin()) * rebounds;
+        wet(0.8 + 0.1 * f64::from(i % 7), e)
+    };
+    let rows: Vec<NewRun> = (0..4000).map(run).collect();
     let runs = runs::arrange(&scene, &rows);
     let bridge = Term::Bridge.toggled(Form::new(Inertia::Cap, DRY_SPEEDS[0]));
     for form in [Form::new(Inertia::Cap, DRY_SPEEDS[1]), bridge] {
@@ -245,16 +246,11 @@ fn runs_of_one_setting_are_one_node() {
 #[test]
 fn films_of_their_own_are_one_block() {
     let scene = scene();
-    let rows: Vec<NewRun> = (0..60)
-        .map(|i| NewRun {
-            particle: "PE",
-            liquid: Some("M50"),
-            diameter: 4e-3,
-            film: Some((2.4e-4 * (1.0 + 1e-3 * f64::from(i % 20)), 0.06)),
-            impact_speed: 0.8 + 0.01 * f64::from(i),
-            restitution: 0.4,
-        })
-        .collect();
+    let run = |i: i32| NewRun {
+        film: Some((2.4e-4 * (1.0 + 1e-3 * f64::from(i % 20)), 0.06)),
+        ..wet(0.8 + 0.01 * f64::from(i), 0.4)
+    };
+    let rows: Vec<NewRun> = (0..60).map(run).collect();
     let runs = runs::arrange(&scene, &rows);
     let form = Form::new(Inertia::Stepwise, DRY_SPEEDS[0]);
     let likelihood = Likelihood::new(&scene, &runs, form);

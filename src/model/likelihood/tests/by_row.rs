@@ -47,144 +47,122 @@ fn over_normal(far: f64, steps: usize, ln_f: impl Fn(f64) -> f64) -> f64 {
     most + (lns.iter().map(|ln| (ln - most).exp()).sum::<f64>() * step).ln()
 }
 
-/// What the oracle knows of a run.
-struct OracleRun {
-    v: f64,
-    /// s/v and u
-    errors: (f64, f64),
-    /// the true speed over the measured one
-    true_speed: runs::TrueSpeed,
-    sigma: f64,
-    /// σ_r
-    energy: f64,
+/// The statement at some parameters, a run at a time: what is hidden of it is integrated over with very many steps.
+struct Oracle<'o> {
+    scene: &'o Scene,
+    runs: &'o Runs,
+    form: Form,
+    full: &'o [f64],
+    /// the film ratio at which L and C have no trend
+    middle: f64,
+    errors: Option<Vec<RunError>>,
+    true_speeds: Option<runs::TrueSpeeds>,
 }
 
-/// What the oracle is told of a run.
-#[derive(Clone, Copy)]
-enum OracleSeen {
-    Rebound(f64),
-    Stuck,
-    /// that it rebounded
-    Logged,
-}
+impl Oracle<'_> {
+    fn of(&self, kind: ParameterKind) -> f64 {
+        self.full[kind.slot()]
+    }
 
-/// The statement a run at a time, or a group that shares its true speed: what is hidden of it is integrated over with very many steps.
-pub(super) fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
-    let nu = (scene.model.likelihood == scene::LikelihoodFamily::Student).then_some(full[SHAPE_SLOT]);
-    let both = scene.model.noise == NoiseOn::Both;
-    let truncated = scene.model.sticking == Sticking::Truncated;
-    let limit = scene.data.smallest_restitution;
-    let filled = runs.errors_with_medians();
-    let true_speeds = filled.as_ref().map(|errors| runs.true_speeds(scene, errors));
-    let known = |run: usize, sigma: f64, energy: f64| {
-        let v = runs.impact_speed[run];
-        let errors = filled.as_ref();
-        OracleRun {
-            v,
-            errors: errors.map_or((0.0, 0.0), |e| (e[run].impact_speed_sd / v, e[run].restitution_sd)),
-            true_speed: true_speeds
-                .as_ref()
-                .map_or(runs::TrueSpeed::EXACT, |all| all.of_run[run]),
-            sigma,
-            energy,
+    /// The dry group of a run; of a wet one none.
+    fn dry(&self, run: usize) -> Option<&runs::DryGroup> {
+        let mut groups = self.runs.dry.iter();
+        groups.find(|group| (group.rebounds.start..group.stuck.end).contains(&run))
+    }
+
+    fn is_stuck(&self, run: usize) -> bool {
+        let of_dry = self.runs.dry.iter().map(|group| &group.stuck);
+        let of_series = self.runs.series.iter().map(|series| &series.stuck);
+        of_dry.chain(of_series).any(|stuck| stuck.contains(&run))
+    }
+
+    /// Mean of e* at a speed, where so much more of the energy is kept.
+    fn mean(&self, run: usize, v: f64, lucky: f64) -> f64 {
+        if let Some(group) = self.dry(run) {
+            let e_dry = self.form.dry.restitution(self.full[COMMON_SLOTS + group.particle], v);
+            return rebound::mean_restitution(e_dry.powi(2));
         }
-    };
-    // log of a factor of the true speed over the measured one; `mean` is that of e* at a speed and a noise on the energy
-    let factor = |run: &OracleRun, seen: OracleSeen, q: f64, mean: &dyn Fn(f64, f64) -> f64| {
-        let of = |mean: f64| match seen {
-            OracleSeen::Stuck => oracle(nu, (limit - mean) / run.sigma).1,
-            OracleSeen::Logged => oracle(nu, (mean - limit) / run.sigma).1,
-            OracleSeen::Rebound(e) => {
-                let spread = (run.sigma * q).hypot(run.errors.1);
-                oracle(nu, (e - mean * q) / spread).0 - spread.ln()
-            }
+        let mut series = self.runs.series.iter();
+        let series = series.find(|series| series.runs().contains(&run)).expect("wet");
+        let row = NewRun {
+            particle: &self.scene.particles[series.particle].name,
+            liquid: Some(&self.scene.liquids[series.liquid].name),
+            diameter: self.runs.diameter[run],
+            film: Some((self.runs.film[run], 0.0)),
+            impact_speed: v,
+            restitution: f64::NAN,
         };
-        if run.energy > 0.0 {
-            over_normal(40.0, 30_000, |z| of(mean(q * run.v, run.energy * z)))
-        } else {
-            of(mean(q * run.v, 0.0))
+        rebound::mean_restitution(kept(self.scene, (&row, self.middle), self.form, self.full) + lucky)
+    }
+
+    /// Log of the density of a run at the true speed over the measured one, or of the probability that it rebounded.
+    fn ln_at(&self, run: usize, q: f64, was_logged: bool) -> f64 {
+        let is_dry = self.dry(run).is_some();
+        let sigma = self.of([ParameterKind::SigmaWet, ParameterKind::SigmaDry][usize::from(is_dry)]);
+        let limit = self.scene.data.smallest_restitution;
+        let is_student = self.scene.model.likelihood == scene::LikelihoodFamily::Student;
+        let nu = is_student.then_some(self.full[SHAPE_SLOT]);
+        let of = |mean: f64| {
+            if was_logged {
+                return oracle(nu, (mean - limit) / sigma).1;
+            }
+            if self.is_stuck(run) {
+                return oracle(nu, (limit - mean) / sigma).1;
+            }
+            let own = self.errors.as_ref().map_or(0.0, |errors| errors[run].restitution_sd);
+            let spread = (sigma * q).hypot(own);
+            oracle(nu, (self.runs.restitution[run] - mean * q) / spread).0 - spread.ln()
+        };
+        let v = q * self.runs.impact_speed[run];
+        if is_dry || self.scene.model.noise == NoiseOn::Restitution {
+            return of(self.mean(run, v, 0.0));
         }
-    };
-    let films = runs.series.iter().flat_map(|series| series.runs());
-    let logs: Vec<f64> = films.map(|run| (runs.film[run] / runs.diameter[run]).ln()).collect();
-    let middle = (logs.iter().sum::<f64>() / logs.len() as f64).exp();
-    let mut sum = 0.0;
-    let mut add = |all: &[usize],
-                   seen: &dyn Fn(usize) -> OracleSeen,
-                   means: &dyn Fn(usize, f64, f64) -> f64,
-                   of: &dyn Fn(usize) -> OracleRun,
-                   sign: f64| {
-        let known: Vec<(usize, OracleRun)> = all.iter().map(|run| (*run, of(*run))).collect();
+        let energy = self.of(ParameterKind::SigmaEnergy);
+        over_normal(40.0, 30_000, |z| of(self.mean(run, v, energy * z)))
+    }
+
+    /// The same of runs that share their true speed, or of one, at any.
+    fn ln_of(&self, all: &[usize], was_logged: bool) -> f64 {
         let product = |z: f64| -> f64 {
-            let each = known.iter().map(|(run, of)| {
-                let q = of.true_speed.mean + of.true_speed.sd * z;
-                factor(of, seen(*run), q, &|v, lucky| means(*run, v, lucky))
+            let each = all.iter().map(|run| {
+                let of_run = self.true_speeds.as_ref().map(|speeds| speeds.of_run[*run]);
+                let true_speed = of_run.unwrap_or(runs::TrueSpeed::EXACT);
+                self.ln_at(*run, true_speed.mean + true_speed.sd * z, was_logged)
             });
             each.sum()
         };
         // a dry run that stuck is that far off
-        let errs = known[0].1.errors.0 > 0.0;
-        sum += sign
-            * if errs {
-                over_normal(40.0, 8_000, product)
-            } else {
-                product(0.0)
-            };
+        match &self.errors {
+            Some(errors) if errors[all[0]].impact_speed_sd > 0.0 => over_normal(40.0, 8_000, product),
+            _ => product(0.0),
+        }
+    }
+}
+
+/// The log likelihood as it is written.
+pub(super) fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
+    let films = runs.series.iter().flat_map(|series| series.runs());
+    let logs: Vec<f64> = films.map(|run| (runs.film[run] / runs.diameter[run]).ln()).collect();
+    let errors = runs.errors_with_medians();
+    let oracle = Oracle {
+        scene,
+        runs,
+        form,
+        full,
+        middle: (logs.iter().sum::<f64>() / logs.len() as f64).exp(),
+        true_speeds: errors.as_ref().map(|errors| runs.true_speeds(scene, errors)),
+        errors,
     };
-    let shared = true_speeds.iter().flat_map(|all| &all.shared);
+    let shared = oracle.true_speeds.iter().flat_map(|all| &all.shared);
     let groups: Vec<Vec<usize>> = shared.map(|shared| shared.runs().collect()).collect();
-    let shared: std::collections::HashSet<usize> = groups.iter().flatten().copied().collect();
-    let alone = (0..runs.len()).filter(|run| !shared.contains(run)).map(|run| vec![run]);
-    let stuck = |run: usize| {
-        let of_dry = runs.dry.iter().map(|group| &group.stuck);
-        of_dry
-            .chain(runs.series.iter().map(|series| &series.stuck))
-            .any(|stuck| stuck.contains(&run))
-    };
+    let is_alone = |run: &usize| !groups.iter().flatten().any(|shared| shared == run);
+    let alone = (0..runs.len()).filter(is_alone).map(|run| vec![run]);
+    let mut sum = 0.0;
     for all in groups.iter().cloned().chain(alone) {
-        let dry = |run: usize| {
-            let mut groups = runs.dry.iter();
-            groups.find(|group| (group.rebounds.start..group.stuck.end).contains(&run))
-        };
-        let energy = if both && dry(all[0]).is_none() {
-            full[ParameterKind::SigmaEnergy.slot()]
-        } else {
-            0.0
-        };
-        let sigma = if dry(all[0]).is_some() {
-            ParameterKind::SigmaDry
-        } else {
-            ParameterKind::SigmaWet
-        };
-        let of = |run: usize| known(run, full[sigma.slot()], energy);
-        let mean = |run: usize, v: f64, lucky: f64| {
-            if let Some(group) = dry(run) {
-                let e_dry = form.dry.restitution(full[COMMON_SLOTS + group.particle], v);
-                return rebound::mean_restitution(e_dry.powi(2));
-            }
-            let mut series = runs.series.iter();
-            let series = series.find(|series| series.runs().contains(&run)).expect("wet");
-            let row = NewRun {
-                particle: &scene.particles[series.particle].name,
-                liquid: Some(&scene.liquids[series.liquid].name),
-                diameter: runs.diameter[run],
-                film: Some((runs.film[run], 0.0)),
-                impact_speed: v,
-                restitution: f64::NAN,
-            };
-            rebound::mean_restitution(kept(scene, (&row, middle), form, full) + lucky)
-        };
-        let seen = |run: usize| {
-            if stuck(run) {
-                OracleSeen::Stuck
-            } else {
-                OracleSeen::Rebound(runs.restitution[run])
-            }
-        };
-        add(&all, &seen, &mean, &of, 1.0);
-        let logged: Vec<usize> = all.iter().copied().filter(|run| !stuck(*run)).collect();
-        if truncated && !logged.is_empty() {
-            add(&logged, &|_| OracleSeen::Logged, &mean, &of, -1.0);
+        sum += oracle.ln_of(&all, false);
+        let logged: Vec<usize> = all.into_iter().filter(|run| !oracle.is_stuck(*run)).collect();
+        if scene.model.sticking == Sticking::Truncated && !logged.is_empty() {
+            sum -= oracle.ln_of(&logged, true);
         }
     }
     sum
