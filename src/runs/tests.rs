@@ -1,4 +1,4 @@
-use std::io::Write;
+use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use rand::RngExt;
@@ -178,44 +178,23 @@ fn a_damaged_workbook_is_refused_or_read_but_never_panics() {
     assert!(refused > 300, "{refused} refused");
 }
 
-/// A workbook of one sheet with these rows, in XML.
+/// The workbook of the example with these rows, in XML, in its first sheet.
 fn workbook_of(rows: &str) -> Vec<u8> {
+    const SHEET: &str = "xl/worksheets/sheet1.xml";
     const MAIN: &str = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
-    const OF_OFFICE: &str = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
-    const OF_PACKAGE: &str = "http://schemas.openxmlformats.org/package/2006/relationships";
-    let files = [
-        (
-            "_rels/.rels",
-            format!(
-                "<Relationships xmlns=\"{OF_PACKAGE}\"><Relationship Id=\"a\" Type=\"{OF_OFFICE}/officeDocument\" \
-                 Target=\"xl/workbook.xml\"/></Relationships>"
-            ),
-        ),
-        (
-            "xl/workbook.xml",
-            format!(
-                "<workbook xmlns=\"{MAIN}\" xmlns:r=\"{OF_OFFICE}\"><sheets><sheet name=\"S\" sheetId=\"1\" \
-                 r:id=\"a\"/></sheets></workbook>"
-            ),
-        ),
-        (
-            "xl/_rels/workbook.xml.rels",
-            format!(
-                "<Relationships xmlns=\"{OF_PACKAGE}\"><Relationship Id=\"a\" Type=\"{OF_OFFICE}/worksheet\" \
-                 Target=\"worksheets/s.xml\"/></Relationships>"
-            ),
-        ),
-        (
-            "xl/worksheets/s.xml",
-            format!("<worksheet xmlns=\"{MAIN}\"><sheetData>{rows}</sheetData></worksheet>"),
-        ),
-    ];
-    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(vec![]));
-    for (name, text) in files {
-        let options = zip::write::SimpleFileOptions::default();
-        archive.start_file(name, options).expect("room");
-        archive.write_all(text.as_bytes()).expect("room");
+    let bytes = std::fs::read(example("workbook/runs.xlsx")).expect("the example is there");
+    let mut of_example = zip::ZipArchive::new(Cursor::new(bytes)).expect("a workbook");
+    let mut archive = zip::ZipWriter::new(Cursor::new(vec![]));
+    for place in 0..of_example.len() {
+        let part = of_example.by_index_raw(place).expect("a part");
+        if part.name().expect("text") != SHEET {
+            archive.raw_copy_file(part).expect("room");
+        }
     }
+    let options = zip::write::SimpleFileOptions::default();
+    archive.start_file(SHEET, options).expect("room");
+    let sheet = format!("<worksheet xmlns=\"{MAIN}\"><sheetData>{rows}</sheetData></worksheet>");
+    archive.write_all(sheet.as_bytes()).expect("room");
     archive.finish().expect("room").into_inner()
 }
 
