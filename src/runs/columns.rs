@@ -585,12 +585,13 @@ mod tests {
     use super::*;
     use crate::runs::tests::examples;
 
-    fn below(above: &[&str], names: &[&str]) -> Header {
-        Header::below(&cells(above), cells(names))
+    /// Cells of a line, with `|` between.
+    fn cells(line: &str) -> Vec<String> {
+        line.split('|').map(str::to_owned).collect()
     }
 
-    fn cells(texts: &[&str]) -> Vec<String> {
-        texts.iter().map(|text| (*text).to_owned()).collect()
+    fn below(above: &str, names: &str) -> Header {
+        Header::below(&cells(above), cells(names))
     }
 
     /// What is expected otherwise of columns of a header that a scene reads so: each the key of its numbers and its name.
@@ -608,82 +609,82 @@ mod tests {
 
     #[test]
     fn names_that_stand_twice_are_told_apart_by_their_group() {
-        let names = |above: &[&str], names: &[&str]| below(above, names).names.join(", ");
-        let of_groups = names(
-            &["", "Impact", "", "Rebound", ""],
-            &["ball", "Speed", "angle", "Speed", "e"],
-        );
-        assert_eq!(of_groups, "ball, Impact Speed, angle, Rebound Speed, e");
-        let of_some = names(&["", "Reference", ""], &["e", "e", "v"]);
-        assert_eq!(of_some, "e, Reference e, v");
-        let merged = names(&["No.", "ball", "Speed", "", "bad"], &["", "", "in", "out"]);
-        assert_eq!(merged, "No., ball, Speed in, Speed out, bad");
-        // nothing tells these apart
-        assert_eq!(names(&["Diameter", "4.762", "mm"], &["ball", "v", "v"]), "ball, v, v");
-        assert_eq!(names(&["", "[m/s]", "[m/s]"], &["ball", "v", "v"]), "ball, v, v");
-        assert_eq!(names(&["Drops", "", ""], &["ball", "v", "v"]), "ball, v, v");
-    }
-
-    #[test]
-    fn the_title_of_a_group_says_unit_and_point_of_what_is_right_below_it() {
-        let refused = |header: Header, theirs: &str| refused(&header, &[["drop_height_mm", theirs]]).join("; ");
-        let names = ["ball", "drop", "rebound"];
-        assert!(refused(below(&["", "Height of centre (mm)", ""], &names), "drop").contains("heights_of"));
-        assert!(refused(below(&["Run", "Height [cm]", ""], &names), "drop").contains("drop_height_cm"));
-        assert_eq!(refused(below(&["Run", "Height [mm]", ""], &names), "drop"), "");
-        assert_eq!(
-            refused(
-                below(&["", "Height [cm]", ""], &["ball", "drop (mm)", "e"]),
-                "drop (mm)"
+        for (above, names, told_apart) in [
+            (
+                "|Impact||Rebound|",
+                "ball|Speed|angle|Speed|e",
+                "ball|Impact Speed|angle|Rebound Speed|e",
             ),
-            ""
-        );
-        // what reaches over the next column, and units without brackets
-        let merged = below(&["", "Heights of centre in cm", ""], &["ball", "rebound", "drop"]);
-        assert!(refused(merged.clone(), "drop")
-            .contains("by the title above its name its heights are of the sphere's centre"));
-        assert!(refused(merged, "drop").contains("drop_height_cm"));
-        for title in ["v (m/s)", "RH (%)", "D (cm)"] {
-            assert_eq!(
-                refused(below(&["", title, ""], &["ball", "v", "drop"]), "drop"),
-                "",
-                "{title}"
-            );
+            ("|Reference|", "e|e|v", "e|Reference e|v"),
+            ("No.|ball|Speed||bad", "||in|out", "No.|ball|Speed in|Speed out|bad"),
+            // nothing tells these apart
+            ("Diameter|4.762|mm", "ball|v|v", "ball|v|v"),
+            ("|[m/s]|[m/s]", "ball|v|v", "ball|v|v"),
+            ("Drops||", "ball|v|v", "ball|v|v"),
+        ] {
+            assert_eq!(below(above, names).names, cells(told_apart), "{above}");
         }
-        // a line about the whole table
-        let line = |text: &str| {
-            let above = [cells(&[text, "", ""]), cells(&["May", "", ""])];
-            refused(Header::of(&above, cells(&names)), "drop")
-        };
-        assert!(line("drop: height in inches").contains("by a line above the names it is in"));
-        assert_eq!(
-            line("drop = 10 to 40 cm") + &line("drop: drop height (mm)") + &line("drops: in inches"),
-            ""
-        );
-        assert!(line("All heights are of the sphere's centre").contains("heights_of"));
-        assert_eq!(line("Centre for Granular Physics"), "");
-        // the title of the table
-        assert_eq!(refused(below(&["Drops (cm)", ""], &["drop", "rebound"]), "drop"), "");
     }
 
     #[test]
-    fn a_line_above_the_names_says_what_a_column_is() {
-        let refused = |line: &str| {
-            let names = cells(&["D (mm)", "v", "particle", "restitution"]);
-            let header = Header::of(&[cells(&[line])], names);
-            refused(&header, &[["diameter_mm", "D (mm)"], ["impact_speed_m_s", "v"]]).join("; ")
+    fn what_stands_above_a_name_says_unit_and_point_of_its_column() {
+        const DROPS: &str = "ball|drop|rebound";
+        const CENTRE: &str = "by the title above its name its heights are of the sphere's centre";
+        let holds = |header: Header, columns: &[[&str; 2]], expected: &str| {
+            let found = refused(&header, columns).join("; ");
+            let is_right = match expected {
+                "" => found.is_empty(),
+                _ => found.contains(expected),
+            };
+            assert!(is_right, "{header:?}: {found}");
         };
-        assert!(
-            refused("only radii were measured; column D = radius").contains("by a line above the names it is a radius")
-        );
-        assert!(refused("v: speeds in ft/s").contains("by a line above the names it is in"));
-        for right in [
-            "D = 4.762 mm",
-            "v: impact speed (m/s)",
-            "D = diameter of the sphere",
-            "v0: in ft/s",
+        for (title, names, expected) in [
+            ("|Height of centre (mm)|", DROPS, "heights_of"),
+            ("Run|Height [cm]|", DROPS, "drop_height_cm"),
+            ("Run|Height [mm]|", DROPS, ""),
+            // what reaches over the next column, and units without brackets
+            ("|Heights of centre in cm|", "ball|rebound|drop", CENTRE),
+            ("|Heights of centre in cm|", "ball|rebound|drop", "drop_height_cm"),
+            ("|v (m/s)|", "ball|v|drop", ""),
+            ("|RH (%)|", "ball|v|drop", ""),
+            ("|D (cm)|", "ball|v|drop", ""),
+            // the title of the table
+            ("Drops (cm)|", "drop|rebound", ""),
         ] {
-            assert_eq!(refused(right), "", "{right}");
+            holds(below(title, names), &[["drop_height_mm", "drop"]], expected);
+        }
+        let own = below("|Height [cm]|", "ball|drop (mm)|e");
+        holds(own, &[["drop_height_mm", "drop (mm)"]], "");
+        // lines about the whole table
+        for (line, expected) in [
+            ("drop: height in inches", "by a line above the names it is in"),
+            ("drop = 10 to 40 cm", ""),
+            ("drop: drop height (mm)", ""),
+            ("drops: in inches", ""),
+            ("All heights are of the sphere's centre", "heights_of"),
+            ("Centre for Granular Physics", ""),
+        ] {
+            let above = [cells(&format!("{line}||")), cells("May||")];
+            let header = Header::of(&above, cells(DROPS));
+            holds(header, &[["drop_height_mm", "drop"]], expected);
+        }
+        for (line, expected) in [
+            (
+                "only radii were measured; column D = radius",
+                "by a line above the names it is a radius",
+            ),
+            ("v: speeds in ft/s", "by a line above the names it is in"),
+            ("D = 4.762 mm", ""),
+            ("v: impact speed (m/s)", ""),
+            ("D = diameter of the sphere", ""),
+            ("v0: in ft/s", ""),
+        ] {
+            let header = Header::of(&[cells(line)], cells("D (mm)|v|particle|restitution"));
+            holds(
+                header,
+                &[["diameter_mm", "D (mm)"], ["impact_speed_m_s", "v"]],
+                expected,
+            );
         }
     }
 
@@ -695,7 +696,7 @@ mod tests {
             for (key, names) in examples(question) {
                 count += names.len();
                 for name in names {
-                    let own = refused(&below(&[], &[name]), &[[key, name]]);
+                    let own = refused(&Header::below(&[], cells(name)), &[[key, name]]);
                     if own.len() != expected {
                         wrong.push(format!("{question} {key} `{name}`: {own:?}"));
                     }
