@@ -373,10 +373,6 @@ fn formats_tell_the_same() {
         render::tiff(&path, wide, (0..frames).map(|frame| render(&scene, falling, frame)));
         near(&path, most, grey);
     }
-    // a file of pages in a folder of frames
-    let message = find_sphere(folder.path(), &|_, _| ()).expect_err("pages");
-    message.says("pages.tiff");
-    message.says("several pages");
 }
 
 #[test]
@@ -406,65 +402,6 @@ fn refusal(path: &Path) -> String {
     find_sphere(path, &|_, _| ()).expect_err("no frames")
 }
 
-#[test]
-fn what_is_no_recording_is_told() {
-    let scene = sized([60, 60], 8.0, "what_is_no_recording_is_told");
-    let still = |_: f64| (30.0, 30.0);
-    let folder = Folder::new();
-    let path = folder.path();
-    let tells = |path: &Path, words: &[&str]| {
-        let message = refusal(path);
-        for word in words {
-            assert!(message.contains(word), "{word}: {message}");
-        }
-        assert!(message.contains("expected"), "{message}");
-    };
-    tells(
-        &path.join("nowhere"),
-        &["nowhere", "folder of PNG, JPEG or TIFF frames"],
-    );
-    tells(path, &["no image is in it"]);
-    let convert = "mkdir frames && ffmpeg -i FILE -fps_mode passthrough frames/%06d.png";
-    folder.write("fall.AVI", "a video");
-    tells(&path.join("fall.AVI"), &["fall.AVI", "a video", convert]);
-    tells(path, &[convert]);
-    folder.write("notes", "notes");
-    tells(&path.join("notes"), &["not frames", "ffmpeg"]);
-    folder.write("old.bmp", "BM");
-    tells(path, &["old.bmp", "not read"]);
-    std::fs::remove_file(path.join("old.bmp")).expect("a file");
-
-    render(&scene, still, 0).png(&path.join("f0.png"));
-    tells(&path.join("f0.png"), &["a single image"]);
-    tells(path, &["1 frame;", "at least 5"]);
-    for frame in 1..8 {
-        render(&scene, still, frame).png(&path.join(format!("f{frame}.png")));
-    }
-    tells(path, &["no sphere in 8 frames"]);
-    folder.write("f3.png", "no PNG");
-    tells(path, &["f3.png", "not a PNG image that can be read"]);
-    let larger = Scene {
-        width: 64,
-        ..scene.clone()
-    };
-    render(&larger, still, 3).png(&path.join("f3.png"));
-    tells(path, &["f3.png", "64 × 60", "60 × 60", "f0.png"]);
-    render(&scene, still, 3).png_of_16_bits(&path.join("f3.png"));
-    tells(path, &["f3.png", "16 bits", "expected 8"]);
-    render(&scene, still, 3).png(&path.join("f3.png"));
-    folder.write("f9.gif", "GIF89a");
-    tells(path, &["several formats", "f9.gif"]);
-    std::fs::remove_file(path.join("f9.gif")).expect("a file");
-    render(&scene, still, 9).jpeg(&path.join("f9.jpg"));
-    tells(path, &["several formats", "f0.png", "f9.jpg"]);
-
-    let pages = path.join("one.tif");
-    render::tiff(&pages, false, std::iter::once(render(&scene, still, 0)));
-    tells(&pages, &["one.tif", "a single page"]);
-    std::fs::write(&pages, "II*").expect("a file");
-    tells(&pages, &["one.tif", "TIFF"]);
-}
-
 #[cfg(unix)]
 #[test]
 fn what_has_no_end_is_no_frame() {
@@ -485,35 +422,6 @@ fn what_has_no_end_is_no_frame() {
         assert!(made.is_ok_and(|status| status.success()));
         refusal(path).says("found a pipe, expected a regular file");
     }
-}
-
-#[test]
-fn a_stated_size_is_not_believed() {
-    let scene = sized([40, 40], 20.0, "a_stated_size_is_not_believed");
-    let folder = written(&scene, |_| (20.0, 20.0), 5);
-    // the header's width, with its checksum
-    let first = folder.join("frame0.png");
-    let mut bytes = std::fs::read(&first).expect("a file");
-    bytes[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
-    let checksum = crc32(&bytes[12..29]).to_be_bytes();
-    bytes[29..33].copy_from_slice(&checksum);
-    std::fs::write(&first, bytes).expect("a file");
-    let message = refusal(folder.path());
-    assert!(
-        message.contains("65536 × 65536") || message.contains("limit"),
-        "{message}"
-    );
-}
-
-fn crc32(bytes: &[u8]) -> u32 {
-    let mut rest = !0u32;
-    for byte in bytes {
-        rest ^= u32::from(*byte);
-        for _ in 0..8 {
-            rest = (rest >> 1) ^ (0xedb8_8320 & (rest & 1).wrapping_neg());
-        }
-    }
-    !rest
 }
 
 /// Files of each format with some bits turned, and the rest cut off of every third.
