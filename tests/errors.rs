@@ -1,7 +1,7 @@
 //! Holds fits of runs with measurement errors: coverage, precision, an oracle, and the speed error that matters.
 
 use crate::common::scenes::{design, scene_of, truth, AK10, PTFE};
-use crate::common::{binomial_z, mean, normal, seed_of, Place, Told};
+use crate::common::{add_errors, binomial_z, holds, mean, normal, rows, seed_of, Place, Told};
 use rand::rngs::ChaCha8Rng;
 use rand::SeedableRng;
 use wetcor::findings::{self, Findings};
@@ -11,12 +11,13 @@ use wetcor::inference::law::Law;
 use wetcor::inference::least_squares::Fit;
 use wetcor::inference::regression::Regression;
 use wetcor::physics::Quantity::{EInf, StC};
+use wetcor::runs::{arrange, Table};
 
 /// α and β of the truth.
 const TRUTH: [f64; 2] = [0.52, -0.09];
 
 /// Runs of a series, as they were read.
-#[derive(Default)]
+#[derive(Default, Clone)]
 struct Measured {
     x: Vec<f64>,
     speed: Vec<f64>,
@@ -36,17 +37,21 @@ fn draw(rng: &mut ChaCha8Rng, runs: usize, sigma: f64, errs: impl Fn(usize) -> E
         let (of_v, of_r, told) = errs(run);
         let e = (TRUTH[0] + TRUTH[1] / v).sqrt() + sigma * z();
         let read = v * (1.0 + of_v * z());
-        measured.speed.push(read);
-        measured.x.push(1.0 / read);
-        measured.restitution.push((e * v + of_r * v * z()) / read);
         let told = f64::from(u8::from(told));
-        measured.impact_speed_sd.push(told * of_v * read);
-        measured.restitution_sd.push(told * of_r);
+        measured.add(read, (e * v + of_r * v * z()) / read, [told * of_v * read, told * of_r]);
     }
     measured
 }
 
 impl Measured {
+    /// A run with the sds of its speed and of its restitution.
+    fn add(&mut self, speed: f64, restitution: f64, [of_speed, of_restitution]: [f64; 2]) {
+        self.x.push(1.0 / speed);
+        self.speed.push(speed);
+        self.restitution.push(restitution);
+        self.impact_speed_sd.push(of_speed);
+        self.restitution_sd.push(of_restitution);
+    }
     fn errors(&self) -> ErrorColumns {
         let of_speed = self.impact_speed_sd.iter().zip(&self.speed);
         ErrorColumns {
@@ -92,7 +97,7 @@ fn weighed_fits_cover_and_are_sharper_than_plain_ones() {
             for j in 0..2 {
                 let se = fit.se(j).expect("a covariance");
                 let made = interval(fit.parameters[j], se, fit.degrees_of_freedom, 0.95).expect("runs to spare");
-                covered[j] += usize::from((made.lo..=made.hi).contains(&TRUTH[j]));
+                covered[j] += usize::from(holds(Some([made.lo, made.hi]), TRUTH[j]));
             }
             weighed.push((fit.parameters[1] - TRUTH[1]).powi(2));
             plain.push((measured.plain().parameters[1] - TRUTH[1]).powi(2));
@@ -117,20 +122,15 @@ fn errors_explain_the_scatter_they_make() {
         let (fit, weighing) = measured.weighed();
         right.push(weighing.summary.reduced_chi_squared);
         let with = |tau2: &dyn Fn(f64, f64) -> f64| {
-            let errors = (0..measured.x.len()).map(|run| {
-                let m = (TRUTH[0] + TRUTH[1] * measured.x[run]).sqrt();
-                let of_v = measured.impact_speed_sd[run] * measured.x[run];
-                let slope = -TRUTH[1] * measured.x[run] / (2.0 * m);
-                (measured.restitution_sd[run].powi(2) + of_v * of_v * tau2(m, slope)).sqrt()
-            });
-            let errors: Vec<f64> = errors.collect();
-            let errors = ErrorColumns {
-                relative_speed_sd: vec![0.0; errors.len()],
-                restitution_sd: errors,
-                ..ErrorColumns::default()
-            };
-            let (_, weighing) = measured.regression().fit_with_errors(Some(&errors));
-            weighing.expect("runs with errors").summary.reduced_chi_squared
+            let mut faulty = measured.clone();
+            for run in 0..faulty.x.len() {
+                let m = (TRUTH[0] + TRUTH[1] * faulty.x[run]).sqrt();
+                let of_v = faulty.impact_speed_sd[run] * faulty.x[run];
+                let slope = -TRUTH[1] * faulty.x[run] / (2.0 * m);
+                faulty.restitution_sd[run] = (faulty.restitution_sd[run].powi(2) + of_v * of_v * tau2(m, slope)).sqrt();
+                faulty.impact_speed_sd[run] = 0.0;
+            }
+            faulty.weighed().1.summary.reduced_chi_squared
         };
         without.push(with(&|m, slope| m * m + slope * slope));
         wrong.push(with(&|m, slope| (m - slope) * (m - slope)));
@@ -175,15 +175,11 @@ fn fits_are_those_of_an_independent_program() {
     assert_eq!(fits.len(), 3);
     for expected in fits {
         let number = |name: &str| expected[name].as_f64().expect("a number");
-        let scaled = |name: &str| runs(name).iter().map(|sd| sd * number("scale")).collect();
-        let speed = runs("speed");
-        let measured = Measured {
-            x: speed.iter().map(|v| 1.0 / v).collect(),
-            speed,
-            restitution: runs("restitution"),
-            impact_speed_sd: scaled("impact_speed_sd"),
-            restitution_sd: scaled("restitution_sd"),
-        };
+        let [of_v, of_e] = ["impact_speed_sd", "restitution_sd"].map(&runs);
+        let mut measured = Measured::default();
+        for (run, (v, e)) in runs("speed").into_iter().zip(runs("restitution")).enumerate() {
+            measured.add(v, e, [of_v[run], of_e[run]].map(|sd| sd * number("scale")));
+        }
         let (fit, weighing) = measured.weighed();
         let near = |found: f64, expected: f64| {
             assert!(
@@ -222,26 +218,27 @@ fn an_error_far_too_small_or_large_has_no_infinite_weight() {
     // among others it counts as one of them
     let mut among = draw(&mut rng, 60, 0.01, |_| (0.01, 0.01, true));
     let (usual, _) = among.weighed();
+    let near = |fit: &Fit, share: f64| {
+        let apart = (fit.parameters[1] - usual.parameters[1]).abs() / fit.se(1).expect("a covariance");
+        assert!(apart < share, "{apart}");
+    };
     among.restitution_sd[7] = 1e-300;
     among.impact_speed_sd[7] = 0.0;
     let (fit, weighing) = among.weighed();
     assert_eq!(weighing.summary.runs_with_errors, 59);
-    assert!((fit.parameters[1] - usual.parameters[1]).abs() < 0.3 * fit.se(1).expect("a covariance"));
+    near(&fit, 0.3);
     // and one that is huge leaves its run out
     for sd in [1e3, 1e60] {
         among.restitution_sd[7] = sd;
         among.restitution[7] = 1.09;
         let (fit, weighing) = among.weighed();
-        assert!(
-            (fit.parameters[1] - usual.parameters[1]).abs() < 0.5 * fit.se(1).expect("a covariance"),
-            "{sd}"
-        );
+        near(&fit, 0.5);
         assert!(weighing.variance.iter().all(|variance| *variance > 0.0));
     }
     among.impact_speed_sd[8] = 1e60;
     let (fit, weighing) = among.weighed();
     assert_eq!(weighing.summary.runs_left_out, 1);
-    assert!((fit.parameters[1] - usual.parameters[1]).abs() < 0.5 * fit.se(1).expect("a covariance"));
+    near(&fit, 0.5);
 }
 
 /// A rebound read below the threshold holds a plain fit at the edge of the law's domain; its error of v lets it go.
@@ -250,11 +247,7 @@ fn a_run_that_may_have_been_too_slow_to_rebound_is_left_out() {
     let mut rng = rng("a_run_that_may_have_been_too_slow_to_rebound_is_left_out");
     let mut measured = draw(&mut rng, 60, 0.005, |_| (0.01, 0.005, true));
     let slow = 0.95 * -TRUTH[1] / TRUTH[0];
-    measured.speed.push(slow);
-    measured.x.push(1.0 / slow);
-    measured.restitution.push(0.1);
-    measured.impact_speed_sd.push(0.05 * slow);
-    measured.restitution_sd.push(0.005);
+    measured.add(slow, 0.1, [0.05 * slow, 0.005]);
     let far = |fit: &Fit| (fit.parameters[1] - TRUTH[1]).abs() / fit.se(1).unwrap_or(1e-9);
     let plain = measured.plain();
     assert!(far(&plain) > 4.5, "{plain:?}");
@@ -285,8 +278,7 @@ fn the_speed_error_that_matters_moves_beta_as_it_says() {
             for (v, e) in design.speed.iter().zip(&design.restitution) {
                 let z = normal(&mut rng);
                 let factor = 1.0 + 2.0 * share * z;
-                read.x.push(1.0 / (v * factor));
-                read.restitution.push(e / factor);
+                read.add(v * factor, e / factor, [0.0; 2]);
             }
             (read.plain().parameters[1] - fit.parameters[1]) / se
         })
@@ -311,35 +303,23 @@ fn scene_text() -> String {
     )
 }
 
-/// A drawn table with errors of v of 1 % and of v_r of 0.5 %, tenfold apart, told in columns of their own.
+/// A drawn table with errors of v of 1 % and of v_r of 0.5 %, tenfold apart; of every ninth run they are not told.
 fn with_errors(place: &Place, test: &str) -> Findings {
-    place.draw(seed_of(test), None);
-    let path = &place.scene.data.runs[0].path;
-    let text = std::fs::read_to_string(path).expect("it was drawn");
     let mut rng = rng(test);
-    let mut lines = text.lines();
-    let mut out = format!(
-        "{},impact_speed_sd_m_s,rebound_speed_sd_m_s\n",
-        lines.next().expect("a header")
-    );
-    for (run, line) in lines.enumerate() {
-        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
-        let [v, e] = [5, 6].map(|cell: usize| cells[cell].parse::<f64>().expect("a number"));
+    let (mut rows, mut sds) = (rows(&place.scene, seed_of(test)), vec![]);
+    for (run, row) in rows.iter_mut().enumerate() {
+        let (v, e) = (row.impact_speed, row.restitution);
         let factor = 10f64.powf((run % 5) as f64 / 4.0 - 0.5);
         let mut z = || normal(&mut rng);
         let (s_v, s_r) = (0.01 * factor * v, 0.005 * factor * v);
-        let (read, rebound) = (v + s_v * z(), e * v + s_r * z());
-        cells[5] = read.to_string();
-        cells[6] = (rebound / read).to_string();
-        let sds = if run % 9 == 0 {
-            ",".to_owned()
-        } else {
-            format!("{s_v},{s_r}")
-        };
-        out.push_str(&format!("{},{sds}\n", cells.join(",")));
+        row.impact_speed = v + s_v * z();
+        row.restitution = (e * v + s_r * z()) / row.impact_speed;
+        let told = f64::from(u8::from(run % 9 != 0));
+        sds.push([told * s_v, told * s_r / row.impact_speed]);
     }
-    std::fs::write(path, out).expect("writable");
-    findings::fit_least_squares(&place.scene, &place.read(), 1, true)
+    let mut runs = arrange(&place.scene, &rows);
+    add_errors(&mut runs, &sds);
+    findings::fit_least_squares(&place.scene, &Table::of(runs), 1, true)
 }
 
 /// What is given is not asked for.
