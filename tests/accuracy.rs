@@ -41,26 +41,17 @@ struct Answer {
     quotable: bool,
 }
 
-/// What came out of a scene for each of [`REQUESTED`]; `None` without a long run.
-type Answers = Option<Vec<Option<Answer>>>;
-
-/// Simulates so many scenes, asks each accuracy of each, and holds the answers against a long run over every row.
-fn measure(scenes: u64, seed: u64) -> Vec<Answers> {
+/// Simulates so many scenes, asks each accuracy of each, and holds the answers against a long run over every row: each
+/// accuracy with the answers to it, and how many scenes are left out, which have no long run.
+fn measure(scenes: u64, seed: u64) -> (Vec<(f64, Vec<Answer>)>, usize) {
     // one after the other: the chains of each take every thread, and many long runs at once would fill the memory
-    (0..scenes).map(|index| one(index, seed)).collect()
-}
-
-fn left_out(found: &[Answers]) -> usize {
-    found.iter().filter(|found| found.is_none()).count()
-}
-
-/// Each accuracy with the answers to it.
-fn by_accuracy(found: &[Answers]) -> Vec<(f64, Vec<Answer>)> {
+    let found: Vec<_> = (0..scenes).filter_map(|index| one(index, seed)).collect();
     let of = |(place, requested): (usize, &f64)| {
-        let answers = found.iter().flatten().filter_map(|answers| answers[place]);
+        let answers = found.iter().filter_map(|answers| answers[place]);
         (*requested, answers.collect())
     };
-    REQUESTED.iter().enumerate().map(of).collect()
+    let by_accuracy = REQUESTED.iter().enumerate().map(of).collect();
+    (by_accuracy, scenes as usize - found.len())
 }
 
 /// Answers whose true error is no larger than a line.
@@ -72,8 +63,8 @@ fn quotable(answers: &[Answer]) -> usize {
     answers.iter().filter(|answer| answer.quotable).count()
 }
 
-/// Draws a scene with its runs, and fits it as `wetcor fit --accuracy X` does, for each X.
-fn one(index: u64, seed: u64) -> Answers {
+/// Draws a scene with its runs, and fits it as `wetcor fit --accuracy X` does, for each X; `None` without a long run.
+fn one(index: u64, seed: u64) -> Option<Vec<Option<Answer>>> {
     let scene = simulated(index, seed);
     let drawn = rows_from(&scene, stream(seed, "accuracy runs", index));
     let table = Table::of(runs::arrange(&scene, &drawn));
@@ -103,15 +94,6 @@ fn one(index: u64, seed: u64) -> Answers {
     Some(REQUESTED.iter().map(answer).collect())
 }
 
-fn effort(draws: usize) -> Effort {
-    Effort {
-        chains: 4,
-        warmup: 1000,
-        draws,
-        target_accept: TARGET_ACCEPT,
-    }
-}
-
 /// A long run over every row, whose Monte Carlo error is small beside the finest accuracy; `None` where it does not
 /// converge.
 fn long_run(parameters: &ModelParameters, rows: &Likelihood, seed: u64, index: u64) -> Option<Vec<Summary>> {
@@ -122,7 +104,13 @@ fn long_run(parameters: &ModelParameters, rows: &Likelihood, seed: u64, index: u
     let mut draws = FIRST;
     loop {
         let name = format!("accuracy long run {index}");
-        let plan = SamplingPlan::new(effort(draws), StreamName::new(seed, &name));
+        let effort = Effort {
+            chains: 4,
+            warmup: 1000,
+            draws,
+            target_accept: TARGET_ACCEPT,
+        };
+        let plan = SamplingPlan::new(effort, StreamName::new(seed, &name));
         let sampled = sample_by_nuts(&prepared, plan, &mut |_| 0).ok()?;
         let found = summaries(&sampled);
         let agreed = found.iter().all(|one| one.rhat.is_some_and(|rhat| rhat < 1.01));
@@ -187,7 +175,7 @@ fn simulated(index: u64, seed: u64) -> Scene {
 }
 
 /// The table as markdown.
-fn markdown(found: &[Answers]) -> String {
+fn markdown(found: &[(f64, Vec<Answer>)], left_out: usize) -> String {
     const METHODS: [Method; 3] = [Method::Laplace, Method::LaplacePsis, Method::Nuts];
     let mut text = String::from("# Is an accuracy that was asked for kept?\n\n");
     text.push_str(&format!(
@@ -198,9 +186,9 @@ fn markdown(found: &[Answers]) -> String {
          the finest X; {} scenes without such a run are left out. X must be kept in {:.0} % of the scenes; z is the \
          distance from that in standard errors. Quotable: of those that kept it, the share whose checks of the sampling \
          (R-hat, effective draws, divergences, energy fraction, weights, nodes, the accuracy itself) all pass.\n\nMade by `UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_accuracy`.\n\n",
-        found.len(),
+        SCENES,
         SHARE,
-        left_out(found),
+        left_out,
         100.0 * KEPT
     ));
     let methods = METHODS.map(|method| format!(" `{}` |", method.name())).concat();
@@ -209,8 +197,8 @@ fn markdown(found: &[Answers]) -> String {
          | --- | --- | --- | --- | --- | --- | --- |{}\n",
         " --- |".repeat(METHODS.len())
     ));
-    for (requested, answers) in by_accuracy(found) {
-        let kept = within(&answers, requested);
+    for (requested, answers) in found {
+        let kept = within(answers, *requested);
         let taken = METHODS.map(|method| answers.iter().filter(|answer| answer.method == method).count());
         text.push_str(&format!(
             "| {requested} | {} | {} | {:.1} | {:.1} | {:.1} | {:.3} |{}\n",
@@ -231,7 +219,8 @@ fn markdown(found: &[Answers]) -> String {
 #[ignore = "minutes: UPDATE_EXPECTED=1 cargo test --release --test all -- --ignored the_page_of_accuracy"]
 fn the_page_of_accuracy() {
     if common::is_update() {
-        common::kept("reports/accuracy.md", &markdown(&measure(SCENES, 1)));
+        let (found, left_out) = measure(SCENES, 1);
+        common::kept("reports/accuracy.md", &markdown(&found, left_out));
     }
 }
 
@@ -240,16 +229,13 @@ fn the_page_of_accuracy() {
 #[test]
 #[ignore = "slow: twenty-five long runs, a sample of what `the_page_of_accuracy` measures"]
 fn an_accuracy_is_kept() {
-    let found = measure(SCENES / 8, common::seed_of("an_accuracy_is_kept"));
+    let (found, left_out) = measure(SCENES / 8, common::seed_of("an_accuracy_is_kept"));
     // of 200 scenes 5 have no run to hold answers to
-    common::assert_seldom("left out", left_out(&found), SCENES / 8, 0.05);
+    common::assert_seldom("left out", left_out, SCENES / 8, 0.05);
     let (mut once, mut all) = (0, 0);
-    for (requested, answers) in by_accuracy(&found) {
-        assert!(
-            answers.len() * 20 >= (found.len() - left_out(&found)) * 19,
-            "{requested}: {}",
-            answers.len()
-        );
+    for (requested, answers) in found {
+        let asked = SCENES as usize / 8 - left_out;
+        assert!(answers.len() * 20 >= asked * 19, "{requested}: {}", answers.len());
         let kept = within(&answers, requested);
         for (part, of) in [(kept.len(), answers.len()), (quotable(&kept), kept.len())] {
             let z = common::binomial_z(part, of, KEPT);
@@ -265,16 +251,10 @@ fn an_accuracy_is_kept() {
 fn scene_text() -> String {
     let sampler = "[sampler]\ndraws = 500\n";
     let heights = "30, 40, 50, 60, 70, 80, 90, 100, 110, 120, 130, 140, 150";
-    let design = design(
-        ["4.762, 8.0", "0.03, 0.08"],
-        &["M50"],
-        [heights, "0.5, 1.0, 1.5, 2.0"],
-        "repeats = 3\n",
-    );
-    scene_of(
-        "trade",
-        &[PTFE, M50, sampler, &truth([1.85, 0.5, 0.009, 0.02], ""), &design],
-    )
+    let [sizes, speeds] = [["4.762, 8.0", "0.03, 0.08"], [heights, "0.5, 1.0, 1.5, 2.0"]];
+    let design = design(sizes, &["M50"], speeds, "repeats = 3\n");
+    let truth = truth([1.85, 0.5, 0.009, 0.02], "");
+    scene_of("trade", &[PTFE, M50, sampler, &truth, &design])
 }
 
 #[test]
@@ -287,17 +267,13 @@ fn each_method_is_as_far_off_as_its_draws_explain() {
         "{:?}",
         found.reference
     );
-    let of_name = |name: &str| {
-        let mut methods = found.methods.iter();
-        methods
-            .find(|method| method.name == name)
-            .unwrap_or_else(|| panic!("no method named {name}"))
-    };
     let names: Vec<&str> = found.methods.iter().map(|method| method.name).collect();
     assert_eq!(names, ["linear", "sqrt", "laplace", "laplace_psis", "nuts"]);
-    for name in ["laplace_psis", "nuts"] {
-        let method = of_name(name);
-        let off = method.error().expect("every parameter");
+    let [linear, sqrt, laplace, by_weights, nuts] = &found.methods[..] else {
+        panic!("five methods");
+    };
+    for method in [by_weights, nuts] {
+        let (name, off) = (method.name, method.error().expect("every parameter"));
         let vouched = method.vouched.expect("its own check");
         // 4.5 in place of the 3.3 Monte Carlo errors it counts
         assert!(
@@ -306,17 +282,11 @@ fn each_method_is_as_far_off_as_its_draws_explain() {
         );
         assert_eq!(method.failed, None, "{name}");
     }
-    let laplace = of_name("laplace");
     assert!(laplace.worst_mean < laplace.vouched, "{laplace:?}");
     // each law gives k, L, C and both spreads here; the straight line misses L by far
-    let of_law = |name: &str| of_name(name).errors[1].expect("L").mean.abs();
     assert_eq!(found.reference.parameters[1].name, "lubrication_log");
-    assert!(
-        of_law("linear") > 5.0 && of_law("sqrt") < of_law("linear"),
-        "{} {}",
-        of_law("linear"),
-        of_law("sqrt")
-    );
+    let [linear, sqrt] = [linear, sqrt].map(|law| law.errors[1].expect("L").mean.abs());
+    assert!(linear > 5.0 && sqrt < linear, "{linear} {sqrt}");
 }
 
 #[test]

@@ -4,15 +4,6 @@
 use crate::common::{read_in_project, table_of};
 use serde_json::{json, Value};
 
-/// A failed check or a notice.
-struct Told<'f> {
-    code: &'f str,
-    text: &'f str,
-    next_step: &'f str,
-    forbids: bool,
-    cautions: bool,
-}
-
 fn text<'f>(of: &'f Value, key: &str) -> &'f str {
     of[key].as_str().unwrap_or_default()
 }
@@ -21,16 +12,10 @@ fn rows<'f>(of: &'f Value, key: &str) -> impl Iterator<Item = &'f Value> {
     of[key].as_array().into_iter().flatten()
 }
 
-fn told(findings: &Value) -> Vec<Told<'_>> {
+/// Failed checks and notices.
+fn told(findings: &Value) -> Vec<&Value> {
     let failed = rows(findings, "remarks").filter(|remark| remark["passed"] == false);
-    let told = failed.map(|remark| Told {
-        code: text(remark, "code"),
-        text: text(remark, "text"),
-        next_step: text(remark, "next_step"),
-        forbids: remark["level"] == "forbids",
-        cautions: remark["line"].is_null() && remark["level"] == "cautions",
-    });
-    told.collect()
+    failed.collect()
 }
 
 /// Every `key = value` of a text.
@@ -51,40 +36,6 @@ const TERMS: [[&str; 2]; 5] = [
     ["dry_second_order", "second order of the dry law"],
 ];
 
-/// What the findings have decided, whatever a remark says.
-struct Decided<'f> {
-    quoted: bool,
-    /// what remarks call the terms of the model
-    held: Vec<&'f str>,
-    /// the form that was chosen where the scene left it open
-    form: &'f str,
-    compared: Vec<&'f str>,
-    /// whether e_dry at the run's own speed predicts worse than the scene's form
-    own_speed_rejected: bool,
-    learnt: Vec<&'f str>,
-    scatters_as_stated: bool,
-    /// settings of the scene
-    scene: Vec<[&'f str; 2]>,
-}
-
-impl<'f> Decided<'f> {
-    fn by(findings: &'f Value, given: &'f str) -> Decided<'f> {
-        let is_held = |term: &str| rows(findings, "terms").any(|row| row["term"] == term && row["held"] == true);
-        let held = TERMS.iter().filter(|[term, _]| is_held(term));
-        let stated = |check: &Value| text(check, "code").starts_with("stated_errors") && check["passed"] == true;
-        Decided {
-            quoted: findings["main"]["verdict"]["passed"] == true,
-            held: held.map(|[_, words]| *words).collect(),
-            form: text(&findings["inertia"], "inertia"),
-            compared: rows(findings, "compare").map(|form| text(form, "model")).collect(),
-            own_speed_rejected: own_speed_rejected(findings).unwrap_or(false),
-            learnt: rows(&findings["main"], "learnt").filter_map(Value::as_str).collect(),
-            scatters_as_stated: rows(findings, "remarks").any(stated),
-            scene: settings(given),
-        }
-    }
-}
-
 /// Of the dry speed the comparison has a form of its own for each form of inertia.
 fn own_speed_rejected(findings: &Value) -> Option<bool> {
     let own = rows(findings, "compare").find(|form| form["own"] == true)?;
@@ -96,100 +47,110 @@ fn own_speed_rejected(findings: &Value) -> Option<bool> {
 
 /// Each contradiction in some findings; `given` is the scene with the header of its runs.
 pub fn contradictions(findings: &Value, given: &str) -> Vec<String> {
-    let (told, decided) = (told(findings), Decided::by(findings, given));
-    let mut found = against_the_verdict(findings, &told, &decided);
+    let (told, scene) = (told(findings), settings(given));
+    let mut found = against_the_verdict(findings, &told);
     for (place, remark) in told.iter().enumerate() {
-        let others = told.iter().take(place);
-        let twice = others.clone().any(|other| other.text == remark.text);
-        let faults = against_the_findings(remark, &decided).into_iter();
+        let others = || told[..place].iter();
+        let twice = others().any(|other| other["text"] == remark["text"]);
+        let faults = against_the_findings(remark, findings, &scene).into_iter();
         let faults = faults.chain([(twice, "said twice")]).filter(|(is_so, _)| *is_so);
-        found.extend(faults.map(|(_, words)| format!("{words}: {}", remark.text)));
-        for [key, value] in settings(remark.next_step) {
-            if decided.scene.contains(&[key, value]) {
+        found.extend(faults.map(|(_, words)| format!("{words}: {}", remark["text"])));
+        let next_step = text(remark, "next_step");
+        for [key, value] in settings(next_step) {
+            if scene.contains(&[key, value]) {
                 found.push(format!("advice that the scene follows: {key} = {value}"));
             }
-            let mut advised = others.clone().flat_map(|other| settings(other.next_step));
+            let mut advised = others().flat_map(|other| settings(text(other, "next_step")));
             if advised.any(|[own, to]| own == key && to != value) {
                 found.push(format!("opposite advice on {key}"));
             }
         }
-        let words = remark.next_step.split(|c: char| !c.is_alphanumeric() && c != '_');
-        let mut asked_for = words.filter(|word| remark.next_step.starts_with("give") && word.contains("_sd"));
+        let words = next_step.split(|c: char| !c.is_alphanumeric() && c != '_');
+        let mut asked_for = words.filter(|word| next_step.starts_with("give") && word.contains("_sd"));
         if asked_for.any(|word| given.contains(word)) {
-            found.push(format!("asks for what is given: {}", remark.next_step));
+            found.push(format!("asks for what is given: {next_step}"));
         }
     }
     found
 }
 
-/// What of a remark would contradict the findings, and whether it does.
-fn against_the_findings(remark: &Told, decided: &Decided) -> [(bool, &'static str); 9] {
-    let says = |words: &str| remark.text.contains(words);
-    let symbol = remark.text.split(' ').next().unwrap_or_default();
-    let of_term = |words: &&str| remark.text.starts_with(words);
-    let is_term = TERMS.iter().any(|[_, words]| of_term(words));
+/// What of a remark would contradict the findings or the settings of the scene, and whether it does.
+fn against_the_findings(remark: &Value, findings: &Value, scene: &[[&str; 2]]) -> [(bool, &'static str); 9] {
+    let (told, code) = (text(remark, "text"), text(remark, "code"));
+    let says = |words: &str| told.contains(words);
+    let symbol = told.split(' ').next().unwrap_or_default();
+    let cautions = remark["line"].is_null() && remark["level"] == "cautions";
+    let term = TERMS.iter().find(|[_, words]| told.starts_with(words));
+    let term = term.map_or("", |[term, _]| *term);
+    let is_held = rows(findings, "terms").any(|row| row["term"] == term && row["held"] == true);
+    let stated = |check: &Value| text(check, "code").starts_with("stated_errors") && check["passed"] == true;
     let denied = format!("{symbol} is independent of the film");
-    let chosen = remark.text.strip_prefix("inertia = \"auto\" took ");
+    let chosen = told.strip_prefix("inertia = \"auto\" took ");
     [
+        (says("not in the model") && is_held, "is in the model"),
         (
-            says("not in the model") && decided.held.iter().any(of_term),
-            "is in the model",
-        ),
-        (
-            remark.cautions && is_term && says("the runs speak against it"),
+            cautions && !term.is_empty() && says("the runs speak against it"),
             "a caution of what the runs speak against",
         ),
         (
-            remark.cautions && decided.own_speed_rejected && of_term(&TERMS[3][1]),
+            cautions && term == "own_dry_speed" && own_speed_rejected(findings) == Some(true),
             "a caution of what the comparison rejects",
         ),
         (
-            remark.code == "form_not_compared" && decided.compared.contains(&symbol),
+            code == "form_not_compared" && rows(findings, "compare").any(|form| form["model"] == symbol),
             "compared all the same",
         ),
         (
-            decided.scene.contains(&["series_offsets", "true"]) && says("series") && says("too small"),
+            scene.contains(&["series_offsets", "true"]) && says("series") && says("too small"),
             "the model has offsets of series",
         ),
         (
-            decided.quoted && remark.code == "energy_balance" && !says("by least squares, which"),
+            is_quoted(findings) && code == "energy_balance" && !says("by least squares, which"),
             "quoted, and not usable",
         ),
         (
-            remark.code == "film_trend" && decided.learnt.iter().any(|one| one.starts_with(&denied)),
+            code == "film_trend" && learnt(findings).any(|one| one.starts_with(&denied)),
             "learnt to be independent of the film",
         ),
         (
-            decided.scatters_as_stated && remark.code == "measurement_errors_too_large",
+            code == "measurement_errors_too_large" && rows(findings, "remarks").any(stated),
             "the runs scatter as stated",
         ),
         (
-            chosen.is_some_and(|rest| !rest.starts_with(decided.form)),
+            chosen.is_some_and(|rest| !rest.starts_with(text(&findings["inertia"], "inertia"))),
             "another form was chosen",
         ),
     ]
 }
 
+fn is_quoted(findings: &Value) -> bool {
+    findings["main"]["verdict"]["passed"] == true
+}
+
+fn learnt(findings: &Value) -> impl Iterator<Item = &str> {
+    rows(&findings["main"], "learnt").filter_map(Value::as_str)
+}
+
 /// Numbers that are quoted though something forbids it, and parameters said to be determined that are not.
-fn against_the_verdict(findings: &Value, told: &[Told], decided: &Decided) -> Vec<String> {
+fn against_the_verdict(findings: &Value, told: &[&Value]) -> Vec<String> {
     let mut found = vec![];
-    if decided.quoted == told.iter().any(|remark| remark.forbids) {
-        found.push(format!("quoted: {}, against the checks", decided.quoted));
+    let quoted = is_quoted(findings);
+    if quoted == told.iter().any(|remark| remark["level"] == "forbids") {
+        found.push(format!("quoted: {quoted}, against the checks"));
     }
     let numbers = || rows(findings, "estimates").filter(|row| row["main"] == true);
     for place in numbers().filter(|row| row["source"] == "square_root_law") {
         let keys = ["particle", "film_ratio", "diameter_m"];
         let same = |law: &&Value| keys.iter().all(|key| law[key] == place[key]) && law["law"] == "sqrt";
         let law = rows(findings, "scaling").find(same);
-        if decided.quoted && law.is_some_and(|law| law["verdict"]["passed"] == false) {
+        if quoted && law.is_some_and(|law| law["verdict"]["passed"] == false) {
             found.push(format!("quoted from a law that is not usable: {place}"));
         }
     }
-    let is_all_told = |one: &&str| one.contains("determine every parameter");
-    if decided.learnt.iter().any(is_all_told) {
+    if learnt(findings).any(|one| one.contains("determine every parameter")) {
         let unseen = rows(&findings["identifies"], "unseen").next().is_some();
         let led = numbers().any(|own| own["prior_led"] == true);
-        if unseen || led || told.iter().any(|remark| remark.code == "unseen") {
+        if unseen || led || told.iter().any(|remark| remark["code"] == "unseen") {
             found.push("every parameter is determined, and some are not".to_owned());
         }
     }

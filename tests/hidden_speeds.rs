@@ -1,7 +1,7 @@
 //! Holds the posterior's L to the truth where impact speeds are measured with an error.
 
-use crate::common::{add_errors, draws_of, is_update, kept, mean, normal, parsed, seed_of, weighed_or_sampled};
-use rayon::prelude::*;
+use crate::common::scenes::{scene_of, PE};
+use crate::common::{add_errors, draws_of, is_update, kept, mean, normal, parsed, study, weighed_or_sampled};
 use wetcor::findings::posterior::{effort, speed_errors};
 use wetcor::inference::importance::DrawCounts;
 use wetcor::inference::nuts::Effort;
@@ -45,12 +45,9 @@ struct Design {
 
 fn scene(design: Design) -> Scene {
     let viscosity = design.viscosity;
-    let text = format!(
-        "title = \"speeds\"\n[data]\nruns = \"runs.csv\"\n[particles.PE]\ndensity_kg_m3 = 940\nroughness_um = 5\n\
-         [liquids.oil]\ndensity_kg_m3 = 965\nviscosity_mPa_s = {viscosity}\n[model]\ninertia = \"none\"\n\
-         terms = [\"viscous\"]\n"
-    );
-    parsed(&text)
+    let oil = format!("[liquids.oil]\ndensity_kg_m3 = 965\nviscosity_mPa_s = {viscosity}\n");
+    let model = "[model]\ninertia = \"none\"\nterms = [\"viscous\"]\n";
+    parsed(&scene_of("speeds", &[PE, &oil, model]))
 }
 
 /// Runs of which both speeds are measured with an error.
@@ -129,11 +126,8 @@ fn z(design: Design, seed: u64) -> Option<f64> {
 /// z of so many sets, and beside it that of the same sets without errors of the speed.
 fn all_z(design: Design, sets: u64, name: &str) -> Vec<[f64; 2]> {
     let exact = Design { error: 0.0, ..design };
-    let pair = |set| {
-        let seed = seed_of(name).wrapping_add(set);
-        Some([z(design, seed)?, z(exact, seed)?])
-    };
-    (0..sets).into_par_iter().filter_map(pair).collect()
+    let pairs = study(name, sets, |seed| Some([z(design, seed)?, z(exact, seed)?]));
+    pairs.into_iter().flatten().collect()
 }
 
 fn with_errors(found: &[[f64; 2]]) -> Vec<f64> {

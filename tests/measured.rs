@@ -1,7 +1,8 @@
 //! Holds the posterior and the joint least squares of runs with measurement errors to the truth those were drawn from.
 
 use crate::common::scenes::{design, scene_of, truth, AK10, PTFE};
-use crate::common::{add_errors, binomial_z, draws_of, mean, normal, rows_from, sampled, seed_of, Place, Told};
+use crate::common::{add_errors, binomial_z, draws_of, holds, mean, normal, rows_from, sampled, seed_of, Place, Told};
+use rand::rngs::ChaCha8Rng;
 use rand::RngExt;
 use rayon::prelude::*;
 use wetcor::findings::posterior::effort;
@@ -37,28 +38,20 @@ const TRUTH: [(&str, f64); 5] = [
     ("sigma_wet", 0.003),
 ];
 
-/// What v is read with an error of, as a share of it: twentyfold apart from run to run, or the same for all.
-#[derive(Clone, Copy)]
-enum Apart {
-    Twentyfold,
-    Nothing,
-}
+/// What v of a run is read with an error of, as a share of it.
+type Share = fn(&mut ChaCha8Rng) -> f64;
 
 /// The scene's runs with v read with an error, and v_r with half as much.
-fn measured(scene: &Scene, apart: Apart, (seed, set): (u64, u64)) -> Runs {
+fn measured(scene: &Scene, share: Share, (seed, set): (u64, u64)) -> Runs {
     let mut rows = rows_from(scene, stream(seed, "runs", set));
     let mut rng = stream(seed, "errors", set);
     let mut told: Vec<[f64; 2]> = vec![];
     for row in &mut rows {
-        let share = match apart {
-            Apart::Twentyfold => 0.001 * 20f64.powf(rng.random::<f64>()),
-            Apart::Nothing => 0.01,
-        };
-        let mut normal = || normal(&mut rng);
         let (v, e) = (row.impact_speed, row.restitution);
+        let share = share(&mut rng);
         let sds = [share * v, 0.5 * share * v];
-        let rebound = e * v + if e > 0.0 { sds[1] * normal() } else { 0.0 };
-        row.impact_speed = v + sds[0] * normal();
+        let rebound = e * v + if e > 0.0 { sds[1] * normal(&mut rng) } else { 0.0 };
+        row.impact_speed = v + sds[0] * normal(&mut rng);
         row.restitution = rebound / row.impact_speed;
         told.push([sds[0], sds[1] / row.impact_speed]);
     }
@@ -127,45 +120,43 @@ fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: StreamName) -
     ]
 }
 
-/// z of the coverage of each parameter, and the spread of its estimates: by the posterior, by least squares.
-fn held(sets: u64, forgets: Forgets, test: &str) -> [Vec<(f64, f64)>; 2] {
-    let place = Place::new(&scene_text());
-    let seed = seed_of(test);
-    let all: Vec<[Found; 2]> = (0..sets)
-        .into_par_iter()
-        .map(|set| {
-            let runs = measured(&place.scene, Apart::Twentyfold, (seed, set));
-            let stream = format!("posterior {set}");
-            fitted(&place.scene, runs, forgets, StreamName::new(seed, &stream))
-        })
-        .collect();
-    [0, 1].map(|way| {
-        (0..all[0][way].len())
-            .map(|parameter| {
-                let truth = TRUTH[parameter].1;
-                let each = || all.iter().map(|found| found[way][parameter]);
-                let inside = each().filter(|(_, [lo, hi])| (*lo..=*hi).contains(&truth)).count();
-                let values: Vec<f64> = each().map(|(value, _)| value).collect();
-                let se = mean(&values).1;
-                (binomial_z(inside, sets as usize, 0.95), se * (sets as f64).sqrt())
-            })
-            .collect()
-    })
+/// What is found of so many sets by the posterior, and by least squares.
+fn found(place: &Place, share: Share, forgets: Forgets, (seed, sets): (u64, u64)) -> Vec<[Found; 2]> {
+    let each = (0..sets).into_par_iter().map(|set| {
+        let runs = measured(&place.scene, share, (seed, set));
+        let stream = format!("posterior {set}");
+        fitted(&place.scene, runs, forgets, StreamName::new(seed, &stream))
+    });
+    each.collect()
 }
 
-/// The tables of both tests are the same.
-const TEST: &str = "fits_of_measured_runs_cover_the_truth_and_are_sharper";
+/// z of the coverage of each parameter, and the spread of its estimates: by the posterior, by least squares.
+fn held(sets: u64, forgets: Forgets) -> [Vec<(f64, f64)>; 2] {
+    let seed = seed_of("fits_of_measured_runs_cover_the_truth_and_are_sharper");
+    let twentyfold: Share = |rng| 0.001 * 20f64.powf(rng.random::<f64>());
+    let all = found(&Place::new(&scene_text()), twentyfold, forgets, (seed, sets));
+    [0, 1].map(|way| {
+        let of = |parameter: usize| {
+            let each = || all.iter().map(|found| found[way][parameter]);
+            let inside = each().filter(|(_, interval)| holds(Some(*interval), TRUTH[parameter].1));
+            let values: Vec<f64> = each().map(|(value, _)| value).collect();
+            let z = binomial_z(inside.count(), sets as usize, 0.95);
+            (z, mean(&values).1 * (sets as f64).sqrt())
+        };
+        (0..all[0][way].len()).map(of).collect()
+    })
+}
 
 #[test]
 #[ignore = "slow: samples 600 posteriors"]
 fn fits_of_measured_runs_cover_the_truth_and_are_sharper() {
-    let [posterior, balance] = held(300, Forgets::Nothing, TEST);
+    let [posterior, balance] = held(300, Forgets::Nothing);
     for (way, found) in [("posterior", &posterior), ("least squares", &balance)] {
         for ((name, _), (z, _)) in TRUTH.iter().zip(found) {
             assert!(z.abs() < 4.0, "{way}, {name}: {z}");
         }
     }
-    let [plain, of_balance] = held(300, Forgets::Errors, TEST);
+    let [plain, of_balance] = held(300, Forgets::Errors);
     // errors twentyfold apart are worth telling: L and C
     for parameter in [1, 2] {
         assert!(posterior[parameter].1 < 0.8 * plain[parameter].1);
@@ -184,13 +175,8 @@ fn a_forgotten_covariance_is_seen() {
     let place = Place::new(&scene_text().replace("= 9.3", "= 52.0").replace("= 19.0", "= 58.0"));
     let seed = seed_of("a_forgotten_covariance_is_seen");
     let scatter = |forgets: Forgets| {
-        let each = (0..40).into_par_iter().map(|set| {
-            let runs = measured(&place.scene, Apart::Nothing, (seed, set));
-            let stream = format!("posterior {set}");
-            let [posterior, _] = fitted(&place.scene, runs, forgets, StreamName::new(seed, &stream));
-            posterior[4].0
-        });
-        mean(&each.collect::<Vec<f64>>())
+        let found = found(&place, |_| 0.01, forgets, (seed, 40));
+        mean(&Vec::from_iter(found.iter().map(|[posterior, _]| posterior[4].0)))
     };
     let (right, se) = scatter(Forgets::Nothing);
     let (wrong, _) = scatter(Forgets::Covariance);
