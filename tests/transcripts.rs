@@ -11,20 +11,20 @@ use std::process::Command;
 
 use rayon::prelude::*;
 
-use crate::common::{read_in_project, Says};
-use crate::hostile::attack::{finish, Outcome, Place, LIMIT};
+use crate::common::{entries, read_in_project, Folder, Says};
+use crate::hostile::attack::{attack, finish, Outcome, LIMIT};
 
-fn bash(place: &Place, command: &str, seconds: f64) -> Outcome {
+fn bash(place: &Folder, command: &str, seconds: f64) -> Outcome {
     let mut bash = Command::new("bash");
     let script = format!("{}\n{command}", include_str!("data/transcripts/prelude.sh"));
-    bash.current_dir(place.folder.path()).args(["-c", &script]);
+    bash.current_dir(place).args(["-c", &script]);
     bash.env("WETCOR", env!("CARGO_BIN_EXE_wetcor"));
     bash.env("PROJECT", env!("CARGO_MANIFEST_DIR"));
     finish(bash, seconds)
 }
 
 fn hold(case: &str, seconds: f64) {
-    let place = Place::plain();
+    let place = Folder::plain();
     let mut printed = String::new();
     for line in case.lines() {
         let of = format!("{line}\nin\n{case}");
@@ -38,7 +38,7 @@ fn hold(case: &str, seconds: f64) {
             }
             ">" => printed.says(rest),
             "<" => printed.lacks(rest),
-            "=" => assert_eq!(place.entries().join(" "), rest, "{of}"),
+            "=" => assert_eq!(entries(place.path()).join(" "), rest, "{of}"),
             statuses => {
                 let outcome = bash(&place, rest, seconds);
                 outcome.assert_mannered(&of);
@@ -78,11 +78,11 @@ fn a_model_that_keeps_every_run_has_a_limit_of_rows() {
 #[test]
 fn a_socket_is_no_table() {
     for name in ["socket.csv", "socket.parquet"] {
-        let place = Place::plain();
+        let place = Folder::plain();
         place.replace("scene.toml", "runs.csv", name);
-        let _socket = std::os::unix::net::UnixListener::bind(place.path(name)).expect("a socket");
+        let _socket = std::os::unix::net::UnixListener::bind(place.join(name)).expect("a socket");
         let words = ["found a socket, expected a regular file or a pipe"];
-        place.ask("check scene.toml").assert_refused(name, &words);
+        attack(&place, "check scene.toml").assert_refused(name, &words);
     }
 }
 

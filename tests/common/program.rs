@@ -66,6 +66,15 @@ impl Folder {
         Folder(tempfile::tempdir().expect("a temporary folder"))
     }
 
+    /// With the plain example's scene and its 31 runs.
+    pub fn plain() -> Folder {
+        let folder = Folder::new();
+        for name in ["scene.toml", "runs.csv"] {
+            folder.write(name, read_in_project(&format!("tests/data/good/plain/{name}")));
+        }
+        folder
+    }
+
     pub fn path(&self) -> &Path {
         self.0.path()
     }
@@ -96,6 +105,12 @@ impl Folder {
 
     pub fn json(&self, name: &str) -> Value {
         serde_json::from_str(&self.read(name)).expect("JSON")
+    }
+
+    /// The scene with some lines added at its end.
+    pub fn add_to_scene(&self, lines: &str) {
+        let scene = self.read("scene.toml");
+        self.write("scene.toml", format!("{scene}\n{lines}\n"));
     }
 
     /// Replaces a part of a file.

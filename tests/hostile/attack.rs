@@ -1,8 +1,7 @@
 //! Runs the command with a time limit and holds its manners: an exit status it documents, no panic, no control characters.
 
-use crate::common::{entries, in_project, Folder};
+use crate::common::Folder;
 use std::io::Read;
-use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -10,22 +9,9 @@ use std::time::{Duration, Instant};
 /// one on two busy cores.
 pub const LIMIT: f64 = 60.0;
 
-/// A folder with a scene and its runs, for as long as the test needs it.
-pub struct Place {
-    pub folder: Folder,
-}
-
 /// Whether a character moves a terminal, or turns or hides text: not asked of the program, whose own list may have a hole.
 pub fn is_hostile(c: char) -> bool {
     c.is_control() || "\u{61c}\u{200b}\u{200e}\u{200f}\u{2028}\u{2029}\u{202a}\u{202b}\u{202c}\u{202d}\u{202e}\u{2066}\u{2067}\u{2068}\u{2069}\u{feff}".contains(c)
-}
-
-impl std::ops::Deref for Place {
-    type Target = Folder;
-
-    fn deref(&self) -> &Folder {
-        &self.folder
-    }
 }
 
 /// What a command did.
@@ -37,43 +23,11 @@ pub struct Outcome {
     pub err: String,
 }
 
-impl Place {
-    /// The plain example's scene and its 31 runs.
-    pub fn plain() -> Place {
-        let plain = in_project("tests/data/good/plain");
-        let place = Place { folder: Folder::new() };
-        for name in ["scene.toml", "runs.csv"] {
-            std::fs::copy(plain.join(name), place.path(name)).expect("writable");
-        }
-        place
-    }
-
-    pub fn path(&self, name: &str) -> PathBuf {
-        self.folder.join(name)
-    }
-
-    /// The scene with some lines added at its end.
-    pub fn add_to_scene(&self, lines: &str) {
-        let scene = self.read("scene.toml");
-        self.write("scene.toml", format!("{scene}\n{lines}\n"));
-    }
-
-    /// Runs the command in this folder.
-    pub fn run(&self, arguments: &[&str]) -> Outcome {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_wetcor"));
-        command.current_dir(self.folder.path()).args(arguments);
-        finish(command, LIMIT)
-    }
-
-    /// The same of words with blanks between them.
-    pub fn ask(&self, words: &str) -> Outcome {
-        self.run(&words.split(' ').collect::<Vec<&str>>())
-    }
-
-    /// Names of what lies in the folder, sorted.
-    pub fn entries(&self) -> Vec<String> {
-        entries(self.folder.path())
-    }
+/// Runs the command in a folder, with words between blanks.
+pub fn attack(folder: &Folder, words: &str) -> Outcome {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_wetcor"));
+    command.current_dir(folder).args(words.split(' '));
+    finish(command, LIMIT)
 }
 
 /// Runs a command for at most so many seconds.

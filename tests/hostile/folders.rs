@@ -1,6 +1,6 @@
 //! Attacks folders that are read back.
 
-use crate::common::Says;
+use crate::common::{Folder, Says};
 use std::path::Path;
 
 use serde_json::{json, Value};
@@ -9,16 +9,19 @@ use wetcor::physics::Setting;
 use wetcor::report::finished::Finished;
 use wetcor::report::prediction::{self, Prediction};
 
-use super::attack::{is_hostile, Place};
+use super::attack::{attack, is_hostile};
 
 /// What a prediction reads of a fit.
 const FINDINGS: &str = "r/findings.json";
 
 /// A fit as small as it can be.
-fn fitted() -> Place {
-    let place = Place::plain();
+fn fitted() -> Folder {
+    let place = Folder::plain();
     place.add_to_scene("[sampler]\nchains = 2\nwarmup = 300\ndraws = 200\n[model]\nlikelihood = \"student\"");
-    let outcome = place.ask("fit scene.toml --seed 1 --out r --stages least_squares,posterior");
+    let outcome = attack(
+        &place,
+        "fit scene.toml --seed 1 --out r --stages least_squares,posterior",
+    );
     assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
     place
 }
@@ -54,10 +57,8 @@ fn assert_mannered(outcome: &Result<String, Error>, of: &str) {
     match outcome {
         Ok(table) => {
             let odd = |word: &str| table.to_lowercase().contains(word);
-            assert!(
-                !odd("nan") && !odd("inf") && table.lines().count() == 4,
-                "{of}: {table}"
-            );
+            let is_table = table.lines().count() == 4;
+            assert!(is_table && !odd("nan") && !odd("inf"), "{of}: {table}");
         }
         Err(error) => {
             let text = error.to_string();
@@ -72,13 +73,9 @@ fn places(value: &Value, at: &str, found: &mut Vec<String>) {
         Value::Object(map) => map
             .iter()
             .for_each(|(key, value)| places(value, &format!("{at}/{key}"), found)),
-        Value::Array(list) => {
-            for (index, value) in list.iter().enumerate() {
-                if index == 0 || index + 1 == list.len() {
-                    places(value, &format!("{at}/{index}"), found);
-                }
-            }
-        }
+        Value::Array(list) => (0..list.len())
+            .filter(|index| *index == 0 || index + 1 == list.len())
+            .for_each(|index| places(&list[index], &format!("{at}/{index}"), found)),
         _ => found.push(at.to_owned()),
     }
 }
@@ -109,7 +106,7 @@ fn d13_no_change_of_findings_gives_a_number_that_is_none() {
             }
             *value = extreme.clone();
             fit.write(FINDINGS, changed.to_string());
-            let outcome = predicted(&fit.path("r"));
+            let outcome = predicted(&fit.join("r"));
             assert_mannered(&outcome, &of);
             refused += usize::from(outcome.is_err());
             believed += usize::from(outcome.is_ok());
@@ -129,7 +126,7 @@ fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
     findings["remarks"] = json!([remark]);
     fit.write(FINDINGS, findings.to_string());
     for format in ["csv", "json"] {
-        let outcome = fit.ask(&format!("{PREDICT} {format}"));
+        let outcome = attack(&fit, &format!("{PREDICT} {format}"));
         outcome.assert_mannered(format);
         assert_eq!(outcome.status, Some(1), "{outcome:?}");
         outcome.err.says("not either: \\u{1b}[2J\\n\\u{202e}x\n");
@@ -147,7 +144,7 @@ fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
         let mut changed = findings.clone();
         *changed.pointer_mut(place).expect("it is there") = planted;
         fit.write(FINDINGS, changed.to_string());
-        fit.ask(&format!("{PREDICT} csv"))
-            .assert_refused(place, &["`\\u{1b}[2J\\n\\u{202e}x`"]);
+        let outcome = attack(&fit, &format!("{PREDICT} csv"));
+        outcome.assert_refused(place, &["`\\u{1b}[2J\\n\\u{202e}x`"]);
     }
 }

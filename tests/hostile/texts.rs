@@ -1,10 +1,11 @@
 //! Attacks with names and texts.
 
-use crate::common::{contents, Says};
+use crate::common::scenes::PTFE;
+use crate::common::{contents, entries, Folder, Says};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use super::attack::Place;
+use super::attack::attack;
 
 /// Clears a terminal, ends a line, turns the direction, hides, and is markup wherever it goes.
 const HOSTILE: &str =
@@ -16,8 +17,8 @@ fn toml(text: &str) -> String {
 }
 
 /// The plain example with a particle for each of these names, every one with the same runs, and little sampling.
-fn with_particles(names: &[&str]) -> Place {
-    let place = Place::plain();
+fn with_particles(names: &[&str]) -> Folder {
+    let place = Folder::plain();
     let runs = place.read("runs.csv");
     let (header, rows) = runs.split_once('\n').expect("a header");
     let of_all = |row: &str| -> String { names.iter().map(|name| row.replacen("PTFE", name, 1) + "\n").collect() };
@@ -25,11 +26,7 @@ fn with_particles(names: &[&str]) -> Place {
     place.write("runs.csv", format!("{header}\n{rows}"));
     let of = |name: &&str| format!("[particles.{}]\ndensity_kg_m3 = 2150\nroughness_um = 5\n", toml(name));
     let all: String = names.iter().map(of).collect();
-    place.replace(
-        "scene.toml",
-        "[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n",
-        &all,
-    );
+    place.replace("scene.toml", PTFE, &all);
     assert!(place.read("scene.toml").contains(&all));
     place.add_to_scene("[sampler]\nchains = 2\nwarmup = 50\ndraws = 50\n[bootstrap]\nreplicates = 100");
     place
@@ -38,16 +35,14 @@ fn with_particles(names: &[&str]) -> Place {
 /// Every value and key of the scene, and every cell of the header and the first row, one at a time.
 #[test]
 fn d11_no_value_that_is_refused_moves_a_terminal() {
-    let plain = Place::plain();
+    let plain = Folder::plain();
     let (scene, runs) = (plain.read("scene.toml"), plain.read("runs.csv"));
     let hostile = toml(HOSTILE);
     let mut mutants = vec![];
     for line in scene.lines() {
         let with = |new: String| {
-            (
-                scene.replacen(&format!("{line}\n"), &format!("{new}\n"), 1),
-                runs.clone(),
-            )
+            let changed = scene.replacen(&format!("{line}\n"), &format!("{new}\n"), 1);
+            (changed, runs.clone())
         };
         if let Some((key, value)) = line.split_once(" = ") {
             mutants.push(with(format!("{key} = {hostile}")));
@@ -73,7 +68,7 @@ fn d11_no_value_that_is_refused_moves_a_terminal() {
     for (scene, runs) in mutants {
         plain.write("scene.toml", &scene);
         plain.write("runs.csv", &runs);
-        let outcome = plain.run(&["check", "scene.toml"]);
+        let outcome = attack(&plain, "check scene.toml");
         outcome.assert_mannered(&scene);
         refused += usize::from(outcome.status == Some(2));
     }
@@ -86,12 +81,12 @@ fn d11_names_stay_inside_the_folder_the_pictures_and_the_tables() {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let place = with_particles(&names);
     let stages = "least_squares,bootstrap,posterior,figures";
-    let outcome = place.run(&["fit", "scene.toml", "--out", "o", "--stages", stages]);
+    let outcome = attack(&place, &format!("fit scene.toml --out o --stages {stages}"));
     outcome.assert_mannered("odd names");
     assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
-    assert_eq!(place.entries(), ["o", "runs.csv", "scene.toml"]);
+    assert_eq!(entries(place.path()), ["o", "runs.csv", "scene.toml"]);
     let path = |path: PathBuf| path.to_str().expect("a plain path").to_owned();
-    let found: Vec<String> = contents(&place.path("o")).into_keys().map(path).collect();
+    let found: Vec<String> = contents(&place.join("o")).into_keys().map(path).collect();
     let mut pictures = 0;
     for name in &found {
         if name.starts_with("figures/") {
@@ -117,11 +112,8 @@ fn d11_names_stay_inside_the_folder_the_pictures_and_the_tables() {
 
 /// Every figure is linked, each by an address of its own.
 fn assert_figures_are_linked(page: &str, found: &[String]) {
-    let addresses = page
-        .split("](figures/")
-        .skip(1)
-        .filter_map(|rest| rest.split(')').next());
-    let linked: BTreeSet<&str> = addresses.collect();
+    let after = page.split("](figures/").skip(1);
+    let linked: BTreeSet<&str> = after.filter_map(|rest| rest.split(')').next()).collect();
     assert!(linked.iter().all(|address| address.is_ascii()), "{linked:?}");
     let figures = found.iter().filter(|name| name.starts_with("figures/")).count();
     assert_eq!(linked.len(), figures, "{linked:?}");
