@@ -11,7 +11,7 @@ mod reports;
 mod scenes;
 mod snippets;
 
-use crate::common::{in_project as in_repository, read_in_project as read};
+use crate::common::{entries, in_project as in_repository, read_in_project as read};
 
 /// A page, by its path from the root of the repository.
 struct Page {
@@ -21,19 +21,14 @@ struct Page {
 
 /// The README and every page of `docs/`, in the order of their names.
 fn pages() -> Vec<Page> {
-    let folder = std::fs::read_dir(in_repository("docs")).expect("there are docs");
-    let names = folder.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-    let mut paths: Vec<String> = names
-        .filter(|name| name.ends_with(".md"))
-        .map(|name| format!("docs/{name}"))
-        .collect();
-    paths.sort();
-    paths.insert(0, "README.md".to_owned());
+    let mut paths = entries(&in_repository("docs"));
+    paths.retain(|name| name.ends_with(".md"));
+    let paths = paths.into_iter().map(|name| format!("docs/{name}"));
     let page = |path: String| Page {
         text: read(&path),
         path,
     };
-    paths.into_iter().map(page).collect()
+    std::iter::once("README.md".to_owned()).chain(paths).map(page).collect()
 }
 
 /// What stands between fences, with the language of each; and the lines outside of them.
@@ -67,11 +62,8 @@ fn block(text: &str, language: &str) -> String {
 /// What stands between backticks on the lines outside of fences.
 fn spans(text: &str) -> Vec<&str> {
     let (_, outside) = fenced(text);
-    outside
-        .into_iter()
-        .filter(|line| !line.starts_with("    "))
-        .flat_map(|line| line.split('`').skip(1).step_by(2))
-        .collect()
+    let lines = outside.into_iter().filter(|line| !line.starts_with("    "));
+    lines.flat_map(|line| line.split('`').skip(1).step_by(2)).collect()
 }
 
 /// The cells of every row of the tables of a text, without those of heads and rules.

@@ -47,10 +47,8 @@ fn no_call(arguments: &[&str]) -> Option<&'static str> {
 
 /// What is wrong with a call of cargo: an example, a test, a bench or a file of the program's own call that is not there.
 fn no_cargo_call(words: &[&str]) -> Option<&'static str> {
-    let (own, program) = match words.iter().position(|word| *word == "--") {
-        Some(at) => (&words[..at], &words[at + 1..]),
-        None => (words, &[][..]),
-    };
+    let mut parts = words.split(|word| *word == "--");
+    let (own, program) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
     let is_lost = |pair: &[&str]| {
         let folder = match pair[0] {
             "--example" => "examples",
@@ -58,10 +56,7 @@ fn no_cargo_call(words: &[&str]) -> Option<&'static str> {
             "--bench" => "benches",
             _ => return false,
         };
-        let files = [
-            format!("{folder}/{}.rs", pair[1]),
-            format!("{folder}/{}/main.rs", pair[1]),
-        ];
+        let files = [".rs", "/main.rs"].map(|ending| format!("{folder}/{}{ending}", pair[1]));
         !files.iter().any(|file| in_repository(file).exists())
     };
     if own.windows(2).any(is_lost) {

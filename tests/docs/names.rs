@@ -28,10 +28,8 @@ fn unknown(text: &str, known: &BTreeSet<&str>) -> Vec<String> {
 /// Words of the program and its description of `findings.json`, and flags of its verbs.
 #[test]
 fn every_name_flag_and_path_is_one_of_the_program() {
-    let sources = contents(&in_repository("src")).into_values();
-    let sources: String = sources
-        .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
-        .collect();
+    let sources = Vec::from_iter(contents(&in_repository("src")).into_values()).concat();
+    let sources = String::from_utf8_lossy(&sources).into_owned();
     let words = sources + &read("docs/findings.schema.json") + &read("docs/scene.md");
     let verbs = "track new fit check simulate predict handoff trade calibrate".split(' ');
     let helps: String = verbs.map(|verb| wetcor(Path::new("."), &[verb, "--help"]).1).collect();
@@ -41,13 +39,8 @@ fn every_name_flag_and_path_is_one_of_the_program() {
     for page in pages() {
         assert_none(&unknown(&page.text, &known), &page.path);
     }
-    assert_eq!(
-        unknown(
-            "`min_film_um`, `max_film`, `--exact-rows`, `--exact 3`, `src/main.rs`, `src/no_such.rs`",
-            &known
-        ),
-        ["max_film", "--exact 3", "src/no_such.rs"]
-    );
+    let names = "`min_film_um`, `max_film`, `--exact-rows`, `--exact 3`, `src/main.rs`, `src/no_such.rs`";
+    assert_eq!(unknown(names, &known), ["max_film", "--exact 3", "src/no_such.rs"]);
 }
 
 /// The codes of the checks, with whether a failure forbids quoting, as their list in the program has them.
@@ -80,15 +73,12 @@ fn unlike_the_checks(page: &str, listed: &[(String, bool)]) -> Vec<String> {
 
 /// Checks that forbid quoting, though the page says that they only inform.
 fn milder_than_the_checks(page: &str, listed: &[(String, bool)]) -> Vec<String> {
-    let informs = page
-        .split("A check that only informs, since no main number rests on it:")
-        .nth(1)
-        .and_then(|after| after.lines().next());
+    let informs = "A check that only informs, since no main number rests on it:";
+    let informs = page.split(informs).nth(1).and_then(|after| after.lines().next());
     let informs = spans(informs.unwrap_or_default());
-    let strict = listed
-        .iter()
-        .filter(|(code, gates)| *gates && informs.contains(&code.as_str()));
-    strict.map(|(code, _)| code.clone()).collect()
+    let mut strict = listed.to_vec();
+    strict.retain(|(code, gates)| *gates && informs.contains(&code.as_str()));
+    strict.into_iter().map(|(code, _)| code).collect()
 }
 
 #[test]
@@ -116,11 +106,8 @@ fn modules_of_the_crate() -> Vec<Vec<String>> {
 #[test]
 fn the_modules_stand_in_the_order_of_the_crate() {
     let page = read("docs/contributing.md");
-    let part = page
-        .split("## Where things are")
-        .nth(1)
-        .and_then(|part| part.split("## ").next());
-    let told = rows(part.expect("the section"));
+    let part = page.split("## Where things are").nth(1).expect("the section");
+    let told = rows(part.split("## ").next().expect("its text"));
     assert!(told.len() > 10);
     assert_eq!(told, modules_of_the_crate());
 }

@@ -1,7 +1,7 @@
 //! Holds that the program prints what the pages show.
 
 use super::{block, numbers_in, read};
-use crate::common::{wetcor_here, Folder};
+use crate::common::{wetcor_here, Folder, Says};
 use crate::laws;
 
 /// A line without its numbers, and these.
@@ -32,26 +32,19 @@ fn the_scene_and_runs_of_the_readme_are_fitted_as_it_says() {
     for (language, name) in [("toml", "folder/scene.toml"), ("csv", "folder/runs.csv")] {
         folder.write(name, block(&text, language));
     }
-    let (status, out, err) = folder.run("check folder/scene.toml");
-    assert_eq!(status, Some(0), "{err}");
-    assert!(out.contains("9 runs read"), "{out}");
+    let out = folder.succeed("check folder/scene.toml");
+    out.says("9 runs read");
     let (status, out, err) = folder.run("fit folder/scene.toml");
     assert_eq!(status, Some(0), "{err}");
     let shown = block(&text, "text");
-    let alike = shown
-        .lines()
-        .zip(out.lines())
-        .all(|(shown, printed)| is_nearly(shown, printed));
-    assert!(
-        alike && shown.lines().count() == out.lines().count(),
-        "shown:\n{shown}\nprinted:\n{out}"
-    );
+    let mut lines = shown.lines().zip(out.lines());
+    let alike = lines.all(|(shown, printed)| is_nearly(shown, printed));
+    let is_whole = shown.lines().count() == out.lines().count();
+    assert!(alike && is_whole, "shown:\n{shown}\nprinted:\n{out}");
     assert!(!is_nearly("L = 1.85 ± 0.15", "L = 1.45 ± 0.15") && !is_nearly("k = 1", "L = 1"));
     assert!(folder.join("reports/folder/report.md").exists());
-    assert!(
-        out.starts_with(shown.lines().next().expect("a verdict")) && err.matches("notice: ").count() == 3,
-        "{out}{err}"
-    );
+    out.begins(shown.lines().next().expect("a verdict"));
+    assert_eq!(err.matches("notice: ").count(), 3, "{err}");
 }
 
 #[test]
@@ -61,10 +54,8 @@ fn the_prediction_is_what_the_page_shows() {
     let words: Vec<&str> = command.expect("the page has this command").split(' ').collect();
     let (status, out, err) = wetcor_here(&[&["predict"], &words[..]].concat());
     assert_eq!(status, Some(0), "{err}");
-    assert!(
-        err.starts_with("notice: 2 of 5 speeds extrapolated: ") && err.lines().count() == 1,
-        "{err}"
-    );
+    err.begins("notice: 2 of 5 speeds extrapolated: ");
+    assert_eq!(err.lines().count(), 1, "{err}");
     let names = "restitution restitution_q05 restitution_q95 run_q05 run_q95 stuck_probability log_slope";
     let predicted = laws::rows(&out);
     assert_eq!(predicted.len(), 5);

@@ -3,19 +3,12 @@
 use std::path::Path;
 
 use super::{assert_none, fenced, pages, spans};
+use crate::common::scenes::{scene_of, AK10, PTFE};
 
 /// A scene that any key of the pages may stand in.
-const COMPLETE: &str = r#"
-[data]
-runs = "runs.csv"
-[particles.PTFE]
-density_kg_m3 = 2150
-roughness_um = 5
-[liquids.AK10]
-density_kg_m3 = 930
-viscosity_mPa_s = 9.3
-surface_tension_mN_m = 20.1
-"#;
+fn complete() -> String {
+    scene_of("complete", &[PTFE, AK10, "surface_tension_mN_m = 20.1\n"])
+}
 
 /// Lays one table over another, table by table.
 fn lay_over(under: &mut toml::Table, over: toml::Table) {
@@ -31,7 +24,7 @@ fn lay_over(under: &mut toml::Table, over: toml::Table) {
 
 /// Why a part of a scene is not one; `None` if it is.
 fn no_scene(part: &str) -> Option<String> {
-    let mut scene: toml::Table = COMPLETE.parse().expect("a scene");
+    let mut scene: toml::Table = complete().parse().expect("a scene");
     match part.parse() {
         Ok(part) => lay_over(&mut scene, part),
         Err(error) => return Some(format!("{part}: {error}")),
