@@ -1,7 +1,6 @@
 //! Holds the bootstrap against R's boot, the fast kernels against the full fit, and replicates against threads.
 
 use crate::common::{kept, read_in_project, Place, Told};
-use crate::resampling::target;
 use crate::statistics;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
@@ -79,34 +78,30 @@ fn undefined_intervals_say_why() {
     assert!(above.mean_sd().is_some_and(|(mean, _)| (mean - 0.65).abs() < 1e-12));
     assert_eq!(above.bca(0.5, 0.0, 0.95, f64::INFINITY), Err("z0 infinite"));
     let around = Replicates::new([0.4, 0.6, 0.7].into_iter());
-    assert_eq!(
-        around.bca(0.5, f64::NAN, 0.95, f64::INFINITY),
-        Err("acceleration not finite")
-    );
-    assert!(Replicates::new(std::iter::empty())
-        .percentile(0.95, f64::INFINITY)
-        .is_none());
+    let found = around.bca(0.5, f64::NAN, 0.95, f64::INFINITY);
+    assert_eq!(found, Err("acceleration not finite"));
+    let none = Replicates::new(std::iter::empty());
+    assert!(none.percentile(0.95, f64::INFINITY).is_none());
+}
+
+/// e at each x, by a law and a scatter of its own.
+fn scattered(x: &[f64]) -> Vec<f64> {
+    let of = |(run, x): (usize, &f64)| (0.52 - 7.4 * x).sqrt() + 0.02 * (7.0 * run as f64).sin();
+    x.iter().enumerate().map(of).collect()
 }
 
 /// Runs of one series with a spread of weights, a zero among them.
 fn runs() -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let x: Vec<f64> = (0..37).map(|i| 0.004 + 0.0011 * f64::from(i)).collect();
-    let e = x
-        .iter()
-        .enumerate()
-        .map(|(i, x)| (0.52 - 7.4 * x).sqrt() + 0.02 * (7.0 * i as f64).sin())
-        .collect();
+    let e = scattered(&x);
     let w = (0..37).map(|i| f64::from((i * 7) % 4)).collect();
     (x, e, w)
 }
 
 /// The same runs with each repeated as often as it weighs.
 fn repeated(values: &[f64], w: &[f64]) -> Vec<f64> {
-    values
-        .iter()
-        .zip(w)
-        .flat_map(|(v, w)| std::iter::repeat_n(*v, *w as usize))
-        .collect()
+    let each = values.iter().zip(w);
+    each.flat_map(|(v, w)| std::iter::repeat_n(*v, *w as usize)).collect()
 }
 
 #[test]
@@ -130,10 +125,8 @@ fn the_kernels_are_the_full_fit() {
         for start in starts {
             let fast = kernel::fit(&sample, *start).expect("determined");
             for (found, expected) in fast.iter().zip(&full) {
-                assert!(
-                    (found - expected).abs() <= 1e-11 * expected.abs(),
-                    "{law:?}: {fast:?} {full:?}"
-                );
+                let apart = (found / expected - 1.0).abs();
+                assert!(apart <= 1e-11, "{law:?}: {fast:?} {full:?}");
             }
         }
         full
@@ -156,8 +149,7 @@ fn strata(sizes: &[usize], alike: impl Fn(usize) -> bool) -> (Pool, Vec<f64>, Ve
         x.extend((0..*size).map(of));
     }
     pool.series.push(0..x.len());
-    let scatter = |(run, x): (usize, &f64)| (0.52 - 7.4 * x).sqrt() + 0.02 * (7.0 * run as f64).sin();
-    let e = x.iter().enumerate().map(scatter).collect();
+    let e = scattered(&x);
     (pool, x, e)
 }
 
@@ -198,12 +190,22 @@ fn every_replicate_is_the_plain_fit_of_its_weights() {
             seed: 11,
         };
         let found = replicate(&pool, &targets, plan, &|_| ());
+        // a stratum stays as large as it is, and would not with the strata forgotten
+        let off = |by: &Pool| {
+            let drawn = weights(by, plan.seed, 3);
+            let sum = |stratum: &std::ops::Range<usize>| drawn[stratum.clone()].iter().sum::<f64>();
+            let apart = pool.strata.iter().map(|own| (sum(own) - own.len() as f64).abs());
+            apart.fold(0.0, f64::max)
+        };
+        assert!(off(&pool) < 1e-9);
+        let forgotten = Pool {
+            strata: pool.series.clone(),
+            series: pool.series.clone(),
+        };
+        assert!(off(&forgotten) > 0.5);
         let distance = |target: usize, number: usize, drawn: u64| {
-            let runs = if target.is_multiple_of(2) {
-                0..e.len()
-            } else {
-                some.clone()
-            };
+            let is_of_all = target.is_multiple_of(2);
+            let runs = if is_of_all { 0..e.len() } else { some.clone() };
             let weights = &weights(&pool, plan.seed, drawn)[runs];
             let sample = targets[target].regression.weighted(weights);
             let plain = kernel::fit(&sample, targets[target].fitted).expect("determined");
@@ -231,10 +233,7 @@ fn replicates_spread_as_the_delta_method_says() {
     // near β = 0 replicates of it have no mean: what stands is the fit's own, at both levels
     let methods: Vec<&str> = slowest.intervals.iter().map(|made| made.method).collect();
     assert_eq!(methods[..2], ["delta"; 2], "{slowest:?}");
-    assert!(
-        slowest.bootstrap.is_none() && !methods.contains(&"percentile"),
-        "{slowest:?}"
-    );
+    assert!(!methods.contains(&"percentile") && slowest.bootstrap.is_none());
     let row = found.square_root();
     for estimate in [&row.estimates[EInf], &row.estimates[StC]] {
         // the delta method's interval is kept at the scene's level alone
@@ -245,36 +244,6 @@ fn replicates_spread_as_the_delta_method_says() {
         let ratio = boot.se.expect("replicates") / estimate.se.expect("converged");
         assert!((0.85..1.15).contains(&ratio) && boot.failed == 0, "{ratio} {boot:?}");
     }
-}
-
-/// The planted fault: with the strata forgotten, the difference between their levels is resampled, too.
-#[test]
-fn forgetting_the_strata_spreads_the_replicates() {
-    let x: Vec<f64> = (0..40).map(|i| 0.01 + 0.002 * f64::from(i % 20)).collect();
-    let e: Vec<f64> = (0..40)
-        .map(|i| if i < 20 { 0.7 } else { 0.6 } + 0.01 * f64::from(i % 3 - 1))
-        .collect();
-    let sd = |strata: Vec<std::ops::Range<usize>>| {
-        let pool = Pool {
-            strata,
-            series: std::iter::once(0..40).collect(),
-        };
-        let target = target(Regression::new(Law::LINEAR, &x, &e), pool.strata.len(), [0.65, 0.0]);
-        let plan = Plan {
-            replicates: 2000,
-            scheme: ResamplingScheme::Cases,
-            seed: 5,
-        };
-        let replicates = replicate(&pool, &[target], plan, &|_| ());
-        // e in the middle of the design
-        let middle = |fit: &kernel::WeightedFit| fit.map_or(f64::NAN, |[a, b]| a - 0.029 * b);
-        Replicates::new(replicates[0].iter().map(middle))
-            .mean_sd()
-            .expect("replicates")
-            .1
-    };
-    let (kept, forgotten) = (sd(vec![0..20, 20..40]), sd(std::iter::once(0..40).collect()));
-    assert!(forgotten > 3.0 * kept, "{forgotten} {kept}");
 }
 
 /// The committed coverage table is the one the command makes, as far as rounding on another machine may move a count.
@@ -295,10 +264,7 @@ fn the_committed_coverage_table_is_measured() {
         for (a, b) in a.split('|').zip(b.split('|')) {
             match (a.trim().parse::<f64>(), b.trim().parse::<f64>()) {
                 (Ok(a), Ok(b)) => assert!((a - b).abs() <= 0.5, "{a} {b}"),
-                _ => assert!(
-                    a == b || a.starts_with("\nLargest") || a.contains("Largest distance"),
-                    "{a}\n{b}"
-                ),
+                _ => assert!(a == b || a.contains("Largest distance"), "{a}\n{b}"),
             }
         }
     }
