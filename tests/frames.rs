@@ -13,31 +13,27 @@ use wetcor::recordings::frames::{find_sphere, Sightings};
 /// Errors of positions, px.
 #[derive(Debug, Clone, Copy)]
 struct Errors {
-    bias: (f64, f64),
-    sd: (f64, f64),
+    bias: [f64; 2],
+    sd: [f64; 2],
     largest: f64,
 }
 
 impl Errors {
-    fn of(each: &[(f64, f64)]) -> Errors {
-        let n = each.len().max(1) as f64;
-        let mean = |part: fn(&(f64, f64)) -> f64| each.iter().map(part).sum::<f64>() / n;
-        let bias = (mean(|one| one.0), mean(|one| one.1));
-        let square = |part: fn(&(f64, f64)) -> f64, bias: f64| {
-            (each.iter().map(|one| (part(one) - bias).powi(2)).sum::<f64>() / n).sqrt()
-        };
+    fn of(each: &[[f64; 2]]) -> Errors {
+        let mean = |of: &dyn Fn(&[f64; 2]) -> f64| each.iter().map(of).sum::<f64>() / each.len().max(1) as f64;
+        let bias = [0, 1].map(|axis: usize| mean(&|one| one[axis]));
         Errors {
             bias,
-            sd: (square(|one| one.0, bias.0), square(|one| one.1, bias.1)),
-            largest: each.iter().map(|(x, y)| x.abs().max(y.abs())).fold(0.0, f64::max),
+            sd: [0, 1].map(|axis: usize| mean(&|one| (one[axis] - bias[axis]).powi(2)).sqrt()),
+            largest: each.iter().flatten().fold(0.0, |most, error| error.abs().max(most)),
         }
     }
 
     /// The line of the requirement, with three standard errors of the mean for chance.
     fn are_small(&self, frames: usize) -> bool {
         let chance = 3.0 / (frames as f64).sqrt();
-        let good = |bias: f64, sd: f64| bias.abs() < 0.02 + chance * sd && sd < 0.05;
-        good(self.bias.0, self.sd.0) && good(self.bias.1, self.sd.1)
+        let mut axes = self.bias.iter().zip(self.sd);
+        axes.all(|(bias, sd)| bias.abs() < 0.02 + chance * sd && sd < 0.05)
     }
 }
 
@@ -77,16 +73,11 @@ fn found_in(scene: &Scene, centre: impl Fn(f64) -> (f64, f64) + Sync, frames: us
 }
 
 fn errors_between(sightings: &Sightings, centre: impl Fn(f64) -> (f64, f64), which: impl Fn(usize) -> bool) -> Errors {
-    let each: Vec<(f64, f64)> = sightings
-        .seen
-        .iter()
-        .filter(|one| which(one.frame))
-        .map(|one| {
-            let (x, y) = centre(one.frame as f64);
-            (one.x_px - x, one.y_px - y)
-        })
-        .collect();
-    Errors::of(&each)
+    let each = sightings.seen.iter().filter(|one| which(one.frame)).map(|one| {
+        let (x, y) = centre(one.frame as f64);
+        [one.x_px - x, one.y_px - y]
+    });
+    Errors::of(&Vec::from_iter(each))
 }
 
 fn errors(sightings: &Sightings, centre: impl Fn(f64) -> (f64, f64)) -> Errors {
@@ -159,17 +150,13 @@ fn positions_are_within_hundredths_of_a_pixel() {
         assert!((15.0..28.0).contains(&ratio), "{ratio}");
 
         // the simple method goes red
-        let simple: Vec<(f64, f64)> = (0..240)
-            .into_par_iter()
-            .step_by(4)
-            .map(|frame| {
-                let (x, y) = centre_of_mass(&render(&scene, impact, frame), &scene);
-                let truth = impact(frame as f64);
-                (x - truth.0, y - truth.1)
-            })
-            .collect();
-        let simple = Errors::of(&simple);
-        assert!(!simple.are_small(60) && simple.bias.1.abs() > 0.2, "{simple:?}");
+        let simple = (0..240).into_par_iter().step_by(4).map(|frame| {
+            let (x, y) = centre_of_mass(&render(&scene, impact, frame), &scene);
+            let truth = impact(frame as f64);
+            [x - truth.0, y - truth.1]
+        });
+        let simple = Errors::of(&simple.collect::<Vec<_>>());
+        assert!(!simple.are_small(60) && simple.bias[1].abs() > 0.2, "{simple:?}");
     }
 }
 
@@ -192,10 +179,8 @@ fn the_background_is_without_a_sphere_at_rest() {
             // the simple background, a median over time, has the sphere in it
             if first > 60.0 {
                 let at = 40 * scene.width + 100;
-                let levels = (0..120)
-                    .step_by(4)
-                    .map(|frame| render(&scene, &centre, frame).levels[at]);
-                let mut levels: Vec<f64> = levels.collect();
+                let frames = (0..120).step_by(4);
+                let mut levels = Vec::from_iter(frames.map(|frame| render(&scene, &centre, frame).levels[at]));
                 let empty = levels[levels.len() - 1];
                 levels.sort_by(f64::total_cmp);
                 let median = levels[levels.len() / 2];
@@ -205,12 +190,10 @@ fn the_background_is_without_a_sphere_at_rest() {
             let rests = |frame: usize| frame as f64 > 120.0 - last;
             let free = errors_between(&sightings, &centre, |frame| !rests(frame));
             let at_rest = errors_between(&sightings, &centre, rests);
-            assert!(
-                free.are_small(30) && free.largest < 0.25,
-                "{bright} {first} {last} {free:?}"
-            );
-            let good = at_rest.bias.0.abs() < 0.03 && at_rest.bias.1.abs() < 0.08 && at_rest.largest < 0.25;
-            assert!(good, "{bright} {first} {last} {at_rest:?}");
+            let [across, down] = at_rest.bias.map(f64::abs);
+            let are_good = free.are_small(30) && across < 0.03 && down < 0.08;
+            let is_none_far = free.largest < 0.25 && at_rest.largest < 0.25;
+            assert!(are_good && is_none_far, "{bright} {first} {last} {free:?} {at_rest:?}");
         }
     }
 }
@@ -259,21 +242,15 @@ fn a_motion_blur_is_borne() {
     let ends = [[0.0, 5.0], [5.0, 12.0], [12.0, 16.0], [16.0, 20.1]];
     let [sharp, some, strong, longest] = ends.map(|[from, to]| blurred(from, to));
     assert!(sightings.missed.len() <= 1, "{:?}", sightings.missed);
-    assert!(
-        sharp.largest < 0.2 && some.largest < 0.4 && strong.largest < 1.0,
-        "{sharp:?} {some:?} {strong:?}"
-    );
-    assert!(
-        strong.bias.1.abs() < 0.4 && longest.largest < 5.0,
-        "{strong:?} {longest:?}"
-    );
+    for (found, most) in [(sharp, 0.2), (some, 0.4), (strong, 1.0), (longest, 5.0)] {
+        assert!(found.largest < most, "{most}: {found:?}");
+    }
+    assert!(strong.bias[1].abs() < 0.4, "{strong:?}");
     // a frame says how far it is blurred
     for one in sightings.seen.iter().filter(|one| one.frame != 40) {
         let length = speed(one.frame as f64);
-        assert!(
-            (one.blur_px - length.max(1.5)).abs() < 0.35 * length + 1.5,
-            "{length} {one:?}"
-        );
+        let off = (one.blur_px - length.max(1.5)).abs();
+        assert!(off < 0.35 * length + 1.5, "{length} {one:?}");
     }
 }
 
@@ -310,12 +287,9 @@ fn a_mirror_image_is_no_sphere() {
     };
     let sightings = found_in(&scene, centre, 135);
     let all = errors(&sightings, centre);
+    let missed = &sightings.missed;
     assert!(all.largest < 0.3, "{all:?}");
-    assert!(
-        sightings.seen.len() > 50 && sightings.missed.contains(&60),
-        "{:?}",
-        sightings.missed
-    );
+    assert!(sightings.seen.len() > 50 && missed.contains(&60), "{missed:?}");
 }
 
 fn falling(time: f64) -> (f64, f64) {
@@ -386,16 +360,12 @@ fn any_number_of_threads_finds_the_same() {
             told.lock().expect("progress").insert((done, of));
         };
         let found = pool.expect("threads").install(|| find_sphere(folder.path(), &progress));
-        assert!(told
-            .into_inner()
-            .expect("progress")
-            .into_iter()
-            .eq((1..=40).map(|done| (done, 40))));
+        let told = told.into_inner().expect("progress");
+        assert!(told.into_iter().eq((1..=40).map(|done| (done, 40))));
         found.expect("a sphere")
     };
     let one = with(1);
-    assert_eq!(one, with(2));
-    assert_eq!(one, with(7));
+    assert!(one == with(2) && one == with(7));
 }
 
 fn refusal(path: &Path) -> String {

@@ -26,10 +26,7 @@ const UTF_7: &str = "coding: utf-7 +AAo-open('owned', 'w')+AAo-#";
 
 /// A sphere, what wets its plate, and the speeds of its runs.
 struct Pair {
-    particle: &'static str,
-    density: f64,
-    dry_k: f64,
-    diameter: f64,
+    sphere: Sphere,
     wetting: Option<Wetting<'static>>,
     speeds: [f64; 2],
     reference: f64,
@@ -45,18 +42,15 @@ const fn wetting(liquid: &'static str, [density, viscosity, film]: [f64; 3]) -> 
 }
 
 /// Name, density, k and diameter of a sphere.
-type Sphere = (&'static str, f64, f64, f64);
+#[derive(Clone, Copy)]
+struct Sphere(&'static str, f64, f64, f64);
 
-const PTFE: Sphere = ("PTFE", 2150.0, 0.183, 4.762e-3);
-const PE: Sphere = ("PE", 940.0, 0.123, 8e-3);
+const PTFE: Sphere = Sphere("PTFE", 2150.0, 0.183, 4.762e-3);
+const PE: Sphere = Sphere("PE", 940.0, 0.123, 8e-3);
 
 const fn pair(sphere: Sphere, wetting: Option<Wetting<'static>>, speeds: [f64; 2], reference: f64) -> Pair {
-    let (particle, density, dry_k, diameter) = sphere;
     Pair {
-        particle,
-        density,
-        dry_k,
-        diameter,
+        sphere,
         wetting,
         speeds,
         reference,
@@ -76,24 +70,20 @@ const PAIRS: [Pair; 6] = [
 impl Pair {
     fn named(&self) -> String {
         let liquid = self.wetting.map_or("dry", |wetting| wetting.liquid);
-        format!("{} {liquid} at {} m/s", self.particle, self.reference)
+        format!("{} {liquid} at {} m/s", self.sphere.0, self.reference)
     }
 
     /// e of the law; the parameters are about those of the paper.
     fn law(&self, speed: f64) -> f64 {
+        let Sphere(_, density, dry_k, diameter) = self.sphere;
         let Some(wetting) = self.wetting else {
-            return 1.0 - self.dry_k * speed.powf(0.2);
+            return 1.0 - dry_k * speed.powf(0.2);
         };
         // no form reads the roughness here
         let liquid = [wetting.density, wetting.viscosity];
-        let setting = setting([self.density, self.diameter], liquid, wetting.film);
-        let parameters = parameters_of([self.dry_k, 1.92, 0.41, 0.068]);
-        Restitution::new(
-            &setting,
-            Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
-            &parameters,
-        )
-        .at(speed)
+        let setting = setting([density, diameter], liquid, wetting.film);
+        let form = Form::new(Inertia::Saturating, DrySpeed::Reference(2.0));
+        Restitution::new(&setting, form, &parameters_of([dry_k, 1.92, 0.41, 0.068])).at(speed)
     }
 
     /// The files of a fit whose title tries to be code.
@@ -102,6 +92,7 @@ impl Pair {
     }
 
     fn files_of(&self, code: Code, title: &str) -> Vec<HandoffFile> {
+        let Sphere(particle, density, _, diameter) = self.sphere;
         let [slowest, fastest] = self.speeds;
         let law = |speed: f64| PredictedPoint {
             q50: self.law(speed),
@@ -114,9 +105,9 @@ impl Pair {
         let handoff = Handoff {
             title,
             source: "Müller & Huang 2016, energy balance",
-            particle: self.particle,
-            density: self.density,
-            diameter: self.diameter,
+            particle,
+            density,
+            diameter,
             wetting: self.wetting,
             reference_speed: self.reference,
             law: &law,
@@ -139,17 +130,11 @@ fn is_there(program: &str) -> bool {
     let there = std::env::var_os("PATH")
         .is_some_and(|paths| std::env::split_paths(&paths).any(|folder| folder.join(program).is_file()));
     let required = std::env::var_os("WETCOR_CODES_REQUIRED").is_some_and(|value| value == "1");
-    assert!(
-        there || !required,
-        "{program} is not installed, and WETCOR_CODES_REQUIRED=1"
-    );
+    assert!(there || !required, "{program} is not installed, and is required");
     if !there {
         // the macros' output is kept from the terminal where a test passes
-        let told = writeln!(
-            std::io::stderr(),
-            "SKIPPED: {program} is not installed, its drop tests were not run"
-        );
-        told.expect("standard error is open");
+        let mut err = std::io::stderr();
+        writeln!(err, "SKIPPED: {program} is not installed, its drop tests were not run").expect("it is open");
     }
     there
 }
@@ -188,13 +173,8 @@ fn a_title_is_no_code_elsewhere() {
     for code in [Code::Lammps, Code::Liggghts, Code::Table] {
         for (plain, hostile) in PAIRS[0].files_of(code, "PTFE").iter().zip(PAIRS[0].files(code)) {
             let is_title = |line: &&str| line.starts_with("# Fit: ");
-            let others = |text: &str| {
-                text.lines()
-                    .filter(|line| !is_title(line))
-                    .map(str::to_owned)
-                    .collect::<Vec<_>>()
-            };
-            assert_eq!(others(&plain.text), others(&hostile.text), "{}", plain.name);
+            let [own, others] = [plain, &hostile].map(|file| file.text.lines().filter(|line| !is_title(line)));
+            assert!(own.eq(others), "{}", plain.name);
             let title = hostile.text.lines().find(is_title).expect("it is there");
             for code in ["\"", "$", "&", "\\", ",=", ";@"] {
                 assert!(!title.contains(code), "{code}: {title}");
@@ -215,22 +195,23 @@ fn rebounds(command: &mut Command) -> Vec<Rebounds> {
     let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
     let text = String::from_utf8_lossy(&output.stdout);
     let errors = String::from_utf8_lossy(&output.stderr);
-    let measured = |line: &str| line.rsplit_once("e measured ")?.1.trim().parse::<f64>().ok();
-    let asked = |line: &str| {
-        let (before, _) = line.split_once(", e measured")?;
-        before.rsplit_once(' ')?.1.parse::<f64>().ok()
+    // e that was asked for, and what was measured
+    let both = |line: &str| -> Option<[f64; 2]> {
+        let (before, measured) = line.rsplit_once(", e measured ")?;
+        let (_, asked) = before.rsplit_once(' ')?;
+        Some([asked.parse().ok()?, measured.trim().parse().ok()?])
     };
     let of = |what: &'static str| text.lines().filter(move |line| line.starts_with(what));
-    let found: Option<Vec<Rebounds>> = of("sphere on plate at ")
-        .zip(of("two spheres at "))
-        .map(|(plate, pair)| {
-            Some(Rebounds {
-                on_plate: measured(plate)?,
-                of_two: measured(pair)?,
-                asked_of_two: asked(pair)?,
-            })
+    let rebounds = |(plate, pair): (&str, &str)| {
+        let ([_, on_plate], [asked_of_two, of_two]) = (both(plate)?, both(pair)?);
+        Some(Rebounds {
+            on_plate,
+            of_two,
+            asked_of_two,
         })
-        .collect();
+    };
+    let lines = of("sphere on plate at ").zip(of("two spheres at "));
+    let found: Option<Vec<Rebounds>> = lines.map(rebounds).collect();
     let found = found.unwrap_or_default();
     assert!(!found.is_empty(), "{command:?} printed no rebound:\n{text}\n{errors}");
     found
@@ -252,9 +233,8 @@ impl Reader {
 
     fn rebounds(&self, file: &HandoffFile, variables: &[(&str, &str)]) -> Rebounds {
         let mut command = Command::new(self.program);
-        command
-            .current_dir(&self.folder)
-            .args(["-in", file.name, "-log", "none"]);
+        command.current_dir(&self.folder);
+        command.args(["-in", file.name, "-log", "none"]);
         for (name, value) in variables {
             command.args(["-var", name, value]);
         }
@@ -270,21 +250,15 @@ fn assert_near(measured: f64, asked: f64, of: &str) {
 /// Both rebounds of a contact with one e, which is the law's at the reference speed and, of two spheres, at their St.
 fn assert_both_near(found: &Rebounds, pair: &Pair, of: &str) {
     let doubled = if pair.wetting.is_some() { 2.0 } else { 1.0 };
-    assert_near(found.on_plate, pair.law(pair.reference), &format!("{of}, on plate"));
-    assert_near(
-        found.of_two,
-        pair.law(doubled * pair.reference),
-        &format!("{of}, two spheres"),
-    );
+    let [on_plate, of_two] = [1.0, doubled].map(|times| pair.law(times * pair.reference));
+    assert_near(found.on_plate, on_plate, &format!("{of}, on plate"));
+    assert_near(found.of_two, of_two, &format!("{of}, two spheres"));
 }
 
 /// Speed, and e of the contact, in the rows that a file's heading has beside the law.
 fn rows(text: &str) -> Vec<(String, f64)> {
-    let after = text
-        .lines()
-        .skip_while(|line| !line.contains("e of this contact"))
-        .skip(1);
-    let rows = after.take_while(|line| !line.contains("Largest distance"));
+    let after = text.lines().skip_while(|line| !line.contains("e of this contact"));
+    let rows = after.skip(1).take_while(|line| !line.contains("Largest distance"));
     rows.map(|line| {
         let cells: Vec<&str> = line.split_whitespace().collect();
         (cells[1].to_owned(), cells[3].parse().expect("a number"))
@@ -370,11 +344,8 @@ fn yade_rebounds_as_asked() {
         let speeds = pair.tried().map(|speed| speed.to_string());
         // -j1: a sphere is no work for more threads
         let mut command = Command::new("yade");
-        command
-            .current_dir(&folder)
-            .args(["-j1", "-x", "-n", file.name])
-            .args(&speeds);
-        let found = rebounds(&mut command);
+        command.current_dir(&folder).args(["-j1", "-x", "-n", file.name]);
+        let found = rebounds(command.args(&speeds));
         assert_eq!(found.len(), speeds.len());
         for (speed, found) in speeds.iter().zip(&found) {
             assert_both_near(found, pair, &format!("yade, {}, {speed} m/s", pair.named()));
