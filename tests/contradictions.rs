@@ -2,6 +2,7 @@
 //! here of the committed reports, in `findings_schema` of every kind of fit.
 
 use crate::common::{read_in_project, table_of};
+use crate::findings_schema::committed_findings;
 use serde_json::{json, Value};
 
 fn text<'f>(of: &'f Value, key: &str) -> &'f str {
@@ -159,9 +160,8 @@ fn against_the_verdict(findings: &Value, told: &[&Value]) -> Vec<String> {
 
 /// The findings of a committed report, and its scene.
 fn committed(name: &str) -> (Value, String) {
-    let findings = read_in_project(&format!("reports/{name}/findings.json"));
     let given = read_in_project(&format!("datasets/{name}/scene.toml"));
-    (serde_json::from_str(&findings).expect("JSON"), given)
+    (committed_findings(name), given)
 }
 
 #[track_caller]

@@ -134,13 +134,9 @@ fn fitted([scene, kind, stages, model, bootstrap]: [&str; 5]) -> (Value, String)
     let read = |file: &str| read_in_project(&format!("tests/data/{scene}/{file}"));
     let table = read("runs.csv");
     let (header, rows) = table.split_once('\n').expect("a header");
-    let rows = (1..)
-        .zip(rows.lines())
-        .filter_map(|(number, row)| left(kind, number, row));
-    place.write(
-        "runs.csv",
-        format!("{header}\n{}\n", rows.collect::<Vec<_>>().join("\n")),
-    );
+    let rows = (1..).zip(rows.lines());
+    let rows = Vec::from_iter(rows.filter_map(|(number, row)| left(kind, number, row)));
+    place.write("runs.csv", format!("{header}\n{}\n", rows.join("\n")));
     // with few draws and replicates
     let [model, bootstrap] = [model, bootstrap].map(|lines| lines.replace("; ", "\n"));
     let scene = format!(
@@ -155,7 +151,7 @@ fn fitted([scene, kind, stages, model, bootstrap]: [&str; 5]) -> (Value, String)
     (place.json("out/findings.json"), format!("{scene}\n{header}"))
 }
 
-fn committed_findings(report: &str) -> Value {
+pub fn committed_findings(report: &str) -> Value {
     json_of(&format!("reports/{report}/findings.json"))
 }
 
@@ -241,11 +237,7 @@ fn planted_rows_are_refused() {
     let plants: [fn(&mut Vec<Value>); 3] = [
         |rows| rows.push(rows[0].clone()),
         |rows| rows[0]["reason"] = json!("none"),
-        |rows| {
-            for row in rows {
-                row["main"] = json!(false);
-            }
-        },
+        |rows| rows.iter_mut().for_each(|row| row["main"] = json!(false)),
     ];
     for plant in plants {
         let mut changed = findings.clone();

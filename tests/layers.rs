@@ -4,7 +4,7 @@
 //! source, and neither it nor a `mod` line is an import by itself. Tests inside `src/` are left out. Not seen is a method
 //! that stands in another file than its type.
 
-use crate::common::{contents, in_project};
+use crate::common::{contents, in_project, table_of};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::PathBuf;
 
@@ -294,19 +294,20 @@ fn with(module: &str, code: &str) -> Vec<String> {
 #[test]
 fn a_planted_import_is_found() {
     // the file, what is planted in it, the end of the fault
-    let planted = "
+    let planted = "\
         scene::prior | use crate::findings::{Counts, dry::{self, Dry}}; | prior imports upwards from findings::dry
         units | fn x() -> f64 { crate::physics::viscous::st_c(1.0, 1.0) } | units imports upwards from physics::viscous
         runs::part | use crate::report::json as x; fn y() { x::text(&1.0); } | upwards from report::json
         findings::fit_verdict | fn x(series: &super::series::SeriesFit) {} | fit_verdict imports upwards from findings::series
         findings::fit_verdict | use super::{dry::Dry as X}; | circle: findings::dry -> findings::fit_verdict -> findings::dry
         report::chart::layout | use super::svg; | circle: report::chart -> report::chart::layout -> report::chart";
-    for row in planted.lines().skip(1) {
-        let columns: Vec<&str> = row.trim().split(" | ").collect();
-        let found = with(columns[0], columns[1]);
-        let is_expected = |fault: &String| fault.ends_with(columns[2]);
-        assert!(found.iter().any(is_expected), "{row}: {found:?}");
+    for [file, code, end] in table_of(planted) {
+        let found = with(file, code);
+        assert!(found.iter().any(|fault| fault.ends_with(end)), "{code}: {found:?}");
     }
+    let mut sources = sources();
+    sources.insert("planted".to_owned(), String::new());
+    assert_eq!(faults(&sources), ["planted is missing from the table"]);
 }
 
 #[test]
@@ -319,18 +320,9 @@ fn what_is_no_import_is_not_taken_for_one() {
         "pub(in crate::findings) fn planted() {}",
         "use std::collections::HashMap;",
     ] {
-        assert_eq!(with("units", code), Vec::<String>::new(), "{code}");
+        assert_eq!(with("units", code), [""; 0], "{code}");
     }
     // handed on, not used
-    assert_eq!(
-        with("scene", "pub use overwriting::why_not_overwritten as planted;"),
-        Vec::<String>::new()
-    );
-}
-
-#[test]
-fn a_module_missing_from_its_table_is_found() {
-    let mut sources = sources();
-    sources.insert("planted".to_owned(), String::new());
-    assert_eq!(faults(&sources), ["planted is missing from the table"]);
+    let handed_on = "pub use overwriting::why_not_overwritten as planted;";
+    assert_eq!(with("scene", handed_on), [""; 0]);
 }

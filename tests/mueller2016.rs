@@ -1,10 +1,11 @@
 //! Holds the examples in the repository: the runs, their distance from the paper, and the committed reports.
 
-use crate::common::{contents, in_project, read_in_project, wetcor_here};
+use crate::common::{contents, in_project, read_in_project, wetcor_here, Says};
+use crate::findings_schema::committed_findings;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
+use serde_json::{json, Value};
 
 /// Everything in a report's folder but `timing.json`, the page for browsers and the draws, which are never committed, by path.
 fn files(folder: &Path) -> BTreeMap<PathBuf, String> {
@@ -129,29 +130,23 @@ fn a_committed_report_is_written_again(example: &str) {
                 assert_eq!(new, old, "{}", name.display());
             }
             Some("csv") => assert_same_cells(text, committed, &name.display().to_string()),
-            Some("svg") => {
-                for svg in [text, committed] {
-                    let parsed = roxmltree::Document::parse(svg).expect("valid XML");
-                    assert!(parsed
-                        .root_element()
-                        .has_tag_name(("http://www.w3.org/2000/svg", "svg")));
-                }
-            }
+            Some("svg") => [text, committed].into_iter().for_each(|svg| {
+                let parsed = roxmltree::Document::parse(svg).expect("valid XML");
+                let svg = ("http://www.w3.org/2000/svg", "svg");
+                assert!(parsed.root_element().has_tag_name(svg));
+            }),
             _ => panic!("{}: what is this?", name.display()),
         }
-        let most = if name.ends_with("findings.json") {
-            600_000
-        } else {
-            300_000
-        };
-        assert!(committed.len() < most, "{}: {} bytes", name.display(), committed.len());
+        let (is_findings, length) = (name.ends_with("findings.json"), committed.len());
+        let most = if is_findings { 600_000 } else { 300_000 };
+        assert!(length < most, "{}: {length} bytes", name.display());
     }
 }
 
 /// Near the threshold, with noise on the energy kept: the matching posterior holds the truth, least squares does not.
 #[test]
 fn the_example_of_sticking_is_told_by_its_own_noise() {
-    let findings: Value = serde_json::from_str(&read_in_project("reports/sticking/findings.json")).expect("valid JSON");
+    let findings = committed_findings("sticking");
     let number = |value: &Value| value.as_f64().expect("a number");
     let distance = |source: &str| {
         let all = findings["estimates"].as_array().expect("a list").iter();
@@ -165,14 +160,11 @@ fn the_example_of_sticking_is_told_by_its_own_noise() {
 
 #[test]
 fn the_comparison_of_reports_can_fail() {
-    let a: Value = serde_json::json!({"dry": [{"value": 0.18, "se": 0.001}]});
+    let a: Value = json!({"dry": [{"value": 0.18, "se": 0.001}]});
     let same = |b: Value| std::panic::catch_unwind(|| assert_same(&a, &b, 0.0, "")).is_ok();
-    assert!(same(
-        serde_json::json!({"dry": [{"value": 0.180_000_000_000_1, "se": 0.001}]})
-    ));
-    assert!(!same(serde_json::json!({"dry": [{"value": 0.180_001, "se": 0.001}]})));
-    assert!(!same(serde_json::json!({"dry": [{"value": 0.18}]})));
-    assert!(!same(serde_json::json!({"dry": []})));
+    assert!(same(json!({"dry": [{"value": 0.180_000_000_000_1, "se": 0.001}]})));
+    assert!(!same(json!({"dry": [{"value": 0.180_001, "se": 0.001}]})));
+    assert!(!same(json!({"dry": [{"value": 0.18}]})) && !same(json!({"dry": []})));
     assert_ne!(masked("usable"), masked("not usable"));
 }
 
@@ -182,8 +174,7 @@ const LARGEST_DRY: f64 = 1.15;
 
 #[test]
 fn the_papers_figures_come_back_as_nearly_as_stated() {
-    let findings: Value =
-        serde_json::from_str(&read_in_project("reports/mueller2016/findings.json")).expect("valid JSON");
+    let findings = committed_findings("mueller2016");
     let published = findings["published"]
         .as_array()
         .expect("the scene gives published numbers");
@@ -192,26 +183,18 @@ fn the_papers_figures_come_back_as_nearly_as_stated() {
     for row in published {
         let number = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
         let distance = (number("ours") - number("value")) / number("se");
-        let largest = if row["quantity"] == "dry_k" {
-            LARGEST_DRY
-        } else {
-            LARGEST_LINEAR
-        };
+        let is_dry = row["quantity"] == "dry_k";
+        let largest = if is_dry { LARGEST_DRY } else { LARGEST_LINEAR };
         assert!(distance.abs() <= largest, "{row}: {distance:.2}");
         // the same number stands in the table a reader sees
         let printed = format!("{distance:+.2}").replace('-', "−");
-        let line = source.lines().find(|line| {
-            let ratio = row["film_ratio"]
-                .as_f64()
-                .map_or("all".to_owned(), |ratio| ratio.to_string());
-            let name = row["quantity"].as_str().unwrap_or_default();
-            let cells: Vec<&str> = line.split('|').map(str::trim).collect();
-            cells.get(1..4) == Some(&[row["particle"].as_str().unwrap_or_default(), name, ratio.as_str()])
-        });
-        assert!(
-            line.is_some_and(|line| line.contains(&printed)),
-            "SOURCE.md lacks {row} at {printed}"
-        );
+        let ratio = row["film_ratio"].as_f64();
+        let ratio = ratio.map_or("all".to_owned(), |ratio| ratio.to_string());
+        let [particle, quantity] = ["particle", "quantity"].map(|key| row[key].as_str().unwrap_or_default());
+        let begins = format!("| {particle} | {quantity} | {ratio} |");
+        let line = source.lines().find(|line| line.starts_with(&begins));
+        line.unwrap_or_else(|| panic!("SOURCE.md lacks {begins}"))
+            .says(&printed);
     }
 }
 
@@ -230,9 +213,6 @@ fn the_runs_are_what_simulate_draws_and_no_one_takes_them_for_measured() {
         .filter_map(|line| line.split(',').nth(3)?.parse::<f64>().ok());
     assert!(films.all(|film| film >= 200.0));
     let source = read_in_project("datasets/mueller2016/SOURCE.md");
-    assert!(
-        source.lines().next().is_some_and(|line| line.contains("simulated")),
-        "SOURCE.md's first line"
-    );
-    assert!(read_in_project("reports/mueller2016/report.md").contains("no run here was measured"));
+    source.lines().next().expect("a title").says("simulated");
+    read_in_project("reports/mueller2016/report.md").says("no run here was measured");
 }
