@@ -1,7 +1,7 @@
 //! Holds how results move with the constants taken as exact, and what that adds to their error.
 
 use crate::common::scenes::{scene_of, AK10, DESIGN, M50, PTFE, SATURATING};
-use crate::common::{seed_of, Place, Told};
+use crate::common::{seed_of, Place, Says, Told};
 use crate::degenerate;
 use wetcor::findings::constants::Sensitivity;
 use wetcor::findings::{self, Findings};
@@ -15,7 +15,7 @@ fn scene_text() -> String {
 /// The sds that are given, as lines below `[data]`, the particle's and each liquid's density.
 fn with_sds([data, particle, ak10, m50]: [&str; 4]) -> String {
     scene_text()
-        .replace("runs = \"runs.csv\"", &format!("runs = \"runs.csv\"\n{data}"))
+        .replace("[data]", &format!("[data]\n{data}"))
         .replace("roughness_um = 5", &format!("roughness_um = 5\n{particle}"))
         .replace("viscosity_mPa_s = 9.3", &format!("viscosity_mPa_s = 9.3\n{ak10}"))
         .replace("viscosity_mPa_s = 48.3", &format!("viscosity_mPa_s = 48.3\n{m50}"))
@@ -64,22 +64,20 @@ fn worst_of_known(findings: &Findings) -> f64 {
         ("particle_density", [1.0, 1.0, 0.0, l, 0.0, 1.0, 0.0, 1.0]),
         ("roughness", [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
     ];
-    let of_kind = known.iter().flat_map(|(constant, expected)| {
-        RESULTS
-            .iter()
-            .zip(expected)
-            .map(|((result, fit), expected)| (elasticity(row(findings, result, fit), constant) - expected).abs())
-    });
-    let film = [
-        ("lubrication_log", 0.0),
-        ("inertial_prefactor", 0.0),
-        ("film_scale", 1.0),
-        ("delta_c_m", 0.0),
-    ];
-    let of_film = film
-        .iter()
-        .map(|(result, expected)| (elasticity(row(findings, result, "balance"), "film") - expected).abs());
-    of_kind.chain(of_film).fold(0.0, f64::max)
+    let off = |constant: &str, (result, fit): (&str, &str), expected: f64| {
+        (elasticity(row(findings, result, fit), constant) - expected).abs()
+    };
+    let film = RESULTS.into_iter().zip([0.0, 0.0, 1.0, 0.0]);
+    let mut worst = film
+        .map(|(result, expected)| off("film", result, expected))
+        .fold(0.0, f64::max);
+    for (constant, expected) in known {
+        let all = RESULTS.into_iter().zip(expected);
+        worst = all
+            .map(|(result, expected)| off(constant, result, expected))
+            .fold(worst, f64::max);
+    }
+    worst
 }
 
 #[test]
@@ -92,23 +90,21 @@ fn all_of_a_kind_move_the_results_by_known_powers() {
     }
     let mut findings = Place::new(&scene_text()).infer(seed);
     // a sign swapped in one place is seen
-    let moved = findings.constants[0]
-        .by
-        .iter_mut()
-        .find(|moves| moves.constant == "viscosity");
-    moved.expect("viscosity moves L").elasticity *= -1.0;
+    let mut moves = findings.constants[0].by.iter_mut();
+    let of_viscosity = moves.find(|moves| moves.constant == "viscosity");
+    of_viscosity.expect("viscosity moves L").elasticity *= -1.0;
     assert!(worst_of_known(&findings) > 1.0);
 }
 
 /// d ln(result)/d ln(constant) of every result told, by whole fits; `change` moves the constant by a share of itself.
 fn by_whole_fits(scene: &Scene, table: &Table, change: Change) -> Vec<f64> {
     const STEP: f64 = 1e-4;
-    let at = |share: f64| values(&changed(scene, table, |scene, runs| change(scene, runs, share)));
-    let (more, less) = (at(STEP), at(-STEP));
-    more.iter()
-        .zip(less)
-        .map(|(more, less)| (more / less).ln() / (2.0 * STEP))
-        .collect()
+    let at = |share: f64| {
+        let findings = changed(scene, table, |scene, runs| change(scene, runs, share));
+        Vec::from_iter(findings.constants.iter().map(|row| row.value))
+    };
+    let both = at(STEP).into_iter().zip(at(-STEP));
+    both.map(|(more, less)| (more / less).ln() / (2.0 * STEP)).collect()
 }
 
 /// Moves a constant of the scene, or the films, by a share.
@@ -121,14 +117,6 @@ fn changed(scene: &Scene, table: &Table, change: impl Fn(&mut Scene, &mut Runs))
     change(&mut scene, &mut table.runs);
     table.runs.compute_impacts(&scene);
     findings::fit_least_squares(&scene, &table, 1, false)
-}
-
-fn values(findings: &Findings) -> Vec<f64> {
-    findings.constants.iter().map(|row| row.value).collect()
-}
-
-fn add_to_films(runs: &mut Runs, length: f64) {
-    runs.film.iter_mut().for_each(|film| *film += length);
 }
 
 fn mean_film(runs: &Runs) -> f64 {
@@ -149,7 +137,7 @@ const CHANGES: [(&str, Change); 4] = [
     }),
     ("film_offset", |_, runs, share| {
         let length = share * mean_film(runs);
-        add_to_films(runs, length);
+        runs.film.iter_mut().for_each(|film| *film += length);
     }),
 ];
 
@@ -157,14 +145,11 @@ const CHANGES: [(&str, Change); 4] = [
 #[test]
 fn a_scale_of_all_speeds_is_a_constant_like_the_viscosity() {
     let seed = seed_of("a_scale_of_all_speeds_is_a_constant_like_the_viscosity");
+    let own = "dry_speed_m_s = \"impact\"";
     let own_speed = scene_text()
-        .replace(
-            "[model]\ninertia = \"saturating\"",
-            "[model]\ninertia = \"saturating\"\ndry_speed_m_s = \"impact\"",
-        )
-        .replace("dry_speed_m_s = 2.0", "dry_speed_m_s = \"impact\"");
-    let data = "runs = \"runs.csv\"";
-    let given = own_speed.replace(data, "runs = \"runs.csv\"\nspeed_rel_sd = 0.02");
+        .replace("[model]", &format!("[model]\n{own}"))
+        .replace("dry_speed_m_s = 2.0", own);
+    let given = own_speed.replace("[data]", "[data]\nspeed_rel_sd = 0.02");
     let place = Place::new(&given);
     let table = place.draw(seed, None);
     let findings = findings::fit_least_squares(&place.scene, &table, 1, false);
@@ -222,10 +207,7 @@ fn elasticities_are_those_of_whole_fits() {
 #[test]
 fn combined_adds_squares_and_leaves_the_standard_error_alone() {
     let seed = seed_of("combined_adds_squares_and_leaves_the_standard_error_alone");
-    let (exact, given) = (
-        Place::new(&scene_text()).infer(seed),
-        Place::new(&all_given()).infer(seed),
-    );
+    let [exact, given] = [scene_text(), all_given()].map(|text| Place::new(&text).infer(seed));
     for (a, b) in exact.constants.iter().zip(&given.constants) {
         assert_eq!((a.value, a.se, a.constants_sd, a.combined), (b.value, b.se, None, None));
         let sd = b.constants_sd.expect("given");
@@ -237,12 +219,11 @@ fn combined_adds_squares_and_leaves_the_standard_error_alone() {
         assert!(sd > 0.0 && (combined * combined / (se * se + sd * sd) - 1.0).abs() < 1e-12);
         let given =
             b.by.iter()
-                .filter_map(|moves| Some(b.value * moves.elasticity * moves.rel_sd?));
+                .filter_map(|own| Some(b.value * own.elasticity * own.rel_sd?));
         let propagated = given.map(|moved| moved * moved).sum::<f64>().sqrt();
         assert!((propagated / sd - 1.0).abs() < 1e-12);
     }
-    let estimate = |findings: &Findings| findings.balance().parameters.clone();
-    assert_eq!(estimate(&exact), estimate(&given));
+    assert_eq!(exact.balance().parameters, given.balance().parameters);
 }
 
 fn notice(findings: &Findings) -> Option<&str> {
@@ -255,7 +236,7 @@ fn the_notice_names_the_largest_that_is_not_given() {
     let of = |text: &str| Place::new(text).infer(seed);
     let none = of(&scene_text());
     let text = notice(&none).expect("1 % in η moves L by more than its standard error");
-    assert!(text.contains("viscosity of the liquids"), "{text}");
+    text.says("viscosity of the liquids");
     let known = all_given().replace("viscosity_rel_sd = 0.02", "viscosity_rel_sd = 0.02\ndensity_rel_sd = 0");
     assert_eq!(notice(&of(&known)), None);
     let one = of(&with_sds([
@@ -264,8 +245,7 @@ fn the_notice_names_the_largest_that_is_not_given() {
         "viscosity_rel_sd = 0",
         "",
     ]));
-    let text = notice(&one).expect("M50 is not given");
-    assert!(text.contains("viscosity of M50"), "{text}");
+    notice(&one).expect("M50 is not given").says("viscosity of M50");
     // runs so uncertain that 1 % does not count
     let noisy = of(&scene_text()
         .replace("sigma_wet = 0.02", "sigma_wet = 0.08")
@@ -276,14 +256,8 @@ fn the_notice_names_the_largest_that_is_not_given() {
 
 #[test]
 fn fits_that_may_not_be_quoted_have_no_entry() {
-    const WET: [(f64, f64); 6] = [
-        (0.7, 0.60),
-        (0.8, 0.63),
-        (1.0, 0.655),
-        (1.2, 0.672),
-        (1.4, 0.682),
-        (1.6, 0.684),
-    ];
+    let restitutions = [0.60, 0.63, 0.655, 0.672, 0.682, 0.684];
+    let wet = degenerate::pairs([0.7, 0.8, 1.0, 1.2, 1.4, 1.6], restitutions);
     let fits = |wet: &[(f64, f64)]| {
         let findings = degenerate::fit(wet);
         let of_constants: Vec<&str> = findings.constants.iter().map(|row| row.fit).collect();
@@ -291,11 +265,8 @@ fn fits_that_may_not_be_quoted_have_no_entry() {
         of_constants
     };
     // one liquid, one particle: L, C, δc, e_inf, St_c
-    assert_eq!(
-        fits(&WET),
-        ["balance", "balance", "balance", "balance", "balance", "sqrt", "sqrt"]
-    );
-    let rising = WET.map(|(v, e)| (v, 1.3 - e));
+    assert_eq!(fits(&wet), [["balance"; 5].as_slice(), &["sqrt"; 2]].concat());
+    let rising = Vec::from_iter(wet.iter().map(|(v, e)| (*v, 1.3 - e)));
     for wet in [&rising[..], &[(0.8, 0.66), (1.6, 0.70)], &[]] {
         assert_eq!(fits(wet), [""; 0], "{wet:?}");
     }

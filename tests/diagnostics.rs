@@ -136,12 +136,9 @@ fn made_up_chains_agree_with_arviz() {
     for (case, chains) in &cases {
         let chains = slices(chains);
         let answers = &answers["cases"][case];
+        let theirs = |name: &str| answers[name].as_f64().expect("a number");
         let compare = |name: &str, ours: Option<f64>| match (unlike_arviz(case, name), ours) {
-            (false, Some(ours)) => close(
-                &format!("{case} {name}"),
-                ours,
-                answers[name].as_f64().expect("a number"),
-            ),
+            (false, Some(ours)) => close(&format!("{case} {name}"), ours, theirs(name)),
             (unlike, ours) => assert!(unlike && ours.is_none(), "{case} {name}: {ours:?}"),
         };
         let summary = summarise(&chains);
@@ -165,16 +162,11 @@ fn made_up_chains_agree_with_arviz() {
 #[test]
 fn no_diagnostic_depends_on_the_unit() {
     let chains = &made_up()["autocorrelated"];
-    let tiny: Chains = chains
-        .iter()
-        .map(|chain| chain.iter().map(|x| x * 2f64.powi(-90)).collect())
-        .collect();
-    let (plain, tiny) = (summarise(&slices(chains)), summarise(&slices(&tiny)));
-    assert_eq!(
-        (tiny.rhat, tiny.ess_bulk, tiny.ess_tail),
-        (plain.rhat, plain.ess_bulk, plain.ess_tail)
-    );
-    assert_eq!(tiny.ess_mean, plain.ess_mean);
+    let mut tiny = chains.clone();
+    tiny.iter_mut().flatten().for_each(|x| *x *= 2f64.powi(-90));
+    let [plain, tiny] = [chains, &tiny].map(|chains| summarise(&slices(chains)));
+    let without_unit = |of: &Summary| [of.rhat, of.ess_bulk, of.ess_tail, of.ess_mean];
+    assert_eq!(without_unit(&tiny), without_unit(&plain));
     let scaled = tiny.mcse_sd.map(|error| error * 2f64.powi(90));
     close("mcse_sd", scaled.expect("an error"), plain.mcse_sd.expect("an error"));
 }
@@ -183,20 +175,15 @@ fn no_diagnostic_depends_on_the_unit() {
 fn smoothed_weights_agree_with_arviz() {
     for (case, answer) in arviz()["weights"].as_object().expect("cases") {
         let ratios = list(&answer["log_ratios"]);
-        let tail = tail_length(ratios.len(), answer["r_eff"].as_f64().expect("a number"));
+        let number = |name: &str| answer[name].as_f64().expect("a number");
+        let tail = tail_length(ratios.len(), number("r_eff"));
         assert_eq!(Some(tail as u64), answer["tail"].as_u64(), "{case}");
         let ours = psis(&ratios, tail).expect("finite ratios");
-        close(
-            case,
-            ours.khat.expect("a tail"),
-            answer["khat"].as_f64().expect("a number"),
-        );
+        close(case, ours.khat.expect("a tail"), number("khat"));
         for (ours, theirs) in ours.log_weights.iter().zip(list(&answer["log_weights"])) {
             // a logarithm may pass through zero, so that its error is held against 1 as well
-            assert!(
-                (ours - theirs).abs() <= RELATIVE * (1.0 + theirs.abs()),
-                "{case}: {ours} {theirs}"
-            );
+            let most = RELATIVE * (1.0 + theirs.abs());
+            assert!((ours - theirs).abs() <= most, "{case}: {ours} {theirs}");
         }
     }
 }
@@ -204,15 +191,11 @@ fn smoothed_weights_agree_with_arviz() {
 /// PSIS-LOO of a made-up model from its log likelihoods, all chains together a run.
 fn loo_of(model: &str, r_eff: f64) -> Loo {
     let text = read("arviz_loo.csv");
-    let of_model = text
-        .lines()
-        .filter_map(|line| line.strip_prefix(model)?.strip_prefix(','));
-    let runs: Vec<Vec<f64>> = of_model
-        .map(|line| {
-            let cells = line.split(',').skip(1).map(str::to_owned);
-            numbers(&cells.collect::<Vec<_>>())
-        })
-        .collect();
+    let numbers = |line: &str| -> Option<Vec<f64>> {
+        let cells = line.strip_prefix(model)?.strip_prefix(',')?.split(',').skip(1);
+        cells.map(|cell| cell.parse().ok()).collect()
+    };
+    let runs: Vec<Vec<f64>> = text.lines().filter_map(numbers).collect();
     let draws = loo::LooDraws {
         count: runs[0].len(),
         r_eff,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::common::{in_project, read_in_project, wetcor, Folder, Says};
+use crate::common::{entries, in_project, read_in_project, wetcor, Folder, Says};
 use wetcor::runs::Runs;
 use wetcor::scene::{HeightsTo, Scene};
 use wetcor::{runs, scene};
@@ -10,15 +10,13 @@ use wetcor::{runs, scene};
 /// The good examples with one table, and their scenes; but for those whose numbers mark something, which no draft can know.
 fn examples() -> Vec<(PathBuf, Scene)> {
     let folder = in_project("tests/data/good");
-    let entries = std::fs::read_dir(folder).expect("the examples are there");
-    let mut folders: Vec<PathBuf> = entries.map(|entry| entry.expect("readable").path()).collect();
-    folders.sort();
+    let folders = entries(&folder).into_iter().map(|name| folder.join(name));
     let with_scene = |folder: PathBuf| {
         let scene = scene::read(&folder.join("scene.toml")).unwrap_or_else(|error| panic!("{error}"));
         let has_marks = scene.data.naming.words.iter().any(|(column, _)| column.is_number());
         (scene.data.runs.len() == 1 && !has_marks).then_some((folder, scene))
     };
-    folders.into_iter().filter_map(with_scene).collect()
+    folders.filter_map(with_scene).collect()
 }
 
 /// The text with the first mark after a table's head and a key replaced.
@@ -26,12 +24,10 @@ fn filled_in(text: &str, key: &str, value: &str) -> String {
     let (head, name) = key.split_once("] ").expect("a table and a key");
     let table = text.find(&format!("\n{head}]")).expect("the table is there");
     let name = name.split('.').next_back().expect("a name");
-    let at = table
-        + text[table..]
-            .find(&format!("{name} = \"fill in\""))
-            .expect("the key is there");
-    let mark = at + text[at..].find("\"fill in\"").expect("the mark is there");
-    format!("{}{value}{}", &text[..mark], &text[mark + "\"fill in\"".len()..])
+    let (before, after) = text.split_at(table);
+    assert!(after.contains(&format!("{name} = \"fill in\"")), "{name} is not open");
+    let filled = after.replacen(&format!("{name} = \"fill in\""), &format!("{name} = {value}"), 1);
+    format!("{before}{filled}")
 }
 
 /// What the example's scene says of a key that the draft leaves open.
@@ -53,14 +49,8 @@ fn told(scene: &Scene, key: &str) -> String {
 
 /// Impact speed, restitution, film and diameter of every run, in order.
 fn measured(runs: &Runs) -> Vec<[f64; 4]> {
-    let each = (0..runs.len()).map(|run| {
-        [
-            runs.impact_speed[run],
-            runs.restitution[run],
-            runs.film[run],
-            runs.diameter[run],
-        ]
-    });
+    let columns = [&runs.impact_speed, &runs.restitution, &runs.film, &runs.diameter];
+    let each = (0..runs.len()).map(|run| columns.map(|column| column[run]));
     let mut all: Vec<[f64; 4]> = each.collect();
     all.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
     all
@@ -72,37 +62,27 @@ fn a_draft_lacks_what_check_names_and_then_reads_the_runs_as_the_example_does() 
     assert!(examples.len() > 25, "the examples are lost");
     for (folder, example) in &examples {
         let place = Folder::new();
-        let table = example.data.runs[0]
-            .path
-            .file_name()
-            .and_then(|name| name.to_str())
-            .expect("plain");
-        std::fs::copy(folder.join(table), place.join(table)).expect("writable");
-        let table = example.data.runs[0]
-            .sheet
-            .as_ref()
-            .map_or(table.to_owned(), |sheet| format!("{table}#{sheet}"));
+        let file = &example.data.runs[0];
+        let table = file.path.file_name().and_then(|name| name.to_str()).expect("plain");
+        std::fs::copy(&file.path, place.join(table)).expect("writable");
+        let sheet = file.sheet.as_ref().map_or(String::new(), |sheet| format!("#{sheet}"));
+        let table = format!("{table}{sheet}");
         let (status, out, err) = wetcor(place.path(), &["new", &table]);
         assert_eq!((status, err.as_str()), (Some(0), ""), "{}", folder.display());
-        let to_fill_in: Vec<&str> = out
-            .lines()
-            .filter_map(|line| line.strip_prefix("to fill in: "))
-            .collect();
+        let to_fill_in = out.lines().filter_map(|line| line.strip_prefix("to fill in: "));
+        let to_fill_in: Vec<&str> = to_fill_in.collect();
         assert!(!to_fill_in.is_empty(), "{out}");
         // `check` names exactly these
         let err = place.refused("check scene.toml");
         let named = err.lines().filter(|line| line.contains("found `\"fill in\"`")).count();
-        assert_eq!(
-            (named, err.lines().count()),
-            (to_fill_in.len(), to_fill_in.len() + 1),
-            "{err}"
-        );
+        let lines = err.lines().count() - 1;
+        assert_eq!([named, lines], [to_fill_in.len(); 2], "{err}");
         let path = place.join("scene.toml");
-        let mut text = std::fs::read_to_string(&path).expect("the draft is there");
+        let mut text = place.read("scene.toml");
         for key in to_fill_in {
             text = filled_in(&text, key, &told(example, key));
         }
-        std::fs::write(&path, text).expect("writable");
+        place.write("scene.toml", text);
         let (status, _, err) = place.run("check scene.toml");
         assert_eq!(status, Some(0), "{}: {err}", folder.display());
         let read = |scene: &Scene| runs::read(scene).unwrap_or_else(|error| panic!("{error}"));

@@ -18,12 +18,7 @@ fn poor() -> String {
 }
 
 /// Whether the sampling of one simulated set fails, as `wetcor fit` samples it, and by a quarter of the draws asked for.
-struct Failures {
-    as_fitted: bool,
-    by_a_quarter: bool,
-}
-
-fn fail(scene: &Scene, seed: u64) -> Failures {
+fn fail(scene: &Scene, seed: u64) -> [bool; 2] {
     let runs = wetcor::runs::arrange(scene, &common::rows_from(scene, stream(seed, "poor runs", 0)));
     let table = Table::of(runs);
     let found = findings::fit_least_squares(scene, &table, seed, false);
@@ -35,17 +30,10 @@ fn fail(scene: &Scene, seed: u64) -> Failures {
         .unwrap_or_else(|error| panic!("{error}"))
         .unwrap_or_else(|refused| panic!("{}", refused.text));
     let asked = fitted.findings.draws_asked.expect("no accuracy was asked for");
-    let first = |chains: &Vec<Vec<f64>>| {
-        chains
-            .iter()
-            .map(|chain| chain[..asked / 4].to_vec())
-            .collect::<Vec<_>>()
-    };
-    let quarter: Vec<Vec<Vec<f64>>> = fitted.sampled.values.iter().map(first).collect();
-    Failures {
-        as_fitted: !fitted.sampling_holds(),
-        by_a_quarter: !MixingLines::of_chains(quarter[0].len()).hold(&quarter, 1.0),
-    }
+    let mut quarter = fitted.sampled.values.clone();
+    quarter.iter_mut().flatten().for_each(|chain| chain.truncate(asked / 4));
+    let lines = MixingLines::of_chains(quarter[0].len());
+    [!fitted.sampling_holds(), !lines.hold(&quarter, 1.0)]
 }
 
 /// At most one in a hundred is allowed to fail, at four standard deviations; with a quarter of the draws more do.
@@ -55,12 +43,9 @@ fn right_scenes_of_a_poor_design_seldom_fail_by_their_sampling() {
     const SETS: u64 = 150;
     let place = Place::new(&poor());
     let seed = seed_of("right_scenes_of_a_poor_design_seldom_fail_by_their_sampling");
-    let found: Vec<Failures> = (0..SETS)
-        .map(|set| fail(&place.scene, seed.wrapping_add(set)))
-        .collect();
-    let count = |of: fn(&Failures) -> bool| found.iter().filter(|one| of(one)).count();
-    let (fitted, not) = (count(|one| one.as_fitted), count(|one| one.by_a_quarter));
-    let z = |failed| common::binomial_z(failed, found.len(), 0.01);
-    assert!(z(fitted) < 4.0, "{fitted} of {SETS}");
-    assert!(z(not) > 6.0, "{not} of {SETS}");
+    let found = Vec::from_iter((0..SETS).map(|set| fail(&place.scene, seed.wrapping_add(set))));
+    let [fitted, by_a_quarter] = common::counts(&found);
+    common::assert_seldom("fail", fitted, SETS, 0.01);
+    let z = common::binomial_z(by_a_quarter, found.len(), 0.01);
+    assert!(z > 6.0, "{by_a_quarter} of {SETS}");
 }

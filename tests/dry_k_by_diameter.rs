@@ -68,18 +68,14 @@ fn true_k(particle: &str, diameter: f64) -> f64 {
 /// Names of the quantities of a fit, each with its estimate and the truth.
 fn with_truths(findings: &Findings) -> Vec<(String, &Estimate, f64)> {
     let balance = findings.balance();
-    let mut all = vec![];
-    for parameter in &balance.parameters {
-        let truth = match parameter.name.as_str() {
-            "lubrication_log" => L,
-            "inertial_prefactor" => C,
-            name => {
-                let named = |(particle, mm, _): &&(&str, f64, f64)| name == format!("dry_k[{particle},{mm}]");
-                TRUE_K.iter().find(named).expect("a k of a diameter").2
-            }
-        };
-        all.push((parameter.name.clone(), &parameter.estimate, truth));
-    }
+    let mut all = vec![("lubrication_log".to_owned(), L), ("inertial_prefactor".to_owned(), C)];
+    all.extend(TRUE_K.map(|(particle, mm, k)| (format!("dry_k[{particle},{mm}]"), k)));
+    assert_eq!(balance.parameters.len(), all.len());
+    let fitted = |(name, truth): (String, f64)| {
+        let estimate = findings.fitted(&name);
+        (name, estimate, truth)
+    };
+    let mut all: Vec<_> = all.into_iter().map(fitted).collect();
     let of_balance = balance.derived.iter().map(|row| {
         let both = [Quantity::EInf, Quantity::StC].map(|quantity| &row.estimates[quantity]);
         ("balance", &row.particle, row.film_ratio, row.diameter_m, both)
@@ -146,10 +142,9 @@ fn a_truth_is_of_a_diameter_and_a_prior_of_them_all() {
     let held = parameters.left_out.iter().filter(|left| left.value == Some(0.18));
     let held: Vec<&str> = held.map(|left| left.name.as_str()).collect();
     assert_eq!(held, ["dry_k[PTFE,4.762]", "dry_k[PTFE,8]"]);
-    let of_k = |name: &&str| name.starts_with("dry_k[");
-    let sampled = parameters.sampled.iter();
-    let sampled: Vec<&str> = sampled.map(|own| own.name.as_str()).filter(of_k).collect();
-    assert_eq!(sampled, ["dry_k[PE,4.762]", "dry_k[PE,7.938]"]);
+    let sampled = parameters.sampled.iter().map(|own| own.name.as_str());
+    let of_k: Vec<&str> = sampled.filter(|name| name.starts_with("dry_k[")).collect();
+    assert_eq!(of_k, ["dry_k[PE,4.762]", "dry_k[PE,7.938]"]);
 }
 
 /// One posterior of the design; no run sticks, so that it says what least squares does.

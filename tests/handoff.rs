@@ -1,18 +1,16 @@
 //! Holds `wetcor handoff` to the predictions of the same fit; `transcripts` hold its refusals.
 
 use crate::common::{ask, fitted_example as example};
+use crate::laws::rows;
 
 const WET: &str = "--particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286";
 const DRY: &str = "--particle PTFE --liquid dry --diameter-mm 4.762";
 
 /// The numbers of a column of a table, whose comments are left out.
 fn column(table: &str, name: &str) -> Vec<f64> {
-    let mut lines = table.lines().filter(|line| !line.starts_with('#'));
-    let header = lines.next().expect("a header");
-    let place = header.split(',').position(|own| own == name);
-    let place = place.unwrap_or_else(|| panic!("no {name} in {header}"));
-    let cell = |line: &str| line.split(',').nth(place).and_then(|cell| cell.parse().ok());
-    lines.map(|line| cell(line).expect("a number")).collect()
+    let lines: Vec<&str> = table.lines().filter(|line| !line.starts_with('#')).collect();
+    let rows = rows(&lines.join("\n")).into_iter();
+    rows.map(|row| row[name].parse().expect("a number")).collect()
 }
 
 #[test]

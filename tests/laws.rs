@@ -102,27 +102,26 @@ fn settings(laws: &[Row]) -> (String, Vec<(&Row, f64)>) {
         let [lo, hi] = ["min_speed_m_s", "max_speed_m_s"].map(|name| number(law, name));
         for i in 0..5 {
             let v = lo + (hi - lo) * f64::from(i) / 4.0;
-            let millimetres = law["diameter_m"].parse::<f64>().map_or(4.762, |d| 1e3 * d);
-            let film = law["film_m"]
-                .parse::<f64>()
-                .map_or(String::new(), |film| (1e6 * film).to_string());
-            text.push_str(&format!(
-                "{},{},{millimetres},{film},{}\n",
-                law["particle"],
-                law["liquid"],
-                100.0 * v
-            ));
+            let [millimetres, film] = ["diameter_m", "film_m"].map(|name| law[name].parse::<f64>());
+            let millimetres = millimetres.map_or(4.762, |d| 1e3 * d);
+            let film = film.map_or(String::new(), |film| (1e6 * film).to_string());
+            let (particle, liquid) = (&law["particle"], &law["liquid"]);
+            text.push_str(&format!("{particle},{liquid},{millimetres},{film},{}\n", 100.0 * v));
             asked.push((law, v));
         }
     }
     (text, asked)
 }
 
+fn band(row: &Row) -> [f64; 2] {
+    ["restitution_q05", "restitution_q95"].map(|name| number(row, name))
+}
+
 /// How far a law lies from the medians that are predicted, as a share of the band: the most of all, where it rebounds.
 fn farthest(laws: &[Row], predicted: &[Row], asked: &[(&Row, f64)]) -> f64 {
     assert_eq!((predicted.len(), asked.len()), (5 * laws.len(), 5 * laws.len()));
     let shares = predicted.iter().zip(asked).filter_map(|(row, (law, v))| {
-        let [low, high] = ["restitution_q05", "restitution_q95"].map(|name| number(row, name));
+        let [low, high] = band(row);
         let off = (restitution(law, *v) - number(row, "restitution")).abs();
         (low > 0.05).then(|| off / (high - low))
     });
@@ -133,12 +132,9 @@ fn farthest(laws: &[Row], predicted: &[Row], asked: &[(&Row, f64)]) -> f64 {
 fn a_law_is_the_curve_that_is_predicted_there() {
     let at_own_speed = |scene: &str| scene.replace("dry_speed_m_s = 2.0", "dry_speed_m_s = \"impact\"");
     let bridge = |scene: &str| {
-        scene
-            .replace(
-                "[model]",
-                "[model]\nterms = [\"inertia\", \"viscous\", \"bridge\", \"dry_second_order\"]",
-            )
-            .replace("viscosity_mPa_s = ", "surface_tension_mN_m = 20.5\nviscosity_mPa_s = ")
+        let terms = "[model]\nterms = [\"inertia\", \"viscous\", \"bridge\", \"dry_second_order\"]";
+        let scene = scene.replace("[model]", terms);
+        scene.replace("viscosity_mPa_s = ", "surface_tension_mN_m = 20.5\nviscosity_mPa_s = ")
     };
     for (change, fitted) in [
         ("", Fitted::committed()),
@@ -154,9 +150,8 @@ fn a_law_is_the_curve_that_is_predicted_there() {
         // the mean of the numbers against the median of the curves: 3 % of the band
         assert!(worst > 0.0 && worst < 0.1, "{change}: {worst}");
         // the planted fault: the law of the pair before
-        let shifted: Vec<(&Row, f64)> = (0..asked.len())
-            .map(|i| (asked[(i + 5) % asked.len()].0, asked[i].1))
-            .collect();
+        let others = asked.iter().cycle().skip(5);
+        let shifted: Vec<(&Row, f64)> = asked.iter().zip(others).map(|(own, other)| (other.0, own.1)).collect();
         assert!(farthest(&laws, &predicted, &shifted) > 10.0);
         // nothing is extrapolated where the runs were made
         assert!(predicted.iter().all(|row| row["extrapolated"] == "false"));
@@ -164,25 +159,19 @@ fn a_law_is_the_curve_that_is_predicted_there() {
         let of_table = if change.is_empty() { 2 } else { 56 };
         assert_eq!(table.len(), 25 * of_table, "{change}");
         for row in &table {
-            let same = |law: &&Row| {
-                ["particle", "liquid", "diameter_m", "film_m"]
-                    .iter()
-                    .all(|name| law[*name] == row[*name])
-            };
+            let place = ["particle", "liquid", "diameter_m", "film_m"];
+            let same = |law: &&Row| place.iter().all(|name| law[*name] == row[*name]);
             let law = laws.iter().find(same).expect("its law");
             let e = restitution(law, number(row, "impact_speed_m_s"));
             assert!((number(row, "restitution") - e).abs() < 1e-12, "{row:?}");
-            let band = ["restitution_q05", "restitution_q95"].map(|name| number(row, name));
-            assert!(band[0] <= e + 1e-12 && e <= band[1] + 1e-12);
+            let [low, high] = band(row);
+            assert!(low <= e + 1e-12 && e <= high + 1e-12);
         }
         // the speed below which nothing rebounds
         for law in &laws {
             let threshold = number(law, "threshold_speed_m_s");
-            assert!(restitution(law, 1.000001 * threshold + 1e-9) > 0.0, "{law:?}");
-            assert!(
-                threshold == 0.0 || restitution(law, 0.999999 * threshold) == 0.0,
-                "{law:?}"
-            );
+            let [below, above] = [0.999999 * threshold, 1.000001 * threshold + 1e-9].map(|v| restitution(law, v));
+            assert!((threshold == 0.0 || below == 0.0) && above > 0.0, "{law:?}");
         }
     }
 }
@@ -209,13 +198,12 @@ fn without_a_posterior_the_numbers_are_those_of_the_series_own_fits() {
         ] {
             let (found, expected) = (row[cell].parse::<f64>().ok(), key.as_f64());
             // a reader of JSON may lose the last bit
-            let same = found
-                .zip(expected)
-                .map_or(found == expected, |(a, b)| (a - b).abs() <= 1e-15 * b.abs());
+            let near = |(a, b): (f64, f64)| (a - b).abs() <= 1e-15 * b.abs();
+            let same = found.zip(expected).map_or(found == expected, near);
             assert!(same, "{cell}: {found:?} {expected:?}");
         }
     }
-    let wet: Vec<&Row> = laws.iter().filter(|law| law["law"] == "reference").collect();
+    let wet = laws.iter().filter(|law| law["law"] == "reference");
     let mut series = findings["series"].as_array().expect("a list").iter();
     let estimates = findings["estimates"].as_array().expect("a list");
     let mut usable = 0;
@@ -248,13 +236,10 @@ fn without_a_posterior_the_numbers_are_those_of_the_series_own_fits() {
         let [alpha, beta, per] = ["alpha", "beta_m_s", "stokes_per_m_s"].map(|name| number(law, name));
         let st_c = -0.5 * beta * per / alpha;
         assert!((number(law, "st_c") / st_c - 1.0).abs() < 1e-12);
-        let [a, b, c] = [
-            number(law, "alpha_se").powi(2),
-            number(law, "beta_se_m_s").powi(2),
-            number(law, "alpha_beta_covariance_m_s"),
-        ];
-        let slopes = [-st_c / alpha, st_c / beta];
-        let variance = slopes[0] * slopes[0] * a + slopes[1] * slopes[1] * b + 2.0 * slopes[0] * slopes[1] * c;
+        let [a, b] = ["alpha_se", "beta_se_m_s"].map(|name| number(law, name).powi(2));
+        let c = number(law, "alpha_beta_covariance_m_s");
+        let [of_a, of_b] = [-st_c / alpha, st_c / beta];
+        let variance = of_a * of_a * a + of_b * of_b * b + 2.0 * of_a * of_b * c;
         assert!((number(law, "st_c_se").powi(2) / variance - 1.0).abs() < 1e-9);
         assert!((number(law, "e_inf_se") / (0.5 * a.sqrt() / alpha.sqrt()) - 1.0).abs() < 1e-9);
     }
