@@ -1,6 +1,7 @@
 //! Holds the bootstrap against R's boot, the fast kernels against the full fit, and replicates against threads.
 
 use crate::common::{kept, read_in_project, Place, Told};
+use crate::laws::{number, rows, Row};
 use crate::statistics;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
@@ -15,32 +16,26 @@ use wetcor::ranks::Ranks;
 use wetcor::scene::ResamplingScheme;
 use wetcor::study::calibration::{self, DrawnSets};
 
-fn table(name: &str) -> Vec<Vec<String>> {
-    let text = read_in_project(&format!("tests/data/boot/{name}"));
-    let rows = text.lines().skip(1);
-    rows.map(|line| line.split(',').map(|cell| cell.trim_matches('"').to_owned()).collect())
-        .collect()
+fn table(name: &str) -> Vec<Row> {
+    rows(&read_in_project(&format!("tests/data/boot/{name}.csv")).replace('"', ""))
 }
 
-fn number(cell: &str) -> f64 {
-    cell.parse().expect("a number")
-}
-
-fn column(name: &str) -> Vec<f64> {
-    table(name).iter().map(|row| number(&row[0])).collect()
+fn column(table_name: &str, name: &str) -> Vec<f64> {
+    table(table_name).iter().map(|row| number(row, name)).collect()
 }
 
 /// R's replicates, estimate and acceleration in; R's z0 and limits out.
 #[test]
 fn intervals_are_rs_given_its_replicates() {
     for name in ["city_ratio", "aircondit_mean", "law_cor"] {
-        let replicates = Replicates::new(column(&format!("{name}_t.csv")).into_iter());
+        let replicates = Replicates::new(column(&format!("{name}_t"), "t").into_iter());
         let mut compared = 0;
-        for row in table(&format!("{name}_ci.csv")) {
-            let [level, lo, hi, estimate, z0, a] = [1, 2, 3, 4, 5, 6].map(|cell| number(&row[cell]));
+        for row in table(&format!("{name}_ci")) {
+            let numbers = ["conf", "lo", "hi", "t0", "z0", "a"].map(|name| number(&row, name));
+            let [level, lo, hi, estimate, z0, a] = numbers;
             // the replicates are stored with 15 digits: so must the estimate be, or its ties come apart
             let estimate: f64 = format!("{estimate:.14e}").parse().expect("a number");
-            let made = match row[0].as_str() {
+            let made = match row["type"].as_str() {
                 "perc" => replicates.percentile(level, f64::INFINITY).expect("replicates"),
                 "bca" => replicates.bca(estimate, a, level, f64::INFINITY).expect("defined"),
                 _ => continue,
@@ -50,7 +45,7 @@ fn intervals_are_rs_given_its_replicates() {
             assert!(close(made.lo, lo) && close(made.hi, hi), "{name} {row:?}: {made:?}");
             compared += 1;
             // the planted fault: the acceleration's sign flipped
-            if row[0] == "bca" && a.abs() > 0.05 {
+            if row["type"] == "bca" && a.abs() > 0.05 {
                 let flipped = replicates.bca(estimate, -a, level, f64::INFINITY).expect("defined");
                 assert!(!close(flipped.lo, lo) && !close(flipped.hi, hi), "{name}: {flipped:?}");
             }
@@ -63,9 +58,8 @@ fn intervals_are_rs_given_its_replicates() {
 #[test]
 fn the_acceleration_is_rs_given_its_influence_values() {
     for name in ["city_ratio", "aircondit_mean", "law_cor"] {
-        let rows = table(&format!("{name}_ci.csv"));
-        let expected = number(&rows[0][6]);
-        let found = acceleration(&[column(&format!("{name}_L.csv"))]);
+        let expected = number(&table(&format!("{name}_ci"))[0], "a");
+        let found = acceleration(&[column(&format!("{name}_L"), "L")]);
         assert!((found / expected - 1.0).abs() < 1e-9, "{name}: {found} {expected}");
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::common::read_in_project;
+use crate::laws::{number, rows};
 use serde_json::Value;
 use wetcor::inference::diagnostics::energy::e_bfmi;
 use wetcor::inference::diagnostics::loo::{self, Loo};
@@ -21,23 +22,6 @@ fn read(name: &str) -> String {
 
 fn slices(chains: &Chains) -> Vec<&[f64]> {
     chains.iter().map(Vec::as_slice).collect()
-}
-
-/// A table's columns by their names.
-fn columns(name: &str) -> BTreeMap<String, Vec<String>> {
-    let text = read(name);
-    let mut rows = csv::Reader::from_reader(text.as_bytes());
-    let names = rows.headers().expect("a header").clone();
-    let rows: Vec<csv::StringRecord> = rows.records().map(|row| row.expect("a row")).collect();
-    let column = |(place, name): (usize, &str)| {
-        let cells = rows.iter().map(|row| row[place].to_owned());
-        (name.to_owned(), cells.collect())
-    };
-    names.iter().enumerate().map(column).collect()
-}
-
-fn numbers(cells: &[String]) -> Vec<f64> {
-    cells.iter().map(|cell| cell.parse().expect("a number")).collect()
 }
 
 /// Draws of the made-up cases.
@@ -86,14 +70,16 @@ fn by_name(summary: &Summary) -> [(&'static str, Option<f64>); 13] {
 
 #[test]
 fn eight_schools_agrees_with_posterior() {
-    let draws = columns("eight_schools_draws.csv");
-    let answers = columns("eight_schools_posterior.csv");
-    for (row, name) in answers["variable"].iter().enumerate() {
-        let chains: Chains = numbers(&draws[name]).chunks(100).map(<[f64]>::to_vec).collect();
-        let chains = slices(&chains);
+    let [draws, answers] = ["draws", "posterior"].map(|name| {
+        let text = read(&format!("eight_schools_{name}.csv"));
+        rows(&text.replace('"', ""))
+    });
+    for answer in answers {
+        let name = &answer["variable"];
+        let draws: Vec<f64> = draws.iter().map(|row| number(row, name)).collect();
+        let chains: Vec<&[f64]> = draws.chunks(100).collect();
         let check = |column: &str, ours: f64| {
-            let theirs: f64 = answers[column][row].parse().expect("a number");
-            close(&format!("{name} {column}"), ours, theirs);
+            close(&format!("{name} {column}"), ours, number(&answer, column));
         };
         let summary = summarise(&chains);
         assert!(summary.is_whole());

@@ -19,19 +19,15 @@ fn the_table_is_what_is_predicted() {
         let (status, table, err) = ask("handoff", example(), &format!("{pair} --speed-m-s 1.2 --to table"));
         assert_eq!((status, err.as_str()), (Some(0), ""));
         let [v, e, low, beyond] = ["v_m_s", "e_q50", "e_q05", "extrapolated"].map(|name| column(&table, name));
-        assert!(
-            v.len() > 20 && beyond.contains(&1.0) && beyond.contains(&0.0),
-            "{table}"
-        );
+        let are_both = [0.0, 1.0].iter().all(|mark| beyond.contains(mark));
+        assert!(v.len() > 20 && are_both, "{table}");
         for place in (0..v.len()).step_by(5) {
             let speed = v[place];
             let (_, predicted, _) = ask("predict", example(), &format!("{pair} --speed-m-s {speed}:{speed}:1"));
             // the table has five digits
-            let near = |name: &str, x: f64| (column(&predicted, name)[0] - x).abs() < 1e-5;
-            assert!(
-                near("restitution", e[place]) && near("restitution_q05", low[place]),
-                "{speed} {predicted}"
-            );
+            for (name, told) in [("restitution", e[place]), ("restitution_q05", low[place])] {
+                assert!((column(&predicted, name)[0] - told).abs() < 1e-5, "{speed} {predicted}");
+            }
             let marked = predicted.contains(",true");
             assert_eq!(marked, beyond[place] == 1.0, "{speed}");
         }

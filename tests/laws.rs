@@ -39,14 +39,6 @@ impl Fitted {
         rows(&std::fs::read_to_string(self.folder.join(file)).expect("it is written"))
     }
 
-    fn laws(&self) -> Vec<Row> {
-        self.rows("laws.csv")
-    }
-
-    fn findings(&self) -> Value {
-        self.place.json("report/findings.json")
-    }
-
     /// What is predicted at settings given as lines of a table.
     fn predict(&self, settings: &str) -> Vec<Row> {
         self.place.write("settings.csv", settings);
@@ -70,7 +62,7 @@ pub fn rows(text: &str) -> Vec<Row> {
     lines.map(row).collect()
 }
 
-fn number(row: &Row, name: &str) -> f64 {
+pub fn number(row: &Row, name: &str) -> f64 {
     row[name].parse().unwrap_or_else(|_| panic!("{name}: {:?}", row[name]))
 }
 
@@ -141,7 +133,7 @@ fn a_law_is_the_curve_that_is_predicted_there() {
         ("impact", Fitted::new("least_squares,posterior", at_own_speed)),
         ("bridge", Fitted::new("least_squares,posterior", bridge)),
     ] {
-        let laws = fitted.laws();
+        let laws = fitted.rows("laws.csv");
         // a dry pair for each particle, and one for each of the 54 series
         assert_eq!(laws.len(), 56, "{change}");
         let (text, asked) = settings(&laws);
@@ -179,7 +171,8 @@ fn a_law_is_the_curve_that_is_predicted_there() {
 #[test]
 fn without_a_posterior_the_numbers_are_those_of_the_series_own_fits() {
     let fitted = Fitted::new("least_squares", str::to_owned);
-    let (laws, findings) = (fitted.laws(), fitted.findings());
+    let laws = fitted.rows("laws.csv");
+    let findings = fitted.place.json("report/findings.json");
     // one line a law in both files, the same numbers
     let listed = findings["laws"].as_array().expect("a list");
     assert_eq!(laws.len(), listed.len());
