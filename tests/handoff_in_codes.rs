@@ -167,22 +167,6 @@ fn a_title_is_no_code_in_python() {
     assert_ne!(tree(&folder, &early), tree(&folder, hostile));
 }
 
-/// In the other languages a comment ends with its line, unless the line ends in what joins the next to it.
-#[test]
-fn a_title_is_no_code_elsewhere() {
-    for code in [Code::Lammps, Code::Liggghts, Code::Table] {
-        for (plain, hostile) in PAIRS[0].files_of(code, "PTFE").iter().zip(PAIRS[0].files(code)) {
-            let is_title = |line: &&str| line.starts_with("# Fit: ");
-            let [own, others] = [plain, &hostile].map(|file| file.text.lines().filter(|line| !is_title(line)));
-            assert!(own.eq(others), "{}", plain.name);
-            let title = hostile.text.lines().find(is_title).expect("it is there");
-            for code in ["\"", "$", "&", "\\", ",=", ";@"] {
-                assert!(!title.contains(code), "{code}: {title}");
-            }
-        }
-    }
-}
-
 /// A rebound from the plate and one of two spheres, each with the e that was asked for or expected.
 struct Rebounds {
     on_plate: f64,
