@@ -18,10 +18,12 @@ use std::f64::consts::PI;
 const SPHERES: usize = 4000;
 const GASES: u64 = 20;
 
-fn gas(test: &str, index: u64, start: &Haff) -> Gas {
-    let mut stream = ChaCha8Rng::seed_from_u64(seed_of(test));
-    stream.set_stream(index);
-    Gas::new(SPHERES, start.temperature, start.met_per_metre, stream)
+fn haff(e: f64) -> Haff {
+    Haff {
+        e,
+        temperature: 1.0,
+        met_per_metre: 12.0,
+    }
 }
 
 /// How many standard errors the mean of some ratios is from what they should be.
@@ -36,26 +38,21 @@ fn z(ratios: &[f64], expected: f64) -> f64 {
 /// impacts that took. One of each gas.
 fn ratios(test: &str, e: f64, gone: f64) -> [Vec<f64>; 2] {
     let gases = (0..GASES).map(|index| {
-        let mut haff = Haff {
-            e,
-            temperature: 1.0,
-            met_per_metre: 12.0,
-        };
-        let mut gas = gas(test, index, &haff);
+        let mut haff = haff(e);
+        let mut stream = ChaCha8Rng::seed_from_u64(seed_of(test));
+        stream.set_stream(index);
+        let mut gas = Gas::new(SPHERES, haff.temperature, haff.met_per_metre, stream);
         // within eight impacts of each sphere the velocities are no longer normal, but those of the cooling state
         gas.advance(8.0 / haff.frequency(), |pair, normal| collide(pair, normal, |_| e));
         haff.temperature = gas.temperature();
         let (begun, before) = (gas.time(), gas.collisions_per_sphere());
-        gas.advance(begun + gone / haff.cooling_rate(), |pair, normal| {
-            collide(pair, normal, |_| e)
-        });
+        let end = begun + gone / haff.cooling_rate();
+        gas.advance(end, |pair, normal| collide(pair, normal, |_| e));
         let rise = (haff.temperature / gas.temperature()).sqrt();
         let impacts = haff.frequency() / haff.cooling_rate() * rise.ln();
         let met = gas.collisions_per_sphere() - before;
-        (
-            (rise - 1.0) / ((gas.time() - begun) * haff.cooling_rate()),
-            met / impacts,
-        )
+        let risen = (rise - 1.0) / ((gas.time() - begun) * haff.cooling_rate());
+        (risen, met / impacts)
     });
     let (rises, impacts) = gases.unzip();
     [rises, impacts]
@@ -64,11 +61,7 @@ fn ratios(test: &str, e: f64, gone: f64) -> [Vec<f64>; 2] {
 #[test]
 fn the_energy_follows_haffs_law() {
     let test = "the_energy_follows_haffs_law";
-    let haff = Haff {
-        e: 0.9,
-        temperature: 1.0,
-        met_per_metre: 12.0,
-    };
+    let haff = haff(0.9);
     assert!((haff.temperature_at(1.0 / haff.cooling_rate()) - 0.25).abs() < 1e-12);
     for (e, gone) in [(0.9, 15.0), (0.8, 2.0)] {
         let [rises, impacts] = ratios(test, e, gone);
@@ -93,10 +86,8 @@ fn a_pair_rebounds_by_its_own_stokes_number() {
     let radius = SPHERE.diameter / 2.0;
     for speed in [0.07, 0.3, 1.1] {
         let of = |stokes: f64| (pair.e_inf().powi(2) - 4.0 * LUBRICATION_LOG / stokes).sqrt();
-        assert!(
-            (pair.at(speed) - of(stokes(speed, mass / 2.0, radius / 2.0))).abs() < 1e-13,
-            "{speed}"
-        );
+        let of_pair = of(stokes(speed, mass / 2.0, radius / 2.0));
+        assert!((pair.at(speed) - of_pair).abs() < 1e-13, "{speed}");
         let of_plate = of(stokes(speed, mass, radius));
         assert!(of_plate.is_nan() || pair.at(speed) > of_plate + 0.01);
     }

@@ -37,9 +37,8 @@ fn measured(test: &str, film: f64, speed: f64) -> (String, Vec<Option<f64>>) {
         let [particle, liquid, diameter, thickness, ratio, v, e] = line.split(',').collect::<Vec<_>>()[..] else {
             panic!("{line}");
         };
-        let film_of_run = thickness
-            .parse::<f64>()
-            .map_or(String::new(), |x| (x * off(film)).to_string());
+        let film_of_run = thickness.parse::<f64>().map(|x| (x * off(film)).to_string());
+        let film_of_run = film_of_run.unwrap_or_default();
         let v = v.parse::<f64>().expect("a speed") * off(speed);
         text.push_str(&format!("{particle},{liquid},{diameter},{film_of_run},{v},{e}\n"));
         made_at.push(ratio.parse().ok());

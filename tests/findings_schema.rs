@@ -158,10 +158,8 @@ pub fn committed_findings(report: &str) -> Value {
 #[test]
 fn the_committed_schema_is_that_of_the_types() {
     let made = wetcor::report::findings_schema().expect("a schema");
-    assert!(
-        made == kept("docs/findings.schema.json", &made),
-        "the types have changed: run this test with UPDATE_EXPECTED=1"
-    );
+    let is_same = made == kept("docs/findings.schema.json", &made);
+    assert!(is_same, "the types have changed: run this test with UPDATE_EXPECTED=1");
 }
 
 #[test]

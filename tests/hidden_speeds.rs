@@ -8,6 +8,7 @@ use wetcor::inference::nuts::Effort;
 use wetcor::physics::numbers::stokes;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::Order;
+use wetcor::remark::Remark;
 use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::{stream, StreamName};
@@ -25,7 +26,7 @@ const FAR: f64 = 55.0;
 const NEAR: f64 = 85.0;
 
 /// Which runs were made at one speed.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 enum Speeds {
     /// runs of one setting
     Repeated,
@@ -67,10 +68,8 @@ fn table(scene: &Scene, design: Design, seed: u64) -> Table {
             impact_speed: measured,
             restitution: if stuck { 0.0 } else { rebound / measured },
         });
-        sds.push([
-            design.error * v,
-            if stuck { 0.0 } else { design.error * v * e / measured },
-        ]);
+        let of_e = if stuck { 0.0 } else { design.error * v * e / measured };
+        sds.push([design.error * v, of_e]);
     };
     for i in 0..30 {
         let v = 0.5 + 0.25 * f64::from(i % 6);
@@ -80,18 +79,14 @@ fn table(scene: &Scene, design: Design, seed: u64) -> Table {
     let wet = HEIGHTS.len() * REPEATS;
     for place in 0..wet {
         let share = place as f64 / (wet - 1) as f64;
-        let height = if design.speeds == Speeds::Own {
-            let [lowest, .., highest] = HEIGHTS;
-            lowest + (highest - lowest) * share
-        } else {
-            HEIGHTS[place / REPEATS]
+        let [lowest, .., highest] = HEIGHTS;
+        let (height, size) = match design.speeds {
+            Speeds::Repeated => (HEIGHTS[place / REPEATS], 1.0),
+            Speeds::AtOtherDiameters => (HEIGHTS[place / REPEATS], 0.91 + 0.18 * share),
+            Speeds::Own => (lowest + (highest - lowest) * share, 1.0),
         };
         let v = (2.0 * 9.81 * height).sqrt();
-        let diameter = if design.speeds == Speeds::AtOtherDiameters {
-            DIAMETER * (0.91 + 0.18 * share)
-        } else {
-            DIAMETER
-        };
+        let diameter = DIAMETER * size;
         let st = stokes(940.0, diameter, v, 1e-3 * design.viscosity);
         let r = Order::First.restitution(K, 2.0).powi(2) - 4.0 * L / st;
         let e = mean_restitution(r) + NOISE * normal();
@@ -130,6 +125,14 @@ fn all_z(design: Design, sets: u64, name: &str) -> Vec<[f64; 2]> {
     pairs.into_iter().flatten().collect()
 }
 
+/// The check of a table of a design, and the share of its wet runs that stick.
+fn check(design: Design) -> (Remark, f64) {
+    let scene = scene(design);
+    let runs = table(&scene, design, 1).runs;
+    let stuck = runs.stuck() as f64 / (HEIGHTS.len() * REPEATS) as f64;
+    (speed_errors(&scene, &runs).expect("speeds err"), stuck)
+}
+
 fn with_errors(found: &[[f64; 2]]) -> Vec<f64> {
     found.iter().map(|pair| pair[0]).collect()
 }
@@ -148,8 +151,7 @@ fn repeated_speeds_leave_l_unbiased() {
         };
         let found = all_z(design, SETS, "repeated_speeds_leave_l_unbiased");
         assert!(found.len() + 1 >= SETS as usize, "{found:?}");
-        let sample = table(&scene(design), design, 1);
-        let check = speed_errors(&scene(design), &sample.runs).expect("speeds err");
+        let (check, _) = check(design);
         (mean(&with_errors(&found)), check.passed)
     };
     for speeds in [Speeds::Repeated, Speeds::AtOtherDiameters] {
@@ -208,9 +210,7 @@ fn the_page_of_speeds() {
 }
 
 fn row_of_the_page(design: Design, told: &str) -> String {
-    let sample = table(&scene(design), design, 1);
-    let stuck = sample.runs.stuck() as f64 / (HEIGHTS.len() * REPEATS) as f64;
-    let check = speed_errors(&scene(design), &sample.runs).expect("speeds err");
+    let (check, stuck) = check(design);
     let found = all_z(design, SETS_OF_THE_PAGE, "the_page_of_speeds");
     let (middle, se) = mean(&with_errors(&found));
     let added: Vec<f64> = found.iter().map(|[err, exact]| err - exact).collect();

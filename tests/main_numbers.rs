@@ -135,10 +135,8 @@ fn a_prior_of_any_kind_is_held_against_the_runs() {
         let findings = fit(key, prior);
         let check = findings.check("prior_conflict");
         let is_quoted = findings.main.verdict.passed;
-        assert!(
-            findings.forbids("prior_conflict") && !is_quoted,
-            "{key} {prior}: {check:?}"
-        );
+        let is_held = findings.forbids("prior_conflict") && !is_quoted;
+        assert!(is_held, "{key} {prior}: {check:?}");
         // what follows from it comes after it
         let first = findings.checks().find(|check| !check.passed && check.gates());
         assert_eq!(first.map(|check| check.code), Some("prior_conflict"), "{key} {prior}");

@@ -175,9 +175,7 @@ const LARGEST_DRY: f64 = 1.15;
 #[test]
 fn the_papers_figures_come_back_as_nearly_as_stated() {
     let findings = committed_findings("mueller2016");
-    let published = findings["published"]
-        .as_array()
-        .expect("the scene gives published numbers");
+    let published = findings["published"].as_array().expect("a list");
     assert_eq!(published.len(), 10);
     let source = read_in_project("datasets/mueller2016/SOURCE.md");
     for row in published {
@@ -207,10 +205,8 @@ fn the_runs_are_what_simulate_draws_and_no_one_takes_them_for_measured() {
     let new = std::fs::read_to_string(&out).expect("it is drawn");
     let old = read_in_project("datasets/mueller2016/runs.csv");
     assert_same_cells(&new, &old, "runs.csv");
-    let mut films = old
-        .lines()
-        .skip(1)
-        .filter_map(|line| line.split(',').nth(3)?.parse::<f64>().ok());
+    let film = |line: &str| line.split(',').nth(3)?.parse::<f64>().ok();
+    let mut films = old.lines().skip(1).filter_map(film);
     assert!(films.all(|film| film >= 200.0));
     let source = read_in_project("datasets/mueller2016/SOURCE.md");
     source.lines().next().expect("a title").says("simulated");

@@ -33,10 +33,9 @@ impl Assembled {
         let parameters = ModelParameters::of(scene, all, form).expect("priors with room");
         let mut kept = all.clone();
         if fault == Fault::StuckRunsDropped {
-            kept.series
-                .iter_mut()
-                .for_each(|series| series.stuck.end = series.stuck.start);
-            kept.dry.iter_mut().for_each(|dry| dry.stuck.end = dry.stuck.start);
+            let series = kept.series.iter_mut().map(|series| &mut series.stuck);
+            let all = series.chain(kept.dry.iter_mut().map(|dry| &mut dry.stuck));
+            all.for_each(|stuck| stuck.end = stuck.start);
         }
         let transforms = parameters.sampled.iter().map(|p| match p.kind {
             ParameterKind::DryK(_) if fault == Fault::BoundOnKForgotten => Transform::Above(0.0),
@@ -78,14 +77,8 @@ impl LogDensity for Assembled {
         }
         let mut full_slopes = vec![0.0; full.len()];
         let mut value = self.likelihood.ln_density(&full, &mut full_slopes)?;
-        for (((parameter, transform), u), slope) in self
-            .parameters
-            .sampled
-            .iter()
-            .zip(&self.transforms)
-            .zip(point)
-            .zip(slopes.iter_mut())
-        {
+        let sampled = self.parameters.sampled.iter().zip(&self.transforms);
+        for (((parameter, transform), u), slope) in sampled.zip(point).zip(slopes.iter_mut()) {
             let mapped = transform.at(*u);
             let mut of_value = full_slopes[parameter.kind.slot()];
             match parameter.kind {
@@ -104,10 +97,7 @@ impl LogDensity for Assembled {
                 *slope += mapped.ln_jacobian_slope;
             }
         }
-        if value.is_finite() && slopes.iter().all(|slope| slope.is_finite()) {
-            Ok(value)
-        } else {
-            Err(OutsideDomain)
-        }
+        let is_finite = value.is_finite() && slopes.iter().all(|slope| slope.is_finite());
+        is_finite.then_some(value).ok_or(OutsideDomain)
     }
 }

@@ -130,11 +130,10 @@ fn simulation(scene: &Scene) -> Simulation<'_> {
 pub fn write(simulation: &Simulation, seed: u64, path: &Path) {
     let mut writer = RunWriter::create(path, true).unwrap_or_else(|error| panic!("{error}"));
     let runs = simulation.under(seed);
-    for block in 0..runs.blocks() {
-        let written = writer.write(&runs.block(block));
-        written.unwrap_or_else(|error| panic!("{error}"));
-    }
-    writer.finish().unwrap_or_else(|error| panic!("{error}"));
+    let mut blocks = 0..runs.blocks();
+    let written = blocks.try_for_each(|block| writer.write(&runs.block(block)));
+    let written = written.and_then(|()| writer.finish());
+    written.unwrap_or_else(|error| panic!("{error}"));
 }
 
 /// Adds the posterior by the sampler.
@@ -146,9 +145,8 @@ pub fn sample(findings: &mut Findings, scene: &Scene, runs: &Runs) -> Option<Pos
 /// Adds the posterior by the method that is taken where none is asked for; there must be one.
 pub fn sample_as_usual(findings: &mut Findings, scene: &Scene, runs: &Runs) -> Posterior {
     let sampled = findings.add_posterior(scene, runs, MethodChoice::default(), &|_, _| ());
-    sampled
-        .unwrap_or_else(|error| panic!("{error}"))
-        .expect("runs that tell")
+    let sampled = sampled.unwrap_or_else(|error| panic!("{error}"));
+    sampled.expect("runs that tell")
 }
 
 /// Adds the comparison of forms.
@@ -211,11 +209,10 @@ pub fn report_of(
         findings,
         posterior,
     };
-    let whole = report::files(input, true)
-        .unwrap_or_else(|error| panic!("{error}"))
-        .whole;
-    let text = whole.iter().find(|(name, _)| name == "report.md").expect("a report");
-    let text = String::from_utf8(text.1.clone()).expect("text");
+    let files = report::files(input, true).unwrap_or_else(|error| panic!("{error}"));
+    let whole = files.whole;
+    let (_, text) = whole.iter().find(|(name, _)| name == "report.md").expect("a report");
+    let text = String::from_utf8(text.clone()).expect("text");
     (text, whole.into_iter().map(|(name, _)| name).collect())
 }
 

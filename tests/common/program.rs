@@ -148,16 +148,17 @@ impl AsRef<Path> for Folder {
 /// Every file below a folder with its bytes; none where there is no folder.
 pub fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
-    let mut open = vec![folder.to_path_buf()];
-    while let Some(next) = open.pop() {
-        for entry in std::fs::read_dir(&next).into_iter().flatten() {
-            let path = entry.expect("readable").path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                let inside = path.strip_prefix(folder).expect("it lies inside").to_path_buf();
-                found.insert(inside, std::fs::read(&path).expect("readable"));
-            }
+    for entry in std::fs::read_dir(folder).into_iter().flatten() {
+        let entry = entry.expect("readable");
+        let (path, name) = (entry.path(), PathBuf::from(entry.file_name()));
+        if path.is_dir() {
+            found.extend(
+                contents(&path)
+                    .into_iter()
+                    .map(|(inside, bytes)| (name.join(inside), bytes)),
+            );
+        } else {
+            found.insert(name, std::fs::read(&path).expect("readable"));
         }
     }
     found
@@ -167,9 +168,7 @@ pub fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 pub fn entries(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).expect("readable");
     let name = |entry: std::io::Result<std::fs::DirEntry>| entry.expect("readable").file_name();
-    let mut names: Vec<String> = entries
-        .map(|entry| name(entry).to_string_lossy().into_owned())
-        .collect();
+    let mut names = Vec::from_iter(entries.map(|entry| name(entry).to_string_lossy().into_owned()));
     names.sort();
     names
 }

@@ -23,10 +23,8 @@ fn target(page: &str, link: &str) -> Option<String> {
 
 /// The name that a heading has in a link.
 fn anchor(heading: &str) -> String {
-    let kept = heading
-        .trim()
-        .chars()
-        .filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+    let is_kept = |c: &char| c.is_alphanumeric() || " -_".contains(*c);
+    let kept = heading.trim().chars().filter(is_kept);
     kept.collect::<String>().to_lowercase().replace(' ', "-")
 }
 
@@ -47,10 +45,8 @@ fn broken_links(page: &Page) -> Vec<String> {
         !target(&page.path, file).is_some_and(is_there)
     };
     let inside = links(&page.text).into_iter().filter(|link| !link.contains("://"));
-    inside
-        .filter(leads_nowhere)
-        .map(|link| format!("{}: {link}", page.path))
-        .collect()
+    let lost = inside.filter(leads_nowhere);
+    lost.map(|link| format!("{}: {link}", page.path)).collect()
 }
 
 #[test]

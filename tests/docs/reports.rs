@@ -41,12 +41,9 @@ fn the_coverage_of_offsets_is_that_of_the_report() {
     let report = rows(&read("reports/series_offsets.md"));
     let page = read("docs/scatter.md");
     let of = |columns: std::ops::Range<usize>, offsets: &str| {
-        let cells: Vec<Vec<String>> = report
-            .iter()
-            .filter(|row| row.len() == 10 && row[1] == offsets)
-            .flat_map(|row| row[columns.clone()].iter().map(|cell| vec![cell.clone()]))
-            .collect();
-        range(&cells, 0, |_| true)
+        let own = report.iter().filter(|row| row.len() == 10 && row[1] == offsets);
+        let cells = own.flat_map(|row| row[columns.clone()].iter().map(|cell| vec![cell.clone()]));
+        range(&Vec::from_iter(cells), 0, |_| true)
     };
     let with = format!("its 95 % intervals cover {}", of(3..8, "yes"));
     let without = format!("those of L, C, e_inf and St_c cover {}", of(4..8, "no"));
@@ -60,9 +57,8 @@ fn the_coverage_of_intervals_is_that_of_the_report() {
     let laws = |row: &[String]| row.len() == 9 && ["sqrt", "linear"].contains(&row[1].as_str());
     // against the true e_inf the linear law is biased, which no interval mends
     let percentile = |which: &str| {
-        range(&report, 6, |row| {
-            laws(row) && row[2] != "true e_inf" && row[0].contains(which)
-        })
+        let is_own = |row: &[String]| laws(row) && row[2] != "true e_inf" && row[0].contains(which);
+        range(&report, 6, is_own)
     };
     let least = |range: &str| range.split(' ').next().unwrap_or_default().to_owned();
     let page = read("docs/uncertainty.md");

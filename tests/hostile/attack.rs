@@ -1,6 +1,6 @@
 //! Runs the command with a time limit and holds its manners: an exit status it documents, no panic, no control characters.
 
-use crate::common::Folder;
+use crate::common::{Folder, Says};
 use std::io::Read;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -36,10 +36,8 @@ pub fn finish(mut command: Command, seconds: f64) -> Outcome {
     for variable in ["COLUMNS", "CLICOLOR_FORCE", "FORCE_COLOR", "RUST_BACKTRACE"] {
         command.env_remove(variable);
     }
-    command
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
+    command.stdin(Stdio::null());
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().expect("the command can be started");
     // read aside, so that a full pipe stops nobody
     let out = text_of(child.stdout.take().expect("piped"));
@@ -87,8 +85,6 @@ impl Outcome {
     pub fn assert_refused(&self, of: &str, words: &[&str]) {
         self.assert_mannered(of);
         assert_eq!(self.status, Some(2), "{of}: {self:?}");
-        for word in words {
-            assert!(self.err.contains(word), "{of}: no {word:?} in {}", self.err);
-        }
+        words.iter().for_each(|word| self.err.says(word));
     }
 }
