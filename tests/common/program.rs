@@ -181,31 +181,32 @@ pub fn table_of<const N: usize>(text: &str) -> Vec<[&str; N]> {
 
 /// What a text must say; the whole of it is shown where it does not.
 pub trait Says {
-    fn says(&self, words: &str);
-    fn begins(&self, words: &str);
-    fn lacks(&self, words: &str);
-    /// The whole of it.
-    fn reads(&self, words: &str);
-}
+    fn text(&self) -> &str;
 
-impl Says for str {
     #[track_caller]
     fn says(&self, words: &str) {
-        assert!(self.contains(words), "no `{words}` in:\n{self}");
+        assert!(self.text().contains(words), "no `{words}` in:\n{}", self.text());
     }
 
     #[track_caller]
     fn begins(&self, words: &str) {
-        assert!(self.starts_with(words), "no `{words}` begins:\n{self}");
+        assert!(self.text().starts_with(words), "no `{words}` begins:\n{}", self.text());
     }
 
     #[track_caller]
     fn lacks(&self, words: &str) {
-        assert!(!self.contains(words), "`{words}` in:\n{self}");
+        assert!(!self.text().contains(words), "`{words}` in:\n{}", self.text());
     }
 
+    /// The whole of it.
     #[track_caller]
     fn reads(&self, words: &str) {
-        assert_eq!(self, words);
+        assert_eq!(self.text(), words);
+    }
+}
+
+impl Says for str {
+    fn text(&self) -> &str {
+        self
     }
 }

@@ -9,63 +9,59 @@ use wetcor::remark::Remark;
 use wetcor::scene::WetLaw;
 
 pub trait Told {
-    /// A check by its code, if it was made.
-    fn made(&self, code: &str) -> Option<&Remark>;
-    /// A check that must have been made.
-    fn check(&self, code: &str) -> &Remark;
-    /// Whether a check failed that forbids quoting.
-    fn forbids(&self, code: &str) -> bool;
-    fn notice(&self, code: &str) -> Option<&Remark>;
-    fn tells(&self, code: &str) -> bool;
-    /// The energy balance of dry and wet runs.
-    fn balance(&self) -> &EnergyBalance;
-    /// A parameter of it.
-    fn fitted(&self, name: &str) -> &Estimate;
-    /// The square-root law of the first film ratio.
-    fn square_root(&self) -> &Scaling;
-    fn main_number(&self, name: &str) -> &EstimateRow;
-}
+    fn findings(&self) -> &Findings;
 
-impl Told for Findings {
+    /// A check by its code, if it was made.
     fn made(&self, code: &str) -> Option<&Remark> {
-        self.checks().find(|check| check.code == code)
+        self.findings().checks().find(|check| check.code == code)
     }
 
+    /// A check that must have been made.
     fn check(&self, code: &str) -> &Remark {
         self.made(code).unwrap_or_else(|| panic!("no check {code}"))
     }
 
+    /// Whether a check failed that forbids quoting.
     fn forbids(&self, code: &str) -> bool {
-        let mut checks = self.checks();
+        let mut checks = self.findings().checks();
         checks.any(|check| check.code == code && check.gates() && !check.passed)
     }
 
     fn notice(&self, code: &str) -> Option<&Remark> {
-        self.notices().find(|notice| notice.code == code)
+        self.findings().notices().find(|notice| notice.code == code)
     }
 
     fn tells(&self, code: &str) -> bool {
         self.notice(code).is_some()
     }
 
+    /// The energy balance of dry and wet runs.
     fn balance(&self) -> &EnergyBalance {
-        self.energy_balance.as_ref().expect("dry and wet runs")
+        self.findings().energy_balance.as_ref().expect("dry and wet runs")
     }
 
+    /// A parameter of it.
     fn fitted(&self, name: &str) -> &Estimate {
         let mut all = self.balance().parameters.iter();
         let own = all.find(|own| own.name == name);
         &own.unwrap_or_else(|| panic!("no parameter {name}")).estimate
     }
 
+    /// The square-root law of the first film ratio.
     fn square_root(&self) -> &Scaling {
         let of_film = |row: &&Scaling| row.law == WetLaw::Sqrt && row.film_ratio.is_some();
-        self.scaling.iter().find(of_film).expect("wet runs")
+        self.findings().scaling.iter().find(of_film).expect("wet runs")
     }
 
     fn main_number(&self, name: &str) -> &EstimateRow {
-        let mut all = self.main.parameters.iter();
-        all.find(|own| own.name() == name)
-            .unwrap_or_else(|| panic!("no main number {name}"))
+        let mut all = self.findings().main.parameters.iter();
+        let own = all.find(|own| own.name() == name);
+        own.unwrap_or_else(|| panic!("no main number {name}"))
+    }
+}
+
+impl Told for Findings {
+    fn findings(&self) -> &Findings {
+        self
     }
 }
