@@ -63,4 +63,3 @@ mod track;
 mod transcripts;
 mod viscous_film;
 mod wet_law;
-mod workbooks;

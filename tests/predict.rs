@@ -1,11 +1,7 @@
-//! Holds predictions to brute-force sampling, to the truth of the simulated example, and to their refusals.
+//! Holds predictions to brute-force sampling, and to the truth of the simulated example; `data/transcripts` has refusals.
 
-use std::path::Path;
-
-use crate::common::workbook::{workbook, Sheet};
 use crate::common::{
-    ask, binomial_z, fitted_example as example, in_project, normal, parameters_of, rows, seed_of, setting, table_of,
-    Folder, Ran, Says,
+    ask, binomial_z, fitted_example as example, in_project, normal, parameters_of, rows, seed_of, setting,
 };
 use crate::laws;
 use rand::RngExt;
@@ -278,21 +274,15 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
 }
 
 const ASKED: &str = "--particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286 --speed-m-s 0.05:2:6";
-/// The same without speeds.
-const SETTING: &str = "--particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286";
-
-fn predict(folder: &Path, words: &str) -> Ran {
-    ask("predict", folder, words)
-}
 
 #[test]
 fn both_formats_hold_the_same_numbers_and_reynolds_over_stokes_is_nine_ratios() {
-    let (status, csv, err) = predict(example(), ASKED);
+    let (status, csv, err) = ask("predict", example(), ASKED);
     assert_eq!(status, Some(0), "{err}");
     // M50 has the smaller Stokes numbers: they are none of these speeds in AK10
     let covered = "notice: 3 of 6 speeds extrapolated: runs of PTFE in AK10 covered 0.767 to 1.716 m/s, Stokes numbers 62.6 to 352.5";
     assert!(err.starts_with(covered), "{err}");
-    let (_, json, _) = predict(example(), &format!("{ASKED} --format json"));
+    let (_, json, _) = ask("predict", example(), &format!("{ASKED} --format json"));
     let json: serde_json::Value = serde_json::from_str(&json).expect("valid JSON");
     assert_eq!((&json["quotable"], &json["draws"]), (&true.into(), &1000.into()));
     let rows = json["predicted"].as_array().expect("a list");
@@ -321,199 +311,10 @@ fn both_formats_hold_the_same_numbers_and_reynolds_over_stokes_is_nine_ratios() 
 }
 
 #[test]
-fn a_liquid_is_its_density_and_viscosity_and_threads_change_no_byte() {
-    let (_, named, _) = predict(example(), ASKED);
-    let given = ASKED.replace("--liquid AK10", "--liquid-density-kg-m3 930 --viscosity-mPa-s 9.3");
-    let threads = |count: u32| predict(example(), &format!("{given} --threads {count}"));
-    let (status, own, err) = threads(1);
-    assert_eq!(status, Some(0), "{err}");
-    assert_eq!(own, threads(3).1);
-    for (a, b) in named.split([',', '\n']).zip(own.split([',', '\n'])) {
-        match (a.parse::<f64>(), b.parse::<f64>()) {
-            // the last bit of a viscosity may be lost on its way through findings.json
-            (Ok(a), Ok(b)) => assert!((a - b).abs() <= 1e-12 * b.abs(), "{a} {b}"),
-            _ => assert_eq!(a, b),
-        }
-    }
-}
-
-/// A folder with two draws in `r`, as small as it can be.
-struct Store(Folder);
-
-/// Its findings, but for the version.
-const FINDINGS: &str = r#"{"schema":"wetcor.findings/3","title":"t","wetcor":"VERSION","remarks":[],"posterior":{
-"left_out":[{"name":"dry_k[PE]","value":null,"reason":"no runs"}],"terms":["inertia","viscous"],"inertia":"stepwise","viscous":"constant","dry_speed_m_s":2.0,
-"basis":{"smallest_restitution":0.0,"particles":[{"name":"PTFE","density_kg_m3":2150.0,"roughness_m":5e-6,"covered":null},
-{"name":"PE","density_kg_m3":940.0,"roughness_m":5e-6,"covered":null}],"liquids":[{"name":"AK10","density_kg_m3":930.0,"viscosity_Pa_s":0.0093}],
-"draws":[{"name":"dry_k[PTFE]","values":[0.183,0.184]},{"name":"lubrication_log","values":[1.85,1.86]},
-{"name":"inertial_prefactor","values":[0.9,0.8]},{"name":"sigma_dry","values":[0.01,0.01]},{"name":"sigma_wet","values":[0.02,0.02]}]}}}"#;
-
-impl Store {
-    /// With something replaced in its findings.
-    fn with(replaced: &[(&str, &str)]) -> Store {
-        let ours = FINDINGS.replace("VERSION", env!("CARGO_PKG_VERSION"));
-        Store::of(replaced.iter().fold(ours, |text, (from, to)| text.replace(from, to)))
-    }
-
-    fn of(findings: String) -> Store {
-        let place = Folder::new();
-        std::fs::create_dir(place.join("r")).expect("writable");
-        place.write("r/findings.json", findings);
-        Store(place)
-    }
-
-    /// What is said of it, the folder called `r`.
-    fn told(&self, more: &str) -> Ran {
-        let folder = self.0.join("r");
-        let (status, out, err) = predict(&folder, more);
-        let folder = folder.to_str().expect("a plain path");
-        (status, out, err.replace(folder, "r"))
-    }
-}
-
-#[test]
-fn a_store_as_small_as_it_can_be_is_predicted_from_and_a_failed_fit_says_so() {
-    let (status, out, err) = Store::with(&[]).told(ASKED);
-    assert_eq!(status, Some(0), "{err}");
-    assert_eq!(out.lines().count(), 7);
-    assert_eq!(err, "notice: all speeds extrapolated: PTFE has no wet runs\n");
-    let remark = |code: &str, level: &str, text: &str| {
-        format!(r#"{{"code":"{code}","level":"{level}","passed":false,"text":"{text}","next_step":""}}"#)
-    };
-    let no_check = r#""remarks":[]"#;
-    let failed = [
-        remark("r_hat", "forbids", "largest R-hat"),
-        remark("x", "cautions", "x"),
-    ]
-    .join(",");
-    let store = Store::with(&[(no_check, &format!(r#""remarks":[{failed}]"#))]);
-    let (status, _, err) = store.told(ASKED);
-    assert_eq!(status, Some(1));
-    assert_eq!(store.told(&format!("{ASKED} --anyway")).0, Some(0));
-    assert!(err.starts_with("notice: the fit is not to be quoted, and this not either: largest R-hat\nnotice: all"));
-    // nothing of this form reads the roughness
-    assert_eq!(
-        Store::with(&[("5e-6", "null")]).told(ASKED),
-        (Some(0), out, err_of_right())
-    );
-    // bands of single runs of a fit whose wet runs scatter unevenly
-    let with = |code: &str| {
-        let grows = format!(r#""remarks":[{}]"#, remark(code, "cautions", "they grow"));
-        Store::with(&[(no_check, &grows)]).told(ASKED).2
-    };
-    let told = "notice: run_q05 to run_q95 and stuck_probability take one spread for every run, and they grow\n";
-    assert!(with("noise_grows").starts_with(told), "{}", with("noise_grows"));
-    assert_eq!(with("dry_noise_grows"), err_of_right());
-}
-
-/// What is said of the smallest store.
-fn err_of_right() -> String {
-    Store::with(&[]).told(ASKED).2
-}
-
-#[test]
-fn a_parameter_held_at_a_value_counts_as_that_value_in_every_draw() {
-    let drawn = Store::with(&[("[0.9,0.8]", "[0.7,0.7]")]);
-    let held = Store::with(&[
-        (r#"{"name":"inertial_prefactor","values":[0.9,0.8]},"#, ""),
-        (
-            r#""left_out":["#,
-            r#""left_out":[{"name":"inertial_prefactor","value":0.7,"reason":"held"},"#,
-        ),
-    ]);
-    let own = Store::with(&[(r#""dry_speed_m_s":2.0"#, r#""dry_speed_m_s":null"#)]);
-    // an asymmetry may be of either sign
-    let asymmetric = Store::with(&[(
-        r#"{"name":"sigma_wet""#,
-        r#"{"name":"asymmetry","values":[-0.5,-0.5]},{"name":"sigma_wet""#,
-    )]);
-    let told = [drawn, held, own, Store::with(&[]), asymmetric].map(|store| store.told(ASKED));
-    assert!(told.iter().all(|(status, ..)| *status == Some(0)), "{told:?}");
-    assert_eq!(told[0].1, told[1].1);
-    assert!(told[0].1 != told[3].1 && told[4].1 != told[3].1);
-    // at its own speed a dry impact differs, but for the reference speed, the last
-    let last = |place: usize| told[place].1.lines().last().map(str::to_owned).unwrap_or_default();
-    let e = |line: String| line.split(',').nth(3).and_then(|cell| cell.parse::<f64>().ok());
-    assert_ne!(told[2].1, told[3].1);
-    assert!(
-        e(last(2)).is_some() && e(last(2)) == e(last(3)),
-        "{} {}",
-        last(2),
-        last(3)
-    );
-}
-
-/// Another schema and no fit at all are in `tests/data/bad/predict_*`.
-#[test]
-fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
-    const AGAIN: &str = "; run `wetcor fit SCENE --out r` with every stage";
-    let ours = env!("CARGO_PKG_VERSION");
-    let refused = |store: Store, expected: &str| {
-        let again = if expected.starts_with("r/") { AGAIN } else { "" };
-        let (status, out, err) = store.told(ASKED);
-        assert_eq!((status, out.as_str()), (Some(2), ""));
-        err.reads(&format!("error: {expected}{again}\n"));
-    };
-    for [from, to, expected] in table_of(
-        r#""sigma_wet" | "sigma_kept" | r: the fit has the parameter `sigma_kept`, which predict does not know
-        ,{"name":"sigma_wet","values":[0.02,0.02]} |  | r: the fit has no sigma_wet: it needs wet runs
-        stepwise | stairs | r/findings.json: no findings of wetcor (unknown variant `stairs`, expected one of `stepwise`, `cap`, `saturating`, `none` at line 2 column 114)
-        1.86 | "x" | r/findings.json: no findings of wetcor (invalid type: string "x", expected f64 at line 5 column 99)
-        1.86 | 0.0 | r/findings.json: lubrication_log: found 0.0, expected a number above 0
-        ,1.86 |  | r/findings.json: lubrication_log: found 1 draws, expected as many of each parameter, at least one"#,
-    ) {
-        refused(Store::with(&[(from, to)]), expected);
-    }
-    let other = format!("r/findings.json: written by wetcor `0.0.9`, this is `{ours}`, whose formulas may differ");
-    refused(Store::with(&[(&format!("{ours:?}"), r#""0.0.9""#)]), &other);
-    refused(
-        Store::with(&[("5e-6", "null"), ("\"constant\"", "\"film\"")]),
-        "r/findings.json: roughness of `PTFE`: found none, expected a number above 0",
-    );
-    let cut = "r/findings.json: no findings of wetcor (EOF while parsing a string at line 1 column 20)";
-    refused(Store::of(FINDINGS[..20].to_owned()), cut);
-    let whole = FINDINGS.replace("VERSION", ours);
-    let (before, _) = whole.split_once("{\n\"left_out").expect("it is there");
-    refused(
-        Store::of(format!("{before}null}}")),
-        "r/findings.json: the fit has no posterior to predict from",
-    );
-}
-
-#[test]
-fn a_particle_without_k_another_liquid_and_a_film_too_thick_are_refused() {
-    let store = Store::with(&[]);
-    let refused = |place: usize, word: &str| {
-        let mut asked: Vec<&str> = ASKED.split(' ').collect();
-        asked[place] = word;
-        let (status, out, err) = store.told(&asked.join(" "));
-        assert_eq!((status, out.as_str()), (Some(2), ""));
-        err
-    };
-    for (place, word, expected) in [
-        (1, "PE", "--particle: `PE` has no runs in use, so the fit has no k of it; add dry runs of it and fit again"),
-        (1, "PTF", "--particle: the fit has no k of `PTF`; expected one of PTFE; did you mean `PTFE`?"),
-        (3, "water", "--liquid: found `water`, expected one of AK10, dry; for another liquid give --liquid-density-kg-m3 and --viscosity-mPa-s"),
-        (7, "2500", "--film-um: found a film ratio of 0.525, expected at most 0.5: no formula is valid above"),
-    ] {
-        assert_eq!(refused(place, word), format!("error: {expected}\n"));
-    }
-    for word in "2:1:5 1:2:1 0:2:5 1:2 1:2:3:4 1:inf:3 1:2:1000000 nan:2:3".split(' ') {
-        let err = refused(9, word);
-        assert!(err.contains("expected FIRST:LAST:COUNT as 0.2:2:10"), "{err}");
-    }
-    assert!(refused(5, "-1").contains("--diameter-mm"));
-    assert!(refused(7, "0").contains("expected a number above 0"));
-}
-
-const DRY: &str = "--particle PTFE --liquid dry --diameter-mm 4.762";
-
-#[test]
 fn a_dry_impact_is_predicted_from_k_and_the_scatter_of_dry_runs() {
-    let asked = format!("{DRY} --speed-m-s 0.3:2.1:4");
-    let (status, out, err) = predict(example(), &asked);
+    let asked = "--particle PTFE --liquid dry --diameter-mm 4.762 --speed-m-s 0.3:2.1:4";
+    let (status, out, err) = ask("predict", example(), asked);
     assert_eq!(status, Some(0), "{err}");
-    err.reads("notice: 2 of 4 speeds extrapolated: dry runs of PTFE covered speeds from 0.400 to 2.000 m/s\n");
     let finished = Finished::read(example()).unwrap_or_else(|error| panic!("{error}"));
     let law = finished
         .law("PTFE", 4.762e-3, false)
@@ -530,90 +331,5 @@ fn a_dry_impact_is_predicted_from_k_and_the_scatter_of_dry_runs() {
         let half = 0.5 * (number("run_q95") - number("run_q05"));
         assert!((half / (1.645 * sigma) - 1.0).abs() < 0.01, "{half} {sigma}");
         assert_eq!((row["stokes"].as_str(), row["reynolds"].as_str()), ("", ""));
-    }
-    let (_, json, _) = predict(example(), &format!("{asked} --format json"));
-    let json: serde_json::Value = serde_json::from_str(&json).expect("valid JSON");
-    assert!(json["film_m"].is_null() && json["liquid"] == "dry");
-    assert_eq!(
-        json["predicted"][0]["why_none"],
-        "a dry impact has no Stokes and no Reynolds number"
-    );
-    let (status, _, err) = Store::with(&[(r#"{"name":"sigma_dry","values":[0.01,0.01]},"#, "")]).told(&asked);
-    assert_eq!(
-        (status, err.as_str()),
-        (Some(2), "error: r: the fit has no sigma_dry: it needs dry runs\n")
-    );
-}
-
-#[test]
-fn a_table_of_settings_gives_what_each_setting_gives_alone() {
-    let place = Folder::new();
-    let path = place.join("settings.csv");
-    let file = path.to_str().expect("a plain path");
-    let told = |text: &str, more: &str| {
-        place.write("settings.csv", text);
-        let (status, out, err) = predict(example(), &format!("--settings {file} {more}"));
-        (status, out, err.replace(file, "settings.csv"))
-    };
-    let settings = "particle;liquid;diameter_mm;film_um\nPTFE;AK10;4,762;286,0\nPTFE;dry;4,762;\n";
-    let (status, both, err) = told(settings, "--speed-m-s 0.8:1.6:3");
-    assert_eq!((status, err.as_str()), (Some(0), ""));
-    let alone = |setting: &str| predict(example(), &format!("{setting} --speed-m-s 0.8:1.6:3")).1;
-    let [wet, dry] = [SETTING, DRY].map(alone);
-    let alone = wet.lines().skip(1).chain(dry.lines().skip(1));
-    assert_eq!(both.lines().count(), 7);
-    for (line, alone) in both.lines().skip(1).zip(alone) {
-        assert!(line.ends_with(&format!(",{alone}")), "{line}\n{alone}");
-    }
-    assert!(both
-        .lines()
-        .nth(6)
-        .expect("a line")
-        .starts_with("PTFE,dry,0.004762,,1.6,"));
-    let (_, json, _) = told(settings, "--speed-m-s 0.8:1.6:3 --format json");
-    let json: serde_json::Value = serde_json::from_str(&json).expect("valid JSON");
-    assert_eq!(json["predictions"].as_array().map(Vec::len), Some(2));
-    // columns beside those of the sphere, rows with `/` between them, more of the command, what is said
-    for [columns, rows, more, expected] in table_of(
-        "film_um | PTFE,AK10,4.762,2800 | --speed-m-s 1:1:1 | settings.csv: line 2: --film-um: found a film ratio of 0.588, expected at most 0.5
-         film_um | PTFE,,4.762,280 | --speed-m-s 1:1:1 | line 2, liquid: expected the name of a liquid, or `dry`, beside a film
-         film_um,impact_speed_m_s | PTFE,AK10,4.762,280,/PTFE,AK10,4.762,280,x |  | line 3, impact_speed_m_s: found `x`, expected a number
-         film_um,impact_speed_m_s | PTFE,AK10,4.762,280,1 | --speed-m-s 1:1:1 | the table of settings has impact speeds of its own: expected no --speed-m-s
-         film_um | PTFE,AK10,4.762,280 |  | expected --speed-m-s, or a column `impact_speed_m_s` in the table of settings
-         film_um,colour | PTFE,AK10,4.762,280,red | --speed-m-s 1:1:1 | columns `colour`: expected `particle`, `liquid`, `diameter_mm`, `film_um` and `impact_speed_m_s` alone
-         film_um |  | --speed-m-s 1:1:1 | no settings below the header",
-    ) {
-        let table = format!("particle,liquid,diameter_mm,{columns}\n{}\n", rows.replace('/', "\n"));
-        let (status, out, err) = told(&table, more);
-        assert_eq!((status, out.as_str()), (Some(2), ""), "{err}");
-        err.says(expected);
-    }
-}
-
-#[test]
-fn a_workbook_of_settings_hides_nothing() {
-    let place = Folder::new();
-    let book = place.join("settings.xlsx");
-    let file = book.to_str().expect("a plain path");
-    let rows = "particle,liquid,diameter_mm,film_um\nPTFE,AK10,4.762,286\nPTFE,dry,4.762,\n";
-    let told = |hidden_rows: Vec<usize>, hidden_columns: Vec<usize>| {
-        let sheet = Sheet {
-            hidden_rows,
-            hidden_columns,
-            ..Sheet::of("Films", rows)
-        };
-        place.write("settings.xlsx", workbook(&[sheet]));
-        let (status, _, err) = predict(example(), &format!("--settings {file} --speed-m-s 1:1:1"));
-        (status, err)
-    };
-    assert_eq!(told(vec![], vec![]), (Some(0), String::new()));
-    for ((status, err), hidden) in [
-        (told(vec![], vec![4]), "column `film_um`"),
-        (told(vec![3], vec![]), "row 3"),
-    ] {
-        assert_eq!(status, Some(2));
-        err.says(&format!(
-            "sheet `Films`: found hidden {hidden}, expected none: show it, or delete it"
-        ));
     }
 }

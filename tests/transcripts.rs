@@ -3,14 +3,16 @@
 //! `tests/data/transcripts/*.txt` are cases with a blank line between, each in a folder with the plain example. A line begins
 //! with what it is: `$` a command of bash that must succeed, `+` a line added to the scene, `2` (or `0`, `01`) a command that
 //! must end with such a status and with manners (refused, it prints nothing to standard output), `>` what it must print, `<`
-//! what not, `=` the names in the folder. `prelude.sh` has the commands that several cases share. They need bash and the tools
-//! of GNU, as Linux has them.
+//! what not, `=` the names in the folder, `x` a text of sheets that becomes a workbook. A line that begins with two blanks goes on
+//! with the one above. `prelude.sh` has the commands that several cases share. They need bash and the tools of GNU, as Linux
+//! has them.
 #![cfg(target_os = "linux")]
 
 use std::process::Command;
 
 use rayon::prelude::*;
 
+use crate::common::workbook::workbook;
 use crate::common::{entries, read_in_project, Folder, Says};
 use crate::hostile::attack::{attack, finish, Outcome, LIMIT};
 
@@ -26,7 +28,8 @@ fn bash(place: &Folder, command: &str, seconds: f64) -> Outcome {
 fn hold(case: &str, seconds: f64) {
     let place = Folder::plain();
     let mut printed = String::new();
-    for line in case.lines() {
+    let joined = case.replace("\n  ", "\0");
+    for line in joined.lines().map(|line| line.replace('\0', "\n")) {
         let of = format!("{line}\nin\n{case}");
         let (kind, rest) = line.split_once(' ').expect("a kind and a blank");
         match kind {
@@ -38,6 +41,7 @@ fn hold(case: &str, seconds: f64) {
             }
             ">" => printed.says(rest),
             "<" => printed.lacks(rest),
+            "x" => place.write(rest, workbook(&place.read(rest))),
             "=" => assert_eq!(entries(place.path()).join(" "), rest, "{of}"),
             statuses => {
                 let outcome = bash(&place, rest, seconds);
@@ -64,7 +68,7 @@ fn hold_all(names: &str, seconds: f64) {
 #[test]
 fn every_command_says_and_leaves_what_its_transcript_has() {
     hold_all(
-        "bounds diameters docs folders handoff help new places priors texts",
+        "bounds diameters docs folders handoff help new places predict priors texts workbooks",
         LIMIT,
     );
 }

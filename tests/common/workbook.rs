@@ -1,85 +1,74 @@
-//! Writes small workbooks for tests, with what a spreadsheet may hide.
+//! Writes a workbook that a text describes, with what a spreadsheet may hide.
+//!
+//! A sheet begins with a line such as `== May | hidden | rows 3 4 | columns 2 5 | merged E14:E25`, of which only the name must
+//! be there; below stand its rows, with commas between cells. What looks like a number is one.
 
 use std::io::{Cursor, Write};
 
 use zip::write::SimpleFileOptions;
 use zip::ZipWriter;
 
-/// What a cell holds.
-#[derive(Debug, Clone)]
-pub enum Cell {
-    Empty,
-    Number(f64),
-    Text(String),
+/// A sheet as the text describes it.
+struct Sheet<'t> {
+    name: &'t str,
+    /// what stands beside the name
+    marks: Vec<&'t str>,
+    rows: Vec<&'t str>,
 }
 
-/// A sheet of a workbook.
-#[derive(Debug, Clone)]
-pub struct Sheet {
-    pub name: &'static str,
-    pub is_hidden: bool,
-    /// rows of cells, from row 1 on
-    pub rows: Vec<Vec<Cell>>,
-    /// numbers of hidden rows
-    pub hidden_rows: Vec<usize>,
-    /// numbers of hidden columns, from 1
-    pub hidden_columns: Vec<usize>,
-    /// cells that are merged, as `B2:B5`
-    pub merged: Vec<String>,
-}
-
-impl Sheet {
-    /// Rows of cells with commas between them; what looks like a number is one.
-    pub fn of(name: &'static str, text: &str) -> Sheet {
-        let cell = |cell: &str| match (cell, cell.parse()) {
-            ("", _) => Cell::Empty,
-            (_, Ok(number)) => Cell::Number(number),
-            _ => Cell::Text(cell.to_owned()),
-        };
+impl<'t> Sheet<'t> {
+    fn of(text: &'t str) -> Sheet<'t> {
+        let mut lines = text.lines();
+        let mut head = lines.next().expect("a name").split(" | ");
         Sheet {
-            name,
-            is_hidden: false,
-            rows: text.lines().map(|line| line.split(',').map(cell).collect()).collect(),
-            hidden_rows: vec![],
-            hidden_columns: vec![],
-            merged: vec![],
+            name: head.next().expect("a name"),
+            marks: head.collect(),
+            rows: lines.collect(),
         }
+    }
+
+    /// The words behind a mark.
+    fn marked(&self, mark: &str) -> Vec<&'t str> {
+        let own = self.marks.iter().find_map(|own| own.strip_prefix(mark));
+        own.unwrap_or_default().split_whitespace().collect()
     }
 
     fn xml(&self) -> String {
         let mut xml = String::from(r#"<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">"#);
-        if !self.hidden_columns.is_empty() {
-            let column = |number: &usize| {
-                let hidden = ["hidden=\"1\" width=\"9\"", "width=\"0\""][number % 2];
+        let columns = self.marked("columns");
+        if !columns.is_empty() {
+            let column = |(place, number): (usize, &&str)| {
+                let hidden = ["hidden=\"1\" width=\"9\"", "width=\"0\""][place % 2];
                 format!(r#"<col min="{number}" max="{number}" {hidden}/>"#)
             };
-            let columns: String = self.hidden_columns.iter().map(column).collect();
+            let columns: String = columns.iter().enumerate().map(column).collect();
             xml.push_str(&format!("<cols>{columns}</cols>"));
         }
         xml.push_str("<sheetData>");
+        let hidden_rows = self.marked("rows");
         for (row, number) in self.rows.iter().zip(1..) {
-            let hidden = match (self.hidden_rows.contains(&number), number % 2) {
+            let hidden = match (hidden_rows.contains(&number.to_string().as_str()), number % 2) {
                 (true, 0) => r#" ht="0" customHeight="1""#,
                 (true, _) => r#" hidden="1""#,
                 (false, _) => "",
             };
             xml.push_str(&format!(r#"<row r="{number}"{hidden}>"#));
-            for (cell, column) in row.iter().zip(0..) {
+            for (cell, column) in row.split(',').zip(0..).filter(|(cell, _)| !cell.is_empty()) {
                 let place = format!("{}{number}", letters(column));
-                match cell {
-                    Cell::Empty => {}
-                    Cell::Number(value) => xml.push_str(&format!(r#"<c r="{place}"><v>{value}</v></c>"#)),
-                    Cell::Text(text) => xml.push_str(&format!(
+                xml.push_str(&match cell.parse::<f64>() {
+                    Ok(_) => format!(r#"<c r="{place}"><v>{cell}</v></c>"#),
+                    Err(_) => format!(
                         r#"<c r="{place}" t="inlineStr"><is><t>{}</t></is></c>"#,
-                        escaped(text)
-                    )),
-                }
+                        escaped(cell)
+                    ),
+                });
             }
             xml.push_str("</row>");
         }
         xml.push_str("</sheetData>");
-        if !self.merged.is_empty() {
-            let each = self.merged.iter().map(|cells| format!(r#"<mergeCell ref="{cells}"/>"#));
+        let merged = self.marked("merged");
+        if !merged.is_empty() {
+            let each = merged.iter().map(|cells| format!(r#"<mergeCell ref="{cells}"/>"#));
             xml.push_str(&format!("<mergeCells>{}</mergeCells>", each.collect::<String>()));
         }
         xml + "</worksheet>"
@@ -98,8 +87,8 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
-/// A workbook of some sheets.
-pub fn workbook(sheets: &[Sheet]) -> Vec<u8> {
+/// The workbook of a text.
+pub fn workbook(text: &str) -> Vec<u8> {
     const OFFICE: &str = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
     const PACKAGE: &str = "http://schemas.openxmlformats.org/package/2006";
     const TYPE: &str = "application/vnd.openxmlformats-officedocument.spreadsheetml";
@@ -109,11 +98,14 @@ pub fn workbook(sheets: &[Sheet]) -> Vec<u8> {
         zip.write_all(text.as_bytes()).expect("room");
     };
     let (mut types, mut listed, mut relations) = (String::new(), String::new(), String::new());
-    for (sheet, at) in sheets.iter().zip(1..) {
-        let (name, state) = (
-            escaped(sheet.name),
-            if sheet.is_hidden { r#" state="hidden""# } else { "" },
-        );
+    for (text, at) in text.split("== ").skip(1).zip(1..) {
+        let sheet = Sheet::of(text);
+        let name = escaped(sheet.name);
+        let state = if sheet.marks.contains(&"hidden") {
+            r#" state="hidden""#
+        } else {
+            ""
+        };
         types += &format!(r#"<Override PartName="/xl/worksheets/sheet{at}.xml" ContentType="{TYPE}.worksheet+xml"/>"#);
         listed += &format!(r#"<sheet name="{name}" sheetId="{at}"{state} r:id="rId{at}"/>"#);
         relations +=

@@ -181,3 +181,44 @@ page_of() {
         grep -qE -- "^ *(-[a-zA-Z], )?$flag" page || { echo "$name: $flag" >&2; return 1; }
     done
 }
+
+# dry rebounds of a sphere of this k from some heights, all of them so much higher: a table without its header
+rebounds() {
+    seq 0 23 | awk -v k="$1" -v above="${2:-0}" '{ h = 20 + 12 * int($1 / 3); split("-0.006 0.001 0.005", noise, " ")
+        e = 1 - k * sqrt(2 * 9.81 * h / 1000)^0.2 + noise[$1 % 3 + 1]
+        printf "PTFE,4.762,%s,%.3f\n", h + above, e * e * h + above }'
+}
+HEIGHTS=particle,diameter_mm,drop_height_mm,rebound_height_mm
+# the same as a sheet, with its name and marks
+sheet() { echo "== $1"; echo $HEIGHTS; rebounds "$2" $3; }
+# a scene of them: the table or tables, and lines of [data]
+of_heights() { printf '%s\n' '[data]' "runs = $1" "${@:2}" '[particles.PTFE]' 'density_kg_m3 = 2150' > scene.toml; }
+# a main number of a fit
+main_number() { grep -o "\"quantity\":\"$1\"[^}]*\"main\":true,\"value\":[^,]*" "$2/findings.json" | head -n 1 | sed 's/.*://'; }
+
+# a prediction of the example's sphere, or of another folder's; without speeds the same sphere
+SPHERE='--particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286'
+asked() { wetcor predict "$1" $SPHERE --speed-m-s 0.05:2:6 "${@:2}"; }
+# a folder `r` with two draws, as small as one can be, whose findings these commands of sed change
+store() {
+    mkdir -p r
+    sed "${@:-}" > r/findings.json <<END
+{"schema":"wetcor.findings/3","title":"t","wetcor":"$(wetcor --version | cut -d ' ' -f 2)","remarks":[],"posterior":{
+"left_out":[{"name":"dry_k[PE]","value":null,"reason":"no runs"}],"terms":["inertia","viscous"],"inertia":"stepwise","viscous":"constant","dry_speed_m_s":2.0,
+"basis":{"smallest_restitution":0.0,"particles":[{"name":"PTFE","density_kg_m3":2150.0,"roughness_m":5e-6,"covered":null},
+{"name":"PE","density_kg_m3":940.0,"roughness_m":5e-6,"covered":null}],"liquids":[{"name":"AK10","density_kg_m3":930.0,"viscosity_Pa_s":0.0093}],
+"draws":[{"name":"dry_k[PTFE]","values":[0.183,0.184]},{"name":"lubrication_log","values":[1.85,1.86]},
+{"name":"inertial_prefactor","values":[0.9,0.8]},{"name":"sigma_dry","values":[0.01,0.01]},{"name":"sigma_wet","values":[0.02,0.02]}]}}}
+END
+}
+# the same with remarks, each a code, a level and a text
+store_with() {
+    local all=
+    for remark in "$@"; do
+        IFS='|' read -r code level text <<< "$remark"
+        all="$all,{\"code\":\"$code\",\"level\":\"$level\",\"passed\":false,\"text\":\"$text\",\"next_step\":\"\"}"
+    done
+    store "s/\"remarks\":\[\]/\"remarks\":[${all#,}]/"
+}
+# the restitution of a row of predictions
+restitution_of() { sed -n "$2" "$1" | cut -d , -f 4; }
