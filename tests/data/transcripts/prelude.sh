@@ -98,17 +98,19 @@ liquids() {
 
 # clears a terminal, ends a line, turns the direction, hides, and is markup wherever it goes
 HOSTILE=$'\e[2J\e]0;x\a\r\n\xe2\x80\xae<img src=x onerror=alert(1)> ![a](b) `c` **d** | \xe2\x80\x8b\xc2\x9b0m\xe2\x80\xa8&lt;'
-# runs of many diameters or film ratios, one of each of two liquids
-crowded() {
-    rm runs.csv
+# simulates a scene of PTFE in two liquids: its diameters, film ratios, heights, dry speeds and repeats, and more lines
+simulated() {
+    rm -f runs.csv
     printf '%s\n' '[data]' 'runs = "runs.csv"' '[particles.PTFE]' 'density_kg_m3 = 2150' 'roughness_um = 5' \
         '[liquids.AK10]' 'density_kg_m3 = 930' 'viscosity_mPa_s = 9.3' '[liquids.M50]' 'density_kg_m3 = 965' \
         'viscosity_mPa_s = 48.3' '[model]' 'inertia = "saturating"' '[truth]' 'dry_k = { PTFE = 0.183 }' \
         'lubrication_log = 1.85' 'inertia = "saturating"' 'inertial_prefactor = 0.47' 'film_scale = 0.069' \
         'sigma_dry = 0.009' 'sigma_wet = 0.02' '[design]' "diameter_mm = { PTFE = [$1] }" 'liquids = ["AK10", "M50"]' \
-        "film_ratio = { PTFE = [$2] }" 'height_mm = [150]' 'dry_impact_speed_m_s = [0.5, 1.0, 1.5]' 'repeats = 2' > scene.toml
+        "film_ratio = { PTFE = [$2] }" "height_mm = [$3]" "dry_impact_speed_m_s = [$4]" "repeats = $5" "${@:6}" > scene.toml
     wetcor simulate scene.toml --out runs.csv
 }
+# runs of many diameters or film ratios, one of each of two liquids
+crowded() { simulated "$1" "$2" 150 '0.5, 1.0, 1.5' 2; }
 # what is said, drawn and written of so many series is bounded
 readable() {
     wetcor fit scene.toml --out out --stages least_squares,figures > told.txt && test "$(wc -l < told.txt)" -lt 40 || return
@@ -222,3 +224,18 @@ store_with() {
 }
 # the restitution of a row of predictions
 restitution_of() { sed -n "$2" "$1" | cut -d , -f 4; }
+
+# the example with lines of its scene changed by sed, and cells of its table by awk, without the screen of thin films
+example() {
+    rm -f scene.toml runs.csv
+    sed "s/^min_film_um/# &/; $1" "$PROJECT/datasets/mueller2016/scene.toml" > scene.toml
+    awk -F , -v OFS=, "NR == 1 { print; next } ${2:-1}" "$PROJECT/datasets/mueller2016/runs.csv" > runs.csv
+}
+
+# runs of two diameters and three films, sampled briefly
+reported() {
+    simulated '3.175, 8.0' '0.04, 0.08, 0.15' '30, 60, 90, 120, 150' '0.4, 0.8, 1.2, 1.6, 2.0' 4 \
+        '[sampler]' 'chains = 2' 'warmup = 200' 'draws = 200'
+}
+# the codes of what cautions of a fit
+cautions() { grep -oE '"code":"[a-z_0-9]*"[^}]*"passed":false,"level":"cautions"' "$1/findings.json" | cut -d '"' -f 4; }
