@@ -1,11 +1,11 @@
-//! Runs the command over every kept input, good and bad, and holds its messages, exit statuses and manners.
+//! Runs the command over every kept input, good and bad, and holds its messages and exit statuses.
 //!
 //! `tests/data/README.md` says how the examples are laid out and how the golden texts are rewritten.
 
-use crate::common::{contents, entries, fitted_example, in_project, is_update, Folder, Ran, Says};
+use crate::common::{contents, entries, in_project, is_update, Folder, Ran};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Command;
 
 use serde_json::Value;
 use wetcor::runs::{self, Table};
@@ -76,14 +76,6 @@ impl Copy {
         (contents(&self.folder), entries(&self.folder))
     }
 
-    fn text(&self, name: &str) -> String {
-        std::fs::read_to_string(self.folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-    }
-
-    fn write(&self, name: &str, text: impl AsRef<[u8]>) {
-        std::fs::write(self.folder.join(name), text).expect("writable");
-    }
-
     fn scene(&self) -> Scene {
         scene::read(&self.folder.join("scene.toml")).unwrap_or_else(|error| panic!("{error}"))
     }
@@ -93,32 +85,18 @@ impl Copy {
         runs::read(&self.scene()).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The command with words between blanks.
-    fn command(&self, words: &str) -> Command {
+    /// Runs the command with words between blanks.
+    fn run(&self, words: &str) -> Ran {
         let mut command = Command::new(env!("CARGO_BIN_EXE_wetcor"));
         command.current_dir(&self.folder).args(words.split_whitespace());
         // what a terminal or its user may ask for is no part of a golden text
         for variable in ["COLUMNS", "CLICOLOR_FORCE", "FORCE_COLOR", "RUST_BACKTRACE"] {
             command.env_remove(variable);
         }
-        command
+        let output = command.output().expect("the command can be started");
+        let text = |bytes| String::from_utf8(bytes).expect("plain text");
+        (output.status.code(), text(output.stdout), text(output.stderr))
     }
-
-    fn run(&self, words: &str) -> Ran {
-        told(self.command(words).output().expect("the command can be started"))
-    }
-
-    /// The same of a command that must succeed.
-    fn succeed(&self, words: &str) -> Ran {
-        let ran = self.run(words);
-        assert_eq!(ran.0, Some(0), "{words}: {ran:?}");
-        ran
-    }
-}
-
-fn told(output: Output) -> Ran {
-    let text = |bytes| String::from_utf8(bytes).expect("plain text");
-    (output.status.code(), text(output.stdout), text(output.stderr))
 }
 
 #[test]
@@ -218,7 +196,8 @@ fn every_good_example_gives_the_same_findings() {
     let plain = Copy::plain();
     // draws differ from a rounding on: what was read shows in the fits
     let fits = "fit scene.toml --out out --stages least_squares,figures --verbose";
-    let (_, _, plain_err) = plain.succeed(fits);
+    let (status, _, plain_err) = plain.run(fits);
+    assert_eq!(status, Some(0), "{plain_err}");
     let reference = findings(&plain.folder.join("out"));
     assert_eq!(reference["counts"]["runs"], 31);
     assert_eq!(reference["counts"]["stuck"], 1);
@@ -265,7 +244,9 @@ fn rows_and_measurement_errors_are_the_same_from_every_format() {
     let mut scene = copy.scene();
     let from_csv = copy.table().runs;
     // blank lines are no rows, and a quote may hold the end of a line
-    copy.write("runs.csv", copy.text("runs.csv").replacen("PTFE,", "\n\"PTFE\",", 1));
+    let csv = copy.folder.join("runs.csv");
+    let text = std::fs::read_to_string(&csv).expect("readable");
+    std::fs::write(&csv, text.replacen("PTFE,", "\n\"PTFE\",", 1)).expect("writable");
     let from_quoted = copy.table().runs;
     scene.data.runs = vec![copy.folder.join("runs.parquet").into()];
     let from_parquet = runs::read(&scene).unwrap_or_else(|error| panic!("{error}")).runs;
@@ -291,174 +272,4 @@ fn rows_and_measurement_errors_are_the_same_from_every_format() {
         assert!((own - expected).abs() < 1e-15, "{own} and {expected}");
     }
     assert_eq!(from_csv.restitution, [0.81, 0.84, 0.6, 0.7, 0.65, 0.0]);
-}
-
-#[test]
-fn a_reader_that_leaves_early_is_no_error() {
-    let copy = Copy::plain();
-    let folder = fitted_example().to_str().expect("a plain path");
-    let predict = format!(
-        "predict {folder} --particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286 --speed-m-s 0.5:2:2000 --quiet"
-    );
-    for words in [
-        "fit scene.toml --out out",
-        "check scene.toml",
-        "check scene.toml --json",
-        &predict,
-        "completions bash",
-        "man fit",
-        "--help",
-    ] {
-        let mut child = copy
-            .command(words)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the command can be started");
-        drop(child.stdout.take());
-        let (status, _, err) = told(child.wait_with_output().expect("it ends"));
-        assert_eq!(status, Some(0), "{words}: {err}");
-        let is_error = |line: &str| line.starts_with("error");
-        err.lacks("panicked");
-        assert!(!err.lines().any(is_error), "{words}: {err}");
-    }
-    assert!(copy.folder.join("out/report.md").exists());
-}
-
-#[test]
-fn check_prints_json_and_writes_nothing() {
-    let copy = Copy::plain();
-    let before = copy.holds();
-    let (_, out, err) = copy.succeed("check scene.toml --json");
-    err.reads("");
-    let overview: Value = serde_json::from_str(&out).expect("it is JSON");
-    assert_eq!(overview["runs"], 31);
-    assert_eq!(overview["title"], "PTFE spheres on a wetted plate");
-    let (_, out, _) = copy.succeed("check scene.toml");
-    out.begins("PTFE spheres on a wetted plate\n31 runs read\n");
-    assert!(copy.holds() == before);
-}
-
-/// A report's files, without the one that holds times.
-fn report(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = contents(folder);
-    files.remove(Path::new("timing.json")).expect("timing.json is there");
-    assert!(files.contains_key(Path::new("report.md")) && files.contains_key(Path::new("findings.json")));
-    files
-}
-
-#[test]
-fn the_number_of_threads_changes_no_byte() {
-    let copy = Copy::plain();
-    let mut first = None;
-    for threads in [1, 2, 4] {
-        copy.succeed(&format!("fit scene.toml --out out --threads {threads}"));
-        let files = report(&copy.folder.join("out"));
-        let is_same = files == *first.get_or_insert_with(|| files.clone());
-        assert!(is_same, "{threads} threads");
-    }
-}
-
-#[test]
-fn a_second_fit_replaces_the_first_whole() {
-    let copy = Copy::plain();
-    let before = copy.holds();
-    // the default place: reports/<the scene's folder name> under the current folder
-    let place = copy.folder.join("reports/plain");
-    let (_, out, _) = copy.succeed("fit scene.toml");
-    out.says("report: reports/plain/report.md");
-    let first = report(&place);
-    copy.write("reports/plain/draws/draws.zarr/c.9", "of an older version");
-    copy.write("reports/plain/report.md", "changed");
-    copy.succeed("fit scene.toml");
-    assert!(report(&place) == first);
-    std::fs::remove_dir_all(copy.folder.join("reports")).expect("it is there");
-    assert!(copy.holds() == before, "something unfinished is left");
-}
-
-/// A run with a reason in `exclude` is counted under it, and nothing else of its row is read, by either reader.
-#[test]
-fn an_excluded_run_is_counted_under_its_reason() {
-    let plain = Copy::plain();
-    let all = plain.table();
-    let text = plain.text("runs.csv");
-    let excluding = |reasons: &dyn Fn(usize) -> &'static str| -> String {
-        let with = |(row, line): (usize, &str)| format!("{line},{}\n", if row == 0 { "exclude" } else { reasons(row) });
-        text.lines().enumerate().map(with).collect()
-    };
-    let reasons = |row: usize| match row {
-        3 | 9 => "blurred | twice",
-        12 => "no film",
-        _ => "",
-    };
-    let table = excluding(&reasons);
-    // nor is what stands beside a reason
-    let unread = table.replacen("0.7818,blurred", "lost,blurred", 1);
-    assert_ne!(unread, table);
-    for table in [table.clone(), table.replacen("particle", "\"particle\"", 1), unread] {
-        plain.write("runs.csv", table);
-        let some = plain.table();
-        let screened: Vec<(&str, usize)> = some.screened.iter().map(|s| (s.reason.as_str(), s.runs)).collect();
-        assert_eq!(
-            screened,
-            [("excluded: `blurred | twice`", 2), ("excluded: `no film`", 1)]
-        );
-        assert_eq!((some.rows, some.runs.len()), (all.rows, all.runs.len() - 3));
-        assert!([3, 9, 12].iter().all(|row| !some.runs.row.contains(row)));
-    }
-    // the reasons stand in the report as they are
-    plain.write("runs.csv", table);
-    plain.succeed("fit scene.toml --out out --stages least_squares");
-    plain.text("out/report.md").says("excluded: `blurred | twice`");
-}
-
-/// Several tables are one, of any formats, whose rows count on; the file with a mistake is named.
-#[test]
-fn several_tables_are_read_as_one() {
-    let copy = Copy::plain();
-    let (text, scene_text) = (copy.text("runs.csv"), copy.text("scene.toml"));
-    let whole = copy.table();
-    let (header, rows) = text.split_once('\n').expect("a header");
-    let rows: Vec<&str> = rows.lines().collect();
-    let (first, last) = rows.split_at(13);
-    let part = |rows: &[&str]| format!("{header}\n{}\n", rows.join("\n"));
-    copy.write("one.csv", part(first));
-    let german = part(last).replace(',', ";").replace('.', ",");
-    copy.write("two.txt", &german);
-    let list = |names: &str| copy.write("scene.toml", scene_text.replace("\"runs.csv\"", names));
-    list("[\"one.csv\", \"two.txt\"]");
-    let mut both = copy.table();
-    both.runs.places = whole.runs.places.clone();
-    assert_eq!(format!("{:?}", both.runs), format!("{:?}", whole.runs));
-    assert_eq!(both.rows, whole.rows);
-    let hash = |name: &str| wetcor::seed::sha256(copy.text(name).as_bytes());
-    let lines = format!("{}\n{}\n", hash("one.csv"), hash("two.txt"));
-    assert_eq!(both.sha256, wetcor::seed::sha256(lines.as_bytes()));
-    // neither table is written over
-    let scene = copy.scene();
-    let kept = |name: &str| scene::why_not_overwritten(&copy.folder.join(name), &scene).is_some();
-    assert!(kept("one.csv") && kept("two.txt") && !kept("runs.csv"));
-    let refused = |expected: &str| {
-        let (status, _, err) = copy.run("check scene.toml");
-        assert_eq!(status, Some(2), "{err}");
-        err.says(expected);
-    };
-    copy.write("two.txt", german.replacen("PTFE", "PTFA", 1));
-    refused("two.txt: 1 problem; nothing was written\n  line 2, column particle: found `PTFA`");
-    for again in ["one.csv", "./one.csv"] {
-        list(&format!("[\"one.csv\", \"{again}\"]"));
-        refused("expected every table once");
-    }
-    list("[]");
-    refused("expected a text in quotes, or a list of such");
-    let without: String = part(last)
-        .lines()
-        .map(|line| {
-            let cells: Vec<&str> = line.split(',').collect();
-            format!("{},{}\n", cells[..4].join(","), cells[5..].join(","))
-        })
-        .collect();
-    copy.write("two.txt", without);
-    list("[\"one.csv\", \"two.txt\"]");
-    refused("two.txt: 1 problem; nothing was written\n  header: expected a column `film_ratio`, as one.csv has");
 }

@@ -1,4 +1,4 @@
-//! Kills fits while they write, and lets fits run against each other: the old report or the new one always stands whole.
+//! Kills fits while they write: the old report or the new one always stands whole.
 //!
 //! This file starts itself again to be killed: what is killed is a fit through the library whose report is written slowly,
 //! so that most signals arrive while it is written.
@@ -285,79 +285,4 @@ fn a_report_that_is_deleted_first_is_seen_to_be_lost() {
     kill(&child, "KILL");
     child.wait().expect("it ends");
     assert_eq!(scene.stands(), Stands::Nothing);
-}
-
-/// A fit by the command itself.
-fn fit(out: &Path, seed: u64) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_wetcor"));
-    command
-        .arg("fit")
-        .arg(plain())
-        .args([
-            "--stages",
-            "least_squares,figures",
-            "--seed",
-            &seed.to_string(),
-            "--out",
-        ])
-        .arg(out)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null());
-    command
-}
-
-/// What the command wrote, times and the folder's own name in the command excepted.
-fn written_to(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = contents(out);
-    files.remove(Path::new("timing.json"));
-    for name in ["report.md", "report.html"] {
-        let report = files.get_mut(Path::new(name)).expect("a report");
-        let text = String::from_utf8_lossy(report);
-        *report = text.replace(&format!(" --out {}", out.display()), "").into_bytes();
-    }
-    files
-}
-
-#[test]
-fn of_two_fits_at_once_into_one_folder_one_stands_whole() {
-    let whole = [1, 2].map(|seed| {
-        let place = Folder::new();
-        let out = place.join("report");
-        let status = fit(&out, seed).status().expect("it can be started");
-        assert!(matches!(status.code(), Some(0 | 1)));
-        written_to(&out)
-    });
-    let place = Folder::new();
-    for round in 0..12 {
-        // every third round begins with nothing, and with folders to be made
-        let out = place.path().join(format!("{}/of/fits/report", round / 3));
-        let both = [1, 2].map(|seed| fit(&out, seed).spawn().expect("it can be started"));
-        for mut child in both {
-            let status = child.wait().expect("it ends");
-            assert!(matches!(status.code(), Some(0 | 1)), "round {round}: {status}");
-        }
-        assert!(whole.contains(&written_to(&out)), "round {round}");
-        for folder in out.ancestors().skip(1).take(3) {
-            assert_eq!(entries(folder).len(), 1, "round {round}: {:?}", entries(folder));
-        }
-    }
-    assert_eq!(entries(place.path()).len(), 4);
-}
-
-#[test]
-fn a_report_whose_layout_is_of_another_version_is_replaced() {
-    let place = Folder::new();
-    let out = place.join("report");
-    let status = || fit(&out, 1).status().expect("it can be started").code();
-    assert!(matches!(status(), Some(0 | 1)));
-    let whole = written_to(&out);
-    let findings = out.join("findings.json");
-    let text = std::fs::read_to_string(&findings).expect("a report");
-    let with_schema = |schema: &str| text.replace(findings::SCHEMA, schema);
-    std::fs::write(&findings, with_schema("wetcor.findings/1")).expect("writable");
-    assert!(matches!(status(), Some(0 | 1)));
-    assert_eq!(written_to(&out), whole);
-    std::fs::write(&findings, with_schema("other.findings/2")).expect("writable");
-    assert_eq!(status(), Some(2));
 }

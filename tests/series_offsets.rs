@@ -424,34 +424,3 @@ fn forms_are_compared_where_series_have_offsets() {
     assert!(findings.checks().any(|check| check.code == "better_form"));
     assert!(!findings.tells("form_not_compared"));
 }
-
-/// Whole reports, whose e_inf and St_c come from the posterior alone: fit, then predict a new series.
-#[test]
-fn predict_says_that_its_bands_are_of_a_new_series() {
-    let place = Place::new(&text(0.02, &format!("series_offsets = true\n{SAMPLER}")));
-    place.draw(seed_of("predict_says_of_which_series"), None);
-    place.folder.succeed("fit scene.toml --out report");
-    let report = place.folder.read("report/report.md");
-    report.says("### Offsets of series");
-    report.says("simulated: 0.0200");
-    let findings = place.folder.json("report/findings.json");
-    let estimates = findings["estimates"].as_array().expect("a list").iter();
-    let mut main = estimates
-        .filter(|row| row["main"] == true && row["quantity"] == "st_c")
-        .peekable();
-    assert!(main.peek().is_some() && main.all(|row| row["source"] == "posterior"));
-    let asked =
-        "predict report --particle PTFE --liquid thin --diameter-mm 4.762 --speed-m-s 1.2:1.2:1 --film-um 333.3";
-    let (status, csv, err) = place.run(asked);
-    assert_eq!(status, Some(0), "{err}");
-    let cells: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
-    let of = |name: &str| {
-        let place = cells[0].iter().position(|own| *own == name).expect(name);
-        cells[1][place]
-    };
-    assert_eq!(of("series"), "new");
-    let number = |name: &str| of(name).parse::<f64>().expect("a number");
-    // 90 % of the offsets lie within 1.645 sds, which move e by 1/(2 e) as much
-    let width = number("restitution_q95") - number("restitution_q05");
-    assert!(width > 0.03, "{width}");
-}

@@ -1,7 +1,7 @@
-//! Draws runs from designs: films and speeds of their own, blocks that anyone may draw, and tables in one file or several.
+//! Draws runs from designs: films and speeds of their own and blocks that anyone may draw.
 
 use crate::common::scenes::{design, scene_of, truth, AK10, PTFE};
-use crate::common::{mean, seed_of, Folder, Place, Says};
+use crate::common::{mean, seed_of, Place};
 use wetcor::model::simulate::{Simulation, BLOCK};
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::runs::NewRun;
@@ -96,19 +96,4 @@ fn the_first_block_is_drawn_as_runs_of_one_stream_are_and_no_block_repeats_anoth
     let counts: Vec<u64> = settings.map(|runs| runs.len() as u64).collect();
     let share = BLOCK / 4;
     assert_eq!(counts, [2 * share + 2, 3 * share + 3, 3 * share + 2]);
-}
-
-#[test]
-fn a_table_is_the_same_for_any_number_of_threads() {
-    let folder = Folder::new();
-    folder.write("scene.toml", scene_text());
-    let simulate = |more: &str| folder.run(&format!("simulate scene.toml --runs 200000 {more}"));
-    let (code, told, errors) = simulate("--out many.parquet");
-    assert_eq!((code, errors.as_str()), (Some(0), ""));
-    told.reads("200000 simulated runs: many.parquet\n");
-    assert_eq!(simulate("--out alone.parquet --threads 1").0, Some(0));
-    let bytes = |of: &str| std::fs::read(folder.join(of)).expect("a table");
-    assert!(bytes("many.parquet") == bytes("alone.parquet"));
-    assert_eq!(simulate("--out other.parquet --seed 2").0, Some(0));
-    assert!(bytes("other.parquet") != bytes("alone.parquet"));
 }

@@ -5,7 +5,6 @@ use crate::common::{
     assert_expected, assert_seldom, cells, compare, counts, holds, normal, rows, sample_as_usual, seed_of, study,
     Place, Told,
 };
-use crate::laws;
 use wetcor::findings::remarks::BEYOND_CHANCE;
 use wetcor::findings::{self, Findings};
 use wetcor::remark::Remark;
@@ -24,23 +23,21 @@ fn scene_text() -> String {
 
 const ESTIMATED: &str = "[priors]\nsigma_dry = { fixed = 0 }\nsigma_wet = { fixed = 0 }\n";
 
-/// A table whose runs err as they state, times a factor; `row` is changed by what is done to it.
-fn table(place: &Place, seed: u64, factor: f64, change: impl Fn(usize, &mut String)) -> String {
+/// A table whose runs err as they state, times a factor.
+fn table(place: &Place, seed: u64, factor: f64) -> String {
     let mut rng = stream(seed, "stated errors", 0);
     let mut csv = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution,restitution_sd\n".to_owned();
     for (index, run) in rows(&place.scene, seed).into_iter().enumerate() {
         let z = normal(&mut rng);
         let sd = 0.006 * (1 + index % 3) as f64;
         let e = run.restitution + factor * sd * z;
-        let mut line = format!("{},{e},{sd}\n", cells(&run));
-        change(index, &mut line);
-        csv.push_str(&line);
+        csv.push_str(&format!("{},{e},{sd}\n", cells(&run)));
     }
     csv
 }
 
 fn fit(place: &Place, seed: u64, factor: f64) -> Findings {
-    place.fit_rows(&table(place, seed, factor, |_, _| ()))
+    place.fit_rows(&table(place, seed, factor))
 }
 
 fn of_errors(findings: &Findings) -> Vec<&Remark> {
@@ -99,8 +96,7 @@ fn the_posterior_is_that_of_the_errors_alone() {
     let place = Place::new(&scene_text().replace("repeats = 4", "repeats = 8"));
     let seed = seed_of("the_posterior_is_that_of_the_errors_alone");
     for (factor, may_be_quoted) in [(1.0, true), (2.0, false)] {
-        let text = table(&place, seed, factor, |_, _| ());
-        let table = place.read_rows(&text);
+        let table = place.read_rows(&table(&place, seed, factor));
         let mut findings = findings::fit_least_squares(&place.scene, &table, 1, true);
         let posterior = sample_as_usual(&mut findings, &place.scene, &table.runs);
         let compared = compare(&mut findings, &place.scene, &table.runs, &posterior);
@@ -121,64 +117,4 @@ fn the_posterior_is_that_of_the_errors_alone() {
             assert!((sd / se - 1.0).abs() < 0.15, "{}: {sd} {se}", own.name);
         }
     }
-}
-
-#[test]
-fn every_stage_and_prediction_run_without_a_spread() {
-    let place = Place::new(&scene_text());
-    let text = table(
-        &place,
-        seed_of("every_stage_and_prediction_run_without_a_spread"),
-        1.0,
-        |_, _| (),
-    );
-    place.folder.write("runs.csv", text);
-    place.folder.succeed("check scene.toml");
-    place.folder.succeed("fit scene.toml --out out");
-    let report = place.folder.read("out/report.md");
-    assert!(!report.contains("NaN") && report.contains("σ_wet"), "{report}");
-    let asked = "--particle PTFE --liquid thin --diameter-mm 4.762 --film-um 250 --speed-m-s 0.6:1.8:4";
-    let predicted = place.folder.succeed(&format!("predict out {asked}"));
-    assert!(!predicted.contains("NaN") && !predicted.contains("inf"), "{predicted}");
-    // a run without error of its own lies where the curve does
-    let cells = laws::rows(&predicted);
-    assert_eq!(cells.len(), 4, "{predicted}");
-    for row in &cells {
-        for names in [["run_q05", "restitution_q05"], ["run_q95", "restitution_q95"]] {
-            let [run, curve] = names.map(|name| row[name].parse::<f64>().expect("a number"));
-            assert!((run - curve).abs() < 1e-3, "{predicted}");
-        }
-    }
-    place.folder.succeed("simulate scene.toml --out simulated.csv");
-}
-
-/// Runs that nothing would scatter are refused: `tests/data/bad/scene_prior_*_spread_of_nothing_*` has the words. Others may
-/// stand beside a spread of nothing.
-#[test]
-fn what_the_other_kind_of_runs_states_is_its_own_affair() {
-    let without_error = |line: &mut String| {
-        let cut = line.rfind(',').expect("cells");
-        line.truncate(cut);
-        line.push_str(",\n");
-    };
-    let read = |scene: &str, change: &dyn Fn(usize, &mut String)| {
-        let place = Place::new(scene);
-        place.read_rows(&table(&place, 1, 1.0, change));
-    };
-    let scene = scene_text();
-    read(&scene.replace("sigma_dry = { fixed = 0 }\n", ""), &|_, line| {
-        if line.contains(",dry,") {
-            without_error(line);
-        }
-    });
-    read(&scene.replace("fixed = 0 }", "fixed = 0.01 }"), &|_, line| {
-        without_error(line)
-    });
-    let excluded = scene.replace("[model]", "[model]\nsticking = \"excluded\"");
-    read(&excluded, &|index, line| {
-        if index == 30 {
-            let cells: Vec<&str> = line.trim_end().split(',').collect();
-            *line = format!("{},0,0.01\n", cells[..5].join(","));
-        }
-    });
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::common::scenes::{scene_of, AK10, PE, PTFE};
-use crate::common::{assert_expected, binomial_z, compare, counts, sample_as_usual, seed_of, study, Place, Says, Told};
+use crate::common::{assert_expected, binomial_z, compare, counts, sample_as_usual, seed_of, study, Place, Told};
 use wetcor::findings;
 use wetcor::findings::compare::ComparedModel;
 use wetcor::model::parameters::ParameterKind;
@@ -138,53 +138,5 @@ fn leave_one_out_tells_the_forms_apart() {
         let gain = film.elpd_loo - constant.elpd_loo;
         let gain = if truth == "film" { gain } else { -gain };
         assert!(gain > 20.0, "{fitted} {truth}: {gain}");
-    }
-}
-
-/// Report, output, figures and predictions have λ in place of L, a diameter beside each St_c, and no δc.
-#[test]
-fn a_report_says_diameters_and_predictions_read_the_roughness_back() {
-    let place = scene("film", "film", 0.01);
-    place.folder.succeed("simulate scene.toml --out runs.csv");
-    let (_, overview, _) = place.run("check scene.toml");
-    overview.says("What these runs can identify");
-    overview.lacks("lubrication_log");
-    let (code, summary, _) = place.run("fit scene.toml --out r");
-    assert!(matches!(code, Some(0 | 1)), "{summary}");
-    summary.says("\nrupture_scale ");
-    summary.lacks("lubrication_log");
-    for diameter in ["3", "6"] {
-        summary.says(&format!("\nPTFE, δ/D = 0.12, D = {diameter} mm, AK10: "));
-    }
-    let report = place.folder.read("r/report.md");
-    report.says("L = ½ (ln(δ/ε) + ln(λ V_b^(1/3)/ε)) with V_b = π δ² (D/2 − δ/3)");
-    report.says("\n| λ | ");
-    report.says("\n| particle | δ/D | D / mm | liquid | e_inf | ");
-    report.says("St_c belongs to a film and a diameter");
-    report.says("there is no δc");
-    for absent in ["δc / µm", "δc/ε", "δc = ε", "`lubrication_log`"] {
-        report.lacks(absent);
-    }
-    let figure = place.folder.read("r/figures/restitution-stokes-PTFE.svg");
-    for diameter in ["3", "6"] {
-        figure.says(&format!("AK10, D = {diameter} mm, posterior"));
-    }
-    // a prediction from the draws is the law at the posterior's means, to what the posterior leaves open
-    for (particle, density, k) in [("PTFE", 2150.0, 0.183), ("PE", 940.0, 0.12)] {
-        let asked = "--liquid AK10 --diameter-mm 4 --film-um 240 --speed-m-s 1.5:1.5:1";
-        let text = place
-            .folder
-            .succeed(&format!("predict r --anyway --particle {particle} {asked}"));
-        let row: Vec<&str> = text.lines().nth(1).expect("a row").split(',').collect();
-        let found: f64 = row[3].parse().expect("a number");
-        let l = lubrication_log(particle, 4e-3, 240e-6, 0.9);
-        let e_dry = 1.0 - k * 2f64.powf(0.2);
-        let inertial = 0.5 * 930.0 / density * 0.06 * (3.0 - 0.36 + 4.0 * 0.0036);
-        let stokes = density * 4e-3 * 1.5 / (9.0 * 9.3e-3);
-        let expected = (e_dry * e_dry - inertial - 4.0 * l / stokes).sqrt();
-        assert!((found - expected).abs() < 0.01, "{particle}: {found} {expected}");
-        // were it smooth to a tenth, L would be larger by ln 10
-        let smoother = (e_dry * e_dry - inertial - 4.0 * (l + 10f64.ln()) / stokes).sqrt();
-        assert!((found - smoother).abs() > 0.02, "{particle}: {found} {smoother}");
     }
 }

@@ -57,10 +57,7 @@ impl<'t> Sheet<'t> {
                 let place = format!("{}{number}", letters(column));
                 xml.push_str(&match cell.parse::<f64>() {
                     Ok(_) => format!(r#"<c r="{place}"><v>{cell}</v></c>"#),
-                    Err(_) => format!(
-                        r#"<c r="{place}" t="inlineStr"><is><t>{}</t></is></c>"#,
-                        escaped(cell)
-                    ),
+                    Err(_) => format!(r#"<c r="{place}" t="inlineStr"><is><t>{}</t></is></c>"#, escaped(cell)),
                 });
             }
             xml.push_str("</row>");

@@ -239,3 +239,50 @@ reported() {
 }
 # the codes of what cautions of a fit
 cautions() { grep -oE '"code":"[a-z_0-9]*"[^}]*"passed":false,"level":"cautions"' "$1/findings.json" | cut -d '"' -f 4; }
+
+# what a fit found, but for where it stands
+numbers_of() { grep -oE '"quantity":"[^}]*' "$1/findings.json"; }
+# a fit under a seed; its report without times and what the command was
+seeded() { wetcor fit scene.toml --stages least_squares,figures --seed $1 --out "$2" > told$1.txt 2>&1; test $? -le 1; }
+timeless() { rm "$1/timing.json" && sed -i 's| --seed [12]||; s| --out [^ `<&"]*||' "$1/report.md" "$1/report.html"; }
+# of two fits at once into one folder, of which there are `one` and `two`, one stands whole, and nothing else is left
+at_once() {
+    seeded 1 $1 & local first=$!
+    seeded 2 $1 & wait $! && wait $first || return
+    test "$(ls -A $1/.. $1/../.. $1/../../.. | grep -v : | xargs)" = 'report fits of' || return
+    timeless $1 && { diff -r one $1 > told1.txt || diff -r two $1 > told1.txt; }
+}
+# a number of a row of predictions by the name of its column
+cell() { awk -F , -v name="$2" -v row="${3:-2}" 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == name) at = i } NR == row { print $at }' "$1"; }
+# runs of 18 series, each of which has an offset of its own
+series() {
+    printf '%s\n' '[data]' 'runs = "runs.csv"' '[particles.PTFE]' 'density_kg_m3 = 2150' 'roughness_um = 5' '[liquids.thin]' \
+        'density_kg_m3 = 930' 'viscosity_mPa_s = 9.3' '[liquids.thick]' 'density_kg_m3 = 960' 'viscosity_mPa_s = 20' \
+        '[model]' 'inertia = "stepwise"' 'series_offsets = true' '[sampler]' 'warmup = 300' 'draws = 300' '[truth]' \
+        'dry_k = { PTFE = 0.183 }' 'lubrication_log = 1.85' 'inertial_prefactor = 1.2' 'sigma_dry = 0.01' 'sigma_wet = 0.02' \
+        'sigma_series = 0.02' '[design]' 'diameter_mm = { PTFE = [3.175, 4.762, 8.0] }' 'liquids = ["thin", "thick"]' \
+        'film_ratio = { PTFE = [0.04, 0.07, 0.1] }' 'height_mm = [30, 60, 90, 120, 150]' \
+        'dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]' 'repeats = 5' > scene.toml
+    rm runs.csv; wetcor simulate scene.toml --out runs.csv --seed 3
+}
+# two particles of different roughness whose viscous loss is that of the whole film
+whole_film() {
+    printf '%s\n' '[data]' 'runs = "runs.csv"' '[particles.PTFE]' 'density_kg_m3 = 2150' 'roughness_um = 5' '[particles.PE]' \
+        'density_kg_m3 = 940' 'roughness_um = 12' '[liquids.AK10]' 'density_kg_m3 = 930' 'viscosity_mPa_s = 9.3' '[model]' \
+        'inertia = "stepwise"' 'viscous = "film"' '[sampler]' 'chains = 2' 'warmup = 400' 'draws = 800' '[truth]' \
+        'dry_k = { PTFE = 0.183, PE = 0.12 }' 'viscous = "film"' 'rupture_scale = 0.9' 'inertial_prefactor = 0.5' \
+        'sigma_dry = 0.01' 'sigma_wet = 0.01' '[design]' 'diameter_mm = { PTFE = [3, 6], PE = [5] }' 'liquids = ["AK10"]' \
+        'film_ratio = { PTFE = [0.03, 0.06, 0.12], PE = [0.05, 0.10] }' 'impact_speed_m_s = [0.8, 1.0, 1.3, 1.7, 2.2]' \
+        'dry_impact_speed_m_s = [0.5, 0.8, 1.2, 1.6, 2.0]' 'repeats = 2' > scene.toml
+    rm runs.csv; wetcor simulate scene.toml --out runs.csv
+}
+# a scene whose spreads are held at 0, and drawn runs that err as they state
+stated() {
+    printf '%s\n' '[data]' 'runs = "runs.csv"' '[particles.PTFE]' 'density_kg_m3 = 2150' 'roughness_um = 5' '[liquids.thin]' \
+        'density_kg_m3 = 930' 'viscosity_mPa_s = 9.3' '[model]' 'inertia = "stepwise"' '[priors]' 'sigma_dry = { fixed = 0 }' \
+        'sigma_wet = { fixed = 0 }' '[sampler]' 'warmup = 300' 'draws = 300' '[bootstrap]' 'replicates = 200' '[truth]' \
+        'dry_k = { PTFE = 0.183 }' 'lubrication_log = 1.85' 'inertial_prefactor = 1.0' 'sigma_dry = 0.01' 'sigma_wet = 0.01' \
+        '[design]' 'diameter_mm = { PTFE = [4.762] }' 'liquids = ["thin"]' 'film_ratio = { PTFE = [0.04, 0.1] }' \
+        'height_mm = [30, 60, 100, 150]' 'dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]' 'repeats = 4' > scene.toml
+    rm runs.csv; wetcor simulate scene.toml --out drawn.csv && sed '1s/$/,restitution_sd/; 2,$s/$/,0.01/' drawn.csv > runs.csv
+}
