@@ -286,3 +286,46 @@ stated() {
         'height_mm = [30, 60, 100, 150]' 'dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]' 'repeats = 4' > scene.toml
     rm runs.csv; wetcor simulate scene.toml --out drawn.csv && sed '1s/$/,restitution_sd/; 2,$s/$/,0.01/' drawn.csv > runs.csv
 }
+
+# a scene of one sphere in two liquids, whose lines of [data] these are; its runs are read from the standard input and fitted
+rows() {
+    printf '%s\n' '[data]' 'runs = "runs.csv"' "$@" '[particles.PTFE]' 'density_kg_m3 = 2150' '[liquids.thin]' 'density_kg_m3 = 930' \
+        'viscosity_mPa_s = 9.3' '[liquids.thick]' 'density_kg_m3 = 960' 'viscosity_mPa_s = 20' '[model]' 'inertia = "stepwise"' > scene.toml
+    cat > runs.csv
+    fit out --verbose > told.txt 2>&1
+    test $? -le 1
+}
+# what failed remarks of a code say, a line each; that there is none of them; that there is one with all of these words
+remarks() { grep -oE "\"code\":\"$1\"[^}]*\"passed\":false[^}]*" out/findings.json | sed 's/.*"text":"//; s/","next_step":.*//'; }
+none() { test -z "$(remarks $1)"; }
+one() {
+    test "$(remarks $1 | wc -l)" = 1 || { remarks $1 >&2; return 1; }
+    for words in "${@:2}"; do remarks $1 | grep -qF -- "$words" || { echo "no $words" >&2; remarks $1 >&2; return 1; }; done
+}
+# columns that contradict each other, which forbids quoting
+contradict() { one columns_agree "$@" && grep -q '"code":"columns_agree"[^}]*"passed":false,"level":"forbids"' out/findings.json; }
+agree() { none columns_agree; }
+# how many film groups there are, and a count of the findings
+film_groups() { sed -n '/"film_groups": \[/,/^ \]/p' out/findings.json | grep -c '"particle"'; }
+counted() { grep -o "\"$1\": [0-9]*" out/findings.json | head -n 1 | grep -o '[0-9]*$'; }
+
+COLUMNS=particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution
+# a table of so many runs; the expressions of awk say what is in a row, from the number `run` of it and from `v` and `e`
+table() {
+    echo "$COLUMNS,$1"
+    seq 0 $(($2 - 1)) | awk 'function round(x) { return int(x + 0.5) } { run = $1; liquid = "dry"; film = ""; '"$3"'; print "PTFE",
+        liquid, 4.762, film, sprintf("%.4f", v), sprintf("%.4f", e), more }' OFS=,
+}
+# runs with a column of film ratios, which an expression gives from the film's `own`; films about two values, each its own
+ratios() {
+    table film_ratio 120 "liquid = \"thin\"; own = $1; film = sprintf(\"%.12g\", 4762 * own); v = 0.5 + 0.011 * run
+        e = 1 - 0.18 * v^0.2 - 0.06 / v + 0.01 * ((11 * run) % 17) / 17; more = sprintf(\"%.5f\", $2)"
+}
+own_films() { ratios '(run % 2 ? 0.08 : 0.05) * (1 + 0.0005 * ((37 * run) % 101))' "$1"; }
+# dry runs in blocks of three, and after each what an expression gives of the block's `speed`
+blocks() {
+    echo trial,particle,liquid,diameter_mm,impact_speed_m_s,restitution,remark
+    seq 0 11 | awk '{ split("11 -14 4 -9 12 -5 3 -2 13 -12 6 -7", off, " "); speed = 0.6 + 0.45 * int($1 / 3); v = speed + 0.003 * ($1 % 3)
+        printf "%d,PTFE,dry,4.762,%.3f,%.3f,\n", $1 + 1, v, 1 - 0.18 * v^0.2 + off[$1 + 1] / 1000; after = '"${1:-\"\"}"'
+        if (after != "" && $1 % 3 == 2) print after }'
+}
