@@ -56,7 +56,6 @@ mod stated_errors;
 mod statistics;
 mod sticking;
 mod terms;
-mod too_few;
 mod track;
 mod transcripts;
 mod viscous_film;

@@ -1,11 +1,13 @@
-//! Holds the jackknife and percentile intervals against a script, coverage against its level, and says what cannot vary.
+//! Holds the jackknife and percentile intervals against a script and coverage against its level.
 
-use crate::common::scenes::{design, scene_of, truth, AK10, M20, PTFE};
-use crate::common::{binomial_z, counts, holds, mean, normal, read_in_project, seed_of, study, Place, Says, Told};
+use crate::common::scenes::{design, scene_of, truth, M20, PTFE};
+use crate::common::{binomial_z, counts, holds, mean, normal, read_in_project, seed_of, study, Place, Says};
 use wetcor::findings::bootstrap::{self, Estimates, Options, Resampling, MOST_RESAMPLED};
 use wetcor::findings::estimate::{Estimate, QuantityEstimates};
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::{self, dry, scaling, series, Findings, FitSetup};
+use wetcor::findings::estimate::Estimate;
+use wetcor::findings::{self, dry, scaling, series, FitSetup};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
 use wetcor::inference::bootstrap::{replicate, Plan, Pool, Target};
@@ -15,7 +17,7 @@ use wetcor::inference::regression::Regression;
 use wetcor::physics::Quantity;
 use wetcor::physics::Quantity::{Alpha, Beta, EInf, InertialLoss, StC};
 use wetcor::runs::Table;
-use wetcor::scene::{IntervalMethod, ResamplingScheme, WetLaw};
+use wetcor::scene::{IntervalMethod, ResamplingScheme};
 use wetcor::seed::stream;
 
 fn rows(name: &str) -> Vec<Vec<String>> {
@@ -292,88 +294,4 @@ fn a_table_of_very_many_runs_is_told_that_nothing_was_resampled() {
         .scaling
         .iter()
         .all(|row| row.estimates[EInf].method == "percentile"));
-}
-
-fn fitted(scheme: &str, runs: &str) -> Findings {
-    let asked = format!("[bootstrap]\nscheme = \"{scheme}\"\nreplicates = 500\n");
-    let place = Place::new(&scene_of("few runs", &[PTFE, AK10, M20, &asked]));
-    let header = "particle,liquid,diameter_mm,film_um,film_ratio,impact_speed_m_s,restitution";
-    findings::fit_least_squares(&place.scene, &place.read_rows(&format!("{header}\n{runs}")), 1, true)
-}
-
-/// Rebounds of one series about its square-root law.
-fn series(liquid: &str, alpha: f64, beta: f64, runs: u32) -> String {
-    let one = |run: u32| {
-        let v = 0.9 + 0.1 * f64::from(run / 2);
-        let e = (alpha + beta / v).sqrt() + 0.01 * (3.0 * f64::from(run)).sin();
-        format!("PTFE,{liquid},4.762,286,0.06,{v:.2},{e:.4}\n")
-    };
-    (0..runs).map(one).collect()
-}
-
-fn linear(found: &Findings) -> &Scaling {
-    let mut rows = found.scaling.iter();
-    rows.find(|row| row.law == WetLaw::Linear).expect("wet runs")
-}
-
-#[test]
-fn one_series_cannot_be_resampled_and_says_so() {
-    let two = series("AK10", 0.5, -0.1, 12) + &series("M20", 0.5, -0.2, 12);
-    let found = fitted("series", &two);
-    // each series alone has nothing to draw in its place; both together have
-    for row in &found.series {
-        let boot = row.estimates[Alpha].bootstrap.as_ref().expect("it is said");
-        assert_eq!((boot.se, boot.replicates), (None, 0));
-        assert!(boot.fallback.is_some_and(|why| why.contains("one series")), "{boot:?}");
-        assert_eq!(row.estimates[Alpha].method, "delta");
-        assert!(row.estimates[Alpha].interval.is_some());
-    }
-    let pooled = linear(&found);
-    assert_eq!(
-        pooled.estimates[EInf].bootstrap.as_ref().map(|boot| boot.replicates),
-        Some(500)
-    );
-}
-
-#[test]
-fn failed_replicates_are_counted_with_their_reason_and_gate() {
-    // each series at one speed: drawn alone, as every second of two is, it determines nothing
-    let at = |liquid: &str, v: f64, e: f64| -> String {
-        let one = |run: i32| {
-            format!(
-                "PTFE,{liquid},4.762,286,0.06,{v},{:.4}\n",
-                e + 0.01 * f64::from(run % 3 - 1)
-            )
-        };
-        (0..12).map(one).collect()
-    };
-    let found = fitted("series", &(at("AK10", 1.5, 0.68) + &at("M20", 1.0, 0.55)));
-    let row = linear(&found);
-    let boot = row.estimates[EInf].bootstrap.as_ref().expect("it is said");
-    assert_eq!((boot.failed, boot.replicates), (500, 500));
-    let failures = boot.failures.iter().map(|failure| (failure.reason, failure.replicates));
-    assert_eq!(failures.collect::<Vec<_>>(), [("degenerate resample", 500)]);
-    assert_eq!(row.estimates[EInf].method, "delta");
-    let check = found.check("bootstrap_failures");
-    assert!(check.gates() && !check.passed && check.value == Some(1.0), "{check:?}");
-    let mut concerns = check.concerns.iter();
-    assert!(
-        concerns.all(|name| name.starts_with("e_inf") || name.starts_with("st_c")),
-        "{check:?}"
-    );
-}
-
-#[test]
-fn strata_of_one_run_are_counted_and_fits_of_few_runs_keep_the_delta_interval() {
-    let one = "PTFE,M20,4.762,286,0.06,1.2,0.55\n";
-    let found = fitted("cases", &(series("AK10", 0.5, -0.1, 24) + one));
-    let resampling = found.bootstrap.as_ref().expect("resampled");
-    assert_eq!((resampling.single_run_strata, resampling.strata), (1, 7));
-    let few = fitted("cases", &series("AK10", 0.5, -0.1, 8));
-    // resampling so few makes intervals too short
-    assert_eq!(few.series[0].estimates[Alpha].method, "delta");
-    assert_eq!(
-        fitted("cases", &series("AK10", 0.5, -0.1, 24)).series[0].estimates[Alpha].method,
-        "percentile"
-    );
 }

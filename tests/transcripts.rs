@@ -68,7 +68,7 @@ fn hold_all(names: &str, seconds: f64) {
 #[test]
 fn every_command_says_and_leaves_what_its_transcript_has() {
     hold_all(
-        "bounds diameters docs fits folders handoff help models new places plausible predict priors report rows texts workbooks",
+        "bounds diameters docs fits folders handoff help models new places plausible predict priors report resampled rows texts too_few workbooks",
         LIMIT,
     );
 }

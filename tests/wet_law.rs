@@ -1,16 +1,14 @@
 //! Holds that a wet law which does not hold is found, that one which holds is let stand, and the table that says how often.
 
-use crate::common::scenes::{scene_of, AK10, HEADER, M50, PE as PE_SPHERE, PTFE as PTFE_SPHERE};
-use crate::common::{
-    binomial_z, is_update, kept, normal, parsed, read_in_project, seed_of, table_of, Place, Says, Told,
-};
+use crate::common::scenes::{scene_of, AK10, M50, PE as PE_SPHERE, PTFE as PTFE_SPHERE};
+use crate::common::{binomial_z, is_update, kept, normal, parsed, read_in_project, seed_of, table_of};
 use rand::RngExt;
 use rayon::prelude::*;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::Quantity::{EInf, StC};
 use wetcor::runs::{self, NewRun, Table};
-use wetcor::scene::{Scene, WetLaw};
+use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
 const PTFE: &str = "PTFE";
@@ -501,52 +499,6 @@ fn offsets_of_series_hide_no_law_that_fails() {
     for found in of("the square root, three series", right) {
         assert!(found.by_any <= 1, "{found:?}");
     }
-}
-
-/// Eight runs that follow the linear law to three digits, the coefficients of another table than any that is fitted elsewhere.
-#[test]
-fn runs_of_the_linear_law_are_said_to_follow_it() {
-    let place = Place::new(&scene_of("linear", &["[particles.PTFE]\ndensity_kg_m3 = 2150\n", AK10]));
-    let mut csv = HEADER.to_owned();
-    for (speed, e) in [(0.5, 0.851), (1.0, 0.822), (1.5, 0.803), (2.0, 0.795)] {
-        csv += &format!("PTFE,,4.762,,{speed},{e}\n");
-    }
-    for speed in [0.25, 0.3, 0.37, 0.48, 0.7, 1.0, 1.4, 1.9] {
-        let stokes = 2150.0 * 4.762e-3 * speed / (9.0 * 9.3e-3);
-        csv += &format!("PTFE,AK10,4.762,300,{speed},{:.3}\n", 0.75 * (1.0 - 13.0 / stokes));
-    }
-    let findings = place.fit_rows(&csv);
-    let check = findings.check("wet_law_holds");
-    assert!(!check.passed && check.gates(), "{check:?}");
-    assert!(check.text.contains("PTFE, AK10, film ratio 0.063"), "{}", check.text);
-    let check = findings.check("linear_law");
-    assert!(check.forbids() && check.text.contains("residual sd 0.0"), "{check:?}");
-    assert!(!findings.main.verdict.passed);
-    for row in findings.scaling.iter().filter(|row| row.film_ratio.is_some()) {
-        let reason = &row.verdict.reason;
-        reason.lacks("follows the square root");
-        assert_eq!(row.verdict.passed, row.law == WetLaw::Linear, "{reason}");
-        if row.law == WetLaw::Linear {
-            reason.begins("describes the runs better");
-            let [e_inf, st_c] =
-                [&row.estimates[EInf], &row.estimates[StC]].map(|estimate| estimate.value.expect("fitted"));
-            assert!(
-                (e_inf - 0.75).abs() < 0.001 && (st_c - 13.0).abs() < 0.03,
-                "{e_inf} {st_c}"
-            );
-        }
-    }
-}
-
-/// A liquid that departs from the law of the others is to be fitted by itself: no film and no speed is at fault.
-#[test]
-fn a_liquid_with_an_l_of_its_own_is_to_be_fitted_apart() {
-    let place = Place::new(&scene_of("apart", &[PTFE_SPHERE, AK10, M50]));
-    let findings = place.fit_rows(&read_in_project("tests/data/tables/own_l.csv"));
-    let check = findings.check("wet_law_holds");
-    assert!(!check.passed && check.gates(), "{check:?}");
-    check.text.says("in one liquid");
-    check.next_step.says("fit the liquids apart");
 }
 
 const PAGE: &str = "reports/wet_law.md";

@@ -329,3 +329,40 @@ blocks() {
         printf "%d,PTFE,dry,4.762,%.3f,%.3f,\n", $1 + 1, v, 1 - 0.18 * v^0.2 + off[$1 + 1] / 1000; after = '"${1:-\"\"}"'
         if (after != "" && $1 % 3 == 2) print after }'
 }
+
+# so many dry and wet runs of one particle, other rows, and lines of a scene that samples them briefly
+few() {
+    { echo "$COLUMNS"
+      printf 'PTFE,dry,4.762,,%s\n' 1,0.818 2,0.789 1.4,0.811 0.6,0.835 | head -n "$1"
+      printf 'PTFE,AK10,4.762,286,%s\n' 0.9,0.642 1.7,0.681 1.3,0.66 1.5,0.67 1.1,0.66 0.7,0.61 | head -n "$2"; } > runs.csv
+    printf '%s\n' '[data]' 'runs = "runs.csv"' '[particles.PTFE]' 'density_kg_m3 = 2150' 'roughness_um = 5' '[particles.PE]' \
+        'density_kg_m3 = 940' 'roughness_um = 5' '[liquids.AK10]' 'density_kg_m3 = 930' 'viscosity_mPa_s = 9.3' '[sampler]' \
+        'chains = 2' 'warmup = 200' 'draws = 100' "${@:3}" > scene.toml
+}
+# whether they are sampled; that they are refused with these words
+is_sampled() {
+    wetcor fit scene.toml --stages least_squares,posterior --out out > told.txt 2>&1
+    test $? -le 1 && ! grep -E '^ *"posterior": null' out/findings.json && none runs_to_spare
+}
+is_refused() {
+    wetcor fit scene.toml --stages least_squares,posterior --out out > told.txt 2>&1
+    test $? = 1 && grep -qE '^ *"posterior": null' out/findings.json && remarks "$1" | grep -qF "$2"
+}
+
+# rebounds of one series of the plain example's liquid or another about its square-root law; runs of one at one speed
+rebounding() {
+    seq 0 $(($4 - 1)) | awk -v liquid=$1 -v alpha=$2 -v beta=$3 '{ v = 0.9 + 0.1 * int($1 / 2)
+        printf "PTFE,%s,4.762,286,0.06,%.2f,%.4f\n", liquid, v, sqrt(alpha + beta / v) + 0.01 * sin(3 * $1) }'
+}
+at_speed() { seq 0 11 | awk -v liquid=$1 -v v=$2 -v e=$3 '{ printf "PTFE,%s,4.762,286,0.06,%s,%.4f\n", liquid, v, e + 0.01 * ($1 % 3 - 1) }'; }
+# fits such rows from the standard input, resampled by a scheme
+resample() {
+    printf '%s\n' '[data]' 'runs = "runs.csv"' '[particles.PTFE]' 'density_kg_m3 = 2150' 'roughness_um = 5' '[liquids.AK10]' \
+        'density_kg_m3 = 930' 'viscosity_mPa_s = 9.3' '[liquids.M20]' 'density_kg_m3 = 930' 'viscosity_mPa_s = 20' '[bootstrap]' \
+        "scheme = \"$1\"" 'replicates = 500' > scene.toml
+    { header; cat; } > runs.csv
+    wetcor fit scene.toml --stages least_squares,bootstrap --out out > told.txt 2>&1
+    test $? -le 1
+}
+# the rows of estimates of a quantity, by least squares of a law
+estimates() { grep "^  {\"quantity\":\"$1\".*\"source\":\"${2:-square_root_law}\"" out/findings.json; }
