@@ -1,8 +1,7 @@
 //! Holds the profile's intervals, and when they are quoted, against simulated runs near the threshold.
 
-use crate::common::scenes::{self, design, scene_of, HEADER, M50, PTFE, STEPWISE};
+use crate::common::scenes::{self, design, scene_of, M50, PTFE, STEPWISE};
 use crate::common::{binomial_z, counts, study, Place, Told};
-use wetcor::findings;
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
 use wetcor::physics::Quantity::{StC, StNoRebound};
@@ -76,80 +75,4 @@ fn a_quoted_se_holds_near_the_threshold() {
         let z = binomial_z(beyond_delta, fits, 0.01);
         assert!(which != 1 || z > 8.0, "{z}: {beyond_delta} of {fits}");
     }
-}
-
-/// Rows of a table: film ratio 0.08, at these speeds.
-fn table(wet: &[(f64, f64)]) -> String {
-    let mut csv = HEADER.to_owned();
-    for run in "0.5,0.842 0.5,0.835 1,0.812 1,0.823 2,0.795 2,0.785".split(' ') {
-        csv += &format!("PTFE,dry,4.762,,{run}\n");
-    }
-    for (v, e) in wet {
-        csv += &format!("PTFE,M50,4.762,380.96,{v},{e}\n");
-    }
-    csv
-}
-
-/// The lowest speed is at St = 20.7476, where the truth of 10.331 keeps e = 0.047.
-const PINNED: [(f64, f64); 9] = [
-    (0.88091, 0.0003),
-    (0.88091, 0.062),
-    (0.88091, 0.0),
-    (1.2131, 0.362),
-    (1.2131, 0.401),
-    (1.2131, 0.391),
-    (1.7155, 0.531),
-    (1.7155, 0.502),
-    (1.7155, 0.488),
-];
-
-#[test]
-fn a_run_that_barely_rebounds_leaves_no_se() {
-    let place = Place::new(&near_threshold());
-    let findings = place.fit_rows(&table(&PINNED));
-    let row = findings.square_root();
-    assert!(row.verdict.passed);
-    for of in [StC, StNoRebound].map(|quantity| &row.estimates[quantity]) {
-        let delta = of.intervals.iter().find(|made| made.is_delta() && made.level == 0.95);
-        let delta = delta.expect("the fit has a covariance");
-        let [lo, hi] = of.interval.expect("the profile's");
-        assert_eq!((of.se, of.method), (None, "profile"));
-        assert!(of.why_none.as_ref().is_some_and(|why| why.contains("curvature")));
-        // the way up ends at the threshold of that run, the way down is longer than the slopes say
-        assert!(hi < delta.hi && lo < delta.lo, "{of:?}");
-    }
-    let truth = truth(0.08);
-    let [lo, hi] = row.estimates[StC].interval.expect("the profile's");
-    assert!(lo < truth && truth < hi, "{:?}", row.estimates[StC]);
-    // replicates pile up where the fit does: the profile's interval stays
-    let resampled = findings::fit_least_squares(&place.scene, &place.read(), 1, true);
-    let with = &resampled.square_root().estimates[StC];
-    assert_eq!(
-        (with.interval, with.method, with.se),
-        (row.estimates[StC].interval, "profile", None)
-    );
-    assert!(with.bootstrap.as_ref().is_some_and(|made| made.se.is_some()));
-    let methods: Vec<&str> = with.intervals.iter().map(|made| made.method).collect();
-    for method in ["delta", "profile", "percentile"] {
-        assert!(methods.contains(&method), "{methods:?}");
-    }
-}
-
-/// Two speeds and much scatter: the runs bound St_c on one side at most, and say so.
-#[test]
-fn a_limit_that_does_not_exist_is_said() {
-    let wet = [
-        (1.2131, 0.55),
-        (1.2131, 0.15),
-        (1.7155, 0.30),
-        (1.7155, 0.65),
-        (1.5, 0.30),
-    ];
-    let findings = Place::new(&near_threshold()).fit_rows(&table(&wet));
-    let row = findings.square_root();
-    assert_eq!((row.estimates[StC].se, row.estimates[StC].interval), (None, None));
-    let why = row.estimates[StC].why_none.as_ref().expect("no interval");
-    assert!(why.contains("no lower one") || why.contains("no upper one"), "{why}");
-    let json = serde_json::to_string(&findings).expect("plain data");
-    assert!(!json.contains("NaN") && !json.contains("inf,"), "not finite");
 }

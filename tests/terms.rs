@@ -171,55 +171,6 @@ fn intervals_do_not_cover_without_a_term_that_matters() {
     }
 }
 
-/// A list is obeyed whatever the sizes say.
-#[test]
-fn a_list_of_terms_is_obeyed() {
-    let [[below, _, far], ..] = all();
-    let found = Place::new(&below.scene("[\"viscous\", \"inertia\"]", "2.0")).infer(1);
-    let sized = of(&found, "inertia");
-    assert!(sized.held && sized.chosen_by == "scene", "{sized:?}");
-    let found = Place::new(&far.scene("[\"viscous\"]", "2.0")).infer(1);
-    let sized = of(&found, "inertia");
-    assert!(!sized.held && sized.size.is_some_and(|size| size > LINE), "{sized:?}");
-    let balance = found.energy_balance.expect("a balance");
-    let names: Vec<&str> = balance.parameters.iter().map(|own| own.name.as_str()).collect();
-    assert_eq!(
-        (names.as_slice(), balance.inertia),
-        (&["lubrication_log", "dry_k[P]"][..], Inertia::None)
-    );
-    let found = Place::new(&far.scene("[\"inertia\", \"bridge\", \"dry_second_order\"]", "2.0")).infer(1);
-    let balance = found.balance();
-    let names: Vec<&str> = balance.parameters.iter().map(|own| own.name.as_str()).collect();
-    assert_eq!(names, ["inertial_prefactor", "dry_k[P]"]);
-    assert!(
-        balance.delta_c_over_roughness.value.is_none()
-            && balance.derived.iter().all(|row| row.estimates[StC].value.is_none())
-    );
-    let held = |term| of(&found, term).held;
-    assert_eq!(
-        ["inertia", "viscous", "bridge", "dry_second_order"].map(held),
-        [true, false, true, true]
-    );
-}
-
-/// Without noise every term that acts is held; one run has no spread to measure by; without a surface tension there is no
-/// bridge.
-#[test]
-fn what_cannot_be_sized_says_so() {
-    let text = USUAL.scene("\"auto\"", "2.0");
-    let exact = text
-        .replace("sigma_wet = 0.02", "sigma_wet = 0")
-        .replace("sigma_dry = 0.01", "sigma_dry = 0");
-    let found = Place::new(&exact).infer(1);
-    assert!(of(&found, "inertia").held && of(&found, "viscous").held);
-    let row = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\nP,oil,6,300,1.2,0.7\n";
-    let found = Place::new(&text).fit_rows(row);
-    assert!(found.terms.len() == 5 && found.terms.iter().all(|sized| sized.size.is_none()));
-    assert!(of(&found, "inertia").held && found.notices().all(|notice| !notice.code.starts_with("term_")));
-    let found = Place::new(&text.replace("surface_tension_mN_m = 20.1\n", "")).infer(1);
-    assert!(found.terms.iter().all(|sized| sized.term.name() != "bridge"));
-}
-
 /// The share of a term that the runs show is 1 where they were drawn with it and 0 where not; the planted fault takes one
 /// for the other.
 #[test]

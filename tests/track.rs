@@ -1,7 +1,7 @@
 //! Holds what `track` makes of positions against flights that are known.
 
 use crate::common::scenes::{scene_of, AK10, PTFE};
-use crate::common::{binomial_z, in_project, mean, normal, seed_of, table_of, Folder, Place, Says};
+use crate::common::{binomial_z, in_project, mean, normal, seed_of, Folder, Place, Says};
 use crate::flight::{Bounces, GRAVITY};
 use crate::render;
 use nalgebra::DMatrix;
@@ -395,64 +395,6 @@ fn a_recording_is_refused_by_name_and_never_in_silence() {
     assert_eq!(runs.lines().count(), 6);
     let report = folder.read("out/report.md");
     assert!(report.contains("it ends before the sphere has rebounded"), "{report}");
-    // the list may say so itself, and then nothing of it is read
-    let list = folder.read("recordings.csv");
-    let mut lines: Vec<String> = list.lines().map(|line| format!("{line},")).collect();
-    lines[0] = lines[0].replace(",scale_px_per_mm,", ",scale_px_per_mm,exclude");
-    lines[2] = "no_such_file.csv,PTFE,dry,4.762,,1000,,lens cap on".to_owned();
-    folder.write("recordings.csv", lines.join("\n"));
-    let campaign = tracked(&folder);
-    let excluded = |reason: &str| -> Result<Tracked, Refusal> { Err(Refusal::Excluded(reason.to_owned())) };
-    assert_eq!(campaign.outcomes[1].tracked, excluded("lens cap on"));
-    // or say yes and no of each
-    lines[1].push_str("no");
-    lines[2] = lines[2].replace("lens cap on", "yes");
-    folder.write("recordings.csv", lines.join("\n"));
-    let campaign = tracked(&folder);
-    let first = &campaign.outcomes[0].tracked;
-    assert!(first.is_ok(), "{first:?}");
-    assert_eq!(campaign.outcomes[1].tracked, excluded("yes"));
-}
-
-/// What is refused as a whole has its words in `tests/data/bad/track_*`.
-#[test]
-fn a_recording_that_is_a_mistake_stops_no_other() {
-    let folder = Folder::new();
-    let sphere = fall(0.06, 1.2, 0.7);
-    let seen = |frame: usize| 900.0 - 20_000.0 * sphere.height(frame as f64 / 1000.0);
-    let rows = |height: &dyn Fn(usize) -> f64| frames((0..600).map(height));
-    folder.write("good.csv", rows(&seen));
-    folder.write("still.csv", rows(&|frame| 400.0 + (frame % 3) as f64 * 0.1));
-    folder.write("up.csv", rows(&|frame| -seen(frame)));
-    folder.write("words.csv", "frame,y_px\n1,high\n");
-    let list = |files: &str| {
-        let lines = files
-            .split(' ')
-            .map(|file| format!("{file}.csv,PTFE,dry,4.762,,1000\n"));
-        folder.write("recordings.csv", format!("{HEADER}\n{}", lines.collect::<String>()));
-    };
-    for [files, runs, expected] in table_of(
-        "good still | 2 recordings: 1 run, 0 of them stuck; 1 left out with a reason, 1 of them unread or without a fall | line 3, still.csv: nothing falls in it
-         good words | 2 recordings: 1 run, | line 3, words.csv: words.csv: line 2, y_px: found `high`, expected a number
-         up | 1 recording: 0 runs, | line 2, up.csv: it falls upwards",
-    ) {
-        list(files);
-        let (status, stdout, stderr) = folder.run("track recordings.csv --out some.csv --force --report some");
-        assert_eq!(status, Some(1), "{files}{stderr}");
-        stdout.begins(runs);
-        stderr.says(expected);
-        let written = folder.read("some.csv");
-        assert_eq!(written.lines().count(), files.split(' ').count() + 1, "{written}");
-        // what was seen of a recording that gives no run is drawn
-        assert!(folder.join("some/figures/line_2.svg").exists(), "{files}");
-    }
-    list("good");
-    folder.succeed("track recordings.csv --out runs.csv");
-    folder
-        .refused("track recordings.csv --out runs.csv")
-        .says("--force replaces it");
-    folder.succeed("track recordings.csv --out runs.csv --force --all-rebounds");
-    folder.read("runs.csv").says("good.csv rebound 2,");
 }
 
 #[test]

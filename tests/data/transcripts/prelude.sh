@@ -263,7 +263,7 @@ series() {
         'sigma_series = 0.02' '[design]' 'diameter_mm = { PTFE = [3.175, 4.762, 8.0] }' 'liquids = ["thin", "thick"]' \
         'film_ratio = { PTFE = [0.04, 0.07, 0.1] }' 'height_mm = [30, 60, 90, 120, 150]' \
         'dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]' 'repeats = 5' > scene.toml
-    rm runs.csv; wetcor simulate scene.toml --out runs.csv --seed 3
+    rm -f runs.csv; wetcor simulate scene.toml --out runs.csv --seed 3
 }
 # two particles of different roughness whose viscous loss is that of the whole film
 whole_film() {
@@ -366,3 +366,45 @@ resample() {
 }
 # the rows of estimates of a quantity, by least squares of a law
 estimates() { grep "^  {\"quantity\":\"$1\".*\"source\":\"${2:-square_root_law}\"" out/findings.json; }
+
+# positions of a sphere that falls and rebounds, frame by frame at 1000 Hz: an expression of awk gives its row from the height `h`
+FILMED=file,particle,liquid,diameter_mm,film_um,frame_rate_Hz
+falling() {
+    echo frame,y_px
+    seq 0 599 | awk '{ g = 9.81; before = 0.06 - $1 / 1000; if (before > 1.2 / g) before = 1.2 / g
+        if (before >= 0) h = 1.2 * before - g / 2 * before^2
+        else { start = 0; v = 0.7 * 1.2
+            while (v > 1e-6 && -before >= start + 2 * v / g) { start += 2 * v / g; v *= 0.7 }
+            h = v * (-before - start) - g / 2 * (-before - start)^2; if (h < 0) h = 0 }
+        printf "%d,%.6f\n", $1, '"$1"' }'
+}
+# a list of recordings
+filmed() { { echo $FILMED; for file in "$@"; do echo $file.csv,PTFE,dry,4.762,,1000; done; } > recordings.csv; }
+
+# runs about the threshold of rebound: wet ones from the standard input, beside dry ones
+threshold() {
+    printf '%s\n' '[data]' 'runs = "runs.csv"' '[particles.PTFE]' 'density_kg_m3 = 2150' 'roughness_um = 5' '[liquids.M50]' \
+        'density_kg_m3 = 965' 'viscosity_mPa_s = 48.3' '[model]' 'inertia = "stepwise"' '[bootstrap]' 'replicates = 500' > scene.toml
+    { echo $COLUMNS; printf 'PTFE,dry,4.762,,%s\n' 0.5,0.842 0.5,0.835 1,0.812 1,0.823 2,0.795 2,0.785
+      printf 'PTFE,M50,4.762,380.96,%s\n' "$@"; } > runs.csv
+}
+# of rows of estimates, the ends of the interval of a method at 95 %
+ends() { grep -o "\"method\":\"$1\",\"level\":0.95,\"lo\":[^,]*,\"hi\":[^}]*" | sed 's/.*"lo":\([^,]*\),"hi":/\1 /'; }
+# a design in which every term of the energy balance acts: the terms of the model, changed by sed; and its fit
+terms() {
+    rm -f runs.csv
+    printf '%s\n' '[data]' 'runs = "runs.csv"' '[particles.P]' 'density_kg_m3 = 2150' 'roughness_um = 5' '[liquids.oil]' \
+        'density_kg_m3 = 930' 'viscosity_mPa_s = 9.3' 'surface_tension_mN_m = 20.1' '[model]' 'inertia = "stepwise"' "terms = $1" \
+        'dry_speed_m_s = 2.0' '[truth]' 'dry_k = { P = 0.15 }' 'lubrication_log = 3.0' 'inertial_prefactor = 1.0' \
+        'sigma_dry = 0.01' 'sigma_wet = 0.02' 'dry_speed_m_s = 2.0' 'terms = ["inertia", "viscous"]' '[design]' \
+        'diameter_mm = { P = [6.0] }' 'liquids = ["oil"]' 'film_ratio = { P = [0.05, 0.1] }' \
+        'impact_speed_m_s = [0.9, 1.2, 1.6, 2.2]' \
+        'dry_impact_speed_m_s = [0.5, 0.7, 0.9, 1.1, 1.3, 1.5, 1.7, 1.9, 2.1, 2.3, 2.5, 2.7]' 'repeats = 20' | sed "$2" > scene.toml
+    wetcor simulate scene.toml --out runs.csv && fit out > told.txt 2>&1
+    test $? -le 1
+}
+# whether a term is held, and by what it was chosen; its size
+held() { grep -o "\"term\":\"$1\",\"held\":[^}]*" out/findings.json | sed 's/.*"held":\([a-z]*\),"chosen_by":"\([a-z]*\)".*/\1 \2/'; }
+size() { grep -o "\"term\":\"$1\",\"held\":[^}]*" out/findings.json | sed 's/.*"size":\([^,]*\),.*/\1/'; }
+# the parameters of the energy balance, each once
+fitted() { grep -oE '"quantity":"[a-z_]*"[^}]*"source":"energy_balance"' out/findings.json | cut -d '"' -f 4 | grep -E '^(dry_k|lubrication_log|inertial_prefactor)$' | sort -u | xargs; }
