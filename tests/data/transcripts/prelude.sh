@@ -407,4 +407,7 @@ terms() {
 held() { grep -o "\"term\":\"$1\",\"held\":[^}]*" out/findings.json | sed 's/.*"held":\([a-z]*\),"chosen_by":"\([a-z]*\)".*/\1 \2/'; }
 size() { grep -o "\"term\":\"$1\",\"held\":[^}]*" out/findings.json | sed 's/.*"size":\([^,]*\),.*/\1/'; }
 # the parameters of the energy balance, each once
-fitted() { grep -oE '"quantity":"[a-z_]*"[^}]*"source":"energy_balance"' out/findings.json | cut -d '"' -f 4 | grep -E '^(dry_k|lubrication_log|inertial_prefactor)$' | sort -u | xargs; }
+of_balance() {
+    grep -oE '"quantity":"[a-z_]*"[^}]*"source":"energy_balance"' out/findings.json | cut -d '"' -f 4 |
+        grep -E '^(dry_k|lubrication_log|inertial_prefactor)$' | sort -u | xargs
+}
