@@ -351,7 +351,7 @@ fn bounds() -> Vec<Case> {
     ["0.8705505632961241", "0.87"].map(case).into()
 }
 
-/// Few runs, one film ratio and runs that all stuck are of `too_few` and `degenerate`.
+/// Few runs, one film ratio and runs that all stuck are of `degenerate` and of the transcripts `too_few`.
 #[test]
 #[ignore = "slow: twenty posteriors at the extremes"]
 fn estimates_at_the_extremes_are_right_or_say_why_not() {
