@@ -6,7 +6,6 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::Findings;
-use wetcor::model::parameters::ParameterKind;
 use wetcor::physics::Quantity::{Alpha, Beta, EInf, StC, StCEInf2};
 use wetcor::runs::WIDEST;
 use wetcor::scene::WetLaw;

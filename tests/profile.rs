@@ -4,7 +4,7 @@ use crate::common::scenes::{self, design, scene_of, M50, PTFE, STEPWISE};
 use crate::common::{binomial_z, counts, study, Place, Told};
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
-use wetcor::physics::Quantity::{StC, StNoRebound};
+use wetcor::physics::Quantity::StC;
 use wetcor::scene::WetLaw;
 
 /// Three heights, the lowest of which is within two standard deviations of no rebound at the thicker film: a lucky run

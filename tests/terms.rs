@@ -3,8 +3,6 @@
 use crate::common::{assert_expected, binomial_z, counts, holds, mean, seed_of, study, Place, Told};
 use wetcor::findings::terms::{SizedTerm, LINE};
 use wetcor::findings::Findings;
-use wetcor::physics::Inertia;
-use wetcor::physics::Quantity::StC;
 
 /// A design clear of the threshold, in which one number sets how much one term matters.
 #[derive(Clone, Copy)]

@@ -13,10 +13,8 @@ use std::process::Command;
 use rayon::prelude::*;
 
 use crate::common::workbook::workbook;
-use crate::common::{entries, read_in_project, Folder, Says};
+use crate::common::{entries, in_project, read_in_project, Folder, Says};
 use crate::hostile::attack::{attack, finish, Outcome, LIMIT};
-use crate::common::{entries, in_project, read_in_project, Says};
-use crate::hostile::attack::{finish, Outcome, Place, LIMIT};
 
 fn bash(place: &Folder, command: &str, seconds: f64) -> Outcome {
     let mut bash = Command::new("bash");

@@ -6,7 +6,6 @@ use rand::RngExt;
 use rayon::prelude::*;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::rebound::mean_restitution;
-use wetcor::physics::Quantity::{EInf, StC};
 use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;

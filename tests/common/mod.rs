@@ -7,7 +7,7 @@ pub mod scenes;
 mod told;
 pub mod workbook;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 pub use chance::{assert_expected, assert_seldom, binomial_z, counts, holds, mean, normal, seed_of, study};
 pub use program::{
@@ -43,10 +43,6 @@ impl Place {
         let folder = Folder::new();
         let scene = folder.scene(scene_text).unwrap_or_else(|error| panic!("{error}"));
         Place { folder, scene }
-    }
-
-    pub fn path(&self, name: &str) -> PathBuf {
-        self.folder.join(name)
     }
 
     /// Runs the command beside the scene.
