@@ -134,7 +134,7 @@ fn recording(folder: &Path, fields: &mut Fields, row: Row) -> Option<Recording> 
         return None;
     };
     // they go into the table of runs, which a spreadsheet may open
-    for column in ["run", "particle", "liquid", "exclude"] {
+    for column in ["run", "exclude"] {
         let formula = fields
             .word(column, cells)
             .filter(|word| word.starts_with(['=', '+', '@']));
