@@ -114,7 +114,7 @@ impl Oracle<'_> {
             oracle(nu, (self.runs.restitution[run] - mean * q) / spread).0 - spread.ln()
         };
         let v = q * self.runs.impact_speed[run];
-        if is_dry || self.scene.model.noise == NoiseOn::Restitution {
+        if is_dry || self.scene.model.noise != NoiseOn::Both {
             return of(self.mean(run, v, 0.0));
         }
         let energy = self.of(ParameterKind::SigmaEnergy);
