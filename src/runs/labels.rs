@@ -67,13 +67,6 @@ mod tests {
     use crate::runs::tests::examples;
 
     #[test]
-    fn counts_are_known() {
-        let counts = ["n=12", "N = 5", "n: 7"].map(is_count);
-        let names = ["n12", "nylon", "n=", "n=1.5", "PTFE n=3", ""].map(is_count);
-        assert_eq!((counts, names), ([true; 3], [false; 6]));
-    }
-
-    #[test]
     fn labels_are_known_and_remarks_are_none() {
         for (expected, cells) in examples("label") {
             for cell in cells {

@@ -56,10 +56,6 @@ mod tests {
     #[test]
     fn words_that_keep_a_run_are_no_reasons() {
         let of = |words: &[&'static str]| words_for_no(words.iter().copied());
-        assert_eq!(of(&["0", "1"]), ["0"]);
-        assert_eq!(of(&["FALSE"]), ["FALSE"]);
-        assert_eq!(of(&["Nein", "n", "ja"]), ["Nein", "n"]);
-        assert_eq!(of(&["no", "touched the wall"]), ["no"]);
         assert_eq!(of(&["--", "hit the edge", "O.K.", "."]), ["--", "O.K.", "."]);
         assert_eq!(of(&["Good"]), ["Good"]);
         // a tick may mark either, and single letters and numbers may be short for reasons

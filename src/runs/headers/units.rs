@@ -596,17 +596,6 @@ mod tests {
     }
 
     #[test]
-    fn a_row_above_the_names_may_hold_titles_and_units() {
-        let of = |cells: &[&str]| units_above(cells.iter().copied());
-        assert_eq!(of(&["Drops of May", "(in)", "", "mm"]), ["", "(in)", "", "mm"]);
-        assert_eq!(of(&["Trial", "Film"]), ["", ""]);
-        assert_eq!(of(&["Diameter", "4,762", "mm"]), [""; 0]);
-        assert_eq!(unit_of_cell_above("in", Dimension::Speed), None);
-        let inch = Some(StatedUnit::Other("in".to_owned()));
-        assert_eq!(unit_of_cell_above("(in)", Dimension::Length), inch);
-    }
-
-    #[test]
     fn a_row_of_units_holds_nothing_else() {
         let is_one = |cells: &[&str]| is_row_of_units(cells.iter().copied());
         assert!(is_one(&["", "[µm]", "[cm]", "", "[%]", "-"]));
