@@ -640,8 +640,6 @@ mod tests {
         };
         for (title, names, expected) in [
             ("|Height of centre (mm)|", DROPS, "heights_of"),
-            ("Run|Height [cm]|", DROPS, "drop_height_cm"),
-            ("Run|Height [mm]|", DROPS, ""),
             // what reaches over the next column, and units without brackets
             ("|Heights of centre in cm|", "ball|rebound|drop", CENTRE),
             ("|Heights of centre in cm|", "ball|rebound|drop", "drop_height_cm"),

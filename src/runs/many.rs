@@ -343,12 +343,10 @@ impl FilmGroup {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
-    use crate::scene;
+    use crate::runs::tests::plain;
 
     #[test]
     fn a_run_beyond_the_last_row_number_is_sampled_like_any_other() {
@@ -359,8 +357,7 @@ mod tests {
 
     #[test]
     fn what_stands_for_rebounds_near_the_limit_does_not_stick() {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
-        let mut scene = scene::read(&file).unwrap_or_else(|error| panic!("{error}"));
+        let (mut scene, _) = plain();
         scene.data.smallest_restitution = 0.1;
         let limit = scene.data.smallest_restitution;
         let mut rng = crate::seed::stream(1, "rebounds near the limit", 0);

@@ -28,7 +28,7 @@ fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good").join(name)
 }
 
-fn plain() -> (Scene, String) {
+pub(super) fn plain() -> (Scene, String) {
     let scene = scene::read(&example("plain/scene.toml")).unwrap_or_else(|error| panic!("{error}"));
     let text = std::fs::read_to_string(example("plain/runs.csv")).expect("the example is there");
     (scene, text)
@@ -47,74 +47,19 @@ fn read_csv(text: &str, scene: &Scene) -> Result<Collected, Problems> {
     table.runs(scene, None)
 }
 
-/// The plain table with a column of errors, most of them missing.
-fn with_errors(text: &str) -> String {
-    let line = |(index, line): (usize, &str)| match index {
-        0 => format!("{line},impact_speed_sd_m_s,restitution_sd\n"),
-        _ if index % 7 == 3 => format!("{line},0.0{index},0.02\n"),
-        _ if index % 5 == 0 => format!("{line},0,\n"),
-        _ => format!("{line},,NA\n"),
-    };
-    text.lines().enumerate().map(line).collect()
-}
-
-/// The plain table with semicolons and decimal commas, and a column that leaves some runs out.
-fn german(text: &str) -> String {
-    let line = |(index, line): (usize, &str)| {
-        let line = line.replace(',', ";").replace('.', ",");
-        match index {
-            0 => format!("{line};exclude\n"),
-            _ if index % 6 == 2 => format!("{line};unscharf\n"),
-            _ => format!("{line};\n"),
-        }
-    };
-    text.lines().enumerate().map(line).collect()
-}
-
-/// The plain table with every cell in quotes, as some programs write text.
-fn quoted(text: &str, separator: &str) -> String {
-    let between = format!("\"{separator}\"");
-    let line = |line: &str| format!("\"{}\"\n", line.replace(separator, &between));
-    text.lines().map(line).collect()
-}
-
 #[test]
-fn a_table_holds_the_same_runs_however_it_is_written() {
+fn unknown_columns_of_one_name_shift_nothing() {
     let (scene, text) = plain();
     let columns = |text: &str| {
         let collected = read_csv(text, &scene).unwrap_or_else(|refused| panic!("{text:?}: {refused:?}"));
         format!("{:?}", collected.in_use)
     };
-    let noted = with_errors(&text).replacen(",0,\n", ",0,\n\n \n", 1);
-    assert_eq!(columns(&noted), columns(&with_errors(&text)));
-    for written in [
-        &text.replace('\n', "\r\n"),
-        &text.replace('\n', "\r"),
-        &format!("\u{feff}\n{text}"),
-        &format!("{text},,,,,,\n,,,,,,\n"),
-        &quoted(&text, ","),
-        &quoted(&text, ",").replacen("\"PTFE\"", "\"PT\"FE", 3),
-    ] {
-        assert_eq!(columns(written), columns(&text), "{written:?}");
-    }
-    // two unknown columns of one name shift nothing
     let noted = |(index, line): (usize, &str)| {
         let note = if index == 0 { "note" } else { "7" };
         format!("{note},{line},{note}\n")
     };
     let doubled: String = text.lines().enumerate().map(noted).collect();
     assert_eq!(columns(&doubled), columns(&text));
-    let german = german(&text);
-    for written in [&german.replace(';', "\t"), &quoted(&german, ";")] {
-        assert_eq!(columns(written), columns(&german), "{written:?}");
-    }
-    for refused in [
-        german.replacen("0,7818", "0.7818", 1),
-        format!("{text},,,,,,\n{}\n", text.lines().last().expect("a row")),
-        text.replacen("PTFE", "PTFE\0", 1),
-    ] {
-        assert!(read_csv(&refused, &scene).is_err(), "{refused:?}");
-    }
 }
 
 #[test]
@@ -239,32 +184,19 @@ fn a_cell_far_out_is_refused_and_fills_no_memory() {
     assert!(refused.first[0].expected.contains("16384 columns"), "{refused:?}");
 }
 
-/// Dry runs alone need no film; by the digits that are written, 0.42 over 0.50 may be 0.82 to 0.86.
+/// By the digits that are written, 0.42 over 0.50 may be 0.82 to 0.86.
 #[test]
-fn a_table_is_read_or_refused_by_what_it_lacks_and_by_its_digits() {
-    let (scene, text) = plain();
-    // where a run has no film, it need not be a number
-    let none = text.replace("dry,4,,", "dry,4,none,");
-    assert_ne!(none, text);
-    assert!(read_csv(&none, &scene).is_ok(), "{none}");
-    const SPEEDS: &str = "particle,diameter_mm,impact_speed_m_s,rebound_speed_m_s,restitution";
-    const LIQUID: &str = "particle,liquid,diameter_mm,impact_speed_m_s,restitution";
-    for (header, row, is_read) in [
-        (LIQUID, "PTFE,dry,4,1,0.8", true),
-        (LIQUID, "PTFE,AK10,4,1,0.8", false),
-        (
-            "particle,diameter_mm,impact_speed_m_s,restitution",
-            "PTFE,4,1,0.8",
-            true,
-        ),
-        (SPEEDS, "PTFE,4.762,0.50,0.43,0.84", true),
-        (SPEEDS, "PTFE,4.762,0.50,0.42,0.86", true),
-        (SPEEDS, "PTFE,4.762,0.50,0.42,0.87", false),
-        (SPEEDS, "PTFE,4.762,0.500,0.420,0.85", false),
-        (SPEEDS, "PTFE,4.762,0.500,0.420,0.842", true),
-        (SPEEDS, "PTFE,4.762,0.5,0.4,0.86", false),
+fn a_restitution_agrees_with_speeds_as_far_as_their_digits_tell() {
+    let (scene, _) = plain();
+    for (row, is_read) in [
+        ("PTFE,4.762,0.50,0.43,0.84", true),
+        ("PTFE,4.762,0.50,0.42,0.86", true),
+        ("PTFE,4.762,0.50,0.42,0.87", false),
+        ("PTFE,4.762,0.500,0.420,0.85", false),
+        ("PTFE,4.762,0.500,0.420,0.842", true),
+        ("PTFE,4.762,0.5,0.4,0.86", false),
     ] {
-        let table = format!("{header}\n{row}\n");
+        let table = format!("particle,diameter_mm,impact_speed_m_s,rebound_speed_m_s,restitution\n{row}\n");
         assert_eq!(read_csv(&table, &scene).is_ok(), is_read, "{table}");
     }
 }
