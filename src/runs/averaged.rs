@@ -124,21 +124,6 @@ mod tests {
     }
 
     #[test]
-    fn the_runs_of_a_mean_have_its_mean_and_sd() {
-        for runs in [2u32, 3, 5, 40, 1000] {
-            let n = f64::from(runs);
-            let [by_sd, by_se] = [[Some(0.012), None], [None, Some(0.012 / n.sqrt())]]
-                .map(|spread| of(n, spread, 0.71).expect("a right row").expect("a mean"));
-            assert!((by_sd.sd - by_se.sd).abs() < 1e-15);
-            let single: Vec<f64> = by_sd.restitutions(0.71).collect();
-            let mean = single.iter().sum::<f64>() / n;
-            let squares: f64 = single.iter().map(|e| (e - mean).powi(2)).sum();
-            assert!((mean - 0.71).abs() < 1e-14, "{mean}");
-            assert!(((squares / (n - 1.0)).sqrt() - 0.012).abs() < 1e-14);
-        }
-    }
-
-    #[test]
     fn runs_that_stuck_need_no_sd() {
         let stuck = of(4.0, [None, None], 0.0).expect("a right row").expect("a mean");
         assert_eq!(stuck.restitutions(0.0).collect::<Vec<_>>(), [0.0; 4]);

@@ -204,28 +204,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_belongs_to_the_nearest_nominal_ratio_or_to_none() {
-        let nominal = [0.03, 0.04, 0.1];
-        let ratios = [
-            0.01, 0.0255, 0.03, 0.0344, 0.0349, 0.0351, 0.0459, 0.0461, 0.05, 0.0851, 0.1149, 0.2,
-        ];
-        let cells = Cells::new(Grid::Exact, ratios.to_vec());
-        let classes = split_by_nominal(&cells.all(), &nominal);
-        let of = |ratio: f64| {
-            let place = classes.partition_point(|class| class.lower_end <= ratio) - 1;
-            (!classes[place].outside).then_some(classes[place].film_ratio)
-        };
-        let found: Vec<Option<f64>> = ratios.into_iter().map(of).collect();
-        let [a, b, c] = nominal.map(Some);
-        // 0.0349 is nearer to 0.03, but further than 15 % from it
-        assert_eq!(found, [None, a, a, a, None, b, b, None, None, c, c, None]);
-        let between = classes.iter().find(|class| class.outside && class.lower_end > 0.04);
-        assert_eq!(between.map(|class| class.film_ratio), Some(mean(&[0.0461, 0.05])));
-        // groups stand in increasing order, so that their places do
-        assert!(classes.windows(2).all(|pair| pair[0].lower_end < pair[1].lower_end));
-    }
-
-    #[test]
     fn the_width_lies_between_the_quantiles() {
         let mut values: Vec<f64> = (0..=100).rev().map(f64::from).collect();
         assert_eq!(ENDS.map(|p| quantile(&mut values, p)), [5.0, 95.0]);
