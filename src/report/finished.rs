@@ -399,36 +399,4 @@ mod tests {
         check(&Viscous::ALL, Viscous::name);
         check(&Term::ALL, Term::name);
     }
-
-    #[test]
-    fn a_value_beyond_its_limit_is_told_with_what_was_expected() {
-        for (name, value, held, expected) in [
-            ("nu", 2.0, false, "nu: found 2.0, expected a number above 2"),
-            (
-                "sigma_wet",
-                0.0,
-                false,
-                "sigma_wet: found 0.0, expected a number above 0",
-            ),
-            (
-                "film_scale",
-                0.0,
-                true,
-                "film_scale: found 0.0, expected a number above 0",
-            ),
-            ("asymmetry", f64::NAN, false, "asymmetry: found NaN, expected a number"),
-            (
-                "dry_k[PE]",
-                f64::INFINITY,
-                false,
-                "dry_k[PE]: found inf, expected a number above 0",
-            ),
-        ] {
-            assert_eq!(odd_value(name, value, held).as_deref(), Some(expected));
-        }
-        for (name, value) in [("sigma_wet", 0.0), ("lubrication_log", 0.0), ("asymmetry", -0.5)] {
-            assert_eq!(odd_value(name, value, true), None);
-        }
-        assert_eq!(limit("sigma_kept"), None);
-    }
 }

@@ -218,8 +218,6 @@ fn strangers(folder: &Path, is_ours: impl Fn(&Path) -> bool) -> io::Result<Vec<P
 
 #[cfg(test)]
 mod tests {
-    use std::io::Write;
-
     use super::*;
 
     fn files<'a>() -> Files<'a> {
@@ -230,50 +228,11 @@ mod tests {
         }
     }
 
-    fn prepare(folder: &Path) -> Destination {
-        Destination::prepare(folder, Contents::Fit, "one", &[]).expect("a free place")
-    }
-
-    #[test]
-    fn what_is_made_while_it_is_written_is_there_or_nothing_is() {
-        let place = tempfile::tempdir().expect("a temporary folder");
-        let folder = place.path().join("report");
-        let made = |broken: bool| {
-            let mut made = files();
-            let names = ["draws/draws.zarr/deep/c.0", "draws/draws.csv"].map(str::to_owned);
-            let fill: Box<Fill> = Box::new(move |[a, b]| {
-                a.write_all(b"first")?;
-                if broken {
-                    return Err(io::Error::other("no room"));
-                }
-                b.write_all(b"second")
-            });
-            made.streamed.push(Streamed { names, fill });
-            made.last = Some(Box::new(|| ("timing.json".to_owned(), b"third".to_vec())));
-            made
-        };
-        prepare(&folder).write(made(false)).expect("written");
-        let read = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
-        assert_eq!(read("draws/draws.zarr/deep/c.0").as_deref(), Some("first"));
-        assert_eq!(read("draws/draws.csv").as_deref(), Some("second"));
-        assert_eq!(read("timing.json").as_deref(), Some("third"));
-        let failed = prepare(&folder).write(made(true)).expect_err("no room").to_string();
-        assert!(
-            failed.contains("draws/draws.zarr/deep/c.0") && failed.contains("no room"),
-            "{failed}"
-        );
-        assert_eq!(
-            read("draws/draws.csv").as_deref(),
-            Some("second"),
-            "the earlier report stands"
-        );
-    }
-
     #[test]
     fn what_is_written_beside_is_nowhere_until_it_is_put() {
         let place = tempfile::tempdir().expect("a temporary folder");
         let folder = place.path().join("report");
-        let destination = prepare(&folder);
+        let destination = Destination::prepare(&folder, Contents::Fit, "one", &[]).expect("a free place");
         drop(destination.beside(files()).expect("written"));
         assert_eq!(std::fs::read_dir(place.path()).map(Iterator::count).ok(), Some(0));
         let written = destination.beside(files()).expect("written");

@@ -116,28 +116,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn entries_of_lists_have_a_line_each_and_what_is_not_finite_is_null() {
-        #[derive(serde::Serialize)]
-        struct Row {
-            x: f64,
-            empty: Vec<f64>,
-        }
-        #[derive(serde::Serialize)]
-        struct File {
-            rows: Vec<Row>,
-            name: &'static str,
-        }
-        let row = |x| Row { x, empty: vec![] };
-        let file = File {
-            rows: vec![row(0.1), row(f64::NAN)],
-            name: "a",
-        };
-        let expected =
-            "{\n \"rows\": [\n  {\"x\":0.1,\"empty\":[]},\n  {\"x\":null,\"empty\":[]}\n ],\n \"name\": \"a\"\n}\n";
-        assert_eq!(text(&file).ok().as_deref(), Some(expected));
-    }
-
-    #[test]
     fn d11_what_is_not_shown_is_written_as_a_number_and_read_back_as_it_was() {
         let title = "a\u{1b}[2J\n\u{202e}b\u{7f}\u{9b}\u{e0041} ü中";
         let json = text(&title).expect("a text");

@@ -418,24 +418,6 @@ mod tests {
     }
 
     #[test]
-    fn a_table_has_the_columns_in_which_something_stands() {
-        let template =
-            "{% filter table %}\nname | x? | y?\n{% for row in rows %}\n{{ row.name }} | {{ row.x|digits(2) }} | \
-             {{ row.y|digits(2) }}\n{% endfor %}\nshort\n{% endfilter %}\n";
-        let rows = vec![context! { name => "a|b", x => 1.5 }, context! { name => "_c_" }];
-        let expected = "| name | x |\n| --- | --- |\n| a\\|b | 1.5 |\n| \\_c\\_ | – |\n| short |  |\n";
-        assert_eq!(page_of(template, context! { rows }), expected);
-    }
-
-    #[test]
-    fn lines_of_a_paragraph_are_joined_and_a_figure_is_placed_once() {
-        let template = "one\n  two | three\n\n\n* a\n  b\n* c\n\n{% filter figure(\"a_b.svg\", \"s\") %}\nd\ne\n{% endfilter %}\n\n\
-             {% filter figure(\"a_b.svg\", \"s\") %}\nf\n{% endfilter %}\n{% filter figure(\"c.svg\", \"s\") %}\nf\n{% endfilter %}\n";
-        let expected = "one two | three\n\n* a b\n* c\n\n![s](figures/a_b.svg)\n\n*d e*\n";
-        assert_eq!(page_of(template, context! {}), expected);
-    }
-
-    #[test]
     fn an_exponential_whose_interval_spans_too_much_is_not_told() {
         let template =
             "{{ row|pm(10, true) }}; {{ row|interval(10, true) }}; {{ row|pm(10) }}; {{ near|pm(1, true) }}; \
