@@ -264,22 +264,12 @@ mod tests {
             out: Some(PathBuf::from("reports/drops")),
             seed: 7,
             stages: vec![Stage::LeastSquares, Stage::Figures],
-            exact_rows: false,
+            exact_rows: true,
             accuracy: Some(0.1),
             verbose: false,
         };
         let command = "wetcor fit 'drops/May'\\''s drops.toml' --out reports/drops --seed 7 --stages \
-                       least_squares,figures --accuracy 0.1";
+                       least_squares,figures --accuracy 0.1 --exact-rows";
         assert_eq!(given.command(), command);
-        let plain = Fit {
-            scene: PathBuf::from("drops/scene.toml"),
-            out: None,
-            seed: 1,
-            stages: vec![],
-            exact_rows: true,
-            accuracy: None,
-            verbose: true,
-        };
-        assert_eq!(plain.command(), "wetcor fit drops/scene.toml --seed 1 --exact-rows");
     }
 }

@@ -243,17 +243,4 @@ mod tests {
         assert_eq!(none(6.0, 4.0), Some(Inertia::Stepwise));
         assert_eq!(none(6.0, 1.0), Some(Inertia::None));
     }
-
-    #[test]
-    fn the_others_are_held_against_the_chosen() {
-        let forms = [form(Inertia::Stepwise, 0.0, 0.0), form(Inertia::Saturating, 9.0, 2.0)];
-        let choice = InertiaChoice::among(&forms, ChosenBy::LeastSquares).expect("the default is there");
-        let other = OtherForm {
-            inertia: Inertia::Stepwise,
-            difference: -9.0,
-            se: Some(2.0),
-            prior_difference: None,
-        };
-        assert_eq!((choice.inertia, choice.others), (Inertia::Saturating, vec![other]));
-    }
 }

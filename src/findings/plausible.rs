@@ -482,26 +482,14 @@ fn beyond_films(particle: &Particle, l: &Uncertain, runs: &Runs, index: usize) -
 mod tests {
     use super::*;
 
+    /// g/cm³ in the key, kg/m³ in the number.
     #[test]
     fn a_likely_slip_is_named() {
-        for (bounds, usual, expected) in [
-            // g/cm³ in the key, kg/m³ in the number
-            (
-                &DENSITY,
-                2.15e6,
-                "density of PTFE is 2150000 kg/m³, outside 300 to 25000 kg/m³: 0.001 times that would do, as where a unit \
-                 was mistaken",
-            ),
-            (
-                &DIAMETER,
-                4762.0,
-                "diameter of PTFE is 4760 mm, outside 0.02 to 500 mm: 4760 looks like µm",
-            ),
-            (&DIAMETER, 1e9, "diameter of PTFE is 1000000000 mm, outside 0.02 to 500 mm"),
-        ] {
-            let value = bounds.dimension.usual_to_si(usual);
-            assert_eq!(bounds.question("PTFE", [value].into_iter()).as_deref(), Some(expected));
-        }
+        let value = DENSITY.dimension.usual_to_si(2.15e6);
+        let expected =
+            "density of PTFE is 2150000 kg/m³, outside 300 to 25000 kg/m³: 0.001 times that would do, as where a \
+                        unit was mistaken";
+        assert_eq!(DENSITY.question("PTFE", [value].into_iter()).as_deref(), Some(expected));
     }
 
     #[test]

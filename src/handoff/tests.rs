@@ -137,13 +137,6 @@ fn what_a_code_cannot_take_is_refused_by_name() {
     assert!(files(Code::Yade, &barely).is_ok() && files(Code::Lammps, &barely).is_ok());
     let higher = |speed: f64| PredictedPoint { q50: 1.2, ..wet(speed) };
     assert!(refused(Code::Table, &handoff(&higher, 1.0)).contains("e = 1.2"));
-    for reference_speed in [0.0, -1.0, f64::NAN] {
-        let bad = Handoff {
-            reference_speed,
-            ..handoff(&wet, 1.0)
-        };
-        assert!(refused(Code::Table, &bad).contains("reference speed"));
-    }
 }
 
 /// |e(v)/e(1) − 1| = 0.05 solved by hand: e² = 0.385 · 0.95² and 0.385 · 1.05².

@@ -245,16 +245,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_growth_of_exact_squares_is_theirs() {
-        let runs: Vec<(f64, f64)> = (0..101)
-            .map(|i| f64::from(i) / 100.0 - 0.5)
-            .map(|x| (x, (2.0 * (0.3 + 1.1 * x)).exp()))
-            .collect();
-        let [at_middle, slope] = fit_growth(&runs);
-        assert!((slope - 1.1).abs() < 1e-9 && (at_middle - 0.3).abs() < 1e-9);
-    }
-
-    #[test]
     fn the_line_of_bands_is_where_they_hold_88_percent() {
         let holds = 1.0 - 2.0 * normal_cdf(-EDGE / LINE_OF_BANDS);
         assert!((holds - 0.88).abs() < 5e-4, "{holds}");
