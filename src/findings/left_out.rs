@@ -353,16 +353,14 @@ mod tests {
     }
 
     fn followed(model: &Model, draws: usize) -> Sampled {
-        let ComparisonContext {
-            scene,
-            runs,
-            least_squares,
-            ..
-        } = model.context;
-        let likelihood = Likelihood::new(scene, runs, model.setup.form);
-        let start = start(least_squares);
+        let context = &model.context;
+        let likelihood = Likelihood::new(context.scene, context.runs, model.setup.form);
+        let start = start(context.least_squares);
         let prepared = PreparedPosterior::new(model.parameters.clone(), &likelihood, &start).expect("a start");
-        let long = Effort { draws, ..effort(scene) };
+        let long = Effort {
+            draws,
+            ..effort(context.scene)
+        };
         let plan = SamplingPlan::new(long, StreamName::new(1, model.stream));
         sample_by_nuts(&prepared, plan, &mut |_| 0).expect("chains")
     }
