@@ -86,14 +86,17 @@ fn restitution(law: &Row, v: f64) -> f64 {
     }
 }
 
-/// Settings at five speeds of each law, and their laws.
+/// Speeds that each law is asked at.
+const SPEEDS: usize = 3;
+
+/// Settings at these speeds of each law, and their laws.
 fn settings(laws: &[Row]) -> (String, Vec<(&Row, f64)>) {
     let mut text = "particle,liquid,diameter_mm,film_um,impact_speed_cm_s\n".to_owned();
     let mut asked = vec![];
     for law in laws {
         let [lo, hi] = ["min_speed_m_s", "max_speed_m_s"].map(|name| number(law, name));
-        for i in 0..5 {
-            let v = lo + (hi - lo) * f64::from(i) / 4.0;
+        for i in 0..SPEEDS {
+            let v = lo + (hi - lo) * i as f64 / (SPEEDS - 1) as f64;
             let [millimetres, film] = ["diameter_m", "film_m"].map(|name| law[name].parse::<f64>());
             let millimetres = millimetres.map_or(4.762, |d| 1e3 * d);
             let film = film.map_or(String::new(), |film| (1e6 * film).to_string());
@@ -111,7 +114,7 @@ fn band(row: &Row) -> [f64; 2] {
 
 /// How far a law lies from the medians that are predicted, as a share of the band: the most of all, where it rebounds.
 fn farthest(laws: &[Row], predicted: &[Row], asked: &[(&Row, f64)]) -> f64 {
-    assert_eq!((predicted.len(), asked.len()), (5 * laws.len(), 5 * laws.len()));
+    assert_eq!((predicted.len(), asked.len()), (SPEEDS * laws.len(), SPEEDS * laws.len()));
     let shares = predicted.iter().zip(asked).filter_map(|(row, (law, v))| {
         let [low, high] = band(row);
         let off = (restitution(law, *v) - number(row, "restitution")).abs();
@@ -142,7 +145,7 @@ fn a_law_is_the_curve_that_is_predicted_there() {
         // the mean of the numbers against the median of the curves: 3 % of the band
         assert!(worst > 0.0 && worst < 0.1, "{change}: {worst}");
         // the planted fault: the law of the pair before
-        let others = asked.iter().cycle().skip(5);
+        let others = asked.iter().cycle().skip(SPEEDS);
         let shifted: Vec<(&Row, f64)> = asked.iter().zip(others).map(|(own, other)| (other.0, own.1)).collect();
         assert!(farthest(&laws, &predicted, &shifted) > 10.0);
         // nothing is extrapolated where the runs were made
