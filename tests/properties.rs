@@ -153,8 +153,3 @@ fn assert_every_row_counted(table: &Table) {
         .sum();
     assert_eq!(grouped + dry, table.runs.len());
 }
-
-/// Equal but for the roundings of two changes of unit.
-fn same(a: f64, b: f64) -> bool {
-    (a - b).abs() <= 4.0 * f64::EPSILON * b.abs()
-}

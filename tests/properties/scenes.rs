@@ -1,11 +1,11 @@
-//! Holds that scenes read back in any unit, and that one mistake is named by its line and key.
+//! Holds that scenes read back in any unit.
 
 use proptest::prelude::*;
-use proptest::sample::{select, Index};
+use proptest::sample::select;
 use wetcor::scene::Scene;
 use wetcor::units::{Dimension, Unit};
 
-use super::{assert_told, hold, same, Folder};
+use super::{hold, Folder};
 
 /// One key of a scene: its table, name without unit, dimension, and value in SI.
 pub type Line = (&'static str, &'static str, Dimension, f64);
@@ -78,48 +78,9 @@ fn a_scene_reads_back_whatever_its_units_and_line_ends() {
         let scene = folder.scene(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
         let read = values(&scene).expect("all are there");
         for (read, ((_, key, _, written), _)) in read.into_iter().zip(&lines) {
-            assert!(same(read, *written), "{key}: {read:e} for {written:e}");
+            // equal but for the roundings of two changes of unit
+            let is_same = (read - *written).abs() <= 4.0 * f64::EPSILON * written.abs();
+            assert!(is_same, "{key}: {read:e} for {written:e}");
         }
-    });
-}
-
-#[test]
-fn one_mistake_in_a_scene_is_named_by_its_line_and_key() {
-    let folder = Folder::new();
-    let kinds = "= \"5\"|= []|= true|= nan|= inf|= -inf|= -1.0|= 0|= 1e308|= 1e-308|= 5e-324|= 1e999|= 99e99|x = 1\
-        |_furlongs = 1|\u{e9} = 1";
-    let name = "one_mistake_in_a_scene_is_named_by_its_line_and_key";
-    let inputs = (
-        scene_lines(),
-        any::<Index>(),
-        select(kinds.split('|').collect::<Vec<&str>>()),
-    );
-    hold(name, 1000, inputs, |(lines, which, kind)| {
-        let ((_, key, _, _), unit) = &lines[which.index(lines.len())];
-        let good = scene_text(&lines);
-        let written = format!("{key}{} = ", unit.suffix);
-        let bad: Vec<&str> = good.split('\n').collect();
-        let table = format!("[{}]", lines[which.index(lines.len())].0 .0);
-        let from = bad.iter().position(|line| *line == table).expect("its table");
-        let at = from
-            + bad[from..]
-                .iter()
-                .position(|line| line.starts_with(&written))
-                .expect("its line");
-        let mistake = if let Some(value) = kind.strip_prefix('=') {
-            format!("{written}{value}")
-        } else if let Some(ending) = kind.strip_prefix('_') {
-            format!("{key}_{ending}")
-        } else {
-            // a key in quotes may hold any letter
-            let (letters, rest) = kind.split_once(' ').expect("a letter more");
-            format!("\"{key}{}{letters}\" {rest}", unit.suffix)
-        };
-        let mut lines: Vec<String> = bad.iter().map(|line| (*line).to_owned()).collect();
-        lines[at] = mistake;
-        let error = folder.scene(&lines.join("\n")).expect_err("a mistake");
-        let text = assert_told(&error, "scene.toml");
-        assert!(text.contains(&format!("line {}, {table} {key}", at + 1)), "{text}");
-        assert!(text.contains(": 1 problem;"), "{text}");
     });
 }
