@@ -10,9 +10,9 @@ use wetcor::inference::prepared_posterior::PreparedPosterior;
 use wetcor::inference::sampling::sample_by_nuts;
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
-use wetcor::model::posterior::{LogDensity, PosteriorDensity};
+use wetcor::model::posterior::LogDensity;
 use wetcor::runs::{self, Runs};
-use wetcor::scene::{NoiseShape, Prior, Scene, Truth};
+use wetcor::scene::{NoiseShape, Scene, Truth};
 use wetcor::seed::{stream, StreamName};
 
 /// Few runs, two film ratios, from far above the threshold to below it.
@@ -209,21 +209,4 @@ fn ranks_are_uneven_under_each_planted_fault() {
         let worst = ranks.iter().map(|(_, z)| *z).fold(0.0, f64::max);
         assert!(worst > 6.0, "{fault:?} {ranks:?}");
     }
-}
-
-/// The parts put together without a fault are the posterior itself, so that a fault is the only difference.
-#[test]
-fn the_assembled_posterior_is_the_posterior() {
-    let place = calibrated_scene(MODELS[1]);
-    let rows = rows(&place.scene, seed_of("the_assembled_posterior_is_the_posterior"));
-    let assembled = Assembled::new(&place.scene, &runs::arrange(&place.scene, &rows), Fault::Nothing);
-    let posterior = PosteriorDensity::new(assembled.parameters.clone(), assembled.likelihood.clone());
-    let point = assembled.start();
-    let (mut a, mut b) = (point.clone(), point.clone());
-    let ours = posterior.ln_density(&point, &mut a).expect("a density");
-    let theirs = assembled.ln_density(&point, &mut b).expect("a density");
-    assert!((ours - theirs).abs() < 1e-10);
-    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9 * (1.0 + a.abs())));
-    let none = |p: &ModelParameters| p.sampled.iter().any(|p| matches!(p.prior, Prior::Fixed(_)));
-    assert!(!none(&assembled.parameters));
 }
