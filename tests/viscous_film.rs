@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::common::scenes::{scene_of, AK10, PE, PTFE};
-use crate::common::{assert_expected, binomial_z, compare, counts, sample_as_usual, seed_of, study, Place, Told};
+use crate::common::{compare, sample_as_usual, seed_of, Place, Told};
 use wetcor::findings;
 use wetcor::findings::compare::ComparedModel;
 use wetcor::model::parameters::ParameterKind;
@@ -87,26 +87,6 @@ fn least_squares_find_the_truth_back() {
         assert_eq!((delta_c.value, delta_c.why_none.as_deref()), (None, why));
     }
     assert!(findings.tells("viscous_form"));
-}
-
-#[test]
-fn the_intervals_of_the_rupture_scale_cover() {
-    const SETS: u64 = 400;
-    let place = scene("film", "film", 0.02);
-    // the planted fault: intervals whose logarithms are narrowed about the middle
-    let covered = study("the_intervals_of_the_rupture_scale_cover", SETS, |seed| {
-        let findings = place.infer(seed);
-        let scale = findings
-            .balance()
-            .estimate(ParameterKind::Shared(Coefficient::RuptureScale));
-        let [lo, hi] = scale.and_then(|scale| scale.interval).expect("the fit converged");
-        let (middle, half) = ((lo * hi).ln() / 2.0, (hi / lo).ln() / 2.0);
-        [1.0, 0.6].map(|shrink| (0.9f64.ln() - middle).abs() <= shrink * half)
-    });
-    let [covered, of_narrow] = counts(&covered);
-    assert_expected("λ", covered, SETS, 0.95);
-    let z = binomial_z(of_narrow, SETS as usize, 0.95);
-    assert!(z < -8.0, "z = {z:.1}");
 }
 
 /// The scene's own form and its posterior, and how the forms compare.
