@@ -13,7 +13,7 @@ use proptest::prelude::*;
 use proptest::sample::{select, Index};
 use proptest::test_runner::{RngSeed, TestRunner};
 use wetcor::error::Error;
-use wetcor::runs::{self, Table};
+use wetcor::runs::Table;
 use wetcor::scene;
 
 /// Draws so many inputs and shrinks the first that fails.
@@ -110,35 +110,6 @@ fn any_text_is_a_table_of_runs_or_an_error_in_plain_lines() {
         }
     });
     assert!(read.get() > 100, "{read:?}");
-}
-
-/// A drafted scene lacks what it says, marked, and nothing else.
-#[test]
-fn any_table_has_a_draft_that_lacks_what_it_says_or_an_error_in_plain_lines() {
-    let folder = Folder::new();
-    let drafted = std::cell::Cell::new(0);
-    let name = "any_table_has_a_draft_that_lacks_what_it_says_or_an_error_in_plain_lines";
-    hold(name, 1500, damaged(RUNS), |text| {
-        folder.write("runs.csv", &text);
-        let draft = match runs::draft_scene(&folder.join("runs.csv").into(), "runs.csv") {
-            Err(error) => {
-                assert_told(&error, "runs.csv");
-                return;
-            }
-            Ok(draft) => draft,
-        };
-        drafted.set(drafted.get() + 1);
-        match folder.scene(&draft.text) {
-            Ok(_) => assert!(draft.to_fill_in.is_empty(), "{:?}", draft.to_fill_in),
-            Err(Error::Input { problems, count, .. }) => {
-                assert_eq!(count, draft.to_fill_in.len(), "{problems:?}");
-                let is_marked = |found: &Option<String>| found.as_ref().is_some_and(|found| found.contains("fill in"));
-                assert!(problems.iter().all(|problem| is_marked(&problem.found)), "{problems:?}");
-            }
-            Err(error) => panic!("{error}"),
-        }
-    });
-    assert!(drafted.get() > 500, "{drafted:?}");
 }
 
 fn assert_every_row_counted(table: &Table) {

@@ -49,7 +49,9 @@ fn the_runs_of_a_table_are_those_within_the_screens() {
     let name = "the_runs_of_a_table_are_those_within_the_screens";
     hold(name, 1500, prop::collection::vec(any_run(), 1..30), |rows| {
         let line = |run: &Run| {
-            let (liquid, film) = run.wet.map_or(("dry", String::new()), |(liquid, film)| (liquid, film.to_string()));
+            let (liquid, film) = run
+                .wet
+                .map_or(("dry", String::new()), |(liquid, film)| (liquid, film.to_string()));
             let (particle, diameter, speed, e) = (run.particle, run.diameter, run.speed, run.restitution);
             format!("{particle},{liquid},{diameter},{film},{speed},{e}\n")
         };
@@ -58,10 +60,16 @@ fn the_runs_of_a_table_are_those_within_the_screens() {
         let table = table.unwrap_or_else(|error| panic!("{error}\n{text}"));
         assert_every_row_counted(&table);
         let is_kept = |run: &&Run| {
-            let film = run.wet.is_none_or(|(_, film)| film >= 200.0 && film / run.diameter <= 100.0);
+            let film = run
+                .wet
+                .is_none_or(|(_, film)| film >= 200.0 && film / run.diameter <= 100.0);
             (0.05..=4.0).contains(&run.speed) && film
         };
-        let mut expected: Vec<u64> = rows.iter().filter(is_kept).map(|run| run.restitution.to_bits()).collect();
+        let mut expected: Vec<u64> = rows
+            .iter()
+            .filter(is_kept)
+            .map(|run| run.restitution.to_bits())
+            .collect();
         let mut found: Vec<u64> = table.runs.restitution.iter().map(|e| e.to_bits()).collect();
         expected.sort_unstable();
         found.sort_unstable();
