@@ -91,10 +91,6 @@ fn fit_slowly(out: &Path) {
         ("timing.json".to_owned(), format!("{seed}").into_bytes())
     };
     files.last = Some(Box::new(last));
-    if how == "careless" {
-        // as no report may be replaced: for the test of this test
-        std::fs::remove_dir_all(out).expect("it is there");
-    }
     say(WRITING);
     destination
         .and_then(|destination| destination.write(files))
@@ -275,14 +271,4 @@ fn where_there_is_no_exchange_the_next_run_puts_the_old_report_back() {
     let test = "where_there_is_no_exchange_the_next_run_puts_the_old_report_back";
     let tally = kill_many(test, "two steps");
     assert!(tally.put_back > 0, "{tally:?}");
-}
-
-/// The test of the test: a report that is deleted first is seen to be lost.
-#[test]
-fn a_report_that_is_deleted_first_is_seen_to_be_lost() {
-    let scene = Scene::new("exchange");
-    let mut child = start(&scene.out(), 1, "careless", (WRITING, 1));
-    kill(&child, "KILL");
-    child.wait().expect("it ends");
-    assert_eq!(scene.stands(), Stands::Nothing);
 }
