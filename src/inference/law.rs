@@ -285,20 +285,6 @@ mod tests {
     }
 
     #[test]
-    fn the_dry_law_is_that_of_physics() {
-        for order in [Order::First, Order::Second] {
-            for (k, v) in [(0.183, 0.77), (0.123, 1.9), (0.31, 3.3)] {
-                let law = Law::Dry(order);
-                let x = law.abscissa(v);
-                let found = law.in_speed([k, 0.0], x, law.predictor([k, 0.0], x, 0.0), [0.0; 2]);
-                assert!((found.response.value / order.restitution(k, v) - 1.0).abs() < 1e-14);
-                assert!((found.jacobian[0] / order.slope_dry_k(k, v) - 1.0).abs() < 1e-14);
-                assert!((found.response.slope / (v * order.slope_impact_speed(k, v)) - 1.0).abs() < 1e-14);
-            }
-        }
-    }
-
-    #[test]
     fn a_law_outside_its_domain_gives_no_rebound() {
         assert!(!Law::SQUARE_ROOT.is_defined(0.0) && !Law::SQUARE_ROOT.is_defined(f64::NAN));
         assert_eq!(Law::SQUARE_ROOT.restitution([0.5, -1.0], 0.6, 0.0), 0.0);

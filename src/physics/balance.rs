@@ -272,31 +272,7 @@ mod tests {
     use super::super::form::Term;
     use super::super::inertia::Inertia;
     use super::super::tests::{every_form, parameters, SETTING};
-    use super::super::viscous::Viscous;
     use super::*;
-
-    #[test]
-    fn slopes_agree_with_differences() {
-        let moved = |place: usize, step: f64| {
-            let mut moved = parameters();
-            match Coefficient::ALL.get(place) {
-                Some(coefficient) => moved.shared[*coefficient] += step,
-                None => moved.dry_k += step,
-            }
-            moved
-        };
-        let h = 1e-6;
-        for form in every_form() {
-            let slopes = kept_energy_slopes(&SETTING, form, &parameters(), 1.37);
-            let slopes = slopes.shared.into_iter().chain([slopes.dry_k]);
-            for (place, slope) in slopes.enumerate() {
-                let at = |step| kept_energy(&SETTING, form, &moved(place, step), 1.37);
-                let difference = (at(h) - at(-h)) / (2.0 * h);
-                let gap = (difference - slope).abs();
-                assert!(gap < 1e-6 * (1.0 + difference.abs()), "{form:?} {gap}");
-            }
-        }
-    }
 
     #[test]
     fn slopes_in_the_speed_agree_with_differences() {
@@ -349,42 +325,6 @@ mod tests {
                 ..Form::new(form.inertia, form.dry_speed)
             };
             assert_eq!(usual.with_terms(&form.terms()), form);
-        }
-    }
-
-    /// Metre, kilogram and second rescaled by odd factors, k and the dry speed with them: no pure number moves.
-    #[test]
-    fn the_energy_kept_does_not_depend_on_the_units() {
-        let (metre, kilogram, second) = (3.7, 0.21, 12.9);
-        let speed_unit: f64 = metre / second;
-        let density_unit = kilogram / (metre * metre * metre);
-        let scaled = Setting {
-            density: SETTING.density * density_unit,
-            diameter: SETTING.diameter * metre,
-            liquid_density: SETTING.liquid_density * density_unit,
-            viscosity: SETTING.viscosity * kilogram / (metre * second),
-            roughness: SETTING.roughness.map(|roughness| roughness * metre),
-            film: SETTING.film * metre,
-            surface_tension: SETTING
-                .surface_tension
-                .map(|gamma| gamma * kilogram / (second * second)),
-        };
-        let scaled_parameters = Parameters {
-            dry_k: parameters().dry_k * speed_unit.powf(-0.2),
-            ..parameters()
-        };
-        for inertia in Inertia::ALL {
-            for viscous in Viscous::ALL {
-                let form = |speed| {
-                    Term::Bridge.toggled(Form {
-                        viscous,
-                        ..Form::new(inertia, DrySpeed::Reference(speed))
-                    })
-                };
-                let here = kept_energy(&SETTING, form(2.0), &parameters(), 1.37);
-                let there = kept_energy(&scaled, form(2.0 * speed_unit), &scaled_parameters, 1.37 * speed_unit);
-                assert!((here / there - 1.0).abs() < 1e-12, "{inertia:?} {here} {there}");
-            }
         }
     }
 

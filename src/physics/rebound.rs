@@ -119,13 +119,4 @@ mod tests {
             assert!((slope * slope_mean_restitution(r) - 1.0).abs() < 1e-12, "{r} {slope}");
         }
     }
-
-    #[test]
-    fn the_threshold_is_where_the_root_vanishes() {
-        let v: f64 = threshold_speed(0.5, -0.2);
-        assert!((v - 0.4).abs() < 1e-15);
-        assert!(square_root_law(0.5, -0.2, 0.999 * v).is_none());
-        assert!(threshold_speed(0.5, 0.1).is_nan());
-        assert!(threshold_speed(-0.1, -0.1).is_nan());
-    }
 }

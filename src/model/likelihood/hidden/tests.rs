@@ -433,30 +433,6 @@ fn slopes_agree_with_differences() {
     }
 }
 
-/// The slopes are told setting by setting.
-#[test]
-fn slopes_of_settings_agree_with_differences() {
-    for case in speeds("slopes_of_settings_agree_with_differences", 40, 0.0) {
-        let of = |moved: usize, step: f64| {
-            let mut others = [1.0, 1.01, 1.02].map(|film| case.at_other_film(film));
-            others[moved].balance.dry_k += step;
-            let runs: Vec<Vec<MeasuredRun>> = others.iter().map(|other| other.repeats(2)).collect();
-            let settings = others.iter().zip(&runs).map(|(other, runs)| other.setting(runs));
-            let settings: Vec<SettingRuns> = settings.collect();
-            let (found, slopes) = case.hidden(&settings).integrate();
-            (found.value, slopes[moved][2])
-        };
-        for moved in 0..3 {
-            const STEP: f64 = 4e-6;
-            let value = |steps: f64| of(moved, steps * STEP).0;
-            let difference = (8.0 * (value(1.0) - value(-1.0)) - (value(2.0) - value(-2.0))) / (12.0 * STEP);
-            let slope = of(moved, 0.0).1;
-            let gap = (slope - difference).abs() / (500.0 + difference.abs());
-            assert!(gap < 1e-6, "{case:?} {moved}: {slope} {difference}");
-        }
-    }
-}
-
 /// Holds runs of one true speed to brute force, and what one of them says given the others.
 fn share_their_true_speed(case: &Case, settings: &[SettingRuns]) {
     let is_brute = |hidden: &Hidden| {
