@@ -258,31 +258,4 @@ mod tests {
         let groups = information(&[[0.99, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]]).unseen();
         assert_eq!(groups[0].members, vec![0]);
     }
-
-    /// A curve a·b·x of which only the product is determined: the fit ends where it is right, as the priors share it out.
-    #[test]
-    fn the_fit_ends_where_only_a_product_is_determined() {
-        let sums = |values: &[f64]| {
-            let mut sums = Sums::new(2);
-            for x in [0.5, 1.0, 1.5, 2.0] {
-                let off = values[0] * values[1] * x - 6.0 * x;
-                sums.add(off, &[(0, values[1] * x), (1, values[0] * x)]);
-            }
-            vec![sums]
-        };
-        let prior = LogNormalPrior {
-            median: 1.0,
-            ln_sd: 0.5,
-        };
-        let kinds = RunsWithPriors {
-            beliefs: &[prior; 2],
-            spreads: &[0.01],
-            sums: &sums,
-        };
-        let end = kinds.fit_with_priors(&[1.0, 1.0]).expect("finite");
-        assert!((end[0] * end[1] / 6.0 - 1.0).abs() < 1e-3, "{end:?}");
-        assert!((end[0] / end[1] - 1.0).abs() < 1e-6, "{end:?}");
-        assert_eq!(kinds.information(&end).expect("finite").unseen()[0].members, vec![0, 1]);
-        assert_eq!(kinds.fit_with_priors(&[f64::INFINITY, 1.0]), None);
-    }
 }

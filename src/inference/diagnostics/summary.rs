@@ -102,23 +102,3 @@ fn describe(summary: &mut Summary, draws: &[f64], sorted: &[f64]) -> Option<(f64
     summary.q975 = Some(quantile::of_sorted(sorted, 0.975));
     Some((low, high))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_cannot_be_had_is_none() {
-        let same = summarise(&[&[0.3; 40], &[0.3; 40]]);
-        assert_eq!((same.mean, same.sd, same.q95), (Some(0.3), Some(0.0), Some(0.3)));
-        assert_eq!(same.rhat, None);
-        let few = summarise(&[&[1.0, 2.0, 3.0]]);
-        assert_eq!((few.median, few.ess_mean), (Some(2.0), None));
-        let unequal = summarise(&[&[1.0; 5], &[2.0; 6]]);
-        assert_eq!(unequal.rhat, None);
-        let none = summarise(&[]);
-        assert_eq!((none.mean, none.rhat), (None, None));
-        let nan = summarise(&[&[1.0, 2.0, 3.0, 4.0, f64::NAN]]);
-        assert_eq!((nan.mean, nan.rhat), (None, None));
-    }
-}
