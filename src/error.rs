@@ -310,26 +310,4 @@ mod tests {
         assert_eq!(file_name(Path::new("x/runs-2.csv")), "runs-2.csv");
         assert_eq!(file_name(Path::new("x/<b>.csv")), "`<b>.csv`");
     }
-
-    #[test]
-    fn an_error_is_one_line_but_for_the_list_of_problems() {
-        let odd = Path::new("a\nb\u{202e}.csv");
-        let source = || std::io::Error::other("no\nroom");
-        for error in [
-            Error::Usage("found x\ny".to_owned()),
-            Error::io(odd, "read", source()),
-            Error::out(odd, "\u{1b}[2J"),
-            Error::Unprinted {
-                written: Some(odd.to_path_buf()),
-                source: source(),
-            },
-            Error::Internal {
-                doing: "write",
-                reason: "a\rb".to_owned(),
-            },
-        ] {
-            let text = error.to_string();
-            assert!(!text.chars().any(is_unseen), "{text:?}");
-        }
-    }
 }

@@ -121,33 +121,18 @@ mod tests {
         let below_one = (0.0, 0.87);
         for (prior, bounds, why) in [
             (Prior::Gamma(2.0, 1e308), ABOVE_ZERO, "a magnitude from 1e-15 to 1e15"),
-            (Prior::Gamma(1e15, 1.0), ABOVE_ZERO, "a magnitude from 1e-15 to 1e15"),
-            (Prior::Gamma(1e10, 1e-300), ABOVE_ZERO, "can be computed with"),
             (Prior::Gamma(1e-5, 1.0), ABOVE_ZERO, "can be computed with"),
             (Prior::Gamma(1e14, 1e14), ABOVE_ZERO, "or { fixed = 0.99999"),
-            (
-                Prior::LogNormal(10.0, 30.0),
-                above_two,
-                "a magnitude from 1e-15 to 1e15",
-            ),
-            (Prior::LogNormal(1e-5, 0.2), above_two, "a prior with a density above 2"),
+            (Prior::LogNormal(1e-5, 0.2), above_two, "a density above 2"),
             (Prior::LogNormal(0.2, 1e-9), ABOVE_ZERO, "or { fixed = 0.2 }"),
             (Prior::HalfNormal(1e-300), ABOVE_ZERO, "a magnitude from 1e-15 to 1e15"),
             (Prior::Normal(-50.0, 1.0), ABOVE_ZERO, "a prior with a density above 0"),
-            (
-                Prior::Normal(900.0, 1.0),
-                below_one,
-                "a prior with a density between 0 and 0.87",
-            ),
+            (Prior::Normal(900.0, 1.0), below_one, "a density between 0 and 0.87"),
             (Prior::Uniform(-1.7e308, 1.7e308), ABOVE_ZERO, "can be computed with"),
             (Prior::Uniform(2.0, 3.0), below_one, "a value between 0 and 0.87"),
             (Prior::StudentT(0.1, 0.0, 1.0), ABOVE_ZERO, "df of 0.5 or more"),
             (Prior::StudentT(4.0, 1.0, 1e-300), ABOVE_ZERO, "or { fixed = 1 }"),
-            (
-                Prior::Fixed(1e300),
-                ABOVE_ZERO,
-                "a value of a magnitude from 1e-15 to 1e15",
-            ),
+            (Prior::Fixed(1e300), ABOVE_ZERO, "a magnitude from 1e-15 to 1e15"),
         ] {
             let refusal = prior.fails(bounds).unwrap_or_default();
             assert!(refusal.contains(why), "{prior:?}: {refusal}");
