@@ -94,9 +94,8 @@ fn an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd() {
     assert!(worst_normal > 2.0, "{worst_normal}");
 }
 
-/// Heavy tails are found where there are some: ν of simulated runs lies inside its posterior, and normal runs say many.
-/// One wet rebound in fifteen is off by −0.35, whose mean is above σ: under Student's tails that is no misfit of its film. The planted fault is a film
-/// whose runs are all off, the law being held.
+/// One wet rebound in fifteen is off by −0.35, whose mean is above σ: under Student's tails that is no misfit of its film. The
+/// planted fault is a film whose runs are all off, the law being held.
 #[test]
 fn outliers_are_no_misfit_of_a_film_and_a_film_that_is_off_is_one() {
     let name = "outliers_are_no_misfit_of_a_film";

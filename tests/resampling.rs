@@ -270,25 +270,24 @@ fn a_fit_of_many_that_hangs_on_few_runs_has_no_uncertainty_but_its_profile() {
 
 #[test]
 fn a_table_of_very_many_runs_is_told_that_nothing_was_resampled() {
-    let place = Place::new(&many());
+    let are_by = |found: &findings::Findings, method: &str| {
+        let mut of_laws = found.scaling.iter().map(|row| &row.estimates[EInf]);
+        of_laws.all(|estimate| estimate.method == method && estimate.bootstrap.is_some())
+    };
+    let mut place = Place::new(&many());
     let table = place.draw(1, Some(100_800));
     let found = findings::fit_least_squares(&place.scene, &table, 1, true);
     let resampling = found.bootstrap.as_ref().expect("the stage ran");
     assert_eq!((resampling.by_sandwich, resampling.resampled_fits), (true, 0));
-    assert!(found.scaling.iter().all(|row| row.estimates[EInf].method == "sandwich"));
+    assert!(are_by(&found, "sandwich"));
     // where the scene wants the interval of least squares, that is quoted
-    let mut place = place;
     place.scene.bootstrap.interval = Some(IntervalMethod::Delta);
     let found = findings::fit_least_squares(&place.scene, &table, 1, true);
-    assert!(found.scaling.iter().all(|row| row.estimates[EInf].method == "delta"));
-    assert!(found.scaling.iter().all(|row| row.estimates[EInf].bootstrap.is_some()));
+    assert!(are_by(&found, "delta"));
     // at the line runs are resampled as ever
     place.scene.bootstrap.interval = None;
     place.scene.bootstrap.replicates = 2;
     let table = place.draw(1, Some(MOST_RESAMPLED as u64));
     let found = findings::fit_least_squares(&place.scene, &table, 1, true);
-    assert!(found
-        .scaling
-        .iter()
-        .all(|row| row.estimates[EInf].method == "percentile"));
+    assert!(are_by(&found, "percentile"));
 }

@@ -94,6 +94,12 @@ fn fit(scene: &Scene, table: &Table) -> (Findings, Posterior) {
     (findings, posterior)
 }
 
+/// Least squares of one set, by the name of its seed.
+fn least_squares(sigma: f64, model: &str, seed: &str) -> Findings {
+    let scene = scene(sigma, model);
+    findings::fit_least_squares(&scene, &table(&scene, seed_of(seed)), 1, false)
+}
+
 /// Fits of so many sets with offsets of this sd.
 fn outcomes(sigma: f64, sets: u64, offsets: bool) -> Vec<Outcome> {
     let scene = scene(sigma, &format!("series_offsets = {offsets}\n{SAMPLER}"));
@@ -375,9 +381,7 @@ fn too_many_series_are_refused_with_the_way_out() {
 #[test]
 fn offsets_are_advised_where_they_are_not_modelled_and_not_where_they_are() {
     let told = |model: &str| {
-        let scene = scene(0.02, model);
-        let table = table(&scene, seed_of("offsets_are_advised"));
-        let findings = findings::fit_least_squares(&scene, &table, 1, false);
+        let findings = least_squares(0.02, model, "offsets_are_advised");
         let notice = findings.notice("series_offsets");
         // beside a check that fails and says so, it is no caution
         let mut checks = findings.checks();
@@ -399,9 +403,7 @@ fn offsets_are_advised_where_they_are_not_modelled_and_not_where_they_are() {
 #[test]
 fn offsets_that_spoil_standard_errors_forbid_quoting() {
     let gates = |sigma: f64, model: &str| {
-        let scene = scene(sigma, model);
-        let table = table(&scene, seed_of("offsets_that_spoil_standard_errors"));
-        let findings = findings::fit_least_squares(&scene, &table, 1, false);
+        let findings = least_squares(sigma, model, "offsets_that_spoil_standard_errors");
         let found = findings.made("independent_runs");
         found.is_some_and(|check| check.forbids() && check.next_step.contains("series_offsets = true"))
     };

@@ -227,6 +227,21 @@ fn errors_of_speeds_beside_a_barely_rebounding_run_leave_its_film_to_err() {
     assert!(posterior.parameters.iter().all(|own| own.name != "sigma_energy"));
 }
 
+/// Holds that a run which keeps less than expected is named among the first, and ten that carry the number together are not.
+fn assert_one_is_named(
+    rows: &str,
+    (expected, far): (f64, impl Fn(f64) -> String),
+    told: impl Fn(&Findings) -> Option<(usize, String)>,
+) {
+    let one = format!("{rows}{}", far(expected - 0.06));
+    let (place, text) = told(&fit(&one)).expect("told");
+    assert!(place < 3, "{place}");
+    text.says(&last_of(&one));
+    let many = (0..10).map(|run| far(expected + 0.015 * f64::from(run % 3 - 1)));
+    let named = told(&fit(&format!("{rows}{}", many.collect::<String>())));
+    assert!(named.is_none(), "{named:?}");
+}
+
 #[test]
 fn a_run_that_carries_a_number_is_named_among_the_first() {
     // all wet runs but one at nearly one speed: what speed does, that one says
@@ -234,15 +249,7 @@ fn a_run_that_carries_a_number_is_named_among_the_first() {
     let far = |e: f64| line(false, 0.05, 0.35, e);
     let (at_infinity, lost) = law(false, 0.05);
     let expected = (at_infinity - lost / 0.35).sqrt();
-    let one = format!("{rows}{}", far(expected - 0.06));
-    let (place, text) = told(&fit(&one), "single_run").expect("told");
-    assert!(place < 3, "{place}");
-    text.says(&last_of(&one));
-    // ten of them carry it together
-    let many = (0..10).map(|run| far(expected + 0.015 * f64::from(run % 3 - 1)));
-    let many = fit(&format!("{rows}{}", many.collect::<String>()));
-    let named = told(&many, "single_run");
-    assert!(named.is_none(), "{named:?}");
+    assert_one_is_named(&rows, (expected, far), |found| told(found, "single_run"));
 }
 
 #[test]
@@ -256,18 +263,12 @@ fn a_run_that_carries_a_square_root_law_is_named() {
     let rows: String = one_liquid.collect();
     let expected = 0.4;
     let slow = speed_of(true, 0.05, expected);
-    let of_law = |rows: &str| {
-        let found = fit(rows);
+    let of_law = |found: &Findings| {
         let mut rows = found.main.rows();
         let is_law = rows.any(|row| row.source == Source::SquareRootLaw && row.of.film_ratio < Some(0.06));
         assert!(is_law, "{:?}", found.main.places);
-        told(&found, "single_run").filter(|(_, text)| text.contains("δ/D = 0.05, square-root law"))
+        told(found, "single_run").filter(|(_, text)| text.contains("δ/D = 0.05, square-root law"))
     };
-    let one = format!("{rows}{}", line(true, 0.05, slow, expected - 0.06));
-    let (place, text) = of_law(&one).expect("told");
-    assert!(place < 3, "{place}");
-    text.says(&last_of(&one));
-    let many = (0..10).map(|run| line(true, 0.05, slow, expected + 0.015 * f64::from(run % 3 - 1)));
-    let named = of_law(&format!("{rows}{}", many.collect::<String>()));
-    assert!(named.is_none(), "{named:?}");
+    let far = |e: f64| line(true, 0.05, slow, e);
+    assert_one_is_named(&rows, (expected, far), of_law);
 }

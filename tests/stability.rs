@@ -54,7 +54,6 @@ fn no_formula_cancels_worse_than_its_condition_number_excuses() {
             fitted.distance <= NOTHING && fitted.of_se <= NOTHING,
             "{name}: {fitted:?}"
         );
-        assert!(fitted.declined.is_empty(), "{name}: {fitted:?}");
         table += &format!("| {name} | {} | below {NOTHING:e} | below {NOTHING:e} |\n", fitted.fits);
     }
     compare(&table);

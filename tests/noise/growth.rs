@@ -4,7 +4,6 @@ use super::{fit, noise_of, plain, scattered, Design, SIGMA, USUAL};
 use crate::common::{assert_expected, assert_seldom, counts, rows, study, Told};
 use wetcor::findings::noise::{GrowthWith, LEVEL};
 use wetcor::runs::NewRun;
-use wetcor::scene::Scene;
 
 /// 200 wet runs of two liquids, two film ratios and ten speeds, 50 dry ones.
 fn growing() -> Design {
@@ -23,18 +22,6 @@ fn inverse_stokes(run: &NewRun) -> f64 {
     9.0 * viscosity / (2150.0 * run.diameter * run.impact_speed)
 }
 
-/// How often growth of wet runs is told among so many sets, and what it is said to go with.
-fn told(scene: &Scene, test: &str, sets: u64, sd: impl Fn(&NewRun) -> f64 + Sync) -> Vec<(GrowthWith, f64)> {
-    let exact = rows(scene, 1);
-    let found = study(test, sets, |seed| {
-        let found = fit(scene, &scattered(&exact, seed, &sd));
-        let growth = noise_of(&found).growth.as_ref().expect("enough runs");
-        assert_eq!(found.tells("noise_grows"), growth.of_wet_runs().is_some());
-        growth.of_wet_runs().map(|one| (one.with, one.factor))
-    });
-    found.into_iter().flatten().collect()
-}
-
 /// sd ∝ v² over a factor 3, and the same with 1/St and e.
 #[test]
 fn growth_by_a_factor_of_three_is_noticed_and_named() {
@@ -45,12 +32,17 @@ fn growth_by_a_factor_of_three_is_noticed_and_named() {
     assert_eq!(exact.iter().filter(|run| run.liquid.is_some()).count(), 200);
     let of = |which: GrowthWith, sd: fn(&NewRun) -> f64| {
         let sd = |run: &NewRun| if run.liquid.is_some() { sd(run) } else { plain(run) };
-        let found = told(&place.scene, name, SETS, sd);
-        let named: Vec<f64> = found.iter().filter(|one| one.0 == which).map(|one| one.1).collect();
-        let mut factors = named.clone();
+        let found = study(name, SETS, |seed| {
+            let found = fit(&place.scene, &scattered(&exact, seed, sd));
+            let growth = noise_of(&found).growth.as_ref().expect("enough runs").of_wet_runs();
+            assert_eq!(found.tells("noise_grows"), growth.is_some());
+            growth.map(|one| (one.with, one.factor))
+        });
+        let told: Vec<(GrowthWith, f64)> = found.into_iter().flatten().collect();
+        let named = told.iter().filter(|one| one.0 == which);
+        let mut factors: Vec<f64> = named.map(|one| one.1).collect();
         factors.sort_by(f64::total_cmp);
-        let middle = factors[factors.len() / 2];
-        (found.len(), named.len(), middle)
+        (told.len(), factors.len(), factors[factors.len() / 2])
     };
     let lines = [
         of(GrowthWith::ImpactSpeed, |run| {
