@@ -91,23 +91,17 @@ mod tests {
     #[test]
     fn usual_and_wide_priors_stand_the_trial() {
         for prior in [
-            Prior::LogNormal(0.15, 0.5),
             Prior::LogNormal(3.0, 5.0),
-            Prior::LogNormal(0.47, 0.001),
             Prior::HalfNormal(1e-6),
             Prior::Normal(0.0, 1e-6),
             Prior::Normal(-5.0, 1.0),
             Prior::Gamma(0.01, 1.0),
-            Prior::Gamma(2.0, 0.1),
             Prior::Gamma(1e6, 1e6),
             Prior::Gamma(1e6, 1.0),
             Prior::Uniform(-100.0, 1.0),
             Prior::Uniform(0.0, 1e9),
             Prior::StudentT(0.5, 0.0, 1.0),
-            Prior::StudentT(4.0, 0.12, 0.02),
             Prior::StudentT(1e300, 0.12, 0.02),
-            Prior::Fixed(0.0),
-            Prior::Fixed(0.18),
         ] {
             assert_eq!(prior.fails(ABOVE_ZERO), None, "{prior:?}");
         }
