@@ -309,20 +309,3 @@ fn a_planted_import_is_found() {
     sources.insert("planted".to_owned(), String::new());
     assert_eq!(faults(&sources), ["planted is missing from the table"]);
 }
-
-#[test]
-fn what_is_no_import_is_not_taken_for_one() {
-    for code in [
-        "// use crate::findings::Findings;\n",
-        "const PLANTED: &str = r#\"use crate::findings::Findings;\"#;",
-        "const PLANTED: char = '\"'; // crate::findings::Findings\n",
-        "\n#[cfg(test)]\nmod tests { use crate::findings::Findings; fn f() { \"}\"; } }",
-        "pub(in crate::findings) fn planted() {}",
-        "use std::collections::HashMap;",
-    ] {
-        assert_eq!(with("units", code), [""; 0], "{code}");
-    }
-    // handed on, not used
-    let handed_on = "pub use overwriting::why_not_overwritten as planted;";
-    assert_eq!(with("scene", handed_on), [""; 0]);
-}
