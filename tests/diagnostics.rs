@@ -146,18 +146,6 @@ fn made_up_chains_agree_with_arviz() {
 }
 
 #[test]
-fn no_diagnostic_depends_on_the_unit() {
-    let chains = &made_up()["autocorrelated"];
-    let mut tiny = chains.clone();
-    tiny.iter_mut().flatten().for_each(|x| *x *= 2f64.powi(-90));
-    let [plain, tiny] = [chains, &tiny].map(|chains| summarise(&slices(chains)));
-    let without_unit = |of: &Summary| [of.rhat, of.ess_bulk, of.ess_tail, of.ess_mean];
-    assert_eq!(without_unit(&tiny), without_unit(&plain));
-    let scaled = tiny.mcse_sd.map(|error| error * 2f64.powi(90));
-    close("mcse_sd", scaled.expect("an error"), plain.mcse_sd.expect("an error"));
-}
-
-#[test]
 fn smoothed_weights_agree_with_arviz() {
     for (case, answer) in arviz()["weights"].as_object().expect("cases") {
         let ratios = list(&answer["log_ratios"]);
