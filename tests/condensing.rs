@@ -30,26 +30,6 @@ fn drawn(own: &str, name: &str) -> (Place, Table) {
     (place, table)
 }
 
-fn few_of(scene: &Scene, all: &Runs) -> Runs {
-    let few = all.condensed(scene.data.smallest_restitution);
-    few.expect("very many runs without errors")
-}
-
-#[test]
-fn settings_that_repeat_stand_for_their_runs_exactly() {
-    let (place, table) = drawn("", "tidy runs");
-    let few = few_of(&place.scene, &table.runs);
-    // two runs a setting, one on either side of its mean
-    assert!(few.len() <= 2 * 2 * (8 * 5 + 2 * 5), "{}", few.len());
-    for (all, own) in table.runs.series.iter().zip(&few.series) {
-        let [of_all, of_few] = [(&table.runs, all), (&few, own)].map(|(runs, series)| {
-            let square = |run| runs.count(run) * runs.restitution[run].powi(2);
-            series.rebounds.clone().map(square).sum::<f64>()
-        });
-        assert!((of_few - of_all).abs() <= 1e-12 * of_all, "{of_few} {of_all}");
-    }
-}
-
 /// The planted fault: a stand-in of every series counts for a tenth more.
 pub fn miscounted(mut few: Runs) -> Runs {
     for series in &few.series {
@@ -92,7 +72,8 @@ fn moves(scene: &Scene, all: &Runs, few: &Runs) -> Vec<[f64; 2]> {
 #[test]
 fn the_log_density_of_few_runs_moves_as_that_of_all() {
     let as_all = |place: &Place, table: &Table| {
-        let few = few_of(&place.scene, &table.runs);
+        let few = table.runs.condensed(place.scene.data.smallest_restitution);
+        let few = few.expect("very many runs without errors");
         let found = moves(&place.scene, &table.runs, &few);
         assert!(found.iter().all(|[all, few]| (all - few).abs() < 1e-3), "{found:?}");
         (few, found)
