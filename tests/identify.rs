@@ -2,7 +2,7 @@
 
 use crate::common::scenes::{scene_of, truth, AK10, HEADER, PTFE};
 use crate::common::{sample_as_usual, seed_of, table_of, Place, Says, Told};
-use wetcor::findings::identify::{identify_directions, Directions, Unidentified};
+use wetcor::findings::identify::{Directions, Unidentified};
 use wetcor::findings::{self, Findings};
 use wetcor::runs::Table;
 
@@ -82,6 +82,10 @@ fn two_film_ratios_and_dry_runs_see_everything() {
     };
     let test = "a_narrow_prior_takes_nothing_from_what_the_runs_tell";
     assert_eq!(narrow.see(test).unseen, vec![]);
+    // a form without a film scale needs no second film ratio
+    let one_film = Design::of("stepwise", "0.12", WELL.dry);
+    let test = "one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone";
+    assert_eq!(one_film.see(test).unseen, vec![]);
 }
 
 #[test]
@@ -143,21 +147,6 @@ fn what_a_design_cannot_tell_is_named_with_the_runs_that_would() {
     }
 }
 
-/// With a form that has no film scale, the same runs tell the prefactor; with the dry runs forgotten, k and C could not be
-/// told apart.
-#[test]
-fn one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone() {
-    let design = Design::of("stepwise", "0.12", WELL.dry);
-    let (place, mut table, findings) = design.draw("one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone");
-    let see = |table: &Table| {
-        let seen = identify_directions(&place.scene, &table.runs, findings.least_squares());
-        seen.expect("parameters")
-    };
-    assert_eq!(see(&table).unseen, vec![]);
-    table.runs.dry.clear();
-    assert_eq!(only(&see(&table)).parameters, ["inertial_prefactor", "dry_k[PTFE]"]);
-}
-
 /// At one film ratio inertia takes as much at every speed and the viscous loss does not: what is missing is runs, not a film.
 #[test]
 fn a_few_runs_at_one_film_ratio_are_too_few() {
@@ -214,7 +203,6 @@ fn degenerate_runs_are_told_in_finite_numbers() {
     };
     let [wet, dry] = ["AK10,4.762,286", "dry,4.762,"].map(|of| move |e: f64| eight(of, e));
     for (rows, reason) in [
-        (wet(0.6), "one film ratio and no dry runs"),
         (dry(0.8), ""),
         (dry(0.8) + &wet(0.0), "no wet run rebounded"),
         (wet(0.0), "no wet run rebounded"),
