@@ -176,29 +176,6 @@ fn without_a_posterior_the_numbers_are_those_of_the_series_own_fits() {
     let fitted = Fitted::new("least_squares", str::to_owned);
     let laws = fitted.rows("laws.csv");
     let findings = fitted.place.json("report/findings.json");
-    // one line a law in both files, the same numbers
-    let listed = findings["laws"].as_array().expect("a list");
-    assert_eq!(laws.len(), listed.len());
-    for (row, law) in laws.iter().zip(listed) {
-        assert_eq!(law["liquid"].as_str().unwrap_or("dry"), row["liquid"]);
-        for (cell, key) in [
-            ("alpha", &law["alpha"]),
-            ("beta_m_s", &law["beta"]),
-            ("e_inf", &law["e_inf"]),
-            ("st_c", &law["st_c"]),
-            ("dry_k_se", &law["dry_k_se"]),
-            ("min_speed_m_s", &law["speeds"][0]),
-            ("max_stokes", &law["stokes"][1]),
-            ("alpha_beta_covariance_m_s", &law["covariance"]["alpha_beta"][0][1]),
-            ("e_inf_st_c_covariance", &law["covariance"]["e_inf_st_c"][0][1]),
-        ] {
-            let (found, expected) = (row[cell].parse::<f64>().ok(), key.as_f64());
-            // a reader of JSON may lose the last bit
-            let near = |(a, b): (f64, f64)| (a - b).abs() <= 1e-15 * b.abs();
-            let same = found.zip(expected).map_or(found == expected, near);
-            assert!(same, "{cell}: {found:?} {expected:?}");
-        }
-    }
     let wet = laws.iter().filter(|law| law["law"] == "reference");
     let mut series = findings["series"].as_array().expect("a list").iter();
     let estimates = findings["estimates"].as_array().expect("a list");
