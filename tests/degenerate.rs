@@ -107,18 +107,6 @@ fn laws_without_scatter_or_threshold_say_why() {
     }
 }
 
-#[test]
-fn a_failed_series_does_not_gate_but_no_law_at_all_does() {
-    let two = |v: f64| [0.004, -0.003].map(|noise| (v, (0.5 - 0.1 / v).sqrt() + noise));
-    let good = [0.8, 1.0, 1.2, 1.4, 1.6].map(two).concat();
-    assert_ne!(failed(&fit(&[(1.0, 0.70), (1.0, 0.71), (1.0, 0.69)])), [""; 0]);
-    let findings = fit(&good);
-    let scaling = findings.check("scaling_law");
-    assert!(scaling.passed, "{scaling:?}");
-    // one film ratio and one density ratio: dry runs tell C, so the stepwise balance is determined
-    assert_eq!(failed(&findings), [""; 0]);
-}
-
 fn sampled_text() -> String {
     scene_of("degenerate", &[PTFE, PE, AK10]) + "[sampler]\nchains = 4\n"
 }
@@ -196,15 +184,6 @@ fn wet_runs_that_all_stuck_bound_the_parameters_and_without_dry_ones_are_not_sam
     let (findings, posterior) = sample_scene(&short, &rows(&dry(), &stuck));
     assert!(posterior.is_some());
     findings.notice("prior_rules").expect("told").text.says("σ_wet");
-}
-
-/// Restitutions of one value at one setting have no spread: no likelihood, but an end.
-#[test]
-fn very_many_identical_runs_end_in_a_verdict() {
-    let row = "PTFE,AK10,4.762,286,1.2,0.61\n";
-    let (findings, posterior) = sample(&(rows(&dry(), &[]) + &row.repeat(100_000)));
-    assert!(posterior.is_none());
-    assert!(findings.forbids("noise"), "{:?}", failed(&findings));
 }
 
 #[test]
