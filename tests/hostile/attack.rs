@@ -1,9 +1,7 @@
 //! Runs the command with a time limit and holds its manners: an exit status it documents, no panic, no control characters.
 
 use crate::common::{Folder, Says};
-use std::io::Read;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 /// Seconds after which a command counts as hanging; a refusal takes a hundredth of one, a fit of the plain example half of
 /// one on two busy cores.
@@ -30,43 +28,26 @@ pub fn attack(folder: &Folder, words: &str) -> Outcome {
     finish(command, LIMIT)
 }
 
-/// Runs a command for at most so many seconds.
-pub fn finish(mut command: Command, seconds: f64) -> Outcome {
-    let started = Instant::now();
+/// Runs a command for at most so many seconds, with what it starts.
+pub fn finish(command: Command, seconds: f64) -> Outcome {
+    let mut limited = Command::new("timeout");
+    limited.args(["--signal=KILL", &seconds.to_string()]);
+    limited.arg(command.get_program()).args(command.get_args());
+    limited.current_dir(command.get_current_dir().expect("a folder"));
+    limited.envs(command.get_envs().filter_map(|(name, value)| Some((name, value?))));
     for variable in ["COLUMNS", "CLICOLOR_FORCE", "FORCE_COLOR", "RUST_BACKTRACE"] {
-        command.env_remove(variable);
+        limited.env_remove(variable);
     }
-    command.stdin(Stdio::null());
-    command.stdout(Stdio::piped()).stderr(Stdio::piped());
-    let mut child = command.spawn().expect("the command can be started");
-    // read aside, so that a full pipe stops nobody
-    let out = text_of(child.stdout.take().expect("piped"));
-    let err = text_of(child.stderr.take().expect("piped"));
-    let limit = Duration::from_secs_f64(seconds);
-    let status = loop {
-        if let Some(status) = child.try_wait().expect("it can be waited for") {
-            break status.code();
-        }
-        if started.elapsed() > limit {
-            let _ = child.kill();
-            let _ = child.wait();
-            break None;
-        }
-        std::thread::sleep(Duration::from_millis(2));
-    };
+    let output = limited
+        .stdin(Stdio::null())
+        .output()
+        .expect("the command can be started");
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
     Outcome {
-        status,
-        out: out.join().expect("read"),
-        err: err.join().expect("read"),
+        status: output.status.code(),
+        out: text(output.stdout),
+        err: text(output.stderr),
     }
-}
-
-fn text_of(mut pipe: impl Read + Send + 'static) -> std::thread::JoinHandle<String> {
-    std::thread::spawn(move || {
-        let mut bytes = vec![];
-        let _ = pipe.read_to_end(&mut bytes);
-        String::from_utf8_lossy(&bytes).into_owned()
-    })
 }
 
 impl Outcome {
