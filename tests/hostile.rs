@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `attack.rs` | runs the command with limits and holds its manners |
 //! | `priors.rs` | every prior a scene can hold |
-//! | `texts.rs` | names and texts that reach a terminal, a page or a picture |
+//! | `texts.rs` | names that reach a folder, a page or a picture |
 //! | `folders.rs` | folders that are read back |
 
 pub mod attack;

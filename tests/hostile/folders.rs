@@ -115,6 +115,7 @@ fn d13_no_change_of_findings_gives_a_number_that_is_none() {
     assert!(refused > 120 && believed > 12, "{refused} {believed}");
 }
 
+/// Texts that are refused are among the extremes above.
 #[test]
 fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
     let fit = fitted();
@@ -133,17 +134,5 @@ fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
             let told: Value = serde_json::from_str(&outcome.out).expect("JSON");
             assert_eq!(told["title"], hostile);
         }
-    }
-    for (place, planted) in [
-        ("/schema", json!(hostile)),
-        ("/wetcor", json!(hostile)),
-        ("/posterior/inertia", json!(hostile)),
-        ("/posterior/terms", json!([hostile])),
-    ] {
-        let mut changed = findings.clone();
-        *changed.pointer_mut(place).expect("it is there") = planted;
-        fit.write(FINDINGS, changed.to_string());
-        let outcome = attack(&fit, &format!("{PREDICT} csv"));
-        outcome.assert_refused(place, &["`\\u{1b}[2J\\n\\u{202e}x`"]);
     }
 }
