@@ -196,7 +196,7 @@ sheet() { echo "== $1"; echo $HEIGHTS; rebounds "$2" $3; }
 # a scene of them: the table or tables, and lines of [data]
 of_heights() { printf '%s\n' '[data]' "runs = $1" "${@:2}" '[particles.PTFE]' 'density_kg_m3 = 2150' > scene.toml; }
 # a main number of a fit
-main_number() { grep -o "\"quantity\":\"$1\"[^}]*\"main\":true,\"value\":[^,]*" "$2/findings.json" | head -n 1 | sed 's/.*://'; }
+main_number() { grep -o "\"quantity\":\"$1\"[^}]*\"main\":true,\"source\":[^,]*,\"value\":[^,]*" "$2/findings.json" | head -n 1 | sed 's/.*://'; }
 
 # a prediction of the example's sphere, or of another folder's; without speeds the same sphere
 SPHERE='--particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286'
