@@ -114,7 +114,10 @@ fn band(row: &Row) -> [f64; 2] {
 
 /// How far a law lies from the medians that are predicted, as a share of the band: the most of all, where it rebounds.
 fn farthest(laws: &[Row], predicted: &[Row], asked: &[(&Row, f64)]) -> f64 {
-    assert_eq!((predicted.len(), asked.len()), (SPEEDS * laws.len(), SPEEDS * laws.len()));
+    assert_eq!(
+        (predicted.len(), asked.len()),
+        (SPEEDS * laws.len(), SPEEDS * laws.len())
+    );
     let shares = predicted.iter().zip(asked).filter_map(|(row, (law, v))| {
         let [low, high] = band(row);
         let off = (restitution(law, *v) - number(row, "restitution")).abs();
