@@ -16,7 +16,7 @@ numbers() {
 # a fit on five threads, with room for so many quarters of a gigabyte, each of which is the stack of one: what comes of it
 # is a file of that name
 stacks() {
-    (ulimit -v $(((200 + 256 * $1) * 1024)) && fit o --threads 5) > told.txt 2> said.txt
+    (ulimit -v $(((240 + 256 * $1) * 1024)) && fit o --threads 5) > told.txt 2> said.txt
     local status=$?
     if grep -q 'cannot start the 4 threads that the least work takes' said.txt; then
         touch none && test $status = 2
