@@ -292,7 +292,9 @@ fn agree(scene: &Scene, runs: &Runs, form: Form, errors: ErrorsOf, full: &[f64; 
                 .ln_density(&shifted(full, place, step), &mut unused)
                 .expect("inside")
         };
-        let difference = (at(h) - at(-h)) / (2.0 * h);
+        // a run close to its threshold bends the curve within a step
+        let [near, far] = [h, 2.0 * h].map(|h| (at(h) - at(-h)) / (2.0 * h));
+        let difference = near + (near - far) / 3.0;
         let gap = (slope - difference).abs() / (1.0 + difference.abs());
         assert!(gap < 1e-5, "{name} {place}: {slope} {difference}");
     }
