@@ -1,12 +1,10 @@
-//! Times one series fit, the least-squares stage and the reading of a million runs beside polars' own read.
+//! Times one series fit, the least-squares stage and the reading of a million runs.
 //!
 //! Runs are simulated in the design of `datasets/mueller2016`.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use divan::{black_box, Bencher};
-use polars::prelude::*;
 use tempfile::TempDir;
 use wetcor::findings;
 use wetcor::inference::law::Law;
@@ -57,39 +55,9 @@ fn least_squares_stage(bencher: Bencher) {
     bencher.bench(|| findings::fit_least_squares(black_box(&scene), black_box(&table), 1, false));
 }
 
-/// A million runs from CSV.
-mod read_million {
-    use super::*;
-
-    const RUNS: u64 = 1_000_000;
-
-    /// Read, checked, screened, hashed and ordered by series.
-    #[divan::bench(sample_count = 15, sample_size = 1)]
-    fn checked(bencher: Bencher) {
-        let (scene, _folder) = simulated(RUNS);
-        bencher.bench(|| runs::read(black_box(&scene)).expect("simulated runs are good"));
-    }
-
-    /// The same file by polars alone, its types given: the measure of `checked`.
-    #[divan::bench(sample_count = 15, sample_size = 1)]
-    fn polars_alone(bencher: Bencher) {
-        let (scene, _folder) = simulated(RUNS);
-        let texts = ["particle", "liquid"].map(|name| (name, DataType::String));
-        let numbers = [
-            "diameter_mm",
-            "film_um",
-            "film_ratio",
-            "impact_speed_m_s",
-            "restitution",
-        ];
-        let fields = texts.into_iter().chain(numbers.map(|name| (name, DataType::Float64)));
-        let schema: Arc<Schema> = Arc::new(fields.map(|(name, dtype)| (name.into(), dtype)).collect());
-        bencher.bench(|| {
-            CsvReadOptions::default()
-                .with_schema(Some(schema.clone()))
-                .try_into_reader_with_file_path(Some(scene.data.runs[0].path.clone()))
-                .and_then(|reader| reader.finish())
-                .expect("simulated runs are good")
-        });
-    }
+/// A million runs from CSV: read, checked, screened, hashed and ordered by series.
+#[divan::bench(sample_count = 15, sample_size = 1)]
+fn read_million(bencher: Bencher) {
+    let (scene, _folder) = simulated(1_000_000);
+    bencher.bench(|| runs::read(black_box(&scene)).expect("simulated runs are good"));
 }
