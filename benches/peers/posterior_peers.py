@@ -1,14 +1,15 @@
 """Times the posterior of 2,000 runs by `wetcor fit` beside PyMC with nutpie and beside PyStan, all of one posterior.
 
 With `--own-films` the film of every wet run is taken times a normal number about 1 with the sd 0.02, as where a laboratory
-measures each: no two settings are then the same.
+measures each: no two settings are then the same. With `--stepwise` the inertial loss is stepwise, which has no film scale, and runs
+that stuck are left out: nutpie needs no tail of a normal then, so that this is where it is at its best; PyStan is not run.
 
 Each side is a process of its own, with empty compile caches, and samples 4 chains of 1,000 + 1,000 draws on two cores.
 Reported: smallest bulk effective sample size over the sampled parameters (ArviZ's for the peers, findings.json's for
 ours), seconds of sampling alone, and seconds from process start to exit, compiling included; of ours the medians over
 some processes.
 
-Usage: python3 benches/peers/posterior_peers.py [--own-films] [runs]   (needs cargo; the peers of posterior_requirements.txt and, for
+Usage: python3 benches/peers/posterior_peers.py [--own-films | --stepwise] [runs]   (needs cargo; the peers of posterior_requirements.txt and, for
 PyStan, a C++ compiler)
 """
 import csv
@@ -33,8 +34,11 @@ PRIORS = {  # the defaults of a scene with saturating inertia: median and sd of 
 }
 FILM_SPREAD = 0.02
 # times ours in samples a second, and in the whole process
-TARGETS = {"nutpie": (50, 100), "pystan": (500, 100)}
-TARGETS_OF_OWN_FILMS = {"nutpie": (200, 70), "pystan": (700, 70)}
+TARGETS = {"nutpie": (150, 50), "pystan": (500, 100)}
+TARGETS_OF_OWN_FILMS = {"nutpie": (150, 50), "pystan": (700, 70)}
+TARGETS_STEPWISE = {"nutpie": (20, 50)}
+STEPWISE_PRIORS = {**PRIORS, "inertial_prefactor": (1.0, 0.5)}
+del STEPWISE_PRIORS["film_scale"]
 STAN = """
 data {
   int P; int D; int W; int S;
@@ -72,11 +76,13 @@ model {
 def data(scene):
     """The runs as columns: dry runs, wet rebounds and stuck wet runs."""
     given = tomllib.loads(pathlib.Path(scene).read_text())
-    if given["model"] != {"dry_speed_m_s": REFERENCE_SPEED, "inertia": "saturating"} or "priors" in given:
+    inertia = given["model"].get("inertia")
+    model = {"dry_speed_m_s": REFERENCE_SPEED, "inertia": inertia}
+    if given["model"] != model or inertia not in ("saturating", "stepwise") or "priors" in given:
         sys.exit("the model of the scene has changed: change the peers' with it")
     names = sorted(given["particles"])
     limit = given["data"]["smallest_restitution"]
-    columns = {"names": names, "limit": limit, "dry": [], "wet": [], "stuck": []}
+    columns = {"names": names, "limit": limit, "stepwise": inertia == "stepwise", "dry": [], "wet": [], "stuck": []}
     fastest = dict.fromkeys(names, REFERENCE_SPEED)
     with open(pathlib.Path(scene).with_name("runs.csv"), newline="") as table:
         for run in csv.DictReader(table):
@@ -96,20 +102,36 @@ def data(scene):
     return columns
 
 
-def give_films_of_their_own(scene):
-    """Takes the film of every wet run of the scene's table times a normal number."""
+def rewrite(scene, changed):
+    """Puts what `changed` makes of the rows of the scene's table in their place."""
     table = pathlib.Path(scene).with_name("runs.csv")
     with open(table, newline="") as file:
         reader = csv.DictReader(file)
         names, rows = reader.fieldnames, list(reader)
+    with open(table, "w", newline="") as file:
+        writer = csv.DictWriter(file, names)
+        writer.writeheader()
+        writer.writerows(changed(rows))
+
+
+def with_films_of_their_own(rows):
+    """Every wet film times a normal number."""
     rng = random.Random(SEED)
     for row in rows:
         if row["liquid"] != "dry":
             row["film_um"] = float(row["film_um"]) * rng.gauss(1.0, FILM_SPREAD)
-    with open(table, "w", newline="") as file:
-        writer = csv.DictWriter(file, names)
-        writer.writeheader()
-        writer.writerows(rows)
+    return rows
+
+
+def without_stuck(rows):
+    import wetcor
+
+    limit = tomllib.loads(wetcor.SCENE.read_text())["data"]["smallest_restitution"]
+    return [row for row in rows if float(row["restitution"]) > limit]
+
+
+def priors_of(columns):
+    return STEPWISE_PRIORS if columns["stepwise"] else PRIORS
 
 
 def nutpie_draws(columns):
@@ -119,33 +141,37 @@ def nutpie_draws(columns):
     import pytensor.tensor as pt
 
     def lognormal(name):
-        median, sd = PRIORS[name]
+        median, sd = priors[name]
         return {"mu": math.log(median), "sigma": sd}
 
-    def mean(columns, dry_k, lubrication_log, inertial_prefactor, film_scale):
-        particle, film_ratio, density_ratio, inverse_stokes, _ = columns
+    def mean(runs, dry_k, lubrication_log, inertial_prefactor, film_scale=None):
+        particle, x, density_ratio, inverse_stokes, _ = runs
         kept_dry = (1 - dry_k * REFERENCE_SPEED**0.2) ** 2
-        r = kept_dry[particle.astype(int)] + inertial_prefactor * density_ratio * pt.expm1(-film_ratio / film_scale)
+        shape = -pt.expm1(-x / film_scale) if film_scale is not None else x * (3 - 6 * x + 4 * x**2)
+        r = kept_dry[particle.astype(int)] - inertial_prefactor * density_ratio * shape
         r = r - 4 * lubrication_log * inverse_stokes
         return r / pt.sqrt(pt.sqrt(r**2 + 1e-8))
 
+    priors = priors_of(columns)
     dry, wet, stuck = (np.array(columns[kind]).T for kind in ("dry", "wet", "stuck"))
     with pm.Model() as model:
         law = pm.LogNormal.dist(**lognormal("dry_k"))
         dry_k = pm.Truncated("dry_k", law, lower=0.0, upper=columns["k_max"], shape=len(columns["names"]))
-        others = [pm.LogNormal(n, **lognormal(n)) for n in ("lubrication_log", "inertial_prefactor", "film_scale")]
+        names = [n for n in ("lubrication_log", "inertial_prefactor", "film_scale") if n in priors]
+        others = [pm.LogNormal(n, **lognormal(n)) for n in names]
         sigma_dry = pm.HalfNormal("sigma_dry", PRIORS["sigma_dry"])
         sigma_wet = pm.HalfNormal("sigma_wet", PRIORS["sigma_wet"])
         pm.Normal("dry", 1 - dry_k[dry[0].astype(int)] * dry[1], sigma_dry, observed=dry[2])
         pm.Normal("wet", mean(wet, dry_k, *others), sigma_wet, observed=wet[4])
-        sticking = pm.Normal.dist(mean(stuck, dry_k, *others), sigma_wet)
-        pm.Potential("stuck", pm.logcdf(sticking, columns["limit"]).sum())
+        if stuck.size:
+            sticking = pm.Normal.dist(mean(stuck, dry_k, *others), sigma_wet)
+            pm.Potential("stuck", pm.logcdf(sticking, columns["limit"]).sum())
     compiled = nutpie.compile_pymc_model(model)
     started = time.perf_counter()
     trace = nutpie.sample(compiled, draws=DRAWS, tune=WARMUP, chains=CHAINS, cores=CORES, seed=SEED, progress_bar=False)
     seconds = time.perf_counter() - started
     draws = {}
-    for name in PRIORS:
+    for name in priors:
         values = trace.posterior[name].values
         if name == "dry_k":
             draws |= {f"dry_k[{p}]": values[..., i] for i, p in enumerate(columns["names"])}
@@ -246,23 +272,31 @@ def rate(told):
     return min(row["ess_bulk"] for row in told["parameters"].values()) / told["seconds"]
 
 
+# a table's targets, and what becomes of its rows
+TABLES = {
+    None: (TARGETS, lambda rows: rows),
+    "--own-films": (TARGETS_OF_OWN_FILMS, with_films_of_their_own),
+    "--stepwise": (TARGETS_STEPWISE, without_stuck),
+}
+
+
 def main():
     if sys.argv[1:2] == ["--peer"]:
         return peer(*sys.argv[2:])
     import wetcor
 
     arguments = sys.argv[1:]
-    own_films = "--own-films" in arguments
-    arguments = [argument for argument in arguments if argument != "--own-films"]
+    kind = next((argument for argument in arguments if argument in TABLES), None)
+    arguments = [argument for argument in arguments if argument != kind]
     runs = int(arguments[0]) if arguments else 2_000
-    targets = TARGETS_OF_OWN_FILMS if own_films else TARGETS
+    targets, changed = TABLES[kind]
     program = wetcor.built("bin", "wetcor")
-    print(f"{runs} runs{' in films of their own' if own_films else ''}, {CHAINS} chains of {WARMUP} + {DRAWS}, {CORES} of {os.cpu_count()} cores, "
+    print(f"{runs} runs{' ' + kind if kind else ''}, {CHAINS} chains of {WARMUP} + {DRAWS}, {CORES} of {os.cpu_count()} cores, "
           f"load {os.getloadavg()[0]:.1f} at the start", flush=True)
     with tempfile.TemporaryDirectory() as folder:
-        scene = wetcor.simulated(program, runs, folder)
-        if own_films:
-            give_films_of_their_own(scene)
+        inertia = "stepwise" if kind == "--stepwise" else "saturating"
+        scene = wetcor.simulated(program, runs, folder, inertia)
+        rewrite(scene, changed)
         results = {"wetcor": ours(program, scene, folder)}
         results |= {name: theirs(name, scene, folder) for name in targets}
     for name, told in results.items():

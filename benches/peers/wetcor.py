@@ -18,10 +18,11 @@ def built(kind, name):
     return next(m["executable"] for m in lines if m.get("executable") and m["target"]["name"] == name)
 
 
-def simulated(program, runs, folder):
-    """A copy of the example's scene with so many simulated runs; the path of its scene file."""
+def simulated(program, runs, folder, inertia="saturating"):
+    """A copy of the example's scene, with such an inertial loss and so many simulated runs; the path of its scene file."""
     scene = pathlib.Path(folder) / "scene.toml"
-    scene.write_bytes(SCENE.read_bytes())
+    lines = SCENE.read_text().splitlines(keepends=True)
+    scene.write_text("".join(f'inertia = "{inertia}"\n' if line.startswith("inertia ") else line for line in lines))
     command = [program, "simulate", scene, "--runs", str(runs), "--out", scene.with_name("runs.csv"), "--quiet"]
     subprocess.run(command, check=True)
     return scene
