@@ -38,6 +38,10 @@ const FEWEST_DRAWS: usize = 400;
 const DENSITIES_BESIDE: usize = 400_000;
 const DRAWS_BESIDE: [usize; 2] = [500, 2000];
 
+/// Draws that a chain of such a model spends adapting: the space is round already, and more of them have not made chains mix
+/// better in scenes with noise on the energy, errors of the speeds or films of their own.
+const WARMUP_BESIDE: usize = 300;
+
 /// A form that by rough draws falls behind by more than this in log density, and more than so many standard errors, is not
 /// sampled better.
 const FAR_BEHIND: f64 = 50.0;
@@ -143,6 +147,7 @@ impl<'a> Model<'a> {
         // not followed until they have mixed: how rough the answer is, R-hat and the Monte Carlo error say
         let effort = Effort {
             draws: draws.min(effort(scene).draws),
+            warmup: effort(scene).warmup.min(WARMUP_BESIDE),
             ..effort(scene)
         };
         let plan = SamplingPlan {
