@@ -23,6 +23,7 @@ use serde::Serialize;
 use super::outliers::OutlierSearch;
 use super::rows::{group_name, Rows, RunKind};
 use super::scatter::RobustFit;
+use crate::findings::remarks::BEYOND_CHANCE;
 use crate::inference::linearised_joint::{Inverse, LinearisedJoint};
 use crate::inference::nested::{nested, FTest, Spread};
 use crate::inference::sums::{along, Sums};
@@ -82,7 +83,8 @@ impl WetAlternative {
     }
 }
 
-/// The wet law against the alternative that chance explains least.
+/// The wet law against one alternative: of those beyond chance the one that moves a parameter most; where none is, the one that
+/// chance explains least.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct WetLawTest {
     /// what it is held against
@@ -211,8 +213,10 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
     let found: Vec<Departure> = found.into_iter().flatten().collect();
     let alternatives = found.len();
     let least = found.iter().map(|one| one.test.p).reduce(f64::min)?;
-    // of those that are the same on these runs, as a loss of the one of two liquids or of the other, the one that moves most
-    let as_rare = found.into_iter().filter(|one| one.test.p <= least * (1.0 + 1e-6));
+    // the one that moves most of all beyond chance; where none is, of those that are the same on these runs, as a loss of the
+    // one of two liquids or of the other
+    let line = (least * (1.0 + 1e-6)).max(BEYOND_CHANCE / alternatives as f64);
+    let as_rare = found.into_iter().filter(|one| one.test.p <= line);
     let moving = as_rare.filter_map(|one| Some((one.moves(&quoted)?, one)));
     let ((moves, moves_in_se), mut worst) =
         moving.reduce(|most, next| if next.0 .1 > most.0 .1 { next } else { most })?;
