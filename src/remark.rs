@@ -105,6 +105,12 @@ impl Remark {
         self
     }
 
+    /// A caution where a main number feels it; else it only informs.
+    #[must_use]
+    pub fn cautioning_if(self, felt: bool) -> Remark {
+        self.at(if felt { Level::Cautions } else { Level::Informs })
+    }
+
     /// The same with something more particular to do.
     #[must_use]
     pub fn then(mut self, next_step: impl Into<String>) -> Remark {

@@ -134,11 +134,7 @@ pub fn fit_least_squares_watched(
     let runs = &table.runs;
     let (mut findings, line) = fit_laws(scene, table, seed);
     let balance = findings.energy_balance.as_ref();
-    let of_sample = FitSetup {
-        scene,
-        runs: runs.sample(),
-        dry: &findings.dry,
-    };
+    let of_sample = findings.setup(scene, runs.sample());
     let (constants, noise) = rayon::join(
         || constants::find_sensitivities(of_sample, &findings.scaling, balance),
         || noise::analyse_noise(of_sample, balance, findings.form),
@@ -161,13 +157,16 @@ pub fn fit_least_squares_watched(
     let (resampling, fewer_replicates) = resampled.unzip();
     findings.bootstrap = resampling;
     findings.film_groups = film_groups::list_film_groups(scene, runs);
+    findings.identifies = identify::identify_directions(scene, runs, findings.least_squares());
     let (balance, line) = (findings.energy_balance.as_ref(), line.as_ref());
-    let setup = FitSetup {
-        scene,
-        runs,
-        dry: &findings.dry,
-    };
-    let mut remarks = verdicts::check_least_squares(setup, table, &findings.scaling, balance, line);
+    let setup = findings.setup(scene, runs);
+    // a wrong unit explains what else fails
+    let mut remarks = plausible::check_input(scene, runs);
+    remarks.extend(columns_agree::check_columns(&table.compared, &runs.places));
+    let of_dry = findings.dry.iter().filter_map(|own| own.residual_sd);
+    let spreads = of_dry.chain(balance.and_then(|own| own.residual_sd));
+    remarks.extend(repeats::check_rows(runs, spreads.reduce(f64::min)));
+    remarks.extend(verdicts::check_least_squares(setup, table, &findings.scaling, balance, line));
     if let Some(noise) = &findings.noise {
         remarks.extend(verdicts::wet_law_holds(noise, line));
         remarks.extend(verdicts::independent_runs(scene, noise));
@@ -185,26 +184,12 @@ pub fn fit_least_squares_watched(
     }));
     remarks.extend(fewer_replicates.flatten());
     remarks.extend(noise::noise_notices(scene, findings.noise.as_ref()));
+    remarks.extend(findings.chosen_form());
+    remarks.extend(identify::unidentified_notice(findings.identifies.as_ref()));
+    remarks.extend(plausible::check_results(scene, runs, &findings));
+    remarks.extend(columns_agree::rows_apart(&table.compared, &runs.places));
     findings.published = published::compare_with_published(setup, &findings.scaling);
     findings.remarks = remarks;
-    findings.note_chosen_form();
-    findings.identifies = identify::identify_directions(scene, runs, findings.least_squares());
-    let unidentified = identify::unidentified_notice(findings.identifies.as_ref());
-    findings.remarks.extend(unidentified);
-    let of_results = plausible::check_results(scene, runs, &findings);
-    findings.remarks.extend(of_results);
-    // a wrong unit explains what else fails
-    let of_input = plausible::check_input(scene, runs).into_iter();
-    let dry = findings.dry.iter().filter_map(|own| own.residual_sd);
-    let balance = findings.energy_balance.iter().filter_map(|own| own.residual_sd);
-    let rows = repeats::check_rows(runs, dry.chain(balance).reduce(f64::min));
-    let of_table = of_input
-        .chain(columns_agree::check_columns(&table.compared, &runs.places))
-        .chain(rows);
-    findings.remarks.splice(0..0, of_table);
-    findings
-        .remarks
-        .extend(columns_agree::rows_apart(&table.compared, &runs.places));
     findings.pick_main_numbers(scene, runs, None);
     findings
 }
@@ -278,6 +263,11 @@ impl Findings {
         rows
     }
 
+    fn setup<'a>(&'a self, scene: &'a Scene, runs: &'a Runs) -> FitSetup<'a> {
+        let dry = &self.dry;
+        FitSetup { scene, runs, dry }
+    }
+
     fn sources<'a>(
         &'a self,
         scene: &'a Scene,
@@ -326,7 +316,7 @@ impl Findings {
             let (chosen, choice, evaluated) = compare::choose_inertia(context, setup)?;
             (setup, self.sampled_forms) = (chosen, evaluated);
             self.inertia = choice.or(self.inertia.take());
-            self.note_chosen_form();
+            self.say_anew(&[remarks::FORM_CHOSEN], self.chosen_form());
         }
         let posterior = match posterior::fit_posterior(scene, runs, self.least_squares(), setup, watcher)? {
             Ok(posterior) => posterior,
@@ -345,8 +335,7 @@ impl Findings {
             Beside::Open(check) => (posterior, Some(check)),
         };
         // what least squares made of barely rebounding runs no longer matters
-        self.remarks.retain(|check| !remarks::SLOW_REBOUNDS.is(check));
-        self.remarks.extend(told);
+        self.say_anew(&[remarks::SLOW_REBOUNDS], told);
         let scene = posterior.scene.as_deref().unwrap_or(scene);
         let context = self.comparison_context(scene, runs, watcher);
         let mut carried = single_run::find_single_runs(context, &posterior);
@@ -360,17 +349,9 @@ impl Findings {
             .sort_by_key(|check| !remarks::PRIOR_CONFLICT.is(check) || check.passed);
         self.settle_notices(scene, &posterior);
         self.posterior = Some(posterior.findings.clone());
-        if let Some(check) = plausible::check_results(scene, runs, self) {
-            self.remarks.retain(|before| before.code != check.code);
-            self.remarks.push(check);
-        }
+        self.say_anew(&[remarks::PLAUSIBLE_RESULT], plausible::check_results(scene, runs, self));
         self.pick_main_numbers(scene, runs, Some(&posterior));
-        let setup = FitSetup {
-            scene,
-            runs,
-            dry: &self.dry,
-        };
-        carried.extend(single_run::carried_laws(setup, &self.main, &self.scaling));
+        carried.extend(single_run::carried_laws(self.setup(scene, runs), &self.main, &self.scaling));
         self.remarks.extend(single_run::unseen_rebounds(scene, runs, &carried));
         self.remarks.extend(single_run::single_run_notice(scene, runs, carried));
         self.main.verdict = main_numbers::judge(&self.remarks);
@@ -418,7 +399,7 @@ impl Findings {
     fn settle_notices(&mut self, scene: &Scene, posterior: &Posterior) {
         // what the runs seem not to tell follows from a prior that they contradict
         if posterior.prior_conflict().is_some() {
-            self.remarks.retain(|notice| !remarks::UNSEEN.is(notice));
+            self.say_anew(&[remarks::UNSEEN], None);
         }
         let directions = self.identifies.as_ref();
         self.remarks
@@ -435,19 +416,18 @@ impl Findings {
         }
     }
 
-    /// Says which form of inertia the runs chose, in place of what was said of it before.
-    fn note_chosen_form(&mut self) {
-        self.remarks.retain(|notice| !remarks::FORM_CHOSEN.is(notice));
-        self.remarks.extend(self.inertia.iter().map(|choice| {
-            let name = choice.inertia.name();
-            let text = format!("inertia = \"auto\" took {name}: the intervals ignore that the same runs chose it");
-            let level = if choice.is_clear() {
-                Level::Informs
-            } else {
-                Level::Cautions
-            };
-            remarks::FORM_CHOSEN.notice(1, text).at(level)
-        }));
+    /// Says these in place of what was said of such before.
+    fn say_anew(&mut self, kinds: &[Kind], remarks: impl IntoIterator<Item = Remark>) {
+        self.remarks.retain(|before| !kinds.iter().any(|kind| kind.is(before)));
+        self.remarks.extend(remarks);
+    }
+
+    /// Which form of inertia the runs chose; `None` where the scene names it.
+    fn chosen_form(&self) -> Option<Remark> {
+        let choice = self.inertia.as_ref()?;
+        let name = choice.inertia.name();
+        let text = format!("inertia = \"auto\" took {name}: the intervals ignore that the same runs chose it");
+        Some(remarks::FORM_CHOSEN.notice(1, text).cautioning_if(!choice.is_clear()))
     }
 
     /// Gives what may follow from a prior that the runs contradict no advice of its own, and names the form without inertia where
@@ -486,25 +466,22 @@ impl Findings {
     /// Picks the main numbers anew, from what was found by now.
     fn pick_main_numbers(&mut self, scene: &Scene, runs: &Runs, posterior: Option<&Posterior>) {
         self.main = main_numbers::pick_main_numbers(self.sources(scene, runs, posterior));
-        self.remarks.retain(|check| !remarks::BOOTSTRAP_FAILURES.is(check));
-        self.remarks.extend(self.main.check_replicates());
+        self.say_anew(&[remarks::BOOTSTRAP_FAILURES], self.main.check_replicates());
         self.order_advice();
         self.blame_the_prior();
         self.main.verdict = main_numbers::judge(&self.remarks);
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
-        let picked_anew = [
+        let of_main = [
             remarks::SPEED_ERROR_MATTERS,
             remarks::MEASUREMENT_ERRORS_TOO_LARGE,
             remarks::CONSTANTS_EXACT,
         ];
-        self.remarks
-            .retain(|remark| !picked_anew.iter().any(|kind| kind.is(remark)));
         let is_main = |law: &Scaling| self.main.rows().any(|row| row.is_of_law(law));
-        let of_errors = error_notices::measurement_error_notices(runs, &self.scaling, is_main);
-        self.remarks.extend(of_errors);
-        self.settle_second_order();
+        let mut found = error_notices::measurement_error_notices(runs, &self.scaling, is_main);
         let exact = exact_constants::exact_constants_notice(scene, runs.sample(), &self.constants, &self.main);
-        self.remarks.extend(exact);
+        found.extend(exact);
+        self.say_anew(&of_main, found);
+        self.settle_second_order();
     }
 
     /// Lets the second order of the dry law caution only where leaving it out would move a main number by more than a
@@ -528,9 +505,10 @@ impl Findings {
             _ => Level::Informs,
         };
         let of_it = |remark: &&mut Remark| says_not_held(remark, sized.term);
-        for remark in self.remarks.iter_mut().filter(of_it) {
-            remark.level = level;
-        }
+        self.remarks
+            .iter_mut()
+            .filter(of_it)
+            .for_each(|remark| remark.level = level);
     }
 
     /// Says what to see to first where several checks fail that one cause may explain: a law that does not hold lets series lie
@@ -569,11 +547,8 @@ impl Findings {
         self.remarks.extend(found.remarks.iter().cloned());
         compare::settle_dry_speed(&mut self.remarks, &found.models);
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());
-        let context = questions::Context {
-            comparison: self.comparison_context(scene, runs, watcher),
-            own,
-        };
-        let (questions, checks) = questions::answer_questions(context)?;
+        let comparison = self.comparison_context(scene, runs, watcher);
+        let (questions, checks) = questions::answer_questions(questions::Context { comparison, own })?;
         self.remarks.extend(checks);
         self.questions = Some(questions);
         self.pick_main_numbers(posterior.scene.as_deref().unwrap_or(scene), runs, Some(posterior));

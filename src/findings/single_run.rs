@@ -4,6 +4,7 @@
 //! its draws, smoothed; where their tail is too heavy for that, by draws of the posterior without it. Where each density is
 //! an integral a few draws say first which runs these may be.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::ops::Range;
 
@@ -14,7 +15,7 @@ use super::estimates::EstimateRow;
 use super::fit_verdict::{uncertain, why_stopped};
 use super::left_out::{affordable_draws, ComparisonContext, Model};
 use super::main_numbers::MainNumbers;
-use super::moved::Moved;
+use super::moved::{Moved, Told};
 use super::posterior::{derived, Posterior};
 use super::quantities::{variables, wetted_of, FittedLaw};
 use super::range::range;
@@ -62,12 +63,7 @@ pub(super) struct SingleRun {
 impl SingleRun {
     /// Whether the number moves by more than it may unsaid.
     pub fn carries(&self) -> bool {
-        self.shift() > CARRIED
-    }
-
-    /// By how many of its ± the number moves.
-    pub fn shift(&self) -> f64 {
-        self.moved.apart() / self.moved.before[1]
+        self.moved.shift() > CARRIED
     }
 }
 
@@ -75,6 +71,8 @@ impl SingleRun {
 struct Draws<'p> {
     at: AtDraws<'p>,
     numbers: Vec<Number>,
+    /// their means and sds
+    told: Vec<Told>,
 }
 
 /// A run left out by the weights of draws.
@@ -113,11 +111,11 @@ impl Draws<'_> {
         let weights = smoothed.weights;
         let khat = smoothed.khat.unwrap_or(0.0);
         // no mean moves by more of its sds than the weights spread about theirs
-        let [mean, sd] = moments(&weights, &vec![1.0; count]);
+        let [mean, sd] = moments(&weights, None);
         if sd <= CARRIED * mean && khat <= self.line() {
             return None;
         }
-        let found = heaviest(run, &self.numbers, |(_, draws)| moments(draws, &weights))?;
+        let found = heaviest(run, &self.told, &told(&self.numbers, Some(weights.as_slice())))?;
         Some(LeftOut { khat, found })
     }
 }
@@ -140,9 +138,11 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
     let step = all.div_ceil(used.max(1)).max(1);
     let draws = |step: usize| {
         let some: Vec<&[f64]> = full.iter().step_by(step).map(Vec::as_slice).collect();
+        let numbers = numbers_of(&posterior.sampled, &posterior.derived, step);
         Draws {
             at: pointwise.at_draws(some),
-            numbers: numbers_of(&posterior.sampled, &posterior.derived, step),
+            told: told(&numbers, None),
+            numbers,
         }
     };
     let some = draws(step);
@@ -171,12 +171,8 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
             continue;
         };
         let derived = derived::derived_draws(scene, runs, form, &others);
-        let others = numbers_of(&others, &derived, 1);
-        let without = |(name, _): &Number| {
-            let own = others.iter().find(|(other, _)| other == name);
-            own.map_or([f64::NAN; 2], |(_, draws)| moments(draws, &vec![1.0; draws.len()]))
-        };
-        if let Some(better) = heaviest(run, &some.numbers, without) {
+        let others = told(&numbers_of(&others, &derived, 1), None);
+        if let Some(better) = heaviest(run, &some.told, &others) {
             *found = better;
         }
     }
@@ -240,37 +236,36 @@ fn numbers_of(sampled: &Sampled, derived: &[derived::DerivedDraws], step: usize)
 }
 
 /// The number that a run moves most; `None` where none has a spread.
-fn heaviest(run: usize, numbers: &[Number], without: impl Fn(&Number) -> [f64; 2]) -> Option<SingleRun> {
-    let each = numbers.iter().map(|number| {
-        let (name, draws) = number;
-        let moved = Moved {
-            name: name.clone(),
-            before: moments(draws, &vec![1.0; draws.len()]),
-            after: without(number),
-        };
-        SingleRun { run, moved }
-    });
-    let finite = each.filter(|own| own.shift().is_finite());
-    finite.max_by(|a, b| a.shift().total_cmp(&b.shift()))
+fn heaviest(run: usize, with: &[Told], without: &[Told]) -> Option<SingleRun> {
+    let finite = Moved::between(with, without).filter(|moved| moved.shift().is_finite());
+    let moved = finite.max_by(|a, b| a.shift().total_cmp(&b.shift()))?;
+    Some(SingleRun { run, moved })
 }
 
-/// Mean and sd of weighed draws.
-fn moments(draws: &[f64], weights: &[f64]) -> [f64; 2] {
+/// Mean and sd of each number's draws.
+fn told(numbers: &[Number], weights: Option<&[f64]>) -> Vec<Told> {
+    let each = numbers.iter();
+    each.map(|(name, draws)| (name.clone(), moments(draws, weights))).collect()
+}
+
+/// Mean and sd of draws, weighed or not.
+fn moments(draws: &[f64], weights: Option<&[f64]>) -> [f64; 2] {
+    let weights = weights.map_or_else(|| Cow::Owned(vec![1.0; draws.len()]), Cow::Borrowed);
     let all: f64 = weights.iter().sum();
-    let mean = draws.iter().zip(weights).map(|(x, w)| w * x).sum::<f64>() / all;
-    let squares = draws.iter().zip(weights).map(|(x, w)| w * (x - mean) * (x - mean));
+    let weighed = || draws.iter().zip(weights.iter());
+    let mean = weighed().map(|(x, w)| w * x).sum::<f64>() / all;
+    let squares = weighed().map(|(x, w)| w * (x - mean) * (x - mean));
     [mean, (squares.sum::<f64>() / all).sqrt()]
 }
 
 /// A notice of these runs, the heaviest first, each once; `None` without any.
 pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, mut found: Vec<SingleRun>) -> Option<Remark> {
-    found.sort_by(|a, b| b.shift().total_cmp(&a.shift()));
+    found.sort_by(|a, b| b.moved.shift().total_cmp(&a.moved.shift()));
     let mut seen = HashSet::new();
     found.retain(|own| seen.insert(own.run));
     let told = found.iter().map(|SingleRun { run, moved }| {
-        let [symbol, with, without] = moved.words();
         let run = run_words(scene, runs, *run);
-        format!("{run}: {symbol} is {with} with it and {without} without it")
+        format!("{run}: {}", moved.with_and_without("it"))
     });
     let told: Vec<String> = told.collect();
     (!told.is_empty()).then(|| {
@@ -291,18 +286,18 @@ pub(super) fn unseen_rebounds(scene: &Scene, runs: &Runs, found: &[SingleRun]) -
     if slowest < SEEN || scene.data.smallest_restitution > 0.0 {
         return None;
     }
-    let apart = |SingleRun { moved, .. }: &SingleRun| moved.apart() / moved.before[1].max(moved.after[1]);
     let is_stuck = |own: &&SingleRun| runs.series.iter().any(|series| series.stuck.contains(&own.run));
     let stuck = found.iter().filter(is_stuck);
-    let worst = stuck.max_by(|a, b| apart(a).total_cmp(&apart(b)))?;
+    let shift = |own: &SingleRun| own.moved.shift_in_larger();
+    let worst = stuck.max_by(|a, b| shift(a).total_cmp(&shift(b)))?;
     let text = format!(
         "{} stuck by the table, which the runs that rebound contradict: without it {} moves by {:.1} of its ±, and no rebound \
          is below e = {slowest:.3}",
         run_words(scene, runs, worst.run),
         remarks::in_symbols(&worst.moved.name),
-        apart(worst),
+        shift(worst),
     );
-    let check = remarks::UNSEEN_REBOUNDS.check(apart(worst), text);
+    let check = remarks::UNSEEN_REBOUNDS.check(shift(worst), text);
     (!check.passed).then_some(check)
 }
 

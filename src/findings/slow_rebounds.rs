@@ -10,7 +10,7 @@ use super::balance::{fit_balance, EnergyBalance};
 use super::estimate::Estimate;
 use super::least_squares::LeastSquares;
 use super::measurement_errors::speeds_err;
-use super::moved::Moved;
+use super::moved::{Moved, Told};
 use super::posterior::derived::{derived_draws, main_draws, DerivedDraws};
 use super::posterior::{fit_posterior, MethodChoice, Posterior};
 use super::remarks::{self, shortened_by};
@@ -209,7 +209,7 @@ fn without_slow(
     let others = runs.with_runs(|run| slow.binary_search(&run).is_err());
     let others = fit_posterior(scene, &others, least_squares, own.setup, &|_, _| ())?;
     let others = others.ok().filter(Posterior::sampling_holds);
-    let moved = others.and_then(|others| most_different(&main_numbers(own), &main_numbers(&others), shift));
+    let moved = others.and_then(|others| most_different(&main_numbers(own), &main_numbers(&others), Moved::shift_in_smaller));
     Ok(match moved {
         Some((by, _)) if remarks::SLOW_REBOUNDS.holds(by) => Beside::Same,
         moved => Beside::Open(told_without(rows, "", moved)),
@@ -218,11 +218,10 @@ fn without_slow(
 
 /// The check of slow runs by the number that leaving them out moves most; `None` where no number can be compared.
 fn told_without(rows: &str, by: &str, moved: Option<(f64, Moved)>) -> Remark {
-    let found = moved.as_ref().map(|(_, moved)| {
-        let [symbol, with, without] = moved.words();
-        format!("{symbol} is {with} with them and {without} without them")
-    });
-    let found = found.unwrap_or_else(|| "what the others tell without them is not known".to_owned());
+    let found = match &moved {
+        Some((_, moved)) => moved.with_and_without("them"),
+        None => "what the others tell without them is not known".to_owned(),
+    };
     let text = format!(
         "{rows}: such runs fix the energy more tightly than errors of 1 % in speed or 3 % in film allow: {by}{found}"
     );
@@ -246,33 +245,20 @@ pub(super) fn check_fit(setup: FitSetup, scaling: &[Scaling], own: &EnergyBalanc
         fit_balance(others, scaling, own.form(), false)
     });
     let without = without.flatten().map(|without| fit_numbers(&without));
-    let moved = without.and_then(|without| most_different(&fit_numbers(own), &without, shift));
+    let moved = without.and_then(|without| most_different(&fit_numbers(own), &without, Moved::shift_in_smaller));
     let check = told_without(&rows, "by least squares ", moved);
     Some(check.then("sample the posterior (no --stages), which allows for such errors"))
 }
 
-/// A number by its name, with its value and ±.
-type Told = (String, [f64; 2]);
-
 /// The number that `by` tells most different in two fits.
 fn most_different(before: &[Told], after: &[Told], by: fn(&Moved) -> f64) -> Option<(f64, Moved)> {
-    let in_both = before.iter().filter_map(|(name, before)| {
-        let (_, after) = after.iter().find(|(other, _)| other == name)?;
-        let (name, before, after) = (name.clone(), *before, *after);
-        Some(Moved { name, before, after })
-    });
-    let moved = in_both.map(|moved| (by(&moved), moved));
+    let moved = Moved::between(before, after).map(|moved| (by(&moved), moved));
     moved.max_by(|a, b| a.0.total_cmp(&b.0))
-}
-
-/// By how many of the smaller ± a value differs.
-fn shift(moved: &Moved) -> f64 {
-    moved.apart() / moved.before[1].min(moved.after[1])
 }
 
 /// By how many of the smaller ± a value, or the ± itself, differs.
 fn shift_or_widening(moved: &Moved) -> f64 {
-    shift(moved).max((moved.after[1] - moved.before[1]) / moved.before[1])
+    moved.shift_in_smaller().max((moved.after[1] - moved.before[1]) / moved.before[1])
 }
 
 /// The parameters of a fit of the balance, and e_inf and St_c at each film ratio.

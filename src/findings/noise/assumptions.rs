@@ -4,7 +4,7 @@ use super::rows::{group_name, RunKind};
 use super::{GroupSpread, GrowthTest, GrowthWith, Noise, Offsets, Outlier, SpreadTest};
 use crate::error::and_more;
 use crate::findings::remarks::{self, BIAS};
-use crate::remark::{Level, Remark};
+use crate::remark::Remark;
 use crate::rounding::{by_number, probability};
 use crate::runs::sphere_words;
 use crate::scene::{NoiseOn, ResamplingScheme, Scene};
@@ -63,8 +63,7 @@ fn noise_grows(scene: &Scene, found: &GrowthTest) -> Remark {
         let both = "try [model] noise = \"both\", which scatters so; else ";
         notice.next_step.insert_str(0, both);
     }
-    let felt = found.largest_over_one > 1.0 + BIAS;
-    notice.at(if felt { Level::Cautions } else { Level::Informs })
+    notice.cautioning_if(found.largest_over_one > 1.0 + BIAS)
 }
 
 fn outliers(noise: &Noise) -> Option<Remark> {
@@ -81,8 +80,7 @@ fn outliers(noise: &Noise) -> Option<Remark> {
     );
     // those that are not described lie nearer, but nobody knows what they move
     let felt = found > noise.outliers.len() || noise.outliers.iter().any(|one| one.moves_in_se.abs() > BIAS);
-    let level = if felt { Level::Cautions } else { Level::Informs };
-    Some(remarks::OUTLIER.notice(found, text).at(level))
+    Some(remarks::OUTLIER.notice(found, text).cautioning_if(felt))
 }
 
 fn described(one: &Outlier) -> String {
