@@ -1,6 +1,8 @@
 //! Estimates e_inf and St_c over liquids, diameters and speeds, and where the energy went, by the linear and the square-root
 //! law.
 
+use std::ops::Range;
+
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -71,7 +73,7 @@ pub struct Scaling {
     pub sphere: usize,
     /// range of [`crate::runs::Runs::series`] it was fitted to
     #[serde(skip)]
-    pub(super) series: std::ops::Range<usize>,
+    pub(super) series: Range<usize>,
     /// α and its slope in 1/St (square root), intercept and minus the slope (linear); `None` unless it converged
     #[serde(skip)]
     pub(super) parameters: Option<[f64; 2]>,
@@ -154,79 +156,57 @@ impl Bias {
     }
 }
 
-/// Runs that one law is fitted to.
-struct ScalingGroup {
-    /// index into [`Runs::spheres`]
-    sphere: usize,
-    /// `None`: over all
-    film_ratio: Option<f64>,
-    /// range of [`Runs::series`]
-    series: std::ops::Range<usize>,
-    /// why a law fitted to them is not quoted
-    why_no_laws: Option<String>,
+/// Both laws for every sphere with a k of its own, over all film ratios and at each; square root before linear.
+pub fn fit_scaling(setup: FitSetup) -> Vec<Scaling> {
+    let spheres = (0..setup.runs.spheres.len()).into_par_iter();
+    spheres.flat_map_iter(|sphere| of_sphere(setup, sphere)).collect()
 }
 
-/// Both laws for every sphere with a k of its own, at each film ratio and over all; square root before linear.
-pub fn fit_scaling(setup: FitSetup) -> Vec<Scaling> {
-    let runs = setup.runs;
-    let mut groups: Vec<ScalingGroup> = vec![];
-    for sphere in 0..runs.spheres.len() {
-        let of_ratio: &[FilmGroup] = runs.film_groups_of(sphere);
-        let (Some(first), Some(last)) = (of_ratio.first(), of_ratio.last()) else {
-            continue;
-        };
-        let any_wide = of_ratio.iter().any(|group| !group.has_one_film_ratio());
-        groups.push(ScalingGroup {
-            sphere,
-            film_ratio: None,
-            series: first.series.start..last.series.end,
-            why_no_laws: any_wide.then(|| WIDE_AMONG_ALL.to_owned()),
-        });
-        groups.extend(of_ratio.iter().map(|group| ScalingGroup {
-            sphere,
-            film_ratio: Some(group.film_ratio),
-            series: group.series.clone(),
-            why_no_laws: why_no_laws(group),
-        }));
-    }
-    let each = groups.par_iter().flat_map_iter(|group| both_laws(setup, group));
-    let mut all: Vec<Scaling> = each.collect();
-    let tests: Vec<Option<FTest>> = all.iter().map(|own| test_one_for_all(setup, &all, own)).collect();
-    for (place, (fitted, test)) in all.iter_mut().zip(tests).enumerate() {
-        fitted.one_for_all = test;
-        if let Some(test) = test.filter(|test| test.p < DIFFERENT && fitted.verdict.passed) {
-            fitted.verdict = Verdict::failed(format!(
-                "film ratios differ ({}): quote each film ratio",
-                f_words(&test, 3)
-            ));
+fn of_sphere(setup: FitSetup, sphere: usize) -> Vec<Scaling> {
+    let groups = setup.runs.film_groups_of(sphere);
+    let (Some(first), Some(last)) = (groups.first(), groups.last()) else {
+        return vec![];
+    };
+    let quoting = Quoting::of(setup.scene);
+    let of_group = |group: &FilmGroup| both_laws(setup, sphere, Some(group.film_ratio), group.series.clone());
+    let (mut all, mut each): (_, Vec<[Scaling; 2]>) = rayon::join(
+        || both_laws(setup, sphere, None, first.series.start..last.series.end),
+        || groups.par_iter().map(of_group).collect(),
+    );
+    for (law, own) in all.iter_mut().enumerate() {
+        own.one_for_all = test_one_for_all(setup, own, &each.iter().map(|both| &both[law]).collect::<Vec<_>>());
+        if let Some(test) = own.one_for_all.filter(|test| test.p < DIFFERENT && own.verdict.passed) {
+            let differ = f_words(&test, 3);
+            own.verdict = Verdict::failed(format!("film ratios differ ({differ}): quote each film ratio"));
         }
-        // a group has two laws
-        if let Some(why) = &groups[place / 2].why_no_laws {
-            fitted.withhold(why, Quoting::of(setup.scene));
+        if !groups.iter().all(FilmGroup::has_one_film_ratio) {
+            own.withhold(WIDE_AMONG_ALL, quoting);
         }
-        let (energy, estimates) = energy_of(setup, fitted).unzip();
-        fitted.energy = energy;
-        fitted.estimates.extend(estimates.into_iter().flatten());
     }
-    all
+    for (group, both) in groups.iter().zip(&mut each) {
+        for own in both {
+            if let Some(why) = why_no_laws(group) {
+                own.withhold(&why, quoting);
+            }
+            let (energy, estimates) = energy_of(setup, group, own);
+            own.energy = Some(energy);
+            own.estimates.extend(estimates);
+        }
+    }
+    all.into_iter().chain(each.into_iter().flatten()).collect()
 }
 
 /// Why a law over all film ratios is not quoted where some have no law of their own to hold it against.
 const WIDE_AMONG_ALL: &str =
     "some of its runs have no film ratio of their own: whether one law holds for all cannot be tested";
 
-/// Compares a fit over all film ratios with those of its sphere and law at each; `None` of any other fit.
-fn test_one_for_all(setup: FitSetup, fits: &[Scaling], all: &Scaling) -> Option<FTest> {
-    if all.film_ratio.is_some() {
-        return None;
-    }
-    let of_ratio = |other: &&Scaling| (other.sphere, other.law) == (all.sphere, all.law) && other.film_ratio.is_some();
-    let separate = fits.iter().filter(of_ratio);
-    if !separate.clone().all(|other| other.law_fit.fit.converged()) {
+/// Compares a law over all film ratios with the same law at each.
+fn test_one_for_all(setup: FitSetup, all: &Scaling, each: &[&Scaling]) -> Option<FTest> {
+    if !each.iter().all(|own| own.law_fit.fit.converged()) {
         return None;
     }
     let pool = |fitted: &Scaling| WetRuns::over_stokes(setup, &setup.runs.series[fitted.series.clone()]);
-    let pools: Vec<WetRuns> = separate.map(&pool).collect();
+    let pools: Vec<WetRuns> = each.iter().map(|own| pool(own)).collect();
     let own: Vec<OwnLaw> = pools.iter().map(|pool| pool.own_law(all.law)).collect();
     let (pool, fit) = (pool(all), &all.law_fit.fit);
     let regression = pool.regression(all.law);
@@ -237,13 +217,13 @@ fn test_one_for_all(setup: FitSetup, fits: &[Scaling], all: &Scaling) -> Option<
     })
 }
 
-fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [Scaling; 2] {
+/// The square root and the line over the runs of some series.
+fn both_laws(setup: FitSetup, index: usize, film_ratio: Option<f64>, series: Range<usize>) -> [Scaling; 2] {
     let FitSetup { scene, runs, .. } = setup;
-    let series = &runs.series[group.series.clone()];
-    let pool = WetRuns::over_stokes(setup, series);
+    let pool = WetRuns::over_stokes(setup, &runs.series[series.clone()]);
     let laws = [WetLaw::Sqrt, WetLaw::Linear];
     let [root, line] = laws.map(|law| pool.fit(LawOver::Stokes(law), &PROFILED));
-    let sphere = runs.spheres[group.sphere];
+    let sphere = runs.spheres[index];
     let scaling_of = |law: WetLaw, own: WetFit, verdict: Verdict| {
         let source = own.source([NO_FALL; 2]);
         let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
@@ -253,7 +233,7 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [Scaling; 2] {
         Scaling {
             particle: scene.particles[sphere.particle].name.clone(),
             diameter_m: sphere.diameter,
-            film_ratio: group.film_ratio,
+            film_ratio,
             law,
             runs: pool.rebounds,
             stuck: pool.stuck,
@@ -268,8 +248,8 @@ fn both_laws(setup: FitSetup, group: &ScalingGroup) -> [Scaling; 2] {
             stop: own.fit.stop.as_str(),
             is_withheld: false,
             verdict,
-            sphere: group.sphere,
-            series: group.series.clone(),
+            sphere: index,
+            series: series.clone(),
             parameters: Some(two(&own.fit)).filter(|p| p.iter().all(|p| p.is_finite())),
             law_fit: own,
         }
@@ -360,12 +340,10 @@ fn linear_bias(root: &Fit, pool: &WetRuns) -> Option<Bias> {
 }
 
 /// Where the energy went by a law of one film ratio: the inertial loss over the density ratio, St_c·e_inf² and δc.
-fn energy_of(setup: FitSetup, fitted: &Scaling) -> Option<(Energy, [(Quantity, Estimate); 3])> {
+fn energy_of(setup: FitSetup, group: &FilmGroup, fitted: &Scaling) -> (Energy, [(Quantity, Estimate); 3]) {
     let FitSetup { scene, runs, .. } = setup;
-    let quoting = Quoting::of(scene);
-    let film_ratio = fitted.film_ratio?;
-    let mut groups = runs.film_groups_of(fitted.sphere).iter();
-    let place = WetPlace::of_group(runs, groups.find(|group| group.film_ratio == film_ratio)?);
+    let film_ratio = group.film_ratio;
+    let place = WetPlace::of_group(runs, group);
     let at = Place {
         roughness: scene.particles[place.particle].roughness,
         density_ratio: place.density_ratio(scene),
@@ -383,7 +361,7 @@ fn energy_of(setup: FitSetup, fitted: &Scaling) -> Option<(Energy, [(Quantity, E
         cap: (film_ratio <= cap.valid_to()).then(|| cap.shape(film_ratio, 1.0)),
     };
     let delta_c = match why_no_delta_c {
-        Some(why) => quoting.none(why),
+        Some(why) => Quoting::of(scene).none(why),
         None => source.estimate(Quantity::DeltaC, &at),
     };
     let estimates = [
@@ -391,7 +369,7 @@ fn energy_of(setup: FitSetup, fitted: &Scaling) -> Option<(Energy, [(Quantity, E
         (Quantity::StCEInf2, source.estimate(Quantity::StCEInf2, &at)),
         (Quantity::DeltaC, delta_c),
     ];
-    Some((energy, estimates))
+    (energy, estimates)
 }
 
 /// (e_dry² − e_inf²)/ρ̃ with the uncertainties of k and of the fit, and what they share.
