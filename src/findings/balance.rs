@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use super::dry::{self, Dry};
 use super::estimate::{Estimate, QuantityEstimates, Quoting};
+use super::fit_columns::error_columns;
 use super::fit_verdict::{f_words, one_against, uncertain, why_stopped, OwnLaw, Verdict};
 use super::form_choice::{ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
-use super::measurement_errors::error_columns;
 use super::places::WetPlace;
 use super::scaling::Scaling;
 use super::wet_fit::{FitSetup, WetRuns};

@@ -4,9 +4,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::estimate::{Estimate, Quoting};
+use super::fit_columns::{error_columns, FitColumns, OwnDrySpeed};
 use super::fit_verdict::{one_against, uncertain, why_stopped, OwnLaw, Verdict};
-use super::measurement_errors::error_columns;
-use super::own_dry_speed::OwnDrySpeed;
 use crate::distributions::normal_quantile;
 use crate::inference::effective_variance::{ErrorSummary, ErrorWeights};
 use crate::inference::lack_of_fit::{lack_of_fit, LackOfFit, LawRow};
@@ -162,26 +161,17 @@ pub(super) fn own_dry_speed(scene: &Scene, dry: &[Dry], sphere: usize) -> Option
 
 fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup]) -> Dry {
     let quoting = Quoting::of(scene);
-    let gather = |column: &[f64]| -> Vec<f64> {
-        let slices = groups.iter().map(|group| &column[group.rebounds.clone()]);
-        slices.flatten().copied().collect()
-    };
-    let (speeds, restitutions) = (gather(&runs.impact_speed), gather(&runs.restitution));
-    let counts = groups.iter().flat_map(|group| runs.counts(group.rebounds.clone()));
-    let counts: Vec<f64> = counts.copied().collect();
     let order = scene.model.form().dry;
     let law = Law::Dry(order);
     let errors_of = |groups: &[&DryGroup]| {
         let ranges = groups.iter().map(|group| group.rebounds.clone());
         error_columns(scene, runs, ParameterKind::SigmaDry, ranges, None)
     };
-    let speed_roots = law.abscissae(&speeds);
-    let regression = Regression {
-        counts: &counts,
-        ..Regression::new(law, &speed_roots, &restitutions)
-    };
+    let all = groups.iter().flat_map(|group| group.rebounds.clone());
+    let columns = FitColumns::of(runs, all, |run| law.abscissa(runs.impact_speed[run]), None);
+    let regression = columns.regression(law);
     let (fit, error_weights) = regression.fit_with_errors(errors_of(groups).as_ref());
-    let fastest = speeds.iter().copied().fold(0.0, f64::max);
+    let fastest = columns.speeds.iter().copied().fold(0.0, f64::max);
     let stuck = groups.iter().map(|group| runs.measured(group.stuck.clone())).sum();
     let verdict = dry_verdict(&fit, order, fastest, stuck);
     let mut first = 0;
@@ -190,7 +180,7 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup]) -> 
         first += range.len();
         Regression {
             counts: runs.counts(range.clone()),
-            ..Regression::new(law, &speed_roots[first - range.len()..first], &runs.restitution[range])
+            ..Regression::new(law, &columns.x[first - range.len()..first], &runs.restitution[range])
         }
     };
     let own_law = |group: &&DryGroup| OwnLaw::new(of_group(group), errors_of(&[group]).as_ref());

@@ -1,6 +1,6 @@
 //! Says which measurement errors want a second look: too large for the scatter, or large enough to matter and not given.
 
-use super::measurement_errors::speeds_err;
+use super::fit_columns::speeds_err;
 use super::remarks;
 use super::scaling::Scaling;
 use crate::remark::{Level, Remark};

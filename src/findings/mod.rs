@@ -10,8 +10,7 @@
 //! | `quantities.rs` | estimates of quantities from a fit, by the delta method |
 //! | `range.rs` | the smallest and the largest of some numbers |
 //! | `places.rs` | where an energy balance is told: film ratios of particles, and diameters where the form tells them apart |
-//! | `own_dry_speed.rs` | e_dry at each run's own speed |
-//! | `measurement_errors.rs` | measurement errors of the runs of a fit |
+//! | `fit_columns.rs` | the runs of a fit in columns, with each run's own dry speed and its measurement errors |
 //! | `remarks.rs` | every remark: code, level, line with its source, next step; and in which order they are told |
 //! | `film_groups.rs` | film groups with their width, why some have no film ratio of their own, and which stands for the others |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
@@ -61,6 +60,7 @@ pub mod estimate;
 pub mod estimates;
 mod exact_constants;
 pub mod film_groups;
+mod fit_columns;
 mod fit_verdict;
 pub mod form_choice;
 pub mod identify;
@@ -69,11 +69,9 @@ pub mod learnt;
 pub mod least_squares;
 pub mod left_out;
 pub mod main_numbers;
-pub mod measurement_errors;
 mod moved;
 pub mod noise;
 pub mod overview;
-pub mod own_dry_speed;
 mod places;
 mod plausible;
 mod pooling;

@@ -101,7 +101,7 @@ fn of_series(setup: FitSetup, series: &Series) -> SeriesFit {
     let scene = setup.scene;
     let rebounds = WetRuns::over_speed(setup, std::slice::from_ref(series));
     let law = rebounds.fit(LawOver::Speed, &QUANTITIES);
-    let (fit, x) = (&law.fit, &rebounds.x);
+    let (fit, x) = (&law.fit, &rebounds.columns.x);
     let verdict = square_root_verdict(fit, x);
     let source = law.source([ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE]);
     let [alpha, _] = two(fit);

@@ -194,13 +194,14 @@ fn runs_that_carry(setup: FitSetup, law: &Scaling) -> Vec<SingleRun> {
     const MOST: usize = 1000;
     let series = &setup.runs.series[law.series.clone()];
     let pool = WetRuns::over_stokes(setup, series);
-    if pool.x.len() > MOST || !pool.counts.is_empty() || pool.errors.is_some() {
+    let columns = &pool.columns;
+    if columns.x.len() > MOST || !columns.counts.is_empty() || pool.errors.is_some() {
         return vec![];
     }
     let ratio = short(law.film_ratio.unwrap_or_default());
     let here = format!("({}, δ/D = {ratio}, square-root law)", law.words());
     let without = |(place, run): (usize, usize)| {
-        let fit = pool.refitted(WetLaw::Sqrt, &pool.restitution, |own| own != place);
+        let fit = pool.refitted(WetLaw::Sqrt, &columns.restitution, |own| own != place);
         let source = FittedLaw {
             wetted: wetted_of(WetLaw::Sqrt, variables(two(&fit))),
             uncertain: &uncertain(&fit),

@@ -8,8 +8,8 @@
 
 use super::balance::{fit_balance, EnergyBalance};
 use super::estimate::Estimate;
+use super::fit_columns::speeds_err;
 use super::least_squares::LeastSquares;
-use super::measurement_errors::speeds_err;
 use super::moved::{Moved, Told};
 use super::posterior::derived::{derived_draws, main_draws, DerivedDraws};
 use super::posterior::{fit_posterior, MethodChoice, Posterior};

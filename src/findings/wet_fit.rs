@@ -2,9 +2,8 @@
 
 use super::dry::{own_dry_speed, Dry};
 use super::estimate::Quoting;
+use super::fit_columns::{error_columns, FitColumns, OwnDrySpeed};
 use super::fit_verdict::{uncertain, why_stopped, OwnLaw};
-use super::measurement_errors::error_columns;
-use super::own_dry_speed::OwnDrySpeed;
 use super::quantities::{variables, FittedLaw, LawLimits, LawOver};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
@@ -29,15 +28,8 @@ pub struct FitSetup<'a> {
 
 /// The rebounds of some series of one sphere, pooled, in the order of the table.
 pub(super) struct WetRuns {
-    /// 1/St, or 1/v in s/m
-    pub x: Vec<f64>,
-    /// v, m/s
-    speeds: Vec<f64>,
-    pub restitution: Vec<f64>,
-    /// how many runs each stands for; empty where that is itself
-    pub counts: Vec<f64>,
-    /// of the square-root law, where the run's own dry speed enters it
-    pub offset: Vec<f64>,
+    /// over 1/St, or 1/v
+    pub columns: FitColumns,
     /// how many rebounded
     pub rebounds: usize,
     /// how many stuck
@@ -61,37 +53,27 @@ impl WetRuns {
 
     fn new(setup: FitSetup, series: &[Series], abscissa: impl Fn(usize) -> f64) -> WetRuns {
         let FitSetup { scene, runs, dry } = setup;
-        let rebounds = || series.iter().flat_map(|one| one.rebounds.clone());
-        let speeds: Vec<f64> = rebounds().map(|run| runs.impact_speed[run]).collect();
         let sphere = series.first().map(|one| one.sphere);
         let own = sphere.and_then(|sphere| own_dry_speed(scene, dry, sphere));
         let ranges = series.iter().map(|one| one.rebounds.clone());
         WetRuns {
-            x: rebounds().map(abscissa).collect(),
-            restitution: rebounds().map(|run| runs.restitution[run]).collect(),
-            counts: ranges.clone().flat_map(|range| runs.counts(range)).copied().collect(),
-            offset: own.as_ref().map_or_else(Vec::new, |own| own.offsets(&speeds)),
+            columns: FitColumns::of(runs, ranges.clone().flatten(), abscissa, own.as_ref()),
             rebounds: series.iter().map(|one| runs.measured(one.rebounds.clone())).sum(),
             stuck: series.iter().map(|one| runs.measured(one.stuck.clone())).sum(),
             errors: error_columns(scene, runs, ParameterKind::SigmaWet, ranges, own.as_ref()),
-            speeds,
             own,
             quoting: Quoting::of(scene),
         }
     }
 
-    /// A law of these runs; the offset is that of the square root.
+    /// A law of these runs.
     pub fn regression(&self, law: WetLaw) -> Regression<'_> {
-        Regression {
-            offset: if law == WetLaw::Sqrt { &self.offset } else { &[] },
-            counts: &self.counts,
-            ..Regression::new(Law::Wet(law), &self.x, &self.restitution)
-        }
+        self.columns.regression(Law::Wet(law))
     }
 
     /// A law fitted to some of these runs, with these restitutions in place of theirs; no measurement errors weigh them.
     pub fn refitted(&self, law: WetLaw, restitution: &[f64], keeps: impl Fn(usize) -> bool) -> Fit {
-        let kept: Vec<usize> = (0..self.x.len()).filter(|run| keeps(*run)).collect();
+        let kept: Vec<usize> = (0..self.columns.x.len()).filter(|run| keeps(*run)).collect();
         let select = |column: &[f64]| -> Vec<f64> { kept.iter().filter_map(|run| column.get(*run)).copied().collect() };
         let all = self.regression(law);
         let [x, offset, counts, restitution] = [all.x, all.offset, all.counts, restitution].map(select);
@@ -117,9 +99,10 @@ impl WetRuns {
         if over.law() == WetLaw::Sqrt {
             let mut offset_slopes = vec![];
             if let Some(own) = &self.own {
-                shift_by_dry_k = own.shift(&fit, &regression, &self.speeds, variance);
+                let speeds = &self.columns.speeds;
+                shift_by_dry_k = own.shift(&fit, &regression, speeds, variance);
                 own.widen(&mut uncertain, shift_by_dry_k);
-                offset_slopes = self.speeds.iter().map(|v| own.offset_slopes(*v)).collect();
+                offset_slopes = speeds.iter().map(|v| own.offset_slopes(*v)).collect();
             }
             speed_error = regression.speed_error_that_matters(&fit, &offset_slopes, variance);
         }

@@ -90,8 +90,9 @@ impl Bend {
     fn add(&mut self, pool: &WetRuns, clear: &[(usize, f64)]) {
         /// a term with less than this share of its square beside the law is not told from it, as of runs at two settings
         const NEW: f64 = 1e-9;
-        let x = |run: usize| pool.x[run];
-        let columns: [&dyn Fn(usize) -> f64; 4] = [&|_| 1.0, &x, &|run| x(run) * x(run), &|run| pool.restitution[run]];
+        let own = &pool.columns;
+        let x = |run: usize| own.x[run];
+        let columns: [&dyn Fn(usize) -> f64; 4] = [&|_| 1.0, &x, &|run| x(run) * x(run), &|run| own.restitution[run]];
         let mut columns = columns.map(|column| clear.iter().map(|(run, _)| column(*run)).collect::<Vec<f64>>());
         let product = |a: &[f64], b: &[f64]| -> f64 {
             let runs = clear.iter().zip(a.iter().zip(b));
@@ -148,6 +149,7 @@ impl Squares {
     fn add(&mut self, pool: &WetRuns, limit: f64) -> Option<Vec<(usize, f64)>> {
         /// of either law
         const PARAMETERS: f64 = 2.0;
+        let own = &pool.columns;
         let fits = [WetLaw::Linear, WetLaw::Sqrt].map(|law| {
             let regression = pool.regression(law);
             let (fit, weights) = regression.fit_with_errors(pool.errors.as_ref());
@@ -155,10 +157,10 @@ impl Squares {
             (fitted, fit.residual_sd.unwrap_or(f64::NAN), weights)
         });
         let clear = |run: &usize| fits.iter().all(|(fitted, sd, _)| is_clear(fitted[*run], limit, *sd));
-        let clear: Vec<usize> = (0..pool.x.len()).filter(clear).collect();
-        let count = |run: usize| pool.counts.get(run).copied().unwrap_or(1.0);
+        let clear: Vec<usize> = (0..own.x.len()).filter(clear).collect();
+        let count = |run: usize| own.counts.get(run).copied().unwrap_or(1.0);
         let runs: f64 = clear.iter().map(|run| count(*run)).sum();
-        let square = |fitted: &[f64], run: usize| count(run) * (pool.restitution[run] - fitted[run]).powi(2);
+        let square = |fitted: &[f64], run: usize| count(run) * (own.restitution[run] - fitted[run]).powi(2);
         let by_errors = |(fitted, _, weights): &(Vec<f64>, f64, Option<ErrorWeights>)| -> Option<f64> {
             let weights = weights.as_ref()?;
             let of_run = |run: &usize| match weights.variance[*run] {

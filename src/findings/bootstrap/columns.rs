@@ -3,16 +3,15 @@
 use std::ops::Range;
 
 use crate::findings::dry::{own_dry_speed, Dry};
-use crate::findings::own_dry_speed::OwnDrySpeed;
+use crate::findings::fit_columns::{FitColumns, OwnDrySpeed};
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
 use crate::inference::bootstrap::{strata, Pool, RunErrors, Target};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
-use crate::inference::regression::Regression;
 use crate::physics::Quantity;
 use crate::runs::Runs;
-use crate::scene::{Scene, WetLaw};
+use crate::scene::Scene;
 
 /// The estimates that get a bootstrap interval.
 pub struct Estimates<'e> {
@@ -47,12 +46,7 @@ pub(super) struct Division<'r> {
 /// The runs that a fit is made to, in the order of their division.
 pub(super) struct FitRuns {
     law: Law,
-    x: Vec<f64>,
-    /// empty for none
-    offset: Vec<f64>,
-    restitution: Vec<f64>,
-    /// how many runs each stands for; empty where that is itself
-    counts: Vec<f64>,
+    columns: FitColumns,
     strata: Range<usize>,
     series: Range<usize>,
     fitted: [f64; 2],
@@ -62,11 +56,7 @@ pub(super) struct FitRuns {
 impl FitRuns {
     pub(super) fn target(&self) -> Target<'_> {
         Target {
-            regression: Regression {
-                offset: &self.offset,
-                counts: &self.counts,
-                ..Regression::new(self.law, &self.x, &self.restitution)
-            },
+            regression: self.columns.regression(self.law),
             strata: self.strata.clone(),
             series: self.series.clone(),
             fitted: self.fitted,
@@ -133,7 +123,7 @@ impl<'r> Division<'r> {
         };
         let of_scaling = |fitted: &Scaling| {
             let end = (Law::Wet(fitted.law), fitted.parameters?);
-            let own = own_dry_speed(scene, dry, fitted.sphere).filter(|_| fitted.law == WetLaw::Sqrt);
+            let own = own_dry_speed(scene, dry, fitted.sphere);
             let weights = fitted.law_fit.weights.as_ref();
             let x = |run: usize| runs.inverse_stokes(run);
             Some(self.runs_of(wet(fitted.series.clone()), end, own, weights, x))
@@ -159,7 +149,6 @@ impl<'r> Division<'r> {
             first.map_or(0, |range| range.start)..last.map_or(0, |range| range.end)
         };
         let own = &self.order[joined(|group| &group.runs)];
-        let of = |column: &[f64]| -> Vec<f64> { own.iter().filter_map(|run| column.get(*run)).copied().collect() };
         // where each run stands among those of the fit, which come as in the table
         let in_fit = || {
             let mut places = Vec::with_capacity(own.len());
@@ -171,10 +160,7 @@ impl<'r> Division<'r> {
         };
         FitRuns {
             law,
-            x: own.iter().map(|run| x(*run)).collect(),
-            offset: own_speed.map_or_else(Vec::new, |own| own.offsets(&of(&self.runs.impact_speed))),
-            restitution: of(&self.runs.restitution),
-            counts: of(&self.runs.count),
+            columns: FitColumns::of(self.runs, own.iter().copied(), x, own_speed.as_ref()),
             strata: joined(|group| &group.strata),
             series: joined(|group| &group.series),
             fitted,
