@@ -18,14 +18,13 @@
 //! | `which_law.rs` | the linear law against the square root, by all runs together |
 //! | `series.rs` | the square-root law of each series |
 //! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design, and where the energy went |
-//! | `error_notices.rs` | notices of measurement errors that matter or are too large |
 //! | `published.rs` | ours beside the literature's |
 //! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
 //! | `pooling.rs` | what pooling liquids does to the square-root law |
 //! | `terms.rs` | what each term of the balance matters, and whether it is held |
 //! | `noise/` | outliers, unequal spreads, offsets that series share |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
-//! | `verdicts.rs` | what must hold before the numbers are quoted |
+//! | `verdicts.rs` | what must hold before the numbers are quoted, and what wants a second look |
 //! | `constants/` | how results move with the constants taken as exact |
 //! | `least_squares.rs` | what least squares found, for the stages that start from it |
 //! | `identify/` | which parameters the runs identify |
@@ -39,7 +38,7 @@
 //! | `single_run.rs` | the runs without which a main number moves |
 //! | `slow_rebounds.rs` | whether barely rebounding runs may be taken at their word |
 //! | `compare.rs` | which form of the law predicts best |
-//! | `questions/` | whether L and C are the same at every film ratio |
+//! | `questions.rs` | whether L and C are the same at every film ratio |
 //! | `document.rs` | everything a fit says, as `findings.json` writes it |
 //! | `learnt.rs` | what was learnt, in sentences |
 //! | `laws.rs` | the law e(v) of every pair, in numbers |
@@ -55,7 +54,6 @@ pub mod compare;
 pub mod constants;
 mod document;
 pub mod dry;
-pub mod error_notices;
 pub mod estimate;
 pub mod estimates;
 mod exact_constants;
@@ -475,7 +473,7 @@ impl Findings {
             remarks::CONSTANTS_EXACT,
         ];
         let is_main = |law: &Scaling| self.main.rows().any(|row| row.is_of_law(law));
-        let mut found = error_notices::measurement_error_notices(runs, &self.scaling, is_main);
+        let mut found = verdicts::measurement_error_notices(runs, &self.scaling, is_main);
         let exact = exact_constants::exact_constants_notice(scene, runs.sample(), &self.constants, &self.main);
         found.extend(exact);
         self.say_anew(&of_main, found);
@@ -674,7 +672,7 @@ mod tests {
             row.speed_error_of_a_tenth_se = Some(0.001);
         }
         let level = |is_main: bool| {
-            let found = error_notices::measurement_error_notices(&runs, &scaling, |_| is_main);
+            let found = verdicts::measurement_error_notices(&runs, &scaling, |_| is_main);
             of(&found, "speed_error_matters").level
         };
         assert_eq!([level(true), level(false)], [Level::Cautions, Level::Informs]);

@@ -3,15 +3,13 @@
 //! | file | job |
 //! |---|---|
 //! | `columns.rs` | lays the runs of every fit out in strata |
-//! | `replicates.rs` | turns the replicates of a quantity into its interval |
-//! | `by_sandwich.rs` | gives the fits of very many runs the intervals that resampling tends to |
+//! | `replicates.rs` | turns the replicates of a quantity, or of very many runs the sandwich, into its interval |
 
-mod by_sandwich;
 mod columns;
 mod replicates;
 
-pub use by_sandwich::MOST_RESAMPLED;
 pub use columns::Estimates;
+pub use replicates::MOST_RESAMPLED;
 
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -25,9 +23,8 @@ use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::remark::Remark;
 use crate::runs::Runs;
 use crate::scene::{IntervalMethod, ResamplingScheme, Scene};
-use by_sandwich::FEW_RUNS;
 use columns::{Division, FitRuns};
-use replicates::{AllReplicates, ReplicateOrder, Task};
+use replicates::{add_interval_by_sandwich, AllReplicates, ReplicateOrder, Task, FEW_RUNS};
 
 /// The interval quoted unless the scene names one; the coverage table supports it.
 pub const DEFAULT_INTERVAL: IntervalMethod = IntervalMethod::Percentile;
@@ -137,7 +134,7 @@ pub fn add_bootstrap_intervals(
     let mut by_replicates = vec![];
     for task in tasks(scene, runs, &mut estimates, &targets) {
         if !task.fits().all(|fit| targets[fit].as_ref().is_some_and(is_resampled)) {
-            by_sandwich::add_interval(task, order.method, &sandwiches);
+            add_interval_by_sandwich(task, order.method, &sandwiches);
         } else if !is_sampled {
             by_replicates.push(task);
         }

@@ -4,13 +4,11 @@
 //! |---|---|
 //! | `constant.rs` | which constants there are, and how one is changed |
 //! | `linearised.rs` | moves the energy balance with the constants, from its linearisation at the fit |
-//! | `results.rs` | which results there are, each with its value where the constants have changed |
-//! | `sensitivity.rs` | how one result moves with the constants |
+//! | `results.rs` | which results there are, each with its name and its value where the constants have changed |
 
 mod constant;
 mod linearised;
 mod results;
-mod sensitivity;
 
 use rayon::prelude::*;
 
@@ -20,7 +18,7 @@ use super::wet_fit::FitSetup;
 pub(super) use constant::{list_constants, Constant};
 use linearised::LinearisedBalance;
 use results::{results, Changed, SensitiveResult};
-pub use sensitivity::{Elasticity, Sensitivity};
+pub use results::{Elasticity, Sensitivity};
 
 /// Share of itself by which a constant is changed each way. The error of a central difference falls with its square and is
 /// 1e-8 of an elasticity on the example, where it is 1e-4 with a share of 1e-4; rounding grows with its inverse, to as much.

@@ -1,15 +1,99 @@
-//! Lists the results whose sensitivity is told, each with its value where the constants have changed.
+//! Lists the results whose sensitivity is told, each with its name and its value where the constants have changed.
+
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::linearised::MovedBalance;
-use super::sensitivity::{Sensitivity, BALANCE};
 use crate::findings::balance::EnergyBalance;
 use crate::findings::estimate::Estimate;
 use crate::findings::film_groups::reference_film_ratio;
+use crate::findings::remarks::described;
 use crate::findings::scaling::{square_root_of, Scaling};
 use crate::findings::wet_fit::FitSetup;
 use crate::physics::quantity::{Place, Quantity, Wetted};
-use crate::runs::Runs;
+use crate::runs::{rounded_film_ratio as rounded, Runs};
 use crate::scene::{Scene, WetLaw};
+use crate::units::millimetres;
+
+/// How the energy balance is named as the fit behind a result.
+const BALANCE: &str = "balance";
+
+/// How one result moves with the constants.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
+pub struct Sensitivity {
+    /// the name of a shared parameter, `delta_c_m`, `e_inf` or `st_c`
+    pub result: String,
+    /// name of the particle, of a result that has one
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub particle: Option<String>,
+    /// film ratio, of a result that has one
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub film_ratio: Option<f64>,
+    /// D, m, of a result that belongs to one
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diameter_m: Option<f64>,
+    /// `balance`: over all rebounds; `sqrt`: the square-root law of the film ratio
+    pub fit: &'static str,
+    /// its value
+    pub value: f64,
+    /// its statistical standard error, by least squares; `None` where the curvature of the fit forbids one
+    pub se: Option<f64>,
+    /// the constants that move it; any other moves it by less than 5e-6 of its own share
+    pub by: Vec<Elasticity>,
+    /// √Σ (value · elasticity · rel_sd)² over the constants whose uncertainty is given; `None` where none is
+    pub constants_sd: Option<f64>,
+    /// √(se² + constants_sd²); `None` without either
+    pub combined: Option<f64>,
+}
+
+impl Sensitivity {
+    /// Whether it is of the energy balance.
+    pub fn is_of_balance(&self) -> bool {
+        self.fit == BALANCE
+    }
+
+    /// Its name in a table, with the fit that it is of.
+    pub fn label(&self) -> String {
+        let law = match (self.film_ratio, self.fit) {
+            (None, _) => None,
+            (_, BALANCE) => Some("energy balance"),
+            _ => Some("square root"),
+        };
+        self.named(law)
+    }
+
+    /// Its name in a sentence, whichever fit it is of.
+    pub fn subject(&self) -> String {
+        self.named(None)
+    }
+
+    fn named(&self, law: Option<&str>) -> String {
+        let own = described(&self.result, [Quantity::DeltaC, Quantity::EInf, Quantity::StC]);
+        let name = own.map_or(self.result.as_str(), |own| own.symbol);
+        let ratio = self.film_ratio.map(|ratio| format!("δ/D = {}", rounded(ratio)));
+        let diameter = self.diameter_m.map(|d| format!("D = {} mm", rounded(millimetres(d))));
+        let about = [self.particle.clone(), ratio, diameter, law.map(str::to_owned)];
+        let about: Vec<String> = about.into_iter().flatten().collect();
+        match about.as_slice() {
+            [] => name.to_owned(),
+            about => format!("{name} ({})", about.join(", ")),
+        }
+    }
+}
+
+/// Elasticity of a result in one constant.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Elasticity {
+    /// `viscosity`, `liquid_density`, `particle_density`, `roughness` or `film`: all of a kind by one factor;
+    /// `viscosity[AK10]` and the like: one alone; `film_offset`: all films by one length, in units of their mean;
+    /// `speed`: all speeds by one factor
+    pub constant: String,
+    /// d ln(result)/d ln(constant), to five decimals
+    pub elasticity: f64,
+    /// sd of the constant over its value, as the scene gives it
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rel_sd: Option<f64>,
+}
 
 /// A scene and its runs with a constant changed.
 pub(super) struct Changed<'c> {

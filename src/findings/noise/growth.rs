@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::outliers::OutlierSearch;
 use super::rows::{Rows, RunAtFit, RunKind};
 use super::scatter::RobustFit;
-use super::spread::LEVEL;
+use super::standard_errors::LEVEL;
 use crate::findings::range::range;
 use crate::model::likelihood::normal::normal_cdf;
 

@@ -2,13 +2,11 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `point.rs` | the point about which the joint fit is looked at |
-//! | `rows.rs` | what each run leaves of the joint fit, with its slopes, and sums of these |
+//! | `rows.rs` | the point about which the joint fit is looked at, what each run leaves there, with its slopes, and sums of these |
 //! | `scatter.rs` | the scatter about it, found so that outliers do not mislead |
 //! | `outliers.rs` | runs that normal noise would hardly ever take so far |
-//! | `spread.rs` | by how much standard errors are too small, and what unequal spreads of groups do to them |
+//! | `standard_errors.rs` | by how much they are too small, by unequal spreads of groups and by offsets that series share |
 //! | `growth.rs` | whether the noise grows with the impact speed, 1/St or the restitution |
-//! | `offsets.rs` | what offsets that the runs of a series share do to them |
 //! | `wet_law.rs` | whether e bends or slopes with v or 1/St, inside a film, as the law does not |
 //! | `assumptions.rs` | which assumption of the intervals fails, for the notices |
 //!
@@ -19,12 +17,10 @@
 
 mod assumptions;
 mod growth;
-mod offsets;
 mod outliers;
-mod point;
 mod rows;
 mod scatter;
-mod spread;
+mod standard_errors;
 mod wet_law;
 
 use schemars::JsonSchema;
@@ -38,11 +34,10 @@ use crate::runs::is_in_even_share;
 use crate::scene::LikelihoodFamily;
 pub(super) use assumptions::noise_notices;
 pub use growth::{GrowthTest, GrowthWith, NoiseGrowth, LINE_OF_BANDS};
-pub use offsets::Offsets;
 pub use outliers::{Outlier, FALSE_ALARM, MOST_DESCRIBED};
-use rows::{Rows, RunKind};
-use spread::{unequal_spreads, GroupVariances};
-pub use spread::{GroupSpread, SpreadTest, StandardErrorRatio, LEVEL, LINE};
+use rows::{linearisation_point, Rows, RunKind};
+use standard_errors::{test_offsets, test_spreads, unequal_spreads, GroupVariances};
+pub use standard_errors::{GroupSpread, Offsets, SpreadTest, StandardErrorRatio, LEVEL, LINE};
 pub use wet_law::{WetAlternative, WetLawTest};
 
 /// More runs than this say little new of their scatter: of longer tables the dry runs and about so many wet ones are taken.
@@ -73,7 +68,7 @@ pub(super) fn analyse_noise(setup: FitSetup, balance: Option<&EnergyBalance>, fo
     let share = MOST_RUNS as f64 / runs.len().max(1) as f64;
     let some = (share < 1.0).then(|| runs.with_runs(|run| runs.film[run] == 0.0 || is_in_even_share(run, share)));
     let runs = some.as_ref().unwrap_or(runs);
-    let (joint, point) = point::linearisation_point(FitSetup { runs, ..setup }, balance, form);
+    let (joint, point) = linearisation_point(FitSetup { runs, ..setup }, balance, form);
     let rows = Rows::new(scene, joint, point);
     let tested = outliers::count_tested(&rows);
     let far = outliers::candidate_distance(tested);
@@ -97,8 +92,8 @@ pub(super) fn analyse_noise(setup: FitSetup, balance: Option<&EnergyBalance>, fo
         runs: tested,
         outliers_found: if normal { sorted.outlying.len() } else { 0 },
         outliers: if normal { sorted.outliers } else { vec![] },
-        spread: spread::test_spreads(&rows, &sorted.sums, &variances, test, sds),
-        offsets: offsets::test_offsets(
+        spread: test_spreads(&rows, &sorted.sums, &variances, test, sds),
+        offsets: test_offsets(
             &rows,
             &sorted.sums,
             &variances,

@@ -4,8 +4,7 @@
 //! |---|---|
 //! | `sampling.rs` | what is sampled and how |
 //! | `runs_alone.rs` | what the runs alone say of each parameter, beside the scene's priors |
-//! | `summary.rs` | the summary, as `findings.json` writes it |
-//! | `summarise.rs` | summarises the draws of each parameter, of what follows, and of the offsets of r that series have |
+//! | `summary.rs` | the summary of each parameter, of what follows and of the offsets that series have, as `findings.json` writes it |
 //! | `contraction.rs` | the parameters that keep much of their prior |
 //! | `derived.rs` | what follows from the parameters, draw by draw |
 //! | `predictive_checks.rs` | posterior predictive checks: new runs beside the ones made |
@@ -17,7 +16,6 @@ pub(super) mod posterior_checks;
 pub mod predictive_checks;
 mod runs_alone;
 mod sampling;
-mod summarise;
 mod summary;
 
 use rayon::prelude::*;
@@ -41,7 +39,7 @@ use crate::scene::{NoiseOn, Scene};
 use crate::seed::StreamName;
 use derived::DerivedDraws;
 use runs_alone::UnderDefaults;
-use summarise::summarise_posterior;
+use summary::summarise_posterior;
 
 pub use posterior_checks::{refusal, speed_errors, why_not_sampled};
 pub use runs_alone::RunsAlone;

@@ -1,17 +1,27 @@
-//! Holds the summary of the posterior, as `findings.json` writes it.
+//! Summarises the draws of each parameter, of what follows from it and of the offsets of series, as `findings.json` writes it.
 
 use std::ops::Deref;
 
+use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::derived::DerivedDraws;
 use super::predictive_checks::PredictiveChecks;
-use super::runs_alone::RunsAlone;
+use super::runs_alone::{RunsAlone, UnderDefaults};
+use super::sampling::{effort, SamplingSetup};
 use crate::findings::predict::Basis;
-use crate::inference::diagnostics::summary::Summary;
-use crate::inference::sampling::{Method, ReachedAccuracy};
+use crate::findings::range::range;
+use crate::inference::diagnostics::energy::e_bfmi;
+use crate::inference::diagnostics::summary::{summarise, Summary};
+use crate::inference::mixing::summary_of;
+use crate::inference::nuts::{divergences, LARGEST_DEPTH};
+use crate::inference::sampling::{Method, ReachedAccuracy, Sampled};
+use crate::model::parameters::{LeftOut, ModelParameter, ParameterKind};
 use crate::physics::form::Term;
-use crate::physics::{Inertia, Viscous};
+use crate::physics::{DrySpeed, Inertia, Viscous};
+use crate::runs::{Runs, Series};
+use crate::scene::{Prior, Scene};
 
 /// The summary of the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -185,4 +195,176 @@ pub struct CompressionSummary {
     pub bound: f64,
     /// largest difference from the sum over all rows at some of the draws; over a sample, in proportion to its share
     pub max_log_density_error: f64,
+}
+
+/// Summarises the draws and those of what follows from them, with how they were made; `under_defaults` is what the runs say under
+/// the default priors, where the scene sets others. What stood for the runs, and how they were predicted, is not in it yet.
+pub(super) fn summarise_posterior(
+    scene: &Scene,
+    runs: &Runs,
+    setup: SamplingSetup,
+    sampled: &Sampled,
+    derived: &[DerivedDraws],
+    under_defaults: Option<&UnderDefaults>,
+) -> PosteriorFindings {
+    let effort = effort(scene);
+    let parameters = &sampled.parameters;
+    let with_draws = parameters.sampled.par_iter().zip(&sampled.values);
+    let of_parameter = |(parameter, values): (&ModelParameter, &Vec<Vec<f64>>)| QuantitySummary {
+        from: is_of_wet_runs(runs, parameter.kind).then_some(WET_RUNS),
+        ..summarise_parameter(parameter, values, sampled.mcse_factor, under_defaults)
+    };
+    let of_derived = |own: &DerivedDraws| summarise_derived(&own.name, &own.values, sampled.mcse_factor);
+    let of_held = |left: &LeftOut| HeldParameter {
+        name: left.name.clone(),
+        value: left.value,
+        reason: left.reason.to_owned(),
+        runs_alone: under_defaults.and_then(|runs| runs.beside_held(left.kind, left.value?)),
+    };
+    let is_followed = sampled.method == Method::Nuts;
+    let depths = sampled.chains.iter().flat_map(|chain| &chain.tree_depth);
+    let energies = sampled.chains.iter().map(|chain| chain.energy.as_slice());
+    PosteriorFindings {
+        parameters: with_draws.map(of_parameter).collect(),
+        derived: derived.par_iter().map(of_derived).collect(),
+        series_offsets: summarise_offsets(scene, runs, sampled),
+        left_out: parameters.left_out.iter().map(of_held).collect(),
+        correlation: correlations(&sampled.values),
+        chains: sampled.chains.len(),
+        warmup: if is_followed { effort.warmup } else { 0 },
+        draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
+        draws_asked: sampled.accuracy.is_none().then_some(effort.draws),
+        target_accept: sampled.target_accept,
+        divergences: divergences(&sampled.chains),
+        trajectories_cut: depths.filter(|depth| **depth >= LARGEST_DEPTH).count(),
+        e_bfmi: energies.filter(|own| !own.is_empty()).map(e_bfmi).collect(),
+        method: sampled.method,
+        khat: sampled.khat.filter(|khat| khat.is_finite()),
+        accuracy: sampled.accuracy.clone(),
+        terms: setup.form.terms(),
+        inertia: setup.form.inertia,
+        viscous: setup.form.viscous,
+        dry_speed_m_s: match setup.form.dry_speed {
+            DrySpeed::Reference(v) => Some(v),
+            DrySpeed::Impact => None,
+        },
+        compression: None,
+        predictive: PredictiveChecks::default(),
+        basis: Basis::of(scene, runs, sampled),
+    }
+}
+
+/// Where a diameter's own k comes from that no dry run tells.
+const WET_RUNS: &str = "wet runs";
+
+/// Whether a parameter is a diameter's own k that comes from wet runs alone.
+fn is_of_wet_runs(runs: &Runs, kind: ParameterKind) -> bool {
+    let is_alone = |sphere: usize| runs.spheres[sphere].diameter.is_some() && runs.dry_of(sphere).is_empty();
+    kind.sphere().is_some_and(is_alone)
+}
+
+fn summarise_parameter(
+    parameter: &ModelParameter,
+    values: &[Vec<f64>],
+    mcse_factor: f64,
+    under_defaults: Option<&UnderDefaults>,
+) -> QuantitySummary {
+    let summary = summarise_quantity(&parameter.name, values, mcse_factor);
+    let sd = parameter.prior.sd();
+    let on_scale = values.iter().flatten().map(|x| parameter.prior.standard(*x));
+    let on_scale: Option<Vec<f64>> = on_scale.collect();
+    let on_scale = on_scale.and_then(|z| {
+        let found = summarise(&[z.as_slice()]);
+        found.mean.zip(found.sd)
+    });
+    // that of a half-normal in its scale
+    let of_prior = match (parameter.prior, sd) {
+        (Prior::HalfNormal(scale), Some(sd)) => sd / scale,
+        _ => 1.0,
+    };
+    let prior = PriorSummary {
+        symbol: parameter.kind.symbol(),
+        unit: parameter.kind.unit(),
+        lower: parameter.bounds.0,
+        upper: Some(parameter.bounds.1).filter(|upper| upper.is_finite()),
+        density: parameter.prior.text(),
+        median: parameter.prior.median(),
+        sd,
+        source: parameter.source,
+        sd_ratio: on_scale.map(|(_, posterior)| posterior / of_prior),
+        distance: on_scale.map(|(mean, _)| mean),
+        runs_alone: on_scale.and_then(|(mean, sd)| match under_defaults {
+            Some(runs) => runs.beside(parameter, [mean, sd]),
+            None => RunsAlone::of(&parameter.prior, mean, sd),
+        }),
+    };
+    QuantitySummary {
+        prior: Some(prior),
+        ..summary
+    }
+}
+
+/// `mcse_factor` is that of [`Sampled`].
+fn summarise_quantity(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
+    let missing = values.iter().flatten().filter(|value| !value.is_finite()).count();
+    let all: usize = values.iter().map(Vec::len).sum();
+    let found = summary_of(values);
+    let why_none = (!found.is_whole()).then(|| match missing {
+        0 => "the draws are too few or too much alike".to_owned(),
+        _ => format!("{missing} of {all} draws leave no energy at infinite speed"),
+    });
+    let larger = |mcse: f64| mcse_factor * mcse;
+    let fewer = |effective: f64| effective / (mcse_factor * mcse_factor);
+    QuantitySummary {
+        name: name.to_owned(),
+        numbers: Summary {
+            ess_bulk: found.ess_bulk.map(fewer),
+            ess_tail: found.ess_tail.map(fewer),
+            mcse_mean: found.mcse_mean.map(larger),
+            mcse_sd: found.mcse_sd.map(larger),
+            mcse_q05: found.mcse_q05.map(larger),
+            mcse_q95: found.mcse_q95.map(larger),
+            ..found
+        },
+        from: None,
+        prior: None,
+        why_none,
+    }
+}
+
+/// The same without Monte Carlo errors of quantiles.
+fn summarise_derived(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
+    let mut own = summarise_quantity(name, values, mcse_factor);
+    (own.numbers.mcse_q05, own.numbers.mcse_q95) = (None, None);
+    own
+}
+
+/// The offsets in the order of the series; none where the model has none.
+fn summarise_offsets(scene: &Scene, runs: &Runs, sampled: &Sampled) -> Vec<SeriesOffset> {
+    let names = &sampled.parameters.series_offsets;
+    let each = names.par_iter().zip(&sampled.series_offsets).zip(&runs.series);
+    let film_ratios = |series: &Series| range(runs.impacts.film_ratio[series.runs()].iter().copied());
+    let of = |((name, values), series): ((&String, &Vec<Vec<f64>>), &Series)| SeriesOffset {
+        particle: scene.particles[series.particle].name.clone(),
+        liquid: scene.liquids[series.liquid].name.clone(),
+        diameter_m: series.diameter,
+        film_ratio: series.film_ratio,
+        film_ratios: film_ratios(series).unwrap_or([series.film_ratio; 2]),
+        runs: runs.measured(series.runs()),
+        offset: summarise_derived(name, values, sampled.mcse_factor),
+    };
+    each.map(of).collect()
+}
+
+fn correlations(values: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {
+    let centre = |chains: &Vec<Vec<f64>>| -> Vec<f64> {
+        let all: Vec<f64> = chains.concat();
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        let norm = all.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>().sqrt();
+        all.iter().map(|x| (x - mean) / norm).collect()
+    };
+    let centred: Vec<Vec<f64>> = values.iter().map(centre).collect();
+    let pair = |a: &Vec<f64>, b: &Vec<f64>| a.iter().zip(b).map(|(a, b)| a * b).sum();
+    let with_each = |a: &Vec<f64>| centred.iter().map(|b| pair(a, b)).collect();
+    centred.iter().map(with_each).collect()
 }
