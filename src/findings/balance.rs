@@ -1,4 +1,5 @@
-//! Estimates L, the inertial prefactor and the film scale from every rebound at once.
+//! Estimates L, the inertial prefactor and the film scale from every rebound at once, and measures what pooling liquids of
+//! different density ratio does to the square-root law beside that, without any noise.
 
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -10,12 +11,12 @@ use super::fit_columns::error_columns;
 use super::fit_verdict::{f_words, one_against, uncertain, why_stopped, OwnLaw, Verdict};
 use super::form_choice::{ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
 use super::places::WetPlace;
-use super::scaling::Scaling;
-use super::wet_fit::{FitSetup, WetRuns};
+use super::scaling::{e_inf_and_st_c, Bias, Scaling};
+use super::wet_fit::{two, FitSetup, WetRuns};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{chi_squared, reweight, ErrorSummary, ErrorWeights, SpeedDependent};
 use crate::inference::joint::{fit_joint, Joint, JointFit};
-use crate::inference::least_squares::{Fit, ResidualProblem};
+use crate::inference::least_squares::{Fit, ResidualProblem, Stop};
 use crate::inference::nested::FTest;
 use crate::inference::profile::{Limits, ProblemProfile, Region, WithSlopes};
 use crate::model::parameters::ParameterKind;
@@ -601,5 +602,44 @@ fn balance_verdict(fit: &Fit, l: Option<f64>, misfit: Option<&FTest>, noise: Noi
         ))
     } else {
         Verdict::passed("converged")
+    }
+}
+
+/// Fits the square-root law to the noise-free balance at the runs of each film ratio.
+///
+/// Liquids differ in ρ̃, and so in the inertial loss that the law takes as one; what it then gets wrong is its bias, which
+/// stays unknown for spheres outside the balance and where that did not converge.
+pub(super) fn add_bias_of_pooling(setup: FitSetup, scaling: &mut [Scaling], balance: &EnergyBalance) {
+    if balance.stop != Stop::Converged.as_str() {
+        return;
+    }
+    let FitSetup { scene, runs, dry } = setup;
+    let known = spheres_with_known_k(runs, dry);
+    let (joint, point) = (
+        Joint::new(scene, runs, balance.fitted_point.form, &known, &[]),
+        &balance.fitted_point.point,
+    );
+    // of each rebound, by its place among the runs
+    let mut exact = vec![0.0; runs.len()];
+    for part in joint.wet_parts() {
+        joint.each(part, part.rebounds.clone(), point, |row| exact[row.run] = row.model);
+    }
+    let fitted = |row: &&mut Scaling| row.law == WetLaw::Sqrt && !row.is_withheld;
+    for row in scaling.iter_mut().filter(fitted) {
+        let mut groups = runs.film_groups_of(row.sphere).iter();
+        let group = groups.find(|group| Some(group.film_ratio) == row.film_ratio);
+        let place = group.map(|group| WetPlace::of_group(runs, group));
+        let Some(at) = place.and_then(|place| at_place(scene, &joint, point, &place)) else {
+            continue;
+        };
+        let both = [Quantity::EInf, Quantity::StC].map(|quantity| at.value(quantity));
+        if both.iter().all(|x| x.is_finite()) {
+            let series = &runs.series[row.series.clone()];
+            let exact = series.iter().flat_map(|one| &exact[one.rebounds.clone()]);
+            let exact: Vec<f64> = exact.copied().collect();
+            // where the balance keeps no energy, the law is not defined and no run would have rebounded
+            let fit = WetRuns::over_stokes(setup, series).refitted(WetLaw::Sqrt, &exact, |run| exact[run] > 0.0);
+            row.bias = e_inf_and_st_c(WetLaw::Sqrt, two(&fit)).map(|of_law| Bias::of(of_law, both));
+        }
     }
 }

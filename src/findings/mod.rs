@@ -19,8 +19,7 @@
 //! | `series.rs` | the square-root law of each series |
 //! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design, and where the energy went |
 //! | `published.rs` | ours beside the literature's |
-//! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
-//! | `pooling.rs` | what pooling liquids does to the square-root law |
+//! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once, and what pooling liquids does to the law of one film |
 //! | `terms.rs` | what each term of the balance matters, and whether it is held |
 //! | `noise/` | outliers, unequal spreads, offsets that series share |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
@@ -72,7 +71,6 @@ pub mod noise;
 pub mod overview;
 mod places;
 mod plausible;
-mod pooling;
 pub mod posterior;
 pub mod predict;
 pub mod published;
@@ -206,7 +204,7 @@ fn fit_laws(scene: &Scene, table: &Table, seed: u64) -> (Findings, Option<LineAg
     let (series, mut scaling) = rayon::join(|| series::fit_series(setup), || scaling::fit_scaling(setup));
     let (form, energy_balance, terms) = terms::choose_terms(setup, &scaling);
     if let Some(balance) = &energy_balance {
-        pooling::add_bias(setup, &mut scaling, balance);
+        balance::add_bias_of_pooling(setup, &mut scaling, balance);
     }
     let line = LineAgainstRoot::over_all(setup);
     if let Some(line) = line.filter(LineAgainstRoot::favours_line) {

@@ -1,6 +1,5 @@
 //! Says in the field's words why a direction is not seen, and which runs would show it.
 
-use super::identifiability::Identifiability;
 use crate::findings::range::range;
 use crate::model::parameters::ParameterKind;
 use crate::rounding::to_digits;
@@ -22,11 +21,11 @@ pub(super) fn word(scene: &Scene, runs: &Runs, kind: ParameterKind) -> String {
 pub(super) fn why(
     scene: &Scene,
     runs: &Runs,
-    identifiability: &Identifiability,
+    film_scale: Option<f64>,
     kinds: &[ParameterKind],
     directions: usize,
 ) -> (String, String) {
-    let causes = causes(scene, runs, identifiability, kinds);
+    let causes = causes(scene, runs, film_scale, kinds);
     let reasons: Vec<&str> = causes.iter().map(|(why, _)| why.as_str()).collect();
     let reasons = match reasons.as_slice() {
         [] => "the runs say less than the priors".to_owned(),
@@ -67,7 +66,7 @@ fn listed(words: &[&str], last: &str) -> String {
 fn causes(
     scene: &Scene,
     runs: &Runs,
-    identifiability: &Identifiability,
+    film_scale: Option<f64>,
     kinds: &[ParameterKind],
 ) -> Vec<(String, &'static str)> {
     let mut causes = vec![];
@@ -86,8 +85,7 @@ fn causes(
         .map(|s| runs.spheres[s].words(scene))
         .collect();
     let shared = inertial || kinds.contains(&ParameterKind::LUBRICATION_LOG);
-    let level = identifiability.value(ParameterKind::FILM_SCALE);
-    let level = level.filter(|_| kinds.contains(&ParameterKind::FILM_SCALE));
+    let level = film_scale.filter(|_| kinds.contains(&ParameterKind::FILM_SCALE));
     let series_of = |group: &FilmGroup| &runs.series[group.series.clone()];
     let differ = |group: &&FilmGroup| stokes_differ(scene, runs, series_of(group));
     let speeds_differ = rebounding.iter().any(differ);
