@@ -229,10 +229,7 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
                 limits.map(|limits| limits.map(|limit| Some(limit.exp()), true))
             }
         };
-        Some(match limits {
-            Some(limits) => estimate.with_profile(limits),
-            None => estimate,
-        })
+        Some(estimate.with_profile(limits))
     }
 
     /// The profile limits of a function of all parameters; `None` where the delta method agrees, or there is none.

@@ -20,7 +20,7 @@ fn contradiction(both: &ComparedColumns, places: &RowPlaces) -> Option<(f64, Str
     if is_of_films(both) {
         return contradicting_films(both, places);
     }
-    let slip = |ratio: f64| likely_slip(both, ratio).unwrap_or_default();
+    let slip = |ratio: f64| likely_slip(both, ratio);
     let value = distance(both.ratio);
     if !remarks::COLUMNS_AGREE.holds(value) {
         let text = format!(
@@ -90,7 +90,7 @@ fn contradicting_films(both: &ComparedColumns, places: &RowPlaces) -> Option<(f6
     let is_another = least > ANOTHER || most < 1.0 / ANOTHER;
     let [ratio, film] = &both.names;
     let text = |times: f64, runs: String| {
-        let slip = likely_slip(both, times).unwrap_or_default();
+        let slip = likely_slip(both, times);
         let text = format!("`{ratio}` is {times:.3} times `{film}` over the diameter ({runs}){slip}");
         (distance(times), text)
     };
@@ -151,8 +151,8 @@ const STOKES_SLIPS: [(f64, &str); 5] = [
 ];
 const FILM_SLIPS: [(f64, &str); 1] = [(2.0, "as of the film over the radius, or of half the film ratio")];
 
-/// What was likely mistaken, by the factor.
-fn likely_slip(both: &ComparedColumns, ratio: f64) -> Option<String> {
+/// What was likely mistaken, by the factor; nothing where that is of no slip.
+fn likely_slip(both: &ComparedColumns, ratio: f64) -> String {
     const NEAR: f64 = 0.1;
     let is_height = matches!(both.columns[0], RunColumn::DropHeight | RunColumn::ReboundHeight);
     // h grows as v²
@@ -164,6 +164,6 @@ fn likely_slip(both: &ComparedColumns, ratio: f64) -> Option<String> {
         _ => &STOKES_SLIPS,
     };
     let is_slip = |(other, _): &&(f64, &str)| is_near(*other) || is_near(1.0 / *other);
-    let (_, words) = slips.iter().find(is_slip)?;
-    Some(format!(": {words}"))
+    let found = slips.iter().find(is_slip);
+    found.map_or(String::new(), |(_, words)| format!(": {words}"))
 }

@@ -182,20 +182,22 @@ impl Quoting {
             false => interval(value, se, uncertain.degrees_of_freedom, level),
         };
         let quoted = make(self.level);
-        let mut intervals: Vec<Interval> = LEVELS.into_iter().filter_map(make).collect();
-        if !LEVELS.contains(&self.level) {
-            intervals.extend(quoted);
-        }
         Estimate {
             se: Some(se),
             delta_se: Some(se),
             interval: quoted.map(|made| [made.lo, made.hi]),
             method: if is_log { DELTA_LOG } else { DELTA },
-            intervals,
+            intervals: levels(self.level).filter_map(make).collect(),
             why_none: quoted.is_none().then(|| "its interval is not finite".to_owned()),
             ..self.without_se(Some(value), "")
         }
     }
+}
+
+/// The levels that intervals are made for, beside the one that is quoted.
+pub(super) fn levels(quoted: f64) -> impl Iterator<Item = f64> {
+    let own = Some(quoted).filter(|level| !LEVELS.contains(level));
+    LEVELS.into_iter().chain(own)
 }
 
 /// Fewest degrees of freedom with which a law tells its own spread: on one, ±1.96 of its standard errors covered 76 % (82
@@ -223,12 +225,6 @@ impl Estimate {
         intervals: vec![],
         bootstrap: None,
     };
-
-    /// The levels that intervals are made for.
-    pub(super) fn levels(&self) -> Vec<f64> {
-        let own = Some(self.level).filter(|level| !LEVELS.contains(level));
-        LEVELS.into_iter().chain(own).collect()
-    }
 
     /// Adds a bootstrap's intervals, which stand for the delta method's at other levels than the scene's: these say nothing
     /// that its se and its interval at that level do not.
@@ -305,10 +301,10 @@ impl Estimate {
         self.value.zip(self.scale())
     }
 
-    /// Adds the limits of the profile, and quotes them where an end of the delta method's interval is off by more than
+    /// Adds the limits of the profile, where the delta method does not agree, and quotes them where an end of the delta method's interval is off by more than
     /// [`CURVED`] of its width; on the logarithm where that is made there.
-    pub(super) fn with_profile(mut self, limits: Limits) -> Estimate {
-        let Some(delta) = self.interval else {
+    pub(super) fn with_profile(mut self, limits: Option<Limits>) -> Estimate {
+        let (Some(limits), Some(delta)) = (limits, self.interval) else {
             return self;
         };
         let both = limits.both().filter(|ends| ends.iter().all(|end| end.is_finite()));

@@ -227,12 +227,8 @@ impl Listing<'_> {
             (Some(_), _) => LawKind::Reference,
         };
         let alpha = wet.map(|numbers| numbers.plateau_at(self.reference));
-        let [e_inf, st_c] = match wet {
-            Some(numbers) => self
-                .follow(&numbers, per_speed)
-                .map(|x| Some(x).filter(|x| x.is_finite())),
-            None => [None; 2],
-        };
+        let follows = wet.map(|numbers| self.follow(&numbers, per_speed));
+        let [e_inf, st_c] = [0, 1].map(|place| Some(follows?[place]).filter(|x| x.is_finite()));
         let speeds = match own {
             Some(own) => range(runs.impact_speed[own.runs()].iter().copied()),
             None => {

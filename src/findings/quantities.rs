@@ -158,10 +158,8 @@ impl FittedLaw<'_> {
         let estimate = self
             .quoting
             .of_function(self.uncertain, value, &slopes[..used], quantity);
-        match self.limits_of(quantity, at, &estimate) {
-            Some(limits) => estimate.with_profile(limits),
-            None => estimate,
-        }
+        let limits = self.limits_of(quantity, at, &estimate);
+        estimate.with_profile(limits)
     }
 
     /// The profile limits of a quantity, with what k adds to its variance; `None` where the delta method agrees.

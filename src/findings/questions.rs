@@ -119,22 +119,15 @@ pub enum Answer {
 }
 
 impl Question {
-    /// The same, left open for a reason.
-    fn open(self, why: &str) -> Question {
-        Question {
-            answer: Answer::Open,
-            why_open: Some(why.to_owned()),
-            ..self
-        }
-        .worded()
-    }
-
-    /// The same with its answer in words.
-    fn worded(self) -> Question {
-        Question {
-            text: self.told(None),
-            ..self
-        }
+    /// The same, answered by a trend, if any, or left open for a reason.
+    fn answered(mut self, trend: Option<Trend>, why_open: Option<String>) -> Question {
+        self.answer = match (&trend, &why_open) {
+            (Some(trend), None) => conclude(trend),
+            _ => Answer::Open,
+        };
+        (self.trend, self.why_open) = (trend, why_open);
+        self.text = self.told(None);
+        self
     }
 
     /// The parameter it asks of.
@@ -204,18 +197,6 @@ fn conclude(trend: &Trend) -> Answer {
     } else {
         Answer::Falls
     }
-}
-
-/// The question answered by the trend; `doubt` says why nothing can be built on it.
-fn answer_question(question: Question, trend: Trend, doubt: Option<String>) -> Question {
-    let why_open = doubt.or_else(|| untold(&trend));
-    Question {
-        answer: why_open.as_ref().map_or_else(|| conclude(&trend), |_| Answer::Open),
-        trend: Some(trend),
-        why_open,
-        ..question
-    }
-    .worded()
 }
 
 impl Trend {
@@ -289,7 +270,7 @@ impl TrendModel<'_> {
         let Context { comparison, own } = self.context;
         let scene = comparison.scene;
         if let Some(why) = why_none_beside(scene, comparison.runs, own.sampled.draws()) {
-            return Ok(question.open(&why));
+            return Ok(question.answered(None, Some(why)));
         }
         let counted = film_ratios(self.runs, scene.data.film_ratio_gap);
         (question.runs, question.film_ratios) = (self.runs.wet(), Some(counted));
@@ -311,8 +292,8 @@ impl TrendModel<'_> {
             _ => None,
         };
         Ok(match why_open.map_or_else(|| self.sampled(parameters), Err) {
-            Ok((trend, doubt)) => answer_question(question, trend, doubt),
-            Err(why) => question.open(&why),
+            Ok((trend, doubt)) => question.answered(Some(trend), doubt),
+            Err(why) => question.answered(None, Some(why)),
         })
     }
 
@@ -332,6 +313,7 @@ impl TrendModel<'_> {
             let name = format!("{}+{}", model_name(setup.form), self.trend.key());
             format!("the chains of {name} do not agree (R-hat {rhat:.2})")
         });
+        let doubt = doubt.or_else(|| untold(&trend));
         Ok((trend, doubt))
     }
 

@@ -256,31 +256,21 @@ fn both_laws(setup: FitSetup, index: usize, film_ratio: Option<f64>, series: Ran
     };
     let (of_root, of_line) = (square_root_verdict(&root.fit, &pool.columns.x), linear_verdict(&line.fit));
     let root = scaling_of(WetLaw::Sqrt, root, of_root);
-    let line = scaling_of(WetLaw::Linear, line, of_line);
-    let line = biased(Scaling {
-        bias: linear_bias(&root.law_fit.fit, &pool),
-        ..line
-    });
+    let mut line = scaling_of(WetLaw::Linear, line, of_line);
+    line.bias = linear_bias(&root.law_fit.fit, &pool);
+    if let Some(bias) = line.bias_in_se().filter(|bias| *bias > FAR && line.verdict.passed) {
+        line.verdict = Verdict::failed(format!(
+            "biased by {bias:.1} of its standard errors, since e follows the square root: quote that law"
+        ));
+    }
     [root, line]
 }
 
+/// Standard errors that the bias of a usable linear law may reach: a 95 % interval then covers half of the time.
+const FAR: f64 = 2.0;
+
 /// The quantities whose numbers are profiled.
 const PROFILED: [Quantity; 3] = [Quantity::EInf, Quantity::StC, Quantity::StCEInf2];
-
-/// A linear law that is not usable where its bias exceeds its error by more than twice.
-fn biased(line: Scaling) -> Scaling {
-    /// a 95 % interval then covers half of the time
-    const FAR: f64 = 2.0;
-    match line.bias_in_se().filter(|bias| *bias > FAR && line.verdict.passed) {
-        Some(bias) => Scaling {
-            verdict: Verdict::failed(format!(
-                "biased by {bias:.1} of its standard errors, since e follows the square root: quote that law"
-            )),
-            ..line
-        },
-        None => line,
-    }
-}
 
 /// Says of every law that the linear one is to be quoted, where all film ratios together bear it out and it holds.
 pub(super) fn quote_lines(laws: &mut [Scaling], line_holds: bool) {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::distributions::normal_quantile;
-use crate::findings::estimate::{Bootstrapped, Estimate, Failed};
+use crate::findings::estimate::{levels, Bootstrapped, Estimate, Failed};
 use crate::inference::bootstrap::intervals::Replicates;
 use crate::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
 use crate::inference::bootstrap::sandwich::Sandwich;
@@ -170,7 +170,7 @@ impl<'t> AllReplicates<'t> {
     fn add_intervals(&self, estimate: &mut Estimate, interval: impl Fn(IntervalMethod, f64) -> Made) {
         let ReplicateOrder { method, keep_all, .. } = self.order;
         let mut made = vec![];
-        for level in estimate.levels() {
+        for level in levels(estimate.level) {
             for other in [IntervalMethod::Percentile, IntervalMethod::Bca] {
                 if keep_all || other == method {
                     made.extend(interval(other, level).ok());
@@ -270,7 +270,7 @@ pub(super) fn add_interval_by_sandwich(task: Task, method: IntervalMethod, sandw
         let method = SANDWICH;
         Interval { method, level, lo, hi }
     };
-    estimate.add_bootstrap_intervals(estimate.levels().into_iter().map(interval).collect());
+    estimate.add_bootstrap_intervals(levels(estimate.level).map(interval).collect());
     if !estimate.is_curved() {
         let Interval { lo, hi, .. } = interval(estimate.level);
         estimate.interval = Some([lo, hi]);

@@ -129,18 +129,18 @@ impl Constant {
 /// a scale of speeds is there where the scene says that it errs.
 pub(in crate::findings) fn list_constants(scene: &Scene, runs: &Runs) -> Vec<Constant> {
     let with_rebounds = || runs.series.iter().filter(|series| !series.rebounds.is_empty());
+    let is_used = |index: usize, of: fn(&Series) -> usize| with_rebounds().any(|series| of(series) == index);
     let of_liquids = |property: Property, rel_sd: fn(&Liquid) -> Option<f64>| {
         let all = scene.liquids.iter().enumerate();
-        let in_use = all.filter(|(index, _)| with_rebounds().any(|series: &Series| series.liquid == *index));
+        let in_use = all.filter(|(index, _)| is_used(*index, |series| series.liquid));
         let each = in_use.map(|(index, own)| (index, own.name.as_str(), rel_sd(own)));
         property.of_materials("the liquids", &each.collect::<Vec<_>>())
     };
     let of_particles = |property: Property, rel_sd: fn(&Particle) -> Option<f64>| {
         let all = scene.particles.iter().enumerate();
-        let in_use = all.filter(|(index, _)| with_rebounds().any(|series: &Series| series.particle == *index));
         let has_it = |own: &Particle| property != Property::Roughness || own.roughness.is_some();
-        let having = in_use.filter(|(_, own)| has_it(own));
-        let each = having.map(|(index, own)| (index, own.name.as_str(), rel_sd(own)));
+        let in_use = all.filter(|(index, own)| has_it(own) && is_used(*index, |series| series.particle));
+        let each = in_use.map(|(index, own)| (index, own.name.as_str(), rel_sd(own)));
         property.of_materials("the particles", &each.collect::<Vec<_>>())
     };
     let films = || with_rebounds().flat_map(|series| &runs.film[series.rebounds.clone()]);
