@@ -424,32 +424,15 @@ impl Findings {
         Some(remarks::FORM_CHOSEN.notice(1, text).cautioning_if(!choice.is_clear()))
     }
 
-    /// Gives what may follow from a prior that the runs contradict no advice of its own, and names the form without inertia where
-    /// it is C that its prior keeps too large.
-    fn blame_the_prior(&mut self) {
-        const FOLLOWS: [Kind; 7] = [
-            remarks::DRY_CONSISTENCY,
-            remarks::BETTER_FORM,
-            remarks::FILM_TREND,
-            remarks::PREDICTIVE_50,
-            remarks::PREDICTIVE_90,
-            remarks::PREDICTIVE_RESIDUAL,
-            remarks::PREDICTIVE_STUCK,
-        ];
-        let contradicts = |check: &Remark| remarks::PRIOR_CONFLICT.is(check) && check.forbids();
-        if !self.remarks.iter().any(contradicts) {
-            return;
-        }
-        let follows = |check: &&mut Remark| FOLLOWS.iter().any(|own| own.is(check)) && !check.passed;
-        for check in self.remarks.iter_mut().filter(follows) {
-            check.next_step = "mend the prior first: this may come of it".to_owned();
-        }
+    /// Names the form without inertia where it is C that its prior keeps too large.
+    fn advise_no_inertia(&mut self) {
         let is_better = |other: &OtherForm| other.inertia == Inertia::None && other.difference > 0.0;
         if !self.inertia.iter().flat_map(|choice| &choice.others).any(is_better) {
             return;
         }
         let of_c = format!("{}: the runs alone", remarks::in_symbols(PREFACTOR.name));
-        let is_of_c = |check: &&mut Remark| remarks::PRIOR_CONFLICT.is(check) && check.text.contains(&of_c);
+        let contradicts = |check: &Remark| remarks::PRIOR_CONFLICT.is(check) && check.forbids();
+        let is_of_c = |check: &&mut Remark| contradicts(check) && check.text.contains(&of_c);
         for check in self.remarks.iter_mut().filter(is_of_c) {
             check.next_step =
                 "write inertia = \"none\" in [model], which predicts these runs better; else widen or drop the prior"
@@ -461,8 +444,8 @@ impl Findings {
     fn pick_main_numbers(&mut self, scene: &Scene, runs: &Runs, posterior: Option<&Posterior>) {
         self.main = main_numbers::pick_main_numbers(self.sources(scene, runs, posterior));
         self.say_anew(&[remarks::BOOTSTRAP_FAILURES], self.main.check_replicates());
-        self.order_advice();
-        self.blame_the_prior();
+        remarks::order_advice(&mut self.remarks);
+        self.advise_no_inertia();
         self.main.verdict = main_numbers::judge(&self.remarks);
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
         let of_main = [
@@ -503,26 +486,6 @@ impl Findings {
             .iter_mut()
             .filter(of_it)
             .for_each(|remark| remark.level = level);
-    }
-
-    /// Says what to see to first where several checks fail that one cause may explain: a law that does not hold lets series lie
-    /// apart and feigns trends, and series that lie apart feign trends, too. Where another law or form is known to describe the
-    /// runs better, that is the first.
-    fn order_advice(&mut self) {
-        let fails = |kind: &Kind| self.remarks.iter().any(|remark| kind.is(remark) && remark.forbids());
-        let apart = fails(&remarks::INDEPENDENT_RUNS);
-        let law = [remarks::WET_LAW_HOLDS, remarks::LINEAR_LAW].iter().any(fails);
-        let (line, form) = (fails(&remarks::LINEAR_LAW), fails(&remarks::BETTER_FORM));
-        for remark in self.remarks.iter_mut().filter(|remark| !remark.passed) {
-            let is_trend = remarks::FILM_TREND.is(remark);
-            if remarks::WET_LAW_HOLDS.is(remark) && (line || form) {
-                remark.next_step = if line { remarks::LINE_FIRST } else { remarks::FORM_FIRST }.to_owned();
-            } else if law && (is_trend || remarks::INDEPENDENT_RUNS.is(remark)) {
-                remark.next_step = remarks::LAW_FIRST.to_owned();
-            } else if apart && is_trend {
-                remark.next_step = remarks::TREND_BESIDE_OFFSETS.to_owned();
-            }
-        }
     }
 
     /// Compares the forms of the law, asks whether L and C are constant, and adds what that says.
@@ -681,18 +644,18 @@ mod tests {
         let mut findings = fit_plain(vec![]);
         let trend = || remarks::FILM_TREND.check(9.0, "L rises with the film");
         findings.remarks = vec![trend()];
-        findings.order_advice();
+        remarks::order_advice(&mut findings.remarks);
         assert_eq!(findings.remarks, [trend()]);
         findings
             .remarks
             .push(remarks::INDEPENDENT_RUNS.check(3.0, "series lie apart"));
-        findings.order_advice();
+        remarks::order_advice(&mut findings.remarks);
         assert!(findings.remarks.iter().all(Remark::forbids));
         let first = &findings.remarks[0].next_step;
         assert!(first.starts_with("set [model] series_offsets = true first"), "{first}");
         // what makes both is seen to before either
         findings.remarks.push(remarks::LINEAR_LAW.check(9.0, "a line"));
-        findings.order_advice();
+        remarks::order_advice(&mut findings.remarks);
         assert_eq!(
             [0, 1].map(|n| findings.remarks[n].next_step.as_str()),
             [remarks::LAW_FIRST; 2]

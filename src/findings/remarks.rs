@@ -250,10 +250,6 @@ pub const LINEAR_LAW: Kind = forbids("linear_law", AtMost(GAIN))
          and δc are those of the square root and say nothing here",
     );
 
-/// What to do about a wet law that does not hold where the linear law, or another form, is known to be nearer to the runs.
-pub(super) const LINE_FIRST: &str = "see what is said of the linear law";
-pub(super) const FORM_FIRST: &str = "take the form that predicts better first: this may come of it";
-
 /// What to do where the linear law serves better than the square root and does not hold either.
 pub const NEITHER_LAW: &str =
     "quote no e_inf, St_c, L or C: check how films and speeds were measured, or leave out those at which no law holds ([data] \
@@ -413,7 +409,7 @@ pub const FILM_TREND: Kind = forbids("film_trend", AtMost(CLEAR_TREND))
     );
 
 /// What to do about such a trend where series lie apart, too: what a series shares may feign a trend, or hide it.
-pub(super) const TREND_BESIDE_OFFSETS: &str =
+const TREND_BESIDE_OFFSETS: &str =
     "set [model] series_offsets = true first, since series lie apart, too; if the trend stays, fit films apart by [data] \
      min_film_um and max_film_ratio, or try another [model] inertia or viscous";
 
@@ -421,6 +417,43 @@ pub(super) const TREND_BESIDE_OFFSETS: &str =
 pub(super) const LAW_FIRST: &str =
     "see first to what the check of the wet law names, which lets series lie apart and feigns trends; [model] series_offsets = \
      true looks inside the series alone: where that check then holds, it was offsets";
+
+/// What fails, what else may fail by it, and what to see to first then; what stands above goes before what stands below.
+const FIRST_STEPS: [(&[Kind], &[Kind], &str); 5] = [
+    (&[PRIOR_CONFLICT], &OF_A_PRIOR, "mend the prior first: this may come of it"),
+    // another law or form that is known to be nearer to the runs
+    (&[LINEAR_LAW], &[WET_LAW_HOLDS], "see what is said of the linear law"),
+    (
+        &[BETTER_FORM],
+        &[WET_LAW_HOLDS],
+        "take the form that predicts better first: this may come of it",
+    ),
+    (&[WET_LAW_HOLDS, LINEAR_LAW], &[FILM_TREND, INDEPENDENT_RUNS], LAW_FIRST),
+    (&[INDEPENDENT_RUNS], &[FILM_TREND], TREND_BESIDE_OFFSETS),
+];
+
+const OF_A_PRIOR: [Kind; 7] = [
+    DRY_CONSISTENCY,
+    BETTER_FORM,
+    FILM_TREND,
+    PREDICTIVE_50,
+    PREDICTIVE_90,
+    PREDICTIVE_RESIDUAL,
+    PREDICTIVE_STUCK,
+];
+
+/// Says what to see to first where several checks fail that one cause may explain.
+pub(super) fn order_advice(remarks: &mut [Remark]) {
+    let fails = |kind: &Kind| remarks.iter().any(|remark| kind.is(remark) && remark.forbids());
+    let found = FIRST_STEPS.into_iter().filter(|(causes, ..)| causes.iter().any(fails));
+    let found: Vec<_> = found.collect();
+    for remark in remarks.iter_mut().filter(|remark| !remark.passed) {
+        let first = found.iter().find(|(_, others, _)| others.iter().any(|kind| kind.is(remark)));
+        if let Some((.., first)) = first {
+            remark.next_step = (*first).to_owned();
+        }
+    }
+}
 
 pub(crate) const SCREENED: Kind = found("screened").then("see the reasons");
 pub(crate) const SPEEDS_PERHAPS: Kind = found("plausible_input")
