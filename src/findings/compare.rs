@@ -324,9 +324,8 @@ pub(super) fn settle_dry_speed(notices: &mut Vec<Remark>, models: &[ComparedMode
     };
     let behind = |twin: &ComparedModel| (own.delta - twin.delta, twin.delta_se);
     let behind = models.iter().find(twin).map(behind);
-    let behind = behind.filter(|(gain, se)| is_gain(*gain, *se));
     let notice = &mut notices[at];
-    let Some((behind, se)) = behind.and_then(|(gain, se)| Some((gain, se?))) else {
+    let Some((behind, Some(se))) = behind.filter(|(gain, se)| is_gain(*gain, *se)) else {
         notice.next_step =
             "see Other forms of the law: dry_speed_m_s = \"impact\" holds it where it predicts better".into();
         return;

@@ -48,10 +48,9 @@ pub struct MainNumbers {
 pub(super) fn judge(checks: &[Remark]) -> Verdict {
     let failed = checks.iter().filter(|check| check.forbids());
     let failed: Vec<&str> = failed.map(|check| check.text.as_str()).collect();
-    if failed.is_empty() {
-        Verdict::passed("no gating check failed")
-    } else {
-        Verdict::failed(failed.join("; "))
+    match failed.as_slice() {
+        [] => Verdict::passed("no gating check failed"),
+        some => Verdict::failed(some.join("; ")),
     }
 }
 

@@ -195,10 +195,8 @@ fn fit_laws(scene: &Scene, table: &Table, seed: u64) -> (Findings, Option<LineAg
     // with the form open, models are compared run by run; a law of one film ratio that is fitted over films of all kinds
     // may have the edge of its square root anywhere among the runs
     let needs_each = scene.model.inertia_is_open() || !runs.film_groups.iter().all(FilmGroup::has_one_film_ratio);
-    let condensed = match needs_each {
-        true => None,
-        false => runs.condensed(scene.data.smallest_restitution),
-    };
+    let few = || runs.condensed(scene.data.smallest_restitution);
+    let condensed = (!needs_each).then(few).flatten();
     let runs = condensed.as_ref().unwrap_or(runs);
     let setup = FitSetup { scene, runs, dry: &dry };
     let (series, mut scaling) = rayon::join(|| series::fit_series(setup), || scaling::fit_scaling(setup));

@@ -157,10 +157,8 @@ pub fn fit_posterior(
     let quantities = parameters.dimension() + derived::count_derived(scene, runs, setup.form);
     check_room(effort, quantities)?;
     let by_rows = matches!(setup.method, MethodChoice::Rows) || Likelihood::needs_every_row(scene, runs);
-    let condensed = match by_rows {
-        true => None,
-        false => runs.condensed(scene.data.smallest_restitution),
-    };
+    let few = || runs.condensed(scene.data.smallest_restitution);
+    let condensed = (!by_rows).then(few).flatten();
     let likelihood = Likelihood::new(scene, condensed.as_ref().unwrap_or(runs), setup.form);
     let plan = SamplingPlan {
         effort,
@@ -186,27 +184,27 @@ pub fn fit_posterior(
     };
     let derived = derived::derived_draws(scene, runs, setup.form, &sampled);
     let draws = sampled.full_draws();
-    let compression = match (&condensed, &runs.sample) {
-        (Some(few), _) => Some(CompressionSummary {
-            nodes: few.wet(),
-            rows: runs.wet(),
-            held_against: None,
-            bound: LARGEST_ERROR,
-            max_log_density_error: largest_difference(scene, runs, setup.form, (&likelihood, &draws)),
-        }),
+    // what stands for the runs, what it is held against, and by how much it errs
+    let compressed = match (&condensed, &runs.sample) {
+        (Some(few), _) => {
+            let error = largest_difference(scene, runs, setup.form, (&likelihood, &draws));
+            Some((few, None, error))
+        }
         (None, Some(sample)) => {
             let few = Likelihood::new(scene, &sample.few(scene.data.smallest_restitution), setup.form);
             let share = sample.len() as f64 / runs.all_measured() as f64;
-            Some(CompressionSummary {
-                nodes: runs.wet(),
-                rows: runs.wet_measured(),
-                held_against: Some("sample"),
-                bound: LARGEST_ERROR,
-                max_log_density_error: largest_difference(scene, sample, setup.form, (&few, &draws)) / share,
-            })
+            let error = largest_difference(scene, sample, setup.form, (&few, &draws)) / share;
+            Some((runs, Some("sample"), error))
         }
         (None, None) => None,
     };
+    let compression = compressed.map(|(few, held_against, max_log_density_error)| CompressionSummary {
+        nodes: few.wet(),
+        rows: runs.wet_measured(),
+        held_against,
+        bound: LARGEST_ERROR,
+        max_log_density_error,
+    });
     let predictive = predictive_checks::check_predictions(scene, runs.sample(), setup.form, &draws);
     let under_defaults = UnderDefaults::of(scene, runs, setup, (&likelihood, &start), least_squares.seed);
     let findings = PosteriorFindings {
