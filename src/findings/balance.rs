@@ -81,6 +81,12 @@ pub(super) struct FittedPoint {
     pub(super) point: Vec<f64>,
 }
 
+/// A form, with the form of inertia that a balance took where it was left open.
+pub(super) fn with_inertia_of(form: Form, balance: Option<&EnergyBalance>) -> Form {
+    let inertia = balance.map_or(form.inertia, |balance| balance.inertia);
+    Form { inertia, ..form }
+}
+
 impl EnergyBalance {
     /// The form that was fitted.
     pub fn form(&self) -> Form {

@@ -17,7 +17,7 @@ pub(super) struct Moved {
 impl Moved {
     /// Every number that both fits tell.
     pub fn between<'t>(before: &'t [Told], after: &'t [Told]) -> impl Iterator<Item = Moved> + 't {
-        before.iter().filter_map(|(name, before)| {
+        before.iter().filter_map(move |(name, before)| {
             let (_, after) = after.iter().find(|(other, _)| other == name)?;
             let (name, before, after) = (name.clone(), *before, *after);
             Some(Moved { name, before, after })

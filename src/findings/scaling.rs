@@ -23,7 +23,7 @@ use crate::physics::inertia::Inertia;
 use crate::physics::jet::Jet;
 use crate::physics::quantity::{Place, Quantity};
 use crate::runs::{sphere_words, FilmGroup, Series};
-use crate::scene::{Scene, WetLaw};
+use crate::scene::WetLaw;
 
 /// e_inf and St_c of one particle, or one diameter of it, at one film ratio, or over all of them, by one law.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -373,8 +373,13 @@ fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &Scaling, at: &P
     let (Some(_), Some(parameters)) = (e_inf.value, fitted.parameters) else {
         return quoting.none(e_inf.why_none.clone().unwrap_or_default());
     };
-    let e_dry = e_dry(scene, k);
-    if e_dry.value <= 0.0 {
+    // at the speed at which e_inf is quoted, with its slope in k
+    let (law, v) = (scene.model.form().dry, scene.model.dry_speed.reference());
+    let mut slopes = [0.0; PARAMETERS];
+    slopes[2] = law.slope_dry_k(k, v);
+    let value = law.restitution(k, v);
+    let e_dry = Jet { value, slopes };
+    if value <= 0.0 {
         return quoting.none("e_dry is not positive at the reference speed");
     }
     let (shared, own) = (fitted.law_fit.shift_by_dry_k, &fitted.law_fit.uncertain);
@@ -396,15 +401,4 @@ fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &Scaling, at: &P
         ..fitted.law_fit.source([NO_FALL; 2])
     };
     source.estimate(Quantity::InertialLoss, at)
-}
-
-/// e_dry at the speed at which e_inf is quoted, with its slope in k.
-fn e_dry(scene: &Scene, k: f64) -> Jet<PARAMETERS> {
-    let (law, v) = (scene.model.form().dry, scene.model.dry_speed.reference());
-    let mut slopes = [0.0; PARAMETERS];
-    slopes[2] = law.slope_dry_k(k, v);
-    Jet {
-        value: law.restitution(k, v),
-        slopes,
-    }
 }

@@ -9,7 +9,7 @@ use nalgebra::DVector;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::balance::{fit_balance, rebounds, EnergyBalance};
+use super::balance::{fit_balance, rebounds, with_inertia_of, EnergyBalance};
 use super::dry;
 use super::form_choice::GAIN;
 use super::remarks::{self, COMPARE_DRY_SPEEDS};
@@ -89,11 +89,7 @@ fn spreads(setup: FitSetup, scaling: &[Scaling], balance: Option<&EnergyBalance>
 /// Every term with its size in this form; the bridge only where a liquid in use has a surface tension.
 fn term_sizes(setup: FitSetup, scaling: &[Scaling], form: Form, balance: Option<&EnergyBalance>) -> Vec<SizedTerm> {
     let FitSetup { scene, runs, .. } = setup;
-    // where the form of inertia was left open, the one the balance took
-    let form = Form {
-        inertia: balance.map_or(form.inertia, |balance| balance.form().inertia),
-        ..form
-    };
+    let form = with_inertia_of(form, balance);
     let spheres = || 0..runs.spheres.len();
     let wet: Vec<usize> = spheres().filter(|s| rebounds(runs, *s)).collect();
     let dry: Vec<usize> = spheres().filter(|s| !runs.dry_of(*s).is_empty()).collect();

@@ -14,13 +14,13 @@ mod words;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::balance::with_inertia_of;
 use super::least_squares::LeastSquares;
 use super::remarks;
 use crate::distributions::gamma_quantile;
 use crate::inference::information::{DirectionalInformation, LogNormalPrior, RunsWithPriors, UnseenGroup};
 use crate::inference::joint::Joint;
 use crate::model::parameters::{prior_of, ParameterKind};
-use crate::physics::Form;
 use crate::remark::Remark;
 use crate::runs::Runs;
 use crate::scene::{Prior, Scene};
@@ -114,12 +114,7 @@ struct Identifiability {
 impl Identifiability {
     /// `None` without parameters, or where a sum is not finite.
     fn of(scene: &Scene, runs: &Runs, least_squares: LeastSquares) -> Option<Identifiability> {
-        // where the form of inertia was left open, the one the energy balance took
-        let taken = least_squares.energy_balance.map(|balance| balance.form().inertia);
-        let form = Form {
-            inertia: taken.unwrap_or(least_squares.form.inertia),
-            ..least_squares.form
-        };
+        let form = with_inertia_of(least_squares.form, least_squares.energy_balance);
         let spheres = || 0..runs.spheres.len();
         let wet: Vec<usize> = spheres().filter(|s| !runs.series_of(*s).is_empty()).collect();
         let dry: Vec<usize> = spheres().filter(|s| !runs.dry_of(*s).is_empty()).collect();

@@ -211,7 +211,7 @@ pub(super) fn summarise_posterior(
     let parameters = &sampled.parameters;
     let with_draws = parameters.sampled.par_iter().zip(&sampled.values);
     let of_parameter = |(parameter, values): (&ModelParameter, &Vec<Vec<f64>>)| QuantitySummary {
-        from: is_of_wet_runs(runs, parameter.kind).then_some(WET_RUNS),
+        from: is_of_wet_runs(runs, parameter.kind).then_some("wet runs"),
         ..summarise_parameter(parameter, values, sampled.mcse_factor, under_defaults)
     };
     let of_derived = |own: &DerivedDraws| summarise_derived(&own.name, &own.values, sampled.mcse_factor);
@@ -253,9 +253,6 @@ pub(super) fn summarise_posterior(
         basis: Basis::of(scene, runs, sampled),
     }
 }
-
-/// Where a diameter's own k comes from that no dry run tells.
-const WET_RUNS: &str = "wet runs";
 
 /// Whether a parameter is a diameter's own k that comes from wet runs alone.
 fn is_of_wet_runs(runs: &Runs, kind: ParameterKind) -> bool {
