@@ -34,7 +34,7 @@ pub struct StandardErrorRatio {
 }
 
 /// The parameters the runs see, with what their standard errors lack.
-pub(super) fn standard_error_ratios(rows: &Rows, widening: &[Option<f64>]) -> Vec<StandardErrorRatio> {
+fn standard_error_ratios(rows: &Rows, widening: &[Option<f64>]) -> Vec<StandardErrorRatio> {
     let named = |(name, ratio): (&String, &Option<f64>)| {
         Some(StandardErrorRatio {
             parameter: name.clone(),
@@ -45,7 +45,7 @@ pub(super) fn standard_error_ratios(rows: &Rows, widening: &[Option<f64>]) -> Ve
 }
 
 /// The one that lacks most, where a test sees a difference and a 95 % interval therefore covers less than 94 %.
-pub(super) fn affected<'a>(test: &FTest, all: &'a [StandardErrorRatio]) -> Option<&'a StandardErrorRatio> {
+fn affected<'a>(test: &FTest, all: &'a [StandardErrorRatio]) -> Option<&'a StandardErrorRatio> {
     let worst = all.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
     worst.filter(|worst| test.p < LEVEL && worst.ratio > LINE)
 }
