@@ -37,8 +37,7 @@ impl FitColumns {
         own: Option<&OwnDrySpeed>,
     ) -> FitColumns {
         let some: Vec<usize> = some.into_iter().collect();
-        let select =
-            |column: &[f64]| -> Vec<f64> { some.iter().filter_map(|run| column.get(*run)).copied().collect() };
+        let select = |column: &[f64]| -> Vec<f64> { some.iter().filter_map(|run| column.get(*run)).copied().collect() };
         let speeds = select(&runs.impact_speed);
         FitColumns {
             x: some.iter().map(|run| x(*run)).collect(),

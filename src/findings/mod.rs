@@ -160,7 +160,13 @@ pub fn fit_least_squares_watched(
     let of_dry = findings.dry.iter().filter_map(|own| own.residual_sd);
     let spreads = of_dry.chain(balance.and_then(|own| own.residual_sd));
     remarks.extend(repeats::check_rows(runs, spreads.reduce(f64::min)));
-    remarks.extend(verdicts::check_least_squares(setup, table, &findings.scaling, balance, line));
+    remarks.extend(verdicts::check_least_squares(
+        setup,
+        table,
+        &findings.scaling,
+        balance,
+        line,
+    ));
     if let Some(noise) = &findings.noise {
         remarks.extend(verdicts::wet_law_holds(noise, line));
         remarks.extend(verdicts::independent_runs(scene, noise));
@@ -341,9 +347,16 @@ impl Findings {
             .sort_by_key(|check| !remarks::PRIOR_CONFLICT.is(check) || check.passed);
         self.settle_notices(scene, &posterior);
         self.posterior = Some(posterior.findings.clone());
-        self.say_anew(&[remarks::PLAUSIBLE_RESULT], plausible::check_results(scene, runs, self));
+        self.say_anew(
+            &[remarks::PLAUSIBLE_RESULT],
+            plausible::check_results(scene, runs, self),
+        );
         self.pick_main_numbers(scene, runs, Some(&posterior));
-        carried.extend(single_run::carried_laws(self.setup(scene, runs), &self.main, &self.scaling));
+        carried.extend(single_run::carried_laws(
+            self.setup(scene, runs),
+            &self.main,
+            &self.scaling,
+        ));
         self.remarks.extend(single_run::unseen_rebounds(scene, runs, &carried));
         self.remarks.extend(single_run::single_run_notice(scene, runs, carried));
         self.main.verdict = main_numbers::judge(&self.remarks);

@@ -420,7 +420,11 @@ pub(super) const LAW_FIRST: &str =
 
 /// What fails, what else may fail by it, and what to see to first then; what stands above goes before what stands below.
 const FIRST_STEPS: [(&[Kind], &[Kind], &str); 5] = [
-    (&[PRIOR_CONFLICT], &OF_A_PRIOR, "mend the prior first: this may come of it"),
+    (
+        &[PRIOR_CONFLICT],
+        &OF_A_PRIOR,
+        "mend the prior first: this may come of it",
+    ),
     // another law or form that is known to be nearer to the runs
     (&[LINEAR_LAW], &[WET_LAW_HOLDS], "see what is said of the linear law"),
     (
@@ -448,7 +452,9 @@ pub(super) fn order_advice(remarks: &mut [Remark]) {
     let found = FIRST_STEPS.into_iter().filter(|(causes, ..)| causes.iter().any(fails));
     let found: Vec<_> = found.collect();
     for remark in remarks.iter_mut().filter(|remark| !remark.passed) {
-        let first = found.iter().find(|(_, others, _)| others.iter().any(|kind| kind.is(remark)));
+        let first = found
+            .iter()
+            .find(|(_, others, _)| others.iter().any(|kind| kind.is(remark)));
         if let Some((.., first)) = first {
             remark.next_step = (*first).to_owned();
         }

@@ -254,7 +254,10 @@ fn both_laws(setup: FitSetup, index: usize, film_ratio: Option<f64>, series: Ran
             law_fit: own,
         }
     };
-    let (of_root, of_line) = (square_root_verdict(&root.fit, &pool.columns.x), linear_verdict(&line.fit));
+    let (of_root, of_line) = (
+        square_root_verdict(&root.fit, &pool.columns.x),
+        linear_verdict(&line.fit),
+    );
     let root = scaling_of(WetLaw::Sqrt, root, of_root);
     let mut line = scaling_of(WetLaw::Linear, line, of_line);
     line.bias = linear_bias(&root.law_fit.fit, &pool);

@@ -246,7 +246,8 @@ fn heaviest(run: usize, with: &[Told], without: &[Told]) -> Option<SingleRun> {
 /// Mean and sd of each number's draws.
 fn told(numbers: &[Number], weights: Option<&[f64]>) -> Vec<Told> {
     let each = numbers.iter();
-    each.map(|(name, draws)| (name.clone(), moments(draws, weights))).collect()
+    each.map(|(name, draws)| (name.clone(), moments(draws, weights)))
+        .collect()
 }
 
 /// Mean and sd of draws, weighed or not.

@@ -209,7 +209,8 @@ fn without_slow(
     let others = runs.with_runs(|run| slow.binary_search(&run).is_err());
     let others = fit_posterior(scene, &others, least_squares, own.setup, &|_, _| ())?;
     let others = others.ok().filter(Posterior::sampling_holds);
-    let moved = others.and_then(|others| most_different(&main_numbers(own), &main_numbers(&others), Moved::shift_in_smaller));
+    let moved =
+        others.and_then(|others| most_different(&main_numbers(own), &main_numbers(&others), Moved::shift_in_smaller));
     Ok(match moved {
         Some((by, _)) if remarks::SLOW_REBOUNDS.holds(by) => Beside::Same,
         moved => Beside::Open(told_without(rows, "", moved)),
@@ -258,7 +259,9 @@ fn most_different(before: &[Told], after: &[Told], by: fn(&Moved) -> f64) -> Opt
 
 /// By how many of the smaller ± a value, or the ± itself, differs.
 fn shift_or_widening(moved: &Moved) -> f64 {
-    moved.shift_in_smaller().max((moved.after[1] - moved.before[1]) / moved.before[1])
+    moved
+        .shift_in_smaller()
+        .max((moved.after[1] - moved.before[1]) / moved.before[1])
 }
 
 /// The parameters of a fit of the balance, and e_inf and St_c at each film ratio.

@@ -241,12 +241,7 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<SensitiveResult> {
 }
 
 /// What the energy balance gives and, at the film ratio shown of each particle, e_inf and St_c.
-fn results(
-    scene: &Scene,
-    runs: &Runs,
-    scaling: &[Scaling],
-    balance: Option<&EnergyBalance>,
-) -> Vec<SensitiveResult> {
+fn results(scene: &Scene, runs: &Runs, scaling: &[Scaling], balance: Option<&EnergyBalance>) -> Vec<SensitiveResult> {
     let mut results = balance.map_or_else(Vec::new, |balance| of_balance(scene, balance));
     for (sphere, of_sphere) in runs.spheres.iter().enumerate() {
         let Some(film_ratio) = reference_film_ratio(scene, runs, sphere) else {

@@ -63,12 +63,7 @@ fn listed(words: &[&str], last: &str) -> String {
 }
 
 /// Known reasons, each with the runs that would remove it.
-fn causes(
-    scene: &Scene,
-    runs: &Runs,
-    film_scale: Option<f64>,
-    kinds: &[ParameterKind],
-) -> Vec<(String, &'static str)> {
+fn causes(scene: &Scene, runs: &Runs, film_scale: Option<f64>, kinds: &[ParameterKind]) -> Vec<(String, &'static str)> {
     let mut causes = vec![];
     let mut because = |why: String, add: &'static str| causes.push((why, add));
     let losses = kinds.iter().any(|kind| kind.sphere().is_none());
