@@ -42,7 +42,8 @@ pub enum ChosenBy {
 pub struct OtherForm {
     /// the form of the inertial loss
     pub inertia: Inertia,
-    /// its log density over all runs minus that of the chosen form
+    /// its log density over all runs minus that of the chosen form; of a form with more or fewer parameters over those whose
+    /// leave-one-out weights can be trusted under both
     pub difference: f64,
     /// standard error of that, run by run; `None` for fewer than two runs
     pub se: Option<f64>,
@@ -152,7 +153,12 @@ impl InertiaChoice {
         let twin = best_that_replaces(usual, true).unwrap_or(usual);
         let chosen = best_that_replaces(twin, false).unwrap_or(twin);
         let others = forms.iter().filter(|form| form.inertia != chosen.inertia).map(|form| {
-            let gain = form.gain_over(chosen);
+            let by_all = form.prior_gain_over(chosen).is_some();
+            let gain = if by_all {
+                form.gain_over(chosen)
+            } else {
+                form.trusted_gain_over(chosen)
+            };
             OtherForm {
                 inertia: form.inertia,
                 difference: rounded(gain.value),

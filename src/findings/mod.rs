@@ -412,6 +412,10 @@ impl Findings {
         if scene.model.sticking == Sticking::Censored {
             settle_stuck_runs(&mut self.remarks);
         }
+        // noise on the energy kept grows so as the restitution falls
+        if scene.model.noise == NoiseOn::Both {
+            self.say_anew(&[remarks::NOISE_GROWS], None);
+        }
         // the posterior holds an inertial loss, whatever least squares made of it
         if posterior.findings.inertia != Inertia::None {
             for sized in self.terms.iter_mut().filter(|sized| sized.term == Term::Inertia) {

@@ -49,6 +49,9 @@ const DRY_K: [f64; 2] = [0.005, 0.7];
 /// L below this has its film cut off at 1.35 times the roughness.
 const LEAST_LUBRICATION_LOG: f64 = 0.3;
 
+/// C is 1 as derived, and smaller as measured: no sphere sets in motion twice the liquid that it displaces.
+const MOST_PREFACTOR: f64 = 2.0;
+
 /// Where no ε is given it is taken to be no smaller than that of the smoothest bearing balls, m: a δc as thick as the film then
 /// is the largest L there is.
 const SMOOTHEST: f64 = 0.01e-6;
@@ -378,7 +381,7 @@ impl Uncertain<'_> {
     }
 }
 
-/// The check of what came out, by least squares and where it was sampled by the posterior: L, δc, k, and the Stokes numbers.
+/// The check of what came out, by least squares and where it was sampled by the posterior: L, δc, k, C, and the Stokes numbers.
 pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<Remark> {
     let mut questions = vec![];
     let sampled = |kind: ParameterKind| {
@@ -400,6 +403,13 @@ pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> 
     for (index, particle) in scene.particles.iter().enumerate() {
         questions.extend(both.iter().find_map(|l| beyond_films(particle, l, runs, index)));
     }
+    let kind = ParameterKind::INERTIAL_PREFACTOR;
+    let fitted = findings.energy_balance.as_ref().and_then(|own| own.estimate(kind));
+    let both = of_both("C", fitted, sampled(kind));
+    questions.extend(
+        both.iter()
+            .find_map(|c| c.question([f64::NEG_INFINITY, MOST_PREFACTOR])),
+    );
     for (kind, symbol, most) in SPREADS {
         let found = of_both(symbol, None, sampled(kind));
         let as_it_is = found.first().map(|own| Uncertain { sd: 0.0, ..*own });
@@ -414,7 +424,7 @@ pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> 
         };
         questions.extend(side.map(|side| format!("St of every wet run is {side} ({})", between([least, most]))));
     }
-    let plain = "k, L, δc, St and the spreads are such as experiments have";
+    let plain = "k, L, C, δc, St and the spreads are such as experiments have";
     let outliers = findings.noise.iter().flat_map(|noise| &noise.outliers);
     let row = |one: &Outlier| {
         let (e, sds) = (one.restitution, one.sds.abs());

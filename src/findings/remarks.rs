@@ -200,7 +200,7 @@ pub const DRY_CONSISTENCY: Kind = forbids("dry_consistency", AtMost(3.0))
 /// gates where the posterior then lies more than [`FELT`] of its ± from what the runs say.
 pub const PRIOR_CONFLICT: Kind = cautions("prior_conflict", AtMost(3.0))
     .by("chance puts 1 in 370 so far apart")
-    .then("widen or drop the prior in [priors], or look for what is wrong in all runs: a unit, the films, a constant");
+    .then("write another prior in [priors], or look for what is wrong in all runs: a unit, the films, a constant");
 
 /// Distance of a main number with noise on the energy, too, from that without, or of its ±, in the smaller ±: beyond this the
 /// wider stands, and where it could not be sampled nothing is quoted.

@@ -164,7 +164,8 @@ pub(super) fn fit_beside(
             "{rows}: with errors of 1 % in speed and 3 % in film allowed for, {symbol} is {after} in place of {before}, and not \
              known less well: such runs and the others do not tell the same"
         );
-        let next = "look at these rows again; a reason in the column exclude leaves one out, with its reason in the report";
+        let next =
+            "look at these rows again; a reason in the column exclude leaves one out, with its reason in the report";
         return Ok(Beside::Open(remarks::SLOW_REBOUNDS.check(Some(shift), text).then(next)));
     }
     let how = if by_speeds {
@@ -194,6 +195,7 @@ pub(super) fn fit_beside(
                     film make them";
         if let Some(check) = wider.checks.iter_mut().find(|check| is_of_it(check)) {
             check.next_step = next.to_owned();
+            check.text = check.text.replacen("its prior is", "such errors make it", 1);
         }
     }
     wider.scene = (!by_speeds).then(|| Box::new(wider_scene));

@@ -102,7 +102,9 @@ fn groups(FitSetup { scene, runs, .. }: FitSetup) -> Vec<Range<usize>> {
 fn slowest_rebounds(setup: FitSetup) -> Vec<usize> {
     let inverse_stokes = |run: &usize| setup.runs.inverse_stokes(*run);
     let slowest = |group: Range<usize>| {
-        let rebounds = setup.runs.series[group].iter().flat_map(|series| series.rebounds.clone());
+        let rebounds = setup.runs.series[group]
+            .iter()
+            .flat_map(|series| series.rebounds.clone());
         rebounds.max_by(|a, b| inverse_stokes(a).total_cmp(&inverse_stokes(b)))
     };
     groups(setup).into_iter().filter_map(slowest).collect()

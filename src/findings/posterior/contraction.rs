@@ -4,6 +4,7 @@ use super::runs_alone::RunsAlone;
 use super::summary::{HeldParameter, PosteriorFindings, QuantitySummary};
 use crate::findings::identify::Directions;
 use crate::findings::remarks;
+use crate::model::parameters::OF_SCENE;
 use crate::remark::Remark;
 use crate::rounding::{signed, significant, with_se};
 
@@ -38,8 +39,9 @@ pub(super) fn prior_conflict(found: &PosteriorFindings) -> Option<Remark> {
     let of_prior = |own: &QuantitySummary| {
         let prior = own.prior.as_ref()?;
         let alone = prior.runs_alone?;
+        let default = if prior.source == OF_SCENE { "" } else { "default " };
         let apart = format!(
-            "its prior is {}: {:.1} sds of the two together apart, and the posterior lies {:.1} of its ± from what the runs say",
+            "its {default}prior is {}: {:.1} sds of the two together apart, and the posterior lies {:.1} of its ± from what the runs say",
             prior.density,
             alone.from_prior.abs(),
             alone.from_posterior.abs()
