@@ -5,7 +5,6 @@
 //! dry law.
 
 use rayon::prelude::*;
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::document::Findings;
@@ -30,7 +29,7 @@ const DRAWS: usize = 4000;
 const SPEEDS: usize = 25;
 
 /// How e depends on the speed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LawKind {
     /// e² = α + β/v − κ/v², e_dry being taken at a reference speed
@@ -41,8 +40,8 @@ pub enum LawKind {
     Dry,
 }
 
-/// The law of one pair. Field names are those of `findings.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+/// The law of one pair, a line of `laws.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PairLaw {
     /// name of the particle
     pub particle: String,
@@ -56,8 +55,6 @@ pub struct PairLaw {
     pub film_ratio: Option<f64>,
     /// how e depends on the speed
     pub law: LawKind,
-    /// the same as a formula
-    pub formula: String,
     /// k of e_dry = 1 − k v^(1/5), where e_dry is taken at the impact speed
     pub dry_k: Option<f64>,
     /// its standard error
@@ -80,8 +77,8 @@ pub struct PairLaw {
     pub st_c: Option<f64>,
     /// St over v, s/m
     pub stokes_per_m_s: Option<f64>,
-    /// covariances; `None` where there are none
-    pub covariance: Option<LawCovariance>,
+    /// standard errors of α and β and their covariance, then those of e_inf and St_c; `None` where there are none
+    pub errors: [[Option<f64>; 3]; 2],
     /// slowest and fastest of its runs, m/s
     pub speeds: Option<[f64; 2]>,
     /// their Stokes numbers
@@ -90,22 +87,12 @@ pub struct PairLaw {
     pub source: Source,
     /// whether they may be quoted
     pub quotable: bool,
-    /// why there are none; stands exactly then
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub why_none: Option<String>,
     /// e at some speeds, where it is not √(α + β/v)
-    #[serde(skip)]
     pub table: Vec<LawPoint>,
 }
 
-/// Covariances of the numbers of a law.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
-pub struct LawCovariance {
-    /// of α and β
-    pub alpha_beta: [[f64; 2]; 2],
-    /// of e_inf and St_c; `None` where a draw leaves none
-    pub e_inf_st_c: Option<[[f64; 2]; 2]>,
-}
+/// The covariance of two numbers of a law.
+type Covariance = [[f64; 2]; 2];
 
 /// A law at one speed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -198,7 +185,8 @@ struct Listing<'a> {
 /// The numbers of a law, from draws or a fit.
 struct Found {
     numbers: LawNumbers,
-    covariance: Option<LawCovariance>,
+    /// of α and β, and of e_inf and St_c, where it is finite
+    covariances: [Option<Covariance>; 2],
     dry_k_se: Option<f64>,
 }
 
@@ -206,7 +194,7 @@ impl Listing<'_> {
     /// The law of a series, or the dry one of a sphere; `None` of a sphere where nothing tells its k.
     fn law(&self, pair: Pair, law: Option<&ParticleLaw>) -> Option<PairLaw> {
         let Listing { scene, runs, .. } = self;
-        let (own, fit) = pair.series.unzip();
+        let own = pair.series.map(|(series, _)| series);
         let (sphere, setting) = (runs.spheres[pair.sphere], pair.setting(scene));
         let per_speed = setting.map(|setting| setting.stokes(1.0));
         let curve = law.map(|law| law.curve(setting.as_ref()));
@@ -240,9 +228,7 @@ impl Listing<'_> {
                 range(groups.flat_map(|group| &runs.impact_speed[group.runs()]).copied())
             }
         };
-        let kappa = wet.map(|wet| wet.kappa);
         let in_table = numbers.filter(|own| kind != LawKind::Reference || own.kappa != 0.0);
-        let order = of_speed.map(|(_, order, _)| order.number());
         Some(PairLaw {
             particle: scene.particles[sphere.particle].name.clone(),
             liquid: own.map(|own| scene.liquids[own.liquid].name.clone()),
@@ -250,24 +236,22 @@ impl Listing<'_> {
             film_m: own.map(|own| own.film),
             film_ratio: own.map(|own| own.film_ratio),
             law: kind,
-            formula: formula(kind, order, kappa),
             dry_k: of_speed.map(|(dry_k, ..)| dry_k),
             dry_k_se: of_speed.and(found.as_ref()).and_then(|found| found.dry_k_se),
-            dry_order: order,
+            dry_order: of_speed.map(|(_, order, _)| order.number()),
             inertial_loss: of_speed.filter(|_| wet.is_some()).map(|(_, _, loss)| loss),
             alpha,
             beta: wet.map(|wet| wet.beta),
-            kappa,
+            kappa: wet.map(|wet| wet.kappa),
             threshold_speed_m_s: numbers.map(|own| own.threshold_speed()).filter(|v| v.is_finite()),
             e_inf,
             st_c,
             stokes_per_m_s: per_speed,
-            covariance: found.and_then(|found| found.covariance),
+            errors: found.map_or([[None; 3]; 2], |found| found.covariances.map(errors)),
             speeds,
             stokes: own.and_then(|own| range(own.runs().map(|run| 1.0 / runs.inverse_stokes(run)))),
             source,
             quotable: self.quotable && stands,
-            why_none: fit.filter(|_| numbers.is_none()).map(|fit| fit.verdict.reason.clone()),
             table: in_table.map_or(vec![], |numbers| table(numbers, curve.as_ref(), speeds)),
         })
     }
@@ -278,7 +262,7 @@ impl Listing<'_> {
         let covariance = pair.series.and_then(|(_, fit)| fit.covariance);
         let found = pair.fitted(self.scene, self.findings).map(|numbers| Found {
             numbers,
-            covariance: covariance.map(|own| self.carried(numbers, own, per_speed)),
+            covariances: covariance.map_or([None; 2], |own| self.carried(numbers, own, per_speed)),
             dry_k_se: dry.and_then(|dry| dry.dry_k.se),
         });
         match pair.series {
@@ -297,7 +281,7 @@ impl Listing<'_> {
     }
 
     /// The covariance of a fit's α and β, and what it carries on to e_inf and St_c.
-    fn carried(&self, numbers: LawNumbers, alpha_beta: [[f64; 2]; 2], per_speed: Option<f64>) -> LawCovariance {
+    fn carried(&self, numbers: LawNumbers, alpha_beta: Covariance, per_speed: Option<f64>) -> [Option<Covariance>; 2] {
         let [alpha, beta] = variables([numbers.plateau_at(self.reference), numbers.beta]);
         let follows = e_inf_and_st_c(alpha, beta, per_speed.unwrap_or(f64::NAN));
         let slopes = follows.map(|x: Jet<PARAMETERS>| x.slopes);
@@ -307,11 +291,8 @@ impl Listing<'_> {
                 .map(|(a, b)| slopes[i][a] * alpha_beta[a][b] * slopes[j][b])
                 .sum::<f64>()
         };
-        let all: [[f64; 2]; 2] = std::array::from_fn(|i| std::array::from_fn(|j| product(i, j)));
-        LawCovariance {
-            alpha_beta,
-            e_inf_st_c: Some(all).filter(|all| all.iter().flatten().all(|x| x.is_finite())),
-        }
+        let e_inf_st_c = std::array::from_fn(|i| std::array::from_fn(|j| product(i, j)));
+        [Some(alpha_beta), finite(e_inf_st_c)]
     }
 
     /// Means and covariances of the numbers of all draws.
@@ -332,34 +313,26 @@ impl Listing<'_> {
             },
             _ => Plateau::Constant(kept),
         };
-        let covariance = per_speed.map(|_| LawCovariance {
-            alpha_beta: of(&|numbers| [numbers.plateau_at(self.reference), numbers.beta]).1,
-            e_inf_st_c: Some(of(&|numbers| self.follow(numbers, per_speed)).1)
-                .filter(|all| all.iter().flatten().all(|x| x.is_finite())),
-        });
+        let (_, alpha_beta) = of(&|numbers| [numbers.plateau_at(self.reference), numbers.beta]);
+        let (_, e_inf_st_c) = of(&|numbers| self.follow(numbers, per_speed));
         Found {
             numbers: LawNumbers { plateau, beta, kappa },
-            covariance,
+            covariances: per_speed.map_or([None; 2], |_| [Some(alpha_beta), finite(e_inf_st_c)]),
             dry_k_se: Some(variance.sqrt()),
         }
     }
 }
 
-/// How e depends on the speed, in the names of the columns.
-fn formula(kind: LawKind, dry_order: Option<u8>, kappa: Option<f64>) -> String {
-    let kappa = match kappa {
-        Some(kappa) if kappa != 0.0 => " - kappa/v^2",
-        _ => "",
-    };
-    let dry = match dry_order {
-        Some(2) => "1 - dry_k v^(1/5) + (3/5) dry_k^2 v^(2/5)",
-        _ => "1 - dry_k v^(1/5)",
-    };
-    match kind {
-        LawKind::Dry => format!("e = {dry}"),
-        LawKind::Reference => format!("e = sqrt(alpha + beta/v{kappa})"),
-        LawKind::Impact => format!("e = sqrt(({dry})^2 - inertial_loss + beta/v{kappa})"),
-    }
+/// A covariance without numbers that some draw or slope does not have.
+fn finite(covariance: Covariance) -> Option<Covariance> {
+    Some(covariance).filter(|all| all.iter().flatten().all(|x| x.is_finite()))
+}
+
+/// Both standard errors, and the covariance.
+fn errors(covariance: Option<Covariance>) -> [Option<f64>; 3] {
+    covariance.map_or([None; 3], |[[first, both], [_, second]]| {
+        [Some(first.sqrt()), Some(second.sqrt()), Some(both)]
+    })
 }
 
 /// e_inf and St_c of e = √(α + β/v), `per_speed` being St over v in s/m; NaN where there are none.
@@ -369,7 +342,7 @@ fn e_inf_and_st_c<T: Number>(alpha: T, beta: T, per_speed: f64) -> [T; 2] {
 }
 
 /// Means and covariance of pairs of numbers.
-fn moments(pairs: &[[f64; 2]]) -> ([f64; 2], [[f64; 2]; 2]) {
+fn moments(pairs: &[[f64; 2]]) -> ([f64; 2], Covariance) {
     let n = pairs.len() as f64;
     let mean = [0, 1].map(|place| pairs.iter().map(|pair| pair[place]).sum::<f64>() / n);
     let product = |i: usize, j: usize| {

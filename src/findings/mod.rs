@@ -9,7 +9,7 @@
 //! | `form_choice.rs` | when a form of the law stands in for the default one |
 //! | `quantities.rs` | estimates of quantities from a fit, by the delta method |
 //! | `range.rs` | the smallest and the largest of some numbers |
-//! | `places.rs` | where an energy balance is told: film ratios of particles, and diameters where the form tells them apart |
+//! | `places.rs` | what an estimate is of; where an energy balance is told: film ratios of particles, and diameters where the form tells them apart |
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
 //! | `measurement_errors.rs` | measurement errors of the runs of a fit |
 //! | `remarks.rs` | every remark: code, level, line with its source, next step; and in which order they are told |
@@ -33,7 +33,7 @@
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
 //! | `posterior/` | parameters from all runs at once, with priors |
 //! | `estimates.rs` | every estimate in a row of one table |
-//! | `main_numbers.rs` | the main numbers, each from the source that serves it |
+//! | `main_numbers.rs` | which estimates are the main numbers, each from the source that serves it |
 //! | `exact_constants.rs` | which constant without an uncertainty would widen the main numbers most |
 //! | `left_out.rs` | draws from a model, each run predicted from the others |
 //! | `moved.rs` | a number in two fits |
@@ -74,7 +74,7 @@ mod moved;
 pub mod noise;
 pub mod overview;
 pub mod own_dry_speed;
-mod places;
+pub mod places;
 mod plausible;
 mod pooling;
 pub mod posterior;
@@ -103,7 +103,7 @@ use crate::remark::{Level, Remark};
 use crate::runs::{FilmGroup, Runs, Table};
 use crate::scene::{NoiseOn, Scene, Sticking};
 use compare::Comparison;
-use estimates::{EstimateRow, EstimateSources};
+use estimates::EstimateSources;
 use form_choice::OtherForm;
 use left_out::ComparisonContext;
 use main_numbers::MainNumbers;
@@ -259,6 +259,7 @@ fn fit_laws(scene: &Scene, table: &Table, seed: u64) -> (Findings, Option<LineAg
         questions: None,
         identifies: None,
         remarks: vec![],
+        estimates: vec![],
     };
     (findings, line)
 }
@@ -270,28 +271,6 @@ pub fn is_compared(scene: &Scene, runs: &Runs) -> bool {
 }
 
 impl Findings {
-    /// Every estimate, those of the same source together; a main number as it is quoted, others with the standard error of
-    /// their fit.
-    pub fn estimates(&self, scene: &Scene, runs: &Runs, posterior: Option<&Posterior>) -> Vec<EstimateRow> {
-        let mut rows = self.sources(scene, runs, posterior).rows();
-        self.main.mark(&mut rows);
-        rows
-    }
-
-    fn sources<'a>(
-        &'a self,
-        scene: &'a Scene,
-        runs: &'a Runs,
-        posterior: Option<&'a Posterior>,
-    ) -> EstimateSources<'a> {
-        EstimateSources {
-            scene,
-            runs,
-            least_squares: self.least_squares(),
-            posterior,
-        }
-    }
-
     /// About how long [`Findings::add_posterior`] will sample.
     pub fn expected_sampling(&self, scene: &Scene, runs: &Runs, method: MethodChoice) -> Option<ExpectedSampling> {
         let setup = SamplingSetup {
@@ -483,9 +462,17 @@ impl Findings {
         }
     }
 
-    /// Picks the main numbers anew, from what was found by now.
+    /// Lists the estimates and picks the main numbers among them anew, from what was found by now.
     fn pick_main_numbers(&mut self, scene: &Scene, runs: &Runs, posterior: Option<&Posterior>) {
-        self.main = main_numbers::pick_main_numbers(self.sources(scene, runs, posterior));
+        let sources = EstimateSources {
+            scene,
+            runs,
+            least_squares: self.least_squares(),
+            posterior,
+        };
+        let mut rows = sources.rows();
+        self.main = main_numbers::pick_main_numbers(sources, &mut rows);
+        self.estimates = rows;
         self.remarks.retain(|check| !remarks::BOOTSTRAP_FAILURES.is(check));
         self.remarks.extend(self.main.check_replicates());
         self.order_advice();

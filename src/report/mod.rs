@@ -45,8 +45,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::Error;
-use crate::findings::estimates::EstimateRow;
-use crate::findings::laws::{list_laws, PairLaw};
+use crate::findings::laws::list_laws;
 use crate::findings::overview::Overview;
 use crate::findings::Findings;
 use files::Files;
@@ -74,11 +73,8 @@ pub fn overview(overview: &Overview) -> Result<String, Error> {
 pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
     let figures = if with_figures { figures::all(input) } else { vec![] };
     let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
-    let of_pairs = list_laws(input.scene, input.runs, input.findings, input.posterior);
     let file = FindingsFile {
         findings: input.findings,
-        estimates: &input.findings.estimates(input.scene, input.runs, input.posterior),
-        laws: &of_pairs,
         figures: &names,
     };
     let (texts, draws) = rayon::join(
@@ -100,7 +96,7 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
         ("report.html".to_owned(), page),
         ("findings.json".to_owned(), findings),
     ];
-    let laws = laws::files(&of_pairs)?;
+    let laws = laws::files(&list_laws(input.scene, input.runs, input.findings, input.posterior))?;
     let figures = figures.into_iter();
     let figures = figures.map(|figure| (format!("figures/{}", figure.name), figure.svg));
     let mut files = Files::of(texts.into_iter().chain(laws).chain(figures));
@@ -118,10 +114,6 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
 struct FindingsFile<'a> {
     #[serde(flatten)]
     findings: &'a Findings,
-    /// every estimate, one a row
-    estimates: &'a [EstimateRow],
-    /// the law e(v) of every pair of the runs, and of dry impacts
-    laws: &'a [PairLaw],
     /// names of the figures in the folder `figures`, by which a later run knows the report's own files
     figures: &'a [&'a str],
 }

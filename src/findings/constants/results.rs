@@ -5,6 +5,7 @@ use super::sensitivity::{Sensitivity, BALANCE};
 use crate::findings::balance::EnergyBalance;
 use crate::findings::estimate::Estimate;
 use crate::findings::film_groups::reference_film_ratio;
+use crate::findings::places::EstimatePlace;
 use crate::findings::scaling::{square_root_of, Scaling};
 use crate::findings::wet_fit::FitSetup;
 use crate::physics::quantity::{Place, Quantity, Wetted};
@@ -66,7 +67,7 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<SensitiveResult> {
     let held = particles.filter(|(_, particle)| balance.particles.contains(&particle.name));
     let lengths = held.filter_map(|(index, particle)| {
         let named = Sensitivity {
-            particle: Some(particle.name.clone()),
+            of: EstimatePlace::of_particle(&particle.name, None),
             ..named(Quantity::DeltaC.describe().name)
         };
         let at = move |changed: &Changed| {
@@ -94,11 +95,10 @@ pub(super) fn results(
         let Some(film_ratio) = reference_film_ratio(scene, runs, sphere) else {
             continue;
         };
+        let particle = &scene.particles[of_sphere.particle].name;
         let named = |quantity: Quantity, diameter_m: Option<f64>, fit: &'static str| Sensitivity {
             result: quantity.describe().name.to_owned(),
-            particle: Some(scene.particles[of_sphere.particle].name.clone()),
-            film_ratio: Some(film_ratio),
-            diameter_m,
+            of: EstimatePlace::of_particle(particle, diameter_m).at(Some(film_ratio)),
             fit,
             ..Sensitivity::default()
         };

@@ -3,10 +3,9 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::findings::places::EstimatePlace;
 use crate::findings::remarks::described;
 use crate::physics::Quantity;
-use crate::runs::rounded_film_ratio as rounded;
-use crate::units::millimetres;
 
 /// How the energy balance is named as the fit behind a result.
 pub(super) const BALANCE: &str = "balance";
@@ -16,15 +15,9 @@ pub(super) const BALANCE: &str = "balance";
 pub struct Sensitivity {
     /// the name of a shared parameter, `delta_c_m`, `e_inf` or `st_c`
     pub result: String,
-    /// name of the particle, of a result that has one
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub particle: Option<String>,
-    /// film ratio, of a result that has one
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub film_ratio: Option<f64>,
-    /// D, m, of a result that belongs to one
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub diameter_m: Option<f64>,
+    /// what it is of
+    #[serde(flatten)]
+    pub of: EstimatePlace,
     /// `balance`: over all rebounds; `sqrt`: the square-root law of the film ratio
     pub fit: &'static str,
     /// its value
@@ -47,12 +40,11 @@ impl Sensitivity {
 
     /// Its name in a table, with the fit that it is of.
     pub fn label(&self) -> String {
-        let law = match (self.film_ratio, self.fit) {
-            (None, _) => None,
-            (_, BALANCE) => Some("energy balance"),
-            _ => Some("square root"),
+        let fit = match self.is_of_balance() {
+            true => "energy balance",
+            false => "square root",
         };
-        self.named(law)
+        self.named(self.of.film_ratio.map(|_| fit))
     }
 
     /// Its name in a sentence, whichever fit it is of.
@@ -60,16 +52,12 @@ impl Sensitivity {
         self.named(None)
     }
 
-    fn named(&self, law: Option<&str>) -> String {
+    fn named(&self, fit: Option<&str>) -> String {
         let own = described(&self.result, [Quantity::DeltaC, Quantity::EInf, Quantity::StC]);
         let name = own.map_or(self.result.as_str(), |own| own.symbol);
-        let ratio = self.film_ratio.map(|ratio| format!("δ/D = {}", rounded(ratio)));
-        let diameter = self.diameter_m.map(|d| format!("D = {} mm", rounded(millimetres(d))));
-        let about = [self.particle.clone(), ratio, diameter, law.map(str::to_owned)];
-        let about: Vec<String> = about.into_iter().flatten().collect();
-        match about.as_slice() {
-            [] => name.to_owned(),
-            about => format!("{name} ({})", about.join(", ")),
+        match self.of.words(fit).as_str() {
+            "" => name.to_owned(),
+            of => format!("{name} ({of})"),
         }
     }
 }

@@ -18,7 +18,8 @@ use crate::physics::{Inertia, Viscous};
 pub struct PosteriorFindings {
     /// the sampled parameters
     pub parameters: Vec<QuantitySummary>,
-    /// what follows from them
+    /// what follows from them, which the file has as estimates
+    #[serde(skip)]
     pub derived: Vec<QuantitySummary>,
     /// the offset of r of each series, where the model has them
     #[serde(skip_serializing_if = "Vec::is_empty")]

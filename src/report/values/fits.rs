@@ -7,7 +7,7 @@ use super::super::template::{serialized, with};
 use super::super::{quantities, ReportInput};
 use crate::findings::balance::{EnergyBalance, ParameterEstimate};
 use crate::findings::bootstrap::MOST_RESAMPLED;
-use crate::findings::constants::Sensitivity;
+use crate::findings::constants::{Elasticity, Sensitivity};
 use crate::findings::dry::{Dry, DryOfDiameter};
 use crate::findings::noise::{GrowthTest, Noise, FALSE_ALARM};
 use crate::findings::remarks::SERIES_SCHEME_CHANGES;
@@ -139,26 +139,20 @@ fn constants(rows: &[Sensitivity]) -> Option<Value> {
         let kind = constant.split('[').next();
         kinds.iter().position(|name| kind == Some(*name)).unwrap_or(kinds.len())
     };
-    let mut names: Vec<&str> = vec![];
-    let mut known: Vec<Value> = vec![];
-    for moves in rows.iter().flat_map(|row| &row.by) {
-        if names.contains(&moves.constant.as_str()) {
-            continue;
+    let mut moves: Vec<&Elasticity> = vec![];
+    for own in rows.iter().flat_map(|row| &row.by) {
+        if moves.iter().all(|other| other.constant != own.constant) {
+            moves.push(own);
         }
-        names.push(&moves.constant);
-        known.extend(moves.rel_sd.map(|_| serialized(moves)));
     }
+    let known = serialized(&moves);
     // stable: those of one kind keep the order they were met in
-    names.sort_by_key(|name| order(name));
+    moves.sort_by_key(|own| order(&own.constant));
+    let names: Vec<&str> = moves.iter().map(|own| own.constant.as_str()).collect();
     let row = |row: &Sensitivity| {
-        let elasticity = |name: &&str| Some(row.by.iter().find(|moves| moves.constant == *name)?.elasticity);
         let is_length = row.result == Quantity::DeltaC.describe().name;
-        let more = context! {
-            label => row.label(),
-            elasticities => names.iter().map(elasticity).collect::<Vec<_>>(),
-            factor => if is_length { quantities::factor(Quantity::DeltaC) } else { 1.0 },
-        };
-        with(row, more)
+        let factor = if is_length { quantities::factor(Quantity::DeltaC) } else { 1.0 };
+        with(row, context! { label => row.label(), factor })
     };
     let rows: Vec<Value> = rows.iter().map(row).collect();
     Some(context! { names => serialized(names), rows, known })

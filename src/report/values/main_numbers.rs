@@ -5,8 +5,9 @@ use minijinja::{context, Value};
 use super::super::template::{serialized, with};
 use super::super::{quantities, ReportInput};
 use crate::findings::constants::Sensitivity;
-use crate::findings::estimates::{EstimatePlace, EstimateRow, Source};
+use crate::findings::estimates::{EstimateRow, Source};
 use crate::findings::film_groups::reference_film_ratio;
+use crate::findings::places::EstimatePlace;
 use crate::findings::published::PublishedComparison;
 use crate::findings::Findings;
 use crate::physics::loss::Film;
@@ -14,7 +15,6 @@ use crate::physics::quantity::Place;
 use crate::physics::{Coefficient, Inertia, Quantity};
 use crate::rounding;
 use crate::runs::sphere_words;
-use crate::units::millimetres;
 
 /// e_inf and St_c of a place.
 type Both = [EstimateRow; 2];
@@ -28,14 +28,11 @@ pub(super) fn values(input: ReportInput) -> Value {
         .partition(|[e_inf, _]| stands_for_others(&e_inf.of, input));
     // where the square-root law serves, the posterior of each liquid stands in the report alone
     let is_law = |[e_inf, _]: &Both| e_inf.source == Source::SquareRootLaw;
-    let here = |[own, _]: &Both| EstimatePlace {
-        liquid: None,
-        ..own.of.clone()
-    };
+    let here = |[own, _]: &Both| own.of.of_all_liquids();
     let has_law = |place: &Both| shown.iter().any(|own| is_law(own) && here(own) == here(place));
     let in_summary = shown.iter().filter(|place| is_law(place) || !has_law(place));
     context! {
-        parameters => main.parameters.iter().map(|own| parameter(own, input)).collect::<Vec<_>>(),
+        parameters => main.parameters.iter().map(|own| told(own, input)).collect::<Vec<_>>(),
         places_shown => shown.iter().map(|own| place(own, input)).collect::<Vec<_>>(),
         other_places => other.iter().map(|own| place(own, input)).collect::<Vec<_>>(),
         summary_places => in_summary.map(|own| place(own, input)).collect::<Vec<_>>(),
@@ -45,32 +42,24 @@ pub(super) fn values(input: ReportInput) -> Value {
 }
 
 /// A place with its numbers by their quantities.
-fn place(both: &Both, input: ReportInput) -> Value {
-    let [e_inf, st_c] = both;
+fn place([e_inf, st_c]: &Both, input: ReportInput) -> Value {
     let more = context! {
         words => place_name(&e_inf.of),
-        e_inf => serialized(e_inf),
-        st_c => serialized(st_c),
-        source => serialized(e_inf.source),
-        source_words => e_inf.source.name(),
-        true_e_inf => true_value(input, e_inf),
-        true_st_c => true_value(input, st_c),
+        e_inf => told(e_inf, input),
+        st_c => told(st_c, input),
     };
     with(&e_inf.of, more)
 }
 
-fn parameter(own: &EstimateRow, input: ReportInput) -> Value {
+/// A main number with its words.
+fn told(own: &EstimateRow, input: ReportInput) -> Value {
     let quantity = own.kind.unwrap_or(Quantity::DryK);
-    let derived = input.posterior.map(|posterior| posterior.findings.derived.as_slice());
-    let mut derived = derived.unwrap_or_default().iter();
     let more = context! {
         name => own.name(),
         label => label(input, own, quantity),
-        median => derived.find(|summary| summary.name == own.quantity).map(|summary| summary.median),
         factor => quantities::factor(quantity),
         is_exponential => own.is(Quantity::DeltaCOverRoughness),
         source_words => own.source.name(),
-        prior_led => own.prior_led,
         truth => true_value(input, own),
     };
     with(own, more)
@@ -104,17 +93,9 @@ fn stands_for_others(place: &EstimatePlace, input: ReportInput) -> bool {
         })
 }
 
-/// A place in a sentence: particle, film ratio, diameter where it is of one, liquid.
+/// A place in a sentence, with its liquid.
 fn place_name(place: &EstimatePlace) -> String {
-    let ratio = place
-        .film_ratio
-        .map(|ratio| format!("δ/D = {}", rounding::short(ratio)));
-    let diameter = place
-        .diameter_m
-        .map(|d| format!("D = {} mm", rounding::short(millimetres(d))));
-    let liquid = place.liquid.as_deref().unwrap_or("liquids pooled");
-    let parts = [place.particle.clone(), ratio, diameter, Some(liquid.to_owned())];
-    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    place.words(Some(place.liquid.as_deref().unwrap_or("liquids pooled")))
 }
 
 /// What simulated runs were drawn from; of liquids pooled, and of one k for all diameters where each has its own, there is no

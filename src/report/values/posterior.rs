@@ -4,9 +4,9 @@ use minijinja::{context, Value};
 
 use super::super::draws::posterior::{stores_every_run, stores_runs};
 use super::super::quantities::{parameter_label, unit_in_brackets};
-use super::super::template::{serialized, spans_too_much, with, UNTOLD};
+use super::super::template::{serialized, with};
 use super::super::{figures, ReportInput};
-use crate::findings::posterior::{refusal, Posterior, PriorSummary, QuantitySummary, SeriesOffset, CHECKED_RUNS};
+use crate::findings::posterior::{refusal, Posterior, PriorSummary, SeriesOffset, CHECKED_RUNS};
 use crate::findings::questions::SMALL;
 use crate::findings::remarks::CLEAR_TREND;
 use crate::inference::diagnostics::pareto::khat_threshold;
@@ -17,7 +17,6 @@ use crate::physics::Viscous;
 use crate::rounding;
 use crate::runs::{RunsWithErrors, GAP};
 use crate::scene::Prior;
-use crate::units::micrometres;
 
 /// The crate that samples, in the version in use.
 const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
@@ -55,7 +54,6 @@ pub(super) fn values(input: ReportInput) -> Value {
         sampled,
         any_dry_k => parameters.iter().any(|own| matches!(own.kind, ParameterKind::DryK(_))),
         families => families.collect::<Vec<_>>(),
-        critical_separations => critical_separations(posterior),
         most_paired => figures::MOST_PAIRED,
         sampler => format!("{} {}", SAMPLER.0, SAMPLER.1),
         most_times => MOST_TIMES,
@@ -158,29 +156,6 @@ fn family(prior: &Prior) -> Option<&'static str> {
         Prior::StudentT(..) => "student_t [degrees of freedom, location, scale]",
         Prior::Fixed(_) => return None,
     })
-}
-
-/// δc of each particle; those of one roughness have one.
-fn critical_separations(posterior: &Posterior) -> Vec<Value> {
-    let both = posterior.derived.iter().zip(&posterior.findings.derived);
-    let of_particles = both.filter(|(derived, _)| derived.setting.is_none());
-    let of_particles: Vec<(&QuantitySummary, &str)> = of_particles
-        .filter_map(|(derived, found)| Some((found, derived.label.as_deref()?)))
-        .collect();
-    let alike = of_particles.chunk_by(|a, b| a.0.mean == b.0.mean);
-    let of = |alike: &[(&QuantitySummary, &str)]| {
-        let particles: Vec<&str> = alike.iter().map(|(_, particle)| *particle).collect();
-        let own = alike[0].0;
-        let [median, lo, hi] = [own.median, own.q025, own.q975].map(|x| x.map(micrometres));
-        let interval = lo.zip(hi).map(|(lo, hi)| [lo, hi]);
-        let words = interval.map_or(String::new(), |ends| format!(", {} µm", rounding::range(ends)));
-        let length = match interval {
-            Some(ends) if spans_too_much(ends) => UNTOLD.to_owned(),
-            _ => format!("{} µm", rounding::optional(median, 3)),
-        };
-        context! { length => length + &words, particles => serialized(particles) }
-    };
-    alike.map(of).collect()
 }
 
 /// Pairs of parameters that the runs do not tell well apart, the strongest first.
