@@ -12,15 +12,12 @@ use crate::findings::dry::{Dry, DryOfDiameter};
 use crate::findings::noise::{GrowthTest, Noise, FALSE_ALARM};
 use crate::findings::remarks::SERIES_SCHEME_CHANGES;
 use crate::findings::scaling::Scaling;
-use crate::findings::Findings;
 use crate::physics::Quantity;
-use crate::scene::WetLaw;
 
 pub(super) fn values(input: ReportInput) -> Value {
     let (scene, findings) = (input.scene, input.findings);
     let of_one_film = || findings.series.iter().filter(|own| !own.is_withheld);
     let failed: Vec<_> = of_one_film().filter(|own| !own.verdict.passed).collect();
-    let drawn = |row: &Scaling| row.law == WetLaw::Linear && row.film_ratio.is_some() && row.verdict.passed;
     let of_form = scene.model.viscous.why_no_critical_separation();
     let of_roughness = || {
         let why = scene.why_no_roughness(input.runs.wet_particles())?;
@@ -35,8 +32,7 @@ pub(super) fn values(input: ReportInput) -> Value {
             with_law => of_one_film().count() - failed.len(),
             failed => serialized(&failed),
         },
-        scaling => findings.scaling.iter().map(|law| scaling_row(findings, law)).collect::<Vec<_>>(),
-        linear_drawn => findings.scaling.iter().any(drawn),
+        scaling => scaling_rows(&findings.scaling),
         has_delta_c => of_form.is_none() && has_roughness,
         why_no_delta_c => of_form.map(str::to_owned).or_else(of_roughness),
         label_k => quantities::label(Quantity::DryK),
@@ -60,29 +56,21 @@ fn dry_row(own: &Dry) -> Value {
     with(own, more)
 }
 
-fn scaling_row(findings: &Findings, own: &Scaling) -> Value {
-    let estimates = own.estimates.iter();
-    let estimates = estimates.map(|(quantity, own)| (quantity.describe().name, serialized(own)));
-    let more = context! { words => own.words(), is_told => is_told(findings, own) };
-    merge_maps([with(own, more), Value::from_pairs(estimates)])
-}
-
-/// Whether a law of some runs tells what stands nowhere else: not where these have no film ratio of their own, and the linear
-/// law only where the square root does not stand and is not what biases it.
-fn is_told(findings: &Findings, law: &Scaling) -> bool {
-    let here = (law.sphere, law.film_ratio);
-    let is_root = |own: &&Scaling| own.law == WetLaw::Sqrt && (own.sphere, own.film_ratio) == here;
-    match law.law {
-        WetLaw::Sqrt => !law.is_withheld,
-        WetLaw::Linear => {
-            let stands = findings
-                .scaling
-                .iter()
-                .find(is_root)
-                .is_some_and(|root| root.verdict.passed);
-            !stands && law.estimates[Quantity::EInf].value.is_some() && (law.verdict.passed || law.bias.is_none())
-        }
-    }
+/// The laws over 1/St. A law of some runs is told where it says what stands nowhere else: not where these have no film ratio of
+/// their own, and the linear law only where the square root does not stand and is not what biases it.
+fn scaling_rows(laws: &[Scaling]) -> Vec<Value> {
+    let row = |own: &Scaling, is_told: bool| {
+        let estimates = own.estimates.iter();
+        let estimates = estimates.map(|(quantity, own)| (quantity.describe().name, serialized(own)));
+        let more = context! { words => own.words(), is_told };
+        merge_maps([with(own, more), Value::from_pairs(estimates)])
+    };
+    let of_runs = |[root, line]: &[Scaling; 2]| {
+        let has_line = line.estimates[Quantity::EInf].value.is_some() && (line.verdict.passed || line.bias.is_none());
+        [row(root, !root.is_withheld), row(line, !root.verdict.passed && has_line)]
+    };
+    // two of the same runs
+    laws.as_chunks::<2>().0.iter().flat_map(of_runs).collect()
 }
 
 /// Least squares over all rebounds beside the posterior.

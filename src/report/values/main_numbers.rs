@@ -4,7 +4,6 @@ use minijinja::{context, Value};
 
 use super::super::template::{serialized, with};
 use super::super::{quantities, ReportInput};
-use crate::findings::constants::Sensitivity;
 use crate::findings::estimates::{EstimateRow, Source};
 use crate::findings::film_groups::reference_film_ratio;
 use crate::findings::places::EstimatePlace;
@@ -12,7 +11,7 @@ use crate::findings::published::PublishedComparison;
 use crate::findings::Findings;
 use crate::physics::loss::Film;
 use crate::physics::quantity::Place;
-use crate::physics::{Coefficient, Inertia, Quantity};
+use crate::physics::Quantity;
 use crate::rounding;
 use crate::runs::sphere_words;
 
@@ -56,29 +55,14 @@ fn told(own: &EstimateRow, input: ReportInput) -> Value {
     let quantity = own.kind.unwrap_or(Quantity::DryK);
     let more = context! {
         name => own.name(),
-        label => label(input, own, quantity),
+        label => quantities::label(quantity),
+        sphere => own.of.particle.as_ref().map(|particle| sphere_words(particle, own.of.diameter_m)),
         factor => quantities::factor(quantity),
         is_exponential => own.is(Quantity::DeltaCOverRoughness),
         source_words => own.source.name(),
         truth => true_value(input, own),
     };
     with(own, more)
-}
-
-/// How a parameter is labelled, with what its value cannot be read without.
-fn label(input: ReportInput, own: &EstimateRow, quantity: Quantity) -> String {
-    let label = quantities::label(quantity);
-    match (quantity, &own.of.particle) {
-        (_, Some(particle)) => format!("{label}, {}", sphere_words(particle, own.of.diameter_m)),
-        (Quantity::Shared(Coefficient::InertialPrefactor), None) => {
-            let fitted = input.findings.energy_balance.as_ref().map(|balance| balance.inertia);
-            let sampled = input.posterior.map(|posterior| posterior.findings.inertia);
-            format!("{label} ({})", sampled.or(fitted).map_or("", Inertia::name))
-        }
-        (Quantity::Shared(Coefficient::FilmScale), None) => format!("{label}, film scale"),
-        (Quantity::DeltaCOverRoughness, None) => format!("{label} = exp(L)"),
-        (_, None) => label,
-    }
 }
 
 /// Whether a place stands for the others: of each particle one film ratio, or all of them where they are few.
@@ -129,21 +113,14 @@ fn true_value(input: ReportInput, own: &EstimateRow) -> Option<f64> {
 fn combined(findings: &Findings) -> Vec<String> {
     let told = |own: &EstimateRow| {
         let row = findings.constants.iter().find(|row| own.is_result(row))?;
+        let (value, se) = own.number.pair()?;
+        // what they add is a share that all fits have in common
+        let widened = rounding::with_se(value, se.hypot(row.constants_sd? * value / row.value));
+        let place = own.of.film_ratio.map(|_| format!(" ({})", place_name(&own.of)));
         let symbol = own.kind?.describe().symbol;
-        let widened = widened(row, own)?;
-        Some(match own.of.film_ratio {
-            None => format!("{symbol} {widened}"),
-            Some(_) => format!("{symbol} ({}) {widened}", place_name(&own.of)),
-        })
+        Some(format!("{symbol}{} {widened}", place.unwrap_or_default()))
     };
     findings.main.rows().filter_map(told).collect()
-}
-
-/// A number with what the constants add to its ±, as a share of it that all fits have in common.
-fn widened(row: &Sensitivity, own: &EstimateRow) -> Option<String> {
-    let (value, se) = own.number.pair()?;
-    let of_constants = row.constants_sd? * value / row.value;
-    Some(rounding::with_se(value, se.hypot(of_constants)))
 }
 
 /// A number of the literature beside ours.
