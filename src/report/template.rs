@@ -22,7 +22,7 @@ use crate::rounding::{self, by_number, positive, NONE};
 use crate::units::micrometres;
 
 /// The templates by their names.
-const TEMPLATES: [(&str, &str); 31] = [
+const TEMPLATES: [(&str, &str); 32] = [
     ("against_film.md", include_str!("templates/against_film.md")),
     ("against_speed.md", include_str!("templates/against_speed.md")),
     ("bands.txt", include_str!("templates/bands.txt")),
@@ -44,6 +44,7 @@ const TEMPLATES: [(&str, &str); 31] = [
     ("picker.html", include_str!("templates/picker.html")),
     ("places.md", include_str!("templates/places.md")),
     ("posterior.md", include_str!("templates/posterior.md")),
+    ("predicted.csv", include_str!("templates/predicted.csv")),
     ("report.md", include_str!("templates/report.md")),
     ("scaling.md", include_str!("templates/scaling.md")),
     ("seen.txt", include_str!("templates/seen.txt")),
