@@ -38,17 +38,6 @@ pub enum Source {
 }
 
 impl Source {
-    /// Its name in a text.
-    pub fn name(self) -> &'static str {
-        match self {
-            Source::Posterior => "posterior",
-            Source::SquareRootLaw => "square-root law",
-            Source::LinearLaw => "linear law",
-            Source::EnergyBalance => "energy balance",
-            Source::DryLaw => "dry law",
-        }
-    }
-
     fn of_law(law: WetLaw) -> Source {
         match law {
             WetLaw::Sqrt => Source::SquareRootLaw,

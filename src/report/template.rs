@@ -195,6 +195,9 @@ fn add_filters(environment: &mut Environment) {
         let factor = factor.unwrap_or(1.0);
         or_none(x.zip(se), |(x, se)| rounding::with_se(factor * x, factor * se))
     });
+    environment.add_filter("source", |name: String| {
+        name.replace("square_root", "square-root").replace('_', " ")
+    });
     environment.add_filter("code", |text: String| code(&text));
     environment.add_filter("literal", |text: String| literal(&text));
     environment.add_filter("capital", |text: String| capital(&text));

@@ -75,8 +75,6 @@ fn scaling_rows(laws: &[Scaling]) -> Vec<Value> {
 
 /// Least squares over all rebounds beside the posterior.
 fn cross_check(input: ReportInput, balance: &EnergyBalance) -> Vec<Value> {
-    /// posterior sds by which least squares may lie off without a word
-    const FAR: f64 = 1.0;
     let main = &input.findings.main;
     let difference = |row: &ParameterEstimate| {
         let mut sampled = main.parameters.iter().filter(|_| !main.provisional);
@@ -87,14 +85,12 @@ fn cross_check(input: ReportInput, balance: &EnergyBalance) -> Vec<Value> {
     let row = |row: &ParameterEstimate| {
         let quantity = row.kind.quantity().unwrap_or(Quantity::DryK);
         let label = |symbol: &str| quantities::parameter_label(input.scene, input.runs, row.kind, symbol);
-        let difference = difference(row);
         context! {
             label => label(&quantities::label(quantity)),
             words => label(row.kind.symbol()),
             estimate => serialized(&row.estimate),
             factor => quantities::factor(quantity),
-            difference,
-            is_far => difference.is_some_and(|difference| difference.abs() > FAR),
+            difference => difference(row),
         }
     };
     balance.parameters.iter().map(row).collect()
@@ -137,11 +133,7 @@ fn constants(rows: &[Sensitivity]) -> Option<Value> {
     // stable: those of one kind keep the order they were met in
     moves.sort_by_key(|own| order(&own.constant));
     let names: Vec<&str> = moves.iter().map(|own| own.constant.as_str()).collect();
-    let row = |row: &Sensitivity| {
-        let is_length = row.result == Quantity::DeltaC.describe().name;
-        let factor = if is_length { quantities::factor(Quantity::DeltaC) } else { 1.0 };
-        with(row, context! { label => row.label(), factor })
-    };
-    let rows: Vec<Value> = rows.iter().map(row).collect();
+    let rows = rows.iter().map(|row| with(row, context! { label => row.label() }));
+    let rows: Vec<Value> = rows.collect();
     Some(context! { names => serialized(names), rows, known })
 }

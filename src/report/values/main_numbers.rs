@@ -59,7 +59,6 @@ fn told(own: &EstimateRow, input: ReportInput) -> Value {
         sphere => own.of.particle.as_ref().map(|particle| sphere_words(particle, own.of.diameter_m)),
         factor => quantities::factor(quantity),
         is_exponential => own.is(Quantity::DeltaCOverRoughness),
-        source_words => own.source.name(),
         truth => true_value(input, own),
     };
     with(own, more)
