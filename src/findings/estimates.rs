@@ -208,7 +208,8 @@ impl EstimateSources<'_> {
                 sphere: own.sphere,
                 ..EstimateRow::new(Quantity::StC, own.of.clone(), number.clone(), Source::Posterior)
             });
-            rows.extend(none.collect::<Vec<_>>());
+            let none: Vec<EstimateRow> = none.collect();
+            rows.extend(none);
         }
         rows
     }
