@@ -69,12 +69,12 @@ pub struct PairLaw {
     pub beta: Option<f64>,
     /// κ, m²/s²
     pub kappa: Option<f64>,
-    /// speed below which nothing rebounds, m/s
+    /// speed below which nothing rebounds, m/s; infinite where nothing does
     pub threshold_speed_m_s: Option<f64>,
-    /// √α
-    pub e_inf: Option<f64>,
-    /// 2 L/e_inf²
-    pub st_c: Option<f64>,
+    /// √α; NaN where there is none
+    pub e_inf: f64,
+    /// 2 L/e_inf²; NaN where there is none
+    pub st_c: f64,
     /// St over v, s/m
     pub stokes_per_m_s: Option<f64>,
     /// standard errors of α and β and their covariance, then those of e_inf and St_c; `None` where there are none
@@ -214,13 +214,7 @@ impl Listing<'_> {
             (Some(_), _) if of_speed.is_some() => LawKind::Impact,
             (Some(_), _) => LawKind::Reference,
         };
-        let alpha = wet.map(|numbers| numbers.plateau_at(self.reference));
-        let [e_inf, st_c] = match wet {
-            Some(numbers) => self
-                .follow(&numbers, per_speed)
-                .map(|x| Some(x).filter(|x| x.is_finite())),
-            None => [None; 2],
-        };
+        let [e_inf, st_c] = wet.map_or([f64::NAN; 2], |numbers| self.follow(&numbers, per_speed));
         let speeds = match own {
             Some(own) => range(runs.impact_speed[own.runs()].iter().copied()),
             None => {
@@ -240,10 +234,10 @@ impl Listing<'_> {
             dry_k_se: of_speed.and(found.as_ref()).and_then(|found| found.dry_k_se),
             dry_order: of_speed.map(|(_, order, _)| order.number()),
             inertial_loss: of_speed.filter(|_| wet.is_some()).map(|(_, _, loss)| loss),
-            alpha,
+            alpha: wet.map(|wet| wet.plateau_at(self.reference)),
             beta: wet.map(|wet| wet.beta),
             kappa: wet.map(|wet| wet.kappa),
-            threshold_speed_m_s: numbers.map(|own| own.threshold_speed()).filter(|v| v.is_finite()),
+            threshold_speed_m_s: numbers.map(|own| own.threshold_speed()),
             e_inf,
             st_c,
             stokes_per_m_s: per_speed,
