@@ -15,7 +15,7 @@ use serde::Serialize;
 use textwrap::core::display_width;
 
 use super::escape::{code, destination, guarded, literal};
-use crate::error::Error;
+use crate::error::{quoted, Error};
 use crate::findings::learnt::capital;
 use crate::findings::remarks::in_symbols;
 use crate::rounding::{self, by_number, positive, NONE};
@@ -199,6 +199,7 @@ fn add_filters(environment: &mut Environment) {
         name.replace("square_root", "square-root").replace('_', " ")
     });
     environment.add_filter("code", |text: String| code(&text));
+    environment.add_filter("quoted", |text: String| quoted(&text));
     environment.add_filter("literal", |text: String| literal(&text));
     environment.add_filter("capital", |text: String| capital(&text));
     environment.add_filter("symbol", |name: String| in_symbols(&name));
