@@ -233,11 +233,15 @@ impl EstimateSources<'_> {
     fn by_balance(self, balance: &EnergyBalance) -> Vec<EstimateRow> {
         let row = |quantity, sphere, estimate: &Estimate| EstimateRow {
             sphere,
-            ..EstimateRow::new(quantity, self.of_sphere(sphere), estimate.clone(), Source::EnergyBalance)
+            ..EstimateRow::new(
+                quantity,
+                self.of_sphere(sphere),
+                estimate.clone(),
+                Source::EnergyBalance,
+            )
         };
         let parameters = balance.parameters.iter();
-        let parameters =
-            parameters.filter_map(|own| Some(row(own.kind.quantity()?, own.kind.sphere(), &own.estimate)));
+        let parameters = parameters.filter_map(|own| Some(row(own.kind.quantity()?, own.kind.sphere(), &own.estimate)));
         let ratio = row(Quantity::DeltaCOverRoughness, None, &balance.delta_c_over_roughness);
         let derived = balance.derived.iter().flat_map(|own| {
             let of = EstimatePlace::of_particle(&own.particle, own.diameter_m).at(Some(own.film_ratio));

@@ -92,13 +92,18 @@ pub(super) fn pick_main_numbers(from: EstimateSources, rows: &mut [EstimateRow])
     // a table may have as many film ratios as runs
     let key = |sphere: usize, film_ratio: f64| (sphere, film_ratio.to_bits());
     let laws = from.least_squares.scaling.iter().filter(|law| law.law == WetLaw::Sqrt);
-    let laws: HashMap<_, &Scaling> = laws.filter_map(|law| Some((key(law.sphere, law.film_ratio?), law))).collect();
+    let laws: HashMap<_, &Scaling> = laws
+        .filter_map(|law| Some((key(law.sphere, law.film_ratio?), law)))
+        .collect();
     let balance = from.least_squares.energy_balance.filter(|own| own.verdict.passed);
     let by_balance = balance.into_iter().flat_map(|balance| &balance.derived);
     let by_balance: HashSet<_> = by_balance.map(|own| key(own.sphere, own.film_ratio)).collect();
     let mut picked: Vec<(usize, EstimateRow)> = vec![];
     for row in rows {
-        let place = row.sphere.zip(row.of.film_ratio).map(|(sphere, ratio)| key(sphere, ratio));
+        let place = row
+            .sphere
+            .zip(row.of.film_ratio)
+            .map(|(sphere, ratio)| key(sphere, ratio));
         let law = place.and_then(|place| laws.get(&place));
         let has_balance = place.is_some_and(|place| by_balance.contains(&place));
         row.main = match law {
@@ -173,7 +178,10 @@ impl EstimateSources<'_> {
     /// Whether it is the k of a sphere that few dry runs alone tell: by the dry law, with Student's t. The posterior's
     /// interval knows less than they do, since the prior of their spread reaches far beyond it.
     fn is_of_few_dry_runs(self, row: &EstimateRow) -> bool {
-        let sampled = self.posterior.into_iter().flat_map(|own| &own.sampled.parameters.sampled);
+        let sampled = self
+            .posterior
+            .into_iter()
+            .flat_map(|own| &own.sampled.parameters.sampled);
         let mut spheres = sampled.filter_map(|own| own.kind.sphere());
         let sphere = row.sphere.filter(|own| spheres.any(|sphere| sphere == *own));
         let dry = sphere.and_then(|sphere| fit_of_sphere(self.least_squares.dry, sphere));

@@ -104,7 +104,9 @@ fn check(rows: &[Predicted]) -> Result<(), Error> {
 ///
 /// Fails where a number is not finite.
 pub fn csv(predictions: &[Prediction], name_pairs: bool) -> Result<String, Error> {
-    predictions.iter().try_for_each(|prediction| check(&prediction.predicted))?;
+    predictions
+        .iter()
+        .try_for_each(|prediction| check(&prediction.predicted))?;
     let values = context! {
         numbers => NUMBERS,
         predictions => serialized(predictions),
@@ -128,7 +130,9 @@ pub fn json(origin: Origin, predictions: &[Prediction], one: bool) -> Result<Str
         #[serde(skip_serializing_if = "Option::is_none")]
         predictions: Option<&'a [Prediction<'a>]>,
     }
-    predictions.iter().try_for_each(|prediction| check(&prediction.predicted))?;
+    predictions
+        .iter()
+        .try_for_each(|prediction| check(&prediction.predicted))?;
     let only = predictions.first().filter(|_| one);
     json::text(&File {
         origin,

@@ -67,7 +67,10 @@ fn scaling_rows(laws: &[Scaling]) -> Vec<Value> {
     };
     let of_runs = |[root, line]: &[Scaling; 2]| {
         let has_line = line.estimates[Quantity::EInf].value.is_some() && (line.verdict.passed || line.bias.is_none());
-        [row(root, !root.is_withheld), row(line, !root.verdict.passed && has_line)]
+        [
+            row(root, !root.is_withheld),
+            row(line, !root.verdict.passed && has_line),
+        ]
     };
     // two of the same runs
     laws.as_chunks::<2>().0.iter().flat_map(of_runs).collect()

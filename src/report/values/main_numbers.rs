@@ -2,7 +2,7 @@
 
 use minijinja::{context, Value};
 
-use super::super::template::{serialized, with};
+use super::super::template::with;
 use super::super::{quantities, ReportInput};
 use crate::findings::estimates::{EstimateRow, Source};
 use crate::findings::film_groups::reference_film_ratio;
