@@ -4,8 +4,8 @@
 
 Needs Python >= 3.12 with arviz >= 1.3 and zarr (tried with arviz 1.3.0, arviz-stats 1.3.3, xarray 2026.9.0, zarr 3.4.2).
 Prints R-hat, ESS (bulk, and tail at 5 %/95 %) and LOO as JSON. Compares with findings.json to 1e-8, relative:
-posterior.parameters[*].{rhat, ess_bulk, ess_tail}, posterior.derived[*].{mean, rhat} and posterior.{e_bfmi, divergences}
-where they are there, and the entry of compare that the store's attribute `model` names; and the store with draws.csv, to
+posterior.parameters[*].{rhat, ess_bulk, ess_tail}, {value, rhat} of what follows from them among estimates, and
+posterior.{e_bfmi, divergences} where they are there, and the entry of compare that the store's attribute `model` names; and the store with draws.csv, to
 the last bit. Log likelihoods are stored as float32, in which ArviZ then sums, too: summed in float64 its LOO is held to
 1e-8 (the largest shape to 1e-5), as it comes to a thousandth of the standard error. Exit status 1 on any difference,
 missing group, variable without a single number, or warning.
@@ -17,6 +17,7 @@ import math
 import re
 import sys
 import warnings
+from collections import Counter
 from pathlib import Path
 
 # a reader that warns is not served without an adapter
@@ -119,11 +120,18 @@ def main(folder):
         parameters[parameter["name"]] = said
         for name, value in said.items():
             compare(f"{parameter['name']} {name}", value, parameter[name])
-    for quantity in told.get("derived") or []:
-        x = draws_of(tree.derived, quantity["name"])
+    seen = Counter()
+    for row in findings["estimates"]:
+        if row["source"] != "posterior" or "rhat" not in row:
+            continue
+        name = row["quantity"]
+        # rows of a quantity stand in the order of its labels
+        labels = [d for d in tree.derived[name].dims if d not in ("chain", "draw")]
+        x = tree.derived[name].isel({d: seen[name] for d in labels}).transpose("chain", "draw").values
+        seen[name] += 1
         finite = bool(np.isfinite(x).all())
-        compare(f"{quantity['name']} mean", float(x.mean()) if finite else None, quantity["mean"])
-        compare(f"{quantity['name']} rhat", float(array_stats.rhat(x, method="rank")) if finite else None, quantity["rhat"])
+        compare(f"{name} {seen[name]} mean", float(x.mean()) if finite else None, row["value"])
+        compare(f"{name} {seen[name]} rhat", float(array_stats.rhat(x, method="rank")) if finite else None, row["rhat"])
 
     # the table a user would ask for, whatever its rounding
     az.summary(tree, kind="diagnostics")

@@ -10,7 +10,6 @@ use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
 use wetcor::ranks::Ranks;
 use wetcor::runs::{self, Table};
-use wetcor::scene::Scene;
 
 /// Ten tables, so that what stands for eight of them is put together before it is with the others.
 const TABLES: usize = 10;
@@ -52,10 +51,10 @@ fn add_numbers(value: &Value, place: &str, into: &mut Numbers) {
     }
 }
 
-fn numbers_of(scene: &Scene, table: &Table, findings: &Findings) -> Numbers {
+fn numbers_of(findings: &Findings) -> Numbers {
     let document = serde_json::to_value(findings).expect("a document");
     let mut all = Numbers::new();
-    for (i, row) in findings.estimates(scene, &table.runs, None).iter().enumerate() {
+    for (i, row) in findings.estimates.iter().enumerate() {
         let of_law = matches!(row.source, Source::SquareRootLaw | Source::LinearLaw);
         let section = match row.quantity {
             _ if of_law && row.of.film_ratio.is_none() => "pooled",
@@ -109,8 +108,8 @@ fn least_squares_says_the_same_of_a_table_that_is_not_kept() {
         let told = [&few, &all].map(fit);
         let is_told = told.each_ref().map(|told| told.tells("condensed_runs"));
         assert_eq!(is_told, [true, false]);
-        let of_few = numbers_of(&place.scene, &few, &told[0]);
-        let of_all = numbers_of(&place.scene, &all, &told[1]);
+        let of_few = numbers_of(&told[0]);
+        let of_all = numbers_of(&told[1]);
         let found = apart(&of_few, &of_all);
         assert!(found.is_empty(), "{found:#?}");
         // of some 2,200 runs a fit a width of the sandwich is known to 1.5 %; fits that hang on a run have none of a sample
@@ -121,7 +120,7 @@ fn least_squares_says_the_same_of_a_table_that_is_not_kept() {
         assert!(widths.len() > 10 && are_near, "{widths:?}");
         let mut faulty = few;
         faulty.runs = condensing::miscounted(faulty.runs);
-        let found = apart(&numbers_of(&place.scene, &faulty, &fit(&faulty)), &of_all);
+        let found = apart(&numbers_of(&fit(&faulty)), &of_all);
         assert!(found.len() > 20, "{found:#?}");
     }
 }

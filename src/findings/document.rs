@@ -8,6 +8,7 @@ use super::bootstrap::Resampling;
 use super::compare;
 use super::constants::Sensitivity;
 use super::dry::Dry;
+use super::estimates::EstimateRow;
 use super::film_groups::FilmGroupWidth;
 use super::form_choice::InertiaChoice;
 use super::identify::Directions;
@@ -88,6 +89,8 @@ pub struct Findings {
     pub identifies: Option<Directions>,
     /// what must hold before the numbers are quoted, and what wants a second look
     pub remarks: Vec<Remark>,
+    /// every estimate, one a row; a main number as it is quoted, others with the standard error of their fit
+    pub estimates: Vec<EstimateRow>,
 }
 
 /// What was read and used.

@@ -6,17 +6,17 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::balance::{DerivedEstimate, EnergyBalance};
+use super::balance::{EnergyBalance, NO_VISCOUS};
 use super::constants::Sensitivity;
 use super::dry::Dry;
 use super::estimate::{Estimate, QuantityEstimates, Quoting};
 use super::least_squares::LeastSquares;
+use super::places::EstimatePlace;
 use super::posterior::derived::DerivedDraws;
 use super::posterior::{Posterior, PriorSummary, QuantitySummary};
 use super::scaling::Scaling;
-use super::series::SeriesFit;
 use crate::inference::diagnostics::quantile::central_interval;
-use crate::physics::Quantity;
+use crate::physics::{Coefficient, Quantity};
 use crate::rounding::short;
 use crate::runs::{sphere_label, Runs};
 use crate::scene::{Scene, WetLaw};
@@ -38,17 +38,6 @@ pub enum Source {
 }
 
 impl Source {
-    /// Its name in a text.
-    pub fn name(self) -> &'static str {
-        match self {
-            Source::Posterior => "posterior",
-            Source::SquareRootLaw => "square-root law",
-            Source::LinearLaw => "linear law",
-            Source::EnergyBalance => "energy balance",
-            Source::DryLaw => "dry law",
-        }
-    }
-
     fn of_law(law: WetLaw) -> Source {
         match law {
             WetLaw::Sqrt => Source::SquareRootLaw,
@@ -81,33 +70,25 @@ pub struct EstimateRow {
     /// where a k comes from that no dry run tells: `wet runs`
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from: Option<&'static str>,
+    /// what its draws say, of what follows from the parameters of the posterior
+    #[serde(flatten)]
+    pub draws: Option<DrawsOfRow>,
+    /// index into [`Runs::spheres`]: whose k it goes by; `None` of what spheres share
+    #[serde(skip)]
+    pub(super) sphere: Option<usize>,
 }
 
-/// What an estimate is of.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
-pub struct EstimatePlace {
-    /// name of the particle; `None` of what particles share
-    pub particle: Option<String>,
-    /// name of the liquid; `None` of what liquids share, and of several that are taken as one
-    pub liquid: Option<String>,
-    /// D, m; `None` of what diameters share
-    pub diameter_m: Option<f64>,
-    /// δ/D; `None` of what films share
-    pub film_ratio: Option<f64>,
-}
-
-impl EstimatePlace {
-    fn of_particle(particle: &str, diameter_m: Option<f64>) -> EstimatePlace {
-        EstimatePlace {
-            particle: Some(particle.to_owned()),
-            diameter_m,
-            ..EstimatePlace::default()
-        }
-    }
-
-    fn at(self, film_ratio: Option<f64>) -> EstimatePlace {
-        EstimatePlace { film_ratio, ..self }
-    }
+/// Where the draws of an estimate lie, and how reliable they are.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct DrawsOfRow {
+    /// 50 % point of the draws
+    pub median: Option<f64>,
+    /// R-hat: 1 where all chains look alike, above 1.01 not reliable
+    pub rhat: Option<f64>,
+    /// effective draws in the bulk
+    pub ess_bulk: Option<f64>,
+    /// effective draws in the tails
+    pub ess_tail: Option<f64>,
 }
 
 impl EstimateRow {
@@ -121,6 +102,15 @@ impl EstimateRow {
             number,
             prior_led: false,
             from: None,
+            draws: None,
+            sphere: None,
+        }
+    }
+
+    fn of_sphere(self, sphere: usize) -> EstimateRow {
+        EstimateRow {
+            sphere: Some(sphere),
+            ..self
         }
     }
 
@@ -145,17 +135,13 @@ impl EstimateRow {
 
     /// Whether it comes from this law.
     pub(super) fn is_of_law(&self, law: &Scaling) -> bool {
-        self.source == Source::of_law(law.law)
-            && self.of.film_ratio == law.film_ratio
-            && (self.of.particle.as_ref(), self.of.diameter_m) == (Some(&law.particle), law.diameter_m)
+        (self.source, self.sphere, self.of.film_ratio) == (Source::of_law(law.law), Some(law.sphere), law.film_ratio)
     }
 
     /// Whether a sensitivity is of it, by the fit that it comes from or is checked by.
     pub fn is_result(&self, result: &Sensitivity) -> bool {
-        let of = &self.of;
         result.result == self.quantity
-            && result.particle == of.particle
-            && (result.film_ratio, result.diameter_m) == (of.film_ratio, of.diameter_m)
+            && result.of == self.of.of_all_liquids()
             && result.is_of_balance() == (self.source != Source::SquareRootLaw)
     }
 }
@@ -170,36 +156,30 @@ pub(super) struct EstimateSources<'a> {
     pub posterior: Option<&'a Posterior>,
 }
 
-impl<'a> EstimateSources<'a> {
+impl EstimateSources<'_> {
     /// Every estimate, those of the same source together.
     pub fn rows(self) -> Vec<EstimateRow> {
-        let mut rows = vec![];
-        if let Some(posterior) = self.posterior {
-            rows.extend(self.sampled(posterior));
-            // each is sorted for its interval
-            let derived = posterior.derived.par_iter().zip(&posterior.findings.derived);
-            rows.par_extend(derived.map(|(draws, summary)| self.derived(draws, summary)));
-        }
         let fits = self.least_squares;
-        rows.extend(fits.dry.iter().flat_map(of_diameters));
-        if let Some(balance) = fits.energy_balance {
-            rows.extend(self.fitted(balance));
-            rows.extend(balance.derived.iter().flat_map(of_balance));
+        let mut rows = self.posterior.map_or(vec![], |posterior| self.by_posterior(posterior));
+        rows.extend(fits.dry.iter().flat_map(by_dry_law));
+        rows.extend(fits.energy_balance.into_iter().flat_map(|own| self.by_balance(own)));
+        rows.extend(fits.scaling.iter().flat_map(by_law));
+        for (series, own) in self.runs.series.iter().zip(fits.series) {
+            let of = EstimatePlace {
+                liquid: Some(own.liquid.clone()),
+                ..EstimatePlace::of_particle(&own.particle, Some(own.diameter_m)).at(Some(own.film_ratio))
+            };
+            rows.extend(rows_of(series.sphere, of, Source::SquareRootLaw, &own.estimates));
         }
-        let by_laws = || fits.scaling.iter().flat_map(by_law);
-        let is_of_energy = |row: &EstimateRow| OF_ENERGY.iter().any(|quantity| row.is(*quantity));
-        rows.extend(by_laws().filter(|row| !is_of_energy(row)));
-        rows.extend(by_laws().filter(is_of_energy));
-        rows.extend(fits.series.iter().flat_map(of_series));
         rows
     }
 
-    /// The sampled parameters.
-    pub fn sampled(self, posterior: &'a Posterior) -> impl Iterator<Item = EstimateRow> + 'a {
+    /// The sampled parameters, and what follows from them.
+    fn by_posterior(self, posterior: &Posterior) -> Vec<EstimateRow> {
         let parameters = posterior.sampled.parameters.sampled.iter();
         let with_draws = parameters.zip(&posterior.sampled.values);
         let all = with_draws.zip(&posterior.findings.parameters);
-        all.map(move |((own, draws), summary)| EstimateRow {
+        let sampled = all.map(|((own, draws), summary)| EstimateRow {
             quantity: own.kind.key(),
             kind: own.kind.quantity(),
             of: self.of_sphere(own.kind.sphere()),
@@ -208,38 +188,66 @@ impl<'a> EstimateSources<'a> {
             number: self.of_draws(summary, draws),
             prior_led: summary.prior.as_ref().is_some_and(PriorSummary::leads),
             from: summary.from,
-        })
+            draws: None,
+            sphere: own.kind.sphere(),
+        });
+        let mut rows: Vec<EstimateRow> = sampled.collect();
+        let l = Quantity::Shared(Coefficient::LubricationLog);
+        let prior_led = rows.iter().any(|own| own.is(l) && own.prior_led);
+        // each is sorted for its interval
+        let derived = posterior.derived.par_iter().zip(&posterior.findings.derived);
+        rows.par_extend(derived.map(|(draws, summary)| EstimateRow {
+            prior_led: prior_led && draws.quantity == Quantity::DeltaCOverRoughness,
+            ..self.derived(draws, summary)
+        }));
+        // without a viscous loss there is no St_c
+        if rows.iter().all(|own| !own.is(Quantity::StC)) {
+            let of_e_inf = rows.iter().filter(|own| own.is(Quantity::EInf));
+            let number = no_draws(Quoting::of(self.scene), NO_VISCOUS);
+            let none = of_e_inf.map(|own| EstimateRow {
+                sphere: own.sphere,
+                ..EstimateRow::new(Quantity::StC, own.of.clone(), number.clone(), Source::Posterior)
+            });
+            let none: Vec<EstimateRow> = none.collect();
+            rows.extend(none);
+        }
+        rows
     }
 
     /// What follows from the sampled parameters.
-    pub fn derived(self, draws: &DerivedDraws, summary: &QuantitySummary) -> EstimateRow {
-        let of = match &draws.setting {
-            Some(setting) => EstimatePlace {
-                particle: Some(self.scene.particles[setting.particle].name.clone()),
-                liquid: Some(self.scene.liquids[setting.liquid].name.clone()),
-                diameter_m: setting.diameter,
-                film_ratio: Some(setting.film_ratio),
-            },
-            None => EstimatePlace {
-                particle: draws.label.clone(),
-                ..EstimatePlace::default()
-            },
-        };
+    fn derived(self, draws: &DerivedDraws, summary: &QuantitySummary) -> EstimateRow {
         let number = self.of_draws(summary, &draws.values);
-        EstimateRow::new(draws.quantity, of, number, Source::Posterior)
+        EstimateRow {
+            sphere: draws.sphere,
+            draws: Some(DrawsOfRow {
+                median: summary.median,
+                rhat: summary.rhat,
+                ess_bulk: summary.ess_bulk,
+                ess_tail: summary.ess_tail,
+            }),
+            ..EstimateRow::new(draws.quantity, draws.of.clone(), number, Source::Posterior)
+        }
     }
 
-    /// The parameters of the energy balance, and δc/ε after them.
-    pub fn fitted(self, balance: &'a EnergyBalance) -> impl Iterator<Item = EstimateRow> + 'a {
-        let row =
-            |quantity, of, estimate: &Estimate| EstimateRow::new(quantity, of, estimate.clone(), Source::EnergyBalance);
-        let parameters = balance.parameters.iter().filter_map(move |own| {
-            let of = self.of_sphere(own.kind.sphere());
-            Some(row(own.kind.quantity()?, of, &own.estimate))
+    /// The parameters of the energy balance, δc/ε, and e_inf and St_c of its places.
+    fn by_balance(self, balance: &EnergyBalance) -> Vec<EstimateRow> {
+        let row = |quantity, sphere, estimate: &Estimate| EstimateRow {
+            sphere,
+            ..EstimateRow::new(
+                quantity,
+                self.of_sphere(sphere),
+                estimate.clone(),
+                Source::EnergyBalance,
+            )
+        };
+        let parameters = balance.parameters.iter();
+        let parameters = parameters.filter_map(|own| Some(row(own.kind.quantity()?, own.kind.sphere(), &own.estimate)));
+        let ratio = row(Quantity::DeltaCOverRoughness, None, &balance.delta_c_over_roughness);
+        let derived = balance.derived.iter().flat_map(|own| {
+            let of = EstimatePlace::of_particle(&own.particle, own.diameter_m).at(Some(own.film_ratio));
+            rows_of(own.sphere, of, Source::EnergyBalance, &own.estimates)
         });
-        let ratio = &balance.delta_c_over_roughness;
-        let ratio = row(Quantity::DeltaCOverRoughness, EstimatePlace::default(), ratio);
-        parameters.chain([ratio])
+        parameters.chain([ratio]).chain(derived).collect()
     }
 
     /// From a summary and its draws, chain by chain.
@@ -280,65 +288,31 @@ pub(super) fn no_draws(quoting: Quoting, why: &str) -> Estimate {
     }
 }
 
-/// k by the dry law.
-pub(super) fn of_dry_law(dry: &Dry) -> EstimateRow {
-    let of = EstimatePlace::of_particle(&dry.particle, dry.diameter_m);
-    EstimateRow::new(Quantity::DryK, of, dry.dry_k.clone(), Source::DryLaw)
-}
-
 /// k by the dry law, and of several diameters that of each after it.
-fn of_diameters(dry: &Dry) -> impl Iterator<Item = EstimateRow> + use<'_> {
+fn by_dry_law(dry: &Dry) -> Vec<EstimateRow> {
+    let row = |diameter_m, dry_k: &Estimate| {
+        let of = EstimatePlace::of_particle(&dry.particle, diameter_m);
+        EstimateRow::new(Quantity::DryK, of, dry_k.clone(), Source::DryLaw).of_sphere(dry.sphere)
+    };
     let several = dry.by_diameter.len() > 1;
-    let each = dry.by_diameter.iter().filter(move |_| several).map(move |one| {
-        let of = EstimatePlace::of_particle(&dry.particle, Some(one.diameter_m));
-        EstimateRow::new(Quantity::DryK, of, one.dry_k.clone(), Source::DryLaw)
-    });
-    std::iter::once(of_dry_law(dry)).chain(each)
+    let each = dry.by_diameter.iter().filter(|_| several);
+    let each = each.map(|one| row(Some(one.diameter_m), &one.dry_k));
+    std::iter::once(row(dry.diameter_m, &dry.dry_k)).chain(each).collect()
 }
-
-/// e_inf and St_c of a place by the energy balance.
-pub(super) fn of_balance(own: &DerivedEstimate) -> [EstimateRow; 2] {
-    let of = EstimatePlace::of_particle(&own.particle, own.diameter_m).at(Some(own.film_ratio));
-    e_inf_and_st_c(of, Source::EnergyBalance, &own.estimates)
-}
-
-/// e_inf and St_c by a law over 1/St.
-pub(super) fn of_law(own: &Scaling) -> [EstimateRow; 2] {
-    e_inf_and_st_c(place_of(own), Source::of_law(own.law), &own.estimates)
-}
-
-/// Of what a law over 1/St gives the quantities that tell where the energy went.
-const OF_ENERGY: [Quantity; 3] = [Quantity::InertialLoss, Quantity::StCEInf2, Quantity::DeltaC];
 
 /// Everything that a law over 1/St gives.
 fn by_law(own: &Scaling) -> impl Iterator<Item = EstimateRow> + use<'_> {
-    rows_of(place_of(own), Source::of_law(own.law), &own.estimates)
-}
-
-fn place_of(law: &Scaling) -> EstimatePlace {
-    EstimatePlace::of_particle(&law.particle, law.diameter_m).at(law.film_ratio)
-}
-
-fn of_series(own: &SeriesFit) -> impl Iterator<Item = EstimateRow> + use<'_> {
-    let of = EstimatePlace {
-        liquid: Some(own.liquid.clone()),
-        ..EstimatePlace::of_particle(&own.particle, Some(own.diameter_m)).at(Some(own.film_ratio))
-    };
-    rows_of(of, Source::SquareRootLaw, &own.estimates)
+    let of = EstimatePlace::of_particle(&own.particle, own.diameter_m).at(own.film_ratio);
+    rows_of(own.sphere, of, Source::of_law(own.law), &own.estimates)
 }
 
 /// The estimates of a place by a fit.
 fn rows_of(
+    sphere: usize,
     of: EstimatePlace,
     source: Source,
     estimates: &QuantityEstimates,
 ) -> impl Iterator<Item = EstimateRow> + use<'_> {
     let each = estimates.iter();
-    each.map(move |(quantity, own)| EstimateRow::new(quantity, of.clone(), own.clone(), source))
-}
-
-/// e_inf and St_c among them.
-fn e_inf_and_st_c(of: EstimatePlace, source: Source, estimates: &QuantityEstimates) -> [EstimateRow; 2] {
-    let row = |quantity| EstimateRow::new(quantity, of.clone(), estimates[quantity].clone(), source);
-    [Quantity::EInf, Quantity::StC].map(row)
+    each.map(move |(quantity, own)| EstimateRow::new(quantity, of.clone(), own.clone(), source).of_sphere(sphere))
 }

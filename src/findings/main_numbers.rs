@@ -4,23 +4,21 @@
 //! that law describes how its runs came about and has ten degrees of freedom or more, and from the posterior for each
 //! liquid. Without a posterior least squares stands in, and they are provisional.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::balance::{DerivedEstimate, NO_VISCOUS};
 use super::dry::fit_of_sphere;
 use super::estimate::Quoting;
-use super::estimates::{no_draws, of_balance, of_dry_law, of_law, EstimatePlace, EstimateRow, EstimateSources, Source};
+use super::estimates::{no_draws, EstimateRow, EstimateSources, Source};
 use super::fit_verdict::Verdict;
-use super::posterior::Posterior;
 use super::remarks::{self, BIAS};
 use super::scaling::Scaling;
 use crate::physics::form::Term;
 use crate::physics::{Coefficient, Quantity};
 use crate::remark::Remark;
-use crate::runs::{FilmGroup, Runs, Series};
+use crate::runs::Runs;
 use crate::scene::{NoiseOn, WetLaw};
 
 /// Dry runs from which on the posterior's 95 % interval of their k covers as stated where no wet run tells of it: of 3 to 6
@@ -60,29 +58,6 @@ impl MainNumbers {
         self.parameters.iter().chain(self.places.iter().flatten())
     }
 
-    /// Puts them in the place of their rows among all estimates; a law of several liquids has none of one.
-    pub(super) fn mark(&self, rows: &mut Vec<EstimateRow>) {
-        // a table may have as many film ratios as runs
-        let mut at: HashMap<_, Vec<usize>> = HashMap::new();
-        for (place, row) in rows.iter().enumerate() {
-            at.entry(row.of.film_ratio.map(f64::to_bits)).or_default().push(place);
-        }
-        for own in self.rows() {
-            let of = EstimatePlace {
-                liquid: own.of.liquid.clone().filter(|_| own.source == Source::Posterior),
-                ..own.of.clone()
-            };
-            let own = EstimateRow { of, ..own.clone() };
-            let is_own =
-                |row: &EstimateRow| (row.quantity, row.source) == (own.quantity, own.source) && row.of == own.of;
-            let here = at.get(&own.of.film_ratio.map(f64::to_bits)).into_iter().flatten();
-            match here.copied().find(|place| is_own(&rows[*place])) {
-                Some(place) => rows[place] = own,
-                None => rows.push(own),
-            }
-        }
-    }
-
     /// Whether replicates of the main numbers gave numbers; `None` where none has replicates. What the replicates of other
     /// estimates did stands in their own tables.
     pub(super) fn check_replicates(&self) -> Option<Remark> {
@@ -107,108 +82,118 @@ impl MainNumbers {
     }
 }
 
-/// Picks them, before they are judged.
-pub(super) fn pick_main_numbers(from: EstimateSources) -> MainNumbers {
-    let picked = match from.posterior {
-        Some(posterior) => from.sampled_parameters(posterior),
-        None => from.fitted_parameters(),
-    };
+/// Marks them among all estimates, each as it is quoted, and gives them in the order in which they are told, before they are
+/// judged.
+pub(super) fn pick_main_numbers(from: EstimateSources, rows: &mut [EstimateRow]) -> MainNumbers {
+    if from.posterior.is_some() {
+        withhold_unreached(rows, from.runs, Quoting::of(from.scene));
+    }
+    // a table may have as many film ratios as runs
+    let key = |sphere: usize, film_ratio: f64| (sphere, film_ratio.to_bits());
+    let laws = from.least_squares.scaling.iter().filter(|law| law.law == WetLaw::Sqrt);
+    let laws: HashMap<_, &Scaling> = laws
+        .filter_map(|law| Some((key(law.sphere, law.film_ratio?), law)))
+        .collect();
+    let balance = from.least_squares.energy_balance.filter(|own| own.verdict.passed);
+    let by_balance = balance.into_iter().flat_map(|balance| &balance.derived);
+    let by_balance: HashSet<_> = by_balance.map(|own| key(own.sphere, own.film_ratio)).collect();
+    let mut picked: Vec<(usize, EstimateRow)> = vec![];
+    for row in rows {
+        let place = row
+            .sphere
+            .zip(row.of.film_ratio)
+            .map(|(sphere, ratio)| key(sphere, ratio));
+        let law = place.and_then(|place| laws.get(&place));
+        let has_balance = place.is_some_and(|place| by_balance.contains(&place));
+        row.main = match law {
+            Some(law) => from.is_main_at(row, law, has_balance),
+            None => from.is_main_parameter(row),
+        };
+        if !row.main {
+            continue;
+        }
+        if row.source == Source::SquareRootLaw {
+            row.of.liquid = law.and_then(|law| from.only_liquid(law));
+        }
+        if row.source != Source::Posterior {
+            row.number.se = row.number.se_of_interval();
+        }
+        // k before what spheres share
+        let of_parameter = || row.sphere.unwrap_or(from.runs.spheres.len());
+        picked.push((law.map_or_else(of_parameter, |law| law.series.start), row.clone()));
+    }
+    // the law of a film ratio before the posterior of its liquids
+    picked.sort_by_key(|(order, row)| (*order, row.source == Source::Posterior));
+    let picked = picked.into_iter().map(|(_, row)| row);
+    let (parameters, places): (Vec<_>, Vec<_>) = picked.partition(|row| row.of.film_ratio.is_none());
+    let (e_inf, st_c): (Vec<_>, Vec<_>) = places.into_iter().partition(|row| row.is(Quantity::EInf));
     MainNumbers {
         provisional: from.posterior.is_none(),
-        parameters: picked.into_iter().map(quoted).collect(),
-        places: from.places().into_iter().map(|both| both.map(quoted)).collect(),
+        parameters,
+        places: e_inf.into_iter().zip(st_c).map(<[EstimateRow; 2]>::from).collect(),
         ..MainNumbers::default()
     }
 }
 
-/// A row as it is quoted first.
-fn quoted(mut row: EstimateRow) -> EstimateRow {
-    if row.source != Source::Posterior {
-        row.number.se = row.number.se_of_interval();
-    }
-    row.main = true;
-    row
-}
-
 impl EstimateSources<'_> {
-    fn sampled_parameters(self, posterior: &Posterior) -> Vec<EstimateRow> {
-        let spheres = posterior.sampled.parameters.sampled.iter().map(|own| own.kind.sphere());
-        let sampled = self.sampled(posterior).zip(spheres);
-        let sampled = sampled.filter(|(row, _)| row.kind.is_some());
-        let parameters = sampled.map(|(row, sphere)| {
-            let few = sphere.and_then(|sphere| self.of_few_dry_runs(sphere));
-            few.unwrap_or(row)
-        });
-        let mut parameters: Vec<EstimateRow> = parameters.collect();
-        withhold_unreached(&mut parameters, self.runs, Quoting::of(self.scene));
-        let l = Quantity::Shared(Coefficient::LubricationLog);
-        let prior_led = parameters.iter().any(|own| own.is(l) && own.prior_led);
-        let derived = posterior.derived.iter().zip(&posterior.findings.derived);
-        let of_ratio = derived.filter(|(draws, _)| draws.quantity == Quantity::DeltaCOverRoughness);
-        parameters.extend(of_ratio.map(|(draws, summary)| EstimateRow {
-            prior_led,
-            ..self.derived(draws, summary)
-        }));
-        parameters
-    }
-
-    /// k of a sphere that few dry runs alone tell: by the dry law, with Student's t. The posterior's interval knows less
-    /// than they do, since the prior of their spread reaches far beyond it.
-    fn of_few_dry_runs(&self, sphere: usize) -> Option<EstimateRow> {
-        let dry = fit_of_sphere(self.least_squares.dry, sphere)?;
-        let alone = self.runs.series_of(sphere).is_empty() && dry.runs < FEW_DRY_RUNS;
-        (alone && dry.dry_k.interval.is_some()).then(|| of_dry_law(dry))
-    }
-
-    fn fitted_parameters(self) -> Vec<EstimateRow> {
-        let dry = self.least_squares.dry.iter().map(of_dry_law);
-        let has_delta_c = self.scene.model.viscous.why_no_critical_separation().is_none();
-        let is_told = |row: &EstimateRow| match row.kind {
-            Some(Quantity::Shared(_)) => true,
-            kind => has_delta_c && kind == Some(Quantity::DeltaCOverRoughness),
+    /// Whether a number of a film ratio is e_inf or St_c by the source that serves there: its square-root law, or, of each
+    /// liquid, the posterior beside it; without a posterior the balance of all.
+    fn is_main_at(self, row: &EstimateRow, law: &Scaling, has_balance: bool) -> bool {
+        let (alone, has_law) = (self.posterior.is_none(), self.law_serves(law));
+        let serves = match row.source {
+            Source::Posterior => true,
+            // of all liquids, not of a series
+            Source::SquareRootLaw => row.of.liquid.is_none() && (has_law || alone && !has_balance),
+            Source::EnergyBalance => alone && has_balance && !has_law,
+            Source::LinearLaw | Source::DryLaw => false,
         };
-        let balance = self.least_squares.energy_balance.into_iter();
-        let fitted = balance.flat_map(|balance| self.fitted(balance)).filter(is_told);
-        dry.chain(fitted).collect()
+        serves && (row.is(Quantity::EInf) || row.is(Quantity::StC))
     }
 
-    /// The places in the order of the film groups: at each the law, where it serves, then the posterior for each liquid.
-    fn places(&self) -> Vec<[EstimateRow; 2]> {
-        let mut all = vec![];
-        // both stand in the order of the film groups, and a table may have as many of these as runs
-        let laws = self.least_squares.scaling.iter();
-        let mut laws = laws
-            .filter(|law| law.law == WetLaw::Sqrt && law.film_ratio.is_some())
-            .peekable();
-        let balance = self.least_squares.energy_balance.filter(|own| own.verdict.passed);
-        let mut derived = balance.into_iter().flat_map(|own| &own.derived).peekable();
-        for group in &self.runs.film_groups {
-            let law = laws.next_if(|law| (law.sphere, law.film_ratio) == (group.sphere, Some(group.film_ratio)));
-            let is_here = |own: &&DerivedEstimate| (own.sphere, own.film_ratio) == (group.sphere, group.film_ratio);
-            let by_balance = std::iter::from_fn(|| derived.next_if(is_here)).map(of_balance);
-            let by_balance: Vec<[EstimateRow; 2]> = by_balance.collect();
-            let before = all.len();
-            all.extend(
-                law.filter(|law| self.law_serves(law))
-                    .map(|law| self.of_law(group, law)),
-            );
-            if let Some(posterior) = self.posterior {
-                all.extend(self.of_posterior(group, posterior));
+    /// The liquid of a law; `None` where it takes several as one.
+    fn only_liquid(self, law: &Scaling) -> Option<String> {
+        let (first, others) = self.runs.series[law.series.clone()].split_first()?;
+        let is_alone = others.iter().all(|other| other.liquid == first.liquid);
+        is_alone.then(|| self.scene.liquids[first.liquid].name.clone())
+    }
+
+    /// Whether it is a parameter, or δc/ε, by the source that serves.
+    fn is_main_parameter(self, row: &EstimateRow) -> bool {
+        let alone = self.posterior.is_none();
+        match (row.source, row.kind) {
+            (Source::Posterior, Some(quantity)) => quantity != Quantity::DeltaC && !self.is_of_few_dry_runs(row),
+            (Source::DryLaw, _) => {
+                let own = row.sphere.map(|sphere| self.runs.spheres[sphere].diameter);
+                own == Some(row.of.diameter_m) && (alone || self.is_of_few_dry_runs(row))
             }
-            if all.len() == before {
-                all.extend(by_balance);
+            (Source::EnergyBalance, Some(Quantity::Shared(_))) => alone,
+            (Source::EnergyBalance, Some(Quantity::DeltaCOverRoughness)) => {
+                alone && self.scene.model.viscous.why_no_critical_separation().is_none()
             }
-            if all.len() == before {
-                all.extend(law.map(|law| self.of_law(group, law)));
-            }
+            _ => false,
         }
-        all
+    }
+
+    /// Whether it is the k of a sphere that few dry runs alone tell: by the dry law, with Student's t. The posterior's
+    /// interval knows less than they do, since the prior of their spread reaches far beyond it.
+    fn is_of_few_dry_runs(self, row: &EstimateRow) -> bool {
+        let sampled = self
+            .posterior
+            .into_iter()
+            .flat_map(|own| &own.sampled.parameters.sampled);
+        let mut spheres = sampled.filter_map(|own| own.kind.sphere());
+        let sphere = row.sphere.filter(|own| spheres.any(|sphere| sphere == *own));
+        let dry = sphere.and_then(|sphere| fit_of_sphere(self.least_squares.dry, sphere));
+        dry.is_some_and(|dry| {
+            let alone = self.runs.series_of(dry.sphere).is_empty() && dry.runs < FEW_DRY_RUNS;
+            alone && dry.dry_k.interval.is_some()
+        })
     }
 
     /// Whether the square-root law at a film ratio describes how its runs came about: every one of them rebounded, with
     /// noise on the restitution alone, independent from run to run, e² is a line in 1/St, and one law for all liquids biases
     /// it by no more than it may; and whether its runs tell their spread, unless there is no posterior that would.
-    fn law_serves(&self, law: &Scaling) -> bool {
+    fn law_serves(self, law: &Scaling) -> bool {
         let form = self.posterior.map_or(self.least_squares.form, |own| own.setup.form);
         law.verdict.passed
             && (law.tells_its_spread() || self.posterior.is_none())
@@ -220,58 +205,23 @@ impl EstimateSources<'_> {
             && !Term::Bridge.is_held(form)
             && law.bias_in_se().is_none_or(|bias| bias <= BIAS)
     }
-
-    fn of_law(&self, group: &FilmGroup, law: &Scaling) -> [EstimateRow; 2] {
-        let series = &self.runs.series[group.series.clone()];
-        let is_alone = |one: &&Series| series.iter().all(|other| other.liquid == one.liquid);
-        let of_one = series.first().filter(is_alone);
-        let liquid = of_one.map(|one| self.scene.liquids[one.liquid].name.clone());
-        let mut both = of_law(law);
-        both.iter_mut().for_each(|own| own.of.liquid.clone_from(&liquid));
-        both
-    }
-
-    /// e_inf and St_c by the posterior, for each liquid of a film group and each diameter where they belong to one.
-    fn of_posterior(&self, group: &FilmGroup, posterior: &Posterior) -> Vec<[EstimateRow; 2]> {
-        let all = || posterior.derived.iter().zip(&posterior.findings.derived);
-        let of = |quantity: Quantity| all().filter(move |(draws, _)| draws.quantity == quantity);
-        let here = of(Quantity::EInf).filter_map(|(draws, summary)| {
-            let setting = draws.setting.as_ref()?;
-            let diameter = self.runs.spheres[group.sphere].diameter;
-            let is_here = setting.particle == group.particle
-                && setting.film_ratio == group.film_ratio
-                && (diameter.is_none() || setting.diameter == diameter);
-            is_here.then(|| {
-                let e_inf = self.derived(draws, summary);
-                let st_c = of(Quantity::StC).find(|(other, _)| other.setting.as_ref() == Some(setting));
-                let st_c = match st_c {
-                    Some((draws, summary)) => self.derived(draws, summary),
-                    None => {
-                        let none = no_draws(Quoting::of(self.scene), NO_VISCOUS);
-                        EstimateRow::new(Quantity::StC, e_inf.of.clone(), none, Source::Posterior)
-                    }
-                };
-                [e_inf, st_c]
-            })
-        });
-        here.collect()
-    }
 }
 
 /// Takes back C and δ̃0 where the inertial loss sets in over films that are all thinner than those of the runs: where it
 /// has levelled off only its size is told, by which any other loss that goes with no film is taken for it.
-fn withhold_unreached(parameters: &mut [EstimateRow], runs: &Runs, quoting: Quoting) {
+fn withhold_unreached(rows: &mut [EstimateRow], runs: &Runs, quoting: Quoting) {
     const WHY: &str = "every film is thicker than δ̃0: no run tells how the loss sets in";
     let scale = Quantity::Shared(Coefficient::FilmScale);
     let ratios = runs.impacts.film_ratio.iter().copied();
     let thinnest = ratios.filter(|ratio| *ratio > 0.0).fold(f64::INFINITY, f64::min);
     let highest = |own: &EstimateRow| Some(own.number.value? + own.number.se?);
-    let mut scales = parameters.iter().filter(|own| own.is(scale));
+    let is_of = |own: &EstimateRow, quantity| own.source == Source::Posterior && own.is(quantity);
+    let mut scales = rows.iter().filter(|own| is_of(own, scale));
     if !scales.any(|own| highest(own).is_some_and(|highest| highest < thinnest)) {
         return;
     }
-    for own in parameters {
-        if own.is(scale) || own.is(Quantity::Shared(Coefficient::InertialPrefactor)) {
+    for own in rows {
+        if is_of(own, scale) || is_of(own, Quantity::Shared(Coefficient::InertialPrefactor)) {
             own.number = no_draws(quoting, WHY);
         }
     }
@@ -281,6 +231,7 @@ fn withhold_unreached(parameters: &mut [EstimateRow], runs: &Runs, quoting: Quot
 mod tests {
     use super::*;
     use crate::findings::estimate::Estimate;
+    use crate::findings::places::EstimatePlace;
     use crate::runs::Impacts;
 
     #[test]

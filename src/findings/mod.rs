@@ -9,7 +9,7 @@
 //! | `form_choice.rs` | when a form of the law stands in for the default one |
 //! | `quantities.rs` | estimates of quantities from a fit, by the delta method |
 //! | `range.rs` | the smallest and the largest of some numbers |
-//! | `places.rs` | where an energy balance is told: film ratios of particles, and diameters where the form tells them apart |
+//! | `places.rs` | what an estimate is of; where an energy balance is told: film ratios of particles, and diameters where the form tells them apart |
 //! | `fit_columns.rs` | the runs of a fit in columns, with each run's own dry speed and its measurement errors |
 //! | `remarks.rs` | every remark: code, level, line with its source, next step; and in which order they are told |
 //! | `film_groups.rs` | film groups with their width, why some have no film ratio of their own, and which stands for the others |
@@ -30,7 +30,7 @@
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
 //! | `posterior/` | parameters from all runs at once, with priors |
 //! | `estimates.rs` | every estimate in a row of one table |
-//! | `main_numbers.rs` | the main numbers, each from the source that serves it |
+//! | `main_numbers.rs` | which estimates are the main numbers, each from the source that serves it |
 //! | `exact_constants.rs` | which constant without an uncertainty would widen the main numbers most |
 //! | `left_out.rs` | draws from a model, each run predicted from the others |
 //! | `moved.rs` | a number in two fits |
@@ -69,7 +69,7 @@ pub mod main_numbers;
 mod moved;
 pub mod noise;
 pub mod overview;
-mod places;
+pub mod places;
 mod plausible;
 pub mod posterior;
 pub mod predict;
@@ -97,7 +97,7 @@ use crate::remark::{Level, Remark};
 use crate::runs::{FilmGroup, Runs, Table};
 use crate::scene::{NoiseOn, Scene, Sticking};
 use compare::Comparison;
-use estimates::{EstimateRow, EstimateSources};
+use estimates::EstimateSources;
 use form_choice::OtherForm;
 use left_out::ComparisonContext;
 use main_numbers::MainNumbers;
@@ -242,6 +242,7 @@ fn fit_laws(scene: &Scene, table: &Table, seed: u64) -> (Findings, Option<LineAg
         questions: None,
         identifies: None,
         remarks: vec![],
+        estimates: vec![],
     };
     (findings, line)
 }
@@ -253,31 +254,9 @@ pub fn is_compared(scene: &Scene, runs: &Runs) -> bool {
 }
 
 impl Findings {
-    /// Every estimate, those of the same source together; a main number as it is quoted, others with the standard error of
-    /// their fit.
-    pub fn estimates(&self, scene: &Scene, runs: &Runs, posterior: Option<&Posterior>) -> Vec<EstimateRow> {
-        let mut rows = self.sources(scene, runs, posterior).rows();
-        self.main.mark(&mut rows);
-        rows
-    }
-
     fn setup<'a>(&'a self, scene: &'a Scene, runs: &'a Runs) -> FitSetup<'a> {
         let dry = &self.dry;
         FitSetup { scene, runs, dry }
-    }
-
-    fn sources<'a>(
-        &'a self,
-        scene: &'a Scene,
-        runs: &'a Runs,
-        posterior: Option<&'a Posterior>,
-    ) -> EstimateSources<'a> {
-        EstimateSources {
-            scene,
-            runs,
-            least_squares: self.least_squares(),
-            posterior,
-        }
     }
 
     /// About how long [`Findings::add_posterior`] will sample.
@@ -455,9 +434,17 @@ impl Findings {
         }
     }
 
-    /// Picks the main numbers anew, from what was found by now.
+    /// Lists the estimates and picks the main numbers among them anew, from what was found by now.
     fn pick_main_numbers(&mut self, scene: &Scene, runs: &Runs, posterior: Option<&Posterior>) {
-        self.main = main_numbers::pick_main_numbers(self.sources(scene, runs, posterior));
+        let sources = EstimateSources {
+            scene,
+            runs,
+            least_squares: self.least_squares(),
+            posterior,
+        };
+        let mut rows = sources.rows();
+        self.main = main_numbers::pick_main_numbers(sources, &mut rows);
+        self.estimates = rows;
         self.say_anew(&[remarks::BOOTSTRAP_FAILURES], self.main.check_replicates());
         remarks::order_advice(&mut self.remarks);
         self.advise_no_inertia();

@@ -1,8 +1,57 @@
-//! Lists where an energy balance is told: particles at film ratios, and at diameters where its form or k tells these apart.
+//! Says what an estimate is of, and lists where an energy balance is told: particles at film ratios, and at diameters where its
+//! form or k tells these apart.
+
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::physics::Form;
+use crate::rounding::short;
 use crate::runs::{FilmGroup, Runs, Series};
 use crate::scene::Scene;
+use crate::units::millimetres;
+
+/// What an estimate is of.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
+pub struct EstimatePlace {
+    /// name of the particle; `None` of what particles share
+    pub particle: Option<String>,
+    /// name of the liquid; `None` of what liquids share, and of several that are taken as one
+    pub liquid: Option<String>,
+    /// D, m; `None` of what diameters share
+    pub diameter_m: Option<f64>,
+    /// δ/D; `None` of what films share
+    pub film_ratio: Option<f64>,
+}
+
+impl EstimatePlace {
+    pub(super) fn of_particle(particle: &str, diameter_m: Option<f64>) -> EstimatePlace {
+        EstimatePlace {
+            particle: Some(particle.to_owned()),
+            diameter_m,
+            ..EstimatePlace::default()
+        }
+    }
+
+    pub(super) fn at(self, film_ratio: Option<f64>) -> EstimatePlace {
+        EstimatePlace { film_ratio, ..self }
+    }
+
+    /// The same of all liquids.
+    pub fn of_all_liquids(&self) -> EstimatePlace {
+        EstimatePlace {
+            liquid: None,
+            ..self.clone()
+        }
+    }
+
+    /// Its words in a sentence, as far as it has them: particle, film ratio, diameter; and others after them.
+    pub fn words(&self, more: Option<&str>) -> String {
+        let ratio = self.film_ratio.map(|ratio| format!("δ/D = {}", short(ratio)));
+        let diameter = self.diameter_m.map(|d| format!("D = {} mm", short(millimetres(d))));
+        let all = [self.particle.clone(), ratio, diameter, more.map(str::to_owned)];
+        all.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    }
+}
 
 /// A particle at a film ratio, and at one diameter where the form of the balance or k tells diameters apart.
 #[derive(Debug, Clone)]

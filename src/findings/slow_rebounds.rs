@@ -12,6 +12,7 @@ use super::estimate::Estimate;
 use super::fit_columns::speeds_err;
 use super::least_squares::LeastSquares;
 use super::moved::{Moved, Told};
+use super::places::EstimatePlace;
 use super::posterior::derived::{derived_draws, main_draws, DerivedDraws};
 use super::posterior::{fit_posterior, MethodChoice, Posterior};
 use super::remarks::{self, shortened_by};
@@ -28,7 +29,7 @@ use crate::physics::form::Term;
 use crate::physics::rebound::slope_mean_restitution;
 use crate::physics::{Form, Quantity};
 use crate::remark::{Level, Remark};
-use crate::rounding::{short, to_digits};
+use crate::rounding::to_digits;
 use crate::runs::Runs;
 use crate::scene::{LikelihoodFamily, NoiseOn, Prior, PriorChoice, Scene, SIGMA_ENERGY};
 
@@ -283,11 +284,10 @@ fn shift_or_widening(moved: &Moved) -> f64 {
 fn fit_numbers(fit: &EnergyBalance) -> Vec<Told> {
     let parameters = fit.parameters.iter().map(|own| (own.name.clone(), &own.estimate));
     let derived = fit.derived.iter().flat_map(|row| {
-        let diameter = row.diameter_m.map(|d| format!(", D = {} mm", short(d * 1e3)));
-        let diameter = diameter.unwrap_or_default();
-        let here = format!("({}, δ/D = {}{diameter})", row.particle, short(row.film_ratio));
+        let here = EstimatePlace::of_particle(&row.particle, row.diameter_m).at(Some(row.film_ratio));
+        let here = here.words(None);
         let named =
-            move |(quantity, estimate): (Quantity, _)| (format!("{} {here}", quantity.describe().symbol), estimate);
+            move |(quantity, estimate): (Quantity, _)| (format!("{} ({here})", quantity.describe().symbol), estimate);
         row.estimates.iter().map(named)
     });
     let told = |(name, estimate): (String, &Estimate)| Some((name, estimate.value_and_scale().map(<[f64; 2]>::from)?));

@@ -45,7 +45,6 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::Error;
-use crate::findings::estimates::EstimateRow;
 use crate::findings::laws::{list_laws, PairLaw};
 use crate::findings::overview::Overview;
 use crate::findings::Findings;
@@ -77,7 +76,6 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
     let of_pairs = list_laws(input.scene, input.runs, input.findings, input.posterior);
     let file = FindingsFile {
         findings: input.findings,
-        estimates: &input.findings.estimates(input.scene, input.runs, input.posterior),
         laws: &of_pairs,
         figures: &names,
     };
@@ -118,8 +116,6 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
 struct FindingsFile<'a> {
     #[serde(flatten)]
     findings: &'a Findings,
-    /// every estimate, one a row
-    estimates: &'a [EstimateRow],
     /// the law e(v) of every pair of the runs, and of dry impacts
     laws: &'a [PairLaw],
     /// names of the figures in the folder `figures`, by which a later run knows the report's own files

@@ -1,31 +1,30 @@
 //! Writes predictions as CSV or JSON, at full precision.
 
+use minijinja::context;
 use serde::Serialize;
 
 use super::json;
+use super::template::{self, serialized};
 use crate::error::Error;
 use crate::findings::predict::Predicted;
 use crate::physics::Setting;
 
-/// A column's name with what of a row stands in it.
-type NumberColumn = (&'static str, fn(&Predicted) -> Option<f64>);
-
 /// The numbers of a row, in the order of [`Predicted`].
-const NUMBERS: [NumberColumn; 14] = [
-    ("impact_speed_m_s", |row| Some(row.impact_speed_m_s)),
-    ("stokes", |row| row.stokes),
-    ("reynolds", |row| row.reynolds),
-    ("restitution", |row| Some(row.restitution)),
-    ("restitution_q05", |row| Some(row.restitution_q05)),
-    ("restitution_q25", |row| Some(row.restitution_q25)),
-    ("restitution_q75", |row| Some(row.restitution_q75)),
-    ("restitution_q95", |row| Some(row.restitution_q95)),
-    ("run_q05", |row| Some(row.run_q05)),
-    ("run_q25", |row| Some(row.run_q25)),
-    ("run_q75", |row| Some(row.run_q75)),
-    ("run_q95", |row| Some(row.run_q95)),
-    ("stuck_probability", |row| Some(row.stuck_probability)),
-    ("log_slope", |row| row.log_slope),
+const NUMBERS: [&str; 14] = [
+    "impact_speed_m_s",
+    "stokes",
+    "reynolds",
+    "restitution",
+    "restitution_q05",
+    "restitution_q25",
+    "restitution_q75",
+    "restitution_q95",
+    "run_q05",
+    "run_q25",
+    "run_q75",
+    "run_q95",
+    "stuck_probability",
+    "log_slope",
 ];
 
 /// The fit that predictions were made of.
@@ -86,10 +85,10 @@ impl<'a> Prediction<'a> {
 /// Fails at the first number that is none, with its name: what was asked for is too far from anything that can be computed.
 fn check(rows: &[Predicted]) -> Result<(), Error> {
     for row in rows {
-        let odd = NUMBERS
-            .iter()
-            .find(|(_, number)| number(row).is_some_and(|x| !x.is_finite()));
-        if let Some((name, _)) = odd {
+        let numbers = serialized(row);
+        let number = |name: &str| f64::try_from(numbers.get_attr(name).ok()?).ok();
+        let odd = NUMBERS.iter().find(|name| number(name).is_some_and(|x| !x.is_finite()));
+        if let Some(name) = odd {
             let speed = row.impact_speed_m_s;
             return Err(Error::Usage(format!(
                 "{name} at {speed} m/s comes out as no finite number: this sphere, film, liquid or speed is beyond what can be \
@@ -105,37 +104,16 @@ fn check(rows: &[Predicted]) -> Result<(), Error> {
 ///
 /// Fails where a number is not finite.
 pub fn csv(predictions: &[Prediction], name_pairs: bool) -> Result<String, Error> {
-    let has_series = predictions.iter().any(|prediction| prediction.series.is_some());
-    let cell = |number: Option<f64>| number.map_or(String::new(), |number| format!("{number:?}"));
-    let names = NUMBERS.map(|(name, _)| name).join(",");
-    let mut text = format!(
-        "{}{names},extrapolated{}\n",
-        if name_pairs {
-            "particle,liquid,diameter_m,film_m,"
-        } else {
-            ""
-        },
-        if has_series { ",series" } else { "" }
-    );
-    for prediction in predictions {
-        check(&prediction.predicted)?;
-        // names have no comma
-        let (particle, liquid) = (prediction.particle, prediction.liquid.unwrap_or_default());
-        let [diameter, film] = [Some(prediction.diameter_m), prediction.film_m].map(cell);
-        let start = match name_pairs {
-            true => format!("{particle},{liquid},{diameter},{film},"),
-            false => String::new(),
-        };
-        let end = match has_series {
-            true => format!(",{}", prediction.series.unwrap_or_default()),
-            false => String::new(),
-        };
-        for row in &prediction.predicted {
-            let numbers = NUMBERS.map(|(_, number)| cell(number(row))).join(",");
-            text += &format!("{start}{numbers},{}{end}\n", row.extrapolated);
-        }
-    }
-    Ok(text)
+    predictions
+        .iter()
+        .try_for_each(|prediction| check(&prediction.predicted))?;
+    let values = context! {
+        numbers => NUMBERS,
+        predictions => serialized(predictions),
+        name_pairs,
+        has_series => predictions.iter().any(|prediction| prediction.series.is_some()),
+    };
+    template::plain("predicted.csv", &values)
 }
 
 /// An object with the fit that the predictions were made of and, of one pair, that pair with `predicted`, a list of rows;
@@ -152,9 +130,9 @@ pub fn json(origin: Origin, predictions: &[Prediction], one: bool) -> Result<Str
         #[serde(skip_serializing_if = "Option::is_none")]
         predictions: Option<&'a [Prediction<'a>]>,
     }
-    for prediction in predictions {
-        check(&prediction.predicted)?;
-    }
+    predictions
+        .iter()
+        .try_for_each(|prediction| check(&prediction.predicted))?;
     let only = predictions.first().filter(|_| one);
     json::text(&File {
         origin,

@@ -15,13 +15,14 @@ use serde::Serialize;
 use textwrap::core::display_width;
 
 use super::escape::{code, destination, guarded, literal};
-use crate::error::Error;
+use crate::error::{quoted, Error};
 use crate::findings::learnt::capital;
 use crate::findings::remarks::in_symbols;
 use crate::rounding::{self, by_number, positive, NONE};
+use crate::units::micrometres;
 
 /// The templates by their names.
-const TEMPLATES: [(&str, &str); 31] = [
+const TEMPLATES: [(&str, &str); 32] = [
     ("against_film.md", include_str!("templates/against_film.md")),
     ("against_speed.md", include_str!("templates/against_speed.md")),
     ("bands.txt", include_str!("templates/bands.txt")),
@@ -43,6 +44,7 @@ const TEMPLATES: [(&str, &str); 31] = [
     ("picker.html", include_str!("templates/picker.html")),
     ("places.md", include_str!("templates/places.md")),
     ("posterior.md", include_str!("templates/posterior.md")),
+    ("predicted.csv", include_str!("templates/predicted.csv")),
     ("report.md", include_str!("templates/report.md")),
     ("scaling.md", include_str!("templates/scaling.md")),
     ("seen.txt", include_str!("templates/seen.txt")),
@@ -174,6 +176,9 @@ fn add_filters(environment: &mut Environment) {
             wide.unwrap_or_else(|| own.with_its_error())
         })
     });
+    environment.add_filter("length_of_exponential", |own: Value| {
+        Number::of(&own, Some(micrometres(1.0))).map(|own| own.length_of_exponential())
+    });
     environment.add_filter("value", |own: Value, factor: Option<f64>| {
         Number::of(&own, factor).map(|own| rounding::optional(own.value, 4))
     });
@@ -190,7 +195,11 @@ fn add_filters(environment: &mut Environment) {
         let factor = factor.unwrap_or(1.0);
         or_none(x.zip(se), |(x, se)| rounding::with_se(factor * x, factor * se))
     });
+    environment.add_filter("source", |name: String| {
+        name.replace("square_root", "square-root").replace('_', " ")
+    });
     environment.add_filter("code", |text: String| code(&text));
+    environment.add_filter("quoted", |text: String| quoted(&text));
     environment.add_filter("literal", |text: String| literal(&text));
     environment.add_filter("capital", |text: String| capital(&text));
     environment.add_filter("symbol", |name: String| in_symbols(&name));
@@ -210,10 +219,10 @@ fn add_filters(environment: &mut Environment) {
 }
 
 /// What stands for an exponential, as δc = ε exp(L), whose interval spans too much.
-pub(super) const UNTOLD: &str = "not told by the runs";
+const UNTOLD: &str = "not told by the runs";
 
 /// Whether the ends of an interval of an exponential are more than a factor of 1000 apart.
-pub(super) fn spans_too_much([lo, hi]: [f64; 2]) -> bool {
+fn spans_too_much([lo, hi]: [f64; 2]) -> bool {
     const WIDEST: f64 = 1000.0;
     hi > WIDEST * lo
 }
@@ -270,6 +279,16 @@ impl Number {
         }
         let median = self.median.filter(|_| hi > WIDE * lo)?;
         Some(format!("{} (median)", rounding::significant(median, 3)))
+    }
+
+    /// The median with the interval of a length that is an exponential, in µm.
+    fn length_of_exponential(&self) -> String {
+        let told = match self.interval.filter(|ends| spans_too_much(*ends)) {
+            Some(_) => UNTOLD.to_owned(),
+            None => format!("{} µm", rounding::optional(self.median, 3)),
+        };
+        let interval = self.interval.map(|ends| format!(", {} µm", rounding::range(ends)));
+        told + &interval.unwrap_or_default()
     }
 
     /// The interval, rounded as its error is, without one by a quarter of its width.

@@ -15,13 +15,13 @@ use serde::Serialize;
 use super::balance::EnergyBalance;
 use super::estimate::Estimate;
 use super::film_groups::reference_film_ratio;
+use super::places::EstimatePlace;
 use super::remarks::described;
 use super::scaling::{square_root_of, Scaling};
 use super::wet_fit::FitSetup;
 use crate::physics::quantity::{Place, Quantity, Wetted};
-use crate::runs::{rounded_film_ratio as rounded, Runs};
+use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
-use crate::units::millimetres;
 pub(super) use constant::{list_constants, Constant};
 use linearised::{LinearisedBalance, MovedBalance};
 
@@ -97,15 +97,9 @@ const BALANCE: &str = "balance";
 pub struct Sensitivity {
     /// the name of a shared parameter, `delta_c_m`, `e_inf` or `st_c`
     pub result: String,
-    /// name of the particle, of a result that has one
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub particle: Option<String>,
-    /// film ratio, of a result that has one
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub film_ratio: Option<f64>,
-    /// D, m, of a result that belongs to one
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub diameter_m: Option<f64>,
+    /// what it is of
+    #[serde(flatten)]
+    pub of: EstimatePlace,
     /// `balance`: over all rebounds; `sqrt`: the square-root law of the film ratio
     pub fit: &'static str,
     /// its value
@@ -128,12 +122,11 @@ impl Sensitivity {
 
     /// Its name in a table, with the fit that it is of.
     pub fn label(&self) -> String {
-        let law = match (self.film_ratio, self.fit) {
-            (None, _) => None,
-            (_, BALANCE) => Some("energy balance"),
-            _ => Some("square root"),
+        let fit = match self.is_of_balance() {
+            true => "energy balance",
+            false => "square root",
         };
-        self.named(law)
+        self.named(self.of.film_ratio.map(|_| fit))
     }
 
     /// Its name in a sentence, whichever fit it is of.
@@ -141,16 +134,12 @@ impl Sensitivity {
         self.named(None)
     }
 
-    fn named(&self, law: Option<&str>) -> String {
+    fn named(&self, fit: Option<&str>) -> String {
         let own = described(&self.result, [Quantity::DeltaC, Quantity::EInf, Quantity::StC]);
         let name = own.map_or(self.result.as_str(), |own| own.symbol);
-        let ratio = self.film_ratio.map(|ratio| format!("δ/D = {}", rounded(ratio)));
-        let diameter = self.diameter_m.map(|d| format!("D = {} mm", rounded(millimetres(d))));
-        let about = [self.particle.clone(), ratio, diameter, law.map(str::to_owned)];
-        let about: Vec<String> = about.into_iter().flatten().collect();
-        match about.as_slice() {
-            [] => name.to_owned(),
-            about => format!("{name} ({})", about.join(", ")),
+        match self.of.words(fit).as_str() {
+            "" => name.to_owned(),
+            of => format!("{name} ({of})"),
         }
     }
 }
@@ -224,7 +213,7 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<SensitiveResult> {
     let held = particles.filter(|(_, particle)| balance.particles.contains(&particle.name));
     let lengths = held.filter_map(|(index, particle)| {
         let named = Sensitivity {
-            particle: Some(particle.name.clone()),
+            of: EstimatePlace::of_particle(&particle.name, None),
             ..named(Quantity::DeltaC.describe().name)
         };
         let at = move |changed: &Changed| {
@@ -247,11 +236,10 @@ fn results(scene: &Scene, runs: &Runs, scaling: &[Scaling], balance: Option<&Ene
         let Some(film_ratio) = reference_film_ratio(scene, runs, sphere) else {
             continue;
         };
+        let particle = &scene.particles[of_sphere.particle].name;
         let named = |quantity: Quantity, diameter_m: Option<f64>, fit: &'static str| Sensitivity {
             result: quantity.describe().name.to_owned(),
-            particle: Some(scene.particles[of_sphere.particle].name.clone()),
-            film_ratio: Some(film_ratio),
-            diameter_m,
+            of: EstimatePlace::of_particle(particle, diameter_m).at(Some(film_ratio)),
             fit,
             ..Sensitivity::default()
         };

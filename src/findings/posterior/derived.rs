@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::findings::places::EstimatePlace;
 use crate::inference::sampling::Sampled;
 use crate::model::parameters::{physical, ParameterKind};
 use crate::physics::balance::Balance;
@@ -21,25 +22,27 @@ pub struct DerivedDraws {
     pub quantity: Quantity,
     /// the particle or the setting it holds for: `PTFE,AK10,0.06`
     pub label: Option<String>,
-    /// the setting it holds for
-    pub setting: Option<WetSetting>,
+    /// the same as an estimate has it
+    pub of: EstimatePlace,
+    /// index into [`Runs::spheres`]: the k of the setting
+    pub sphere: Option<usize>,
     /// `values[chain][draw]`
     pub values: Vec<Vec<f64>>,
 }
 
 /// A particle in a liquid at a film ratio.
 #[derive(Debug, Clone, PartialEq)]
-pub struct WetSetting {
+struct WetSetting {
     /// index into the scene's particles
-    pub particle: usize,
+    particle: usize,
     /// index into [`Runs::spheres`]: its k
-    pub sphere: usize,
+    sphere: usize,
     /// index into the scene's liquids
-    pub liquid: usize,
+    liquid: usize,
     /// δ/D
-    pub film_ratio: f64,
+    film_ratio: f64,
     /// D, m, where k or St_c depends on it
-    pub diameter: Option<f64>,
+    diameter: Option<f64>,
 }
 
 impl WetSetting {
@@ -50,6 +53,15 @@ impl WetSetting {
             form.fixed_over_stokes(&setting)
         };
         self.diameter.map_or(0.0, of)
+    }
+
+    fn of(&self, scene: &Scene) -> EstimatePlace {
+        EstimatePlace {
+            particle: Some(scene.particles[self.particle].name.clone()),
+            liquid: Some(scene.liquids[self.liquid].name.clone()),
+            diameter_m: self.diameter,
+            film_ratio: Some(self.film_ratio),
+        }
     }
 
     /// Its words in the names of draws.
@@ -97,11 +109,14 @@ fn derived_at(scene: &Scene, runs: &Runs, form: Form, full: &[Vec<f64>], per_cha
             full.iter().map(value).collect::<Vec<f64>>()
         };
         let ratio = Quantity::DeltaCOverRoughness;
-        all.push(derived(ratio, None, None, chains(of_l(ratio, None))));
+        all.push(derived(ratio, None, chains(of_l(ratio, None))));
         let particles = runs.wet_particles().map(|index| &scene.particles[index]);
         for particle in particles.filter(|own| own.roughness.is_some()) {
             let values = chains(of_l(Quantity::DeltaC, particle.roughness));
-            all.push(derived(Quantity::DeltaC, Some(particle.name.clone()), None, values));
+            all.push(DerivedDraws {
+                of: EstimatePlace::of_particle(&particle.name, None),
+                ..derived(Quantity::DeltaC, Some(particle.name.clone()), values)
+            });
         }
     }
     let settings = settings(runs, form);
@@ -127,7 +142,11 @@ fn derived_at(scene: &Scene, runs: &Runs, form: Form, full: &[Vec<f64>], per_cha
         let one = |(setting, wetted): (&WetSetting, &Vec<Wetted<f64>>)| {
             let label = setting.label(scene);
             let values = wetted.iter().map(|wetted| quantity.value(&Place::NONE, wetted));
-            derived(quantity, Some(label), Some(setting.clone()), chains(values.collect()))
+            DerivedDraws {
+                of: setting.of(scene),
+                sphere: Some(setting.sphere),
+                ..derived(quantity, Some(label), chains(values.collect()))
+            }
         };
         all.par_extend(settings.par_iter().zip(&wetted).map(one));
     }
@@ -146,12 +165,7 @@ pub(in crate::findings) fn main_draws<'d>(
     parameters.map(|(own, values)| (&own.name, values)).chain(derived)
 }
 
-fn derived(
-    quantity: Quantity,
-    label: Option<String>,
-    setting: Option<WetSetting>,
-    values: Vec<Vec<f64>>,
-) -> DerivedDraws {
+fn derived(quantity: Quantity, label: Option<String>, values: Vec<Vec<f64>>) -> DerivedDraws {
     let name = quantity.describe().name;
     DerivedDraws {
         name: label
@@ -159,7 +173,8 @@ fn derived(
             .map_or(name.to_owned(), |label| format!("{name}[{label}]")),
         quantity,
         label,
-        setting,
+        of: EstimatePlace::default(),
+        sphere: None,
         values,
     }
 }

@@ -28,7 +28,8 @@ use crate::scene::{Prior, Scene};
 pub struct PosteriorFindings {
     /// the sampled parameters
     pub parameters: Vec<QuantitySummary>,
-    /// what follows from them
+    /// what follows from them, which the file has as estimates
+    #[serde(skip)]
     pub derived: Vec<QuantitySummary>,
     /// the offset of r of each series, where the model has them
     #[serde(skip_serializing_if = "Vec::is_empty")]

@@ -173,7 +173,7 @@ fn derived(posterior: &Posterior, size: DrawCounts) -> ArrayGroup {
     for of_one in posterior.derived.chunk_by(|a, b| a.quantity == b.quantity) {
         let labels: Vec<String> = of_one.iter().filter_map(|derived| derived.label.clone()).collect();
         let columns: Vec<&[Vec<f64>]> = of_one.iter().map(|derived| derived.values.as_slice()).collect();
-        let (name, by_setting) = (of_one[0].quantity.describe().name, of_one[0].setting.is_some());
+        let (name, by_setting) = (of_one[0].quantity.describe().name, of_one[0].of.film_ratio.is_some());
         if labels.is_empty() {
             group.add_draws(name, None, ArrayValues::interleaved(&columns));
         } else {

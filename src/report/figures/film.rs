@@ -16,11 +16,11 @@ use crate::scene::WetLaw;
 const FILM_RATIO: &str = "film ratio δ/D";
 
 /// A layer of the points of each sphere that has any.
-fn of_spheres(input: ReportInput, points_of: impl Fn(&Sphere) -> Vec<ChartPoint>) -> Vec<Layer> {
+fn of_spheres(input: ReportInput, points_of: impl Fn(usize) -> Vec<ChartPoint>) -> Vec<Layer> {
     let spheres = input.runs.spheres.iter().enumerate();
     let layer = |(index, sphere): (usize, &Sphere)| {
         let style = Style::group(index + 1);
-        points(sphere.words(input.scene), points_of(sphere), style)
+        points(sphere.words(input.scene), points_of(index), style)
     };
     spheres.filter_map(layer).collect()
 }
@@ -48,9 +48,7 @@ pub(super) fn film(input: ReportInput) -> Vec<Chart> {
             layers.extend(posterior_curve(input, index, quantity));
             for (law, words) in [(WetLaw::Sqrt, "square root"), (WetLaw::Linear, "linear")] {
                 let rows = input.findings.scaling.iter();
-                let mine = rows.filter(|r| {
-                    sphere.owns(input.scene, &r.particle, r.diameter_m) && r.law == law && r.verdict.passed
-                });
+                let mine = rows.filter(|r| (r.sphere, r.law) == (index, law) && r.verdict.passed);
                 let all = mine.filter_map(|r| estimate_point(r.film_ratio?, &r.estimates[quantity]));
                 let name = format!("{}, {words}", sphere.words(input.scene));
                 let open = law == WetLaw::Linear;
@@ -109,7 +107,7 @@ pub(super) fn energy(input: ReportInput) -> Vec<Chart> {
     let laws = || input.findings.scaling.iter().filter(|law| law.law == WetLaw::Sqrt);
     let of = |quantity: Quantity| {
         of_spheres(input, |sphere| {
-            let mine = laws().filter(|law| sphere.owns(input.scene, &law.particle, law.diameter_m));
+            let mine = laws().filter(|law| law.sphere == sphere);
             mine.filter_map(|law| estimate_point(law.film_ratio?, &law.estimates[quantity]))
                 .collect()
         })
@@ -145,7 +143,8 @@ pub(super) fn residuals(input: ReportInput) -> Vec<Chart> {
     let end = 1.08 * wet.reduce(f64::max).unwrap_or(0.1);
     let zero = vec![(0.0, 0.0), (end, 0.0)];
     let mut layers = vec![Layer::curve("the model", zero, Style::group(0), Dash::Dashed)];
-    layers.extend(of_spheres(input, |sphere| {
+    layers.extend(of_spheres(input, |index| {
+        let sphere = input.runs.spheres[index];
         let mine = groups
             .iter()
             .filter(|group| sphere.owns(input.scene, &group.particle, group.diameter_m));

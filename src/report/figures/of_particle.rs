@@ -73,13 +73,8 @@ impl<'a> OfSphere<'a> {
 
     /// The fit of a law to the series.
     pub fn scaling(&self, law: WetLaw) -> Option<&'a Scaling> {
-        let sphere = self.input.runs.spheres[self.sphere];
         let mut rows = self.input.findings.scaling.iter();
-        rows.find(|row| {
-            sphere.owns(self.input.scene, &row.particle, row.diameter_m)
-                && row.film_ratio == self.ratio
-                && row.law == law
-        })
+        rows.find(|row| (row.sphere, row.film_ratio, row.law) == (self.sphere, self.ratio, law))
     }
 }
 

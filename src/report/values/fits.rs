@@ -7,20 +7,17 @@ use super::super::template::{serialized, with};
 use super::super::{quantities, ReportInput};
 use crate::findings::balance::{EnergyBalance, ParameterEstimate};
 use crate::findings::bootstrap::MOST_RESAMPLED;
-use crate::findings::constants::Sensitivity;
+use crate::findings::constants::{Elasticity, Sensitivity};
 use crate::findings::dry::{Dry, DryOfDiameter};
 use crate::findings::noise::{GrowthTest, Noise, FALSE_ALARM};
 use crate::findings::remarks::SERIES_SCHEME_CHANGES;
 use crate::findings::scaling::Scaling;
-use crate::findings::Findings;
 use crate::physics::Quantity;
-use crate::scene::WetLaw;
 
 pub(super) fn values(input: ReportInput) -> Value {
     let (scene, findings) = (input.scene, input.findings);
     let of_one_film = || findings.series.iter().filter(|own| !own.is_withheld);
     let failed: Vec<_> = of_one_film().filter(|own| !own.verdict.passed).collect();
-    let drawn = |row: &Scaling| row.law == WetLaw::Linear && row.film_ratio.is_some() && row.verdict.passed;
     let of_form = scene.model.viscous.why_no_critical_separation();
     let of_roughness = || {
         let why = scene.why_no_roughness(input.runs.wet_particles())?;
@@ -35,8 +32,7 @@ pub(super) fn values(input: ReportInput) -> Value {
             with_law => of_one_film().count() - failed.len(),
             failed => serialized(&failed),
         },
-        scaling => findings.scaling.iter().map(|law| scaling_row(findings, law)).collect::<Vec<_>>(),
-        linear_drawn => findings.scaling.iter().any(drawn),
+        scaling => scaling_rows(&findings.scaling),
         has_delta_c => of_form.is_none() && has_roughness,
         why_no_delta_c => of_form.map(str::to_owned).or_else(of_roughness),
         label_k => quantities::label(Quantity::DryK),
@@ -60,35 +56,28 @@ fn dry_row(own: &Dry) -> Value {
     with(own, more)
 }
 
-fn scaling_row(findings: &Findings, own: &Scaling) -> Value {
-    let estimates = own.estimates.iter();
-    let estimates = estimates.map(|(quantity, own)| (quantity.describe().name, serialized(own)));
-    let more = context! { words => own.words(), is_told => is_told(findings, own) };
-    merge_maps([with(own, more), Value::from_pairs(estimates)])
-}
-
-/// Whether a law of some runs tells what stands nowhere else: not where these have no film ratio of their own, and the linear
-/// law only where the square root does not stand and is not what biases it.
-fn is_told(findings: &Findings, law: &Scaling) -> bool {
-    let here = (law.sphere, law.film_ratio);
-    let is_root = |own: &&Scaling| own.law == WetLaw::Sqrt && (own.sphere, own.film_ratio) == here;
-    match law.law {
-        WetLaw::Sqrt => !law.is_withheld,
-        WetLaw::Linear => {
-            let stands = findings
-                .scaling
-                .iter()
-                .find(is_root)
-                .is_some_and(|root| root.verdict.passed);
-            !stands && law.estimates[Quantity::EInf].value.is_some() && (law.verdict.passed || law.bias.is_none())
-        }
-    }
+/// The laws over 1/St. A law of some runs is told where it says what stands nowhere else: not where these have no film ratio of
+/// their own, and the linear law only where the square root does not stand and is not what biases it.
+fn scaling_rows(laws: &[Scaling]) -> Vec<Value> {
+    let row = |own: &Scaling, is_told: bool| {
+        let estimates = own.estimates.iter();
+        let estimates = estimates.map(|(quantity, own)| (quantity.describe().name, serialized(own)));
+        let more = context! { words => own.words(), is_told };
+        merge_maps([with(own, more), Value::from_pairs(estimates)])
+    };
+    let of_runs = |[root, line]: &[Scaling; 2]| {
+        let has_line = line.estimates[Quantity::EInf].value.is_some() && (line.verdict.passed || line.bias.is_none());
+        [
+            row(root, !root.is_withheld),
+            row(line, !root.verdict.passed && has_line),
+        ]
+    };
+    // two of the same runs
+    laws.as_chunks::<2>().0.iter().flat_map(of_runs).collect()
 }
 
 /// Least squares over all rebounds beside the posterior.
 fn cross_check(input: ReportInput, balance: &EnergyBalance) -> Vec<Value> {
-    /// posterior sds by which least squares may lie off without a word
-    const FAR: f64 = 1.0;
     let main = &input.findings.main;
     let difference = |row: &ParameterEstimate| {
         let mut sampled = main.parameters.iter().filter(|_| !main.provisional);
@@ -99,14 +88,12 @@ fn cross_check(input: ReportInput, balance: &EnergyBalance) -> Vec<Value> {
     let row = |row: &ParameterEstimate| {
         let quantity = row.kind.quantity().unwrap_or(Quantity::DryK);
         let label = |symbol: &str| quantities::parameter_label(input.scene, input.runs, row.kind, symbol);
-        let difference = difference(row);
         context! {
             label => label(&quantities::label(quantity)),
             words => label(row.kind.symbol()),
             estimate => serialized(&row.estimate),
             factor => quantities::factor(quantity),
-            difference,
-            is_far => difference.is_some_and(|difference| difference.abs() > FAR),
+            difference => difference(row),
         }
     };
     balance.parameters.iter().map(row).collect()
@@ -139,27 +126,17 @@ fn constants(rows: &[Sensitivity]) -> Option<Value> {
         let kind = constant.split('[').next();
         kinds.iter().position(|name| kind == Some(*name)).unwrap_or(kinds.len())
     };
-    let mut names: Vec<&str> = vec![];
-    let mut known: Vec<Value> = vec![];
-    for moves in rows.iter().flat_map(|row| &row.by) {
-        if names.contains(&moves.constant.as_str()) {
-            continue;
+    let mut moves: Vec<&Elasticity> = vec![];
+    for own in rows.iter().flat_map(|row| &row.by) {
+        if moves.iter().all(|other| other.constant != own.constant) {
+            moves.push(own);
         }
-        names.push(&moves.constant);
-        known.extend(moves.rel_sd.map(|_| serialized(moves)));
     }
+    let known = serialized(&moves);
     // stable: those of one kind keep the order they were met in
-    names.sort_by_key(|name| order(name));
-    let row = |row: &Sensitivity| {
-        let elasticity = |name: &&str| Some(row.by.iter().find(|moves| moves.constant == *name)?.elasticity);
-        let is_length = row.result == Quantity::DeltaC.describe().name;
-        let more = context! {
-            label => row.label(),
-            elasticities => names.iter().map(elasticity).collect::<Vec<_>>(),
-            factor => if is_length { quantities::factor(Quantity::DeltaC) } else { 1.0 },
-        };
-        with(row, more)
-    };
-    let rows: Vec<Value> = rows.iter().map(row).collect();
+    moves.sort_by_key(|own| order(&own.constant));
+    let names: Vec<&str> = moves.iter().map(|own| own.constant.as_str()).collect();
+    let rows = rows.iter().map(|row| with(row, context! { label => row.label() }));
+    let rows: Vec<Value> = rows.collect();
     Some(context! { names => serialized(names), rows, known })
 }

@@ -2,19 +2,18 @@
 
 use minijinja::{context, Value};
 
-use super::super::template::{serialized, with};
+use super::super::template::with;
 use super::super::{quantities, ReportInput};
-use crate::findings::constants::Sensitivity;
-use crate::findings::estimates::{EstimatePlace, EstimateRow, Source};
+use crate::findings::estimates::{EstimateRow, Source};
 use crate::findings::film_groups::reference_film_ratio;
+use crate::findings::places::EstimatePlace;
 use crate::findings::published::PublishedComparison;
 use crate::findings::Findings;
 use crate::physics::loss::Film;
 use crate::physics::quantity::Place;
-use crate::physics::{Coefficient, Inertia, Quantity};
+use crate::physics::Quantity;
 use crate::rounding;
 use crate::runs::sphere_words;
-use crate::units::millimetres;
 
 /// e_inf and St_c of a place.
 type Both = [EstimateRow; 2];
@@ -28,14 +27,11 @@ pub(super) fn values(input: ReportInput) -> Value {
         .partition(|[e_inf, _]| stands_for_others(&e_inf.of, input));
     // where the square-root law serves, the posterior of each liquid stands in the report alone
     let is_law = |[e_inf, _]: &Both| e_inf.source == Source::SquareRootLaw;
-    let here = |[own, _]: &Both| EstimatePlace {
-        liquid: None,
-        ..own.of.clone()
-    };
+    let here = |[own, _]: &Both| own.of.of_all_liquids();
     let has_law = |place: &Both| shown.iter().any(|own| is_law(own) && here(own) == here(place));
     let in_summary = shown.iter().filter(|place| is_law(place) || !has_law(place));
     context! {
-        parameters => main.parameters.iter().map(|own| parameter(own, input)).collect::<Vec<_>>(),
+        parameters => main.parameters.iter().map(|own| told(own, input)).collect::<Vec<_>>(),
         places_shown => shown.iter().map(|own| place(own, input)).collect::<Vec<_>>(),
         other_places => other.iter().map(|own| place(own, input)).collect::<Vec<_>>(),
         summary_places => in_summary.map(|own| place(own, input)).collect::<Vec<_>>(),
@@ -45,51 +41,27 @@ pub(super) fn values(input: ReportInput) -> Value {
 }
 
 /// A place with its numbers by their quantities.
-fn place(both: &Both, input: ReportInput) -> Value {
-    let [e_inf, st_c] = both;
+fn place([e_inf, st_c]: &Both, input: ReportInput) -> Value {
     let more = context! {
         words => place_name(&e_inf.of),
-        e_inf => serialized(e_inf),
-        st_c => serialized(st_c),
-        source => serialized(e_inf.source),
-        source_words => e_inf.source.name(),
-        true_e_inf => true_value(input, e_inf),
-        true_st_c => true_value(input, st_c),
+        e_inf => told(e_inf, input),
+        st_c => told(st_c, input),
     };
     with(&e_inf.of, more)
 }
 
-fn parameter(own: &EstimateRow, input: ReportInput) -> Value {
+/// A main number with its words.
+fn told(own: &EstimateRow, input: ReportInput) -> Value {
     let quantity = own.kind.unwrap_or(Quantity::DryK);
-    let derived = input.posterior.map(|posterior| posterior.findings.derived.as_slice());
-    let mut derived = derived.unwrap_or_default().iter();
     let more = context! {
         name => own.name(),
-        label => label(input, own, quantity),
-        median => derived.find(|summary| summary.name == own.quantity).map(|summary| summary.median),
+        label => quantities::label(quantity),
+        sphere => own.of.particle.as_ref().map(|particle| sphere_words(particle, own.of.diameter_m)),
         factor => quantities::factor(quantity),
         is_exponential => own.is(Quantity::DeltaCOverRoughness),
-        source_words => own.source.name(),
-        prior_led => own.prior_led,
         truth => true_value(input, own),
     };
     with(own, more)
-}
-
-/// How a parameter is labelled, with what its value cannot be read without.
-fn label(input: ReportInput, own: &EstimateRow, quantity: Quantity) -> String {
-    let label = quantities::label(quantity);
-    match (quantity, &own.of.particle) {
-        (_, Some(particle)) => format!("{label}, {}", sphere_words(particle, own.of.diameter_m)),
-        (Quantity::Shared(Coefficient::InertialPrefactor), None) => {
-            let fitted = input.findings.energy_balance.as_ref().map(|balance| balance.inertia);
-            let sampled = input.posterior.map(|posterior| posterior.findings.inertia);
-            format!("{label} ({})", sampled.or(fitted).map_or("", Inertia::name))
-        }
-        (Quantity::Shared(Coefficient::FilmScale), None) => format!("{label}, film scale"),
-        (Quantity::DeltaCOverRoughness, None) => format!("{label} = exp(L)"),
-        (_, None) => label,
-    }
 }
 
 /// Whether a place stands for the others: of each particle one film ratio, or all of them where they are few.
@@ -104,17 +76,9 @@ fn stands_for_others(place: &EstimatePlace, input: ReportInput) -> bool {
         })
 }
 
-/// A place in a sentence: particle, film ratio, diameter where it is of one, liquid.
+/// A place in a sentence, with its liquid.
 fn place_name(place: &EstimatePlace) -> String {
-    let ratio = place
-        .film_ratio
-        .map(|ratio| format!("δ/D = {}", rounding::short(ratio)));
-    let diameter = place
-        .diameter_m
-        .map(|d| format!("D = {} mm", rounding::short(millimetres(d))));
-    let liquid = place.liquid.as_deref().unwrap_or("liquids pooled");
-    let parts = [place.particle.clone(), ratio, diameter, Some(liquid.to_owned())];
-    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    place.words(Some(place.liquid.as_deref().unwrap_or("liquids pooled")))
 }
 
 /// What simulated runs were drawn from; of liquids pooled, and of one k for all diameters where each has its own, there is no
@@ -148,21 +112,14 @@ fn true_value(input: ReportInput, own: &EstimateRow) -> Option<f64> {
 fn combined(findings: &Findings) -> Vec<String> {
     let told = |own: &EstimateRow| {
         let row = findings.constants.iter().find(|row| own.is_result(row))?;
+        let (value, se) = own.number.pair()?;
+        // what they add is a share that all fits have in common
+        let widened = rounding::with_se(value, se.hypot(row.constants_sd? * value / row.value));
+        let place = own.of.film_ratio.map(|_| format!(" ({})", place_name(&own.of)));
         let symbol = own.kind?.describe().symbol;
-        let widened = widened(row, own)?;
-        Some(match own.of.film_ratio {
-            None => format!("{symbol} {widened}"),
-            Some(_) => format!("{symbol} ({}) {widened}", place_name(&own.of)),
-        })
+        Some(format!("{symbol}{} {widened}", place.unwrap_or_default()))
     };
     findings.main.rows().filter_map(told).collect()
-}
-
-/// A number with what the constants add to its ±, as a share of it that all fits have in common.
-fn widened(row: &Sensitivity, own: &EstimateRow) -> Option<String> {
-    let (value, se) = own.number.pair()?;
-    let of_constants = row.constants_sd? * value / row.value;
-    Some(rounding::with_se(value, se.hypot(of_constants)))
 }
 
 /// A number of the literature beside ours.

@@ -15,7 +15,6 @@ use minijinja::{context, Value};
 
 use super::template::{serialized, with};
 use super::{figures, ReportInput};
-use crate::error::quoted;
 use crate::findings::dry::fit_of_sphere;
 use crate::findings::estimates::EstimateRow;
 use crate::findings::overview::{list_materials, Overview};
@@ -76,7 +75,6 @@ pub(super) fn of_report(input: ReportInput) -> Value {
         terms => findings.terms.iter().map(sized).collect::<Vec<_>>(),
         term_line => terms::LINE,
         materials => serialized(list_materials(scene, input.runs)),
-        from_sheets => from_sheets(&findings.counts.sheets),
     };
     let all = [
         general,
@@ -96,7 +94,6 @@ pub(super) fn of_overview(overview: &Overview) -> Value {
         materials => serialized(&overview.materials),
         terms => overview.terms.iter().map(sized).collect::<Vec<_>>(),
         term_line => terms::LINE,
-        from_sheets => from_sheets(&overview.sheets),
     }
 }
 
@@ -176,15 +173,6 @@ fn undetermined(findings: &Findings) -> Vec<String> {
 fn is_estimated(input: ReportInput, sphere: usize) -> bool {
     let mut scaling = input.findings.scaling.iter();
     fit_of_sphere(&input.findings.dry, sphere).is_some() || scaling.any(|row| row.sphere == sphere)
-}
-
-/// Which sheets of workbooks the runs were read from; nothing of other tables.
-fn from_sheets(sheets: &[String]) -> String {
-    let quoted: Vec<String> = sheets.iter().map(|sheet| quoted(sheet)).collect();
-    match quoted.as_slice() {
-        [] => String::new(),
-        some => format!(" from {}", some.join(", ")),
-    }
 }
 
 #[cfg(test)]

@@ -4,9 +4,9 @@ use minijinja::{context, Value};
 
 use super::super::draws::posterior::{stores_every_run, stores_runs};
 use super::super::quantities::{parameter_label, unit_in_brackets};
-use super::super::template::{serialized, spans_too_much, with, UNTOLD};
+use super::super::template::{serialized, with};
 use super::super::{figures, ReportInput};
-use crate::findings::posterior::{refusal, Posterior, PriorSummary, QuantitySummary, SeriesOffset, CHECKED_RUNS};
+use crate::findings::posterior::{refusal, Posterior, SeriesOffset, CHECKED_RUNS};
 use crate::findings::questions::SMALL;
 use crate::findings::remarks::CLEAR_TREND;
 use crate::inference::diagnostics::pareto::khat_threshold;
@@ -14,10 +14,7 @@ use crate::inference::sampling::MOST_TIMES;
 use crate::model::parameters::ParameterKind;
 use crate::physics::rebound::TURN;
 use crate::physics::Viscous;
-use crate::rounding;
 use crate::runs::{RunsWithErrors, GAP};
-use crate::scene::Prior;
-use crate::units::micrometres;
 
 /// The crate that samples, in the version in use.
 const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
@@ -38,14 +35,8 @@ pub(super) fn values(input: ReportInput) -> Value {
     let viscous = viscous.filter(|form| has_roughness || !form.reads_roughness());
     let viscous = viscous.map(|form| context! { name => form.name(), words => form.words() });
     let own_form = findings.compare.iter().flatten().find(|model| model.own);
-    let left_out = match (stores_runs(input.runs), stores_every_run(input.runs, posterior)) {
-        (true, true) => None,
-        (true, false) => Some("The likelihood and a new draw of every run"),
-        (false, _) => Some("The runs themselves, and the likelihood and a new draw of each,"),
-    };
     let open = findings.questions.iter().flatten();
     let open = open.filter_map(|own| Some(context! { question => own.question, why => own.why_open.as_ref()? }));
-    let families = parameters.iter().filter_map(|own| family(&own.prior));
     context! {
         found => serialized(&posterior.findings),
         model => model(input, posterior),
@@ -54,8 +45,6 @@ pub(super) fn values(input: ReportInput) -> Value {
         strong => STRONG,
         sampled,
         any_dry_k => parameters.iter().any(|own| matches!(own.kind, ParameterKind::DryK(_))),
-        families => families.collect::<Vec<_>>(),
-        critical_separations => critical_separations(posterior),
         most_paired => figures::MOST_PAIRED,
         sampler => format!("{} {}", SAMPLER.0, SAMPLER.1),
         most_times => MOST_TIMES,
@@ -67,7 +56,8 @@ pub(super) fn values(input: ReportInput) -> Value {
         open_questions => open.collect::<Vec<_>>(),
         clear_trend => CLEAR_TREND,
         small => 100.0 * SMALL,
-        draws_left_out => left_out,
+        stores_runs => stores_runs(input.runs),
+        stores_every_run => stores_every_run(input.runs, posterior),
     }
 }
 
@@ -109,78 +99,11 @@ fn sampled(input: ReportInput, posterior: &Posterior) -> Vec<Value> {
         let more = context! {
             label => label + &from,
             unit => unit_in_brackets(prior.unit),
-            bounds => bounds(prior),
-            decided_by => decided_by(prior),
+            contradicts_runs => prior.runs_alone.is_some_and(|alone| alone.contradicts_prior()),
         };
         Some(with(found, more))
     });
     rows.collect()
-}
-
-fn bounds(prior: &PriorSummary) -> String {
-    let bound = |x: f64| match x == 0.0 || x.abs() >= 0.01 {
-        true => rounding::short(x),
-        false => rounding::significant(x, 3),
-    };
-    match prior.upper {
-        Some(upper) => format!("{} to {}", bound(prior.lower), bound(upper)),
-        None if prior.lower == f64::NEG_INFINITY => "none".to_owned(),
-        None => format!("above {}", bound(prior.lower)),
-    }
-}
-
-/// What makes a parameter what it is, where that is not the runs alone.
-fn decided_by(prior: &PriorSummary) -> Option<&'static str> {
-    /// a posterior narrower than this beside its prior is the runs' word alone
-    const RUNS_DECIDE: f64 = 0.1;
-    /// one wider than this is mostly the prior
-    const PRIOR_DECIDES: f64 = 0.9;
-    if prior.runs_alone.is_some_and(|alone| alone.contradicts_prior()) {
-        return Some("the runs contradict the prior");
-    }
-    let moved = prior.distance.is_some_and(|shift| shift.abs() > 1.0);
-    match prior.sd_ratio? {
-        ratio if ratio < RUNS_DECIDE => None,
-        ratio if ratio > PRIOR_DECIDES && !moved => Some("the prior decides"),
-        ratio if ratio > PRIOR_DECIDES => Some("the runs move it, without narrowing it"),
-        _ => Some("runs and prior together"),
-    }
-}
-
-/// The family of a prior, with the meaning of its numbers; `None` where it holds its parameter.
-fn family(prior: &Prior) -> Option<&'static str> {
-    Some(match prior {
-        Prior::LogNormal(..) => "lognormal [median, sd of the logarithm]",
-        Prior::HalfNormal(_) => "half_normal scale",
-        Prior::Normal(..) => "normal [mean, sd]",
-        Prior::Gamma(..) => "gamma [shape, rate]",
-        Prior::Uniform(..) => "uniform [lower, upper]",
-        Prior::StudentT(..) => "student_t [degrees of freedom, location, scale]",
-        Prior::Fixed(_) => return None,
-    })
-}
-
-/// δc of each particle; those of one roughness have one.
-fn critical_separations(posterior: &Posterior) -> Vec<Value> {
-    let both = posterior.derived.iter().zip(&posterior.findings.derived);
-    let of_particles = both.filter(|(derived, _)| derived.setting.is_none());
-    let of_particles: Vec<(&QuantitySummary, &str)> = of_particles
-        .filter_map(|(derived, found)| Some((found, derived.label.as_deref()?)))
-        .collect();
-    let alike = of_particles.chunk_by(|a, b| a.0.mean == b.0.mean);
-    let of = |alike: &[(&QuantitySummary, &str)]| {
-        let particles: Vec<&str> = alike.iter().map(|(_, particle)| *particle).collect();
-        let own = alike[0].0;
-        let [median, lo, hi] = [own.median, own.q025, own.q975].map(|x| x.map(micrometres));
-        let interval = lo.zip(hi).map(|(lo, hi)| [lo, hi]);
-        let words = interval.map_or(String::new(), |ends| format!(", {} µm", rounding::range(ends)));
-        let length = match interval {
-            Some(ends) if spans_too_much(ends) => UNTOLD.to_owned(),
-            _ => format!("{} µm", rounding::optional(median, 3)),
-        };
-        context! { length => length + &words, particles => serialized(particles) }
-    };
-    alike.map(of).collect()
 }
 
 /// Pairs of parameters that the runs do not tell well apart, the strongest first.
