@@ -7,15 +7,20 @@
 /// quadratic interpolation where the three latest points allow it, by halves else: about ten evaluations of a smooth
 /// function. Source: Chandrupatla 1997 (Advances in Engineering Software 28, 145).
 pub fn root_between(ends: [f64; 2], mut f: impl FnMut(f64) -> f64) -> Option<f64> {
+    root_from(ends.map(|x| (x, f(x))), f)
+}
+
+/// The same of a function that is known at the ends: each a place with the value there.
+pub fn root_from(ends: [(f64, f64); 2], mut f: impl FnMut(f64) -> f64) -> Option<f64> {
     /// halves alone would end sooner
     const STEPS: usize = 200;
-    let [mut latest, mut other] = ends.map(|x| (x, f(x)));
+    let [mut latest, mut other] = ends;
     let is_one_side = |a: f64, b: f64| (a < 0.0 && b < 0.0) || (a > 0.0 && b > 0.0);
     let is_unknown = [latest.0, latest.1, other.0, other.1].iter().any(|x| x.is_nan());
     if is_unknown || is_one_side(latest.1, other.1) {
         return None;
     }
-    let rounding = 2.0 * f64::EPSILON * ends[0].abs().max(ends[1].abs());
+    let rounding = 2.0 * f64::EPSILON * latest.0.abs().max(other.0.abs());
     let mut part: f64 = 0.5;
     for _ in 0..STEPS {
         let width = (other.0 - latest.0).abs();

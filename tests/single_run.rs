@@ -175,6 +175,44 @@ fn many_runs_carry_barely_rebounding_ones_no_better() {
     assert!(z(&believed).abs() > 4.0, "{}", z(&believed));
 }
 
+/// With Student's tails the integrals over noise on the energy would take minutes of as many runs: runs that barely rebound are
+/// held against the posterior without them, and refused where they move a number by more than its ±.
+#[test]
+fn many_runs_of_heavy_tails_are_quoted_only_where_barely_rebounding_ones_move_nothing() {
+    let scene = scene_text().replace("[model]", "[model]\nlikelihood = \"student\"");
+    // none of these rebounds barely
+    let speeds: Vec<f64> = (0..80).map(|step| 1.5 + 0.02 * f64::from(step)).collect();
+    let rows = table("many_runs_of_heavy_tails", &speeds);
+    let fit = |slow: String| {
+        let place = Place::new(&scene);
+        let mut findings = place.fit_rows(&(rows.clone() + &slow));
+        findings.made("slow_rebounds").expect("some rebound barely");
+        sample(&mut findings, &place.scene, &place.read().runs).expect("sampled");
+        findings
+    };
+    // their speeds written 1.5 % too large
+    let errs = |step: i32| {
+        let e = 0.02 + 0.005 * f64::from(step);
+        line(true, 0.1, 1.015 * speed_of(true, 0.1, e), e)
+    };
+    let refused = fit((0..12).map(errs).collect());
+    let check = refused.check("slow_rebounds");
+    assert!(
+        !check.passed && check.gates() && !refused.main.verdict.passed,
+        "{check:?}"
+    );
+    check.text.says("without them");
+    assert!(z(&refused).abs() > 4.0, "{}", z(&refused));
+    // one that is right, and keeps enough to weigh no more than a few of the others
+    let quoted = fit(line(true, 0.1, speed_of(true, 0.1, 0.14), 0.14));
+    assert!(told(&quoted, "slow_rebounds").is_none());
+    assert!(quoted.main.verdict.passed && z(&quoted).abs() < 3.0, "{}", z(&quoted));
+    for found in [&refused, &quoted] {
+        let posterior = found.posterior.as_ref().expect("sampled");
+        assert!(posterior.parameters.iter().all(|own| own.name != "sigma_energy"));
+    }
+}
+
 /// Least squares knows no noise on the energy: until the posterior is sampled, what such a run pins is not quoted.
 #[test]
 fn least_squares_alone_quotes_nothing_that_a_barely_rebounding_run_pins() {

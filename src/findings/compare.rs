@@ -394,8 +394,13 @@ fn draw_form(
 ) -> Result<Result<LeftOutModel, String>, Error> {
     let parameters = ModelParameters::of(context.scene, context.runs, setup.form)?;
     let stream = format!("compare {}", model_name(setup.form));
-    let model = Model::new(context, setup, &parameters, &stream);
-    Ok(model.and_then(|model| model.draw_and_leave_out(beside)))
+    let model = Model {
+        context,
+        setup,
+        parameters: &parameters,
+        stream: &stream,
+    };
+    Ok(model.draw_and_leave_out(beside))
 }
 
 #[cfg(test)]

@@ -47,8 +47,8 @@ const WARMUP_BESIDE: usize = 300;
 const FAR_BEHIND: f64 = 50.0;
 const FAR_BEHIND_IN_SE: f64 = 5.0;
 
-/// Runs, or series, of one model that are left out by draws of their own; where more weigh too much, the model does not
-/// describe them.
+/// Runs, or series, of one model that are left out by draws of their own; where more weigh too much, or more than half of
+/// them, the model does not describe them or has as many parameters.
 const MOST_REFITS: usize = 8;
 
 /// What models are drawn from.
@@ -103,28 +103,13 @@ pub(super) struct Model<'a> {
     pub stream: &'a str,
 }
 
-impl<'a> Model<'a> {
-    /// `Err` says why it cannot be sampled.
-    pub fn new(
-        context: ComparisonContext<'a>,
-        setup: SamplingSetup,
-        parameters: &'a ModelParameters,
-        stream: &'a str,
-    ) -> Result<Model<'a>, String> {
-        match why_not_sampled(context.runs, context.least_squares, parameters) {
-            Some(why) => Err(why.text),
-            None => Ok(Model {
-                context,
-                setup,
-                parameters,
-                stream,
-            }),
-        }
-    }
-
-    /// Draws of the model of these runs; a few rough ones where these `will_do`.
+impl Model<'_> {
+    /// Draws of the model of these runs; a few rough ones where these `will_do`. `Err` says why it cannot be sampled.
     pub fn draw(&self, runs: &Runs, stream: &str, will_do: impl Fn(&Sampled) -> bool) -> Result<Sampled, String> {
         let (scene, least_squares) = (self.context.scene, self.context.least_squares);
+        if let Some(why) = why_not_sampled(runs, least_squares, self.parameters) {
+            return Err(why.text);
+        }
         let likelihood = Likelihood::new(scene, runs, self.setup.form);
         let prepared = PreparedPosterior::new(self.parameters.clone(), &likelihood, &start(least_squares));
         let prepared = prepared.map_err(|why| why.to_string())?;
@@ -214,7 +199,7 @@ impl<'a> Model<'a> {
         let line = khat_threshold(used);
         let is_high = |unit: &usize| loo.runs[*unit].khat.is_some_and(|khat| khat > line);
         let high: Vec<usize> = (0..loo.runs.len()).filter(is_high).collect();
-        if high.is_empty() || high.len() > MOST_REFITS || units.are_integrals() {
+        if high.is_empty() || high.len() > MOST_REFITS.min(loo.runs.len() / 2) || units.are_integrals() {
             return loo;
         }
         let predicted = |unit: usize| self.predicted(&units, unit, sampled);

@@ -18,11 +18,11 @@ use crate::distributions::normal_quantile;
 use crate::inference::diagnostics::quantile;
 use crate::inference::sampling::Sampled;
 use crate::model::likelihood::tails::Tails;
-use crate::model::likelihood::{probability_below, RunNoise};
+use crate::model::likelihood::{NewImpact, RunNoise};
 use crate::model::parameters::ModelParameter;
 use crate::physics::restitution::Restitution;
 use crate::physics::{Form, LawNumbers, Parameters, Setting};
-use crate::roots::root_between;
+use crate::roots::root_from;
 use crate::runs::{DryGroup, Runs, Series};
 use crate::scene::{Particle, Scene};
 
@@ -449,9 +449,11 @@ impl Curve<'_> {
 
 /// The distribution of a run's restitution at one speed: a mixture over the draws, cut at a limit at or below which it sticks.
 struct SingleRun {
-    /// r and the noise of each draw
-    shares: Vec<(f64, RunNoise)>,
+    /// as each draw has it
+    shares: Vec<NewImpact>,
     limit: f64,
+    /// probability of an e* at or below 1
+    below_one: f64,
     /// probability of sticking
     stuck: f64,
 }
@@ -472,21 +474,22 @@ impl SingleRun {
             };
             let (tails, sigma) = (draw.tails, sigma.max(NO_SPREAD));
             let noise = RunNoise { tails, sigma, energy };
-            (if kept < LEAST_KEPT { LEAST_KEPT } else { kept }, noise)
+            NewImpact::new(noise, if kept < LEAST_KEPT { LEAST_KEPT } else { kept })
         };
         let mut run = SingleRun {
             shares: draws.map(share).collect(),
             limit,
+            below_one: 0.0,
             stuck: 0.0,
         };
-        run.stuck = run.below(limit);
+        [run.below_one, run.stuck] = [1.0, limit].map(|x| run.below(x));
         run
     }
 
     /// Probability of an e* at or below x.
     fn below(&self, x: f64) -> f64 {
-        let of_share = |(kept, noise): &(f64, RunNoise)| probability_below(*noise, x, *kept);
-        self.shares.iter().map(of_share).sum::<f64>() / self.shares.len() as f64
+        let each = self.shares.iter().map(|own| own.probability_below(x));
+        each.sum::<f64>() / self.shares.len() as f64
     }
 
     /// Quantile at a probability below 1; 0 where that is a stuck run.
@@ -494,11 +497,13 @@ impl SingleRun {
         if probability <= self.stuck {
             return 0.0;
         }
-        let mut beyond = 1.0;
-        while self.below(beyond) < probability {
+        let (mut beyond, mut below) = (1.0, self.below_one);
+        while below < probability {
             beyond *= 2.0;
+            below = self.below(beyond);
         }
-        root_between([self.limit, beyond], |x| self.below(x) - probability).unwrap_or(f64::NAN)
+        let ends = [(self.limit, self.stuck), (beyond, below)].map(|(x, below)| (x, below - probability));
+        root_from(ends, |x| self.below(x) - probability).unwrap_or(f64::NAN)
     }
 }
 

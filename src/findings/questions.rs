@@ -306,7 +306,12 @@ impl TrendModel<'_> {
         };
         let stream = format!("question {} trend", self.of.key());
         let parameters = parameters.with_trend(self.trend);
-        let model = Model::new(context, setup, &parameters, &stream)?;
+        let model = Model {
+            context,
+            setup,
+            parameters: &parameters,
+            stream: &stream,
+        };
         let bent = model.draw(self.runs, &stream, |_| false)?;
         let trend = self.trend(&bent).ok_or("the trend has no draws")?;
         let doubt = largest_rhat(&bent).filter(|rhat| *rhat > RHAT).map(|rhat| {

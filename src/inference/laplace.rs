@@ -1,6 +1,7 @@
 //! Finds the mode of a log density and the normal distribution that has its curvature there.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::descent::descend;
 use super::information::axes;
@@ -97,10 +98,9 @@ pub fn laplace<T: LogDensity + ?Sized>(target: &T, start: &[f64]) -> Result<Lapl
 /// −d²/du² of the log density, symmetric.
 fn curvature<T: LogDensity + ?Sized>(target: &T, point: &[f64], widths: &[f64]) -> Result<DMatrix<f64>, OutsideDomain> {
     let dimension = point.len();
-    let mut rows = DMatrix::zeros(dimension, dimension);
-    let mut shifted = point.to_vec();
-    let (mut above, mut below) = (vec![0.0; dimension], vec![0.0; dimension]);
-    for j in 0..dimension {
+    let column = |j: usize| {
+        let mut shifted = point.to_vec();
+        let (mut above, mut below) = (vec![0.0; dimension], vec![0.0; dimension]);
         let mut width = widths[j];
         // near an edge of the domain the difference is taken closer in
         loop {
@@ -116,11 +116,11 @@ fn curvature<T: LogDensity + ?Sized>(target: &T, point: &[f64], widths: &[f64]) 
                 return Err(OutsideDomain);
             }
         }
-        shifted[j] = point[j];
-        for i in 0..dimension {
-            rows[(i, j)] = (below[i] - above[i]) / (2.0 * width);
-        }
-    }
+        let ends = below.iter().zip(&above);
+        Ok(ends.map(|(below, above)| (below - above) / (2.0 * width)).collect())
+    };
+    let columns: Result<Vec<Vec<f64>>, OutsideDomain> = (0..dimension).into_par_iter().map(column).collect();
+    let rows = DMatrix::from_vec(dimension, dimension, columns?.concat());
     Ok(0.5 * (&rows + rows.transpose()))
 }
 

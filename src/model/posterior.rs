@@ -75,8 +75,17 @@ impl PosteriorDensity {
 
     /// The parameters, and the offsets after them, at a point of the unbounded space.
     pub fn draw_at(&self, point: &[f64]) -> Vec<f64> {
-        let each = self.transforms.iter().zip(point);
-        let mut draw: Vec<f64> = each.map(|(t, u)| t.at(*u).value).collect();
+        self.draw_of(&self.mapped(point), point)
+    }
+
+    /// The parameters at a point before spreads stand for their total and angle.
+    fn mapped(&self, point: &[f64]) -> Vec<Mapped> {
+        self.transforms.iter().zip(point).map(|(t, u)| t.at(*u)).collect()
+    }
+
+    /// [`PosteriorDensity::draw_at`] a point that was mapped.
+    fn draw_of(&self, mapped: &[Mapped], point: &[f64]) -> Vec<f64> {
+        let mut draw: Vec<f64> = mapped.iter().map(|own| own.value).collect();
         if let Some(places) = self.spreads {
             replace(&mut draw, places, spreads_at);
         }
@@ -132,9 +141,9 @@ impl LogDensity for PosteriorDensity {
     }
 
     fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
-        let full = self.parameters.full(&self.draw_at(point));
+        let mapped = self.mapped(point);
+        let full = self.parameters.full(&self.draw_of(&mapped, point));
         let mut full_slopes = vec![0.0; full.len()];
-        let mapped: Vec<Mapped> = self.transforms.iter().zip(point).map(|(t, u)| t.at(*u)).collect();
         let slots = self.spreads.map(|_| SPREADS.map(ParameterKind::slot));
         let mut value = self.likelihood.ln_density(&full, &mut full_slopes)?;
         value += self.add_offsets(point, &full, &mut full_slopes, slopes);

@@ -71,38 +71,35 @@ pub fn overview(overview: &Overview) -> Result<String, Error> {
 
 /// Every file of a report by its path in the folder, `timing.json` excepted.
 pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
-    let figures = if with_figures { figures::all(input) } else { vec![] };
-    let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
-    let of_pairs = list_laws(input.scene, input.runs, input.findings, input.posterior);
-    let file = FindingsFile {
-        findings: input.findings,
-        laws: &of_pairs,
-        figures: &names,
+    let texts = || -> Result<Files, Error> {
+        let figures = if with_figures { figures::all(input) } else { vec![] };
+        let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
+        let of_pairs = list_laws(input.scene, input.runs, input.findings, input.posterior);
+        let file = FindingsFile {
+            findings: input.findings,
+            laws: &of_pairs,
+            figures: &names,
+        };
+        let report = markdown(input, &names)?;
+        let page = html::page(&report, &figures, &html::Curves::of(input))?;
+        let texts = [
+            ("report.md".to_owned(), report),
+            ("report.html".to_owned(), page),
+            ("findings.json".to_owned(), json::text(&file)?),
+        ];
+        let figures = figures.into_iter();
+        let figures = figures.map(|figure| (format!("figures/{}", figure.name), figure.svg));
+        Ok(Files::of(
+            texts.into_iter().chain(laws::files(&of_pairs)?).chain(figures),
+        ))
     };
-    let (texts, draws) = rayon::join(
-        || {
-            let report = markdown(input, &names)?;
-            let page = html::page(&report, &figures, &html::Curves::of(input))?;
-            Ok::<_, Error>([report, page, json::text(&file)?])
-        },
-        || {
-            let draws = input
-                .posterior
-                .map(|posterior| draws::posterior::files(input, posterior));
-            draws.transpose()
-        },
-    );
-    let [report, page, findings] = texts?;
-    let texts = [
-        ("report.md".to_owned(), report),
-        ("report.html".to_owned(), page),
-        ("findings.json".to_owned(), findings),
-    ];
-    let laws = laws::files(&of_pairs)?;
-    let figures = figures.into_iter();
-    let figures = figures.map(|figure| (format!("figures/{}", figure.name), figure.svg));
-    let mut files = Files::of(texts.into_iter().chain(laws).chain(figures));
-    if let Some(draws) = draws? {
+    let draws = || {
+        let posterior = input.posterior?;
+        Some(draws::posterior::files(input, posterior))
+    };
+    let (files, draws) = rayon::join(texts, draws);
+    let mut files = files?;
+    if let Some(draws) = draws.transpose()? {
         files.whole.extend(draws.whole);
         files.streamed.extend(draws.streamed);
     }

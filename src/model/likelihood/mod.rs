@@ -35,7 +35,7 @@ pub(crate) mod trend;
 
 pub use by_series::SeriesDensities;
 pub use prepared::Likelihood;
-pub use run_law::probability_below;
+pub use run_law::NewImpact;
 pub use run_noise::{normal_number, RunNoise};
 
 use self::run_density::{RunDensity, Side, Totals};

@@ -22,6 +22,7 @@ pub fn normal_cdf(z: f64) -> f64 {
 }
 
 /// ln Φ(z) and φ(z)/Φ(z), its slope; accurate from −∞ to ∞ to a few ulp, times z² for the slope above zero.
+#[inline(always)] // where the slope is not read it is not computed
 pub fn ln_normal_cdf(z: f64) -> (f64, f64) {
     /// below this, erfc nears the smallest numbers there are
     const FAR: f64 = -35.0;

@@ -248,7 +248,7 @@ impl Pointwise {
 
     /// What a run adds to the log likelihood that shares its true speed with none; `found` where the density of its rebound is
     /// known.
-    #[inline]
+    #[inline(always)] // where slopes are not read they are not computed
     pub(super) fn alone(&self, run: usize, at: RunImpact, noise: &RunNoise, found: Option<RunDensity>) -> RunDensity {
         let mut all = RunDensity::default();
         for (seen, sign) in SIGNS.iter().filter_map(|sign| Some((self.factor(run, *sign)?, *sign))) {

@@ -5,6 +5,7 @@ use super::hidden::{Hidden, Moves};
 use super::run_density::{RunDensity, Seen, Side};
 use super::run_noise::{MeasuredRun, RunNoise};
 use crate::physics::balance::{Balance, Impact};
+use crate::physics::rebound::mean_and_slope;
 
 /// A run's impact as measured, with its energy balance.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +31,7 @@ impl RunImpact<'_> {
     }
 
     /// What a run adds of which this is known, integrated over what is hidden of it.
-    #[inline]
+    #[inline(always)] // where slopes are not read they are not computed
     pub fn density(&self, noise: &RunNoise, seen: Seen) -> RunDensity {
         let run = MeasuredRun {
             seen,
@@ -47,16 +48,33 @@ impl RunImpact<'_> {
     }
 }
 
-/// The probability of a run that keeps this to come out at or below a restitution; the spread of noise on the restitution is
-/// above 0.
-pub fn probability_below(noise: RunNoise, restitution: f64, kept: f64) -> f64 {
-    let run = MeasuredRun {
-        seen: Seen::On(Side::Below, restitution),
-        errors: Errors::NONE,
-    };
-    let found = match noise.acts_on_energy(kept) {
-        true => Hidden::of_energy(noise, kept, &run),
-        false => noise.density(&run, kept, 1.0),
-    };
-    found.value.exp()
+/// A new run that is measured without error.
+#[derive(Debug, Clone, Copy)]
+pub struct NewImpact {
+    noise: RunNoise,
+    /// r
+    kept: f64,
+    /// m(r)
+    mean: f64,
+}
+
+impl NewImpact {
+    /// One that keeps this; the spread of noise on the restitution is above 0.
+    pub fn new(noise: RunNoise, kept: f64) -> NewImpact {
+        let (mean, _) = mean_and_slope(kept);
+        NewImpact { noise, kept, mean }
+    }
+
+    /// The probability that it comes out at or below a restitution.
+    pub fn probability_below(&self, restitution: f64) -> f64 {
+        let NewImpact { noise, kept, mean } = *self;
+        if !noise.acts_on_energy(kept) {
+            return noise.tails.ln_below((restitution - mean) / noise.sigma).exp();
+        }
+        let run = MeasuredRun {
+            seen: Seen::On(Side::Below, restitution),
+            errors: Errors::NONE,
+        };
+        Hidden::of_energy(noise, kept, &run).value.exp()
+    }
 }

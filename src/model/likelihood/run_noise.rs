@@ -55,7 +55,7 @@ impl RunNoise {
 
     /// The log density or probability of a run that keeps this at so many times its measured speed, with its slopes in what is
     /// kept, σ and the shape of the noise: without noise on the energy kept.
-    #[inline]
+    #[inline(always)] // where slopes are not read they are not computed
     pub(super) fn density(&self, MeasuredRun { seen, errors }: &MeasuredRun, kept: f64, ratio: f64) -> RunDensity {
         let (mean, slope) = mean_and_slope(kept);
         let sigma = self.sigma;

@@ -28,6 +28,18 @@ pub struct Student {
 /// far below.
 const STEP: f64 = 1e-4;
 
+/// What is lost beside 1, in rounding.
+const LOST: f64 = 1e-18;
+
+/// ln of what lies below t, where so much lies beyond |t| on its side.
+fn ln_of_side(t: f64, beyond: f64) -> f64 {
+    match t > 0.0 {
+        true if beyond < LOST => 0.0,
+        true => (-beyond).ln_1p(),
+        false => beyond.ln(),
+    }
+}
+
 impl Student {
     /// Of so many degrees of freedom.
     pub fn new(nu: f64) -> Student {
@@ -75,10 +87,14 @@ impl Student {
         }
     }
 
+    /// Log of the probability of less than z.
+    pub(super) fn ln_below(&self, z: f64) -> f64 {
+        let at = self.quantile * z;
+        ln_of_side(at, student_t_tail(at.abs(), self.nu))
+    }
+
     /// Log of the probability of less than z, with its slopes.
     pub(super) fn ln_probability(&self, z: f64) -> LnOfNoise {
-        /// beside 1, in rounding
-        const LOST: f64 = 1e-18;
         let at = self.quantile * z;
         let above = student_t_tail(at.abs(), self.nu);
         if at > 0.0 && above < LOST {
@@ -86,15 +102,15 @@ impl Student {
         }
         let [less, more] = self.above_beside(at.abs());
         let above_nu = (more / less).ln() / (2.0 * STEP * self.nu);
-        let (value, probability, of_nu) = if at > 0.0 {
+        let (probability, of_nu) = if at > 0.0 {
             let below = 1.0 - above;
-            ((-above).ln_1p(), below, -above_nu * above / below)
+            (below, -above_nu * above / below)
         } else {
-            (above.ln(), above, above_nu)
+            (above, above_nu)
         };
         let slope = self.density(at) * self.quantile / probability;
         LnOfNoise {
-            value,
+            value: ln_of_side(at, above),
             z: slope,
             shape: of_nu + slope * z * self.quantile_slope,
         }

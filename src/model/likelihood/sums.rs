@@ -42,6 +42,9 @@ pub(super) struct NodeSums<'a> {
 impl NodeSums<'_> {
     /// Adds them to the totals of their kind.
     pub fn add_to(self, totals: &mut Totals) {
+        if self.nodes.len() == 0 {
+            return;
+        }
         // one call for all: a block of a few nodes costs no more than its roots
         Arch::new().dispatch(Dispatched { of: self, totals });
     }

@@ -75,11 +75,20 @@ impl Tails {
         }
     }
 
+    /// The same without slopes.
+    pub(super) fn ln_below(&self, z: f64) -> f64 {
+        match self {
+            Tails::Normal => ln_normal_cdf(z).0,
+            Tails::Student(student) => student.ln_below(z),
+            Tails::AsymmetricLaplace(laplace) => laplace.ln_probability(z).value,
+        }
+    }
+
     /// Probability of less than z.
     pub fn probability(&self, z: f64) -> f64 {
         match self {
             Tails::Normal => normal_cdf(z),
-            Tails::Student(_) | Tails::AsymmetricLaplace(_) => self.ln_probability(z).value.exp(),
+            Tails::Student(_) | Tails::AsymmetricLaplace(_) => self.ln_below(z).exp(),
         }
     }
 

@@ -242,7 +242,7 @@ impl Hidden<'_> {
             Seen::On(side, _) | Seen::Measured(side, _) => {
                 let path = self.turn_path(&self.settings[0], 0.0);
                 let [z, _] = path.at(known - side.sign() * far * sd);
-                self.noise.tails.ln_probability(side.sign() * z).value
+                self.noise.tails.ln_below(side.sign() * z)
             }
         };
         ([known - far * sd, known + far * sd], certain)
