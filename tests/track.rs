@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::path::Path;
-use wetcor::recordings::{track, Campaign, ContactSpeeds, Impact, Refusal, TrackOptions, Tracked};
+use wetcor::recordings::{track, Campaign, ContactSpeeds, Impact, NoContact, Refusal, TrackOptions, Tracked};
 
 /// A camera that sees a sphere well.
 #[derive(Debug, Clone, Copy)]
@@ -517,6 +517,151 @@ fn frames_that_are_repeated_or_missing_are_told_and_mended() {
     let none = vec![vec![]; 60];
     let (_folder, campaign) = faulty_campaign(&seen, &none, &mut rng);
     assert!(each(&campaign).all(|tracked| tracked.expect("a run").jumps.is_empty()));
+}
+
+/// Positions of a sphere, each frame as often as `times` says, and with so much noise of its own each time.
+fn seen_unevenly(
+    seen: &Seen,
+    camera: Camera,
+    own_noise: f64,
+    times: impl Fn(usize, &mut ChaCha8Rng) -> usize,
+    rng: &mut ChaCha8Rng,
+) -> String {
+    let mut rows = vec![];
+    for frame in 0..(seen.until * camera.frame_rate) as usize {
+        let height = seen.bounces.height(frame as f64 / camera.frame_rate);
+        let row = PLATE_ROW - camera.scale * height + camera.noise * normal(rng);
+        for _ in 0..times(frame, rng) {
+            rows.push(row + own_noise * normal(rng));
+        }
+    }
+    frames(rows.into_iter())
+}
+
+/// Cameras of common rates, with the pixels that they have for a sphere.
+fn cameras() -> [Camera; 3] {
+    let of = |frame_rate, scale, noise| Camera {
+        frame_rate,
+        scale,
+        noise,
+        ..CAMERA
+    };
+    [of(1000.0, 20_000.0, 0.5), of(240.0, 5_000.0, 0.2), of(60.0, 2_000.0, 0.2)]
+}
+
+/// Tracks drops at a scale that nobody measured: no gravity contradicts a wrong frame rate.
+fn unevenly_tracked(
+    seen: &[Seen],
+    camera: Camera,
+    own_noise: f64,
+    times: impl Fn(usize, &mut ChaCha8Rng) -> usize,
+    rng: &mut ChaCha8Rng,
+) -> Campaign {
+    let folder = Folder::new();
+    let mut lines = String::new();
+    for (place, seen) in seen.iter().enumerate() {
+        folder.write(
+            &format!("drop{place}.csv"),
+            seen_unevenly(seen, camera, own_noise, &times, rng),
+        );
+        lines.push_str(&format!("drop{place}.csv,PTFE,dry,4.762,,{}\n", camera.frame_rate));
+    }
+    listed(&folder, "", &lines)
+}
+
+/// Recordings that are refused for their frames, and used ones whose speeds are off by more than four standard deviations.
+fn refused_and_wrong(campaign: &Campaign, seen: &[Seen]) -> [usize; 2] {
+    let shared = campaign.gravity.shared_error().unwrap_or(0.0);
+    let (mut refused, mut wrong) = (0, 0);
+    for (outcome, seen) in campaign.outcomes.iter().zip(seen) {
+        match &outcome.tracked {
+            Err(reason) => refused += usize::from(*reason == Refusal::Shows(NoContact::Uneven)),
+            Ok(tracked) => {
+                let impact = &tracked.impacts[0];
+                let [[off, sd], [off_r, sd_r]] = speed_errors(&impact.speeds, seen);
+                let v = seen.bounces.impact_speed;
+                let is_wrong = off.abs() > 4.0 * sd.hypot(shared * v) || off_r.abs() > 4.0 * sd_r.hypot(shared * v);
+                wrong += usize::from(is_wrong && impact.verdict.is_none());
+            }
+        }
+    }
+    [refused, wrong]
+}
+
+#[test]
+fn frames_that_are_often_repeated_or_missing_give_no_wrong_speeds() {
+    const DROPS: usize = 10;
+    let mut rng = rng_of("frames_that_are_often_repeated_or_missing_give_no_wrong_speeds");
+    for camera in cameras() {
+        let seen = drops(DROPS, &mut rng);
+        // at 60 frames a second a flight is too short for its faults to be told
+        let is_long = camera.frame_rate > 100.0;
+        for own_noise in [0.0, 0.5 * camera.noise] {
+            for every in 2..=10 {
+                for (times, is_told) in [(2, is_long && every < 8), (0, camera.frame_rate > 500.0 && every > 4)] {
+                    // of every other frame alone nobody tells that it lacks one
+                    if (times, every) == (0, 2) {
+                        continue;
+                    }
+                    let often = |frame: usize, _: &mut ChaCha8Rng| if frame % every == every - 1 { times } else { 1 };
+                    let campaign = unevenly_tracked(&seen, camera, own_noise, often, &mut rng);
+                    let [refused, wrong] = refused_and_wrong(&campaign, &seen);
+                    let what = format!("{camera:?} {times} every {every}: {refused} refused, {wrong} wrong");
+                    assert!(wrong == 0 && (!is_told || refused >= DROPS - 2), "{what}");
+                }
+            }
+            for share in [0.05, 0.1, 0.2] {
+                for times in [0, 2] {
+                    let at_random =
+                        |_: usize, rng: &mut ChaCha8Rng| if rng.random_bool(share) { times } else { 1 };
+                    let campaign = unevenly_tracked(&seen, camera, own_noise, at_random, &mut rng);
+                    let [_, wrong] = refused_and_wrong(&campaign, &seen);
+                    assert_eq!(wrong, 0, "{camera:?} {times} of {share}");
+                }
+            }
+        }
+        // the planted fault: right recordings, none of which is refused
+        let campaign = unevenly_tracked(&seen, camera, 0.0, |_, _| 1, &mut rng);
+        assert_eq!(refused_and_wrong(&campaign, &seen), [0, 0], "{camera:?}");
+    }
+}
+
+/// Slow and resting spheres, many bounces, whole pixels: nothing of them looks like frames that are repeated or missing.
+#[test]
+fn right_recordings_are_not_said_to_lack_frames() {
+    let mut rng = rng_of("right_recordings_are_not_said_to_lack_frames");
+    let cameras = cameras();
+    let mut used = 0;
+    for round in 0..60 {
+        let camera = Camera {
+            frame_rate: [60.0, 120.0, 240.0, 1000.0, 4000.0, 10_000.0][round % 6],
+            ..cameras[round % 3]
+        };
+        let grid = [1.0, 0.1, 1e-6][round / 6 % 3];
+        let bounces = fall(
+            rng.random_range(0.1..0.3),
+            rng.random_range(0.2..1.5),
+            rng.random_range(0.0..0.85),
+        );
+        let until = bounces.second_contact() + rng.random_range(-0.002..0.3);
+        let row = |frame: usize| {
+            let time = frame as f64 / camera.frame_rate;
+            PLATE_ROW - camera.scale * bounces.height(time) + camera.noise * normal(&mut rng)
+        };
+        let rows = (0..(until * camera.frame_rate) as usize).map(row);
+        let folder = Folder::new();
+        folder.write("drop.csv", frames(rows.map(|row| (row / grid).round() * grid)));
+        let campaign = listed(&folder, "", &format!("drop.csv,PTFE,dry,4.762,,{}\n", camera.frame_rate));
+        match &campaign.outcomes[0].tracked {
+            Err(reason) => assert_ne!(*reason, Refusal::Shows(NoContact::Uneven), "{round}"),
+            Ok(tracked) => {
+                let verdict = tracked.impacts[0].verdict.as_deref().unwrap_or_default();
+                verdict.lacks("repeated or missing");
+                used += usize::from(verdict.is_empty());
+            }
+        }
+    }
+    assert!(used > 30, "{used}");
 }
 
 /// Tracks drops that are seen over three contacts, of which the first lacks so many frames.

@@ -336,6 +336,7 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, Refusal> {
                 .or_else(|| of.unseen_verdict(*speeds))
                 .or_else(|| of.contact_verdict(*contact, *speeds))
                 .or_else(|| of.run_verdict(*contact, *speeds))
+                .or_else(|| of.scatter_verdict(*speeds))
                 .or_else(|| too_far_apart(apart?, share)),
         }
     });
@@ -543,6 +544,26 @@ impl Underway<'_> {
         let most = if flights.jumps.is_empty() { OTHERS } else { 0 };
         (left > most).then(|| {
             format!("{left} positions beside its contact fit neither flight: frames are missing or repeated there")
+        })
+    }
+
+    /// Whether positions may scatter as they do about its flights. Where moves are too few to tell frames that are repeated or
+    /// missing, these leave a good part of a move, and more than a tracker errs by.
+    fn scatter_verdict(&self, speeds: ContactSpeeds) -> Option<String> {
+        /// of a move from frame to frame
+        const OF_MOVE: f64 = 0.15;
+        /// of the diameter
+        const OF_WIDTH: f64 = 0.05;
+        let flights = &self.flights;
+        let of_move = flights.sigma / (speeds.impact_speed * flights.track.frame_time());
+        let of_width = flights.sigma / self.recording.diameter;
+        (!flights.is_timed && of_move > OF_MOVE && of_width > OF_WIDTH).then(|| {
+            format!(
+                "positions scatter about its flights by {} mm, {} times what a frame moves the sphere by: some frames are repeated \
+                 or missing, or another thing was tracked",
+                significant(millimetres(flights.sigma), 2),
+                significant(of_move, 2)
+            )
         })
     }
 

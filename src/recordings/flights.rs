@@ -6,7 +6,7 @@ use super::gravity::Gravity;
 use super::impact::{rebound, stayed, ContactSpeeds, Level};
 use super::parabola::{Kind, Parabola, LEAST_FRAMES};
 use super::segments::{segments, Segment};
-use super::timing::{on_time, Jump};
+use super::timing::{on_time, uneven_share, Jump};
 use super::track::Track;
 
 /// A track with its flights and contacts.
@@ -21,6 +21,8 @@ pub(super) struct Flights {
     pub air: Option<SphereInAir>,
     /// frames that were repeated or are missing
     pub jumps: Vec<Jump>,
+    /// whether frequent ones would have been seen
+    pub is_timed: bool,
 }
 
 /// Share of frames that may be repeated or missing: of more, nobody knows which rate the others have.
@@ -33,6 +35,10 @@ impl Flights {
     /// Of a track in any unit of length.
     pub fn of(track: Track, all: bool) -> Result<Flights, NoContact> {
         let sigma = track.noise().ok_or(NoContact::NeverFalls)?;
+        let share = uneven_share(&track);
+        if share.is_some_and(|share| share > MOST_UNEVEN) {
+            return Err(NoContact::Uneven);
+        }
         let frames = track.times.len() as f64;
         let (track, jumps) = on_time(track, sigma);
         let uneven: i32 = jumps.iter().map(|jump| jump.missing.abs()).sum();
@@ -48,6 +54,7 @@ impl Flights {
             contacts,
             air: None,
             jumps,
+            is_timed: share.is_some(),
         })
     }
 

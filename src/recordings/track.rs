@@ -74,7 +74,7 @@ impl Track {
     }
 
     /// What a grid that all heights stand on makes them scatter by; next to nothing where they stand on none.
-    fn rounding(&self) -> f64 {
+    pub(super) fn rounding(&self) -> f64 {
         /// of the range of heights: far below what any camera tells
         const LEAST: f64 = 1e-9;
         let mut heights = self.heights.clone();
