@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::path::Path;
-use wetcor::recordings::{track, Campaign, ContactSpeeds, Impact, NoContact, Refusal, TrackOptions, Tracked};
+use wetcor::recordings::{track, Campaign, ContactSpeeds, Impact, Refusal, TrackOptions, Tracked};
 
 /// A camera that sees a sphere well.
 #[derive(Debug, Clone, Copy)]
@@ -546,7 +546,11 @@ fn cameras() -> [Camera; 3] {
         noise,
         ..CAMERA
     };
-    [of(1000.0, 20_000.0, 0.5), of(240.0, 5_000.0, 0.2), of(60.0, 2_000.0, 0.2)]
+    [
+        of(1000.0, 20_000.0, 0.5),
+        of(240.0, 5_000.0, 0.2),
+        of(60.0, 2_000.0, 0.2),
+    ]
 }
 
 /// Tracks drops at a scale that nobody measured: no gravity contradicts a wrong frame rate.
@@ -575,7 +579,7 @@ fn refused_and_wrong(campaign: &Campaign, seen: &[Seen]) -> [usize; 2] {
     let (mut refused, mut wrong) = (0, 0);
     for (outcome, seen) in campaign.outcomes.iter().zip(seen) {
         match &outcome.tracked {
-            Err(reason) => refused += usize::from(*reason == Refusal::Shows(NoContact::Uneven)),
+            Err(reason) => refused += usize::from(*reason == Refusal::Uneven),
             Ok(tracked) => {
                 let impact = &tracked.impacts[0];
                 let [[off, sd], [off_r, sd_r]] = speed_errors(&impact.speeds, seen);
@@ -612,8 +616,7 @@ fn frames_that_are_often_repeated_or_missing_give_no_wrong_speeds() {
             }
             for share in [0.05, 0.1, 0.2] {
                 for times in [0, 2] {
-                    let at_random =
-                        |_: usize, rng: &mut ChaCha8Rng| if rng.random_bool(share) { times } else { 1 };
+                    let at_random = |_: usize, rng: &mut ChaCha8Rng| if rng.random_bool(share) { times } else { 1 };
                     let campaign = unevenly_tracked(&seen, camera, own_noise, at_random, &mut rng);
                     let [_, wrong] = refused_and_wrong(&campaign, &seen);
                     assert_eq!(wrong, 0, "{camera:?} {times} of {share}");
@@ -651,9 +654,13 @@ fn right_recordings_are_not_said_to_lack_frames() {
         let rows = (0..(until * camera.frame_rate) as usize).map(row);
         let folder = Folder::new();
         folder.write("drop.csv", frames(rows.map(|row| (row / grid).round() * grid)));
-        let campaign = listed(&folder, "", &format!("drop.csv,PTFE,dry,4.762,,{}\n", camera.frame_rate));
+        let campaign = listed(
+            &folder,
+            "",
+            &format!("drop.csv,PTFE,dry,4.762,,{}\n", camera.frame_rate),
+        );
         match &campaign.outcomes[0].tracked {
-            Err(reason) => assert_ne!(*reason, Refusal::Shows(NoContact::Uneven), "{round}"),
+            Err(reason) => assert_ne!(*reason, Refusal::Uneven, "{round}"),
             Ok(tracked) => {
                 let verdict = tracked.impacts[0].verdict.as_deref().unwrap_or_default();
                 verdict.lacks("repeated or missing");

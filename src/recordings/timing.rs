@@ -120,15 +120,13 @@ pub(super) fn uneven_share(track: &Track) -> Option<f64> {
     const LEAST_FAULTS: usize = 3;
     /// standard deviations of a move that tells a fault
     const SURE: f64 = 10.0;
-    /// of the range of heights, by which three frames move a sphere that does not rest
-    const MOVES: f64 = 0.01;
     let frame_time = track.frame_time();
     let gaps = track.times.windows(2).map(|pair| (pair[1] - pair[0]) / frame_time);
     let gaps: Vec<f64> = gaps.collect();
     let steps = track.heights.windows(2).map(|pair| pair[1] - pair[0]);
     let moves: Vec<f64> = steps.zip(&gaps).map(|(step, gap)| step / gap).collect();
-    let [lowest, highest] = track.ends_of_heights();
-    let is_fast = |of: &Move| 3.0 * of.expected.abs() > MOVES * (highest - lowest);
+    let least = track.least_move();
+    let is_fast = |of: &Move| 3.0 * of.expected.abs() > least;
     let alone = (0..moves.len()).filter(|at| gaps[*at].round() == 1.0);
     let compared: Vec<Move> = alone.filter_map(|at| compared(&moves, at)).filter(is_fast).collect();
     let scatter = SD_OF_MEDIAN_DISTANCE * median(&mut compared.iter().map(|of| of.off).collect::<Vec<_>>())?;
@@ -136,7 +134,11 @@ pub(super) fn uneven_share(track: &Track) -> Option<f64> {
     let sure = compared.iter().filter(|of| of.expected.abs() > SURE * scatter);
     let told = sure.clone().count();
     let faults = sure.filter(|of| of.frames != 1.0).count();
-    let share = if faults < LEAST_FAULTS { 0.0 } else { faults as f64 / told as f64 };
+    let share = if faults < LEAST_FAULTS {
+        0.0
+    } else {
+        faults as f64 / told as f64
+    };
     (told >= ENOUGH).then_some(share)
 }
 

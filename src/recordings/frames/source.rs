@@ -7,9 +7,10 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use image::ImageFormat;
 use tiff::decoder::Decoder;
 
-use super::decode::{self, Format, Grey};
+use super::decode::{self, format_of, Grey};
 use crate::files::is_video;
 
 /// Frames below which a background is not told from a sphere.
@@ -30,7 +31,7 @@ type Pages = Decoder<BufReader<File>>;
 /// The frames of a recording, none of which is in memory.
 pub(super) enum Frames {
     Files {
-        format: Format,
+        format: ImageFormat,
         paths: Vec<PathBuf>,
     },
     Pages {
@@ -50,14 +51,14 @@ impl Frames {
         } else {
             of_file(path)?
         };
-        match frames.len() {
-            count if count < FEWEST_FRAMES => Err(format!(
-                "{}: {count} {}; expected at least {FEWEST_FRAMES}, some of them before the impact",
-                path.display(),
-                if count == 1 { "frame" } else { "frames" }
-            )),
-            _ => Ok(frames),
+        let count = frames.len();
+        if count < FEWEST_FRAMES {
+            let (file, noun) = (path.display(), if count == 1 { "frame" } else { "frames" });
+            return Err(format!(
+                "{file}: {count} {noun}; expected at least {FEWEST_FRAMES}, some of them before the impact"
+            ));
         }
+        Ok(frames)
     }
 
     pub fn len(&self) -> usize {
@@ -110,18 +111,10 @@ fn page(path: &Path, frame: usize, idle: &Mutex<Vec<Pages>>) -> Result<Grey, Str
     Ok(grey)
 }
 
-fn extension(path: &Path) -> String {
-    path.extension()
-        .and_then(OsStr::to_str)
-        .unwrap_or("")
-        .to_ascii_lowercase()
-}
-
 fn of_file(path: &Path) -> Result<Frames, String> {
     let name = path.display();
-    let ending = extension(path);
-    match Format::of_extension(&ending) {
-        Some(Format::Tiff) => {}
+    match format_of(path) {
+        Some(ImageFormat::Tiff) => {}
         Some(_) => return Err(format!("{name}: a single image; {EXPECTED}")),
         None if is_video(path) => return Err(format!("{name}: a video; {EXPECTED}: make frames with `{FFMPEG}`")),
         None => {
@@ -150,7 +143,7 @@ fn of_file(path: &Path) -> Result<Frames, String> {
 fn of_folder(folder: &Path) -> Result<Frames, String> {
     let name = folder.display();
     let unreadable = |error: std::io::Error| format!("{name}: {error}; {EXPECTED}");
-    let mut found: Vec<(Format, PathBuf)> = vec![];
+    let mut found: Vec<(ImageFormat, PathBuf)> = vec![];
     let mut foreign: Vec<PathBuf> = vec![];
     let mut videos: Vec<PathBuf> = vec![];
     for entry in std::fs::read_dir(folder).map_err(unreadable)? {
@@ -162,10 +155,10 @@ fn of_folder(folder: &Path) -> Result<Frames, String> {
         if hidden || path.is_dir() {
             continue;
         }
-        let ending = extension(&path);
-        match Format::of_extension(&ending) {
+        let ending = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
+        match format_of(&path) {
             Some(format) => found.push((format, path)),
-            None if OTHER_IMAGES.contains(&ending.as_str()) => foreign.push(path),
+            None if ending.is_some_and(|ending| OTHER_IMAGES.contains(&ending.as_str())) => foreign.push(path),
             None if is_video(&path) => videos.push(path),
             None => {}
         }
