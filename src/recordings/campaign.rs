@@ -515,13 +515,16 @@ impl Underway<'_> {
     /// missing, these leave a good part of a move, and more than a tracker errs by.
     fn scatter_verdict(&self, speeds: ContactSpeeds) -> Option<String> {
         /// of a move from frame to frame
-        const OF_MOVE: f64 = 0.15;
+        const OF_MOVE: f64 = 0.07;
         /// of the diameter
-        const OF_WIDTH: f64 = 0.05;
+        const OF_WIDTH: f64 = 0.03;
+        /// times what rounding leaves
+        const OF_ROUNDING: f64 = 3.0;
         let flights = &self.flights;
         let of_move = flights.sigma / (speeds.impact_speed * flights.track.frame_time());
         let of_width = flights.sigma / self.recording.diameter;
-        (!flights.is_timed && of_move > OF_MOVE && of_width > OF_WIDTH).then(|| {
+        let is_wide = of_move > OF_MOVE && of_width > OF_WIDTH;
+        (!flights.is_timed && is_wide && flights.sigma > OF_ROUNDING * flights.track.rounding()).then(|| {
             format!(
                 "positions scatter about its flights by {} mm, {} times what a frame moves the sphere by: some frames are repeated \
                  or missing, or another thing was tracked",

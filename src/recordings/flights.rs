@@ -6,7 +6,7 @@ use super::gravity::Gravity;
 use super::impact::{rebound, stayed, ContactSpeeds, Level};
 use super::parabola::{Kind, Parabola, LEAST_FRAMES};
 use super::segments::{segments, Segment};
-use super::timing::{on_time, uneven_share, Jump};
+use super::timing::{on_time, uneven_share, Jump, MOST_UNEVEN};
 use super::track::Track;
 
 /// A track with its flights and contacts.
@@ -24,9 +24,6 @@ pub(super) struct Flights {
     /// whether frequent ones would have been seen
     pub is_timed: bool,
 }
-
-/// Share of frames that may be repeated or missing: of more, nobody knows which rate the others have.
-const MOST_UNEVEN: f64 = 0.08;
 
 /// Frames whose exposure may hold the contact, to each side, in frames.
 const EXPOSED: f64 = 0.5;

@@ -21,6 +21,9 @@ pub struct Jump {
     pub missing: i32,
 }
 
+/// Share of frames that may be repeated or missing: of more, nobody knows which rate the others have.
+pub(super) const MOST_UNEVEN: f64 = 0.08;
+
 /// Most jumps that are looked for: a recording with more has no frame rate.
 const MOST_JUMPS: usize = 100;
 
@@ -117,9 +120,11 @@ pub(super) fn uneven_share(track: &Track) -> Option<f64> {
     /// moves that tell a share
     const ENOUGH: usize = 8;
     /// faults that are no chance
-    const LEAST_FAULTS: usize = 3;
-    /// standard deviations of a move that tells a fault
-    const SURE: f64 = 10.0;
+    const LEAST_FAULTS: usize = 4;
+    /// times the scatter of moves, beyond which one tells a fault
+    const SURE: f64 = 12.0;
+    /// of the moves of a sphere that does not rest, those like their neighbours: fewer are alike by chance
+    const LEAST_ALIKE: f64 = 0.15;
     let frame_time = track.frame_time();
     let gaps = track.times.windows(2).map(|pair| (pair[1] - pair[0]) / frame_time);
     let gaps: Vec<f64> = gaps.collect();
@@ -134,12 +139,11 @@ pub(super) fn uneven_share(track: &Track) -> Option<f64> {
     let sure = compared.iter().filter(|of| of.expected.abs() > SURE * scatter);
     let told = sure.clone().count();
     let faults = sure.filter(|of| of.frames != 1.0).count();
-    let share = if faults < LEAST_FAULTS {
-        0.0
-    } else {
-        faults as f64 / told as f64
-    };
-    (told >= ENOUGH).then_some(share)
+    let share = faults as f64 / told as f64;
+    let fast = moves.iter().filter(|step| 3.0 * step.abs() > least).count();
+    let is_told = told >= ENOUGH && compared.len() as f64 > LEAST_ALIKE * fast as f64;
+    // a few faults among few moves say neither
+    (is_told && (faults >= LEAST_FAULTS || share <= MOST_UNEVEN)).then_some(share)
 }
 
 /// A move beside those about it; `None` near a contact, or near the top of a flight.

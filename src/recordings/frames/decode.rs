@@ -51,8 +51,9 @@ pub(super) struct Grey {
 }
 
 /// Reads the only image of a file.
-pub(super) fn file(path: &Path, format: ImageFormat) -> Result<Grey, String> {
-    if format == ImageFormat::Tiff {
+pub(super) fn file(path: &Path) -> Result<Grey, String> {
+    let format = format_of(path);
+    if format == Some(ImageFormat::Tiff) {
         let mut reader = open_tiff(path)?;
         if reader.more_images() {
             return Err("a TIFF of several pages in a folder; expected one page a file, or that file alone".to_owned());
@@ -64,7 +65,7 @@ pub(super) fn file(path: &Path, format: ImageFormat) -> Result<Grey, String> {
         return Err(format!("{size} bytes; expected a frame of at most {MOST_BYTES}"));
     }
     let bytes = files::read_file(&file, size, path, MOST_BYTES, READ).map_err(reason)?;
-    if format == ImageFormat::Png {
+    if format == Some(ImageFormat::Png) {
         let mut limits = image::Limits::no_limits();
         limits.max_alloc = Some(MOST_DECODED);
         image(PngDecoder::with_limits(Cursor::new(&bytes), limits), "PNG image")

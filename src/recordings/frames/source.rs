@@ -30,10 +30,7 @@ type Pages = Decoder<BufReader<File>>;
 
 /// The frames of a recording, none of which is in memory.
 pub(super) enum Frames {
-    Files {
-        format: ImageFormat,
-        paths: Vec<PathBuf>,
-    },
+    Files(Vec<PathBuf>),
     Pages {
         path: PathBuf,
         count: usize,
@@ -63,7 +60,7 @@ impl Frames {
 
     pub fn len(&self) -> usize {
         match self {
-            Frames::Files { paths, .. } => paths.len(),
+            Frames::Files(paths) => paths.len(),
             Frames::Pages { count, .. } => *count,
         }
     }
@@ -72,7 +69,7 @@ impl Frames {
     /// that is missing.
     pub fn counted(&self) -> Vec<usize> {
         let by_name = match self {
-            Frames::Files { paths, .. } => counted_by_name(paths),
+            Frames::Files(paths) => counted_by_name(paths),
             Frames::Pages { .. } => None,
         };
         by_name.unwrap_or_else(|| (0..self.len()).collect())
@@ -81,7 +78,7 @@ impl Frames {
     /// What a message calls a frame.
     pub fn name(&self, frame: usize) -> String {
         match self {
-            Frames::Files { paths, .. } => paths[frame].display().to_string(),
+            Frames::Files(paths) => paths[frame].display().to_string(),
             Frames::Pages { path, .. } => format!("{}: page {}", path.display(), frame + 1),
         }
     }
@@ -89,7 +86,7 @@ impl Frames {
     /// The grey levels of a frame.
     pub fn read(&self, frame: usize) -> Result<Grey, String> {
         let grey = match self {
-            Frames::Files { format, paths } => decode::file(&paths[frame], *format),
+            Frames::Files(paths) => decode::file(&paths[frame]),
             Frames::Pages { path, idle, .. } => page(path, frame, idle),
         };
         grey.map_err(|problem| format!("{}: {problem}", self.name(frame)))
@@ -181,10 +178,7 @@ fn of_folder(folder: &Path) -> Result<Frames, String> {
             other.display()
         ));
     }
-    Ok(Frames::Files {
-        format,
-        paths: found.into_iter().map(|(_, path)| path).collect(),
-    })
+    Ok(Frames::Files(found.into_iter().map(|(_, path)| path).collect()))
 }
 
 /// By the last number in each name, counted in steps from the first; `None` where these do not go up by one step in most places
